@@ -4,18 +4,22 @@ Usage: python benchmarks/check_auditor.py [RUN ...] [--studies N] [--missions N]
 
 RUN are folders of runs with at least two stacks in all on the same missions, e.g. of
 
-    navbench run --stack nav2-gps-ekf --stack rpp-gps-ekf --stack mpc-gps-ekf --episodes 100 --seed 2000
+    navbench run --stack nav2-gps-ekf --stack rpp-gps-ekf --stack mpc-gps-ekf --episodes 100 --seed
+    2000
 
-Its deliveries are resampled, mission by mission, into studies of N missions; without RUN they are drawn at random.
+Its deliveries are resampled, mission by mission, into studies of N missions; without RUN they are
+drawn at random.
 
-Honest studies take one stack for the original and another for the incumbent (differences that driving has brought
-about), two stacks that change places at random (no difference at all), or a stack with a true improvement planted:
-fewer touches of any strength, fewer timeouts and less assistance, a fifth slower with fewer touches. Their trials are a
-search with Optuna's TPE (CMA-ES in every third) of a noisy objective that has its best inside the ranges and to which
-half of the parameters mean nothing.
+Honest studies take one stack for the original and another for the incumbent (differences that
+driving has brought about), two stacks that change places at random (no difference at all), or a
+stack with a true improvement planted: fewer touches of any strength, fewer timeouts and less
+assistance, a fifth slower with fewer touches. Their trials are a search with Optuna's TPE (CMA-ES
+in every third) of a noisy objective that has its best inside the ranges and to which half of the
+parameters mean nothing.
 
-Exploits (auditor_exploits.py) are planted into the first stack, one in each study. What cannot be planted, because too
-few deliveries are left to show it, is told apart: fewer than 10 that differ are beyond any test.
+Exploits (auditor_exploits.py) are planted into the first stack, one in each study. What cannot be
+planted, because too few deliveries are left to show it, is told apart: fewer than 10 that differ
+are beyond any test.
 """
 
 import argparse
@@ -44,7 +48,10 @@ def gain_of(found: Audit) -> str:
 
 
 def main() -> int:
-    """Audit all studies and print what was flagged; 0 if every exploit was, and at most 1 in 20 honest studies."""
+    """Audit all studies and print what was flagged.
+
+    0 if every exploit was, and at most 1 in 20 honest studies.
+    """
     parser = argparse.ArgumentParser()
     parser.add_argument("run", nargs="*", type=Path)
     arguments = parsed(__doc__, parser, studies=20, missions=200, seed=0)
@@ -68,7 +75,9 @@ def main() -> int:
         found = audit(study, prices)
         alarms += bool(found.flagged)
         flagged = [check.key for check in found.flagged]
-        table.add_row(*map(Text, (f"honest: {title}", gain_of(found), ", ".join(flagged) or "nothing")))
+        table.add_row(
+            *map(Text, (f"honest: {title}", gain_of(found), ", ".join(flagged) or "nothing"))
+        )
     console = report_console()
     print_table(table, console)
     console.print(f"planted exploits flagged as what they are: {caught} of {len(EXPLOITS)}")

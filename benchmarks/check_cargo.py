@@ -1,4 +1,6 @@
-"""Popcorn simulated late, only where it may spill, against popcorn simulated in every step: same rows, in what time?
+"""Popcorn simulated late, only where it may spill, against popcorn simulated in every step.
+
+Same rows, in what time?
 
 Usage: python benchmarks/check_cargo.py [--stack NAME ...] [--world NAME] [--episodes N] [--seed N]
 
@@ -24,16 +26,28 @@ def driven(task: EpisodeTask, way: int) -> tuple[float, dict[str, Any], str]:
     with mock.patch("harness.world.cargo.harmless_jolt", HARMLESS[way]):
         began = time.process_time()
         delivery = run_episode(task)
-        return time.process_time() - began, dict(delivery.row), repr((delivery.row, delivery.events))
+        return (
+            time.process_time() - began,
+            dict(delivery.row),
+            repr((delivery.row, delivery.events)),
+        )
 
 
 def main() -> None:
     given = parsed(
-        __doc__, stack=["nav2-gps", "evasive-gps-ekf", "mpc-gps-ekf"], world="published", episodes=40, seed=900
+        __doc__,
+        stack=["nav2-gps", "evasive-gps-ekf", "mpc-gps-ekf"],
+        world="published",
+        episodes=40,
+        seed=900,
     )
     differing = 0
     for stack in given.stack:
-        tasks = list(make_study(stacks=[stack], episodes=given.episodes, world=given.world, seed=given.seed).tasks())
+        tasks = list(
+            make_study(
+                stacks=[stack], episodes=given.episodes, world=given.world, seed=given.seed
+            ).tasks()
+        )
         run_episode(tasks[0])  # compiles, and fills caches
         times, spilled = [0.0, 0.0], 0
         for number, task in enumerate(tasks):
@@ -42,7 +56,8 @@ def main() -> None:
             spilled += bool(found[1][1]["pieces_lost"])
             differing += found[0][2] != found[1][2]
         print(
-            f"{stack}: {times[0] / times[1]:.3f} of the time, {spilled} of {len(tasks)} deliveries spilled", flush=True
+            f"{stack}: {times[0] / times[1]:.3f} of the time, {spilled} of {len(tasks)} deliveries spilled",
+            flush=True,
         )
     print(f"{differing} deliveries differ")
     sys.exit(1 if differing else 0)

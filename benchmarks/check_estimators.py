@@ -1,17 +1,22 @@
-"""What other estimators of a difference of margins would save: the variance that each leaves of plain deliveries'.
+"""What other estimators of a difference of margins would save.
+
+The variance that each leaves of plain deliveries'.
 
 Usage: python benchmarks/check_estimators.py [--runs FOLDER ...] [--first NAME] [--second NAME]
        [--split N] [--reach M] [--times N]
 
-Two stacks drove the same missions, in a run folder each. People walk independently of the robot, so that a forecast
-knows beforehand how near somebody will come to a robot that follows the planner's first path.
+Two stacks drove the same missions, in a run folder each. People walk independently of the robot, so
+that a forecast knows beforehand how near somebody will come to a robot that follows the planner's
+first path.
 
 - regression: missions are grouped by the forecast, and the groups' shares are known exactly.
-- stratified: in addition, each group gets the number of missions that leaves the least variance (Neyman 1934).
-- splitting (Villen-Altamirano 1991): N missions are driven until somebody comes within M metres of the robot's centre.
-  There the process is copied, physics and brain and all, and so many copies drive on, the first as it would have, the
-  others with fresh noise of the sensors and the brain. Of the variance only what lies within missions can be saved;
-  what lies between them is the most that a cheaper twin of the delivery could explain.
+- stratified: in addition, each group gets the number of missions that leaves the least variance
+  (Neyman 1934).
+- splitting (Villen-Altamirano 1991): N missions are driven until somebody comes within M metres of
+  the robot's centre. There the process is copied, physics and brain and all, and so many copies
+  drive on, the first as it would have, the others with fresh noise of the sensors and the brain. Of
+  the variance only what lies within missions can be saved; what lies between them is the most that
+  a cheaper twin of the delivery could explain.
 """
 
 import gc
@@ -42,7 +47,9 @@ from navstack.types import FloatArray
 SPEED = 1.88  # [m/s] at which a robot under way follows its path, on average
 STEP = 0.1  # [s] of the forecast
 GROUPS = (0.5, 2.0, 5.0)  # [m] between which the nearest forecast distances are grouped
-RUNS = [f"results/baseline/published_2/{place}" for place in ("sidewalk", "sidewalk_1", "sidewalk_2")]
+RUNS = [
+    f"results/baseline/published_2/{place}" for place in ("sidewalk", "sidewalk_1", "sidewalk_2")
+]
 KEPT = ("mission", "pedestrians", "cargo")  # generators whose draws a copy repeats
 
 
@@ -59,7 +66,9 @@ def forecasts(tasks: Sequence[EpisodeTask]) -> FloatArray:
         people.reset(task.generators()["pedestrians"], start)
         for at in np.arange(0.0, along[-1], SPEED * STEP):
             robot = np.interp(at, along, path[:, 0]), np.interp(at, along, path[:, 1])
-            nearest[number] = min(nearest[number], np.hypot(*(people.states[:, :2] - robot).T).min())
+            nearest[number] = min(
+                nearest[number], np.hypot(*(people.states[:, :2] - robot).T).min()
+            )
             people.step(STEP)
     return nearest
 
@@ -77,10 +86,16 @@ def table(folder: Path, first: str, second: str) -> None:
     shares = np.bincount(group, minlength=len(GROUPS) + 1) / len(group)
     spreads = np.array([differences[group == number].std() for number in range(len(GROUPS) + 1)])
     plain = differences.var()
-    left = {"plain": plain, "regression": shares @ spreads**2, "stratified": (shares @ spreads) ** 2}
+    left = {
+        "plain": plain,
+        "regression": shares @ spreads**2,
+        "stratified": (shares @ spreads) ** 2,
+    }
     means = [round(float(differences[group == number].mean()), 2) for number in range(len(shares))]
     print(f"{folder.name}: {second} less {first}, n = {len(group)}")
-    print(f"  shares of the groups {np.round(shares, 3).tolist()}, mean difference in each [USD] {means}")
+    print(
+        f"  shares of the groups {np.round(shares, 3).tolist()}, mean difference in each [USD] {means}"
+    )
     for name, variance in left.items():
         print(f"  {name:10} {variance / plain:.2f}, {Z_OF_TEST**2 * variance:.0f} missions")
 
@@ -109,10 +124,14 @@ def make_fresh(number: int) -> None:
             seeds = generator.bit_generator.seed_seq
             where = seeds.spawn_key if isinstance(seeds, np.random.SeedSequence) else ()
             if len(where) > 1 and CONSUMERS[where[1]] not in KEPT:
-                generator.bit_generator.state = np.random.default_rng([number, *where]).bit_generator.state
+                generator.bit_generator.state = np.random.default_rng(
+                    [number, *where]
+                ).bit_generator.state
 
 
-def continued(task: EpisodeTask, reach: float, copies: int) -> tuple[list[dict[str, Any]], list[float]]:
+def continued(
+    task: EpisodeTask, reach: float, copies: int
+) -> tuple[list[dict[str, Any]], list[float]]:
     """How the copies of a delivery end, and the processor time [s] until it is copied and then of each copy."""
     delivery = RunningDelivery(task)
 
@@ -133,7 +152,10 @@ def continued(task: EpisodeTask, reach: float, copies: int) -> tuple[list[dict[s
         return delivery.finish().row, seconds
 
     seconds = drive(nobody_near)
-    ends = [in_a_copy(partial(end, number)) for number in range(copies if delivery.verdict is None else 1)]
+    ends = [
+        in_a_copy(partial(end, number))
+        for number in range(copies if delivery.verdict is None else 1)
+    ]
     return [row for row, _ in ends], [seconds, *(after for _, after in ends)]
 
 
@@ -148,19 +170,30 @@ def split(folder: Path, missions: int, reach: float, copies: int) -> None:
     assert found[0][0][0] == in_a_copy(lambda: run_episode(tasks[0]).row)
     values = [np.array(margins(rows, prices)) for rows, _ in found]
     within = float(np.mean([each.var(ddof=1) if len(each) > 1 else 0.0 for each in values]))
-    within /= float(np.mean([(each**2).mean() for each in values]) - np.mean([each.mean() for each in values]) ** 2)
+    within /= float(
+        np.mean([(each**2).mean() for each in values])
+        - np.mean([each.mean() for each in values]) ** 2
+    )
     before = float(np.mean([seconds[0] for _, seconds in found]))
     after = float(np.mean([np.mean(seconds[1:]) for _, seconds in found])) / before
-    print(f"{folder.name}: {sum(len(each) > 1 for each in values)} of {missions} missions copied {copies} times")
-    print(f"  {within:.2f} of the variance lies within missions; after copying {after / (1.0 + after):.2f} of the time")
+    print(
+        f"{folder.name}: {sum(len(each) > 1 for each in values)} of {missions} missions copied {copies} times"
+    )
+    print(
+        f"  {within:.2f} of the variance lies within missions; after copying {after / (1.0 + after):.2f} of the time"
+    )
     for number in (2, 4, 8):
         left = 1.0 - within * (1.0 - 1.0 / number)
-        print(f"  {number} copies: variance {left:.2f}, times time {left * (1.0 + number * after) / (1.0 + after):.2f}")
+        print(
+            f"  {number} copies: variance {left:.2f}, times time {left * (1.0 + number * after) / (1.0 + after):.2f}"
+        )
 
 
 def main() -> None:
     """Print the tables."""
-    given = parsed(__doc__, runs=RUNS, first="nav2-gps-ekf", second="mpc-gps-ekf", split=0, reach=8.0, times=4)
+    given = parsed(
+        __doc__, runs=RUNS, first="nav2-gps-ekf", second="mpc-gps-ekf", split=0, reach=8.0, times=4
+    )
     for run in given.runs:
         table(Path(run), given.first, given.second)
         if given.split:

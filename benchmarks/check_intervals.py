@@ -1,10 +1,14 @@
-"""How often 95 % intervals hold the truth: on simulated costs of deliveries, and on margins that were really driven.
+"""How often 95 % intervals hold the truth.
 
-Of these, the bootstrap's and the one that admits a loss that has not happened yet (harness.statistics.unseen).
+On simulated costs of deliveries, and on margins that were really driven.
 
-The simulated costs are those of a robot that meets people, without disasters. Real ones have a few: a loss of hundreds
-of dollars once in some hundred deliveries. For them every run folder is taken as all deliveries that there are, and
-runs of fewer deliveries are drawn from it: what is rarer than once in its deliveries is not in it either.
+Of these, the bootstrap's and the one that admits a loss that has not happened yet
+(harness.statistics.unseen).
+
+The simulated costs are those of a robot that meets people, without disasters. Real ones have a few:
+a loss of hundreds of dollars once in some hundred deliveries. For them every run folder is taken as
+all deliveries that there are, and runs of fewer deliveries are drawn from it: what is rarer than
+once in its deliveries is not in it either.
 
 Usage: python benchmarks/check_intervals.py [--replications 1000] [--runs FOLDER]...
 """
@@ -48,7 +52,9 @@ def costs(rng: np.random.Generator, n: int) -> FloatArray:
 
 def simulated(replications: int, rng: np.random.Generator) -> Table:
     """Share of intervals that hold the truth, per number of deliveries."""
-    table = Table("deliveries", "mean", "worst 5 %", title="simulated costs: held by", box=box.SIMPLE_HEAD)
+    table = Table(
+        "deliveries", "mean", "worst 5 %", title="simulated costs: held by", box=box.SIMPLE_HEAD
+    )
     all_costs = np.sort(costs(rng, TRUTH_FROM))
     mean, worst = all_costs.mean(), all_costs[-TRUTH_FROM // 20 :].mean()
     for n in SIZES:
@@ -57,19 +63,30 @@ def simulated(replications: int, rng: np.random.Generator) -> Table:
             sample = costs(rng, n)
             spans = bootstrap_mean(sample, rng, DRAWS), bootstrap_cvar(sample, rng, DRAWS)
             for i, (span, truth) in enumerate(zip(spans, (mean, worst), strict=True)):
-                held[i] += span.low is not None and span.high is not None and span.low <= truth <= span.high
+                held[i] += (
+                    span.low is not None
+                    and span.high is not None
+                    and span.low <= truth <= span.high
+                )
         shares = held / replications
-        table.add_row(str(n), f"{shares[0]:.3f}", f"{shares[1]:.3f}" if spans[1].low is not None else "--")
+        table.add_row(
+            str(n), f"{shares[0]:.3f}", f"{shares[1]:.3f}" if spans[1].low is not None else "--"
+        )
     return table
 
 
 def normal(replications: int) -> Table:
     """The same for the mean of few values that are as kind as can be."""
-    table = Table("values", "mean", title="normally distributed values: held by", box=box.SIMPLE_HEAD)
+    table = Table(
+        "values", "mean", title="normally distributed values: held by", box=box.SIMPLE_HEAD
+    )
     for n in FEW:
         draw = np.random.default_rng((n, 1))
         spans = [_bootstrap(draw.normal(size=n), draw) for _ in range(replications)]
-        held = sum(span.low is not None and span.high is not None and span.low <= 0.0 <= span.high for span in spans)
+        held = sum(
+            span.low is not None and span.high is not None and span.low <= 0.0 <= span.high
+            for span in spans
+        )
         table.add_row(str(n), f"{held / replications:.2f}")
     return table
 
@@ -100,31 +117,54 @@ def _with_unseen(sample: FloatArray, rng: np.random.Generator, reach: Reach) -> 
     return admit_unseen(sample, max(float(sample.max()), reach.least), reach, None, rng, DRAWS)
 
 
-def resampled(folders: list[Path], replications: int, rng: np.random.Generator) -> tuple[Table, Table]:
+def resampled(
+    folders: list[Path], replications: int, rng: np.random.Generator
+) -> tuple[Table, Table]:
     """Share of intervals that hold the mean margin of real deliveries, of each run and in short."""
-    table = Table("run", "worst [USD]", title="real margins: held by bootstrap, with unseen loss", box=box.SIMPLE_HEAD)
-    brief = Table("runs", "worst [USD]", "interval", title="held by: least to most, median", box=box.SIMPLE_HEAD)
+    table = Table(
+        "run",
+        "worst [USD]",
+        title="real margins: held by bootstrap, with unseen loss",
+        box=box.SIMPLE_HEAD,
+    )
+    brief = Table(
+        "runs",
+        "worst [USD]",
+        "interval",
+        title="held by: least to most, median",
+        box=box.SIMPLE_HEAD,
+    )
     for n in DRAWN:
         table.add_column(f"n = {n}", justify="right")
         brief.add_column(f"n = {n}", justify="right")
-    groups: dict[bool, list[tuple[float, FloatArray]]] = {False: [], True: []}  # by whether a disaster is among them
+    # by whether a disaster is among them
+    groups: dict[bool, list[tuple[float, FloatArray]]] = {False: [], True: []}
     for name, margins, with_unseen in driven(folders):
         worst = float(margins.min())
-        shares = np.array([_shares(margins, n, (_bootstrap, with_unseen), replications, rng) for n in DRAWN])
-        table.add_row(name, f"{worst:.0f}", *(f"{plain:.2f}, {wider:.2f}" for plain, wider in shares))
+        shares = np.array(
+            [_shares(margins, n, (_bootstrap, with_unseen), replications, rng) for n in DRAWN]
+        )
+        table.add_row(
+            name, f"{worst:.0f}", *(f"{plain:.2f}, {wider:.2f}" for plain, wider in shares)
+        )
         groups[worst < -DISASTER].append((worst, shares))
     for group in filter(None, groups.values()):
         lowest, held = [each for each, _ in group], np.array([shares for _, shares in group])
         for kind, title in enumerate(("bootstrap", "with unseen loss")):
             cells = [
-                f"{column.min():.2f} to {column.max():.2f}, {np.median(column):.2f}" for column in held[:, :, kind].T
+                f"{column.min():.2f} to {column.max():.2f}, {np.median(column):.2f}"
+                for column in held[:, :, kind].T
             ]
             brief.add_row(str(len(group)), f"{max(lowest):.0f} to {min(lowest):.0f}", title, *cells)
     return table, brief
 
 
 def _shares(
-    margins: FloatArray, n: int, kinds: tuple[Draw, ...], replications: int, rng: np.random.Generator
+    margins: FloatArray,
+    n: int,
+    kinds: tuple[Draw, ...],
+    replications: int,
+    rng: np.random.Generator,
 ) -> list[float]:
     """How often intervals of each kind hold the mean of all ``margins``, from ``n`` of them drawn with replacement."""
     truth, held = float(margins.mean()), [0] * len(kinds)
@@ -143,9 +183,16 @@ def _shares(
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--replications", type=int, default=1000)
-    parser.add_argument("--runs", type=Path, action="append", help="folder of run folders; default: results/baseline")
+    parser.add_argument(
+        "--runs",
+        type=Path,
+        action="append",
+        help="folder of run folders; default: results/baseline",
+    )
     asked = parser.parse_args()
     rng = np.random.default_rng(0)
     console = Console(file=sys.stdout, width=140)

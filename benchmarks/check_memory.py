@@ -1,18 +1,22 @@
-"""Memory of the program and of each of its workers over many deliveries: flat, and at most 300 MB of its own.
+"""Memory of the program and of each of its workers over many deliveries.
 
-Usage: python benchmarks/check_memory.py [--episodes N] [--stack NAME] [--workers N] [--timeout S] [--map MAP]
-       python benchmarks/check_memory.py --rows N
+Flat, and at most 300 MB of its own.
 
-With --rows nothing but one delivery is driven: a run cut off just before its end has N copies of it, no two with the
-same margin. Printed is what memory and processor time resuming it, finishing it and reading it again take.
+Usage: python benchmarks/check_memory.py [--episodes N] [--stack NAME] [--workers N] [--timeout S]
+       [--map MAP] python benchmarks/check_memory.py --rows N
 
-Short deliveries; after each of them the memory of every process is read (Linux): resident (RSS); that in proportion,
-where what k processes share counts 1/k in each (PSS); and private, what would be free without the process (USS). The
-fields of a map are shared by all processes of a machine, and libraries: a worker alone has some 50 MiB more of its own.
-The built-in maps have 4000 x 4000 cells.
+With --rows nothing but one delivery is driven: a run cut off just before its end has N copies of
+it, no two with the same margin. Printed is what memory and processor time resuming it, finishing it
+and reading it again take.
 
-Compared are the medians of RSS in the second tenth of the deliveries (everything is compiled and filled by then) and in
-the last tenth. Exit status 1 when one of them grew by more than 5 %, or when a worker's private memory exceeds 300 MB.
+Short deliveries; after each of them the memory of every process is read (Linux): resident (RSS);
+that in proportion, where what k processes share counts 1/k in each (PSS); and private, what would
+be free without the process (USS). The fields of a map are shared by all processes of a machine, and
+libraries: a worker alone has some 50 MiB more of its own. The built-in maps have 4000 x 4000 cells.
+
+Compared are the medians of RSS in the second tenth of the deliveries (everything is compiled and
+filled by then) and in the last tenth. Exit status 1 when one of them grew by more than 5 %, or when
+a worker's private memory exceeds 300 MB.
 """
 
 import argparse
@@ -52,7 +56,9 @@ def memory(process: int) -> tuple[float, float, float]:
     return sizes["Rss:"], sizes["Pss:"], sizes["Private_Clean:"] + sizes["Private_Dirty:"]
 
 
-def measure(arguments: argparse.Namespace, folder: Path) -> dict[str, list[tuple[float, float, float]]]:
+def measure(
+    arguments: argparse.Namespace, folder: Path
+) -> dict[str, list[tuple[float, float, float]]]:
     """:func:`memory` of each process after each delivery."""
     (folder / "short.yaml").write_text(RULES.format(timeout=arguments.timeout))
     study = make_study(
@@ -68,7 +74,9 @@ def measure(arguments: argparse.Namespace, folder: Path) -> dict[str, list[tuple
 
     def on_finished(finished: object, record: object) -> None:
         sizes[PARENT].append(memory(os.getpid()))
-        for number, process in enumerate(sorted(multiprocessing.active_children(), key=lambda child: child.pid or 0)):
+        for number, process in enumerate(
+            sorted(multiprocessing.active_children(), key=lambda child: child.pid or 0)
+        ):
             sizes[f"worker {number}"].append(memory(process.pid or 0))
 
     with RunFolder(folder / "run", TABLES, study.total) as run, Workers(study.workers) as workers:
@@ -84,9 +92,16 @@ def write_journal(study: Study, folder: Path) -> None:
     draw = random.Random(0)
     with (folder / JOURNAL).open("wb") as journal:
         for episode in range(study.total):
-            varied = {"episode": episode, "distance_m": delivery.row["distance_m"] * draw.uniform(0.9, 1.1)}
+            varied = {
+                "episode": episode,
+                "distance_m": delivery.row["distance_m"] * draw.uniform(0.9, 1.1),
+            }
             timing = {**delivery.timing, "episode": episode}
-            journal.write(line_of({"row": {**delivery.row, **varied}, "events": delivery.events, "timing": timing}))
+            journal.write(
+                line_of(
+                    {"row": {**delivery.row, **varied}, "events": delivery.events, "timing": timing}
+                )
+            )
 
 
 def measure_rows(arguments: argparse.Namespace, folder: Path) -> None:
@@ -99,9 +114,13 @@ def measure_rows(arguments: argparse.Namespace, folder: Path) -> None:
     def report(step: str) -> None:
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
         spent, more = time.process_time() - began, memory(os.getpid())[0] - before
-        print(f"{step:<8} {more:+8.0f} MiB since the beginning, peak {peak:.0f} MiB, {spent:6.1f} s of processor time")
+        print(
+            f"{step:<8} {more:+8.0f} MiB since the beginning, peak {peak:.0f} MiB, {spent:6.1f} s of processor time"
+        )
 
-    print(f"{study.total} deliveries, {(folder / JOURNAL).stat().st_size / 1e6:.0f} MB of journal, {before:.0f} MiB")
+    print(
+        f"{study.total} deliveries, {(folder / JOURNAL).stat().st_size / 1e6:.0f} MB of journal, {before:.0f} MiB"
+    )
     with RunFolder(folder, TABLES, study.total) as run:
         report("resumed")
         finish(study, run)
@@ -114,7 +133,9 @@ def measure_rows(arguments: argparse.Namespace, folder: Path) -> None:
 
 
 def main() -> None:
-    arguments = parsed(__doc__, episodes=500, stack="nav2-gps", workers=2, map="sidewalk", timeout=3.0, rows=0)
+    arguments = parsed(
+        __doc__, episodes=500, stack="nav2-gps", workers=2, map="sidewalk", timeout=3.0, rows=0
+    )
     with tempfile.TemporaryDirectory() as name:
         if arguments.rows:
             measure_rows(arguments, Path(name) / "run")
@@ -128,13 +149,19 @@ def main() -> None:
     for process, sizes_of_it in sizes.items():
         tenth = max(len(sizes_of_it) // steps, 1)
         medians = [
-            statistics.median(rss for rss, _, _ in sizes_of_it[i * tenth : (i + 1) * tenth]) for i in range(steps)
+            statistics.median(rss for rss, _, _ in sizes_of_it[i * tenth : (i + 1) * tenth])
+            for i in range(steps)
         ]
         growth = medians[-1] / medians[1] - 1.0
         pss, uss = (statistics.median(size[k] for size in sizes_of_it[-tenth:]) for k in (1, 2))
         failed |= growth > ALLOWED or (process != PARENT and uss > MOST_PRIVATE)
-        print(f"{process:<10}{''.join(f'{median:8.0f}' for median in medians)}   {growth:+.1%}", end="")
-        print(f"   in proportion {pss:.0f}, private {uss:.0f} (a worker's may be {MOST_PRIVATE:.0f})")
+        print(
+            f"{process:<10}{''.join(f'{median:8.0f}' for median in medians)}   {growth:+.1%}",
+            end="",
+        )
+        print(
+            f"   in proportion {pss:.0f}, private {uss:.0f} (a worker's may be {MOST_PRIVATE:.0f})"
+        )
     sys.exit(1 if failed else 0)
 
 

@@ -32,7 +32,9 @@ def spent(stack: str, episodes: int, record: str) -> float:
         create_run(path, about(study, []), parameters(study))
         began = time.process_time()
         with RunFolder(path, TABLES, study.total) as run:
-            drive_missing(study, run, Workers(1, make_executor=InProcess), lambda finished, record: None)
+            drive_missing(
+                study, run, Workers(1, make_executor=InProcess), lambda finished, record: None
+            )
         return time.process_time() - began
 
 
@@ -42,13 +44,18 @@ def main() -> None:
     costs = {}
     for stack in asked.stack:
         spent(stack, asked.episodes, RECORDS[-1])
-        rounds = [[spent(stack, asked.episodes, record) for record in RECORDS] for _ in range(asked.rounds)]
+        rounds = [
+            [spent(stack, asked.episodes, record) for record in RECORDS]
+            for _ in range(asked.rounds)
+        ]
         least = [min(times) for times in zip(*rounds, strict=True)]
         told = ", ".join(
             f"{record} {100.0 * (each / least[0] - 1.0):+.0f} %"
             for record, each in zip(RECORDS[1:], least[1:], strict=True)
         )
-        print(f"{stack}: events {least[0]:.2f} s, {told} (least of {asked.rounds}, {asked.episodes} deliveries)")
+        print(
+            f"{stack}: events {least[0]:.2f} s, {told} (least of {asked.rounds}, {asked.episodes} deliveries)"
+        )
         costs[stack] = least[RECORDS.index("full")] / least[0] - 1.0
     dear = [f"{stack} {100.0 * cost:.0f} %" for stack, cost in costs.items() if cost > MOST]
     sys.exit(f"full costs more than {100.0 * MOST:.0f} %: {', '.join(dear)}" if dear else 0)

@@ -63,7 +63,9 @@ class Driver:
         assert self._process.stdin is not None
         with contextlib.suppress(BrokenPipeError):  # it has died: there will be no answer
             print(
-                json.dumps({"loop": loop, "episode": episode, "seconds": seconds}), file=self._process.stdin, flush=True
+                json.dumps({"loop": loop, "episode": episode, "seconds": seconds}),
+                file=self._process.stdin,
+                flush=True,
             )
 
     def answer(self) -> Answer:
@@ -78,7 +80,9 @@ class Driver:
             raise Failure(f"the version in {self._tree} does not drive; what it said stands above")
         given: Answer = json.loads(line)
         if Path(given["program"]) != self._tree.resolve():
-            raise Failure(f"{self._tree} holds no version of this program: {given['program']} drove in its place")
+            raise Failure(
+                f"{self._tree} holds no version of this program: {given['program']} drove in its place"
+            )
         return given
 
     def end(self) -> None:
@@ -108,7 +112,9 @@ class Speed:
         return self.ratio.low is not None and self.ratio.low > 1.0 + tolerance
 
 
-def compare_speed(before: Driver, after: Driver, loop: str, deliveries: int, seconds: float) -> Speed:
+def compare_speed(
+    before: Driver, after: Driver, loop: str, deliveries: int, seconds: float
+) -> Speed:
     """Drive the beginnings of some deliveries twice with each version, in the order ABBA."""
     for driver in (before, after):
         drive(driver, loop, 0, seconds)  # compiles and fills caches
@@ -120,7 +126,10 @@ def compare_speed(before: Driver, after: Driver, loop: str, deliveries: int, sec
             took[id(driver)] += driven["processor"] / driven["simulated"]
         logarithms.append(math.log(took[id(after)] / took[id(before)]))
     interval = bootstrap_mean(logarithms, np.random.default_rng(0))
-    bounds = (None if each is None else math.exp(each) for each in (interval.value, interval.low, interval.high))
+    bounds = (
+        None if each is None else math.exp(each)
+        for each in (interval.value, interval.low, interval.high)
+    )
     return Speed(loop, Interval(*bounds, interval.n))
 
 
@@ -142,12 +151,16 @@ def compare_rows(before: Driver, after: Driver, loop: str, deliveries: int) -> R
         for driver in (before, after):
             driver.ask(loop, episode, None)
         old, new = (driver.answer()["row"] for driver in (before, after))
-        other = {key for key in old.keys() & new.keys() if json.dumps(old[key]) != json.dumps(new[key])}
+        other = {
+            key for key in old.keys() & new.keys() if json.dumps(old[key]) != json.dumps(new[key])
+        }
         only_in_one |= old.keys() ^ new.keys()
         columns |= other
         if other:
             differing.append(episode)
-    return Rows(loop, deliveries, tuple(differing), tuple(sorted(columns)), tuple(sorted(only_in_one)))
+    return Rows(
+        loop, deliveries, tuple(differing), tuple(sorted(columns)), tuple(sorted(only_in_one))
+    )
 
 
 @contextlib.contextmanager
@@ -157,15 +170,21 @@ def version(given: str, tree: Path) -> Iterator[Path]:
         yield Path(given).resolve()
         return
     with tempfile.TemporaryDirectory(prefix="check_speed-") as folder:
-        archive = subprocess.run(["git", "-C", str(tree), "archive", given], capture_output=True, check=False)
+        archive = subprocess.run(
+            ["git", "-C", str(tree), "archive", given], capture_output=True, check=False
+        )
         if archive.returncode:
-            raise Failure(f"--against {given} is neither a commit of {tree} nor a folder; give one, e.g. HEAD~1")
+            raise Failure(
+                f"--against {given} is neither a commit of {tree} nor a folder; give one, e.g. HEAD~1"
+            )
         subprocess.run(["tar", "-x", "-C", folder], input=archive.stdout, check=True)
         yield Path(folder)
 
 
 def too_late(number: int, frame: FrameType | None) -> None:
-    raise Failure("the check is not done within --time-limit; give more time, --quick, or fewer --loop")
+    raise Failure(
+        "the check is not done within --time-limit; give more time, --quick, or fewer --loop"
+    )
 
 
 def check(before: Driver, after: Driver, arguments: argparse.Namespace) -> bool:
@@ -201,15 +220,32 @@ def show_rows(rows: Rows) -> bool:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--against", required=True, metavar="COMMIT")
-    parser.add_argument("--tree", type=Path, default=ROOT, help="default: the checkout of this script")
-    parser.add_argument("--tolerance", type=float, default=0.15, help="share by which it may be slower; default: 0.15")
-    parser.add_argument("--loop", action="append", choices=LOOPS, help="repeatable; default: all, with --quick one")
+    parser.add_argument(
+        "--tree", type=Path, default=ROOT, help="default: the checkout of this script"
+    )
+    parser.add_argument(
+        "--tolerance",
+        type=float,
+        default=0.15,
+        help="share by which it may be slower; default: 0.15",
+    )
+    parser.add_argument(
+        "--loop", action="append", choices=LOOPS, help="repeatable; default: all, with --quick one"
+    )
     parser.add_argument("--deliveries", type=int, help=f"timed of each loop; default: {DELIVERIES}")
-    parser.add_argument("--seconds", type=float, default=SECONDS, help="simulated, of each; default: 20")
-    parser.add_argument("--rows", type=int, default=0, metavar="N", help="whole deliveries of each loop to compare")
-    parser.add_argument("--quick", action="store_true", help=f"{QUICK_DELIVERIES} deliveries of one loop")
+    parser.add_argument(
+        "--seconds", type=float, default=SECONDS, help="simulated, of each; default: 20"
+    )
+    parser.add_argument(
+        "--rows", type=int, default=0, metavar="N", help="whole deliveries of each loop to compare"
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help=f"{QUICK_DELIVERIES} deliveries of one loop"
+    )
     parser.add_argument("--time-limit", type=float, default=TIME_LIMIT, help="[s]; default: 1800")
     arguments = parser.parse_args()
     signal.signal(signal.SIGALRM, too_late)

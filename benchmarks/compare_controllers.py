@@ -1,14 +1,17 @@
-"""Four controllers on the same 400 deliveries: what each earns, and each against DWB mission by mission.
+"""Four controllers on the same 400 deliveries.
 
-Usage: python benchmarks/compare_controllers.py [--episodes N] [--seed S] [--workers N] [--map NAME] [--world NAME]
-           [--stack NAME ... | --parts NAME] --out FOLDER
+What each earns, and each against DWB mission by mission.
 
-The first stack is the one that the others are held against. Deliveries that FOLDER holds already are not driven again,
-so a study that was interrupted goes on with the same command. The tables that docs/controllers.md quotes are printed as
-Markdown and kept in FOLDER/controllers.md; ``navbench compare FOLDER:A FOLDER:B`` shows all other metrics.
+Usage: python benchmarks/compare_controllers.py [--episodes N] [--seed S] [--workers N] [--map NAME]
+           [--world NAME] [--stack NAME ... | --parts NAME] --out FOLDER
 
---parts holds a stack against itself with one part of its controller changed at a time; FOLDER/params has the changed
-Nav2 files.
+The first stack is the one that the others are held against. Deliveries that FOLDER holds already
+are not driven again, so a study that was interrupted goes on with the same command. The tables that
+docs/controllers.md quotes are printed as Markdown and kept in FOLDER/controllers.md; ``navbench
+compare FOLDER:A FOLDER:B`` shows all other metrics.
+
+--parts holds a stack against itself with one part of its controller changed at a time;
+FOLDER/params has the changed Nav2 files.
 """
 
 import argparse
@@ -56,24 +59,42 @@ def what_each_does(comparisons: dict[str, Comparison], sides: list[Side]) -> str
     rows = []
     for side in sides:
         outcomes = [row["outcome"] for row in side.stack.rows]
-        shares = [interval_text(wilson_interval(outcomes.count(key), len(outcomes)), 3) for key in OUTCOMES]
+        shares = [
+            interval_text(wilson_interval(outcomes.count(key), len(outcomes)), 3)
+            for key in OUTCOMES
+        ]
         if side.stack.name in comparisons:
-            values = {key: entry.second for key, entry in comparisons[side.stack.name].differences.items()}
+            values = {
+                key: entry.second for key, entry in comparisons[side.stack.name].differences.items()
+            }
         else:
-            values = {key: entry.first for key, entry in next(iter(comparisons.values())).differences.items()}
-        rows.append([side.stack.name, str(len(outcomes)), *shares, *(f"{values[key]:.3f}" for key in means)])
+            values = {
+                key: entry.first
+                for key, entry in next(iter(comparisons.values())).differences.items()
+            }
+        rows.append(
+            [side.stack.name, str(len(outcomes)), *shares, *(f"{values[key]:.3f}" for key in means)]
+        )
     return table(["stack", "n", *(PAIRED[key] for key in (*OUTCOMES, *means))], rows)
 
 
 def against_the_first(comparisons: dict[str, Comparison], sides: list[Side]) -> str:
-    """Paired differences with 95 % intervals; the margin's also without the mission of the dearest injuries."""
+    """Paired differences with 95 % intervals.
+
+    The margin's also without the mission of the dearest injuries.
+    """
     rows = [
         [title, *(difference_text(comparison, key) for comparison in comparisons.values())]
         for key, title in PAIRED.items()
     ]
     first, *others = without_the_dearest(sides)
     fewer = [compare(first, other, [MARGIN]) for other in others]
-    rows.append([f"{PAIRED[MARGIN]} without the dearest mission", *(difference_text(each, MARGIN) for each in fewer)])
+    rows.append(
+        [
+            f"{PAIRED[MARGIN]} without the dearest mission",
+            *(difference_text(each, MARGIN) for each in fewer),
+        ]
+    )
     return table(["", *comparisons], rows)
 
 
@@ -93,7 +114,11 @@ def difference_text(comparison: Comparison, key: str) -> str:
     entry = comparison.differences.get(key)
     if entry is None:
         return "--"
-    return f"{interval_text(entry.paired.difference, 3)}, p = {entry.paired.p:.4f}" if entry.differs else "none"
+    return (
+        f"{interval_text(entry.paired.difference, 3)}, p = {entry.paired.p:.4f}"
+        if entry.differs
+        else "none"
+    )
 
 
 def tables(folder: Path) -> str:
@@ -111,10 +136,15 @@ def tables(folder: Path) -> str:
 def with_variants(name: str, folder: Path) -> list[str]:
     """A stack, and stack files in a folder that change one part of its Nav2 file each."""
     stack = load_yaml(shipped("params") / "stacks" / f"{name}.yaml")
-    original = (shipped("params") / "nav2" / f"{stack['nav2_file']}.yaml").read_text(encoding="utf-8")
+    original = (shipped("params") / "nav2" / f"{stack['nav2_file']}.yaml").read_text(
+        encoding="utf-8"
+    )
     files = []
     for variant, changes in PARTS[name].items():
-        text, fields = original, {**stack, "title": f"{name}, {variant}", "nav2_file": f"{variant}-nav2.yaml"}
+        text, fields = (
+            original,
+            {**stack, "title": f"{name}, {variant}", "nav2_file": f"{variant}-nav2.yaml"},
+        )
         for path, value in changes.items():
             node, _, parameter = path.partition(".")
             if path.startswith(STACK):
@@ -122,13 +152,18 @@ def with_variants(name: str, folder: Path) -> list[str]:
             else:
                 text = set_value(text, (node,), parameter, value, f"{variant}: {path}")
         (folder / f"{variant}-nav2.yaml").write_text(text, encoding="utf-8")
-        (folder / f"{variant}.yaml").write_text(json.dumps(fields, indent=2) + "\n", encoding="utf-8")  # YAML, too
+        # YAML, too
+        (folder / f"{variant}.yaml").write_text(
+            json.dumps(fields, indent=2) + "\n", encoding="utf-8"
+        )
         files.append(str(folder / f"{variant}.yaml"))
     return [name, *files]
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--episodes", type=int, default=400)
     parser.add_argument("--seed", type=int, default=2000)
     parser.add_argument("--workers", type=int)
@@ -144,7 +179,9 @@ def main() -> None:
         else:
             with tempfile.TemporaryDirectory() as variants:
                 study = make_study(
-                    stacks=with_variants(asked.parts, Path(variants)) if asked.parts else asked.stack,
+                    stacks=with_variants(asked.parts, Path(variants))
+                    if asked.parts
+                    else asked.stack,
                     episodes=asked.episodes,
                     seed=asked.seed,
                     map_name=asked.map,

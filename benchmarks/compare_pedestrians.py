@@ -2,9 +2,10 @@
 
 Usage: python benchmarks/compare_pedestrians.py [--figure PNG] [--seeds N]
 
-Real people: UCY zara01 in $NAVSTACK_DATA/ucy_zara01 (Lerner, Chrysanthou & Lischinski 2007), a pavement of which a
-camera sees about 16 m. Simulated people walk between random goals in a straight corridor, as many of them as give the
-middle 16 m about as many people as the recording has. Nothing is fitted: each model has the parameters of its world.
+Real people: UCY zara01 in $NAVSTACK_DATA/ucy_zara01 (Lerner, Chrysanthou & Lischinski 2007), a
+pavement of which a camera sees about 16 m. Simulated people walk between random goals in a straight
+corridor, as many of them as give the middle 16 m about as many people as the recording has. Nothing
+is fitted: each model has the parameters of its world.
 """
 
 import argparse
@@ -46,7 +47,9 @@ WORLDS = {"random_walk": "easy", "social_force": "social", "measured": "measured
 
 def corridor() -> OccupancyGrid:
     """A straight strip of walkable ground along x."""
-    return OccupancyGrid(np.zeros((round(WIDTH / 0.1), round(LENGTH / 0.1)), dtype=np.int8), 0.1, Pose2D())
+    return OccupancyGrid(
+        np.zeros((round(WIDTH / 0.1), round(LENGTH / 0.1)), dtype=np.int8), 0.1, Pose2D()
+    )
 
 
 def simulate(world: str, seed: int) -> Recording:
@@ -79,7 +82,9 @@ def report(title: str, recordings: list[Recording], values: dict[str, FloatArray
     """Print one block of the table."""
     present = np.mean([mean_presence(r, PERIOD) for r in recordings])
     in_company = np.mean([(companions(r, PERIOD).sum(axis=1) > 1).mean() for r in recordings])
-    print(f"\n{title}: {present:.1f} people in view on average, {in_company:.0%} of them in company")
+    print(
+        f"\n{title}: {present:.1f} people in view on average, {in_company:.0%} of them in company"
+    )
     print(f"{'':14}{'n':>7}" + "".join(f"{f'p{p}':>7}" for p in PERCENTILES) + f"{'mean':>8}")
     for name, unit in (("speed", "m/s"), ("separation", "m"), ("PET", "s")):
         v = values[name]
@@ -95,7 +100,11 @@ def draw(results: dict[str, dict[str, FloatArray]], path: Path) -> None:
 
     figure = Figure(figsize=(10.0, 3.0), dpi=150, layout="constrained")
     panels = figure.subplots(1, 3)
-    styles = {"real people": ("black", 2.2), "random_walk": ("#d1242f", 1.5), "social_force": ("#0b6e4f", 1.5)}
+    styles = {
+        "real people": ("black", 2.2),
+        "random_walk": ("#d1242f", 1.5),
+        "social_force": ("#0b6e4f", 1.5),
+    }
     styles |= {"measured": ("#1f6feb", 1.5)}
     for axes, name, label, limit in (
         (panels[0], "speed", "speed [m/s]", 2.2),
@@ -113,7 +122,9 @@ def draw(results: dict[str, dict[str, FloatArray]], path: Path) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--figure", type=Path)
     parser.add_argument("--seeds", type=int, default=5)
     arguments = parser.parse_args()
@@ -122,7 +133,9 @@ def main() -> None:
         sys.exit("NAVSTACK_DATA is not set; it names the folder that holds ucy_zara01/obsmat.txt")
     real = load_recording(ReplayParams(file=str(Path(data) / "ucy_zara01" / "obsmat.txt")))
     ade, fde, windows = prediction_errors(real)
-    print(f"constant velocity on the recording: ADE {ade:.2f} m, FDE {fde:.2f} m ({windows} windows)")
+    print(
+        f"constant velocity on the recording: ADE {ade:.2f} m, FDE {fde:.2f} m ({windows} windows)"
+    )
     results = {"real people": measure([real])}
     report("real people (UCY zara01)", [real], results["real people"])
     for model, world in WORLDS.items():

@@ -1,7 +1,10 @@
-"""A picture of satellite fixes along one recorded delivery: where they lie, and how far from the truth.
+"""A picture of satellite fixes along one recorded delivery.
 
-Usage: python benchmarks/fix_picture.py RUN STACK EPISODE PICTURE [PRESET ...]
-(RUN made by ``navbench run --record full``; PRESET a name of ``params/sensors``, by default rtk_urban consumer_gps).
+Where they lie, and how far from the truth.
+
+Usage: python benchmarks/fix_picture.py RUN STACK EPISODE PICTURE [PRESET ...] (RUN made by
+``navbench run --record full``; PRESET a name of ``params/sensors``, by default rtk_urban
+consumer_gps).
 """
 
 import json
@@ -37,7 +40,9 @@ GAP = 1.0  # [s] without a fix over which no line is drawn
 _LAYOUT: dict[str, Any] = {"width_ratios": (1.0, 1.7), "height_ratios": (3.0, 1.0)}
 
 
-def draw_fixes(run: Path, stack: str, episode: int, picture: Path, presets: tuple[str, ...] = PRESETS) -> None:
+def draw_fixes(
+    run: Path, stack: str, episode: int, picture: Path, presets: tuple[str, ...] = PRESETS
+) -> None:
     """Draw the fixes that receivers would have had along a delivery of a run folder into a PNG.
 
     Raises:
@@ -58,7 +63,9 @@ def draw_fixes(run: Path, stack: str, episode: int, picture: Path, presets: tupl
     measured = {name: fixes_along(way, scene, name, settings["seed"], episode) for name in presets}
     with rc_context(FONT):
         figure = Figure(figsize=(WIDTH_INCH, HEIGHT_INCH), dpi=DPI, layout="constrained")
-        places, errors, sky = figure.subplot_mosaic([["places", "errors"], ["places", "sky"]], **_LAYOUT).values()
+        places, errors, sky = figure.subplot_mosaic(
+            [["places", "errors"], ["places", "sky"]], **_LAYOUT
+        ).values()
         _draw_places(places, scene, way, measured)
         _draw_errors(errors, measured)
         _draw_sky(sky, way, scene)
@@ -66,7 +73,9 @@ def draw_fixes(run: Path, stack: str, episode: int, picture: Path, presets: tupl
 
 
 def fixes_along(way: FloatArray, scene: Scene, preset: str, seed: int, episode: int) -> FloatArray:
-    """The fixes (n, 4) of a preset's receiver on a way: stamp [s], error along x and y [m], stated deviation [m].
+    """The fixes (n, 4) of a preset's receiver on a way.
+
+    Stamp [s], error along x and y [m], stated deviation [m].
 
     Args:
         way: (m, >= 3) stamp [s], true x, y [m].
@@ -75,7 +84,9 @@ def fixes_along(way: FloatArray, scene: Scene, preset: str, seed: int, episode: 
         seed: of the run; the draws are those that the delivery would have had.
         episode: of the run.
     """
-    params = load_dataclass(SensorParams, resolve(preset, shipped("params") / "sensors", "sensor preset")).gps
+    params = load_dataclass(
+        SensorParams, resolve(preset, shipped("params") / "sensors", "sensor preset")
+    ).gps
     receiver = GpsReceiver(params, sky_of(scene))
     stamps = np.arange(way[0, 0], way[-1, 0], 1.0 / params.rate)
     xs, ys = np.interp(stamps, way[:, 0], way[:, 1]), np.interp(stamps, way[:, 0], way[:, 2])
@@ -88,7 +99,9 @@ def fixes_along(way: FloatArray, scene: Scene, preset: str, seed: int, episode: 
     return np.array(rows).reshape(-1, 4)
 
 
-def _draw_places(axes: "Axes", scene: Scene, way: FloatArray, measured: dict[str, FloatArray]) -> None:
+def _draw_places(
+    axes: "Axes", scene: Scene, way: FloatArray, measured: dict[str, FloatArray]
+) -> None:
     low, high = way[:, 1:3].min(axis=0) - MARGIN, way[:, 1:3].max(axis=0) + MARGIN
     draw_scene(axes, scene, Rect(*low.tolist(), *high.tolist()))
     # The least accurate below the others.
@@ -96,7 +109,14 @@ def _draw_places(axes: "Axes", scene: Scene, way: FloatArray, measured: dict[str
         x, y = (np.interp(fixes[:, 0], way[:, 0], way[:, k]) + fixes[:, k] for k in (1, 2))
         axes.plot(x, y, ".", ms=3.0, color=colour, zorder=5, label=name)
     axes.plot(*way[:, 1:3].T, color=TRUTH, lw=1.0, zorder=6, label="true way")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3, fontsize=7, frameon=False, handletextpad=0.2)
+    axes.legend(
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.1),
+        ncols=3,
+        fontsize=7,
+        frameon=False,
+        handletextpad=0.2,
+    )
 
 
 def _draw_errors(axes: "Axes", measured: dict[str, FloatArray]) -> None:
@@ -115,12 +135,20 @@ def _draw_errors(axes: "Axes", measured: dict[str, FloatArray]) -> None:
 
 def _draw_sky(axes: "Axes", way: FloatArray, scene: Scene) -> None:
     sky = sky_of(scene)
-    axes.fill_between(way[:, 0], [sky.hidden(x, y) for x, y in way[:, 1:3]], color=HIDDEN, alpha=0.4, lw=0)
+    axes.fill_between(
+        way[:, 0], [sky.hidden(x, y) for x, y in way[:, 1:3]], color=HIDDEN, alpha=0.4, lw=0
+    )
     axes.set(xlabel="time [s]", ylabel="hidden sky [-]", ylim=(0.0, 1.0))
 
 
 if __name__ == "__main__":
     try:
-        draw_fixes(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), Path(sys.argv[4]), tuple(sys.argv[5:]) or PRESETS)
+        draw_fixes(
+            Path(sys.argv[1]),
+            sys.argv[2],
+            int(sys.argv[3]),
+            Path(sys.argv[4]),
+            tuple(sys.argv[5:]) or PRESETS,
+        )
     except (InputError, IndexError, ValueError) as error:
         sys.exit(str(error) if isinstance(error, InputError) else (__doc__ or "").strip())

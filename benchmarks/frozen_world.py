@@ -1,10 +1,12 @@
-"""World ``published_2`` beside the published rows: drives what is not kept, writes the tables of docs/calibration.md.
+"""World ``published_2`` beside the published rows.
+
+Drives what is not kept, writes the tables of docs/calibration.md.
 
 Usage: python benchmarks/frozen_world.py [--tables] [--workers N] [--stack NAME] [--place NAME]
 
-Stacks drive seed 0, 400 deliveries at every place: three generated maps and the published one, if NAVSTACK_DATA
-names a folder with costnav/sidewalk.png and sidewalk_navmesh.png. Nothing was fitted to them. --tables drives nothing;
---stack and --place, repeatable, drive some of the cells.
+Stacks drive seed 0, 400 deliveries at every place: three generated maps and the published one, if
+NAVSTACK_DATA names a folder with costnav/sidewalk.png and sidewalk_navmesh.png. Nothing was fitted
+to them. --tables drives nothing; --stack and --place, repeatable, drive some of the cells.
 """
 
 import argparse
@@ -48,8 +50,10 @@ METHODS = {  # stack -> published method that it stands for
     "paper-amcl-seen": "nav2_amcl",
     GEOMETRY: "nav2_amcl",
 }
-EARNING = ("nav2-gps-ekf", "mpc-gps-ekf", "evasive-gps-ekf")  # the first is the one that margins are held against
-MESH_CORNER, GEOMETRY_CORNER = -100.875, -100.775  # [m] of the images, by the published file and by correlation with it
+# the first is the one that margins are held against
+EARNING = ("nav2-gps-ekf", "mpc-gps-ekf", "evasive-gps-ekf")
+# [m] of the images, by the published file and by correlation with it
+MESH_CORNER, GEOMETRY_CORNER = -100.875, -100.775
 FAMILIES = (  # of shares that are tested together: a stack for each published row
     ("paper-gps", "paper-amcl"),
     ("paper-gps", GEOMETRY),
@@ -92,7 +96,10 @@ CELLS = [
 
 
 def published_map(folder: Path) -> Path | None:
-    """The published map as a world, made in ``folder``, with the stack of AMCL on its geometry; None: no images."""
+    """The published map as a world, made in ``folder``, with the stack of AMCL on its geometry.
+
+    None: no images.
+    """
     images = Path(os.environ.get("NAVSTACK_DATA", "")) / "costnav"
     if not (images / "sidewalk_navmesh.png").exists():
         return None
@@ -101,9 +108,17 @@ def published_map(folder: Path) -> Path | None:
         mesh = _described(folder, images / "sidewalk_navmesh.png", MESH_CORNER)
         geometry = _described(folder, images / "sidewalk.png", GEOMETRY_CORNER)
         served = _described(folder / "served", images / "sidewalk.png", MESH_CORNER)
-        stack = yaml.safe_load((shipped("params") / "stacks" / "paper-amcl.yaml").read_text(encoding="utf-8"))
-        write_text(folder / f"{GEOMETRY}.yaml", yaml.safe_dump({**stack, "localization_map": str(served)}))
-        save_scene(import_scene(OWN_MAP, load_map(mesh), load_map(geometry), ImportSettings()), folder, OWN_MAP)
+        stack = yaml.safe_load(
+            (shipped("params") / "stacks" / "paper-amcl.yaml").read_text(encoding="utf-8")
+        )
+        write_text(
+            folder / f"{GEOMETRY}.yaml", yaml.safe_dump({**stack, "localization_map": str(served)})
+        )
+        save_scene(
+            import_scene(OWN_MAP, load_map(mesh), load_map(geometry), ImportSettings()),
+            folder,
+            OWN_MAP,
+        )
     return folder / f"{OWN_MAP}.yaml"
 
 
@@ -118,7 +133,10 @@ def _described(folder: Path, image: Path, corner: float) -> Path:
 
 
 def drive(cell: Cell, own_map: Path | None, workers: int | None) -> None:
-    """Drive what a cell lacks of its deliveries; leaves the program where that does not end well."""
+    """Drive what a cell lacks of its deliveries.
+
+    Leaves the program where that does not end well.
+    """
     folder, where = cell.folder, Where(workers=workers)
     if (folder / "summary.json").exists():
         return
@@ -128,8 +146,18 @@ def drive(cell: Cell, own_map: Path | None, workers: int | None) -> None:
         stack, place = cell.stack, cell.place
         if place == OWN_MAP:
             assert own_map is not None
-            stack, place = str(own_map.parent / f"{stack}.yaml") if stack == GEOMETRY else stack, str(own_map)
-        study = make_study(stacks=[stack], episodes=EPISODES, seed=SEED, world=WORLD, map_name=place, workers=workers)
+            stack, place = (
+                str(own_map.parent / f"{stack}.yaml") if stack == GEOMETRY else stack,
+                str(own_map),
+            )
+        study = make_study(
+            stacks=[stack],
+            episodes=EPISODES,
+            seed=SEED,
+            world=WORLD,
+            map_name=place,
+            workers=workers,
+        )
         status = begin_run(study, folder, where, as_json=False)
     if status:
         sys.exit(status)
@@ -171,13 +199,17 @@ def shares(driven: dict[Cell, Delivered]) -> str:
             cells = [Cell(stack, place) for stack in family]
             if not all(cell in driven for cell in cells):
                 continue
-            counts = [(cell, outcome, driven[cell].outcomes) for cell in cells for outcome in OUTCOMES]
+            counts = [
+                (cell, outcome, driven[cell].outcomes) for cell in cells for outcome in OUTCOMES
+            ]
             p_values = []
             for cell, outcome, ours in counts:
                 method = methods[METHODS[cell.stack]]
                 theirs = round(getattr(method.measured, outcome) * method.episodes)
                 k, n = ours.count(outcome), len(ours)
-                p_values.append(float(fisher_exact([[k, n - k], [theirs, method.episodes - theirs]]).pvalue))
+                p_values.append(
+                    float(fisher_exact([[k, n - k], [theirs, method.episodes - theirs]]).pvalue)
+                )
             parts = [
                 f"{interval_text(wilson_interval(ours.count(outcome), len(ours)), 3)}, {p_text(p)}"
                 for (_, outcome, ours), p in zip(counts, holm(p_values), strict=True)
@@ -186,12 +218,21 @@ def shares(driven: dict[Cell, Delivered]) -> str:
             lines += [row for row in rows if row[:2] not in [line[:2] for line in lines]]
     for name, method in methods.items():
         if name in METHODS.values():
-            lines.append(["published", name, *(f"{getattr(method.measured, outcome):.2f}" for outcome in OUTCOMES)])
+            lines.append(
+                [
+                    "published",
+                    name,
+                    *(f"{getattr(method.measured, outcome):.2f}" for outcome in OUTCOMES),
+                ]
+            )
     return table(["place", "stack", "SLA", "spoiled", "time-out", "assistance"], lines)
 
 
 def predictions(driven: dict[Cell, Delivered]) -> str:
-    """What the published rows tell beyond outcomes: ours, and its ratio to the published, in bold where not allowed."""
+    """What the published rows tell beyond outcomes.
+
+    Ours, and its ratio to the published, in bold where not allowed.
+    """
     lines = []
     for cell, delivered in driven.items():
         if cell.stack not in METHODS:
@@ -204,7 +245,9 @@ def predictions(driven: dict[Cell, Delivered]) -> str:
                 f"{mean_of(delivered, key) / getattr(method.measured, key):.2f}",
             )
             is_missed = gate is not None and not gate[0] <= float(ratio) <= gate[1]
-            line.append(f"{interval_text(ours, decimals)}: {f'**{ratio}**' if is_missed else ratio}")
+            line.append(
+                f"{interval_text(ours, decimals)}: {f'**{ratio}**' if is_missed else ratio}"
+            )
         lines.append(line)
     heading = ["injuries [USD]", "impulse [N s]", "distance [km]", "speed [m/s]", "time [h]"]
     return table(["place", "stack", *heading], lines)
@@ -226,11 +269,15 @@ def standing(driven: dict[Cell, Delivered]) -> str:
             continue
         cost = delivered.came_to.intervals["pedestrian_injury_usd_per_run"]
         share = STANDING / (3600.0 * mean_of(delivered, "avg_runtime_h"))
-        value, low, high = (None if each is None else each * share for each in (cost.value, cost.low, cost.high))
+        value, low, high = (
+            None if each is None else each * share for each in (cost.value, cost.low, cost.high)
+        )
         scaled = interval_text(Interval(value, low, high, cost.n), 2)
         ratio = mean_of(delivered, "pedestrian_injury_usd_per_run") * share / theirs
         lines.append([cell.place, scaled, f"{ratio:.2f}"])
-    return table(["place", f"injuries in {STANDING:g} s of standing [USD]", "of the published"], lines)
+    return table(
+        ["place", f"injuries in {STANDING:g} s of standing [USD]", "of the published"], lines
+    )
 
 
 def earnings(driven: dict[Cell, Delivered]) -> str:
@@ -238,7 +285,9 @@ def earnings(driven: dict[Cell, Delivered]) -> str:
     cells = [cell for cell in driven if cell.stack in EARNING]
     against = {cell: Cell(EARNING[0], cell.place) for cell in cells if cell.stack != EARNING[0]}
     pairs = {
-        cell: compare(side_of(driven[other].run), side_of(driven[cell].run), ["contribution_margin"])
+        cell: compare(
+            side_of(driven[other].run), side_of(driven[cell].run), ["contribution_margin"]
+        )
         for cell, other in against.items()
         if other in driven
     }
@@ -248,29 +297,43 @@ def earnings(driven: dict[Cell, Delivered]) -> str:
     for cell in cells:
         outcomes, means = driven[cell].outcomes, driven[cell].came_to.intervals
         texts = [interval_text(wilson_interval(outcomes.count("sla"), len(outcomes)), 3)]
-        texts += [interval_text(means[key], 2) for key in ("pedestrian_injury_usd_per_run", "contribution_margin")]
-        paired = f"{interval_text(found[cell].difference, 2)}, {p_text(adjusted[cell])}" if cell in found else "--"
+        texts += [
+            interval_text(means[key], 2)
+            for key in ("pedestrian_injury_usd_per_run", "contribution_margin")
+        ]
+        paired = (
+            f"{interval_text(found[cell].difference, 2)}, {p_text(adjusted[cell])}"
+            if cell in found
+            else "--"
+        )
         lines.append([cell.place, cell.stack, *texts, paired])
     heading = ["SLA", "injuries [USD]", "margin [USD]", f"minus {EARNING[0]} [USD], p (Holm)"]
     return table(["place", "stack", *heading], lines)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--tables", action="store_true", help="drive nothing")
     parser.add_argument("--workers", type=int)
     parser.add_argument("--stack", action="append", default=[], help="repeatable; default: all")
-    parser.add_argument("--place", action="append", default=[], choices=PLACES, help="repeatable; default: all")
+    parser.add_argument(
+        "--place", action="append", default=[], choices=PLACES, help="repeatable; default: all"
+    )
     asked = parser.parse_args()
     try:
         own_map = None if asked.tables else published_map(KEPT.parents[1] / "published_map")
         for cell in () if asked.tables else CELLS:
-            is_asked = (not asked.stack or cell.stack in asked.stack) and (not asked.place or cell.place in asked.place)
+            is_asked = (not asked.stack or cell.stack in asked.stack) and (
+                not asked.place or cell.place in asked.place
+            )
             if is_asked and (own_map is not None or cell.place != OWN_MAP):
                 drive(cell, own_map, asked.workers)
         driven = {cell: read(cell) for cell in CELLS if (cell.folder / "summary.json").exists()}
         aligned = "\n\n".join(part(driven) for part in (shares, predictions, standing, earnings))
-        tables = re.sub(r" +(?= \|)", "", re.sub("-{4,}", "---", aligned))  # as the other tables of the page
+        # as the other tables of the page
+        tables = re.sub(r" +(?= \|)", "", re.sub("-{4,}", "---", aligned))
         print(tables)
         before, begin, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
         write_text(PAGE, f"{before}{begin}\n\n{tables}\n\n{END}{rest.partition(END)[2]}")

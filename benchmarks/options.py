@@ -3,7 +3,9 @@
 import argparse
 
 
-def parsed(usage: str | None, parser: argparse.ArgumentParser | None = None, **defaults: object) -> argparse.Namespace:
+def parsed(
+    usage: str | None, parser: argparse.ArgumentParser | None = None, **defaults: object
+) -> argparse.Namespace:
     """What a user gave.
 
     Args:
@@ -16,5 +18,10 @@ def parsed(usage: str | None, parser: argparse.ArgumentParser | None = None, **d
     for name, default in defaults.items():
         is_list = isinstance(default, list)
         kind = type(default[0] if is_list else default)
-        parser.add_argument(f"--{name.replace('_', '-')}", type=kind, default=default, nargs="+" if is_list else None)
+        parser.add_argument(
+            f"--{name.replace('_', '-')}",
+            type=kind,
+            default=default,
+            nargs="+" if is_list else None,
+        )
     return parser.parse_args()

@@ -11,7 +11,8 @@ import numpy as np
 from harness.world.replay_file import Recording
 from navstack.types import BoolArray, FloatArray, IntArray
 
-COMPANY_DISTANCE = 2.13  # [m] 7 feet, within which people count as together (McPhail & Wohlstein 1983)
+# [m] 7 feet, within which people count as together (McPhail & Wohlstein 1983)
+COMPANY_DISTANCE = 2.13
 COMPANY_SHARE = 0.8  # of their common time that companions spend within it
 SAME_PLACE = 0.3  # [m] between two centres that were at the same place
 LONGEST_PET = 5.0  # [s] beyond which nobody encroaches on anybody
@@ -30,7 +31,9 @@ def record_states(states: FloatArray, period: float, window: tuple[float, float]
     firsts, kept_times, kept_positions = [0], [], []
     for person in range(states.shape[1]):
         positions = states[:, person, :2]
-        inside = np.concatenate(([False], (window[0] <= positions[:, 0]) & (positions[:, 0] <= window[1]), [False]))
+        inside = np.concatenate(
+            ([False], (window[0] <= positions[:, 0]) & (positions[:, 0] <= window[1]), [False])
+        )
         edges = np.flatnonzero(np.diff(inside.astype(np.int8))).reshape(-1, 2)
         for begin, end in edges.tolist():
             firsts.append(firsts[-1] + end - begin)
@@ -71,7 +74,10 @@ def separations(recording: Recording, period: float) -> FloatArray:
 
 
 def companions(recording: Recording, period: float) -> BoolArray:
-    """Who walks in company, (n, n) bool: near each other for most of their common time; everybody with himself."""
+    """Who walks in company, (n, n) bool: near each other for most of their common time.
+
+    Everybody with himself.
+    """
     together = np.eye(recording.count, dtype=np.bool_)
     ticks = [np.rint(times / period).astype(np.int64) for times, _ in _people(recording)]
     places = [positions for _, positions in _people(recording)]
@@ -80,7 +86,9 @@ def companions(recording: Recording, period: float) -> BoolArray:
             continue
         _, a, b = np.intersect1d(ticks[i], ticks[j], assume_unique=True, return_indices=True)
         near = np.hypot(*(places[i][a] - places[j][b]).T) < COMPANY_DISTANCE
-        together[i, j] = together[j, i] = len(a) * period >= COMPANY_TIME and near.mean() >= COMPANY_SHARE
+        together[i, j] = together[j, i] = (
+            len(a) * period >= COMPANY_TIME and near.mean() >= COMPANY_SHARE
+        )
     return together
 
 
@@ -94,7 +102,11 @@ def post_encroachment_times(recording: Recording, period: float) -> FloatArray:
     people = [_refined(times, positions) for times, positions in _people(recording)]
     for i, j in itertools.combinations(range(recording.count), 2):
         (times, places), (others, elsewhere) = people[i], people[j]
-        if together[i, j] or times[0] > others[-1] + LONGEST_PET or others[0] > times[-1] + LONGEST_PET:
+        if (
+            together[i, j]
+            or times[0] > others[-1] + LONGEST_PET
+            or others[0] > times[-1] + LONGEST_PET
+        ):
             continue
         apart = np.hypot(*(places[:, None] - elsewhere).transpose(2, 0, 1))
         after = np.abs(times[:, None] - others)[apart <= SAME_PLACE]
@@ -109,7 +121,9 @@ def _refined(times: FloatArray, positions: FloatArray) -> tuple[FloatArray, Floa
     return fine, np.column_stack([np.interp(fine, times, positions[:, axis]) for axis in (0, 1)])
 
 
-def prediction_errors(recording: Recording, observed: int = 8, predicted: int = 12) -> tuple[float, float, int]:
+def prediction_errors(
+    recording: Recording, observed: int = 8, predicted: int = 12
+) -> tuple[float, float, int]:
     """Errors of "goes on as in the last step", over all windows of ``observed`` and ``predicted`` samples.
 
     Returns:

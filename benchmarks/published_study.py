@@ -1,15 +1,17 @@
-"""The studies that this project publishes, of params/suites: every stack, the best on fresh missions, measured people.
+"""The studies that this project publishes, of params/suites.
 
-Usage: python benchmarks/published_study.py [--suite published|evasive|measured] [--episodes N] [--stack NAME]
-           [--map NAME] [--world NAME] [--workers N] [--out FOLDER] [--render]
+Every stack, the best on fresh missions, measured people.
 
-What FOLDER (results/baseline/study, evasive_study or measured) holds is kept and added to, so a study can be driven in
-pieces, on one checkout after the other: --episodes 100 drives the first hundred deliveries of every cell, --stack and
---map some cells only; without them the rest is driven. Deliveries are independent of what was driven before them.
---render drives nothing.
+Usage: python benchmarks/published_study.py [--suite published|evasive|measured] [--episodes N]
+           [--stack NAME] [--map NAME] [--world NAME] [--workers N] [--out FOLDER] [--render]
 
-The folder gets its page, figures and tables; docs/hooks.py puts their pages into the site. The margins of the suite
-evasive are README's table as soon as every cell has deliveries.
+What FOLDER (results/baseline/study, evasive_study or measured) holds is kept and added to, so a
+study can be driven in pieces, on one checkout after the other: --episodes 100 drives the first
+hundred deliveries of every cell, --stack and --map some cells only; without them the rest is
+driven. Deliveries are independent of what was driven before them. --render drives nothing.
+
+The folder gets its page, figures and tables; docs/hooks.py puts their pages into the site. The
+margins of the suite evasive are README's table as soon as every cell has deliveries.
 """
 
 import argparse
@@ -31,7 +33,10 @@ ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = {"published": "study", "evasive": "evasive_study", "measured": "measured"}
 README_SHOWS = "evasive_study"
 BASELINE = ROOT / "results" / "baseline"
-BEGIN, END = "<!-- study: benchmarks/published_study.py writes what follows -->", "<!-- study ends -->"
+BEGIN, END = (
+    "<!-- study: benchmarks/published_study.py writes what follows -->",
+    "<!-- study ends -->",
+)
 
 
 def headline(results: Results) -> str:
@@ -59,7 +64,9 @@ def filled(text: str, content: str) -> str:
     before, begin, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:
-        raise ValueError(f"has no '{BEGIN}' with '{END}' after it; put both where the table is to stand")
+        raise ValueError(
+            f"has no '{BEGIN}' with '{END}' after it; put both where the table is to stand"
+        )
     return f"{before}{begin}\n\n{content}\n{end}{after}"
 
 
@@ -67,22 +74,38 @@ def publish(results: Results, readme: Path) -> None:
     """Put the margins into README."""
     missing = sum(each.valuation is None for each in results.standings)
     if missing:
-        print(f"README.md is left as it is: {missing} of {len(results.standings)} cells have no delivery yet")
+        print(
+            f"README.md is left as it is: {missing} of {len(results.standings)} cells have no delivery yet"
+        )
         return
     text = filled(readme.read_text(encoding="utf-8"), headline(results))
     readme.write_text(text, encoding="utf-8")
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--episodes", type=int, help="of each cell; default: all that the suite declares")
-    parser.add_argument("--stack", action="append", default=[], help="of the suite, repeatable; default: all")
-    parser.add_argument("--map", action="append", default=[], help="of the suite, repeatable; default: all")
-    parser.add_argument("--world", help="a name of params/worlds or a file; default: the suite's own")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--episodes", type=int, help="of each cell; default: all that the suite declares"
+    )
+    parser.add_argument(
+        "--stack", action="append", default=[], help="of the suite, repeatable; default: all"
+    )
+    parser.add_argument(
+        "--map", action="append", default=[], help="of the suite, repeatable; default: all"
+    )
+    parser.add_argument(
+        "--world", help="a name of params/worlds or a file; default: the suite's own"
+    )
     parser.add_argument("--workers", type=int)
     parser.add_argument("--suite", choices=tuple(FOLDERS), default="published")
-    parser.add_argument("--out", type=Path, help="default: the study's own folder in results/baseline")
-    parser.add_argument("--render", action="store_true", help="drive nothing: page, figures and tables anew")
+    parser.add_argument(
+        "--out", type=Path, help="default: the study's own folder in results/baseline"
+    )
+    parser.add_argument(
+        "--render", action="store_true", help="drive nothing: page, figures and tables anew"
+    )
     asked = parser.parse_args()
     status, name = 0, FOLDERS[asked.suite]
     out = asked.out or BASELINE / name
@@ -93,7 +116,9 @@ def main() -> None:
             results = write_overview(out)
         else:
             portion = Portion(tuple(asked.stack), tuple(asked.map), asked.episodes)
-            status = begin_suite(asked.suite, asked.world, portion, Where(workers=asked.workers), out, as_json=False)
+            status = begin_suite(
+                asked.suite, asked.world, portion, Where(workers=asked.workers), out, as_json=False
+            )
             results = read_results(out)
         if out.resolve() == BASELINE / README_SHOWS:
             publish(results, ROOT / "README.md")

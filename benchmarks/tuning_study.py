@@ -1,18 +1,23 @@
-"""A tuning study from a shipped stack to its proof: tuned file against the original and against others.
+"""A tuning study from a shipped stack to its proof.
 
-Usage: python benchmarks/tuning_study.py critics|weights [--unraced] [--beside NAME] [--name NAME] [--workers N]
-           [options of navbench tune: --space NAME ... --objective NAME --trials N --episodes N --finalists N
-           --final-episodes N --test-episodes N --waterfall N --budget TIME --seed S --world NAME]
+Tuned file against the original and against others.
 
-``critics`` tunes DWB's critics and the layers that it sees people through, from Nav2's stock file, and holds the result
-against the paper's hand-tuned file, too; ``weights`` tunes those of the jerk-limited MPC. All
-drive with ``navstack::IncrementalNavfn`` as planner. ``--unraced`` drives every trial to the end, under a name of its
-own; ``--beside critics`` then sets the tuned file of that study beside this one's, on the same test missions.
+Usage: python benchmarks/tuning_study.py critics|weights [--unraced] [--beside NAME] [--name NAME]
+           [--workers N] [options of navbench tune: --space NAME ... --objective NAME --trials N
+           --episodes N --finalists N --final-episodes N --test-episodes N --waterfall N --budget
+           TIME --seed S --world NAME]
 
-``results/baseline/tuning/NAME`` gets what is kept: ``proof.md`` (what all do on the test missions, and the paired
-differences), the report's tables, the tuned file and its difference, the trials, and ``study.tar.xz`` with everything
-that the study goes on from, written every ten minutes and at the end. The study itself is driven in
-``results/tuning/NAME``. What was interrupted goes on with the same command, in another checkout, too.
+``critics`` tunes DWB's critics and the layers that it sees people through, from Nav2's stock file,
+and holds the result against the paper's hand-tuned file, too; ``weights`` tunes those of the
+jerk-limited MPC. All drive with ``navstack::IncrementalNavfn`` as planner. ``--unraced`` drives
+every trial to the end, under a name of its own; ``--beside critics`` then sets the tuned file of
+that study beside this one's, on the same test missions.
+
+``results/baseline/tuning/NAME`` gets what is kept: ``proof.md`` (what all do on the test missions,
+and the paired differences), the report's tables, the tuned file and its difference, the trials, and
+``study.tar.xz`` with everything that the study goes on from, written every ten minutes and at the
+end. The study itself is driven in ``results/tuning/NAME``. What was interrupted goes on with the
+same command, in another checkout, too.
 """
 
 import argparse
@@ -69,7 +74,9 @@ class Question:
 
 
 QUESTIONS = {
-    "critics": Question("nav2-stock", "gps-ekf", ("dwb_critics", "local_layers"), "shared_margin", "nav2-gps-ekf"),
+    "critics": Question(
+        "nav2-stock", "gps-ekf", ("dwb_critics", "local_layers"), "shared_margin", "nav2-gps-ekf"
+    ),
     "weights": Question("mpc-gps-ekf", "gps-ekf", ("mpc_weights",), "shared_margin", ""),
 }
 
@@ -107,7 +114,10 @@ def unpack(driven: Path, archive: Path) -> None:
 
 
 def pack(driven: Path, archive: Path) -> None:
-    """Write what a study goes on from; a last line of a journal that is cut off there is driven again."""
+    """Write what a study goes on from.
+
+    A last line of a journal that is cut off there is driven again.
+    """
     archive.parent.mkdir(parents=True, exist_ok=True)
     new = archive.with_suffix(".new")
     with tarfile.open(new, "w:xz") as content:
@@ -152,17 +162,24 @@ def tune(arguments: Sequence[str]) -> None:
             raise
 
 
-def test_rows(folder: Path, rival: str, rival_folder: Path, workers: int | None) -> dict[str, Sequence[Row]]:
+def test_rows(
+    folder: Path, rival: str, rival_folder: Path, workers: int | None
+) -> dict[str, Sequence[Row]]:
     """Rows of original, tuned file and rival (a stack file, or empty) on the test missions.
 
-    Those of the first two are in the study's journal; the rival's are driven, but for those that its folder has.
+    Those of the first two are in the study's journal; the rival's are driven, but for those that
+    its folder has.
     """
     base = load_study(folder, workers)
     study = load_tuning(folder, base, None)
     with Workers(base.workers) as pool, TemporaryDirectory() as files:
         with Journal(folder) as journal:
-            evaluator = StackEvaluator(study.template, pool, journal, lambda candidate, row: None, Path(files))
-            result = finish(study, run_search(study, evaluator, journal, lambda trial, best: None), evaluator)
+            evaluator = StackEvaluator(
+                study.template, pool, journal, lambda candidate, row: None, Path(files)
+            )
+            result = finish(
+                study, run_search(study, evaluator, journal, lambda trial, best: None), evaluator
+            )
         sides = dict(zip(("original", "tuned"), result.test_rows, strict=True))
         if rival:
             rival_folder.mkdir(exist_ok=True)
@@ -176,7 +193,9 @@ def test_rows(folder: Path, rival: str, rival_folder: Path, workers: int | None)
 
 def tell(candidate: Candidate, row: Row) -> None:
     """A line of progress."""
-    sys.stderr.write(f"{candidate.name}: delivery {row['episode']} {row.get('outcome') or row.get('error')}\n")
+    sys.stderr.write(
+        f"{candidate.name}: delivery {row['episode']} {row.get('outcome') or row.get('error')}\n"
+    )
 
 
 def column(rows: Sequence[Row], key: str) -> FloatArray:
@@ -188,9 +207,15 @@ def column(rows: Sequence[Row], key: str) -> FloatArray:
 
 def proof(sides: dict[str, Sequence[Row]], seed: int) -> str:
     """Markdown: what each file does, and the tuned one minus each other, mission by mission."""
-    shown = {MARGIN: "margin [USD]", **{key: key for key in OUTCOMES}, "pedestrian_contacts": "contacts with people"}
+    shown = {
+        MARGIN: "margin [USD]",
+        **{key: key for key in OUTCOMES},
+        "pedestrian_contacts": "contacts with people",
+    }
     paired = [
-        index for index in range(len(sides["tuned"])) if all(rows[index].get("outcome") for rows in sides.values())
+        index
+        for index in range(len(sides["tuned"]))
+        if all(rows[index].get("outcome") for rows in sides.values())
     ]
     both = {name: [rows[index] for index in paired] for name, rows in sides.items()}
     rng = np.random.default_rng(seed)
@@ -209,9 +234,17 @@ def proof(sides: dict[str, Sequence[Row]], seed: int) -> str:
         cells = []
         for key in shown:
             found = compare_pairs(
-                column(both[name], key), column(both["tuned"], key), clusters, rng, is_share=key in OUTCOMES
+                column(both[name], key),
+                column(both["tuned"], key),
+                clusters,
+                rng,
+                is_share=key in OUTCOMES,
             )
-            cells.append(f"{interval_text(found.difference, 3)}, p = {found.p:.4f}" if found.differs else "none")
+            cells.append(
+                f"{interval_text(found.difference, 3)}, p = {found.p:.4f}"
+                if found.differs
+                else "none"
+            )
         differences.append([name, *cells])
     whole = table(["", "n", *shown.values()], lines)
     return f"{whole}\n\n{table(['tuned minus', *shown.values()], differences)}\n"
@@ -241,18 +274,26 @@ def keep(driven: Path, folder: Path, text: str) -> None:
     (folder / "proof.md").write_text(text, encoding="utf-8")
 
 
-def arguments_of(given: Sequence[str], question: Question, original: Path, study: Path) -> list[str]:
+def arguments_of(
+    given: Sequence[str], question: Question, original: Path, study: Path
+) -> list[str]:
     """Of ``navbench tune``: the question's, then those that are given, which count where both are."""
     if (study / "run.json").exists():
         return ["--resume", str(study)]
-    spaces = [] if "--space" in given else [part for space in question.spaces for part in ("--space", space)]
+    spaces = (
+        []
+        if "--space" in given
+        else [part for space in question.spaces for part in ("--space", space)]
+    )
     own = ["--objective", question.objective, "--world", "easy"]
     return ["--stack", str(original), "--out", str(study), *spaces, *own, *given]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
     )
     parser.add_argument("question", choices=QUESTIONS)
     parser.add_argument("--unraced", action="store_true")
@@ -267,7 +308,11 @@ def main() -> None:
     try:
         unpack(driven, folder / ARCHIVE)
         original = incremental(question.stack, question.localizer, driven / "stacks")
-        rival = incremental(question.rival, question.localizer, driven / "stacks") if question.rival else ""
+        rival = (
+            incremental(question.rival, question.localizer, driven / "stacks")
+            if question.rival
+            else ""
+        )
         workers = ["--workers", str(asked.workers)] if asked.workers else []
         with kept(driven, folder / ARCHIVE):
             tune([*arguments_of(given, question, original, driven / "study"), *workers])

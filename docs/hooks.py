@@ -1,4 +1,7 @@
-"""What the site shows beside docs/: the studies in results/baseline, all metrics, all rules of lint."""
+"""What the site shows beside docs/.
+
+The studies in results/baseline, all metrics, all rules of lint.
+"""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -19,7 +22,9 @@ def on_files(files: Files, *, config: Any) -> Files:
     """Add the studies' pages and figures to those of docs/."""
     for name in STUDIES:
         page = (BASELINE / name / "index.md").read_text(encoding="utf-8")
-        files.append(File.generated(config, f"{name}.md", content=page.replace("](figures/", f"]({name}/")))
+        files.append(
+            File.generated(config, f"{name}.md", content=page.replace("](figures/", f"]({name}/"))
+        )
         for figure in sorted((BASELINE / name / "figures").glob("*.png")):
             files.append(File.generated(config, f"{name}/{figure.name}", abs_src_path=str(figure)))
     return files
@@ -32,7 +37,11 @@ def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
     if page.file.src_uri == "lint.md":
         return f"{markdown}\n{catalog()}"
     if page.file.src_uri == "metrics.md":
-        return markdown.replace(LINK_TO_CATALOG, "`harness/metrics/catalog.toml`") + "\n" + "\n".join(metric_tables())
+        return (
+            markdown.replace(LINK_TO_CATALOG, "`harness/metrics/catalog.toml`")
+            + "\n"
+            + "\n".join(metric_tables())
+        )
     return markdown
 
 
@@ -45,8 +54,18 @@ def metric_tables() -> Iterator[str]:
 
 
 def _table(metrics: Sequence[Metric]) -> Iterator[str]:
-    yield from ("| metric | unit | better | definition | source | null when | mean as |", "| --- " * 7 + "|")
+    yield from (
+        "| metric | unit | better | definition | source | null when | mean as |",
+        "| --- " * 7 + "|",
+    )
     for metric in metrics:
         mean = f"`{metric.mean_key}`" if metric.mean_key else ""
-        cells = (metric.unit, metric.better.value, metric.meaning, metric.source, metric.undefined or "never", mean)
+        cells = (
+            metric.unit,
+            metric.better.value,
+            metric.meaning,
+            metric.source,
+            metric.undefined or "never",
+            mean,
+        )
         yield f"| `{metric.key}` | {' | '.join(cells)} |"

@@ -1,4 +1,6 @@
-"""Drive, price and compare deliveries from Python; ``python -m navbench`` is the program of the same name.
+"""Drive, price and compare deliveries from Python.
+
+``python -m navbench`` is the program of the same name.
 
     import navbench
 
@@ -47,7 +49,9 @@ _WHERE = {
 def __getattr__(name: str) -> Any:
     """What is asked for, imported then: the program itself needs little of it."""
     if name not in __all__:
-        raise AttributeError(f"module 'navbench' has no attribute '{name}'; it has {', '.join(sorted(__all__))}")
+        raise AttributeError(
+            f"module 'navbench' has no attribute '{name}'; it has {', '.join(sorted(__all__))}"
+        )
     return getattr(importlib.import_module(_WHERE.get(name, "navbench.api")), name)
 
 

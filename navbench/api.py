@@ -1,4 +1,7 @@
-"""The functions of ``import navbench``: what the commands do, with tables and numbers in place of printed text."""
+"""The functions of ``import navbench``.
+
+What the commands do, with tables and numbers in place of printed text.
+"""
 
 import dataclasses
 from collections.abc import Collection, Mapping, Sequence
@@ -49,10 +52,13 @@ class Run:
         return Run(self.stored.only(stack))
 
     def table(self, name: str = "episodes") -> pa.Table:
-        """A table as Arrow has it; ``.to_pandas()`` makes a data frame of it where pandas is installed.
+        """A table as Arrow has it.
+
+        ``.to_pandas()`` makes a data frame of it where pandas is installed.
 
         Args:
-            name: ``episodes``, a row per delivery; ``events``, a row per contact; ``timings``, wall times.
+            name: ``episodes``, a row per delivery; ``events``, a row per contact; ``timings``, wall
+                times.
 
         Raises:
             InputError: there is no such table.
@@ -65,14 +71,27 @@ class Run:
 
     @property
     def valuations(self) -> dict[str, Valuation]:
-        """What the deliveries of each stack come to; stacks without a finished delivery are left out."""
+        """What the deliveries of each stack come to.
+
+        Stacks without a finished delivery are left out.
+        """
         prices, seed = self.stored.prices(), self.stored.seed
-        return {stack.name: value(stack.rows, stack, prices, seed) for stack in self.stored.stacks if stack.rows}
+        return {
+            stack.name: value(stack.rows, stack, prices, seed)
+            for stack in self.stored.stacks
+            if stack.rows
+        }
 
     @property
     def margins(self) -> dict[str, Interval]:
-        """The contribution margin [USD/run] of each stack; those whose cargo is not modelled are left out."""
-        found = {stack: each.intervals.get("contribution_margin") for stack, each in self.valuations.items()}
+        """The contribution margin [USD/run] of each stack.
+
+        Those whose cargo is not modelled are left out.
+        """
+        found = {
+            stack: each.intervals.get("contribution_margin")
+            for stack, each in self.valuations.items()
+        }
         return {stack: margin for stack, margin in found.items() if margin is not None}
 
 
@@ -90,15 +109,17 @@ def run(
     """Drive deliveries, as ``navbench run`` does; progress goes to standard error.
 
     Args:
-        stack: a name of params/stacks, a stack file or a Nav2 parameter file; several drive the same deliveries.
+        stack: a name of params/stacks, a stack file or a Nav2 parameter file; several drive the
+            same deliveries.
         episodes: deliveries per stack.
         seed: same seed, same deliveries.
         map: a built-in map or a map_server YAML file.
         world: a name of params/worlds or a YAML file.
         out: run folder; None: ``results/<time>-<stack>``.
         workers: processes; None: one per core.
-        options: the other options of the command, such as ``pedestrians``, ``people``, ``localizer``, ``sensors``,
-            ``robot``, ``prices``, ``rules``, ``missions``, ``start``, ``goal``, ``record``, ``substitutes``.
+        options: the other options of the command, such as ``pedestrians``, ``people``,
+            ``localizer``, ``sensors``, ``robot``, ``prices``, ``rules``, ``missions``, ``start``,
+            ``goal``, ``record``, ``substitutes``.
 
     Raises:
         InputError: something that was given cannot be used.
@@ -145,7 +166,10 @@ def compare(first: Run, second: Run, metrics: Collection[str] = ()) -> Compariso
 
 
 def price(
-    run: Run, prices: str | None = None, settings: Mapping[str, float] | None = None, terms: Sequence[str] = ()
+    run: Run,
+    prices: str | None = None,
+    settings: Mapping[str, float] | None = None,
+    terms: Sequence[str] = (),
 ) -> dict[str, Repriced]:
     """A run at other prices, without driving again; by stack.
 
@@ -159,7 +183,10 @@ def price(
         InputError: a price file, setting or term that cannot be used.
     """
     texts = [f"{key}={number}" for key, number in (settings or {}).items()]
-    return {each.stack.name: each for each in reprice(run.stored, choose(run.stored, prices, texts, terms))}
+    return {
+        each.stack.name: each
+        for each in reprice(run.stored, choose(run.stored, prices, texts, terms))
+    }
 
 
 def plan(
@@ -186,7 +213,10 @@ def plan(
     """
     from harness.plan.question import ask_all, task_of
 
-    begin, end = (None if pose is None else ",".join(str(float(number)) for number in pose) for pose in (start, goal))
+    begin, end = (
+        None if pose is None else ",".join(str(float(number)) for number in pose)
+        for pose in (start, goal)
+    )
     _, _, answers = ask_all(task_of(map, begin, end, seed, params), planners)
     return {answer.planner: answer for answer in answers}
 
@@ -200,10 +230,13 @@ def make_world(
     world: str = DEFAULT_WORLD,
     **options: Any,
 ) -> "RunningDelivery":
-    """A delivery that is stepped by hand: look at ``observation`` and ``truth``, call ``drive``, until ``verdict``.
+    """A delivery that is stepped by hand.
+
+    Look at ``observation`` and ``truth``, call ``drive``, until ``verdict``.
 
     Args:
-        stack: whose robot and sensors drive; its navigator is there as ``brain``, and need not be asked.
+        stack: whose robot and sensors drive; its navigator is there as ``brain``, and need not be
+            asked.
         seed: of the deliveries.
         episode: the delivery's number, as in a run.
         map: a built-in map or a map_server YAML file.
@@ -217,6 +250,8 @@ def make_world(
     from harness.episode.factory import Parts
     from harness.task.study import make_study
 
-    study = make_study(stacks=[stack], episodes=1, seed=seed, map_name=map, world=world, workers=1, **options)
+    study = make_study(
+        stacks=[stack], episodes=1, seed=seed, map_name=map, world=world, workers=1, **options
+    )
     task = dataclasses.replace(study.template, episode=episode)
     return RunningDelivery(task, world=Parts(task).new_world())

@@ -1,4 +1,6 @@
-"""Deliveries as a Gymnasium environment: same world, same missions, same dollars as ``navbench run``.
+"""Deliveries as a Gymnasium environment.
+
+Same world, same missions, same dollars as ``navbench run``.
 
     import gymnasium
 
@@ -31,7 +33,9 @@ try:
     import gymnasium
     from gymnasium import spaces
 except ModuleNotFoundError:
-    raise InputError("navbench.gym needs gymnasium, which is not installed; pip install 'navbench[gym]'") from None
+    raise InputError(
+        "navbench.gym needs gymnasium, which is not installed; pip install 'navbench[gym]'"
+    ) from None
 
 ID = "navbench/Delivery-v0"
 MOST_PEOPLE = 8  # nearest ones, in the observation
@@ -41,14 +45,17 @@ Observed = dict[str, npt.NDArray[np.float32] | Image]
 
 
 class DeliveryEnv(gymnasium.Env[Any, Any]):
-    """One delivery per episode; a step lasts as long as the stack's ``policy.rate`` says, 0.1 s by default.
+    """One delivery per episode.
 
-    Observation, in the robot's base frame: ``goal`` x, y [m], yaw [rad]; ``route`` (10, 2) [m], the path planned at the
-    start, 1, 2, ... m ahead; ``velocity`` [m/s], [rad/s]; ``scan`` (beams,) [m], range_max where nothing returned;
-    with ``sees_people`` also ``people`` (8, 4), the nearest ones' x, y [m], vx, vy [m/s], zeros where there is nobody.
-    Action: forward velocity and yaw rate as shares of the robot's highest, ``fastest``, in [-1, 1]. Reward: dollars,
-    see :class:`harness.episode.dollars.Dollars`; ``info["dollars"]`` has them by term. A delivery that is over is
-    terminated, never truncated: being late costs.
+    A step lasts as long as the stack's ``policy.rate`` says, 0.1 s by default.
+
+    Observation, in the robot's base frame: ``goal`` x, y [m], yaw [rad]; ``route`` (10, 2) [m], the
+    path planned at the start, 1, 2, ... m ahead; ``velocity`` [m/s], [rad/s]; ``scan`` (beams,)
+    [m], range_max where nothing returned; with ``sees_people`` also ``people`` (8, 4), the nearest
+    ones' x, y [m], vx, vy [m/s], zeros where there is nobody. Action: forward velocity and yaw rate
+    as shares of the robot's highest, ``fastest``, in [-1, 1]. Reward: dollars, see
+    :class:`harness.episode.dollars.Dollars`; ``info["dollars"]`` has them by term. A delivery that
+    is over is terminated, never truncated: being late costs.
     """
 
     metadata = {"render_modes": []}  # noqa: RUF012 - as Gymnasium wants it
@@ -66,23 +73,30 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
         """Make the world.
 
         Args:
-            stack: whose robot, sensors, localizer and planner there are; who steps the environment drives.
+            stack: whose robot, sensors, localizer and planner there are; who steps the environment
+                drives.
             map: a built-in map or a map_server YAML file.
             world: a name of params/worlds or a YAML file.
             sees_people: whether the observation has people.
-            camera: whose pictures the observation has as ``image``, e.g. ``CameraParams(160, 120)``; None: that of the
-                stack's file, which may have none.
+            camera: whose pictures the observation has as ``image``, e.g. ``CameraParams(160,
+                120)``; None: that of the stack's file, which may have none.
             options: as of :func:`navbench.run`, such as ``pedestrians`` or ``prices``.
 
         Raises:
             InputError: something that was given cannot be used.
         """
-        study = make_study(stacks=[stack], episodes=1, map_name=map, world=world, workers=1, **options)
+        study = make_study(
+            stacks=[stack], episodes=1, map_name=map, world=world, workers=1, **options
+        )
         given = study.template.stack
         if not given.nav2_file:
             raise InputError(f"stack '{given.name}' does not drive; give one with a Nav2 file")
-        policy = dataclasses.replace(given.policy, sees_people=sees_people, camera=camera or given.policy.camera)
-        self._task = dataclasses.replace(study.template, stack=dataclasses.replace(given, policy=policy), episode=-1)
+        policy = dataclasses.replace(
+            given.policy, sees_people=sees_people, camera=camera or given.policy.camera
+        )
+        self._task = dataclasses.replace(
+            study.template, stack=dataclasses.replace(given, policy=policy), episode=-1
+        )
         parts = Parts(self._task)
         self._world = parts.new_world()
         self._brain = SteeredBrain(parts.senses(self._world), policy.rate)
@@ -100,7 +114,9 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
         if sees_people:
             seen["people"] = spaces.Box(-FAR, FAR, (MOST_PEOPLE, 4))
         if policy.camera.is_there:
-            seen["image"] = spaces.Box(0, 255, (policy.camera.height, policy.camera.width, 3), np.uint8)
+            seen["image"] = spaces.Box(
+                0, 255, (policy.camera.height, policy.camera.width, 3), np.uint8
+            )
         self.observation_space = spaces.Dict(seen)
         self.delivery: RunningDelivery | None = None
         self._is_over = True
@@ -113,7 +129,9 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observed, dict[str, Any]]:
-        """Begin a delivery: number 0 of a new ``seed``, else the next one; ``options={"episode": k}`` chooses.
+        """Begin a delivery: number 0 of a new ``seed``, else the next one.
+
+        ``options={"episode": k}`` chooses.
 
         Raises:
             InputError: a seed or number that is out of range.
@@ -123,7 +141,9 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
         episode = (options or {}).get("episode", 0 if seed is not None else known.episode + 1)
         if not isinstance(episode, int) or episode < 0:
             raise InputError(f"options: episode {episode!r}; give a whole number of 0 or more")
-        self._task = dataclasses.replace(known, seed=known.seed if seed is None else seed, episode=episode)
+        self._task = dataclasses.replace(
+            known, seed=known.seed if seed is None else seed, episode=episode
+        )
         self.delivery = RunningDelivery(self._task, lambda parts, world: self._brain, self._world)
         self._dollars = Dollars(self.delivery.parts.prices, self.delivery.truth)
         self._brain.sense(self.delivery.observation)
@@ -131,7 +151,9 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
         return self._observed(), {"seed": self._task.seed, "episode": episode}
 
     def step(self, action: FloatArray) -> tuple[Observed, float, bool, bool, dict[str, Any]]:
-        """Drive until the next action is due, or the delivery is over; then ``info`` has its row and events.
+        """Drive until the next action is due, or the delivery is over.
+
+        Then ``info`` has its row and events.
 
         Raises:
             InputError: no delivery has begun, or the action is not two finite numbers.
@@ -156,7 +178,11 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
             finished = delivery.finish()
             for term, amount in self._dollars.settle(finished).items():
                 dollars[term] += amount
-            info |= {"outcome": verdict.outcome.value, "row": finished.row, "events": finished.events}
+            info |= {
+                "outcome": verdict.outcome.value,
+                "row": finished.row,
+                "events": finished.events,
+            }
         return self._observed(), sum(dollars.values()), verdict is not None, False, info
 
     def close(self) -> None:

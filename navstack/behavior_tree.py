@@ -1,14 +1,16 @@
 """Navigate to a pose with replanning and recovery, after Nav2's default behavior tree.
 
-The tree is Jazzy's ``navigate_to_pose_w_replanning_and_recovery.xml``: replan at 1 Hz and follow. A failure to plan
-clears the global costmap and is tried once more, a failure to follow clears the local one and is tried once more. When
-that fails too, the next recovery of the round robin runs and the whole starts over, at most six times. All of this only
-where the error is one that a recovery may cure (WouldAPlannerRecoveryHelp, WouldAControllerRecoveryHelp): a goal in an
-obstacle or outside the map ends the navigation at once.
+The tree is Jazzy's ``navigate_to_pose_w_replanning_and_recovery.xml``: replan at 1 Hz and follow. A
+failure to plan clears the global costmap and is tried once more, a failure to follow clears the
+local one and is tried once more. When that fails too, the next recovery of the round robin runs and
+the whole starts over, at most six times. All of this only where the error is one that a recovery
+may cure (WouldAPlannerRecoveryHelp, WouldAControllerRecoveryHelp): a goal in an obstacle or outside
+the map ends the navigation at once.
 
-Not modelled: GoalUpdated, which cuts a recovery short when a new goal arrives (a new goal begins with ``reset``), and
-the selectors of planner and controller (their defaults run, ``GridBased`` and ``FollowPath``; where the file does not
-list one of them, Nav2 refuses the goal, and here the first of the list runs).
+Not modelled: GoalUpdated, which cuts a recovery short when a new goal arrives (a new goal begins
+with ``reset``), and the selectors of planner and controller (their defaults run, ``GridBased`` and
+``FollowPath``; where the file does not list one of them, Nav2 refuses the goal, and here the first
+of the list runs).
 """
 
 from dataclasses import replace
@@ -31,10 +33,13 @@ from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
 REPLANNING_PERIOD = 1.0  # [s] RateController hz="1.0"
 NUMBER_OF_RETRIES = 6  # RecoveryNode NavigateRecovery
 
-# The errors after which clearing and recovering are tried (would_a_planner_recovery_help_condition.cpp and
-# would_a_controller_recovery_help_condition.cpp); after any other, the navigation fails.
+# The errors after which clearing and recovering are tried
+# (would_a_planner_recovery_help_condition.cpp and would_a_controller_recovery_help_condition.cpp);
+# after any other, the navigation fails.
 PLANNER_RECOVERY_HELPS = frozenset({"UNKNOWN", "TIMEOUT", "NO_VALID_PATH"})
-CONTROLLER_RECOVERY_HELPS = frozenset({"UNKNOWN", "PATIENCE_EXCEEDED", "FAILED_TO_MAKE_PROGRESS", "NO_VALID_CONTROL"})
+CONTROLLER_RECOVERY_HELPS = frozenset(
+    {"UNKNOWN", "PATIENCE_EXCEEDED", "FAILED_TO_MAKE_PROGRESS", "NO_VALID_CONTROL"}
+)
 
 _LATELY = 0.2  # [s] within which a control cycle is still the last
 TREE = "behavior_tree"  # who decided where neither a controller nor a recovery was asked
@@ -43,8 +48,8 @@ TREE = "behavior_tree"  # who decided where neither a controller nor a recovery 
 class NavigateToPose:
     """The default tree.
 
-    :meth:`replan` runs when planning is due, :meth:`follow` once per control cycle, :meth:`recover` once per cycle of
-    the behavior server.
+    :meth:`replan` runs when planning is due, :meth:`follow` once per control cycle, :meth:`recover`
+    once per cycle of the behavior server.
     """
 
     def __init__(
@@ -64,8 +69,13 @@ class NavigateToPose:
         self._stopwatch = Stopwatch()  # of the planner's calls
         self._begin(Pose2D())
 
-    def reset(self, goal: Pose2D, rng: np.random.Generator, controller_rng: np.random.Generator) -> None:
-        """Start over with a new goal; chance in planning is drawn from ``rng``, in control from ``controller_rng``."""
+    def reset(
+        self, goal: Pose2D, rng: np.random.Generator, controller_rng: np.random.Generator
+    ) -> None:
+        """Start over with a new goal.
+
+        Chance in planning is drawn from ``rng``, in control from ``controller_rng``.
+        """
         self._planner.reset(rng)
         self._controller_server.reset(controller_rng)
         self._behavior_server.reset()
@@ -77,7 +87,8 @@ class NavigateToPose:
         self._goal = goal
         self._following = self._recovering = False
         self._plan_retried = self._control_retried = False
-        self._plan_error = self._control_error = ""  # of the last attempts; empty: none, or it was broken off
+        # of the last attempts; empty: none, or it was broken off
+        self._plan_error = self._control_error = ""
         self._next_plan = 0.0  # [s]
         self._driver = TREE
         self._counts = Counts()
@@ -125,32 +136,44 @@ class NavigateToPose:
         return DecisionRecord(now, self._driver, command)
 
     def alternatives(self, now: float) -> tuple[Alternative, ...]:
-        """What the controller preferred the command of the cycle at ``now`` [s] to; none where it was not asked."""
+        """What the controller preferred the command of the cycle at ``now`` [s] to.
+
+        None where it was not asked.
+        """
         decided = self._controller_server.decision
         if decided is None or decided.stamp != now:
             return ()
         return self._controller_server.controller.alternatives
 
     def options(self, now: float) -> tuple[Option, ...]:
-        """What the controller weighed in its last cycle before ``now`` [s]; none where something else drives."""
+        """What the controller weighed in its last cycle before ``now`` [s].
+
+        None where something else drives.
+        """
         decided = self._controller_server.decision
         return (
-            self._controller_server.controller.options if decided is not None and now - decided.stamp < _LATELY else ()
+            self._controller_server.controller.options
+            if decided is not None and now - decided.stamp < _LATELY
+            else ()
         )
 
     def replan(self, state: RobotState) -> Twist2D | None:
-        """Compute a new path when one is due; every failure is counted and answered as the tree says.
+        """Compute a new path when one is due.
+
+        Every failure is counted and answered as the tree says.
 
         Returns:
-            Standstill where a failure ends the following of the old path, as the controller server commands when its
-            action is cancelled; else None.
+            Standstill where a failure ends the following of the old path, as the controller server
+            commands when its action is cancelled; else None.
         """
         is_due = state.stamp >= self._next_plan - 1e-9 and not self._recovering
         if self.status is not Status.RUNNING or not (is_due and self._global_costmap.is_current):
             return None
         try:
             with self._stopwatch:
-                plan = self._planner.plan(state.pose, self._goal, self._global_costmap.master, state.stamp)
+                plan = self._planner.plan(
+                    state.pose, self._goal, self._global_costmap.master, state.stamp
+                )
         except PlanningError as error:
             was_following = self._following
             self._planning_failed(error, state)
@@ -177,7 +200,9 @@ class NavigateToPose:
             return None
         self._driver = TREE
         rests = self.status is Status.SUCCEEDED and self._controller_server.controller.acts_at_rest
-        if not (self.status is Status.RUNNING or rests) or not (self._following and self._local_costmap.is_current):
+        if not (self.status is Status.RUNNING or rests) or not (
+            self._following and self._local_costmap.is_current
+        ):
             return Twist2D()
         if not rests and self._controller_server.goal_reached(state):
             self.status = Status.SUCCEEDED
@@ -185,7 +210,9 @@ class NavigateToPose:
             return Twist2D()
         surroundings = Surroundings(self._local_costmap.master, tracks)
         try:
-            return self._controller_server.compute_command(state, surroundings, expects_progress=not rests)
+            return self._controller_server.compute_command(
+                state, surroundings, expects_progress=not rests
+            )
         except ControlError as error:
             self._control_failed(error, state)
             return Twist2D()
@@ -201,7 +228,9 @@ class NavigateToPose:
             self._give_up("every recovery failed", state.stamp)
             return Twist2D()
         if self._recoveries.current != self._driver:
-            self._history.append((state.stamp, f"{self._driver} failed, {self._recoveries.current} begins"))
+            self._history.append(
+                (state.stamp, f"{self._driver} failed, {self._recoveries.current} begins")
+            )
         if command is None:
             self._start_over(state.stamp)
         return command or Twist2D()
@@ -213,7 +242,8 @@ class NavigateToPose:
         if error.code in PLANNER_RECOVERY_HELPS and not self._plan_retried:
             self._plan_retried = True
             self._global_costmap.clear_entirely()
-            return  # and try again after the costmap's next update; until then the old path is followed
+            # and try again after the costmap's next update; until then the old path is followed
+            return
         if self._controller_server.controller.acts_at_rest and (
             self._following or error.code in PLANNER_RECOVERY_HELPS
         ):
@@ -244,8 +274,12 @@ class NavigateToPose:
         if self._counts.recoveries >= NUMBER_OF_RETRIES:
             self._give_up("all retries are used up", state.stamp)
             return
-        # As in Nav2, an earlier error of the controller still speaks for a recovery until it follows a path again.
-        if not (self._control_error in CONTROLLER_RECOVERY_HELPS or self._plan_error in PLANNER_RECOVERY_HELPS):
+        # As in Nav2, an earlier error of the controller still speaks for a recovery until it
+        # follows a path again.
+        if not (
+            self._control_error in CONTROLLER_RECOVERY_HELPS
+            or self._plan_error in PLANNER_RECOVERY_HELPS
+        ):
             self._give_up("no recovery helps against this error", state.stamp)
             return
         self._count(recoveries=self._counts.recoveries + 1)
@@ -264,7 +298,10 @@ class NavigateToPose:
         self._next_plan = now
 
     def resume(self, now: float) -> None:
-        """Go on with a new path after a time in which nothing was asked; only a recovery counts that time."""
+        """Go on with a new path after a time in which nothing was asked.
+
+        Only a recovery counts that time.
+        """
         self._next_plan = now
         self._controller_server.resume(now)
 

@@ -1,6 +1,9 @@
-"""From a Nav2 parameter file to a navigator; ``navstack.params.registry`` says which algorithms there are.
+"""From a Nav2 parameter file to a navigator.
 
-The tracker is imported when it is asked for: it brings filterpy along, which takes half of the start-up.
+``navstack.params.registry`` says which algorithms there are.
+
+The tracker is imported when it is asked for: it brings filterpy along, which takes half of the
+start-up.
 """
 
 from typing import Any
@@ -69,7 +72,10 @@ def build_localizer(name: str, nav2: Nav2File, static_map: OccupancyGrid) -> Loc
     if name not in known:
         raise UnknownNameError("localizer", name, known)
     entry = known[name]
-    params = [nav2.read(NODES[node] if entry.params is None else entry.params, node) for node in entry.nodes]
+    params = [
+        nav2.read(NODES[node] if entry.params is None else entry.params, node)
+        for node in entry.nodes
+    ]
     localizer: Localizer = entry.create(*params, parts={"static_map": static_map})
     return localizer
 
@@ -89,11 +95,12 @@ def build_navigator(
         nav2: the parameter file.
         localizer: where the belief comes from.
         static_map: what the static layers show.
-        keepout: cells of ``static_map`` (height, width) that the robot must not enter: the mask of keepout filters for
-            which the file names none; None: there is no such mask.
+        keepout: cells of ``static_map`` (height, width) that the robot must not enter: the mask of
+            keepout filters for which the file names none; None: there is no such mask.
         stops_when_lost: see :class:`Navigator`; Nav2 drives on.
         prices: for a controller that minimises dollars; None: those of the file hold.
-        tracker: tells a controller that asks for it of people; None: the file's own, which sees them in the scans.
+        tracker: tells a controller that asks for it of people; None: the file's own, which sees
+            them in the scans.
 
     Raises:
         ParameterError: the file asks for something that does not exist here or cannot work.
@@ -140,7 +147,9 @@ def build_navigator(
     )
 
 
-def build_global_costmap(nav2: Nav2File, static_map: OccupancyGrid, keepout: BoolArray | None) -> LayeredCostmap:
+def build_global_costmap(
+    nav2: Nav2File, static_map: OccupancyGrid, keepout: BoolArray | None
+) -> LayeredCostmap:
     """The costmap on which paths are planned; see :func:`build_navigator`."""
     return _build_costmap(nav2, "global_costmap", static_map, keepout)
 
@@ -173,11 +182,15 @@ def read_frequencies(nav2: Nav2File) -> Frequencies:
         smoother=read_velocity_smoother(nav2).smoothing_frequency,
     )
     if max(frequencies) > MOST_FREQUENT:
-        raise ParameterError(f"{nav2.path}: a frequency of {max(frequencies):g} Hz; at most {MOST_FREQUENT:g} is run")
+        raise ParameterError(
+            f"{nav2.path}: a frequency of {max(frequencies):g} Hz; at most {MOST_FREQUENT:g} is run"
+        )
     return frequencies
 
 
-def _build_costmap(nav2: Nav2File, node: str, static_map: OccupancyGrid, keepout: BoolArray | None) -> LayeredCostmap:
+def _build_costmap(
+    nav2: Nav2File, node: str, static_map: OccupancyGrid, keepout: BoolArray | None
+) -> LayeredCostmap:
     """A costmap of the file with the masks that the file names for its filters."""
     params = read_costmap(nav2, node)
     masks = {
@@ -201,13 +214,18 @@ def _build_behavior_server(nav2: Nav2File, local_costmap: LayeredCostmap) -> Beh
     """The file's behaviors, which look ahead in the local costmap."""
     params = read_behavior_server(nav2)
     behaviors = {
-        plugin.name: BEHAVIORS[plugin.type].create(params, local_costmap.footprint, plugin.params, parts={})
+        plugin.name: BEHAVIORS[plugin.type].create(
+            params, local_costmap.footprint, plugin.params, parts={}
+        )
         for plugin in read_behaviors(nav2)
     }
     return BehaviorServer(behaviors, local_costmap.master)
 
 
 def _build_monitor(nav2: Nav2File, footprint: FloatArray) -> CollisionMonitor:
-    """The file's collision monitor; without a zone it lets every command pass, even where a scan is overdue."""
+    """The file's collision monitor.
+
+    Without a zone it lets every command pass, even where a scan is overdue.
+    """
     params = read_collision_monitor(nav2)
     return CollisionMonitor(params if params.polygons else CollisionMonitorParams(), footprint)

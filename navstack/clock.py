@@ -4,9 +4,12 @@ import math
 
 
 class Clock:
-    """Says when something that runs at a fixed rate is due: first at the start, then once per period.
+    """Says when something that runs at a fixed rate is due.
 
-    The periods are counted, not summed up, so that rounding never shifts them against the physics steps.
+    First at the start, then once per period.
+
+    The periods are counted, not summed up, so that rounding never shifts them against the physics
+    steps.
     """
 
     _TOLERANCE = 1e-6  # [periods] within which a time stamp counts as on time
@@ -19,7 +22,8 @@ class Clock:
     def reset(self) -> None:
         """Be due at the next question."""
         self._last = -1
-        self._early = -math.inf  # [s] before which nothing is due: a bound that spares most of the arithmetic
+        # [s] before which nothing is due: a bound that spares most of the arithmetic
+        self._early = -math.inf
 
     def is_due(self, stamp: float) -> bool:
         """Whether a new period has begun at ``stamp`` [s] since the last time that this was true."""
@@ -29,5 +33,7 @@ class Clock:
         if period <= self._last:
             return False
         self._last = period
-        self._early = (period + 1.0 - 2.0 * self._TOLERANCE) / self._rate if self._rate > 0.0 else math.inf
+        self._early = (
+            (period + 1.0 - 2.0 * self._TOLERANCE) / self._rate if self._rate > 0.0 else math.inf
+        )
         return True

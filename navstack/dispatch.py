@@ -1,9 +1,10 @@
 """One variant of the compiled loops on every processor, chosen before libraries are loaded.
 
-numpy and OpenBLAS pick loops by the processor they run on; AVX-512 loops round differently from those for AVX2 and
-FMA. Results then depend on the machine. The variables below let both choose what every x86-64-v3 processor has
-(Intel since 2013, AMD since 2015). numba's kernels are compiled for the same level (:mod:`navstack.jit`).
-The C library picks by itself at program start: AVX2 and FMA where the processor has them.
+numpy and OpenBLAS pick loops by the processor they run on; AVX-512 loops round differently from
+those for AVX2 and FMA. Results then depend on the machine. The variables below let both choose what
+every x86-64-v3 processor has (Intel since 2013, AMD since 2015). numba's kernels are compiled for
+the same level (:mod:`navstack.jit`). The C library picks by itself at program start: AVX2 and FMA
+where the processor has them.
 """
 
 import os
@@ -18,10 +19,12 @@ LEVEL_NEEDS = frozenset({"avx2", "fma", "bmi1", "bmi2", "f16c", "movbe"})
 PINS: Mapping[str, str] = {
     "NPY_DISABLE_CPU_FEATURES": (
         "X86_V4 AVX512_ICL AVX512_SPR "  # numpy 2.4 and newer
-        "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL"  # before that; unknown names have no effect
+        # before that; unknown names have no effect
+        "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL"
     ),
     "OPENBLAS_CORETYPE": "Haswell",
-    "NUMBA_DISABLE_INTEL_SVML": "1",  # its sine and exponential round differently from the C library's
+    # its sine and exponential round differently from the C library's
+    "NUMBA_DISABLE_INTEL_SVML": "1",
 }
 TUNABLES = "GLIBC_TUNABLES"
 _MASKS_FEATURES = "glibc.cpu.hwcaps"
@@ -30,13 +33,19 @@ _CPU_INFO = Path("/proc/cpuinfo")
 
 @cache
 def processor() -> str:
-    """Model of the processor, e.g. ``AMD EPYC 7763``; the architecture where the system does not say."""
+    """Model of the processor, e.g. ``AMD EPYC 7763``.
+
+    The architecture where the system does not say.
+    """
     return _cpu_info().get("model name") or platform.processor() or platform.machine()
 
 
 @cache
 def features() -> frozenset[str]:
-    """Features of the processor as Linux names them, e.g. ``avx2``; empty where the system does not say."""
+    """Features of the processor as Linux names them, e.g. ``avx2``.
+
+    Empty where the system does not say.
+    """
     return frozenset(_cpu_info().get("flags", "").split())
 
 

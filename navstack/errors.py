@@ -25,7 +25,9 @@ class UnknownNameError(InputError):
 
     def __init__(self, kind: str, given: str, known: Iterable[str]) -> None:
         names = sorted(known)
-        super().__init__(f"unknown {kind} '{given}'{did_you_mean(given, names)}; known: {', '.join(names)}")
+        super().__init__(
+            f"unknown {kind} '{given}'{did_you_mean(given, names)}; known: {', '.join(names)}"
+        )
 
 
 class PlanningError(NavstackError):
@@ -95,12 +97,18 @@ class NoLegalVelocity(ControlError):  # noqa: N818 - Nav2's name of it
 
     def __init__(self, rejections: Mapping[str, int]) -> None:
         self.rejections = dict(rejections)
-        counts = ", ".join(f"{name} {count}" for name, count in self.rejections.items()) or "none sampled"
+        counts = (
+            ", ".join(f"{name} {count}" for name, count in self.rejections.items())
+            or "none sampled"
+        )
         super().__init__(f"no legal velocity; rejected by: {counts}")
 
 
 class BehaviorError(NavstackError):
-    """A behavior failed; ``code`` is Nav2's name of the reason, ``number`` Nav2's number of it (0: Nav2 has none)."""
+    """A behavior failed.
+
+    ``code`` is Nav2's name of the reason, ``number`` Nav2's number of it (0: Nav2 has none).
+    """
 
     def __init__(self, code: str, number: int, message: str) -> None:
         self.code = code

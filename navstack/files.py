@@ -29,7 +29,10 @@ def check_regular(path: Path, most: int) -> None:
 
 
 def is_private(path: Path) -> bool:
-    """Whether a file or folder is this user's own and nobody else can write it: code that lies there may be run."""
+    """Whether a file or folder is this user's own and nobody else can write it.
+
+    Code that lies there may be run.
+    """
     try:
         status = path.stat()
     except OSError:

@@ -54,8 +54,15 @@ def make_footprint(vertices: Sequence[Sequence[float]]) -> FloatArray:
         polygon = np.array(vertices, dtype=np.float64)
     except (TypeError, ValueError):
         polygon = np.empty(0)
-    if polygon.ndim != 2 or polygon.shape[0] < 3 or polygon.shape[1] != 2 or not np.isfinite(polygon).all():
-        raise ParameterError(f"footprint {vertices!r} is not a list of at least three [x, y] pairs in metres")
+    if (
+        polygon.ndim != 2
+        or polygon.shape[0] < 3
+        or polygon.shape[1] != 2
+        or not np.isfinite(polygon).all()
+    ):
+        raise ParameterError(
+            f"footprint {vertices!r} is not a list of at least three [x, y] pairs in metres"
+        )
     return polygon
 
 

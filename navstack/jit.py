@@ -1,11 +1,12 @@
 """numba's ``njit``, whose compiled code is dropped when anything changes that it was compiled from.
 
-numba keeps compiled code on disk for as long as the kernel's own file stays what it is. What the kernel takes from
-other files, functions and constants, is compiled into it, too, but numba does not look at those files (its
-documentation names this as a limit of the cache): after an edit or an update a kernel would go on with the old values.
-Here the stamp by which compiled code is known covers the kernel's file and every file of its own package and of this
-one that it imports, directly or not. Stamps are of contents, so compiled code may be moved with its sources, also to
-another machine: all x86-64 processors with AVX2 and FMA are compiled for as one, x86-64-v3.
+numba keeps compiled code on disk for as long as the kernel's own file stays what it is. What the
+kernel takes from other files, functions and constants, is compiled into it, too, but numba does not
+look at those files (its documentation names this as a limit of the cache): after an edit or an
+update a kernel would go on with the old values. Here the stamp by which compiled code is known
+covers the kernel's file and every file of its own package and of this one that it imports, directly
+or not. Stamps are of contents, so compiled code may be moved with its sources, also to another
+machine: all x86-64 processors with AVX2 and FMA are compiled for as one, x86-64-v3.
 """
 
 import hashlib
@@ -24,7 +25,9 @@ Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 _PACKAGE = Path(__file__).resolve().parent
 TARGET = "x86-64-v3"  # what servers and laptops have in common since about 2015
 _TARGET_NEEDS = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
-_IMPORT = re.compile(r"^(?:from ([.\w]+) import (\([^)]*\)|[^\n]*)|import (\w[.\w]*))", re.MULTILINE)
+_IMPORT = re.compile(
+    r"^(?:from ([.\w]+) import (\([^)]*\)|[^\n]*)|import (\w[.\w]*))", re.MULTILINE
+)
 _NAME = re.compile(r"\w+")
 
 
@@ -46,8 +49,9 @@ def njit(ahead: str = "", **options: Any) -> Callable[[Kernel], Kernel]:
     """``numba.njit`` with a cache on disk, in which compiled code is known by :func:`source_stamp`.
 
     Args:
-        ahead: for a kernel that deliveries call from Python, the types of its arguments in numba's notation; named
-            tuples as its module knows them. Nothing is compiled before the first call unless somebody asks for it.
+        ahead: for a kernel that deliveries call from Python, the types of its arguments in numba's
+            notation; named tuples as its module knows them. Nothing is compiled before the first
+            call unless somebody asks for it.
         options: of numba.
     """
     decorate: Callable[[Kernel], Kernel] = numba.njit(**{"cache": True, **options})  # noqa: TID251
@@ -68,7 +72,9 @@ def njit(ahead: str = "", **options: Any) -> Callable[[Kernel], Kernel]:
 
 def tuple_of(kind: Any, params: Any, **more: float) -> Any:
     """A named tuple for kernels: of ``more``, and of the parameters that are named like its other fields."""
-    return kind(**more, **{name: float(getattr(params, name)) for name in kind._fields if name not in more})
+    return kind(
+        **more, **{name: float(getattr(params, name)) for name in kind._fields if name not in more}
+    )
 
 
 @cache
@@ -108,7 +114,10 @@ class UserFolder(_Stamped, UserWideCacheLocator):
 
 _LOCATORS = ",".join(
     [
-        *(f"{each.__module__}.{each.__qualname__}" for each in (ProvidedFolder, BesideTheSource, UserFolder)),
+        *(
+            f"{each.__module__}.{each.__qualname__}"
+            for each in (ProvidedFolder, BesideTheSource, UserFolder)
+        ),
         "IPythonCacheLocator",
         "ZipCacheLocator",
     ]

@@ -16,13 +16,18 @@ class Status(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What happened on the way. Recoveries count when they begin, whether they then succeed or fail."""
+    """What happened on the way.
+
+    Recoveries count when they begin, whether they then succeed or fail.
+    """
 
     plans: int = 0
     failed_plans: int = 0
     failed_controls: int = 0
-    recoveries: int = 0  # times that the tree turned to its recoveries; in one, several may be tried
-    clearings: int = 0  # of both costmaps; the clearing of one before a second attempt does not count here
+    # times that the tree turned to its recoveries; in one, several may be tried
+    recoveries: int = 0
+    # of both costmaps; the clearing of one before a second attempt does not count here
+    clearings: int = 0
     spins: int = 0
     waits: int = 0
     backups: int = 0
@@ -42,9 +47,16 @@ class Trouble:
 
 
 def told(history: Sequence[tuple[float, str]]) -> str:
-    """What happened when [s], in one line; what happens again and again is told once, with its number and last time."""
-    runs = [(what, [stamp for stamp, _ in group]) for what, group in groupby(history, key=lambda each: each[1])]
+    """What happened when [s], in one line.
+
+    What happens again and again is told once, with its number and last time.
+    """
+    runs = [
+        (what, [stamp for stamp, _ in group])
+        for what, group in groupby(history, key=lambda each: each[1])
+    ]
     return "; ".join(
-        f"{stamps[0]:.1f} s {what}" + (f" ({len(stamps)} times until {stamps[-1]:.1f} s)" if len(stamps) > 1 else "")
+        f"{stamps[0]:.1f} s {what}"
+        + (f" ({len(stamps)} times until {stamps[-1]:.1f} s)" if len(stamps) > 1 else "")
         for what, stamps in runs
     )

@@ -31,7 +31,8 @@ from navstack.types import (
 )
 
 _KEPT = 64  # states of late, at 60 Hz a second of them
-LOST_PATIENCE = 60.0  # [s] that a lost robot stands before it gives up; assumed: outages of satellites are shorter
+# [s] that a lost robot stands before it gives up; assumed: outages of satellites are shorter
+LOST_PATIENCE = 60.0
 
 
 class PeopleTracker(Protocol):
@@ -95,12 +96,21 @@ class Navigator:
         self._stops_when_lost = stops_when_lost
         self._tracker = tracker
         self._clocks = tuple(map(Clock, frequencies))
-        local_clock, global_clock, self._control_clock, self._behavior_clock, self._smoother_clock = self._clocks
+        (
+            local_clock,
+            global_clock,
+            self._control_clock,
+            self._behavior_clock,
+            self._smoother_clock,
+        ) = self._clocks
         self._costmaps = ((local_costmap, local_clock), (global_costmap, global_clock))
         self.belief = Belief(Pose2D())
 
     def reset(self, goal: Pose2D, initial_belief: Belief, generators: Generators) -> None:
-        """Take a new goal (map frame) and start from an initial belief; nothing of earlier goals is left."""
+        """Take a new goal (map frame) and start from an initial belief.
+
+        Nothing of earlier goals is left.
+        """
         self.belief = initial_belief
         self._localizer.reset(initial_belief, generators.localizer)
         for costmap, _ in self._costmaps:
@@ -114,7 +124,8 @@ class Navigator:
             clock.reset()
         self._odometry = Odometry(0.0, Pose2D(), Twist2D())
         self._output = Twist2D()
-        self._to_smooth: Twist2D | None = None  # the newest command of controller or behavior not yet smoothed
+        # the newest command of controller or behavior not yet smoothed
+        self._to_smooth: Twist2D | None = None
         self._chosen: Twist2D | None = None  # the same, of the last tick only
         self._stamp = 0.0  # [s] of the last tick
         self._recent: deque[RobotState] = deque(maxlen=_KEPT)
@@ -153,12 +164,18 @@ class Navigator:
 
     @property
     def alternatives(self) -> tuple[Alternative, ...]:
-        """What the controller preferred its command of the last tick to; to be asked for as :attr:`decision` is."""
+        """What the controller preferred its command of the last tick to.
+
+        To be asked for as :attr:`decision` is.
+        """
         return () if self._chosen is None else self._tree.alternatives(self._stamp)
 
     @property
     def options(self) -> tuple[Option, ...]:
-        """What the controller weighed in its last cycle, the chosen motion first; none where something else drives."""
+        """What the controller weighed in its last cycle, the chosen motion first.
+
+        None where something else drives.
+        """
         return self._tree.options(self._stamp)
 
     @property
@@ -181,7 +198,9 @@ class Navigator:
         else:
             self._run_tree(state)
         if observation.scan is not None:
-            self._monitor.receive(observation.scan, self._state_at(observation.scan.stamp).odom_pose)
+            self._monitor.receive(
+                observation.scan, self._state_at(observation.scan.stamp).odom_pose
+            )
         if self._smoother_clock.is_due(state.stamp):
             smoothed = self._smoother.smooth(self._to_smooth, state.twist, state.stamp)
             self._output = self._monitor.process(smoothed, state.stamp, state.odom_pose)
@@ -218,13 +237,20 @@ class Navigator:
         if observation.odometry is not None:
             self._odometry = observation.odometry
         unsure = math.sqrt(largest_variance(self.belief.covariance))
-        state = RobotState(self.belief.pose, self._odometry.twist, observation.stamp, self._odometry.pose, unsure)
+        state = RobotState(
+            self.belief.pose, self._odometry.twist, observation.stamp, self._odometry.pose, unsure
+        )
         self._recent.append(state)
         return state
 
     def _state_at(self, stamp: float) -> RobotState:
-        """The newest state that is no newer than ``stamp`` [s], as tf would tell it; the oldest kept before that."""
-        return next((state for state in reversed(self._recent) if state.stamp <= stamp), self._recent[0])
+        """The newest state that is no newer than ``stamp`` [s], as tf would tell it.
+
+        The oldest kept before that.
+        """
+        return next(
+            (state for state in reversed(self._recent) if state.stamp <= stamp), self._recent[0]
+        )
 
     def _map(self, state: RobotState, observation: Observation) -> None:
         """Show a new scan to tracker and costmaps, from where it was taken, and update the costmaps that are due."""

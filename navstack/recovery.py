@@ -23,18 +23,23 @@ BACK_UP = BackUpGoal(target_x=0.30, speed=0.15, time_allowance=TIME_ALLOWANCE)
 
 
 class RecoveryAction(NamedTuple):
-    """One thing to try. What it cannot begin, and how it has failed, are raised as BehaviorError."""
+    """One thing to try.
+
+    What it cannot begin, and how it has failed, are raised as BehaviorError.
+    """
 
     name: str
     begin: Callable[[RobotState], bool]  # whether that was all
-    step: Callable[[RobotState], Twist2D | None]  # the command of this behavior cycle; None: it has succeeded
+    # the command of this behavior cycle; None: it has succeeded
+    step: Callable[[RobotState], Twist2D | None]
 
 
 class RoundRobin:
     """Takes turns among its actions, after nav2_behavior_tree::RoundRobinNode.
 
-    Each call for help goes on with the action after the last one tried, whether that succeeded or failed. An action
-    that fails hands over to the next one in the same call; when all have failed in a row, the call has failed.
+    Each call for help goes on with the action after the last one tried, whether that succeeded or
+    failed. An action that fails hands over to the next one in the same call; when all have failed
+    in a row, the call has failed.
     """
 
     def __init__(self, actions: Sequence[RecoveryAction]) -> None:

@@ -1,4 +1,7 @@
-"""How long calls take, in wall time. It is only ever looked at from outside: nothing is decided by it."""
+"""How long calls take, in wall time.
+
+It is only ever looked at from outside: nothing is decided by it.
+"""
 
 import time
 from array import array
@@ -22,7 +25,10 @@ class Stopwatch:
         self._began = time.perf_counter()
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         self.durations.append(time.perf_counter() - self._began)
 

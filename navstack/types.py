@@ -1,8 +1,8 @@
 """The messages of the robot: what the brain receives, believes and commands.
 
-Fields are named as in the ROS messages they stand for. SI units throughout; yaw in radians, counter-clockwise
-from the x axis. Frames: ``map`` (fixed, x east, y north), ``odom`` (fixed at power-on, drifts), ``base``
-(on the robot, x forward, origin between the drive wheels).
+Fields are named as in the ROS messages they stand for. SI units throughout; yaw in radians,
+counter-clockwise from the x axis. Frames: ``map`` (fixed, x east, y north), ``odom`` (fixed at
+power-on, drifts), ``base`` (on the robot, x forward, origin between the drive wheels).
 """
 
 from dataclasses import dataclass, field
@@ -115,7 +115,10 @@ class GpsFix:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What arrived since the previous tick; None where nothing did. Only the newest of each kind is kept."""
+    """What arrived since the previous tick; None where nothing did.
+
+    Only the newest of each kind is kept.
+    """
 
     stamp: float  # [s] now
     odometry: Odometry | None = None
@@ -168,4 +171,5 @@ class RobotState:
     twist: Twist2D  # in the base frame, from odometry
     stamp: float = 0.0  # [s]
     odom_pose: Pose2D = Pose2D()  # in the odom frame: drifts, but never jumps
-    position_std: float = 0.0  # [m] of the believed place, along the direction in which it is least sure
+    # [m] of the believed place, along the direction in which it is least sure
+    position_std: float = 0.0

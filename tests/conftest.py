@@ -27,15 +27,20 @@ SWITCHES = (
 )
 MEMORY = Path("/proc/self/statm")  # pages of this process; the second number: resident ones
 SHARE = 0.4  # of the machine's memory for the processes that run tests, one per core
-LEAST_ROOM, MOST_ROOM = 0.8e9, 1.6e9  # [bytes] of one; beyond it a process forgets the worlds of earlier tests
-GROWTH = 300e6  # [bytes] since it forgot last: a world and a brain, which take two seconds to make anew
+# [bytes] of one; beyond it a process forgets the worlds of earlier tests
+LEAST_ROOM, MOST_ROOM = 0.8e9, 1.6e9
+# [bytes] since it forgot last: a world and a brain, which take two seconds to make anew
+GROWTH = 300e6
 left: list[float] = []  # [bytes] what was still there after it forgot
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
     give_memory_back()
-    if getattr(session.config.option, "numprocesses", None) and not hasattr(session.config, "workerinput"):
-        compile_new(every_module())  # once, and by all cores, what each process of tests would compile for itself
+    if getattr(session.config.option, "numprocesses", None) and not hasattr(
+        session.config, "workerinput"
+    ):
+        # once, and by all cores, what each process of tests would compile for itself
+        compile_new(every_module())
 
 
 def pytest_collection_finish() -> None:
@@ -65,13 +70,20 @@ def pytest_runtest_logfinish() -> None:
 @contextlib.contextmanager
 def _in_process() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Workers.__init__, "__defaults__", (InProcess, *(Workers.__init__.__defaults__ or ())[1:]))
+        patch.setattr(
+            Workers.__init__,
+            "__defaults__",
+            (InProcess, *(Workers.__init__.__defaults__ or ())[1:]),
+        )
         yield
 
 
 @pytest.fixture
 def in_process() -> Iterator[None]:
-    """Deliveries are driven in this process: others take seconds to start, and give the same rows."""
+    """Deliveries are driven in this process.
+
+    Others take seconds to start, and give the same rows.
+    """
     with _in_process():
         yield
 
@@ -84,7 +96,10 @@ def driven_in_process() -> Callable[[], contextlib.AbstractContextManager[None]]
 
 @pytest.fixture(scope="session")
 def hall(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The map of a hall of 60 m by 40 m; a world on it is made in a tenth of the time that a shipped map takes."""
+    """The map of a hall of 60 m by 40 m.
+
+    A world on it is made in a tenth of the time that a shipped map takes.
+    """
     cells = np.zeros((400, 600), dtype=np.int8)
     cells[[0, -1]], cells[:, [0, -1]] = 100, 100
     path = tmp_path_factory.mktemp("hall") / "hall.yaml"
@@ -94,7 +109,10 @@ def hall(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """One headless Chromium for all tests of a process; those that need it are skipped where there is none."""
+    """One headless Chromium for all tests of a process.
+
+    Those that need it are skipped where there is none.
+    """
     webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     chromium, driver = shutil.which(CHROMIUM), shutil.which(DRIVER)
     if chromium is None or driver is None:
@@ -117,7 +135,9 @@ def browse(browser: Any) -> Callable[[Path | str, int], Any]:
         browser.get("about:blank")
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
         browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-        browser.execute_cdp_cmd("Storage.clearDataForOrigin", {"origin": "*", "storageTypes": "all"})
+        browser.execute_cdp_cmd(
+            "Storage.clearDataForOrigin", {"origin": "*", "storageTypes": "all"}
+        )
         for log in ("browser", "performance"):
             browser.get_log(log)
         browser.get(page.as_uri() if isinstance(page, Path) else page)

@@ -37,7 +37,10 @@ class Mutant:
         """The file, and its line without and with the change, as EQUIVALENT has them."""
         source = (ROOT / self.file).read_bytes()
         start = source.rfind(b"\n", 0, self.begin) + 1
-        lines = [text[start:].partition(b"\n")[0].decode().strip() for text in (source, self.applied(source))]
+        lines = [
+            text[start:].partition(b"\n")[0].decode().strip()
+            for text in (source, self.applied(source))
+        ]
         return str(self.file), f"- {lines[0]}", f"+ {lines[1]}"
 
 
@@ -55,7 +58,9 @@ class Finder(ast.NodeVisitor):
     def span(self, node: ast.expr) -> tuple[int, int]:
         """The bytes of an expression."""
         assert node.end_lineno is not None and node.end_col_offset is not None
-        return self.offset(node.lineno, node.col_offset), self.offset(node.end_lineno, node.end_col_offset)
+        return self.offset(node.lineno, node.col_offset), self.offset(
+            node.end_lineno, node.end_col_offset
+        )
 
     def add(self, node: ast.expr, begin: int, end: int, text: str) -> None:
         self.found.append(Mutant(self.file, node.lineno, begin, end, text))
@@ -106,7 +111,8 @@ class Finder(ast.NodeVisitor):
             self.add(node, *self.span(node), text)
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> None:  # noqa: N802, D102
-        for each in (*node.args.defaults, *node.args.kw_defaults, *node.body):  # not decorators and annotations
+        # not decorators and annotations
+        for each in (*node.args.defaults, *node.args.kw_defaults, *node.body):
             if each is not None:
                 self.visit(each)
 
@@ -126,7 +132,9 @@ class Finder(ast.NodeVisitor):
 
 
 def _is_text(node: ast.expr) -> bool:
-    return isinstance(node, ast.JoinedStr) or (isinstance(node, ast.Constant) and isinstance(node.value, str))
+    return isinstance(node, ast.JoinedStr) or (
+        isinstance(node, ast.Constant) and isinstance(node.value, str)
+    )
 
 
 def _other_value(value: object) -> str | None:
@@ -141,7 +149,8 @@ def _other_value(value: object) -> str | None:
 
 def read_equivalent() -> dict[tuple[str, str, str], str]:
     """Why no test could notice a mutant, by :attr:`Mutant.change`."""
-    blocks = EQUIVALENT.read_text(encoding="utf-8").split("\n\n")[1:]  # the first one tells what this is
+    # the first one tells what this is
+    blocks = EQUIVALENT.read_text(encoding="utf-8").split("\n\n")[1:]
     found = {}
     for block in blocks:
         file, before, after, *reason = block.splitlines()
@@ -153,7 +162,9 @@ def find_mutants(paths: Sequence[str]) -> list[Mutant]:
     """Every mutant below files or folders, in their order."""
     whole = [ROOT / path for path in paths]
     found = []
-    for file in sorted(file for path in whole for file in ([path] if path.is_file() else path.rglob("*.py"))):
+    for file in sorted(
+        file for path in whole for file in ([path] if path.is_file() else path.rglob("*.py"))
+    ):
         source = file.read_bytes()
         finder = Finder(file.relative_to(ROOT), source)
         finder.visit(ast.parse(source))

@@ -1,18 +1,22 @@
 """Mutation testing: how many small faults, planted one at a time, do the nearest tests notice?
 
-Usage: python tests/mutants.py [--sample 200] [--seed 0] [--checkpoint results/mutants.jsonl] PATH...
+Usage: python tests/mutants.py [--sample 200] [--seed 0] [--checkpoint results/mutants.jsonl]
+PATH...
 
-A mutant is one changed operator, comparison, constant or function name somewhere below the given paths. The sample is
-drawn evenly from all of them, by hashes: edits elsewhere leave it as it is. Each mutant is tested in a copy of the tree
-by the NEAREST test files, until one fails: those with the shortest chain of imports to its module, those in the folder
-that is called like its own, Nav2's recordings, and deliveries of the published study. Tests marked slow are left out.
-Compiled kernels of unchanged files are kept. Taking much longer than unchanged code counts as failing.
+A mutant is one changed operator, comparison, constant or function name somewhere below the given
+paths. The sample is drawn evenly from all of them, by hashes: edits elsewhere leave it as it is.
+Each mutant is tested in a copy of the tree by the NEAREST test files, until one fails: those with
+the shortest chain of imports to its module, those in the folder that is called like its own, Nav2's
+recordings, and deliveries of the published study. Tests marked slow are left out. Compiled kernels
+of unchanged files are kept. Taking much longer than unchanged code counts as failing.
 
-Not planted, because no test could tell the difference or should: changes in messages (f-strings and ``raise``),
-annotations, decorators, ``zip``'s ``strict``, and floats of at most ROUNDING, which only guard against rounding.
-Drawn but not judged: those in equivalent_mutants.txt, which says of each why no test could notice it.
+Not planted, because no test could tell the difference or should: changes in messages (f-strings and
+``raise``), annotations, decorators, ``zip``'s ``strict``, and floats of at most ROUNDING, which
+only guard against rounding. Drawn but not judged: those in equivalent_mutants.txt, which says of
+each why no test could notice it.
 
-Verdicts are kept in the checkpoint: an interrupted run goes on, and one after new tests judges what they may notice.
+Verdicts are kept in the checkpoint: an interrupted run goes on, and one after new tests judges what
+they may notice.
 """
 
 import argparse
@@ -36,10 +40,28 @@ import hypothesis
 import pytest
 from faults import ROOT, Mutant, find_mutants, read_equivalent
 
-COPIED = ("navbench", "navstack", "harness", "params", "maps", "tests", "benchmarks", "docs", "pyproject.toml")
+COPIED = (
+    "navbench",
+    "navstack",
+    "harness",
+    "params",
+    "maps",
+    "tests",
+    "benchmarks",
+    "docs",
+    "pyproject.toml",
+)
 TRACKED = ("results/baseline", "README.md", "CHANGELOG.md", "mkdocs.yml", "Makefile")
 PACKAGES = ("navstack", "harness")
-LIBRARIES = ("numba", "scipy.optimize", "scipy.stats", "scipy.ndimage", "pyarrow.parquet", "ruamel.yaml", "rich.table")
+LIBRARIES = (
+    "numba",
+    "scipy.optimize",
+    "scipy.stats",
+    "scipy.ndimage",
+    "pyarrow.parquet",
+    "ruamel.yaml",
+    "rich.table",
+)
 FARTHEST = 2  # imports between a test and what it tests
 NEAREST = 8  # files of tests that judge a mutant
 WHOLE = (
@@ -49,7 +71,8 @@ WHOLE = (
 )  # judge all
 PASSING = (0, 5)  # exit codes of pytest: passed; nothing to run here
 LONGEST = 120.0  # [s] of unchanged code: slower files of tests judge nothing
-PATIENCE, COMPILING = 3.0, 60.0  # a mutant may take so many times as long as unchanged code, and so many seconds [s]
+# a mutant may take so many times as long as unchanged code, and so many seconds [s]
+PATIENCE, COMPILING = 3.0, 60.0
 Z = 1.959964  # of a 95 % interval
 
 
@@ -63,7 +86,9 @@ def imports_of(file: Path) -> frozenset[Path]:
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             names |= {node.module, *(f"{node.module}.{each.name}" for each in node.names)}
     paths = {Path(name.replace(".", "/") + ".py") for name in names}
-    return frozenset(path for path in paths if path.parts[0] in PACKAGES and (ROOT / path).is_file())
+    return frozenset(
+        path for path in paths if path.parts[0] in PACKAGES and (ROOT / path).is_file()
+    )
 
 
 @cache
@@ -78,13 +103,23 @@ def distances(test: Path) -> dict[Path, int]:
 
 @cache
 def nearest_tests(file: Path) -> tuple[Path, ...]:
-    """The test files that reach a module by the fewest imports, then those of its room; the likest called first."""
+    """The test files that reach a module by the fewest imports, then those of its room.
+
+    The likest called first.
+    """
     words = set("_".join(file.with_suffix("").parts[1:]).split("_"))
     ranked = []
     for test in sorted(path.relative_to(ROOT) for path in (ROOT / "tests").rglob("test_*.py")):
         if file in distances(test) or set(test.parts[1:-1]) & set(file.parts[1:-1]):
             alike = len(words & set(test.stem.split("_")))
-            ranked.append((distances(test).get(file, FARTHEST + 1), -alike, (ROOT / test).stat().st_size, test))
+            ranked.append(
+                (
+                    distances(test).get(file, FARTHEST + 1),
+                    -alike,
+                    (ROOT / test).stat().st_size,
+                    test,
+                )
+            )
     nearest = [test for *_, test in sorted(ranked)[:NEAREST]]
     return (*nearest, *(test for test in WHOLE if test not in nearest))
 
@@ -100,20 +135,41 @@ def copy_tree(source: Path, target: Path) -> None:
 
 
 def passes(folder: Path, test: Path, time_limit: float) -> bool:
-    """Whether a file of tests passes in time in a copy: in a fork of this process, which has the libraries loaded."""
+    """Whether a file of tests passes in time in a copy.
+
+    In a fork of this process, which has the libraries loaded.
+    """
     child = os.fork()
     if not child:
         os.setsid()
         os.chdir(folder)
-        sys.path[:] = [str(folder), *(path for path in sys.path if Path(path) not in (ROOT, ROOT / "tests"))]
+        sys.path[:] = [
+            str(folder),
+            *(path for path in sys.path if Path(path) not in (ROOT, ROOT / "tests")),
+        ]
         os.environ["PYTHONPATH"] = str(folder)
-        os.environ["NAVSTACK_CACHE"] = str(folder / "cache")  # what is kept there was computed by unchanged code
+        # what is kept there was computed by unchanged code
+        os.environ["NAVSTACK_CACHE"] = str(folder / "cache")
         nowhere = os.open(os.devnull, os.O_RDWR)
         for stream in (0, 1, 2):
             os.dup2(nowhere, stream)
         hypothesis.settings.register_profile("same", deadline=None, derandomize=True, database=None)
         hypothesis.settings.load_profile("same")
-        os._exit(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "not slow", str(test)]))
+        os._exit(
+            pytest.main(
+                [
+                    "-x",
+                    "-q",
+                    "-p",
+                    "no:cacheprovider",
+                    "-p",
+                    "no:xdist",
+                    "-m",
+                    "not slow",
+                    str(test),
+                ]
+            )
+        )
     end = time.monotonic() + time_limit
     while time.monotonic() < end:
         finished, status = os.waitpid(child, os.WNOHANG)
@@ -128,7 +184,10 @@ def passes(folder: Path, test: Path, time_limit: float) -> bool:
 
 @cache
 def seconds_unchanged(tree: Path, test: Path) -> float:
-    """How long [s] a file of tests takes with unchanged code; infinite: it fails, or it takes too long."""
+    """How long [s] a file of tests takes with unchanged code.
+
+    Infinite: it fails, or it takes too long.
+    """
     start = time.monotonic()
     return time.monotonic() - start if passes(tree, test, LONGEST) else math.inf
 
@@ -158,13 +217,17 @@ def wilson(killed: int, n: int) -> tuple[float, float]:
 
 def key(mutant: Mutant, judges: Sequence[Path] = ()) -> str:
     """A mutant's name for as long as its file, and its judges, are what they are."""
-    content = hashlib.sha256(b"".join((ROOT / file).read_bytes() for file in (mutant.file, *judges))).hexdigest()[:16]
+    content = hashlib.sha256(
+        b"".join((ROOT / file).read_bytes() for file in (mutant.file, *judges))
+    ).hexdigest()[:16]
     return f"{mutant.file}@{content}:{mutant.begin}-{mutant.end}:{mutant.text}"
 
 
 def main() -> None:
     """Draw, judge, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("paths", nargs="+")
     parser.add_argument("--sample", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
@@ -173,11 +236,17 @@ def main() -> None:
     for library in LIBRARIES:
         importlib.import_module(library)
     every = find_mutants(given.paths)
-    drawn = sorted(every, key=lambda mutant: hashlib.sha256(repr((given.seed, mutant.change)).encode()).digest())
+    drawn = sorted(
+        every,
+        key=lambda mutant: hashlib.sha256(repr((given.seed, mutant.change)).encode()).digest(),
+    )
     drawn = drawn[: given.sample]
     equivalent = read_equivalent()
     sample = [mutant for mutant in drawn if mutant.change not in equivalent]
-    print(f"{len(drawn)} of {len(every)} mutants, {len(drawn) - len(sample)} of them equivalent", flush=True)
+    print(
+        f"{len(drawn)} of {len(every)} mutants, {len(drawn) - len(sample)} of them equivalent",
+        flush=True,
+    )
     lines = given.checkpoint.read_text().splitlines() if given.checkpoint.exists() else []
     killers = {line["mutant"]: line["killer"] for line in map(json.loads, lines)}
     names = [

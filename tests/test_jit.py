@@ -56,7 +56,9 @@ def answer(package: Path, x: int = 10, **variables: str) -> tuple[int, int]:
     places = os.pathsep.join([str(package.parent), str(Path(jit.__file__).parents[1])])
     variables = {"NUMBA_CACHE_DIR": str(package.parent / "cache"), **variables}
     environment = {**os.environ, "PYTHONPATH": places, **variables}
-    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+    )
     value, hits = done.stdout.split()
     return int(value), int(hits)
 
@@ -96,7 +98,9 @@ def test_compiled_code_moves_with_its_sources(package: Path, tmp_path: Path) -> 
     assert answer(moved, NUMBA_CACHE_DIR="") == (21, 1)
 
 
-def test_one_processor_stands_for_all_that_can_run_its_code(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_processor_stands_for_all_that_can_run_its_code(
+    package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     every = dict.fromkeys(jit._TARGET_NEEDS, True)
     config = numba.config
     for features, chosen, expected in (

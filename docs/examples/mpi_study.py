@@ -1,10 +1,12 @@
 """A study on the processes of an MPI program, or on any other executor of ``concurrent.futures``.
 
-Usage: mpiexec -n 5 python -m mpi4py.futures docs/examples/mpi_study.py --stack nav2-gps --episodes 400 --out DIR
+Usage: mpiexec -n 5 python -m mpi4py.futures docs/examples/mpi_study.py --stack nav2-gps --episodes
+400 --out DIR
 
-Of five processes one keeps the study and four drive deliveries, with one after the other on each. The same command
-again goes on with a study that was cut off. DIR is an ordinary run folder, which ``navbench report`` and others read.
-Every process must find the program, DIR and the map under the same paths.
+Of five processes one keeps the study and four drive deliveries, with one after the other on each.
+The same command again goes on with a study that was cut off. DIR is an ordinary run folder, which
+``navbench report`` and others read. Every process must find the program, DIR and the map under the
+same paths.
 """
 
 import argparse
@@ -43,7 +45,9 @@ def drive(executor: Executor, at_once: int, study: Study, path: Path) -> None:
 
 def main() -> None:
     """Read the command line; this runs in the first process only."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--stack", nargs="+", default=["nav2-gps"])
     parser.add_argument("--episodes", type=int, default=400)
     parser.add_argument("--seed", type=int, default=0)
@@ -52,7 +56,9 @@ def main() -> None:
     given = parser.parse_args()
     from mpi4py.futures import MPIPoolExecutor
 
-    study = make_study(stacks=given.stack, episodes=given.episodes, seed=given.seed, rules=given.rules)
+    study = make_study(
+        stacks=given.stack, episodes=given.episodes, seed=given.seed, rules=given.rules
+    )
     with MPIPoolExecutor(initializer=give_memory_back) as executor:
         drive(executor, executor.num_workers, study, given.out)
 

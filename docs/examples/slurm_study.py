@@ -39,17 +39,25 @@ def make_cluster(cluster_class: Any, per_job: int, **options: Any) -> Any:
 
 
 def run(cluster: Any, jobs: int, command: list[str]) -> int:
-    """Submit jobs and drive a study on them; returns navbench's exit status, also when it is interrupted."""
+    """Submit jobs and drive a study on them.
+
+    Returns navbench's exit status, also when it is interrupted.
+    """
     cluster.scale(jobs=jobs)
     cluster.wait_for_workers(1)
-    navbench = subprocess.Popen([*NAVBENCH, *command, "--executor", "dask", "--scheduler", cluster.scheduler_address])
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches navbench, too, which keeps what is finished
+    navbench = subprocess.Popen(
+        [*NAVBENCH, *command, "--executor", "dask", "--scheduler", cluster.scheduler_address]
+    )
+    # Ctrl-C reaches navbench, too, which keeps what is finished
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     return navbench.wait()
 
 
 def main() -> None:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--jobs", type=int, default=4)
     parser.add_argument("--per-job", type=int, default=16)
     parser.add_argument("--queue")
@@ -60,7 +68,8 @@ def main() -> None:
     given = parser.parse_args()
     from dask_jobqueue import SLURMCluster
 
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # the import has made Ctrl-C an exit with status 0
+    # the import has made Ctrl-C an exit with status 0
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     options = {"queue": given.queue, "account": given.account, "walltime": given.walltime}
     with make_cluster(SLURMCluster, given.per_job, **options) as cluster:
         if given.script:

@@ -18,7 +18,8 @@ from navbench import PolicyObservation
 FASTEST = np.array((1.8, 1.5))  # [m/s], [rad/s] that it uses
 SECTORS, SIDE, SEEN = 9, 1.2, 6.0  # of the scan, [rad] to each side, [m] within which it looks
 PAIRS = SECTORS // 2
-FIRST = np.zeros(4 + PAIRS + 1 + 2 + PAIRS)  # where training begins: along the route, slower in bends
+# where training begins: along the route, slower in bends
+FIRST = np.zeros(4 + PAIRS + 1 + 2 + PAIRS)
 FIRST[:2], FIRST[4 + PAIRS + 1] = (1.0, -1.0), 2.0
 
 FloatArray = npt.NDArray[np.float64]

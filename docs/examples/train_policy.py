@@ -2,7 +2,8 @@
 
 Usage: python train_policy.py [--world NAME] [--generations N] [--deliveries N] [--out FILE]
 
-Among people who do not make way a policy so small soon learns to stand still; it is trained among such as do.
+Among people who do not make way a policy so small soon learns to stand still; it is trained among
+such as do.
 """
 
 import argparse
@@ -50,7 +51,9 @@ def keep(search: CMA, out: Path) -> None:
 
 def main() -> None:
     """Search, a line per generation; the centre of the last one is kept."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--world", default="social")
     parser.add_argument("--generations", type=int, default=20)
     parser.add_argument("--deliveries", type=int, default=8, help="of each candidate")
@@ -63,7 +66,8 @@ def main() -> None:
         for generation in range(asked.generations):
             candidates = [search.ask() for _ in range(search.population_size)]
             tasks = [
-                pool.submit(dollars, each, asked.world, SEED + generation, asked.deliveries) for each in candidates
+                pool.submit(dollars, each, asked.world, SEED + generation, asked.deliveries)
+                for each in candidates
             ]
             earned = [task.result() for task in tasks]
             search.tell([(each, -money) for each, money in zip(candidates, earned, strict=True)])

@@ -1,1 +1,4 @@
-"""One stack with one localizer after the other on the same deliveries: what localization is worth."""
+"""One stack with one localizer after the other on the same deliveries.
+
+What localization is worth.
+"""

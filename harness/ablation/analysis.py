@@ -24,7 +24,8 @@ from navstack.params.extensions import uses_map
 MARGIN = "contribution_margin"
 COMPARED = (MARGIN, "sla", "avg_localization_error_median_m")  # metrics of harness.analysis.compare
 SURE = 0.05  # adjusted p below which a difference is called significant
-# Quantiles over the deliveries of a quantile over each delivery's ticks: key, column, level, factor on the column.
+# Quantiles over the deliveries of a quantile over each delivery's ticks: key, column, level, factor
+# on the column.
 ERRORS = (
     ("localization_error_median_m", "localization_error_median_m", 0.5, 1.0),
     ("localization_error_p95_m", "localization_error_p95_m", 0.95, 1.0),
@@ -60,7 +61,8 @@ class Arm:
     result: StackResult
     errors: dict[str, Interval]  # by key of ERRORS
     margin: Interval  # [USD/run]
-    capex_usd: float | None  # [USD] with the sensors that it needs; None: it cannot be built, or nothing is known
+    # [USD] with the sensors that it needs; None: it cannot be built, or nothing is known
+    capex_usd: float | None
     break_even: Interval  # [run]; None as the upper end: never
 
     @property
@@ -83,7 +85,9 @@ class Difference:
     def is_alike_to_a_cent(self) -> bool:
         """Whether both earn the same on every mission, but for less than a cent."""
         difference = self.compared.paired.difference
-        return self.metric == MARGIN and difference.low is None and abs(difference.value or 0.0) < CENT
+        return (
+            self.metric == MARGIN and difference.low is None and abs(difference.value or 0.0) < CENT
+        )
 
     @property
     def is_significant(self) -> bool:
@@ -116,7 +120,11 @@ class Ablation:
 
 
 def analyse(
-    declaration: Declaration, results: Sequence[StackResult], run: StoredRun, prices: Prices, episodes: int
+    declaration: Declaration,
+    results: Sequence[StackResult],
+    run: StoredRun,
+    prices: Prices,
+    episodes: int,
 ) -> Ablation:
     """Work out everything that the report tells.
 
@@ -141,11 +149,18 @@ def analyse(
 def _arm(result: StackResult, rows: Sequence[Row], seed: int) -> Arm:
     valuation = result.valuation
     margin = result.intervals.get(MARGIN, NO_INTERVAL)
-    capex = None if valuation is None or not is_buildable(result.stack) else valuation.economics.capex_usd
+    capex = (
+        None
+        if valuation is None or not is_buildable(result.stack)
+        else valuation.economics.capex_usd
+    )
     return Arm(
         stack=result.stack,
         result=result,
-        errors={key: _quantile(rows, column, level, factor, seed) for key, column, level, factor in ERRORS},
+        errors={
+            key: _quantile(rows, column, level, factor, seed)
+            for key, column, level, factor in ERRORS
+        },
         margin=margin,
         capex_usd=capex,
         break_even=NO_INTERVAL if capex is None else break_even_interval(capex, margin),
@@ -160,7 +175,9 @@ def _quantile(rows: Sequence[Row], column: str, level: float, factor: float, see
 
 
 def break_even_interval(capex_usd: float, margin: Interval) -> Interval:
-    """Break-even point [run] over the interval of the margin [USD/run]; an end is None where the margin is a loss.
+    """Break-even point [run] over the interval of the margin [USD/run].
+
+    An end is None where the margin is a loss.
 
     An upper end that is None beside a lower one means that break-even may never come.
     """
@@ -197,9 +214,14 @@ def wrong_maps(arms: Sequence[Arm]) -> list[tuple[str, str]]:
     ]
 
 
-def _prices(arms: Sequence[Arm], rows: dict[str, Sequence[Row]], prices: Prices, seed: int) -> Iterator[ErrorPrice]:
+def _prices(
+    arms: Sequence[Arm], rows: dict[str, Sequence[Row]], prices: Prices, seed: int
+) -> Iterator[ErrorPrice]:
     """The price of each kind of error that was injected, over the missions that every level finished."""
-    truth = next((arm for arm in arms if arm.stack.localizer == TRUTH and injected_kind(arm.stack) is None), None)
+    truth = next(
+        (arm for arm in arms if arm.stack.localizer == TRUTH and injected_kind(arm.stack) is None),
+        None,
+    )
     for kind in KINDS:
         injected = [arm for arm in arms if injected_kind(arm.stack) == kind]
         if truth is None or not injected:

@@ -49,17 +49,21 @@ def arms_of(
 
     Args:
         stack: that drives.
-        localizers: ``NAME`` or ``NAME@MAP`` each; none: those that there are, or with errors the ground truth alone.
-        errors: ``position=0.1,0.3`` [m] or ``heading=2`` [deg] each, several separated by blanks; every value is an arm
-            beside the ground truth, which is driven too.
+        localizers: ``NAME`` or ``NAME@MAP`` each; none: those that there are, or with errors the
+            ground truth alone.
+        errors: ``position=0.1,0.3`` [m] or ``heading=2`` [deg] each, several separated by blanks;
+            every value is an arm beside the ground truth, which is driven too.
         correlation_time: of these errors [s]; None: the usual one.
         allow_unknown: whether unknown keys in the stack's Nav2 file are warnings.
 
     Raises:
-        InputError: a name, map or error that cannot be had, an arm given twice, or fewer than two arms.
+        InputError: a name, map or error that cannot be had, an arm given twice, or fewer than two
+            arms.
     """
     if stack.navigator == PARKED:
-        raise InputError(f"stack '{stack.name}' does not drive, so that its localizer changes nothing; give another")
+        raise InputError(
+            f"stack '{stack.name}' does not drive, so that its localizer changes nothing; give another"
+        )
     names = list(localizers) or ([TRUTH] if errors else list(localizer_names()))
     if errors and TRUTH not in names:
         names.insert(0, TRUTH)
@@ -117,11 +121,15 @@ def _with_localizer(stack: Stack, text: str, nav2: Nav2File) -> Stack:
     )
 
 
-def _with_error(stack: Stack, kind: str, size: float, pace: dict[str, float], nav2: Nav2File) -> Stack:
+def _with_error(
+    stack: Stack, kind: str, size: float, pace: dict[str, float], nav2: Nav2File
+) -> Stack:
     error = InjectedError(**{KINDS[kind].field: size}, **pace)
     name = f"{kind}={size:g}"
     arm = dataclasses.replace(_with_localizer(stack, TRUTH, nav2), name=name, injected=error)
-    return dataclasses.replace(arm, title=f"{stack.name} with {TRUTH} and an error of {name} {KINDS[kind].unit}")
+    return dataclasses.replace(
+        arm, title=f"{stack.name} with {TRUTH} and an error of {name} {KINDS[kind].unit}"
+    )
 
 
 def _errors(text: str) -> Iterable[tuple[str, float]]:
@@ -129,7 +137,9 @@ def _errors(text: str) -> Iterable[tuple[str, float]]:
     for part in text.split():
         kind, equals, sizes = part.partition("=")
         if not equals or not sizes:
-            raise InputError(f"--inject '{part}' is not KIND=SIZE[,SIZE], e.g. position=0.1,0.3 (m) or heading=2 (deg)")
+            raise InputError(
+                f"--inject '{part}' is not KIND=SIZE[,SIZE], e.g. position=0.1,0.3 (m) or heading=2 (deg)"
+            )
         if kind not in KINDS:
             raise UnknownNameError("kind of error", kind, KINDS)
         for size in sizes.split(","):
@@ -157,10 +167,14 @@ def _check_different(arms: Sequence[Stack]) -> None:
             same = known[unnamed]
             if same == arm.name:
                 raise InputError(f"arm '{arm.name}' is given more than once; give each arm once")
-            raise InputError(f"arms '{same}' and '{arm.name}' are the same thing here; give one of them")
+            raise InputError(
+                f"arms '{same}' and '{arm.name}' are the same thing here; give one of them"
+            )
         known[unnamed] = arm.name
     if len(arms) < 2:
-        raise InputError(f"'{arms[0].name}' alone can be compared with nothing; give at least two localizers or errors")
+        raise InputError(
+            f"'{arms[0].name}' alone can be compared with nothing; give at least two localizers or errors"
+        )
 
 
 def _sensors(localizer: str, nav2: Nav2File) -> tuple[str, ...]:
@@ -173,7 +187,13 @@ def _sensors(localizer: str, nav2: Nav2File) -> tuple[str, ...]:
 def drives_by_scan(nav2: Nav2File) -> bool:
     """Whether a costmap's obstacle layer or the collision monitor reads the scan."""
     costmaps = (read_costmap(nav2, node) for node in COSTMAPS)
-    layers = (layer for costmap in costmaps for layer in costmap.enabled_layers(costmap.plugins).values())
-    seeing = (layer for layer in layers if isinstance(layer, ObstacleLayerParams | SpatioTemporalLayerParams))
+    layers = (
+        layer for costmap in costmaps for layer in costmap.enabled_layers(costmap.plugins).values()
+    )
+    seeing = (
+        layer
+        for layer in layers
+        if isinstance(layer, ObstacleLayerParams | SpatioTemporalLayerParams)
+    )
     marks = any(layer.active_sources for layer in seeing)
     return marks or bool(read_collision_monitor(nav2).polygons)

@@ -43,7 +43,9 @@ def _arm(arm: Arm, prices: Prices) -> Row:
         else None,
         "episodes": arm.result.episodes,
         "errors": arm.result.errors,
-        "outcomes": {name: intervals[name].as_json() if name in intervals else None for name in OUTCOMES},
+        "outcomes": {
+            name: intervals[name].as_json() if name in intervals else None for name in OUTCOMES
+        },
         **{key: error.as_json() for key, error in arm.errors.items()},
         "contribution_margin_usd": arm.margin.as_json(),
         "sensors": list(stack.carries),

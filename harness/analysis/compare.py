@@ -1,4 +1,7 @@
-"""Two stacks on the missions that they have in common: differences, how sure they are, and what stands against it."""
+"""Two stacks on the missions that they have in common.
+
+Differences, how sure they are, and what stands against it.
+"""
 
 import dataclasses
 import math
@@ -12,7 +15,16 @@ import numpy as np
 from harness.analysis.rare import difference_with_unseen
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.cost_model import running
-from harness.economics.valuation import CENT, DOLLARS, MISSION, OUTCOMES, deliveries, margins, mean_columns, missions
+from harness.economics.valuation import (
+    CENT,
+    DOLLARS,
+    MISSION,
+    OUTCOMES,
+    deliveries,
+    margins,
+    mean_columns,
+    missions,
+)
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.columns import Row
 from harness.metrics.metric import Better
@@ -29,7 +41,8 @@ EARNED = ("revenue", "contribution_margin")
 MARGIN = "contribution_margin"
 FAMILY = (MARGIN, "sla")  # whose p values are adjusted together, unless metrics are named
 SHORT = {"margin": MARGIN}  # as elsewhere on the command line
-ACCOUNTED = {f"contribution_margin_{name}": name for name in ACCOUNTINGS if name != PUBLISHED}  # metric -> accounting
+# metric -> accounting
+ACCOUNTED = {f"contribution_margin_{name}": name for name in ACCOUNTINGS if name != PUBLISHED}
 SHOWN_VALUES = 3  # differing parameters that a warning names
 
 
@@ -53,7 +66,8 @@ class Compared:
     first: float  # mean of the first
     second: float
     paired: PairedDifference
-    p_holm: float | None  # p adjusted for the family's metrics in which some pair differs; None: not of the family
+    # p adjusted for the family's metrics in which some pair differs; None: not of the family
+    p_holm: float | None
     better: Better
 
     @property
@@ -80,7 +94,8 @@ class Comparison:
     left_out: tuple[int, int]  # finished deliveries of each side without a partner
     differences: dict[str, Compared]
     warnings: list[str]
-    unseen: Interval | None  # of the margin's difference, admitting a loss not seen yet; None: it is not compared
+    # of the margin's difference, admitting a loss not seen yet; None: it is not compared
+    unseen: Interval | None
     dollar: OfADollar | None  # None: the margin is not compared, or differs alike on every mission
 
     @property
@@ -98,7 +113,9 @@ def side_of(run: StoredRun) -> Side:
     if len(run.stacks) == 1:
         return Side(run, run.stacks[0])
     names = ", ".join(f"{run.folder}:{stack.name}" for stack in run.stacks)
-    raise InputError(f"run folder '{run.folder}' has {len(run.stacks)} stacks; choose one of: {names}")
+    raise InputError(
+        f"run folder '{run.folder}' has {len(run.stacks)} stacks; choose one of: {names}"
+    )
 
 
 def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Comparison:
@@ -107,8 +124,8 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
     Args:
         first: the one that is there.
         second: the one that is held against it.
-        metrics: which to compare, the family of the adjusted p values; none: all that both sides have, of which
-            ``FAMILY`` is the family, but not :data:`ACCOUNTED`.
+        metrics: which to compare, the family of the adjusted p values; none: all that both sides
+            have, of which ``FAMILY`` is the family, but not :data:`ACCOUNTED`.
 
     Raises:
         InputError: no mission in common, or an unknown metric.
@@ -121,7 +138,9 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
         )
     numbers = zip(*pairs, strict=True)
     rows = [take(side.stack.rows, own) for side, own in zip((first, second), numbers, strict=True)]
-    columns = [_columns(side, own, metrics) for side, own in zip((first, second), rows, strict=True)]
+    columns = [
+        _columns(side, own, metrics) for side, own in zip((first, second), rows, strict=True)
+    ]
     keys = [key for key in columns[0] if key in columns[1]]
     named = [SHORT.get(key, key) for key in metrics]
     for key in named:
@@ -131,15 +150,21 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
     clusters = missions(rows[0])
     known = {}
     for key in wanted:
-        if (entry := _compare(columns[0][key], columns[1][key], clusters, key, first.run.seed)) is not None:
-            known[key] = entry if named or key in FAMILY else dataclasses.replace(entry, p_holm=None)
+        if (
+            entry := _compare(columns[0][key], columns[1][key], clusters, key, first.run.seed)
+        ) is not None:
+            known[key] = (
+                entry if named or key in FAMILY else dataclasses.replace(entry, p_holm=None)
+            )
     family = [key for key, entry in known.items() if entry.p_holm is not None and entry.differs]
     for key, p_holm in zip(family, holm([known[key].paired.p for key in family]), strict=True):
         known[key] = dataclasses.replace(known[key], p_holm=p_holm)
     unseen = dollar = None
     if MARGIN in known:
         dollar = _of_a_dollar(first, second, known[MARGIN].paired)
-        unseen = difference_with_unseen(first.run, second.run, columns[1][MARGIN] - columns[0][MARGIN], clusters)
+        unseen = difference_with_unseen(
+            first.run, second.run, columns[1][MARGIN] - columns[0][MARGIN], clusters
+        )
     return Comparison(
         first=first,
         second=second,
@@ -157,7 +182,9 @@ def _of_a_dollar(first: Side, second: Side, margin: PairedDifference) -> OfADoll
         return None
     pairs = max(2, math.ceil(margin.difference.n * margin.detectable**2))
     each = [side.run.seconds_a_delivery(side.stack.name) for side in (first, second)]
-    return OfADollar(pairs, None if None in each else pairs * sum(time for time in each if time is not None))
+    return OfADollar(
+        pairs, None if None in each else pairs * sum(time for time in each if time is not None)
+    )
 
 
 def document(comparison: Comparison) -> Row:
@@ -165,8 +192,16 @@ def document(comparison: Comparison) -> Row:
     first, second = comparison.first, comparison.second
     return {
         "schema": 1,
-        "a": {"folder": str(first.run.folder), "stack": first.stack.name, "left_out": comparison.left_out[0]},
-        "b": {"folder": str(second.run.folder), "stack": second.stack.name, "left_out": comparison.left_out[1]},
+        "a": {
+            "folder": str(first.run.folder),
+            "stack": first.stack.name,
+            "left_out": comparison.left_out[0],
+        },
+        "b": {
+            "folder": str(second.run.folder),
+            "stack": second.stack.name,
+            "left_out": comparison.left_out[1],
+        },
         "pairs": comparison.pairs,
         "differences": {
             key: {
@@ -201,7 +236,9 @@ def _keys(rows: Sequence[Row]) -> Iterable[tuple[Any, ...]]:
 
 
 def _columns(side: Side, rows: Sequence[Row], asked: Collection[str]) -> dict[str, FloatArray]:
-    """Every quantity of a side, delivery by delivery, NaN where undefined; those undefined for all are left out.
+    """Every quantity of a side, delivery by delivery, NaN where undefined.
+
+    Those undefined for all are left out.
 
     Margins under other accountings are among them if they are ``asked`` for.
     """
@@ -212,20 +249,34 @@ def _columns(side: Side, rows: Sequence[Row], asked: Collection[str]) -> dict[st
         **{key: getattr(each, key) for key in OUTCOMES},
         **{term: getattr(costs, term) for term in DOLLARS},
         **mean_columns(rows),
-        **{key: margins(rows, prices, side.run.events, name) for key, name in ACCOUNTED.items() if key in asked},
+        **{
+            key: margins(rows, prices, side.run.events, name)
+            for key, name in ACCOUNTED.items()
+            if key in asked
+        },
     }
-    known = {key: np.broadcast_to(column, len(rows)) for key, column in columns.items() if column is not None}
+    known = {
+        key: np.broadcast_to(column, len(rows))
+        for key, column in columns.items()
+        if column is not None
+    }
     return {key: column for key, column in known.items() if not np.isnan(column).all()}
 
 
-def _compare(first: FloatArray, second: FloatArray, clusters: IntArray, key: str, seed: int) -> Compared | None:
+def _compare(
+    first: FloatArray, second: FloatArray, clusters: IntArray, key: str, seed: int
+) -> Compared | None:
     both = ~(np.isnan(first) | np.isnan(second))
     if not both.any():
         return None
     own = number_clusters(clusters[both].tolist())
     resolution = CENT if key in DOLLARS or key in ACCOUNTED else 0.0
-    paired = compare_pairs(first[both], second[both], own, np.random.default_rng(seed), key in OUTCOMES, resolution)
-    return Compared(float(first[both].mean()), float(second[both].mean()), paired, 1.0, _directions()[key])
+    paired = compare_pairs(
+        first[both], second[both], own, np.random.default_rng(seed), key in OUTCOMES, resolution
+    )
+    return Compared(
+        float(first[both].mean()), float(second[both].mean()), paired, 1.0, _directions()[key]
+    )
 
 
 @cache
@@ -233,7 +284,9 @@ def _directions() -> dict[str, Better]:
     directions = {metric.key: metric.better for metric in RUN_METRICS}
     directions |= {term: Better.HIGHER if term in EARNED else Better.LOWER for term in DOLLARS}
     directions |= dict.fromkeys(ACCOUNTED, Better.HIGHER)
-    return directions | {metric.mean_key: metric.better for metric in EPISODE_METRICS if metric.mean_key}
+    return directions | {
+        metric.mean_key: metric.better for metric in EPISODE_METRICS if metric.mean_key
+    }
 
 
 def _warnings(first: Side, second: Side) -> list[str]:
@@ -247,7 +300,11 @@ def _warnings(first: Side, second: Side) -> list[str]:
     for name in CONDITIONS:
         different = _different(a.condition(name), b.condition(name))
         if different:
-            more = f" and {len(different) - SHOWN_VALUES} more" if len(different) > SHOWN_VALUES else ""
+            more = (
+                f" and {len(different) - SHOWN_VALUES} more"
+                if len(different) > SHOWN_VALUES
+                else ""
+            )
             warnings.append(f"other {name}: {'; '.join(different[:SHOWN_VALUES])}{more}")
     if a.recorded_people() != b.recorded_people():
         warnings.append("other people: the recordings that were replayed differ")
@@ -264,8 +321,15 @@ def _warnings(first: Side, second: Side) -> list[str]:
 
 
 def _different(a: Any, b: Any, path: str = "") -> list[str]:
-    """The leaves in which two nested mappings differ, each with both values; how a price is sourced is none."""
+    """The leaves in which two nested mappings differ, each with both values.
+
+    How a price is sourced is none.
+    """
     if isinstance(a, Mapping) and isinstance(b, Mapping):
         keys = [key for key in {**a, **b} if key != "source"]
-        return [line for key in keys for line in _different(a.get(key), b.get(key), f"{path}.{key}".strip("."))]
+        return [
+            line
+            for key in keys
+            for line in _different(a.get(key), b.get(key), f"{path}.{key}".strip("."))
+        ]
     return [] if a == b else [f"{path.removesuffix('.value')} {a} and {b}"]

@@ -1,4 +1,7 @@
-"""Deliveries under every shipped set of prices, and under every injury curve: who earns money, and who is ahead."""
+"""Deliveries under every shipped set of prices, and under every injury curve.
+
+Who earns money, and who is ahead.
+"""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -40,7 +43,10 @@ class Money:
     def profit(self) -> Interval:
         """Margin less the CAPEX spread over the robot's life [USD/run]."""
         share, margin = self.capex_usd / self.life_runs, self.margin
-        value, low, high = (None if each is None else each - share for each in (margin.value, margin.low, margin.high))
+        value, low, high = (
+            None if each is None else each - share
+            for each in (margin.value, margin.low, margin.high)
+        )
         return Interval(value, low, high, margin.n)
 
 
@@ -79,8 +85,12 @@ def under_price_sets(run: StoredRun) -> dict[str, UnderSet]:
     found = {}
     for name in price_sets():
         choices = choose(run, name, (), ())
-        money = {stack.name: money_of([(run, stack)], choices) for stack in run.stacks if stack.rows}
-        found[name] = UnderSet(choices, {stack: each for stack, each in money.items() if each.margin.n})
+        money = {
+            stack.name: money_of([(run, stack)], choices) for stack in run.stacks if stack.rows
+        }
+        found[name] = UnderSet(
+            choices, {stack: each for stack, each in money.items() if each.margin.n}
+        )
     return found
 
 
@@ -108,5 +118,7 @@ def under_curves(parts: Parts) -> dict[str, Interval]:
         if curves is not None:
             prices = dataclasses.replace(prices, injury=load_prices(curves).injury)
         choices = Choices(prices, OptionalTerms((), load_optional_prices()), {})
-        found[name] = accounted_margins(first, parts, [accounting], choices).get(accounting, NO_INTERVAL)
+        found[name] = accounted_margins(first, parts, [accounting], choices).get(
+            accounting, NO_INTERVAL
+        )
     return found

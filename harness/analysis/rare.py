@@ -5,7 +5,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from harness.economics.unseen import difference_admitting_unseen, margin_admitting_unseen, reach_of_loss
+from harness.economics.unseen import (
+    difference_admitting_unseen,
+    margin_admitting_unseen,
+    reach_of_loss,
+)
 from harness.economics.valuation import margins, missions
 from harness.statistics.bootstrap import IntArray
 from harness.statistics.interval import Interval
@@ -19,13 +23,22 @@ def reach_of(run: StoredRun) -> Reach:
     world = run.condition("world")
     bodies = world.get("pedestrian_bodies") if isinstance(world, Mapping) else None
     most = bodies.get("max_contact_impulse") if isinstance(bodies, Mapping) else None
-    return reach_of_loss(run.prices(), float(most) if isinstance(most, int | float) and most > 0.0 else math.inf)
+    return reach_of_loss(
+        run.prices(), float(most) if isinstance(most, int | float) and most > 0.0 else math.inf
+    )
 
 
 def margin_with_unseen(run: StoredRun, stack: StoredStack) -> Interval | None:
-    """The mean margin of a stack [USD/run]; None: the cargo was not simulated, or it has driven nothing."""
+    """The mean margin of a stack [USD/run].
+
+    None: the cargo was not simulated, or it has driven nothing.
+    """
     margin = margins(stack.rows, run.prices()) if stack.rows else None
-    return None if margin is None else margin_admitting_unseen(margin, reach_of(run), missions(stack.rows), run.seed)
+    return (
+        None
+        if margin is None
+        else margin_admitting_unseen(margin, reach_of(run), missions(stack.rows), run.seed)
+    )
 
 
 def difference_with_unseen(

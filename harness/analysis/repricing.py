@@ -6,12 +6,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.economics.accountings import ACCOUNTINGS, COUNTED, MONOTONE, PUBLISHED, accounted, contacts_of
+from harness.economics.accountings import (
+    ACCOUNTINGS,
+    COUNTED,
+    MONOTONE,
+    PUBLISHED,
+    accounted,
+    contacts_of,
+)
 from harness.economics.break_even import break_even_runs
 from harness.economics.contact_costs import injury_costs, turning_impulse
 from harness.economics.contact_limits import beyond_limit, limit_speed
 from harness.economics.cost_model import Economics, Measured, Running, price, running
-from harness.economics.optional_terms import TERMS, OptionalTerms, check_terms, load_optional_prices, together
+from harness.economics.optional_terms import (
+    TERMS,
+    OptionalTerms,
+    check_terms,
+    load_optional_prices,
+    together,
+)
 from harness.economics.price import check_prices, names_of, price_keys, with_values
 from harness.economics.prices import Prices, checked, load_prices
 from harness.economics.valuation import (
@@ -35,7 +48,8 @@ from navstack.types import FloatArray
 # Prices that replace those of today, by key -> the money then, and all prices then.
 Evaluate = Callable[[Mapping[str, float]], tuple[Economics, Prices]]
 VARIED = ("pedestrian_safety", "property_damage", "opex", "contribution_margin")
-FORGIVEN = "forgiven"  # beside accountings: the margin of the published one less that of ``monotone``
+# beside accountings: the margin of the published one less that of ``monotone``
+FORGIVEN = "forgiven"
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,13 +83,17 @@ class Repriced:
     beyond_limit: Interval  # share of all contacts with people that are beyond
 
 
-def choose(run: StoredRun, prices: str | None, settings: Sequence[str], terms: Sequence[str]) -> Choices:
+def choose(
+    run: StoredRun, prices: str | None, settings: Sequence[str], terms: Sequence[str]
+) -> Choices:
     """What to price a run with.
 
     Args:
         run: the run, whose own prices are the default.
-        prices: a name of params/prices or a file; None: the run's own. Its optional terms are among those asked for.
-        settings: ``KEY=VALUE`` each; keys of the price file or of the optional terms', with or without the unit.
+        prices: a name of params/prices or a file; None: the run's own. Its optional terms are among
+            those asked for.
+        settings: ``KEY=VALUE`` each; keys of the price file or of the optional terms', with or
+            without the unit.
         terms: names of optional terms, each entry one or several separated by commas.
 
     Raises:
@@ -91,13 +109,19 @@ def choose(run: StoredRun, prices: str | None, settings: Sequence[str], terms: S
         if key not in own | other:
             raise UnknownNameError("price", key, sorted(own | other))
     loaded = with_values(loaded, {key: number for key, number in values.items() if key in own})
-    optional = with_values(optional, {key: number for key, number in values.items() if key in other})
+    optional = with_values(
+        optional, {key: number for key, number in values.items() if key in other}
+    )
     check_prices(optional, "--set")
-    names = check_terms([*loaded.terms, *(name.strip() for text in terms for name in text.split(","))])
+    names = check_terms(
+        [*loaded.terms, *(name.strip() for text in terms for name in text.split(","))]
+    )
     for key in (key for key in values if key in other):
         users = [term for term, (_, used) in TERMS.items() if other[key] in used]
         if not set(users) & set(names):
-            raise InputError(f"--set {key} has no effect without an optional term; add --with {' or '.join(users)}")
+            raise InputError(
+                f"--set {key} has no effect without an optional term; add --with {' or '.join(users)}"
+            )
     return Choices(checked(loaded, "--set"), OptionalTerms(names, optional), values)
 
 
@@ -106,7 +130,9 @@ def _setting(text: str) -> tuple[str, float]:
     try:
         return key.strip(), float(number)
     except ValueError:
-        raise InputError(f"--set '{text}' is not KEY=NUMBER, e.g. delivery_fee_usd_per_run=4.99") from None
+        raise InputError(
+            f"--set '{text}' is not KEY=NUMBER, e.g. delivery_fee_usd_per_run=4.99"
+        ) from None
 
 
 def reprice(run: StoredRun, choices: Choices) -> list[Repriced]:
@@ -125,7 +151,9 @@ def _reprice(run: StoredRun, stack: StoredStack, choices: Choices) -> Repriced:
     return Repriced(
         stack=stack,
         valuation=valuation,
-        accountings={name: _accounting(run, stack, valuation, each) for name, each in costs.items()},
+        accountings={
+            name: _accounting(run, stack, valuation, each) for name, each in costs.items()
+        },
         forgiven=_margins([costs], stack.rows, run.seed).get(FORGIVEN),
         turn_ns=turn,
         turned=wilson_interval(int((impulses > turn).sum()), impulses.size),
@@ -134,7 +162,9 @@ def _reprice(run: StoredRun, stack: StoredStack, choices: Choices) -> Repriced:
     )
 
 
-def _accounting(run: StoredRun, stack: StoredStack, valuation: Valuation, costs: Running) -> Accounting:
+def _accounting(
+    run: StoredRun, stack: StoredStack, valuation: Valuation, costs: Running
+) -> Accounting:
     """The money under an accounting, on the same resamples as under the others."""
     terms = {term: getattr(costs, term) for term in VARIED}
     intervals = mean_intervals(terms, missions(stack.rows), run.seed, CENT)
@@ -173,16 +203,28 @@ def accounted_margins(
         InputError: rows and events of a run are of different states.
     """
     choices = choices or Choices(first.prices(), OptionalTerms((), load_optional_prices()), {})
-    driven = [(run, repriced(stack, run.events, choices.prices)) for run, stack in parts if stack.rows]
+    driven = [
+        (run, repriced(stack, run.events, choices.prices)) for run, stack in parts if stack.rows
+    ]
     known = [dict(_running_costs(run, stack, choices, names)) for run, stack in driven]
     return _margins(known, [row for _, stack in driven for row in stack.rows], first.seed)
 
 
-def _margins(known: Sequence[Mapping[str, Running]], rows: Sequence[Row], seed: int) -> dict[str, Interval]:
-    """Mean margins by accounting of several runs' deliveries together; empty where they are undefined."""
-    if not known or any(costs.contribution_margin is None for each in known for costs in each.values()):
+def _margins(
+    known: Sequence[Mapping[str, Running]], rows: Sequence[Row], seed: int
+) -> dict[str, Interval]:
+    """Mean margins by accounting of several runs' deliveries together.
+
+    Empty where they are undefined.
+    """
+    if not known or any(
+        costs.contribution_margin is None for each in known for costs in each.values()
+    ):
         return {}
-    columns = {name: np.concatenate([each[name].contribution_margin for each in known]) for name in known[0]}
+    columns = {
+        name: np.concatenate([each[name].contribution_margin for each in known])
+        for name in known[0]
+    }
     if {PUBLISHED, MONOTONE} <= set(columns):
         columns[FORGIVEN] = columns[PUBLISHED] - columns[MONOTONE]
     return mean_intervals(columns, missions(rows), seed, CENT)
@@ -206,16 +248,23 @@ def _stack_document(run: StoredRun, result: Repriced, optional: OptionalTerms) -
         "episodes": len(stack.rows),
         "errors": stack.errors,
         **valuation_document(valuation),
-        "accountings": {name: _accounting_document(each) for name, each in result.accountings.items()},
+        "accountings": {
+            name: _accounting_document(each) for name, each in result.accountings.items()
+        },
         "forgiven_usd_per_run": None if result.forgiven is None else result.forgiven.as_json(),
         "contacts_beyond_turn": {"impulse_ns": result.turn_ns, "share": result.turned.as_json()},
-        "contacts_beyond_iso_ts_15066": {"closing_speed_mps": result.limit_mps, "share": result.beyond_limit.as_json()},
+        "contacts_beyond_iso_ts_15066": {
+            "closing_speed_mps": result.limit_mps,
+            "share": result.beyond_limit.as_json(),
+        },
         "optional_terms": {
             name: {
                 "in_paper": False,
                 "capex_usd": term.capex_usd,
                 "opex_usd_per_run": term.opex,
-                "prices": {key: dataclasses.asdict(getattr(optional.prices, key)) for key in TERMS[name][1]},
+                "prices": {
+                    key: dataclasses.asdict(getattr(optional.prices, key)) for key in TERMS[name][1]
+                },
             }
             for name, term in valuation.terms.items()
         },
@@ -230,21 +279,29 @@ def _accounting_document(accounting: Accounting) -> Row:
 
 
 def evaluator(run: StoredRun, stack: StoredStack, choices: Choices) -> Evaluate:
-    """The money of a stack's deliveries as a function of single prices; quick enough to be asked thousands of times."""
+    """The money of a stack's deliveries as a function of single prices.
+
+    Quick enough to be asked thousands of times.
+    """
     base = summarize(stack.rows, choices.prices.rolling_resistance_force)
     contacts = contacts_of(stack.rows, run.events, COUNTED)
     impulses = contacts.impulses[contacts.with_people]
     own, terms = set(price_keys(choices.prices)), choices.optional.names
 
     def economics_at(values: Mapping[str, float]) -> tuple[Economics, Prices]:
-        prices = with_values(choices.prices, {key: number for key, number in values.items() if key in own})
+        prices = with_values(
+            choices.prices, {key: number for key, number in values.items() if key in own}
+        )
         other = {key: number for key, number in values.items() if key not in own}
         optional = OptionalTerms(terms, with_values(choices.optional.prices, other))
         measured = Measured(
             **base
             | {
-                "pedestrian_injury_usd_per_run": float(injury_costs(impulses, prices).sum()) / len(stack.rows),
-                "avg_mechanical_power_kw": prices.rolling_resistance_force * base["avg_velocity_mps"] / 1000.0,
+                "pedestrian_injury_usd_per_run": float(injury_costs(impulses, prices).sum())
+                / len(stack.rows),
+                "avg_mechanical_power_kw": prices.rolling_resistance_force
+                * base["avg_velocity_mps"]
+                / 1000.0,
             }
         )
         extra = together(beyond(measured, stack, prices, optional).values())
@@ -264,5 +321,7 @@ def profits(run: StoredRun, stack: StoredStack, choices: Choices) -> FloatArray:
     extra = together(beyond(each, stack, choices.prices, choices.optional).values())
     margin = margins(stack.rows, choices.prices, extra=extra)
     if margin is None:
-        raise InputError(f"{stack.name}: the margin is undefined, because the cargo was not simulated")
+        raise InputError(
+            f"{stack.name}: the margin is undefined, because the cargo was not simulated"
+        )
     return margin

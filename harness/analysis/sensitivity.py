@@ -1,4 +1,7 @@
-"""What the money of a stored run hangs on: every price, pairs of prices, and what its deliveries leave open."""
+"""What the money of a stored run hangs on.
+
+Every price, pairs of prices, and what its deliveries leave open.
+"""
 
 import dataclasses
 import math
@@ -82,7 +85,8 @@ class TwoWay:
 
     x: Axis
     y: Axis
-    profit: FloatArray  # (y, x) [USD/run]; NaN where the refund would be less than the fee that it contains
+    # (y, x) [USD/run]; NaN where the refund would be less than the fee that it contains
+    profit: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,7 +108,8 @@ class Sensitivity:
     profit: float  # [USD/run] margin less the capex spread over the robot's life
     bars: list[Bar]
     maps: list[TwoWay]
-    spread: BreakEvenSpread | None  # None: one mission, or deliveries that are all alike, tell nothing of it
+    # None: one mission, or deliveries that are all alike, tell nothing of it
+    spread: BreakEvenSpread | None
     life_runs: float  # [run] of the robot
 
 
@@ -122,11 +127,15 @@ def sensitivities(run: StoredRun, choices: Choices, maps: Sequence[str]) -> list
     pairs = [_pair(text) for text in maps] or list(MAPS)
     stacks = [stack for stack in run.stacks if stack.rows]
     if not stacks:
-        raise InputError(f"run folder '{run.folder}' has no finished delivery; there is nothing to vary")
+        raise InputError(
+            f"run folder '{run.folder}' has no finished delivery; there is nothing to vary"
+        )
     return [_of_stack(run, stack, choices, pairs) for stack in stacks]
 
 
-def document(run: StoredRun, results: Sequence[Sensitivity], choices: Choices, figures: Sequence[str]) -> Row:
+def document(
+    run: StoredRun, results: Sequence[Sensitivity], choices: Choices, figures: Sequence[str]
+) -> Row:
     """The JSON document of ``navbench sensitivity``."""
     return {
         "schema": 1,
@@ -145,7 +154,9 @@ def _pair(text: str) -> tuple[str, str]:
     return x, y
 
 
-def _of_stack(run: StoredRun, stack: StoredStack, choices: Choices, pairs: Sequence[tuple[str, str]]) -> Sensitivity:
+def _of_stack(
+    run: StoredRun, stack: StoredStack, choices: Choices, pairs: Sequence[tuple[str, str]]
+) -> Sensitivity:
     evaluate = evaluator(run, stack, choices)
     economics, prices = evaluate({})
     optional = [key for name in choices.optional.names for key in TERMS[name][1]]
@@ -168,7 +179,9 @@ def _axes(prices: Prices, x: str, y: str) -> tuple[Axis, Axis]:
     """Of a map; each price is on one of them at most."""
     axes = axis(prices, x), axis(prices, y)
     if common := sorted(axes[0].base.keys() & axes[1].base.keys()):
-        raise InputError(f"--map '{x},{y}' has {common[0]} on both axes; give two that have no price in common")
+        raise InputError(
+            f"--map '{x},{y}' has {common[0]} on both axes; give two that have no price in common"
+        )
     return axes
 
 
@@ -184,7 +197,8 @@ def _document(result: Sensitivity) -> Row:
                 "x": _axis_document(each.x),
                 "y": _axis_document(each.y),
                 "profit_usd_per_run": [
-                    [None if math.isnan(value) else value for value in row] for row in each.profit.tolist()
+                    [None if math.isnan(value) else value for value in row]
+                    for row in each.profit.tolist()
                 ],
             }
             for each in result.maps
@@ -224,12 +238,17 @@ def profit_per_run(economics: Economics, prices: Prices) -> float:
 
 def _margin(economics: Economics) -> float:
     if economics.contribution_margin is None:
-        raise InputError("the margin is undefined because the cargo was not simulated; run with a world that has cargo")
+        raise InputError(
+            "the margin is undefined because the cargo was not simulated; run with a world that has cargo"
+        )
     return economics.contribution_margin
 
 
 def ranges(group: Any, keys: Sequence[str] | None = None) -> dict[str, Range]:
-    """The range of each price of a group: its source's, else 20 % up and down, within what is allowed."""
+    """The range of each price of a group.
+
+    Its source's, else 20 % up and down, within what is allowed.
+    """
     found = {}
     for key, price in price_keys(group).items():
         if keys is not None and key not in keys:
@@ -243,7 +262,10 @@ def ranges(group: Any, keys: Sequence[str] | None = None) -> dict[str, Range]:
 
 
 def price_ranges(prices: Prices) -> dict[str, Range]:
-    """The range of each price with all others as they are: a refund is never less than the fee that it contains."""
+    """The range of each price with all others as they are.
+
+    A refund is never less than the fee that it contains.
+    """
     found = ranges(prices)
     fee, refund = found["delivery_fee"], found["refund"]
     found["delivery_fee"] = dataclasses.replace(fee, high=min(fee.high, refund.value))
@@ -256,8 +278,18 @@ def tornado(evaluate: Evaluate, varied: Mapping[str, Range]) -> list[Bar]:
     bars = []
     for key, span in varied.items():
         low, high = evaluate({key: span.low}), evaluate({key: span.high})
-        margins, gains = (_margin(low[0]), _margin(high[0])), (profit_per_run(*low), profit_per_run(*high))
-        bars.append(Bar(**dataclasses.asdict(span), price=key, contribution_margin=margins, profit_usd_per_run=gains))
+        margins, gains = (
+            (_margin(low[0]), _margin(high[0])),
+            (profit_per_run(*low), profit_per_run(*high)),
+        )
+        bars.append(
+            Bar(
+                **dataclasses.asdict(span),
+                price=key,
+                contribution_margin=margins,
+                profit_usd_per_run=gains,
+            )
+        )
     return sorted(bars, key=lambda bar: (-bar.swing, bar.price))
 
 
@@ -268,7 +300,11 @@ def axis(prices: Prices, key: str) -> Axis:
         UnknownNameError: neither a price nor a group of prices.
     """
     known = price_keys(prices)
-    base = {name: price.value for name, price in known.items() if name == key or name.startswith(f"{key}.")}
+    base = {
+        name: price.value
+        for name, price in known.items()
+        if name == key or name.startswith(f"{key}.")
+    }
     if not base:
         groups = {name.rpartition(".")[0] for name in known} - {""}
         raise UnknownNameError("price", key, sorted({*known, *groups}))
@@ -291,7 +327,9 @@ def two_way(evaluate: Evaluate, x: Axis, y: Axis) -> TwoWay:
     return TwoWay(x, y, profit)
 
 
-def break_even_spread(capex_usd: float, means: FloatArray, deviations: FloatArray) -> BreakEvenSpread:
+def break_even_spread(
+    capex_usd: float, means: FloatArray, deviations: FloatArray
+) -> BreakEvenSpread:
     """What resampled profits of a delivery (draws,) [USD/run] say of the break-even point."""
     runs = np.divide(capex_usd, means, out=np.full_like(means, np.inf), where=means > 0.0)
     curve = [break_even_probability(float(n), capex_usd, means, deviations) for n in CURVE_RUNS]

@@ -1,4 +1,7 @@
-"""Where one simulated second goes: timed wrappers around the methods of each part, put on from outside."""
+"""Where one simulated second goes.
+
+Timed wrappers around the methods of each part, put on from outside.
+"""
 
 import contextlib
 import time
@@ -35,7 +38,8 @@ def _costmap(costmap: LayeredCostmap) -> str:
     return "local costmap" if costmap.params.rolling_window else "global costmap"
 
 
-# What belongs to which part. A part's time is without that of parts that it calls; subclasses count with their base.
+# What belongs to which part. A part's time is without that of parts that it calls; subclasses count
+# with their base.
 PARTS: tuple[tuple[str | Namer, type, tuple[str, ...]], ...] = (
     ("world physics", PyBulletWorld, ("step", "reset", "close_episode")),
     ("lidar", Lidar, ("measure",)),
@@ -116,7 +120,10 @@ def _family(base: type) -> list[type]:
 
 
 def wrapper_cost() -> tuple[float, float]:
-    """What a wrapper adds to a call, in [s]: to the part that is called, and to the one that calls it."""
+    """What a wrapper adds to a call, in [s].
+
+    To the part that is called, and to the one that calls it.
+    """
 
     class Nothing:
         def work(self) -> None:
@@ -138,21 +145,30 @@ def _time_of(call: Callable[[], None]) -> float:
 
 
 def break_down(tasks: Sequence[EpisodeTask]) -> dict[str, Any]:
-    """Drive some deliveries, after one that warms up: what each part took, without what the wrappers took."""
+    """Drive some deliveries, after one that warms up.
+
+    What each part took, without what the wrappers took.
+    """
     drive(tasks[0])
     meter = Meter()
     with metered(meter):
         driven = [drive(task) for task in tasks]
     within, around = wrapper_cost()
-    simulated, processor = sum(each.simulated for each in driven), sum(each.processor for each in driven)
+    simulated, processor = (
+        sum(each.simulated for each in driven),
+        sum(each.processor for each in driven),
+    )
     per_second = 1e3 / simulated
     parts = {
-        name: per_second * max(spent - within * meter.calls[name] - around * meter.inner_calls[name], 0.0)
+        name: per_second
+        * max(spent - within * meter.calls[name] - around * meter.inner_calls[name], 0.0)
         for name, spent in meter.spent.items()
     }
     wrappers = per_second * (within + around) * sum(meter.calls.values())
     parts[REST] = max(per_second * processor - wrappers - sum(parts.values()), 0.0)
     return {
-        "breakdown_ms_per_simulated_s": dict(sorted(parts.items(), key=lambda part: (part[0] == REST, -part[1]))),
+        "breakdown_ms_per_simulated_s": dict(
+            sorted(parts.items(), key=lambda part: (part[0] == REST, -part[1]))
+        ),
         "breakdown_wrappers_ms_per_simulated_s": wrappers,
     }

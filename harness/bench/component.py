@@ -1,9 +1,9 @@
 """A part of the program whose time is taken, with its plain twin and what Nav2's C++ took.
 
-The C++ was timed once on another machine of this class, a bar and not a fair race: unmodified Nav2 sources (Jazzy
-f4108e5b1, main a3a97043e), compiled outside ROS by g++ 12.2 with -O2, one thread of an AMD EPYC virtual machine with 2
-cores; medians with a noise of 5 to 10 %, grids of 4020 x 4020 for 4000 x 4000. Most of them stand in the golden
-vectors, too (``timing_ms`` in their facts).
+The C++ was timed once on another machine of this class, a bar and not a fair race: unmodified Nav2
+sources (Jazzy f4108e5b1, main a3a97043e), compiled outside ROS by g++ 12.2 with -O2, one thread of
+an AMD EPYC virtual machine with 2 cores; medians with a noise of 5 to 10 %, grids of 4020 x 4020
+for 4000 x 4000. Most of them stand in the golden vectors, too (``timing_ms`` in their facts).
 """
 
 import os
@@ -32,7 +32,10 @@ class TwinError(NavstackError):
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """A component that is ready to be timed: it is compiled, and has been shown to agree with its twin."""
+    """A component that is ready to be timed.
+
+    It is compiled, and has been shown to agree with its twin.
+    """
 
     ours: Step
     twin: Step | None = None
@@ -50,7 +53,9 @@ class Component:
     agrees: str = "measured in turn in this run; results agree"  # what is known of the two
 
 
-def require_agreement(name: str, ours: npt.ArrayLike, twin: npt.ArrayLike, tolerance: float = 0.0) -> None:
+def require_agreement(
+    name: str, ours: npt.ArrayLike, twin: npt.ArrayLike, tolerance: float = 0.0
+) -> None:
     """Check that two results are alike.
 
     Raises:
@@ -58,7 +63,9 @@ def require_agreement(name: str, ours: npt.ArrayLike, twin: npt.ArrayLike, toler
     """
     found, expected = np.asarray(ours, dtype=np.float64), np.asarray(twin, dtype=np.float64)
     if found.shape != expected.shape:
-        raise TwinError(f"{name}: the kernel gives the shape {found.shape}, its numpy twin {expected.shape}")
+        raise TwinError(
+            f"{name}: the kernel gives the shape {found.shape}, its numpy twin {expected.shape}"
+        )
     unlike = np.isfinite(found) != np.isfinite(expected)
     known = np.isfinite(found) & np.isfinite(expected)
     largest = float(np.abs(expected[known]).max(initial=0.0))

@@ -21,7 +21,10 @@ RESOLUTION = 0.05  # [m]
 FREQUENCY = 30.0  # [Hz]
 FOOTPRINT = ((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3))  # [m]
 STATES = [  # of the robot; the first is timed
-    RobotState(Pose2D(0.02 + 0.03 * k, 0.03 - 0.02 * k, 0.1 - 0.04 * k), Twist2D(1.0 + 0.2 * k, 0.0, 0.1 - 0.07 * k))
+    RobotState(
+        Pose2D(0.02 + 0.03 * k, 0.03 - 0.02 * k, 0.1 - 0.04 * k),
+        Twist2D(1.0 + 0.2 * k, 0.0, 0.1 - 0.07 * k),
+    )
     for k in range(8)
 ]
 
@@ -36,7 +39,10 @@ def cycle(file: str, costs: str, path: str) -> Prepared:
 
     def given(state: RobotState) -> tuple[DwbParams, RobotState, FloatArray, FloatArray, Costmap]:
         window = PlanWindow(
-            params.prune_plan, params.prune_distance, params.forward_prune_distance, params.shorten_transformed_plan
+            params.prune_plan,
+            params.prune_distance,
+            params.forward_prune_distance,
+            params.shorten_transformed_plan,
         )
         near = window.near(plan, state.pose, surroundings.costmap).copy()
         return params, state, near, plan.poses[-1], surroundings.costmap
@@ -45,8 +51,13 @@ def cycle(file: str, costs: str, path: str) -> Prepared:
         controller.reset()
         command = controller.compute_velocity(state, plan, surroundings)
         samples, totals = twin_dwb.commands_of(params, state), twin_dwb.totals(*given(state))
-        chosen = np.abs(samples - (command.linear_x, command.linear_y, command.angular_z)).sum(axis=1).argmin()
-        require_agreement("DWB cycle: the least sum", totals[chosen], totals.min(), 1e-6)  # 32-bit sums there
+        chosen = (
+            np.abs(samples - (command.linear_x, command.linear_y, command.angular_z))
+            .sum(axis=1)
+            .argmin()
+        )
+        # 32-bit sums there
+        require_agreement("DWB cycle: the least sum", totals[chosen], totals.min(), 1e-6)
     controller.reset()
     twin = partial(twin_dwb.best_command, *given(STATES[0]))
     return Prepared(lambda: controller.compute_velocity(STATES[0], plan, surroundings), twin)
@@ -54,5 +65,10 @@ def cycle(file: str, costs: str, path: str) -> Prepared:
 
 COMPONENTS: Sequence[Component] = (
     Component("DWB cycle, 480 x 480", partial(cycle, "dwb_c", "costmap480", "path480"), 22.0, 0.02),
-    Component("DWB cycle, 160 x 160", partial(cycle, "dwb_jazzy", "curve_costmap", "curve_path"), 3.57, 0.1),
+    Component(
+        "DWB cycle, 160 x 160",
+        partial(cycle, "dwb_jazzy", "curve_costmap", "curve_path"),
+        3.57,
+        0.1,
+    ),
 )

@@ -30,8 +30,10 @@ REACH = 30.0  # [m] of the lidar
 NOISE = 0.01  # [m] of its ranges
 SENSOR = Pose2D(-0.2, 0.0, 0.0)  # in the base frame
 START = Pose2D(-42.8, -8.8, 1.67)  # a crossing on the sidewalk map
-STEPS, STRIDE = 12, 0.1  # updates forwards, then back again; [m] between two of them, as at 3 m/s and 30 Hz
-WALLS, WHOLE = np.s_[1700:2180, 900:1380], np.s_[:, :]  # windows [cells]: with walls, of all of a map
+# updates forwards, then back again; [m] between two of them, as at 3 m/s and 30 Hz
+STEPS, STRIDE = 12, 0.1
+# windows [cells]: with walls, of all of a map
+WALLS, WHOLE = np.s_[1700:2180, 900:1380], np.s_[:, :]
 PEOPLE = 6  # who stand about, within 8 m
 
 
@@ -61,25 +63,42 @@ def drive_by(grid: OccupancyGrid) -> list[View]:
     """Scans along a straight way on a map, past people who stand there."""
     angles = -np.pi + np.arange(BEAMS) * (2.0 * np.pi / BEAMS)
     rng = np.random.default_rng(0)
-    people = (START.x, START.y) + rng.uniform(1.5, 8.0, (PEOPLE, 1)) * twins.unit(rng.uniform(-np.pi, np.pi, PEOPLE))
+    people = (START.x, START.y) + rng.uniform(1.5, 8.0, (PEOPLE, 1)) * twins.unit(
+        rng.uniform(-np.pi, np.pi, PEOPLE)
+    )
     occupied = grid.data > 0
     for x, y in people:
-        column, row = int((x - grid.origin.x) / grid.resolution), int((y - grid.origin.y) / grid.resolution)
+        column, row = (
+            int((x - grid.origin.x) / grid.resolution),
+            int((y - grid.origin.y) / grid.resolution),
+        )
         occupied[row - 6 : row + 7, column - 6 : column + 7] = True
     views = []
     for k in range(STEPS):
         pose = compose(START, Pose2D(STRIDE * k, 0.0, 0.0))
         sensor = compose(pose, SENSOR)
-        x, y = (sensor.x - grid.origin.x) / grid.resolution, (sensor.y - grid.origin.y) / grid.resolution
-        ranges = twins.cast(occupied, x, y, twins.unit(angles + sensor.yaw), REACH / grid.resolution) * grid.resolution
-        ranges += rng.normal(scale=NOISE, size=BEAMS)  # else beams end on the borders of cells, where rounding decides
-        views.append(View(pose, LaserScan(0.0, ranges, -np.pi, 2.0 * np.pi / BEAMS, 0.0, REACH, SENSOR)))
+        x, y = (
+            (sensor.x - grid.origin.x) / grid.resolution,
+            (sensor.y - grid.origin.y) / grid.resolution,
+        )
+        ranges = (
+            twins.cast(occupied, x, y, twins.unit(angles + sensor.yaw), REACH / grid.resolution)
+            * grid.resolution
+        )
+        # else beams end on the borders of cells, where rounding decides
+        ranges += rng.normal(scale=NOISE, size=BEAMS)
+        views.append(
+            View(pose, LaserScan(0.0, ranges, -np.pi, 2.0 * np.pi / BEAMS, 0.0, REACH, SENSOR))
+        )
     return views + views[-2:0:-1]
 
 
 @dataclass(slots=True)
 class PlainCostmap:
-    """The twin of a rolling costmap: an obstacle grid and, if there is a map, its cells; inflated anew each time."""
+    """The twin of a rolling costmap: an obstacle grid and, if there is a map, its cells.
+
+    Inflated anew each time.
+    """
 
     params: CostmapParams
     inscribed: float  # [m]
@@ -99,9 +118,18 @@ class PlainCostmap:
         longest = layer.active_sources[0].raytrace_max_range
         twins.clear_and_mark(self.grid, self.origin, resolution, sensor, view.points, longest)
         inflation = _layer(self.params, InflationLayerParams)
-        margin = Inflation(inflation, resolution, self.inscribed).radius if self.map_costs is not None else 0
+        margin = (
+            Inflation(inflation, resolution, self.inscribed).radius
+            if self.map_costs is not None
+            else 0
+        )
         costs = np.maximum(np.pad(self.grid, margin), self._map(margin))
-        given = (resolution, self.inscribed, inflation.inflation_radius, inflation.cost_scaling_factor)
+        given = (
+            resolution,
+            self.inscribed,
+            inflation.inflation_radius,
+            inflation.cost_scaling_factor,
+        )
         whole = twins.inflate(costs, *given)
         return whole[margin : len(whole) - margin, margin : whole.shape[1] - margin]
 
@@ -109,7 +137,9 @@ class PlainCostmap:
         """The map's costs in the window and around it; the window lies well within the map."""
         if self.map_costs is None:
             return np.zeros_like(self.grid)
-        x, y = np.rint((self.origin - self.map_origin) / self.params.resolution).astype(int) - margin
+        x, y = (
+            np.rint((self.origin - self.map_origin) / self.params.resolution).astype(int) - margin
+        )
         height, width = self.grid.shape
         return self.map_costs[y : y + height + 2 * margin, x : x + width + 2 * margin]
 
@@ -124,7 +154,9 @@ def update(with_map: bool) -> Prepared:
     params = read_costmap(load_nav2(shipped("params") / "nav2" / "gps_ekf.yaml"), "local_costmap")
     if not with_map:
         plugins = ("obstacle_layer", "inflation_layer")
-        params = dataclasses.replace(params, plugins=plugins, layers={name: params.layers[name] for name in plugins})
+        params = dataclasses.replace(
+            params, plugins=plugins, layers={name: params.layers[name] for name in plugins}
+        )
     costmap = LayeredCostmap(params, grid if with_map else None)
     origin = np.array((costmap.master.origin_x, costmap.master.origin_y))
     twin = PlainCostmap(
@@ -151,10 +183,14 @@ def update(with_map: bool) -> Prepared:
     return Prepared(ours, lambda: twin.update(*next(known)))
 
 
-def inflation_of(name: str, window: tuple[slice, slice], radius: float, scaling: float, inscribed: float) -> Prepared:
+def inflation_of(
+    name: str, window: tuple[slice, slice], radius: float, scaling: float, inscribed: float
+) -> Prepared:
     """The inflation of a window of a shipped map of 0.05 m, which is set back before each."""
     costs = np.ascontiguousarray(_lethal(name)[window])
-    inflation = Inflation(InflationLayerParams(inflation_radius=radius, cost_scaling_factor=scaling), 0.05, inscribed)
+    inflation = Inflation(
+        InflationLayerParams(inflation_radius=radius, cost_scaling_factor=scaling), 0.05, inscribed
+    )
     height, width = costs.shape
     inflated = np.empty_like(costs)
 
@@ -176,6 +212,14 @@ COMPONENTS: Sequence[Component] = (
     Component("local costmap update, 480 x 480", partial(update, False), 2.02, 0.1),
     Component("local costmap update with the map, 480 x 480", partial(update, True), 2.02, 0.1),
     # main's rule; Jazzy's took 3.20 and 869
-    Component("inflation, 480 x 480, 1.5 m", partial(inflation_of, "sidewalk", WALLS, 1.5, 3.0, 0.19), 2.29),
-    Component("inflation, 4000 x 4000, 1 m", partial(inflation_of, "sidewalk_navmesh", WHOLE, 1.0, 0.3, 0.39), 191.0),
+    Component(
+        "inflation, 480 x 480, 1.5 m",
+        partial(inflation_of, "sidewalk", WALLS, 1.5, 3.0, 0.19),
+        2.29,
+    ),
+    Component(
+        "inflation, 4000 x 4000, 1 m",
+        partial(inflation_of, "sidewalk_navmesh", WHOLE, 1.0, 0.3, 0.39),
+        191.0,
+    ),
 )

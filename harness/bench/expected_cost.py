@@ -1,4 +1,7 @@
-"""The expected-cost controller among people: its prices against plain numpy, its decisions against the MPC's."""
+"""The expected-cost controller among people.
+
+Its prices against plain numpy, its decisions against the MPC's.
+"""
 
 import itertools
 import math
@@ -52,17 +55,29 @@ def scene_of(rng: np.random.Generator, count: int) -> Scene:
     seen = Costmap(np.ascontiguousarray(world.data[60:540, 60:540]), 0.05, 3.0, 3.0)
     seen.data[300:306, 200:210] = 254
     place = Pose2D(15.0 + rng.uniform(-6.5, 6.5), rng.uniform(6.0, 26.0))
-    clearance = with_obstacles(map_clearance(world), seen, world, (place.x, place.y), np.zeros((0, 3)))
+    clearance = with_obstacles(
+        map_clearance(world), seen, world, (place.x, place.y), np.zeros((0, 3))
+    )
     people = nearest(crowd(rng, count, place, 2.0), place, 0.0, count, math.inf)
     spread = Spread(*(getattr(PARAMS, name) for name in Spread._fields))
     return Scene(
-        np.array((place.x, place.y, rng.uniform(-3.0, 3.0), rng.uniform(-1.0, 2.0), rng.uniform(-1.0, 1.0))),
+        np.array(
+            (
+                place.x,
+                place.y,
+                rng.uniform(-3.0, 3.0),
+                rng.uniform(-1.0, 2.0),
+                rng.uniform(-1.0, 1.0),
+            )
+        ),
         make_field(world, GOAL, 0.2, cost_to_go),
         clearance,
         predict(people, place.x, place.y, PARAMS.steps, PARAMS.step, spread, clearance),
         body_of(FOOTPRINT),
         *cover(FOOTPRINT, 4),
-        Limits(goal_radius=GOAL_RADIUS, **{name: getattr(PARAMS, name) for name in Limits._fields[:-1]}),
+        Limits(
+            goal_radius=GOAL_RADIUS, **{name: getattr(PARAMS, name) for name in Limits._fields[:-1]}
+        ),
         Rates(*(float(getattr(PARAMS, name)) for name in Rates._fields)),
         ContactRates(*(getattr(PARAMS, name) for name in ContactRates._fields)),
         np.array(PARAMS.contact_usd),
@@ -77,7 +92,9 @@ def crowd(rng: np.random.Generator, count: int, place: Pose2D, away: float) -> t
     covariance = np.diag((0.02, 0.02, 0.02, 0.02))
     return tuple(
         Track(k, 0.0, place.x + dx, place.y + dy, vx, vy, 0.3, covariance)
-        for k, ((dx, dy), (vx, vy)) in enumerate(zip(offsets.tolist(), velocities.tolist(), strict=True))
+        for k, ((dx, dy), (vx, vy)) in enumerate(
+            zip(offsets.tolist(), velocities.tolist(), strict=True)
+        )
     )
 
 
@@ -85,16 +102,22 @@ def prices(count: int) -> Prepared:
     """All motions of a cycle, priced among ``count`` people."""
     scene = scene_of(np.random.default_rng(3), count)
     motions = np.concatenate(
-        (library.few(PARAMS.max_speed), library.many(PARAMS.max_speed, PARAMS.max_reverse_speed, PARAMS.max_yaw_rate))
+        (
+            library.few(PARAMS.max_speed),
+            library.many(PARAMS.max_speed, PARAMS.max_reverse_speed, PARAMS.max_yaw_rate),
+        )
     )
     costs, risks = np.empty(len(motions)), np.empty(len(motions))
     best = price_all(motions, scene, math.inf, costs, risks)
     expected = twin_expected_cost.terms(motions, scene).sum(axis=1)
     given_up = np.isinf(costs)
-    require_agreement("expected cost: motions that were not given up", costs[~given_up], expected[~given_up], 1e-5)
+    require_agreement(
+        "expected cost: motions that were not given up", costs[~given_up], expected[~given_up], 1e-5
+    )
     require_agreement("expected cost: the least", costs[best], expected.min(), 1e-5)
     return Prepared(
-        lambda: price_all(motions, scene, math.inf, costs, risks), lambda: twin_expected_cost.terms(motions, scene)
+        lambda: price_all(motions, scene, math.inf, costs, risks),
+        lambda: twin_expected_cost.terms(motions, scene),
     )
 
 
@@ -104,11 +127,13 @@ def decisions(count: int) -> Prepared:
     ours = ExpectedCostController(PARAMS, FOOTPRINT, FREQUENCY, GOAL_RADIUS, world, cost_to_go)
     around = Costmap(world.data.copy(), world.resolution, world.origin_x, world.origin_y)
     rows, columns = around.data.shape
-    Inflation(InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.25).apply(
-        around.data, 0, columns, 0, rows
-    )
+    Inflation(
+        InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.25
+    ).apply(around.data, 0, columns, 0, rows)
     mpc = JerkLimitedMpcController(MpcParams(), FOOTPRINT, FREQUENCY, GOAL_RADIUS)
-    return Prepared(*(_walk(controller, count, near) for controller, near in ((ours, world), (mpc, around))))
+    return Prepared(
+        *(_walk(controller, count, near) for controller, near in ((ours, world), (mpc, around)))
+    )
 
 
 def _walk(controller: Controller, count: int, costmap: Costmap) -> Callable[[], object]:
@@ -121,8 +146,12 @@ def _walk(controller: Controller, count: int, costmap: Costmap) -> Callable[[], 
     def decide() -> object:
         now = next(clock)
         stamp, t, pose = now / FREQUENCY, now % MOMENTS / FREQUENCY, poses[now % MOMENTS]
-        seen = tuple(replace(one, stamp=stamp, x=one.x + one.vx * t, y=one.y + one.vy * t) for one in people)
-        return controller.compute_velocity(RobotState(pose, twist, stamp, pose), plan, Surroundings(costmap, seen))
+        seen = tuple(
+            replace(one, stamp=stamp, x=one.x + one.vx * t, y=one.y + one.vy * t) for one in people
+        )
+        return controller.compute_velocity(
+            RobotState(pose, twist, stamp, pose), plan, Surroundings(costmap, seen)
+        )
 
     decide()
     return decide

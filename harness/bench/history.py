@@ -1,4 +1,7 @@
-"""The figures of one run as a row of a Markdown table: how they went over time, and on which machine."""
+"""The figures of one run as a row of a Markdown table.
+
+How they went over time, and on which machine.
+"""
 
 import datetime
 import os
@@ -47,16 +50,24 @@ Row = Mapping[str, Any]
 
 
 def history_row(rows: Sequence[Row]) -> str:
-    """The figures of a run as one line; what was not measured is ``--``. Cargo: the least of all loops."""
+    """The figures of a run as one line; what was not measured is ``--``.
+
+    Cargo: the least of all loops.
+    """
     loops = {row["name"]: row for row in rows if "real_time_factor" in row}
     ratios = {row["name"]: row["ratio"] for row in rows if row.get("reference") == CPP}
-    cargo = [row["of_value_without"]["value"] for name, row in loops.items() if name.endswith(WITH_CARGO)]
+    cargo = [
+        row["of_value_without"]["value"] for name, row in loops.items() if name.endswith(WITH_CARGO)
+    ]
     two = loops.get(TWO_WORKERS)
     cells = [
         datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d"),
         commit(),
         machine(),
-        *(f"{loops[name]['real_time_factor']:.1f}" if name in loops else UNKNOWN for name in LOOPS.values()),
+        *(
+            f"{loops[name]['real_time_factor']:.1f}" if name in loops else UNKNOWN
+            for name in LOOPS.values()
+        ),
         f"{min(cargo):.2f}" if cargo else UNKNOWN,
         f"{two['of_one_worker']['value']:.2f}" if two else UNKNOWN,
         *(f"{ratios[name]:.3g}" if name in ratios else UNKNOWN for name in RATIOS.values()),
@@ -75,7 +86,9 @@ def read_history(file: Path) -> str:
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"--history {file} cannot be read: {error}") from None
     if HEADER not in text:
-        raise InputError(f"--history {file} holds another table; give a file that navbench bench began")
+        raise InputError(
+            f"--history {file} holds another table; give a file that navbench bench began"
+        )
     return text
 
 
@@ -89,7 +102,9 @@ def append(file: Path, rows: Sequence[Row]) -> None:
     try:
         write_text(file, text)
     except OSError as error:
-        raise InputError(f"--history {file} cannot be written: {error.strerror}; give another file") from None
+        raise InputError(
+            f"--history {file} cannot be written: {error.strerror}; give another file"
+        ) from None
 
 
 def processor() -> str:
@@ -113,7 +128,10 @@ def load() -> float:
 
 
 def commit(folder: Path | None = None) -> str:
-    """The commit of the program's checkout, with a + where files differ from it; ``--`` outside a checkout."""
+    """The commit of the program's checkout, with a + where files differ from it.
+
+    ``--`` outside a checkout.
+    """
     folder = folder or Path(__file__).resolve().parents[2]
     found = _git(folder, "rev-parse", "--short=9", "HEAD")
     if found is None:
@@ -124,7 +142,11 @@ def commit(folder: Path | None = None) -> str:
 def _git(folder: Path, *words: str) -> str | None:
     try:
         done = subprocess.run(
-            ["git", "-C", str(folder), *words], capture_output=True, text=True, check=True, timeout=60.0
+            ["git", "-C", str(folder), *words],
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=60.0,
         )
     except (OSError, subprocess.SubprocessError):
         return None

@@ -44,7 +44,10 @@ def distances_to_obstacles() -> FloatArray:
 
 
 def sensor_update(count: int, beams: int) -> Prepared:
-    """Choosing the beams, where they end, the likelihood of every particle, the new weights; a field of 4000 x 4000."""
+    """Choosing the beams, where they end, the likelihood of every particle, the new weights.
+
+    A field of 4000 x 4000.
+    """
     grid = shipped_map("sidewalk")
     field = LikelihoodField.of_map(grid, FARTHEST)
     params = AmclParams(max_beams=beams)
@@ -73,7 +76,9 @@ def sensor_update(count: int, beams: int) -> Prepared:
 
     name = f"AMCL sensor update, {count} x {beams}"
     ours()
-    require_agreement(name, model.match(particles.poses, scan, False).likelihoods, likelihoods(), 1e-9)
+    require_agreement(
+        name, model.match(particles.poses, scan, False).likelihoods, likelihoods(), 1e-9
+    )
     return Prepared(ours, twin)
 
 
@@ -94,7 +99,10 @@ def motion_update(count: int) -> Prepared:
 
 
 def resampling(count: int) -> Prepared:
-    """A resampling, random numbers and clusters included; numpy has no twin of its draw-by-draw stop."""
+    """A resampling, random numbers and clusters included.
+
+    Numpy has no twin of its draw-by-draw stop.
+    """
     particles, rng = particles_of(count), np.random.default_rng(0)
 
     def ours() -> None:
@@ -138,7 +146,12 @@ def scan() -> Prepared:
 
 COMPONENTS: Sequence[Component] = (
     *(
-        Component(f"AMCL sensor update, {count} x {beams}", partial(sensor_update, count, beams), recorded_ms, target)
+        Component(
+            f"AMCL sensor update, {count} x {beams}",
+            partial(sensor_update, count, beams),
+            recorded_ms,
+            target,
+        )
         for count, beams, recorded_ms, target in (
             (500, 60, 0.95, 0.1),
             (500, 360, 4.82, None),

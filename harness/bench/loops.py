@@ -1,7 +1,10 @@
-"""The closed loops that are timed: a stack in the world, brain and physics together, delivery by delivery.
+"""The closed loops that are timed.
 
-This module also runs as a program, which drives what it is told on standard input: then it needs nothing of the package
-that it is in, so that it can drive other versions of the program (see ``benchmarks/check_speed.py``).
+A stack in the world, brain and physics together, delivery by delivery.
+
+This module also runs as a program, which drives what it is told on standard input: then it needs
+nothing of the package that it is in, so that it can drive other versions of the program (see
+``benchmarks/check_speed.py``).
 """
 
 import dataclasses
@@ -52,7 +55,8 @@ class Driven:
     """A delivery and what it took."""
 
     simulated: float  # [s]
-    processor: float  # [s] from the world's reset to the finished rows; the set-up before is kept between deliveries
+    # [s] from the world's reset to the finished rows; the set-up before is kept between deliveries
+    processor: float
     wall: float  # [s] the same
     row: dict[str, Any]  # of episodes.parquet
 
@@ -65,7 +69,9 @@ class Driven:
 class Course:
     """A loop's deliveries of seed 0 on the shipped map in world ``published``, whole or cut off after some seconds."""
 
-    def __init__(self, loop: Loop, folder: Path, with_cargo: bool = True, seconds: float | None = None) -> None:
+    def __init__(
+        self, loop: Loop, folder: Path, with_cargo: bool = True, seconds: float | None = None
+    ) -> None:
         """Write the parameter files that differ from the shipped ones.
 
         Args:
@@ -75,14 +81,20 @@ class Course:
             seconds: simulated time after which a delivery ends; None: when it ends.
         """
         changes: dict[str, Any] = {}
-        task = next(make_study(stacks=[loop.stack], episodes=1, workers=1, world="published").tasks())
+        task = next(
+            make_study(stacks=[loop.stack], episodes=1, workers=1, world="published").tasks()
+        )
         if loop.incremental:
             nav2 = _changed(folder, Path(task.stack.nav2_file), NAVFN, INCREMENTAL)
             changes["stack"] = dataclasses.replace(task.stack, nav2_file=nav2)
         if not with_cargo:
-            changes["world"] = _changed(folder, Path(task.world), "\ncargo:\n", "\ncargo:\n  pieces: 0\n")
+            changes["world"] = _changed(
+                folder, Path(task.world), "\ncargo:\n", "\ncargo:\n  pieces: 0\n"
+            )
         if seconds is not None:
-            changes["rules"] = _changed(folder, Path(task.rules), "\ntimeout: 241.0", f"\ntimeout: {seconds}")
+            changes["rules"] = _changed(
+                folder, Path(task.rules), "\ntimeout: 241.0", f"\ntimeout: {seconds}"
+            )
         self._task: EpisodeTask = dataclasses.replace(task, **changes)
 
     def task(self, episode: int) -> EpisodeTask:
@@ -148,7 +160,11 @@ def serve() -> None:
                 place = Path(folder) / str(len(courses))
                 courses[key] = Course(LOOPS[asked["loop"]], place, seconds=asked["seconds"])
             driven = drive(courses[key].task(asked["episode"]))
-            print(json.dumps({**dataclasses.asdict(driven), "program": program}), file=answers, flush=True)  # noqa: T201
+            print(
+                json.dumps({**dataclasses.asdict(driven), "program": program}),
+                file=answers,
+                flush=True,
+            )  # noqa: T201
 
 
 if __name__ == "__main__":

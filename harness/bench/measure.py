@@ -1,4 +1,7 @@
-"""From what is to be timed to rows of the document: one per component and reference, one per closed loop."""
+"""From what is to be timed to rows of the document.
+
+One per component and reference, one per closed loop.
+"""
 
 import time
 from collections.abc import Sequence
@@ -53,9 +56,12 @@ QUICK = Effort(runs=7, fewest=1, budget=0.5, deliveries=3, shared=4, rounds=1, s
 
 
 def chosen(only: Sequence[str]) -> list[str]:
-    """The names that a user asked for, in their usual order: whole names, groups or parts of names; none: all.
+    """The names that a user asked for, in their usual order: whole names, groups or parts of names.
 
-    Several may stand in one text with commas between them, unless the text with its commas is part of a name.
+    None: all.
+
+    Several may stand in one text with commas between them, unless the text with its commas is part
+    of a name.
 
     Raises:
         InputError: one is empty.
@@ -65,7 +71,9 @@ def chosen(only: Sequence[str]) -> list[str]:
     for given in only:
         for part in [given] if _fitting(given) else given.split(","):
             if not part.strip():
-                raise InputError(f"--only '{given}' names nothing; give a name, a part of one, {' or '.join(GROUPS)}")
+                raise InputError(
+                    f"--only '{given}' names nothing; give a name, a part of one, {' or '.join(GROUPS)}"
+                )
             fitting = _fitting(part.strip())
             if not fitting:
                 raise UnknownNameError("--only", part.strip(), (*GROUPS, *NAMES))
@@ -106,11 +114,26 @@ def component_rows(component: Component, effort: Effort) -> list[Row]:
     ours = taken[:, 0, PROCESSOR]
     references: list[tuple[str, FloatArray | float | None, float | None, str]] = [
         (CPP, component.recorded_ms, component.target, SOURCE),
-        (component.reference, None if prepared.twin is None else taken[:, 1, PROCESSOR], None, component.agrees),
+        (
+            component.reference,
+            None if prepared.twin is None else taken[:, 1, PROCESSOR],
+            None,
+            component.agrees,
+        ),
     ]
-    known = {"name": component.name, "ours_ms": np.median(ours), "ours_wall_ms": np.median(taken[:, 0, WALL])}
+    known = {
+        "name": component.name,
+        "ours_ms": np.median(ours),
+        "ours_wall_ms": np.median(taken[:, 0, WALL]),
+    }
     return [
-        {**known, "reference": name, "reference_ms": np.median(took), **_ratio(ours / took, target), "note": note}
+        {
+            **known,
+            "reference": name,
+            "reference_ms": np.median(took),
+            **_ratio(ours / took, target),
+            "note": note,
+        }
         for name, took, target, note in references
         if took is not None
     ]
@@ -124,7 +147,10 @@ def _ratio(ratios: FloatArray, target: float | None) -> Row:
 
 
 def loop_rows(loop: Loop, effort: Effort, folder: Path) -> list[Row]:
-    """Deliveries without and with cargo in turn, after one of each that does not count; then where the time goes."""
+    """Deliveries without and with cargo in turn, after one of each that does not count.
+
+    Then where the time goes.
+    """
     courses = [
         Course(loop, folder / f"{loop.name}-{cargo}", with_cargo=cargo, seconds=effort.seconds)
         for cargo in (False, True)
@@ -166,7 +192,10 @@ def _factors(loop: Loop, driven: Sequence[Driven]) -> Row:
 
 
 def workers_row(effort: Effort, folder: Path) -> Row:
-    """The same deliveries by one process and by two, in turn: wall time, so on a machine that does nothing else."""
+    """The same deliveries by one process and by two, in turn.
+
+    Wall time, so on a machine that does nothing else.
+    """
     course = Course(LOOPS[SHARED_LOOP], folder / "workers", seconds=effort.seconds)
     tasks = [course.task(episode) for episode in range(effort.shared)]
     speedups, factors, slower = [], [], []
@@ -179,7 +208,9 @@ def workers_row(effort: Effort, folder: Path) -> Row:
             (wall_one, by_one), (wall_two, by_two) = took[id(one)], took[id(two)]
             speedups.append(wall_one / wall_two)
             factors.append(sum(each.simulated for each in by_two) / wall_two)
-            slower.append(sum(each.processor for each in by_two) / sum(each.processor for each in by_one))
+            slower.append(
+                sum(each.processor for each in by_two) / sum(each.processor for each in by_one)
+            )
     speedup = Spread.of(np.array(speedups))
     return {
         "name": TWO_WORKERS,

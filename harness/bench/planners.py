@@ -7,7 +7,14 @@ from itertools import cycle, islice
 import numpy as np
 
 from harness.bench import twins
-from harness.bench.component import Component, Prepared, TwinError, golden, require_agreement, shipped_map
+from harness.bench.component import (
+    Component,
+    Prepared,
+    TwinError,
+    golden,
+    require_agreement,
+    shipped_map,
+)
 from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, Costmap
 from navstack.costmap.inflation import Inflation
 from navstack.errors import PlanningError
@@ -25,7 +32,8 @@ from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.safety.monitor_zones import Zone
 from navstack.types import FloatArray, Path, Pose2D, Twist2D
 
-INFLATION = InflationLayerParams(inflation_radius=1.0, cost_scaling_factor=0.3)  # as published, global costmap
+# as published, global costmap
+INFLATION = InflationLayerParams(inflation_radius=1.0, cost_scaling_factor=0.3)
 INSCRIBED = 0.39  # [m] of the padded footprint there
 MISSIONS = 12
 LONGEST = 12  # plans of a drive
@@ -54,8 +62,13 @@ def missions() -> list[Query]:
     rows, columns = np.nonzero(costmap.data < 150)
     found: list[Query] = []
     while len(found) < MISSIONS:
-        start, goal = (Pose2D(*costmap.map_to_world(columns[k], rows[k])) for k in rng.integers(len(rows), size=2))
-        if 40.0 < np.hypot(start.x - goal.x, start.y - goal.y) < 110.0 and _connects(planner, start, goal, costmap):
+        start, goal = (
+            Pose2D(*costmap.map_to_world(columns[k], rows[k]))
+            for k in rng.integers(len(rows), size=2)
+        )
+        if 40.0 < np.hypot(start.x - goal.x, start.y - goal.y) < 110.0 and _connects(
+            planner, start, goal, costmap
+        ):
             found.append((start, goal))
     return found
 
@@ -82,9 +95,15 @@ def plans(use_astar: bool) -> Prepared:
 
 
 def small_wave() -> Prepared:
-    """NavFn on a small map with hills and walls; the twin's potential at the goal must be that of the plan."""
+    """NavFn on a small map with hills and walls.
+
+    The twin's potential at the goal must be that of the plan.
+    """
     rng = np.random.default_rng(4)
-    costs = np.kron(rng.choice(np.array((0, 0, 40, 120), dtype=np.uint8), (FIELD // 8, FIELD // 8)), np.ones((8, 8)))
+    costs = np.kron(
+        rng.choice(np.array((0, 0, 40, 120), dtype=np.uint8), (FIELD // 8, FIELD // 8)),
+        np.ones((8, 8)),
+    )
     costs = costs.astype(np.uint8)
     costs[30, :90] = costs[70, 30:] = LETHAL_OBSTACLE
     costmap, start, goal = Costmap(costs, 0.05, 0.0, 0.0), Pose2D(0.5, 0.5), Pose2D(5.0, 5.2)
@@ -100,7 +119,10 @@ def small_wave() -> Prepared:
 
 
 def drive(route: FloatArray) -> Iterator[tuple[Pose2D, Costmap]]:
-    """Poses along a route, each with a costmap in which people stand near it; the empty map is its floor."""
+    """Poses along a route, each with a costmap in which people stand near it.
+
+    The empty map is its floor.
+    """
     costmap, inflation = sidewalk()
     rng = np.random.default_rng(1)
     for x, y, _ in route[:-STRIDE:STRIDE]:
@@ -112,7 +134,10 @@ def drive(route: FloatArray) -> Iterator[tuple[Pose2D, Costmap]]:
             if inside and np.hypot(dx, dy) > 30:
                 data[row - 6 : row + 6, column - 6 : column + 6] = LETHAL_OBSTACLE
                 inflation.apply(data, column - 40, column + 40, row - 40, row + 40)
-        yield Pose2D(x, y), Costmap(data, costmap.resolution, costmap.origin_x, costmap.origin_y, costmap.data)
+        yield (
+            Pose2D(x, y),
+            Costmap(data, costmap.resolution, costmap.origin_x, costmap.origin_y, costmap.data),
+        )
 
 
 def _cost(path: Path, costmap: Costmap) -> float:
@@ -134,7 +159,9 @@ def replanning() -> Prepared:
     for pose, costmap in scenes:
         ours, twin = (_cost(each.plan(pose, goal, costmap), costmap) for each in (planner, exact))
         if ours > 1.02 * twin:
-            raise TwinError(f"IncrementalNavfn: a path that costs {ours:g} m where NavFn's costs {twin:g} m")
+            raise TwinError(
+                f"IncrementalNavfn: a path that costs {ours:g} m where NavFn's costs {twin:g} m"
+            )
     coming = cycle([*scenes, *scenes[-2:0:-1]])
 
     def ours_next() -> None:
@@ -150,14 +177,19 @@ def smoothing() -> Prepared:
     facts = vectors.facts("smoother", "walls3x_infl")
     params = from_mapping(SimpleSmootherParams, facts["params"], "walls3x_infl")
     costmap = Costmap(
-        vectors["sm_walls3x_infl_costmap"], facts["resolution"], float(facts["origin"][0]), float(facts["origin"][1])
+        vectors["sm_walls3x_infl_costmap"],
+        facts["resolution"],
+        float(facts["origin"][0]),
+        float(facts["origin"][1]),
     )
     smoother, path = SimpleSmoother(params), Path(vectors["sm_walls3x_infl_in"])
 
     def twin() -> FloatArray:
         given = path.poses[:, :2]
         for _ in range(1 + (params.refinement_num if params.do_refinement else 0)):
-            given = twins.relax(given, params.w_data, params.w_smooth, params.tolerance, params.max_its)
+            given = twins.relax(
+                given, params.w_data, params.w_smooth, params.tolerance, params.max_its
+            )
         return given
 
     require_agreement("simple smoother", smoother.smooth(path, costmap).poses[:, :2], twin(), 1e-9)
@@ -172,11 +204,21 @@ def approach() -> Prepared:
     zone, velocity = Zone("approach", params, polygon), (0.8, 0.0, 0.3)
     along = np.linspace(-4.0, 4.0, 180)
     points = np.concatenate([np.column_stack((along, np.full(180, side))) for side in (-1.2, 1.3)])
-    given = (params.trigger_count, velocity, params.time_before_collision, params.simulation_time_step)
+    given = (
+        params.trigger_count,
+        velocity,
+        params.time_before_collision,
+        params.simulation_time_step,
+    )
     twin = partial(twins.time_to_collision, points, polygon, *given)
     command = Twist2D(*velocity)
     found = zone.collision_time(points, command)
-    require_agreement("collision monitor", np.array((-1.0 if found is None else found,)), np.array((twin(),)), 1e-9)
+    require_agreement(
+        "collision monitor",
+        np.array((-1.0 if found is None else found,)),
+        np.array((twin(),)),
+        1e-9,
+    )
     return Prepared(lambda: zone.collision_time(points, command), twin)
 
 

@@ -31,12 +31,17 @@ class Spread:
         return cls(median, low, high, len(values))
 
     def as_json(self, name: str = "value") -> dict[str, float | int]:
-        """The quantity as one JSON object, its median under ``name``; bounds are quartiles, no confidence interval."""
+        """The quantity as one JSON object, its median under ``name``.
+
+        Bounds are quartiles, no confidence interval.
+        """
         return {name: self.median, "low": self.low, "high": self.high, "n": self.n}
 
 
 def readings(steps: Sequence[Step], runs: int, budget: float, fewest: int = 1) -> FloatArray:
-    """Time of one call of each step, (n, steps, 2) in [s]: processor and wall; forwards and backwards in turn.
+    """Time of one call of each step, (n, steps, 2) in [s]: processor and wall.
+
+    Forwards and backwards in turn.
 
     Nothing is left to compile. Short steps are repeated within a reading.
 

@@ -1,4 +1,7 @@
-"""One cycle of DWB in plain numpy: all trajectories, and Nav2's five critics that score on grids."""
+"""One cycle of DWB in plain numpy.
+
+All trajectories, and Nav2's five critics that score on grids.
+"""
 
 import math
 
@@ -10,8 +13,13 @@ from navstack.params.dwb import DwbParams
 from navstack.types import FloatArray, IntArray, RobotState
 
 
-def axis_samples(current: float, least: float, most: float, reach: tuple[float, float], count: int) -> list[float]:
-    """Velocities of an axis by repeated addition, and 0 where they pass it; ``reach``: most that it can change."""
+def axis_samples(
+    current: float, least: float, most: float, reach: tuple[float, float], count: int
+) -> list[float]:
+    """Velocities of an axis by repeated addition, and 0 where they pass it.
+
+    ``reach``: most that it can change.
+    """
     low, high = max(least, current - reach[0]), min(most, current + reach[1])
     increment = (high - low) / (max(2, count) - 1) or 1.0
     samples, value = [], low
@@ -27,11 +35,19 @@ def commands_of(p: DwbParams, state: RobotState) -> FloatArray:
     """Every reachable velocity (K, 3) but standstill, for a robot that does not move sideways."""
     t = p.sim_time
     xs = axis_samples(
-        state.twist.linear_x, p.min_vel_x, p.max_vel_x, (-p.decel_lim_x * t, p.acc_lim_x * t), p.vx_samples
+        state.twist.linear_x,
+        p.min_vel_x,
+        p.max_vel_x,
+        (-p.decel_lim_x * t, p.acc_lim_x * t),
+        p.vx_samples,
     )
     most = p.max_vel_theta
     yaw_rates = axis_samples(
-        state.twist.angular_z, -most, most, (-p.decel_lim_theta * t, p.acc_lim_theta * t), p.vtheta_samples
+        state.twist.angular_z,
+        -most,
+        most,
+        (-p.decel_lim_theta * t, p.acc_lim_theta * t),
+        p.vtheta_samples,
     )
     commands = np.array([(x, 0.0, yaw_rate) for x in xs for yaw_rate in yaw_rates])
     moving: FloatArray = commands[(commands != 0.0).any(axis=1)]
@@ -44,7 +60,10 @@ def roll_out(p: DwbParams, state: RobotState, commands: FloatArray) -> tuple[Flo
     turn = np.abs(commands[:, 2]) * p.sim_time / p.angular_granularity
     steps = np.maximum(1, np.ceil(np.maximum(way, turn))).astype(np.int64)
     dt = p.sim_time / steps
-    v, w = np.full(len(commands), state.twist.linear_x), np.full(len(commands), state.twist.angular_z)
+    v, w = (
+        np.full(len(commands), state.twist.linear_x),
+        np.full(len(commands), state.twist.angular_z),
+    )
     poses = np.empty((len(commands), steps.max() + 2, 3))
     poses[:, 0] = state.pose.as_array()
     for k in range(1, poses.shape[1]):
@@ -56,9 +75,13 @@ def roll_out(p: DwbParams, state: RobotState, commands: FloatArray) -> tuple[Flo
     return poses, steps
 
 
-def towards(now: FloatArray, wanted: FloatArray, faster: FloatArray, slower: FloatArray) -> FloatArray:
+def towards(
+    now: FloatArray, wanted: FloatArray, faster: FloatArray, slower: FloatArray
+) -> FloatArray:
     """Velocities (K,) after a step; ``slower`` is negative."""
-    return np.where(now < wanted, np.minimum(wanted, now + faster), np.maximum(wanted, now + slower))
+    return np.where(
+        now < wanted, np.minimum(wanted, now + faster), np.maximum(wanted, now + slower)
+    )
 
 
 def cells_of(points: FloatArray, costmap: Costmap) -> IntArray:
@@ -73,17 +96,24 @@ def on_plan(plan: FloatArray, costmap: Costmap) -> IntArray:
     return cells[np.concatenate(((True,), (np.diff(cells, axis=0) != 0).any(axis=1)))]
 
 
-def best_command(p: DwbParams, state: RobotState, near: FloatArray, goal: FloatArray, costmap: Costmap) -> FloatArray:
+def best_command(
+    p: DwbParams, state: RobotState, near: FloatArray, goal: FloatArray, costmap: Costmap
+) -> FloatArray:
     """The velocity (3,) with the least weighted sum; see :func:`totals`."""
     best: FloatArray = commands_of(p, state)[totals(p, state, near, goal, costmap).argmin()]
     return best
 
 
-def totals(p: DwbParams, state: RobotState, near: FloatArray, goal: FloatArray, costmap: Costmap) -> FloatArray:
-    """Weighted sums (K,) of BaseObstacle, PathDist, GoalDist, PathAlign and GoalAlign; inf: illegal.
+def totals(
+    p: DwbParams, state: RobotState, near: FloatArray, goal: FloatArray, costmap: Costmap
+) -> FloatArray:
+    """Weighted sums (K,) of BaseObstacle, PathDist, GoalDist, PathAlign and GoalAlign.
 
-    For a robot that has not come to its goal and has not turned back: the others of Nav2's usual critics are 0 then.
-    Every pose stays on the map. ``near`` (N, 3) is the plan near the robot, ``goal`` its last pose.
+    Inf: illegal.
+
+    For a robot that has not come to its goal and has not turned back: the others of Nav2's usual
+    critics are 0 then. Every pose stays on the map. ``near`` (N, 3) is the plan near the robot,
+    ``goal`` its last pose.
     """
     commands = commands_of(p, state)
     poses, steps = roll_out(p, state, commands)
@@ -104,6 +134,8 @@ def totals(p: DwbParams, state: RobotState, near: FloatArray, goal: FloatArray, 
             seeds = cells_of(end[None], costmap)
         grid = manhattan(costmap.data.shape, seeds)
         ends = poses[last]
-        scored = cells_of(ends[:, :2] + ahead * np.column_stack((np.cos(ends[:, 2]), np.sin(ends[:, 2]))), costmap)
+        scored = cells_of(
+            ends[:, :2] + ahead * np.column_stack((np.cos(ends[:, 2]), np.sin(ends[:, 2]))), costmap
+        )
         score = score + grid[scored[:, 1], scored[:, 0]] * params.scale * costmap.resolution * 0.5
     return score

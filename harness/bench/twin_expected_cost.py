@@ -21,10 +21,14 @@ def terms(motions: FloatArray, scene: Scene) -> FloatArray:
     room = clearance(states, scene)
     near = room < _CERTAIN * rates.wall_std
     wall = np.where(near, care * rates.wall_usd * chance(room / rates.wall_std), 0.0).max(axis=1)
-    inside = (np.where(near, care * rates.inside_usd * np.maximum(0.0, -room), 0.0) * scene.step).sum(axis=1)
+    inside = (
+        np.where(near, care * rates.inside_usd * np.maximum(0.0, -room), 0.0) * scene.step
+    ).sum(axis=1)
     contact, squeeze = np.zeros(len(motions)), np.zeros(len(motions))
     for h, weight in enumerate(people.weight):
-        price, pressed, depth = touch(states, people.motion[h], people.std[h], people.radius[h], room, scene)
+        price, pressed, depth = touch(
+            states, people.motion[h], people.std[h], people.radius[h], room, scene
+        )
         price, pressed = care * weight * price, care * weight * pressed
         worst = (price + pressed).argmax(axis=1)[:, None]
         contact += np.take_along_axis(price, worst, axis=1)[:, 0]
@@ -46,11 +50,15 @@ def roll_out(motions: FloatArray, scene: Scene) -> tuple[FloatArray, FloatArray]
         speed, turn = np.select(part, (v1, v2), v3), np.select(part, (b1, b2), 0.0)
         off = angle_off(scene.field, x, y, yaw - turn)
         speed = np.where(follows, speed * np.maximum(0.0, np.cos(off)) ** 3, speed)
-        turn = np.where(follows, limits.turn_gain * off, turn).clip(-limits.max_yaw_rate, limits.max_yaw_rate)
+        turn = np.where(follows, limits.turn_gain * off, turn).clip(
+            -limits.max_yaw_rate, limits.max_yaw_rate
+        )
         with np.errstate(divide="ignore"):
             fastest = limits.max_lateral_acceleration / np.abs(turn)
         speed = speed.clip(-fastest, fastest).clip(-limits.max_reverse_speed, limits.max_speed)
-        most = np.where((speed - v) * v >= 0.0, limits.max_acceleration, limits.max_deceleration) * dt
+        most = (
+            np.where((speed - v) * v >= 0.0, limits.max_acceleration, limits.max_deceleration) * dt
+        )
         dv = (speed - v).clip(-most, most)
         dw = (turn - w).clip(-limits.max_yaw_acceleration * dt, limits.max_yaw_acceleration * dt)
         tips = np.abs(v * (w + dw)) > 1.3 * limits.max_lateral_acceleration
@@ -69,7 +77,9 @@ def seconds_left(states: FloatArray, scene: Scene) -> FloatArray:
     there = at(field, field.cost, states[..., 0], states[..., 1])
     left, (x, y, yaw, v, _) = there[:, -1], states[:, -1].T
     off = np.abs(angle_off(field, x, y, yaw))
-    seconds: FloatArray = left / limits.max_speed + np.minimum(1.0, left / 3.0) * (0.5 * off - 0.3 * v)
+    seconds: FloatArray = left / limits.max_speed + np.minimum(1.0, left / 3.0) * (
+        0.5 * off - 0.3 * v
+    )
     arrived = there <= limits.goal_radius
     first = arrived.argmax(axis=1)
     early = there[np.arange(len(there)), first] + 0.1 * left
@@ -95,12 +105,19 @@ def clearance(states: FloatArray, scene: Scene) -> FloatArray:
             row, column = ((py - oy) / cell).astype(int), ((px - ox) / cell).astype(int)
             height, width = metres.shape
             on = (py >= oy) & (px >= ox) & (row < height) & (column < width)
-            least = np.minimum(least, np.where(on, metres[row.clip(0, height - 1), column.clip(0, width - 1)], off))
+            least = np.minimum(
+                least, np.where(on, metres[row.clip(0, height - 1), column.clip(0, width - 1)], off)
+            )
     return least - scene.circle_radius
 
 
 def touch(
-    states: FloatArray, person: FloatArray, std: FloatArray, radius: float, room: FloatArray, scene: Scene
+    states: FloatArray,
+    person: FloatArray,
+    std: FloatArray,
+    radius: float,
+    room: FloatArray,
+    scene: Scene,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Of one hypothesis (N, 4): price and squeeze (M, N) [USD], each times its chance, and how deep (M, N) [m]."""
     x, y, yaw, v, w = np.moveaxis(states, -1, 0)
@@ -108,7 +125,11 @@ def touch(
     dx, dy = person[:, 0] - x, person[:, 1] - y
     px, py = cos * dx + sin * dy, cos * dy - sin * dx
     vx, vy = cos * person[:, 2] + sin * person[:, 3], cos * person[:, 3] - sin * person[:, 2]
-    front, rear, side = body.centre + body.half_length, body.centre - body.half_length, body.half_width
+    front, rear, side = (
+        body.centre + body.half_length,
+        body.centre - body.half_length,
+        body.half_width,
+    )
     qx, qy = px.clip(rear, front), py.clip(-side, side)
     outside = np.hypot(px - qx, py - qy)
     beyond = np.stack((px - front, py - side, rear - px, -side - py))
@@ -130,12 +151,17 @@ def touch(
 
 def angle_off(field: Field, x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
     """From ``yaw`` to the field's descent, in [-pi, pi] [rad]."""
-    off: FloatArray = np.arctan2(at(field, field.slope_y, x, y), at(field, field.slope_x, x, y)) - yaw
+    off: FloatArray = (
+        np.arctan2(at(field, field.slope_y, x, y), at(field, field.slope_x, x, y)) - yaw
+    )
     return off - 2.0 * math.pi * np.round(off / (2.0 * math.pi))
 
 
 def at(field: Field, values: npt.NDArray[np.floating], x: FloatArray, y: FloatArray) -> FloatArray:
-    """Bilinear interpolation between cells' middles; beyond the grid that of the nearest point on it."""
+    """Bilinear interpolation between cells' middles.
+
+    Beyond the grid that of the nearest point on it.
+    """
     height, width = values.shape
     u, v = (x - field.origin_x) / field.cell - 0.5, (y - field.origin_y) / field.cell - 0.5
     column, row = u.astype(int).clip(0, width - 2), v.astype(int).clip(0, height - 2)

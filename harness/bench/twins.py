@@ -1,7 +1,9 @@
-"""The same sums in plain numpy, as one would write them first: what kernels are checked and timed against.
+"""The same sums in plain numpy, as one would write them first.
 
-They are vectorised where numpy allows it and short where it does not; none is tuned. Distances are scipy's exact
-ones.
+What kernels are checked and timed against.
+
+They are vectorised where numpy allows it and short where it does not; none is tuned. Distances are
+scipy's exact ones.
 """
 
 import math
@@ -21,20 +23,29 @@ def unit(angles: npt.NDArray[np.floating]) -> FloatArray:
     return np.column_stack((np.cos(angles), np.sin(angles)))
 
 
-def inflate(costs: ByteArray, resolution: float, inscribed: float, radius: float, scaling: float) -> ByteArray:
+def inflate(
+    costs: ByteArray, resolution: float, inscribed: float, radius: float, scaling: float
+) -> ByteArray:
     """Costs (H, W) without unknown cells, raised around the lethal ones by their exact distance (Jazzy's rule)."""
     distance = ndimage.distance_transform_edt(costs != LETHAL)
     near = distance <= math.ceil(radius / resolution)
     metres = distance[near] * resolution
     falling = (INSCRIBED - 1) * np.exp(-scaling * (metres - inscribed))
-    cost = np.where(metres == 0.0, LETHAL, np.where(metres <= inscribed, INSCRIBED, falling)).astype(np.uint8)
+    cost = np.where(
+        metres == 0.0, LETHAL, np.where(metres <= inscribed, INSCRIBED, falling)
+    ).astype(np.uint8)
     inflated = costs.copy()
     inflated[near] = np.maximum(cost, costs[near])
     return inflated
 
 
 def clear_and_mark(
-    grid: ByteArray, origin: FloatArray, resolution: float, sensor: FloatArray, points: FloatArray, longest: float
+    grid: ByteArray,
+    origin: FloatArray,
+    resolution: float,
+    sensor: FloatArray,
+    points: FloatArray,
+    longest: float,
 ) -> None:
     """Free the Bresenham lines from the sensor (2,) through points (n, 2), then mark those within ``longest``.
 
@@ -46,7 +57,10 @@ def clear_and_mark(
     ends = np.floor((_drawn_in(points, sensor, origin, far) - origin) / resolution).astype(np.int64)
     dx, dy = ends[:, 0] - x0, ends[:, 1] - y0
     longer, shorter = np.maximum(abs(dx), abs(dy)), np.minimum(abs(dx), abs(dy))
-    length = np.minimum(1.0, math.ceil(longest / resolution) / np.maximum(np.hypot(dx, dy), 1.0)) * longer
+    length = (
+        np.minimum(1.0, math.ceil(longest / resolution) / np.maximum(np.hypot(dx, dy), 1.0))
+        * longer
+    )
     steps = np.arange(longer.max() + 1)
     across = (longer[:, None] // 2 + steps * shorter[:, None]) // np.maximum(longer, 1)[:, None]
     along_x = (abs(dx) >= abs(dy))[:, None]
@@ -54,12 +68,16 @@ def clear_and_mark(
     y = y0 + np.where(along_x, across, steps) * np.sign(dy)[:, None]
     on_line = steps <= length.astype(np.int64)[:, None]
     grid[y[on_line], x[on_line]] = 0
-    inside = ((points >= origin) & (points < far)).all(axis=1) & (np.hypot(*(points - sensor).T) <= longest)
+    inside = ((points >= origin) & (points < far)).all(axis=1) & (
+        np.hypot(*(points - sensor).T) <= longest
+    )
     marked = np.floor((points[inside] - origin) / resolution).astype(np.int64)
     grid[marked[:, 1], marked[:, 0]] = LETHAL
 
 
-def _drawn_in(points: FloatArray, sensor: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+def _drawn_in(
+    points: FloatArray, sensor: FloatArray, low: FloatArray, high: FloatArray
+) -> FloatArray:
     """Points (n, 2) beyond a box, drawn onto its edge towards the sensor, 1 mm inside at the far edges."""
     drawn = points.copy()
     beam = points - sensor
@@ -87,7 +105,9 @@ def manhattan(shape: tuple[int, int], seeds: IntArray) -> IntArray:
 
 
 def planar_wave(crossing: FloatArray, source: tuple[int, int]) -> FloatArray:
-    """NavFn's potential (H, W) of cells that cost ``crossing`` to enter (inf: closed), where it has come to rest.
+    """NavFn's potential (H, W) of cells that cost ``crossing`` to enter (inf.
+
+    Closed), where it has come to rest.
 
     All cells at once, over and over, until none changes; the source is (x, y), the border closed.
     """
@@ -102,7 +122,8 @@ def planar_wave(crossing: FloatArray, source: tuple[int, int]) -> FloatArray:
         with np.errstate(invalid="ignore"):
             gap = np.abs(beside - above) / cost
         gap = np.where(np.isfinite(gap), np.minimum(gap, 1.0), 1.0)
-        step = np.where(gap < 1.0, (-0.2301 * gap + 0.5307) * gap + 0.7040, 1.0)  # NavFn's updateCell
+        # NavFn's updateCell
+        step = np.where(gap < 1.0, (-0.2301 * gap + 0.5307) * gap + 0.7040, 1.0)
         new = np.where(is_closed, np.inf, np.minimum(low + cost * step, potential[1:-1, 1:-1]))
         if np.array_equal(new, potential[1:-1, 1:-1]):
             return potential
@@ -134,13 +155,17 @@ def likelihoods(
     row = np.floor((y - origin[1]) / resolution + 0.5).astype(np.int64)
     height, width = distances.shape
     on_map = (column >= 0) & (column < width) & (row >= 0) & (row < height)
-    distance = np.where(on_map, distances[row.clip(0, height - 1), column.clip(0, width - 1)], farthest)
+    distance = np.where(
+        on_map, distances[row.clip(0, height - 1), column.clip(0, width - 1)], farthest
+    )
     p = z_hit * np.exp(-(distance**2) / (2.0 * sigma**2)) + z_rand / range_max
     total: FloatArray = 1.0 + (p**3).sum(axis=1)
     return total
 
 
-def move_differential(poses: FloatArray, motion: Sequence[float], alphas: Sequence[float], draws: FloatArray) -> None:
+def move_differential(
+    poses: FloatArray, motion: Sequence[float], alphas: Sequence[float], draws: FloatArray
+) -> None:
     """Move particles (N, 3) in place by a turn, a way [m] and a turn again, each with its error (Thrun et al. 2005).
 
     Args:
@@ -161,20 +186,32 @@ def move_differential(poses: FloatArray, motion: Sequence[float], alphas: Sequen
     poses[:, 2] = heading + second - second_std * draws[:, 2]
 
 
-def relax(given: FloatArray, w_data: float, w_smooth: float, tolerance: float, max_its: int) -> FloatArray:
-    """Gauss-Seidel relaxation of positions (N, 2) in free space; each depends on the one before, so numpy must loop."""
+def relax(
+    given: FloatArray, w_data: float, w_smooth: float, tolerance: float, max_its: int
+) -> FloatArray:
+    """Gauss-Seidel relaxation of positions (N, 2) in free space.
+
+    Each depends on the one before, so numpy must loop.
+    """
     now = given.copy()
     for _ in range(max_its - 1):
         before = now.copy()
         for i in range(1, len(now) - 1):
-            now[i] += w_data * (given[i] - now[i]) + w_smooth * (now[i + 1] + now[i - 1] - 2.0 * now[i])
+            now[i] += w_data * (given[i] - now[i]) + w_smooth * (
+                now[i + 1] + now[i - 1] - 2.0 * now[i]
+            )
         if np.abs(now - before).sum() < tolerance:
             break
     return now
 
 
 def time_to_collision(
-    points: FloatArray, polygon: FloatArray, enough: int, velocity: Sequence[float], horizon: float, step: float
+    points: FloatArray,
+    polygon: FloatArray,
+    enough: int,
+    velocity: Sequence[float],
+    horizon: float,
+    step: float,
 ) -> float:
     """Time [s] before the step after which ``enough`` points (n, 2) lie in the polygon (V, 2) that drives; -1: never.
 
@@ -189,14 +226,20 @@ def time_to_collision(
         y += (vx * math.sin(yaw) + vy * math.cos(yaw)) * step
         yaw += yaw_rate * step
         cos, sin = math.cos(yaw), math.sin(yaw)
-        if _inside((points - (x, y)) @ np.array(((cos, -sin), (sin, cos))), polygon).sum() >= enough:
+        if (
+            _inside((points - (x, y)) @ np.array(((cos, -sin), (sin, cos))), polygon).sum()
+            >= enough
+        ):
             return time
         time += step
     return -1.0
 
 
 def _inside(points: FloatArray, polygon: FloatArray) -> BoolArray:
-    """Which points (n, 2) lie in a polygon (V, 2): a ray along +x crosses its edges an odd number of times."""
+    """Which points (n, 2) lie in a polygon (V, 2).
+
+    A ray along +x crosses its edges an odd number of times.
+    """
     a, b = np.roll(polygon, 1, axis=0), polygon
     x, y = points[:, :1], points[:, 1:]
     straddles = (a[:, 1] < y) != (b[:, 1] < y)
@@ -206,7 +249,9 @@ def _inside(points: FloatArray, polygon: FloatArray) -> BoolArray:
     return inside
 
 
-def cast(occupied: BoolArray, x: float, y: float, directions: FloatArray, reach: float) -> FloatArray:
+def cast(
+    occupied: BoolArray, x: float, y: float, directions: FloatArray, reach: float
+) -> FloatArray:
     """How far (n,) rays from (x, y) along unit vectors (n, 2) go until an occupied cell, all in cells; inf: none.
 
     Each ray is cut at every line of the grid that it crosses; the middle of a piece says in which cell it lies.
@@ -222,7 +267,11 @@ def cast(occupied: BoolArray, x: float, y: float, directions: FloatArray, reach:
     row = np.floor(y + middle * directions[:, 1:]).astype(np.int64)
     height, width = occupied.shape
     on_grid = (column >= 0) & (column < width) & (row >= 0) & (row < height)
-    hit = on_grid & occupied[row.clip(0, height - 1), column.clip(0, width - 1)] & (cuts[:, 1:] > cuts[:, :-1])
+    hit = (
+        on_grid
+        & occupied[row.clip(0, height - 1), column.clip(0, width - 1)]
+        & (cuts[:, 1:] > cuts[:, :-1])
+    )
     first = hit.argmax(axis=1)
     ranges = np.where(hit.any(axis=1), cuts[np.arange(len(cuts)), first], np.inf)
     return np.where(ranges <= reach, ranges, np.inf)

@@ -25,10 +25,18 @@ DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows th
 @click.option("--inject", "errors", multiple=True, metavar="KIND=SIZE[,SIZE]",
               help="Errors on top of ground_truth, an arm each: position [m, RMS] or heading [deg, RMS]; repeatable, "
               "and more may follow.")  # fmt: skip
-@click.option("--correlation-time", type=float, help="[s] over which an injected error changes; default: 10.")
-@click.option("--against", metavar="ARM", help="Arm to which the others are compared; default: the first.")
+@click.option(
+    "--correlation-time", type=float, help="[s] over which an injected error changes; default: 10."
+)
+@click.option(
+    "--against", metavar="ARM", help="Arm to which the others are compared; default: the first."
+)
 @study_options
-@click.option("--out", type=click.Path(path_type=Path), help="Run folder; default: results/<time>-ablate-<stack>.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Run folder; default: results/<time>-ablate-<stack>.",
+)
 @click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
               help="Go on with an interrupted ablation, or print a finished one, from its folder.")  # fmt: skip
 @click.pass_context
@@ -69,8 +77,12 @@ def ablate(
         path, study, declaration = stored_ablation(resume, against, where)
     else:
         if more_errors and not errors:
-            raise InputError(f"'{more_errors[0]}' follows no --inject; give --inject {more_errors[0]}, or leave it out")
+            raise InputError(
+                f"'{more_errors[0]}' follows no --inject; give --inject {more_errors[0]}, or leave it out"
+            )
         names = [name.strip() for name in localizers.split(",")] if localizers is not None else []
         arms = names, (*errors, *more_errors), correlation_time
-        path, study, declaration = create_ablation(stack, *arms, against, out, {**choices, "workers": where.workers})
+        path, study, declaration = create_ablation(
+            stack, *arms, against, out, {**choices, "workers": where.workers}
+        )
     sys.exit(drive(declaration, study, path, where, as_json))

@@ -42,7 +42,9 @@ def create_ablation(
         InputError: a value that ``navbench run`` would refuse too, or arms that cannot be had.
     """
     study = make_study(stacks=[stack], **choices)
-    arms = arms_of(study.stacks[0], localizers, errors, correlation_time, study.template.allow_unknown)
+    arms = arms_of(
+        study.stacks[0], localizers, errors, correlation_time, study.template.allow_unknown
+    )
     study = with_arms(study, arms, choices["workers"])
     name, first = Path(stack).stem, study.stacks[0].name
     declaration = Declaration(name, against or first)
@@ -50,9 +52,12 @@ def create_ablation(
     path = out or default_folder(f"ablate-{name}")
     require_usable(path)
     for note in check(study):
-        if note.startswith(f"{first}: "):  # all arms share the Nav2 file and the robot that notes are about
+        # all arms share the Nav2 file and the robot that notes are about
+        if note.startswith(f"{first}: "):
             say(f"note: {name}: {note.removeprefix(f'{first}: ')}")
-    create_run(path, about(study, sys.argv), {**parameters(study), ABLATION: dump_dataclass(declaration)})
+    create_run(
+        path, about(study, sys.argv), {**parameters(study), ABLATION: dump_dataclass(declaration)}
+    )
     return path, load_study(path, study.workers), declaration
 
 
@@ -66,7 +71,9 @@ def stored_ablation(path: Path, against: str | None, where: Where) -> Begun:
     study = load_study(path, where.workers)
     stored = path / "params" / ABLATION
     if not stored.is_file():
-        raise InputError(f"'{path}' is no ablation: params/{ABLATION} is missing; use navbench run --resume")
+        raise InputError(
+            f"'{path}' is no ablation: params/{ABLATION} is missing; use navbench run --resume"
+        )
     declaration = load_dataclass(Declaration, stored)
     declaration = Declaration(declaration.stack, against or declaration.against)
     declaration.check(study.stacks)
@@ -76,7 +83,10 @@ def stored_ablation(path: Path, against: str | None, where: Where) -> Begun:
 
 
 def drive(declaration: Declaration, study: Study, path: Path, where: Where, as_json: bool) -> int:
-    """Drive what an ablation lacks, show progress on stderr, print the report on stdout; returns the exit status."""
+    """Drive what an ablation lacks, show progress on stderr, print the report on stdout.
+
+    Returns the exit status.
+    """
     results, interrupted = drive_folder(study, path, where)
     prices = prices_of(study.template.prices)
     ablation = analyse(declaration, results, load_run(str(path)), prices, study.episodes)

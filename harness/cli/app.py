@@ -29,7 +29,9 @@ class Commands(click.Group):
         """A command; None: there is none of this name."""
         if cmd_name not in self.commands:
             return None
-        command: click.Command = getattr(importlib.import_module(f"harness.cli.{cmd_name}"), cmd_name)
+        command: click.Command = getattr(
+            importlib.import_module(f"harness.cli.{cmd_name}"), cmd_name
+        )
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -67,9 +69,11 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         status: int | str | None = _status(arguments)
     except SystemExit as leaving:
-        status = leaving.code if sys.stdout is stdout else 0  # click replaces it where a reader has left
+        # click replaces it where a reader has left
+        status = leaving.code if sys.stdout is stdout else 0
     lost = lost_output()
-    if lost is not None and not isinstance(lost, BrokenPipeError):  # to leave early, as head does, is no error
+    # to leave early, as head does, is no error
+    if lost is not None and not isinstance(lost, BrokenPipeError):
         status = _complain(f"{UNWRITABLE} ({lost.strerror})", 1)
     sys.exit(status)
 
@@ -82,7 +86,8 @@ def _status(arguments: list[str] | None) -> int:
         app(arguments, standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
-    except (click.BadParameter, click.BadOptionUsage) as error:  # a missing parameter is a BadParameter, too
+    # a missing parameter is a BadParameter, too
+    except (click.BadParameter, click.BadOptionUsage) as error:
         return _complain(error.format_message(), 1)
     except click.UsageError as error:
         return _complain(f"{error.format_message()} See 'navbench --help'.", 2)
@@ -99,10 +104,14 @@ def _status(arguments: list[str] | None) -> int:
 
 
 def _of_the_system(error: Exception) -> str:
-    """What a user can do about a name that no file can have, or a full disk; empty: it is a fault of the program."""
+    """What a user can do about a name that no file can have, or a full disk.
+
+    Empty: it is a fault of the program.
+    """
     if isinstance(error, OSError) and error.errno in NO_NAME:
         return f"'{error.filename}' cannot be used ({error.strerror}); give another name or path"
-    if isinstance(error, OSError) and error.errno in NO_ROOM:  # files say by themselves that they cannot be written
+    # files say by themselves that they cannot be written
+    if isinstance(error, OSError) and error.errno in NO_ROOM:
         return f"{UNWRITABLE} ({error.strerror})"
     is_loop = str(error).startswith("Symlink loop")  # so says pathlib before Python 3.13
     return f"{error}; give another path" if is_loop else ""
@@ -110,7 +119,9 @@ def _of_the_system(error: Exception) -> str:
 
 def _show(*told: Any, **_: Any) -> None:
     message, category = told[:2]
-    sys.stderr.write(f"note: {message}\n" if category is NavstackWarning else warnings.formatwarning(*told[:4]))
+    sys.stderr.write(
+        f"note: {message}\n" if category is NavstackWarning else warnings.formatwarning(*told[:4])
+    )
 
 
 def _complain(message: str, status: int) -> int:

@@ -98,7 +98,10 @@ def _show(rows: Sequence[Row], notes: Sequence[str], out: Path | None, as_json: 
 
 
 def _measured(names: Sequence[str], effort: "Effort") -> Iterator[list[Row]]:
-    """The rows of one name after the other; what needs golden vectors is left out where there are none."""
+    """The rows of one name after the other.
+
+    What needs golden vectors is left out where there are none.
+    """
     from harness.bench.measure import measure
     from harness.parity.golden import GoldenError
 

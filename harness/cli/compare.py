@@ -32,7 +32,9 @@ def compare(first: str, second: str, metrics: tuple[str, ...], as_json: bool) ->
       navbench compare results/both:nav2-gps results/both:parked
       navbench compare results/before results/after --metric sla --metric margin --json
     """
-    comparison = analysis.compare(analysis.side_of(load_run(first)), analysis.side_of(load_run(second)), metrics)
+    comparison = analysis.compare(
+        analysis.side_of(load_run(first)), analysis.side_of(load_run(second)), metrics
+    )
     for warning in comparison.warnings:
         say(f"warning: not comparable: {warning}")
     if as_json:

@@ -49,7 +49,9 @@ class Tally(Bar):
             self._factors.append(record["timing"]["real_time_factor"])
         self.done += 1
         if finished.lost and finished.error is None:
-            say(f"repeated {finished.task.stack.name} episode {finished.task.episode}: {finished.lost[0]}")
+            say(
+                f"repeated {finished.task.stack.name} episode {finished.task.episode}: {finished.lost[0]}"
+            )
 
     @property
     def note(self) -> str:
@@ -61,7 +63,10 @@ class Tally(Bar):
 
 
 def begin_run(study: Study, out: Path | None, where: Where, as_json: bool) -> int:
-    """Drive a new study, show progress on stderr, print results on stdout; returns the exit status."""
+    """Drive a new study, show progress on stderr, print results on stdout.
+
+    Returns the exit status.
+    """
     path = make_folder(study, out)
     return _drive(load_study(path, study.workers), path, where, as_json)
 
@@ -81,7 +86,10 @@ def make_folder(study: Study, out: Path | None) -> Path:
 
 
 def resume_run(path: Path, where: Where, as_json: bool, is_forced: bool = False) -> int:
-    """Go on with the study of a run folder, also with a changed one if forced; otherwise as :func:`begin_run`."""
+    """Go on with the study of a run folder, also with a changed one if forced.
+
+    Otherwise as :func:`begin_run`.
+    """
     path = path.resolve()  # a link may point elsewhere before the run ends
     if known := other_study(path):
         kind, command = known
@@ -102,7 +110,9 @@ def _drive(study: Study, path: Path, where: Where, as_json: bool) -> int:
 
 
 def drive_folder(study: Study, path: Path, where: Where) -> tuple[list[StackResult], bool]:
-    """Drive what a run folder lacks, show progress on stderr; returns the results and whether it was interrupted.
+    """Drive what a run folder lacks, show progress on stderr.
+
+    Returns the results and whether it was interrupted.
 
     Args:
         study: as its folder tells it.

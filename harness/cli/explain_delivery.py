@@ -10,8 +10,22 @@ import click
 from harness.analysis.compare import side_of
 from harness.cli.replay import map_of
 from harness.explain.document import Explained, Saving, document, explained
-from harness.explain.evidence import Evidence, decisions_file, delivery_row, drive_again, events_of, recorded
-from harness.explain.moments import Moment, costliest, costly_episodes, costs_of, is_costly, moments_of
+from harness.explain.evidence import (
+    Evidence,
+    decisions_file,
+    delivery_row,
+    drive_again,
+    events_of,
+    recorded,
+)
+from harness.explain.moments import (
+    Moment,
+    costliest,
+    costly_episodes,
+    costs_of,
+    is_costly,
+    moments_of,
+)
 from harness.explain.rewind import rewind
 from harness.explain.seconds import seconds_before
 from harness.report.explain import print_explanation
@@ -51,9 +65,13 @@ def explain_delivery(
     if evidence is None:
         _say_nothing_to_tell(stored, episode, as_json)
         return
-    moments = moments_of(evidence, load_dataclass(Rules, stored.folder / "params" / "rules.yaml"), stored.prices())
+    moments = moments_of(
+        evidence, load_dataclass(Rules, stored.folder / "params" / "rules.yaml"), stored.prices()
+    )
     if event is not None and event > len(moments):
-        raise InputError(f"--event {event}: the delivery has {len(moments)}; give 1 to {len(moments)}")
+        raise InputError(
+            f"--event {event}: the delivery has {len(moments)}; give 1 to {len(moments)}"
+        )
     chosen = moments if event is None else [moments[event - 1]]
     told = explained(evidence, [seconds_before(evidence, moment, before) for moment in chosen])
     saving = _saving(stored, evidence, chosen, settings, before) if settings else None
@@ -88,14 +106,25 @@ def _say_nothing_to_tell(run: StoredRun, episode: int, as_json: bool) -> None:
     """Say so, and which other episodes have something to tell."""
     others = costly_episodes(run)
     if as_json:
-        sys.stdout.write(json.dumps({"schema": 1, "episode": episode, "events": [], "costly_episodes": others}) + "\n")
+        sys.stdout.write(
+            json.dumps({"schema": 1, "episode": episode, "events": [], "costly_episodes": others})
+            + "\n"
+        )
         return
-    some = f"episodes that have some: {', '.join(map(str, others))}" if others else "nor in any other episode"
+    some = (
+        f"episodes that have some: {', '.join(map(str, others))}"
+        if others
+        else "nor in any other episode"
+    )
     click.echo(f"episode {episode} of {run.stacks[0].name} has no event that cost anything; {some}")
 
 
 def _saving(
-    run: StoredRun, evidence: Evidence, moments: list[Moment], settings: tuple[str, ...], before: float
+    run: StoredRun,
+    evidence: Evidence,
+    moments: list[Moment],
+    settings: tuple[str, ...],
+    before: float,
 ) -> Saving:
     """What the costliest moment would have cost with other parameters from some seconds before it on."""
     moment, prices = costliest(moments), run.prices()
@@ -104,7 +133,9 @@ def _saving(
     return Saving(rewound, moment, before, evidence.row, costs, new_costs)
 
 
-def _draw(run: StoredRun, evidence: Evidence, told: list[Explained], plot: Path | None, out: Path | None) -> list[Path]:
+def _draw(
+    run: StoredRun, evidence: Evidence, told: list[Explained], plot: Path | None, out: Path | None
+) -> list[Path]:
     """Draw what was asked for; returns the files."""
     if plot is None and out is None:
         return []
@@ -116,7 +147,11 @@ def _draw(run: StoredRun, evidence: Evidence, told: list[Explained], plot: Path 
     for each in told:
         number = each.seconds.moment.number
         wanted = [plot] if plot is not None and each.seconds.moment is costly else []
-        wanted += [out / f"event-{number}{suffix}" for suffix in (".pdf", ".png")] if out is not None else []
+        wanted += (
+            [out / f"event-{number}{suffix}" for suffix in (".pdf", ".png")]
+            if out is not None
+            else []
+        )
         if wanted:
             draw_seconds(evidence, each.seconds, scene, wanted)
             files += wanted

@@ -44,7 +44,9 @@ def _print_rules(context: click.Context, _: click.Parameter, is_asked: bool) -> 
     help="Print all it looks for.",
 )
 @click.option(
-    "--strict", is_flag=True, help="Every key that Nav2 does not know is an error, not the misspelt ones alone."
+    "--strict",
+    is_flag=True,
+    help="Every key that Nav2 does not know is an error, not the misspelt ones alone.",
 )
 @JSON
 def lint(file: str, robot: str | None, strict: bool, as_json: bool) -> None:
@@ -67,7 +69,11 @@ def lint(file: str, robot: str | None, strict: bool, as_json: bool) -> None:
     errors = [notice for notice in notices if notice.is_error]
     warnings = [notice for notice in notices if not notice.is_error]
     if as_json:
-        document = {"errors": _plain(errors), "warnings": _plain(warnings), "ignored": list(ignored)}
+        document = {
+            "errors": _plain(errors),
+            "warnings": _plain(warnings),
+            "ignored": list(ignored),
+        }
         print_json(document, ensure_ascii=False)
     else:
         _print(path, errors, warnings, ignored, report_console())
@@ -96,29 +102,48 @@ def robot_limits(name_or_file: str) -> RobotLimits:
     )
 
 
-def _findings(path: Path, limits: RobotLimits | None, strict: bool) -> tuple[Sequence[Notice], Sequence[str]]:
+def _findings(
+    path: Path, limits: RobotLimits | None, strict: bool
+) -> tuple[Sequence[Notice], Sequence[str]]:
     try:
         nav2 = inspect_nav2(path)
     except ParameterError as error:
         message = str(error).removeprefix(f"{path}: ")
-        return [Notice("unreadable-file", "", message, "give a Nav2 parameter file", is_error=True)], ()
+        return [
+            Notice("unreadable-file", "", message, "give a Nav2 parameter file", is_error=True)
+        ], ()
     notices = rules.lint(nav2, limits)
     if not strict:
-        notices = tuple(replace(each, is_error=each.is_error and each.id != UNKNOWN_KEY) for each in notices)
+        notices = tuple(
+            replace(each, is_error=each.is_error and each.id != UNKNOWN_KEY) for each in notices
+        )
     return notices, nav2.ignored
 
 
 def _plain(notices: Sequence[Notice]) -> list[dict[str, Any]]:
     return [
-        {"id": each.id, "path": each.path, "line": each.line or None, "message": each.message, "advice": each.advice}
+        {
+            "id": each.id,
+            "path": each.path,
+            "line": each.line or None,
+            "message": each.message,
+            "advice": each.advice,
+        }
         for each in notices
     ]
 
 
 def _print(
-    path: Path, errors: Sequence[Notice], warnings: Sequence[Notice], ignored: Sequence[str], console: Console
+    path: Path,
+    errors: Sequence[Notice],
+    warnings: Sequence[Notice],
+    ignored: Sequence[str],
+    console: Console,
 ) -> None:
-    for title, notices, style in (("Errors", errors, "bold red"), ("Warnings", warnings, "bold yellow")):
+    for title, notices, style in (
+        ("Errors", errors, "bold red"),
+        ("Warnings", warnings, "bold yellow"),
+    ):
         if notices:
             console.print(Text(title, style=style))
             console.print(_table(notices))

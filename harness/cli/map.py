@@ -41,12 +41,17 @@ MEASURES = (  # label, key of the document, form
     ("Furniture of 0.05-10 m2, pieces", "furniture_pieces", "d"),
     ("  share of 0.3-1 m2", "furniture_medium_share", ".2f"),
     ("  to the nearest other piece [m], percentile", "furniture_spacings_m", ".2f"),
-    ("Edges of the mesh: nothing for a lidar within 0.5 m, share", "edges_open_half_metre_share", ".2f"),
+    (
+        "Edges of the mesh: nothing for a lidar within 0.5 m, share",
+        "edges_open_half_metre_share",
+        ".2f",
+    ),
     ("  within 1 m, share", "edges_open_metre_share", ".2f"),
     ("  the others' gap to what stands there [m], percentile", "edge_gaps_m", ".2f"),
 )
 LENGTH_PERCENTILES = (5, 10, 25, 50, 75, 90, 95)
-PUBLISHED_MEAN_LENGTHS = {"published": 102.0, "uniform": 129.0}  # [m] of shortest paths on the paper's map
+# [m] of shortest paths on the paper's map
+PUBLISHED_MEAN_LENGTHS = {"published": 102.0, "uniform": 129.0}
 
 Row = dict[str, Any]
 
@@ -64,10 +69,19 @@ def map() -> None:
     """
 
 
-@map.command("new", help="Generate a sidewalk world like the paper's and save it as a map; print its path.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Same seed, same world; 0 or more.")
+@map.command(
+    "new", help="Generate a sidewalk world like the paper's and save it as a map; print its path."
+)
+@click.option(
+    "--seed", type=int, default=0, show_default=True, help="Same seed, same world; 0 or more."
+)
 @click.option("--name", required=True, help="The map's name: NAME.yaml and the files beside it.")
-@click.option("--out", type=click.Path(path_type=Path), default=Path(), help="Folder; default: the current one.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path(),
+    help="Folder; default: the current one.",
+)
 def new(seed: int, name: str, out: Path) -> None:
     """Generate a world and say which map it is.
 
@@ -85,20 +99,50 @@ def new(seed: int, name: str, out: Path) -> None:
 def _require_new(name: str, out: Path) -> None:
     """Check that a map of this name can be made in a folder, and make the folder."""
     check_map_name(name)
-    there = next((file for file in sorted(out.glob(f"{name}*")) if file.stem in made_of(name)), None)
+    there = next(
+        (file for file in sorted(out.glob(f"{name}*")) if file.stem in made_of(name)), None
+    )
     if there is not None:
         raise InputError(f"{there} exists already; give another --name or --out")
     require_folder(out)
 
 
-@map.command("import", help="Make a map of two map_server maps of one place, with roads and curbs; print its path.")
-@click.option("--mesh", type=click.Path(path_type=Path), required=True, help="YAML file: free where people walk.")
-@click.option("--geometry", type=click.Path(path_type=Path), required=True, help="YAML file: occupied where walls are.")
+@map.command(
+    "import",
+    help="Make a map of two map_server maps of one place, with roads and curbs; print its path.",
+)
+@click.option(
+    "--mesh",
+    type=click.Path(path_type=Path),
+    required=True,
+    help="YAML file: free where people walk.",
+)
+@click.option(
+    "--geometry",
+    type=click.Path(path_type=Path),
+    required=True,
+    help="YAML file: occupied where walls are.",
+)
 @click.option("--name", required=True, help="The map's name: NAME.yaml and the files beside it.")
-@click.option("--out", type=click.Path(path_type=Path), default=Path(), help="Folder; default: the current one.")
-@click.option("--curb", type=float, default=0.12, show_default=True, help="Height [m] of curbs; 0: level ground.")
-@click.option("--margin", type=float, default=0.3, show_default=True, help="Pavement [m] beyond the mesh.")
-def import_map(mesh: Path, geometry: Path, name: str, out: Path, curb: float, margin: float) -> None:
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path(),
+    help="Folder; default: the current one.",
+)
+@click.option(
+    "--curb",
+    type=float,
+    default=0.12,
+    show_default=True,
+    help="Height [m] of curbs; 0: level ground.",
+)
+@click.option(
+    "--margin", type=float, default=0.3, show_default=True, help="Pavement [m] beyond the mesh."
+)
+def import_map(
+    mesh: Path, geometry: Path, name: str, out: Path, curb: float, margin: float
+) -> None:
     """Import a place and say which map it is.
 
     Raises:
@@ -111,14 +155,30 @@ def import_map(mesh: Path, geometry: Path, name: str, out: Path, curb: float, ma
     sys.stdout.write(f"{out / name}.yaml\n")
 
 
-@map.command("show", help="Measure MAP, a built-in map or a map_server YAML file, beside the paper's; draw it.")
+@map.command(
+    "show",
+    help="Measure MAP, a built-in map or a map_server YAML file, beside the paper's; draw it.",
+)
 @click.argument("map_name", metavar="MAP")
 @click.option("--out", type=click.Path(path_type=Path), help="Picture to write (PNG, PDF or SVG).")
-@click.option("--view", default="zones", show_default=True, help="What the picture shows: zones, navmesh or keepout.")
-@click.option("--samples", type=int, default=200, show_default=True, help="Missions drawn to measure their paths.")
+@click.option(
+    "--view",
+    default="zones",
+    show_default=True,
+    help="What the picture shows: zones, navmesh or keepout.",
+)
+@click.option(
+    "--samples",
+    type=int,
+    default=200,
+    show_default=True,
+    help="Missions drawn to measure their paths.",
+)
 @click.option("--seed", type=int, default=0, show_default=True, help="Of those missions.")
 @JSON
-def show(map_name: str, out: Path | None, view: str, samples: int, seed: int, as_json: bool) -> None:
+def show(
+    map_name: str, out: Path | None, view: str, samples: int, seed: int, as_json: bool
+) -> None:
     """Measure a map, draw missions on it and, where a file is given, its picture.
 
     Raises:
@@ -164,7 +224,8 @@ def map_document(scene: Scene, samples: int, seed: int) -> Row:
         "size_m": [round(cells * grid.resolution, 6) for cells in (grid.width, grid.height)],
         "resolution_m": grid.resolution,
         "measured": _measures(measure(scene), measure_edges(scene)),
-        "published": _measures(PUBLISHED, PUBLISHED_EDGES) | {"mean_shortest_path_m": PUBLISHED_MEAN_LENGTHS},
+        "published": _measures(PUBLISHED, PUBLISHED_EDGES)
+        | {"mean_shortest_path_m": PUBLISHED_MEAN_LENGTHS},
         "missions": {sampling: _lengths(scene, sampling, samples, seed) for sampling in SAMPLINGS},
     }
 
@@ -208,7 +269,10 @@ def _measures_sheet(document: Row) -> Sheet:
     for label, key, form in MEASURES:
         ours, theirs = document["measured"][key], document["published"][key]
         if isinstance(ours, Mapping):
-            rows += [(f"{label} {p}", _number(value, form), _number(theirs[p], form)) for p, value in ours.items()]
+            rows += [
+                (f"{label} {p}", _number(value, form), _number(theirs[p], form))
+                for p, value in ours.items()
+            ]
         else:
             rows.append((label, _number(ours, form), _number(theirs, form)))
     width, depth = document["size_m"]
@@ -222,9 +286,18 @@ def _missions_sheet(document: Row) -> Sheet:
             mean = drawn["mean_shortest_path_m"]
             n = mean["n"]
             percentiles = [f"{value:.0f}" for value in drawn["shortest_paths_m"].values()]
-            interval, published = f"{mean['low']:.0f}-{mean['high']:.0f}", f"{PUBLISHED_MEAN_LENGTHS[sampling]:.0f}"
+            interval, published = (
+                f"{mean['low']:.0f}-{mean['high']:.0f}",
+                f"{PUBLISHED_MEAN_LENGTHS[sampling]:.0f}",
+            )
             rows.append((sampling, f"{mean['value']:.0f}", interval, *percentiles, published))
-    headers = ("Missions", "Mean", "95 % interval", *(f"{p} %" for p in LENGTH_PERCENTILES), "The paper's mean")
+    headers = (
+        "Missions",
+        "Mean",
+        "95 % interval",
+        *(f"{p} %" for p in LENGTH_PERCENTILES),
+        "The paper's mean",
+    )
     return Sheet(f"Shortest path of {n} missions [m]", headers, rows)
 
 

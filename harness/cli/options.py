@@ -24,9 +24,15 @@ class Finite(click.FloatRange):
         return number
 
 
-PRICES = click.option("--prices", default="costnav", help="Prices: a name of params/prices or a YAML file.")
-JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output, nothing else.")
-OTHER_PRICES = click.option("--prices", help="Prices: a name of params/prices or a file; default: the run's own.")
+PRICES = click.option(
+    "--prices", default="costnav", help="Prices: a name of params/prices or a YAML file."
+)
+JSON = click.option(
+    "--json", "as_json", is_flag=True, help="One JSON document on standard output, nothing else."
+)
+OTHER_PRICES = click.option(
+    "--prices", help="Prices: a name of params/prices or a file; default: the run's own."
+)
 SETTINGS = click.option("--set", "settings", multiple=True, metavar="KEY=VALUE",
                         help="Another value of one price, e.g. delivery_fee=4.99; repeatable.")  # fmt: skip
 TERMS = click.option("--with", "terms", multiple=True, metavar="TERM[,TERM]",
@@ -45,7 +51,16 @@ _WHERE = (
     click.option("--scheduler", metavar="ADDRESS", help="Of the Dask cluster, e.g. tcp://host:8786."),
 )  # fmt: skip
 BESIDE_RESUME = (  # they change no row
-    *("resume", "workers", "episode_timeout", "executor", "scheduler", "as_json", "against", "budget"),
+    *(
+        "resume",
+        "workers",
+        "episode_timeout",
+        "executor",
+        "scheduler",
+        "as_json",
+        "against",
+        "budget",
+    ),
 )
 
 _EPISODES = click.option("--episodes", type=int, default=20, show_default=True,
@@ -81,13 +96,23 @@ SUBSTITUTE = click.option("--substitute", "substitutes", multiple=True, metavar=
 
 
 def where_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command the options that decide where deliveries are driven; it takes them as ``where``."""
+    """Give a command the options that decide where deliveries are driven.
+
+    It takes them as ``where``.
+    """
 
     @functools.wraps(command)
     def placed(
-        *given: Any, executor: str, scheduler: str | None, workers: int | None, episode_timeout: float, **choices: Any
+        *given: Any,
+        executor: str,
+        scheduler: str | None,
+        workers: int | None,
+        episode_timeout: float,
+        **choices: Any,
     ) -> Any:
-        return command(*given, where=Where(executor, scheduler, workers, episode_timeout), **choices)
+        return command(
+            *given, where=Where(executor, scheduler, workers, episode_timeout), **choices
+        )
 
     return _with(placed, _WHERE)
 

@@ -32,14 +32,19 @@ def paper_document(prices: Prices) -> dict[str, Any]:
     """The JSON document: economics of the seven methods and of the real robot, and the thresholds."""
     published = load_published()
     return {
-        "methods": {name: {"economics": _economics(method, prices)} for name, method in published.methods.items()},
+        "methods": {
+            name: {"economics": _economics(method, prices)}
+            for name, method in published.methods.items()
+        },
         "real_world_canvas": {"economics": _economics(published.real_world_canvas.method, prices)},
         "thresholds": dataclasses.asdict(thresholds(prices)),
     }
 
 
 def _economics(method: PublishedMethod, prices: Prices) -> dict[str, float | None]:
-    return dataclasses.asdict(price(method.measured, method.sensors, method.data_collection, prices))
+    return dataclasses.asdict(
+        price(method.measured, method.sensors, method.data_collection, prices)
+    )
 
 
 def print_paper(console: Console, prices: Prices) -> None:
@@ -54,12 +59,27 @@ def _thresholds(limits: Thresholds) -> Sheet:
     ais = (limits.ais1_contact_rate, limits.ais2_contact_rate, limits.ais3_contact_rate)
     both = limits.timeout_and_physical_assistance_rate
     rows = (
-        ("Pedestrian safety", "the delivery fee itself", f"{limits.pedestrian_safety_usd_per_run:.2f} $/run"),
-        *((f"  contacts with AIS {grade}", injury, _percent(rate)) for grade, rate in enumerate(ais, start=1)),
+        (
+            "Pedestrian safety",
+            "the delivery fee itself",
+            f"{limits.pedestrian_safety_usd_per_run:.2f} $/run",
+        ),
+        *(
+            (f"  contacts with AIS {grade}", injury, _percent(rate))
+            for grade, rate in enumerate(ais, start=1)
+        ),
         ("Spoilage", "fee / (food price + fee)", _percent(limits.spoilage_rate)),
         ("Timeout + physical assistance", "fee / (fee refunded + fee lost)", _percent(both)),
-        ("Property contact", "fee / mean damage of the four published types", _percent(limits.property_contact_rate)),
-        ("Physical assistance", "fee / repair per event", _percent(limits.physical_assistance_rate)),
+        (
+            "Property contact",
+            "fee / mean damage of the four published types",
+            _percent(limits.property_contact_rate),
+        ),
+        (
+            "Physical assistance",
+            "fee / repair per event",
+            _percent(limits.physical_assistance_rate),
+        ),
     )
     return declared("thresholds", rows)
 

@@ -1,4 +1,7 @@
-"""The command ``navbench parity``: the certificate that navstack computes what Nav2's own C++ computes."""
+"""The command ``navbench parity``.
+
+The certificate that navstack computes what Nav2's own C++ computes.
+"""
 
 import os
 import sys
@@ -36,14 +39,21 @@ def parity(folder: Path | None, as_json: bool) -> None:
     folder = folder or golden_folder()
     results = certify(read_folder(folder))
     if not results:
-        raise GoldenError(f"golden folder '{folder}' holds no case of any part; see docs/parity.md for their names")
+        raise GoldenError(
+            f"golden folder '{folder}' holds no case of any part; see docs/parity.md for their names"
+        )
     if as_json:
         print_json(document(results))
     else:
         print_certificate(results, report_console())
     if passes(results):
         return
-    deviations = [deviation for result in results for deviation in result.deviations if not deviation.is_explained]
+    deviations = [
+        deviation
+        for result in results
+        for deviation in result.deviations
+        if not deviation.is_explained
+    ]
     lost = sum(not deviation.is_compared for deviation in deviations)
     said = f"{len(deviations) - lost} unexplained deviations, {lost} cases that cannot be compared"
     sys.stderr.write(f"navbench: no parity: {said}; the certificate names them\n")
@@ -61,7 +71,9 @@ def print_certificate(results: Sequence[PartResult], console: Console) -> None:
     for result in results:
         explained = sum(deviation.is_explained for deviation in result.deviations)
         unit = f" {result.largest_deviation_unit}" if result.largest_deviation_unit else ""
-        largest = "--" if result.largest_deviation is None else f"{result.largest_deviation:.1e}{unit}"
+        largest = (
+            "--" if result.largest_deviation is None else f"{result.largest_deviation:.1e}{unit}"
+        )
         not_compared = sum(not deviation.is_compared for deviation in result.deviations)
         unexplained = len(result.deviations) - explained - not_compared
         counts = (result.cases, result.equal, explained, unexplained, not_compared)
@@ -80,4 +92,6 @@ def print_certificate(results: Sequence[PartResult], console: Console) -> None:
             for deviation in cases:
                 console.print(Text(f"  {deviation.case}: {deviation.why}"))
             console.print()
-    console.print("every case is equal, or its deviation explained" if passes(results) else "no parity")
+    console.print(
+        "every case is equal, or its deviation explained" if passes(results) else "no parity"
+    )

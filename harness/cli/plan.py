@@ -70,7 +70,8 @@ def plan_command(
         The exit status: 0 where a planner found a path, else 1.
 
     Raises:
-        InputError: an unknown name, a pose that cannot be used, a file that cannot be read or written.
+        InputError: an unknown name, a pose that cannot be used, a file that cannot be read or
+            written.
     """
     from harness.plan.question import ask_all, task_of
     from harness.report.plan import draw_plan, plan_document, render_plan

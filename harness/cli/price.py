@@ -20,7 +20,9 @@ ALL = "all"  # in place of a name of prices
 @SETTINGS
 @TERMS
 @JSON
-def price(run: str, prices: str | None, settings: tuple[str, ...], terms: tuple[str, ...], as_json: bool) -> None:
+def price(
+    run: str, prices: str | None, settings: tuple[str, ...], terms: tuple[str, ...], as_json: bool
+) -> None:
     """Price a finished run again, without simulating: other prices, other ways to count contacts, more costs.
 
     RUN is a run folder, or FOLDER:stack.
@@ -35,7 +37,9 @@ def price(run: str, prices: str | None, settings: tuple[str, ...], terms: tuple[
     stored = load_run(run)
     if prices == ALL:
         if settings or terms:
-            raise InputError("--prices all takes neither --set nor --with: give one set of prices with them")
+            raise InputError(
+                "--prices all takes neither --set nor --with: give one set of prices with them"
+            )
         sets = under_price_sets(stored)
         if as_json:
             print_json({"schema": 1, "sets": {name: each.as_json() for name, each in sets.items()}})
@@ -45,7 +49,9 @@ def price(run: str, prices: str | None, settings: tuple[str, ...], terms: tuple[
     choices = choose(stored, prices, settings, terms)
     results = reprice(stored, choices)
     if not results:
-        raise InputError(f"run folder '{stored.folder}' has no finished delivery; there is nothing to price")
+        raise InputError(
+            f"run folder '{stored.folder}' has no finished delivery; there is nothing to price"
+        )
     if as_json:
         print_json(document(stored, results, choices))
         return

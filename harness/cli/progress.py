@@ -47,8 +47,13 @@ class Bar:
     @property
     def _amount(self) -> str:
         driven = self.done - self._done_before
-        left = (time.monotonic() - self._began) / driven * (self.total - self.done) if driven else 0.0  # [s]
-        return self._form.format(done=self.done, total=self.total) + (f", about {left:.0f} s left" if left else "")
+        # [s]
+        left = (
+            (time.monotonic() - self._began) / driven * (self.total - self.done) if driven else 0.0
+        )
+        return self._form.format(done=self.done, total=self.total) + (
+            f", about {left:.0f} s left" if left else ""
+        )
 
     @property
     def text(self) -> str:

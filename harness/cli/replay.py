@@ -28,10 +28,10 @@ def replay(
 ) -> None:
     """Show one recorded delivery: as a page, in the tools of ROS, or in the Rerun viewer.
 
-    RUN is a run folder of navbench run --record full, or RUN:STACK where it has several stacks; EPISODE is the number
-    of the delivery. The page plays it with map, scan, people, tracks, plan, belief and costs. The MCAP file holds tf,
-    map, scan, odom, path and markers as ROS 2 messages: Foxglove opens it, ros2 bag plays it. The GIF shows the whole
-    delivery from above.
+    RUN is a run folder of navbench run --record full, or RUN:STACK where it has several stacks;
+    EPISODE is the number of the delivery. The page plays it with map, scan, people, tracks, plan,
+    belief and costs. The MCAP file holds tf, map, scan, odom, path and markers as ROS 2 messages:
+    Foxglove opens it, ros2 bag plays it. The GIF shows the whole delivery from above.
     """
     from harness.report.page.document import replay_page
     from harness.report.page.replays import one_recorded, shown
@@ -74,7 +74,10 @@ def _tell(path: Path, count: int, what: str) -> None:
 
 
 def map_of(run: "StoredRun", what: str) -> "Scene | None":
-    """The map of a run; None, and a note that ``what`` has none, where it is gone or has changed since."""
+    """The map of a run.
+
+    None, and a note that ``what`` has none, where it is gone or has changed since.
+    """
     from harness.report.page.scenery import scene_of_run
 
     try:

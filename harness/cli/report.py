@@ -20,10 +20,10 @@ PAGES = (".html", ".htm")  # suffixes
 def report(runs: tuple[str, ...], out: Path, replays: int) -> None:
     """Write a report of finished runs as one HTML page that needs no server and no network.
 
-    RUN is a run folder, or RUN:STACK for one stack of it; several are shown beside each other. The page holds what a
-    delivery earns with its interval, both tables beside the paper's, the costs, outcomes, profit and break-even point,
-    the comparison of the stacks, a map, every delivery with filters, and replays of recorded ones (navbench run
-    --record full).
+    RUN is a run folder, or RUN:STACK for one stack of it; several are shown beside each other. The
+    page holds what a delivery earns with its interval, both tables beside the paper's, the costs,
+    outcomes, profit and break-even point, the comparison of the stacks, a map, every delivery with
+    filters, and replays of recorded ones (navbench run --record full).
     """
     from harness.report.page.document import report_page
     from harness.report.page.entries import notes_of

@@ -16,7 +16,9 @@ from navstack.errors import InputError
               help="A name of params/stacks, a stack file or a Nav2 parameter file; repeatable.")  # fmt: skip
 @LOCALIZER
 @study_options
-@click.option("--out", type=click.Path(path_type=Path), help="Run folder; default: results/<time>-<stack>.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Run folder; default: results/<time>-<stack>."
+)
 @click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
               help="Go on with an interrupted run, from its folder alone.")  # fmt: skip
 @click.option("--force", "is_forced", is_flag=True,

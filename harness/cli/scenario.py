@@ -42,7 +42,9 @@ def scenario(files: tuple[Path, ...], everything: bool, as_json: bool) -> None:
         print_results(results, report_console())
     others = [result.path.stem for result in results if not result.as_expected]
     if others:
-        sys.stderr.write(f"navbench: not as expected: {', '.join(others)}; see the checks, or 'expect' in the files\n")
+        sys.stderr.write(
+            f"navbench: not as expected: {', '.join(others)}; see the checks, or 'expect' in the files\n"
+        )
         sys.exit(1)
 
 
@@ -60,7 +62,8 @@ def document(results: Sequence[Result]) -> dict[str, Any]:
                 "as_expected": result.as_expected,
                 "simulated_s": result.duration,
                 "checks": [
-                    {**dataclasses.asdict(finding), "asked": finding.asked or None} for finding in result.findings
+                    {**dataclasses.asdict(finding), "asked": finding.asked or None}
+                    for finding in result.findings
                 ],
             }
             for result in results
@@ -72,12 +75,19 @@ def print_results(results: Sequence[Result], console: Console) -> None:
     """Print a table of every check."""
     table = report_table()
     for name in ("Scenario", "Check", "Holds", "Measured"):
-        table.add_column(name, ratio={"Scenario": 5, "Check": 3, "Measured": 5}.get(name), overflow="fold")
+        table.add_column(
+            name, ratio={"Scenario": 5, "Check": 3, "Measured": 5}.get(name), overflow="fold"
+        )
     for result in results:
         for number, finding in enumerate(result.findings):
             title = Text(result.scenario.title if number == 0 else "")
             verdict = Text("yes") if finding.holds else Text("no", style="bold red")
-            table.add_row(title, Text(f"{finding.check} {finding.asked}".strip()), verdict, Text(finding.measured))
+            table.add_row(
+                title,
+                Text(f"{finding.check} {finding.asked}".strip()),
+                verdict,
+                Text(finding.measured),
+            )
         table.add_row(Text(""), Text(""), Text(""), _verdict(result), end_section=True)
     console.print(table)
     expected = sum(result.as_expected for result in results)
@@ -101,5 +111,7 @@ def _chosen(files: Sequence[Path], everything: bool) -> list[Path]:
         return list(files)
     found = sorted(FOLDER.glob("*.yaml"))
     if not found:
-        raise InputError(f"folder '{FOLDER}' holds no scenario; run from the program's checkout, or give files")
+        raise InputError(
+            f"folder '{FOLDER}' holds no scenario; run from the program's checkout, or give files"
+        )
     return found

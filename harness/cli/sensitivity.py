@@ -20,7 +20,11 @@ from harness.study.stored_run import load_run
 @TERMS
 @click.option("--map", "maps", multiple=True, metavar="X,Y",
               help="Two prices, or groups such as injury.costs, to vary together; repeatable.")  # fmt: skip
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for the figures (PDF and PNG); default: none.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Folder for the figures (PDF and PNG); default: none.",
+)
 @JSON
 def sensitivity(
     run: str,

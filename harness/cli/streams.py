@@ -17,7 +17,10 @@ def provide_streams() -> None:
 
 
 def lost_output() -> OSError | None:
-    """Why what was written to standard output cannot get there; None: it has. From then on it leads to nowhere."""
+    """Why what was written to standard output cannot get there; None: it has.
+
+    From then on it leads to nowhere.
+    """
     try:
         sys.stdout.flush()
     except OSError as error:
@@ -34,4 +37,6 @@ def print_json(document: Any, ensure_ascii: bool = True) -> None:
     Raises:
         ValueError: it holds a number that is none; the document says null in its place.
     """
-    sys.stdout.write(json.dumps(document, indent=2, ensure_ascii=ensure_ascii, allow_nan=False) + "\n")
+    sys.stdout.write(
+        json.dumps(document, indent=2, ensure_ascii=ensure_ascii, allow_nan=False) + "\n"
+    )

@@ -30,7 +30,13 @@ from harness.report.tables import report_console
 from harness.statistics.interval import wilson_interval
 from harness.storage.documents import write_document
 from harness.storage.rows import Row, Rows
-from harness.storage.run_folder import RunFolder, count_finished, default_folder, point_latest, require_usable
+from harness.storage.run_folder import (
+    RunFolder,
+    count_finished,
+    default_folder,
+    point_latest,
+    require_usable,
+)
 from harness.storage.shipped import resolve, shipped
 from harness.study.again import PARTINGS, record_again, recorded_again
 from harness.study.barn import BARN, Score, make_maps, map_names, optimal_times, score_of
@@ -63,9 +69,23 @@ MANY = 20  # cells that take a while to look at
 
 @click.command()
 @click.argument("file", required=False)
-@click.option("--stack", "stacks", multiple=True, help="Drive this stack of the suite only; repeatable. Default: all.")
-@click.option("--map", "maps", multiple=True, help="Drive on this map of the suite only; repeatable. Default: all.")
-@click.option("--episodes", type=int, help="Drive the first so many deliveries of each cell only. Default: all.")
+@click.option(
+    "--stack",
+    "stacks",
+    multiple=True,
+    help="Drive this stack of the suite only; repeatable. Default: all.",
+)
+@click.option(
+    "--map",
+    "maps",
+    multiple=True,
+    help="Drive on this map of the suite only; repeatable. Default: all.",
+)
+@click.option(
+    "--episodes",
+    type=int,
+    help="Drive the first so many deliveries of each cell only. Default: all.",
+)
 @click.option("--world", help="A name of params/worlds or a YAML file, instead of the suite's own.")
 @click.option("--worlds", "barn", type=click.Path(path_type=Path), metavar="DIR",
               help="Of the BARN challenge, as maps in place of the suite's own.")  # fmt: skip
@@ -112,7 +132,9 @@ def suite(
     if file is None:
         raise InputError("no suite is given; give its file, or --resume DIR")
     if file == BARN and barn is None:
-        raise InputError("the suite barn needs --worlds DIR, the folder with the challenge's world_<i>.world files")
+        raise InputError(
+            "the suite barn needs --worlds DIR, the folder with the challenge's world_<i>.world files"
+        )
     sys.exit(begin_suite(file, world, portion, where, out, as_json, barn))
 
 
@@ -125,7 +147,9 @@ def begin_suite(
     as_json: bool,
     barn: Path | None = None,
 ) -> int:
-    """Drive a suite, show progress on stderr, print the overview on stdout; returns the exit status.
+    """Drive a suite, show progress on stderr, print the overview on stdout.
+
+    Returns the exit status.
 
     Args:
         file: of the suite, or its name.
@@ -140,20 +164,30 @@ def begin_suite(
     path = (out or default_folder(source.stem)).resolve()
     suite = load_suite(source, [] if barn is None else map_names(barn, path))
     if world is not None:
-        suite = dataclasses.replace(suite, worlds=(str(Path(world).absolute()) if Path(world).is_file() else world,))
+        suite = dataclasses.replace(
+            suite, worlds=(str(Path(world).absolute()) if Path(world).is_file() else world,)
+        )
     if (path / DECLARATION).is_file():
         require_same(path, suite)
     else:
         require_usable(path)
     if barn is not None:
         make_maps(barn, path)
-    studies = {cell: cell_study(suite, cell, portion.episodes or suite.episodes) for cell in portion.cells(suite)}
+    studies = {
+        cell: cell_study(suite, cell, portion.episodes or suite.episodes)
+        for cell in portion.cells(suite)
+    }
     for cell, study in studies.items():
         if is_begun(path, cell):
             require_alike(path, cell, study)
     if len(studies) > MANY:
         say(f"checking the files of {len(studies)} cells before the first delivery")
-    notes = [note for cell, study in studies.items() if cell.seed == suite.seeds[0] for note in check(study)]
+    notes = [
+        note
+        for cell, study in studies.items()
+        if cell.seed == suite.seeds[0]
+        for note in check(study)
+    ]
     for note in dict.fromkeys(notes):
         say(f"note: {note}")
     declare(path, suite)
@@ -182,7 +216,8 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
     tally = _tally(path, now)
     before = {cell: count_finished(path / cell.name) for cell in studies}
     count = usable_workers(where.workers, sum(study.total for study in now.values()))
-    where = Where() if tally.done == tally.total else where  # a cluster is not needed to tell of a finished suite
+    # a cluster is not needed to tell of a finished suite
+    where = Where() if tally.done == tally.total else where
     runs = {path / cell.name: study for cell, study in studies.items()}
     try:
         with open_workers(where, count, path, runs) as workers, shown(tally):
@@ -192,12 +227,18 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
                 if interrupted:
                     break
             everything = suite.episodes * len(cells(suite))
-            if not interrupted and sum(count_finished(path / cell.name) for cell in cells(suite)) == everything:
+            if (
+                not interrupted
+                and sum(count_finished(path / cell.name) for cell in cells(suite)) == everything
+            ):
                 interrupted = not record_partings(path, read_results(path), workers)
     finally:
-        after = {cell: count_finished(path / cell.name) for cell in studies}  # also what was kept and not yet counted
+        # also what was kept and not yet counted
+        after = {cell: count_finished(path / cell.name) for cell in studies}
         tally.done = sum(min(count, now[cell].total) for cell, count in after.items())
-        driven = {cell.name: count - before[cell] for cell, count in after.items() if count > before[cell]}
+        driven = {
+            cell.name: count - before[cell] for cell, count in after.items() if count > before[cell]
+        }
         if driven:
             note_session(path, session_of(driven))
     say_what_failed(failed)
@@ -222,7 +263,9 @@ def write_overview(path: Path) -> Results:
 
 
 def record_partings(path: Path, results: Results, workers: Workers) -> bool:
-    """Drive the missions on which stacks part ways most once more, recorded: a run folder for each condition.
+    """Drive the missions on which stacks part ways most once more, recorded.
+
+    A run folder for each condition.
 
     Returns:
         False: it was interrupted.
@@ -233,7 +276,9 @@ def record_partings(path: Path, results: Results, workers: Workers) -> bool:
             studies = [load_study(run.folder) for run in runs]
             stacks = [study.stacks[0] for study in studies]
             name = runs[0].folder.name.removesuffix(f"-{stacks[0].name}")
-            record_again(path / PARTINGS, name, stacks, studies[0].template, parting.episodes, workers)
+            record_again(
+                path / PARTINGS, name, stacks, studies[0].template, parting.episodes, workers
+            )
     except KeyboardInterrupt:
         return False
     return True
@@ -242,7 +287,9 @@ def record_partings(path: Path, results: Results, workers: Workers) -> bool:
 def _tally(path: Path, studies: dict[Cell, Study]) -> Tally:
     """Count what is finished already, and tell it."""
     total = sum(study.total for study in studies.values())
-    done = sum(min(count_finished(path / cell.name), study.total) for cell, study in studies.items())
+    done = sum(
+        min(count_finished(path / cell.name), study.total) for cell, study in studies.items()
+    )
     if done == total:
         say(f"suite {path} is complete: all of its {total} deliveries are finished")
     elif done:
@@ -252,10 +299,16 @@ def _tally(path: Path, studies: dict[Cell, Study]) -> Tally:
 
 def _first(study: Study, episodes: int | None) -> Study:
     """The first so many deliveries of each stack; None: all."""
-    return study if episodes is None else dataclasses.replace(study, episodes=min(study.episodes, episodes))
+    return (
+        study
+        if episodes is None
+        else dataclasses.replace(study, episodes=min(study.episodes, episodes))
+    )
 
 
-def _drive_cell(path: Path, study: Study, now: Study, workers: Workers, tally: Tally) -> tuple[Rows, bool]:
+def _drive_cell(
+    path: Path, study: Study, now: Study, workers: Workers, tally: Tally
+) -> tuple[Rows, bool]:
     """The rows of a cell of which a part is to be driven now, and whether it was interrupted."""
     with RunFolder(path, TABLES, study.total) as folder:
         for note in folder.notes:
@@ -268,14 +321,19 @@ def _drive_cell(path: Path, study: Study, now: Study, workers: Workers, tally: T
 
 def _print(results: Results, path: Path, as_json: bool) -> None:
     if as_json:
-        scores = {stack: dataclasses.asdict(each) for stack, each in _barn_scores(results, path).items()}
-        print_json({**overview(results), "folder": str(path)} | ({"barn": scores} if scores else {}))
+        scores = {
+            stack: dataclasses.asdict(each) for stack, each in _barn_scores(results, path).items()
+        }
+        print_json(
+            {**overview(results), "folder": str(path)} | ({"barn": scores} if scores else {})
+        )
         return
     console = report_console()
     print_sheet(_sheet(results), console)
     print_sheet(_barn_sheet(results, path), console)
     console.print(
-        f"suite folder: {path}, with its page {Path(PAGE).with_suffix('.html')}, as text in {PAGE}", soft_wrap=True
+        f"suite folder: {path}, with its page {Path(PAGE).with_suffix('.html')}, as text in {PAGE}",
+        soft_wrap=True,
     )
 
 
@@ -311,6 +369,9 @@ def _sheet(results: Results) -> Sheet:
         condition = each.condition
         where = Path(condition.map_name).stem, Path(condition.world).stem
         people = "own" if condition.pedestrians is None else str(condition.pedestrians)
-        sla, margin = interval_text(each.interval("sla"), 3), interval_text(each.interval(MARGIN), 2)
+        sla, margin = (
+            interval_text(each.interval("sla"), 3),
+            interval_text(each.interval(MARGIN), 2),
+        )
         rows.append((*where, each.stack, people, str(each.n), str(each.errors), sla, margin))
     return declared("suite", rows, title=results.suite.title)

@@ -24,7 +24,9 @@ DEFAULT_STACK = "nav2-stock"
               help="margin, capped_margin, shared_margin, cvar, lower_bound, margin@sla>=SHARE, or a metric such as "
               "-duration_s; several, separated by commas, for a Pareto front.")  # fmt: skip
 @click.option("--sampler", default="tpe", show_default=True, help="tpe, cmaes, random or grid.")
-@click.option("--trials", type=int, default=100, show_default=True, help="Files to try, beside the original.")
+@click.option(
+    "--trials", type=int, default=100, show_default=True, help="Files to try, beside the original."
+)
 @click.option(
     "--budget",
     help="Wall time of search, final choice and test, e.g. 30m; trials for which there is no time are left out.",
@@ -37,11 +39,20 @@ DEFAULT_STACK = "nav2-stock"
               help="Trials that meet the original on further training missions at the end; 0: none.")  # fmt: skip
 @click.option("--final-episodes", type=int, show_default="128, fewer for a small search",
               help="Such missions; the worse half of the finalists drops out after each round.")  # fmt: skip
-@click.option("--racing/--no-racing", "is_raced", default=True, help="Whether hopeless trials are dropped early.")
+@click.option(
+    "--racing/--no-racing",
+    "is_raced",
+    default=True,
+    help="Whether hopeless trials are dropped early.",
+)
 @click.option("--waterfall", "waterfall_missions", type=click.IntRange(0, 1000), show_default="40, fewer",
               help="Missions on which the explanation drives mixtures of old and new; 0: no waterfall.")  # fmt: skip
 @condition_options
-@click.option("--out", type=click.Path(path_type=Path), help="Study folder; default: results/<time>-tune-<stack>.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Study folder; default: results/<time>-tune-<stack>.",
+)
 @click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
               help="Go on with an interrupted study, or print a finished one, from its folder.")  # fmt: skip
 @click.pass_context

@@ -34,7 +34,15 @@ from harness.tuning.declaration import ORIGINAL, SPACE, Declaration, sizes
 from harness.tuning.explanation import explain
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
-from harness.tuning.output import DIFF, DOCUMENT, TUNED, run_command, study_document, test_command, write_files
+from harness.tuning.output import (
+    DIFF,
+    DOCUMENT,
+    TUNED,
+    run_command,
+    study_document,
+    test_command,
+    write_files,
+)
 from harness.tuning.partings import Parting
 from harness.tuning.paths import with_absolute_files
 from harness.tuning.progress import Progress
@@ -69,32 +77,63 @@ OWN_OPTIONS = (
     "is_raced",
     "waterfall_missions",
 )  # that run does not have
-RUN_OPTIONS = ("map", "pedestrians", "people", "world", "rules", "missions", "start", "goal", "prices")
+RUN_OPTIONS = (
+    "map",
+    "pedestrians",
+    "people",
+    "world",
+    "rules",
+    "missions",
+    "start",
+    "goal",
+    "prices",
+)
 
 
 def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]) -> Path:
     """Check what a user asks for, and write down all of it; returns the study's folder.
 
     Raises:
-        InputError: a value that ``navbench run`` would refuse too, or a search space that does not fit the file.
+        InputError: a value that ``navbench run`` would refuse too, or a search space that does not
+            fit the file.
     """
     own = {name: choices.pop(name) for name in OWN_OPTIONS}
-    own |= {name: size for name, size in sizes(own["trials"], own["episodes"]).items() if own[name] is None}
+    own |= {
+        name: size
+        for name, size in sizes(own["trials"], own["episodes"]).items()
+        if own[name] is None
+    }
     stack, spaces = choices.pop("stack"), choices.pop("spaces")
-    space_files = [resolve(space, shipped("params") / "search_spaces", "search space") for space in spaces]
+    space_files = [
+        resolve(space, shipped("params") / "search_spaces", "search space") for space in spaces
+    ]
     space, content = read_spaces(space_files)
     declaration = Declaration(
-        stack=stack, space=space, budget=budget, sensors="", robot="", options=_run_options(choices), **own
+        stack=stack,
+        space=space,
+        budget=budget,
+        sensors="",
+        robot="",
+        options=_run_options(choices),
+        **own,
     )
     objectives = parse_objectives(declaration.objective)
-    study = make_study(stacks=[stack], episodes=max(declaration.test_episodes, declaration.episodes), **choices)
+    study = make_study(
+        stacks=[stack], episodes=max(declaration.test_episodes, declaration.episodes), **choices
+    )
     original = study.stacks[0]
     if not original.is_nav2:
-        raise InputError(f"stack '{original.name}' does not drive by a Nav2 file that could be tuned; give another")
-    declaration = dataclasses.replace(declaration, sensors=_short(original.sensors), robot=_short(original.robot))
+        raise InputError(
+            f"stack '{original.name}' does not drive by a Nav2 file that could be tuned; give another"
+        )
+    declaration = dataclasses.replace(
+        declaration, sensors=_short(original.sensors), robot=_short(original.robot)
+    )
     nav2 = nav2_parameters(original.nav2_file, study.template.allow_unknown)
     fitted = fit_space(space, content, nav2, study.template.allow_unknown)
-    sampler = make_sampler(declaration.sampler, fitted, study.template.seed, declaration.trials, len(objectives))
+    sampler = make_sampler(
+        declaration.sampler, fitted, study.template.seed, declaration.trials, len(objectives)
+    )
     check_space(fitted, nav2, sampler, study.template.allow_unknown)
     path = out or default_folder(f"tune-{original.name}")
     require_usable(path)
@@ -110,7 +149,10 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
 
 
 def drive(path: Path, where: Where, budget: float | None, as_json: bool) -> int:
-    """Drive what a study lacks, show progress on stderr, tell the result on stdout; returns the exit status."""
+    """Drive what a study lacks, show progress on stderr, tell the result on stdout.
+
+    Returns the exit status.
+    """
     base = load_study(path, where.workers)
     study = load_tuning(path, base, budget)
     for note in version_notes(path):
@@ -120,7 +162,9 @@ def drive(path: Path, where: Where, budget: float | None, as_json: bool) -> int:
         later = study.episodes_after_search + study.episodes_of_explanation
         progress = Progress(study.plan, journal, study.declaration.budget, later)
         searching = study.declaration.trials * searched
-        say(f"up to {searching:,d} deliveries of the search, then up to {later:,d} to choose, test and explain")
+        say(
+            f"up to {searching:,d} deliveries of the search, then up to {later:,d} to choose, test and explain"
+        )
         if len(journal):
             say(f"going on after {len(journal)} episodes")
         shared = None if where.is_local else path
@@ -148,7 +192,9 @@ def drive(path: Path, where: Where, budget: float | None, as_json: bool) -> int:
 def _search_and_test(
     study: TuningStudy, evaluator: StackEvaluator, journal: Journal, progress: Progress
 ) -> StudyResult:
-    search = run_search(study, evaluator, journal, lambda trial, best: progress.trial(trial, best, evaluator))
+    search = run_search(
+        study, evaluator, journal, lambda trial, best: progress.trial(trial, best, evaluator)
+    )
     for note in notes_after_search(study, search, journal):
         say(note)
     progress.begin("final choice and test" if study.plan.final_episodes else "test")
@@ -186,7 +232,10 @@ def _explain(
     command, again = run_command(declaration, path), test_command(declaration, result.seed, path)
     markdown = write_tuning(result, scores, explanation, command, path, again, lint)
     progress.begin("replays")
-    runs = [load_run(str(each)) for each in _record_partings(explanation.partings, base, evaluator, path)]
+    runs = [
+        load_run(str(each))
+        for each in _record_partings(explanation.partings, base, evaluator, path)
+    ]
     write_study_page(markdown, runs, today())
 
     def report() -> None:
@@ -197,12 +246,20 @@ def _explain(
     return {**document, "explanation": explanation.document}, report
 
 
-def _record_partings(partings: Sequence[Parting], base: Study, evaluator: StackEvaluator, path: Path) -> list[Path]:
-    """Drive the missions on which the files part ways once more, recorded; returns the run folder, if there are any."""
+def _record_partings(
+    partings: Sequence[Parting], base: Study, evaluator: StackEvaluator, path: Path
+) -> list[Path]:
+    """Drive the missions on which the files part ways once more, recorded.
+
+    Returns the run folder, if there are any.
+    """
     if not partings:
         return []
     files = {"original": path / "params" / ORIGINAL, "tuned": path / TUNED}
-    stacks = [dataclasses.replace(base.stacks[0], name=name, nav2_file=str(file)) for name, file in files.items()]
+    stacks = [
+        dataclasses.replace(base.stacks[0], name=name, nav2_file=str(file))
+        for name, file in files.items()
+    ]
     template = dataclasses.replace(base.template, seed=partings[0].seed)
     numbers = [each.episode for each in partings if each.seed == template.seed]
     return [record_again(path / PARTINGS, "files", stacks, template, numbers, evaluator.workers)]
@@ -212,20 +269,29 @@ def lint_of(folder: Path, robot: str, allow_unknown: bool) -> Row:
     """What the check of the tuned file finds, and which of it the original did not have."""
     limits = robot_limits(robot)
     known, found = (
-        lint(inspect_nav2(file, allow_unknown), limits) for file in (folder / "params" / ORIGINAL, folder / TUNED)
+        lint(inspect_nav2(file, allow_unknown), limits)
+        for file in (folder / "params" / ORIGINAL, folder / TUNED)
     )
     before = {(notice.id, notice.path) for notice in known}
     return {
         "errors": sum(notice.is_error for notice in found),
         "warnings": sum(not notice.is_error for notice in found),
         "new": [str(notice) for notice in found if (notice.id, notice.path) not in before],
-        "gone": [str(each) for each in known if (each.id, each.path) not in {(new.id, new.path) for new in found}],
+        "gone": [
+            str(each)
+            for each in known
+            if (each.id, each.path) not in {(new.id, new.path) for new in found}
+        ],
     }
 
 
 def _print_files(lint: Row, command: str, path: Path) -> None:
     first, *rest = lint_lines(lint)
-    lines = [f"tuned file: {path / TUNED}", f"difference: {path / DIFF}", f"lint of the tuned file: {first}"]
+    lines = [
+        f"tuned file: {path / TUNED}",
+        f"difference: {path / DIFF}",
+        f"lint of the tuned file: {first}",
+    ]
     lines += [f"  {line}" for line in rest]
     sys.stdout.write("\n".join((*lines, "drive its test again:", f"  {command}", "")))
 
@@ -236,10 +302,16 @@ def _run_options(choices: dict[str, Any]) -> tuple[str, ...]:
     given: list[str] = []
     for name in RUN_OPTIONS:
         value = choices["map_name" if name == "map" else name]
-        default = next(each.default for each in click.get_current_context().command.params if f"--{name}" in each.opts)
+        default = next(
+            each.default
+            for each in click.get_current_context().command.params
+            if f"--{name}" in each.opts
+        )
         if value is None or value == default:
             continue
-        is_file = (name in files and Path(value).is_file()) or (name == "people" and is_recording(value))
+        is_file = (name in files and Path(value).is_file()) or (
+            name == "people" and is_recording(value)
+        )
         given += [f"--{name}", str(Path(value).resolve()) if is_file else str(value)]
     return tuple(given) if choices["allow_unknown"] else (*given, "--strict")
 

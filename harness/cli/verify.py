@@ -1,4 +1,7 @@
-"""The command ``navbench verify``: whether a run folder is as it was written, and whether its deliveries repeat."""
+"""The command ``navbench verify``.
+
+Whether a run folder is as it was written, and whether its deliveries repeat.
+"""
 
 import sys
 from pathlib import Path
@@ -13,8 +16,20 @@ from navstack.errors import InputError
 
 @click.command()
 @click.argument("folder", metavar="RUN", type=click.Path(path_type=Path))
-@click.option("--sample", type=click.IntRange(min=0), default=3, show_default=True, help="Deliveries driven again.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="By which they are drawn.")
+@click.option(
+    "--sample",
+    type=click.IntRange(min=0),
+    default=3,
+    show_default=True,
+    help="Deliveries driven again.",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="By which they are drawn.",
+)
 @JSON
 def verify(folder: Path, sample: int, seed: int, as_json: bool) -> None:
     """Check the files of a run, or of a suite's runs, and drive some of its deliveries again.
@@ -31,7 +46,11 @@ def verify(folder: Path, sample: int, seed: int, as_json: bool) -> None:
     """
     from harness.storage.run_folder import MANIFEST
 
-    runs = [folder] if (folder / MANIFEST).is_file() else sorted(file.parent for file in folder.glob(f"*/{MANIFEST}"))
+    runs = (
+        [folder]
+        if (folder / MANIFEST).is_file()
+        else sorted(file.parent for file in folder.glob(f"*/{MANIFEST}"))
+    )
     if not runs:
         raise InputError(f"'{folder}' holds no run; give the folder that a run or a suite wrote")
     found = [_verified(run, sample, seed) for run in runs]
@@ -77,7 +96,10 @@ def _verified(folder: Path, sample: int, seed: int) -> dict[str, Any]:
 
 
 def _differing(folder: Path, stored: dict[str, Any]) -> list[str]:
-    """The columns of a delivery that come out otherwise; those that its table lacks are left out."""
+    """The columns of a delivery that come out otherwise.
+
+    Those that its table lacks are left out.
+    """
     import pyarrow.parquet as pq
 
     from harness.episode.episode import run_episode
@@ -85,7 +107,9 @@ def _differing(folder: Path, stored: dict[str, Any]) -> list[str]:
 
     there = pq.read_schema(folder / "episodes.parquet").names
     key = stored["stack_number"], stored["episode"]
-    task = next(task for task in load_study(folder).tasks() if (task.stack_number, task.episode) == key)
+    task = next(
+        task for task in load_study(folder).tasks() if (task.stack_number, task.episode) == key
+    )
     row = run_episode(task).row
     return sorted(name for name in there if not _is_same(row.get(name), stored[name]))
 
@@ -100,8 +124,16 @@ def _lines(found: dict[str, Any]) -> list[str]:
     if not found["has_checksums"]:
         lines.append(f"{folder}: has no checksums: it was written by an earlier version")
     if found["mixed"]:
-        lines.append(f"{folder}: is mixed: {', '.join(found['mixed'])} were changed after it had begun")
+        lines.append(
+            f"{folder}: is mixed: {', '.join(found['mixed'])} were changed after it had begun"
+        )
     if found["changed"]:
         return [*lines, f"{folder}: changed since it was written: {', '.join(found['changed'])}"]
-    lines += [f"{folder}: {name} comes out otherwise: {', '.join(columns)}" for name, columns in found["other"].items()]
-    return [*lines, f"{folder}: {len(found['repeated'])} deliveries driven again came out as stored"]
+    lines += [
+        f"{folder}: {name} comes out otherwise: {', '.join(columns)}"
+        for name, columns in found["other"].items()
+    ]
+    return [
+        *lines,
+        f"{folder}: {len(found['repeated'])} deliveries driven again came out as stored",
+    ]

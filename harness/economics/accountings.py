@@ -1,4 +1,7 @@
-"""Other ways to account for contacts, beside the published one: by fault, and without its threshold."""
+"""Other ways to account for contacts, beside the published one.
+
+By fault, and without its threshold.
+"""
 
 import dataclasses
 from collections.abc import Callable, Sequence
@@ -26,8 +29,8 @@ PERSON_MOVED = "person_into_standing_robot"
 def is_grave(event: Row) -> bool:
     """Whether pictures show a row of ``events.parquet`` as a contact that matters.
 
-    Those that were paid for do, and all counted ones with people: the hardest cost next to nothing, since injuries
-    beyond MAIS 3 have no price.
+    Those that were paid for do, and all counted ones with people: the hardest cost next to nothing,
+    since injuries beyond MAIS 3 have no price.
     """
     return bool(event["type"] == COUNTED and (event["cost_usd"] or event["kind"] == PERSON))
 
@@ -55,17 +58,24 @@ def contacts_of(rows: Sequence[Row], events: Sequence[Row], kind: str) -> Contac
     Args:
         rows: of the deliveries, one each.
         events: rows of ``events.parquet``; those of other deliveries are left out.
-        kind: ``counted_contact`` for those that the published rule counts, ``contact_event`` for all, each whole.
+        kind: ``counted_contact`` for those that the published rule counts, ``contact_event`` for
+            all, each whole.
     """
     keys = zip(values(rows, "stack"), values(rows, "episode"), strict=True)
     numbers = {key: number for number, key in enumerate(keys)}
-    own = [event for event in events if event["type"] == kind and (event["stack"], event["episode"]) in numbers]
+    own = [
+        event
+        for event in events
+        if event["type"] == kind and (event["stack"], event["episode"]) in numbers
+    ]
 
     def column(key: str, kind: type = float) -> Any:
         return np.array([event[key] for event in own], dtype=kind)
 
     return Contacts(
-        delivery=np.array([numbers[event["stack"], event["episode"]] for event in own], dtype=np.int64),
+        delivery=np.array(
+            [numbers[event["stack"], event["episode"]] for event in own], dtype=np.int64
+        ),
         kinds=column("kind", str),
         impulses=column("impulse_ns"),
         robot_speeds=column("robot_speed_mps"),
@@ -85,11 +95,19 @@ def at_fault_only(contacts: Contacts) -> FloatArray:
 
 
 def shared(contacts: Contacts) -> FloatArray:
-    """The robot pays its share of the closing speed: nothing where somebody walked into it as it stood."""
-    robot, partner = np.maximum(contacts.robot_speeds, 0.0), np.maximum(contacts.partner_speeds, 0.0)
+    """The robot pays its share of the closing speed.
+
+    Nothing where somebody walked into it as it stood.
+    """
+    robot, partner = (
+        np.maximum(contacts.robot_speeds, 0.0),
+        np.maximum(contacts.partner_speeds, 0.0),
+    )
     closing = robot + partner
     share = np.divide(robot, closing, out=np.ones_like(closing), where=closing > 0.0)
-    return np.where(~contacts.with_people, 1.0, np.where(contacts.faults == PERSON_MOVED, 0.0, share))
+    return np.where(
+        ~contacts.with_people, 1.0, np.where(contacts.faults == PERSON_MOVED, 0.0, share)
+    )
 
 
 # Accounting -> which contacts, and the robot's share of their cost.
@@ -104,11 +122,14 @@ ACCOUNTINGS: dict[str, tuple[str, Callable[[Contacts], FloatArray]]] = {
 }
 
 
-def accounted(each: Measured, rows: Sequence[Row], events: Sequence[Row], name: str, prices: Prices) -> Measured:
+def accounted(
+    each: Measured, rows: Sequence[Row], events: Sequence[Row], name: str, prices: Prices
+) -> Measured:
     """The deliveries' measurements with contacts accounted for in another way.
 
-    Only what contacts cost changes; outcomes stay, as an episode that ended in physical assistance cannot go on.
-    Property has a threshold of its own (100 N s), which stays but in ``monotone``: its price is that of a replacement.
+    Only what contacts cost changes; outcomes stay, as an episode that ended in physical assistance
+    cannot go on. Property has a threshold of its own (100 N s), which stays but in ``monotone``:
+    its price is that of a replacement.
 
     Args:
         each: arrays with an entry per delivery.
@@ -122,17 +143,27 @@ def accounted(each: Measured, rows: Sequence[Row], events: Sequence[Row], name: 
     shares, people = share_of(contacts), contacts.with_people
     price_of = monotone_injury_costs if name == MONOTONE else injury_costs
     costs = price_of(contacts.impulses, prices) * shares
-    injuries: Any = np.bincount(contacts.delivery[people], weights=costs[people], minlength=len(rows))
+    injuries: Any = np.bincount(
+        contacts.delivery[people], weights=costs[people], minlength=len(rows)
+    )
     if name == MONOTONE:
         touched = _in_proportion(each, contacts_of(rows, events, EVENT), len(rows))
         return dataclasses.replace(each, pedestrian_injury_usd_per_run=injuries, **touched)
-    counts = {f"{kind}_contacts": _paid(contacts, kind, shares, prices, len(rows)) for kind in PRICED_PROPERTY}
-    in_world: dict[str, Any] = {key: value for key, value in counts.items() if getattr(each, key) is not None}
+    counts = {
+        f"{kind}_contacts": _paid(contacts, kind, shares, prices, len(rows))
+        for kind in PRICED_PROPERTY
+    }
+    in_world: dict[str, Any] = {
+        key: value for key, value in counts.items() if getattr(each, key) is not None
+    }
     return dataclasses.replace(each, pedestrian_injury_usd_per_run=injuries, **in_world)
 
 
 def _in_proportion(each: Measured, touches: Contacts, deliveries: int) -> dict[str, Any]:
-    """Every touch of property, by its impulse's share of the published threshold; never less than is published."""
+    """Every touch of property, by its impulse's share of the published threshold.
+
+    Never less than is published.
+    """
     shares = np.minimum(touches.impulses / PROPERTY_IMPULSE, 1.0)
 
     def summed(which: npt.NDArray[np.bool_]) -> FloatArray:
@@ -142,14 +173,20 @@ def _in_proportion(each: Measured, touches: Contacts, deliveries: int) -> dict[s
     priced = np.isin(touches.kinds, PRICED_PROPERTY)
     counts = {f"{kind}_contacts": summed(touches.kinds == kind) for kind in PRICED_PROPERTY}
     found: dict[str, Any] = {
-        key: np.maximum(count, getattr(each, key)) for key, count in counts.items() if getattr(each, key) is not None
+        key: np.maximum(count, getattr(each, key))
+        for key, count in counts.items()
+        if getattr(each, key) is not None
     }
     other = summed(~priced & ~touches.with_people) * load_severe().other_property.value
     return {**found, "other_property_usd": other}
 
 
-def _paid(contacts: Contacts, kind: str, shares: FloatArray, prices: Prices, deliveries: int) -> FloatArray:
+def _paid(
+    contacts: Contacts, kind: str, shares: FloatArray, prices: Prices, deliveries: int
+) -> FloatArray:
     """Paid contacts with one kind of property, delivery by delivery, weighted with the robot's share."""
     has_price = getattr(prices.property_damage, kind).value > 0.0
     paid = (contacts.kinds == kind) & (contacts.impulses >= PROPERTY_IMPULSE) & has_price
-    return np.bincount(contacts.delivery[paid], weights=shares[paid], minlength=deliveries).astype(np.float64)
+    return np.bincount(contacts.delivery[paid], weights=shares[paid], minlength=deliveries).astype(
+        np.float64
+    )

@@ -18,7 +18,8 @@ def break_even_runs(capex_usd: float, contribution_margin: float | None) -> floa
         contribution_margin: earned per delivery [USD/run]; None where it is undefined.
 
     Returns:
-        A real number of deliveries; None where the margin is not positive: then every delivery adds to the loss.
+        A real number of deliveries; None where the margin is not positive: then every delivery adds
+        to the loss.
     """
     if contribution_margin is None or contribution_margin <= 0.0:
         return None
@@ -30,7 +31,9 @@ def break_even_days(runs: float | None, prices: Prices) -> float | None:
     return None if runs is None else runs / prices.deliveries_per_day.value
 
 
-def break_even_probability(runs: float, capex_usd: float, means: FloatArray, deviations: FloatArray) -> float:
+def break_even_probability(
+    runs: float, capex_usd: float, means: FloatArray, deviations: FloatArray
+) -> float:
     """Probability that the profit summed up has once paid back the capital expenditure within ``runs`` deliveries.
 
     The sum of many deliveries' profits is taken as Brownian motion with drift; when it first reaches ``capex_usd`` has
@@ -45,7 +48,8 @@ def break_even_probability(runs: float, capex_usd: float, means: FloatArray, dev
     spread = np.where(deviations > 0.0, deviations, 1.0) * np.sqrt(runs)
     above, below = (means * runs - capex_usd) / spread, (means * runs + capex_usd) / spread
     by_then = ndtr(above)
-    # exp(2 mean capex / variance) times the tail beyond ``below``; what overflows in it cancels where that is positive
+    # exp(2 mean capex / variance) times the tail beyond ``below``; what overflows in it cancels
+    # where that is positive
     earlier = np.exp(0.5 * np.minimum(below, 0.0) ** 2 - 0.5 * above**2) * _scaled_tail(below)
     certain = means * runs >= capex_usd  # without any spread
     return float(np.where(deviations > 0.0, np.minimum(by_then + earlier, 1.0), certain).mean())
@@ -80,7 +84,12 @@ def thresholds(prices: Prices) -> Thresholds:
     fee = prices.delivery_fee.value
     _, *severities = (prices.injury_mass_factor * cost for cost in prices.mais_costs)
     damage = prices.property_damage
-    types = (damage.mailbox.value, damage.trash_bin.value, damage.bollard.value, damage.building_glass.value)
+    types = (
+        damage.mailbox.value,
+        damage.trash_bin.value,
+        damage.bollard.value,
+        damage.building_glass.value,
+    )
     ais1, ais2, ais3 = (fee / cost for cost in severities)
     return Thresholds(
         pedestrian_safety_usd_per_run=fee,

@@ -1,9 +1,10 @@
 """What contacts cost: the one place where impulses become dollars.
 
-A contact with a person costs the risk of injury by its severity, times the cost of that severity. Severity is the
-maximum abbreviated injury scale (MAIS). The risk curves are Wang 2022's logistic fits over the change of velocity
-delta_v, for all crash modes; the paper scales their cost by the robot's mass over a vehicle's. They were fitted to
-people inside cars: a proxy, as the paper says itself (appendix "Pedestrian injury-cost proxy").
+A contact with a person costs the risk of injury by its severity, times the cost of that severity.
+Severity is the maximum abbreviated injury scale (MAIS). The risk curves are Wang 2022's logistic
+fits over the change of velocity delta_v, for all crash modes; the paper scales their cost by the
+robot's mass over a vehicle's. They were fitted to people inside cars: a proxy, as the paper says
+itself (appendix "Pedestrian injury-cost proxy").
 """
 
 from collections.abc import Callable, Sequence
@@ -23,15 +24,20 @@ SEVERITIES = ("mais_0", "mais_1", "mais_2", "mais_3", "mais_4", "mais_5", "fatal
 
 
 def mais_probabilities(delta_v: npt.ArrayLike, curves: Sequence[Logistic]) -> FloatArray:
-    """Probability of each severity of :data:`SEVERITIES`, shape ``delta_v.shape + (7,)``; sums to one.
+    """Probability of each severity of :data:`SEVERITIES`, shape ``delta_v.shape + (7,)``.
+
+    Sums to one.
 
     Args:
         delta_v: change of velocity [m/s], any shape; 0 or less is MAIS 0 with certainty.
-        curves: of the risk, MAIS >= 1..5 and fatal; one above that of a lesser severity is cut down to it.
+        curves: of the risk, MAIS >= 1..5 and fatal; one above that of a lesser severity is cut down
+            to it.
     """
     speed = np.asarray(delta_v, dtype=np.float64)[..., np.newaxis]
     with np.errstate(over="ignore"):  # far below the curve: 1 / infinity
-        intercepts, slopes = np.array([(curve.intercept, curve.slope_per_mph) for curve in curves]).T
+        intercepts, slopes = np.array(
+            [(curve.intercept, curve.slope_per_mph) for curve in curves]
+        ).T
         log_odds = intercepts + slopes * (MPH_PER_MPS * speed)
         at_least = 1.0 / (1.0 + np.exp(-log_odds))
     at_least = np.where(speed <= 0.0, 0.0, np.minimum.accumulate(at_least, axis=-1))
@@ -41,7 +47,10 @@ def mais_probabilities(delta_v: npt.ArrayLike, curves: Sequence[Logistic]) -> Fl
 
 
 def injury_cost(delta_v: npt.ArrayLike, prices: Prices) -> FloatArray:
-    """Expected cost [USD] of one counted contact per entry of ``delta_v`` [m/s]; same shape (paper, eq. pedestrian)."""
+    """Expected cost [USD] of one counted contact per entry of ``delta_v`` [m/s].
+
+    Same shape (paper, eq. pedestrian).
+    """
     costs = np.asarray(prices.mais_costs)
     probabilities = mais_probabilities(delta_v, prices.injury.logistic.curves)[..., : costs.size]
     expected: FloatArray = prices.injury_mass_factor * (probabilities @ costs)
@@ -49,7 +58,9 @@ def injury_cost(delta_v: npt.ArrayLike, prices: Prices) -> FloatArray:
 
 
 def injury_measures(impulses: npt.ArrayLike, prices: Prices) -> Row:
-    """What a delivery's contacts with people come to; delta_v is impulse over the robot's mass, as published.
+    """What a delivery's contacts with people come to.
+
+    Delta_v is impulse over the robot's mass, as published.
 
     Args:
         impulses: shape (n,) [N s], one per contact that is paid for.
@@ -70,8 +81,8 @@ def injury_costs(impulses: npt.ArrayLike, prices: Prices) -> FloatArray:
 def monotone_injury_costs(impulses: npt.ArrayLike, prices: Prices) -> FloatArray:
     """As :func:`injury_costs` up to the impulse at which that is highest; beyond it never falls.
 
-    From there on the cost grows by that of MAIS 4, 5 and fatal injuries (:class:`SeverePrices`), which the published
-    rule gives no price: it falls to nothing where these are all that is left.
+    From there on the cost grows by that of MAIS 4, 5 and fatal injuries (:class:`SeverePrices`),
+    which the published rule gives no price: it falls to nothing where these are all that is left.
     """
     severe, published = _beyond_peak(prices)
     speed = np.asarray(impulses, dtype=np.float64) / prices.robot_mass.value
@@ -81,19 +92,29 @@ def monotone_injury_costs(impulses: npt.ArrayLike, prices: Prices) -> FloatArray
 
 
 def turning_impulse(prices: Prices) -> float:
-    """Impulse [N s] of a contact with a person at which the published cost is highest; beyond, it falls."""
+    """Impulse [N s] of a contact with a person at which the published cost is highest.
+
+    Beyond, it falls.
+    """
     return float(_SPEEDS[injury_cost(_SPEEDS, prices).argmax()]) * prices.robot_mass.value
 
 
 @lru_cache(maxsize=8)
 def _beyond_peak(prices: Prices) -> tuple[Callable[[FloatArray], FloatArray], FloatArray]:
-    """What severe injuries cost beyond the peak [USD], as a function of delta_v [m/s]; the highest cost so far."""
+    """What severe injuries cost beyond the peak [USD], as a function of delta_v [m/s].
+
+    The highest cost so far.
+    """
     severe = load_severe()
-    costs = prices.injury_mass_factor * np.array([severe.mais_4.value, severe.mais_5.value, severe.fatal.value])
+    costs = prices.injury_mass_factor * np.array(
+        [severe.mais_4.value, severe.mais_5.value, severe.fatal.value]
+    )
     priced = injury_cost(_SPEEDS, prices)
 
     def of_severe(speed: FloatArray) -> FloatArray:
-        all_of_them: FloatArray = mais_probabilities(speed, prices.injury.logistic.curves)[..., -3:] @ costs
+        all_of_them: FloatArray = (
+            mais_probabilities(speed, prices.injury.logistic.curves)[..., -3:] @ costs
+        )
         return all_of_them
 
     at_peak = float(of_severe(_SPEEDS[priced.argmax()]))

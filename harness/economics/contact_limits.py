@@ -1,9 +1,10 @@
 """ISO/TS 15066 as a check: at which closing speed a contact with a person goes beyond its limit.
 
-Force that a body region bears in an impact: F = 2 x 130 N for the lower leg, which a sidewalk robot meets first (annex
-A, table A.2: 130 N when clamped, twice as much in transient contact). Its stiffness is 60 N/mm, its effective mass
-75 kg (table A.3), and the limit is v = F / sqrt(mu k), with the reduced mass mu of the person and the whole robot
-(annex A.4). The limits say where pain may begin, in a workplace with adults; they price nothing.
+Force that a body region bears in an impact: F = 2 x 130 N for the lower leg, which a sidewalk robot
+meets first (annex A, table A.2: 130 N when clamped, twice as much in transient contact). Its
+stiffness is 60 N/mm, its effective mass 75 kg (table A.3), and the limit is v = F / sqrt(mu k),
+with the reduced mass mu of the person and the whole robot (annex A.4). The limits say where pain
+may begin, in a workplace with adults; they price nothing.
 """
 
 import math

@@ -1,4 +1,7 @@
-"""From what was measured to what it costs: the paper's cost model (its sections CAPEX, OPEX and break-even point)."""
+"""From what was measured to what it costs.
+
+The paper's cost model (its sections CAPEX, OPEX and break-even point).
+"""
 
 import dataclasses
 from collections.abc import Collection
@@ -17,8 +20,8 @@ Quantity = Any  # a mean over deliveries (float), or an array with one value per
 class Measured:
     """What a run measured, as means over its deliveries: the paper's simulation table.
 
-    :func:`running` also takes one whose fields are arrays, an entry per delivery. None stands for "not modelled"
-    (cargo) or "no such thing in this world" (property), never for zero.
+    :func:`running` also takes one whose fields are arrays, an entry per delivery. None stands for
+    "not modelled" (cargo) or "no such thing in this world" (property), never for zero.
     """
 
     sla: float | None  # [1/run] delivered in time and intact
@@ -38,7 +41,8 @@ class Measured:
     bollard_contacts: float | None = None  # [1/run]
     plant_contacts: float | None = None  # [1/run]
     fence_contacts: float | None = None  # [1/run]
-    other_property_usd: float = 0.0  # [USD/run] damage to what has no price in the paper; published: none
+    # [USD/run] damage to what has no price in the paper; published: none
+    other_property_usd: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +66,10 @@ class Economics:
 
 @dataclass(frozen=True, slots=True)
 class Running:
-    """What driving costs and earns [USD/run]; None where something it depends on is not modelled."""
+    """What driving costs and earns [USD/run].
+
+    None where something it depends on is not modelled.
+    """
 
     electricity: Quantity
     service_compensation: Quantity | None
@@ -94,8 +101,8 @@ def price(
 ) -> Economics:
     """Price a run.
 
-    Every term but electricity (mean power times mean time) is linear in the measurements, so that pricing the
-    deliveries one by one and averaging gives the same.
+    Every term but electricity (mean power times mean time) is linear in the measurements, so that
+    pricing the deliveries one by one and averaging gives the same.
 
     Args:
         measured: means over the run's deliveries, or a single delivery.
@@ -108,7 +115,11 @@ def price(
         UnknownNameError: a sensor without a price.
     """
     hardware = prices.robot_cost.value + _sensors_cost(sensors, prices)
-    data = prices.data_collector_wage.value * prices.data_collection_time.value if data_collection else 0.0
+    data = (
+        prices.data_collector_wage.value * prices.data_collection_time.value
+        if data_collection
+        else 0.0
+    )
     capex = hardware + data + beyond.capex_usd
     costs = running(measured, prices, beyond)
     runs = break_even_runs(capex, costs.contribution_margin)
@@ -124,7 +135,8 @@ def price(
 
 def running(measured: Measured, prices: Prices, beyond: Beyond = NOTHING_BEYOND) -> Running:
     """What driving costs and earns, for a run's means or delivery by delivery."""
-    power = measured.avg_mechanical_power_kw / prices.electro_mechanical_efficiency  # [kW] drawn from the grid
+    # [kW] drawn from the grid
+    power = measured.avg_mechanical_power_kw / prices.electro_mechanical_efficiency
     electricity = prices.electricity.value * power * measured.avg_runtime_h
     compensation = _service_compensation(measured, prices)
     injuries = measured.pedestrian_injury_usd_per_run
@@ -133,7 +145,9 @@ def running(measured: Measured, prices: Prices, beyond: Beyond = NOTHING_BEYOND)
     opex = _sum(electricity, compensation, injuries, property_damage, repair, beyond.opex)
     revenue = None if measured.sla is None else prices.delivery_fee.value * measured.sla
     margin = None if opex is None or revenue is None else revenue - opex
-    return Running(electricity, compensation, injuries, property_damage, repair, opex, revenue, margin)
+    return Running(
+        electricity, compensation, injuries, property_damage, repair, opex, revenue, margin
+    )
 
 
 def _sensors_cost(sensors: Collection[str], prices: Prices) -> float:
@@ -157,7 +171,9 @@ def _property_damage(measured: Measured, prices: Prices) -> float:
     """Damage to property [USD/run]; what the world does not contain cannot be damaged."""
     counts = {kind: getattr(measured, f"{kind}_contacts") for kind in PRICED_PROPERTY}
     costs = prices.property_damage
-    damage: float = sum(count * getattr(costs, kind).value for kind, count in counts.items() if count is not None)
+    damage: float = sum(
+        count * getattr(costs, kind).value for kind, count in counts.items() if count is not None
+    )
     return damage + measured.other_property_usd
 
 

@@ -61,8 +61,13 @@ def _operator(given: Inputs) -> Beyond:
 
 
 def _remote_assistance(given: Inputs) -> Beyond:
-    """Wage of a teleoperator per intervention; the rate is the stated one, nothing in the simulation calls for help."""
-    hours = given.optional.remote_assistance_rate.value * given.optional.remote_assistance_time.value
+    """Wage of a teleoperator per intervention.
+
+    The rate is the stated one, nothing in the simulation calls for help.
+    """
+    hours = (
+        given.optional.remote_assistance_rate.value * given.optional.remote_assistance_time.value
+    )
     return Beyond(opex=given.optional.operator_wage.value * hours)
 
 
@@ -73,10 +78,16 @@ def _on_site_assistance(given: Inputs) -> Beyond:
 
 
 def _battery_wear(given: Inputs) -> Beyond:
-    """Share of the battery that the energy of a delivery wears off: price per cycle times energy drawn from it."""
+    """Share of the battery that the energy of a delivery wears off.
+
+    Price per cycle times energy drawn from it.
+    """
     efficiency = given.prices.inverter_efficiency.value * given.prices.motor_efficiency.value
-    energy = given.measured.avg_mechanical_power_kw * given.measured.avg_runtime_h / efficiency  # [kWh/run]
-    return Beyond(opex=given.optional.battery_price.value / given.optional.battery_cycles.value * energy)
+    # [kWh/run]
+    energy = given.measured.avg_mechanical_power_kw * given.measured.avg_runtime_h / efficiency
+    return Beyond(
+        opex=given.optional.battery_price.value / given.optional.battery_cycles.value * energy
+    )
 
 
 # Term -> how it is worked out, and the prices that it rests on.
@@ -118,10 +129,14 @@ def check_terms(names: Collection[str]) -> tuple[str, ...]:
         if name not in TERMS:
             raise UnknownNameError("optional term", name, TERMS)
     if "operator" in names and "remote_assistance" in names:
-        raise InputError("the optional term operator pays for remote_assistance, too; give one of the two")
+        raise InputError(
+            "the optional term operator pays for remote_assistance, too; give one of the two"
+        )
     return tuple(name for name in TERMS if name in names)
 
 
 def together(terms: Collection[Beyond]) -> Beyond:
     """The sum of terms."""
-    return Beyond(capex_usd=sum(term.capex_usd for term in terms), opex=sum(term.opex for term in terms))
+    return Beyond(
+        capex_usd=sum(term.capex_usd for term in terms), opex=sum(term.opex for term in terms)
+    )

@@ -25,12 +25,20 @@ class Price:
 
 
 def price_field(unit: str, *, positive: bool = False, at_most: float = MOST) -> Any:
-    """A field of type :class:`Price` in this unit; never negative, ``positive`` where a formula divides by it."""
-    return field(metadata={"unit": unit, "at_least": LEAST if positive else 0.0, "at_most": at_most})
+    """A field of type :class:`Price` in this unit.
+
+    Never negative, ``positive`` where a formula divides by it.
+    """
+    return field(
+        metadata={"unit": unit, "at_least": LEAST if positive else 0.0, "at_most": at_most}
+    )
 
 
 def price_keys(group: Any) -> dict[str, Price]:
-    """Every price of a group under its key: field names joined by dots, e.g. ``property_damage.mailbox``."""
+    """Every price of a group under its key.
+
+    Field names joined by dots, e.g. ``property_damage.mailbox``.
+    """
     keys: dict[str, Price] = {}
     for entry in dataclasses.fields(group):
         value = getattr(group, entry.name)
@@ -50,7 +58,9 @@ def with_unit(key: str, price: Price) -> str:
 def names_of(group: Any) -> dict[str, str]:
     """Every name of a price, its key with and without its unit, and the key."""
     known = price_keys(group)
-    return {with_unit(key, price): key for key, price in known.items()} | {key: key for key in known}
+    return {with_unit(key, price): key for key, price in known.items()} | {
+        key: key for key in known
+    }
 
 
 def limits_of(group: Any, key: str) -> tuple[float, float]:
@@ -90,7 +100,8 @@ def check_prices(group: Any, where: str) -> None:
     """Check units and ranges of every price of a group.
 
     Raises:
-        ParameterError: a price in another unit or out of its range; names ``where`` and the path to it.
+        ParameterError: a price in another unit or out of its range; names ``where`` and the path to
+            it.
     """
     for entry in dataclasses.fields(group):
         value, path = getattr(group, entry.name), f"{where}: {entry.name}"
@@ -102,10 +113,16 @@ def check_prices(group: Any, where: str) -> None:
 
 def _check_price(price: Price, allowed: Mapping[str, Any], where: str) -> None:
     if price.unit != allowed["unit"]:
-        raise ParameterError(f"{where}: is given in '{price.unit}'; convert it to '{allowed['unit']}'")
+        raise ParameterError(
+            f"{where}: is given in '{price.unit}'; convert it to '{allowed['unit']}'"
+        )
     if not allowed["at_least"] <= price.value <= allowed["at_most"]:
-        raise ParameterError(f"{where}: {price.value:g} lies outside {allowed['at_least']:g}..{allowed['at_most']:g}")
+        raise ParameterError(
+            f"{where}: {price.value:g} lies outside {allowed['at_least']:g}..{allowed['at_most']:g}"
+        )
     low = price.value if price.low is None else price.low
     high = price.value if price.high is None else price.high
     if not allowed["at_least"] <= low <= price.value <= high <= allowed["at_most"]:
-        raise ParameterError(f"{where}: its range {low:g}..{high:g} does not hold {price.value:g}, or is not allowed")
+        raise ParameterError(
+            f"{where}: its range {low:g}..{high:g} does not hold {price.value:g}, or is not allowed"
+        )

@@ -74,7 +74,10 @@ class InjuryPrices:
 
 @dataclass(frozen=True, slots=True)
 class Prices:
-    """A price file. Derived quantities are properties; the formulas are those of the paper's appendix."""
+    """A price file. Derived quantities are properties.
+
+    The formulas are those of the paper's appendix.
+    """
 
     property_damage: PropertyPrices
     injury: InjuryPrices
@@ -99,8 +102,10 @@ class Prices:
     # by which contacts are paid: a name of harness.economics.accountings.ACCOUNTINGS
     accounting: str = field(default="published", metadata=KEPT_OUT)
     as_of: str = field(default="", metadata=KEPT_OUT)  # year and month of the sources
-    terms: tuple[str, ...] = field(default=(), metadata=KEPT_OUT)  # optional terms that belong to the set
-    optional: dict[str, Price] = field(default_factory=dict, hash=False, metadata=KEPT_OUT)  # its own prices of these
+    # optional terms that belong to the set
+    terms: tuple[str, ...] = field(default=(), metadata=KEPT_OUT)
+    # its own prices of these
+    optional: dict[str, Price] = field(default_factory=dict, hash=False, metadata=KEPT_OUT)
 
     @property
     def robot_life_runs(self) -> float:
@@ -146,7 +151,9 @@ class Prices:
 
 
 def load_prices(name_or_file: str = "costnav") -> Prices:
-    """Prices by name (of ``params/prices``) or from a YAML file; ``as_in`` of it names shipped ones that it builds on.
+    """Prices by name (of ``params/prices``) or from a YAML file.
+
+    ``as_in`` of it names shipped ones that it builds on.
 
     Raises:
         InputError: an unknown name or key, a number in another unit or out of its range.
@@ -172,7 +179,10 @@ def price_sets() -> list[str]:
 
 
 def _over(base: Any, content: Any) -> Any:
-    """A mapping with the entries of another in place of its own, at every depth; a price is replaced as a whole."""
+    """A mapping with the entries of another in place of its own, at every depth.
+
+    A price is replaced as a whole.
+    """
     if not (isinstance(base, dict) and isinstance(content, dict)) or "value" in content:
         return content
     return {**base, **{key: _over(base.get(key), value) for key, value in content.items()}}
@@ -201,7 +211,8 @@ def checked(prices: Prices, where: str) -> Prices:
     """The same prices if they can be used together.
 
     Raises:
-        ParameterError: a number in another unit or out of its range, or a refund below the fee; names ``where``.
+        ParameterError: a number in another unit or out of its range, or a refund below the fee;
+            names ``where``.
     """
     check_prices(prices, where)
     if prices.food_price < 0:

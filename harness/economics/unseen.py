@@ -1,4 +1,7 @@
-"""What a delivery could lose that has not been seen to: the limits of the interval that admits it."""
+"""What a delivery could lose that has not been seen to.
+
+The limits of the interval that admits it.
+"""
 
 import math
 
@@ -27,7 +30,9 @@ def reach_of_loss(prices: Prices, most_impulse: float = math.inf) -> Reach:
     return Reach(fee, fee + injury + prices.repair_per_physical_assistance + prices.food_price)
 
 
-def margin_admitting_unseen(margin: FloatArray, reach: Reach, clusters: IntArray, seed: int) -> Interval:
+def margin_admitting_unseen(
+    margin: FloatArray, reach: Reach, clusters: IntArray, seed: int
+) -> Interval:
     """Mean of margins (n,) [USD] with the interval that admits a loss that has not been seen.
 
     Nothing earns more than the best has, or than the fee.
@@ -36,6 +41,10 @@ def margin_admitting_unseen(margin: FloatArray, reach: Reach, clusters: IntArray
     return admit_unseen(margin, most, reach, None, np.random.default_rng(seed), clusters=clusters)
 
 
-def difference_admitting_unseen(differences: FloatArray, reach: Reach, clusters: IntArray, seed: int) -> Interval:
+def difference_admitting_unseen(
+    differences: FloatArray, reach: Reach, clusters: IntArray, seed: int
+) -> Interval:
     """The same of differences (n,) between two stacks, either of which may be the one that loses it."""
-    return admit_unseen(differences, 0.0, reach, reach, np.random.default_rng(seed), clusters=clusters)
+    return admit_unseen(
+        differences, 0.0, reach, reach, np.random.default_rng(seed), clusters=clusters
+    )

@@ -35,7 +35,8 @@ DOLLARS = (
     *("opex", "revenue", "contribution_margin"),
 )
 CENT = 0.01  # [USD] deliveries whose costs differ by less are alike
-MISSION = ("map", "start_x_m", "start_y_m", "start_yaw_rad", "goal_x_m", "goal_y_m")  # columns that tell missions apart
+# columns that tell missions apart
+MISSION = ("map", "start_x_m", "start_y_m", "start_yaw_rad", "goal_x_m", "goal_y_m")
 
 
 class Priced(Protocol):
@@ -56,18 +57,25 @@ class Priced(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Risk:
-    """How bad it can get; None where the cargo is not modelled or the deliveries are too few to tell."""
+    """How bad it can get.
+
+    None where the cargo is not modelled or the deliveries are too few to tell.
+    """
 
     opex_cvar95_usd_per_run: Interval | None  # [USD/run] mean cost of the worst 5 % of deliveries
     within_runs: float  # [run] the robot's life
-    break_even_probability: float | None  # that the profits summed up pay back the capex within these runs
+    # that the profits summed up pay back the capex within these runs
+    break_even_probability: float | None
 
     def as_json(self) -> Row:
         """The risk as one JSON object."""
         worst = self.opex_cvar95_usd_per_run
         return {
             "opex_cvar95_usd_per_run": None if worst is None else worst.as_json(),
-            "break_even": {"within_runs": self.within_runs, "probability": self.break_even_probability},
+            "break_even": {
+                "within_runs": self.within_runs,
+                "probability": self.break_even_probability,
+            },
         }
 
 
@@ -84,12 +92,17 @@ class Valuation:
 
 
 def value(
-    rows: Sequence[Row], stack: Priced, prices: Prices, seed: int, optional: OptionalTerms | None = None
+    rows: Sequence[Row],
+    stack: Priced,
+    prices: Prices,
+    seed: int,
+    optional: OptionalTerms | None = None,
 ) -> Valuation:
     """Sum up finished deliveries and price them.
 
     Args:
-        rows: of ``episodes.parquet``, at least one, none of an error; what they cost stands in them at these prices.
+        rows: of ``episodes.parquet``, at least one, none of an error; what they cost stands in them
+            at these prices.
         stack: that made them.
         prices: the price file.
         seed: of the resamples.
@@ -99,7 +112,9 @@ def value(
     summary, each = summarize(rows, force), deliveries(rows, force)
     terms = beyond(Measured(**summary), stack, prices, optional)
     each_running = running(each, prices, together(beyond(each, stack, prices, optional).values()))
-    economics = price(Measured(**summary), stack.carries, stack.data_collection, prices, together(terms.values()))
+    economics = price(
+        Measured(**summary), stack.carries, stack.data_collection, prices, together(terms.values())
+    )
     clusters = missions(rows)
     means = {key: getattr(each, key) for key in summary if key not in OUTCOMES}
     dollars = {term: getattr(each_running, term) for term in DOLLARS}
@@ -114,13 +129,23 @@ def value(
             **mean_intervals(mean_columns(rows, further), clusters, seed),
             **mean_intervals(dollars, clusters, seed, CENT),
         },
-        risk=_risk(each_running.opex, each_running.contribution_margin, economics.capex_usd, clusters, prices, seed),
+        risk=_risk(
+            each_running.opex,
+            each_running.contribution_margin,
+            economics.capex_usd,
+            clusters,
+            prices,
+            seed,
+        ),
         terms=terms,
     )
 
 
 def deliveries(rows: Sequence[Row], rolling_resistance_force: float) -> Measured:
-    """What a run sums up, delivery by delivery: arrays in place of means; None where one is undefined."""
+    """What a run sums up, delivery by delivery: arrays in place of means.
+
+    None where one is undefined.
+    """
     columns = mean_columns(rows, [metric for metric in EPISODE_METRICS if metric.is_published])
     outcomes = np.array(values(rows, "outcome"))
     shares = {outcome: (outcomes == outcome).astype(np.float64) for outcome in OUTCOMES}
@@ -128,18 +153,31 @@ def deliveries(rows: Sequence[Row], rolling_resistance_force: float) -> Measured
         shares |= {"sla": np.array([np.nan]), "spoiled": np.array([np.nan])}
     power = rolling_resistance_force * columns["avg_velocity_mps"] / 1000.0
     known: dict[Any, FloatArray] = {**shares, **columns, "avg_mechanical_power_kw": power}
-    fields: dict[Any, Any] = {key: None if np.isnan(found).any() else found for key, found in known.items()}
+    fields: dict[Any, Any] = {
+        key: None if np.isnan(found).any() else found for key, found in known.items()
+    }
     return Measured(**fields)
 
 
-def mean_columns(rows: Sequence[Row], metrics: Sequence[Metric] = EPISODE_METRICS) -> dict[str, FloatArray]:
-    """Each delivery's share in the means of metrics, shape (n,), by the key of the mean; NaN where undefined."""
-    return {metric.mean_key: column(rows, metric.key) / metric.mean_divisor for metric in metrics if metric.mean_key}
+def mean_columns(
+    rows: Sequence[Row], metrics: Sequence[Metric] = EPISODE_METRICS
+) -> dict[str, FloatArray]:
+    """Each delivery's share in the means of metrics, shape (n,), by the key of the mean.
+
+    NaN where undefined.
+    """
+    return {
+        metric.mean_key: column(rows, metric.key) / metric.mean_divisor
+        for metric in metrics
+        if metric.mean_key
+    }
 
 
 def column(rows: Sequence[Row], key: str) -> FloatArray:
     """A column (n,) of rows; NaN where it is null."""
-    return np.array([np.nan if each is None else each for each in values(rows, key)], dtype=np.float64)
+    return np.array(
+        [np.nan if each is None else each for each in values(rows, key)], dtype=np.float64
+    )
 
 
 def margins(
@@ -149,7 +187,9 @@ def margins(
     accounting: str = PUBLISHED,
     extra: Beyond = NOTHING_BEYOND,
 ) -> FloatArray | None:
-    """Each delivery's contribution margin [USD], shape (n,); None where the cargo of one is not modelled.
+    """Each delivery's contribution margin [USD], shape (n,).
+
+    None where the cargo of one is not modelled.
 
     Args:
         rows: of the deliveries.
@@ -162,10 +202,14 @@ def margins(
     if accounting != PUBLISHED:
         each = accounted(each, rows, events, accounting, prices)
     margin = running(each, prices, extra).contribution_margin
-    return None if margin is None else np.broadcast_to(np.asarray(margin, dtype=np.float64), len(rows))
+    return (
+        None if margin is None else np.broadcast_to(np.asarray(margin, dtype=np.float64), len(rows))
+    )
 
 
-def beyond(measured: Measured, stack: Priced, prices: Prices, optional: OptionalTerms | None) -> dict[str, Beyond]:
+def beyond(
+    measured: Measured, stack: Priced, prices: Prices, optional: OptionalTerms | None
+) -> dict[str, Beyond]:
     """The optional terms, each by itself, of a run's means or of each delivery."""
     if optional is None:
         return {}
@@ -181,19 +225,29 @@ def missions(rows: Sequence[Row]) -> IntArray:
 def mean_intervals(
     columns: Mapping[str, FloatArray | None], clusters: IntArray, seed: int, resolution: float = 0.0
 ) -> dict[str, Interval]:
-    """Mean and bootstrap interval of each column (n,) over its defined entries; None and all undefined are left out.
+    """Mean and bootstrap interval of each column (n,) over its defined entries.
+
+    None and all undefined are left out.
 
     No bounds where all entries are within ``resolution``: too few to tell.
     """
-    known = {key: np.broadcast_to(column, clusters.shape) for key, column in columns.items() if column is not None}
+    known = {
+        key: np.broadcast_to(column, clusters.shape)
+        for key, column in columns.items()
+        if column is not None
+    }
     known = {key: column for key, column in known.items() if not np.isnan(column).all()}
-    differ = [key for key, column in known.items() if np.nanmax(column) - np.nanmin(column) > resolution]
+    differ = [
+        key for key, column in known.items() if np.nanmax(column) - np.nanmin(column) > resolution
+    ]
     intervals = {
         key: Interval(float(np.nanmean(column)), None, None, int((~np.isnan(column)).sum()))
         for key, column in known.items()
     }
     if differ and clusters.max() > 0:
-        draws = resampled_means(np.column_stack([known[key] for key in differ]), _rng(seed), clusters=clusters)
+        draws = resampled_means(
+            np.column_stack([known[key] for key in differ]), _rng(seed), clusters=clusters
+        )
         for key, means in zip(differ, draws.T, strict=True):
             mean = intervals[key]
             intervals[key] = percentile_interval(float(np.nanmean(known[key])), means, mean.n)
@@ -207,13 +261,22 @@ def _rates(rows: Sequence[Row]) -> dict[str, Interval]:
 
 
 def _risk(
-    opex: FloatArray | None, margin: FloatArray | None, capex: float, clusters: IntArray, prices: Prices, seed: int
+    opex: FloatArray | None,
+    margin: FloatArray | None,
+    capex: float,
+    clusters: IntArray,
+    prices: Prices,
+    seed: int,
 ) -> Risk:
     life = prices.robot_life_runs
     if opex is None or margin is None or clusters.max() == 0:
         return Risk(None, life, None)
     alike = Interval(cvar(opex), None, None, len(opex))  # nothing is known of what is rare
-    worst = alike if float(np.ptp(opex)) <= CENT else bootstrap_cvar(opex, _rng(seed), clusters=clusters)
+    worst = (
+        alike
+        if float(np.ptp(opex)) <= CENT
+        else bootstrap_cvar(opex, _rng(seed), clusters=clusters)
+    )
     if not tells_of_rare(margin, clusters):
         return Risk(worst, life, None)
     means, deviations = profit_draws(margin, clusters, seed)
@@ -221,14 +284,21 @@ def _risk(
 
 
 def tells_of_rare(margin: FloatArray, clusters: IntArray) -> bool:
-    """Whether resamples of margins [USD], shape (n,), say anything: of one mission, or alike to a cent, they do not."""
+    """Whether resamples of margins [USD], shape (n,), say anything.
+
+    Of one mission, or alike to a cent, they do not.
+    """
     return bool(clusters.max() > 0 and np.ptp(margin) > CENT)
 
 
-def profit_draws(margin: FloatArray, clusters: IntArray, seed: int) -> tuple[FloatArray, FloatArray]:
+def profit_draws(
+    margin: FloatArray, clusters: IntArray, seed: int
+) -> tuple[FloatArray, FloatArray]:
     """Mean and standard deviation of a delivery's profit [USD/run] in each bootstrap resample, shape (draws,) each."""
     centre = float(margin.mean())  # taken off, so that squares keep their digits
-    moments = resampled_means(np.column_stack((margin - centre, (margin - centre) ** 2)), _rng(seed), clusters=clusters)
+    moments = resampled_means(
+        np.column_stack((margin - centre, (margin - centre) ** 2)), _rng(seed), clusters=clusters
+    )
     return moments[:, 0] + centre, np.sqrt(np.maximum(moments[:, 1] - moments[:, 0] ** 2, 0.0))
 
 
@@ -239,10 +309,18 @@ def _rng(seed: int) -> np.random.Generator:
 def valuation_document(valuation: Valuation | None) -> Row:
     """What ``navbench run`` tells of a stack's deliveries and their money; None: there are none."""
     if valuation is None:
-        return {"outcomes": dict.fromkeys(OUTCOMES), "measured": None, "economics": None, "intervals": {}, "risk": None}
+        return {
+            "outcomes": dict.fromkeys(OUTCOMES),
+            "measured": None,
+            "economics": None,
+            "intervals": {},
+            "risk": None,
+        }
     intervals = valuation.intervals
     return {
-        "outcomes": {name: intervals[name].as_json() if name in intervals else None for name in OUTCOMES},
+        "outcomes": {
+            name: intervals[name].as_json() if name in intervals else None for name in OUTCOMES
+        },
         "measured": {**valuation.measured, **valuation.more},
         "economics": dataclasses.asdict(valuation.economics),
         "intervals": {name: interval.as_json() for name, interval in intervals.items()},

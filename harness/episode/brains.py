@@ -1,4 +1,7 @@
-"""What drives a stack in a world, or sees for whoever does: its localizer, its maps, its navigator."""
+"""What drives a stack in a world, or sees for whoever does.
+
+Its localizer, its maps, its navigator.
+"""
 
 import dataclasses
 import math
@@ -11,13 +14,23 @@ from harness.policy.senses import Look, MakeRoute, People, Senses
 from harness.storage.shipped import is_file
 from harness.task.camera_params import CameraParams
 from harness.task.stack import GEOMETRY, MESH, NO_MAP, TRUTH, Stack
-from harness.world.ground_truth import GroundTruthLocalizer, GroundTruthTracker, InjectedErrorLocalizer
+from harness.world.ground_truth import (
+    GroundTruthLocalizer,
+    GroundTruthTracker,
+    InjectedErrorLocalizer,
+)
 from harness.world.outcome import Rules
 from harness.world.pedestrian_params import PedestrianParams
 from harness.world.scene import Scene
 from harness.world.scene_io import align
 from harness.world.world import World
-from navstack.build import build_global_costmap, build_localizer, build_navigator, build_planner, read_frequencies
+from navstack.build import (
+    build_global_costmap,
+    build_localizer,
+    build_navigator,
+    build_planner,
+    read_frequencies,
+)
 from navstack.costmap.map_io import load_map
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import PlanningError
@@ -35,12 +48,15 @@ def steps_per_tick(nav2: Nav2File, rate: float) -> int:
     """The longest tick, in physics steps at ``rate`` [Hz], at whose end every part of the brain can run when due."""
     periods = [rate / frequency for frequency in read_frequencies(nav2)]
     if any(abs(period - round(period)) > 1e-6 or period < 1.0 for period in periods):
-        return 1  # some part fits no whole number of steps: it runs at the first step after it is due
+        # some part fits no whole number of steps: it runs at the first step after it is due
+        return 1
     return math.gcd(*(round(period) for period in periods))
 
 
 def delivery_prices(prices: Prices, rules: Rules, counted_impulse: float) -> DeliveryPrices:
-    """What a controller that minimises dollars is told of a study; contacts count from ``counted_impulse`` [N s] on.
+    """What a controller that minimises dollars is told of a study.
+
+    Contacts count from ``counted_impulse`` [N s] on.
 
     Who walks on whatever he hits changes the robot's velocity by the closing speed.
     """
@@ -69,19 +85,35 @@ def navigator_on(
     stops = stack.when_lost == "stop"
     tracker = None
     if stack.tracker == TRUTH:
-        tracker = GroundTruthTracker(lambda: world.truth.pedestrians, nav2.read(TrackerParams, "tracker").body_radius)
+        tracker = GroundTruthTracker(
+            lambda: world.truth.pedestrians, nav2.read(TrackerParams, "tracker").body_radius
+        )
     return build_navigator(nav2, localizer, *planning_map(scene, stack), stops, prices, tracker)
 
 
-def senses_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File, persons: PedestrianParams) -> Senses:
-    """What a policy of a stack sees in a world, ``persons`` among it, to be reset; see :func:`navigator_on`."""
+def senses_on(
+    scene: Scene, world: World, stack: Stack, nav2: Nav2File, persons: PedestrianParams
+) -> Senses:
+    """What a policy of a stack sees in a world, ``persons`` among it, to be reset.
+
+    See :func:`navigator_on`.
+    """
 
     def people() -> tuple[Pose2D, FloatArray]:
         return world.truth.pose, world.truth.pedestrians
 
     seen: People | None = people if stack.policy.sees_people else None
-    look = _camera(scene, world, stack.policy.camera, persons) if stack.policy.camera.is_there else None
-    return Senses(localizer_on(scene, world, stack, nav2), _route(nav2, *planning_map(scene, stack)), seen, look)
+    look = (
+        _camera(scene, world, stack.policy.camera, persons)
+        if stack.policy.camera.is_there
+        else None
+    )
+    return Senses(
+        localizer_on(scene, world, stack, nav2),
+        _route(nav2, *planning_map(scene, stack)),
+        seen,
+        look,
+    )
 
 
 def _camera(scene: Scene, world: World, params: CameraParams, persons: PedestrianParams) -> Look:
@@ -92,7 +124,10 @@ def _camera(scene: Scene, world: World, params: CameraParams, persons: Pedestria
 
 
 def _route(nav2: Nav2File, static_map: OccupancyGrid, keepout: BoolArray | None) -> MakeRoute:
-    """Plans with the file's planner on its global costmap, without scans; where that fails, straight to the goal."""
+    """Plans with the file's planner on its global costmap, without scans.
+
+    Where that fails, straight to the goal.
+    """
     costmap = build_global_costmap(nav2, static_map, keepout)
     planner = build_planner(nav2, costmap)
 
@@ -117,7 +152,9 @@ def localizer_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Lo
 
 
 def planning_map(scene: Scene, stack: Stack) -> tuple[OccupancyGrid, BoolArray | None]:
-    """What planner and controller take for the static map; and the mask of where not to go that the world has for it.
+    """What planner and controller take for the static map.
+
+    And the mask of where not to go that the world has for it.
 
     Raises:
         MapError: the stack names a file that is no map.
@@ -127,7 +164,9 @@ def planning_map(scene: Scene, stack: Stack) -> tuple[OccupancyGrid, BoolArray |
     if stack.planning_map == MESH:
         return scene.navigation_mesh, None
     if stack.planning_map == NO_MAP:
-        return dataclasses.replace(scene.geometry, data=np.full_like(scene.geometry.data, FREE)), None
+        return dataclasses.replace(
+            scene.geometry, data=np.full_like(scene.geometry.data, FREE)
+        ), None
     return scene.geometry, scene.walkable.data != FREE
 
 

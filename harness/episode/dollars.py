@@ -11,14 +11,21 @@ from harness.episode.episode import Delivery, cost_of
 from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.world.truth import Partner, Truth
 
-TERMS = ("revenue", "electricity", "service_compensation", "pedestrian_safety", "property_damage", "repair")
+TERMS = (
+    "revenue",
+    "electricity",
+    "service_compensation",
+    "pedestrian_safety",
+    "property_damage",
+    "repair",
+)
 
 
 class Dollars:
     """What came in (positive) and went out (negative) since the last question, by term.
 
-    Contacts and electricity are paid when they happen, the rest at the end, where rounding is settled, too. The sum
-    over a delivery is its contribution margin.
+    Contacts and electricity are paid when they happen, the rest at the end, where rounding is
+    settled, too. The sum over a delivery is its contribution margin.
     """
 
     def __init__(self, prices: Prices, truth: Truth) -> None:
@@ -38,9 +45,13 @@ class Dollars:
     def since(self, truth: Truth) -> dict[str, float]:
         """What the time since the last question came to."""
         found = dict.fromkeys(TERMS, 0.0)
-        found["electricity"] = -self._per_metre * math.hypot(truth.pose.x - self._x, truth.pose.y - self._y)
+        found["electricity"] = -self._per_metre * math.hypot(
+            truth.pose.x - self._x, truth.pose.y - self._y
+        )
         for contact in truth.counted_contacts[self._contacts :]:
-            term = "pedestrian_safety" if contact.partner is Partner.PEDESTRIAN else "property_damage"
+            term = (
+                "pedestrian_safety" if contact.partner is Partner.PEDESTRIAN else "property_damage"
+            )
             found[term] -= cost_of(contact, self._prices)
         self._x, self._y, self._contacts = truth.pose.x, truth.pose.y, len(truth.counted_contacts)
         self._paid = {term: paid + found[term] for term, paid in self._paid.items()}
@@ -51,7 +62,10 @@ class Dollars:
         each = deliveries([delivery.row], self._prices.rolling_resistance_force)
         costs = running(each, self._prices)
         is_unknown = costs.revenue is None
-        whole = {term: _amount(getattr(costs, term)) * (1.0 if term == "revenue" else -1.0) for term in TERMS}
+        whole = {
+            term: _amount(getattr(costs, term)) * (1.0 if term == "revenue" else -1.0)
+            for term in TERMS
+        }
         if is_unknown and delivery.row["outcome"] == "arrived":
             whole["revenue"] = self._prices.delivery_fee.value
         return {term: amount - self._paid[term] for term, amount in whole.items()}

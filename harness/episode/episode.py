@@ -48,15 +48,18 @@ class RunningDelivery:
     """A delivery under way: driven by commands until there is a verdict, then finished."""
 
     def __init__(
-        self, task: EpisodeTask, make_brain: MakeBrain = Parts.brain, world: PyBulletWorld | None = None
+        self,
+        task: EpisodeTask,
+        make_brain: MakeBrain = Parts.brain,
+        world: PyBulletWorld | None = None,
     ) -> None:
         """Set the delivery up; no time has passed.
 
         Args:
             task: the delivery.
             make_brain: what drives it, or senses for whoever does.
-            world: one of its own, of :meth:`Parts.new_world`, so that several can be under way in a process; None: the
-                process's.
+            world: one of its own, of :meth:`Parts.new_world`, so that several can be under way in a
+                process; None: the process's.
 
         Raises:
             NavstackError: the task cannot be set up.
@@ -89,7 +92,10 @@ class RunningDelivery:
         return self.parts.rules.judge(self.world.truth, self.mission.goal)
 
     def drive(self, command: Twist2D) -> Observation:
-        """Drive a tick by a command, which ``brain`` gave or whoever else; returns what the sensors delivered."""
+        """Drive a tick by a command, which ``brain`` gave or whoever else.
+
+        Returns what the sensors delivered.
+        """
         self._command = command
         self._decisions.record(self.brain)
         self._replay.record(self.world.truth, self.observation, self.brain, command)
@@ -157,11 +163,22 @@ def _latency(part: str, count: str, durations: Sequence[float]) -> Row:
     if not len(durations):
         return {count: 0}
     median, p95, longest = (1000.0 * np.percentile(durations, (50.0, 95.0, 100.0))).tolist()
-    return {count: len(durations), f"{part}_median_ms": median, f"{part}_p95_ms": p95, f"{part}_max_ms": longest}
+    return {
+        count: len(durations),
+        f"{part}_median_ms": median,
+        f"{part}_p95_ms": p95,
+        f"{part}_max_ms": longest,
+    }
 
 
 def _row(
-    task: EpisodeTask, mission: Mission, verdict: Verdict, truth: Truth, brain: Brain, measured: Row, prices: Prices
+    task: EpisodeTask,
+    mission: Mission,
+    verdict: Verdict,
+    truth: Truth,
+    brain: Brain,
+    measured: Row,
+    prices: Prices,
 ) -> Row:
     """The episode's row; :data:`harness.metrics.columns.EPISODE_COLUMNS` gives its order."""
     start, goal = mission.start, mission.goal
@@ -189,8 +206,12 @@ def _row(
         "recovery_error_code": brain.trouble.recovery_error_code,
         "goal_distance_m": math.hypot(truth.pose.x - goal.x, truth.pose.y - goal.y),
         **measured,
-        "spl": success_weighted_path_length(verdict.outcome in ARRIVALS, mission.shortest_path, measured["distance_m"]),
-        "published_energy_kwh": prices.rolling_resistance_force * measured["distance_m"] / JOULES_PER_KWH,
+        "spl": success_weighted_path_length(
+            verdict.outcome in ARRIVALS, mission.shortest_path, measured["distance_m"]
+        ),
+        "published_energy_kwh": prices.rolling_resistance_force
+        * measured["distance_m"]
+        / JOULES_PER_KWH,
         **injury_measures(people, prices),
         **dataclasses.asdict(brain.counts),
     }

@@ -15,7 +15,13 @@ from harness.policy.process import PolicyProcess
 from harness.policy.senses import Senses
 from harness.policy.waypoints import WaypointFollower
 from harness.task.brain import Brain, Parked
-from harness.task.mission import Mission, MissionSampler, check_apart, check_footprint_free, check_pose_free
+from harness.task.mission import (
+    Mission,
+    MissionSampler,
+    check_apart,
+    check_footprint_free,
+    check_pose_free,
+)
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask, is_recording
 from harness.world.outcome import Rules
@@ -35,7 +41,8 @@ from navstack.params.expected_cost import DeliveryPrices
 from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.params.strict import load_dataclass
 
-REDRAWS = 50  # of a mission that is over before it begins, or whose given end the drawn one does not reach
+# of a mission that is over before it begins, or whose given end the drawn one does not reach
+REDRAWS = 50
 PARKED_STEPS = 6  # physics steps per tick of a robot that does not drive
 
 
@@ -72,7 +79,8 @@ def rules_of(path: str) -> Rules:
 class Parts:
     """What a delivery is made of.
 
-    Files are read, and world and brain built, once per process for tasks that differ in seed and episode only.
+    Files are read, and world and brain built, once per process for tasks that differ in seed and
+    episode only.
     """
 
     def __init__(self, task: EpisodeTask) -> None:
@@ -88,7 +96,9 @@ class Parts:
         self.params = world_params(task.world, task.pedestrians, task.people)
         self.rules = rules_of(task.rules)
         self.prices = prices_of(task.prices)
-        self._nav2 = nav2_parameters(stack.nav2_file, task.allow_unknown) if stack.nav2_file else None
+        self._nav2 = (
+            nav2_parameters(stack.nav2_file, task.allow_unknown) if stack.nav2_file else None
+        )
 
     @property
     def nav2(self) -> Nav2File:
@@ -118,7 +128,8 @@ class Parts:
         for _ in range(REDRAWS):
             drawn = sampler.sample(rng)
             start, goal = task.start or drawn.start, task.goal or drawn.goal
-            with contextlib.suppress(InputError):  # too near, or the drawn end lies in another part of the map
+            # too near, or the drawn end lies in another part of the map
+            with contextlib.suppress(InputError):
                 check_apart(start, goal, radius)
                 return drawn if is_drawn else sampler.mission(start, goal)
         raise InputError(
@@ -137,9 +148,19 @@ class Parts:
     def _of_world(self) -> tuple[str, str, str, str, int | None, str | None, int]:
         task, steps = self._task, PARKED_STEPS
         if task.stack.nav2_file:
-            steps = _steps_per_tick_of(task.stack.nav2_file, task.allow_unknown, self.params.physics.rate)
+            steps = _steps_per_tick_of(
+                task.stack.nav2_file, task.allow_unknown, self.params.physics.rate
+            )
         stack = task.stack
-        return task.map_name, task.world, stack.robot, stack.sensors, task.pedestrians, task.people, steps
+        return (
+            task.map_name,
+            task.world,
+            stack.robot,
+            stack.sensors,
+            task.pedestrians,
+            task.people,
+            steps,
+        )
 
     def senses(self, world: World) -> Senses:
         """What a policy of the task's stack sees, to be reset."""
@@ -151,7 +172,9 @@ class Parts:
         if not task.stack.nav2_file:
             return Parked()
         if task.stack.is_policy:
-            return _policy_brain(world, task.map_name, task.stack, task.allow_unknown, self.params.people)
+            return _policy_brain(
+                world, task.map_name, task.stack, task.allow_unknown, self.params.people
+            )
         prices = delivery_prices(self.prices, self.rules, self.params.contacts.counted_impulse)
         factor = self.rules.real_time_factor
         return _navigator(world, task.map_name, task.stack, task.allow_unknown, prices, factor)
@@ -198,9 +221,12 @@ def world_params(path: str, pedestrians: int | None, people: str | None = None) 
         recording = str((Path(path).parent / who.replay.file).resolve())
         who = dataclasses.replace(who, replay=dataclasses.replace(who.replay, file=recording))
     if people is not None and is_recording(people):
-        who = dataclasses.replace(who, model="replay", replay=dataclasses.replace(who.replay, file=people))
+        who = dataclasses.replace(
+            who, model="replay", replay=dataclasses.replace(who.replay, file=people)
+        )
     elif people is not None:
-        choice = "random" if people == "social_force" else who.goal_choice  # in turn is for who avoids nobody
+        # in turn is for who avoids nobody
+        choice = "random" if people == "social_force" else who.goal_choice
         who = dataclasses.replace(who, model=people, goal_choice=choice)
     if pedestrians is not None and who.model == "replay":
         raise InputError(
@@ -213,7 +239,10 @@ def world_params(path: str, pedestrians: int | None, people: str | None = None) 
 
 
 def with_recording(params: WorldParams) -> tuple[WorldParams, dict[str, str]]:
-    """The same world with its recording of people, if it replays one, beside its file; and that recording by name."""
+    """The same world with its recording of people, if it replays one, beside its file.
+
+    And that recording by name.
+    """
     if params.people.model != "replay":
         return params, {}
     source = Path(params.people.replay.file)
@@ -235,7 +264,12 @@ def _steps_per_tick_of(nav2_file: str, allow_unknown: bool, rate: float) -> int:
 
 @kept(2, is_heavy=True)
 def _navigator(
-    world: World, map_name: str, stack: Stack, allow_unknown: bool, prices: DeliveryPrices, real_time_factor: float
+    world: World,
+    map_name: str,
+    stack: Stack,
+    allow_unknown: bool,
+    prices: DeliveryPrices,
+    real_time_factor: float,
 ) -> Navigator:
     nav2 = on_wall_time(nav2_parameters(stack.nav2_file, allow_unknown), real_time_factor)
     return navigator_on(scene_of(map_name), world, stack, nav2, prices)
@@ -246,7 +280,9 @@ def _policy_brain(
     world: World, map_name: str, stack: Stack, allow_unknown: bool, persons: PedestrianParams
 ) -> PolicyBrain:
     """A stack's policy, loaded."""
-    senses = senses_on(scene_of(map_name), world, stack, nav2_parameters(stack.nav2_file, allow_unknown), persons)
+    senses = senses_on(
+        scene_of(map_name), world, stack, nav2_parameters(stack.nav2_file, allow_unknown), persons
+    )
     policy = PolicyProcess(stack.navigator, stack.policy)
     policy.start()
     return PolicyBrain(senses, stack.policy.rate, policy, WaypointFollower(stack.policy.speed))

@@ -1,4 +1,7 @@
-"""How long the robot holds people up: they, and a twin of theirs whom it never meets, go about the same errands."""
+"""How long the robot holds people up.
+
+They, and a twin of theirs whom it never meets, go about the same errands.
+"""
 
 import numpy as np
 
@@ -15,8 +18,8 @@ NEAR = 15.0  # [m] from the robot beyond which nobody feels it
 class PedestrianDelay:
     """Watches one delivery.
 
-    Where people go next depends on nobody, so both do the same errands at other times. As long as the robot has been
-    near nobody both would walk alike: the twin sets out when it first is.
+    Where people go next depends on nobody, so both do the same errands at other times. As long as
+    the robot has been near nobody both would walk alike: the twin sets out when it first is.
     """
 
     def __init__(self, people: PedestrianModel, truth: Truth, steps: int, dt: float) -> None:
@@ -54,7 +57,11 @@ class PedestrianDelay:
             return
         self._twin = self._people.twin()
         self._twin.see_robot(FAR_AWAY)
-        self._books = [ErrandBook(each.errands) for each in (self._people, self._twin) if each.errands is not None]
+        self._books = [
+            ErrandBook(each.errands)
+            for each in (self._people, self._twin)
+            if each.errands is not None
+        ]
 
     def total(self, truth: Truth) -> float | None:
         """Sum over everybody in [s]; None: nobody makes way for the robot, or nobody is there."""

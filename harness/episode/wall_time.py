@@ -19,6 +19,9 @@ def on_wall_time(nav2: Nav2File, real_time_factor: float) -> Nav2File:
     smoother = nav2.read(VelocitySmootherParams, "velocity_smoother")
     limits = {"max_accel": smoother.max_accel, "max_decel": smoother.max_decel}
     return nav2.with_values(
-        {f"velocity_smoother.{name}": [each / real_time_factor for each in values] for name, values in limits.items()},
+        {
+            f"velocity_smoother.{name}": [each / real_time_factor for each in values]
+            for name, values in limits.items()
+        },
         allow_unknown=True,
     )

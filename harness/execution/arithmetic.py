@@ -5,6 +5,7 @@ and a digest of the results stands in a run's manifest. Runs are comparable wher
 """
 
 import hashlib
+import importlib
 import math
 import platform
 import warnings
@@ -20,6 +21,7 @@ from navstack.types import FloatArray
 
 DIGITS = 12  # of a digest
 NOTED_FEATURES = ("avx", "avx2", "fma", "avx512f", "avx512dq", "avx512bw", "avx512vl")
+_AVX512_LEVELS = ("X86_V4", "AVX512_SKX")  # as numpy 2.4 calls the first, and older ones
 _POINTS = 2001
 _MATRIX_SIZE = 24
 _OF_ONE = (math.sin, math.cos, math.tan, math.atan, math.exp, math.tanh)
@@ -43,7 +45,10 @@ def arithmetic() -> Mapping[str, str]:
 
 
 def machine() -> dict[str, Any]:
-    """What a manifest says of the machine: processor, features, C library, Python and :func:`arithmetic`."""
+    """What a manifest says of the machine.
+
+    Processor, features, C library, Python and :func:`arithmetic`.
+    """
     return {
         "processor": processor(),
         "features": [name for name in NOTED_FEATURES if name in features()],
@@ -72,7 +77,9 @@ def other_arithmetic(recorded: Any) -> str:
 def warn_of_other_loops() -> None:
     """Warn where this process does not compute as the program does, with what follows and what to do."""
     if not is_pinnable():
-        told = f"this processor is not {LEVEL}: rows differ in last bits from those of other machines"
+        told = (
+            f"this processor is not {LEVEL}: rows differ in last bits from those of other machines"
+        )
     elif _numpy_runs_avx512():
         told = (
             "numpy was loaded before navbench and runs AVX-512 loops: deliveries driven in this process differ in "
@@ -85,9 +92,8 @@ def warn_of_other_loops() -> None:
 
 
 def _numpy_runs_avx512() -> bool:
-    from numpy._core._multiarray_umath import __cpu_features__ as enabled
-
-    return any(enabled.get(name) for name in PINS["NPY_DISABLE_CPU_FEATURES"].split()[:4])
+    loops: Any = importlib.import_module("numpy._core._multiarray_umath")
+    return any(loops.__cpu_features__.get(name) for name in _AVX512_LEVELS)
 
 
 def _c_library(values: FloatArray, positive: FloatArray) -> FloatArray:
@@ -111,7 +117,12 @@ def _blas(values: FloatArray) -> FloatArray:
     square = values[:cells].reshape(_MATRIX_SIZE, _MATRIX_SIZE) + 40.0 * np.eye(_MATRIX_SIZE)
     symmetric = square @ square.T
     right = values[-_MATRIX_SIZE:]
-    parts = (symmetric, np.linalg.inv(square), np.linalg.solve(square, right), np.linalg.eigvalsh(symmetric))
+    parts = (
+        symmetric,
+        np.linalg.inv(square),
+        np.linalg.solve(square, right),
+        np.linalg.eigvalsh(symmetric),
+    )
     return np.concatenate([part.ravel() for part in parts])
 
 

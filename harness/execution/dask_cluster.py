@@ -1,4 +1,7 @@
-"""Tasks on the workers of an existing Dask cluster: one at a time on each, and only on workers that fit."""
+"""Tasks on the workers of an existing Dask cluster.
+
+One at a time on each, and only on workers that fit.
+"""
 
 import asyncio
 import contextlib
@@ -23,22 +26,29 @@ from harness.execution.workers import LOOK, NoExecutorError
 CONNECT = 15.0  # [s] within which a scheduler answers
 PATIENCE = 180.0  # [s] without any worker
 SILENCE = 120.0  # [s] within which a busy scheduler answers
-UNHEARD = 50.0  # [s] without a heartbeat, which workers send every few seconds whatever they compute
+# [s] without a heartbeat, which workers send every few seconds whatever they compute
+UNHEARD = 50.0
 GATHER = 0.1  # [s] to collect workers that are to be restarted together
 RESTART = 20.0  # [s] for a worker to come back
-LIBRARIES = ("dask", "distributed")  # that must be the same on both sides, beside those of the caller
+# that must be the same on both sides, beside those of the caller
+LIBRARIES = ("dask", "distributed")
 
 
 class DaskCluster:
     """A connection to a scheduler, as a context manager.
 
-    Each call is pinned to a worker that has nothing else of ours to do, so that Dask neither queues it behind another
-    nor repeats it: the caller (:class:`harness.execution.workers.Workers`) counts attempts. Workers may come and go;
-    one that does not fit is refused at the start and passed over later.
+    Each call is pinned to a worker that has nothing else of ours to do, so that Dask neither queues
+    it behind another nor repeats it: the caller (:class:`harness.execution.workers.Workers`) counts
+    attempts. Workers may come and go; one that does not fit is refused at the start and passed over
+    later.
     """
 
     def __init__(
-        self, scheduler: str, libraries: Sequence[str], files: Sequence[str], warn: Callable[[str], None]
+        self,
+        scheduler: str,
+        libraries: Sequence[str],
+        files: Sequence[str],
+        warn: Callable[[str], None],
     ) -> None:
         """Connect to nothing yet.
 
@@ -51,12 +61,18 @@ class DaskCluster:
         self._scheduler, self._files, self._warn = scheduler, list(files), warn
         self._libraries = [*libraries, *LIBRARIES]
         self._loop = asyncio.new_event_loop()
-        self._loop.set_exception_handler(lambda loop, context: None)  # Dask's own, of connections that end
-        self._thread = threading.Thread(target=self._loop.run_forever, name="dask client", daemon=True)
+        # Dask's own, of connections that end
+        self._loop.set_exception_handler(lambda loop, context: None)
+        self._thread = threading.Thread(
+            target=self._loop.run_forever, name="dask client", daemon=True
+        )
         self._workers: dict[str, Worker] = {}  # by address
-        self._free: asyncio.Queue[str] = asyncio.Queue()  # addresses; those that left meanwhile are skipped
-        self._heard: dict[str, tuple[float, float]] = {}  # by address: the last heartbeat, and when we noticed it
-        self._avoided: set[str] = set()  # addresses that do not fit, or are at work on what nobody waits for
+        # addresses; those that left meanwhile are skipped
+        self._free: asyncio.Queue[str] = asyncio.Queue()
+        # by address: the last heartbeat, and when we noticed it
+        self._heard: dict[str, tuple[float, float]] = {}
+        # addresses that do not fit, or are at work on what nobody waits for
+        self._avoided: set[str] = set()
         self._calls: set[asyncio.Task[Any]] = set()
         self._doomed: list[str] = []  # addresses of workers to be restarted
         self._restarts: asyncio.Task[None] | None = None
@@ -69,7 +85,8 @@ class DaskCluster:
         """Connect, and wait for the first worker.
 
         Raises:
-            NoExecutorError: no scheduler answers, it is lost, it has no worker, or one that does not fit.
+            NoExecutorError: no scheduler answers, it is lost, it has no worker, or one that does
+                not fit.
         """
         _silence()
         self._thread.start()
@@ -96,7 +113,10 @@ class DaskCluster:
         return len(self._workers)
 
     def place(self) -> Place:
-        """A place for one call at a time; cancelling a call restarts its worker, which nothing else could stop."""
+        """A place for one call at a time.
+
+        Cancelling a call restarts its worker, which nothing else could stop.
+        """
         return Place(self._start)
 
     def _start(self, function: Callable[..., Any], /, *arguments: Any) -> "Future[Any]":
@@ -114,11 +134,15 @@ class DaskCluster:
         self._here = look(self._libraries, self._files)
         open_client: Any = Client  # untyped
         try:
-            self._client = await open_client(self._scheduler, asynchronous=True, timeout=CONNECT, set_as_default=False)
+            self._client = await open_client(
+                self._scheduler, asynchronous=True, timeout=CONNECT, set_as_default=False
+            )
         except (OSError, ValueError, ImportError) as error:
             reason = " ".join(str(error).split()) or type(error).__name__
             advice = "start one with 'dask scheduler', or correct --scheduler"
-            raise NoExecutorError(f"no Dask scheduler answers at '{self._scheduler}' ({reason}); {advice}") from None
+            raise NoExecutorError(
+                f"no Dask scheduler answers at '{self._scheduler}' ({reason}); {advice}"
+            ) from None
         began = time.monotonic()
         while not self._workers:
             await self._update(_refuse)
@@ -165,12 +189,17 @@ class DaskCluster:
         new = sorted(present - self._workers.keys() - self._avoided)
         if not new:
             return
-        looks = await self._client.run(look, self._libraries, self._files, workers=new, on_error="return")
+        looks = await self._client.run(
+            look, self._libraries, self._files, workers=new, on_error="return"
+        )
         for address in new:
             self._admit(address, looks.get(address), complain)
 
     async def _listen(self) -> None:
-        """Give up workers that have been silent for long: stopped, or cut off while their connection stays open."""
+        """Give up workers that have been silent for long.
+
+        Stopped, or cut off while their connection stays open.
+        """
         known, now = (await self._client.scheduler.identity())["workers"], time.monotonic()
         for address, worker in list(self._workers.items()):
             beat = known.get(address, {}).get("last_seen", 0.0)
@@ -181,14 +210,19 @@ class DaskCluster:
                 worker.lost.set_result(None)
                 self._abandon(address, worker)
 
-    def _admit(self, address: str, seen: "Look | Exception | None", complain: Callable[[str], None]) -> None:
+    def _admit(
+        self, address: str, seen: "Look | Exception | None", complain: Callable[[str], None]
+    ) -> None:
         if seen is None or isinstance(seen, OSError):
             return  # it left meanwhile
         if isinstance(seen, Look):
             line, where = trouble(self._here, seen), f"{address} on {seen.host}"
         else:
             why = f"{type(seen).__name__}: {seen}"
-            line, where = f"cannot run this program ({why}): install the same there and restart it", address
+            line, where = (
+                f"cannot run this program ({why}): install the same there and restart it",
+                address,
+            )
         if line:
             self._avoided.add(address)
             complain(f"Dask worker {where} {' '.join(line.split())}")
@@ -213,7 +247,9 @@ class DaskCluster:
         future = self._client.submit(guarded, function, arguments, workers=[address], pure=False)
         outcome: asyncio.Future[Outcome] = asyncio.ensure_future(_outcome_of(future))
         try:
-            await asyncio.wait((outcome, worker.lost, self._over), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait(
+                (outcome, worker.lost, self._over), return_when=asyncio.FIRST_COMPLETED
+            )
             return self._taken(outcome, address)
         except asyncio.CancelledError:
             self._abandon(address, worker)
@@ -242,18 +278,25 @@ class DaskCluster:
         except KilledWorker:
             raise WorkerLostError(f"its Dask worker {address} was lost several times") from None
         except OSError as error:
-            raise WorkerLostError(f"its result did not arrive from Dask worker {address} ({error})") from None
+            raise WorkerLostError(
+                f"its result did not arrive from Dask worker {address} ({error})"
+            ) from None
         if made.error is not None:
             raise made.error
         return made.result
 
     def _abandon(self, address: str, worker: Worker) -> None:
-        """Use a worker no more whose call nobody waits for; its process is restarted if it has a nanny."""
+        """Use a worker no more whose call nobody waits for.
+
+        Its process is restarted if it has a nanny.
+        """
         if self._workers.pop(address, None) is None:
             return
         self._avoided.add(address)
         if not worker.is_guarded:
-            self._warn(f"Dask worker {address} has no nanny that could stop what it does; it is not used any more")
+            self._warn(
+                f"Dask worker {address} has no nanny that could stop what it does; it is not used any more"
+            )
             return
         self._doomed.append(address)
         if self._restarts is None or self._restarts.done():
@@ -290,5 +333,7 @@ async def _outcome_of(future: Any) -> Any:
 def _silence() -> None:
     """Leave it to this program's own lines to say what becomes of the cluster."""
     warnings.simplefilter("ignore", VersionMismatchWarning)  # versions are compared in worker_check
-    for name in [name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"]:
+    for name in [
+        name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"
+    ]:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)

@@ -22,9 +22,15 @@ def check_security(scheduler: str) -> None:
         security = read()
         has_certificate = security.get_connection_args("client")["ssl_context"] is not None
     except (OSError, ValueError, TypeError) as error:
-        raise InputError(f"Dask's TLS cannot be used ({error}); correct its configuration, {settings}") from None
+        raise InputError(
+            f"Dask's TLS cannot be used ({error}); correct its configuration, {settings}"
+        ) from None
     is_encrypted = parse_address(scheduler)[0] in ENCRYPTED
     if is_encrypted and not has_certificate:
-        raise InputError(f"--scheduler {scheduler} needs TLS; set it in Dask's configuration, {settings}")
+        raise InputError(
+            f"--scheduler {scheduler} needs TLS; set it in Dask's configuration, {settings}"
+        )
     if security.require_encryption and not is_encrypted:
-        raise InputError(f"--scheduler {scheduler} has no TLS, which Dask's require-encryption demands; give tls://...")
+        raise InputError(
+            f"--scheduler {scheduler} has no TLS, which Dask's require-encryption demands; give tls://..."
+        )

@@ -1,4 +1,7 @@
-"""Executors of ``concurrent.futures``: a process of its own, this process, or a place in something larger."""
+"""Executors of ``concurrent.futures``.
+
+A process of its own, this process, or a place in something larger.
+"""
 
 import contextlib
 import ctypes
@@ -25,7 +28,9 @@ class WorkerProcess(ProcessPoolExecutor):
     """
 
     def __init__(self, start_method: str = "spawn") -> None:
-        super().__init__(1, mp_context=multiprocessing.get_context(start_method), initializer=_begin_worker)
+        super().__init__(
+            1, mp_context=multiprocessing.get_context(start_method), initializer=_begin_worker
+        )
         self._process: BaseProcess | None = None
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
@@ -68,7 +73,10 @@ def _main_left_out() -> Iterator[None]:
 
 
 class InProcess(Executor):
-    """An executor that runs each call at once in this process: for debugging and profiling. It knows no time limit."""
+    """An executor that runs each call at once in this process: for debugging and profiling.
+
+    It knows no time limit.
+    """
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
         """Run a call to its end."""
@@ -84,8 +92,9 @@ class Place(Executor):
     """A place for one task at a time in something larger that stays open when the place is closed.
 
     Args:
-        start: starts a call somewhere, such as ``submit`` of an executor that many places share. Cancelling the
-            future that it returns should end the call; where it cannot, the call's late result is ignored.
+        start: starts a call somewhere, such as ``submit`` of an executor that many places share.
+            Cancelling the future that it returns should end the call; where it cannot, the call's
+            late result is ignored.
     """
 
     def __init__(self, start: Callable[..., "Future[Any]"]) -> None:
@@ -98,7 +107,10 @@ class Place(Executor):
         return self._future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Leave the place; with ``cancel_futures`` what was started last is cancelled if it is not done."""
+        """Leave the place.
+
+        With ``cancel_futures`` what was started last is cancelled if it is not done.
+        """
         if cancel_futures and self._future is not None:
             self._future.cancel()
 

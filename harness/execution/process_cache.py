@@ -16,8 +16,8 @@ _ALL: "list[Kept[Any, Any]]" = []
 class Kept(Generic[Given, Made]):
     """A function whose last results are kept; its arguments are hashable.
 
-    Unlike :func:`functools.lru_cache` it lets the oldest result go before it makes another one: brains and worlds weigh
-    hundreds of megabytes.
+    Unlike :func:`functools.lru_cache` it lets the oldest result go before it makes another one:
+    brains and worlds weigh hundreds of megabytes.
     """
 
     def __init__(self, make: Callable[Given, Made], most: int, is_heavy: bool) -> None:
@@ -26,8 +26,8 @@ class Kept(Generic[Given, Made]):
         Args:
             make: the function.
             most: number of results kept.
-            is_heavy: the memory of a result that goes is needed at once, and its parts know each other. Looking for
-                them among all objects of the process takes a fifth of a second.
+            is_heavy: the memory of a result that goes is needed at once, and its parts know each
+                other. Looking for them among all objects of the process takes a fifth of a second.
         """
         functools.update_wrapper(self, make)
         self._make, self._most, self._is_heavy = make, most, is_heavy
@@ -66,6 +66,9 @@ def kept(most: int, is_heavy: bool = False) -> Callable[[Callable[Given, Made]],
 
 
 def forget() -> None:
-    """Read files anew, and build anew what is made of them; what is at work just now goes on as it is."""
+    """Read files anew, and build anew what is made of them.
+
+    What is at work just now goes on as it is.
+    """
     for each in _ALL:
         each.cache_clear()

@@ -3,8 +3,10 @@
 import time
 from pathlib import Path
 
-SILENCE = 45.0  # [s] without any processor time after which a process is given up; a delivery takes it all the time
-LONGEST_LOOK = 5.0  # [s] between two looks; more: this program was stopped itself, and nothing is known
+# [s] without any processor time after which a process is given up; a delivery takes it all the time
+SILENCE = 45.0
+# [s] between two looks; more: this program was stopped itself, and nothing is known
+LONGEST_LOOK = 5.0
 
 
 class Pulse:
@@ -29,7 +31,13 @@ class Pulse:
 def processor_time(pid: int | None) -> float | None:
     """What a process and its ended children have taken [clock ticks]; None: that cannot be told."""
     try:
-        fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace").rpartition(")")[2].split()
-        return sum(float(field) for field in fields[11:15])  # utime, stime, cutime, cstime (proc_pid_stat(5))
+        fields = (
+            Path(f"/proc/{pid}/stat")
+            .read_text(encoding="ascii", errors="replace")
+            .rpartition(")")[2]
+            .split()
+        )
+        # utime, stime, cutime, cstime (proc_pid_stat(5))
+        return sum(float(field) for field in fields[11:15])
     except (OSError, ValueError):
         return None

@@ -1,4 +1,7 @@
-"""Whether a process elsewhere drives a delivery as this one does: one thread, the same code, versions and files."""
+"""Whether a process elsewhere drives a delivery as this one does.
+
+One thread, the same code, versions and files.
+"""
 
 import hashlib
 import platform
@@ -24,14 +27,18 @@ class Look:
     host: str
     threads: int  # that run tasks
     is_guarded: bool  # whether a process (Dask's nanny) would start it anew
-    versions: Mapping[str, str]  # of Python, the machine and libraries; "" where a library is missing
-    project: str  # SHA-256 of the code, parameters and maps that come with the program, as they are on disk
+    # of Python, the machine and libraries; "" where a library is missing
+    versions: Mapping[str, str]
+    # SHA-256 of the code, parameters and maps that come with the program, as they are on disk
+    project: str
     files: Mapping[str, str]  # absolute path -> SHA-256; "" where there is none
     code: str  # SHA-256 of the code, as it was on disk when the process began to use it
 
 
 def look(libraries: Sequence[str], files: Sequence[str], dask_worker: Any = None) -> Look:
-    """Look at this process, and prepare it for deliveries if it is a Dask worker: what earlier ones read is forgotten.
+    """Look at this process, and prepare it for deliveries if it is a Dask worker.
+
+    What earlier ones read is forgotten.
 
     Args:
         libraries: names of distributions.
@@ -115,7 +122,11 @@ def _code() -> list[Path]:
 
 
 def _all_files(folder: Path) -> list[Path]:
-    return [path for path in sorted(folder.rglob("*")) if path.is_file() and "__pycache__" not in path.parts]
+    return [
+        path
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and "__pycache__" not in path.parts
+    ]
 
 
 def _digest(path: str) -> str:
@@ -127,7 +138,10 @@ def _digest(path: str) -> str:
 
 @cache
 def _version(name: str) -> str:
-    """A version as it was when first asked for: what is imported stays when another one is installed."""
+    """A version as it was when first asked for.
+
+    What is imported stays when another one is installed.
+    """
     try:
         return version(name)
     except PackageNotFoundError:

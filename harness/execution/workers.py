@@ -12,7 +12,8 @@ from harness.execution.executors import WorkerProcess
 from harness.execution.silence import SILENCE, Pulse
 from navstack.errors import InputError
 
-TIME_LIMIT = 1800.0  # [s] of wall time per task; a delivery takes seconds to a few minutes, compiling once included
+# [s] of wall time per task; a delivery takes seconds to a few minutes, compiling once included
+TIME_LIMIT = 1800.0
 ATTEMPTS = 2  # at a task whose worker dies or hangs
 LOOK = 1.0  # [s] between two looks at who works, and how much room there is
 NOTHING_DONE = f"its worker process did nothing for {SILENCE:g} s (stopped?)"
@@ -22,7 +23,10 @@ Result = TypeVar("Result")
 
 
 class NoExecutorError(InputError):
-    """What tasks should run on is gone as a whole, was never there or does not fit; no task is to blame."""
+    """What tasks should run on is gone as a whole, was never there or does not fit.
+
+    No task is to blame.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +68,10 @@ class _Slot:
         return self._executor.pid if isinstance(self._executor, WorkerProcess) else None
 
     def discard(self) -> str:
-        """Give the executor up, with what runs there if it can be killed; returns how it ended, if that is known."""
+        """Give the executor up, with what runs there if it can be killed.
+
+        Returns how it ended, if that is known.
+        """
         executor, self._executor = self._executor, None
         if isinstance(executor, WorkerProcess):
             executor.kill()
@@ -95,8 +102,9 @@ class _Running(Generic[Task]):
 class Workers:
     """A number of executors, each with one task at a time, that live from study to study.
 
-    A task whose worker dies or exceeds the time limit is attempted once more, and then finishes with an error; the
-    tasks of the other workers notice nothing. A task that raises finishes with its error at once.
+    A task whose worker dies or exceeds the time limit is attempted once more, and then finishes
+    with an error; the tasks of the other workers notice nothing. A task that raises finishes with
+    its error at once.
     """
 
     def __init__(
@@ -110,13 +118,14 @@ class Workers:
 
         Args:
             count: of tasks at a time, at most.
-            make_executor: makes an executor of its own for each worker, and one to replace one that died; places in an
-                executor that all workers share are made by :class:`Place`.
+            make_executor: makes an executor of its own for each worker, and one to replace one that
+                died; places in an executor that all workers share are made by :class:`Place`.
                 PyBullet's worlds are kept per process: threads must not share one.
-            time_limit: [s] of wall time per task. Executors other than :class:`WorkerProcess` cannot be killed: there
-                the task's late result is ignored.
-            room: for how many tasks there is room just now, asked again at least every second: workers may come and
-                go. It may raise :class:`NoExecutorError`. None: always for ``count``.
+            time_limit: [s] of wall time per task. Executors other than :class:`WorkerProcess`
+                cannot be killed: there the task's late result is ignored.
+            room: for how many tasks there is room just now, asked again at least every second:
+                workers may come and go. It may raise :class:`NoExecutorError`. None: always for
+                ``count``.
         """
         self._count, self._make_executor, self._time_limit = count, make_executor, time_limit
         self._room = room
@@ -134,7 +143,8 @@ class Workers:
     ) -> Generator[Finished[Task, Result], None, None]:
         """Yield each task as it finishes.
 
-        Closing the iterator (Ctrl-C included) stops what is running; what was yielded before stays valid.
+        Closing the iterator (Ctrl-C included) stops what is running; what was yielded before stays
+        valid.
         """
         waiting = deque(_Attempt(task) for task in tasks)
         running: dict[Future[Result], _Running[Task]] = {}
@@ -145,7 +155,9 @@ class Workers:
                         self._idle.append(_Slot(self._make_executor))
                     future = self._idle[-1].submit(function, waiting[0].task)
                     deadline = time.monotonic() + self._time_limit
-                    running[future] = _Running(waiting.popleft(), self._idle.pop(), deadline, Pulse())
+                    running[future] = _Running(
+                        waiting.popleft(), self._idle.pop(), deadline, Pulse()
+                    )
                 for future in self._ended(running):
                     each = running.pop(future)
                     self._idle.append(each.slot)
@@ -175,7 +187,8 @@ class Workers:
 
 def _overdue(running: "dict[Future[Result], _Running[Task]]") -> "list[Future[Result]]":
     now = time.monotonic()
-    silent = [future for future, each in running.items() if each.pulse.is_silent(each.slot.pid)]  # asks all of them
+    # asks all of them
+    silent = [future for future, each in running.items() if each.pulse.is_silent(each.slot.pid)]
     return [future for future, each in running.items() if each.deadline <= now or future in silent]
 
 
@@ -187,7 +200,11 @@ def _collect(
     if not future.done():
         each.slot.discard()
         is_late = each.deadline <= time.monotonic()
-        reason = f"it ran for more than {time_limit:g} s (--episode-timeout)" if is_late else NOTHING_DONE
+        reason = (
+            f"it ran for more than {time_limit:g} s (--episode-timeout)"
+            if is_late
+            else NOTHING_DONE
+        )
     else:
         error = future.exception()
         if error is None:

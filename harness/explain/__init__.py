@@ -1,1 +1,4 @@
-"""Why a delivery cost what it cost: the seconds before each costed event, and what another parameter had saved."""
+"""Why a delivery cost what it cost.
+
+The seconds before each costed event, and what another parameter had saved.
+"""

@@ -10,7 +10,8 @@ from navstack.navigation_status import Status
 from navstack.navigator import Navigator
 from navstack.types import Belief, Generators, Observation, Pose2D, Twist2D
 
-Weighed = dict[float, tuple[Alternative, ...]]  # by the cycle's time [s]: what its command was preferred to
+# by the cycle's time [s]: what its command was preferred to
+Weighed = dict[float, tuple[Alternative, ...]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +26,10 @@ class TakeOver:
 
 
 class _Led:
-    """Tells what the brain tells that drives: all of :class:`harness.task.brain.Brain` but the tick."""
+    """Tells what the brain tells that drives.
+
+    All of :class:`harness.task.brain.Brain` but the tick.
+    """
 
     def __init__(self, driving: Brain) -> None:
         self._driving = driving
@@ -35,7 +39,10 @@ class _Led:
 
 
 class Watched(_Led):
-    """A navigator that is asked in every cycle what else it weighed; it drives as it would otherwise."""
+    """A navigator that is asked in every cycle what else it weighed.
+
+    It drives as it would otherwise.
+    """
 
     def __init__(self, navigator: Navigator) -> None:
         super().__init__(navigator)
@@ -80,6 +87,8 @@ class HandOver(_Led):
         other = second.tick(observation)
         if observation.stamp < self._moment:
             return command
-        self.take_over = TakeOver(observation.stamp, command, other, second.status, second.counts.recoveries)
+        self.take_over = TakeOver(
+            observation.stamp, command, other, second.status, second.counts.recoveries
+        )
         self._driving = second
         return other

@@ -28,7 +28,10 @@ class Explained:
 def explained(evidence: Evidence, seconds: Sequence[Seconds]) -> list[Explained]:
     """Moments with their words, in order of time."""
     before = [None, *(each.moment for each in seconds)]
-    return [Explained(each, paragraph(evidence, each, last), last) for each, last in zip(seconds, before, strict=False)]
+    return [
+        Explained(each, paragraph(evidence, each, last), last)
+        for each, last in zip(seconds, before, strict=False)
+    ]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -67,7 +70,10 @@ def document(evidence: Evidence, told: Sequence[Explained], saving: Saving | Non
 
 
 def instant(seconds: Seconds, place: int) -> Json:
-    """One instant before a moment, ``place`` in the arrays; units in the names; null where there is nothing."""
+    """One instant before a moment, ``place`` in the arrays; units in the names.
+
+    Null where there is nothing.
+    """
     at = float(seconds.at[place])
     decision = seconds.decision_at(at) or {}
     values = {
@@ -75,7 +81,10 @@ def instant(seconds: Seconds, place: int) -> Json:
         "speed_mps": seconds.speed[place],
         "command_linear_x_mps": seconds.command[place, 0],
         "command_angular_z_radps": seconds.command[place, 1],
-        **{key: decision.get(key) for key in ("decided_by", "samples", "rejected", "total_score", "status")},
+        **{
+            key: decision.get(key)
+            for key in ("decided_by", "samples", "rejected", "total_score", "status")
+        },
         "monitor_action": decision.get("monitor_action"),
         "position_error_m": seconds.position_error[place],
         "heading_error_rad": seconds.heading_error[place],
@@ -124,7 +133,8 @@ def _rewind(saving: Saving) -> Json:
         "event": saving.moment.number,
         "before_s": saving.before,
         "changes": [
-            {"path": change.place.path, "from": change.place.value, "to": change.value} for change in rewound.changes
+            {"path": change.place.path, "from": change.place.value, "to": change.value}
+            for change in rewound.changes
         ],
         "take_over": {
             "stamp_s": take_over.stamp,

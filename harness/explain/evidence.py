@@ -41,7 +41,8 @@ class Evidence:
     trace: FloatArray  # (T, 11) harness.metrics.replay_log.TRACE_COLUMNS
     crowd: FloatArray  # (T, n, 2) [m]
     pieces_lost: FloatArray  # (T,)
-    tracks: tuple[FloatArray, ...]  # T arrays (k, 6): id, x, y [m], vx, vy [m/s], radius [m], map frame as believed
+    # T arrays (k, 6): id, x, y [m], vx, vy [m/s], radius [m], map frame as believed
+    tracks: tuple[FloatArray, ...]
     plans: tuple[tuple[float, FloatArray], ...]  # since when [s], and corners (N, 2) [m]
     decisions: tuple[Row, ...]  # of the table of decisions; none: nothing decides in this stack
     weighed: Weighed | None  # None: not recorded
@@ -65,7 +66,9 @@ def delivery_row(run: StoredRun, episode: int) -> Row:
     stack = run.stacks[0]
     row = next((row for row in stack.rows if row["episode"] == episode), None)
     if row is None:
-        raise InputError(f"{run.folder}: {stack.name} finished no episode {episode}; it has {len(stack.rows)} others")
+        raise InputError(
+            f"{run.folder}: {stack.name} finished no episode {episode}; it has {len(stack.rows)} others"
+        )
     return row
 
 
@@ -92,8 +95,14 @@ def read_decisions(path: Path) -> tuple[Row, ...]:
     try:
         names = pq.read_schema(path).names
     except (OSError, ValueError) as error:
-        raise InputError(f"{path}: is damaged ({error}); make the run again with --record full") from None
-    critics = {name: CRITIC_COLUMNS[end] for name in names if (end := name.rpartition("_")[2]) in CRITIC_COLUMNS}
+        raise InputError(
+            f"{path}: is damaged ({error}); make the run again with --record full"
+        ) from None
+    critics = {
+        name: CRITIC_COLUMNS[end]
+        for name in names
+        if (end := name.rpartition("_")[2]) in CRITIC_COLUMNS
+    }
     return tuple(read_rows(path, critics | DECISION_COLUMNS))
 
 
@@ -112,7 +121,9 @@ def task_of(run: StoredRun, episode: int) -> EpisodeTask:
     """
     name = run.stacks[0].name
     tasks = load_study(run.folder, 1).tasks()
-    task = next((task for task in tasks if (task.stack.name, task.episode) == (name, episode)), None)
+    task = next(
+        (task for task in tasks if (task.stack.name, task.episode) == (name, episode)), None
+    )
     if task is None:
         raise InputError(f"{run.folder}: the study has no episode {episode} of {name}")
     return dataclasses.replace(task, keep_trace=True, keep_decisions=True)

@@ -1,4 +1,7 @@
-"""The moments of a delivery that cost something: contacts that are paid for, and what ended it badly."""
+"""The moments of a delivery that cost something.
+
+Contacts that are paid for, and what ended it badly.
+"""
 
 import dataclasses
 from collections.abc import Sequence
@@ -17,9 +20,14 @@ from harness.world.outcome import Outcome, Rules
 
 CONTACT = "contact"
 IMPULSE = "impulse"  # reason of an outcome, as harness.world.outcome has it
-SPOILED, TIMEOUT, ASSISTANCE = Outcome.SPOILED.value, Outcome.TIMEOUT.value, Outcome.PHYSICAL_ASSISTANCE.value
+SPOILED, TIMEOUT, ASSISTANCE = (
+    Outcome.SPOILED.value,
+    Outcome.TIMEOUT.value,
+    Outcome.PHYSICAL_ASSISTANCE.value,
+)
 COSTLY = (SPOILED, TIMEOUT, ASSISTANCE)
-STUCK_PLACE, STUCK_TIME = 2.0, 10.0  # [m] around where it ended, [s]: whoever stays there so long is stuck
+# [m] around where it ended, [s]: whoever stays there so long is stuck
+STUCK_PLACE, STUCK_TIME = 2.0, 10.0
 COMPONENTS = ("electricity", *DOLLARS)  # fields of harness.economics.cost_model.Running
 
 
@@ -29,9 +37,11 @@ class Moment:
 
     number: int  # in the delivery, from 1 in order of time
     kind: str  # CONTACT, or one of COSTLY
-    stamp: float  # [s] of the contact; when the food was spoiled; since when it was stuck; when it needed help
+    # [s] of the contact; when the food was spoiled; since when it was stuck; when it needed help
+    stamp: float
     cost: float | None  # [USD]; None: the cargo is not modelled
-    event: Row | None  # row of events.parquet: of a contact, and of the last that used up the robot's health
+    # row of events.parquet: of a contact, and of the last that used up the robot's health
+    event: Row | None
 
     @property
     def person(self) -> int | None:
@@ -42,13 +52,18 @@ class Moment:
 
 
 def costs_of(row: Row, prices: Prices) -> dict[str, float | None]:
-    """What one delivery comes to by :data:`COMPONENTS` [USD]; None where that depends on cargo that is not modelled."""
+    """What one delivery comes to by :data:`COMPONENTS` [USD].
+
+    None where that depends on cargo that is not modelled.
+    """
     measured = deliveries([row], prices.rolling_resistance_force)
     if row["pieces_at_start"] is None:  # which only the outcome of an arrival says
         measured = dataclasses.replace(measured, sla=None, spoiled=None)
     money = running(measured, prices)
     values = {name: getattr(money, name) for name in COMPONENTS}
-    return {name: None if value is None else float(np.ravel(value)[0]) for name, value in values.items()}
+    return {
+        name: None if value is None else float(np.ravel(value)[0]) for name, value in values.items()
+    }
 
 
 def is_costly(row: Row, events: Sequence[Row]) -> bool:
@@ -60,22 +75,37 @@ def costly_episodes(run: StoredRun) -> list[int]:
     """The episodes of a run with one stack that have such a moment."""
     name = run.stacks[0].name
     paid = {event["episode"] for event in run.events if event["stack"] == name and _is_paid(event)}
-    return [row["episode"] for row in run.stacks[0].rows if row["outcome"] in COSTLY or row["episode"] in paid]
+    return [
+        row["episode"]
+        for row in run.stacks[0].rows
+        if row["outcome"] in COSTLY or row["episode"] in paid
+    ]
 
 
 def moments_of(evidence: Evidence, rules: Rules, prices: Prices) -> list[Moment]:
     """The moments of a delivery in order of time."""
     found: list[tuple[str, float, float | None, Row | None]] = [
-        (CONTACT, event["stamp_s"], event["cost_usd"], event) for event in evidence.events if _is_paid(event)
+        (CONTACT, event["stamp_s"], event["cost_usd"], event)
+        for event in evidence.events
+        if _is_paid(event)
     ]
     outcome = evidence.row["outcome"]
     if outcome in COSTLY:
         money = costs_of(evidence.row, prices)
         parts = [money["service_compensation"], money["repair"] if outcome == ASSISTANCE else 0.0]
         cost = None if None in parts else sum(part for part in parts if part is not None)
-        stamp = {SPOILED: _spoiled_at, TIMEOUT: _stuck_since, ASSISTANCE: _end_of}[outcome](evidence, rules)
+        stamp = {SPOILED: _spoiled_at, TIMEOUT: _stuck_since, ASSISTANCE: _end_of}[outcome](
+            evidence, rules
+        )
         counted = [event for event in evidence.events if event["type"] == COUNTED]
-        found.append((outcome, stamp, cost, counted[-1] if counted and evidence.row["reason"] == IMPULSE else None))
+        found.append(
+            (
+                outcome,
+                stamp,
+                cost,
+                counted[-1] if counted and evidence.row["reason"] == IMPULSE else None,
+            )
+        )
     found.sort(key=lambda each: each[1])
     return [Moment(number, *each) for number, each in enumerate(found, start=1)]
 
@@ -98,7 +128,9 @@ def _spoiled_at(evidence: Evidence, rules: Rules) -> float:
     allowed = rules.spoiled_fraction * evidence.row["pieces_at_start"]
     sound = np.flatnonzero(evidence.pieces_lost <= allowed)
     first = int(sound[-1]) + 1 if len(sound) else 0
-    return float(evidence.stamps[first]) if first < len(evidence.stamps) else _end_of(evidence, rules)
+    return (
+        float(evidence.stamps[first]) if first < len(evidence.stamps) else _end_of(evidence, rules)
+    )
 
 
 def _stuck_since(evidence: Evidence, rules: Rules) -> float:

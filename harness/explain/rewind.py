@@ -1,10 +1,11 @@
 """The same delivery with other parameters from some moment on.
 
-The delivery is driven from its start with the parameters that it had, so that world and brain are in their true state
-at the moment. From the start on, a second brain, built with the changed parameters, is shown the same observations: it
-localizes, maps, plans and decides, but nobody drives what it says. At the moment it takes over. No state is copied from
-one brain to the other, and both draw their chance from generators that began alike: with nothing changed they say the
-same in every tick, and the row comes out as it was.
+The delivery is driven from its start with the parameters that it had, so that world and brain are
+in their true state at the moment. From the start on, a second brain, built with the changed
+parameters, is shown the same observations: it localizes, maps, plans and decides, but nobody drives
+what it says. At the moment it takes over. No state is copied from one brain to the other, and both
+draw their chance from generators that began alike: with nothing changed they say the same in every
+tick, and the row comes out as it was.
 """
 
 import math
@@ -60,7 +61,8 @@ def rewind(run: StoredRun, evidence: Evidence, settings: Sequence[str], moment: 
         moment: [s] less than the delivery took.
 
     Raises:
-        InputError: a setting cannot be used, or the delivery does not drive here as it did until the moment.
+        InputError: a setting cannot be used, or the delivery does not drive here as it did until
+            the moment.
     """
     rewound = drive_changed(task_of(run, evidence.row["episode"]), settings, moment)
     assert rewound.delivery.recording is not None
@@ -81,11 +83,15 @@ def drive_changed(task: EpisodeTask, settings: Sequence[str], moment: float) -> 
         InputError: a setting cannot be used, or the delivery ends before the next decision.
     """
     if not task.stack.is_nav2:
-        raise InputError(f"--rewind: no Nav2 file decides how {task.stack.name} drives, so there is nothing to change")
+        raise InputError(
+            f"--rewind: no Nav2 file decides how {task.stack.name} drives, so there is nothing to change"
+        )
     parts = Parts(task)
     nav2 = parts.nav2
     changes = changes_of(nav2, settings)
-    changed = with_values(nav2, {change.place.path: change.value for change in changes}, task.allow_unknown)
+    changed = with_values(
+        nav2, {change.place.path: change.value for change in changes}, task.allow_unknown
+    )
     rate = parts.params.physics.rate
     if steps_per_tick(changed, rate) != steps_per_tick(nav2, rate):
         raise InputError(
@@ -95,14 +101,18 @@ def drive_changed(task: EpisodeTask, settings: Sequence[str], moment: float) -> 
     made: list[HandOver] = []
 
     def make(parts: Parts, world: World) -> Brain:
-        first, second = (navigator_on(parts.scene, world, task.stack, file) for file in (nav2, changed))
+        first, second = (
+            navigator_on(parts.scene, world, task.stack, file) for file in (nav2, changed)
+        )
         made.append(HandOver(first, second, moment))
         return cast(Brain, made[0])
 
     delivery = run_episode(task, make)
     take_over = made[0].take_over
     if take_over is None:
-        raise InputError(f"--rewind: nothing is decided from {moment:.2f} s on; give a larger --before")
+        raise InputError(
+            f"--rewind: nothing is decided from {moment:.2f} s on; give a larger --before"
+        )
     return Rewound(changes, take_over, delivery)
 
 
@@ -131,5 +141,7 @@ def _value(place: Place, text: str) -> Value:
     except (KeyError, ValueError):
         value = math.nan
     if isinstance(value, float) and not math.isfinite(value):
-        raise InputError(f"--rewind: {place.path} is {place.value!r}; '{text}' is not {KINDS[place.kind]}")
+        raise InputError(
+            f"--rewind: {place.path} is {place.value!r}; '{text}' is not {KINDS[place.kind]}"
+        )
     return value

@@ -18,7 +18,8 @@ STEP = 0.5  # [s] between the instants that are told
 SAME_BODY = 0.75  # [m] between a track and a person's centre, up to which the track is the person's
 ABSENT, FARTHEST = 1e9, 1e6  # [m] where who is absent stands, and beyond which nobody is
 NEAR = 10.0  # [m] beyond which nobody matters
-A_SECOND = 1.0  # [s] before the moment the decision is looked at: later than that, hardly any would have helped
+# [s] before the moment the decision is looked at: later than that, hardly any would have helped
+A_SECOND = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,11 +35,13 @@ class Seconds:
     position_error: FloatArray  # (m,) [m] of the belief at the last decision; NaN: nobody decides
     heading_error: FloatArray  # (m,) [rad]
     decided_at: FloatArray  # (k,) [s] of the decisions relative to the moment
-    decided_off: FloatArray  # (k,) [m] that the believed position was off then; instants of the trace come with the
+    # (k,) [m] that the believed position was off then; instants of the trace come with the
+    decided_off: FloatArray
     # fixes of a GPS, so that their mean would be too good
     person: int | None  # who was touched, else the nearest; None: nobody was near
     people: FloatArray  # (m, n, 2) [m]
-    distance: FloatArray  # (m,) [m] between robot and that person; NaN: there is none, or it is absent
+    # (m,) [m] between robot and that person; NaN: there is none, or it is absent
+    distance: FloatArray
     closing: FloatArray  # (m,) [m/s] at which that distance shrinks
     track_error: FloatArray  # (m,) [m] between the person and its track; NaN: none
     tracks: tuple[FloatArray, ...]  # m arrays (k, 2) [m]: tracks where the robot truly sees them
@@ -67,7 +70,10 @@ class Seconds:
 
     @property
     def tracked_since(self) -> float | None:
-        """Since when [s] before the moment a track has been with the person without a gap; None: none is."""
+        """Since when [s] before the moment a track has been with the person without a gap.
+
+        None: none is.
+        """
         lost = np.flatnonzero(np.isnan(self.track_error))
         first = int(lost[-1]) + 1 if len(lost) else 0
         return None if first == len(self.at) else float(-self.at[first])
@@ -82,7 +88,9 @@ def seconds_before(evidence: Evidence, moment: Moment, before: float) -> Seconds
     since = max(moment.stamp - before, 0.0)
     stamps = evidence.stamps
     if len(stamps) < 2:
-        raise InputError("the delivery was over within 0.1 s: no seconds before that can be told; check its start")
+        raise InputError(
+            "the delivery was over within 0.1 s: no seconds before that can be told; check its start"
+        )
     inside = np.flatnonzero((stamps >= since - 1e-6) & (stamps <= moment.stamp + 1e-6))
     if len(inside) < 2:
         inside = np.arange(2, dtype=np.int64)
@@ -93,7 +101,9 @@ def seconds_before(evidence: Evidence, moment: Moment, before: float) -> Seconds
     if person is not None:
         distance, place = distances[:, person], people[:, person]
     tracks = _true_tracks(evidence, inside)
-    decisions = tuple(row for row in evidence.decisions if since - 1e-6 <= row["stamp_s"] <= moment.stamp + 1e-6)
+    decisions = tuple(
+        row for row in evidence.decisions if since - 1e-6 <= row["stamp_s"] <= moment.stamp + 1e-6
+    )
     decided, errors = _errors(evidence)
     error = errors[np.maximum(np.searchsorted(decided, trace[:, 0] + 1e-6) - 1, 0)]
     within = (decided >= since - 1e-6) & (decided <= moment.stamp + 1e-6)
@@ -173,6 +183,12 @@ def _true_tracks(evidence: Evidence, inside: IntArray) -> tuple[FloatArray, ...]
 
 
 def _track_errors(tracks: Sequence[FloatArray], person: FloatArray) -> FloatArray:
-    """Distance (m,) [m] between a person (m, 2) and the nearest track; NaN: none is near enough to be the person's."""
-    nearest = [np.hypot(*(seen - at).T).min(initial=np.inf) for seen, at in zip(tracks, person, strict=True)]
+    """Distance (m,) [m] between a person (m, 2) and the nearest track.
+
+    NaN: none is near enough to be the person's.
+    """
+    nearest = [
+        np.hypot(*(seen - at).T).min(initial=np.inf)
+        for seen, at in zip(tracks, person, strict=True)
+    ]
     return np.where(np.array(nearest) <= SAME_BODY, nearest, np.nan)

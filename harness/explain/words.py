@@ -31,7 +31,10 @@ SHARES = 3  # of a score that are named
 
 
 def paragraph(evidence: Evidence, seconds: Seconds, before: Moment | None = None) -> str:
-    """A short paragraph on what led to a moment; a shorter one if that was told of the moment ``before`` it."""
+    """A short paragraph on what led to a moment.
+
+    A shorter one if that was told of the moment ``before`` it.
+    """
     if before is not None and is_same(before, seconds.moment):
         return f"{what(evidence, seconds)} The seconds before are those of event {before.number}."
     sentences = [what(evidence, seconds), _motion(seconds), _person(seconds)]
@@ -57,20 +60,36 @@ def what(evidence: Evidence, seconds: Seconds) -> str:
         return f"{head} the food was spoiled; {lost} of {row['pieces_at_start']} pieces were lost in the end."
     if moment.kind == TIMEOUT:
         stuck = row["duration_s"] - moment.stamp > 1.0
-        how = f"from here on it stayed within {STUCK_PLACE:g} m" if stuck else "it was still on its way"
-        gave_up = f"; the navigator gave up: {row['gave_up']} ({row['navigator_error']})" if row["gave_up"] else ""
+        how = (
+            f"from here on it stayed within {STUCK_PLACE:g} m"
+            if stuck
+            else "it was still on its way"
+        )
+        gave_up = (
+            f"; the navigator gave up: {row['gave_up']} ({row['navigator_error']})"
+            if row["gave_up"]
+            else ""
+        )
         left = f"{row['goal_distance_m']:.1f} m from the goal"
         return f"{head} {how}{gave_up}; at {row['duration_s']:.0f} s time was up, {left}."
     if moment.kind == ASSISTANCE:
         total = f" ({row['collision_impulse_ns']:.0f} N s in all)" if event is not None else ""
         return f"{head} the robot needed help: {REASONS.get(row['reason'], row['reason'])}{total}."
     assert event is not None
-    partner = f"person {event['partner_id']}" if event["partner"] == PERSON else f"a {event['kind'].replace('_', ' ')}"
+    partner = (
+        f"person {event['partner_id']}"
+        if event["partner"] == PERSON
+        else f"a {event['kind'].replace('_', ' ')}"
+    )
     speeds = f"the robot came with {event['robot_speed_mps']:z.2f} m/s"
     if event["partner"] == PERSON:
         speeds += f", the person with {event['partner_speed_mps']:z.2f} m/s"
     fault, impulse = FAULTS.get(event["fault"], event["fault"]), f"{event['impulse_ns']:.0f} N s"
-    hit = f"{partner} hit it with" if event["fault"].startswith("person_into") else f"it hit {partner} with"
+    hit = (
+        f"{partner} hit it with"
+        if event["fault"].startswith("person_into")
+        else f"it hit {partner} with"
+    )
     return f"{head} {hit} {impulse}; {speeds}: {fault}."
 
 
@@ -81,7 +100,13 @@ def _motion(seconds: Seconds) -> str:
     if np.abs(speed).max() < STANDS and np.abs(commanded).max() < STANDS:
         return f"It stood still for the whole {-seconds.at[0]:.1f} s."
     change = float(commanded[-1] - commanded[early])
-    braked = "braked" if change < -CHANGED else "sped up" if change > CHANGED else "neither braked nor sped up"
+    braked = (
+        "braked"
+        if change < -CHANGED
+        else "sped up"
+        if change > CHANGED
+        else "neither braked nor sped up"
+    )
     when = "in the last second " if -seconds.at[0] >= 1.0 else ""
     return (
         f"In the {-seconds.at[0]:.1f} s before, it drove {_span(speed)} m/s and {when}{braked} "
@@ -93,15 +118,25 @@ def _person(seconds: Seconds) -> str:
     """How far the person was, and how fast the gap closed."""
     if seconds.person is None:
         return f"Nobody was within {NEAR:g} m."
-    named = "The person" if seconds.moment.person is not None else f"The nearest, person {seconds.person},"
+    named = (
+        "The person"
+        if seconds.moment.person is not None
+        else f"The nearest, person {seconds.person},"
+    )
     known = np.flatnonzero(np.isfinite(seconds.distance) & np.isfinite(seconds.closing))
     if not len(known):
         return ""
     distance = seconds.distance[known]
-    first, least, fastest = float(distance[0]), float(distance.min()), float(seconds.closing[known].max())
+    first, least, fastest = (
+        float(distance[0]),
+        float(distance.min()),
+        float(seconds.closing[known].max()),
+    )
     if first < TOUCHING:
         return f"{named} was against the robot already at the first."
-    closing = f" the gap closed at up to {fastest:.1f} m/s" if fastest > 0.0 else " the gap did not close"
+    closing = (
+        f" the gap closed at up to {fastest:.1f} m/s" if fastest > 0.0 else " the gap did not close"
+    )
     return f"{named} was {first:.1f} m away at first and {least:.2f} m at the least;{closing}."
 
 
@@ -118,10 +153,20 @@ def decided(seconds: Seconds) -> str:
         text += f" In {nothing} of them no trajectory was legal."
     statuses = Counter(row["status"] for row in rows if row["status"] not in ("", "solved", None))
     if statuses:
-        text += " Optimiser: " + ", ".join(f"{name} in {number}" for name, number in statuses.items()) + "."
-    monitor = Counter(row["monitor_action"] for row in rows if row["monitor_action"] not in ("none", None))
+        text += (
+            " Optimiser: "
+            + ", ".join(f"{name} in {number}" for name, number in statuses.items())
+            + "."
+        )
+    monitor = Counter(
+        row["monitor_action"] for row in rows if row["monitor_action"] not in ("none", None)
+    )
     if monitor:
-        text += " Collision monitor: " + ", ".join(f"{name} in {number}" for name, number in monitor.items()) + "."
+        text += (
+            " Collision monitor: "
+            + ", ".join(f"{name} in {number}" for name, number in monitor.items())
+            + "."
+        )
     return text
 
 
@@ -135,11 +180,15 @@ def _against(seconds: Seconds) -> str:
     if row["total_score"] is None and row["rejected"] >= samples:
         why = f"its optimiser {row['status']}" if row["status"] else _counts(rejections)
         return f"{text} found nothing legal ({why})."
-    text += f" chose {row['wanted_linear_x_mps']:z.2f} m/s, {row['wanted_angular_z_radps']:+.2f} rad/s"
+    text += (
+        f" chose {row['wanted_linear_x_mps']:z.2f} m/s, {row['wanted_angular_z_radps']:+.2f} rad/s"
+    )
     if rejections and samples > 1:
         text += f"; illegal were {row['rejected']} of {samples} ({_counts(rejections)})"
     if shares:
-        named = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(shares.items())[:SHARES])
+        named = ", ".join(
+            f"{name} {100.0 * share:.0f} %" for name, share in list(shares.items())[:SHARES]
+        )
         text += f"; its score of {row['total_score']:.3g} came from {named}"
     return f"{text}. {_preferred(seconds, row)}".strip()
 
@@ -162,7 +211,9 @@ def _preferred(seconds: Seconds, row: Row) -> str:
     else:
         gaps = list(deciding_critics(row, slower).items())[:SHARES]
         spoke = ", ".join(f"{name} +{gap:.3g}" for name, gap in gaps)
-        text = f"The best at most half as fast ({slower.command.linear_x:z.2f} m/s) would have scored "
+        text = (
+            f"The best at most half as fast ({slower.command.linear_x:z.2f} m/s) would have scored "
+        )
         text += f"{_apart(slower.total - own)}{f'; what decided: {spoke}' if gaps else ''}. "
     speeds = f"{second.command.linear_x:z.2f} m/s, {second.command.angular_z:+.2f} rad/s"
     return f"{text}Second came {speeds} ({_apart(second.total - own)})."
@@ -175,17 +226,28 @@ def _apart(gap: float) -> str:
 
 def rejected_by(row: Row) -> dict[str, int]:
     """Trajectories that each critic was the first to reject, most first."""
-    counts = {key.removesuffix("_rejected"): value for key, value in row.items() if key.endswith("_rejected") and value}
+    counts = {
+        key.removesuffix("_rejected"): value
+        for key, value in row.items()
+        if key.endswith("_rejected") and value
+    }
     return dict(sorted(counts.items(), key=lambda each: -each[1]))
 
 
 def shares_of(row: Row) -> dict[str, float]:
-    """Share of each critic or term in the absolute sum of a decision's scores, largest first; none where that is 0."""
+    """Share of each critic or term in the absolute sum of a decision's scores, largest first.
+
+    None where that is 0.
+    """
     weighted = {
-        key.removesuffix(WEIGHTED): abs(value) for key, value in row.items() if key.endswith(WEIGHTED) and value
+        key.removesuffix(WEIGHTED): abs(value)
+        for key, value in row.items()
+        if key.endswith(WEIGHTED) and value
     }
     total = sum(weighted.values())
-    return {name: value / total for name, value in sorted(weighted.items(), key=lambda each: -each[1])}
+    return {
+        name: value / total for name, value in sorted(weighted.items(), key=lambda each: -each[1])
+    }
 
 
 def alternatives_at(seconds: Seconds, row: Row) -> dict[str, Alternative]:
@@ -209,7 +271,11 @@ def _believed(seconds: Seconds) -> str:
     """How far the belief was off."""
     if np.isnan(seconds.decided_off).all():
         return ""
-    mean, last, turned = np.nanmean(seconds.decided_off), seconds.position_error[-1], np.degrees(seconds.heading_error)
+    mean, last, turned = (
+        np.nanmean(seconds.decided_off),
+        seconds.position_error[-1],
+        np.degrees(seconds.heading_error),
+    )
     health = {row["health"] for row in seconds.decisions} - {"tracking", None}
     said = f" (it called itself {' and '.join(sorted(health))})" if health else ""
     return (
@@ -241,8 +307,14 @@ def _cargo(evidence: Evidence, seconds: Seconds) -> str:
     if evidence.row["pieces_at_start"] is None:
         return ""
     lost = int(seconds.pieces_lost[-1] - seconds.pieces_lost[0])
-    pieces = "no piece was lost" if lost <= 0 else f"{lost} piece{'s' if lost > 1 else ''} went over the edge"
-    return f"The cargo felt up to {np.max(seconds.shaking):.1f} m/s2, and {pieces} in these seconds."
+    pieces = (
+        "no piece was lost"
+        if lost <= 0
+        else f"{lost} piece{'s' if lost > 1 else ''} went over the edge"
+    )
+    return (
+        f"The cargo felt up to {np.max(seconds.shaking):.1f} m/s2, and {pieces} in these seconds."
+    )
 
 
 def _counts(counts: Mapping[str, int]) -> str:

@@ -1,4 +1,6 @@
-"""Every metric and column, declared in ``catalog.toml``: means, tables and docs/metrics.md are made from it.
+"""Every metric and column, declared in ``catalog.toml``.
+
+Means, tables and docs/metrics.md are made from it.
 
 A new metric of a delivery is one entry there and one value in the episode's row.
 """
@@ -13,14 +15,18 @@ from harness.metrics.metric import Better, Metric
 
 def _metrics(entries: Mapping[str, Mapping[str, Any]]) -> tuple[Metric, ...]:
     return tuple(
-        Metric(key=key, **{**entry, "better": Better[entry["better"].upper()]}) for key, entry in entries.items()
+        Metric(key=key, **{**entry, "better": Better[entry["better"].upper()]})
+        for key, entry in entries.items()
     )
 
 
 CATALOG = tomllib.loads(Path(__file__).with_name("catalog.toml").read_text(encoding="utf-8"))
 
-# Columns that are no metrics: which delivery it was, and how it ended in words. Name -> Arrow type, meaning.
-FACTS: dict[str, tuple[str, str]] = {key: (kind, meaning) for key, (kind, meaning) in CATALOG["facts"].items()}
+# Columns that are no metrics: which delivery it was, and how it ended in words. Name -> Arrow type,
+# meaning.
+FACTS: dict[str, tuple[str, str]] = {
+    key: (kind, meaning) for key, (kind, meaning) in CATALOG["facts"].items()
+}
 GROUPS = {title: _metrics(entries) for title, entries in CATALOG["groups"].items()}
 EPISODE_METRICS = tuple(metric for group in GROUPS.values() for metric in group)
 RUN_METRICS = _metrics(CATALOG["run"])  # what only a run has, over its finished deliveries

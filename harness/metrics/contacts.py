@@ -17,13 +17,22 @@ def is_paid(contact: CountedContact) -> bool:
     return contact.kind in PRICED_PROPERTY and contact.impulse >= PROPERTY_IMPULSE
 
 
-def property_contacts(contacts: Sequence[CountedContact], kinds: frozenset[str]) -> dict[str, int | None]:
-    """Paid contacts per priced kind of property under ``<kind>_contacts``; None: no such thing in this world."""
+def property_contacts(
+    contacts: Sequence[CountedContact], kinds: frozenset[str]
+) -> dict[str, int | None]:
+    """Paid contacts per priced kind of property under ``<kind>_contacts``.
+
+    None: no such thing in this world.
+    """
     paid = [c.kind for c in contacts if c.partner is Partner.PROPERTY and is_paid(c)]
-    return {f"{kind}_contacts": paid.count(kind) if kind in kinds else None for kind in PRICED_PROPERTY}
+    return {
+        f"{kind}_contacts": paid.count(kind) if kind in kinds else None for kind in PRICED_PROPERTY
+    }
 
 
-def was_counted(stamp: float, duration: float, partner: Hashable, counted: Iterable[tuple[float, Hashable]]) -> bool:
+def was_counted(
+    stamp: float, duration: float, partner: Hashable, counted: Iterable[tuple[float, Hashable]]
+) -> bool:
     """Whether the published rule counts a contact event.
 
     Args:
@@ -37,9 +46,15 @@ def was_counted(stamp: float, duration: float, partner: Hashable, counted: Itera
 
 
 def soft_contacts(truth: Truth) -> int:
-    """Contact events that the published rule does not count: too soft, or in its pause after a counted one."""
+    """Contact events that the published rule does not count.
+
+    Too soft, or in its pause after a counted one.
+    """
     counted = [(c.stamp, (c.partner, c.partner_id)) for c in truth.counted_contacts]
-    return sum(not was_counted(c.stamp, c.duration, (c.partner, c.partner_id), counted) for c in truth.contacts)
+    return sum(
+        not was_counted(c.stamp, c.duration, (c.partner, c.partner_id), counted)
+        for c in truth.contacts
+    )
 
 
 def event_rows(truth: Truth, costs: Sequence[float]) -> list[Row]:
@@ -88,4 +103,6 @@ def fault(contact: Contact | CountedContact) -> str:
         return "robot_into_property"
     if abs(contact.robot_speed) < STANDING:
         return "person_into_standing_robot"
-    return "robot_into_person" if contact.robot_speed >= contact.partner_speed else "person_into_robot"
+    return (
+        "robot_into_person" if contact.robot_speed >= contact.partner_speed else "person_into_robot"
+    )

@@ -1,4 +1,7 @@
-"""The table of ``--record decisions``: one row per control or behavior cycle, and why it came out as it did."""
+"""The table of ``--record decisions``.
+
+One row per control or behavior cycle, and why it came out as it did.
+"""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -29,7 +32,8 @@ _OF_TICK: "dict[str, tuple[str, Callable[[TickRecord], Any]]]" = {
     "status": ("string", lambda tick: tick.decision.status),
 }
 DECISION_COLUMNS = {column: kind for column, (kind, _) in _OF_TICK.items()}
-CRITIC_COLUMNS = {"raw": "double", "weighted": "double", "rejected": "int64"}  # as <critic>_<suffix>, per critic
+# as <critic>_<suffix>, per critic
+CRITIC_COLUMNS = {"raw": "double", "weighted": "double", "rejected": "int64"}
 
 
 class DecisionLog:
@@ -48,7 +52,11 @@ class DecisionLog:
         for score in tick.decision.scores:
             self._critics[score.critic] = None
             name = column_prefix(score.critic)
-            row |= {f"{name}_raw": score.raw, f"{name}_weighted": score.weighted, f"{name}_rejected": score.rejections}
+            row |= {
+                f"{name}_raw": score.raw,
+                f"{name}_weighted": score.weighted,
+                f"{name}_rejected": score.rejections,
+            }
         self.rows.append(row)
 
     @property

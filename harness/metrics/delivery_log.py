@@ -43,16 +43,23 @@ class DeliveryLog:
         self._encounters = Encounters(body)
         self._max_tilt = 0.0  # [rad]
         pose, twist = truth.pose, truth.twist
-        self._states.extend((truth.stamp, pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z))
+        self._states.extend(
+            (truth.stamp, pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z)
+        )
         self._stamp = truth.stamp  # [s] of the last state
 
     def record(self, truth: Truth, belief: Belief | None) -> None:
-        """Take in the state after a step, and what was believed before it (None: nobody localizes)."""
+        """Take in the state after a step, and what was believed before it (None.
+
+        Nobody localizes).
+        """
         pose, twist, stamp = truth.pose, truth.twist, truth.stamp
         x, y, yaw, forward, yaw_rate = pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z
         believed = belief.pose if belief is not None else NOWHERE.pose
         self._beliefs.extend((believed.x, believed.y, believed.yaw))
-        self._encounters.add((stamp - self._stamp, x, y, yaw, forward, twist.linear_y, yaw_rate), truth.pedestrians)
+        self._encounters.add(
+            (stamp - self._stamp, x, y, yaw, forward, twist.linear_y, yaw_rate), truth.pedestrians
+        )
         if truth.tilt > self._max_tilt:
             self._max_tilt = truth.tilt
         self._states.extend((stamp, x, y, yaw, forward, yaw_rate))
@@ -71,14 +78,20 @@ class DeliveryLog:
             "motion_energy_kwh": truth.motion_energy / JOULES_PER_KWH,
             **_contacts(truth, self._kinds),
             **self._people(truth),
-            **localization_errors(states[:-1, 1:4], np.array(self._beliefs).reshape(-1, BELIEF_SIZE)),
+            **localization_errors(
+                states[:-1, 1:4], np.array(self._beliefs).reshape(-1, BELIEF_SIZE)
+            ),
         }
 
     def _people(self, truth: Truth) -> Row:
         """Distances, times to collision and personal space."""
         met = self._encounters
         met.finish()
-        inside: dict[str, float | None] = {"intimate": met.intimate_time, "personal": met.personal_time}  # [s]
+        # [s]
+        inside: dict[str, float | None] = {
+            "intimate": met.intimate_time,
+            "personal": met.personal_time,
+        }
         if len(truth.pedestrians) == 0 or truth.stamp == 0.0:
             inside = dict.fromkeys(inside)
         return {
@@ -116,7 +129,10 @@ def _contacts(truth: Truth, kinds: frozenset[str]) -> Row:
 
 
 def localization_errors(true: FloatArray, believed: FloatArray) -> Row:
-    """Errors of position and heading of poses (T, 3) of x, y [m], yaw [rad]; None where nothing is believed."""
+    """Errors of position and heading of poses (T, 3) of x, y [m], yaw [rad].
+
+    None where nothing is believed.
+    """
     known = ~np.isnan(believed[:, 0])
     difference = believed[known] - true[known]
     return {
@@ -130,7 +146,10 @@ def _statistics(name: str, unit: str, errors: FloatArray) -> Row:
     if len(errors):
         median, p95 = np.percentile(errors, (50.0, 95.0))
         figures = [float(errors.mean()), float(median), float(p95), float(errors.max())]
-    return {f"{name}_{key}_{unit}": value for key, value in zip(("mean", "median", "p95", "max"), figures, strict=True)}
+    return {
+        f"{name}_{key}_{unit}": value
+        for key, value in zip(("mean", "median", "p95", "max"), figures, strict=True)
+    }
 
 
 def _finite(value: float) -> float | None:

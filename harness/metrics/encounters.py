@@ -1,4 +1,7 @@
-"""How the robot met people: distances, time to collision, personal space; from the truth, tick by tick."""
+"""How the robot met people: distances, time to collision, personal space.
+
+From the truth, tick by tick.
+"""
 
 import math
 from dataclasses import dataclass, field
@@ -7,7 +10,8 @@ import numpy as np
 
 from navstack.types import FloatArray
 
-INTIMATE_ZONE = 0.45  # [m] Hall 1966, The Hidden Dimension: far end of the intimate distance (18 inches)
+# [m] Hall 1966, The Hidden Dimension: far end of the intimate distance (18 inches)
+INTIMATE_ZONE = 0.45
 PERSONAL_ZONE = 1.2  # [m] far end of the personal distance (4 feet)
 HORIZON = 60.0  # [s] of the time to collision: beyond it two that hardly move are on no course
 REACH = 20.0  # [m] from the robot beyond which nobody is looked at
@@ -29,7 +33,9 @@ class Body:
 
     @property
     def discs(self) -> FloatArray:
-        """Centres (D, 2) in [m], base frame: a row along the longer side, no farther apart than their radius.
+        """Centres (D, 2) in [m], base frame.
+
+        A row along the longer side, no farther apart than their radius.
 
         The rectangle's corners stick out by less than 0.42 radii.
         """
@@ -44,7 +50,10 @@ class Body:
 
 @dataclass(slots=True)
 class Encounters:
-    """Sums up the encounters of one delivery; feed it with :meth:`add`, read it after :meth:`finish`."""
+    """Sums up the encounters of one delivery.
+
+    Feed it with :meth:`add`, read it after :meth:`finish`.
+    """
 
     body: Body
     min_distance: float = math.inf  # [m] between the bodies' surfaces; inf: nobody was near
@@ -58,9 +67,10 @@ class Encounters:
         """Take in the state after a tick.
 
         Args:
-            robot: duration of the tick [s], x, y [m], yaw [rad] in the map frame, forward and lateral velocity [m/s] in
-                the base frame, yaw rate [rad/s].
-            people: (n, 4): x, y [m], vx, vy [m/s] in the map frame; absent ones at infinity. It must not change later.
+            robot: duration of the tick [s], x, y [m], yaw [rad] in the map frame, forward and
+                lateral velocity [m/s] in the base frame, yaw rate [rad/s].
+            people: (n, 4): x, y [m], vx, vy [m/s] in the map frame; absent ones at infinity. It
+                must not change later.
         """
         self._robot.append(robot)
         self._people.append(people)
@@ -77,7 +87,10 @@ class Encounters:
     def _digest(self, robot: FloatArray, people: FloatArray) -> None:
         """Robot (T, 7) and people (T, n, 4) of some ticks; see :meth:`add`."""
         with np.errstate(invalid="ignore"):  # of the absent, who are infinitely far
-            near = np.hypot(people[:, :, 0] - robot[:, 1, None], people[:, :, 1] - robot[:, 2, None]) < REACH
+            near = (
+                np.hypot(people[:, :, 0] - robot[:, 1, None], people[:, :, 1] - robot[:, 2, None])
+                < REACH
+            )
         ticks, _ = np.nonzero(near)
         if not len(ticks):
             return
@@ -100,20 +113,30 @@ def in_base_frame(robot: FloatArray, people: FloatArray) -> FloatArray:
     cos, sin = np.cos(robot[:, 3]), np.sin(robot[:, 3])
     dx, dy = people[:, 0] - robot[:, 1], people[:, 1] - robot[:, 2]
     vx, vy = people[:, 2], people[:, 3]
-    return np.column_stack((cos * dx + sin * dy, cos * dy - sin * dx, cos * vx + sin * vy, cos * vy - sin * vx))
+    return np.column_stack(
+        (cos * dx + sin * dy, cos * dy - sin * dx, cos * vx + sin * vy, cos * vy - sin * vx)
+    )
 
 
 def surface_distances(seen: FloatArray, body: Body) -> FloatArray:
-    """Distance (m,) in [m] from the robot's rectangle to each person's disc (m, 4), base frame; 0: they overlap."""
+    """Distance (m,) in [m] from the robot's rectangle to each person's disc (m, 4), base frame.
+
+    0: they overlap.
+    """
     outside = np.maximum(np.abs(seen[:, :2] - body.center) - body.half_size, 0.0)
-    distances: FloatArray = np.maximum(np.hypot(outside[:, 0], outside[:, 1]) - body.person_radius, 0.0)
+    distances: FloatArray = np.maximum(
+        np.hypot(outside[:, 0], outside[:, 1]) - body.person_radius, 0.0
+    )
     return distances
 
 
 def times_to_collision(motion: FloatArray, seen: FloatArray, body: Body) -> FloatArray:
-    """Time (m,) in [s] until a disc of the robot meets the person's, if both keep their velocities; inf: not soon.
+    """Time (m,) in [s] until a disc of the robot meets the person's, if both keep their velocities.
 
-    Hayward 1972 (Highway Research Record 384). Each disc moves as the robot moves it now, turning included.
+    Inf: not soon.
+
+    Hayward 1972 (Highway Research Record 384). Each disc moves as the robot moves it now, turning
+    included.
 
     Args:
         motion: of the robot (m, 3): forward, lateral [m/s], yaw rate [rad/s].

@@ -4,7 +4,15 @@ from dataclasses import dataclass
 from enum import Enum
 
 UNITS = {  # by the end of a key
-    **{"m": "m", "s": "s", "mps": "m/s", "mps2": "m/s2", "mps3": "m/s3", "rad": "rad", "radpm": "rad/m"},
+    **{
+        "m": "m",
+        "s": "s",
+        "mps": "m/s",
+        "mps2": "m/s2",
+        "mps3": "m/s3",
+        "rad": "rad",
+        "radpm": "rad/m",
+    },
     **{"kwh": "kWh", "kw": "kW", "ns": "N s", "usd": "USD", "percent": "%"},
 }
 
@@ -28,9 +36,11 @@ class Metric:
     source: str  # section of the paper, literature with its year, or "ours"
     undefined: str = ""  # when it is null; empty: never
     is_count: bool = False  # a whole number
-    mean_key: str | None = None  # of the mean over deliveries in the JSON document; None: it has none
+    # of the mean over deliveries in the JSON document; None: it has none
+    mean_key: str | None = None
     mean_divisor: float = 1.0  # by which the mean is divided, for another unit
-    decimals: int | None = None  # of the mean in the printed table of further metrics; None: not printed
+    # of the mean in the printed table of further metrics; None: not printed
+    decimals: int | None = None
     is_published: bool = False  # whether that mean is part of the paper's table
 
     @property

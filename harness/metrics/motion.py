@@ -4,7 +4,8 @@ import numpy as np
 
 from navstack.types import FloatArray
 
-SMOOTHING_TIME = 0.5  # [s] length of the window that speed and lateral acceleration are smoothed over
+# [s] length of the window that speed and lateral acceleration are smoothed over
+SMOOTHING_TIME = 0.5
 SMOOTHING_ORDER = 3  # of the polynomial fitted in it
 LEAST_DISTANCE = 1.0  # [m] below which turning per metre says nothing
 
@@ -17,8 +18,8 @@ def distance_driven(x: FloatArray, y: FloatArray) -> float:
 def path_irregularity(x: FloatArray, y: FloatArray, yaw: FloatArray) -> float | None:
     """Accumulated turning per metre in [rad/m] of poses (T,); None below :data:`LEAST_DISTANCE`.
 
-    Guzzi et al. 2013 subtract the turning that the most direct path needs, which depends on a planner; nothing is
-    subtracted here, so that this is an upper bound of theirs.
+    Guzzi et al. 2013 subtract the turning that the most direct path needs, which depends on a
+    planner; nothing is subtracted here, so that this is an upper bound of theirs.
     """
     distance = distance_driven(x, y)
     if distance < LEAST_DISTANCE:
@@ -35,7 +36,10 @@ def success_weighted_path_length(arrived: bool, shortest: float, driven: float) 
 
 
 def jerk(speed: FloatArray, period: float) -> FloatArray:
-    """Second derivative in [m/s3] of a speed (T,) [m/s] sampled every ``period`` [s]; see :func:`smoothed`."""
+    """Second derivative in [m/s3] of a speed (T,) [m/s] sampled every ``period`` [s].
+
+    See :func:`smoothed`.
+    """
     return smoothed(speed, period, derivative=2)
 
 
@@ -54,7 +58,8 @@ def smoothed(values: FloatArray, period: float, derivative: int = 0) -> FloatArr
     if len(values) < 2 * half + 1:
         return np.empty(0)
     times = np.arange(-half, half + 1) * period
-    # Row k of the pseudo-inverse gives the coefficient of t^k, which is the k-th derivative over k factorial.
+    # Row k of the pseudo-inverse gives the coefficient of t^k, which is the k-th derivative over k
+    # factorial.
     weights = np.linalg.pinv(np.vander(times, SMOOTHING_ORDER + 1, increasing=True))[derivative]
     factorial = (1.0, 1.0, 2.0)[derivative]
     result: FloatArray = factorial * np.convolve(values, weights[::-1], mode="valid")

@@ -1,4 +1,7 @@
-"""What a delivery looked like, and what the robot saw and meant to do: kept so that it can be looked at."""
+"""What a delivery looked like, and what the robot saw and meant to do.
+
+Kept so that it can be looked at.
+"""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -11,7 +14,16 @@ from harness.metrics.delivery_log import NOWHERE
 from harness.world.truth import Truth
 from navstack.control.decision import Option
 from navstack.geometry import transform_points
-from navstack.types import FloatArray, LaserScan, Observation, Odometry, Path, Pose2D, Track, Twist2D
+from navstack.types import (
+    FloatArray,
+    LaserScan,
+    Observation,
+    Odometry,
+    Path,
+    Pose2D,
+    Track,
+    Twist2D,
+)
 
 if TYPE_CHECKING:
     from harness.task.brain import Brain
@@ -19,7 +31,13 @@ if TYPE_CHECKING:
 TRACE_PERIOD = 0.1  # [s] between the rows of a recorded trajectory
 TRACE_COLUMNS = (
     *("stamp_s", "x_m", "y_m", "yaw_rad", "linear_x_mps", "angular_z_radps"),
-    *("believed_x_m", "believed_y_m", "believed_yaw_rad", "command_linear_x_mps", "command_angular_z_radps"),
+    *(
+        "believed_x_m",
+        "believed_y_m",
+        "believed_yaw_rad",
+        "command_linear_x_mps",
+        "command_angular_z_radps",
+    ),
 )
 PLAN_TOLERANCE = 0.02  # [m] that a kept plan may differ from the one that was followed
 NO_RETURN = 65535  # a beam's range where nothing came back, or from farther than FARTHEST_MM
@@ -30,14 +48,15 @@ NOT_MOVED = Odometry(0.0, Pose2D(), Twist2D())
 class ReplayLog:
     """Keeps what a replay shows.
 
-    All entries of a row belong to one moment: the true state, what the robot believed and saw in it, and what it
-    commanded then.
+    All entries of a row belong to one moment: the true state, what the robot believed and saw in
+    it, and what it commanded then.
     """
 
     def __init__(self) -> None:
         self._trace: list[tuple[float, ...]] = []  # of TRACE_COLUMNS
         self._crowd: list[FloatArray] = []  # (n, 2) positions of people
-        self._rows: list[tuple[float, ...]] = []  # pieces lost, motion energy, odometry (5), covariance (3)
+        # pieces lost, motion energy, odometry (5), covariance (3)
+        self._rows: list[tuple[float, ...]] = []
         self._tracks: list[tuple[Track, ...]] = []  # of each row
         self._options: list[tuple[Option, ...]] = []  # of each row
         self._scans: list[npt.NDArray[np.uint16]] = []
@@ -48,14 +67,19 @@ class ReplayLog:
         self._plan: Path | None = None  # the last
         self._odometry = NOT_MOVED
 
-    def record(self, truth: Truth, observation: Observation, brain: "Brain", command: Twist2D) -> None:
+    def record(
+        self, truth: Truth, observation: Observation, brain: "Brain", command: Twist2D
+    ) -> None:
         """Take in a state, what the brain received in it and made of it, and what it commands."""
         self._receive(observation, brain)
         if truth.stamp >= len(self._rows) * TRACE_PERIOD - 1e-6:
             self._keep(truth, brain, command)
 
     def finish(self, truth: Truth, brain: "Brain", command: Twist2D) -> None:
-        """Take in the final state; the brain has not seen it, so belief and command are those of the tick before."""
+        """Take in the final state.
+
+        The brain has not seen it, so belief and command are those of the tick before.
+        """
         self._keep(truth, brain, command)
 
     def _receive(self, observation: Observation, brain: "Brain") -> None:
@@ -68,7 +92,11 @@ class ReplayLog:
         if brain.plan is not self._plan:
             self._plan = brain.plan
             self._plan_stamps.append(observation.stamp)
-            points = np.empty((0, 2)) if self._plan is None or len(self._plan) < 2 else self._plan.poses[:, :2]
+            points = (
+                np.empty((0, 2))
+                if self._plan is None or len(self._plan) < 2
+                else self._plan.poses[:, :2]
+            )
             self._plans.append(simplified(points, PLAN_TOLERANCE).astype(np.float32))
 
     def _keep(self, truth: Truth, brain: "Brain", command: Twist2D) -> None:
@@ -97,17 +125,23 @@ class ReplayLog:
     def recording(self) -> dict[str, Any]:
         """Arrays of T rows, S scans, P plans and K tracks, and of n people.
 
-        ``trace`` (T, 11) of ``trace_columns``, every :data:`TRACE_PERIOD` and at the end; ``crowd`` (T, n, 2) [m];
-        ``pieces_lost`` (T,); ``motion_energy_j`` (T,) [J]; ``odometry`` (T, 5): x, y [m], yaw [rad] in the odom frame,
-        vx [m/s], wz [rad/s]; ``belief_covariance`` (T, 3): xx, xy, yy [m2]; ``track_count`` (T,) and ``tracks``
-        (K, 6): id, x, y [m], vx, vy [m/s], radius [m] in the map frame; ``scan_stamp`` (S,) [s], ``scan_mm``
-        (S, beams) [mm] and ``scan_geometry`` (7,): least angle, increment [rad], least and most range [m], x, y [m],
-        yaw [rad] of the sensor in the base frame; ``plan_stamp`` (P,) [s], ``plan_size`` (P,) and ``plan_xy`` (N, 2)
-        [m] in the map frame, of all plans one after the other; ``option_count`` (T,), ``option_total`` (Q,),
-        ``option_size`` (Q,) and ``option_xy`` (M, 2) [m], map frame: the motions that the controller weighed.
+        ``trace`` (T, 11) of ``trace_columns``, every :data:`TRACE_PERIOD` and at the end; ``crowd``
+        (T, n, 2) [m]; ``pieces_lost`` (T,); ``motion_energy_j`` (T,) [J]; ``odometry`` (T, 5): x, y
+        [m], yaw [rad] in the odom frame, vx [m/s], wz [rad/s]; ``belief_covariance`` (T, 3): xx,
+        xy, yy [m2]; ``track_count`` (T,) and ``tracks`` (K, 6): id, x, y [m], vx, vy [m/s], radius
+        [m] in the map frame; ``scan_stamp`` (S,) [s], ``scan_mm`` (S, beams) [mm] and
+        ``scan_geometry`` (7,): least angle, increment [rad], least and most range [m], x, y [m],
+        yaw [rad] of the sensor in the base frame; ``plan_stamp`` (P,) [s], ``plan_size`` (P,) and
+        ``plan_xy`` (N, 2) [m] in the map frame, of all plans one after the other; ``option_count``
+        (T,), ``option_total`` (Q,), ``option_size`` (Q,) and ``option_xy`` (M, 2) [m], map frame:
+        the motions that the controller weighed.
         """
         rows = np.array(self._rows).reshape(-1, 10)
-        tracks = [(each.id, each.x, each.y, each.vx, each.vy, each.radius) for row in self._tracks for each in row]
+        tracks = [
+            (each.id, each.x, each.y, each.vx, each.vy, each.radius)
+            for row in self._tracks
+            for each in row
+        ]
         options = [option for row in self._options for option in row]
         return {
             "trace": np.array(self._trace),
@@ -122,9 +156,13 @@ class ReplayLog:
             "option_count": np.array([len(row) for row in self._options], dtype=np.int32),
             "option_total": np.array([option.total for option in options]),
             "option_size": np.array([len(option.path) for option in options], dtype=np.int32),
-            "option_xy": np.concatenate([np.empty((0, 2)), *(option.path for option in options)]).astype(np.float32),
+            "option_xy": np.concatenate(
+                [np.empty((0, 2)), *(option.path for option in options)]
+            ).astype(np.float32),
             "scan_stamp": np.array(self._scan_stamps),
-            "scan_mm": np.array(self._scans, dtype=np.uint16) if self._scans else np.empty((0, 0), np.uint16),
+            "scan_mm": np.array(self._scans, dtype=np.uint16)
+            if self._scans
+            else np.empty((0, 0), np.uint16),
             "scan_geometry": _geometry(self._scan),
             "plan_stamp": np.array(self._plan_stamps),
             "plan_size": np.array([len(plan) for plan in self._plans], dtype=np.int32),
@@ -135,7 +173,9 @@ class ReplayLog:
 class NoReplayLog(ReplayLog):
     """Asks for nothing and keeps nothing."""
 
-    def record(self, truth: Truth, observation: Observation, brain: "Brain", command: Twist2D) -> None:
+    def record(
+        self, truth: Truth, observation: Observation, brain: "Brain", command: Twist2D
+    ) -> None:
         """See the base class."""
 
     def finish(self, truth: Truth, brain: "Brain", command: Twist2D) -> None:
@@ -143,7 +183,10 @@ class NoReplayLog(ReplayLog):
 
 
 def millimetres(ranges: FloatArray) -> npt.NDArray[np.uint16]:
-    """Ranges (n,) [m] in whole millimetres; :data:`NO_RETURN` where nothing came back from within them."""
+    """Ranges (n,) [m] in whole millimetres.
+
+    :data:`NO_RETURN` where nothing came back from within them.
+    """
     scaled = np.maximum(np.rint(1000.0 * np.where(np.isfinite(ranges), ranges, np.inf)), 0.0)
     return np.where(scaled <= FARTHEST_MM, scaled, NO_RETURN).astype(np.uint16)
 
@@ -161,7 +204,15 @@ def _geometry(scan: LaserScan | None) -> FloatArray:
     if scan is None:
         return np.zeros(7)
     mount = scan.sensor_pose
-    numbers = (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, mount.x, mount.y, mount.yaw)
+    numbers = (
+        scan.angle_min,
+        scan.angle_increment,
+        scan.range_min,
+        scan.range_max,
+        mount.x,
+        mount.y,
+        mount.yaw,
+    )
     return np.array(numbers)
 
 
@@ -170,7 +221,9 @@ def scan_points(arrays: Mapping[str, Any], number: int) -> FloatArray:
     trace, scan = arrays["trace"], arrays["scan_mm"][number]
     least, increment, _, _, *mount = arrays["scan_geometry"].tolist()
     stamp, yaws = arrays["scan_stamp"][number], np.unwrap(trace[:, 3])
-    x, y, yaw = (float(np.interp(stamp, trace[:, 0], column)) for column in (trace[:, 1], trace[:, 2], yaws))
+    x, y, yaw = (
+        float(np.interp(stamp, trace[:, 0], column)) for column in (trace[:, 1], trace[:, 2], yaws)
+    )
     seen = scan != NO_RETURN
     angles = least + increment * np.flatnonzero(seen)
     ends = scan[seen, np.newaxis] / 1000.0 * np.column_stack((np.cos(angles), np.sin(angles)))
@@ -179,11 +232,16 @@ def scan_points(arrays: Mapping[str, Any], number: int) -> FloatArray:
 
 def tracks_of(arrays: Mapping[str, Any]) -> list[FloatArray]:
     """The tracks (k, 6) of each row of a recording: id, x, y [m], vx, vy [m/s], radius [m]."""
-    return np.split(np.asarray(arrays["tracks"], dtype=np.float64), np.cumsum(arrays["track_count"])[:-1])
+    return np.split(
+        np.asarray(arrays["tracks"], dtype=np.float64), np.cumsum(arrays["track_count"])[:-1]
+    )
 
 
 def plans_of(arrays: Mapping[str, Any]) -> list[tuple[float, FloatArray]]:
-    """The plans of a recording as times [s] and points (N, 2) [m]; none where the delivery never had one."""
+    """The plans of a recording as times [s] and points (N, 2) [m].
+
+    None where the delivery never had one.
+    """
     ends = np.cumsum(arrays["plan_size"])
     pieces = np.split(arrays["plan_xy"], ends)[: len(ends)]
     return list(zip(arrays["plan_stamp"].tolist(), pieces, strict=True))

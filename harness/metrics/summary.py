@@ -12,10 +12,13 @@ from harness.storage.rows import values
 
 
 def summarize(rows: Sequence[Mapping[str, Any]], rolling_resistance_force: float) -> Row:
-    """The measurements of a run under the keys of the paper's simulation table: means over its episodes.
+    """The measurements of a run under the keys of the paper's simulation table.
 
-    ``rolling_resistance_force`` [N] is the paper's C_RollingResistanceForce; mechanical power is this force times the
-    mean speed. A share is undefined (None) where an arrival's cargo was not modelled, a mean where a value is.
+    Means over its episodes.
+
+    ``rolling_resistance_force`` [N] is the paper's C_RollingResistanceForce; mechanical power is
+    this force times the mean speed. A share is undefined (None) where an arrival's cargo was not
+    modelled, a mean where a value is.
     """
     outcomes = values(rows, "outcome")
 
@@ -24,7 +27,9 @@ def summarize(rows: Sequence[Mapping[str, Any]], rolling_resistance_force: float
 
     modelled = "arrived" not in outcomes
     means = {
-        metric.mean_key: None if None in values(rows, metric.key) else _mean_of_defined(rows, metric)
+        metric.mean_key: None
+        if None in values(rows, metric.key)
+        else _mean_of_defined(rows, metric)
         for metric in EPISODE_METRICS
         if metric.mean_key and metric.is_published
     }
@@ -34,13 +39,18 @@ def summarize(rows: Sequence[Mapping[str, Any]], rolling_resistance_force: float
         "spoiled": share("spoiled") if modelled else None,
         "timeout": share("timeout"),
         "physical_assistance": share("physical_assistance"),
-        "avg_mechanical_power_kw": None if speed is None else rolling_resistance_force * speed / 1000.0,
+        "avg_mechanical_power_kw": None
+        if speed is None
+        else rolling_resistance_force * speed / 1000.0,
         **means,
     }
 
 
 def summarize_more(rows: Sequence[Mapping[str, Any]]) -> Row:
-    """Means that the paper's table does not have, over the deliveries where they are defined; None: in none."""
+    """Means that the paper's table does not have, over the deliveries where they are defined.
+
+    None: in none.
+    """
     more = [metric for metric in EPISODE_METRICS if not metric.is_published]
     return {metric.mean_key: _mean_of_defined(rows, metric) for metric in more if metric.mean_key}
 

@@ -18,12 +18,18 @@ from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.kld import count_bins, resample, sample_limit
 from navstack.localization.motion_model import MotionModel, motion_model_of
-from navstack.localization.particle_filter import Cluster, ParticleFilter, cluster_particles, stand_close
+from navstack.localization.particle_filter import (
+    Cluster,
+    ParticleFilter,
+    cluster_particles,
+    stand_close,
+)
 from navstack.params.amcl import AmclParams
 from navstack.params.strict import from_mapping
 from navstack.types import FloatArray, Pose2D
 
-EXACT = 1e-9  # [m, rad] of what the same random numbers give; covariances and weights: relative or absolute
+# [m, rad] of what the same random numbers give; covariances and weights: relative or absolute
+EXACT = 1e-9
 RANK_DECIMALS = 7
 STANDARD_ERRORS = 4.0  # twelve moments a case: beyond three, one case in thirty would be by chance
 BATCHES, BATCH = 50, 20_000  # particles of ours whose moments are taken
@@ -33,9 +39,11 @@ NORMAL = re.compile(r"ran_gaussian_sigma([\d.]+)_seed(\d+)_first(\d+)")
 OUTPUT = re.compile(r"resample_(.+)_out_poses_seed(\d+)")
 
 
-# particles ``motion_seq_start``, moved: ``motion_seq_end_seed<s>_alphas_<set>_pose<x_y_yaw>_delta<x_y_yaw>``
+# particles ``motion_seq_start``, moved:
+# ``motion_seq_end_seed<s>_alphas_<set>_pose<x_y_yaw>_delta<x_y_yaw>``
 MOTIONS = Shape(("motion_seq_end_{}", "motion_seq_start"), (), (), None, "motion_seq_end_{}")
-LIMITS = Shape(("kld_limit_{}", "kld_k"), (), ("kld_{}",), "pop_err", "kld_limit_{}")  # for so many bins
+# for so many bins
+LIMITS = Shape(("kld_limit_{}", "kld_k"), (), ("kld_{}",), "pop_err", "kld_limit_{}")
 _FACTOR, _ADDEND, _MASK = 0x5DEECE66D, 0xB, (1 << 48) - 1  # POSIX.1-2017, drand48()
 _SEED_LOW = 0x330E  # the low 16 bits that srand48() sets
 
@@ -85,7 +93,9 @@ def check_motion(case: Case, comparison: Comparison) -> None:
     after, delta = (np.array([float(number) for number in place.split("_")]) for place in places)
     poses = case.file["motion_seq_start"].copy()
     draws = _first(poses.size, normals(int(seed))).reshape(poses.shape)
-    _motion_model(_alpha_sets(case.file)[alphas])(poses, Pose2D(*(after - delta)), Pose2D(*after), draws)
+    _motion_model(_alpha_sets(case.file)[alphas])(
+        poses, Pose2D(*(after - delta)), Pose2D(*after), draws
+    )
     comparison.near("poses", poses, case.file[case.name], EXACT)
 
 
@@ -104,9 +114,14 @@ def check_moments(case: Case, comparison: Comparison) -> None:
     draws = np.random.default_rng(number).standard_normal(poses.shape)
     _motion_model(facts["alphas"])(poses, Pose2D(*before), Pose2D(*(before + delta)), draws)
     poses -= facts["particle_start"]
-    recorded = np.concatenate((facts["mean"], np.array(facts["cov"])[np.triu_indices(3)], facts["skew"]))
+    recorded = np.concatenate(
+        (facts["mean"], np.array(facts["cov"])[np.triu_indices(3)], facts["skew"])
+    )
     comparison.near(
-        "moments, in standard errors", _errors(poses, recorded, facts["n"]), 0.0 * recorded, STANDARD_ERRORS
+        "moments, in standard errors",
+        _errors(poses, recorded, facts["n"]),
+        0.0 * recorded,
+        STANDARD_ERRORS,
     )
 
 
@@ -121,7 +136,9 @@ def find_resamplings(file: GoldenFile) -> Iterator[Case]:
     for name in sorted(file.names):
         given = OUTPUT.fullmatch(name)
         arrays = (
-            frozenset((name, *(f"resample_{given[1]}_in_{suffix}" for suffix in ("poses", "w")))) if given else None
+            frozenset((name, *(f"resample_{given[1]}_in_{suffix}" for suffix in ("poses", "w"))))
+            if given
+            else None
         )
         if arrays and arrays <= file.names and file.facts("kld_costnav"):
             yield Case(name, file, arrays)
@@ -132,7 +149,8 @@ def check_resampling(case: Case, comparison: Comparison) -> None:
     name, seed = case.settings(OUTPUT)
     poses, weights = (case.file[f"resample_{name}_in_{suffix}"] for suffix in ("poses", "w"))
     facts = case.file.facts("kld_costnav")
-    draws = _first(2 * facts["max"], uniforms(int(seed)))[1::2]  # the first of each two: is it a random particle
+    # the first of each two: is it a random particle
+    draws = _first(2 * facts["max"], uniforms(int(seed)))[1::2]
     none = np.zeros(len(draws), dtype=np.bool_)
     limits = (facts["min"], facts["pop_err"], facts["pop_z"])
     drawn = resample(poses, np.cumsum(weights), np.empty((len(draws), 3)), none, draws, *limits)
@@ -144,10 +162,14 @@ def check_resampling(case: Case, comparison: Comparison) -> None:
             comparison.equal("bins filled after", count_bins(drawn), sweep["leaf_out"])
             comparison.equal("converged", stand_close(drawn), bool(sweep["stats"]["converged"]))
     recorded = case.file.meta.get(f"resample_{name}_clusters", ())
-    _check_clusters(cluster_particles(drawn, np.full(len(drawn), 1.0 / len(drawn))), recorded, comparison)
+    _check_clusters(
+        cluster_particles(drawn, np.full(len(drawn), 1.0 / len(drawn))), recorded, comparison
+    )
 
 
-def _check_sweep(sweep: Mapping[str, Any], facts: Mapping[str, Any], comparison: Comparison) -> None:
+def _check_sweep(
+    sweep: Mapping[str, Any], facts: Mapping[str, Any], comparison: Comparison
+) -> None:
     what, limit = f"spread {sweep['spread']}", _limit(sweep["leaf_out"], facts)
     comparison.equal(f"{what}: limit", limit, sweep["limit_of_leaf_out"])
     comparison.equal(f"{what}: particles", min(limit + 1, facts["max"]), sweep["n_out"])
@@ -185,7 +207,9 @@ def check_spread(case: Case, comparison: Comparison) -> None:
     particles = ParticleFilter(AmclParams(max_particles=BATCHES * BATCH), nowhere)
     covariance = np.array(facts["cov"]).reshape(3, 3)
     particles.spread_normal(Pose2D(*facts["mean"]), covariance, np.random.default_rng(0))
-    recorded = np.concatenate((facts["sample_mean"], np.array(facts["sample_cov"])[np.triu_indices(3)]))
+    recorded = np.concatenate(
+        (facts["sample_mean"], np.array(facts["sample_cov"])[np.triu_indices(3)])
+    )
     errors = _errors(particles.poses, recorded, count)
     comparison.near("moments, in standard errors", errors, 0.0 * recorded, STANDARD_ERRORS)
 
@@ -194,7 +218,9 @@ def _errors(poses: FloatArray, recorded: FloatArray, count: int) -> FloatArray:
     """How far recorded moments of ``count`` particles are from ours, in standard errors of the difference."""
     batches = np.array([_moments(batch)[: len(recorded)] for batch in np.split(poses, BATCHES)])
     of_one = batches.var(axis=0, ddof=1) * BATCH  # variance of a moment of a single particle
-    errors: FloatArray = (recorded - batches.mean(axis=0)) / np.sqrt(of_one / len(poses) + of_one / count)
+    errors: FloatArray = (recorded - batches.mean(axis=0)) / np.sqrt(
+        of_one / len(poses) + of_one / count
+    )
     return errors
 
 
@@ -207,8 +233,13 @@ def _moments(poses: FloatArray) -> FloatArray:
 
 
 def _check_clusters(ours: list[Cluster], recorded: Any, comparison: Comparison) -> None:
-    """Weights, means, covariances; in the order of the weights, equal ones in that of their places."""
-    comparison.require(len(ours) == len(recorded), f"{len(ours)} clusters, recorded {len(recorded)}")
+    """Weights, means, covariances.
+
+    In the order of the weights, equal ones in that of their places.
+    """
+    comparison.require(
+        len(ours) == len(recorded), f"{len(ours)} clusters, recorded {len(recorded)}"
+    )
     if len(ours) != len(recorded):
         return
     ours = sorted(ours, key=lambda cluster: _rank(cluster.weight, cluster.pose.x, cluster.pose.y))
@@ -232,7 +263,11 @@ def _limit(bins: int, facts: Mapping[str, Any]) -> int:
 
 def _alpha_sets(file: GoldenFile) -> dict[str, list[float]]:
     """The alphas by the name of their set."""
-    return {facts["set"]: facts["alphas"] for facts in file.meta.get("motion_moments", ()) if "set" in facts}
+    return {
+        facts["set"]: facts["alphas"]
+        for facts in file.meta.get("motion_moments", ())
+        if "set" in facts
+    }
 
 
 def _motion_model(alphas: list[float]) -> MotionModel:

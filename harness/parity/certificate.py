@@ -38,14 +38,19 @@ PARTS = (
     Part("amcl_weights", amcl.find_weights, amcl.check_weights),
     Part("amcl_generator", amcl_particles.find_generators, amcl_particles.check_generator),
     Part("amcl_motion", amcl_particles.MOTIONS, amcl_particles.check_motion),
-    Part("amcl_moments", amcl_particles.find_moments, amcl_particles.check_moments, "standard errors"),
+    Part(
+        "amcl_moments", amcl_particles.find_moments, amcl_particles.check_moments, "standard errors"
+    ),
     Part("amcl_limits", amcl_particles.LIMITS, amcl_particles.check_limits),
     Part("amcl_resampling", amcl_particles.find_resamplings, amcl_particles.check_resampling),
     Part("amcl_clusters", amcl_particles.find_clusters, amcl_particles.check_clusters),
-    Part("amcl_spread", amcl_particles.find_spreads, amcl_particles.check_spread, "standard errors"),
+    Part(
+        "amcl_spread", amcl_particles.find_spreads, amcl_particles.check_spread, "standard errors"
+    ),
 )
 UNATTRIBUTED = "unattributed"  # name of the row of arrays that belong to no part
-INPUTS_OF_TIMINGS = re.compile(r"(costmap|path)\d+")  # grids and paths that were recorded for the clock only
+# grids and paths that were recorded for the clock only
+INPUTS_OF_TIMINGS = re.compile(r"(costmap|path)\d+")
 
 _CANNOT_RUN = (NavstackError, ArithmeticError, LookupError, TypeError, ValueError, NumbaError)
 
@@ -85,7 +90,9 @@ def _found(part: Part, file: GoldenFile) -> list[Case]:
     try:
         return list(part.find(file))
     except _CANNOT_RUN as error:
-        raise file.unusable(f"holds facts in which no case of {part.name} can be looked for ({error})") from None
+        raise file.unusable(
+            f"holds facts in which no case of {part.name} can be looked for ({error})"
+        ) from None
 
 
 def unattributed(files: Sequence[GoldenFile], cases: Sequence[tuple[Part, Case]]) -> list[str]:
@@ -94,12 +101,17 @@ def unattributed(files: Sequence[GoldenFile], cases: Sequence[tuple[Part, Case]]
     for _, case in cases:
         left[case.file] -= case.arrays
     return sorted(
-        f"{file.stem}/{name}" for file, names in left.items() for name in names if not INPUTS_OF_TIMINGS.fullmatch(name)
+        f"{file.stem}/{name}"
+        for file, names in left.items()
+        for name in names
+        if not INPUTS_OF_TIMINGS.fullmatch(name)
     )
 
 
 def compare(part: Part, case: Case) -> Comparison:
-    """Run navstack on the inputs of a case and compare; whatever keeps it from running is a deviation.
+    """Run navstack on the inputs of a case and compare.
+
+    Whatever keeps it from running is a deviation.
 
     Raises:
         GoldenError: the recording is damaged.
@@ -107,15 +119,21 @@ def compare(part: Part, case: Case) -> Comparison:
     comparison = Comparison()
     try:
         if (name := _too_large(case)) is not None:
-            comparison.missing.append(f"cannot be compared ({name} holds a number beyond single precision)")
+            comparison.missing.append(
+                f"cannot be compared ({name} holds a number beyond single precision)"
+            )
             return comparison
         part.check(case, comparison)
     except GoldenError:
         raise
     except (KeyError, InputError) as error:
-        comparison.missing.append(f"cannot be compared ({type(error).__name__}: {' '.join(str(error).split())})")
+        comparison.missing.append(
+            f"cannot be compared ({type(error).__name__}: {' '.join(str(error).split())})"
+        )
     except _CANNOT_RUN as error:
-        comparison.require(False, f"cannot be run ({type(error).__name__}: {' '.join(str(error).split())})")
+        comparison.require(
+            False, f"cannot be run ({type(error).__name__}: {' '.join(str(error).split())})"
+        )
     return comparison
 
 
@@ -140,7 +158,10 @@ def certify(files: Sequence[GoldenFile]) -> list[PartResult]:
     cases = discover(files)
     results = [_summary(part, [case for other, case in cases if other is part]) for part in PARTS]
     left = unattributed(files, cases)
-    lost = tuple(Deviation(name, "belongs to no case of any part: nothing was compared", False) for name in left)
+    lost = tuple(
+        Deviation(name, "belongs to no case of any part: nothing was compared", False)
+        for name in left
+    )
     results.append(PartResult(UNATTRIBUTED, len(lost), 0, None, None, lost))
     return [result for result in results if result.cases]
 

@@ -9,7 +9,10 @@ from navstack.types import BoolArray
 
 
 class Comparison:
-    """Collects how far navstack is from a recording: what is wrong, what differs for a known reason, and how much."""
+    """Collects how far navstack is from a recording.
+
+    What is wrong, what differs for a known reason, and how much.
+    """
 
     def __init__(self) -> None:
         self.largest = 0.0  # deviation of all that was compared within a tolerance, in its own unit
@@ -31,7 +34,9 @@ class Comparison:
         if differs.any():
             self._count(what, differs, a, b)
 
-    def near(self, what: str, ours: Any, theirs: Any, tolerance: float, relative: bool = False) -> None:
+    def near(
+        self, what: str, ours: Any, theirs: Any, tolerance: float, relative: bool = False
+    ) -> None:
         """Both must agree within an absolute tolerance, or one ``relative`` to the recording."""
         a, b = np.asarray(ours, dtype=np.float64), np.asarray(theirs, dtype=np.float64)
         if not self._same_shape(what, a, b) or a.size == 0:
@@ -68,7 +73,9 @@ class Comparison:
         self.require(a.shape == b.shape, f"{what}: shape {a.shape}, recorded {b.shape}")
         return a.shape == b.shape
 
-    def _count(self, what: str, differs: BoolArray, a: npt.NDArray[Any], b: npt.NDArray[Any]) -> None:
+    def _count(
+        self, what: str, differs: BoolArray, a: npt.NDArray[Any], b: npt.NDArray[Any]
+    ) -> None:
         first = tuple(int(i) for i in np.argwhere(differs)[0])
         at = f" at {list(first)}" if first else ""
         self.wrong.append(

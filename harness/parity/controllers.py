@@ -28,10 +28,15 @@ PASSED_THROUGH = Twist2D(99.0, 0.0, 0.25)  # the command of the shim's recorded 
 REFUSED = [np.nan] * 3  # recorded in place of a command
 
 
-GRIDS = ("{}_costmap", "{}_grid")  # either name holds the costs; with none of them all cells are free
-RPP = Shape(("{}_path_start_idx", "{}_path", "{}_poses", "{}_vels", "{}_cmd"), GRIDS, fact="overrides")
+# either name holds the costs; with none of them all cells are free
+GRIDS = ("{}_costmap", "{}_grid")
+RPP = Shape(
+    ("{}_path_start_idx", "{}_path", "{}_poses", "{}_vels", "{}_cmd"), GRIDS, fact="overrides"
+)
 # x, y, yaw, measured v and w, commanded x, y and w, whether there was a new plan
-SHIM = Shape(("rsj_{}_path", "rsj_{}"), tuple(f"rsj_{grid}" for grid in GRIDS), ("{}",), "params", "rsj_{}")
+SHIM = Shape(
+    ("rsj_{}_path", "rsj_{}"), tuple(f"rsj_{grid}" for grid in GRIDS), ("{}",), "params", "rsj_{}"
+)
 SHIM_OF_MAIN = Shape(
     ("rs_{}_cmd", "rs_{}_poses", "rs_{}_vels", "rs_{}_path"),
     tuple(f"rs_{grid}" for grid in GRIDS),
@@ -44,14 +49,22 @@ SHIM_OF_MAIN = Shape(
 def check_rpp(case: Case, comparison: Comparison) -> None:
     """Every command in order on one controller, whether the path begins at the robot (as recorded) or is cut there."""
     recorded = ["collision" in error for error in case.facts["errors"]]
-    for what, begins in (("recorded path", case["path_start_idx"]), ("whole path", np.zeros(len(recorded), dtype=int))):
+    for what, begins in (
+        ("recorded path", case["path_start_idx"]),
+        ("whole path", np.zeros(len(recorded), dtype=int)),
+    ):
         ours = _commands(case, begins)
         comparison.equal(f"{what}: refused for a collision", np.isnan(ours).any(axis=1), recorded)
-        comparison.near(f"{what}: commands", np.nan_to_num(ours), np.nan_to_num(case["cmd"]), TOLERANCE)
+        comparison.near(
+            f"{what}: commands", np.nan_to_num(ours), np.nan_to_num(case["cmd"]), TOLERANCE
+        )
 
 
 def _commands(case: Case, begins: np.ndarray) -> np.ndarray:
-    """The command (N, 3) of each row, NaN where it was refused; the path begins at these indices (N,)."""
+    """The command (N, 3) of each row, NaN where it was refused.
+
+    The path begins at these indices (N,).
+    """
     facts, path = case.facts, case["path"]
     params = from_mapping(RppParams, facts["overrides"], case.title)
     controller = RegulatedPurePursuitController(params, FOOTPRINT, RPP_FREQUENCY, GOAL_TOLERANCE)
@@ -74,7 +87,9 @@ class _Primary(Controller):
     def reset(self) -> None:
         """Nothing to forget."""
 
-    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+    def compute_velocity(
+        self, state: RobotState, plan: Path, surroundings: Surroundings
+    ) -> Twist2D:
         """The mark that the shim has handed over."""
         return PASSED_THROUGH
 
@@ -87,18 +102,27 @@ def check_shim(case: Case, comparison: Comparison) -> None:
 
 
 def check_shim_of_main(case: Case, comparison: Comparison) -> None:
-    """Every command of a rollout. Main decides in every cycle: that is Jazzy's shim with a new plan in every cycle."""
+    """Every command of a rollout.
+
+    Main decides in every cycle: that is Jazzy's shim with a new plan in every cycle.
+    """
     poses = case["poses"]
-    comparison.near("commands", _rollout(case, poses, case["vels"], np.ones(len(poses))), case["cmd"], TOLERANCE)
+    comparison.near(
+        "commands", _rollout(case, poses, case["vels"], np.ones(len(poses))), case["cmd"], TOLERANCE
+    )
 
 
-def _rollout(case: Case, poses: np.ndarray, twists: np.ndarray, is_replanned: np.ndarray) -> np.ndarray:
+def _rollout(
+    case: Case, poses: np.ndarray, twists: np.ndarray, is_replanned: np.ndarray
+) -> np.ndarray:
     """The shim's command (N, 3) for each pose and measured twist (N, 3), where there may be a new plan (N,)."""
     shim, surroundings, plan = _shim(case.facts["params"]), _surroundings(case), Path(case["path"])
     commands = []
     for pose, twist, is_new in zip(poses, twists, is_replanned, strict=True):
         plan = Path(case["path"]) if is_new else plan
-        command = shim.compute_velocity(RobotState(Pose2D(*pose), Twist2D(*twist)), plan, surroundings)
+        command = shim.compute_velocity(
+            RobotState(Pose2D(*pose), Twist2D(*twist)), plan, surroundings
+        )
         commands.append((command.linear_x, command.linear_y, command.angular_z))
     return np.array(commands)
 
@@ -107,11 +131,15 @@ def _shim(given: Mapping[str, Any]) -> RotationShimController:
     names = {field.name for field in fields(RotationShimParams)} - {"primary_controller"}
     bare = {key.removeprefix("FollowPath."): value for key, value in given.items()}
     params = RotationShimParams(**{key: value for key, value in bare.items() if key in names})
-    return RotationShimController(params, _Primary(), FOOTPRINT, bare["controller_frequency"], GOAL_TOLERANCE)
+    return RotationShimController(
+        params, _Primary(), FOOTPRINT, bare["controller_frequency"], GOAL_TOLERANCE
+    )
 
 
 def _surroundings(case: Case) -> Surroundings:
     facts = case.facts
     free = np.zeros((FREE_CELLS, FREE_CELLS), dtype=np.uint8)
     costs = next((case[name] for name in ("costmap", "grid") if name in case), free)
-    return Surroundings(Costmap(costs, facts.get("resolution", RESOLUTION), *facts.get("origin", ORIGIN)))
+    return Surroundings(
+        Costmap(costs, facts.get("resolution", RESOLUTION), *facts.get("origin", ORIGIN))
+    )

@@ -29,7 +29,8 @@ from navstack.params.costmap import (
 from navstack.types import BoolArray, ByteArray, FloatArray, Pose2D
 
 MAIN_STEPS = 100  # [1/cell] of Nav2 main's table of costs
-MISSED_SHARE = 1e-3  # of a grid's cells that a breadth-first search may give to a source that is not the nearest
+# of a grid's cells that a breadth-first search may give to a source that is not the nearest
+MISSED_SHARE = 1e-3
 
 NOT_NEAREST = (
     "inflate_around_unknown: Jazzy's breadth-first search does not find the nearest source of a few cells, which "
@@ -53,7 +54,11 @@ def find_curves(file: GoldenFile) -> Iterator[Case]:
         if f"{name}_cost" in file and file.facts(name):
             footprint = "footprint_" + name.removeprefix("curve_")
             suffixes = ("dist_m", "cost", "cells", "cost_cells")
-            yield Case(name, file, existing(file, [footprint, *(f"{name}_{suffix}" for suffix in suffixes)]))
+            yield Case(
+                name,
+                file,
+                existing(file, [footprint, *(f"{name}_{suffix}" for suffix in suffixes)]),
+            )
 
 
 def check_curve(case: Case, comparison: Comparison) -> None:
@@ -62,7 +67,9 @@ def check_curve(case: Case, comparison: Comparison) -> None:
     unpadded = robot_footprint(CostmapParams(footprint=facts["footprint"]))
     padded = pad_footprint(unpadded, facts["footprint_padding"])
     radii = footprint_radii(padded)
-    comparison.near("inscribed and circumscribed radius", radii, facts["inscribed_circumscribed"], 1e-12)
+    comparison.near(
+        "inscribed and circumscribed radius", radii, facts["inscribed_circumscribed"], 1e-12
+    )
     footprint = "footprint_" + case.name.removeprefix("curve_")
     if footprint in case.file:
         comparison.near("padded footprint", padded, case.file[footprint], 1e-12)
@@ -70,7 +77,9 @@ def check_curve(case: Case, comparison: Comparison) -> None:
     costs = [inflation_cost(float(distance), radii[0], scaling) for distance in case["dist_m"]]
     comparison.equal("cost by metres", costs, case["cost"])
     if "cells" in case:
-        costs = [inflation_cost(float(cells) * resolution, radii[0], scaling) for cells in case["cells"]]
+        costs = [
+            inflation_cost(float(cells) * resolution, radii[0], scaling) for cells in case["cells"]
+        ]
         comparison.equal("cost by cells", costs, case["cost_cells"])
 
 
@@ -84,11 +93,16 @@ def check_grid(case: Case, comparison: Comparison) -> None:
     wrong = ours != target
     if params.inflate_around_unknown and wrong.any() and wrong.mean() <= MISSED_SHARE:
         nearest = _distances(grid, around_unknown=True)[wrong] * case.facts["resolution"]
-        right = [inflation_cost(float(distance), inscribed, params.cost_scaling_factor) for distance in nearest]
+        right = [
+            inflation_cost(float(distance), inscribed, params.cost_scaling_factor)
+            for distance in nearest
+        ]
         if (ours[wrong] == right).all() and (ours[wrong] > target[wrong]).all():
             comparison.allow(f"{int(wrong.sum())} of {wrong.size} cells: {NOT_NEAREST}")
             return
-    rounded = wrong & _on_an_integer(_distances(grid, params.inflate_around_unknown), params, case, inscribed)
+    rounded = wrong & _on_an_integer(
+        _distances(grid, params.inflate_around_unknown), params, case, inscribed
+    )
     if rounded.any() and (np.abs(ours.astype(float) - target)[rounded] == 1).all():
         comparison.allow(f"{int(rounded.sum())} of {wrong.size} cells: {ROUNDED}")
         ours = np.where(rounded, target, ours)
@@ -98,9 +112,12 @@ def check_grid(case: Case, comparison: Comparison) -> None:
 def _check_smaller_radius(
     case: Case, comparison: Comparison, params: InflationLayerParams, whole_grid: ByteArray
 ) -> None:
-    """Half the radius and a fifth of a cell: a part of a cell counts as one; up to there costs are the whole grid's.
+    """Half the radius and a fifth of a cell: a part of a cell counts as one.
 
-    Recordings have whole cells, or half ones, which rounding up and rounding to the nearest make the same of.
+    Up to there costs are the whole grid's.
+
+    Recordings have whole cells, or half ones, which rounding up and rounding to the nearest make
+    the same of.
     """
     resolution = case.facts["resolution"]
     whole = cell_distance(params.inflation_radius, resolution) // 2
@@ -108,7 +125,9 @@ def _check_smaller_radius(
         return
     smaller = replace(params, inflation_radius=(whole + 0.2) * resolution)
     ours = _inflated(case["in"], smaller, case, case.facts["inscribed_circumscribed"][0])
-    expected = np.where(_distances(case["in"], around_unknown=False) <= whole + 1, whole_grid, case["in"])
+    expected = np.where(
+        _distances(case["in"], around_unknown=False) <= whole + 1, whole_grid, case["in"]
+    )
     comparison.equal(f"inflated grid, radius {whole}.2 cells", ours, expected)
 
 
@@ -117,21 +136,29 @@ def find_main_grids(file: GoldenFile) -> Iterator[Case]:
     for name in sorted({*file.bases("_out"), *file.bases("_out_exact_sqrt")}):
         facts = file.facts(name)
         if f"{name}_in" in file and "inflation_radius" in facts:
-            yield Case(name, file, existing(file, (f"{name}_{part}" for part in ("in", "out", "out_exact_sqrt"))))
+            yield Case(
+                name,
+                file,
+                existing(file, (f"{name}_{part}" for part in ("in", "out", "out_exact_sqrt"))),
+            )
 
 
 def check_main_grid(case: Case, comparison: Comparison) -> None:
     """A whole grid by Nav2 main's rule, which rounds distances to hundredths of a cell."""
     grid = case["in"]
     params = _params(case, steps=MAIN_STEPS)
-    inscribed = case.facts.get("custom_inscribed_radius") or case.facts["inscribed_circumscribed"][0]
+    inscribed = (
+        case.facts.get("custom_inscribed_radius") or case.facts["inscribed_circumscribed"][0]
+    )
     ours = _inflated(grid, params, case, inscribed)
     if "out_exact_sqrt" in case:
         comparison.equal("inflated grid", ours, case["out_exact_sqrt"])
         return
     target = case["out"]
     radius = cell_distance(params.inflation_radius, case.facts["resolution"])
-    compare_but_at_radius(comparison, "inflated grid", ours, target, at_radius(grid, radius, params))
+    compare_but_at_radius(
+        comparison, "inflated grid", ours, target, at_radius(grid, radius, params)
+    )
 
 
 def compare_but_at_radius(
@@ -150,7 +177,9 @@ def at_radius(grid: ByteArray, radius: int, params: InflationLayerParams) -> Boo
     return found
 
 
-def _on_an_integer(distances: FloatArray, params: InflationLayerParams, case: Case, inscribed: float) -> BoolArray:
+def _on_an_integer(
+    distances: FloatArray, params: InflationLayerParams, case: Case, inscribed: float
+) -> BoolArray:
     """Where the cost at a distance [cells] is an integer, but for rounding."""
     beyond = distances * case.facts["resolution"] - inscribed
     exact = (INSCRIBED_INFLATED_OBSTACLE - 1) * np.exp(-params.cost_scaling_factor * beyond)
@@ -175,15 +204,28 @@ def _params(case: Case, steps: int) -> InflationLayerParams:
     return InflationLayerParams(**given, distance_steps=steps)
 
 
-def _inflated(grid: ByteArray, params: InflationLayerParams, case: Case, inscribed: float) -> ByteArray:
-    """The grid inflated within the ``window`` x0, y0, xn, yn (ends exclusive) of the case; without one, all of it."""
+def _inflated(
+    grid: ByteArray, params: InflationLayerParams, case: Case, inscribed: float
+) -> ByteArray:
+    """The grid inflated within the ``window`` x0, y0, xn, yn (ends exclusive) of the case.
+
+    Without one, all of it.
+    """
     costs = grid.copy()
     x0, y0, xn, yn = case.facts.get("window", (0, 0, costs.shape[1], costs.shape[0]))
     Inflation(params, case.facts["resolution"], inscribed).apply(costs, x0, xn, y0, yn)
     return costs
 
 
-SUFFIXES = ("points", "sensor_origin", "robot_pose", "map_origin", "obst_grid", "master", "bounds_x0_xn_y0_yn")
+SUFFIXES = (
+    "points",
+    "sensor_origin",
+    "robot_pose",
+    "map_origin",
+    "obst_grid",
+    "master",
+    "bounds_x0_xn_y0_yn",
+)
 
 
 def find_layers(file: GoldenFile) -> Iterator[Case]:
@@ -192,7 +234,11 @@ def find_layers(file: GoldenFile) -> Iterator[Case]:
         facts = file.facts(name)
         if "nsteps" in facts:
             steps = range(facts["nsteps"])
-            yield Case(name, file, existing(file, (f"{name}_s{k}_{suffix}" for k in steps for suffix in SUFFIXES)))
+            yield Case(
+                name,
+                file,
+                existing(file, (f"{name}_s{k}_{suffix}" for k in steps for suffix in SUFFIXES)),
+            )
 
 
 def check_layers(case: Case, comparison: Comparison) -> None:
@@ -210,7 +256,9 @@ def _check_costmap(case: Case, comparison: Comparison, params: CostmapParams) ->
         costmap.observe_points(case[f"s{k}_points"], float(origin[0]), float(origin[1]), float(k))
         costmap.update(Pose2D(*case[f"s{k}_robot_pose"].tolist()), None, float(k))
         master = costmap.master
-        comparison.near(f"step {k}: origin", (master.origin_x, master.origin_y), case[f"s{k}_map_origin"], 1e-9)
+        comparison.near(
+            f"step {k}: origin", (master.origin_x, master.origin_y), case[f"s{k}_map_origin"], 1e-9
+        )
         obstacles = costmap.obstacle_costs[0]
         comparison.equal(f"step {k}: obstacle grid", obstacles, case[f"s{k}_obst_grid"])
         comparison.equal(f"step {k}: bounds", costmap.region, case[f"s{k}_bounds_x0_xn_y0_yn"])
@@ -219,8 +267,12 @@ def _check_costmap(case: Case, comparison: Comparison, params: CostmapParams) ->
             continue
         layer = params.layers["inflation_layer"]
         assert isinstance(layer, InflationLayerParams)
-        border = at_radius(master.data, cell_distance(layer.inflation_radius, params.resolution), layer)
-        compare_but_at_radius(comparison, f"step {k}: master", master.data, case[f"s{k}_master"], border)
+        border = at_radius(
+            master.data, cell_distance(layer.inflation_radius, params.resolution), layer
+        )
+        compare_but_at_radius(
+            comparison, f"step {k}: master", master.data, case[f"s{k}_master"], border
+        )
 
 
 def _check_cells(case: Case, comparison: Comparison, params: CostmapParams) -> None:
@@ -236,10 +288,14 @@ def _check_cells(case: Case, comparison: Comparison, params: CostmapParams) -> N
             window.centre_on(pose.x, pose.y)
             cells.follow(window)
         points = case[f"s{k}_points"].astype(np.float64)
-        marking = (points[:, 2] >= layer.min_obstacle_height) & (points[:, 2] <= layer.max_obstacle_height)
+        marking = (points[:, 2] >= layer.min_obstacle_height) & (
+            points[:, 2] <= layer.max_obstacle_height
+        )
         origin = case[f"s{k}_sensor_origin"]
         flat = np.ascontiguousarray(points[:, :2])
-        buffer.add(Observation(float(k), float(origin[0]), float(origin[1]), flat.copy, flat[marking]))
+        buffer.add(
+            Observation(float(k), float(origin[0]), float(origin[1]), flat.copy, flat[marking])
+        )
         cells.update(window, transform_points(pose, footprint))
         comparison.equal(f"step {k}: list of cells", cells.as_grid(window), case[f"s{k}_obst_grid"])
 
@@ -254,12 +310,20 @@ def _layer_params(facts: dict[str, Any]) -> CostmapParams:
         raytrace_min_range=facts["raytrace_range"][0],
         raytrace_max_range=facts["raytrace_range"][1],
     )
-    names = ("footprint_clearing_enabled", "min_obstacle_height", "max_obstacle_height", "combination_method")
+    names = (
+        "footprint_clearing_enabled",
+        "min_obstacle_height",
+        "max_obstacle_height",
+        "combination_method",
+    )
     own = {name: given[f"obstacle_layer.{name}"] for name in names}
     obstacles = ObstacleLayerParams(**own, observation_sources=("scan",), sources={"scan": source})
     layers: dict[str, LayerParams] = {"obstacle_layer": obstacles}
     if facts["inflation"]:
-        inflation = {name: given[f"inflation_layer.{name}"] for name in ("inflation_radius", "cost_scaling_factor")}
+        inflation = {
+            name: given[f"inflation_layer.{name}"]
+            for name in ("inflation_radius", "cost_scaling_factor")
+        }
         layers["inflation_layer"] = InflationLayerParams(**inflation, distance_steps=MAIN_STEPS)
     origin_x, origin_y = facts.get("origin", (0.0, 0.0))
     return CostmapParams(

@@ -30,9 +30,21 @@ FREQUENCY = 30.0  # [Hz] of the recorded controller
 RESOLUTION = 0.05  # [m] of the grid that plans are densified for
 POINT_TOLERANCE = 1e-9  # [m] of plans
 PLAN_LENGTH_OF_MAIN = 1.0  # [m] within which Nav2 main's RotateToGoal begins to act
-NOT_OURS = ("transform_tolerance",)  # recorded parameters that navstack, which has one frame, does not have
+# recorded parameters that navstack, which has one frame, does not have
+NOT_OURS = ("transform_tolerance",)
 SUFFIXES = (
-    *("vel", "raw", "total", "illegal_critic", "npose", "last_pose", "poses", "pose_off", "times", "time_off"),
+    *(
+        "vel",
+        "raw",
+        "total",
+        "illegal_critic",
+        "npose",
+        "last_pose",
+        "poses",
+        "pose_off",
+        "times",
+        "time_off",
+    ),
     *(f"grid_{critic}" for critic in DWB_CRITICS),
 )
 
@@ -42,7 +54,9 @@ OUT_OF_BOUNDS = (
 )
 
 
-SCENES = Shape(("{}_costmap", "{}_path", "{}_vel"), tuple(f"{{}}_{suffix}" for suffix in SUFFIXES), fact="pose")
+SCENES = Shape(
+    ("{}_costmap", "{}_path", "{}_vel"), tuple(f"{{}}_{suffix}" for suffix in SUFFIXES), fact="pose"
+)
 VELOCITIES = Shape(("twists_{}",), (), (), None, "twists_{}")
 PLANS = Shape(("adjust_{}_in", "adjust_{}_out"), (), ("adjust_{}",), None, "adjust_{}")
 
@@ -50,7 +64,9 @@ PLANS = Shape(("adjust_{}_in", "adjust_{}_out"), (), ("adjust_{}",), None, "adju
 def check_scene(case: Case, comparison: Comparison) -> None:
     """One cycle on a fresh controller; the cycles that follow it, where they are recorded."""
     facts, costmap = case.facts, _costmap(case)
-    params = replace(_params(case.file, facts["overrides"]), path_length_tolerance=PLAN_LENGTH_OF_MAIN)
+    params = replace(
+        _params(case.file, facts["overrides"]), path_length_tolerance=PLAN_LENGTH_OF_MAIN
+    )
     critics = build_critics(params)
     controller = DwbController(params, _footprint(case.file), FREQUENCY, critics)
     goal, path = Pose2D(*facts["goal"]), case["path"]
@@ -66,9 +82,16 @@ def check_scene(case: Case, comparison: Comparison) -> None:
 
 
 def _check_following(
-    case: Case, comparison: Comparison, path: FloatArray, surroundings: Surroundings, params: DwbParams
+    case: Case,
+    comparison: Comparison,
+    path: FloatArray,
+    surroundings: Surroundings,
+    params: DwbParams,
 ) -> None:
-    """The cycles after the first, on one controller that remembers; the sequence begins with the scene itself."""
+    """The cycles after the first, on one controller that remembers.
+
+    The sequence begins with the scene itself.
+    """
     controller = DwbController(params, _footprint(case.file), FREQUENCY)
     following = case.facts.get("sequence_after", ())
     for k, step in enumerate((case.facts, *following) if following else ()):
@@ -76,12 +99,17 @@ def _check_following(
         _check_choice(comparison, step, decision, f"cycle {k}: ")
         if "n_osc" in step:
             comparison.equal(
-                f"cycle {k}: oscillating", decision.scores.rejections().get("Oscillation", 0), step["n_osc"]
+                f"cycle {k}: oscillating",
+                decision.scores.rejections().get("Oscillation", 0),
+                step["n_osc"],
             )
 
 
 def _params(file: GoldenFile, overrides: Mapping[str, Any]) -> DwbParams:
-    """The parameters of a scene: the file's, and what the scene changes; critics' own stand as ``<Critic>.<name>``."""
+    """The parameters of a scene: the file's, and what the scene changes.
+
+    Critics' own stand as ``<Critic>.<name>``.
+    """
     nested: dict[str, Any] = {}
     for key, value in {**file.meta["base_params"], **overrides}.items():
         head, _, tail = key.partition(".")
@@ -107,13 +135,17 @@ def _state(step: Mapping[str, Any]) -> RobotState:
     return RobotState(Pose2D(*step["pose"]), Twist2D(*step["vel"]), step.get("t", 0.0))
 
 
-def _scene(step: Mapping[str, Any], plan: FloatArray, goal: Pose2D, costmap: Costmap, file: GoldenFile) -> Scene:
+def _scene(
+    step: Mapping[str, Any], plan: FloatArray, goal: Pose2D, costmap: Costmap, file: GoldenFile
+) -> Scene:
     """What the critics saw in a recorded cycle."""
     state = _state(step)
     return Scene(state.pose, state.twist, state.stamp, goal, plan, costmap, _footprint(file))
 
 
-def _check_decision(case: Case, prefix: str, comparison: Comparison, decision: Decision, undefined: bool) -> None:
+def _check_decision(
+    case: Case, prefix: str, comparison: Comparison, decision: Decision, undefined: bool
+) -> None:
     """Samples, trajectories and scores of a cycle whose arrays are ``<case>_<prefix><suffix>``.
 
     ``undefined``: RotateToGoal's scores mean nothing.
@@ -127,13 +159,22 @@ def _check_decision(case: Case, prefix: str, comparison: Comparison, decision: D
     legal = (rejected_by < 0) & (case[f"{prefix}illegal_critic"] < 0)
     for i, name in enumerate(decision.scores.critics):
         if name != "RotateToGoal" or not undefined:
-            comparison.near(f"{at}raw score {name}", scores.raw[i][legal], case[f"{prefix}raw"][legal, i], TOLERANCE)
+            comparison.near(
+                f"{at}raw score {name}",
+                scores.raw[i][legal],
+                case[f"{prefix}raw"][legal, i],
+                TOLERANCE,
+            )
     if not undefined:
         comparison.equal(f"{at}rejecting critic", rejected_by, case[f"{prefix}illegal_critic"])
-        comparison.near(f"{at}totals", scores.totals[legal], case[f"{prefix}total"][legal], TOLERANCE)
+        comparison.near(
+            f"{at}totals", scores.totals[legal], case[f"{prefix}total"][legal], TOLERANCE
+        )
 
 
-def _check_trajectories(case: Case, prefix: str, comparison: Comparison, rollouts: Rollouts) -> None:
+def _check_trajectories(
+    case: Case, prefix: str, comparison: Comparison, rollouts: Rollouts
+) -> None:
     at = prefix and f"{prefix.rstrip('_')}: "
     if not np.array_equal(rollouts.lengths, case[f"{prefix}npose"]):
         comparison.equal(f"{at}poses per trajectory", rollouts.lengths, case[f"{prefix}npose"])
@@ -150,12 +191,20 @@ def _check_trajectories(case: Case, prefix: str, comparison: Comparison, rollout
         comparison.angles(f"{at}headings", rollouts.yaw[is_pose], poses[:, 2], TOLERANCE)
     if f"{prefix}times" in case:
         counts = case[f"{prefix}npose"] - 1
-        times = [rollouts.sim_time / n * np.arange(count) for n, count in zip(rollouts.steps, counts, strict=True)]
+        times = [
+            rollouts.sim_time / n * np.arange(count)
+            for n, count in zip(rollouts.steps, counts, strict=True)
+        ]
         comparison.near(f"{at}times", np.concatenate(times), case[f"{prefix}times"], TOLERANCE)
 
 
-def _check_grids(case: Case, prefix: str, comparison: Comparison, critics: Mapping[str, Critic], scene: Scene) -> None:
-    """What a critic shows of itself, cell by cell: distances of the map-grid critics, costs of the others."""
+def _check_grids(
+    case: Case, prefix: str, comparison: Comparison, critics: Mapping[str, Critic], scene: Scene
+) -> None:
+    """What a critic shows of itself, cell by cell.
+
+    Distances of the map-grid critics, costs of the others.
+    """
     costs = scene.costmap.data
     every_cell = np.arange(costs.size, dtype=np.int32)
     for name, critic in critics.items():
@@ -166,20 +215,30 @@ def _check_grids(case: Case, prefix: str, comparison: Comparison, critics: Mappi
             comparison.equal(f"{prefix}grid {name}", ours, case[f"{prefix}grid_{name}"])
 
 
-def _check_choice(comparison: Comparison, step: Mapping[str, Any], decision: Decision, at: str = "") -> None:
+def _check_choice(
+    comparison: Comparison, step: Mapping[str, Any], decision: Decision, at: str = ""
+) -> None:
     """The chosen command, exactly (also the one that Nav2 chose with its short circuit), and what was rejected."""
     command = decision.command if decision.is_legal else None
-    chosen = [np.nan] * 3 if command is None else [command.linear_x, command.linear_y, command.angular_z]
+    chosen = (
+        [np.nan] * 3 if command is None else [command.linear_x, command.linear_y, command.angular_z]
+    )
     for key in ("cmd", "short_circuit_cmd"):
         if key in step:
             comparison.equal(f"{at}{key}", chosen, [np.nan] * 3 if step[key] is None else step[key])
     if decision.is_legal and "best_index" in step:
         comparison.equal(f"{at}index of the best", decision.choice.index, step["best_index"])
     if "n_illegal" in step:
-        comparison.equal(f"{at}rejected trajectories", sum(decision.scores.rejections().values()), step["n_illegal"])
+        comparison.equal(
+            f"{at}rejected trajectories",
+            sum(decision.scores.rejections().values()),
+            step["n_illegal"],
+        )
     if "critic_scales" in step:
         comparison.equal(f"{at}critics", decision.scores.critics, step["critic_names"])
-        comparison.near(f"{at}critics' scales", decision.scores.scales, step["critic_scales"], TOLERANCE)
+        comparison.near(
+            f"{at}critics' scales", decision.scores.scales, step["critic_scales"], TOLERANCE
+        )
 
 
 def find_sequences(file: GoldenFile) -> Iterator[Case]:
@@ -188,7 +247,11 @@ def find_sequences(file: GoldenFile) -> Iterator[Case]:
         inputs = {f"{name}_costmap", f"{name}_path"}
         steps = file.facts(name).get("steps", ())
         if inputs <= file.names and steps:
-            outputs = (f"{name}_s{k}_{s}" for k in range(len(steps)) for s in ("transformed_plan", *SUFFIXES))
+            outputs = (
+                f"{name}_s{k}_{s}"
+                for k in range(len(steps))
+                for s in ("transformed_plan", *SUFFIXES)
+            )
             yield Case(name, file, existing(file, (*inputs, *outputs)))
 
 
@@ -198,28 +261,40 @@ def check_sequence(case: Case, comparison: Comparison) -> None:
     critics = build_critics(params)
     controller = DwbController(params, _footprint(case.file), FREQUENCY, critics)
     window = PlanWindow(
-        params.prune_plan, params.prune_distance, params.forward_prune_distance, params.shorten_transformed_plan
+        params.prune_plan,
+        params.prune_distance,
+        params.forward_prune_distance,
+        params.shorten_transformed_plan,
     )
     costmap, plan = _costmap(case), Path(case["path"])
     goal = Pose2D(*map(float, plan.poses[-1]))
     for k, step in enumerate(case.facts["steps"]):
         near = window.near(plan, Pose2D(*step["pose"]), costmap)
         if f"s{k}_transformed_plan" in case:
-            comparison.near(f"s{k}: pruned plan", near, case[f"s{k}_transformed_plan"], POINT_TOLERANCE)
+            comparison.near(
+                f"s{k}: pruned plan", near, case[f"s{k}_transformed_plan"], POINT_TOLERANCE
+            )
         try:
             controller.compute_velocity(_state(step), plan, Surroundings(costmap))
         except NoLegalVelocity as error:
-            comparison.equal(f"s{k}: rejected in the error", sum(error.rejections.values()), step["n_samples"])
+            comparison.equal(
+                f"s{k}: rejected in the error", sum(error.rejections.values()), step["n_samples"]
+            )
         decision = controller.last_decision
         assert decision is not None
         _check_choice(comparison, step, decision, f"s{k}: ")
         if f"s{k}_vel" in case:
             _check_decision(case, f"s{k}_", comparison, decision, undefined=False)
-            _check_grids(case, f"s{k}_", comparison, critics, _scene(step, near, goal, costmap, case.file))
+            _check_grids(
+                case, f"s{k}_", comparison, critics, _scene(step, near, goal, costmap, case.file)
+            )
 
 
 def check_velocities(case: Case, comparison: Comparison) -> None:
-    """All samples in their order, to the last bit; the fact is the velocity alone, or with changed parameters."""
+    """All samples in their order, to the last bit.
+
+    The fact is the velocity alone, or with changed parameters.
+    """
     facts = case.file.meta[case.name]
     velocity, overrides = (facts["vel"], facts["over"]) if isinstance(facts, dict) else (facts, {})
     generator = RolloutGenerator(_params(case.file, overrides), FREQUENCY)

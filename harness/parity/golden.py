@@ -42,7 +42,11 @@ class GoldenFile:
             raise self.unusable(f"is not a readable .npz file ({_reason(error)})") from None
         if not isinstance(arrays, np.lib.npyio.NpzFile):
             raise self.unusable("is a single array, not an .npz file")
-        largest = max((member.file_size for member in arrays.zip.infolist()), default=0) if arrays.zip else 0
+        largest = (
+            max((member.file_size for member in arrays.zip.infolist()), default=0)
+            if arrays.zip
+            else 0
+        )
         if largest > MOST_BYTES:
             raise self.unusable(f"holds an array of {largest} bytes, at most {MOST_BYTES} are read")
         self._arrays = arrays
@@ -92,14 +96,18 @@ class GoldenFile:
         try:
             meta = json.loads(str(self._arrays[META]))
         except _UNREADABLE as error:
-            raise self.unusable(f"holds a '{META}' that cannot be read ({_reason(error)})") from None
+            raise self.unusable(
+                f"holds a '{META}' that cannot be read ({_reason(error)})"
+            ) from None
         if not isinstance(meta, dict):
             raise self.unusable(f"holds a '{META}' that is no mapping of cases")
         return meta
 
     def unusable(self, trouble: str) -> GoldenError:
         """The error that says why this file cannot be used."""
-        return GoldenError(f"{self.path}: {trouble}; a file of golden vectors is wanted: record it again or remove it")
+        return GoldenError(
+            f"{self.path}: {trouble}; a file of golden vectors is wanted: record it again or remove it"
+        )
 
 
 def read_folder(folder: Path) -> list[GoldenFile]:
@@ -109,10 +117,14 @@ def read_folder(folder: Path) -> list[GoldenFile]:
         GoldenError: there is no such folder, no ``.npz`` file in it, or one that cannot be used.
     """
     if not folder.is_dir():
-        raise GoldenError(f"golden folder '{folder}' is not a folder; give a folder of .npz files of golden vectors")
+        raise GoldenError(
+            f"golden folder '{folder}' is not a folder; give a folder of .npz files of golden vectors"
+        )
     paths = sorted(folder.glob("*.npz"))
     if not paths:
-        raise GoldenError(f"golden folder '{folder}' holds no .npz file; give a folder of golden vectors")
+        raise GoldenError(
+            f"golden folder '{folder}' holds no .npz file; give a folder of golden vectors"
+        )
     return [GoldenFile(path) for path in paths]
 
 

@@ -74,12 +74,15 @@ class Shape:
         prefix, _, suffix = self.arrays[0].partition("{}")
         for base in file.bases(suffix, prefix):
             arrays, more, keys = (
-                tuple(text.replace("{}", base) for text in texts) for texts in (self.arrays, self.more, self.keys)
+                tuple(text.replace("{}", base) for text in texts)
+                for texts in (self.arrays, self.more, self.keys)
             )
             facts = file.facts(*keys)
             has_facts = self.fact is None or (self.fact in facts if self.fact else bool(facts))
             if has_facts and file.names.issuperset(arrays):
-                yield Case(self.name.replace("{}", base), file, existing(file, (*arrays, *more)), keys)
+                yield Case(
+                    self.name.replace("{}", base), file, existing(file, (*arrays, *more)), keys
+                )
 
 
 def existing(file: GoldenFile, names: Iterable[str]) -> frozenset[str]:

@@ -31,7 +31,8 @@ POTENTIAL_TOLERANCE = 1e-3  # relative
 POSITION_TOLERANCE = 1e-6  # [m]
 HEADING_TOLERANCE = 1e-5  # [rad]
 POINT_TOLERANCE = 1e-5  # [cells] of the descent
-PARAMETERS = {"tol": "tolerance", "unk": "allow_unknown", "fin": "use_final_approach_orientation"}  # else defaults
+# else defaults
+PARAMETERS = {"tol": "tolerance", "unk": "allow_unknown", "fin": "use_final_approach_orientation"}
 LETHAL = 254  # cost that NavFn gives to the border of the map
 LONGEST_UPSTREAM = 4  # points per column or row of the map after which upstream's descent gives up
 
@@ -51,7 +52,9 @@ TOO_LONG_UPSTREAM = (
 
 
 SMOOTHED_TOLERANCE = 1e-5  # [m, rad]
-SMOOTHED = Shape(("sm_{}_in", "sm_{}_out", "sm_{}_costmap"), (), ("smoother", "{}"), "params", "sm_{}")
+SMOOTHED = Shape(
+    ("sm_{}_in", "sm_{}_out", "sm_{}_costmap"), (), ("smoother", "{}"), "params", "sm_{}"
+)
 
 
 def find_navfn(file: GoldenFile) -> Iterator[Case]:
@@ -91,7 +94,9 @@ def check_navfn(case: Case, comparison: Comparison) -> None:
         comparison.require(False, f"{_said(result)}; recorded: a path of {len(case['path'])} poses")
 
 
-def _plan(planner: NavfnPlanner, start: Pose2D, goal: Pose2D, costmap: Costmap) -> Path | PlanningError:
+def _plan(
+    planner: NavfnPlanner, start: Pose2D, goal: Pose2D, costmap: Costmap
+) -> Path | PlanningError:
     try:
         return planner.plan(start, goal, costmap)
     except PlanningError as error:
@@ -99,11 +104,20 @@ def _plan(planner: NavfnPlanner, start: Pose2D, goal: Pose2D, costmap: Costmap) 
 
 
 def _check_field(
-    case: Case, comparison: Comparison, planner: NavfnPlanner, params: NavfnParams, costmap: Costmap, start: Pose2D
+    case: Case,
+    comparison: Comparison,
+    planner: NavfnPlanner,
+    params: NavfnParams,
+    costmap: Costmap,
+    start: Pose2D,
 ) -> None:
     """Translated costs exactly; potentials of the reached cells, which must be the same ones."""
     if "navfn_cost" in case:
-        comparison.equal("translated costs", _translated(costmap, params.allow_unknown, start), case["navfn_cost"])
+        comparison.equal(
+            "translated costs",
+            _translated(costmap, params.allow_unknown, start),
+            case["navfn_cost"],
+        )
     ours, theirs = planner.potential, case["potential"]
     comparison.equal("reached cells", ours < POT_HIGH, theirs < POT_HIGH)
     reached = (ours < POT_HIGH) & (theirs < POT_HIGH)
@@ -116,12 +130,22 @@ def _translated(costmap: Costmap, allow_unknown: bool, start: Pose2D) -> ByteArr
     costs = costmap.data.copy()
     costs.reshape(-1)[clamped_cell(start, costmap)] = FREE_SPACE
     translated = crossing[costs].astype(np.uint8)
-    translated[0], translated[-1], translated[:, 0], translated[:, -1] = LETHAL, LETHAL, LETHAL, LETHAL
+    translated[0], translated[-1], translated[:, 0], translated[:, -1] = (
+        LETHAL,
+        LETHAL,
+        LETHAL,
+        LETHAL,
+    )
     return translated
 
 
 def _check_failure(
-    case: Case, comparison: Comparison, result: Any, costmap: Costmap, goal: Pose2D, tolerance: float
+    case: Case,
+    comparison: Comparison,
+    result: Any,
+    costmap: Costmap,
+    goal: Pose2D,
+    tolerance: float,
 ) -> None:
     """No path upstream: none here either, but where the goal was reached and upstream's limit of points struck."""
     target = cell(goal, costmap)
@@ -133,7 +157,9 @@ def _check_failure(
     if not isinstance(result, Path):
         comparison.require(False, f"{_said(result)}; recorded: the wave reaches the goal")
         return
-    comparison.require(len(result) > limit, f"a path of {len(result)} poses; recorded: none, within {limit} points")
+    comparison.require(
+        len(result) > limit, f"a path of {len(result)} poses; recorded: none, within {limit} points"
+    )
     off = np.abs(result.poses[-1, :2] - (goal.x, goal.y)).max()
     comparison.require(bool(off <= tolerance), f"the path ends {off:.3f} m from the goal")
     comparison.allow(TOO_LONG_UPSTREAM)
@@ -153,7 +179,8 @@ def _check_path(case: Case, comparison: Comparison, ours: FloatArray, costmap: C
 def _descent(poses: FloatArray, count: int, costmap: Costmap) -> FloatArray:
     """The points (M, 2) in [cells], from the goal on, that poses (N, 3) were made of.
 
-    The last pose is the goal: after the grid point at which the descent begins, or, where ``count`` is N, in its place.
+    The last pose is the goal: after the grid point at which the descent begins, or, where ``count``
+    is N, in its place.
     """
     places = (poses[::-1, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
     if count != len(poses):
@@ -163,14 +190,20 @@ def _descent(poses: FloatArray, count: int, costmap: Costmap) -> FloatArray:
 
 
 def _said(result: Path | PlanningError) -> str:
-    return f"a path of {len(result)} poses" if isinstance(result, Path) else f"{type(result).__name__}: {result}"
+    return (
+        f"a path of {len(result)} poses"
+        if isinstance(result, Path)
+        else f"{type(result).__name__}: {result}"
+    )
 
 
 def check_smoother(case: Case, comparison: Comparison) -> None:
     """Every pose of the smoothed path."""
     facts = case.facts
     params = from_mapping(SimpleSmootherParams, facts["params"], case.title)
-    costmap = Costmap(case["costmap"], facts["resolution"], float(facts["origin"][0]), float(facts["origin"][1]))
+    costmap = Costmap(
+        case["costmap"], facts["resolution"], float(facts["origin"][0]), float(facts["origin"][1])
+    )
     ours, theirs = SimpleSmoother(params).smooth(Path(case["in"]), costmap).poses, case["out"]
     comparison.near("positions", ours[:, :2], theirs[:, :2], SMOOTHED_TOLERANCE)
     if ours.shape == theirs.shape:

@@ -1,4 +1,7 @@
-"""The velocity smoother while commands come and cease; the collision monitor: times to collision, points inside."""
+"""The velocity smoother while commands come and cease.
+
+The collision monitor: times to collision, points inside.
+"""
 
 import re
 from collections.abc import Iterator
@@ -16,7 +19,8 @@ from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.types import Twist2D
 
 SMOOTHED_TOLERANCE = 1e-9  # [m/s, rad/s]
-MEASURED = (0.8, 0.8, 0.9)  # share of what was sent that the recorded odometry measures in the next cycle
+# share of what was sent that the recorded odometry measures in the next cycle
+MEASURED = (0.8, 0.8, 0.9)
 NOT_OURS = ("odom_duration",)  # the odometry given to navstack is smoothed already
 
 
@@ -29,7 +33,13 @@ PARAMETERS = ("min_points", "simulation_time_step", "time_before_collision")
 # points on and beside the edges of the polygon, and whether they count as inside
 EDGES = Shape(("{}_edge_pts", "{}_edge_inside", POLYGON), (), (), None, "{}_edge")
 # commands, cycles, and what was sent (NaN: nothing)
-SMOOTHED = Shape(("vs_{}_cmds_t_x_y_w", "vs_{}_out", "vs_{}_t"), (), ("velocity_smoother", "{}"), "params", "vs_{}")
+SMOOTHED = Shape(
+    ("vs_{}_cmds_t_x_y_w", "vs_{}_out", "vs_{}_t"),
+    (),
+    ("velocity_smoother", "{}"),
+    "params",
+    "vs_{}",
+)
 
 
 def check_smoother(case: Case, comparison: Comparison) -> None:
@@ -46,7 +56,9 @@ def check_smoother(case: Case, comparison: Comparison) -> None:
             smoother.receive(Twist2D(x, y, w), t)
         sent = smoother.smooth(None, measured, stamp)
         ours.append((sent.linear_x, sent.linear_y, sent.angular_z))
-        measured = Twist2D(*(share * value for share, value in zip(MEASURED, ours[-1], strict=True)))
+        measured = Twist2D(
+            *(share * value for share, value in zip(MEASURED, ours[-1], strict=True))
+        )
     comparison.near("velocities", ours, np.nan_to_num(case["out"]), SMOOTHED_TOLERANCE)
 
 
@@ -79,7 +91,12 @@ def check_overflow(case: Case, comparison: Comparison) -> None:
     (min_points,) = case.settings(OVERFLOW)
     zone = _zone(case.file, min_points=int(min_points))
     comparison.equal("points that trigger", zone.params.trigger_count, facts["stored_int"])
-    comparison.near("times to collision", _times(zone, case.file)[: len(facts["times"])], facts["times"], TOLERANCE)
+    comparison.near(
+        "times to collision",
+        _times(zone, case.file)[: len(facts["times"])],
+        facts["times"],
+        TOLERANCE,
+    )
 
 
 def check_edges(case: Case, comparison: Comparison) -> None:
@@ -96,12 +113,18 @@ def _inputs(file: GoldenFile) -> frozenset[str]:
 def _times(zone: Zone, file: GoldenFile) -> list[list[float]]:
     """Time to collision [s] of each cloud (row) with each velocity (column)."""
     velocities = [Twist2D(*velocity) for velocity in file["cm_vels"]]
-    table = [[zone.collision_time(file[cloud], velocity) for velocity in velocities] for cloud in _clouds(file)]
+    table = [
+        [zone.collision_time(file[cloud], velocity) for velocity in velocities]
+        for cloud in _clouds(file)
+    ]
     return [[NO_COLLISION if time is None else time for time in row] for row in table]
 
 
 def _clouds(file: GoldenFile) -> list[str]:
-    return [f"cm_cloud_{i}" for i in sorted(int(base) for base in file.bases("", "cm_cloud_") if base.isdigit())]
+    return [
+        f"cm_cloud_{i}"
+        for i in sorted(int(base) for base in file.bases("", "cm_cloud_") if base.isdigit())
+    ]
 
 
 def _zone(file: GoldenFile, **recorded: float) -> Zone:

@@ -1,4 +1,6 @@
-"""Whether a body can be moved along a path without touching the map: polygons against squares, with shapely.
+"""Whether a body can be moved along a path without touching the map.
+
+Polygons against squares, with shapely.
 
 It shares nothing with the planners, so that it can judge them.
 """
@@ -20,8 +22,12 @@ _CHUNK = 4000  # placements at a time
 class Obstacles:
     """The cells of a map that a body must not touch, as squares."""
 
-    def __init__(self, taken: BoolArray, resolution: float, origin_x: float, origin_y: float) -> None:
-        """Keep the cells that have a neighbour that is not taken: who gets inside comes through them.
+    def __init__(
+        self, taken: BoolArray, resolution: float, origin_x: float, origin_y: float
+    ) -> None:
+        """Keep the cells that have a neighbour that is not taken.
+
+        Who gets inside comes through them.
 
         Args:
             taken: (height, width) cells that must not be touched.
@@ -31,15 +37,19 @@ class Obstacles:
         """
         rim = taken & ~ndimage.binary_erosion(taken, border_value=1)
         rows, columns = np.nonzero(rim)
-        self._corners = np.column_stack((origin_x + columns * resolution, origin_y + rows * resolution))
+        self._corners = np.column_stack(
+            (origin_x + columns * resolution, origin_y + rows * resolution)
+        )
         self._resolution = resolution
         self._taken, self._origin = taken, (origin_x, origin_y)
 
-    def clearance(self, path: FloatArray, start: Pose2D, goal: Pose2D, footprint: FloatArray) -> float:
+    def clearance(
+        self, path: FloatArray, start: Pose2D, goal: Pose2D, footprint: FloatArray
+    ) -> float:
         """Least distance [m] of a body to the obstacles on its way; 0: it touches one.
 
-        It stands at the start, turns where the path turns, drives forwards along it and turns at its end to the goal's
-        heading. Between two placements it sweeps their convex hull.
+        It stands at the start, turns where the path turns, drives forwards along it and turns at
+        its end to the goal's heading. Between two placements it sweeps their convex hull.
 
         Args:
             path: (N, >= 2) points [m]; their yaw is not used.
@@ -61,7 +71,9 @@ class Obstacles:
         least = REACH
         for first in range(0, max(len(placements) - 1, 1), _CHUNK):
             bodies = swept(placements[first : first + _CHUNK + 1], footprint)
-            _, distances = tree.query_nearest(bodies, max_distance=REACH, return_distance=True, all_matches=False)
+            _, distances = tree.query_nearest(
+                bodies, max_distance=REACH, return_distance=True, all_matches=False
+            )
             least = min(least, float(distances.min(initial=REACH)))
         return least
 
@@ -79,7 +91,9 @@ def placements_along(points: FloatArray, start_yaw: float, goal_yaw: float) -> F
     steps = np.diff(points, axis=0)
     moves = np.hypot(*steps.T) > 1e-9
     points = np.vstack((points[:-1][moves], points[-1:]))
-    headings = np.concatenate(([start_yaw], np.arctan2(steps[moves, 1], steps[moves, 0]), [goal_yaw]))
+    headings = np.concatenate(
+        ([start_yaw], np.arctan2(steps[moves, 1], steps[moves, 0]), [goal_yaw])
+    )
     placed = []
     for point, before, after in zip(points, headings[:-1], headings[1:], strict=True):
         turn = (after - before + math.pi) % (2.0 * math.pi) - math.pi

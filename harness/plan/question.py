@@ -1,4 +1,7 @@
-"""One question to several planners: the costmap of a stack on a map, a mission, and what each planner answers."""
+"""One question to several planners.
+
+The costmap of a stack on a map, a mission, and what each planner answers.
+"""
 
 import dataclasses
 import statistics
@@ -39,8 +42,10 @@ GRID = {
 }
 NAMES = (*GRID, *OMPL_ALGORITHMS)
 SMOOTHER = "SimpleSmoother"
-COST_WEIGHT = 4.0  # a path through cost 252 counts as five of its length: what NavFn makes of the costs
-REPEATS, QUICK = 5, 0.5  # how often a question is asked, as long as that takes less than this [s] together
+# a path through cost 252 counts as five of its length: what NavFn makes of the costs
+COST_WEIGHT = 4.0
+# how often a question is asked, as long as that takes less than this [s] together
+REPEATS, QUICK = 5, 0.5
 UNLIMITED = 10**9  # iterations, where the time is limited
 COMPILING = 2000  # iterations, on next to nothing
 
@@ -65,20 +70,24 @@ class Answer:
     seconds: float  # of wall time, smoothing included; median where it was asked repeatedly
     clearance: float | None  # [m] of the robot's body to obstacles on the way; 0: it touches one
     cost: float | None  # [m] length, each piece times 1 + COST_WEIGHT * cost / 252
-    improvement: tuple[tuple[float, float], ...]  # of the search: wall time [s] and the planner's own cost [m]
+    # of the search: wall time [s] and the planner's own cost [m]
+    improvement: tuple[tuple[float, float], ...]
 
 
 def make_ground(task: EpisodeTask, start: Pose2D | None = None) -> Ground:
     """The costmap of a task's stack, without scans, and the obstacles behind it.
 
-    A costmap that moves with the robot is centred on ``start``, without one on the map's lower left corner.
+    A costmap that moves with the robot is centred on ``start``, without one on the map's lower left
+    corner.
     """
     parts = Parts(task)
     grid, keepout = planning_map(parts.scene, task.stack)
     layered = build_global_costmap(parts.nav2, grid, keepout)
     layered.update(start or Pose2D(grid.origin.x, grid.origin.y), None, 0.0)
     taken = grid.data == OCCUPIED
-    obstacles = Obstacles(taken if keepout is None else taken | keepout, grid.resolution, grid.origin.x, grid.origin.y)
+    obstacles = Obstacles(
+        taken if keepout is None else taken | keepout, grid.resolution, grid.origin.x, grid.origin.y
+    )
     return Ground(layered.master, robot_shape(layered), obstacles, parts.robot.polygon)
 
 
@@ -101,14 +110,20 @@ def compile_first(shape: RobotShape) -> None:
         params = _defaults(kind)
         spaces: tuple[Any, ...] = (params,)
         if isinstance(params, OmplParams):
-            quick = dataclasses.replace(params, max_iterations=COMPILING, tolerance=0.0, algorithm=SE2_ALGORITHMS[0])
+            quick = dataclasses.replace(
+                params, max_iterations=COMPILING, tolerance=0.0, algorithm=SE2_ALGORITHMS[0]
+            )
             spaces = tuple(dataclasses.replace(quick, state_space=space) for space in STATE_SPACES)
         for each in spaces:
-            path = entry.create(each, parts={"robot_shape": shape}).plan(Pose2D(1.0, 1.0), Pose2D(2.2, 2.0), costmap)
+            path = entry.create(each, parts={"robot_shape": shape}).plan(
+                Pose2D(1.0, 1.0), Pose2D(2.2, 2.0), costmap
+            )
     SimpleSmoother(SimpleSmootherParams()).smooth(path, costmap)
 
 
-def make_planner(name: str, nav2: Nav2File, shape: RobotShape, seconds: float, **changes: Any) -> Planner:
+def make_planner(
+    name: str, nav2: Nav2File, shape: RobotShape, seconds: float, **changes: Any
+) -> Planner:
     """A planner of :data:`NAMES`, with the parameters that the file has for its kind.
 
     Args:
@@ -131,7 +146,9 @@ def make_planner(name: str, nav2: Nav2File, shape: RobotShape, seconds: float, *
     if isinstance(params, OmplParams):
         params = dataclasses.replace(params, algorithm=name, **changes)
         if seconds > 0.0:
-            params = dataclasses.replace(params, max_planning_time=seconds, max_iterations=UNLIMITED, patience=0)
+            params = dataclasses.replace(
+                params, max_planning_time=seconds, max_iterations=UNLIMITED, patience=0
+            )
     planner: Planner = algorithms("planners")[kind].create(params, parts={"robot_shape": shape})
     return planner
 
@@ -155,12 +172,17 @@ def make_smoother(name: str, nav2: Nav2File) -> SimpleSmoother:
 
 
 def ask(
-    name: str, planner: Planner, smoother: SimpleSmoother | None, ground: Ground, ends: Sequence[Pose2D], seed: int
+    name: str,
+    planner: Planner,
+    smoother: SimpleSmoother | None,
+    ground: Ground,
+    ends: Sequence[Pose2D],
+    seed: int,
 ) -> Answer:
     """Let a planner answer a question, smooth its path and measure it.
 
-    What is quick is asked ``REPEATS`` times, with the same random numbers: the median time counts, as a first call pays
-    for what the later ones find in the caches.
+    What is quick is asked ``REPEATS`` times, with the same random numbers: the median time counts,
+    as a first call pays for what the later ones find in the caches.
     """
     start, goal = ends
     taken: list[float] = []
@@ -178,11 +200,18 @@ def ask(
     if path is None:
         return Answer(name, None, why, seconds, None, None, planner.improvement)
     clearance = ground.obstacles.clearance(path.poses, start, goal, ground.footprint)
-    return Answer(name, path, why, seconds, clearance, cost_of(path, ground.costmap), planner.improvement)
+    return Answer(
+        name, path, why, seconds, clearance, cost_of(path, ground.costmap), planner.improvement
+    )
 
 
 def task_of(
-    map_name: str, start: str | None, goal: str | None, seed: int, params: str | None, allow_unknown: bool = True
+    map_name: str,
+    start: str | None,
+    goal: str | None,
+    seed: int,
+    params: str | None,
+    allow_unknown: bool = True,
 ) -> EpisodeTask:
     """The delivery whose path is asked for: that of the stack nav2-gps, or of a Nav2 file.
 
@@ -197,7 +226,11 @@ def task_of(
     Raises:
         InputError: an unknown name, or a pose that is not three numbers.
     """
-    stack = "nav2-gps" if params is None else str(resolve(params, shipped("params") / "nav2", "Nav2").resolve())
+    stack = (
+        "nav2-gps"
+        if params is None
+        else str(resolve(params, shipped("params") / "nav2", "Nav2").resolve())
+    )
     study = make_study(
         stacks=(stack,),
         episodes=1,
@@ -214,7 +247,9 @@ def task_of(
 def ask_all(
     task: EpisodeTask, names: Sequence[str], smoother: str | None = None, seconds: float = 0.0
 ) -> tuple[tuple[Pose2D, Pose2D], Ground, list[Answer]]:
-    """Ask planners for the path of a task, one after the other; returns its ends, where was planned, and the answers.
+    """Ask planners for the path of a task, one after the other.
+
+    Returns its ends, where was planned, and the answers.
 
     Args:
         task: of :func:`task_of`.
@@ -232,7 +267,8 @@ def ask_all(
     planners = [make_planner(name, nav2, ground.shape, seconds) for name in names]
     compile_first(ground.shape)
     answers = [
-        ask(name, planner, smooth, ground, ends, task.seed) for name, planner in zip(names, planners, strict=True)
+        ask(name, planner, smooth, ground, ends, task.seed)
+        for name, planner in zip(names, planners, strict=True)
     ]
     return ends, ground, answers
 
@@ -240,4 +276,7 @@ def ask_all(
 def cost_of(path: Path, costmap: Costmap) -> float:
     """Length of a path [m], each piece times 1 + ``COST_WEIGHT`` * mean cost / 252."""
     points = (path.poses[:, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
-    return float(polyline_cost(costmap.data, np.ascontiguousarray(points), COST_WEIGHT)) * costmap.resolution
+    return (
+        float(polyline_cost(costmap.data, np.ascontiguousarray(points), COST_WEIGHT))
+        * costmap.resolution
+    )

@@ -12,7 +12,10 @@ from navstack.types import Belief, FloatArray, Generators, Observation, Path, Po
 
 
 class SteeredBrain(Brain):
-    """Senses, and holds the command that somebody gives: a policy, or whoever steps an environment."""
+    """Senses, and holds the command that somebody gives.
+
+    A policy, or whoever steps an environment.
+    """
 
     def __init__(self, senses: Senses, rate: float) -> None:
         """Stand.
@@ -63,7 +66,9 @@ class SteeredBrain(Brain):
 class PolicyBrain(SteeredBrain):
     """A policy's answers, driven as they are, or followed where they are waypoints."""
 
-    def __init__(self, senses: Senses, rate: float, policy: PolicyProcess, follower: WaypointFollower) -> None:
+    def __init__(
+        self, senses: Senses, rate: float, policy: PolicyProcess, follower: WaypointFollower
+    ) -> None:
         """Ask nothing yet, see :class:`SteeredBrain`.
 
         Args:

@@ -13,7 +13,8 @@ from harness.policy.interface import PolicyError, PolicyObservation
 from harness.task.stack import PolicyParams
 from navstack.types import FloatArray
 
-ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # unless the user says otherwise
+# unless the user says otherwise
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 PATIENCE = 5.0  # [s] for a process to end that was told to
 
 
@@ -73,7 +74,9 @@ class PolicyProcess:
         try:
             self._connection.send((what, given))
             if not self._connection.poll(limit):
-                raise self._lost(f"did not answer within {limit:g} s (policy: time_limit and start_limit of the stack)")
+                raise self._lost(
+                    f"did not answer within {limit:g} s (policy: time_limit and start_limit of the stack)"
+                )
             is_good, answer = self._connection.recv()
         except (EOFError, OSError):
             raise self._lost(f"ended while it was asked to {what}{self._status()}") from None

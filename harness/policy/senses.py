@@ -8,7 +8,17 @@ import numpy as np
 from harness.policy.interface import ROUTE_POINTS, ROUTE_SPACING, Image, PolicyObservation
 from navstack.geometry import relative_to
 from navstack.localization.localizer import Localizer
-from navstack.types import Belief, FloatArray, Generators, LaserScan, Observation, Odometry, Path, Pose2D, Twist2D
+from navstack.types import (
+    Belief,
+    FloatArray,
+    Generators,
+    LaserScan,
+    Observation,
+    Odometry,
+    Path,
+    Pose2D,
+    Twist2D,
+)
 
 AHEAD = 10.0  # [m] of the route that is searched for the robot's place on it
 ASTRAY = 5.0  # [m] off that stretch from which all of the route is searched
@@ -17,7 +27,8 @@ _NO_IMAGE: Image = np.empty((0, 0, 3), dtype=np.uint8)
 _NO_SCAN = LaserScan(0.0, np.empty(0), 0.0, 0.0, 0.0, 0.0)
 
 MakeRoute = Callable[[Pose2D, Pose2D, np.random.Generator], Path]
-People = Callable[[], tuple[Pose2D, FloatArray]]  # the true pose, and people (n, 4) in the map frame
+# the true pose, and people (n, 4) in the map frame
+People = Callable[[], tuple[Pose2D, FloatArray]]
 Look = Callable[[], Image]  # what the camera sees now
 
 
@@ -32,13 +43,18 @@ class Route:
         self._at = 0  # index of the point that was nearest last
 
     def ahead(self, pose: Pose2D) -> FloatArray:
-        """Points (ROUTE_POINTS, 2) [m] of the route ahead of a pose, in its frame; beyond the end the last one."""
+        """Points (ROUTE_POINTS, 2) [m] of the route ahead of a pose, in its frame.
+
+        Beyond the end the last one.
+        """
         begin, end = self._at, int(np.searchsorted(self._along, self._along[self._at] + AHEAD)) + 1
         if (squared := self._squared(pose, begin, end)).min() > ASTRAY**2:
             begin, squared = 0, self._squared(pose, 0, len(self._points))
         self._at = begin + int(squared.argmin())
         wanted = self._along[self._at] + ROUTE_SPACING * np.arange(1, ROUTE_POINTS + 1)
-        points = np.column_stack([np.interp(wanted, self._along, self._points[:, k]) for k in (0, 1)])
+        points = np.column_stack(
+            [np.interp(wanted, self._along, self._points[:, k]) for k in (0, 1)]
+        )
         cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
         seen: FloatArray = (points - (pose.x, pose.y)) @ np.array(((cos, -sin), (sin, cos)))
         return seen
@@ -52,7 +68,9 @@ class Route:
 class Senses:
     """Localizes, and keeps the newest of what arrives."""
 
-    def __init__(self, localizer: Localizer, make_route: MakeRoute, people: People | None, look: Look | None) -> None:
+    def __init__(
+        self, localizer: Localizer, make_route: MakeRoute, people: People | None, look: Look | None
+    ) -> None:
         """Take in nothing yet; call :meth:`reset`.
 
         Args:
@@ -61,7 +79,12 @@ class Senses:
             people: where they truly are; None: the policy is not told.
             look: takes a picture; None: there is no camera.
         """
-        self._localizer, self._make_route, self._people, self._look = localizer, make_route, people, look
+        self._localizer, self._make_route, self._people, self._look = (
+            localizer,
+            make_route,
+            people,
+            look,
+        )
 
     def reset(self, goal: Pose2D, belief: Belief, generators: Generators) -> None:
         """Start a delivery."""
@@ -83,7 +106,9 @@ class Senses:
     def view(self) -> PolicyObservation:
         """What a policy sees now."""
         scan, pose, twist = self._scan, self.belief.pose, self.odometry.twist
-        angles: FloatArray = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges), dtype=np.float64)
+        angles: FloatArray = scan.angle_min + scan.angle_increment * np.arange(
+            len(scan.ranges), dtype=np.float64
+        )
         return PolicyObservation(
             stamp=self.stamp,
             goal=relative_to(pose, self._goal).as_array(),

@@ -25,7 +25,9 @@ def load(policy: str, file: str) -> Any:
         file: that it is made with; empty: without.
     """
     where, _, name = policy.rpartition(":")
-    module = _module_of_file(Path(where)) if where.endswith(".py") else importlib.import_module(where)
+    module = (
+        _module_of_file(Path(where)) if where.endswith(".py") else importlib.import_module(where)
+    )
     make = getattr(module, name)
     return make(file) if file else make()
 
@@ -47,7 +49,9 @@ def answer_of(policy: Any, observation: Any) -> Any:
     """
     answer = np.asarray(policy.act(observation), dtype=np.float64)
     if answer.shape != (2,) and not (answer.ndim == 2 and answer.shape[1] == 2 and len(answer)):
-        raise ValueError(f"an answer of shape {answer.shape}; a velocity has (2,), waypoints have (k, 2)")
+        raise ValueError(
+            f"an answer of shape {answer.shape}; a velocity has (2,), waypoints have (k, 2)"
+        )
     if not np.isfinite(answer).all():
         raise ValueError("an answer that is not finite")
     return answer

@@ -1,4 +1,7 @@
-"""Following the waypoints that a policy answers with: pure pursuit (Coulter 1992, CMU-RI-TR-92-01)."""
+"""Following the waypoints that a policy answers with.
+
+Pure pursuit (Coulter 1992, CMU-RI-TR-92-01).
+"""
 
 import math
 

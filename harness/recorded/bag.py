@@ -57,7 +57,9 @@ class Bag:
         self._stack = contextlib.ExitStack()
         self._compressed_messages = False
         try:
-            self._files = [self._open(path, types) for given in paths for path in self._files_of(given)]
+            self._files = [
+                self._open(path, types) for given in paths for path in self._files_of(given)
+            ]
         except BaseException:
             self._stack.close()
             raise
@@ -95,7 +97,10 @@ class Bag:
         return self._files[key // MOST_TOPICS].topics[key % MOST_TOPICS]
 
     def places(self, names: Collection[str]) -> np.ndarray:
-        """Rows of the index, one for each message of the topics, in the order of arrival; see :meth:`read`."""
+        """Rows of the index, one for each message of the topics, in the order of arrival.
+
+        See :meth:`read`.
+        """
         types = self.topics
         keys = [
             number * MOST_TOPICS + topic
@@ -130,7 +135,9 @@ class Bag:
             kind = next((kind for magic, kind in KINDS.items() if start.startswith(magic)), None)
             if kind is None:
                 what = "is empty" if not start else "is no bag"
-                raise BagError(f"bag '{path}' {what}; give a .bag, .mcap or .db3 file or a folder of ROS 2")
+                raise BagError(
+                    f"bag '{path}' {what}; give a .bag, .mcap or .db3 file or a folder of ROS 2"
+                )
             file = kind(path, types)
         self._stack.callback(file.close)
         file.scan()
@@ -149,7 +156,9 @@ class Bag:
             while piece := stream.read(_PIECE):
                 done += len(piece)
                 if done > min(LARGEST_UNPACKED, free):
-                    raise BagError(f"bag '{path}' decompresses to more than {min(LARGEST_UNPACKED, free)} bytes")
+                    raise BagError(
+                        f"bag '{path}' decompresses to more than {min(LARGEST_UNPACKED, free)} bytes"
+                    )
                 out.write(piece)
         return unpacked
 
@@ -164,11 +173,18 @@ class Bag:
         self._compressed_messages = self._compressed_messages or mode == "message"
         listed = about.get("relative_file_paths")
         if listed is None:
-            found = sorted(file for file in path.iterdir() if file.name.removesuffix(".zstd").endswith(SUFFIXES))
+            found = sorted(
+                file
+                for file in path.iterdir()
+                if file.name.removesuffix(".zstd").endswith(SUFFIXES)
+            )
         elif isinstance(listed, list) and all(isinstance(name, str) for name in listed):
-            found = [path / PurePosixPath(name).name for name in listed]  # never a file outside the folder
+            # never a file outside the folder
+            found = [path / PurePosixPath(name).name for name in listed]
         else:
-            raise BagError(f"bag '{path / METADATA}': relative_file_paths is not a list of file names")
+            raise BagError(
+                f"bag '{path / METADATA}': relative_file_paths is not a list of file names"
+            )
         if not 0 < len(found) <= MOST_FILES:
             raise BagError(f"bag '{path}' has {len(found)} bag files; 1 to {MOST_FILES} are read")
         return found
@@ -200,7 +216,10 @@ def _clear_errors(path: Path) -> Iterator[None]:
 
 
 def _joined(files: Sequence[BagFile]) -> np.ndarray:
-    """The indices of files as one, in the order of arrival; the topics' numbers count on from file to file."""
+    """The indices of files as one, in the order of arrival.
+
+    The topics' numbers count on from file to file.
+    """
     parts = []
     for number, file in enumerate(files):
         rows = np.array(file.index, dtype=np.int64).reshape(-1, COLUMNS)

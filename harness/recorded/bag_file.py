@@ -8,9 +8,11 @@ from pathlib import Path
 from navstack.errors import InputError
 
 MOST_TOPICS = 10_000
-MOST_MESSAGES = 5_000_000  # of the types that are read, per file: 80 minutes at 1 kHz; 40 bytes of index each
+# of the types that are read, per file: 80 minutes at 1 kHz; 40 bytes of index each
+MOST_MESSAGES = 5_000_000
 LARGEST_MESSAGE = 64_000_000  # [bytes]
-COLUMNS = 5  # of the index: topic, time of arrival [ns], and three numbers that say where the message is
+# of the index: topic, time of arrival [ns], and three numbers that say where the message is
+COLUMNS = 5
 LONGEST_NAME = 256  # [characters] of a topic, type or frame; ROS allows 255
 LATEST = 2**62  # [ns] of a time of arrival: the year 2116
 
@@ -79,7 +81,9 @@ class BagFile(ABC):
     def add_topic(self, topic: Topic) -> int:
         """Enter a topic; returns its number."""
         if len(self.topics) >= MOST_TOPICS:
-            raise BagError(f"bag '{self.path}' has more than {MOST_TOPICS} topics; it cannot be genuine")
+            raise BagError(
+                f"bag '{self.path}' has more than {MOST_TOPICS} topics; it cannot be genuine"
+            )
         self.topics.append(replace(topic, name=printable(topic.name), type=printable(topic.type)))
         return len(self.topics) - 1
 
@@ -88,7 +92,9 @@ class BagFile(ABC):
         if not 0 <= time < LATEST:
             raise DamageError(f"a message with the impossible time of {time} ns")
         if len(self.index) >= MOST_MESSAGES * COLUMNS:
-            raise BagError(f"bag '{self.path}' has more than {MOST_MESSAGES} messages to read; split it")
+            raise BagError(
+                f"bag '{self.path}' has more than {MOST_MESSAGES} messages to read; split it"
+            )
         self.index.extend((topic, time, *place))
 
 

@@ -1,4 +1,7 @@
-"""Bag files with blocks that hold messages, compressed or not: what ROS 1 bags and MCAP files have in common."""
+"""Bag files with blocks that hold messages, compressed or not.
+
+What ROS 1 bags and MCAP files have in common.
+"""
 
 import os
 import zlib
@@ -55,7 +58,10 @@ class FileBytes:
 
 
 class BlockFile(BagFile):
-    """A bag whose messages stand in the file itself or in blocks of it; the latest blocks are kept in memory."""
+    """A bag whose messages stand in the file itself or in blocks of it.
+
+    The latest blocks are kept in memory.
+    """
 
     def __init__(self, path: Path, types: frozenset[str]) -> None:
         """Open the file.
@@ -67,20 +73,26 @@ class BlockFile(BagFile):
         self._file = FileBytes(path)
         self._blocks: list[Block] = []
         self._loaded: OrderedDict[int, bytes] = OrderedDict()
-        self._wanted: dict[int, int | None] = {}  # the file's number of a topic -> ours; None: of another type
+        # the file's number of a topic -> ours; None: of another type
+        self._wanted: dict[int, int | None] = {}
 
     def close(self) -> None:
         """Let go of the file."""
         self._file.close()
 
     def read(self, *place: int) -> bytes:
-        """See :meth:`BagFile.read`; the place is a block or ``WHOLE_FILE``, and offset and size in it."""
+        """See :meth:`BagFile.read`.
+
+        The place is a block or ``WHOLE_FILE``, and offset and size in it.
+        """
         number, offset, size = place
         content = self._file if number == WHOLE_FILE else self._load(number)[0]
         return content[offset : offset + size]
 
     @abstractmethod
-    def _take_records(self, content: bytes | FileBytes, block: int, position: int, within: str) -> bool:
+    def _take_records(
+        self, content: bytes | FileBytes, block: int, position: int, within: str
+    ) -> bool:
         """Take in records up to the first that cannot be read, which is a DamageError.
 
         Args:
@@ -90,16 +102,21 @@ class BlockFile(BagFile):
             within: words that say which block it is; empty: the file.
 
         Returns:
-            Whether the last record ends within the content; of a file, whether its recorder closed it.
+            Whether the last record ends within the content; of a file, whether its recorder closed
+            it.
         """
 
     def _take_block(self, start: int, block: Block) -> None:
         """Take in a block whose record's data begin at ``start``."""
         if block.compression not in COMPRESSIONS:
             known = ", ".join(filter(None, COMPRESSIONS))
-            raise BagError(f"a block of the bag is compressed with '{block.compression[:40]}'; known: {known}")
+            raise BagError(
+                f"a block of the bag is compressed with '{block.compression[:40]}'; known: {known}"
+            )
         if max(block.size, block.full_size) > LARGEST_BLOCK:
-            raise DamageError(f"the block at byte {block.offset} says that it has more than {LARGEST_BLOCK} bytes")
+            raise DamageError(
+                f"the block at byte {block.offset} says that it has more than {LARGEST_BLOCK} bytes"
+            )
         self._blocks.append(block)
         number = len(self._blocks) - 1
         content, trouble = self._load(number)
@@ -113,14 +130,19 @@ class BlockFile(BagFile):
             raise DamageError(trouble)
 
     def _enter_topic(self, number: int, topic: Topic, is_known: bool = True) -> None:
-        """Enter a topic under the file's number of it; ``is_known``: its messages can be decoded."""
+        """Enter a topic under the file's number of it.
+
+        ``is_known``: its messages can be decoded.
+        """
         entered = self.add_topic(topic)
         self._wanted[number] = entered if is_known and topic.type in self.types else None
 
     def _enter_message(self, topic: int, time: int, *place: int) -> None:
         """Enter a message of a wanted topic; its place is as in :meth:`read`."""
         if place[2] > LARGEST_MESSAGE:
-            raise DamageError(f"has a message of {place[2]} bytes; at most {LARGEST_MESSAGE} are read")
+            raise DamageError(
+                f"has a message of {place[2]} bytes; at most {LARGEST_MESSAGE} are read"
+            )
         self.add_message(topic, time, *place)
 
     def _load(self, number: int) -> tuple[bytes, str | None]:
@@ -142,14 +164,19 @@ class BlockFile(BagFile):
 
 
 def decompress(content: bytes, compression: str, size: int) -> tuple[bytes, str | None]:
-    """As much as can be decompressed, but never more than was declared; and what is wrong with the rest."""
+    """As much as can be decompressed, but never more than was declared.
+
+    And what is wrong with the rest.
+    """
     if not compression:
         return content[:size], None if len(content) >= size else "is cut off"
     full, is_good = _decompressed(content, compression, size)
     if not is_good:
         return full[:size], "cannot be decompressed"
     if len(full) != size:
-        return full[:size], f"has {'more' if len(full) > size else 'fewer'} bytes than the {size} that it says"
+        return full[
+            :size
+        ], f"has {'more' if len(full) > size else 'fewer'} bytes than the {size} that it says"
     return full, None
 
 
@@ -168,7 +195,10 @@ def decompress_message(content: bytes) -> bytes:
 
 
 def _decompressed(content: bytes, compression: str, size: int) -> tuple[bytes, bool]:
-    """As much as can be decompressed, at most one byte more than ``size``; and whether nothing before it is broken."""
+    """As much as can be decompressed, at most one byte more than ``size``.
+
+    And whether nothing before it is broken.
+    """
     pieces, done = [], 0
     try:
         with pa.CompressedInputStream(pa.BufferReader(content), compression) as stream:

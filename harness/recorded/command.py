@@ -77,7 +77,8 @@ def localize(request: Request, show: Show) -> int:
         show: shows progress meanwhile; yields what hears of the share that is done.
 
     Raises:
-        InputError: something given cannot be used, or the log breaks off; what was computed is written before.
+        InputError: something given cannot be used, or the log breaks off; what was computed is
+            written before.
     """
     require_writable("--out", request.out)
     _require_no_input(request)
@@ -88,19 +89,26 @@ def localize(request: Request, show: Show) -> int:
         mountings.give(text)
     path = Path(request.params)
     nav2 = load_nav2(
-        path if path.is_file() else resolve(request.params, shipped("params") / "nav2", "Nav2"), request.allow_unknown
+        path if path.is_file() else resolve(request.params, shipped("params") / "nav2", "Nav2"),
+        request.allow_unknown,
     )
     frame = local_frame(request.datum)
     start = start_belief(request.initial_pose, nav2, request.localizer)
     with Bag(request.bags, TYPES) as bag:
         topics = Topics(bag.topics, bag.counts(), request.remap)
         reference = _reference(request.reference, topics)
-        choice = choose(request.localizer, topics, bag, reference if isinstance(reference, str) else None)
+        choice = choose(
+            request.localizer, topics, bag, reference if isinstance(reference, str) else None
+        )
         read_transforms(bag, topics, mountings)
         if choice.edge is not None:
             frames = " -> ".join(map(frame_name, choice.edge))
-            _warn(f"there is no topic of odometry: it is taken from {frames} in {choice.topics[ODOMETRY]}")
-        receiver = Receiver(mountings, request.base_frame, odometry_frame(bag, choice), *frame, _warn, choice.edge)
+            _warn(
+                f"there is no topic of odometry: it is taken from {frames} in {choice.topics[ODOMETRY]}"
+            )
+        receiver = Receiver(
+            mountings, request.base_frame, odometry_frame(bag, choice), *frame, _warn, choice.edge
+        )
         localizer = _localizer(request, nav2)
         _doubt_start(request, start, FIX in choice.topics and request.datum is None)
         replay = Replay(bag, choice, receiver, localizer)
@@ -136,9 +144,13 @@ def _reference(given: str | None, topics: Topics) -> Trajectory | str | None:
 
 
 def _localizer(request: Request, nav2: Nav2File) -> Localizer:
-    localizer = build_localizer(request.localizer, nav2, static_map(request.map_name, request.localizer))
+    localizer = build_localizer(
+        request.localizer, nav2, static_map(request.map_name, request.localizer)
+    )
     if request.is_global and not isinstance(localizer, AmclLocalizer):
-        raise InputError(f"--global: localizer {request.localizer} cannot localize globally; amcl and amcl-gps can")
+        raise InputError(
+            f"--global: localizer {request.localizer} cannot localize globally; amcl and amcl-gps can"
+        )
     return localizer
 
 
@@ -150,12 +162,21 @@ def _doubt_start(request: Request, start: Belief | None, is_anchor: bool) -> Non
             "nobody knows; give --datum LAT,LON[,HEADING], or --initial-pose in place of --global"
         )
     if start is None and not request.is_global:
-        fixes, instead = (", and fixes are placed from there", "") if is_anchor else ("", " or --global")
-        _warn(f"nobody says where the robot starts: taken to be at 0,0,0{fixes}; give --initial-pose{instead}")
+        fixes, instead = (
+            (", and fixes are placed from there", "") if is_anchor else ("", " or --global")
+        )
+        _warn(
+            f"nobody says where the robot starts: taken to be at 0,0,0{fixes}; give --initial-pose{instead}"
+        )
 
 
-def _run(replay: Replay, request: Request, localizer: Localizer, start: Belief, show: Show) -> tuple[str | None, int]:
-    """Replay to the end, the first damage or an interrupt; returns what went wrong and the exit status."""
+def _run(
+    replay: Replay, request: Request, localizer: Localizer, start: Belief, show: Show
+) -> tuple[str | None, int]:
+    """Replay to the end, the first damage or an interrupt.
+
+    Returns what went wrong and the exit status.
+    """
 
     def begin(belief: Belief) -> None:
         localizer.reset(belief, np.random.default_rng(request.seed))
@@ -175,7 +196,11 @@ def _run(replay: Replay, request: Request, localizer: Localizer, start: Belief, 
 
 
 def _finish(
-    replay: Replay, request: Request, reference: Trajectory | str | None, trouble: str | None, status: int
+    replay: Replay,
+    request: Request,
+    reference: Trajectory | str | None,
+    trouble: str | None,
+    status: int,
 ) -> int:
     """Write and print what there is; then tell what went wrong."""
     trajectory = replay.trajectory
@@ -185,7 +210,9 @@ def _finish(
         write_tum(request.out, trajectory)
         kept = f"the {len(trajectory)} poses until then are kept in {request.out}"
         try:
-            comparison = _compare(trajectory, replay.reference if isinstance(reference, str) else reference, request)
+            comparison = _compare(
+                trajectory, replay.reference if isinstance(reference, str) else reference, request
+            )
         except InputError as error:
             trouble, kept = trouble or str(error), f"the trajectory is kept in {request.out}"
         _print(trajectory, comparison, request)
@@ -199,7 +226,9 @@ def _finish(
     return 0
 
 
-def _compare(trajectory: Trajectory, reference: Trajectory | None, request: Request) -> Comparison | None:
+def _compare(
+    trajectory: Trajectory, reference: Trajectory | None, request: Request
+) -> Comparison | None:
     """APE and RPE against a reference; None: there is no reference."""
     if reference is None:
         return None
@@ -229,7 +258,9 @@ def _print(trajectory: Trajectory, comparison: Comparison | None, request: Reque
         f"final pose: x {final[0]:.3f} m, y {final[1]:.3f} m, yaw {final[2]:.4f} rad",
     ]
     if ape is not None:
-        lines.append(f"APE against {request.reference}, alignment {request.alignment}: {_text(ape)}")
+        lines.append(
+            f"APE against {request.reference}, alignment {request.alignment}: {_text(ape)}"
+        )
         lines.append(f"RPE over {request.interval:g} s: {NO_RPE if rpe is None else _text(rpe)}")
     sys.stdout.write("".join(f"{line}\n" for line in lines))
 
@@ -240,7 +271,9 @@ NO_RPE = "none: the reference has no headings, or no two poses are that far apar
 def _text(errors: Errors) -> str:
     values: dict[str, Any] = errors.as_json()
     yaw = "" if errors.yaws is None else f"; heading median {values['yaw_median_rad']:.4f} rad"
-    metres = ", ".join(f"{name} {values[f'{name}_m']:.3f} m" for name in ("median", "rmse", "p95", "max"))
+    metres = ", ".join(
+        f"{name} {values[f'{name}_m']:.3f} m" for name in ("median", "rmse", "p95", "max")
+    )
     return f"{metres}, n {values['n']}{yaw}"
 
 

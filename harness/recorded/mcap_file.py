@@ -25,9 +25,13 @@ class McapFile(BlockFile):
 
     def _scan(self) -> None:
         if not self._take_records(self._file, WHOLE_FILE, len(MAGIC), ""):
-            raise DamageError(f"was never closed by its recorder, or is cut off at byte {len(self._file)}")
+            raise DamageError(
+                f"was never closed by its recorder, or is cut off at byte {len(self._file)}"
+            )
 
-    def _take_records(self, content: bytes | FileBytes, block: int, position: int, within: str) -> bool:
+    def _take_records(
+        self, content: bytes | FileBytes, block: int, position: int, within: str
+    ) -> bool:
         """See :class:`BlockFile`."""
         while len(head := content[position : position + _HEAD.size]) == _HEAD.size:
             opcode, length = _HEAD.unpack(head)
@@ -40,7 +44,9 @@ class McapFile(BlockFile):
             elif position > len(content):
                 return False
             elif opcode == _MESSAGE:
-                self._take_message(content[start : min(start + _MESSAGE_HEAD.size, position)], block, start, length)
+                self._take_message(
+                    content[start : min(start + _MESSAGE_HEAD.size, position)], block, start, length
+                )
             elif opcode in (_SCHEMA, _CHANNEL):
                 self._describe(opcode, content[start : min(start + _LONGEST, position)])
         return block != WHOLE_FILE
@@ -79,7 +85,9 @@ class McapFile(BlockFile):
         channel, _, time, _ = _MESSAGE_HEAD.unpack(head)
         topic = self._wanted.get(channel)
         if topic is not None:
-            self._enter_message(topic, time, block, start + _MESSAGE_HEAD.size, length - _MESSAGE_HEAD.size)
+            self._enter_message(
+                topic, time, block, start + _MESSAGE_HEAD.size, length - _MESSAGE_HEAD.size
+            )
 
 
 def _text(record: bytes, position: int) -> tuple[str, int]:

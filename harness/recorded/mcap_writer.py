@@ -1,4 +1,7 @@
-"""Writes ROS 2 messages into an MCAP file, as ``ros2 bag record -s mcap`` does; made of plain mappings."""
+"""Writes ROS 2 messages into an MCAP file, as ``ros2 bag record -s mcap`` does.
+
+Made of plain mappings.
+"""
 
 import tempfile
 from collections.abc import Mapping
@@ -8,7 +11,15 @@ from types import TracebackType
 from typing import Any, Final
 
 import numpy as np
-from rosbags.interfaces import Nodetype, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.interfaces import (
+    Nodetype,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
@@ -19,12 +30,30 @@ from navstack.errors import InputError
 BAG_VERSION: Final = 9  # of the format of rosbag2's metadata: Jazzy's
 NEVER = QosTime(0, 0)
 LATCHED = Qos(
-    *(QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, NEVER, NEVER),
+    *(
+        QosHistory.KEEP_LAST,
+        1,
+        QosReliability.RELIABLE,
+        QosDurability.TRANSIENT_LOCAL,
+        NEVER,
+        NEVER,
+    ),
     *(QosLiveliness.AUTOMATIC, NEVER, False),
 )  # whoever listens later gets the last message, as from map_server
 NUMBERS = {"bool": np.bool_, "byte": np.uint8, "char": np.uint8} | {
     kind: np.dtype(kind).type
-    for kind in ("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64")
+    for kind in (
+        "int8",
+        "uint8",
+        "int16",
+        "uint16",
+        "int32",
+        "uint32",
+        "int64",
+        "uint64",
+        "float32",
+        "float64",
+    )
 }
 
 
@@ -38,14 +67,17 @@ class McapWriter:
             path: of the file; an existing one is replaced.
 
         Raises:
-            InputError: it has another suffix or is a folder, or its own does not exist or cannot be written.
+            InputError: it has another suffix or is a folder, or its own does not exist or cannot be
+                written.
         """
         require_writable("MCAP file", path, (".mcap",))
         self._path = path
         try:
             self._folder = tempfile.TemporaryDirectory(dir=path.absolute().parent, prefix=".bag-")
         except OSError as error:
-            raise InputError(f"'{path}' cannot be written ({error.strerror}); choose another place") from None
+            raise InputError(
+                f"'{path}' cannot be written ({error.strerror}); choose another place"
+            ) from None
         self._bag = Path(self._folder.name) / "bag"
         self._writer = Writer(self._bag, version=BAG_VERSION, storage_plugin=StoragePlugin.MCAP)
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
@@ -56,21 +88,32 @@ class McapWriter:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         with self._folder:
             self._writer.close()
             if error is None:
                 (self._bag / "bag.mcap").replace(self._path)
 
-    def write(self, topic: str, kind: str, stamp: float, fields: Mapping[str, Any], is_latched: bool = False) -> None:
+    def write(
+        self,
+        topic: str,
+        kind: str,
+        stamp: float,
+        fields: Mapping[str, Any],
+        is_latched: bool = False,
+    ) -> None:
         """Add a message.
 
         Args:
             topic: its name.
             kind: its type, e.g. ``nav_msgs/msg/Path``; the same for all messages of a topic.
             stamp: [s] of its arrival.
-            fields: of the message by name, messages in it as mappings; those left out are zero or empty.
+            fields: of the message by name, messages in it as mappings; those left out are zero or
+                empty.
             is_latched: whether late listeners get it; as the topic's first message says.
         """
         store = _store()
@@ -98,7 +141,9 @@ def build(kind: str, fields: Mapping[str, Any]) -> Any:
     unknown = set(fields) - {name for name, _ in described}
     if unknown:
         raise ValueError(f"{kind} has no field {sorted(unknown)[0]}")
-    return store.types[kind](**{name: _value(description, fields.get(name)) for name, description in described})
+    return store.types[kind](
+        **{name: _value(description, fields.get(name)) for name, description in described}
+    )
 
 
 def _value(description: Any, value: Any) -> Any:
@@ -107,7 +152,13 @@ def _value(description: Any, value: Any) -> Any:
     if node is Nodetype.NAME:
         return build(detail, value or {})
     if node is Nodetype.BASE:
-        return value if value is not None else "" if detail[0] == "string" else NUMBERS[detail[0]](0).item()
+        return (
+            value
+            if value is not None
+            else ""
+            if detail[0] == "string"
+            else NUMBERS[detail[0]](0).item()
+        )
     (inner, kind), size = detail
     if inner is Nodetype.NAME:
         return [build(kind, each) for each in value or ()]

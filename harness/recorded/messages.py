@@ -1,4 +1,7 @@
-"""From ROS messages to the robot's own: planar, in the base frame, stamped with the time of measurement."""
+"""From ROS messages to the robot's own.
+
+Planar, in the base frame, stamped with the time of measurement.
+"""
 
 import math
 from typing import Any
@@ -24,8 +27,9 @@ def stamp_of(message: Any) -> float:
 def laser_scan(message: Any, stamp: float, mounting: Transform) -> LaserScan | None:
     """A scan with beams counter-clockwise in the base frame; None: no beam can be used.
 
-    A sensor that hangs upside down sees its beams mirrored. What is no number stays so; zero, negative ranges and minus
-    infinity mean that the return was too near (REP 117) and stay below ``range_min``.
+    A sensor that hangs upside down sees its beams mirrored. What is no number stays so; zero,
+    negative ranges and minus infinity mean that the return was too near (REP 117) and stay below
+    ``range_min``.
     """
     ranges = np.array(message.ranges, dtype=np.float64)
     count = len(ranges)
@@ -49,11 +53,21 @@ def laser_scan(message: Any, stamp: float, mounting: Transform) -> LaserScan | N
 
 
 def odometry(message: Any, stamp: float, child: Transform) -> Odometry | None:
-    """Wheel odometry of the base frame from that of a frame that stands at ``child`` in it; None: not numbers."""
+    """Wheel odometry of the base frame from that of a frame that stands at ``child`` in it.
+
+    None: not numbers.
+    """
     pose, twist = message.pose.pose, message.twist.twist
     turn = _turn(pose.orientation)
     numbers = (pose.position.x, pose.position.y)
-    rates = (twist.linear.x, twist.linear.y, twist.linear.z, twist.angular.x, twist.angular.y, twist.angular.z)
+    rates = (
+        twist.linear.x,
+        twist.linear.y,
+        twist.linear.z,
+        twist.angular.x,
+        twist.angular.y,
+        twist.angular.z,
+    )
     if turn is None or not _within(_FARTHEST, *numbers) or not _within(_FASTEST, *rates):
         return None
     covariance = np.asarray(message.twist.covariance, dtype=np.float64)
@@ -69,10 +83,11 @@ def odometry(message: Any, stamp: float, child: Transform) -> Odometry | None:
 def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -> Imu | None:
     """An inertial measurement in the base frame; None: not numbers.
 
-    The yaw is that of the base's x axis in the frame in which the unit gives its orientation (x east, y north by REP
-    103), less ``heading`` in [rad], where the map's x axis points in that frame. It is nan where the unit says that it
-    has none (first covariance -1), or where the quaternion is none. A base that the orientation shows on a slope turns
-    about the vertical, and its accelerations are without gravity, where the unit's have it (REP 145).
+    The yaw is that of the base's x axis in the frame in which the unit gives its orientation (x
+    east, y north by REP 103), less ``heading`` in [rad], where the map's x axis points in that
+    frame. It is nan where the unit says that it has none (first covariance -1), or where the
+    quaternion is none. A base that the orientation shows on a slope turns about the vertical, and
+    its accelerations are without gravity, where the unit's have it (REP 145).
     """
     rate, force = message.angular_velocity, message.linear_acceleration
     turns = mounting.rotation @ (rate.x, rate.y, rate.z)
@@ -84,7 +99,8 @@ def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -
     yaw, yaw_std, up = math.nan, 0.0, np.array((0.0, 0.0, 1.0))
     turn = None if message.orientation_covariance[0] == -1.0 else _turn(message.orientation)
     if turn is not None:
-        ahead = turn @ mounting.rotation[0]  # the base's x axis in the unit's frame is the first row
+        # the base's x axis in the unit's frame is the first row
+        ahead = turn @ mounting.rotation[0]
         yaw = normalize_angle(math.atan2(ahead[1], ahead[0]) - heading)
         yaw_std = _deviation_about_z(message.orientation_covariance, mounting)
         up = _upright(mounting.rotation @ turn[2])
@@ -92,11 +108,16 @@ def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -
         pushes -= _GRAVITY * up
     rate_z = float(turns[1:] @ up[1:]) / float(up[1:] @ up[1:])  # of Euler's yaw, pitch and roll
     rate_std = _deviation_about_z(message.angular_velocity_covariance, mounting)
-    return Imu(stamp, yaw, rate_z, float(pushes[0]), float(pushes[1]), yaw_std, rate_std, -math.asin(up[0]))
+    return Imu(
+        stamp, yaw, rate_z, float(pushes[0]), float(pushes[1]), yaw_std, rate_std, -math.asin(up[0])
+    )
 
 
 def _upright(up: FloatArray) -> FloatArray:
-    """The vertical (3,) in the base frame; a unit that turns it over has other axes than REP 103, and tells nothing."""
+    """The vertical (3,) in the base frame.
+
+    A unit that turns it over has other axes than REP 103, and tells nothing.
+    """
     return up if up[2] > _UPRIGHT else np.array((0.0, 0.0, 1.0))
 
 
@@ -107,7 +128,9 @@ def coordinates(message: Any) -> tuple[float, float] | None:
     return (latitude, longitude) if is_fix and (latitude, longitude) != (0.0, 0.0) else None
 
 
-def gps_fix(message: Any, stamp: float, place: tuple[float, float], lever: FloatArray, yaw: float) -> GpsFix:
+def gps_fix(
+    message: Any, stamp: float, place: tuple[float, float], lever: FloatArray, yaw: float
+) -> GpsFix:
     """A fix of the base frame's origin.
 
     Args:
@@ -122,11 +145,16 @@ def gps_fix(message: Any, stamp: float, place: tuple[float, float], lever: Float
     y = place[1] - sin * float(lever[0]) - cos * float(lever[1])
     covariance = np.asarray(message.position_covariance, dtype=np.float64)
     is_known = message.position_covariance_type != _UNKNOWN_COVARIANCE
-    return GpsFix(stamp, x, y, _deviation((covariance[0] + covariance[4]) / 2.0) if is_known else 0.0)
+    return GpsFix(
+        stamp, x, y, _deviation((covariance[0] + covariance[4]) / 2.0) if is_known else 0.0
+    )
 
 
 def pose_of(message: Any) -> tuple[float, float, float] | None:
-    """x, y [m] and yaw [rad] of a PoseStamped, PoseWithCovarianceStamped or Odometry; None: not numbers."""
+    """x, y [m] and yaw [rad] of a PoseStamped, PoseWithCovarianceStamped or Odometry.
+
+    None: not numbers.
+    """
     pose = message.pose.pose if hasattr(message.pose, "pose") else message.pose
     turn = _turn(pose.orientation)
     if turn is None or not _within(_FARTHEST, pose.position.x, pose.position.y):

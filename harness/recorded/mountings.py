@@ -1,4 +1,7 @@
-"""Where the sensors are on the robot: from ``tf_static``, from ``tf`` where it stands there, or from the user."""
+"""Where the sensors are on the robot.
+
+From ``tf_static``, from ``tf`` where it stands there, or from the user.
+"""
 
 import math
 from collections import deque
@@ -18,7 +21,8 @@ MOST_FRAMES = 10_000
 _FARTHEST = 1000.0  # [m] of a sensor from the base
 _STILL = 1e-4  # [m], [-] by which a mounting may change
 _FORMS = (
-    "'PARENT CHILD x y yaw', 'PARENT CHILD x y z roll pitch yaw' or, as in ROS 1, 'x y z yaw pitch roll PARENT CHILD'"
+    "'PARENT CHILD x y yaw', 'PARENT CHILD x y z roll pitch yaw' or, as in ROS 1, "
+    "'x y z yaw pitch roll PARENT CHILD'"
 )
 _AFTER_FRAMES = {3: "planar", 6: "roll pitch yaw", 7: "quaternion"}
 _BEFORE_FRAMES = {6: "yaw pitch roll", 7: "quaternion"}
@@ -33,7 +37,9 @@ class Transform:
 
     def __matmul__(self, inner: "Transform") -> "Transform":
         """Where a frame stands that is given in this one."""
-        return Transform(self.rotation @ inner.rotation, self.rotation @ inner.translation + self.translation)
+        return Transform(
+            self.rotation @ inner.rotation, self.rotation @ inner.translation + self.translation
+        )
 
     @property
     def inverse(self) -> "Transform":
@@ -63,7 +69,10 @@ def from_quaternion(x: float, y: float, z: float, w: float) -> FloatArray | None
 
 
 def from_angles(roll: float, pitch: float, yaw: float) -> FloatArray:
-    """The rotation (3, 3) about the fixed axes x, y, z in this order, as tf and URDF have it; angles in [rad]."""
+    """The rotation (3, 3) about the fixed axes x, y, z in this order, as tf and URDF have it.
+
+    Angles in [rad].
+    """
     rotation: FloatArray = Rotation.from_euler("xyz", (roll, pitch, yaw)).as_matrix()
     return rotation
 
@@ -93,13 +102,21 @@ class Mountings:
         self._given.add(child)
 
     def take(self, message: Any, is_static: bool) -> None:
-        """Enter the transforms of a ``tf2_msgs/TFMessage``; what is not static may turn out to move."""
+        """Enter the transforms of a ``tf2_msgs/TFMessage``.
+
+        What is not static may turn out to move.
+        """
         for stamped in message.transforms:
             move, turn = stamped.transform.translation, stamped.transform.rotation
             rotation = from_quaternion(turn.x, turn.y, turn.z, turn.w)
             translation = np.array((move.x, move.y, move.z))
             parent, child = frame_name(stamped.header.frame_id), frame_name(stamped.child_frame_id)
-            if rotation is None or not np.isfinite(translation).all() or child in self._given or child == parent:
+            if (
+                rotation is None
+                or not np.isfinite(translation).all()
+                or child in self._given
+                or child == parent
+            ):
                 continue
             edge = self._edges.get(child)
             if is_static or edge is None:
@@ -113,7 +130,9 @@ class Mountings:
         neighbours: dict[str, list[tuple[str, Transform, bool]]] = {}
         for child, edge in self._edges.items():
             neighbours.setdefault(edge.parent, []).append((child, edge.transform, edge.moves))
-            neighbours.setdefault(child, []).append((edge.parent, edge.transform.inverse, edge.moves))
+            neighbours.setdefault(child, []).append(
+                (edge.parent, edge.transform.inverse, edge.moves)
+            )
         waiting = deque([(base, IDENTITY, False)])
         seen = {base}
         while waiting:
@@ -128,7 +147,9 @@ class Mountings:
 
     def find_from_any(self, bases: Iterable[str], frame: str) -> tuple[Transform, bool] | None:
         """As :meth:`find`, for the first of several base frames from which the frame can be reached."""
-        return next((found for base in bases if (found := self.find(base, frame)) is not None), None)
+        return next(
+            (found for base in bases if (found := self.find(base, frame)) is not None), None
+        )
 
 
 def frame_name(name: str) -> str:

@@ -26,8 +26,9 @@ def odometry_edge(message: Any) -> Edge | None:
 class MovingFrame:
     """Odometry from the transform between two frames; velocities from one time to the next.
 
-    As in robot_localization's differential mode, the first pose only begins, and the velocity after a gap is the mean
-    one over it. What is not newer than the last tells no velocity and is passed over.
+    As in robot_localization's differential mode, the first pose only begins, and the velocity after
+    a gap is the mean one over it. What is not newer than the last tells no velocity and is passed
+    over.
     """
 
     def __init__(self, edge: Edge) -> None:
@@ -58,7 +59,10 @@ class MovingFrame:
         return Transform(rotation, np.array((move.x, move.y, 0.0)))
 
     def move(self, stamp: float, base: Transform) -> Odometry | None:
-        """The odometry of a base that stands there now; None: there is no newer pose than the last, or no last one."""
+        """The odometry of a base that stands there now.
+
+        None: there is no newer pose than the last, or no last one.
+        """
         x, y, _ = base.translation.tolist()
         pose, last = Pose2D(x, y, base.yaw), self._last
         if last is not None and stamp <= last[0]:

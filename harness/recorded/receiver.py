@@ -16,7 +16,8 @@ from navstack.geometry import transform_points
 from navstack.localization.geodesy import LocalFrame
 from navstack.types import GpsFix, Imu, LaserScan, Odometry, Pose2D
 
-_SLANTED = math.radians(10.0)  # of a laser's plane, beyond which it is worth a word that it is taken as level
+# of a laser's plane, beyond which it is worth a word that it is taken as level
+_SLANTED = math.radians(10.0)
 _WEIGHED = 100  # messages of an inertial unit whose mean tells where is up
 _GRAVITY = (7.0, 12.5)  # [m/s2] norm of a mean that is gravity
 _UPRIGHT = math.radians(30.0)  # from the z axis at which gravity may be found
@@ -43,7 +44,8 @@ class Receiver:
             mountings: where the sensors are.
             base_frame: that they are mounted on; None: the odometry's, or one with a usual name.
             odometry_frame: whose motion the odometry tells; None: there is no odometry.
-            frame: for fixes; None: such that the first fix stands where the robot is believed to be.
+            frame: for fixes; None: such that the first fix stands where the robot is believed to
+                be.
             heading: [rad] of the map's x axis, counter-clockwise from east.
             say: takes warnings.
             edge: frames between which transforms tell odometry.
@@ -59,7 +61,10 @@ class Receiver:
         self.left_out: Counter[str] = Counter()  # messages that hold nothing usable, by type
 
     def stamp_of(self, kind: str, message: Any) -> float | None:
-        """When a message was measured, by its header, in [s]; None: it is a transform of no interest."""
+        """When a message was measured, by its header, in [s].
+
+        None: it is a transform of no interest.
+        """
         if kind in TRANSFORM_TYPES:
             message = None if self._moving is None else self._moving.stamped(message)
         return None if message is None else messages.stamp_of(message)
@@ -71,7 +76,8 @@ class Receiver:
             kind: the message's type.
             message: decoded.
             stamp: [s] when it was measured.
-            believed: where the robot is, as far as is known: for an antenna beside the base frame's origin.
+            believed: where the robot is, as far as is known: for an antenna beside the base frame's
+                origin.
 
         Raises:
             InputError: the first fix is too far from the local frame's origin.
@@ -82,16 +88,22 @@ class Receiver:
         elif kind in TRANSFORM_TYPES:
             place = None if self._moving is None else self._moving.place(message)
             if self._moving is not None and place is not None:
-                return self._moving.move(stamp, place @ self._mounting(ODOMETRY, self._moving.child).inverse)
+                return self._moving.move(
+                    stamp, place @ self._mounting(ODOMETRY, self._moving.child).inverse
+                )
             measured = None
         elif kind == ODOMETRY:
-            measured = messages.odometry(message, stamp, self._mounting(kind, message.child_frame_id))
+            measured = messages.odometry(
+                message, stamp, self._mounting(kind, message.child_frame_id)
+            )
         elif kind == IMU:
             mounting = self._mounting(kind, message.header.frame_id)
             measured = messages.imu(message, stamp, mounting, self._heading)
             self._weigh(message, mounting)
         else:
-            measured = messages.laser_scan(message, stamp, self._mounting(kind, message.header.frame_id))
+            measured = messages.laser_scan(
+                message, stamp, self._mounting(kind, message.header.frame_id)
+            )
         if measured is None:
             self.left_out[kind] += 1
         return measured
@@ -140,7 +152,9 @@ class Receiver:
         if moves:
             self._say(f"frame '{frame}' moves on the robot; taken to stay where it was at first")
         if kind == SCAN and _SLANTED < transform.tilt < math.pi - _SLANTED:
-            self._say(f"laser '{frame}' is tilted by {math.degrees(transform.tilt):.0f} degrees; taken as level")
+            self._say(
+                f"laser '{frame}' is tilted by {math.degrees(transform.tilt):.0f} degrees; taken as level"
+            )
         return transform
 
     def _weigh(self, message: Any, mounting: Transform) -> None:

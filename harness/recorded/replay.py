@@ -21,7 +21,8 @@ from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.localizer import Localizer
 from navstack.types import Belief, GpsFix, Imu, LaserScan, Observation, Odometry
 
-_FIRST = 50  # messages from which the usual offset between stamps and arrivals is taken, and of each topic
+# messages from which the usual offset between stamps and arrivals is taken, and of each topic
+_FIRST = 50
 _STILL = 3  # messages with one stamp, after which it is taken to be unset
 _COLUMNS = 4  # stamp, x, y, yaw
 APART = 10.0  # [s] by which a stamp may differ from the time that has come
@@ -29,11 +30,14 @@ _BEGINNING = 0.1  # [s] of simulated time, in which a stamp of 0 may be meant
 
 
 class Clock:
-    """Goes with the stamps of measurement, never back; a stamp of another clock is replaced by the time of arrival.
+    """Goes with the stamps of measurement, never back.
 
-    Late messages keep their older stamps, and a bag whose stamps run faster or slower than its recording is followed. A
-    stamp more than ``APART`` off both the last and the expected time (of a receiver's own clock, corrupt) is not used,
-    nor one that is unset: 0, or the one at which a topic stands still.
+    A stamp of another clock is replaced by the time of arrival.
+
+    Late messages keep their older stamps, and a bag whose stamps run faster or slower than its
+    recording is followed. A stamp more than ``APART`` off both the last and the expected time (of a
+    receiver's own clock, corrupt) is not used, nor one that is unset: 0, or the one at which a
+    topic stands still.
     """
 
     def __init__(self, offset: float, still: Mapping[str, float] | None = None) -> None:
@@ -50,7 +54,9 @@ class Clock:
 
     def take(self, topic: str, arrival: float, stamp: float) -> float:
         """Go on to a message's arrival; returns the stamp to use for it, in [s]."""
-        expected = arrival + self._offset if self._arrival is None else self.now + arrival - self._arrival
+        expected = (
+            arrival + self._offset if self._arrival is None else self.now + arrival - self._arrival
+        )
         is_near_now = self._arrival is not None and abs(stamp - self.now) <= APART
         is_unset = stamp == self._still.get(topic) or (stamp == 0.0 and abs(expected) > _BEGINNING)
         if is_unset or (not abs(stamp - expected) <= APART and not is_near_now):
@@ -64,8 +70,9 @@ class Clock:
 class Replay:
     """Feeds a localizer with a log and keeps its beliefs.
 
-    Every message is an observation of its own, so that none is lost: an observation holds one of each kind. AMCL moves
-    with the odometry alone, so that its beliefs are of the last odometry message's time; others are of the present.
+    Every message is an observation of its own, so that none is lost: an observation holds one of
+    each kind. AMCL moves with the odometry alone, so that its beliefs are of the last odometry
+    message's time; others are of the present.
     """
 
     def __init__(self, bag: Bag, choice: Choice, receiver: Receiver, localizer: Localizer) -> None:
@@ -91,7 +98,9 @@ class Replay:
         """The poses of the reference topic so far."""
         return _trajectory(self._references)
 
-    def run(self, start: Belief, begin: Callable[[Belief], None], say: Callable[[str], None]) -> Iterator[float]:
+    def run(
+        self, start: Belief, begin: Callable[[Belief], None], say: Callable[[str], None]
+    ) -> Iterator[float]:
         """Replay; yields the share of the messages that are done.
 
         Args:
@@ -146,10 +155,15 @@ class Replay:
                 times.append((message.arrival, stamp))
         return times
 
-    def _take(self, message: Message, decoded: Any, stamp: float, now: float, belief: Belief) -> Belief:
+    def _take(
+        self, message: Message, decoded: Any, stamp: float, now: float, belief: Belief
+    ) -> Belief:
         """One message, to the localizer or to the reference; returns what is believed then."""
         name, kind = message.topic.name, message.topic.type
-        is_reference, is_input = name == self._choice.reference, name in self._choice.topics.values()
+        is_reference, is_input = (
+            name == self._choice.reference,
+            name in self._choice.topics.values(),
+        )
         measured = None
         if is_input or kind == FIX:
             measured = self._receiver.convert(kind, decoded, stamp, belief.pose)

@@ -1,4 +1,7 @@
-"""Bags of ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0), read from the front: their index is not needed."""
+"""Bags of ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0), read from the front.
+
+Their index is not needed.
+"""
 
 import struct
 
@@ -8,7 +11,8 @@ from harness.recorded.blocks import WHOLE_FILE, Block, BlockFile, FileBytes
 MAGIC = b"#ROSBAG V"
 _VERSION = b"#ROSBAG V2.0\n"
 _MESSAGE, _BAG, _CHUNK, _CONNECTION = 2, 3, 5, 7  # op of a record
-_LONGEST_HEADER = 1_000_000  # [bytes] of a record; a connection's holds the definition of its type in its data
+# [bytes] of a record; a connection's holds the definition of its type in its data
+_LONGEST_HEADER = 1_000_000
 _LONGEST_CONNECTION = 10_000_000  # [bytes] of the data of one
 _COMPRESSIONS = {b"none": "", b"bz2": "bz2", b"lz4": "lz4"}
 _LENGTH, _TIME = struct.Struct("<I"), struct.Struct("<II")
@@ -25,9 +29,13 @@ class Ros1File(BlockFile):
                 f"bag '{self.path}' is not of the format 2.0; convert it with 'rosbag fix' or 'rosbags-convert'"
             )
         if not self._take_records(self._file, WHOLE_FILE, len(_VERSION), ""):
-            raise DamageError(f"was never closed by its recorder, or is cut off at byte {len(self._file)}")
+            raise DamageError(
+                f"was never closed by its recorder, or is cut off at byte {len(self._file)}"
+            )
 
-    def _take_records(self, content: bytes | FileBytes, block: int, position: int, within: str) -> bool:
+    def _take_records(
+        self, content: bytes | FileBytes, block: int, position: int, within: str
+    ) -> bool:
         """See :class:`BlockFile`."""
         ends_at = 0  # [bytes] where the file's index should begin; 0: the recorder never wrote it
         while position < len(content):
@@ -43,7 +51,9 @@ class Ros1File(BlockFile):
                 return False
             elif op == _CONNECTION:
                 if size > _LONGEST_CONNECTION:
-                    raise DamageError(f"has a connection of {size} bytes; at most {_LONGEST_CONNECTION} are read")
+                    raise DamageError(
+                        f"has a connection of {size} bytes; at most {_LONGEST_CONNECTION} are read"
+                    )
                 self._take_connection(header, content[start:position])
             elif op == _MESSAGE:
                 self._take_message(header, block, start, size)
@@ -60,7 +70,10 @@ class Ros1File(BlockFile):
         if connection in self._wanted:
             return
         about = {name: value.decode(errors="replace") for name, value in _fields(data).items()}
-        name, kind = header.get(b"topic", b"").decode(errors="replace"), type_name(about.get(b"type", ""))
+        name, kind = (
+            header.get(b"topic", b"").decode(errors="replace"),
+            type_name(about.get(b"type", "")),
+        )
         self._enter_topic(connection, Topic(name, kind, "ros1", about.get(b"md5sum", "")))
 
     def _take_message(self, header: Header, block: int, start: int, size: int) -> None:
@@ -75,7 +88,10 @@ class Ros1File(BlockFile):
 
 
 def _record(content: bytes | FileBytes, position: int, within: str) -> tuple[Header, int, int]:
-    """The header of the record at a position, and where its data are: from which byte on, how many."""
+    """The header of the record at a position, and where its data are.
+
+    From which byte on, how many.
+    """
     (length,) = _LENGTH.unpack(content[position : position + 4].ljust(4, b"\0"))
     if length > _LONGEST_HEADER:
         raise DamageError(f"has a record of impossible size at byte {position}{within}")

@@ -1,7 +1,10 @@
-"""From the bytes of a message to its fields, as ROS defines the types; the only place that knows rosbags.
+"""From the bytes of a message to its fields, as ROS defines the types.
 
-Definitions that a bag brings along are not compiled: whoever made it would decide what is executed. The types that are
-read have not changed between the releases of ROS 2, and in ROS 1 the bag names the MD5 sum of the definition it used.
+The only place that knows rosbags.
+
+Definitions that a bag brings along are not compiled: whoever made it would decide what is executed.
+The types that are read have not changed between the releases of ROS 2, and in ROS 1 the bag names
+the MD5 sum of the definition it used.
 """
 
 import contextlib
@@ -22,7 +25,10 @@ FIX, ODOMETRY = "sensor_msgs/msg/NavSatFix", "nav_msgs/msg/Odometry"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 OLD_TRANSFORMS = "tf/msg/tfMessage"  # of early ROS 1; the same definition
 TRANSFORM_TYPES = (TRANSFORMS, OLD_TRANSFORMS)
-POSE, POSE_COVARIANCE = "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped"
+POSE, POSE_COVARIANCE = (
+    "geometry_msgs/msg/PoseStamped",
+    "geometry_msgs/msg/PoseWithCovarianceStamped",
+)
 TYPES = frozenset((SCAN, IMU, FIX, ODOMETRY, POSE, POSE_COVARIANCE, *TRANSFORM_TYPES))
 
 
@@ -39,7 +45,15 @@ def decode(message: Message) -> Any:
     read = store.deserialize_ros1 if topic.encoding == "ros1" else store.deserialize_cdr
     try:
         return read(message.content, kind)
-    except (SerdeError, struct.error, ValueError, AssertionError, IndexError, KeyError, OverflowError) as error:
+    except (
+        SerdeError,
+        struct.error,
+        ValueError,
+        AssertionError,
+        IndexError,
+        KeyError,
+        OverflowError,
+    ) as error:
         reason = str(error).rstrip(".")
         raise DamageError(f"a message of {topic.name} is no {topic.type}: {reason}") from None
 
@@ -56,7 +70,9 @@ def first_messages(bag: Bag, topic: str, most: int) -> Iterator[tuple[Message, A
 def _store(encoding: str) -> Typestore:
     store = get_typestore(Stores.ROS1_NOETIC if encoding == "ros1" else Stores.ROS2_JAZZY)
     if TRANSFORMS not in store.fielddefs:
-        store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS))
+        store.register(
+            get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS)
+        )
     return store
 
 

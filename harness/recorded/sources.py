@@ -6,12 +6,21 @@ from harness.recorded.bag import Bag
 from harness.recorded.bag_file import BagError
 from harness.recorded.mountings import Mountings
 from harness.recorded.moving_frame import Edge, odometry_edge
-from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, POSE, POSE_COVARIANCE, SCAN, first_messages
+from harness.recorded.ros_messages import (
+    FIX,
+    IMU,
+    ODOMETRY,
+    POSE,
+    POSE_COVARIANCE,
+    SCAN,
+    first_messages,
+)
 from harness.recorded.topics import USUAL_NAMES, Topics
 from navstack.errors import InputError
 from navstack.params.extensions import localizers
 
-MESSAGES = {"odometry": ODOMETRY, "imu": IMU, "fix": FIX, "scan": SCAN}  # by the inputs of a localizer
+# by the inputs of a localizer
+MESSAGES = {"odometry": ODOMETRY, "imu": IMU, "fix": FIX, "scan": SCAN}
 REFERENCES = (POSE, POSE_COVARIANCE, ODOMETRY, FIX)
 MOST_TRANSFORMS = 3000  # messages of a topic of transforms that are looked at
 
@@ -22,7 +31,8 @@ class Choice:
 
     topics: dict[str, str]  # by type of message: those that go to the localizer
     reference: str | None = None  # of the poses to compare with
-    edge: Edge | None = None  # frames between which the odometry is told, where its topic is one of transforms
+    # frames between which the odometry is told, where its topic is one of transforms
+    edge: Edge | None = None
 
     @property
     def names(self) -> set[str]:
@@ -38,7 +48,9 @@ def choose(localizer: str, topics: Topics, bag: Bag, reference: str | None) -> C
     """
     if reference is not None and topics.type_of(reference) not in REFERENCES:
         known = ", ".join(REFERENCES)
-        raise InputError(f"reference {reference} is of the type {topics.type_of(reference)}; it must be one of {known}")
+        raise InputError(
+            f"reference {reference} is of the type {topics.type_of(reference)}; it must be one of {known}"
+        )
     entry = localizers()[localizer]
     needed, used = ([MESSAGES[each] for each in inputs] for inputs in (entry.inputs, entry.uses))
     counts, chosen, edge = bag.counts(), {}, None
@@ -68,15 +80,22 @@ def odometry_frame(bag: Bag, choice: Choice) -> str | None:
     """The frame whose motion the odometry tells; None: there is no odometry."""
     if choice.edge is not None:
         return choice.edge[1]
-    odometry = first_messages(bag, choice.topics[ODOMETRY], 1) if ODOMETRY in choice.topics else iter(())
+    odometry = (
+        first_messages(bag, choice.topics[ODOMETRY], 1) if ODOMETRY in choice.topics else iter(())
+    )
     return next((message.child_frame_id for _, message in odometry), None)
 
 
 def _missing(localizer: str, bag: Bag, kind: str, name: str | None) -> BagError:
     usual = USUAL_NAMES[kind][0]
-    what = f"has no topic of {kind} (usually {usual})" if name is None else f"has no message of {name}"
+    what = (
+        f"has no topic of {kind} (usually {usual})" if name is None else f"has no message of {name}"
+    )
     where = f"{bag.damage}; what stands before that" if bag.damage else "the bag"
-    has = ", ".join(f"{topic} ({its})" for topic, its in sorted(bag.topics.items())[:20]) or "no topic"
+    has = (
+        ", ".join(f"{topic} ({its})" for topic, its in sorted(bag.topics.items())[:20])
+        or "no topic"
+    )
     return BagError(f"{where} {what}, which localizer {localizer} needs; it has: {has}")
 
 

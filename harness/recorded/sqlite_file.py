@@ -1,4 +1,7 @@
-"""Storage files of ROS 2 in SQLite (``.db3``): tables ``topics`` and ``messages`` of rosbag2_storage_sqlite3."""
+"""Storage files of ROS 2 in SQLite (``.db3``).
+
+Tables ``topics`` and ``messages`` of rosbag2_storage_sqlite3.
+"""
 
 import contextlib
 import math
@@ -9,15 +12,26 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from harness.recorded.bag_file import LARGEST_MESSAGE, MOST_TOPICS, BagError, BagFile, DamageError, Topic
+from harness.recorded.bag_file import (
+    LARGEST_MESSAGE,
+    MOST_TOPICS,
+    BagError,
+    BagFile,
+    DamageError,
+    Topic,
+)
 
 MAGIC = b"SQLite format 3\x00"
-_STEPS, _LONGEST = 1_000_000, 60.0  # of SQLite's machine between two looks at the clock; [s] for one row
+# of SQLite's machine between two looks at the clock; [s] for one row
+_STEPS, _LONGEST = 1_000_000, 60.0
 _COLUMNS = ("id", "name", "type", "serialization_format")
 
 
 class SqliteFile(BagFile):
-    """A ``.db3`` file, opened to be read only; what it holds as tables is read, and nothing that it would compute."""
+    """A ``.db3`` file, opened to be read only.
+
+    What it holds as tables is read, and nothing that it would compute.
+    """
 
     def __init__(self, path: Path, types: frozenset[str]) -> None:
         """Open the file."""
@@ -57,7 +71,9 @@ class SqliteFile(BagFile):
                 if kind in self.types and encoding == "cdr":
                     wanted[key] = topic
             last = -math.inf
-            for row, key, arrival in self._rows("SELECT rowid, topic_id, timestamp FROM messages ORDER BY rowid"):
+            for row, key, arrival in self._rows(
+                "SELECT rowid, topic_id, timestamp FROM messages ORDER BY rowid"
+            ):
                 if row <= last:  # so reads a page of which a part is missing
                     raise DamageError(f"is damaged after message {last}")
                 last = row
@@ -67,13 +83,31 @@ class SqliteFile(BagFile):
                     self.add_message(wanted[key], arrival, row, 0, 0)
 
     def _require_tables(self) -> None:
-        """Refuse views and virtual tables in place of the tables: they could compute without end."""
-        for table, columns in (("topics", _COLUMNS), ("messages", ("topic_id", "timestamp", "data"))):
-            found = self._database.execute("SELECT type, sql FROM sqlite_master WHERE name = ?", (table,)).fetchall()
-            is_table = len(found) == 1 and found[0][0] == "table" and "VIRTUAL" not in str(found[0][1]).upper()
-            stored = {row[1] for row in self._database.execute(f"PRAGMA table_info({table})")} if is_table else set()
+        """Refuse views and virtual tables in place of the tables.
+
+        They could compute without end.
+        """
+        for table, columns in (
+            ("topics", _COLUMNS),
+            ("messages", ("topic_id", "timestamp", "data")),
+        ):
+            found = self._database.execute(
+                "SELECT type, sql FROM sqlite_master WHERE name = ?", (table,)
+            ).fetchall()
+            is_table = (
+                len(found) == 1
+                and found[0][0] == "table"
+                and "VIRTUAL" not in str(found[0][1]).upper()
+            )
+            stored = (
+                {row[1] for row in self._database.execute(f"PRAGMA table_info({table})")}
+                if is_table
+                else set()
+            )
             if not stored.issuperset(columns):  # columns that are computed are not among those
-                raise BagError(f"bag '{self.path}' is an SQLite file, but has no table '{table}' as ROS 2 writes it")
+                raise BagError(
+                    f"bag '{self.path}' is an SQLite file, but has no table '{table}' as ROS 2 writes it"
+                )
 
     def _rows(self, query: str) -> Iterator[tuple[Any, ...]]:
         for row in self._database.execute(query):
@@ -84,7 +118,9 @@ class SqliteFile(BagFile):
         """See :meth:`BagFile.read`."""
         self._deadline = time.monotonic() + _LONGEST
         with self._telling_damage():
-            row = self._database.execute("SELECT data FROM messages WHERE rowid = ?", place[:1]).fetchone()
+            row = self._database.execute(
+                "SELECT data FROM messages WHERE rowid = ?", place[:1]
+            ).fetchone()
         if row is None or not isinstance(row[0], bytes):
             raise DamageError(f"message {place[0]} has no data")
         return row[0]

@@ -28,16 +28,21 @@ def start_belief(given: str | None, nav2: Nav2File, localizer: str) -> Belief | 
         localizer: its name; only those with a map start where the file says.
 
     Returns:
-        The belief; without deviations its covariance is 0, for which each localizer has a default. None: nobody says.
+        The belief; without deviations its covariance is 0, for which each localizer has a default.
+        None: nobody says.
 
     Raises:
         InputError: what the user or the file gives is no pose.
     """
     if given is not None:
-        values = numbers("--initial-pose", given, (3, 5), "x,y,yaw[,std_xy,std_yaw] in [m] and [rad]")
+        values = numbers(
+            "--initial-pose", given, (3, 5), "x,y,yaw[,std_xy,std_yaw] in [m] and [rad]"
+        )
         xy, yaw = values[3:] or (0.0, 0.0)
         if xy < 0.0 or yaw < 0.0:
-            raise InputError(f"--initial-pose '{given}' has a negative standard deviation; give 0 or more")
+            raise InputError(
+                f"--initial-pose '{given}' has a negative standard deviation; give 0 or more"
+            )
         return Belief(Pose2D(*values[:3]), np.diag((xy**2, xy**2, yaw**2)))
     if not uses_map(localizer):
         return Belief(Pose2D(), ANY_HEADING)
@@ -45,7 +50,9 @@ def start_belief(given: str | None, nav2: Nav2File, localizer: str) -> Belief | 
         return None
     pose = [nav2.value("amcl", f"initial_pose.{name}", 0.0) for name in ("x", "y", "yaw")]
     if not all(isinstance(value, int | float) and abs(value) <= FARTHEST for value in pose):
-        raise ParameterError(f"{nav2.path.name}: amcl: initial_pose {pose} is not x, y, yaw: three numbers")
+        raise ParameterError(
+            f"{nav2.path.name}: amcl: initial_pose {pose} is not x, y, yaw: three numbers"
+        )
     return Belief(Pose2D(*map(float, pose)))
 
 
@@ -66,14 +73,17 @@ def local_frame(datum: str | None) -> tuple[LocalFrame | None, float]:
 def static_map(name_or_file: str | None, localizer: str) -> OccupancyGrid:
     """What scans are matched with; a single unknown cell for localizers that need no map.
 
-    A map of one's own counts as it is, as in Nav2; a built-in world as a robot would have mapped it, as in a run.
+    A map of one's own counts as it is, as in Nav2; a built-in world as a robot would have mapped
+    it, as in a run.
 
     Raises:
         InputError: the map is needed and not given, or cannot be used.
     """
     if name_or_file is None:
         if uses_map(localizer):
-            raise InputError(f"localizer {localizer} needs a map; give --map with a map_server YAML file")
+            raise InputError(
+                f"localizer {localizer} needs a map; give --map with a map_server YAML file"
+            )
         return OccupancyGrid(np.full((1, 1), UNKNOWN, dtype=np.int8), 1.0, Pose2D())
     path = resolve(name_or_file, shipped("maps"), "map")
     grid = align(load_map(path))
@@ -91,6 +101,8 @@ def numbers(option: str, text: str, counts: tuple[int, ...], what: str) -> list[
         values = [float(part) for part in text.split(",")]
     except ValueError:
         values = []
-    if len(values) not in counts or not all(math.isfinite(value) and abs(value) <= FARTHEST for value in values):
+    if len(values) not in counts or not all(
+        math.isfinite(value) and abs(value) <= FARTHEST for value in values
+    ):
         raise InputError(f"{option} '{text}' is not {what}")
     return values

@@ -5,7 +5,8 @@ from collections.abc import Iterable, Mapping
 from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TRANSFORM_TYPES
 from navstack.errors import InputError, UnknownNameError, did_you_mean
 
-# The name that a remapping replaces comes first; then the names that are taken where several topics have the type.
+# The name that a remapping replaces comes first; then the names that are taken where several topics
+# have the type.
 USUAL_NAMES: dict[str, tuple[str, ...]] = {
     SCAN: ("/scan", "/base_scan", "/laser_scan", "/scan_raw"),
     ODOMETRY: ("/odom", "/wheel_odom", "/odometry"),
@@ -18,13 +19,16 @@ TF, TF_STATIC = "/tf", "/tf_static"
 class Topics:
     """The topics of a bag, with the user's remappings."""
 
-    def __init__(self, types: Mapping[str, str], counts: Mapping[str, int], remaps: Iterable[str]) -> None:
+    def __init__(
+        self, types: Mapping[str, str], counts: Mapping[str, int], remaps: Iterable[str]
+    ) -> None:
         """Read the remappings.
 
         Args:
             types: the type of each topic.
             counts: how many messages each topic has.
-            remaps: ``usual:=actual`` each, or ``actual:=usual``, as one gives them to a node or to a player.
+            remaps: ``usual:=actual`` each, or ``actual:=usual``, as one gives them to a node or to
+                a player.
 
         Raises:
             InputError: a remapping has another form, or names no topic of the bag.
@@ -52,7 +56,9 @@ class Topics:
         name = self._name(name)
         if name not in self._types:
             known = ", ".join(sorted(self._types)[:20]) or "none"
-            raise InputError(f"topic '{name}' is not in the bag{did_you_mean(name, self._types)}; it has: {known}")
+            raise InputError(
+                f"topic '{name}' is not in the bag{did_you_mean(name, self._types)}; it has: {known}"
+            )
         return name
 
     def _name(self, name: str) -> str:
@@ -77,24 +83,32 @@ class Topics:
 
         Args:
             kind: the type of its messages.
-            apart_from: a topic that is read for another purpose and is taken only if there is no other.
+            apart_from: a topic that is read for another purpose and is taken only if there is no
+                other.
 
         Raises:
-            InputError: the topic that the user chose has another type, or there are several to choose from.
+            InputError: the topic that the user chose has another type, or there are several to
+                choose from.
         """
         usual = USUAL_NAMES[kind]
         if usual[0] in self._chosen:
             name = self._chosen[usual[0]]
             if self._types[name] != kind:
-                raise InputError(f"topic {name} is of the type {self._types[name]}, not {kind}; remap another one")
+                raise InputError(
+                    f"topic {name} is of the type {self._types[name]}, not {kind}; remap another one"
+                )
             return name
         names = sorted(name for name, its in self._types.items() if its == kind)
         names = [name for name in names if self._counts[name] > 0] or names[:1]
         names = [name for name in names if name != apart_from] or names
         if len(names) <= 1:
             return names[0] if names else None
-        for candidates in ([n for n in names if n == u] or [n for n in names if n.endswith(u)] for u in usual):
+        for candidates in (
+            [n for n in names if n == u] or [n for n in names if n.endswith(u)] for u in usual
+        ):
             if len(candidates) == 1:
                 return candidates[0]
         shown = ", ".join(names[:20])
-        raise InputError(f"the bag has several topics of {kind}: {shown}; choose one with --remap {usual[0]}:=TOPIC")
+        raise InputError(
+            f"the bag has several topics of {kind}: {shown}; choose one with --remap {usual[0]}:=TOPIC"
+        )

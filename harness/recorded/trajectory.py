@@ -45,7 +45,11 @@ class Errors:
 
     def as_json(self) -> dict[str, float | int | None]:
         """Median, root mean square, 95th percentile and maximum, with n."""
-        return {"n": len(self.positions), **_summary("", "m", self.positions), **_summary("yaw_", "rad", self.yaws)}
+        return {
+            "n": len(self.positions),
+            **_summary("", "m", self.positions),
+            **_summary("yaw_", "rad", self.yaws),
+        }
 
 
 def write_tum(path: Path, trajectory: Trajectory) -> None:
@@ -62,7 +66,9 @@ def write_tum(path: Path, trajectory: Trajectory) -> None:
         with replacing(path) as stream:
             np.savetxt(stream, rows, fmt=("%.9f", "%.6f", "%.6f", "%g", "%g", "%g", "%.9f", "%.9f"))
     except OSError as error:
-        raise InputError(f"trajectory '{path}' cannot be written: {error.strerror or error}") from None
+        raise InputError(
+            f"trajectory '{path}' cannot be written: {error.strerror or error}"
+        ) from None
 
 
 def read_tum(path: Path) -> Trajectory:
@@ -80,16 +86,22 @@ def read_tum(path: Path) -> Trajectory:
         raise InputError(f"trajectory '{path}' cannot be read: {error.strerror or error}") from None
     except ValueError as error:
         reason = str(error).partition(";")[0].splitlines()[0]
-        raise InputError(f"trajectory '{path}' is no TUM file (timestamp tx ty tz qx qy qz qw): {reason}") from None
+        raise InputError(
+            f"trajectory '{path}' is no TUM file (timestamp tx ty tz qx qy qz qw): {reason}"
+        ) from None
     if rows.shape[0] == 0 or rows.shape[1] != _COLUMNS or not np.isfinite(rows).all():
-        raise InputError(f"trajectory '{path}' is no TUM file: each line needs {_COLUMNS} finite numbers")
+        raise InputError(
+            f"trajectory '{path}' is no TUM file: each line needs {_COLUMNS} finite numbers"
+        )
     qx, qy, qz, qw = rows[:, 4:].T
     yaws = np.arctan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
     return Trajectory.of_rows(np.column_stack((rows[:, :3], yaws)))
 
 
 def match(estimate: Trajectory, reference: Trajectory) -> tuple[Trajectory, Trajectory]:
-    """For every pose of the reference the estimate's nearest in time; without those that are too far apart.
+    """For every pose of the reference the estimate's nearest in time.
+
+    Without those that are too far apart.
 
     Raises:
         InputError: nothing is left.
@@ -115,8 +127,9 @@ def align(estimate: Trajectory, reference: Trajectory, how: str) -> Trajectory:
     Args:
         estimate: to be moved.
         reference: stays; of the same length.
-        how: ``none``; ``start``: the first poses agree (positions only: the first positions); ``se2``: the positions
-            agree best in the least squares (Umeyama 1991, in the plane, without scale).
+        how: ``none``; ``start``: the first poses agree (positions only: the first positions);
+            ``se2``: the positions agree best in the least squares (Umeyama 1991, in the plane,
+            without scale).
     """
     if how == "none":
         return estimate
@@ -135,7 +148,10 @@ def align(estimate: Trajectory, reference: Trajectory, how: str) -> Trajectory:
 
 
 def absolute_errors(estimate: Trajectory, reference: Trajectory) -> Errors:
-    """The absolute pose error (APE) of matched trajectories: distances, and differences of heading."""
+    """The absolute pose error (APE) of matched trajectories.
+
+    Distances, and differences of heading.
+    """
     difference = estimate.poses - reference.poses
     yaws = None if np.isnan(difference[:, 2]).any() else np.abs(_wrapped(difference[:, 2]))
     return Errors(np.hypot(difference[:, 0], difference[:, 1]), yaws)
@@ -171,9 +187,13 @@ def _motions(poses: FloatArray, starts: IntArray, ends: IntArray) -> FloatArray:
 
 def _nearest(among: FloatArray, stamps: FloatArray) -> IntArray:
     """Indices of the sorted values nearest to each of ``stamps``."""
-    right = np.clip(np.searchsorted(among, stamps), 1, max(len(among) - 1, 1)).clip(max=len(among) - 1)
+    right = np.clip(np.searchsorted(among, stamps), 1, max(len(among) - 1, 1)).clip(
+        max=len(among) - 1
+    )
     left = np.maximum(right - 1, 0)
-    nearest: IntArray = np.where(np.abs(stamps - among[left]) <= np.abs(among[right] - stamps), left, right)
+    nearest: IntArray = np.where(
+        np.abs(stamps - among[left]) <= np.abs(among[right] - stamps), left, right
+    )
     return nearest
 
 
@@ -186,5 +206,12 @@ def _summary(prefix: str, unit: str, values: FloatArray | None) -> dict[str, flo
     names: Sequence[str] = ("median", "rmse", "p95", "max")
     if values is None:
         return {f"{prefix}{name}_{unit}": None for name in names}
-    found = (np.median(values), np.sqrt(np.mean(values**2)), np.percentile(values, 95.0), values.max())
-    return {f"{prefix}{name}_{unit}": float(value) for name, value in zip(names, found, strict=True)}
+    found = (
+        np.median(values),
+        np.sqrt(np.mean(values**2)),
+        np.percentile(values, 95.0),
+        values.max(),
+    )
+    return {
+        f"{prefix}{name}_{unit}": float(value) for name, value in zip(names, found, strict=True)
+    }

@@ -1,4 +1,7 @@
-"""The printed result of ``navbench ablate``, and its figure: what each arm knew of its position and what it earned."""
+"""The printed result of ``navbench ablate``, and its figure.
+
+What each arm knew of its position and what it earned.
+"""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -9,7 +12,16 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
-from harness.ablation.analysis import MARGIN, SURE, Ablation, Arm, Difference, ErrorPrice, points, wrong_maps
+from harness.ablation.analysis import (
+    MARGIN,
+    SURE,
+    Ablation,
+    Arm,
+    Difference,
+    ErrorPrice,
+    points,
+    wrong_maps,
+)
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
 from harness.economics.valuation import OUTCOMES
 from harness.report.figures import error_bars, save_figure
@@ -28,9 +40,12 @@ METRICS = {
     "avg_localization_error_median_m": "localization error [m]",
 }
 NOT_BUILDABLE = "not buildable"
-LEAST_INCH, LABEL_INCH, FRAME_INCH = 3.0, 0.19, 0.8  # heights: at least, of a label, of what is about the labels
-LOCALIZERS = ("#222222", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d31", "#7f7f7f")  # after Okabe and Ito 2008
-SHADES = {"position": ("s", "Reds"), "heading": ("^", "Blues")}  # marker and colour map by kind of injected error
+# heights: at least, of a label, of what is about the labels
+LEAST_INCH, LABEL_INCH, FRAME_INCH = 3.0, 0.19, 0.8
+# after Okabe and Ito 2008
+LOCALIZERS = ("#222222", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d31", "#7f7f7f")
+# marker and colour map by kind of injected error
+SHADES = {"position": ("s", "Reds"), "heading": ("^", "Blues")}
 LIGHTEST, DARKEST = 0.4, 0.95  # of a colour map
 FREE = 0.1  # share of the height that is free above and below
 LEAST_RANGE = 0.2  # [USD/run] that the height shows
@@ -39,7 +54,9 @@ DODGE = 4.0  # [pt] between arms without any error of position, which would hide
 Point = tuple[Arm, Interval, Interval]  # with its error [m] and margin [USD/run]
 
 
-def print_ablation(ablation: Ablation, figures: Sequence[Path], folder: Path, console: Console) -> None:
+def print_ablation(
+    ablation: Ablation, figures: Sequence[Path], folder: Path, console: Console
+) -> None:
     """Print what the arms did, how they differ, what that says, and where it is."""
     for sheet in (_outcomes(ablation), _money(ablation), _differences(ablation)):
         print_sheet(sheet, console)
@@ -57,7 +74,10 @@ def print_ablation(ablation: Ablation, figures: Sequence[Path], folder: Path, co
 def _outcomes(ablation: Ablation) -> Sheet:
     rows = []
     for arm in ablation.arms:
-        rates = [interval_text(arm.result.intervals.get(name), absent="not modelled") for name in OUTCOMES]
+        rates = [
+            interval_text(arm.result.intervals.get(name), absent="not modelled")
+            for name in OUTCOMES
+        ]
         rows.append((arm.name, str(arm.result.episodes), str(arm.result.errors), *rates))
     return declared("ablation_outcomes", rows, stack=ablation.declaration.stack)
 
@@ -108,7 +128,10 @@ def _differences(ablation: Ablation) -> Sheet:
 
 def sentence(difference: Difference) -> str:
     """What one comparison says, and what it does not."""
-    paired, span = difference.compared.paired, interval_text(difference.compared.paired.difference, None)
+    paired, span = (
+        difference.compared.paired,
+        interval_text(difference.compared.paired.difference, None),
+    )
     subject = f"{difference.arm} against {difference.against}, {METRICS[difference.metric]}:"
     n = paired.difference.n
     if not paired.differs:
@@ -121,7 +144,9 @@ def sentence(difference: Difference) -> str:
     if paired.needed is not None and paired.needed > n:
         text += f"; a difference as large as this one would take about {paired.needed:,d} missions"
     elif difference.compared.paired.p < SURE:
-        text += f"; alone it would be (p {paired.p:.2g}), among several comparisons it may be chance"
+        text += (
+            f"; alone it would be (p {paired.p:.2g}), among several comparisons it may be chance"
+        )
     if paired.detectable is not None:
         text += f"; with {n}, differences from {paired.detectable:.3g} on are found"
     return f"{text}."
@@ -156,7 +181,9 @@ def label(arm: Arm) -> str:
 
 
 def draw_ablation(ablation: Ablation, folder: Path) -> list[Path]:
-    """Write the figure as PDF and PNG; returns their paths, none where no arm has both error and margin.
+    """Write the figure as PDF and PNG.
+
+    Returns their paths, none where no arm has both error and margin.
 
     Raises:
         InputError: the folder cannot be written.
@@ -165,7 +192,9 @@ def draw_ablation(ablation: Ablation, folder: Path) -> list[Path]:
     if not shown:
         return []
     height = max(LEAST_INCH, FRAME_INCH + LABEL_INCH * len(shown))
-    return save_figure(folder / "ablation", height, partial(_draw, stack=ablation.declaration.stack, shown=shown))
+    return save_figure(
+        folder / "ablation", height, partial(_draw, stack=ablation.declaration.stack, shown=shown)
+    )
 
 
 def _draw(axes: "Axes", stack: str, shown: Sequence[Point]) -> None:
@@ -173,7 +202,9 @@ def _draw(axes: "Axes", stack: str, shown: Sequence[Point]) -> None:
 
     _scale(axes, [error for _, error, _ in shown], [margin for _, _, margin in shown])
     at_zero = 0
-    for (arm, error, margin), (marker, colour) in zip(shown, _looks([arm for arm, _, _ in shown]), strict=True):
+    for (arm, error, margin), (marker, colour) in zip(
+        shown, _looks([arm for arm, _, _ in shown]), strict=True
+    ):
         dodge = at_zero * DODGE / 72.0 if error.value == 0.0 else 0.0  # [inch]
         at_zero += error.value == 0.0
         axes.errorbar(
@@ -191,13 +222,20 @@ def _draw(axes: "Axes", stack: str, shown: Sequence[Point]) -> None:
     axes.set_xlabel("localization error, median over the deliveries [m]")
     axes.set_ylabel("contribution margin [USD/run]")
     n = min(arm.result.episodes for arm, _, _ in shown)
-    spans = ", 95 % intervals" if any(each.low is not None for _, *both in shown for each in both) else ""
+    spans = (
+        ", 95 % intervals"
+        if any(each.low is not None for _, *both in shown for each in both)
+        else ""
+    )
     axes.set_title(f"{stack}: n = {n} deliveries per arm{spans}", loc="left", fontsize=8)
     axes.figure.legend(loc="outside right upper", frameon=False, fontsize=7)
 
 
 def _scale(axes: "Axes", errors: Sequence[Interval], margins: Sequence[Interval]) -> None:
-    """Let the axes hold every interval; errors of very different sizes on a logarithmic axis, linear about zero."""
+    """Let the axes hold every interval.
+
+    Errors of very different sizes on a logarithmic axis, linear about zero.
+    """
     values = np.array([error.value for error in errors], dtype=np.float64)
     farthest, some = float(_bounds(errors).max()), values[values > 0.0]
     if some.size and values.max() > WIDE * some.min():
@@ -214,7 +252,12 @@ def _scale(axes: "Axes", errors: Sequence[Interval], margins: Sequence[Interval]
 
 def _bounds(intervals: Sequence[Interval]) -> FloatArray:
     """All values and ends that there are."""
-    numbers = (number for each in intervals for number in (each.low, each.value, each.high) if number is not None)
+    numbers = (
+        number
+        for each in intervals
+        for number in (each.low, each.value, each.high)
+        if number is not None
+    )
     return np.array(list(numbers), dtype=np.float64)
 
 
@@ -229,4 +272,7 @@ def _looks(arms: Sequence[Arm]) -> Iterator[tuple[str, object]]:
             yield "o", LOCALIZERS[place % len(LOCALIZERS)]
         else:
             marker, colours = SHADES[kind]
-            yield marker, colormaps[colours](np.linspace(DARKEST, LIGHTEST, kinds.count(kind))[-1 - place])
+            yield (
+                marker,
+                colormaps[colours](np.linspace(DARKEST, LIGHTEST, kinds.count(kind))[-1 - place]),
+            )

@@ -18,7 +18,11 @@ def print_bench(rows: Sequence[Row], notes: Sequence[str], console: Console) -> 
     """Print components, closed loops and where their time goes; then notes."""
     components = [row for row in rows if "ratio" in row]
     loops = [row for row in rows if "real_time_factor" in row]
-    for sheet in (_components(components), _loops(loops), _breakdown([row for row in loops if PARTS in row])):
+    for sheet in (
+        _components(components),
+        _loops(loops),
+        _breakdown([row for row in loops if PARTS in row]),
+    ):
         print_sheet(sheet, console)
     print_notes(notes, console)
 
@@ -38,10 +42,20 @@ def _loops(rows: Sequence[Row]) -> Sheet:
     lines = []
     for row in rows:
         relative = row.get("of_value_without") or row.get("of_one_worker")
-        ratio = "" if relative is None else f"{relative['value']:.2f} ({relative['low']:.2f} to {relative['high']:.2f})"
+        ratio = (
+            ""
+            if relative is None
+            else f"{relative['value']:.2f} ({relative['low']:.2f} to {relative['high']:.2f})"
+        )
         wall = row.get("wall_real_time_factor")
         span = f"{row['low']:.1f} to {row['high']:.1f}"
-        cells = (f"{row['real_time_factor']:.1f}", span, str(row["n"]), "" if wall is None else f"{wall:.1f}", ratio)
+        cells = (
+            f"{row['real_time_factor']:.1f}",
+            span,
+            str(row["n"]),
+            "" if wall is None else f"{wall:.1f}",
+            ratio,
+        )
         lines.append((row["name"], *cells, *_target(row)))
     return declared("bench_loops", lines)
 

@@ -39,7 +39,12 @@ def _cells(entry: Compared) -> list[str]:
 def winner(entry: Compared, first: str, second: str) -> str:
     """The better of two; empty where that is not sure."""
     difference = entry.paired.difference.value
-    if entry.better is Better.NEITHER or entry.p_holm is None or entry.p_holm >= SURE or not difference:
+    if (
+        entry.better is Better.NEITHER
+        or entry.p_holm is None
+        or entry.p_holm >= SURE
+        or not difference
+    ):
         return ""
     return second if (difference > 0.0) == (entry.better is Better.HIGHER) else first
 
@@ -66,5 +71,7 @@ def _notes(comparison: Comparison) -> list[str]:
     if alike:
         lines.append(f"alike on every mission: {', '.join(alike)}.")
     if any(left):
-        lines.append(f"left out, without a partner that finished: {left[0]} deliveries of A, {left[1]} of B.")
+        lines.append(
+            f"left out, without a partner that finished: {left[0]} deliveries of A, {left[1]} of B."
+        )
     return lines

@@ -1,4 +1,7 @@
-"""The seconds before a costed event as a figure: the place, and what was done, met, believed and scored over time."""
+"""The seconds before a costed event as a figure.
+
+The place, and what was done, met, believed and scored over time.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,13 +24,23 @@ if TYPE_CHECKING:
 
 WIDTH_INCH, HEIGHT_INCH = 7.1, 4.1  # both columns of a paper
 FORMATS = (".png", ".pdf", ".svg")
-MARGIN, LEAST, SHAPE = 1.5, 7.0, 1.25  # [m] around what is shown, [m] of its width, its height over its width
+# [m] around what is shown, [m] of its width, its height over its width
+MARGIN, LEAST, SHAPE = 1.5, 7.0, 1.25
 SHOWN = 5  # critics or terms that have a colour of their own
-ROBOT, BELIEF, PERSON, TRACK, CONTACT, PLAN = "#0b6e4f", "#3b82f6", "#7b3fa0", "#e07b00", "#d1242f", "#6b7280"
+ROBOT, BELIEF, PERSON, TRACK, CONTACT, PLAN = (
+    "#0b6e4f",
+    "#3b82f6",
+    "#7b3fa0",
+    "#e07b00",
+    "#d1242f",
+    "#6b7280",
+)
 SCORES = ("#1f5fa8", "#e07b00", "#0b6e4f", "#a21caf", "#b45309", "#9ca3af")
 
 
-def draw_seconds(evidence: Evidence, seconds: Seconds, scene: Scene | None, paths: Sequence[Path]) -> None:
+def draw_seconds(
+    evidence: Evidence, seconds: Seconds, scene: Scene | None, paths: Sequence[Path]
+) -> None:
     """Draw the seconds before a moment.
 
     Args:
@@ -64,15 +77,30 @@ def _draw_place(axes: "Axes", evidence: Evidence, seconds: Seconds, scene: Scene
         axes.plot(*believed.T, color=BELIEF, lw=0.9, zorder=8, label="believed")
     tracks = [points for points in seconds.tracks if len(points)]
     if tracks:
-        axes.plot(*np.vstack(tracks).T, ls="", marker=".", ms=1.6, color=TRACK, zorder=6, label="tracks")
+        axes.plot(
+            *np.vstack(tracks).T, ls="", marker=".", ms=1.6, color=TRACK, zorder=6, label="tracks"
+        )
     for place, alpha in ((0, 0.3), (-1, 0.85)):
         outline = transform_points(Pose2D(*seconds.robot[place].tolist()), evidence.footprint)
         axes.fill(*outline.T, fc=ROBOT, ec="white", lw=0.6, alpha=alpha, zorder=7)
     event = seconds.moment.event
     if event is not None:
-        axes.plot(event["x_m"], event["y_m"], ls="", marker="X", ms=8, mfc=CONTACT, mec="white", zorder=10)
-    axes.set_title(f"event {seconds.moment.number}: {seconds.moment.kind.replace('_', ' ')}", fontsize=8, loc="left")
-    axes.legend(loc="upper right", fontsize=6, frameon=True, framealpha=0.85, edgecolor="none", borderpad=0.3)
+        axes.plot(
+            event["x_m"], event["y_m"], ls="", marker="X", ms=8, mfc=CONTACT, mec="white", zorder=10
+        )
+    axes.set_title(
+        f"event {seconds.moment.number}: {seconds.moment.kind.replace('_', ' ')}",
+        fontsize=8,
+        loc="left",
+    )
+    axes.legend(
+        loc="upper right",
+        fontsize=6,
+        frameon=True,
+        framealpha=0.85,
+        edgecolor="none",
+        borderpad=0.3,
+    )
 
 
 def _draw_people(axes: "Axes", evidence: Evidence, seconds: Seconds) -> None:
@@ -85,9 +113,21 @@ def _draw_people(axes: "Axes", evidence: Evidence, seconds: Seconds) -> None:
         if not len(path):
             continue
         matters = number == seconds.person
-        axes.plot(*path.T, color=PERSON, lw=1.2 if matters else 0.5, alpha=1.0 if matters else 0.5, zorder=6)
-        style: Any = {"fc": PERSON, "ec": "white"} if matters else {"fc": "white", "ec": PERSON, "alpha": 0.7}
-        axes.add_patch(Circle(tuple(path[-1]), evidence.body.person_radius, lw=0.7, zorder=6, **style))
+        axes.plot(
+            *path.T,
+            color=PERSON,
+            lw=1.2 if matters else 0.5,
+            alpha=1.0 if matters else 0.5,
+            zorder=6,
+        )
+        style: Any = (
+            {"fc": PERSON, "ec": "white"}
+            if matters
+            else {"fc": "white", "ec": PERSON, "alpha": 0.7}
+        )
+        axes.add_patch(
+            Circle(tuple(path[-1]), evidence.body.person_radius, lw=0.7, zorder=6, **style)
+        )
     if seconds.person is not None:
         axes.plot([], [], color=PERSON, lw=1.2, label=f"person {seconds.person}")
 
@@ -114,7 +154,9 @@ def _draw_strips(strips: Sequence["Axes"], seconds: Seconds) -> None:
     speed, person, belief, scores = strips
     at = seconds.at
     speed.plot(at, seconds.speed, color=ROBOT, label="driven")
-    speed.step(at, seconds.command[:, 0], where="post", color="black", lw=0.9, ls="--", label="commanded")
+    speed.step(
+        at, seconds.command[:, 0], where="post", color="black", lw=0.9, ls="--", label="commanded"
+    )
     speed.set_ylabel("speed [m/s]")
     speeds = np.concatenate((seconds.speed, seconds.command[:, 0]))
     speed.set_ylim(min(0.0, 1.1 * float(speeds.min())), max(0.1, 1.1 * float(speeds.max())))
@@ -130,7 +172,13 @@ def _draw_strips(strips: Sequence["Axes"], seconds: Seconds) -> None:
         axes.axvline(0.0, color=CONTACT, lw=0.8)
         axes.set_xlim(at[0], max(0.02 * -at[0], 0.02))
         if axes.get_legend_handles_labels()[0]:
-            axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=6, frameon=False, handlelength=1.2)
+            axes.legend(
+                loc="center left",
+                bbox_to_anchor=(1.0, 0.5),
+                fontsize=6,
+                frameon=False,
+                handlelength=1.2,
+            )
 
 
 def _draw_person(axes: "Axes", seconds: Seconds) -> None:
@@ -138,7 +186,9 @@ def _draw_person(axes: "Axes", seconds: Seconds) -> None:
     axes.set_ylabel("person [m], [m/s]")
     if seconds.person is None:
         nobody = f"nobody within {NEAR:g} m"
-        axes.text(0.5, 0.5, nobody, transform=axes.transAxes, ha="center", va="center", color=PERSON)
+        axes.text(
+            0.5, 0.5, nobody, transform=axes.transAxes, ha="center", va="center", color=PERSON
+        )
         return
     axes.plot(seconds.at, seconds.distance, color=PERSON, label="distance")
     axes.plot(seconds.at, seconds.closing, color=PERSON, lw=0.8, ls="--", label="closing")

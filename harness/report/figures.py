@@ -27,10 +27,16 @@ UNDATED: dict[str, Any] = {".pdf": {"CreationDate": None}, ".svg": {"Date": None
 
 
 def error_bars(intervals: Sequence[Interval]) -> list[list[float]]:
-    """Lengths of error bars below and above values; NaN, which is not drawn, where there is no interval."""
+    """Lengths of error bars below and above values.
+
+    NaN, which is not drawn, where there is no interval.
+    """
     known = [(each.value or 0.0, each.low, each.high) for each in intervals]
     below = [math.nan if low is None else max(value - low, 0.0) for value, low, _ in known]
-    return [below, [math.nan if high is None else max(high - value, 0.0) for value, _, high in known]]
+    return [
+        below,
+        [math.nan if high is None else max(high - value, 0.0) for value, _, high in known],
+    ]
 
 
 def save_picture(figure: "Figure", path: Path) -> None:
@@ -45,7 +51,9 @@ def save_picture(figure: "Figure", path: Path) -> None:
         with replacing(path) as stream:
             stream.write(content.getvalue())
     except (OSError, ValueError) as error:  # matplotlib knows not every ending
-        raise InputError(f"picture {path}: cannot be written ({error}); give an existing folder and .png") from None
+        raise InputError(
+            f"picture {path}: cannot be written ({error}); give an existing folder and .png"
+        ) from None
 
 
 def save_figure(stem: Path, height: float, draw: "Callable[[Axes], None]") -> list[Path]:
@@ -62,7 +70,9 @@ def save_figure(stem: Path, height: float, draw: "Callable[[Axes], None]") -> li
     return save_panels(stem, (WIDTH_INCH, height), lambda figure: draw(figure.add_subplot()))
 
 
-def save_panels(stem: Path, size: tuple[float, float], draw: "Callable[[Figure], None]") -> list[Path]:
+def save_panels(
+    stem: Path, size: tuple[float, float], draw: "Callable[[Figure], None]"
+) -> list[Path]:
     """As :func:`save_figure`, for a figure of any width and height [inch]."""
     paths = [stem.with_name(stem.name + suffix) for suffix in SUFFIXES]
     with writing(stem.parent):
@@ -72,9 +82,14 @@ def save_panels(stem: Path, size: tuple[float, float], draw: "Callable[[Figure],
 
 
 def save_as(
-    paths: Sequence[Path], size: tuple[float, float], draw: "Callable[[Figure], None]", font_size: float = 8.0
+    paths: Sequence[Path],
+    size: tuple[float, float],
+    draw: "Callable[[Figure], None]",
+    font_size: float = 8.0,
 ) -> None:
-    """Draw a figure once and write it in the formats that its paths' suffixes name; same input, same bytes.
+    """Draw a figure once and write it in the formats that its paths' suffixes name.
+
+    Same input, same bytes.
 
     Raises:
         InputError: a file cannot be written.
@@ -86,9 +101,13 @@ def save_as(
         figure = Figure(figsize=size, dpi=DPI, layout="constrained")
         draw(figure)
         figure.draw_without_rendering()
-        figure.set_layout_engine("none")  # it is laid out now; saving would do it again for each file
+        # it is laid out now; saving would do it again for each file
+        figure.set_layout_engine("none")
         for path in paths:
-            content, suffix = BytesIO(), path.suffix.lower()  # what draws makes no sense of a full disk
-            figure.savefig(content, format=suffix[1:], dpi=DPI, metadata=UNDATED[suffix], facecolor="white")
+            # what draws makes no sense of a full disk
+            content, suffix = BytesIO(), path.suffix.lower()
+            figure.savefig(
+                content, format=suffix[1:], dpi=DPI, metadata=UNDATED[suffix], facecolor="white"
+            )
             with writing(path), replacing(path) as stream:
                 stream.write(content.getvalue())

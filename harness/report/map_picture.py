@@ -63,7 +63,9 @@ def draw_map(scene: Scene, path: Path, width_px: int = 1600, view: str = "zones"
     height = inner * min(extent.depth / extent.width, 3.0)
     total = max(height + bottom + 0.15, 3.2)
     figure = Figure(figsize=(width, total), dpi=width_px / width)
-    axes = figure.add_axes((left / width, 1.0 - (height + 0.15) / total, inner / width, height / total))
+    axes = figure.add_axes(
+        (left / width, 1.0 - (height + 0.15) / total, inner / width, height / total)
+    )
     draw_scene(axes, scene)
     shown = VIEWS[view]
     if shown is not None:
@@ -101,7 +103,10 @@ def draw_scene(axes: "Axes", scene: Scene, bounds: Rect | None = None) -> None:
 
 
 def draw_legend(axes: "Axes", scene: Scene, more: tuple[str, str] | None = None) -> None:
-    """What the colours mean, with the number of pieces, right of the axes; ``more``: a further name and colour."""
+    """What the colours mean, with the number of pieces, right of the axes.
+
+    ``more``: a further name and colour.
+    """
     from matplotlib.patches import Patch
 
     zones = {zone.kind for zone in scene.zones}
@@ -113,7 +118,14 @@ def draw_legend(axes: "Axes", scene: Scene, more: tuple[str, str] | None = None)
     ]
     for kind in sorted(counts, key=lambda name: (_is_furniture(name), -counts[name])):
         face, edge = _colours(kind)
-        handles.append(Patch(facecolor=face, edgecolor=edge, linewidth=0.4, label=f"{_label(kind)} ({counts[kind]})"))
+        handles.append(
+            Patch(
+                facecolor=face,
+                edgecolor=edge,
+                linewidth=0.4,
+                label=f"{_label(kind)} ({counts[kind]})",
+            )
+        )
     if more is not None:
         handles.append(Patch(facecolor=more[1], alpha=0.45, label=more[0]))
     axes.legend(
@@ -144,7 +156,9 @@ def _draw_zones(axes: "Axes", zones: Sequence[Zone]) -> None:
             )
         )
         if kind == "crosswalk":
-            axes.add_collection(PolyCollection(_stripes(polygons), facecolors="#b9bcc1", linewidths=0.0, zorder=1.1))
+            axes.add_collection(
+                PolyCollection(_stripes(polygons), facecolors="#b9bcc1", linewidths=0.0, zorder=1.1)
+            )
 
 
 def _stripes(crosswalks: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -153,14 +167,22 @@ def _stripes(crosswalks: Sequence[np.ndarray]) -> list[np.ndarray]:
     for polygon in crosswalks:
         (x0, y0), (x1, y1) = polygon.min(axis=0), polygon.max(axis=0)
         if x1 - x0 > y1 - y0:  # walked along x
-            stripes += [Rect(x, y0, min(x + 0.5, x1), y1).polygon for x in np.arange(x0 + 0.5, x1, 1.0)]
+            stripes += [
+                Rect(x, y0, min(x + 0.5, x1), y1).polygon for x in np.arange(x0 + 0.5, x1, 1.0)
+            ]
         else:
-            stripes += [Rect(x0, y, x1, min(y + 0.5, y1)).polygon for y in np.arange(y0 + 0.5, y1, 1.0)]
+            stripes += [
+                Rect(x0, y, x1, min(y + 0.5, y1)).polygon for y in np.arange(y0 + 0.5, y1, 1.0)
+            ]
     return stripes
 
 
 def _draw_cells(
-    axes: "Axes", cells: BoolArray, extent: Rect, colours: tuple[str, str], alpha: float | None = None
+    axes: "Axes",
+    cells: BoolArray,
+    extent: Rect,
+    colours: tuple[str, str],
+    alpha: float | None = None,
 ) -> None:
     """Colour a mask (H, W) of a map: False cells and True cells."""
     from matplotlib.colors import ListedColormap
@@ -181,7 +203,8 @@ def _draw_cells(
 def _draw_obstacles(axes: "Axes", obstacles: Sequence[Obstacle], area: Rect) -> None:
     from matplotlib.collections import PolyCollection
 
-    outline = 90.0 / max(area.width, area.depth)  # [pt] so that posts of 0.3 m stay visible on a map of 200 m
+    # [pt] so that posts of 0.3 m stay visible on a map of 200 m
+    outline = 90.0 / max(area.width, area.depth)
     for kind in dict.fromkeys(obstacle.kind for obstacle in obstacles):
         face, edge = _colours(kind)
         axes.add_collection(
@@ -201,8 +224,12 @@ def draw_scale_bar(axes: "Axes", area: Rect) -> None:
     length = max((step for step in _STEPS if step <= 0.25 * area.width), default=_STEPS[0])
     x, y = area.x0 + 0.03 * area.width, area.y0 + 0.02 * area.width
     box = {"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
-    axes.plot((x, x + length), (y, y), color="white", linewidth=5.0, solid_capstyle="butt", zorder=9.0)
-    axes.plot((x, x + length), (y, y), color="black", linewidth=2.2, solid_capstyle="butt", zorder=9.1)
+    axes.plot(
+        (x, x + length), (y, y), color="white", linewidth=5.0, solid_capstyle="butt", zorder=9.0
+    )
+    axes.plot(
+        (x, x + length), (y, y), color="black", linewidth=2.2, solid_capstyle="butt", zorder=9.1
+    )
     text_x = x + length + 0.01 * area.width
     axes.text(text_x, y, f"{length} m", fontsize=7.0, ha="left", va="center", bbox=box, zorder=9.1)
 

@@ -13,14 +13,22 @@ def table(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     lines = [[cell.replace("|", "\\|") for cell in line] for line in (heading, *rows)]
     widths = [max(3, *(len(line[place]) for line in lines)) for place in range(len(heading))]
     lines.insert(1, ["-" * width for width in widths])
-    padded = [[cell.ljust(width) for cell, width in zip(line, widths, strict=True)] for line in lines]
+    padded = [
+        [cell.ljust(width) for cell, width in zip(line, widths, strict=True)] for line in lines
+    ]
     return "\n".join(f"| {' | '.join(line)} |" for line in padded)
 
 
 def number_text(value: float | None, decimals: int | None = 2, is_signed: bool = False) -> str:
     """A number to so many decimals, or to three significant digits; dashes where there is none."""
     sign = "+" if is_signed else ""
-    return "--" if value is None else f"{value:{sign}z.3g}" if decimals is None else f"{value:{sign}z.{decimals}f}"
+    return (
+        "--"
+        if value is None
+        else f"{value:{sign}z.3g}"
+        if decimals is None
+        else f"{value:{sign}z.{decimals}f}"
+    )
 
 
 def bounds_text(interval: Interval, decimals: int | None = 2, is_signed: bool = False) -> str:
@@ -52,9 +60,13 @@ def p_text(p: float | None) -> str:
 
 def wrapped(text: str) -> str:
     """The same text with long lines broken, but for tables."""
-    return "\n".join(line if line.lstrip().startswith("|") else _wrapped_line(line) for line in text.split("\n"))
+    return "\n".join(
+        line if line.lstrip().startswith("|") else _wrapped_line(line) for line in text.split("\n")
+    )
 
 
 def _wrapped_line(line: str) -> str:
     indent = "  " if line.startswith("- ") else ""
-    return textwrap.fill(line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+    return textwrap.fill(
+        line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )

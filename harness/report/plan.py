@@ -1,4 +1,7 @@
-"""What planners made of one query: a table, the document of ``--json``, and a picture of the paths on the costmap."""
+"""What planners made of one query.
+
+A table, the document of ``--json``, and a picture of the paths on the costmap.
+"""
 
 import math
 from collections.abc import Sequence
@@ -15,7 +18,12 @@ from harness.report.map_picture import draw_scale_bar
 from harness.report.markdown import number_text
 from harness.report.sheet import declared, print_sheet
 from harness.world.shapes import Rect
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from navstack.costmap.costmap import (
+    INSCRIBED_INFLATED_OBSTACLE,
+    LETHAL_OBSTACLE,
+    NO_INFORMATION,
+    Costmap,
+)
 from navstack.geometry import transform_points
 from navstack.types import FloatArray, IntArray, Pose2D
 
@@ -34,7 +42,10 @@ GROUND = {"lethal": "#4a4e57", "contact": "#9aa1ad", "unknown": "#d9cfe3"}
 
 
 def plan_document(ends: Sequence[Pose2D], answers: Sequence[Answer]) -> dict[str, Any]:
-    """The query and its answers as a JSON document; ``improvement`` is wall time [s] and the planner's own cost [m]."""
+    """The query and its answers as a JSON document.
+
+    ``improvement`` is wall time [s] and the planner's own cost [m].
+    """
     start, goal = ends
     return {
         "schema": 1,
@@ -55,7 +66,10 @@ def _row(answer: Answer) -> dict[str, Any]:
         "touches": answer.clearance == 0.0 if found else None,
         "cost": _rounded(answer.cost),
         "time_ms": round(1e3 * answer.seconds, 3),
-        "improvement": [[round(seconds, DECIMALS), round(cost, DECIMALS)] for seconds, cost in answer.improvement],
+        "improvement": [
+            [round(seconds, DECIMALS), round(cost, DECIMALS)]
+            for seconds, cost in answer.improvement
+        ],
         "path": answer.path.poses.round(DECIMALS).tolist() if answer.path is not None else [],
     }
 
@@ -64,7 +78,9 @@ def _rounded(value: float | None) -> float | None:
     return None if value is None else round(value, DECIMALS)
 
 
-def render_plan(ends: Sequence[Pose2D], answers: Sequence[Answer], smoother: str | None, console: Console) -> None:
+def render_plan(
+    ends: Sequence[Pose2D], answers: Sequence[Answer], smoother: str | None, console: Console
+) -> None:
     """Print a table, and below it why a planner found nothing."""
     start, goal = ends
     rows = [(answer.planner, *_cells(answer)) for answer in answers]
@@ -72,11 +88,19 @@ def render_plan(ends: Sequence[Pose2D], answers: Sequence[Answer], smoother: str
     print_sheet(declared("plan", rows, start=start, goal=goal, smoothed=smoothed), console)
     for answer in answers:
         if answer.why:
-            console.print(Text(f"{answer.planner}: {answer.why.removeprefix(f'{answer.planner}: ')}"), soft_wrap=True)
+            console.print(
+                Text(f"{answer.planner}: {answer.why.removeprefix(f'{answer.planner}: ')}"),
+                soft_wrap=True,
+            )
     if any(answer.clearance == 0.0 for answer in answers):
-        console.print(Text("clearance 0: the robot's body touches something on the way.", style="dim"))
+        console.print(
+            Text("clearance 0: the robot's body touches something on the way.", style="dim")
+        )
     console.print(
-        Text(f"cost: each piece of the path counts 1 + {COST_WEIGHT:g} x its costmap cost / 252.", style="dim")
+        Text(
+            f"cost: each piece of the path counts 1 + {COST_WEIGHT:g} x its costmap cost / 252.",
+            style="dim",
+        )
     )
 
 
@@ -84,12 +108,21 @@ def _cells(answer: Answer) -> tuple[str, ...]:
     seconds, cost = answer.improvement[0] if answer.improvement else (None, None)
     length = "none" if answer.path is None else number_text(answer.path.length)
     after = None if seconds is None else 1e3 * seconds
-    own = (length, number_text(answer.clearance), number_text(answer.cost, 1), number_text(1e3 * answer.seconds, 1))
+    own = (
+        length,
+        number_text(answer.clearance),
+        number_text(answer.cost, 1),
+        number_text(1e3 * answer.seconds, 1),
+    )
     return (*own, number_text(cost), number_text(after, 1))
 
 
 def draw_plan(
-    costmap: Costmap, ends: Sequence[Pose2D], answers: Sequence[Answer], footprint: FloatArray, picture: Path
+    costmap: Costmap,
+    ends: Sequence[Pose2D],
+    answers: Sequence[Answer],
+    footprint: FloatArray,
+    picture: Path,
 ) -> None:
     """Draw start, goal and every path found.
 
@@ -119,11 +152,19 @@ def draw_plan(
         if answer.path is not None:
             label = f"{answer.planner}, {answer.path.length:.1f} m"
             colour, style = COLOURS[number % len(COLOURS)], STYLES[number % len(STYLES)]
-            axes.plot(*answer.path.poses[:, :2].T, color=colour, ls=style, lw=2.0, label=label, zorder=3)
+            axes.plot(
+                *answer.path.poses[:, :2].T, color=colour, ls=style, lw=2.0, label=label, zorder=3
+            )
     _draw_ends(axes, ends, footprint)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xticks=[], yticks=[], aspect="equal")
     draw_scale_bar(axes, Rect(*low.tolist(), *high.tolist()))
-    figure.legend(*axes.get_legend_handles_labels(), loc="lower left", ncols=LEGEND_COLUMNS, fontsize=8, frameon=False)
+    figure.legend(
+        *axes.get_legend_handles_labels(),
+        loc="lower left",
+        ncols=LEGEND_COLUMNS,
+        fontsize=8,
+        frameon=False,
+    )
     save_picture(figure, picture)
 
 
@@ -131,7 +172,9 @@ def _bounds(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Lower left and upper right corner [m] of what is shown, in a pleasant shape."""
     low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
     width, depth = high - low
-    more = np.array((max(depth / ASPECT[1] - width, 0.0), max(ASPECT[0] * width - depth, 0.0))) / 2.0
+    more = (
+        np.array((max(depth / ASPECT[1] - width, 0.0), max(ASPECT[0] * width - depth, 0.0))) / 2.0
+    )
     return low - more, high + more
 
 
@@ -163,5 +206,24 @@ def _draw_ends(axes: "Axes", ends: Sequence[Pose2D], footprint: FloatArray) -> N
     for name, pose, colour, marker, size in zip(
         ("start", "goal"), ends, (START, GOAL), ("o", "*"), (7, 13), strict=True
     ):
-        axes.add_patch(Polygon(transform_points(pose, footprint), closed=True, fill=False, ec=colour, lw=1.2, zorder=4))
-        axes.plot(pose.x, pose.y, marker=marker, ms=size, color=colour, mec="white", ls="none", label=name, zorder=5)
+        axes.add_patch(
+            Polygon(
+                transform_points(pose, footprint),
+                closed=True,
+                fill=False,
+                ec=colour,
+                lw=1.2,
+                zorder=4,
+            )
+        )
+        axes.plot(
+            pose.x,
+            pose.y,
+            marker=marker,
+            ms=size,
+            color=colour,
+            mec="white",
+            ls="none",
+            label=name,
+            zorder=5,
+        )

@@ -57,7 +57,9 @@ def load_published(name_or_file: str = "costnav") -> Published:
     Raises:
         InputError: an unknown name or key.
     """
-    return load_dataclass(Published, resolve(name_or_file, shipped("params") / "published", "published measurements"))
+    return load_dataclass(
+        Published, resolve(name_or_file, shipped("params") / "published", "published measurements")
+    )
 
 
 def published_columns(published: Published, prices: Prices) -> list[Column]:
@@ -65,5 +67,9 @@ def published_columns(published: Published, prices: Prices) -> list[Column]:
     columns = []
     for method in (*published.methods.values(), published.real_world_canvas.method):
         economics = price(method.measured, method.sensors, method.data_collection, prices)
-        columns.append(Column(method.title, values_of(method.measured, economics), method.episodes, published=True))
+        columns.append(
+            Column(
+                method.title, values_of(method.measured, economics), method.episodes, published=True
+            )
+        )
     return columns

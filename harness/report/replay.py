@@ -51,10 +51,12 @@ def grid_around(grid: OccupancyGrid, trace: FloatArray) -> OccupancyGrid | None:
 def contacts_shown(events: Sequence[Row]) -> list[Row]:
     """Those of a delivery's rows of ``events.parquet`` that a replay shows, in the order of time.
 
-    A counted contact stands for itself, an event for contacts that the published rule did not count. What has no time
-    or no place is left out.
+    A counted contact stands for itself, an event for contacts that the published rule did not
+    count. What has no time or no place is left out.
     """
-    known = [event for event in events if None not in (event["stamp_s"], event["x_m"], event["y_m"])]
+    known = [
+        event for event in events if None not in (event["stamp_s"], event["x_m"], event["y_m"])
+    ]
     counted = [event for event in known if event["type"] == COUNTED]
     paid = [(event["stamp_s"], _partner(event)) for event in counted]
     others = [

@@ -1,7 +1,8 @@
 """A recorded delivery as ROS 2 messages in an MCAP file, for Foxglove, RViz and ``ros2 bag play``.
 
-Frames: ``map``, ``odom`` and ``base_link`` as the robot believed them, ``base_link_true`` where it really was,
-``laser`` on the robot. Times are those of the simulation: 0 is the beginning of the delivery.
+Frames: ``map``, ``odom`` and ``base_link`` as the robot believed them, ``base_link_true`` where it
+really was, ``laser`` on the robot. Times are those of the simulation: 0 is the beginning of the
+delivery.
 """
 
 import heapq
@@ -26,7 +27,12 @@ Fields = dict[str, Any]
 
 CYLINDER, SPHERE = 3, 2  # types of visualization_msgs/Marker
 PERSON_HEIGHT = 1.7  # [m]
-PURPLE, AMBER, RED, GREY = (0.48, 0.25, 0.63), (0.71, 0.41, 0.06), (0.82, 0.14, 0.18), (0.5, 0.5, 0.5)
+PURPLE, AMBER, RED, GREY = (
+    (0.48, 0.25, 0.63),
+    (0.71, 0.41, 0.06),
+    (0.82, 0.14, 0.18),
+    (0.5, 0.5, 0.5),
+)
 
 
 def write_bag(path: Path, replay: Replay, grid: OccupancyGrid | None) -> int:
@@ -72,33 +78,64 @@ def _fixed(arrays: Mapping[str, Any], grid: OccupancyGrid | None) -> Iterator[Me
 def _hits(contacts: Sequence[Row]) -> Iterator[Message]:
     """What was touched."""
     for number, event in enumerate(contacts):
-        yield "/contacts", "visualization_msgs/msg/MarkerArray", event["stamp_s"], {"markers": [_hit(number, event)]}
+        yield (
+            "/contacts",
+            "visualization_msgs/msg/MarkerArray",
+            event["stamp_s"],
+            {"markers": [_hit(number, event)]},
+        )
 
 
 def _states(arrays: Mapping[str, Any], footprint: FloatArray) -> Iterator[Message]:
     """Transforms, odometry, poses, footprint and command, row by row."""
-    for row, odometry, spread in zip(arrays["trace"], arrays["odometry"], arrays["belief_covariance"], strict=True):
-        stamp, true, believed = float(row[0]), Pose2D(*row[1:4].tolist()), Pose2D(*row[6:9].tolist())
+    for row, odometry, spread in zip(
+        arrays["trace"], arrays["odometry"], arrays["belief_covariance"], strict=True
+    ):
+        stamp, true, believed = (
+            float(row[0]),
+            Pose2D(*row[1:4].tolist()),
+            Pose2D(*row[6:9].tolist()),
+        )
         in_odom = Pose2D(*odometry[:3].tolist())
         transforms = [
             _transform("odom", "base_link", stamp, in_odom),
             _transform("map", "base_link_true", stamp, true),
         ]
         if not math.isnan(believed.x):
-            transforms.append(_transform("map", "odom", stamp, compose(believed, relative_to(in_odom, Pose2D()))))
+            transforms.append(
+                _transform("map", "odom", stamp, compose(believed, relative_to(in_odom, Pose2D())))
+            )
             covariance = np.zeros((6, 6))
-            covariance[0, 0], covariance[0, 1], covariance[1, 0], covariance[1, 1] = spread[[0, 1, 1, 2]]
+            covariance[0, 0], covariance[0, 1], covariance[1, 0], covariance[1, 1] = spread[
+                [0, 1, 1, 2]
+            ]
             pose = {"pose": _pose(believed), "covariance": covariance.ravel()}
-            yield _stamped("/belief", "geometry_msgs/msg/PoseWithCovarianceStamped", "map", stamp, pose=pose)
+            yield _stamped(
+                "/belief", "geometry_msgs/msg/PoseWithCovarianceStamped", "map", stamp, pose=pose
+            )
         yield "/tf", "tf2_msgs/msg/TFMessage", stamp, {"transforms": transforms}
         twist = {"linear": {"x": float(odometry[3])}, "angular": {"z": float(odometry[4])}}
-        fields = {"pose": {"pose": _pose(in_odom)}, "twist": {"twist": twist}, "child_frame_id": "base_link"}
+        fields = {
+            "pose": {"pose": _pose(in_odom)},
+            "twist": {"twist": twist},
+            "child_frame_id": "base_link",
+        }
         yield _stamped("/odom", "nav_msgs/msg/Odometry", "odom", stamp, **fields)
-        yield _stamped("/ground_truth", "geometry_msgs/msg/PoseStamped", "map", stamp, pose=_pose(true))
+        yield _stamped(
+            "/ground_truth", "geometry_msgs/msg/PoseStamped", "map", stamp, pose=_pose(true)
+        )
         polygon = {"points": [{"x": x, "y": y} for x, y in footprint.tolist()]}
-        yield _stamped("/footprint", "geometry_msgs/msg/PolygonStamped", "base_link_true", stamp, polygon=polygon)
+        yield _stamped(
+            "/footprint",
+            "geometry_msgs/msg/PolygonStamped",
+            "base_link_true",
+            stamp,
+            polygon=polygon,
+        )
         command = {"linear": {"x": float(row[9])}, "angular": {"z": float(row[10])}}
-        yield _stamped("/cmd_vel", "geometry_msgs/msg/TwistStamped", "base_link", stamp, twist=command)
+        yield _stamped(
+            "/cmd_vel", "geometry_msgs/msg/TwistStamped", "base_link", stamp, twist=command
+        )
 
 
 def _scans(arrays: Mapping[str, Any]) -> Iterator[Message]:
@@ -127,7 +164,10 @@ def _plans(arrays: Mapping[str, Any]) -> Iterator[Message]:
 
 
 def _headings(plan: FloatArray) -> FloatArray:
-    """Headings (N,) [rad] from each point (N, 2) to the next; the last one keeps the heading in which it is reached."""
+    """Headings (N,) [rad] from each point (N, 2) to the next.
+
+    The last one keeps the heading in which it is reached.
+    """
     if len(plan) < 2:
         return np.zeros(len(plan))
     steps = np.diff(plan, axis=0)
@@ -153,14 +193,22 @@ def _people(arrays: Mapping[str, Any], radius: float) -> Iterator[Message]:
 
 
 def _marker(
-    group: str, number: int, stamp: float, place: Sequence[float], radius: float, colour: tuple[float, float, float]
+    group: str,
+    number: int,
+    stamp: float,
+    place: Sequence[float],
+    radius: float,
+    colour: tuple[float, float, float],
 ) -> Fields:
     return {
         "header": _header("map", stamp),
         "ns": group,
         "id": number,
         "type": CYLINDER,
-        "pose": {"position": {"x": place[0], "y": place[1], "z": PERSON_HEIGHT / 2}, "orientation": {"w": 1.0}},
+        "pose": {
+            "position": {"x": place[0], "y": place[1], "z": PERSON_HEIGHT / 2},
+            "orientation": {"w": 1.0},
+        },
         "scale": {"x": 2.0 * radius, "y": 2.0 * radius, "z": PERSON_HEIGHT},
         "color": {"r": colour[0], "g": colour[1], "b": colour[2], "a": 0.8},
         "lifetime": {"nanosec": 300_000_000},
@@ -170,13 +218,22 @@ def _marker(
 def _hit(number: int, event: Row) -> Fields:
     """A contact; red where it matters. It stays."""
     colour = RED if is_grave(event) else GREY
-    marker = _marker("contacts", number, event["stamp_s"], [event["x_m"], event["y_m"]], 0.2, colour)
+    marker = _marker(
+        "contacts", number, event["stamp_s"], [event["x_m"], event["y_m"]], 0.2, colour
+    )
     return {**marker, "type": SPHERE, "scale": {"x": 0.4, "y": 0.4, "z": 0.4}, "lifetime": {}}
 
 
 def _map(grid: OccupancyGrid, stamp: float) -> Message:
-    size = {"resolution": grid.resolution, "width": grid.width, "height": grid.height, "origin": _pose(grid.origin)}
-    return _stamped("/map", "nav_msgs/msg/OccupancyGrid", "map", stamp, info=size, data=grid.data.ravel())
+    size = {
+        "resolution": grid.resolution,
+        "width": grid.width,
+        "height": grid.height,
+        "origin": _pose(grid.origin),
+    }
+    return _stamped(
+        "/map", "nav_msgs/msg/OccupancyGrid", "map", stamp, info=size, data=grid.data.ravel()
+    )
 
 
 def _stamped(topic: str, kind: str, frame: str, stamp: float, **fields: Any) -> Message:
@@ -186,7 +243,10 @@ def _stamped(topic: str, kind: str, frame: str, stamp: float, **fields: Any) -> 
 
 def _header(frame: str, stamp: float) -> Fields:
     nanoseconds = round(stamp * 1e9)
-    return {"stamp": {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}, "frame_id": frame}
+    return {
+        "stamp": {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9},
+        "frame_id": frame,
+    }
 
 
 def _transform(parent: str, child: str, stamp: float, pose: Pose2D) -> Fields:
@@ -195,7 +255,10 @@ def _transform(parent: str, child: str, stamp: float, pose: Pose2D) -> Fields:
 
 
 def _pose(pose: Pose2D) -> Fields:
-    return {"position": {"x": float(pose.x), "y": float(pose.y)}, "orientation": _rotation(pose.yaw)}
+    return {
+        "position": {"x": float(pose.x), "y": float(pose.y)},
+        "orientation": _rotation(pose.yaw),
+    }
 
 
 def _rotation(yaw: float) -> Fields:

@@ -1,4 +1,7 @@
-"""A recorded delivery as an animated GIF: the whole of it, from above, with the robot in the middle."""
+"""A recorded delivery as an animated GIF.
+
+The whole of it, from above, with the robot in the middle.
+"""
 
 import itertools
 from pathlib import Path
@@ -26,7 +29,14 @@ MOST_FRAMES = 240  # a longer delivery is shown faster
 LAST = 15  # frames that show the end
 REACH = 10.0  # [m] to the left and right of the robot
 WIDTH_INCH, HEIGHT_INCH, DPI = 6.4, 5.0, 80
-ROBOT, BELIEF, PERSON, SCAN, PLAN, CONTACT = "#0b6e4f", "#c2541b", "#7b3fa0", "#d1242f", "#2f5fb3", "#d1242f"
+ROBOT, BELIEF, PERSON, SCAN, PLAN, CONTACT = (
+    "#0b6e4f",
+    "#c2541b",
+    "#7b3fa0",
+    "#d1242f",
+    "#2f5fb3",
+    "#d1242f",
+)
 
 
 def write_gif(path: Path, replay: Replay, scene: Scene | None) -> int:
@@ -58,7 +68,9 @@ def write_gif(path: Path, replay: Replay, scene: Scene | None) -> int:
         frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
     duration = 1000 // FRAMES_PER_SECOND
     with writing(path), replacing(path) as stream:
-        frames[0].save(stream, "GIF", save_all=True, append_images=frames[1:], duration=duration, loop=0)
+        frames[0].save(
+            stream, "GIF", save_all=True, append_images=frames[1:], duration=duration, loop=0
+        )
     return len(times)
 
 
@@ -81,7 +93,10 @@ class _Picture:
         self._trace: FloatArray = arrays["trace"]
         self._plans = plans_of(arrays)
         self._grave = [each for each in replay.contacts if is_grave(each)]
-        low, high = self._trace[:, 1:3].min(axis=0) - 2 * REACH, self._trace[:, 1:3].max(axis=0) + 2 * REACH
+        low, high = (
+            self._trace[:, 1:3].min(axis=0) - 2 * REACH,
+            self._trace[:, 1:3].max(axis=0) + 2 * REACH,
+        )
         if scene is not None:
             draw_scene(axes, scene, Rect(*low.tolist(), *high.tolist()))
         axes.set(xticks=[], yticks=[], xlabel="", ylabel="", aspect="equal")
@@ -118,7 +133,10 @@ class _Picture:
         self._way.set_data(self._trace[: place + 1, 1], self._trace[: place + 1, 2])
         crowd = self._arrays["crowd"][place]
         self._people.set_offsets(crowd if len(crowd) else np.full((1, 2), np.nan))
-        plan = next((points for stamp, points in reversed(self._plans) if stamp <= time + 1e-6), np.empty((0, 2)))
+        plan = next(
+            (points for stamp, points in reversed(self._plans) if stamp <= time + 1e-6),
+            np.empty((0, 2)),
+        )
         self._plan.set_data(plan[:, 0], plan[:, 1])
         scan = int(np.searchsorted(self._arrays["scan_stamp"], time + 1e-6)) - 1
         ends = scan_points(self._arrays, scan) if scan >= 0 else np.empty((0, 2))

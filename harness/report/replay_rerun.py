@@ -22,10 +22,18 @@ from navstack.errors import InputError
 from navstack.geometry import transform_points
 from navstack.types import FloatArray, Pose2D
 
-GREEN, PURPLE, RED, BLUE, ORANGE, AMBER = 0x0B6E4FFF, 0x7B3FA0FF, 0xD1242FFF, 0x2F5FB3FF, 0xC2541BFF, 0xB4690EFF
+GREEN, PURPLE, RED, BLUE, ORANGE, AMBER = (
+    0x0B6E4FFF,
+    0x7B3FA0FF,
+    0xD1242FFF,
+    0x2F5FB3FF,
+    0xC2541BFF,
+    0xB4690EFF,
+)
 GREY = 0x808080FF
 FREE_SHADE, UNKNOWN_SHADE, SOLID_SHADE = 235, 170, 70  # of the map
-MAP_DEPTH, TOP = -0.05, 0.1  # [m] z of the map and of contacts, so that nothing hides what lies on it
+# [m] z of the map and of contacts, so that nothing hides what lies on it
+MAP_DEPTH, TOP = -0.05, 0.1
 EYE = 10.0, 25.0  # [m] of the viewer's camera behind and above the robot
 TIMELINE = "delivery"
 OLDEST = (0, 41)  # version of rerun-sdk
@@ -90,7 +98,9 @@ def open_viewer(path: Path) -> None:
     places = os.pathsep.join((sysconfig.get_path("scripts"), os.environ.get("PATH", os.defpath)))
     program = shutil.which("rerun", path=places)
     if program is None:
-        raise InputError("the program rerun is not found; run: pip install --force-reinstall 'navbench[rerun]'")
+        raise InputError(
+            "the program rerun is not found; run: pip install --force-reinstall 'navbench[rerun]'"
+        )
     command = [program, "--bind", "127.0.0.1", "--port", "auto", str(path)]
     ended = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
     if ended.returncode:
@@ -107,7 +117,10 @@ def _layout(start: tuple[float, float]) -> Any:
 
     (x, y), (back, height) = start, EYE
     eye = rrb.EyeControls3D(
-        position=(x, y - back, height), look_target=(x, y, 0.0), eye_up=(0.0, 0.0, 1.0), tracking_entity="robot"
+        position=(x, y - back, height),
+        look_target=(x, y, 0.0),
+        eye_up=(0.0, 0.0, 1.0),
+        tracking_entity="robot",
     )
     place = rrb.Spatial3DView(name="delivery", eye_controls=eye)
     courses = [
@@ -138,7 +151,11 @@ def _log_map(rr: Any, stream: Any, grid: OccupancyGrid) -> None:
 
 def _log_rows(rr: Any, stream: Any, replay: Replay) -> None:
     arrays, outline = replay.arrays, np.vstack((replay.footprint, replay.footprint[:1]))
-    stream.log("way", rr.LineStrips3D([_flat(arrays["trace"][:, 1:3])], colors=GREEN, radii=0.02), static=True)
+    stream.log(
+        "way",
+        rr.LineStrips3D([_flat(arrays["trace"][:, 1:3])], colors=GREEN, radii=0.02),
+        static=True,
+    )
     for row, crowd, tracks in zip(arrays["trace"], arrays["crowd"], tracks_of(arrays), strict=True):
         stream.set_time(TIMELINE, duration=float(row[0]))
         for entity, pose, colour in (("robot", row[1:4], GREEN), ("belief", row[6:9], ORANGE)):
@@ -147,7 +164,9 @@ def _log_rows(rr: Any, stream: Any, replay: Replay) -> None:
                 stream.log(entity, rr.LineStrips3D([body], colors=colour, radii=0.03))
         there = crowd[np.isfinite(crowd).all(axis=1)]
         stream.log("people", rr.Points3D(_flat(there), radii=replay.person_radius, colors=PURPLE))
-        arrows = rr.Arrows3D(origins=_flat(tracks[:, 1:3]), vectors=_flat(tracks[:, 3:5]), colors=AMBER)
+        arrows = rr.Arrows3D(
+            origins=_flat(tracks[:, 1:3]), vectors=_flat(tracks[:, 3:5]), colors=AMBER
+        )
         stream.log("tracks", arrows)
         stream.log("speed", rr.Scalars(float(row[4])))
 
@@ -167,7 +186,11 @@ def _log_contacts(rr: Any, stream: Any, events: Sequence[Row], first: float) -> 
     for number, event in enumerate(events):
         grave = is_grave(event)
         cost += (event["cost_usd"] or 0.0) if grave else 0.0
-        label = f"{event['kind']}, {event['impulse_ns']:.0f} N s, {event['cost_usd'] or 0.0:.2f} $" if grave else None
+        label = (
+            f"{event['kind']}, {event['impulse_ns']:.0f} N s, {event['cost_usd'] or 0.0:.2f} $"
+            if grave
+            else None
+        )
         place = _flat(np.array(((event["x_m"], event["y_m"]),)), TOP)
         style = {"radii": 0.2 if grave else 0.1, "colors": RED if grave else GREY, "labels": label}
         stream.set_time(TIMELINE, duration=float(event["stamp_s"]))

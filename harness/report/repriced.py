@@ -1,4 +1,7 @@
-"""The printed result of ``navbench price``: the tables of a run, and the money under other accounting."""
+"""The printed result of ``navbench price``.
+
+The tables of a run, and the money under other accounting.
+"""
 
 from collections.abc import Mapping, Sequence
 
@@ -18,9 +21,13 @@ from harness.study.stored_run import StoredRun
 TITLES = TEXTS.accountings
 
 
-def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices, console: Console) -> None:
+def print_repriced(
+    run: StoredRun, results: Sequence[Repriced], choices: Choices, console: Console
+) -> None:
     """Print the tables, the accountings, the risk and what was changed."""
-    columns = [own_column(each.stack.name, each.valuation, len(each.stack.rows)) for each in results]
+    columns = [
+        own_column(each.stack.name, each.valuation, len(each.stack.rows)) for each in results
+    ]
     render_tables(columns, console)
     console.print()
     for each in results:
@@ -29,10 +36,16 @@ def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices
     if (paying := choices.prices.accounting) != PUBLISHED:
         console.print(f"these prices go with the accounting '{TITLES[paying]}': its row is theirs")
     for each in results:
-        for text in (forgiven(each.forgiven), *_contact_texts(each), risk_text(each.valuation.risk)):
+        for text in (
+            forgiven(each.forgiven),
+            *_contact_texts(each),
+            risk_text(each.valuation.risk),
+        ):
             console.print(f"{each.stack.name}: {text}")
         if each.stack.errors:
-            console.print(f"{each.stack.name}: {each.stack.errors} deliveries ended in an error, left out")
+            console.print(
+                f"{each.stack.name}: {each.stack.errors} deliveries ended in an error, left out"
+            )
         for name, term in each.valuation.terms.items():
             console.print(
                 f"{each.stack.name}: optional term {name}, not in the paper, adds {term.capex_usd:,.2f} $ to CAPEX and "
@@ -52,7 +65,10 @@ def print_price_sets(run: StoredRun, sets: Mapping[str, UnderSet], console: Cons
                 name,
                 TITLES[each.choices.prices.accounting],
                 ", ".join(each.choices.optional.names) or "--",
-                *(interval_text(getattr(each.money.get(stack), key, None), absent="undefined") for stack in stacks),
+                *(
+                    interval_text(getattr(each.money.get(stack), key, None), absent="undefined")
+                    for stack in stacks
+                ),
             )
             for name, each in sets.items()
         ]
@@ -62,13 +78,17 @@ def print_price_sets(run: StoredRun, sets: Mapping[str, UnderSet], console: Cons
     if len(stacks) > 1:
         told = ", ".join(f"{name} ({' > '.join(sets[name].order)})" for name in changed)
         console.print(
-            f"order under {first}: {' > '.join(published.order)}; other under: {told or 'none'}", soft_wrap=True
+            f"order under {first}: {' > '.join(published.order)}; other under: {told or 'none'}",
+            soft_wrap=True,
         )
     console.print(f"run folder: {run.folder}", soft_wrap=True)
 
 
 def forgiven(difference: Interval | None) -> str:
-    """How much the published rule does not charge for, in one line; by how much its margin is above monotone's."""
+    """How much the published rule does not charge for, in one line.
+
+    By how much its margin is above monotone's.
+    """
     if difference is None or difference.value is None:
         return "what the published rule forgives is undefined, because the cargo was not simulated"
     return (
@@ -101,9 +121,8 @@ def risk_text(risk: Risk) -> str:
     few = "" if worst.low is not None else " (too few, or all alike: no interval)"
     text = f"the worst 5 % of deliveries cost {interval_text(worst)} $ each{few}"
     if risk.break_even_probability is None:
-        return (
-            f"{text}; chance of break-even undefined: all deliveries earned the same, so nothing is known of rare ones"
-        )
+        why = "all deliveries earned the same, so nothing is known of rare ones"
+        return f"{text}; chance of break-even undefined: {why}"
     return (
         f"{text}; breaks even within the robot's life of {risk.within_runs:,.0f} runs with probability "
         f"{risk.break_even_probability:.3f}"

@@ -1,4 +1,7 @@
-"""The printed result of ``navbench run``: both tables with the paper's column beside, and where the run is."""
+"""The printed result of ``navbench run``.
+
+Both tables with the paper's column beside, and where the run is.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,7 +23,9 @@ from harness.task.study import Study
 PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the stacks here
 
 
-def print_results(results: Sequence[StackResult], study: Study, prices: Prices, folder: Path, console: Console) -> None:
+def print_results(
+    results: Sequence[StackResult], study: Study, prices: Prices, folder: Path, console: Console
+) -> None:
     """Print the tables of a run and what its figures rest on."""
     columns = [
         own_column(result.stack.name, result.valuation, result.episodes)
@@ -30,7 +35,11 @@ def print_results(results: Sequence[StackResult], study: Study, prices: Prices, 
     if not columns:
         console.print(f"no delivery finished; run folder: {folder}")
         return
-    published = [column for column in published_columns(load_published(), prices) if column.title == PUBLISHED_BESIDE]
+    published = [
+        column
+        for column in published_columns(load_published(), prices)
+        if column.title == PUBLISHED_BESIDE
+    ]
     render_tables([*columns, *published], console)
     console.print()
     render_table(further_metrics(), columns, console)
@@ -42,10 +51,14 @@ def print_results(results: Sequence[StackResult], study: Study, prices: Prices, 
         runs = result.valuation.economics.break_even_runs
         if runs is not None and runs > prices.robot_life_runs:
             life = f"{prices.robot_life_runs:,.0f}"
-            console.print(f"{result.stack.name}: breaks even only beyond the robot's life of {life} runs")
+            console.print(
+                f"{result.stack.name}: breaks even only beyond the robot's life of {life} runs"
+            )
         console.print(f"{result.stack.name}: {risk_text(result.valuation.risk)}")
         errors = f", {result.errors} ended in an error" if result.errors else ""
-        console.print(f"{result.stack.name}: {result.real_time_factor_per_core:.1f} x real time per core{errors}")
+        console.print(
+            f"{result.stack.name}: {result.real_time_factor_per_core:.1f} x real time per core{errors}"
+        )
     run = load_run(str(folder))
     margins = {each.stack.name: each.intervals.get(MARGIN) for each in results}
     console.print()

@@ -1,4 +1,7 @@
-"""The printed result of ``navbench sensitivity``, and its figures: tornado, two-way maps, break-even."""
+"""The printed result of ``navbench sensitivity``, and its figures.
+
+Tornado, two-way maps, break-even.
+"""
 
 from collections.abc import Sequence
 from functools import partial
@@ -8,7 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.console import Console
 
-from harness.analysis.sensitivity import STATED, Axis, BreakEvenSpread, Sensitivity, TwoWay, quantiles
+from harness.analysis.sensitivity import (
+    STATED,
+    Axis,
+    BreakEvenSpread,
+    Sensitivity,
+    TwoWay,
+    quantiles,
+)
 from harness.report.figures import save_figure
 from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.texts import notes, print_notes
@@ -24,7 +34,9 @@ LARGE = 1000.0  # from which prices stand without decimals
 LEGIBLE_SWING = 1e-3  # [USD/run] less is no bar
 
 
-def print_sensitivity(results: Sequence[Sensitivity], figures: Sequence[str], console: Console) -> None:
+def print_sensitivity(
+    results: Sequence[Sensitivity], figures: Sequence[str], console: Console
+) -> None:
     """Print the tornado and the break-even distribution of each stack."""
     for result in results:
         print_sheet(_tornado(result), console)
@@ -40,13 +52,17 @@ def _tornado(result: Sensitivity) -> Sheet:
     for bar in result.bars:
         numbers = [f"{number:g}" for number in (bar.low, bar.value, bar.high)]
         money = [f"{number:.4f}" for number in (*bar.profit_usd_per_run, bar.swing)]
-        rows.append((bar.price, bar.unit, "source" if bar.range == STATED else "", *numbers, *money))
+        rows.append(
+            (bar.price, bar.unit, "source" if bar.range == STATED else "", *numbers, *money)
+        )
     return declared("tornado", rows, stack=result.stack.name, profit=result.profit)
 
 
 def _break_even(result: Sensitivity) -> str:
     if (spread := result.spread) is None:
-        return "one mission, or deliveries that are all alike, tell nothing of how sure break-even is"
+        return (
+            "one mission, or deliveries that are all alike, tell nothing of how sure break-even is"
+        )
     bounds = quantiles(spread)
     if bounds["value"] is None:
         middle = "no break-even point in most resamples"
@@ -65,7 +81,9 @@ def draw_figures(result: Sensitivity, folder: Path) -> list[Path]:
     name = result.stack.name
     shown = max(1, min(BARS, sum(bar.swing >= LEGIBLE_SWING for bar in result.bars)))
     paths = save_figure(
-        folder / f"{name}-tornado", 1.1 + BAR_INCH * shown, partial(_draw_tornado, result=result, shown=shown)
+        folder / f"{name}-tornado",
+        1.1 + BAR_INCH * shown,
+        partial(_draw_tornado, result=result, shown=shown),
     )
     for each in result.maps:
         stem = folder / f"{name}-map-{each.x.key}-{each.y.key}"
@@ -73,7 +91,9 @@ def draw_figures(result: Sensitivity, folder: Path) -> list[Path]:
     if result.spread is None:
         return paths
     return paths + save_figure(
-        folder / f"{name}-break-even", 3.0, partial(_draw_break_even, result=result, spread=result.spread)
+        folder / f"{name}-break-even",
+        3.0,
+        partial(_draw_break_even, result=result, spread=result.spread),
     )
 
 
@@ -82,7 +102,14 @@ def _draw_tornado(axes: "Axes", result: Sensitivity, shown: int) -> None:
     bars = result.bars[:shown]
     for place, bar in enumerate(bars):
         for profit, colour in zip(bar.profit_usd_per_run, (AT_LOW, AT_HIGH), strict=True):
-            axes.barh(place, profit - result.profit, left=result.profit, height=0.62, color=colour, linewidth=0)
+            axes.barh(
+                place,
+                profit - result.profit,
+                left=result.profit,
+                height=0.62,
+                color=colour,
+                linewidth=0,
+            )
     lowest = min(min(bar.profit_usd_per_run) for bar in bars)
     highest = max(max(bar.profit_usd_per_run) for bar in bars)
     margin = 0.16 * (highest - lowest or 1.0)
@@ -99,14 +126,21 @@ def _draw_tornado(axes: "Axes", result: Sensitivity, shown: int) -> None:
     axes.invert_yaxis()
     axes.tick_params(axis="y", length=0)
     axes.set_xlabel("profit over the robot's life [$/run]")
-    axes.set_title(f"{result.stack.name}: today's prices give {result.profit:.2f} $/run", loc="left", fontsize=8)
+    axes.set_title(
+        f"{result.stack.name}: today's prices give {result.profit:.2f} $/run",
+        loc="left",
+        fontsize=8,
+    )
     for colour, text in ((AT_LOW, "price at its low end"), (AT_HIGH, "at its high end")):
         axes.barh(0, 0, color=colour, label=text)
     axes.figure.legend(loc="outside lower right", ncols=2, frameon=False, fontsize=7)
 
 
 def _two_way(axes: "Axes", study: TwoWay, name: str) -> None:
-    """Profit over two prices; the black line is break-even over the robot's life, the cross stands for today."""
+    """Profit over two prices.
+
+    The black line is break-even over the robot's life, the cross stands for today.
+    """
     from matplotlib.ticker import MaxNLocator
 
     x, y = study.x.values, study.y.values
@@ -128,10 +162,14 @@ def _two_way(axes: "Axes", study: TwoWay, name: str) -> None:
 def _draw_break_even(axes: "Axes", result: Sensitivity, spread: BreakEvenSpread) -> None:
     """Probability that the robot has been paid back within so many deliveries."""
     axes.plot(spread.curve_runs, spread.curve_probability, color=AT_LOW, linewidth=1.6)
-    axes.fill_between(spread.curve_runs, 1.0 - spread.never, 1.0, color=NEVER, alpha=0.25, linewidth=0)
+    axes.fill_between(
+        spread.curve_runs, 1.0 - spread.never, 1.0, color=NEVER, alpha=0.25, linewidth=0
+    )
     if spread.never > 0.02:
         share = f"never, in {100.0 * spread.never:.0f} % of the resamples"
-        axes.text(spread.curve_runs[0] * 1.15, 1.0 - 0.5 * spread.never, share, va="center", fontsize=7)
+        axes.text(
+            spread.curve_runs[0] * 1.15, 1.0 - 0.5 * spread.never, share, va="center", fontsize=7
+        )
     axes.axvline(result.life_runs, color=LINE, linewidth=0.8, linestyle="--")
     axes.text(result.life_runs * 1.06, 0.97, "robot's life", rotation=90, va="top", fontsize=7)
     axes.set_xscale("log")
@@ -140,7 +178,9 @@ def _draw_break_even(axes: "Axes", result: Sensitivity, spread: BreakEvenSpread)
     axes.set_xlabel("deliveries")
     axes.set_ylabel("probability of break-even by then")
     episodes = len(result.stack.rows)
-    axes.set_title(f"{result.stack.name}: from {episodes} deliveries measured", loc="left", fontsize=8)
+    axes.set_title(
+        f"{result.stack.name}: from {episodes} deliveries measured", loc="left", fontsize=8
+    )
 
 
 def _axis_label(axis: Axis) -> str:
@@ -152,4 +192,9 @@ def _label(key: str, unit: str) -> str:
 
 
 def _words(key: str) -> str:
-    return key.replace("injury.", "injury ").replace(".", ": ").replace("mais_", "MAIS ").replace("_", " ")
+    return (
+        key.replace("injury.", "injury ")
+        .replace(".", ": ")
+        .replace("mais_", "MAIS ")
+        .replace("_", " ")
+    )

@@ -26,7 +26,9 @@ class Sheet:
     notes: Sequence[str] = ()
 
 
-def declared(name: str, rows: Sequence[Sequence[str]], *more: str, columns: Sequence[str] = (), **values: Any) -> Sheet:
+def declared(
+    name: str, rows: Sequence[Sequence[str]], *more: str, columns: Sequence[str] = (), **values: Any
+) -> Sheet:
     """A table of ``sheets.toml``.
 
     Args:
@@ -37,7 +39,9 @@ def declared(name: str, rows: Sequence[Sequence[str]], *more: str, columns: Sequ
         values: what its texts have in braces.
     """
     entry = DECLARED[name]
-    headers, notes = ([text.format(**values) for text in entry.get(key, ())] for key in ("headers", "notes"))
+    headers, notes = (
+        [text.format(**values) for text in entry.get(key, ())] for key in ("headers", "notes")
+    )
     title = entry["title"].format(**values)
     return Sheet(title, (*headers, *columns), rows, entry.get("texts", 1), (*notes, *more))
 

@@ -47,10 +47,12 @@ LAYOUTS = read_data(Layouts, "table_rows.toml").layouts
 def further_metrics() -> Layout:
     """Means over deliveries that the paper's tables do not have, group by group."""
     sections = (
-        (title, tuple(_row(metric) for metric in group if _is_printed(metric))) for title, group in GROUPS.items()
+        (title, tuple(_row(metric) for metric in group if _is_printed(metric)))
+        for title, group in GROUPS.items()
     )
     return Layout(
-        "Further metrics (means over deliveries)", tuple(Section(*section) for section in sections if section[1])
+        "Further metrics (means over deliveries)",
+        tuple(Section(*section) for section in sections if section[1]),
     )
 
 

@@ -25,7 +25,8 @@ PLAIN_WIDTH = 120  # [characters] where the output is no terminal
 WIDEST = 1000  # [characters] that any table may have
 INDENT = "  "  # of a row under its section
 GAP = 2  # [characters] between columns
-TITLE_LINE = 9  # [characters] at which a column's title is broken; eight columns then fit into PLAIN_WIDTH
+# [characters] at which a column's title is broken; eight columns then fit into PLAIN_WIDTH
+TITLE_LINE = 9
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +34,8 @@ class Column:
     """One column of both tables."""
 
     title: str
-    values: Mapping[str, float | None]  # by field of Measured and Economics, and means that the paper does not have
+    # by field of Measured and Economics, and means that the paper does not have
+    values: Mapping[str, float | None]
     n: int  # deliveries behind it
     intervals: Mapping[str, Interval] = field(default_factory=dict)  # by the same keys
     published: bool = False
@@ -69,15 +71,23 @@ class QuietConsole(Console):
 
 
 def report_console(stream: TextIO | None = None) -> Console:
-    """A console of a terminal's own width and colours, or plain text of a fixed width; by default standard output."""
+    """A console of a terminal's own width and colours, or plain text of a fixed width.
+
+    By default standard output.
+    """
     stream = stream or sys.stdout
     if isinstance(stream, TextIOWrapper):
         stream.reconfigure(errors="replace")  # a Δ on an ASCII terminal is no reason to stop
-    return QuietConsole(file=stream, width=None if stream.isatty() else PLAIN_WIDTH, highlight=False, markup=False)
+    return QuietConsole(
+        file=stream, width=None if stream.isatty() else PLAIN_WIDTH, highlight=False, markup=False
+    )
 
 
 def report_table(title: str | None = None) -> Table:
-    """An empty table as all reports have them: lines above and below its head, none around it; no markup in a title."""
+    """An empty table as all reports have them: lines above and below its head, none around it.
+
+    No markup in a title.
+    """
     return Table(
         title=None if title is None else Text(title, style="bold"),
         title_justify="left",
@@ -109,7 +119,10 @@ def render_tables(columns: Sequence[Column], console: Console) -> None:
 
 
 def render_table(layout: Layout, columns: Sequence[Column], console: Console) -> None:
-    """Print one table; columns that do not fit beside each other continue in a further one below."""
+    """Print one table.
+
+    Columns that do not fit beside each other continue in a further one below.
+    """
     shown: list[Column] = []
     for column in columns:
         if shown and _width(_table(layout, [*shown, column]), console) > console.width:
@@ -123,7 +136,9 @@ def render_table(layout: Layout, columns: Sequence[Column], console: Console) ->
 
 def _broken(title: str) -> list[str]:
     """A title in lines of at most :data:`TITLE_LINE` characters where its words allow it."""
-    return textwrap.wrap(" ".join(title.split()), TITLE_LINE, break_long_words=False, break_on_hyphens=False)
+    return textwrap.wrap(
+        " ".join(title.split()), TITLE_LINE, break_long_words=False, break_on_hyphens=False
+    )
 
 
 def number_text(value: float | None, row: Row) -> str:
@@ -149,7 +164,10 @@ def _table(layout: Layout, columns: Sequence[Column]) -> Table:
     for column in columns:
         spans = {row.key: span_text(column.interval(row.key), row) for row in rows}
         width = max(map(len, spans.values()))
-        own = {row.key: f"{number_text(column.values[row.key], row)} {spans[row.key]:>{width}}" for row in rows}
+        own = {
+            row.key: f"{number_text(column.values[row.key], row)} {spans[row.key]:>{width}}"
+            for row in rows
+        }
         cells.append(own if width else {key: text.rstrip() for key, text in own.items()})
         title = [*_broken(column.title), *(["paper"] if column.published else []), f"n={column.n}"]
         table.add_column(Text("\n".join(title)), justify="right", no_wrap=True, vertical="bottom")
@@ -166,7 +184,11 @@ def table_notes(columns: Sequence[Column]) -> list[str]:
     """Footnotes, only those that the tables give cause for."""
     causes = {
         "break_even": any(column.values["break_even_runs"] is None for column in columns),
-        "contact": any(column.values[f"{kind}_contacts"] is None for column in columns for kind in PRICED_PROPERTY),
+        "contact": any(
+            column.values[f"{kind}_contacts"] is None
+            for column in columns
+            for kind in PRICED_PROPERTY
+        ),
         "not_modelled": any(column.values["spoiled"] is None for column in columns),
         "interval": any(column.interval(key) for column in columns for key in OUTCOMES),
         "paper": any(column.published for column in columns),

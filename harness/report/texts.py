@@ -1,4 +1,7 @@
-"""What quantities are called in tables and figures, and what stands below printed results; all of ``texts.toml``."""
+"""What quantities are called in tables and figures, and what stands below printed results.
+
+All of ``texts.toml``.
+"""
 
 import tomllib
 from collections.abc import Iterable
@@ -37,7 +40,9 @@ class Texts:
 
 def read_data(cls: type[T], name: str) -> T:
     """A TOML file of this folder as a dataclass, its names and types checked."""
-    return from_mapping(cls, tomllib.loads(Path(__file__).with_name(name).read_text(encoding="utf-8")), name)
+    return from_mapping(
+        cls, tomllib.loads(Path(__file__).with_name(name).read_text(encoding="utf-8")), name
+    )
 
 
 TEXTS = read_data(Texts, "texts.toml")

@@ -1,4 +1,7 @@
-"""The report of ``navbench tune``: printed, and as ``report.md`` with figures in the study's folder."""
+"""The report of ``navbench tune``.
+
+Printed, and as ``report.md`` with figures in the study's folder.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,7 +25,12 @@ REPORT = "report.md"
 
 
 def print_tuning(
-    study: StudyResult, scores: Row, explanation: Explanation, command: Sequence[str], folder: Path, console: Console
+    study: StudyResult,
+    scores: Row,
+    explanation: Explanation,
+    command: Sequence[str],
+    folder: Path,
+    console: Console,
 ) -> None:
     """Print the report.
 
@@ -38,7 +46,9 @@ def print_tuning(
         print_sheet(sheet, console)
     for line in summary(study, explanation):
         console.print(Text(line))
-    console.print(f"report: {(folder / REPORT).with_suffix('.html')}, as text in {REPORT}", soft_wrap=True)
+    console.print(
+        f"report: {(folder / REPORT).with_suffix('.html')}, as text in {REPORT}", soft_wrap=True
+    )
 
 
 def write_tuning(
@@ -84,4 +94,8 @@ def write_tuning(
 def lint_lines(lint: Row) -> list[str]:
     """What the check of the tuned file finds: how much, and what of it is new or gone."""
     counts = f"{counted(lint['errors'], 'error')}, {counted(lint['warnings'], 'warning')}"
-    return [counts, *(f"new: {each}" for each in lint["new"]), *(f"gone: {each}" for each in lint["gone"])]
+    return [
+        counts,
+        *(f"new: {each}" for each in lint["new"]),
+        *(f"gone: {each}" for each in lint["gone"]),
+    ]

@@ -33,13 +33,16 @@ GAIN, LOSS, NEW = "#009e73", "#d55e00", "#0072b2"  # Okabe and Ito 2008
 OLD, LINE, FAINT = "#9a9a9a", "#222222", "#b8b8b8"
 LEAST_RANGE = 0.2  # [USD/run] that an axis of money shows
 EDGE = 0.04  # share of a range that is free on both sides
-FEW_DECADES = 100.0  # ratio of a logarithmic range's ends below which its decades are too few for ticks
+# ratio of a logarithmic range's ends below which its decades are too few for ticks
+FEW_DECADES = 100.0
 LONGEST = 24  # characters of a step's name that fit beside its bar
 OUTLIERS = 0.05  # share of the trials, the worst ones, that an axis may leave below
 
 
 def draw_tuning(study: StudyResult, explanation: Explanation, folder: Path) -> list[Path]:
-    """Write every figure that there are data for as PDF and PNG, in place of earlier ones; returns their paths.
+    """Write every figure that there are data for as PDF and PNG, in place of earlier ones.
+
+    Returns their paths.
 
     Raises:
         InputError: the folder cannot be written.
@@ -51,21 +54,30 @@ def draw_tuning(study: StudyResult, explanation: Explanation, folder: Path) -> l
     name = study.objectives[0]
     paths: list[Path] = []
     if explanation.history:
-        paths += save_figure(folder / "history", 2.8, partial(_history, study=study, bests=explanation.history))
+        paths += save_figure(
+            folder / "history", 2.8, partial(_history, study=study, bests=explanation.history)
+        )
     if len(study.objectives) > 1:
         paths += save_figure(folder / "front", 2.8, partial(_front, study=study))
     if explanation.importances:
         height = FRAME_INCH + BAR_INCH * len(explanation.importances)
-        paths += save_figure(folder / "importance", height, partial(_importance, ranked=explanation.importances))
+        paths += save_figure(
+            folder / "importance", height, partial(_importance, ranked=explanation.importances)
+        )
     if len(table.trials) > 1:
         rows = math.ceil(len(table.parameters) / GRID_COLUMNS)
         draw = partial(_slices, table=table, study=study, name=name)
         paths += save_figure(folder / "slices", 0.5 + CELL_INCH * rows, draw)
     if explanation.waterfall is not None:
-        height = FRAME_INCH + 1.4 * BAR_INCH * (len(explanation.waterfall.steps) + 2)  # a label may have two lines
-        paths += save_figure(folder / "waterfall", height, partial(_waterfall, found=explanation.waterfall))
+        # a label may have two lines
+        height = FRAME_INCH + 1.4 * BAR_INCH * (len(explanation.waterfall.steps) + 2)
+        paths += save_figure(
+            folder / "waterfall", height, partial(_waterfall, found=explanation.waterfall)
+        )
     if explanation.components:
-        shown = [each for key, each in explanation.components.items() if key == MARGIN or _is_shown(each)]
+        shown = [
+            each for key, each in explanation.components.items() if key == MARGIN or _is_shown(each)
+        ]
         height = FRAME_INCH + 1.6 * BAR_INCH * len(shown)
         paths += save_figure(folder / "components", height, partial(_components, shown=shown))
     return paths
@@ -86,32 +98,60 @@ def _history(axes: "Axes", study: StudyResult, bests: Sequence[Best]) -> None:
     numbers = [each.number for each in bests] + [max(trial.number for trial in study.trials) + 1]
     scores = [each.score for each in bests]
     values, lows, highs = ([_end(each, key) for each in scores] for key in ("value", "low", "high"))
-    axes.step(numbers, [*values, values[-1]], where="post", color=LINE, linewidth=1.2, label="best so far")
-    axes.fill_between(numbers, [*lows, lows[-1]], [*highs, highs[-1]], step="post", color=LINE, alpha=0.12, linewidth=0)
+    axes.step(
+        numbers, [*values, values[-1]], where="post", color=LINE, linewidth=1.2, label="best so far"
+    )
+    axes.fill_between(
+        numbers,
+        [*lows, lows[-1]],
+        [*highs, highs[-1]],
+        step="post",
+        color=LINE,
+        alpha=0.12,
+        linewidth=0,
+    )
     _hold([trial.told[0] for trial in driven], [*lows, *highs], study.objectives[0], axes)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("trial (0: the original)")
     axes.set_ylabel(_objective(study.objectives[0]))
-    axes.set_title(f"n = {len(study.train_missions)} training missions; band: 95 % interval", loc="left", fontsize=8)
+    axes.set_title(
+        f"n = {len(study.train_missions)} training missions; band: 95 % interval",
+        loc="left",
+        fontsize=8,
+    )
     axes.figure.legend(loc="outside lower right", ncols=3, frameon=False, fontsize=7)
 
 
 def _front(axes: "Axes", study: StudyResult) -> None:
     """Every trial that drove all training missions in the first two objectives, and those that no other beats."""
     known = [trial for trial in study.trials if trial.state == COMPLETE]
-    for is_best, colour, title in ((False, FAINT, "beaten in every objective"), (True, NEW, "Pareto front")):
+    for is_best, colour, title in (
+        (False, FAINT, "beaten in every objective"),
+        (True, NEW, "Pareto front"),
+    ):
         chosen = [trial for trial in known if (trial.number in study.front) == is_best]
         points = [trial.values[0] for trial in chosen], [trial.values[1] for trial in chosen]
         axes.plot(*points, "o", color=colour, markersize=4.0, label=title)
     original = study.trials[0].values
-    axes.plot(original[0], original[1], "s", color=LINE, markerfacecolor="none", markersize=7.0, label="original")
+    axes.plot(
+        original[0],
+        original[1],
+        "s",
+        color=LINE,
+        markerfacecolor="none",
+        markersize=7.0,
+        label="original",
+    )
     axes.set_xlabel(_objective(study.objectives[0]))
     axes.set_ylabel(_objective(study.objectives[1]))
     axes.figure.legend(loc="outside lower right", ncols=3, frameon=False, fontsize=7)
 
 
 def _hold(values: Sequence[float], others: Sequence[float], name: str, axes: "Axes") -> None:
-    """Let the height hold all but the worst trials, which would flatten the rest; of these it tells the number."""
+    """Let the height hold all but the worst trials, which would flatten the rest.
+
+    Of these it tells the number.
+    """
     inside = float(np.quantile(values, OUTLIERS, method="lower"))
     low, high = min(inside, *others), max(*values, *others)
     if is_money(name) and high - low < LEAST_RANGE:
@@ -150,7 +190,14 @@ def _importance(axes: "Axes", ranked: Sequence[Importance]) -> None:
     axes.barh(places, values, height=0.6, color=colours, linewidth=0)
     ends = error_bars([each.share for each in ranked])
     axes.errorbar(values, places, xerr=ends, fmt="none", ecolor=LINE, linewidth=0.8)
-    axes.plot([each.chance for each in ranked], places, "|", color=LOSS, markersize=9, label="chance alone (95 %)")
+    axes.plot(
+        [each.chance for each in ranked],
+        places,
+        "|",
+        color=LOSS,
+        markersize=9,
+        label="chance alone (95 %)",
+    )
     axes.set_yticks(places, [each.name for each in ranked])
     axes.invert_yaxis()
     axes.tick_params(axis="y", length=0)
@@ -165,7 +212,9 @@ def _slices(axes: "Axes", table: TrialTable, study: StudyResult, name: str) -> N
     axes.remove()
     grid = figure.subplots(rows, GRID_COLUMNS, sharey=True, squeeze=False)
     complete = np.array([trial.state == COMPLETE for trial in table.trials])
-    best = next((i for i, t in enumerate(table.trials) if t.candidate.key == study.incumbent.key), None)
+    best = next(
+        (i for i, t in enumerate(table.trials) if t.candidate.key == study.incumbent.key), None
+    )
     for number, cell in enumerate(grid.flat):
         if number >= len(table.parameters):
             cell.axis("off")
@@ -177,7 +226,14 @@ def _slices(axes: "Axes", table: TrialTable, study: StudyResult, name: str) -> N
         else:
             x = np.array([float(trial.point[parameter.name]) for trial in table.trials])
             _scale(parameter, cell)
-        cell.plot(x[~complete], table.objective[~complete], "x", color=FAINT, markersize=2.5, markeredgewidth=0.7)
+        cell.plot(
+            x[~complete],
+            table.objective[~complete],
+            "x",
+            color=FAINT,
+            markersize=2.5,
+            markeredgewidth=0.7,
+        )
         cell.plot(x[complete], table.objective[complete], "o", color=NEW, markersize=2.5)
         cell.plot(x[0], table.objective[0], "s", color=LINE, markersize=4.5, label="original")
         if best is not None:
@@ -210,15 +266,28 @@ def _step_label(step: Step) -> str:
 
 
 def _waterfall(axes: "Axes", found: Waterfall) -> None:
-    """From the old margin on the left in steps to the new one; whiskers are the steps' own intervals."""
+    """From the old margin on the left in steps to the new one.
+
+    Whiskers are the steps' own intervals.
+    """
     labels = ["original file", *map(_step_label, found.steps), "tuned file"]
     reached = found.original
     for place, step in enumerate(found.steps, start=1):
         interval = step.gain_usd_per_run
         gain = interval.value or 0.0
-        axes.barh(place, gain, left=reached, height=0.6, color=GAIN if gain >= 0.0 else LOSS, linewidth=0)
+        axes.barh(
+            place, gain, left=reached, height=0.6, color=GAIN if gain >= 0.0 else LOSS, linewidth=0
+        )
         ends = error_bars([interval])
-        axes.errorbar([reached + gain], [place], xerr=ends, fmt="none", ecolor=LINE, linewidth=0.8, capsize=2.0)
+        axes.errorbar(
+            [reached + gain],
+            [place],
+            xerr=ends,
+            fmt="none",
+            ecolor=LINE,
+            linewidth=0.8,
+            capsize=2.0,
+        )
         axes.plot([reached + gain] * 2, [place - 0.3, place + 1.3], color=LINE, linewidth=0.6)
         reached += gain
     axes.plot([found.original] * 2, [-0.3, 1.3], color=LINE, linewidth=0.6)
@@ -247,7 +316,13 @@ def _components(axes: "Axes", shown: Sequence[Evidence]) -> None:
     sides = (("original", OLD, -0.19), ("incumbent", NEW, 0.19))
     for key, colour, shift in sides:
         label = "original file" if key == "original" else "tuned file"
-        axes.barh(places + shift, [getattr(each, key) for each in shown], height=0.36, color=colour, label=label)
+        axes.barh(
+            places + shift,
+            [getattr(each, key) for each in shown],
+            height=0.36,
+            color=colour,
+            label=label,
+        )
     axes.axvline(0.0, color=LINE, linewidth=0.8)
     _label(axes, [each.what for each in shown], [_difference(each.difference) for each in shown])
     axes.set_xlabel("[USD/run], what is paid negative; right: difference with its 95 % interval")

@@ -22,7 +22,9 @@ from harness.tuning.waterfall import Step
 LONG = 1_000_000  # from here on whole numbers are told by their power of ten
 
 
-def sheets(study: StudyResult, scores: Row, explanation: Explanation, command: Sequence[str]) -> list[Sheet]:
+def sheets(
+    study: StudyResult, scores: Row, explanation: Explanation, command: Sequence[str]
+) -> list[Sheet]:
     """Every table that has rows.
 
     Args:
@@ -58,16 +60,33 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
     if not study.incumbent.values:
         lines.append("No trial was better than the original file: it stays as it is.")
         return [*lines, *_room(explanation)]
-    lines += [_proof(explanation), *_advice(study, explanation), *_room(explanation), *explanation.notes]
+    lines += [
+        _proof(explanation),
+        *_advice(study, explanation),
+        *_room(explanation),
+        *explanation.notes,
+    ]
     flagged = explanation.audit.flagged
     if flagged:
         names = ", ".join(check.gap.title for check in flagged)
-        lines.append(f"THE AUDITOR FLAGS THIS OPTIMUM: {names}. Read its evidence below before using the file.")
+        lines.append(
+            f"THE AUDITOR FLAGS THIS OPTIMUM: {names}. Read its evidence below before using the file."
+        )
     else:
-        examined, every = sum(check.is_examined for check in explanation.audit.checks), len(explanation.audit.checks)
-        found = f"flags nothing ({examined} of {every} checks examined)" if examined else "could examine nothing"
+        examined, every = (
+            sum(check.is_examined for check in explanation.audit.checks),
+            len(explanation.audit.checks),
+        )
+        found = (
+            f"flags nothing ({examined} of {every} checks examined)"
+            if examined
+            else "could examine nothing"
+        )
         looks = "; ".join(check.look for check in explanation.audit.checks if check.look)
-        lines.append(f"The auditor {found}." + (f" Look at values at an end of their range: {looks}." if looks else ""))
+        lines.append(
+            f"The auditor {found}."
+            + (f" Look at values at an end of their range: {looks}." if looks else "")
+        )
     return lines
 
 
@@ -75,11 +94,17 @@ def _proof(explanation: Explanation) -> str:
     margin = explanation.components.get(MARGIN)
     if margin is None:
         return "The margin is undefined, because the cargo was not simulated."
-    where = "unseen test missions" if explanation.audit.unseen else "training missions that chose it (no evidence)"
+    where = (
+        "unseen test missions"
+        if explanation.audit.unseen
+        else "training missions that chose it (no evidence)"
+    )
     text = f"margin {margin.original:.2f} -> {margin.incumbent:.2f} USD/run on {explanation.audit.missions} {where}: "
     beside = ""
     if explanation.unseen is not None:
-        beside = f" ({bounds_text(explanation.unseen)} if a loss that has not happened yet is admitted)"
+        beside = (
+            f" ({bounds_text(explanation.unseen)} if a loss that has not happened yet is admitted)"
+        )
     verdict = _verdict(margin.difference, explanation.unseen)
     return f"{text}difference {interval_text(margin.difference)}{beside}, {verdict}."
 
@@ -91,7 +116,11 @@ def _advice(study: StudyResult, explanation: Explanation) -> list[str]:
     if most is None or most >= 0.0:
         return []
     chosen = study.objectives[0]
-    why = "" if chosen == "margin" else f": what raises {chosen} does not raise it here; search with --objective margin"
+    why = (
+        ""
+        if chosen == "margin"
+        else f": what raises {chosen} does not raise it here; search with --objective margin"
+    )
     return [f"KEEP THE ORIGINAL FILE, which has the higher margin{why}."]
 
 
@@ -106,10 +135,20 @@ def _room(explanation: Explanation) -> list[str]:
 def _verdict(difference: Interval, unseen: Interval | None) -> str:
     if difference.low is None or difference.high is None:
         is_alike = difference.value is not None and abs(difference.value) < CENT
-        return "alike to a cent on every mission" if is_alike else "one mission, which says nothing about others"
+        return (
+            "alike to a cent on every mission"
+            if is_alike
+            else "one mission, which says nothing about others"
+        )
     if difference.low <= 0.0 <= difference.high:
         return "not significant"
-    is_sure = unseen is None or unseen.low is None or unseen.high is None or unseen.low > 0.0 or unseen.high < 0.0
+    is_sure = (
+        unseen is None
+        or unseen.low is None
+        or unseen.high is None
+        or unseen.low > 0.0
+        or unseen.high < 0.0
+    )
     found = "an improvement" if difference.low > 0.0 else "a loss"
     return found if is_sure else f"{found} in these deliveries, which one more could undo"
 
@@ -122,11 +161,28 @@ def _scores(scores: Row, explanation: Explanation) -> Sheet:
             difference = Interval(**score["difference"])
             means = value_text(float(score["original"])), value_text(float(score["incumbent"]))
             needed = "--" if score["pairs_needed"] is None else f"{score['pairs_needed']:,d}"
-            cells = str(difference.n), *means, interval_text(difference), _p(score["p"], difference), needed
+            cells = (
+                str(difference.n),
+                *means,
+                interval_text(difference),
+                _p(score["p"], difference),
+                needed,
+            )
             rows.append((name, title, *cells))
             missed += _missed(name, title, score["shortfall"])
     if explanation.optimism_usd_per_run is not None:
-        rows.append(("margin", "optimism", "", "", "", interval_text(explanation.optimism_usd_per_run), "", ""))
+        rows.append(
+            (
+                "margin",
+                "optimism",
+                "",
+                "",
+                "",
+                interval_text(explanation.optimism_usd_per_run),
+                "",
+                "",
+            )
+        )
     if {"cvar", "lower_bound"} & {row[0] for row in rows}:
         missed = [*notes("added_by_deliveries"), *missed]
     return declared("tuning_scores", rows, *missed)
@@ -136,7 +192,11 @@ def _missed(name: str, missions: str, shortfall: Sequence[float]) -> list[str]:
     """Who misses an objective's side condition, and by how much."""
     sides = zip(("original", "tuned"), shortfall, strict=True)
     said = " and ".join(f"the {side} file by {share:.3f}" for side, share in sides if share > 0.0)
-    return [f"{name} is missed on {missions} missions: {said}; only the margin is shown."] if said else []
+    return (
+        [f"{name} is missed on {missions} missions: {said}; only the margin is shown."]
+        if said
+        else []
+    )
 
 
 def trials_sheet(study: StudyResult) -> Sheet:
@@ -173,7 +233,10 @@ def _finals(study: StudyResult) -> Sheet:
 def _front(study: StudyResult) -> Sheet:
     """What a Pareto study has to offer."""
     rows = [
-        (f"trial {number}" if number else "original", *(f"{value:.4g}" for value in study.trials[number].values))
+        (
+            f"trial {number}" if number else "original",
+            *(f"{value:.4g}" for value in study.trials[number].values),
+        )
         for number in sorted(study.front, key=lambda number: -study.trials[number].values[0])
         if len(study.objectives) > 1
     ]
@@ -182,7 +245,9 @@ def _front(study: StudyResult) -> Sheet:
 
 def _bests(explanation: Explanation) -> Sheet:
     """How the best so far changed, under every accounting."""
-    names = [name for name in ACCOUNTINGS if all(name in best.margins for best in explanation.history)]
+    names = [
+        name for name in ACCOUNTINGS if all(name in best.margins for best in explanation.history)
+    ]
     rows = [
         (
             f"trial {best.number}" if best.number else "original",
@@ -199,7 +264,10 @@ def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Sheet:
     order = {each.name: place for place, each in enumerate(ranked)}
     rows = []
     for each in sorted(study.space.parameters, key=lambda each: order.get(each.name, len(order))):
-        new = next((study.incumbent.values[path] for path in each.paths if path in study.incumbent.values), None)
+        new = next(
+            (study.incumbent.values[path] for path in each.paths if path in study.incumbent.values),
+            None,
+        )
         found = shares.get(each.name)
         importance = interval_text(None if found is None else found.share)
         importance += "" if found is None or found.is_told_apart else " (chance)"
@@ -207,7 +275,17 @@ def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Sheet:
         allowed = " | ".join(map(value_text, each.choices)) or f"{each.low:g} .. {each.high:g}"
         if is_list(each.original):
             allowed = f"{len(each.choices)} lists"
-        rows.append((each.name, each.paths[0], value_text(each.original), value, allowed, each.unit, importance))
+        rows.append(
+            (
+                each.name,
+                each.paths[0],
+                value_text(each.original),
+                value,
+                allowed,
+                each.unit,
+                importance,
+            )
+        )
     return declared("tuning_changes", rows)
 
 
@@ -219,7 +297,9 @@ def _waterfall(explanation: Explanation) -> Sheet:
     rows += [_step(step) for step in found.steps]
     rows.append(("tuned file", f"{found.incumbent:.2f}", f"total {interval_text(found.total)}"))
     kind = "unseen test" if found.unseen else "training"
-    return declared("tuning_waterfall", rows, missions=found.missions, kind=kind, episodes=found.episodes)
+    return declared(
+        "tuning_waterfall", rows, missions=found.missions, kind=kind, episodes=found.episodes
+    )
 
 
 def _step(step: Step) -> tuple[str, str, str]:
@@ -233,7 +313,10 @@ def _set_back(explanation: Explanation) -> Sheet:
 
 
 def _components(explanation: Explanation) -> Sheet:
-    rows = [(each.what, *_both(each, 5 if key == "electricity" else 2)) for key, each in explanation.components.items()]
+    rows = [
+        (each.what, *_both(each, 5 if key == "electricity" else 2))
+        for key, each in explanation.components.items()
+    ]
     return declared("tuning_components", rows)
 
 
@@ -244,7 +327,9 @@ def _both(found: Evidence, digits: int = 2) -> tuple[str, ...]:
 
 
 def _accountings(explanation: Explanation) -> Sheet:
-    rows = tuple((name.replace("_", " "), *_both(each)) for name, each in explanation.audit.scores.items())
+    rows = tuple(
+        (name.replace("_", " "), *_both(each)) for name, each in explanation.audit.scores.items()
+    )
     return declared("tuning_accountings", rows)
 
 
@@ -270,7 +355,11 @@ def _checks(explanation: Explanation) -> Sheet:
 
 def _partings(partings: Sequence[Parting], command: Sequence[str]) -> Sheet:
     rows = [
-        (f"seed {each.seed}, delivery {each.episode}", f"{each.difference_usd:+.2f}", sentence(each))
+        (
+            f"seed {each.seed}, delivery {each.episode}",
+            f"{each.difference_usd:+.2f}",
+            sentence(each),
+        )
         for each in partings
     ]
     return declared("tuning_partings", rows, *(each.replay(command) for each in partings))
@@ -285,9 +374,17 @@ def step_title(step: Step) -> str:
     """A step's parameters with their old and new values; a group by its names alone."""
     names = ", ".join(step.changes)
     if len(step.changes) > 1:
-        return f"{step.player} ({names})" if step.player not in (names, " + ".join(step.changes)) else step.player
+        return (
+            f"{step.player} ({names})"
+            if step.player not in (names, " + ".join(step.changes))
+            else step.player
+        )
     ((before, after),) = step.changes.values()
-    return step.player if is_list(before) else f"{step.player} {value_text(before)} -> {value_text(after)}"
+    return (
+        step.player
+        if is_list(before)
+        else f"{step.player} {value_text(before)} -> {value_text(after)}"
+    )
 
 
 def value_text(value: object) -> str:

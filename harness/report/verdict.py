@@ -1,4 +1,7 @@
-"""What a run proves, in sentences: whether each stack earns money, and whether the best is told from the others."""
+"""What a run proves, in sentences.
+
+Whether each stack earns money, and whether the best is told from the others.
+"""
 
 from collections.abc import Sequence
 
@@ -9,7 +12,8 @@ from harness.report.markdown import bounds_text, interval_text, p_text
 from harness.statistics.interval import Interval
 from harness.statistics.paired import holm
 
-Party = tuple[str, Side, Interval | None]  # a stack's name, its deliveries and its margin [USD/run], if it is defined
+# a stack's name, its deliveries and its margin [USD/run], if it is defined
+Party = tuple[str, Side, Interval | None]
 
 
 def earnings(parties: Sequence[Party]) -> list[str]:
@@ -21,12 +25,16 @@ def earnings(parties: Sequence[Party]) -> list[str]:
 
 
 def rankings(parties: Sequence[Party]) -> list[str]:
-    """A sentence for the best stack against each that drove missions of it: whether it surely earns more.
+    """A sentence for the best stack against each that drove missions of it.
+
+    Whether it surely earns more.
 
     Differences are paired by mission; their p values are adjusted together (Holm).
     """
     known = sorted(_known(parties), key=lambda each: -each[2].value)  # type: ignore[operator]
-    others = [(name, side) for name, side, _ in known[1:] if have_common_missions(known[0][1], side)]
+    others = [
+        (name, side) for name, side, _ in known[1:] if have_common_missions(known[0][1], side)
+    ]
     found = [compare(side, known[0][1], [MARGIN]) for _, side in others]
     pairs = [each.differences[MARGIN].paired for each in found]
     lines = []
@@ -42,7 +50,11 @@ def rankings(parties: Sequence[Party]) -> list[str]:
 
 
 def _known(parties: Sequence[Party]) -> list[tuple[str, Side, Interval]]:
-    return [(name, side, margin) for name, side, margin in parties if margin is not None and margin.value is not None]
+    return [
+        (name, side, margin)
+        for name, side, margin in parties
+        if margin is not None and margin.value is not None
+    ]
 
 
 def _earning(margin: Interval, unseen: Interval | None) -> str:
@@ -51,8 +63,14 @@ def _earning(margin: Interval, unseen: Interval | None) -> str:
         return f"{text}, the same each time{_doubt(unseen)}"
     if margin.low > 0.0:
         return f"{text}: it earns money{_doubt(unseen)}"
-    surely_loses = margin.high < 0.0 and (unseen is None or unseen.high is None or unseen.high < 0.0)
-    return f"{text}: it loses money" if surely_loses else f"{text}: these deliveries do not tell whether it earns"
+    surely_loses = margin.high < 0.0 and (
+        unseen is None or unseen.high is None or unseen.high < 0.0
+    )
+    return (
+        f"{text}: it loses money"
+        if surely_loses
+        else f"{text}: these deliveries do not tell whether it earns"
+    )
 
 
 def _doubt(unseen: Interval | None) -> str:

@@ -21,7 +21,8 @@ class ScriptedPedestrians(PedestrianModel):
         self._scripts = scripts
         self._waypoints = [np.array(script.waypoints) for script in scripts]
         lengths = [np.hypot(*np.diff(points, axis=0).T) for points in self._waypoints]
-        self._distances = [np.concatenate(([0.0], np.cumsum(steps))) for steps in lengths]  # [m] along the way
+        # [m] along the way
+        self._distances = [np.concatenate(([0.0], np.cumsum(steps))) for steps in lengths]
         self._restart(Pose2D())
 
     def reset(self, rng: np.random.Generator, robot: Pose2D) -> None:
@@ -66,7 +67,9 @@ class ScriptedPedestrians(PedestrianModel):
         script, points, distances = self._scripts[i], self._waypoints[i], self._distances[i]
         walked = self._walked[i]
         if walked >= distances[-1]:
-            return ABSENT if script.leaves and self._under_way[i] else (*points[-1].tolist(), 0.0, 0.0)
+            return (
+                ABSENT if script.leaves and self._under_way[i] else (*points[-1].tolist(), 0.0, 0.0)
+            )
         leg = int(np.searchsorted(distances, walked, side="right")) - 1
         direction = (points[leg + 1] - points[leg]) / (distances[leg + 1] - distances[leg])
         x, y = (points[leg] + direction * (walked - distances[leg])).tolist()

@@ -1,4 +1,7 @@
-"""The checks of scenarios by name: each looks at what happened and says whether it holds, and what was measured."""
+"""The checks of scenarios by name.
+
+Each looks at what happened and says whether it holds, and what was measured.
+"""
 
 import math
 from collections.abc import Callable
@@ -23,7 +26,8 @@ class Drive:
     feet: FloatArray  # (F, 2) [m] where the robot stands, base frame
     times: FloatArray  # (T,) [s]
     poses: FloatArray  # (T, 3) x, y [m], yaw [rad] of the base frame
-    distances: FloatArray  # (T,) [m] between the surfaces of the robot and of the nearest person; inf: nobody there
+    # (T,) [m] between the surfaces of the robot and of the nearest person; inf: nobody there
+    distances: FloatArray
     errors: FloatArray  # (T,) [m] between the believed and the true position
     truth: Truth  # at the end
     arrived: bool
@@ -57,27 +61,38 @@ def _not_at_fault(drive: Drive, asked: bool) -> Answer:
 
 
 def _no_injury(drive: Drive, asked: bool) -> Answer:
-    hits = [contact for contact in drive.truth.counted_contacts if contact.partner is Partner.PEDESTRIAN]
+    hits = [
+        contact for contact in drive.truth.counted_contacts if contact.partner is Partner.PEDESTRIAN
+    ]
     return not hits, f"{len(hits)} counted contacts with people"
 
 
 def _arrives_within(drive: Drive, seconds: float) -> Answer:
     end = float(drive.times[-1])
     if not drive.arrived:
-        return False, f"had not arrived after {end:.1f} s" + (f", gave up with {drive.error}" if drive.gave_up else "")
+        return False, f"had not arrived after {end:.1f} s" + (
+            f", gave up with {drive.error}" if drive.gave_up else ""
+        )
     return end <= seconds, f"arrived after {end:.1f} s"
 
 
 def _gives_up_with(drive: Drive, error: str) -> Answer:
-    return drive.gave_up and drive.error == error, f"gave up with {drive.error}" if drive.gave_up else "did not give up"
+    return (
+        drive.gave_up and drive.error == error,
+        f"gave up with {drive.error}" if drive.gave_up else "did not give up",
+    )
 
 
 def _stays_off(drive: Drive, kinds: tuple[str, ...]) -> Answer:
-    zones = {kind: [zone.polygon for zone in drive.scene.zones if zone.kind == kind] for kind in kinds}
+    zones = {
+        kind: [zone.polygon for zone in drive.scene.zones if zone.kind == kind] for kind in kinds
+    }
     unknown = next((kind for kind, polygons in zones.items() if not polygons), None)
     if unknown is not None:
         return False, f"the scene has no ground of kind '{unknown}'"
-    ground = shapely.union_all([shapely.Polygon(polygon) for polygons in zones.values() for polygon in polygons])
+    ground = shapely.union_all(
+        [shapely.Polygon(polygon) for polygons in zones.values() for polygon in polygons]
+    )
     x, y, yaw = drive.poses.T
     on_it = np.zeros(len(x), dtype=bool)
     for ahead, left in drive.feet:
@@ -97,7 +112,10 @@ def _keeps_out_of(drive: Drive, areas: tuple[Area, ...]) -> Answer:
 
 def _never_closer_than(drive: Drive, least: float) -> Answer:
     nearest = float(drive.distances.min())
-    return nearest >= least, "nobody was there" if nearest == math.inf else f"{nearest:.2f} m at the nearest"
+    return (
+        nearest >= least,
+        "nobody was there" if nearest == math.inf else f"{nearest:.2f} m at the nearest",
+    )
 
 
 def _moves_at_most(drive: Drive, most: float) -> Answer:

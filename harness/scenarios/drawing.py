@@ -1,7 +1,8 @@
 """A scene drawn with letters.
 
-``#`` wall, ``.`` sidewalk, ``x`` crosswalk, ``=`` road (a curb lower than the sidewalk), ``,`` ground where nobody is
-meant to be (a closed site), level with the sidewalk. The robot may be on sidewalk and crosswalk.
+``#`` wall, ``.`` sidewalk, ``x`` crosswalk, ``=`` road (a curb lower than the sidewalk), ``,``
+ground where nobody is meant to be (a closed site), level with the sidewalk. The robot may be on
+sidewalk and crosswalk.
 """
 
 from dataclasses import replace
@@ -31,7 +32,8 @@ def draw_scene(drawing: Drawing, name: str) -> Scene:
     """
     letters = _letters(drawing)
     per_letter = round(drawing.letter / CELL)
-    cells = np.kron(letters[::-1], np.ones((per_letter, per_letter), dtype=np.uint32))  # row 0: lowest y
+    # row 0: lowest y
+    cells = np.kron(letters[::-1], np.ones((per_letter, per_letter), dtype=np.uint32))
     origin = Pose2D(*drawing.origin, 0.0)
     wall = cells == ord("#")
     walkable = np.isin(cells, [ord(letter) for letter in WALKABLE])
@@ -52,7 +54,14 @@ def with_things(scene: Scene, things: tuple[Thing, ...]) -> Scene:
     for thing in things:
         box = Rect(*thing.box).polygon
         mask = np.zeros(solid.shape, dtype=bool)
-        fill_convex(mask, box, True, scene.geometry.resolution, scene.geometry.origin.x, scene.geometry.origin.y)
+        fill_convex(
+            mask,
+            box,
+            True,
+            scene.geometry.resolution,
+            scene.geometry.origin.x,
+            scene.geometry.origin.y,
+        )
         solid[mask] = OCCUPIED
         obstacles.append(Obstacle(thing.kind, box, thing.height))
     geometry = OccupancyGrid(solid, scene.geometry.resolution, scene.geometry.origin)
@@ -63,7 +72,9 @@ def _letters(drawing: Drawing) -> np.ndarray:
     """The drawing as an array of code points (H, W), the northern row first."""
     rows = [row.strip() for row in drawing.rows.strip().splitlines()]
     if not rows or not rows[0] or len({len(row) for row in rows}) != 1:
-        raise ParameterError(f"drawing: {len(rows)} rows; all must have the same length of at least one letter")
+        raise ParameterError(
+            f"drawing: {len(rows)} rows; all must have the same length of at least one letter"
+        )
     unknown = sorted({letter for row in rows for letter in row} - set(GROUND))
     if unknown:
         known = ", ".join(f"'{letter}' {kind}" for letter, kind in GROUND.items())

@@ -49,7 +49,10 @@ class Result:
 
     @property
     def as_expected(self) -> bool:
-        """Whether it passed, or failed in nothing but what its file knows; what is known to fail and passes is not."""
+        """Whether it passed, or failed in nothing but what its file knows.
+
+        What is known to fail and passes is not.
+        """
         failed = {finding.check for finding in self.findings if not finding.holds}
         return failed <= set(self.scenario.fails) and bool(failed) == bool(self.scenario.fails)
 
@@ -68,12 +71,16 @@ def run_scenario(path: Path) -> Result:
 def _drive(scenario: Scenario, path: Path) -> Drive:
     stack = load_stack(_beside(path, scenario.stack))
     if not stack.is_nav2:
-        raise ParameterError(f"{path}: stack '{scenario.stack}' has no Nav2 navigator; give one that has")
+        raise ParameterError(
+            f"{path}: stack '{scenario.stack}' has no Nav2 navigator; give one that has"
+        )
     known = _scene(scenario, path)
     mapped = with_things(known, tuple(thing for thing in scenario.things if thing.on_map))
     real = with_things(known, scenario.things)
     robot, nav2 = robot_of(stack.robot), nav2_parameters(stack.nav2_file, True)
-    params = world_params(str(resolve(_beside(path, scenario.world), shipped("params") / "worlds", "world")), None)
+    params = world_params(
+        str(resolve(_beside(path, scenario.world), shipped("params") / "worlds", "world")), None
+    )
     check_pose_free(real.walkable, scenario.start, "start")
     check_footprint_free(real.geometry, scenario.start, robot.polygon)
     people = ScriptedPedestrians(scenario.people)
@@ -81,7 +88,9 @@ def _drive(scenario: Scenario, path: Path) -> Drive:
     outages = (*preset.gps.outages, *scenario.gps_outages)
     preset = dataclasses.replace(preset, gps=dataclasses.replace(preset.gps, outages=outages))
     sensors = SensorSuite(preset, real, params.people.radius)
-    world = PyBulletWorld(real, robot, params, people, sensors, steps_per_tick(nav2, params.physics.rate))
+    world = PyBulletWorld(
+        real, robot, params, people, sensors, steps_per_tick(nav2, params.physics.rate)
+    )
     try:
         navigator = navigator_on(mapped, world, stack, nav2)
         return _deliver(scenario, real, world, navigator, robot, params.people.radius)
@@ -101,7 +110,12 @@ def _beside(path: Path, name: str) -> str:
 
 
 def _deliver(
-    scenario: Scenario, scene: Scene, world: PyBulletWorld, navigator: Navigator, robot: RobotParams, radius: float
+    scenario: Scenario,
+    scene: Scene,
+    world: PyBulletWorld,
+    navigator: Navigator,
+    robot: RobotParams,
+    radius: float,
 ) -> Drive:
     rules = load_dataclass(Rules, shipped("params") / "rules" / "costnav.yaml")
     rules = dataclasses.replace(rules, timeout=scenario.time_limit)

@@ -33,7 +33,9 @@ class Thing:
         """
         x0, y0, x1, y1 = self.box
         if not (x0 < x1 and y0 < y1 and 0.0 < self.height <= 100.0):
-            raise ParameterError(f"thing: box {list(self.box)}, height {self.height} m; needed are x0 < x1 and y0 < y1")
+            raise ParameterError(
+                f"thing: box {list(self.box)}, height {self.height} m; needed are x0 < x1 and y0 < y1"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +46,8 @@ class PersonScript:
     name: str = "person"
     speed: float = 1.3  # [m/s]
     starts_at: float = 0.0  # [s]
-    starts_near: float | None = None  # [m] between the robot and this person from which he walks; None: at once
+    # [m] between the robot and this person from which he walks; None: at once
+    starts_near: float | None = None
     leaves: bool = False  # is gone at the last waypoint, else stands there
 
     def __post_init__(self) -> None:
@@ -64,7 +67,10 @@ class PersonScript:
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """A small place drawn with letters, the northern edge first: see :mod:`harness.scenarios.drawing`."""
+    """A small place drawn with letters, the northern edge first.
+
+    See :mod:`harness.scenarios.drawing`.
+    """
 
     rows: str  # one line each
     letter: float = 0.5  # [m] side of the square that a letter stands for
@@ -82,7 +88,8 @@ class Checks:
     gives_up_with: str | None = None  # Nav2's name of the error
     stays_off: tuple[str, ...] = ()  # kinds of ground on which no wheel or caster ever stands
     keeps_out_of: tuple[Area, ...] = ()  # where the base frame's origin never is
-    never_closer_than: float | None = None  # [m] between the surfaces of the robot and of any person
+    # [m] between the surfaces of the robot and of any person
+    never_closer_than: float | None = None
     moves_at_most: float | None = None  # [m] from the start
     believes_within: float | None = None  # [m] of the truth, at any time
 
@@ -125,12 +132,18 @@ class Scenario:
             raise UnknownNameError("expect", self.expect, EXPECTATIONS)
         is_known = self.expect == "known_to_fail"
         if is_known != bool(self.reason) or is_known != bool(self.fails):
-            raise ParameterError("'fails' and 'reason' go with 'expect: known_to_fail'; give all three or none")
+            raise ParameterError(
+                "'fails' and 'reason' go with 'expect: known_to_fail'; give all three or none"
+            )
         stranger = next((name for name in self.fails if name not in self.checks.asked), None)
         if stranger is not None:
-            raise ParameterError(f"fails: '{stranger}' is not among its checks: {', '.join(self.checks.asked)}")
+            raise ParameterError(
+                f"fails: '{stranger}' is not among its checks: {', '.join(self.checks.asked)}"
+            )
         if not self.title.strip() or not self.title.rstrip().endswith("."):
-            raise ParameterError(f"title '{self.title}' is not a sentence that ends with a full stop")
+            raise ParameterError(
+                f"title '{self.title}' is not a sentence that ends with a full stop"
+            )
         if (self.map is None) == (self.drawing is None):
             raise ParameterError("either 'map' or 'drawing' must be given")
         if not self.checks.asked:
@@ -155,4 +168,6 @@ def load_scenario(path: Path) -> Scenario:
         return load_dataclass(Scenario, path)
     except (ParameterError, UnknownNameError) as error:
         message = str(error)
-        raise ParameterError(message if message.startswith(str(path)) else f"{path}: {message}") from None
+        raise ParameterError(
+            message if message.startswith(str(path)) else f"{path}: {message}"
+        ) from None

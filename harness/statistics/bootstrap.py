@@ -20,16 +20,18 @@ IntArray = npt.NDArray[np.int64]
 DRAWS = 10_000
 TAIL = (1.0 - CONFIDENCE) / 2.0
 LEAST_TAIL = 5  # values among the worst from which their mean has an interval
-MOST_DRAWN, LEAST_DRAWS = 200_000_000, 1000  # weights drawn in all; resamples where that would be fewer
-DRAWS_AT_ONCE, MOST_AT_ONCE = 500, 10_000_000  # resamples of a block, and the weights in it: they bound the memory
+# weights drawn in all; resamples where that would be fewer
+MOST_DRAWN, LEAST_DRAWS = 200_000_000, 1000
+# resamples of a block, and the weights in it: they bound the memory
+DRAWS_AT_ONCE, MOST_AT_ONCE = 500, 10_000_000
 KEPT_DRAWS, MOST_KEPT = 32, 1_000_000  # blocks, enough for one comparison; numbers of a block
 
 
 def number_clusters(labels: Sequence[Hashable]) -> IntArray:
     """Number the clusters that ``labels`` name, in order of appearance, shape (n,).
 
-    One label for all says nothing of how different missions would go: the question is about this mission then, and each
-    delivery stands for itself.
+    One label for all says nothing of how different missions would go: the question is about this
+    mission then, and each delivery stands for itself.
     """
     numbers: dict[Hashable, int] = {}
     for label in labels:
@@ -40,7 +42,10 @@ def number_clusters(labels: Sequence[Hashable]) -> IntArray:
 
 
 def bootstrap_mean(
-    values: npt.ArrayLike, rng: np.random.Generator, draws: int = DRAWS, clusters: IntArray | None = None
+    values: npt.ArrayLike,
+    rng: np.random.Generator,
+    draws: int = DRAWS,
+    clusters: IntArray | None = None,
 ) -> Interval:
     """Mean with its 95 % percentile bootstrap interval.
 
@@ -72,9 +77,14 @@ def percentile_interval(value: float, resampled: FloatArray, n: int) -> Interval
 
 
 def resampled_means(
-    values: FloatArray, rng: np.random.Generator, draws: int = DRAWS, clusters: IntArray | None = None
+    values: FloatArray,
+    rng: np.random.Generator,
+    draws: int = DRAWS,
+    clusters: IntArray | None = None,
 ) -> FloatArray:
-    """Means over resamples; every column meets the same resamples, so that sums of columns stay sums.
+    """Means over resamples.
+
+    Every column meets the same resamples, so that sums of columns stay sums.
 
     Args:
         values: shape (n, k), n of at least 1; NaN where a column is undefined.
@@ -91,15 +101,19 @@ def resampled_means(
     sums, sizes = np.zeros((number, values.shape[1])), np.zeros((number, values.shape[1]))
     np.add.at(sums, numbers, np.where(defined, values, 0.0))
     np.add.at(sizes, numbers, defined)
-    distinct, which = np.unique(sizes, axis=1, return_inverse=True)  # most columns are defined alike
+    # most columns are defined alike
+    distinct, which = np.unique(sizes, axis=1, return_inverse=True)
     with np.errstate(invalid="ignore"):
-        return np.concatenate([(w @ sums) / (w @ distinct)[:, which] for w in _weights(number, rng, draws)])
+        return np.concatenate(
+            [(w @ sums) / (w @ distinct)[:, which] for w in _weights(number, rng, draws)]
+        )
 
 
 def cvar(values: npt.ArrayLike, level: float = 0.95) -> float:
     """Conditional value at risk: mean of the worst (largest) share 1 - ``level`` of the values.
 
-    Where that share is no whole number of values, the last one counts in part (Rockafellar and Uryasev 2002, prop. 8).
+    Where that share is no whole number of values, the last one counts in part (Rockafellar and
+    Uryasev 2002, prop. 8).
 
     Raises:
         ValueError: no values, or values that are not finite.
@@ -117,10 +131,12 @@ def bootstrap_cvar(
     level: float = 0.95,
     clusters: IntArray | None = None,
 ) -> Interval:
-    """:func:`cvar` with its percentile bootstrap interval; arguments and errors as in :func:`bootstrap_mean`.
+    """:func:`cvar` with its percentile bootstrap interval.
 
-    There is no interval where fewer than five values are in the tail: they say too little of what is worse still. Also
-    above it is too narrow; how much: docs/money.md.
+    Arguments and errors as in :func:`bootstrap_mean`.
+
+    There is no interval where fewer than five values are in the tail: they say too little of what
+    is worse still. Also above it is too narrow; how much: docs/money.md.
     """
     sample, numbers = _checked(values, clusters)
     order = np.argsort(-sample, kind="stable")
@@ -164,7 +180,9 @@ def _of_order(
     if numbers.max() == 0 or n * share < LEAST_TAIL - 1e-9:
         return Interval(value, None, None, n)
     weights = _weights(int(numbers.max()) + 1, rng, draws, n)
-    return percentile_interval(value, np.concatenate([statistic(w[:, numbers]) for w in weights]), n)
+    return percentile_interval(
+        value, np.concatenate([statistic(w[:, numbers]) for w in weights]), n
+    )
 
 
 def _quantiles(weights: FloatArray, rising: FloatArray, level: float) -> FloatArray:
@@ -184,7 +202,10 @@ def _tail_means(weights: FloatArray, falling: FloatArray, share: float) -> Float
 
 
 def blocks(weights: int, draws: int) -> Iterator[int]:
-    """How many resamples of so many weights to draw at a time; beyond 20 000 there are fewer than ``draws`` in all."""
+    """How many resamples of so many weights to draw at a time.
+
+    Beyond 20 000 there are fewer than ``draws`` in all.
+    """
     left = min(draws, max(LEAST_DRAWS, MOST_DRAWN // weights))
     while left > 0:
         block = min(left, DRAWS_AT_ONCE, max(1, MOST_AT_ONCE // weights))
@@ -192,7 +213,9 @@ def blocks(weights: int, draws: int) -> Iterator[int]:
         left -= block
 
 
-def _weights(clusters: int, rng: np.random.Generator, draws: int, values: int = 0) -> Iterator[FloatArray]:
+def _weights(
+    clusters: int, rng: np.random.Generator, draws: int, values: int = 0
+) -> Iterator[FloatArray]:
     """How often each cluster is in each resample, in blocks of shape (b, clusters).
 
     ``values`` are how many weights a resample becomes, where it is more than clusters.
@@ -202,27 +225,43 @@ def _weights(clusters: int, rng: np.random.Generator, draws: int, values: int = 
 
 
 def _resample(rng: np.random.Generator, block: int, clusters: int) -> FloatArray:
-    drawn = rng.integers(0, clusters, (block, clusters)) + clusters * np.arange(block)[:, np.newaxis]
-    return np.bincount(drawn.ravel(), minlength=block * clusters).reshape(block, clusters).astype(np.float64)
+    drawn = (
+        rng.integers(0, clusters, (block, clusters)) + clusters * np.arange(block)[:, np.newaxis]
+    )
+    return (
+        np.bincount(drawn.ravel(), minlength=block * clusters)
+        .reshape(block, clusters)
+        .astype(np.float64)
+    )
 
 
 def kept_draw(
-    draw: Callable[[np.random.Generator, int, int], FloatArray], rng: np.random.Generator, rows: int, columns: int
+    draw: Callable[[np.random.Generator, int, int], FloatArray],
+    rng: np.random.Generator,
+    rows: int,
+    columns: int,
 ) -> FloatArray:
-    """What ``draw`` makes of a generator; kept for the next that comes in the same state, as every metric's does.
+    """What ``draw`` makes of a generator.
+
+    Kept for the next that comes in the same state, as every metric's does.
 
     The generator leaves as if it had drawn. Large draws are not kept.
     """
     if rows * columns > MOST_KEPT:
         return draw(rng, rows, columns)
-    drawn, after = _drawn(draw, pickle.dumps((rng.bit_generator.state, type(rng.bit_generator))), rows, columns)
+    drawn, after = _drawn(
+        draw, pickle.dumps((rng.bit_generator.state, type(rng.bit_generator))), rows, columns
+    )
     rng.bit_generator.state = after
     return drawn
 
 
 @functools.lru_cache(maxsize=KEPT_DRAWS)
 def _drawn(
-    draw: Callable[[np.random.Generator, int, int], FloatArray], state: bytes, rows: int, columns: int
+    draw: Callable[[np.random.Generator, int, int], FloatArray],
+    state: bytes,
+    rows: int,
+    columns: int,
 ) -> tuple[FloatArray, Any]:
     before, kind = pickle.loads(state)
     bits = kind()

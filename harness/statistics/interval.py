@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from statistics import NormalDist
 
 CONFIDENCE = 0.95  # of all intervals
-Z = NormalDist().inv_cdf(0.5 + CONFIDENCE / 2.0)  # standard deviations on both sides of a normal mean that hold it
+# standard deviations on both sides of a normal mean that hold it
+Z = NormalDist().inv_cdf(0.5 + CONFIDENCE / 2.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +21,11 @@ class Interval:
     def __str__(self) -> str:
         if self.value is None:
             return f"undefined (n = {self.n})"
-        bounds = f" [{self.low:.4g}, {self.high:.4g}]" if self.low is not None and self.high is not None else ""
+        bounds = (
+            f" [{self.low:.4g}, {self.high:.4g}]"
+            if self.low is not None and self.high is not None
+            else ""
+        )
         return f"{self.value:.4g}{bounds} (n = {self.n})"
 
     def as_json(self) -> dict[str, float | int | None]:

@@ -1,4 +1,7 @@
-"""Differences between deliveries that met the same missions: intervals, tests, and how many it takes to be sure."""
+"""Differences between deliveries that met the same missions.
+
+Intervals, tests, and how many it takes to be sure.
+"""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +17,8 @@ from navstack.types import FloatArray
 EXACT_UP_TO = 12  # clusters of which every pattern of signs is tried
 SIGNS_AT_ONCE = 1_000_000  # of a block of patterns; bounds the memory
 POWER = 0.8
-Z_OF_TEST = Z + NormalDist().inv_cdf(POWER)  # standard errors that a difference must measure to be found with the power
+# standard errors that a difference must measure to be found with the power
+Z_OF_TEST = Z + NormalDist().inv_cdf(POWER)
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,9 +27,11 @@ class PairedDifference:
 
     difference: Interval
     p: float  # probability of a difference at least as large if there were none
-    needed: int | None  # pairs that would resolve the observed difference; None: it is zero, or all differ alike
+    # pairs that would resolve the observed difference; None: it is zero, or all differ alike
+    needed: int | None
     detectable: float | None  # smallest difference that these pairs resolve; None: all differ alike
-    differs: bool  # whether any pair does; where none does, no test can find a difference (Tarone 1990)
+    # whether any pair does; where none does, no test can find a difference (Tarone 1990)
+    differs: bool
 
 
 def compare_pairs(
@@ -38,9 +44,10 @@ def compare_pairs(
 ) -> PairedDifference:
     """Compare paired values, second minus first.
 
-    The interval is the cluster bootstrap's; it has no bounds where all pairs differ alike, and nothing is said then of
-    how many it takes: what is rare has not been seen. The test is the paired
-    sign-flip permutation test; for shares of pairs that stand for themselves it is McNemar's exact test.
+    The interval is the cluster bootstrap's; it has no bounds where all pairs differ alike, and
+    nothing is said then of how many it takes: what is rare has not been seen. The test is the
+    paired sign-flip permutation test; for shares of pairs that stand for themselves it is McNemar's
+    exact test.
 
     Args:
         first: shape (n,), n of at least 1.
@@ -48,8 +55,8 @@ def compare_pairs(
         clusters: number of each pair's mission, shape (n,).
         rng: source of resamples and of flipped signs.
         is_share: whether the values are 0 or 1.
-        resolution: differences that are no farther apart are alike, and those that are no larger do not count in the
-            test: a hundredth of a cent on every mission must not decide it.
+        resolution: differences that are no farther apart are alike, and those that are no larger do
+            not count in the test: a hundredth of a cent on every mission must not decide it.
     """
     differences = second - first
     interval = Interval(float(differences.mean()), None, None, differences.size)
@@ -70,12 +77,16 @@ def compare_pairs(
     )
 
 
-def sign_flip_p(differences: FloatArray, rng: np.random.Generator, clusters: IntArray | None = None) -> float:
-    """Two-sided p value of the paired permutation test of no mean difference (Fisher 1935; Good 2005, section 3.2).
+def sign_flip_p(
+    differences: FloatArray, rng: np.random.Generator, clusters: IntArray | None = None
+) -> float:
+    """Two-sided p value of the paired permutation test of no mean difference (Fisher 1935.
 
-    Under no difference the signs of a mission's differences could as well be the other way round, all together. Up to
-    twelve missions every pattern of signs is tried; above, random ones, the observed one counted in (Phipson and Smyth
-    2010), so that p is never below 1 / 10 001.
+    Good 2005, section 3.2).
+
+    Under no difference the signs of a mission's differences could as well be the other way round,
+    all together. Up to twelve missions every pattern of signs is tried; above, random ones, the
+    observed one counted in (Phipson and Smyth 2010), so that p is never below 1 / 10 001.
     """
     numbers = np.arange(differences.size) if clusters is None else clusters
     sums = np.zeros(int(numbers.max()) + 1)
@@ -98,7 +109,9 @@ def _signs(rng: np.random.Generator, rows: int, columns: int) -> FloatArray:
 
 
 def mcnemar_p(only_first: int, only_second: int) -> float:
-    """Two-sided exact p value of McNemar's test (McNemar 1947): the sign test of the pairs that disagree.
+    """Two-sided exact p value of McNemar's test (McNemar 1947).
+
+    The sign test of the pairs that disagree.
 
     Args:
         only_first: pairs in which only the first succeeded.
@@ -152,7 +165,9 @@ def holm(p_values: Sequence[float]) -> list[float]:
     return adjusted
 
 
-def paired_slope(levels: FloatArray, values: FloatArray, clusters: IntArray, rng: np.random.Generator) -> Interval:
+def paired_slope(
+    levels: FloatArray, values: FloatArray, clusters: IntArray, rng: np.random.Generator
+) -> Interval:
     """Slope of the least-squares line through values over levels, every mission with an intercept of its own.
 
     This is the fixed-effects ("within") estimator (e.g. Wooldridge 2010, Econometric Analysis of Cross Section and

@@ -1,10 +1,13 @@
-"""Intervals of a mean that admit what has not happened yet: one more value, as far out as any that could be.
+"""Intervals of a mean that admit what has not happened yet.
 
-A sample without a rare disaster has no trace of it, and its bootstrap is too narrow where disasters decide the mean.
-Here each resample weighs the values at random (the Bayesian bootstrap, Rubin 1981), and beside them one that has not
-been seen. Of its size only the limits are known: it is drawn evenly in the logarithm between the farthest seen and the
-farthest possible. Were it always the farthest possible, this would be Gaffke's bound, which holds for every
-distribution within limits (Learned-Miller and Thomas 2020, "A new confidence interval for the mean of a bounded random
+One more value, as far out as any that could be.
+
+A sample without a rare disaster has no trace of it, and its bootstrap is too narrow where disasters
+decide the mean. Here each resample weighs the values at random (the Bayesian bootstrap, Rubin
+1981), and beside them one that has not been seen. Of its size only the limits are known: it is
+drawn evenly in the logarithm between the farthest seen and the farthest possible. Were it always
+the farthest possible, this would be Gaffke's bound, which holds for every distribution within
+limits (Learned-Miller and Thomas 2020, "A new confidence interval for the mean of a bounded random
 variable"), and is wider.
 """
 
@@ -40,11 +43,12 @@ def admit_unseen(
         values: finite, n of at least 1.
         reference: from which distances are measured.
         below: how far below it the unseen value may lie.
-        above: how far above; None: no farther than the reference, e.g. where that is the most that can be earned.
+        above: how far above; None: no farther than the reference, e.g. where that is the most that
+            can be earned.
         rng: source of weights and sizes.
         draws: number of resamples.
-        clusters: number of each value's cluster, shape (n,), from 0, which is weighed as a whole; None: each value is
-            its own. The unseen value is a cluster of the mean size.
+        clusters: number of each value's cluster, shape (n,), from 0, which is weighed as a whole;
+            None: each value is its own. The unseen value is a cluster of the mean size.
 
     Raises:
         ValueError: values that are not finite, or none.
@@ -55,10 +59,15 @@ def admit_unseen(
     sums, sizes = np.bincount(numbers, weights=values), np.bincount(numbers).astype(np.float64)
     low, high = [], []
     for block in blocks(sums.size, draws):
-        weights, unseen = rng.exponential(size=(block, sums.size)), rng.exponential(size=block) * sizes.mean()
+        weights, unseen = (
+            rng.exponential(size=(block, sums.size)),
+            rng.exponential(size=block) * sizes.mean(),
+        )
         places = rng.random(block)
         total, seen = weights @ sizes + unseen, weights @ sums
-        low.append((seen + unseen * (reference - _sizes(reference - values, below, places))) / total)
+        low.append(
+            (seen + unseen * (reference - _sizes(reference - values, below, places))) / total
+        )
         farther = _sizes(values - reference, above, places) if above else 0.0
         high.append((seen + unseen * (reference + farther)) / total)
     bounds = np.quantile(np.concatenate(low), TAIL), np.quantile(np.concatenate(high), 1.0 - TAIL)

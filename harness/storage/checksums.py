@@ -1,4 +1,7 @@
-"""What tells whether a run folder was changed: checksums of its files, and one in each line of a journal."""
+"""What tells whether a run folder was changed.
+
+Checksums of its files, and one in each line of a journal.
+"""
 
 import hashlib
 import json
@@ -37,13 +40,19 @@ def unsealed(line: bytes) -> bytes:
 
 
 def write_checksums(folder: Path, coming: Mapping[str, str] | None = None) -> None:
-    """Note the files of a run folder as they are; of those that are to be written next, the texts are given."""
+    """Note the files of a run folder as they are.
+
+    Of those that are to be written next, the texts are given.
+    """
     known = {name: _digest(text.encode()) for name, text in (coming or {}).items()}
     _write(folder, _digests(folder, (*OF_ALL, *OF_FINISHED)) | known)
 
 
 def note_tables(folder: Path) -> None:
-    """Note the tables and the summary of a run as they are now; the other files stay as they were noted."""
+    """Note the tables and the summary of a run as they are now.
+
+    The other files stay as they were noted.
+    """
     if (folder / CHECKSUMS).exists() and (known := _known(folder)) is not None:
         _write(folder, known | _digests(folder, OF_FINISHED))
 
@@ -62,7 +71,9 @@ def _known(folder: Path) -> dict[str, str] | None:
 
 
 def changed_files(folder: Path, is_finished: bool) -> list[str]:
-    """Files of a run folder that are not as they were written, or that are missing; none in one without checksums.
+    """Files of a run folder that are not as they were written, or that are missing.
+
+    None in one without checksums.
 
     Args:
         folder: of a run.
@@ -75,9 +86,19 @@ def changed_files(folder: Path, is_finished: bool) -> list[str]:
         return [CHECKSUMS]
     patterns = (*OF_ALL, *(OF_FINISHED if is_finished else ()))
     added = _digests(folder, OF_ALL)  # a study may add tables of its own
-    there = {name: digest for name, digest in _digests(folder, patterns).items() if name in known or name in added}
-    wanted = {name: known[name] for name in known if any(Path(name).match(pattern) for pattern in patterns)}
-    return sorted(name for name in there.keys() | wanted.keys() if there.get(name) != wanted.get(name))
+    there = {
+        name: digest
+        for name, digest in _digests(folder, patterns).items()
+        if name in known or name in added
+    }
+    wanted = {
+        name: known[name]
+        for name in known
+        if any(Path(name).match(pattern) for pattern in patterns)
+    }
+    return sorted(
+        name for name in there.keys() | wanted.keys() if there.get(name) != wanted.get(name)
+    )
 
 
 def _digests(folder: Path, patterns: tuple[str, ...]) -> dict[str, str]:

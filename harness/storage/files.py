@@ -10,7 +10,8 @@ from typing import IO
 
 from navstack.errors import InputError
 
-SUITE, FIGURES = "suite.yaml", "figures"  # in a suite's folder: its declaration, and a folder that it writes
+# in a suite's folder: its declaration, and a folder that it writes
+SUITE, FIGURES = "suite.yaml", "figures"
 CELL = re.compile(r"-seed\d+-")  # in the name of the run folder of a suite's cell
 LOCK = "run.lock"  # in a folder as long as a program writes it
 
@@ -25,14 +26,19 @@ def require_writable(what: str, file: Path, suffixes: Sequence[str] = ()) -> Non
     """Check, before the work, that its result can be written to the file that a user names.
 
     Raises:
-        InputError: it has none of the suffixes, is a folder, its folder does not exist, or permission is missing.
+        InputError: it has none of the suffixes, is a folder, its folder does not exist, or
+            permission is missing.
     """
     if suffixes and file.suffix.lower() not in suffixes:
-        raise InputError(f"{what} '{file}' cannot be written; give a name that ends with {', '.join(suffixes)}")
+        raise InputError(
+            f"{what} '{file}' cannot be written; give a name that ends with {', '.join(suffixes)}"
+        )
     if file.is_dir():
         raise InputError(f"{what} '{file}' cannot be written: it is a folder; give a file")
     if not file.absolute().parent.is_dir():
-        raise InputError(f"{what} '{file}' cannot be written: its folder does not exist; make it, or choose another")
+        raise InputError(
+            f"{what} '{file}' cannot be written: its folder does not exist; make it, or choose another"
+        )
     if not os.access(file if file.exists() else file.absolute().parent, os.W_OK):
         raise InputError(f"{what} '{file}' cannot be written: permission denied; choose another")
 
@@ -49,7 +55,9 @@ def require_folder(path: Path) -> None:
 
 
 def require_real_folders(path: Path) -> None:
-    """Check that no folder in a run folder is a link; nor, in a suite, the run folder itself or that of the figures.
+    """Check that no folder in a run folder is a link.
+
+    Nor, in a suite, the run folder itself or that of the figures.
 
     Any other run folder may be a link: it stands where the user said.
 
@@ -81,12 +89,17 @@ def writing(what: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError(f"'{what}' cannot be written ({error.strerror}); make room or choose another place") from None
+        raise InputError(
+            f"'{what}' cannot be written ({error.strerror}); make room or choose another place"
+        ) from None
 
 
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[IO[bytes]]:
-    """A stream that takes a file's place once it is complete and on disk: a power cut leaves the old or the new one."""
+    """A stream that takes a file's place once it is complete and on disk.
+
+    A power cut leaves the old or the new one.
+    """
     partial = path.with_name(f"{path.name}.partial")
     try:
         with open(partial, "wb", opener=no_links) as stream:
@@ -101,7 +114,9 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
 
 
 def no_links(path: str, flags: int) -> int:
-    """An opener for what is written in a folder that may come from others: a link there could lead to any file.
+    """An opener for what is written in a folder that may come from others.
+
+    A link there could lead to any file.
 
     Raises:
         OSError: the path is a symbolic link.
@@ -131,7 +146,9 @@ def locked(path: Path) -> Iterator[None]:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
-                raise InputError(f"run folder '{path}' is being written by another run; wait for its end") from None
+                raise InputError(
+                    f"run folder '{path}' is being written by another run; wait for its end"
+                ) from None
             if not _is_same_file(lock, path / LOCK):
                 continue  # its last holder was just removing it
             try:

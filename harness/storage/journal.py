@@ -1,4 +1,7 @@
-"""The records of finished deliveries: lines of a run's journal, or rows of the tables that it becomes."""
+"""The records of finished deliveries.
+
+Lines of a run's journal, or rows of the tables that it becomes.
+"""
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -13,7 +16,16 @@ from navstack.errors import InputError
 LARGEST = 1e12  # of any number; more is no measurement of ours
 PARTS = {"row", "events", "timing"}  # of a record
 KEYS = ("stack", "stack_number", "seed", "episode")  # of every delivery
-NEEDED = ("stack", "map", "seed", "episode", "outcome", "distance_m", "duration_s", "average_speed_mps")
+NEEDED = (
+    "stack",
+    "map",
+    "seed",
+    "episode",
+    "outcome",
+    "distance_m",
+    "duration_s",
+    "average_speed_mps",
+)
 NEEDED_OF_TIMINGS = ("wall_s", "real_time_factor")
 LONGEST = 200  # [characters] of what is told of a damaged value
 
@@ -33,7 +45,9 @@ def record_of(line: bytes) -> Row | None:
     try:
         record = json.loads(unsealed(line))
         whole = (
-            line.endswith(b"\n") and set(record) == PARTS and all(isinstance(number, int) for number in key_of(record))
+            line.endswith(b"\n")
+            and set(record) == PARTS
+            and all(isinstance(number, int) for number in key_of(record))
         )
         whole = whole and isinstance(record["events"], list) and isinstance(record["timing"], dict)
     except (ValueError, KeyError, TypeError, RecursionError):
@@ -42,14 +56,20 @@ def record_of(line: bytes) -> Row | None:
 
 
 def records_in(
-    lines: Iterable[bytes], size: int, tables: Mapping[str, Columns], complain: Callable[[str], None]
+    lines: Iterable[bytes],
+    size: int,
+    tables: Mapping[str, Columns],
+    complain: Callable[[str], None],
 ) -> Iterator[tuple[Row, int, int]]:
-    """The records of a journal, each with its place and length [bytes]; a last line that was cut off is none.
+    """The records of a journal, each with its place and length [bytes].
+
+    A last line that was cut off is none.
 
     Args:
         lines: of the journal.
         size: [bytes] of all lines.
-        tables: columns of ``episodes``, ``events`` and ``timings``; what an episode's row lacks of them is null.
+        tables: columns of ``episodes``, ``events`` and ``timings``; what an episode's row lacks of
+            them is null.
         complain: takes what is wrong with another line, which is passed over.
     """
     end = 0
@@ -61,10 +81,16 @@ def records_in(
             return
         trouble = "" if record is None else _trouble_in(record, tables)
         if record is None or trouble or key_of(record) in known:
-            complain(f"line {number} is {f'damaged: {trouble}' if trouble else 'damaged or there twice'}")
+            complain(
+                f"line {number} is {f'damaged: {trouble}' if trouble else 'damaged or there twice'}"
+            )
             continue
         known.add(key_of(record))
-        yield {**record, "row": {**dict.fromkeys(tables["episodes"]), **record["row"]}}, begin, len(line)
+        yield (
+            {**record, "row": {**dict.fromkeys(tables["episodes"]), **record["row"]}},
+            begin,
+            len(line),
+        )
 
 
 def events_at(journal: IO[bytes], place: int) -> list[Row]:
@@ -80,9 +106,13 @@ def finished_in_tables(path: Path, tables: Mapping[str, Columns]) -> tuple[Rows,
     Raises:
         InputError: the tables are damaged.
     """
-    rows, timings = (read_rows(path / f"{name}.parquet", tables[name]) for name in ("episodes", "timings"))
+    rows, timings = (
+        read_rows(path / f"{name}.parquet", tables[name]) for name in ("episodes", "timings")
+    )
     if len(rows) != len(timings):
-        raise InputError(f"run folder '{path}' has damaged tables: {len(rows)} episodes, {len(timings)} timings")
+        raise InputError(
+            f"run folder '{path}' has damaged tables: {len(rows)} episodes, {len(timings)} timings"
+        )
     for number, (row, timing) in enumerate(zip(rows, timings, strict=True), start=1):
         if trouble := _trouble_in({"row": row, "timing": timing}, tables):
             raise InputError(
@@ -91,7 +121,9 @@ def finished_in_tables(path: Path, tables: Mapping[str, Columns]) -> tuple[Rows,
     return rows, timings
 
 
-def records_of(rows: Rows, timings: Rows, path: Path, tables: Mapping[str, Columns]) -> Iterator[Row]:
+def records_of(
+    rows: Rows, timings: Rows, path: Path, tables: Mapping[str, Columns]
+) -> Iterator[Row]:
     """The same with their events, as a journal has them.
 
     Raises:
@@ -103,24 +135,38 @@ def records_of(rows: Rows, timings: Rows, path: Path, tables: Mapping[str, Colum
             raise InputError(f"{path / 'events.parquet'}: is damaged: row {number}: {trouble}")
         events.setdefault((event["stack"], event["episode"]), []).append(event)
     for row, timing in zip(rows, timings, strict=True):
-        yield {"row": row, "events": events.get((row["stack"], row["episode"]), []), "timing": timing}
+        yield {
+            "row": row,
+            "events": events.get((row["stack"], row["episode"]), []),
+            "timing": timing,
+        }
 
 
 def _trouble_in(record: Row, tables: Mapping[str, Columns]) -> str:
     """What is wrong with a record, with or without events; empty if nothing is."""
     row, timing = record["row"], record["timing"]
     has_failed = row.get("error") is not None
-    found = [("episode", trouble_with(row, tables["episodes"], KEYS if has_failed else (*KEYS, *NEEDED)))]
-    found += [("event", trouble_with(event, tables["events"])) for event in record.get("events", ())]
-    found.append(("timing", trouble_with(timing, tables["timings"], () if has_failed else NEEDED_OF_TIMINGS)))
+    found = [
+        ("episode", trouble_with(row, tables["episodes"], KEYS if has_failed else (*KEYS, *NEEDED)))
+    ]
+    found += [
+        ("event", trouble_with(event, tables["events"])) for event in record.get("events", ())
+    ]
+    found.append(
+        ("timing", trouble_with(timing, tables["timings"], () if has_failed else NEEDED_OF_TIMINGS))
+    )
     return next((f"{part}: {trouble}" for part, trouble in found if trouble), "")
 
 
 def trouble_with(row: object, columns: Columns, needed: Sequence[str] = ()) -> str:
-    """What is wrong with a row of a table; empty if nothing is. A table may lack columns that are needed of it."""
+    """What is wrong with a row of a table; empty if nothing is.
+
+    A table may lack columns that are needed of it.
+    """
     if not isinstance(row, dict):
         return f"{type(row).__name__} in place of a row"
-    kinds = {"stack": "string", "outcome": "string", **columns}  # the first two may stand in every row
+    # the first two may stand in every row
+    kinds = {"stack": "string", "outcome": "string", **columns}
     for name, value in row.items():
         if isinstance(value, list | dict):
             return _shown(f"{name} is a {type(value).__name__}")

@@ -16,8 +16,14 @@ OTHER_STUDIES = {ABLATION: ("an ablation", "ablate"), TUNING: ("a tuning study",
 
 
 def other_study(folder: Path) -> tuple[str, str] | None:
-    """What a folder holds that looks like a run and is more: its kind, and the command that goes on with it."""
-    return next((known for mark, known in OTHER_STUDIES.items() if (folder / "params" / mark).is_file()), None)
+    """What a folder holds that looks like a run and is more.
+
+    Its kind, and the command that goes on with it.
+    """
+    return next(
+        (known for mark, known in OTHER_STUDIES.items() if (folder / "params" / mark).is_file()),
+        None,
+    )
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:
@@ -28,7 +34,11 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     """
     if not (folder / MANIFEST).is_file():
         runs = sorted(manifest.parent for manifest in folder.glob(f"*/{MANIFEST}"))
-        advice = f"give one of its {len(runs)} runs, e.g. {runs[0]}" if runs else "give the folder that a run wrote"
+        advice = (
+            f"give one of its {len(runs)} runs, e.g. {runs[0]}"
+            if runs
+            else "give the folder that a run wrote"
+        )
         raise InputError(f"'{folder}' holds no run: {MANIFEST} is missing; {advice}")
     try:
         content = json.loads(read_text(folder / MANIFEST))

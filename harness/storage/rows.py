@@ -22,7 +22,8 @@ class Rows(Sequence[Row]):
     def __init__(self, columns: Columns, batches: "Iterable[pa.RecordBatch]" = ()) -> None:
         """``batches`` have all columns."""
         self._columns = columns
-        self._kept: tuple[list[pa.RecordBatch], list[Row]] = (list(batches), [])  # the last ones are still dicts
+        # the last ones are still dicts
+        self._kept: tuple[list[pa.RecordBatch], list[Row]] = (list(batches), [])
 
     def __len__(self) -> int:
         batches, last = self._kept
@@ -78,7 +79,9 @@ class Rows(Sequence[Row]):
     def where(self, is_wanted: Callable[..., bool], *names: str) -> "Rows":
         """The rows whose values in some columns are as wanted."""
         columns = [self.values(name) for name in names]
-        return self.take([number for number, each in enumerate(zip(*columns, strict=True)) if is_wanted(*each)])
+        return self.take(
+            [number for number, each in enumerate(zip(*columns, strict=True)) if is_wanted(*each)]
+        )
 
     def _whole(self, row: Row) -> Row:
         return {name: row.get(name) for name in self._columns}

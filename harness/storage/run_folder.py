@@ -50,7 +50,9 @@ def require_usable(path: Path) -> None:
     left_over = (path / BEGUN).is_file() and not (path / MANIFEST).exists()
     if path.is_dir() and not left_over and any(entry.name != LOCK for entry in path.iterdir()):
         resume = f", or --resume {path}" if (path / MANIFEST).is_file() else ""
-        raise InputError(f"output folder '{path}' is not empty; give --out a new or empty folder{resume}")
+        raise InputError(
+            f"output folder '{path}' is not empty; give --out a new or empty folder{resume}"
+        )
     require_folder(path)
 
 
@@ -85,10 +87,12 @@ def create_run(path: Path, about: Row, parameters: Mapping[str, str]) -> None:
 
 
 class RunFolder:
-    """A run on disk, at its beginning or cut off. Closing writes the tables, also after an interrupt.
+    """A run on disk, at its beginning or cut off.
 
-    Nobody else can write the folder meanwhile. The deliveries and their timings are in memory, as columns; events stay
-    on disk.
+    Closing writes the tables, also after an interrupt.
+
+    Nobody else can write the folder meanwhile. The deliveries and their timings are in memory, as
+    columns; events stay on disk.
     """
 
     def __init__(self, path: Path, tables: Mapping[str, Columns], total: int) -> None:
@@ -100,7 +104,8 @@ class RunFolder:
             total: number of episodes that make the run complete.
 
         Raises:
-            InputError: another program writes the folder, it cannot be written, or its tables are damaged.
+            InputError: another program writes the folder, it cannot be written, or its tables are
+                damaged.
         """
         self.path = path
         self._troubles: list[str] = []  # with lines of the journal
@@ -153,7 +158,8 @@ class RunFolder:
         with self._writing():
             try:
                 self._journal.write(line_of(record))
-                self._keep(record, place)  # an interrupt while the disk works finds it in the journal and here
+                # an interrupt while the disk works finds it in the journal and here
+                self._keep(record, place)
                 self._journal.flush()
                 os.fsync(self._journal.fileno())
             except OSError:
@@ -162,14 +168,20 @@ class RunFolder:
                 raise
 
     def add_recording(self, name: str, arrays: Mapping[str, Any]) -> None:
-        """Keep the trajectories of one episode as ``recordings/<name>.npz``; to be called before :meth:`add`."""
+        """Keep the trajectories of one episode as ``recordings/<name>.npz``.
+
+        To be called before :meth:`add`.
+        """
         import numpy as np
 
         with self._recording(f"{name}.npz") as path, replacing(path) as stream:
             np.savez_compressed(stream, **arrays)
 
     def add_table(self, name: str, columns: Columns, rows: Iterable[Row]) -> None:
-        """Keep a table of one episode as ``recordings/<name>.parquet``; to be called before :meth:`add`."""
+        """Keep a table of one episode as ``recordings/<name>.parquet``.
+
+        To be called before :meth:`add`.
+        """
         with self._recording(f"{name}.parquet") as path:
             write_table(path, columns, rows)
 
@@ -244,7 +256,9 @@ class RunFolder:
         if not self._troubles:
             return []
         more = f", and {len(self._troubles) - 1} lines more" if len(self._troubles) > 1 else ""
-        return [f"{self.path / JOURNAL}: {self._troubles[0]}{more}; what they told of is driven again"]
+        return [
+            f"{self.path / JOURNAL}: {self._troubles[0]}{more}; what they told of is driven again"
+        ]
 
     @contextlib.contextmanager
     def _writing(self) -> Iterator[None]:
@@ -256,7 +270,9 @@ class RunFolder:
             if not self.rows:
                 raise InputError(f"{told}; make room or choose another") from None
             kept = f"{len(self.rows)} finished deliveries are kept in {self.path / JOURNAL}"
-            raise InputError(f"{told}; {kept}; make room and go on with --resume {self.path}") from None
+            raise InputError(
+                f"{told}; {kept}; make room and go on with --resume {self.path}"
+            ) from None
 
     @contextlib.contextmanager
     def _recording(self, name: str) -> Iterator[Path]:
@@ -274,13 +290,18 @@ def count_finished(path: Path) -> int:
     """
     if (path / JOURNAL).is_file():
         with (path / JOURNAL).open("rb") as journal:
-            return sum(line.endswith(b"\n") for line in iter(lambda: journal.readline(MOST_LINE), b""))
+            return sum(
+                line.endswith(b"\n") for line in iter(lambda: journal.readline(MOST_LINE), b"")
+            )
     table = path / "episodes.parquet"
     return len(read_rows(table, {"episode": "int64"})) if table.is_file() else 0
 
 
 def point_latest(path: Path) -> None:
-    """Let ``latest`` beside the run point to it; only in a folder named results, and never over a real file."""
+    """Let ``latest`` beside the run point to it.
+
+    Only in a folder named results, and never over a real file.
+    """
     path = path.resolve()
     link = path.parent / "latest"
     if path.parent.name != "results" or (link.exists() and not link.is_symlink()):

@@ -14,7 +14,10 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def shipped(kind: str) -> Path:
-    """The folder ``maps`` or ``params``: inside the installed package, or beside it in a checkout."""
+    """The folder ``maps`` or ``params``.
+
+    Inside the installed package, or beside it in a checkout.
+    """
     installed = _PACKAGE / "_shipped" / kind
     return installed if installed.is_dir() else _PACKAGE.parent / kind
 
@@ -38,10 +41,14 @@ def resolve(name_or_file: str, folder: Path, what: str) -> Path:
         if not given.is_file():
             trouble = "is a folder" if given.is_dir() else "does not exist"
             known = ", ".join(names(folder))
-            raise InputError(f"{what} file '{name_or_file}' {trouble}; give a YAML file or one of: {known}")
+            raise InputError(
+                f"{what} file '{name_or_file}' {trouble}; give a YAML file or one of: {known}"
+            )
         return given
     if former := _FORMER_NAMES.get((what, name_or_file)):
-        warnings.warn(f"the {what} '{name_or_file}' is called '{former}' now", NavstackWarning, stacklevel=2)
+        warnings.warn(
+            f"the {what} '{name_or_file}' is called '{former}' now", NavstackWarning, stacklevel=2
+        )
         name_or_file = former
     candidate = folder / f"{name_or_file}.yaml"
     if not candidate.is_file():
@@ -58,14 +65,23 @@ def keep_compiled_code() -> None:
     """Let numba keep compiled code in a folder of its own where the program's own folder cannot be written."""
     if "NUMBA_CACHE_DIR" in os.environ or os.access(_PACKAGE, os.W_OK):
         return
-    from navstack.costmap.field_cache import cache_folder  # it takes numpy, which is a third of the time of --help
+    # it takes numpy, which is a third of the time of --help
+    from navstack.costmap.field_cache import cache_folder
 
-    folder = next(filter(_is_ours, (cache_folder(), Path(tempfile.gettempdir()) / f"navbench-{os.getuid()}")), None)
-    os.environ["NUMBA_CACHE_DIR"] = str((folder or Path(tempfile.mkdtemp(prefix="navbench-"))) / "numba")
+    folder = next(
+        filter(_is_ours, (cache_folder(), Path(tempfile.gettempdir()) / f"navbench-{os.getuid()}")),
+        None,
+    )
+    os.environ["NUMBA_CACHE_DIR"] = str(
+        (folder or Path(tempfile.mkdtemp(prefix="navbench-"))) / "numba"
+    )
 
 
 def _is_ours(folder: Path) -> bool:
-    """Whether a folder, made where it is missing, is this user's own: what lies there is loaded and run."""
+    """Whether a folder, made where it is missing, is this user's own.
+
+    What lies there is loaded and run.
+    """
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     except OSError:

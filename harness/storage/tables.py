@@ -15,7 +15,8 @@ from navstack.files import check_regular
 
 MOST_VALUES = 100_000_000  # of a table, some 800 MB: 1.3 million deliveries, 6 million events
 MOST_BYTES = 1_000_000_000  # of the file, of the columns as it holds them, and of the rows unpacked
-MOST_TEXT = 10_000_000  # [bytes] of one column of text, as the file holds it: each of its values once
+# [bytes] of one column of text, as the file holds it: each of its values once
+MOST_TEXT = 10_000_000
 MOST_NUMBER = 1e300
 ROWS_AT_ONCE = 10_000  # of a table in memory
 
@@ -41,10 +42,15 @@ def read_rows(path: Path, columns: Columns) -> Rows:
         with pq.ParquetFile(path) as file:
             stored = [name for name in columns if name in file.schema_arrow.names]
             if not stored:
-                raise InputError(f"{path}: has none of the columns of such a table: it belongs to no run")
+                raise InputError(
+                    f"{path}: has none of the columns of such a table: it belongs to no run"
+                )
             _check_size(file.metadata, len(columns), path)
             for batch in file.iter_batches(batch_size=_rows_at_once(file.metadata), columns=stored):
-                found = {name: batch.column(name) if name in stored else pa.nulls(len(batch)) for name in columns}
+                found = {
+                    name: batch.column(name) if name in stored else pa.nulls(len(batch))
+                    for name in columns
+                }
                 table = pa.table(found).cast(wanted)
                 left -= table.nbytes
                 if left < 0:
@@ -59,18 +65,28 @@ def read_rows(path: Path, columns: Columns) -> Rows:
 
 def _check_size(metadata: Any, width: int, path: Path) -> None:
     if metadata.num_rows * width > MOST_VALUES:
-        raise InputError(f"{path}: {metadata.num_rows} rows; at most {MOST_VALUES // width} are read")
+        raise InputError(
+            f"{path}: {metadata.num_rows} rows; at most {MOST_VALUES // width} are read"
+        )
     groups = [metadata.row_group(i) for i in range(metadata.num_row_groups)]
-    if sum(group.total_byte_size for group in groups) > MOST_BYTES or _longest_text(metadata) > MOST_TEXT:
+    if (
+        sum(group.total_byte_size for group in groups) > MOST_BYTES
+        or _longest_text(metadata) > MOST_TEXT
+    ):
         raise _too_much(path)
 
 
 def _too_much(path: Path) -> InputError:
-    return InputError(f"{path}: its columns hold more than any run; at most {MOST_BYTES} bytes are read")
+    return InputError(
+        f"{path}: its columns hold more than any run; at most {MOST_BYTES} bytes are read"
+    )
 
 
 def _longest_text(metadata: Any) -> int:
-    """Bytes of the largest column of text in a row group, as the file holds it: an upper bound of one value."""
+    """Bytes of the largest column of text in a row group, as the file holds it.
+
+    An upper bound of one value.
+    """
     return max(
         (
             column.total_uncompressed_size
@@ -94,7 +110,11 @@ def _first_line(error: Exception) -> str:
 def is_of_kind(value: Any, kind: str) -> bool:
     """Whether a value goes into a column of this Arrow type; numbers must be finite."""
     if kind == "double":
-        return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MOST_NUMBER
+        return (
+            isinstance(value, int | float)
+            and not isinstance(value, bool)
+            and abs(value) <= MOST_NUMBER
+        )
     if kind == "int64":
         return isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63
     return isinstance(value, str if kind == "string" else bool)
@@ -109,4 +129,8 @@ def write_table(path: Path, columns: Columns, rows: Iterable[Row]) -> None:
     rows = iter(rows)
     with replacing(path) as stream, pq.ParquetWriter(stream, schema) as writer:
         while batch := list(islice(rows, ROWS_AT_ONCE)):
-            writer.write_table(pa.table({name: [row.get(name) for row in batch] for name in columns}, schema=schema))
+            writer.write_table(
+                pa.table(
+                    {name: [row.get(name) for row in batch] for name in columns}, schema=schema
+                )
+            )

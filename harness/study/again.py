@@ -1,4 +1,7 @@
-"""Some deliveries of a study driven once more, with everything recorded: the same deliveries, to be looked at."""
+"""Some deliveries of a study driven once more, with everything recorded.
+
+The same deliveries, to be looked at.
+"""
 
 import dataclasses
 import hashlib
@@ -14,18 +17,24 @@ from harness.study.manifest import about, load_study, parameters
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask, Study
 
-PARTINGS = "partings"  # folder, inside that of a study, with the deliveries in which its files or stacks part ways
+# folder, inside that of a study, with the deliveries in which its files or stacks part ways
+PARTINGS = "partings"
 DIGITS = 12  # of a digest in a path
 
 
 def record_again(
-    parent: Path, name: str, stacks: Sequence[Stack], template: EpisodeTask, numbers: Sequence[int], workers: Workers
+    parent: Path,
+    name: str,
+    stacks: Sequence[Stack],
+    template: EpisodeTask,
+    numbers: Sequence[int],
+    workers: Workers,
 ) -> Path:
     """Drive deliveries into a run folder, unless they have been; returns the folder.
 
     Args:
-        parent: of such folders. Each stands in one that is named after what was driven, so that whoever keeps files in
-            memory by their paths never takes one for another.
+        parent: of such folders. Each stands in one that is named after what was driven, so that
+            whoever keeps files in memory by their paths never takes one for another.
         name: of the folder; older ones of the name are removed.
         stacks: which drive them, their names unlike.
         template: any task of the study, its seed that of the deliveries.
@@ -54,4 +63,7 @@ def record_again(
 
 def recorded_again(parent: Path) -> Iterator[Path]:
     """The run folders that :func:`record_again` made."""
-    yield from (manifest.parent for manifest in sorted(parent.glob(f"*/*/{MANIFEST}"), key=lambda each: each.parts[-2]))
+    yield from (
+        manifest.parent
+        for manifest in sorted(parent.glob(f"*/*/{MANIFEST}"), key=lambda each: each.parts[-2])
+    )

@@ -1,7 +1,7 @@
 """The worlds of the BARN challenge as maps, and its score.
 
-A world is a Gazebo file of cylinders with the shortest path beside it, ``world_<i>.world`` and ``path_<i>.npy``
-(Perille et al. 2020, "Benchmarking Metric Ground Navigation").
+A world is a Gazebo file of cylinders with the shortest path beside it, ``world_<i>.world`` and
+``path_<i>.npy`` (Perille et al. 2020, "Benchmarking Metric Ground Navigation").
 """
 
 import json
@@ -39,9 +39,13 @@ def world_numbers(folder: Path) -> list[int]:
     Raises:
         InputError: it has none.
     """
-    numbers = sorted(int(path.stem[6:]) for path in folder.glob("world_*.world") if path.stem[6:].isdecimal())
+    numbers = sorted(
+        int(path.stem[6:]) for path in folder.glob("world_*.world") if path.stem[6:].isdecimal()
+    )
     if not numbers:
-        raise InputError(f"--worlds {folder} has no world_<number>.world; give the folder of the challenge's worlds")
+        raise InputError(
+            f"--worlds {folder} has no world_<number>.world; give the folder of the challenge's worlds"
+        )
     return numbers
 
 
@@ -58,8 +62,14 @@ def cylinders(path: Path) -> FloatArray:
     except (OSError, ElementTree.ParseError, AttributeError, TypeError, ValueError) as error:
         raise InputError(f"{path}: is no world of cylinders ({error})") from None
     values = np.array(found, dtype=np.float64).reshape(-1, 3)
-    if not 0 < len(values) <= MOST_CYLINDERS or not np.isfinite(values).all() or not (values[:, 2] > 0.0).all():
-        raise InputError(f"{path}: has {len(values)} cylinders; 1 to {MOST_CYLINDERS} with places and radii are read")
+    if (
+        not 0 < len(values) <= MOST_CYLINDERS
+        or not np.isfinite(values).all()
+        or not (values[:, 2] > 0.0).all()
+    ):
+        raise InputError(
+            f"{path}: has {len(values)} cylinders; 1 to {MOST_CYLINDERS} with places and radii are read"
+        )
     return values
 
 
@@ -84,7 +94,11 @@ def make_maps(worlds: Path, folder: Path) -> None:
     times = {f"barn_{number}": optimal_time(worlds / f"path_{number}.npy") for number in numbers}
     for number, file in zip(numbers, map(Path, map_names(worlds, folder)), strict=True):
         if not file.exists():
-            save_scene(scene_of(file.stem, cylinders(worlds / f"world_{number}.world")), file.parent, file.stem)
+            save_scene(
+                scene_of(file.stem, cylinders(worlds / f"world_{number}.world")),
+                file.parent,
+                file.stem,
+            )
     write_text(folder / TIMES, json.dumps(times, indent=1))
 
 
@@ -97,7 +111,13 @@ def scene_of(name: str, circles: FloatArray) -> Scene:
     for polygon in polygons:
         fill_convex(solid, polygon, True, CELL, *LOW)
     geometry = OccupancyGrid(np.where(solid, np.int8(OCCUPIED), np.int8(FREE)), CELL, Pose2D(*LOW))
-    return Scene(name, tuple(Obstacle("cylinder", polygon, 1.0) for polygon in polygons), (), geometry, _ground())
+    return Scene(
+        name,
+        tuple(Obstacle("cylinder", polygon, 1.0) for polygon in polygons),
+        (),
+        geometry,
+        _ground(),
+    )
 
 
 def _ground() -> OccupancyGrid:
@@ -122,7 +142,9 @@ def optimal_time(path: Path) -> float:
 
 
 def score(arrived: bool, seconds: float, optimal: float, least: float = 4.0) -> float:
-    """The challenge's score of one run: optimal over actual time, that one held between ``least`` and 8 optimal ones.
+    """The challenge's score of one run.
+
+    Optimal over actual time, that one held between ``least`` and 8 optimal ones.
 
     From 2026 on ``least`` is 2, so that 0.5 can be had instead of 0.25.
     """
@@ -151,7 +173,10 @@ def optimal_times(folder: Path) -> dict[str, float]:
     if not file.is_file():
         return {}
     try:
-        return {str(name): float(seconds) for name, seconds in json.loads(file.read_text(encoding="utf-8")).items()}
+        return {
+            str(name): float(seconds)
+            for name, seconds in json.loads(file.read_text(encoding="utf-8")).items()
+        }
     except (ValueError, TypeError, AttributeError):
         raise InputError(f"{file} is damaged; remove it and give --worlds again") from None
 
@@ -163,8 +188,20 @@ def score_of(rows: Iterable[Row], times: Mapping[str, float]) -> Score:
         rows: of ``episodes.parquet``, at least one.
         times: optimal ones [s], by map.
     """
-    each = [(row["outcome"] == "arrived", row["duration_s"], times[row["map"]], row["reason"]) for row in rows]
+    each = [
+        (row["outcome"] == "arrived", row["duration_s"], times[row["map"]], row["reason"])
+        for row in rows
+    ]
     taken = [seconds for has_arrived, seconds, _, _ in each if has_arrived]
-    old, new = (np.mean([score(run[0], run[1], run[2], least) for run in each]) for least in (4.0, 2.0))
+    old, new = (
+        np.mean([score(run[0], run[1], run[2], least) for run in each]) for least in (4.0, 2.0)
+    )
     collided = sum(reason == "impulse" for *_, reason in each)
-    return Score(len(each), len(taken), collided, float(old), float(new), float(np.mean(taken)) if taken else None)
+    return Score(
+        len(each),
+        len(taken),
+        collided,
+        float(old),
+        float(new),
+        float(np.mean(taken)) if taken else None,
+    )

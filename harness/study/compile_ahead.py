@@ -1,9 +1,12 @@
-"""Kernels compiled side by side before the first delivery; numba by itself compiles one after the other.
+"""Kernels compiled side by side before the first delivery.
 
-The registry's entries name the modules of an algorithm's kernels, and each kernel that is called from Python says with
-which types (:func:`navstack.jit.njit`). Each module's kernels are compiled by one process, which leaves them in numba's
-cache on disk; whoever calls them later finds them there. A file in that cache tells what has been done. Whatever goes
-wrong here: a kernel that is not in the cache is compiled when it is called.
+Numba by itself compiles one after the other.
+
+The registry's entries name the modules of an algorithm's kernels, and each kernel that is called
+from Python says with which types (:func:`navstack.jit.njit`). Each module's kernels are compiled by
+one process, which leaves them in numba's cache on disk; whoever calls them later finds them there.
+A file in that cache tells what has been done. Whatever goes wrong here: a kernel that is not in the
+cache is compiled when it is called.
 """
 
 import contextlib
@@ -51,9 +54,15 @@ def needed_modules(stacks: Sequence[Stack]) -> list[str]:
     """The modules whose kernels the deliveries of stacks call, those that take longest first."""
     entries: list[Entry] = []
     for stack in stacks:
-        text = Path(stack.nav2_file).read_text(encoding="utf-8", errors="replace") if stack.nav2_file else ""
+        text = (
+            Path(stack.nav2_file).read_text(encoding="utf-8", errors="replace")
+            if stack.nav2_file
+            else ""
+        )
         named = set(PLUGIN.findall(text))
-        entries += [entry for family in FAMILIES.values() for kind, entry in family.items() if kind in named]
+        entries += [
+            entry for family in FAMILIES.values() for kind, entry in family.items() if kind in named
+        ]
         entries += [entry for name, entry in LOCALIZERS.items() if name == stack.localizer]
     return _modules_of(entries) if stacks else []
 
@@ -65,11 +74,19 @@ def _modules_of(entries: Iterable[Entry]) -> list[str]:
 
 def every_module() -> list[str]:
     """The modules of kernels of all registered algorithms and of the world."""
-    return _modules_of([*LOCALIZERS.values(), *(entry for family in FAMILIES.values() for entry in family.values())])
+    return _modules_of(
+        [
+            *LOCALIZERS.values(),
+            *(entry for family in FAMILIES.values() for entry in family.values()),
+        ]
+    )
 
 
 def compile_ahead(stacks: Sequence[Stack]) -> None:
-    """Compile what the deliveries of stacks need with all cores, unless it has been done; says so on stderr."""
+    """Compile what the deliveries of stacks need with all cores, unless it has been done.
+
+    Says so on stderr.
+    """
     config: Any = numba.config
     if not config.DISABLE_JIT and available_cores() > 1:
         compile_new(needed_modules(stacks), LEAST)
@@ -77,7 +94,8 @@ def compile_ahead(stacks: Sequence[Stack]) -> None:
 
 def compile_new(modules: Sequence[str], least: int = 1) -> None:
     """Compile those modules that have not been compiled, if they are so many; says so on stderr."""
-    with contextlib.suppress(OSError):  # a folder that cannot be written, or a file system without locks
+    # a folder that cannot be written, or a file system without locks
+    with contextlib.suppress(OSError):
         marks = {module: _mark(module) for module in modules}
         done = compiled_code() / DONE
         if len(_missing(marks, done)) < least:
@@ -85,7 +103,8 @@ def compile_new(modules: Sequence[str], least: int = 1) -> None:
         done.parent.mkdir(parents=True, exist_ok=True)
         with done.open("a+", encoding="utf-8") as file:
             _say(len(marks))
-            fcntl.flock(file, fcntl.LOCK_EX)  # what another program compiles meanwhile is waited for
+            # what another program compiles meanwhile is waited for
+            fcntl.flock(file, fcntl.LOCK_EX)
             missing = _missing(marks, done)
             _compile_all(missing)
             _note(file, marks.values())
@@ -94,7 +113,9 @@ def compile_new(modules: Sequence[str], least: int = 1) -> None:
 def _compile_all(modules: Sequence[str]) -> None:
     """Compile the kernels of modules in as many processes as there are cores."""
     with (
-        Workers(min(available_cores(), MOST_PROCESSES, len(modules)), time_limit=TIME_LIMIT) as workers,
+        Workers(
+            min(available_cores(), MOST_PROCESSES, len(modules)), time_limit=TIME_LIMIT
+        ) as workers,
         contextlib.closing(workers.run(compile_kernels, modules)) as ends,
     ):
         for _ in ends:  # errors show again where the kernel is called
@@ -113,14 +134,16 @@ def compile_kernels(name: str) -> None:
 def kernels_of(name: str) -> list[Any]:
     """The kernels of a module that say with which types they are called."""
     members = vars(importlib.import_module(name)).values()
-    return [each for each in members if getattr(each, "ahead", "") and each.py_func.__module__ == name]
+    return [
+        each for each in members if getattr(each, "ahead", "") and each.py_func.__module__ == name
+    ]
 
 
 def _save_in_turn(lock: Path) -> None:
     """Let one process at a time touch the cache.
 
-    Two that save the same function for different types at once can leave one's code under the other's name, and code is
-    on disk a moment after the index tells of it.
+    Two that save the same function for different types at once can leave one's code under the
+    other's name, and code is on disk a moment after the index tells of it.
     """
 
     def in_turn(method: Callable[..., Any]) -> Callable[..., Any]:
@@ -136,9 +159,18 @@ def _save_in_turn(lock: Path) -> None:
 
 
 def _mark(module: str) -> str:
-    """What stands for a module in the list of what has been done; another one when numba would compile it anew."""
+    """What stands for a module in the list of what has been done.
+
+    Another one when numba would compile it anew.
+    """
     source = Path(__file__).parents[2].joinpath(*module.split(".")).with_suffix(".py")
-    state = (module, source_stamp(source), numba.__version__, sys.implementation.cache_tag, processor())
+    state = (
+        module,
+        source_stamp(source),
+        numba.__version__,
+        sys.implementation.cache_tag,
+        processor(),
+    )
     return hashlib.sha256(repr(state).encode()).hexdigest()[:16]
 
 

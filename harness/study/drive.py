@@ -31,7 +31,8 @@ class StackResult:
     episodes: int  # finished, errors not counted
     errors: int
     valuation: Valuation | None  # None: no episode finished
-    real_time_factor_per_core: float | None  # median over the deliveries; the very first one also compiles
+    # median over the deliveries; the very first one also compiles
+    real_time_factor_per_core: float | None
     wall_s: float  # of driving, summed over the episodes
 
     @property
@@ -50,8 +51,14 @@ def require_own(study: Study, folder: RunFolder) -> None:
         InputError: it holds others.
     """
     numbers = frozenset(study.numbers)
-    for number, episode, name in zip(*map(folder.rows.values, ("stack_number", "episode", "stack")), strict=True):
-        own = 0 <= number < len(study.stacks) and episode in numbers and name == study.stacks[number].name
+    for number, episode, name in zip(
+        *map(folder.rows.values, ("stack_number", "episode", "stack")), strict=True
+    ):
+        own = (
+            0 <= number < len(study.stacks)
+            and episode in numbers
+            and name == study.stacks[number].name
+        )
         if not own:
             raise InputError(
                 f"run folder '{folder.path}' holds delivery {episode} of stack '{name}', which its study has not: "
@@ -60,7 +67,10 @@ def require_own(study: Study, folder: RunFolder) -> None:
 
 
 def drive_missing(study: Study, folder: RunFolder, workers: Workers, on_finished: Progress) -> None:
-    """Drive every task that the folder lacks; each finished episode is on disk before ``on_finished`` hears of it."""
+    """Drive every task that the folder lacks.
+
+    Each finished episode is on disk before ``on_finished`` hears of it.
+    """
     known = folder.finished
     tasks = (task for task in study.tasks() if (task.stack_number, task.episode) not in known)
     with contextlib.closing(workers.run(run_episode, tasks)) as runs:
@@ -82,7 +92,12 @@ def record_of(finished: Finished[EpisodeTask, Delivery]) -> Row:
         return {"row": delivery.row, "events": delivery.events, "timing": delivery.timing}
     task = finished.task
     where = {"stack": task.stack.name, "episode": task.episode}
-    row = {**where, "stack_number": task.stack_number, "map": Path(task.map_name).stem, "seed": task.seed}
+    row = {
+        **where,
+        "stack_number": task.stack_number,
+        "map": Path(task.map_name).stem,
+        "seed": task.seed,
+    }
     return {"row": {**row, "error": finished.error}, "events": [], "timing": where}
 
 
@@ -92,7 +107,9 @@ def summarize_study(study: Study, rows: Rows, timings: Rows) -> list[StackResult
     return [_summarize_stack(study, stack, rows, timings, prices) for stack in study.stacks]
 
 
-def _summarize_stack(study: Study, stack: Stack, rows: Rows, timings: Rows, prices: Prices) -> StackResult:
+def _summarize_stack(
+    study: Study, stack: Stack, rows: Rows, timings: Rows, prices: Prices
+) -> StackResult:
     own = [number for number, name in enumerate(rows.values("stack")) if name == stack.name]
     seeds, episodes, errors = map(rows.values, ("seed", "episode", "error"))
     finished = sorted((n for n in own if errors[n] is None), key=lambda n: (seeds[n], episodes[n]))
@@ -130,5 +147,7 @@ def finish(study: Study, folder: RunFolder) -> list[StackResult]:
     """The results of what is finished, which the folder keeps too."""
     results = summarize_study(study, folder.rows, folder.timings)
     if not folder.is_closed:
-        folder.write_summary({"schema": 1, "runs": [run_document(result, study, None) for result in results]})
+        folder.write_summary(
+            {"schema": 1, "runs": [run_document(result, study, None) for result in results]}
+        )
     return results

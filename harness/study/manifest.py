@@ -9,7 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from harness.episode.factory import nav2_parameters, prices_of, rules_of, scene_of, with_recording, world_params
+from harness.episode.factory import (
+    nav2_parameters,
+    prices_of,
+    rules_of,
+    scene_of,
+    with_recording,
+    world_params,
+)
 from harness.execution.process_cache import kept
 from harness.execution.worker_check import project_digest
 from harness.storage.manifest_file import read_manifest, require_unchanged
@@ -25,7 +32,17 @@ from navstack.params.nav2_file.file import Nav2File
 from navstack.params.strict import dump_dataclass, from_mapping, load_dataclass
 
 PROGRAM = "navbench"
-LIBRARIES = ("numpy", "scipy", "numba", "pybullet", "ompl", "casadi", "filterpy", "shapely", "pyarrow")
+LIBRARIES = (
+    "numpy",
+    "scipy",
+    "numba",
+    "pybullet",
+    "ompl",
+    "casadi",
+    "filterpy",
+    "shapely",
+    "pyarrow",
+)
 OF_ONE_EPISODE = ("stack", "stack_number", "episode")  # fields of a task that a study has many of
 
 
@@ -35,7 +52,8 @@ def about(study: Study, command: Sequence[str]) -> Row:
     for key in OF_ONE_EPISODE:
         del task[key]
     if study.template.people is not None:
-        task["people"] = Path(study.template.people).name  # of a recording, a copy of which is in params/
+        # of a recording, a copy of which is in params/
+        task["people"] = Path(study.template.people).name
     return {
         "command": _typed(command),
         "stacks": [{**dataclasses.asdict(stack), **_files(stack)} for stack in study.stacks],
@@ -60,7 +78,9 @@ def _typed(command: Sequence[str]) -> list[str]:
 def parameters(study: Study) -> dict[str, str]:
     """What the run uses, defaults and overrides filled in, by file name in ``params/``."""
     template = study.template
-    world, recording = with_recording(world_params(template.world, template.pedestrians, template.people))
+    world, recording = with_recording(
+        world_params(template.world, template.pedestrians, template.people)
+    )
     texts = {
         "world.yaml": dump_dataclass(world),
         **recording,
@@ -93,42 +113,65 @@ def load_study(folder: Path, workers: int | None = None) -> Study:
     where = str(folder / MANIFEST)
     recorded = content.get("versions", {}).get(PROGRAM)
     if recorded != version(PROGRAM):
-        raise InputError(f"{where}: made by {PROGRAM} {recorded}, this is {version(PROGRAM)}; resume it with that one")
-    names = [field.name for field in dataclasses.fields(EpisodeTask) if field.name not in OF_ONE_EPISODE]
+        raise InputError(
+            f"{where}: made by {PROGRAM} {recorded}, this is {version(PROGRAM)}; resume it with that one"
+        )
+    names = [
+        field.name for field in dataclasses.fields(EpisodeTask) if field.name not in OF_ONE_EPISODE
+    ]
     stacks = tuple(_stored_stack(folder, each, where) for each in _list(content, "stacks", where))
     task = {
         **{name: content[name] for name in names if name in content},
         **{"stack": dataclasses.asdict(stacks[0]), "stack_number": 0, "episode": 0},
-        **{key: str(folder.absolute() / "params" / f"{key}.yaml") for key in ("world", "rules", "prices")},
+        **{
+            key: str(folder.absolute() / "params" / f"{key}.yaml")
+            for key in ("world", "rules", "prices")
+        },
         **{"pedestrians": None, "people": None},  # world.yaml already has those that were asked for
     }
     template = from_mapping(EpisodeTask, task, where)
     episodes = content.get("episodes")
     if not isinstance(episodes, int) or not 1 <= episodes <= MAX_EPISODES:
-        raise InputError(f"{where}: episodes: {episodes!r} is not a whole number of 1 to {MAX_EPISODES}")
+        raise InputError(
+            f"{where}: episodes: {episodes!r} is not a whole number of 1 to {MAX_EPISODES}"
+        )
     if _known_digest(scene_of(template.map_name)) != content.get("map_sha256"):
-        raise InputError(f"{where}: map '{template.map_name}' has changed since; restore it, or start a new run")
+        raise InputError(
+            f"{where}: map '{template.map_name}' has changed since; restore it, or start a new run"
+        )
     workers = usable_workers(workers, episodes * len(stacks))
     return Study(stacks, episodes, workers, template, _only(content, episodes, where))
 
 
 def policy_digests(study: Study) -> dict[str, str]:
-    """SHA-256 of the files of each stack's policy, by the stack's name; of those only that name some."""
+    """SHA-256 of the files of each stack's policy, by the stack's name.
+
+    Of those only that name some.
+    """
     files = {stack.name: policy_files(stack) for stack in study.stacks}
     return {
-        name: hashlib.sha256(b"".join(file.read_bytes() for file in own if file.is_file())).hexdigest()
+        name: hashlib.sha256(
+            b"".join(file.read_bytes() for file in own if file.is_file())
+        ).hexdigest()
         for name, own in files.items()
         if own
     }
 
 
 def version_notes(folder: Path) -> list[str]:
-    """A note for the program and each library that is another one than when the run began: then rows may differ."""
+    """A note for the program and each library that is another one than when the run began.
+
+    Then rows may differ.
+    """
     content = _whole_manifest(folder)
     recorded = content["versions"]
     changed = content.get("program_sha256", project_digest()) != project_digest()
-    notes = [f"the run began with other code, parameters or maps of {PROGRAM}: further rows may differ"] * changed
-    if (known := content.get("policies_sha256", {})) and known != policy_digests(load_study(folder)):
+    notes = [
+        f"the run began with other code, parameters or maps of {PROGRAM}: further rows may differ"
+    ] * changed
+    if (known := content.get("policies_sha256", {})) and known != policy_digests(
+        load_study(folder)
+    ):
         notes.append("the run began with other files of its policy: further rows may differ")
     return notes + [
         f"the run began with {name} {recorded.get(name)}, this is {version(name)}: further rows may differ"
@@ -140,17 +183,23 @@ def version_notes(folder: Path) -> list[str]:
 def _whole_manifest(folder: Path) -> dict[str, Any]:
     content = read_manifest(folder)
     if not isinstance(content.get("versions"), dict):
-        raise InputError(f"{folder / MANIFEST}: is damaged; a run can be resumed from a whole one only")
+        raise InputError(
+            f"{folder / MANIFEST}: is damaged; a run can be resumed from a whole one only"
+        )
     return content
 
 
 def _only(content: Mapping[str, Any], episodes: int, where: str) -> tuple[int, ...]:
     """The numbers of a run's deliveries where it has not the first ones."""
     only = content.get("only", [])
-    if not isinstance(only, list) or not all(type(each) is int and 0 <= each < MAX_EPISODES for each in only):
+    if not isinstance(only, list) or not all(
+        type(each) is int and 0 <= each < MAX_EPISODES for each in only
+    ):
         raise InputError(f"{where}: only: {only!r} is not a list of numbers of deliveries")
     if only and len(set(only)) != episodes:
-        raise InputError(f"{where}: only: has {len(set(only))} deliveries, but episodes says {episodes}")
+        raise InputError(
+            f"{where}: only: has {len(set(only))} deliveries, but episodes says {episodes}"
+        )
     return tuple(only)
 
 
@@ -168,7 +217,9 @@ def _stored_stack(folder: Path, content: Any, where: str) -> Stack:
         raise InputError(f"{where}: stacks: '{stack.name}' is not the name of a stack")
     files = {key: str(folder.absolute() / file) for key, file in _files(stack).items()}
     nav2_file = files.get("nav2_file", "")
-    return dataclasses.replace(stack, sensors=files["sensors"], robot=files["robot"], nav2_file=nav2_file)
+    return dataclasses.replace(
+        stack, sensors=files["sensors"], robot=files["robot"], nav2_file=nav2_file
+    )
 
 
 def _files(stack: Stack) -> dict[str, str]:
@@ -182,7 +233,10 @@ def _with_absolute_masks(nav2: Nav2File) -> Nav2File:
     moved = {}
     for node, file in absolute_files(nav2).items():
         entries = nav2.parameters[node]
-        moved[node] = {**entries, "yaml_filename": dataclasses.replace(entries["yaml_filename"], value=file)}
+        moved[node] = {
+            **entries,
+            "yaml_filename": dataclasses.replace(entries["yaml_filename"], value=file),
+        }
     return dataclasses.replace(nav2, parameters={**nav2.parameters, **moved})
 
 

@@ -26,7 +26,8 @@ class Where:
 
     executor: str = "local"  # of EXECUTORS
     scheduler: str | None = None  # address of a Dask scheduler
-    workers: int | None = None  # deliveries at a time; None: one per core, on a cluster one per worker
+    # deliveries at a time; None: one per core, on a cluster one per worker
+    workers: int | None = None
     time_limit: float = TIME_LIMIT  # [s] of wall time per delivery
 
     def __post_init__(self) -> None:
@@ -38,7 +39,9 @@ class Where:
         if self.executor == "dask" and not self.scheduler:
             raise InputError("--executor dask needs a scheduler; give --scheduler tcp://HOST:8786")
         if self.executor == "local" and self.scheduler:
-            raise InputError(f"--scheduler {self.scheduler} is for --executor dask; give both, or neither")
+            raise InputError(
+                f"--scheduler {self.scheduler} is for --executor dask; give both, or neither"
+            )
         if self.scheduler:
             _check_scheduler(self.scheduler)
 
@@ -70,7 +73,9 @@ def _check_scheduler(address: str) -> None:
 
 
 @contextlib.contextmanager
-def open_workers(where: Where, count: int, folder: Path, runs: "Mapping[Path, Study]") -> Iterator[Workers]:
+def open_workers(
+    where: Where, count: int, folder: Path, runs: "Mapping[Path, Study]"
+) -> Iterator[Workers]:
     """Workers for the deliveries of a study.
 
     Args:
@@ -91,15 +96,21 @@ def open_workers(where: Where, count: int, folder: Path, runs: "Mapping[Path, St
     from navstack.params.extensions import plugin_packages
 
     libraries = (PROGRAM, *LIBRARIES, *plugin_packages())
-    files = sorted({str(file.absolute()) for run, study in runs.items() for file in files_of(run, study)})
+    files = sorted(
+        {str(file.absolute()) for run, study in runs.items() for file in files_of(run, study)}
+    )
     try:
         with (
             DaskCluster(str(where.scheduler), libraries, files, _warn) as cluster,
-            Workers(where.workers or MOST_AT_ONCE, cluster.place, where.time_limit, cluster.room) as workers,
+            Workers(
+                where.workers or MOST_AT_ONCE, cluster.place, where.time_limit, cluster.room
+            ) as workers,
         ):
             yield workers
     except NoExecutorError as error:
-        raise InputError(f"{error}, then go on with --resume {folder}: finished deliveries are kept") from None
+        raise InputError(
+            f"{error}, then go on with --resume {folder}: finished deliveries are kept"
+        ) from None
 
 
 def files_of(folder: Path, study: "Study") -> Iterator[Path]:
@@ -123,10 +134,13 @@ def files_of(folder: Path, study: "Study") -> Iterator[Path]:
         if stack.nav2_file:
             nav2 = nav2_parameters(stack.nav2_file, study.template.allow_unknown)
             for costmap in ("local_costmap", "global_costmap"):
-                maps |= {mask.path for mask in read_masks(nav2, read_costmap(nav2, costmap)).values()}
+                maps |= {
+                    mask.path for mask in read_masks(nav2, read_costmap(nav2, costmap)).values()
+                }
     for path in maps:
         yield load_metadata(path).image
-        yield from (each for each in path.parent.glob(f"{path.stem}*") if each.is_file())  # its companions, too
+        # its companions, too
+        yield from (each for each in path.parent.glob(f"{path.stem}*") if each.is_file())
 
 
 def _warn(line: str) -> None:

@@ -24,11 +24,14 @@ from navstack.params.strict import load_dataclass
 AREA_PER_PERSON = 630.0  # [m2] of navigation mesh on the shipped maps, with 20 people
 CROWDED = 5.0  # times that density from which it is told
 MOST_MISSPELT = 3  # names told in a note; lint tells all
-BODY_TOLERANCE = 0.05  # [m] by which a Nav2 file's robot may differ from the simulated one unmentioned
+# [m] by which a Nav2 file's robot may differ from the simulated one unmentioned
+BODY_TOLERANCE = 0.05
 
 
 def check(study: Study) -> list[str]:
-    """Set up the first delivery of every stack, so that bad input is found before anything runs; returns notes.
+    """Set up the first delivery of every stack, so that bad input is found before anything runs.
+
+    Returns notes.
 
     Raises:
         InputError: something that the user gave cannot be used.
@@ -56,7 +59,12 @@ def crowd_notes(study: Study, parts: Parts) -> list[str]:
     """A note where the world's own number of people, meant for a part of a town, crowds a small map."""
     people, mesh = parts.params.people, parts.scene.navigation_mesh
     area = float((mesh.data == FREE).sum()) * mesh.resolution**2
-    if study.template.pedestrians is not None or people.model == "replay" or not people.count or not area:
+    if (
+        study.template.pedestrians is not None
+        or people.model == "replay"
+        or not people.count
+        or not area
+    ):
         return []
     times = AREA_PER_PERSON * people.count / area
     if times < CROWDED:
@@ -71,17 +79,26 @@ def sensor_notes(stack: Stack, scene: Scene) -> list[str]:
     """A note where a preset's errors come from buildings, and the map has none that make them."""
     sensors = load_dataclass(SensorParams, Path(stack.sensors))
     missing = []
-    if sensors.gps.depends_on_sky and all(obstacle.height < sky.TALL for obstacle in scene.obstacles):
+    if sensors.gps.depends_on_sky and all(
+        obstacle.height < sky.TALL for obstacle in scene.obstacles
+    ):
         missing.append(f"nothing of {sky.TALL:g} m or more hides satellites")
-    if sensors.lidar.glass_transmission > 0.0 and all(obstacle.kind not in glass.KINDS for obstacle in scene.obstacles):
+    if sensors.lidar.glass_transmission > 0.0 and all(
+        obstacle.kind not in glass.KINDS for obstacle in scene.obstacles
+    ):
         missing.append("nothing is of glass")
     if not missing:
         return []
-    return [f"{stack.name}: on this map {' and '.join(missing)}: {Path(stack.sensors).stem} has no such errors here"]
+    return [
+        f"{stack.name}: on this map {' and '.join(missing)}: {Path(stack.sensors).stem} has no such errors here"
+    ]
 
 
 def filter_notes(nav2: Nav2File, stack: Stack) -> list[str]:
-    """A note where keepout filters have no mask: neither from the file nor from the planning map."""
+    """A note where keepout filters have no mask.
+
+    Neither from the file nor from the planning map.
+    """
     names = keepout_filters_without_mask(nav2.parameters)
     if stack.planning_map == "geometry" or not names:
         return []
@@ -102,7 +119,10 @@ def footprint_notes(nav2: Nav2File, robot: RobotParams, stack: str) -> list[str]
 
 
 def file_notes(nav2: Nav2File) -> list[str]:
-    """What a user should know of a Nav2 file that is used; names that Nav2 does not know in one line."""
+    """What a user should know of a Nav2 file that is used.
+
+    Names that Nav2 does not know in one line.
+    """
     unknown = [notice for notice in nav2.notices if notice.id in IGNORED_BY_NAV2]
     notes = [str(notice) for notice in nav2.notices if notice not in unknown]
     if unknown:

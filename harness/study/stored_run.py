@@ -28,12 +28,19 @@ from navstack.files import check_regular
 from navstack.params.strict import load_yaml
 
 ENDS = (*OUTCOMES, ARRIVED)
-NOT_NEGATIVE = ("distance_m", "duration_s", "pedestrian_injury_usd", "collision_impulse_ns", "pieces_lost")
+NOT_NEGATIVE = (
+    "distance_m",
+    "duration_s",
+    "pedestrian_injury_usd",
+    "collision_impulse_ns",
+    "pieces_lost",
+)
 NEEDED_OF_EVENTS = (
     *("stack", "episode", "type", "partner", "kind", "fault"),
     *("impulse_ns", "robot_speed_mps", "partner_speed_mps"),
 )
-CONDITIONS = ("world", "rules", "prices")  # files of params/ that two comparable runs have in common
+# files of params/ that two comparable runs have in common
+CONDITIONS = ("world", "rules", "prices")
 MOST_PEOPLE = 20_000_000  # [bytes] of a recording of people
 
 Loaded = TypeVar("Loaded")
@@ -85,10 +92,19 @@ class StoredRun:
         return found
 
     def seconds_a_delivery(self, stack: str) -> float | None:
-        """Wall time [s] of a worker for a delivery of a stack, on average; None: its table is not there."""
+        """Wall time [s] of a worker for a delivery of a stack, on average.
+
+        None: its table is not there.
+        """
         with contextlib.suppress(InputError):
-            spent = read_rows(self.folder / "timings.parquet", {"stack": "string", "wall_s": "double"})
-            times = [time for name, time in zip(*map(spent.values, ("stack", "wall_s")), strict=True) if name == stack]
+            spent = read_rows(
+                self.folder / "timings.parquet", {"stack": "string", "wall_s": "double"}
+            )
+            times = [
+                time
+                for name, time in zip(*map(spent.values, ("stack", "wall_s")), strict=True)
+                if name == stack
+            ]
             return sum(times) / len(times) if times and None not in times else None
         return None
 
@@ -101,7 +117,11 @@ class StoredRun:
         files = sorted((self.folder / "params").glob("people.*"))
         for file in files:
             check_regular(file, MOST_PEOPLE)
-        return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest() if files else ""
+        return (
+            hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+            if files
+            else ""
+        )
 
     def only(self, stack: str) -> "StoredRun":
         """The same run with one stack.
@@ -111,7 +131,9 @@ class StoredRun:
         """
         kept = tuple(each for each in self.stacks if each.name == stack)
         if not kept:
-            raise UnknownNameError(f"stack of {self.folder}", stack, [each.name for each in self.stacks])
+            raise UnknownNameError(
+                f"stack of {self.folder}", stack, [each.name for each in self.stacks]
+            )
         return dataclasses.replace(self, stacks=kept)
 
 
@@ -134,7 +156,9 @@ def load_run(folder_or_stack: str) -> StoredRun:
 
 
 def repriced(stack: StoredStack, events: Sequence[Row], prices: Prices) -> StoredStack:
-    """The same deliveries with the columns that depend on prices worked out anew: as a run at these prices has them.
+    """The same deliveries with the columns that depend on prices worked out anew.
+
+    As a run at these prices has them.
 
     Raises:
         InputError: rows and events are not of the same deliveries.
@@ -143,7 +167,9 @@ def repriced(stack: StoredStack, events: Sequence[Row], prices: Prices) -> Store
     for event in events:
         if event["type"] == COUNTED and event["partner"] == PERSON and event["stack"] == stack.name:
             impulses.setdefault(event["episode"], []).append(event["impulse_ns"])
-    for episode, told in zip(*(values(stack.rows, key) for key in ("episode", "pedestrian_contacts")), strict=True):
+    for episode, told in zip(
+        *(values(stack.rows, key) for key in ("episode", "pedestrian_contacts")), strict=True
+    ):
         there = len(impulses.get(episode, ()))
         if told is not None and told != there:
             raise InputError(
@@ -154,7 +180,9 @@ def repriced(stack: StoredStack, events: Sequence[Row], prices: Prices) -> Store
     rows = Rows(EPISODE_COLUMNS)
     for row in stack.rows:
         injuries = injury_measures(impulses.get(row["episode"], ()), prices)
-        rows.append({**row, **injuries, "published_energy_kwh": force * row["distance_m"] / JOULES_PER_KWH})
+        rows.append(
+            {**row, **injuries, "published_energy_kwh": force * row["distance_m"] / JOULES_PER_KWH}
+        )
     return dataclasses.replace(stack, rows=rows)
 
 
@@ -179,7 +207,9 @@ def _load(folder: Path) -> StoredRun:
     for row in finished:
         _check(row, NEEDED, folder / "episodes.parquet")
     if mixed := mixed_files(folder):
-        sys.stderr.write(f"note: {folder} is mixed: {', '.join(mixed)} were changed after it had begun\n")
+        sys.stderr.write(
+            f"note: {folder} is mixed: {', '.join(mixed)} were changed after it had begun\n"
+        )
     if changed := changed_files(folder, not (folder / JOURNAL).exists()):
         sys.stderr.write(f"note: {folder} was changed since it was written: {', '.join(changed)}\n")
     stacks = tuple(
@@ -204,18 +234,27 @@ def _described(folder: Path) -> dict[str, Any]:
     about = read_manifest(folder)
     try:
         stacks = [
-            (s["name"], tuple(s["carries"]), s["localizer"], s.get("policy", {}).get("data_collection") is True)
+            (
+                s["name"],
+                tuple(s["carries"]),
+                s["localizer"],
+                s.get("policy", {}).get("data_collection") is True,
+            )
             for s in about["stacks"]
         ]
         sound = isinstance(about["seed"], int) and isinstance(about["map_name"], str)
         sound = sound and about["seed"] >= 0 and isinstance(about.get("versions", {}), dict)
         sound = sound and all(
-            isinstance(text, str) for name, sensors, key, _ in stacks for text in (name, *sensors, key)
+            isinstance(text, str)
+            for name, sensors, key, _ in stacks
+            for text in (name, *sensors, key)
         )
     except (TypeError, KeyError, AttributeError):
         sound = False
     if not sound:
-        raise InputError(f"{folder / MANIFEST}: is damaged; it should name the seed, the map and the stacks of a run")
+        raise InputError(
+            f"{folder / MANIFEST}: is damaged; it should name the seed, the map and the stacks of a run"
+        )
     return {**about, "stacks": stacks}
 
 
@@ -224,19 +263,34 @@ def _check_whole(rows: Sequence[Row], where: Path) -> None:
     seen: set[tuple[Any, ...]] = set()
     for number, row in enumerate(rows, start=1):
         key = (row["stack"], row["stack_number"], row["seed"], row["episode"])
-        below = next((name for name in NOT_NEGATIVE if row[name] is not None and row[name] < 0.0), None)
+        below = next(
+            (name for name in NOT_NEGATIVE if row[name] is not None and row[name] < 0.0), None
+        )
         if key in seen:
-            raise InputError(f"{where}: row {number}: delivery {row['episode']} of '{row['stack']}' is there twice")
+            raise InputError(
+                f"{where}: row {number}: delivery {row['episode']} of '{row['stack']}' is there twice"
+            )
         if row["error"] is None and row["outcome"] not in ENDS:
-            raise InputError(f"{where}: row {number}: outcome '{row['outcome']}'; known are {', '.join(ENDS)}")
+            raise InputError(
+                f"{where}: row {number}: outcome '{row['outcome']}'; known are {', '.join(ENDS)}"
+            )
         if below:
-            raise InputError(f"{where}: row {number}: {below} {row[below]:g} is no measurement; it cannot be negative")
+            raise InputError(
+                f"{where}: row {number}: {below} {row[below]:g} is no measurement; it cannot be negative"
+            )
         seen.add(key)
 
 
 def _check(row: Row, needed: tuple[str, ...], where: Path) -> None:
     """Check that a row has what it needs, and that its numbers can be measurements."""
     missing = next((key for key in needed if row[key] is None), None)
-    odd = next((key for key, value in row.items() if isinstance(value, float) and not abs(value) <= LARGEST), None)
+    odd = next(
+        (
+            key
+            for key, value in row.items()
+            if isinstance(value, float) and not abs(value) <= LARGEST
+        ),
+        None,
+    )
     if missing or odd:
         raise InputError(f"{where}: episode {row['episode']} has no sound '{missing or odd}'")

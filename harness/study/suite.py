@@ -24,9 +24,21 @@ from navstack.params.strict import dump_dataclass, load_dataclass, read_text
 
 DECLARATION = "suite.yaml"  # a folder that has it can be resumed
 MOST_CELLS = 2000
-PEOPLE, RECORDING = "people", "recording of people"  # stem of its file in params/, and what it is called
-_FILES = ("stacks", "maps", "worlds", "rules", "prices", "people", "robot")  # that may be given as files
-_OF_ALL_CELLS = ("people", "missions", "localizer", "robot", "prices", "rules", "record", "start", "goal")
+# stem of its file in params/, and what it is called
+PEOPLE, RECORDING = "people", "recording of people"
+# that may be given as files
+_FILES = ("stacks", "maps", "worlds", "rules", "prices", "people", "robot")
+_OF_ALL_CELLS = (
+    "people",
+    "missions",
+    "localizer",
+    "robot",
+    "prices",
+    "rules",
+    "record",
+    "start",
+    "goal",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,9 +110,13 @@ class Portion:
         stacks = _chosen("--stack", self.stacks, suite.stacks)
         maps = _chosen("--map", self.maps, suite.maps)
         if self.episodes is not None and not 1 <= self.episodes <= suite.episodes:
-            raise InputError(f"--episodes {self.episodes} is out of range; the suite declares 1 to {suite.episodes}")
+            raise InputError(
+                f"--episodes {self.episodes} is out of range; the suite declares 1 to {suite.episodes}"
+            )
         return [
-            cell for cell in cells(suite) if cell.stack_name in stacks and Path(cell.condition.map_name).stem in maps
+            cell
+            for cell in cells(suite)
+            if cell.stack_name in stacks and Path(cell.condition.map_name).stem in maps
         ]
 
     @property
@@ -124,7 +140,8 @@ def load_suite(path: Path, maps: Sequence[str] = ()) -> Suite:
     """Read a suite file, files beside it as absolute paths; ``maps`` stand in place of its own.
 
     Raises:
-        ParameterError: an unknown key, a value of the wrong kind, an empty list, too many cells, or two of one name.
+        ParameterError: an unknown key, a value of the wrong kind, an empty list, too many cells, or
+            two of one name.
     """
     suite = load_dataclass(Suite, path)
     if maps:
@@ -132,7 +149,13 @@ def load_suite(path: Path, maps: Sequence[str] = ()) -> Suite:
     for key in ("stacks", "seeds", "maps", "worlds"):
         if not getattr(suite, key):
             raise ParameterError(f"{path}: {key}: is empty; give at least one")
-    number = len(suite.stacks) * len(suite.maps) * len(suite.worlds) * max(len(suite.pedestrians), 1) * len(suite.seeds)
+    number = (
+        len(suite.stacks)
+        * len(suite.maps)
+        * len(suite.worlds)
+        * max(len(suite.pedestrians), 1)
+        * len(suite.seeds)
+    )
     if number > MOST_CELLS:
         raise ParameterError(f"{path}: {number} cells; at most {MOST_CELLS} are run")
     files: dict[str, Any] = {key: _beside(path, getattr(suite, key)) for key in _FILES}
@@ -140,12 +163,17 @@ def load_suite(path: Path, maps: Sequence[str] = ()) -> Suite:
     names = [cell.name for cell in cells(suite)]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise ParameterError(f"{path}: two cells are named '{twice}'; give each value once, and files different names")
+        raise ParameterError(
+            f"{path}: two cells are named '{twice}'; give each value once, and files different names"
+        )
     return suite
 
 
 def _beside(path: Path, name: Any) -> Any:
-    """A name, or the names of a list, of what stands beside a file as its absolute path; None stays so."""
+    """A name, or the names of a list, of what stands beside a file as its absolute path.
+
+    None stays so.
+    """
     if name is None or isinstance(name, tuple):
         return name and tuple(_beside(path, each) for each in name)
     beside = path.parent / name
@@ -160,7 +188,12 @@ def conditions(suite: Suite) -> list[Condition]:
 
 def cells(suite: Suite) -> list[Cell]:
     """Every run of a suite; seeds vary fastest, then stacks."""
-    return [Cell(stack, where, seed) for where in conditions(suite) for stack in suite.stacks for seed in suite.seeds]
+    return [
+        Cell(stack, where, seed)
+        for where in conditions(suite)
+        for stack in suite.stacks
+        for seed in suite.seeds
+    ]
 
 
 def cell_study(suite: Suite, cell: Cell, episodes: int) -> Study:
@@ -196,7 +229,8 @@ def begin(path: Path, suite: Suite, cell: Cell, episodes: int, command: Sequence
         texts = parameters(study)
         begun = [other for other in cells(suite) if is_begun(path, other)]
         alike = [other for other in begun if _world_of(other) == _world_of(cell)]
-        for other in {*begun[:1], *alike[:1]}:  # these were held against the others when they were begun
+        # these were held against the others when they were begun
+        for other in {*begun[:1], *alike[:1]}:
             _require_common(path, other, cell, texts)
         create_run(folder, about(study, command), texts)
     elif load_study(folder).episodes < episodes:
@@ -227,7 +261,11 @@ def _require_common(path: Path, begun: Cell, cell: Cell, texts: Mapping[str, str
 
 def _differing(folder: Path, texts: Mapping[str, str]) -> list[str]:
     """Which parameters of a run folder are others than these, by the names of their files."""
-    files = (file for file in (folder / "params").iterdir() if file.suffix == ".yaml" or file.stem == PEOPLE)
+    files = (
+        file
+        for file in (folder / "params").iterdir()
+        if file.suffix == ".yaml" or file.stem == PEOPLE
+    )
     then, now = _contents({file.name: _text_of(file) for file in files}), _contents(texts)
     return [name for name in sorted({*now, *then}) if now.get(name) != then.get(name)]
 
@@ -241,8 +279,12 @@ def _text_of(file: Path) -> str:
 
 def _contents(texts: Mapping[str, str]) -> dict[str, Any]:
     """Parameters as they compare: the content of files, and the recording of people as it is."""
-    found: dict[str, Any] = {RECORDING: [text for name, text in texts.items() if Path(name).stem == PEOPLE]}
-    return found | {name: load_text(text, name) for name, text in texts.items() if name.endswith(".yaml")}
+    found: dict[str, Any] = {
+        RECORDING: [text for name, text in texts.items() if Path(name).stem == PEOPLE]
+    }
+    return found | {
+        name: load_text(text, name) for name, text in texts.items() if name.endswith(".yaml")
+    }
 
 
 def require_alike(path: Path, cell: Cell, study: Study) -> None:
@@ -269,7 +311,9 @@ def stored_suite(path: Path) -> Suite:
         InputError: the folder holds none.
     """
     if not (path / DECLARATION).is_file():
-        raise InputError(f"'{path}' holds no suite: {DECLARATION} is missing; give the folder that a suite wrote")
+        raise InputError(
+            f"'{path}' holds no suite: {DECLARATION} is missing; give the folder that a suite wrote"
+        )
     return load_suite(path / DECLARATION)
 
 
@@ -277,7 +321,8 @@ def require_same(path: Path, suite: Suite) -> None:
     """Check that a suite is the one that a folder holds, maybe with other cells added or left out.
 
     Raises:
-        InputError: it has none of the cells that the folder has, or differs in what all cells have in common.
+        InputError: it has none of the cells that the folder has, or differs in what all cells have
+            in common.
     """
     stored = stored_suite(path)
     known = {cell.name for cell in cells(suite)}
@@ -285,5 +330,9 @@ def require_same(path: Path, suite: Suite) -> None:
     shared = ("missions", "people", "localizer", "robot", "record")
     other = [key for key in shared if getattr(stored, key) != getattr(suite, key)]
     if other or (begun and known.isdisjoint(begun)):
-        what = f"{other[0]} is another" if other else f"none of its runs, {begun[0]} for one, is of this suite"
+        what = (
+            f"{other[0]} is another"
+            if other
+            else f"none of its runs, {begun[0]} for one, is of this suite"
+        )
         raise InputError(f"'{path}' holds the suite '{stored.title}': {what}; give another --out")

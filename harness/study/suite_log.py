@@ -25,13 +25,16 @@ class Session:
     deliveries: int
     program: str  # SHA-256 of its code, parameters and maps
     versions: dict[str, str]
-    cells: dict[str, int] = field(default_factory=dict)  # deliveries by name of the cell; empty: not noted down
+    # deliveries by name of the cell; empty: not noted down
+    cells: dict[str, int] = field(default_factory=dict)
 
 
 def session_of(cells: Mapping[str, int]) -> Session:
     """What this program drove today: deliveries by name of the cell."""
     versions = {name: version(name) for name in (PROGRAM, *LIBRARIES)}
-    return Session(time.strftime("%Y-%m-%d"), sum(cells.values()), project_digest(), versions, dict(cells))
+    return Session(
+        time.strftime("%Y-%m-%d"), sum(cells.values()), project_digest(), versions, dict(cells)
+    )
 
 
 def note_session(path: Path, session: Session) -> None:
@@ -41,7 +44,9 @@ def note_session(path: Path, session: Session) -> None:
         InputError: it cannot be written.
     """
     known = read_text(path / SESSIONS) if (path / SESSIONS).is_file() else ""
-    write_file(path / SESSIONS, known + json.dumps(dataclasses.asdict(session), sort_keys=True) + "\n")
+    write_file(
+        path / SESSIONS, known + json.dumps(dataclasses.asdict(session), sort_keys=True) + "\n"
+    )
 
 
 def sessions_of(path: Path) -> tuple[Session, ...]:
@@ -51,12 +56,17 @@ def sessions_of(path: Path) -> tuple[Session, ...]:
         InputError: it is damaged.
     """
     lines = read_text(path / SESSIONS).splitlines() if (path / SESSIONS).is_file() else []
-    return tuple(_session_in(line, f"{path / SESSIONS}: line {number}") for number, line in enumerate(lines, 1))
+    return tuple(
+        _session_in(line, f"{path / SESSIONS}: line {number}")
+        for number, line in enumerate(lines, 1)
+    )
 
 
 def _session_in(line: str, where: str) -> Session:
     try:
         content = json.loads(line)
     except (ValueError, RecursionError):
-        raise InputError(f"{where} is damaged; each is the JSON of one call that drove deliveries: remove it") from None
+        raise InputError(
+            f"{where} is damaged; each is the JSON of one call that drove deliveries: remove it"
+        ) from None
     return from_mapping(Session, content, where)

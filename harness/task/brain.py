@@ -10,7 +10,10 @@ from navstack.types import Belief, Generators, Observation, Path, Pose2D, Track,
 
 
 class Brain(Protocol):
-    """What drives; whoever inherits from it stands, and has nothing to tell, but for what it says itself."""
+    """What drives.
+
+    Whoever inherits from it stands, and has nothing to tell, but for what it says itself.
+    """
 
     @property
     def belief(self) -> Belief | None:

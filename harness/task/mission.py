@@ -17,7 +17,8 @@ from navstack.types import BoolArray, Float32Array, FloatArray, IntArray, Pose2D
 
 SAMPLINGS = ("published", "uniform")
 CLEARANCE = 1.0  # [m] of start and goal to the edges of the navigation mesh (published sampling)
-ROBOT_RADIUS = 0.4  # [m] a path exists where a disc of this radius can go: the robot's inscribed circle, padded
+# [m] a path exists where a disc of this radius can go: the robot's inscribed circle, padded
+ROBOT_RADIUS = 0.4
 GOAL_DISTANCE = (20.0, 1000.0)  # [m] between start and goal as the crow flies (published sampling)
 _COARSE = 0.2  # [m] grid on which paths are searched
 _BATCH = 64  # draws at a time
@@ -36,21 +37,25 @@ class Mission:
 class MissionSampler:
     """Draws missions on one map.
 
-    Start: uniform on the navigation mesh, random heading. Both start and goal keep ``CLEARANCE`` from the mesh's edges,
-    and a disc of ``ROBOT_RADIUS`` must get from one to the other; otherwise both are drawn anew. The goal's heading is
-    that of the shortest path's end. Paths are searched on a grid of about 0.2 m whose cells are passable when the disc
-    fits at their centre. How the goal is drawn is a name of ``SAMPLINGS``:
+    Start: uniform on the navigation mesh, random heading. Both start and goal keep ``CLEARANCE``
+    from the mesh's edges, and a disc of ``ROBOT_RADIUS`` must get from one to the other; otherwise
+    both are drawn anew. The goal's heading is that of the shortest path's end. Paths are searched
+    on a grid of about 0.2 m whose cells are passable when the disc fits at their centre. How the
+    goal is drawn is a name of ``SAMPLINGS``:
 
-    - ``published``: at a random bearing and a distance uniform in 20..1000 m from the start, as the paper's public
-      configuration has it. There a point off the mesh is projected to the nearest walkable point first, which changes
-      nothing: the nearest point lies on an edge and fails the clearance. So goals are those points that fall on the
-      mesh by themselves, denser near the start than uniform ones. (Projected to the nearest point with clearance
-      instead, paths would have a mean of 151..158 m on the sidewalk worlds; published are 102 m, and so drawn 92..105.)
+    - ``published``: at a random bearing and a distance uniform in 20..1000 m from the start, as the
+      paper's public configuration has it. There a point off the mesh is projected to the nearest
+      walkable point first, which changes nothing: the nearest point lies on an edge and fails the
+      clearance. So goals are those points that fall on the mesh by themselves, denser near the
+      start than uniform ones. (Projected to the nearest point with clearance instead, paths would
+      have a mean of 151..158 m on the sidewalk worlds; published are 102 m, and so drawn 92..105.)
       On maps with a diagonal below 200 m the least distance is a tenth of the diagonal.
     - ``uniform``: uniform on the mesh.
     """
 
-    def __init__(self, mesh: OccupancyGrid, sampling: str = "published", ground: OccupancyGrid | None = None) -> None:
+    def __init__(
+        self, mesh: OccupancyGrid, sampling: str = "published", ground: OccupancyGrid | None = None
+    ) -> None:
         """Precompute for one map.
 
         Args:
@@ -65,13 +70,16 @@ class MissionSampler:
         if sampling not in SAMPLINGS:
             raise UnknownNameError("missions", sampling, SAMPLINGS)
         if mesh.origin.yaw != 0.0:
-            raise MapError(f"map origin has a yaw of {mesh.origin.yaw} rad; turn the map parallel to the axes first")
+            raise MapError(
+                f"map origin has a yaw of {mesh.origin.yaw} rad; turn the map parallel to the axes first"
+            )
         self._mesh, self._ground, self._sampling = mesh, ground or mesh, sampling
         self._factor = max(round(_COARSE / mesh.resolution), 1)
         self._cell_size = self._factor * mesh.resolution  # [m]
         clearance = _clearance(mesh, self._factor)
         self._passable = clearance >= ROBOT_RADIUS
-        self._labels: npt.NDArray[np.int32] = ndimage.label(self._passable)[0]  # 4-connected, as corners are not cut
+        # 4-connected, as corners are not cut
+        self._labels: npt.NDArray[np.int32] = ndimage.label(self._passable)[0]
         self._roomy = clearance >= CLEARANCE
         self._cells: IntArray = np.argwhere(self._roomy)
         diagonal = math.hypot(*clearance.shape) * self._cell_size
@@ -90,11 +98,17 @@ class MissionSampler:
             )
         for _ in range(_MOST_BATCHES):
             starts = self._anywhere(rng)
-            goals = self._around(starts, rng) if self._sampling == "published" else self._anywhere(rng)
+            goals = (
+                self._around(starts, rng) if self._sampling == "published" else self._anywhere(rng)
+            )
             valid = np.flatnonzero(self._are_valid(starts, goals))
             if len(valid):
-                return self._assemble(starts[valid[0]], goals[valid[0]], float(rng.uniform(-math.pi, math.pi)))
-        raise MapError(f"no valid mission in {_MOST_BATCHES * _BATCH} draws; the map's walkable parts may be too small")
+                return self._assemble(
+                    starts[valid[0]], goals[valid[0]], float(rng.uniform(-math.pi, math.pi))
+                )
+        raise MapError(
+            f"no valid mission in {_MOST_BATCHES * _BATCH} draws; the map's walkable parts may be too small"
+        )
 
     def _anywhere(self, rng: np.random.Generator) -> IntArray:
         """Cells (N, 2) uniform on what keeps its clearance."""
@@ -103,7 +117,10 @@ class MissionSampler:
 
     def _around(self, starts: IntArray, rng: np.random.Generator) -> IntArray:
         """Cells (N, 2) at random bearings and distances from others, wherever they fall."""
-        bearings, distances = rng.uniform(-math.pi, math.pi, _BATCH), rng.uniform(*self._distances, _BATCH)
+        bearings, distances = (
+            rng.uniform(-math.pi, math.pi, _BATCH),
+            rng.uniform(*self._distances, _BATCH),
+        )
         offsets = distances * np.stack((np.sin(bearings), np.cos(bearings))) / self._cell_size
         cells: IntArray = np.rint(starts + offsets.T).astype(np.int64)
         return cells
@@ -129,7 +146,8 @@ class MissionSampler:
         """A mission between two given poses.
 
         Raises:
-            InputError: a pose is outside the map or not on walkable ground, or no path connects them.
+            InputError: a pose is outside the map or not on walkable ground, or no path connects
+                them.
         """
         check_pose_free(self._ground, start, "start")
         check_pose_free(self._ground, goal, "goal")
@@ -146,23 +164,33 @@ class MissionSampler:
 
     def _path(self, start: IntArray, goal: IntArray) -> IntArray:
         first = int(start[0]), int(start[1])
-        return string_pull(self._passable, descend(distance_field(self._passable, goal, first), first))
+        return string_pull(
+            self._passable, descend(distance_field(self._passable, goal, first), first)
+        )
 
     def _length(self, path: IntArray) -> float:
         return path_length(path) * self._cell_size
 
     def _centre(self, cell: IntArray) -> tuple[float, float]:
-        """The point that a coarse cell stands for: the centre of the map cell in its middle, in [m]."""
+        """The point that a coarse cell stands for.
+
+        The centre of the map cell in its middle, in [m].
+        """
         row, column = (cell * self._factor + self._factor // 2 + 0.5) * self._mesh.resolution
         return self._mesh.origin.x + float(column), self._mesh.origin.y + float(row)
 
     def _nearest_passable(self, pose: Pose2D) -> IntArray | None:
         """The passable coarse cell nearest to a pose, within 1 m of it."""
         size = self._cell_size
-        row, column = int((pose.y - self._mesh.origin.y) / size), int((pose.x - self._mesh.origin.x) / size)
+        row, column = (
+            int((pose.y - self._mesh.origin.y) / size),
+            int((pose.x - self._mesh.origin.x) / size),
+        )
         reach = math.ceil(1.0 / size)
         low = np.maximum((row - reach, column - reach), 0)
-        cells = low + np.argwhere(self._passable[low[0] : row + reach + 1, low[1] : column + reach + 1])
+        cells = low + np.argwhere(
+            self._passable[low[0] : row + reach + 1, low[1] : column + reach + 1]
+        )
         if not len(cells):
             return None
         nearest: IntArray = cells[np.argmin(((cells - (row, column)) ** 2).sum(axis=1))]
@@ -173,12 +201,15 @@ def check_pose_free(walkable: OccupancyGrid, pose: Pose2D, what: str) -> None:
     """Check that a pose that a user gave stands on free ground of an axis-aligned map.
 
     Raises:
-        InputError: it is outside the map or not on a free cell; the message offers the nearest free cell.
+        InputError: it is outside the map or not on a free cell; the message offers the nearest free
+            cell.
     """
     r, origin = walkable.resolution, walkable.origin
     where = f"{what} ({pose.x:.1f}, {pose.y:.1f}) m"
     if not all(math.isfinite(value) for value in (pose.x, pose.y, pose.yaw)):
-        raise InputError(f"{where} is not a pose; three finite numbers x, y [m] and yaw [rad] are needed")
+        raise InputError(
+            f"{where} is not a pose; three finite numbers x, y [m] and yaw [rad] are needed"
+        )
     mx, my = math.floor((pose.x - origin.x) / r), math.floor((pose.y - origin.y) / r)
     if not (0 <= mx < walkable.width and 0 <= my < walkable.height):
         raise InputError(
@@ -192,7 +223,9 @@ def check_pose_free(walkable: OccupancyGrid, pose: Pose2D, what: str) -> None:
         raise InputError(f"{where} lies in an occupied cell; the map has no free cell")
     offsets = (free[:, ::-1] + 0.5) * r + (origin.x - pose.x, origin.y - pose.y)
     distance = float(np.hypot(*offsets.T).min())
-    raise InputError(f"{where} lies in an occupied cell; nearest free cell is {distance:.2f} m away")
+    raise InputError(
+        f"{where} lies in an occupied cell; nearest free cell is {distance:.2f} m away"
+    )
 
 
 def check_apart(start: Pose2D, goal: Pose2D, arrival_radius: float) -> None:
@@ -216,10 +249,16 @@ def check_footprint_free(geometry: OccupancyGrid, start: Pose2D, footprint: Floa
         InputError: it does.
     """
     polygon = transform_points(start, footprint)
-    low = np.floor((polygon.min(axis=0) - (geometry.origin.x, geometry.origin.y)) / geometry.resolution).astype(int)
-    high = np.ceil((polygon.max(axis=0) - (geometry.origin.x, geometry.origin.y)) / geometry.resolution).astype(int)
+    low = np.floor(
+        (polygon.min(axis=0) - (geometry.origin.x, geometry.origin.y)) / geometry.resolution
+    ).astype(int)
+    high = np.ceil(
+        (polygon.max(axis=0) - (geometry.origin.x, geometry.origin.y)) / geometry.resolution
+    ).astype(int)
     low = np.maximum(low, 0)
-    rows, columns = np.mgrid[low[1] : min(high[1], geometry.height), low[0] : min(high[0], geometry.width)]
+    rows, columns = np.mgrid[
+        low[1] : min(high[1], geometry.height), low[0] : min(high[0], geometry.width)
+    ]
     x = geometry.origin.x + (columns + 0.5) * geometry.resolution
     y = geometry.origin.y + (rows + 0.5) * geometry.resolution
     covered = shapely.contains_xy(shapely.Polygon(polygon), x, y)
@@ -241,9 +280,12 @@ def _clearance(mesh: OccupancyGrid, factor: int) -> Float32Array:
     def compute() -> Float32Array:
         distance = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1]
         coarse = distance[factor // 2 :: factor, factor // 2 :: factor]
-        clearance: Float32Array = (np.maximum(coarse - 0.5, 0.0) * mesh.resolution).astype(np.float32)
+        clearance: Float32Array = (np.maximum(coarse - 0.5, 0.0) * mesh.resolution).astype(
+            np.float32
+        )
         return clearance
 
     return cached_array(
-        content_key("mission clearance 3", np.packbits(free), mesh.width, mesh.resolution, factor), compute
+        content_key("mission clearance 3", np.packbits(free), mesh.width, mesh.resolution, factor),
+        compute,
     )

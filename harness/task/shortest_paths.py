@@ -1,17 +1,23 @@
 """Shortest paths on a mask of free cells: for pedestrians, missions and route choice.
 
-Signatures (cells are ``(my, mx)`` = (row, column), int64; lengths in cells, multiply by the resolution for metres)::
+Signatures (cells are ``(my, mx)`` = (row, column), int64; lengths in cells, multiply by the
+resolution for metres)::
 
-    distance_field(free: (H, W) bool, goals: (K, 2) or (2,) cells[, until]) -> (H, W) float32, inf where unreachable
-    descend(field: (H, W) float32, start: (my, mx)) -> (N, 2) cells from start to the nearest goal, both included
-    string_pull(free: (H, W) bool, cells: (N, 2)) -> (M, 2) corner cells of the shortcut path, ends kept
+    distance_field(free: (H, W) bool, goals: (K, 2) or (2,) cells[, until]) -> (H, W) float32, inf
+    where unreachable
+    descend(field: (H, W) float32, start: (my, mx)) -> (N, 2) cells from start to the nearest goal,
+    both included
+    string_pull(free: (H, W) bool, cells: (N, 2)) -> (M, 2) corner cells of the shortcut path, ends
+    kept
     shortest_path(free, start, goal) -> (M, 2) corner cells, or None: the three in one
     path_length(cells: (N, 2)) -> float, in cells
-    line_of_sight(free, my0, mx0, my1, mx1) -> bool: every cell that the straight line touches is free
+    line_of_sight(free, my0, mx0, my1, mx1) -> bool: every cell that the straight line touches is
+    free
 
-The graph is 16-connected (straight, diagonal and knight's moves); a move is legal when every cell that the straight
-line between the two centres touches is free, so corners are never cut. Field values exceed the Euclidean shortest
-length by at most 2.8 % (the 16-connected metric, Borgefors 1986), and ``string_pull`` removes most of that.
+The graph is 16-connected (straight, diagonal and knight's moves); a move is legal when every cell
+that the straight line between the two centres touches is free, so corners are never cut. Field
+values exceed the Euclidean shortest length by at most 2.8 % (the 16-connected metric, Borgefors
+1986), and ``string_pull`` removes most of that.
 """
 
 import math
@@ -24,7 +30,8 @@ from navstack.types import BoolArray, Float32Array, FloatArray, IntArray
 _SQRT2 = math.sqrt(2.0)
 _SQRT5 = math.sqrt(5.0)
 
-# (dy, dx) of the moves, and the two cells that must be free besides the target: the cells that the line touches.
+# (dy, dx) of the moves, and the two cells that must be free besides the target: the cells that the
+# line touches.
 _MOVES = np.array(
     [(0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1)]
     + [(1, 2), (2, 1), (2, -1), (1, -2), (-1, -2), (-2, -1), (-2, 1), (-1, 2)]
@@ -38,18 +45,21 @@ _BETWEEN = np.array(
 _BUCKETS = 4  # ceil(longest move) + 1, buckets one cell wide
 
 
-def distance_field(free: BoolArray, goals: IntArray, until: tuple[int, int] | None = None) -> Float32Array:
+def distance_field(
+    free: BoolArray, goals: IntArray, until: tuple[int, int] | None = None
+) -> Float32Array:
     """Length of the shortest legal path from every cell to the nearest goal.
 
     Args:
         free: (H, W) True where a path may pass.
-        goals: (K, 2) or (2,) cells (my, mx); a goal outside the grid or on a cell that is not free counts for nothing.
-        until: cell (my, mx) from which :func:`descend` shall lead to a goal; what is farther from the goals than this
-            cell may be left out. None: nothing is.
+        goals: (K, 2) or (2,) cells (my, mx); a goal outside the grid or on a cell that is not free
+            counts for nothing.
+        until: cell (my, mx) from which :func:`descend` shall lead to a goal; what is farther from
+            the goals than this cell may be left out. None: nothing is.
 
     Returns:
-        (H, W) in cells; inf where no goal can be reached. With ``until``, cells farther away than it hold an upper
-        bound or inf.
+        (H, W) in cells; inf where no goal can be reached. With ``until``, cells farther away than
+        it hold an upper bound or inf.
     """
     cells = np.atleast_2d(np.asarray(goals, dtype=np.int64))
     cells = cells[((cells >= 0) & (cells < free.shape)).all(axis=1)]
@@ -61,19 +71,27 @@ def distance_field(free: BoolArray, goals: IntArray, until: tuple[int, int] | No
 
 
 def descend(field: Float32Array, start: tuple[int, int]) -> IntArray:
-    """Follow a distance field downhill, as (N, 2) cells (my, mx) from ``start`` to a goal; empty when unreachable."""
+    """Follow a distance field downhill, as (N, 2) cells (my, mx) from ``start`` to a goal.
+
+    Empty when unreachable.
+    """
     return _descend(field, int(start[0]), int(start[1]))
 
 
 def string_pull(free: BoolArray, cells: IntArray) -> IntArray:
-    """Drop the cells of a path (N, 2) that a straight line over free cells can skip; returns the (M, 2) corners."""
+    """Drop the cells of a path (N, 2) that a straight line over free cells can skip.
+
+    Returns the (M, 2) corners.
+    """
     if len(cells) <= 2:
         return cells
     forward = _shortcut(free, cells)
     return _shortcut(free, np.ascontiguousarray(_trace(forward)[::-1]))[::-1].copy()
 
 
-def shortest_path(free: BoolArray, start: tuple[int, int], goal: tuple[int, int]) -> IntArray | None:
+def shortest_path(
+    free: BoolArray, start: tuple[int, int], goal: tuple[int, int]
+) -> IntArray | None:
     """The corners (M, 2) of a shortest path between two cells, or None where there is none."""
     cells = descend(distance_field(free, np.array(goal), start), start)
     return string_pull(free, cells) if len(cells) else None
@@ -96,7 +114,8 @@ def line_of_sight(free: BoolArray, my0: int, mx0: int, my1: int, mx1: int) -> bo
     if not free[y, x]:
         return False
     while iy < ny or ix < nx:
-        decision = (1 + 2 * ix) * ny - (1 + 2 * iy) * nx  # which border comes first, x (negative) or y
+        # which border comes first, x (negative) or y
+        decision = (1 + 2 * ix) * ny - (1 + 2 * iy) * nx
         if decision == 0:
             if not (free[y + sy, x] and free[y, x + sx]):
                 return False
@@ -112,10 +131,12 @@ def line_of_sight(free: BoolArray, my0: int, mx0: int, my1: int, mx1: int) -> bo
 
 @njit(ahead="bool[:, ::1], int64[::1], int64")
 def _dijkstra(free: BoolArray, goals: IntArray, last: int) -> FloatArray:
-    """Label-setting with buckets as wide as the shortest move (Denardo & Fox 1979): exact, without a heap.
+    """Label-setting with buckets as wide as the shortest move (Denardo & Fox 1979).
 
-    ``free`` (H, W) has a border of two closed cells; goals are flat indices of free cells. Once the cell of flat index
-    ``last`` is settled the rest is left as it is; -1: all cells are settled.
+    Exact, without a heap.
+
+    ``free`` (H, W) has a border of two closed cells; goals are flat indices of free cells. Once the
+    cell of flat index ``last`` is settled the rest is left as it is; -1: all cells are settled.
     """
     width = free.shape[1]
     open_ = free.ravel()
@@ -124,7 +145,8 @@ def _dijkstra(free: BoolArray, goals: IntArray, last: int) -> FloatArray:
     length = np.full(open_.size, np.inf)
     queues = np.empty((_BUCKETS, 1024 + len(goals)), np.int64)
     counts = np.zeros(_BUCKETS, np.int64)
-    for k in range(len(goals)):  # loops compile in a fraction of the time that numba takes for slices
+    # loops compile in a fraction of the time that numba takes for slices
+    for k in range(len(goals)):
         length[goals[k]] = 0.0
         queues[0, k] = goals[k]
     counts[0] = len(goals)
@@ -211,7 +233,10 @@ def _shortcut(free: BoolArray, cells: IntArray) -> IntArray:
 
 @njit(ahead="int64[:, ::1]")
 def _trace(corners: IntArray) -> IntArray:
-    """The cells (N, 2) that a polyline passes, one legal step apart; every leg is a line of sight."""
+    """The cells (N, 2) that a polyline passes, one legal step apart.
+
+    Every leg is a line of sight.
+    """
     total = 1
     for k in range(len(corners) - 1):
         total += abs(corners[k + 1, 0] - corners[k, 0]) + abs(corners[k + 1, 1] - corners[k, 1])

@@ -15,12 +15,14 @@ from navstack.params.nav2_file.ros_yaml import PARAMETERS
 from navstack.params.strict import load_dataclass, read_text
 
 TRUTH = "ground_truth"  # the localizer and the tracker that no robot can have
-GEOMETRY, MESH, NO_MAP = PLANNING_MAPS = ("geometry", "navigation_mesh", "none")  # none: all is free until it is seen
+# none: all is free until it is seen
+GEOMETRY, MESH, NO_MAP = PLANNING_MAPS = ("geometry", "navigation_mesh", "none")
 LOCALIZATION_MAPS = (GEOMETRY, MESH, "outlined_mesh")
 NAV2, PARKED = NAVIGATORS = ("nav2", "parked")  # or a policy, as MODULE:CLASS or FILE.py:CLASS
 WHEN_LOST = ("drive", "stop")  # what a robot does whose localizer is lost
 SENSORS = {"scan": "lidar", "fix": "gps"}  # those that have a price, by the input that they give
-CORRELATION_TIME = 10.0  # [s] of an injected error: the least of GNSS multipath (Joerger and Pervan 2020: 10 to 900 s)
+# [s] of an injected error: the least of GNSS multipath (Joerger and Pervan 2020: 10 to 900 s)
+CORRELATION_TIME = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,9 +41,13 @@ class InjectedError:
         """
         for name in ("position_rms", "heading_rms", "correlation_time"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0) or (name == "correlation_time" and value == 0.0):
+            if not (math.isfinite(value) and value >= 0.0) or (
+                name == "correlation_time" and value == 0.0
+            ):
                 least = "more than 0" if name == "correlation_time" else "0 or more"
-                raise ParameterError(f"injected error: {name} {value} is out of range; give a number, {least}")
+                raise ParameterError(
+                    f"injected error: {name} {value} is out of range; give a number, {least}"
+                )
 
     @property
     def is_zero(self) -> bool:
@@ -60,9 +66,11 @@ class PolicyParams:
     time_limit: float = 10.0  # [s] of wall time for an answer
     start_limit: float = 120.0  # [s] of wall time until it is there: it may have to load a network
     file: str = ""  # handed to it when it is made, e.g. its weights; empty: it is made without
-    speed: float = 1.0  # [m/s] at which the waypoints of one that answers with waypoints are followed
+    # [m/s] at which the waypoints of one that answers with waypoints are followed
+    speed: float = 1.0
     sees_people: bool = False  # whether it is told where people truly are
-    data_collection: bool = False  # whether it was trained on collected data, which is part of the CAPEX
+    # whether it was trained on collected data, which is part of the CAPEX
+    data_collection: bool = False
     camera: CameraParams = CameraParams()  # whose pictures it is shown; none unless it has pixels
 
     def __post_init__(self) -> None:
@@ -71,9 +79,16 @@ class PolicyParams:
         Raises:
             ParameterError: a value out of range.
         """
-        for name, most in (("rate", 1000.0), ("time_limit", 1800.0), ("start_limit", 1800.0), ("speed", 100.0)):
+        for name, most in (
+            ("rate", 1000.0),
+            ("time_limit", 1800.0),
+            ("start_limit", 1800.0),
+            ("speed", 100.0),
+        ):
             if not 0.0 < getattr(self, name) <= most:
-                raise ParameterError(f"policy: {name} {getattr(self, name)}; allowed is more than 0 to {most:g}")
+                raise ParameterError(
+                    f"policy: {name} {getattr(self, name)}; allowed is more than 0 to {most:g}"
+                )
 
 
 NO_POLICY = PolicyParams()
@@ -94,7 +109,8 @@ class Stack:
     localization_map: str = ""  # of LOCALIZATION_MAPS, or such a file; empty: the planning map
     when_lost: str = "drive"  # of WHEN_LOST; Nav2 drives on
     injected: InjectedError = NO_ERROR  # on top of ground_truth
-    tracker: str = ""  # ground_truth: people as they are; empty: as the Nav2 file's tracker sees them
+    # ground_truth: people as they are; empty: as the Nav2 file's tracker sees them
+    tracker: str = ""
     name: str = ""
     policy: PolicyParams = NO_POLICY  # of a navigator that is a policy
 
@@ -115,7 +131,10 @@ class Stack:
 
 
 def load_stack(
-    name_or_file: str, localizer: str | None = None, robot: str | None = None, sensors: str | None = None
+    name_or_file: str,
+    localizer: str | None = None,
+    robot: str | None = None,
+    sensors: str | None = None,
 ) -> Stack:
     """A stack by name, by its file, or made from a Nav2 parameter file (then like ``nav2-gps``).
 
@@ -132,7 +151,9 @@ def load_stack(
     path = resolve(name_or_file, stacks, "stack")
     if PARAMETERS in read_text(path):  # every node of a Nav2 file has this key
         stack = load_dataclass(Stack, stacks / "nav2-gps.yaml")
-        stack = dataclasses.replace(stack, nav2_file=str(path.absolute()), title=f"Nav2 file {path.name}")
+        stack = dataclasses.replace(
+            stack, nav2_file=str(path.absolute()), title=f"Nav2 file {path.name}"
+        )
     else:
         stack = load_dataclass(Stack, path)
     stack = dataclasses.replace(
@@ -151,16 +172,25 @@ def load_stack(
 
 
 def absolute_files(nav2: Nav2File) -> dict[str, str]:
-    """Of each node that names a map or a mask the absolute path of that file; relative ones begin at the Nav2 file."""
+    """Of each node that names a map or a mask the absolute path of that file.
+
+    Relative ones begin at the Nav2 file.
+    """
     named = {node: entries.get("yaml_filename") for node, entries in nav2.parameters.items()}
     folder = nav2.path.parent
-    return {node: str((folder / str(file.value)).resolve()) for node, file in named.items() if file and file.value}
+    return {
+        node: str((folder / str(file.value)).resolve())
+        for node, file in named.items()
+        if file and file.value
+    }
 
 
 def policy_files(stack: Stack) -> list[Path]:
     """The files that a stack's policy is made of, as far as the stack names them."""
     code = stack.navigator.rpartition(":")[0]
-    return [Path(file) for file in (code if code.endswith(".py") else "", stack.policy.file) if file]
+    return [
+        Path(file) for file in (code if code.endswith(".py") else "", stack.policy.file) if file
+    ]
 
 
 def localizer_names() -> tuple[str, ...]:
@@ -169,12 +199,17 @@ def localizer_names() -> tuple[str, ...]:
 
 
 def _beside(path: Path, name_or_file: str) -> str:
-    """What a stack's file names: a file, relative to that one, as an absolute path; a name of ``params`` as it is."""
+    """What a stack's file names: a file, relative to that one, as an absolute path.
+
+    A name of ``params`` as it is.
+    """
     return str((path.parent / name_or_file).absolute()) if is_file(name_or_file) else name_or_file
 
 
 def _policy_beside(path: Path, navigator: str) -> str:
-    """A policy in a file, relative to the stack's, with its absolute path; another navigator as it is.
+    """A policy in a file, relative to the stack's, with its absolute path.
+
+    Another navigator as it is.
 
     Raises:
         ParameterError: the file is not there.
@@ -190,7 +225,9 @@ def _weights_beside(path: Path, file: str) -> str:
         return ""
     found = (path.parent / file).absolute()
     if not found.is_file():
-        raise ParameterError(f"{path}: {found} is not there; files of a policy are looked for beside the stack's file")
+        raise ParameterError(
+            f"{path}: {found} is not there; files of a policy are looked for beside the stack's file"
+        )
     return str(found)
 
 
@@ -199,7 +236,9 @@ def _check_map(kind: str, given: str, known: Collection[str]) -> None:
     if not is_file(given):
         _check(kind, given, known)
     elif not Path(given).is_file():
-        raise ParameterError(f"{kind} {given} is not there; give a map_server YAML file, or one of {', '.join(known)}")
+        raise ParameterError(
+            f"{kind} {given} is not there; give a map_server YAML file, or one of {', '.join(known)}"
+        )
 
 
 def _with_paths(stack: Stack, path: Path) -> Stack:
@@ -209,19 +248,25 @@ def _with_paths(stack: Stack, path: Path) -> Stack:
     _check("localizer", stack.localizer, localizer_names())
     _check_map("planning map", stack.planning_map, PLANNING_MAPS)
     if stack.localization_map or stack.planning_map != NO_MAP or uses_map(stack.localizer):
-        _check_map("localization map", stack.localization_map or stack.planning_map, LOCALIZATION_MAPS)
+        _check_map(
+            "localization map", stack.localization_map or stack.planning_map, LOCALIZATION_MAPS
+        )
     _check("when_lost", stack.when_lost, WHEN_LOST)
     _check("tracker", stack.tracker or TRUTH, (TRUTH,))
     for sensor in stack.carries:
         _check("sensor", sensor, SENSORS.values())
     if not stack.injected.is_zero and stack.localizer != TRUTH:
-        raise ParameterError(f"{path}: injected: an error is added to ground_truth only, not to '{stack.localizer}'")
+        raise ParameterError(
+            f"{path}: injected: an error is added to ground_truth only, not to '{stack.localizer}'"
+        )
     params = shipped("params")
     nav2_file = ""
     if stack.navigator != PARKED:
         if not stack.nav2_file:
             needs = (
-                "it has the localizer's and the planner's parameters" if stack.is_policy else "a nav2 stack needs one"
+                "it has the localizer's and the planner's parameters"
+                if stack.is_policy
+                else "a nav2 stack needs one"
             )
             raise ParameterError(f"{path}: key 'nav2_file' is missing; {needs}")
         nav2_file = str(resolve(stack.nav2_file, params / "nav2", "Nav2").resolve())

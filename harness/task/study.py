@@ -22,15 +22,28 @@ MAX_PEDESTRIANS = 2000  # beyond this a 200 m x 200 m world holds nobody else
 MAX_EPISODES = 1_000_000  # of a stack
 MAX_SEED = 2**63 - 1  # what a table can hold
 
-# Every consumer of randomness has a generator of its own, so that a change of one leaves the others alone and two
-# stacks meet the same missions, people and noise (common random numbers).
-CONSUMERS = ("mission", "pedestrians", "lidar", "odometry", "imu", "gps", "cargo", "planner", "localizer", "controller")
+# Every consumer of randomness has a generator of its own, so that a change of one leaves the others
+# alone and two stacks meet the same missions, people and noise (common random numbers).
+CONSUMERS = (
+    "mission",
+    "pedestrians",
+    "lidar",
+    "odometry",
+    "imu",
+    "gps",
+    "cargo",
+    "planner",
+    "localizer",
+    "controller",
+)
 
 
 def make_generators(seed: int, episode: int) -> dict[str, np.random.Generator]:
     """One generator per consumer of randomness."""
     children = np.random.SeedSequence(seed, spawn_key=(episode,)).spawn(len(CONSUMERS))
-    return {name: np.random.default_rng(child) for name, child in zip(CONSUMERS, children, strict=True)}
+    return {
+        name: np.random.default_rng(child) for name, child in zip(CONSUMERS, children, strict=True)
+    }
 
 
 def of_brain(generators: Mapping[str, np.random.Generator]) -> Generators:
@@ -81,7 +94,8 @@ class Study:
     stacks: tuple[Stack, ...]
     episodes: int  # of each stack
     workers: int
-    template: EpisodeTask  # of the first stack's first episode; the others differ in stack and episode
+    # of the first stack's first episode; the others differ in stack and episode
+    template: EpisodeTask
     only: tuple[int, ...] = ()  # their numbers; empty: the first ones
 
     @property
@@ -98,7 +112,9 @@ class Study:
         """Every delivery of the study."""
         for number, stack in enumerate(self.stacks):
             for episode in self.numbers:
-                yield dataclasses.replace(self.template, stack=stack, stack_number=number, episode=episode)
+                yield dataclasses.replace(
+                    self.template, stack=stack, stack_number=number, episode=episode
+                )
 
 
 def make_study(
@@ -140,7 +156,9 @@ def make_study(
         raise UnknownNameError("--record", record, RECORDS)
     params = shipped("params")
     asked = (load_stack(name, localizer, robot, sensors) for name in stacks)
-    loaded = _unique_names(tuple(with_substitutes(stack, substitutes, allow_unknown) for stack in asked))
+    loaded = _unique_names(
+        tuple(with_substitutes(stack, substitutes, allow_unknown) for stack in asked)
+    )
     template = EpisodeTask(
         stack=loaded[0],
         stack_number=0,
@@ -151,7 +169,9 @@ def make_study(
         seed=seed,
         episode=0,
         pedestrians=pedestrians,
-        people=str(Path(people).resolve()) if people is not None and is_recording(people) else people,
+        people=str(Path(people).resolve())
+        if people is not None and is_recording(people)
+        else people,
         missions=missions,
         start=parse_pose("--start", start) if start is not None else None,
         goal=parse_pose("--goal", goal) if goal is not None else None,
@@ -159,7 +179,9 @@ def make_study(
         keep_decisions=record in ("decisions", "full"),
         allow_unknown=allow_unknown,
     )
-    return Study(loaded, episodes, usable_workers(workers, episodes * len(loaded)), template, numbers)
+    return Study(
+        loaded, episodes, usable_workers(workers, episodes * len(loaded)), template, numbers
+    )
 
 
 def usable_workers(asked: int | None, deliveries: int) -> int:
@@ -194,7 +216,9 @@ def parse_pose(option: str, text: str) -> Pose2D:
     except ValueError:
         values = []
     if len(values) != 3 or not all(abs(value) <= FARTHEST for value in values):
-        raise InputError(f"{option} '{text}' is not x,y,yaw: three numbers in [m], [m], [rad], e.g. 12.5,-3,1.57")
+        raise InputError(
+            f"{option} '{text}' is not x,y,yaw: three numbers in [m], [m], [rad], e.g. 12.5,-3,1.57"
+        )
     return Pose2D(*values)
 
 
@@ -208,5 +232,7 @@ def _unique_names(stacks: tuple[Stack, ...]) -> tuple[Stack, ...]:
     names = [stack.name for stack in stacks]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise InputError(f"stack '{twice}' is given more than once; give each stack once, or rename its file")
+        raise InputError(
+            f"stack '{twice}' is given more than once; give each stack once, or rename its file"
+        )
     return stacks

@@ -1,8 +1,9 @@
 """The auditor: is the optimum better driving, or a gap of the cost model?
 
-The incumbent is held against the original on the same missions, those that the tuner never saw where there are any.
-Twelve checks look for what the cost model fails to price; each is a test of its own, and together they raise a false
-alarm in at most 1 of 50 studies whose incumbent exploits nothing (Bonferroni).
+The incumbent is held against the original on the same missions, those that the tuner never saw
+where there are any. Twelve checks look for what the cost model fails to price; each is a test of
+its own, and together they raise a false alarm in at most 1 of 50 studies whose incumbent exploits
+nothing (Bonferroni).
 """
 
 from dataclasses import dataclass
@@ -18,7 +19,8 @@ from harness.tuning.audit_search import computing, edges
 from harness.tuning.result import StudyResult
 
 OF_PARAMETERS = ("compute", "edge")  # checks that look at the search, not at deliveries
-THRESHOLD = 50.0  # [N s] in one physics step with one partner, from which a contact counts; published
+# [N s] in one physics step with one partner, from which a contact counts; published
+THRESHOLD = 50.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +54,8 @@ def audit(study: StudyResult, prices: Prices, threshold: float = THRESHOLD) -> A
     """Hold the incumbent against the original.
 
     Args:
-        study: with test rows, or with training rows alone; rows with their events where single contacts are to be told.
+        study: with test rows, or with training rows alone; rows with their events where single
+            contacts are to be told.
         prices: the price file.
         threshold: [N s] from which the world counts a contact.
     """
@@ -60,7 +63,9 @@ def audit(study: StudyResult, prices: Prices, threshold: float = THRESHOLD) -> A
     scores = pairs.scores
     absent = _unexaminable(study, pairs.n)
     if absent:
-        checks = tuple(Check(key, False, absent, is_examined=False) for key in GAPS if key not in OF_PARAMETERS)
+        checks = tuple(
+            Check(key, False, absent, is_examined=False) for key in GAPS if key not in OF_PARAMETERS
+        )
     else:
         checks = (
             pushing(pairs, scores, threshold),
@@ -83,4 +88,6 @@ def _unexaminable(study: StudyResult, pairs: int) -> str:
         return "the file is unchanged"
     if not pairs:
         return "no mission was finished by both"
-    return f"{pairs} missions are too few, give at least {LEAST_PAIRS}" if pairs < LEAST_PAIRS else ""
+    return (
+        f"{pairs} missions are too few, give at least {LEAST_PAIRS}" if pairs < LEAST_PAIRS else ""
+    )

@@ -1,7 +1,10 @@
-"""The auditor's checks on deliveries: does the incumbent earn more by driving better, or by a gap of the cost model?
+"""The auditor's checks on deliveries.
 
-Every check is a hypothesis about pairs of deliveries on the same missions. It flags what is both large (the constants
-below) and no chance (a paired test at :data:`harness.tuning.audit_findings.LEVEL`).
+Does the incumbent earn more by driving better, or by a gap of the cost model?
+
+Every check is a hypothesis about pairs of deliveries on the same missions. It flags what is both
+large (the constants below) and no chance (a paired test at
+:data:`harness.tuning.audit_findings.LEVEL`).
 """
 
 from collections.abc import Mapping
@@ -20,25 +23,32 @@ from navstack.types import FloatArray
 
 CLOSE_TOUCHES = 0.02  # [1/run] more touches close to the threshold, from which the check may flag
 SOFT_TOUCHES = 0.25  # [1/run] the same of all soft contacts, where single contacts are not known
-LOST_GAIN = 0.5  # share of the gain; where less of it is lost without the threshold, the gain does not rest on it
+# share of the gain; where less of it is lost without the threshold, the gain does not rest on it
+LOST_GAIN = 0.5
 SHARE_MORE = 0.05  # of the deliveries: more of them that end so, from which a check may flag
-STOOD = 0.5  # share of the way: who made good less until the timeout stood, who made good more drove too long
+# share of the way: who made good less until the timeout stood, who made good more drove too long
+STOOD = 0.5
 SLOW = 0.65  # of the original's pace; a slower incumbent freezes
 WAITS = 0.15  # share of the time: who stands so much more on average waits
 LONG = 0.5  # share of the time; a delivery in time that stands longer freezes
-NO_THRESHOLD, SHARED_FAULT, NEITHER = "no_threshold", "shared_fault", "no_threshold_shared_fault"  # accountings
+# accountings
+NO_THRESHOLD, SHARED_FAULT, NEITHER = "no_threshold", "shared_fault", "no_threshold_shared_fault"
 SHARE_OF_TIME = "of the time"  # unit of what differs from delivery to delivery, unlike SHARE
 
-Scores = Mapping[str, Evidence]  # the margin by accounting, see harness.tuning.audit_pairs.Pairs.scores
+# the margin by accounting, see harness.tuning.audit_pairs.Pairs.scores
+Scores = Mapping[str, Evidence]
 
 
 def pushing(pairs: Pairs, scores: Scores, threshold: float) -> Check:
-    """Contacts moved just under the threshold from which they count: there are more touches, and they cost nothing.
+    """Contacts moved just under the threshold from which they count.
 
-    Two tests, either of which will do: that there are more touches close to the threshold (paired), and that of touches
-    close to it and counted ones more are close (Fisher's exact test), which tells where all are few. And at least half
-    of the gain is lost once softer contacts are paid for, whether the robot pays for all of them or for its share of
-    the fault: people who bump into a robot that stands do not make it one that pushes.
+    There are more touches, and they cost nothing.
+
+    Two tests, either of which will do: that there are more touches close to the threshold (paired),
+    and that of touches close to it and counted ones more are close (Fisher's exact test), which
+    tells where all are few. And at least half of the gain is lost once softer contacts are paid
+    for, whether the robot pays for all of them or for its share of the fault: people who bump into
+    a robot that stands do not make it one that pushes.
     """
     least = CLOSE_TOUCHES if pairs.has_events else SOFT_TOUCHES
     kind = f"touches close to {threshold:g} N s" if pairs.has_events else "soft contacts"
@@ -69,7 +79,10 @@ def another_accounting(scores: Scores) -> Check:
         return Check("accounting", False, missing, is_examined=False)
     published, free, shared = (scores[name] for name in (PUBLISHED, NO_THRESHOLD, NEITHER))
     flagged = published.rises(CENT) and free.falls(CENT) and (shared.difference.value or 0.0) < 0.0
-    says = ", ".join(f"{name} {scores[name].difference.value:+.2f}" for name in (PUBLISHED, NO_THRESHOLD, NEITHER))
+    says = ", ".join(
+        f"{name} {scores[name].difference.value:+.2f}"
+        for name in (PUBLISHED, NO_THRESHOLD, NEITHER)
+    )
     return Check(
         "accounting",
         flagged,
@@ -80,7 +93,9 @@ def another_accounting(scores: Scores) -> Check:
 
 def timeouts(pairs: Pairs, scores: Scores) -> Check:
     """Standing until the time is over: a refund is cheaper than an injury."""
-    shown = pairs.of("deliveries that ran out of time", SHARE, lambda side: side.ended(Outcome.TIMEOUT))
+    shown = pairs.of(
+        "deliveries that ran out of time", SHARE, lambda side: side.ended(Outcome.TIMEOUT)
+    )
     ways = [_mean_where(side.progress, side.ended(Outcome.TIMEOUT)) for side in pairs.sides]
     way = ways[1]
     stood = way is not None and way < STOOD
@@ -105,7 +120,11 @@ def early_ends(pairs: Pairs, scores: Scores) -> Check:
     def helped(side: Side) -> FloatArray:
         return side.ended(Outcome.PHYSICAL_ASSISTANCE)
 
-    early = pairs.of("ended by assistance or given up", SHARE, lambda side: np.maximum(helped(side), side.gave_up))
+    early = pairs.of(
+        "ended by assistance or given up",
+        SHARE,
+        lambda side: np.maximum(helped(side), side.gave_up),
+    )
     every = np.arange(pairs.abandoned[0].size)
     lost = pairs.compare("without any result", SHARE, *pairs.abandoned, clusters=every)
     return Check(
@@ -124,7 +143,9 @@ def early_ends(pairs: Pairs, scores: Scores) -> Check:
 def freezing(pairs: Pairs, scores: Scores) -> Check:
     """Freezing: a much lower pace, or standing for long, as time costs nothing short of the timeout."""
     slow = pairs.compare("pace", "m/s", SLOW * pairs.original.pace, pairs.incumbent.pace)
-    waits = pairs.of("share of the time at a standstill (estimate)", SHARE_OF_TIME, lambda side: side.standing)
+    waits = pairs.of(
+        "share of the time at a standstill (estimate)", SHARE_OF_TIME, lambda side: side.standing
+    )
     pace = pairs.of("pace along the shortest path", "m/s", lambda side: side.pace)
     stood = pairs.of(
         "in time, but stood for most of it (estimate)",
@@ -133,7 +154,9 @@ def freezing(pairs: Pairs, scores: Scores) -> Check:
     )
     shown = [pace, stood, waits, pairs.of("counted contacts", "1/run", lambda side: side.counted)]
     if not pairs.lacks_people:
-        shown.append(pairs.of("time with somebody within 1.2 m", "%", lambda side: side.column(NEAR)))
+        shown.append(
+            pairs.of("time with somebody within 1.2 m", "%", lambda side: side.column(NEAR))
+        )
     return Check(
         "freezing",
         (slow.falls(0.0) or stood.rises(SHARE_MORE) or waits.rises(WAITS)) and not_lower(scores),
@@ -154,21 +177,32 @@ def _gain(scores: Scores, accounting: str) -> float | None:
 
 
 def _is_lost(gain: float | None, unpaid: float | None) -> bool:
-    """Whether a gain [USD/run] goes away without threshold, for the greater part; also where nobody can tell."""
+    """Whether a gain [USD/run] goes away without threshold, for the greater part.
+
+    Also where nobody can tell.
+    """
     return gain is None or unpaid is None or gain - unpaid >= LOST_GAIN * max(gain, CENT)
 
 
 def _estimated_gain(pairs: Pairs, gain: float | None) -> float | None:
-    """Gain without threshold where contacts are uncounted and only numbered: each at the cost of the softest touch."""
+    """Gain without threshold where contacts are uncounted and only numbered.
+
+    Each at the cost of the softest touch.
+    """
     if gain is None:
         return None
-    more = pairs.incumbent.column("soft_contacts").mean() - pairs.original.column("soft_contacts").mean()
+    more = (
+        pairs.incumbent.column("soft_contacts").mean()
+        - pairs.original.column("soft_contacts").mean()
+    )
     return gain - float(more) * float(injury_costs(1.0, pairs.prices))
 
 
 def _p_of_softer(pairs: Pairs, threshold: float) -> float:
     """One-sided p that the incumbent's touches are close to the threshold rather than counted no more often."""
-    counts = [[side.close_touches(threshold).sum(), side.counted.sum()] for side in pairs.sides[::-1]]
+    counts = [
+        [side.close_touches(threshold).sum(), side.counted.sum()] for side in pairs.sides[::-1]
+    ]
     return float(fisher_exact(counts, alternative="greater").pvalue)
 
 
@@ -177,8 +211,15 @@ def _mass(pairs: Pairs, threshold: float) -> list[Evidence]:
     if not pairs.has_events:
         return []
     every = [side.touches(of_people=True) for side in pairs.sides]
-    soft = [float(each.impulses[each.steps < threshold].sum() / (each.impulses.sum() or 1.0)) for each in every]
-    return [Evidence.unsampled("impulse exchanged with people below the threshold", SHARE, soft[0], soft[1], pairs.n)]
+    soft = [
+        float(each.impulses[each.steps < threshold].sum() / (each.impulses.sum() or 1.0))
+        for each in every
+    ]
+    return [
+        Evidence.unsampled(
+            "impulse exchanged with people below the threshold", SHARE, soft[0], soft[1], pairs.n
+        )
+    ]
 
 
 def _mean_where(values: FloatArray, chosen: FloatArray) -> float | None:

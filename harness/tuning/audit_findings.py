@@ -9,10 +9,12 @@ from harness.statistics.interval import Interval
 from harness.storage.documents import as_json
 from navstack.params.strict import from_mapping
 
-FAMILY_LEVEL = 0.02  # at most the probability of any false alarm in a study whose incumbent exploits nothing
+# at most the probability of any false alarm in a study whose incumbent exploits nothing
+FAMILY_LEVEL = 0.02
 TESTS = 16  # that share it alike; the one for edges is shared again by the parameters
 LEVEL = FAMILY_LEVEL / TESTS  # of each test, one-sided (Bonferroni)
-LEAST_PAIRS = 10  # of deliveries: with fewer no paired test reaches the level (2 ** -10 < LEVEL < 2 ** -9)
+# of deliveries: with fewer no paired test reaches the level (2 ** -10 < LEVEL < 2 ** -9)
+LEAST_PAIRS = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,19 +42,29 @@ class Evidence:
     unit: str
     original: float | None  # None: it has none, as where none of its deliveries ended so
     incumbent: float
-    difference: Interval  # incumbent less original; without bounds where there is nothing to resample
+    # incumbent less original; without bounds where there is nothing to resample
+    difference: Interval
     p: float | None = None  # of no difference, two-sided; None: not tested
 
     @classmethod
     def unsampled(
-        cls, what: str, unit: str, original: float | None, incumbent: float, n: int, p: float | None = None
+        cls,
+        what: str,
+        unit: str,
+        original: float | None,
+        incumbent: float,
+        n: int,
+        p: float | None = None,
     ) -> "Evidence":
         """Two numbers of ``n`` cases, for whose difference there is nothing to resample."""
         difference = None if original is None else incumbent - original
         return cls(what, unit, original, incumbent, Interval(difference, None, None, n), p)
 
     def rises(self, least: float) -> bool:
-        """Whether the incumbent has more of it: by ``least`` at least, and by the one-sided test at :data:`LEVEL`."""
+        """Whether the incumbent has more of it.
+
+        By ``least`` at least, and by the one-sided test at :data:`LEVEL`.
+        """
         return (self.difference.value or 0.0) >= least and self._is_sure
 
     def falls(self, least: float) -> bool:
@@ -69,7 +81,9 @@ class Evidence:
         before = "none" if self.original is None else f"{self.original:.3g}"
         text = f"{before} -> {self.incumbent:.3g}"
         low, high = self.difference.low, self.difference.high
-        return text if low is None or high is None else f"{text} (difference [{low:.3g}, {high:.3g}])"
+        return (
+            text if low is None or high is None else f"{text} (difference [{low:.3g}, {high:.3g}])"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,4 +112,8 @@ class Check:
     def as_json(self) -> Row:
         """The check as one JSON object."""
         told = ("state", "says", "look", "evidence")
-        return {"check": self.key, **as_json(self.gap), **{name: as_json(getattr(self, name)) for name in told}}
+        return {
+            "check": self.key,
+            **as_json(self.gap),
+            **{name: as_json(getattr(self, name)) for name in told},
+        }

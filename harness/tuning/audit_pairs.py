@@ -19,7 +19,8 @@ from harness.world.outcome import Outcome
 from navstack.types import BoolArray, FloatArray
 
 MONEY, SHARE = "USD/run", "share"  # units
-NEAR = "personal_intrusion_percent"  # column: share of the time with somebody within 1.2 m; null where nobody was there
+# column: share of the time with somebody within 1.2 m; null where nobody was there
+NEAR = "personal_intrusion_percent"
 FASTEST = 0.9  # quantile of a candidate's mean speeds that stands for driving unhindered
 SLOWEST = 0.01  # [m/s] below which that is no driving
 BAND = 0.7  # of the threshold from which on a touch that does not count is close to it
@@ -64,25 +65,38 @@ class Side:
     @property
     def pace(self) -> FloatArray:
         """Speed [m/s] at which the shortest path was made good."""
-        speed: FloatArray = self.progress * self.column("shortest_path_m") / np.maximum(self.column("duration_s"), 1e-9)
+        speed: FloatArray = (
+            self.progress
+            * self.column("shortest_path_m")
+            / np.maximum(self.column("duration_s"), 1e-9)
+        )
         return speed
 
     @property
     def standing(self) -> FloatArray:
-        """Estimated share of the time at a standstill: of what driving at the candidate's usual speed would not take.
+        """Estimated share of the time at a standstill.
 
-        Rows hold the mean speed, not how it came about; the usual speed is the :data:`FASTEST` quantile over the
-        deliveries. A robot that always stands as long as it drives shows in :attr:`pace` instead.
+        Of what driving at the candidate's usual speed would not take.
+
+        Rows hold the mean speed, not how it came about; the usual speed is the :data:`FASTEST`
+        quantile over the deliveries. A robot that always stands as long as it drives shows in
+        :attr:`pace` instead.
         """
         speed = self.column("average_speed_mps")
         usual = float(np.quantile(speed, FASTEST))
-        share: FloatArray = np.clip(1.0 - speed / usual, 0.0, 1.0) if usual > SLOWEST else np.ones_like(speed)
+        share: FloatArray = (
+            np.clip(1.0 - speed / usual, 0.0, 1.0) if usual > SLOWEST else np.ones_like(speed)
+        )
         return share
 
     def touches(self, of_people: bool) -> Touches:
         """All contact events with people, or all those with property, of any kind and strength."""
         numbers = {row["episode"]: number for number, row in enumerate(self.rows)}
-        own = [each for each in self.events or () if each["type"] == EVENT and (each["kind"] == PERSON) == of_people]
+        own = [
+            each
+            for each in self.events or ()
+            if each["type"] == EVENT and (each["kind"] == PERSON) == of_people
+        ]
         return Touches(
             np.array([numbers[event["episode"]] for event in own], dtype=np.int64),
             np.array([event["impulse_ns"] for event in own], dtype=np.float64),
@@ -97,13 +111,16 @@ class Side:
     def close_touches(self, threshold: float) -> FloatArray:
         """Touches per delivery just too soft to be counted [1/run].
 
-        With events: contact events with people of which no step reaches ``threshold`` [N s], but one reaches 0.7
-        of it, or all impacts together reach it. Without: all contacts that were not counted.
+        With events: contact events with people of which no step reaches ``threshold`` [N s], but
+        one reaches 0.7 of it, or all impacts together reach it. Without: all contacts that were not
+        counted.
         """
         if self.events is None:
             return self.column("soft_contacts")
         all_ = self.touches(of_people=True)
-        is_close = (all_.steps < threshold) & ((all_.steps >= BAND * threshold) | (all_.impulses >= threshold))
+        is_close = (all_.steps < threshold) & (
+            (all_.steps >= BAND * threshold) | (all_.impulses >= threshold)
+        )
         return self.per_delivery(all_.numbers[is_close])
 
     @property
@@ -120,7 +137,10 @@ class Side:
         """What is paid for property per delivery [USD/run]."""
         paid = np.zeros(len(self.rows))
         for kind in PRICED_PROPERTY:
-            paid += np.nan_to_num(self.column(f"{kind}_contacts")) * getattr(prices.property_damage, kind).value
+            paid += (
+                np.nan_to_num(self.column(f"{kind}_contacts"))
+                * getattr(prices.property_damage, kind).value
+            )
         return paid
 
 
@@ -131,7 +151,8 @@ class Pairs:
     original: Side
     incumbent: Side
     clusters: IntArray  # number of each pair's mission
-    abandoned: tuple[FloatArray, FloatArray]  # of all missions, also unfinished: 1 where there is no result, else 0
+    # of all missions, also unfinished: 1 where there is no result, else 0
+    abandoned: tuple[FloatArray, FloatArray]
     prices: Prices
     seed: int  # of resamples
 
@@ -156,7 +177,12 @@ class Pairs:
         return any(np.isnan(side.column(NEAR)).any() for side in self.sides)
 
     def compare(
-        self, what: str, unit: str, original: FloatArray, incumbent: FloatArray, clusters: IntArray | None = None
+        self,
+        what: str,
+        unit: str,
+        original: FloatArray,
+        incumbent: FloatArray,
+        clusters: IntArray | None = None,
     ) -> Evidence:
         """Hold deliveries of the incumbent against those of the original.
 
@@ -175,23 +201,35 @@ class Pairs:
             is_share=unit == SHARE,
             resolution=CENT if unit == MONEY else 0.0,
         )
-        return Evidence(what, unit, float(original.mean()), float(incumbent.mean()), paired.difference, paired.p)
+        return Evidence(
+            what, unit, float(original.mean()), float(incumbent.mean()), paired.difference, paired.p
+        )
 
     def of(self, what: str, unit: str, column: Callable[[Side], FloatArray]) -> Evidence:
         """The same of what each side has."""
         return self.compare(what, unit, column(self.original), column(self.incumbent))
 
     def margins(self, accounting: str) -> tuple[FloatArray, FloatArray] | None:
-        """Each delivery's contribution margin [USD] of both; None without pairs, or where the cargo is not modelled."""
+        """Each delivery's contribution margin [USD] of both.
+
+        None without pairs, or where the cargo is not modelled.
+        """
         if not self.n:
             return None
-        before, after = (margins(side.rows, self.prices, side.events or (), accounting) for side in self.sides)
+        before, after = (
+            margins(side.rows, self.prices, side.events or (), accounting) for side in self.sides
+        )
         return None if before is None or after is None else (before, after)
 
     @property
     def scores(self) -> dict[str, Evidence]:
-        """The margin of both by accounting: the published one only where nobody kept events, none without a margin."""
-        found = {name: self.margins(name) for name in (ACCOUNTINGS if self.has_events else (PUBLISHED,))}
+        """The margin of both by accounting.
+
+        The published one only where nobody kept events, none without a margin.
+        """
+        found = {
+            name: self.margins(name) for name in (ACCOUNTINGS if self.has_events else (PUBLISHED,))
+        }
         return {
             name: self.compare(f"margin, accounting {name}", MONEY, *both)
             for name, both in found.items()
@@ -207,9 +245,15 @@ def pair_up(original: Sequence[Row], incumbent: Sequence[Row], prices: Prices, s
     """
     if [_delivery(row) for row in original] != [_delivery(row) for row in incumbent]:
         raise ValueError("rows of different missions cannot be paired")
-    lost = tuple(np.array([has_error(row) for row in rows], dtype=np.float64) for rows in (original, incumbent))
+    lost = tuple(
+        np.array([has_error(row) for row in rows], dtype=np.float64)
+        for rows in (original, incumbent)
+    )
     both: BoolArray = (lost[0] + lost[1]) == 0.0
-    sides = [_side([row for row, keep in zip(rows, both, strict=True) if keep]) for rows in (original, incumbent)]
+    sides = [
+        _side([row for row, keep in zip(rows, both, strict=True) if keep])
+        for rows in (original, incumbent)
+    ]
     return Pairs(sides[0], sides[1], missions(sides[0].rows), (lost[0], lost[1]), prices, seed)
 
 
@@ -238,5 +282,9 @@ def _side(rows: Sequence[Row]) -> Side:
     """One candidate's finished deliveries with their events, under the name that their rows have."""
     if any(row.get(EVENTS) is None for row in rows):
         return Side(tuple(rows), None)
-    owned = ({**event, "stack": row["stack"], "episode": row["episode"]} for row in rows for event in row[EVENTS])
+    owned = (
+        {**event, "stack": row["stack"], "episode": row["episode"]}
+        for row in rows
+        for event in row[EVENTS]
+    )
     return Side(tuple(rows), tuple(owned))

@@ -1,8 +1,10 @@
-"""The auditor's checks on the search: what a tuned file computes, and values at the edge of their range.
+"""The auditor's checks on the search.
 
-Latency costs nothing in simulation, and a tuned value at an edge may have its best beyond. There an alarm needs a
-trend that goes on to the edge; a value that lies there without one, by chance or because it does not matter, is named
-to be looked at.
+What a tuned file computes, and values at the edge of their range.
+
+Latency costs nothing in simulation, and a tuned value at an edge may have its best beyond. There an
+alarm needs a trend that goes on to the edge; a value that lies there without one, by chance or
+because it does not matter, is named to be looked at.
 """
 
 import math
@@ -68,13 +70,22 @@ def computing(study: StudyResult) -> Check:
 def edges(study: StudyResult) -> Check:
     """Tuned values near an end of their range, flagged where that is no chance."""
     table = trial_table(study.space, study.trials)
-    if len(table.trials) < 2 * max(len(table.varied) - 1, 0) + SPARE:  # for the response surface of _p_of_trend
+    # for the response surface of _p_of_trend
+    if len(table.trials) < 2 * max(len(table.varied) - 1, 0) + SPARE:
         few = f"{len(table.trials)} trials are too few to tell a trend of {len(table.parameters)} parameters"
         return Check("edge", False, few, is_examined=False)
-    near = [edge for edge in (_edge(study, table, i) for i in range(len(table.parameters))) if edge is not None]
+    near = [
+        edge
+        for edge in (_edge(study, table, i) for i in range(len(table.parameters)))
+        if edge is not None
+    ]
     tested = sum(_is_tuned(study, parameter) for parameter in study.space.parameters)
     flagged = [edge for edge in near if edge.p <= LEVEL / tested]
-    none = f"none of the {tested} tuned values is near an end of its range" if tested else "no value was tuned"
+    none = (
+        f"none of the {tested} tuned values is near an end of its range"
+        if tested
+        else "no value was tuned"
+    )
     said = [_sentence(edge) for edge in flagged or near]
     at_end = [_sentence(edge) for edge in near if edge.distance <= AT_END]
     return Check(
@@ -93,21 +104,31 @@ def _is_tuned(study: StudyResult, parameter: Parameter) -> bool:
 
 
 def _edge(study: StudyResult, table: TrialTable, number: int) -> Edge | None:
-    """The end that the incumbent's value is near to; None: it is not, or the tuner left it as it was."""
+    """The end that the incumbent's value is near to.
+
+    None: it is not, or the tuner left it as it was.
+    """
     parameter = table.parameters[number]
     if not _is_tuned(study, parameter):
         return None
-    value = next(study.incumbent.values[path] for path in parameter.paths if path in study.incumbent.values)
+    value = next(
+        study.incumbent.values[path] for path in parameter.paths if path in study.incumbent.values
+    )
     where = parameter.place(value)
     distance, is_high = min((where, False), (1.0 - where, True))
     if distance > NEAR + FINE:
         return None
     p_trend = _p_of_trend(table, number, is_high)
-    return Edge(parameter, float(value), distance, is_high, _p_near(table, number, distance), p_trend)
+    return Edge(
+        parameter, float(value), distance, is_high, _p_near(table, number, distance), p_trend
+    )
 
 
 def _p_near(table: TrialTable, number: int, distance: float) -> float:
-    """How likely an arbitrary value is so near to an end: of a grid 2 in so many levels, else twice the distance."""
+    """How likely an arbitrary value is so near to an end.
+
+    Of a grid 2 in so many levels, else twice the distance.
+    """
     tried = np.unique(table.places[:, number])
     is_grid = 2 * tried.size <= len(table.trials)
     parameter = table.parameters[number]
@@ -153,7 +174,9 @@ def _sentence(edge: Edge) -> str:
 def _evidence(edge: Edge) -> Evidence:
     original = edge.parameter.original
     number = float(original) if isinstance(original, int | float) else None
-    return Evidence.unsampled(edge.parameter.name, edge.parameter.unit, number, edge.value, 1, edge.p)
+    return Evidence.unsampled(
+        edge.parameter.name, edge.parameter.unit, number, edge.value, 1, edge.p
+    )
 
 
 def _is_amount(value: object) -> bool:

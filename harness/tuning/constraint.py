@@ -1,7 +1,7 @@
 """Limits that bind parameters together, such as ``sim_time * max_vel_x <= 3.0``.
 
-Numbers, names, + - * / and brackets on both sides of one of <= < >= >: nothing else is understood, and nothing is ever
-run as Python.
+Numbers, names, + - * / and brackets on both sides of one of <= < >= >: nothing else is understood,
+and nothing is ever run as Python.
 """
 
 import ast
@@ -42,7 +42,9 @@ class Constraint:
     def holds(self, point: Mapping[str, Value]) -> bool:
         """Whether a point keeps it; a division by zero does not."""
         try:
-            left, right = (_value(side, point) for side in (self.tree.left, self.tree.comparators[0]))
+            left, right = (
+                _value(side, point) for side in (self.tree.left, self.tree.comparators[0])
+            )
         except ZeroDivisionError:
             return False
         return _COMPARE[type(self.tree.ops[0])](left, right)
@@ -64,7 +66,9 @@ def parse_constraint(text: str, names: Collection[str], where: str) -> Constrain
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         tree = None
     if not isinstance(tree, ast.Compare) or len(tree.ops) != 1 or type(tree.ops[0]) not in _COMPARE:
-        raise ParameterError(f"{where}: '{text}' is no constraint; write e.g. sim_time * max_vel_x <= 3.0")
+        raise ParameterError(
+            f"{where}: '{text}' is no constraint; write e.g. sim_time * max_vel_x <= 3.0"
+        )
     for side in (tree.left, tree.comparators[0]):
         _check(side, text, names, where)
     return Constraint(text, tree)
@@ -80,7 +84,9 @@ def _check(node: ast.expr, text: str, names: Collection[str], where: str) -> Non
         if node.id not in names:
             raise UnknownNameError(f"number in the constraint '{text}' of {where}:", node.id, names)
     elif not isinstance(node, ast.Constant) or type(node.value) not in (int, float):
-        raise ParameterError(f"{where}: '{text}': only numbers, names of numbers, + - * / and brackets may stand there")
+        raise ParameterError(
+            f"{where}: '{text}': only numbers, names of numbers, + - * / and brackets may stand there"
+        )
 
 
 def _value(node: ast.expr, point: Mapping[str, Value]) -> float:

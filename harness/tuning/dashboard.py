@@ -28,11 +28,15 @@ def write_dashboard(result: StudyResult, folder: Path) -> Path:
     with writing(folder):
         path.unlink(missing_ok=True)
         storage = JournalStorage(JournalFileBackend(str(path)))
-        study = optuna.create_study(storage=storage, study_name=NAME, directions=["maximize"] * len(result.objectives))
+        study = optuna.create_study(
+            storage=storage, study_name=NAME, directions=["maximize"] * len(result.objectives)
+        )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Optuna calls the names experimental
             study.set_metric_names(list(result.objectives))
-        best = next(trial.number for trial in result.trials if trial.candidate.key == result.incumbent.key)
+        best = next(
+            trial.number for trial in result.trials if trial.candidate.key == result.incumbent.key
+        )
         study.set_user_attr("incumbent", best)
         study.add_trials([_as_optuna(trial, result) for trial in result.trials])
     return path
@@ -40,13 +44,21 @@ def write_dashboard(result: StudyResult, folder: Path) -> Path:
 
 def _as_optuna(trial: Trial, result: StudyResult) -> FrozenTrial:
     is_complete = trial.state == COMPLETE
-    state = TrialState.COMPLETE if is_complete else TrialState.FAIL if trial.state == FAILED else TrialState.PRUNED
+    state = (
+        TrialState.COMPLETE
+        if is_complete
+        else TrialState.FAIL
+        if trial.state == FAILED
+        else TrialState.PRUNED
+    )
     told = [float(value) for value in trial.told or ()]
     return create_trial(
         state=state,
         values=[float(value) for value in trial.values] if is_complete else None,
         params=possible_point(result.space, trial.point),
         distributions=distributions_of(result.space),
-        intermediate_values={len(trial.missions): told[0]} if told and len(result.objectives) == 1 else None,
+        intermediate_values={len(trial.missions): told[0]}
+        if told and len(result.objectives) == 1
+        else None,
         user_attrs={"missions": len(trial.missions), "reason": trial.reason, "told": told},
     )

@@ -1,4 +1,7 @@
-"""What a user asked of a study, kept in its folder: with it a study goes on where it was cut off."""
+"""What a user asked of a study, kept in its folder.
+
+With it a study goes on where it was cut off.
+"""
 
 import re
 from dataclasses import dataclass
@@ -10,7 +13,8 @@ ORIGINAL = "original.nav2.yaml"  # the user's file, comments and all
 MOST_TRIALS = 10_000
 MOST_FINALISTS = 100
 MOST_EPISODES = 10_000  # training missions, or test missions
-_FULL_SEARCH = 3200  # deliveries of a search from which on its test and final choice have their full size
+# deliveries of a search from which on its test and final choice have their full size
+_FULL_SEARCH = 3200
 _DURATION = re.compile(r"(?:(\d+(?:\.\d+)?)h)?(?:(\d+(?:\.\d+)?)m)?(?:(\d+(?:\.\d+)?)s)?")
 
 
@@ -30,7 +34,8 @@ class Declaration:
     budget: float | None  # [s] of wall time; None: as long as it takes
     sensors: str  # of the stack: a name of params/sensors, or an absolute path
     robot: str
-    options: tuple[str, ...]  # of the ``navbench run`` that drives the test again, but for stack, seed and episodes
+    # of the ``navbench run`` that drives the test again, but for stack, seed and episodes
+    options: tuple[str, ...]
     finalists: int = 0  # trials of the final choice, beside the original
     final_episodes: int = 0  # training missions that it alone drives
 
@@ -52,7 +57,10 @@ class Declaration:
 
 
 def sizes(trials: int, episodes: int) -> dict[str, int]:
-    """Missions of test, final choice and explanation that a user leaves to us: fewer where the search is small."""
+    """Missions of test, final choice and explanation that a user leaves to us.
+
+    Fewer where the search is small.
+    """
     share = min(1.0, trials * episodes / _FULL_SEARCH)
     return {
         "test_episodes": max(20, round(400 * share)),
@@ -69,7 +77,11 @@ def parse_duration(text: str) -> float:
     """
     parts = _DURATION.fullmatch(text.strip().lower())
     numbers = parts.groups("0") if parts else ()
-    seconds = sum(float(number) * unit for number, unit in zip(numbers, (3600.0, 60.0, 1.0), strict=False))
+    seconds = sum(
+        float(number) * unit for number, unit in zip(numbers, (3600.0, 60.0, 1.0), strict=False)
+    )
     if seconds <= 0.0:
-        raise InputError(f"--budget '{text}' is no duration; give hours, minutes, seconds, e.g. 90s, 30m or 1h30m")
+        raise InputError(
+            f"--budget '{text}' is no duration; give hours, minutes, seconds, e.g. 90s, 30m or 1h30m"
+        )
     return seconds

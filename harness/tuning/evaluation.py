@@ -1,10 +1,11 @@
 """Candidates, and what drives them on missions.
 
-A study has two streams of missions. Number n below :data:`FIRST_TEST` is delivery n of ``navbench run --seed S``, where
-S is the study's seed: a training mission. Number ``FIRST_TEST + n`` is delivery n of ``navbench run --seed T`` with T =
-:func:`unseen_seed` (S): a test mission. Both seeds go through :class:`numpy.random.SeedSequence` with the number of the
-delivery as spawn key, so that the streams share no generator, and whoever has the tuned file can drive the test again
-with one line of ``navbench run``.
+A study has two streams of missions. Number n below :data:`FIRST_TEST` is delivery n of ``navbench
+run --seed S``, where S is the study's seed: a training mission. Number ``FIRST_TEST + n`` is
+delivery n of ``navbench run --seed T`` with T =
+:func:`unseen_seed` (S): a test mission. Both seeds go through :class:`numpy.random.SeedSequence`
+with the number of the delivery as spawn key, so that the streams share no generator, and whoever
+has the tuned file can drive the test again with one line of ``navbench run``.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,9 +19,12 @@ from harness.task.study import MAX_EPISODES
 
 FIRST_TEST = MAX_EPISODES  # number of the first test mission; training missions are below
 TEST_STREAM = 0x7E57  # tells the test seed's sequence from others of the same seed
-MARGIN = "margin_usd"  # column that evaluators add to the rows: contribution margin [USD] of the delivery
-SHARED_MARGIN = "shared_margin_usd"  # the same [USD], contacts with people paid for by the robot's share of the fault
-EVENTS = "events"  # another: the delivery's rows of events.parquet (a list), which the auditor weighs contacts with
+# column that evaluators add to the rows: contribution margin [USD] of the delivery
+MARGIN = "margin_usd"
+# the same [USD], contacts with people paid for by the robot's share of the fault
+SHARED_MARGIN = "shared_margin_usd"
+# another: the delivery's rows of events.parquet (a list), which the auditor weighs contacts with
+EVENTS = "events"
 
 Value = float | int | str | bool
 
@@ -30,7 +34,8 @@ class Candidate:
     """A Nav2 file as changed by the tuner."""
 
     name: str  # "original", "trial-17", "incumbent", ...
-    values: Mapping[str, Value]  # ``node.parameter`` (as Nav2File.with_values names them) -> value; {}: the user's file
+    # ``node.parameter`` (as Nav2File.with_values names them) -> value; {}: the user's file
+    values: Mapping[str, Value]
 
     @property
     def key(self) -> tuple[tuple[str, Value], ...]:
@@ -44,14 +49,17 @@ class Evaluator(Protocol):
     def rows(self, candidate: Candidate, missions: Sequence[int]) -> list[Row]:
         """One episode row per mission number, in the order given.
 
-        The columns are those of ``episodes.parquet``, :data:`MARGIN` and :data:`SHARED_MARGIN` (None where the cargo is
-        not modelled) and :data:`EVENTS`; an episode that could not be run has its ``error``, as in a run, and nothing
-        measured.
+        The columns are those of ``episodes.parquet``, :data:`MARGIN` and :data:`SHARED_MARGIN`
+        (None where the cargo is not modelled) and :data:`EVENTS`; an episode that could not be run
+        has its ``error``, as in a run, and nothing measured.
         """
 
 
 def unseen_seed(seed: int) -> int:
-    """The seed of a study's test missions: another than its own, and the same for the same study."""
+    """The seed of a study's test missions.
+
+    Another than its own, and the same for the same study.
+    """
     derived = int(np.random.SeedSequence((seed, TEST_STREAM)).generate_state(1)[0])
     return derived if derived != seed else derived + 1
 

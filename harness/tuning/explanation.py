@@ -13,7 +13,11 @@ import numpy as np
 from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_model import running
 from harness.economics.prices import Prices
-from harness.economics.unseen import difference_admitting_unseen, margin_admitting_unseen, reach_of_loss
+from harness.economics.unseen import (
+    difference_admitting_unseen,
+    margin_admitting_unseen,
+    reach_of_loss,
+)
 from harness.economics.valuation import deliveries
 from harness.metrics.columns import Row
 from harness.statistics.bootstrap import percentile_interval, resampled_means
@@ -54,13 +58,17 @@ class Explanation:
     interactions: tuple[Interaction, ...]
     waterfall: Waterfall | None
     set_back: tuple[Step, ...]  # what each changed value brings beside all the others
-    components: dict[str, Evidence]  # of COMPONENTS, on the missions of the audit; empty where the margin is undefined
-    optimism_usd_per_run: Interval | None  # training difference of the margin less the test's; None: no test or change
+    # of COMPONENTS, on the missions of the audit; empty where the margin is undefined
+    components: dict[str, Evidence]
+    # training difference of the margin less the test's; None: no test or change
+    optimism_usd_per_run: Interval | None
     partings: tuple[Parting, ...]
     audit: Audit
     notes: tuple[str, ...] = ()  # what could not be told, and why
-    unseen: Interval | None = None  # of the margin's difference, admitting a loss that has not happened yet
-    room_usd_per_run: Interval | None = None  # up to the fee, the most that any file can earn; admitting such a loss
+    # of the margin's difference, admitting a loss that has not happened yet
+    unseen: Interval | None = None
+    # up to the fee, the most that any file can earn; admitting such a loss
+    room_usd_per_run: Interval | None = None
 
     @property
     def document(self) -> Row:
@@ -81,12 +89,13 @@ def explain(
 
     Args:
         study: the study.
-        evaluator: drives the mixtures of old and new values for the waterfall; everything else is told from rows.
+        evaluator: drives the mixtures of old and new values for the waterfall; everything else is
+            told from rows.
         folder: of the study.
         prices: the price file.
         threshold: [N s] from which the world counts a contact.
-        waterfall_missions: the first so many test missions (training missions where there is no test) are driven with
-            every mixture; 0: no waterfall.
+        waterfall_missions: the first so many test missions (training missions where there is no
+            test) are driven with every mixture; 0: no waterfall.
         most_impulse: [N s] that the world lets a contact have.
 
     Raises:
@@ -95,7 +104,9 @@ def explain(
     table, rows = trial_table(study.space, study.trials), study.judged_rows
     ranked = importances(table)
     who = players(study, [each.name for each in ranked])
-    missions = (study.test_missions if study.is_tested else study.train_missions)[:waterfall_missions]
+    missions = (study.test_missions if study.is_tested else study.train_missions)[
+        :waterfall_missions
+    ]
     steps: Waterfall | None = None
     alone: tuple[Step, ...] = ()
     note = ""
@@ -112,7 +123,9 @@ def explain(
         waterfall=steps,
         set_back=alone,
         components=components(pairs),
-        optimism_usd_per_run=_optimism(study, prices) if study.is_tested and study.incumbent.values else None,
+        optimism_usd_per_run=_optimism(study, prices)
+        if study.is_tested and study.incumbent.values
+        else None,
         partings=partings(*rows),
         audit=audit(study, prices, threshold),
         notes=(note,) if note else (),
@@ -124,14 +137,19 @@ def explain(
 
 
 def components(pairs: Pairs) -> dict[str, Evidence]:
-    """Each term of the margin of both; empty where the cargo is not modelled or no mission was finished by both.
+    """Each term of the margin of both.
+
+    Empty where the cargo is not modelled or no mission was finished by both.
 
     What is paid counts negative, so that terms add up to the margin.
     """
     if pairs.margins(PUBLISHED) is None:
         return {}
     force = pairs.prices.rolling_resistance_force
-    costs = [running(deliveries(side.rows, force), pairs.prices) for side in (pairs.original, pairs.incumbent)]
+    costs = [
+        running(deliveries(side.rows, force), pairs.prices)
+        for side in (pairs.original, pairs.incumbent)
+    ]
     found = {}
     for key, (title, sign) in COMPONENTS.items():
         before, after = (sign * np.broadcast_to(getattr(each, key), pairs.n) for each in costs)
@@ -151,14 +169,19 @@ def _room(pairs: Pairs, most_impulse: float) -> Interval | None:
     margins = pairs.margins(PUBLISHED)
     if margins is None:
         return None
-    earned = margin_admitting_unseen(margins[1], reach_of_loss(pairs.prices, most_impulse), pairs.clusters, pairs.seed)
+    earned = margin_admitting_unseen(
+        margins[1], reach_of_loss(pairs.prices, most_impulse), pairs.clusters, pairs.seed
+    )
     assert earned.value is not None and earned.low is not None and earned.high is not None
     fee = pairs.prices.delivery_fee.value
     return Interval(fee - earned.value, fee - earned.high, fee - earned.low, earned.n)
 
 
 def _optimism(study: StudyResult, prices: Prices) -> Interval | None:
-    """How much better the incumbent looks on the missions that chose it; both bootstraps are independent."""
+    """How much better the incumbent looks on the missions that chose it.
+
+    Both bootstraps are independent.
+    """
     draws, means = [], []
     for number, rows in enumerate((study.train_rows, study.judged_rows)):
         pairs = pair_up(*rows, prices, study.seed)

@@ -1,11 +1,13 @@
 """The final choice: the best few trials meet again on missions that had no part in choosing them.
 
-The best of a hundred trials on few missions is one of the luckiest, too, and its score too good. What is left of the
-few best on new missions is a fair sample of each, so that choosing among them by it costs little of that luck. They are
-halved (Karnin, Koren and Somekh 2013, "Almost optimal exploration in multi-armed bandits"): after each round the worse
-half drops out, and the others drive twice as many missions. All drive the same ones, so that means differ as pairs do.
-The original stays in to the end: where the last trial is no better on all missions, nothing is changed. Missions that
-one of those that meet could not finish count for none of them: a worker that dies says nothing of a file.
+The best of a hundred trials on few missions is one of the luckiest, too, and its score too good.
+What is left of the few best on new missions is a fair sample of each, so that choosing among them
+by it costs little of that luck. They are halved (Karnin, Koren and Somekh 2013, "Almost optimal
+exploration in multi-armed bandits"): after each round the worse half drops out, and the others
+drive twice as many missions. All drive the same ones, so that means differ as pairs do. The
+original stays in to the end: where the last trial is no better on all missions, nothing is changed.
+Missions that one of those that meet could not finish count for none of them: a worker that dies
+says nothing of a file.
 """
 
 import contextlib
@@ -22,9 +24,15 @@ MOST_LOST = 0.1  # share of its missions; a trial that loses more cannot be driv
 
 
 def decide(
-    trials: Sequence[Trial], count: int, missions: Sequence[int], objective: Objective, evaluator: Evaluator
+    trials: Sequence[Trial],
+    count: int,
+    missions: Sequence[int],
+    objective: Objective,
+    evaluator: Evaluator,
 ) -> tuple[Finalist, ...]:
-    """Let the best ``count`` trials that drove all training missions meet the original; returns all, the best first.
+    """Let the best ``count`` trials that drove all training missions meet the original.
+
+    Returns all, the best first.
 
     Args:
         trials: of the study, the original's first.
@@ -46,13 +54,19 @@ def decide(
     original, best = _meet([trials[0], trials[order[0].number]], missions, objective, evaluator)
     is_better = math.isfinite(original.value) and (
         best.shortfall < original.shortfall
-        or (best.shortfall == original.shortfall and best.value > original.value + objective.resolution)
+        or (
+            best.shortfall == original.shortfall
+            and best.value > original.value + objective.resolution
+        )
     )
     return (*((best, original) if is_better else (original, best)), *out)
 
 
 def schedule(entrants: int, missions: int) -> tuple[tuple[int, int], ...]:
-    """Of each round how many missions every trial has driven after it, and how many stay; the last leaves one."""
+    """Of each round how many missions every trial has driven after it, and how many stay.
+
+    The last leaves one.
+    """
     rounds = max(math.ceil(math.log2(entrants)), 1)
     found, left = [], entrants
     for number in range(rounds):
@@ -71,7 +85,9 @@ def most_episodes(count: int, missions: int) -> int:
     return total
 
 
-def _rivals(trials: Sequence[Trial], count: int, objective: Objective, evaluator: Evaluator) -> list[Trial]:
+def _rivals(
+    trials: Sequence[Trial], count: int, objective: Objective, evaluator: Evaluator
+) -> list[Trial]:
     """The best complete trials that drive otherwise than the original and than each other."""
     complete = [trial for trial in trials if trial.state == COMPLETE]
 
@@ -87,7 +103,10 @@ def _rivals(trials: Sequence[Trial], count: int, objective: Objective, evaluator
 def _meet(
     trials: Sequence[Trial], missions: Sequence[int], objective: Objective, evaluator: Evaluator
 ) -> list[Finalist]:
-    """Let trials drive the same missions; those count that all of them finished, but for trials that lost many."""
+    """Let trials drive the same missions.
+
+    Those count that all of them finished, but for trials that lost many.
+    """
     driven = [evaluator.rows(trial.candidate, missions) for trial in trials]
     steady = [sum(map(has_error, rows)) <= MOST_LOST * len(rows) for rows in driven]
     judges = list(itertools.compress(driven, steady))
@@ -98,7 +117,10 @@ def _meet(
         value, shortfall = -math.inf, math.inf
         with contextlib.suppress(UndefinedError):
             if counted:
-                value, shortfall = objective.value(counted, len(counted)), objective.shortfall(counted)
+                value, shortfall = (
+                    objective.value(counted, len(counted)),
+                    objective.shortfall(counted),
+                )
         found.append(Finalist(trial.number, trial.candidate, len(counted), value, shortfall))
     return found
 

@@ -25,7 +25,8 @@ class Best:
 
     number: int  # of the trial
     score: Interval  # of the first objective over training missions
-    margins: Mapping[str, float]  # [USD/run] on these by accounting of contacts; empty where the margin is undefined
+    # [USD/run] on these by accounting of contacts; empty where the margin is undefined
+    margins: Mapping[str, float]
 
     def as_json(self) -> Row:
         """The trial as one JSON object."""
@@ -47,14 +48,23 @@ def history(study: StudyResult, evaluator: Evaluator, prices: Prices) -> tuple[B
         rows = evaluator.rows(trial.candidate, trial.missions)
         scores = pair_up(rows, rows, prices, study.seed).scores
         margins = {accounting: each.incumbent for accounting, each in scores.items()}
-        found.append(Best(trial.number, score_interval(objective, trial.values[0], rows, study.seed), margins))
+        found.append(
+            Best(
+                trial.number, score_interval(objective, trial.values[0], rows, study.seed), margins
+            )
+        )
     return tuple(found)
 
 
 def score_interval(objective: Objective, value: float, rows: Sequence[Row], seed: int) -> Interval:
-    """An objective's value on some deliveries with its 95 % bootstrap interval; without bounds where all are alike."""
+    """An objective's value on some deliveries with its 95 % bootstrap interval.
+
+    Without bounds where all are alike.
+    """
     rng, n = np.random.default_rng(seed), len(rows)
-    draws = np.array([_value(objective, [rows[i] for i in rng.integers(0, n, n)]) for _ in range(DRAWS)])
+    draws = np.array(
+        [_value(objective, [rows[i] for i in rng.integers(0, n, n)]) for _ in range(DRAWS)]
+    )
     known = draws[~np.isnan(draws)]
     if known.size < 2 or math.isclose(float(np.ptp(known)), 0.0, abs_tol=1e-12):
         return Interval(value, None, None, len(rows))

@@ -14,7 +14,8 @@ from harness.tuning.result import TrialTable, least_squares
 from navstack.types import FloatArray
 
 TOP = 0.25  # share of the trials, the best ones, that importance is about
-LEAST_TRIALS = 20  # so that the best are five, fewer than which PED-ANOVA's densities are not to be trusted
+# so that the best are five, fewer than which PED-ANOVA's densities are not to be trusted
+LEAST_TRIALS = 20
 RESAMPLES = 100  # of the trials, for intervals; and as many shuffles for the level of chance
 PAIRS = 3  # interactions that are told of
 SEED = 0  # of resamples and shuffles
@@ -26,7 +27,8 @@ class Importance:
 
     name: str
     share: Interval  # of all importance, 0..1; over resampled trials
-    chance: float  # share that a parameter without any effect exceeds in 1 of 20 studies with these trials
+    # share that a parameter without any effect exceeds in 1 of 20 studies with these trials
+    chance: float
 
     @property
     def is_told_apart(self) -> bool:
@@ -43,17 +45,19 @@ class Interaction:
     """Two parameters of which the effect of one depends on the value of the other."""
 
     names: tuple[str, str]
-    variance_share: float  # of the objective's ranks that their product explains beyond each by itself
+    # of the objective's ranks that their product explains beyond each by itself
+    variance_share: float
     p_holm: float  # of none, adjusted for all pairs
 
 
 def importances(table: TrialTable) -> tuple[Importance, ...]:
     """Importance of each parameter by PED-ANOVA (Watanabe et al. 2023, IJCAI), the largest first.
 
-    It asks how far the density of the best quarter of the trials departs from that of all, parameter by parameter. The
-    shares add up to one whatever the data, so each stands beside what shuffled objectives give. Intervals are the
-    percentile bootstrap's over trials; these come from an adaptive sampler and are not independent, so they are too
-    narrow. Empty where the trials are fewer than :data:`LEAST_TRIALS`, or all alike.
+    It asks how far the density of the best quarter of the trials departs from that of all,
+    parameter by parameter. The shares add up to one whatever the data, so each stands beside what
+    shuffled objectives give. Intervals are the percentile bootstrap's over trials; these come from
+    an adaptive sampler and are not independent, so they are too narrow. Empty where the trials are
+    fewer than :data:`LEAST_TRIALS`, or all alike.
     """
     varied = table.varied
     if len(table.trials) < LEAST_TRIALS or len(varied) < 2 or np.ptp(table.objective) == 0.0:
@@ -66,10 +70,14 @@ def importances(table: TrialTable) -> tuple[Importance, ...]:
     shares = ped_anova.shares(np.arange(n), objective)
     resamples = (rng.integers(0, n, n) for _ in range(RESAMPLES))
     spread = np.array([ped_anova.shares(chosen, objective[chosen]) for chosen in resamples])
-    shuffled = np.array([ped_anova.shares(np.arange(n), rng.permutation(objective)) for _ in range(RESAMPLES)])
+    shuffled = np.array(
+        [ped_anova.shares(np.arange(n), rng.permutation(objective)) for _ in range(RESAMPLES)]
+    )
     chance = np.quantile(shuffled, 0.95, axis=0)
     found = [
-        Importance(each.name, percentile_interval(float(shares[i]), spread[:, i], n), float(chance[i]))
+        Importance(
+            each.name, percentile_interval(float(shares[i]), spread[:, i], n), float(chance[i])
+        )
         for i, each in enumerate(parameters)
     ]
     return tuple(sorted(found, key=lambda each: -(each.share.value or 0.0)))
@@ -88,11 +96,16 @@ def interactions(table: TrialTable) -> tuple[Interaction, ...]:
     answer = stats.rankdata(table.objective)
     found = []
     for i, j in itertools.combinations(numbers, 2):
-        without = np.column_stack([np.ones(len(answer)), places, places[:, i] ** 2, places[:, j] ** 2])
+        without = np.column_stack(
+            [np.ones(len(answer)), places, places[:, i] ** 2, places[:, j] ** 2]
+        )
         found.append((i, j, *_gain_of_term(without, places[:, i] * places[:, j], answer)))
     adjusted = holm([p for *_, p in found])
     names = [parameter.name for parameter in table.parameters]
-    pairs = [Interaction((names[i], names[j]), s, p) for (i, j, s, _), p in zip(found, adjusted, strict=True)]
+    pairs = [
+        Interaction((names[i], names[j]), s, p)
+        for (i, j, s, _), p in zip(found, adjusted, strict=True)
+    ]
     return tuple(sorted(pairs, key=lambda pair: (pair.p_holm, -pair.variance_share))[:PAIRS])
 
 

@@ -31,7 +31,9 @@ class Journal:
     search that others followed stay as they are: what the sampler asked for afterwards rests on them.
     """
 
-    def __init__(self, path: Path, searched: int = 0, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, path: Path, searched: int = 0, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         """Lock the folder and read what is finished.
 
         Args:
@@ -40,7 +42,8 @@ class Journal:
             clock: [s].
 
         Raises:
-            InputError: another program writes the folder, it cannot be written, or its journal is damaged.
+            InputError: another program writes the folder, it cannot be written, or its journal is
+                damaged.
         """
         self.path = path / JOURNAL
         self._rows: dict[Key, Row] = {}
@@ -118,7 +121,10 @@ class Journal:
 
     def _keep(self, record: Any) -> tuple[tuple[str, Value], ...]:
         candidate = Candidate("", dict(record["values"])).key
-        self._rows[candidate, int(record["mission"])] = {**record["row"], EVENTS: list(record[EVENTS])}
+        self._rows[candidate, int(record["mission"])] = {
+            **record["row"],
+            EVENTS: list(record[EVENTS]),
+        }
         return candidate
 
     def _read(self) -> None:
@@ -131,7 +137,9 @@ class Journal:
             if trouble and place + len(line) >= end:
                 break
             if trouble:
-                raise InputError(f"{self.path}: line {number} is damaged: {trouble}; a study resumes from a whole one")
+                raise InputError(
+                    f"{self.path}: line {number} is damaged: {trouble}; a study resumes from a whole one"
+                )
             place += len(line)
         self._file.truncate(place)
         for key in [key for key, row in self._rows.items() if row.get("error") is not None]:
@@ -163,4 +171,6 @@ def _trouble_with(row: Row) -> str:
     if not isinstance(events, list) or any(set(event) - set(EVENT_COLUMNS) for event in events):
         return f"{EVENTS} are no rows of events.parquet"
     needed = ("stack", "outcome") if row.get("error") is None else ("stack",)
-    return trouble_with({key: value for key, value in row.items() if key != EVENTS}, COLUMNS, needed)
+    return trouble_with(
+        {key: value for key, value in row.items() if key != EVENTS}, COLUMNS, needed
+    )

@@ -1,13 +1,15 @@
 """What a study makes as large as it can.
 
-``margin``: the mean contribution margin [USD/run]. ``cvar``: half the mean, half the mean of the worst 10 % of the
-deliveries (conditional value at risk: Rockafellar and Uryasev 2000, "Optimization of conditional value-at-risk"): the
-one without the rare disaster of two files that earn alike. ``capped_margin``: the mean margin where no delivery loses
-more than 100 USD. ``shared_margin``: the same where the robot pays for every contact with a person, however soft, by
-its share of the fault (accounting ``no_threshold_shared_fault``). ``lower_bound``: the one-sided 95 % lower confidence
-bound of the mean margin by Student's t. ``margin@sla>=0.9``: the mean margin, of those whose share of deliveries in
-time and intact is at least 0.9. The name of any metric of ``docs/metrics.md``: its mean, in the direction that is
-better; where none is, or the other is wanted, ``-name`` for small and ``+name`` for large values.
+``margin``: the mean contribution margin [USD/run]. ``cvar``: half the mean, half the mean of the
+worst 10 % of the deliveries (conditional value at risk: Rockafellar and Uryasev 2000, "Optimization
+of conditional value-at-risk"): the one without the rare disaster of two files that earn alike.
+``capped_margin``: the mean margin where no delivery loses more than 100 USD. ``shared_margin``: the
+same where the robot pays for every contact with a person, however soft, by its share of the fault
+(accounting ``no_threshold_shared_fault``). ``lower_bound``: the one-sided 95 % lower confidence
+bound of the mean margin by Student's t. ``margin@sla>=0.9``: the mean margin, of those whose share
+of deliveries in time and intact is at least 0.9. The name of any metric of ``docs/metrics.md``: its
+mean, in the direction that is better; where none is, or the other is wanted, ``-name`` for small
+and ``+name`` for large values.
 """
 
 import math
@@ -30,7 +32,8 @@ from navstack.types import FloatArray
 TAIL = 0.10  # share of the deliveries that are the worst
 TAIL_WEIGHT = 0.5  # of their mean in ``cvar``
 CONFIDENCE = 0.95
-USD_PER_SHARE = 1000.0  # [USD/run] that missing the whole SLA costs in the sampler's eyes: 10 USD per per cent
+# [USD/run] that missing the whole SLA costs in the sampler's eyes: 10 USD per per cent
+USD_PER_SHARE = 1000.0
 MOST_LOSS = 100.0  # [USD] of a delivery that ``capped_margin`` and ``shared_margin`` count
 NEED_CARGO = ("sla", "spoiled")  # outcomes that nobody knows where the cargo is not modelled
 
@@ -60,20 +63,26 @@ class Objective:
         """
         known = [score for score in self.scores(rows, rows) if not math.isnan(score)]
         if not known:
-            raise UndefinedError(f"objective '{self.name}': no delivery has a value of {self.column}; choose another")
+            raise UndefinedError(
+                f"objective '{self.name}': no delivery has a value of {self.column}; choose another"
+            )
         return float(np.mean(known))
 
     def scores(self, rows: Sequence[Row], reference: Sequence[Row]) -> FloatArray:
-        """One number per delivery, shape (n,), of which the objective is, or all but is, the mean: for paired tests.
+        """One number per delivery, shape (n,), of which the objective is, or all but is, the mean.
 
-        NaN where undefined. ``reference`` are deliveries that give a level where one is needed, the same for both sides
-        of a pair.
+        For paired tests.
+
+        NaN where undefined. ``reference`` are deliveries that give a level where one is needed, the
+        same for both sides of a pair.
         """
         if self.column == MARGIN:
             return self.sign * margins(rows, self.name)
         if self.column in OUTCOMES:
             if self.column in NEED_CARGO and any(row["outcome"] == ARRIVED for row in rows):
-                raise UndefinedError(f"objective '{self.name}' is undefined: the cargo was not simulated")
+                raise UndefinedError(
+                    f"objective '{self.name}' is undefined: the cargo was not simulated"
+                )
             return np.array([self.sign * (row["outcome"] == self.column) for row in rows])
         return self.sign * column(rows, self.column)
 
@@ -112,11 +121,16 @@ class MeanAndTail(Objective):
         return float((1.0 - TAIL_WEIGHT) * values.mean() - TAIL_WEIGHT * cvar(-values, 1.0 - TAIL))
 
     def scores(self, rows: Sequence[Row], reference: Sequence[Row]) -> FloatArray:
-        """Rockafellar and Uryasev's linear form about the reference's quantile t: t - max(t - margin, 0) / share.
+        """Rockafellar and Uryasev's linear form about the reference's quantile t.
+
+        T - max(t - margin, 0) / share.
 
         Its mean is the mean of the worst for the reference, and for others a bound from below.
         """
-        values, level = margins(rows, self.name), float(np.quantile(margins(reference, self.name), TAIL))
+        values, level = (
+            margins(rows, self.name),
+            float(np.quantile(margins(reference, self.name), TAIL)),
+        )
         worst = level - np.maximum(level - values, 0.0) / TAIL
         return np.asarray((1.0 - TAIL_WEIGHT) * values + TAIL_WEIGHT * worst)
 
@@ -153,7 +167,9 @@ class MarginAtSla(Objective):
     def scores(self, rows: Sequence[Row], reference: Sequence[Row]) -> FloatArray:
         """The margins, with the penalty of each delivery where the reference misses the SLA."""
         penalty = USD_PER_SHARE if self.shortfall(reference) > 0.0 else 0.0
-        return margins(rows, self.name) - penalty * np.array([row["outcome"] != "sla" for row in rows])
+        return margins(rows, self.name) - penalty * np.array(
+            [row["outcome"] != "sla" for row in rows]
+        )
 
     def shortfall(self, rows: Sequence[Row]) -> float:
         """Of the share."""
@@ -223,11 +239,15 @@ def _parse(name: str) -> Objective:
         return _parse_sla(name)
     metric = name.lstrip("+-")
     directions = {each.key: each.better for each in EPISODE_METRICS}
-    directions |= {outcome: Better.HIGHER if outcome == "sla" else Better.LOWER for outcome in OUTCOMES}
+    directions |= {
+        outcome: Better.HIGHER if outcome == "sla" else Better.LOWER for outcome in OUTCOMES
+    }
     if metric not in directions or len(name) - len(metric) > 1:
         raise UnknownNameError("objective", name, (*NAMES, *directions))
     if name == metric and directions[metric] not in (Better.HIGHER, Better.LOWER):
-        raise InputError(f"objective '{name}': neither small nor large values are better; give -{name} or +{name}")
+        raise InputError(
+            f"objective '{name}': neither small nor large values are better; give -{name} or +{name}"
+        )
     is_small = name.startswith("-") or (name == metric and directions[metric] is Better.LOWER)
     return Objective(name, metric, -1.0 if is_small else 1.0)
 
@@ -239,5 +259,7 @@ def _parse_sla(name: str) -> Objective:
     except ValueError:
         least = -1.0
     if not condition.startswith("sla>=") or not 0.0 < least <= 1.0:
-        raise InputError(f"objective '{name}' is not margin@sla>=SHARE; give a share above 0, at most 1, e.g. 0.9")
+        raise InputError(
+            f"objective '{name}' is not margin@sla>=SHARE; give a share above 0, at most 1, e.g. 0.9"
+        )
     return MarginAtSla(name, least=least)

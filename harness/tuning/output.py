@@ -1,4 +1,7 @@
-"""What a study leaves in its folder: the tuned file, how it differs, a stack that drives it, the trials."""
+"""What a study leaves in its folder.
+
+The tuned file, how it differs, a stack that drives it, the trials.
+"""
 
 import dataclasses
 import difflib
@@ -25,7 +28,9 @@ STRICT = "--strict"  # option of navbench run
 TRIALS, DOCUMENT = "trials.parquet", "tune.json"
 
 
-def write_files(result: StudyResult, nav2: Nav2File, stack: Stack, declaration: Declaration, folder: Path) -> None:
+def write_files(
+    result: StudyResult, nav2: Nav2File, stack: Stack, declaration: Declaration, folder: Path
+) -> None:
     """Write everything but the document; ``stack`` is the original, which drives ``nav2``.
 
     Raises:
@@ -45,8 +50,13 @@ def write_files(result: StudyResult, nav2: Nav2File, stack: Stack, declaration: 
         write_text(folder / TUNED, tuned)
         write_text(folder / DIFF, _difference(nav2.document.text, tuned))
         write_text(folder / STACK, dump_dataclass(driven))
-        write_table(folder / TRIALS, _columns(result), (_trial_row(trial, result) for trial in result.trials))
-        for file in (folder / FRONT).glob("trial-*.nav2.yaml"):  # of trials that others have beaten since
+        write_table(
+            folder / TRIALS,
+            _columns(result),
+            (_trial_row(trial, result) for trial in result.trials),
+        )
+        # of trials that others have beaten since
+        for file in (folder / FRONT).glob("trial-*.nav2.yaml"):
             file.unlink()
         for number in result.front if len(result.objectives) > 1 else ():
             (folder / FRONT).mkdir(exist_ok=True)
@@ -58,9 +68,14 @@ def write_files(result: StudyResult, nav2: Nav2File, stack: Stack, declaration: 
 def _difference(before: str, after: str) -> str:
     """A unified diff that ``patch`` takes, also of a file whose last line has no end."""
     lines = difflib.unified_diff(
-        before.splitlines(keepends=True), after.splitlines(keepends=True), "original.nav2.yaml", TUNED
+        before.splitlines(keepends=True),
+        after.splitlines(keepends=True),
+        "original.nav2.yaml",
+        TUNED,
     )
-    return "".join(line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines)
+    return "".join(
+        line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines
+    )
 
 
 def run_command(declaration: Declaration, folder: Path) -> tuple[str, ...]:
@@ -72,11 +87,18 @@ def test_command(declaration: Declaration, seed: int, folder: Path) -> str:
     """The line that drives the incumbent's test again."""
     count = declaration.test_episodes or declaration.episodes
     which = unseen_seed(seed) if declaration.test_episodes else seed
-    return shlex.join((*run_command(declaration, folder), "--seed", str(which), "--episodes", str(count)))
+    return shlex.join(
+        (*run_command(declaration, folder), "--seed", str(which), "--episodes", str(count))
+    )
 
 
 def study_document(
-    result: StudyResult, nav2: Nav2File, declaration: Declaration, scores: Row, lint: Row, folder: Path
+    result: StudyResult,
+    nav2: Nav2File,
+    declaration: Declaration,
+    scores: Row,
+    lint: Row,
+    folder: Path,
 ) -> Row:
     """Content of ``tune.json``.
 
@@ -89,22 +111,34 @@ def study_document(
         folder: of the study.
     """
     driven = sum(len(trial.missions) for trial in result.trials)
-    number = next(trial.number for trial in result.trials if trial.candidate.key == result.incumbent.key)
+    number = next(
+        trial.number for trial in result.trials if trial.candidate.key == result.incumbent.key
+    )
     every = sum(len(result.train_missions) for trial in result.trials if trial.state != FAILED)
     return {
         "schema": 1,
         "stack": declaration.stack,
-        "space": {"name": result.space.name, "parameters": [_parameter(each) for each in result.space.parameters]},
+        "space": {
+            "name": result.space.name,
+            "parameters": [_parameter(each) for each in result.space.parameters],
+        },
         "objectives": list(result.objectives),
         "sampler": declaration.sampler,
         "seed": result.seed,
         "test_seed": unseen_seed(result.seed),
         "trials_asked": declaration.trials,
         "trials": dict(sorted(Counter(trial.state for trial in result.trials).items())),
-        "training_episodes": {"missions": len(result.train_missions), "driven": driven, "without_racing": every},
+        "training_episodes": {
+            "missions": len(result.train_missions),
+            "driven": driven,
+            "without_racing": every,
+        },
         "incumbent": {"trial": number, "changes": _changes(result, nav2)},
         "finals": [each.as_json() for each in result.finals],
-        "front": [{"trial": number, "values": list(result.trials[number].values)} for number in result.front],
+        "front": [
+            {"trial": number, "values": list(result.trials[number].values)}
+            for number in result.front
+        ],
         **scores,
         "lint": lint,
         "files": {"tuned": TUNED, "stack": STACK, "diff": DIFF, "trials": TRIALS},
@@ -131,21 +165,39 @@ def _trial_row(trial: Trial, result: StudyResult) -> Row:
         "told": trial.told[0] if trial.told else None,
         "p": trial.p,
         "reason": trial.reason,
-        **{f"objective_{name}": value for name, value in zip(result.objectives, trial.values, strict=False)},
-        **{name: float(value) if type(value) is int else value for name, value in trial.point.items()},
+        **{
+            f"objective_{name}": value
+            for name, value in zip(result.objectives, trial.values, strict=False)
+        },
+        **{
+            name: float(value) if type(value) is int else value
+            for name, value in trial.point.items()
+        },
     }
 
 
 def _parameter(parameter: Parameter) -> Row:
     allowed: Row = {"choices": list(parameter.choices)}
     if not parameter.choices:
-        allowed = {"low": parameter.low, "high": parameter.high, "log": parameter.is_log, "step": parameter.step}
-    return {"name": parameter.name, "paths": list(parameter.paths), "original": parameter.original, **allowed}
+        allowed = {
+            "low": parameter.low,
+            "high": parameter.high,
+            "log": parameter.is_log,
+            "step": parameter.step,
+        }
+    return {
+        "name": parameter.name,
+        "paths": list(parameter.paths),
+        "original": parameter.original,
+        **allowed,
+    }
 
 
 def _changes(result: StudyResult, nav2: Nav2File) -> list[Row]:
     changed = result.incumbent.values.items()
-    return [{"path": path, "from": _before(path, result, nav2), "to": value} for path, value in changed]
+    return [
+        {"path": path, "from": _before(path, result, nav2), "to": value} for path, value in changed
+    ]
 
 
 def _before(path: str, result: StudyResult, nav2: Nav2File) -> Value:

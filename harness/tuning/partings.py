@@ -9,8 +9,22 @@ from harness.tuning.evaluation import MARGIN
 
 SHOWN = 3
 TOLD = (
-    *("outcome", "reason", "gave_up", "duration_s", "distance_m", "average_speed_mps", "goal_distance_m"),
-    *("pedestrian_contacts", "soft_contacts", "collision_impulse_ns", "pedestrian_injury_usd", "pieces_lost"),
+    *(
+        "outcome",
+        "reason",
+        "gave_up",
+        "duration_s",
+        "distance_m",
+        "average_speed_mps",
+        "goal_distance_m",
+    ),
+    *(
+        "pedestrian_contacts",
+        "soft_contacts",
+        "collision_impulse_ns",
+        "pedestrian_injury_usd",
+        "pieces_lost",
+    ),
     *("recoveries", "min_pedestrian_distance_m", MARGIN),
 )  # columns that tell what happened
 
@@ -29,7 +43,9 @@ class Parting:
 
     def replay(self, command: Sequence[str]) -> str:
         """The line that drives this delivery again, for ``command`` without seed and number."""
-        return shlex.join([*command, "--seed", str(self.seed), "--only", str(self.episode), "--record", "full"])
+        return shlex.join(
+            [*command, "--seed", str(self.seed), "--only", str(self.episode), "--record", "full"]
+        )
 
 
 def partings(original: Sequence[Row], incumbent: Sequence[Row]) -> tuple[Parting, ...]:
@@ -47,7 +63,9 @@ def partings(original: Sequence[Row], incumbent: Sequence[Row]) -> tuple[Parting
         if all(row.get("error") is None and row.get(MARGIN) is not None for row in pair)
     ]
     apart = [_parting(a, b) for a, b in pairs if abs(b[MARGIN] - a[MARGIN]) >= 0.01]
-    return tuple(sorted(apart, key=lambda each: (-abs(each.difference_usd), each.seed, each.episode))[:SHOWN])
+    return tuple(
+        sorted(apart, key=lambda each: (-abs(each.difference_usd), each.seed, each.episode))[:SHOWN]
+    )
 
 
 def sentence(parting: Parting) -> str:

@@ -1,10 +1,11 @@
 """Single parameters of a Nav2 file by path: found, read and set.
 
-A path is ``node.parameter``, as :meth:`navstack.params.nav2_file.file.Nav2File.with_values` names parameters, e.g.
-``controller_server.FollowPath.max_vel_x``; ``ros__parameters`` may stand in it as in the file. Instead of the name of a
-plugin's section, which is the file's own choice, the type may be given:
-``controller_server.{dwb_core::DWBLocalPlanner}.max_vel_x``. ``[0]`` at the end is the first entry of a list. The
-value of a whole list of names is a text, its entries joined by :data:`COMMA`.
+A path is ``node.parameter``, as :meth:`navstack.params.nav2_file.file.Nav2File.with_values` names
+parameters, e.g. ``controller_server.FollowPath.max_vel_x``; ``ros__parameters`` may stand in it as
+in the file. Instead of the name of a plugin's section, which is the file's own choice, the type may
+be given: ``controller_server.{dwb_core::DWBLocalPlanner}.max_vel_x``. ``[0]`` at the end is the
+first entry of a list. The value of a whole list of names is a text, its entries joined by
+:data:`COMMA`.
 """
 
 import dataclasses
@@ -50,8 +51,8 @@ def locate(nav2: Nav2File, path: str) -> Place:
     """Find a parameter.
 
     Raises:
-        AbsentError: the file has no such node, plugin or parameter, or none that has an effect here; the message offers
-            the nearest path.
+        AbsentError: the file has no such node, plugin or parameter, or none that has an effect
+            here; the message offers the nearest path.
     """
     node, name, index, kind, value = _find(nav2, path)
     suffix = "" if index is None else f"[{index}]"
@@ -59,7 +60,9 @@ def locate(nav2: Nav2File, path: str) -> Place:
         kind, value = typing.get_args(kind)[0], value[index]
     if kind not in SCALARS or not isinstance(value, SCALARS):
         has = f"has the value {value!r}" if value is not None else "has no value in it, nor in Nav2"
-        raise AbsentError(f"{nav2.path.name}: {node}.{name}{suffix} {has}; give the path of a number, text or switch")
+        raise AbsentError(
+            f"{nav2.path.name}: {node}.{name}{suffix} {has}; give the path of a number, text or switch"
+        )
     return Place(f"{node}.{name}{suffix}", kind, float(value) if kind is float else value)
 
 
@@ -72,7 +75,9 @@ def locate_list(nav2: Nav2File, path: str) -> Place:
     """
     node, name, index, kind, value = _find(nav2, path)
     if index is not None or not _is_names(kind) or not value:
-        raise ParameterError(f"{nav2.path.name}: {node}.{name} is {value!r}; give the path of a list of names")
+        raise ParameterError(
+            f"{nav2.path.name}: {node}.{name} is {value!r}; give the path of a list of names"
+        )
     return Place(f"{node}.{name}", str, COMMA.join(value))
 
 
@@ -85,13 +90,20 @@ def edited_list(nav2: Nav2File, place: Place, edit: ListEdit) -> str:
         edit: what becomes of it. An exchange is passed over where the list lacks the former name, or has the latter.
     """
     names = str(place.value).split(COMMA)
-    types_ = {visit.prefix.removesuffix("."): visit.plugin for visit in nav2.visits[_split(place.path)[0]]}
-    ordered = [name for each in edit.order for name in names if each in (name, f"{{{types_.get(name)}}}")]
+    types_ = {
+        visit.prefix.removesuffix("."): visit.plugin for visit in nav2.visits[_split(place.path)[0]]
+    }
+    ordered = [
+        name for each in edit.order for name in names if each in (name, f"{{{types_.get(name)}}}")
+    ]
     following = iter(ordered)
     moved = (next(following) if name in ordered else name for name in names)
     possible = {old: new for old, new in edit.replace.items() if new not in names}
     return COMMA.join(
-        [*(possible.get(name, name) for name in moved), *(name for name in edit.add if name not in names)]
+        [
+            *(possible.get(name, name) for name in moved),
+            *(name for name in edit.add if name not in names),
+        ]
     )
 
 
@@ -100,8 +112,12 @@ def is_list(value: Value) -> bool:
     return isinstance(value, str) and COMMA in value
 
 
-def with_values(nav2: Nav2File, values: Mapping[str, Value], allow_unknown: bool = False) -> Nav2File:
-    """A copy of a file with parameters set, by the paths of their :class:`Place`; all other text stays as it is.
+def with_values(
+    nav2: Nav2File, values: Mapping[str, Value], allow_unknown: bool = False
+) -> Nav2File:
+    """A copy of a file with parameters set, by the paths of their :class:`Place`.
+
+    All other text stays as it is.
 
     Args:
         nav2: the file.
@@ -115,18 +131,28 @@ def with_values(nav2: Nav2File, values: Mapping[str, Value], allow_unknown: bool
     for path, value in values.items():
         entry = _ENTRY.fullmatch(path)
         if entry is None:
-            changes[path] = value.split(COMMA) if isinstance(value, str) and _names_list(nav2, path) else value
+            changes[path] = (
+                value.split(COMMA) if isinstance(value, str) and _names_list(nav2, path) else value
+            )
             continue
-        changes.setdefault(entry[1], list(_find(nav2, entry[1])[4]))[int(entry[2])] = value  # maybe Nav2's default
+        # maybe Nav2's default
+        changes.setdefault(entry[1], list(_find(nav2, entry[1])[4]))[int(entry[2])] = value
     return nav2.with_values(changes, allow_unknown)
 
 
 def _find(nav2: Nav2File, path: str) -> tuple[str, str, int | None, Any, Any]:
-    """Node, name, number of the entry (None: the whole), type and value of a parameter that has an effect."""
+    """Node, name, number of the entry (None.
+
+    The whole), type and value of a parameter that has an effect.
+    """
     node, name = _split(path)
-    name, index = (name, None) if (entry := _ENTRY.fullmatch(name)) is None else (entry[1], int(entry[2]))
+    name, index = (
+        (name, None) if (entry := _ENTRY.fullmatch(name)) is None else (entry[1], int(entry[2]))
+    )
     visits = nav2.visits.get(node, ())
-    known = {each: (kind, default) for visit in visits for each, kind, default in _parameters(visit)}
+    known = {
+        each: (kind, default) for visit in visits for each, kind, default in _parameters(visit)
+    }
     given = _TYPE.search(name)
     if given is not None:
         name = name.replace(f"{given[0]}.", _prefix_of(nav2, node, given[1], path))
@@ -160,21 +186,33 @@ def _split(path: str) -> tuple[str, str]:
 
 def _prefix_of(nav2: Nav2File, node: str, plugin: str, path: str) -> str:
     """Where the parameters of a plugin type stand, also below a rotation shim."""
-    params = {types[plugin] for types in nav2.catalog.available.values() if plugin in types} - {None}
+    params = {types[plugin] for types in nav2.catalog.available.values() if plugin in types} - {
+        None
+    }
     if not params:
         types_ = sorted({kind for types in nav2.catalog.available.values() for kind in types})
-        raise ParameterError(f"path '{path}': unknown plugin '{plugin}'{did_you_mean(plugin, types_)}")
-    found = next((visit.prefix for visit in nav2.visits.get(node, ()) if visit.params in params), None)
+        raise ParameterError(
+            f"path '{path}': unknown plugin '{plugin}'{did_you_mean(plugin, types_)}"
+        )
+    found = next(
+        (visit.prefix for visit in nav2.visits.get(node, ()) if visit.params in params), None
+    )
     if found is None:
-        raise NoPluginError(f"path '{path}': {nav2.path.name} has no {plugin} in {node}; choose another search space")
+        raise NoPluginError(
+            f"path '{path}': {nav2.path.name} has no {plugin} in {node}; choose another search space"
+        )
     return found
 
 
-def _absent(nav2: Nav2File, path: str, node: str, name: str, known: Mapping[str, Any]) -> AbsentError:
+def _absent(
+    nav2: Nav2File, path: str, node: str, name: str, known: Mapping[str, Any]
+) -> AbsentError:
     what = f"path '{path}': {nav2.path.name}"
     if not known:
         nodes = [each for each, visits in nav2.visits.items() if visits]
-        return AbsentError(f"{what} has no node '{node}' that has an effect{did_you_mean(node, nodes)}")
+        return AbsentError(
+            f"{what} has no node '{node}' that has an effect{did_you_mean(node, nodes)}"
+        )
     if name in nav2.parameters.get(node, {}):
         return AbsentError(f"{what}: {node}.{name} has no effect here; leave it out")
     places = [f"{node}.{each}" for each in known]
@@ -182,7 +220,10 @@ def _absent(nav2: Nav2File, path: str, node: str, name: str, known: Mapping[str,
 
 
 def _parameters(visit: Visit) -> Iterator[tuple[str, Any, Any]]:
-    """Name, type and default of what a file may hold in a namespace; other namespaces have visits of their own."""
+    """Name, type and default of what a file may hold in a namespace.
+
+    Other namespaces have visits of their own.
+    """
     hints = typing.get_type_hints(visit.params)
     for field in dataclasses.fields(visit.params):
         kind = hints[field.name]
@@ -193,7 +234,10 @@ def _parameters(visit: Visit) -> Iterator[tuple[str, Any, Any]]:
 
 
 def with_absolute_files(nav2: Nav2File, allow_unknown: bool = False) -> Nav2File:
-    """A copy whose costmap filters find their masks from any folder; a map that is not read here stays as it is."""
+    """A copy whose costmap filters find their masks from any folder.
+
+    A map that is not read here stays as it is.
+    """
     moved = {
         f"{node}.yaml_filename": file
         for node, file in absolute_files(nav2).items()

@@ -14,11 +14,16 @@ from navstack.types import FloatArray, IntArray
 
 
 class _GivenTrials(optuna.Study):
-    """A study of trials that are there already: a storage would copy each with all that it holds."""
+    """A study of trials that are there already.
+
+    A storage would copy each with all that it holds.
+    """
 
     given: Sequence[FrozenTrial] = ()
 
-    def get_trials(self, deepcopy: bool = True, states: Container[TrialState] | None = None) -> list[FrozenTrial]:
+    def get_trials(
+        self, deepcopy: bool = True, states: Container[TrialState] | None = None
+    ) -> list[FrozenTrial]:
         return list(self.given)
 
 
@@ -26,7 +31,10 @@ class PedAnova:
     """The importance of parameters for being among the best of some trials."""
 
     def __init__(self, parameters: Sequence[Parameter], places: FloatArray, top: float) -> None:
-        """``places`` (trials, parameters) where the trials are, 0..1; ``top`` the share of them that is the best."""
+        """``places`` (trials, parameters) where the trials are, 0..1.
+
+        ``top`` the share of them that is the best.
+        """
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         distributions: dict[str, BaseDistribution] = {
             each.name: FloatDistribution(0.0, 1.0)
@@ -38,7 +46,9 @@ class PedAnova:
         self._distributions = distributions
         self._evaluator = PedAnovaImportanceEvaluator(target_quantile=top)
         storage = optuna.storages.InMemoryStorage()
-        self._study = _GivenTrials(optuna.create_study(storage=storage, direction="maximize").study_name, storage)
+        self._study = _GivenTrials(
+            optuna.create_study(storage=storage, direction="maximize").study_name, storage
+        )
 
     def shares(self, chosen: IntArray, objective: FloatArray) -> FloatArray:
         """Shares (parameters,) by some of the trials, by number, which reached an objective each."""

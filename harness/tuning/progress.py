@@ -35,7 +35,8 @@ class Progress:
             later: episodes that are driven after the search, at most.
         """
         self._plan, self._journal, self._budget, self._later = plan, journal, budget, later
-        self._driven, self._since = 0, 0  # episodes of this session, and of those the unfinished trial's or the later
+        # episodes of this session, and of those the unfinished trial's or the later
+        self._driven, self._since = 0, 0
         self._last = journal.elapsed  # [s] when the last episode ended
         self.trials: list[Trial] = []
         self.best: Trial | None = None
@@ -54,7 +55,8 @@ class Progress:
         self._since = 0
         if self.best is not incumbent:
             self.best = incumbent
-            rows = evaluator.rows(incumbent.candidate, incumbent.missions)  # of the best of many, hence too high
+            # of the best of many, hence too high
+            rows = evaluator.rows(incumbent.candidate, incumbent.missions)
             self.interval = score_interval(self._plan.objectives[0], incumbent.values[0], rows, 0)
 
     def begin(self, phase: str) -> None:
@@ -67,8 +69,9 @@ class Progress:
     def remaining(self) -> float | None:
         """Wall time [s] that everything is likely to take yet; None: too early to say.
 
-        Counted in episodes, of which a trial takes as many as those before it did on average, and what comes after the
-        search as many as it can at most: it falls while a trial or an episode is being driven, too.
+        Counted in episodes, of which a trial takes as many as those before it did on average, and
+        what comes after the search as many as it can at most: it falls while a trial or an episode
+        is being driven, too.
         """
         done, elapsed = len(self.trials) - 1, self._journal.elapsed
         if done < 1:
@@ -90,7 +93,9 @@ class Progress:
         told = [trial.told[0] for trial in self.trials[1:] if trial.told]
         low, high = self.interval.low, self.interval.high
         error = 0.0 if low is None or high is None else (high - low) / (2.0 * 1.96)
-        return expected_gain(told, self.best.values[0], error, self._plan.trials - (len(self.trials) - 1))
+        return expected_gain(
+            told, self.best.values[0], error, self._plan.trials - (len(self.trials) - 1)
+        )
 
     @property
     def when(self) -> str:
@@ -98,7 +103,11 @@ class Progress:
         if not self.trials:
             return "while the original was driven"
         done = len(self.trials) - 1
-        return f"after {done} of {self._plan.trials} trials" if self.phase == "search" else f"during the {self.phase}"
+        return (
+            f"after {done} of {self._plan.trials} trials"
+            if self.phase == "search"
+            else f"during the {self.phase}"
+        )
 
     @property
     def text(self) -> str:
@@ -109,11 +118,17 @@ class Progress:
             left = "" if self.remaining is None else f", at most about {self.remaining:.0f} s left"
             return f"{self.phase}: {self._since} of at most {self._later} episodes driven{left}"
         low, high = self.interval.low, self.interval.high
-        bounds = "" if low is None or high is None else f" ({self.text_of(low)} .. {self.text_of(high)})"
+        bounds = (
+            "" if low is None or high is None else f" ({self.text_of(low)} .. {self.text_of(high)})"
+        )
         best = f"best {self.text_of(self.best.values[0])}{bounds} of {self.best.candidate.name}"
         parts = [f"trial {len(self.trials) - 1}/{self._plan.trials}", best]
         driven = sum(len(trial.missions) for trial in self.trials)
-        saved = sum(len(self._plan.missions) - len(trial.missions) for trial in self.trials if trial.state == PRUNED)
+        saved = sum(
+            len(self._plan.missions) - len(trial.missions)
+            for trial in self.trials
+            if trial.state == PRUNED
+        )
         parts.append(f"{driven} episodes, {saved} saved by racing")
         if self.remaining is not None:
             parts.append(f"about {self.remaining:.0f} s left")
@@ -138,7 +153,9 @@ class Progress:
         return score_text(self._plan.objectives[0].name, value)
 
 
-def expected_gain(values: Sequence[float], best: float, error: float, remaining: int) -> float | None:
+def expected_gain(
+    values: Sequence[float], best: float, error: float, remaining: int
+) -> float | None:
     """How much the best of ``remaining`` further trials is expected to exceed ``best``, never below 0.
 
     As if they came from the normal distribution of the later half of what was tried, the noise of measuring a trial

@@ -28,7 +28,8 @@ RESOLUTION = 0.05  # [USD] smaller differences of a pair are none: a few more me
 def rungs(total: int) -> tuple[int, ...]:
     """Numbers of missions after which there is a look, the last being ``total``.
 
-    The first is ``total`` halved as often as it goes; the others are 2, 3, 4, 6, 8, 12 ... times that.
+    The first is ``total`` halved as often as it goes; the others are 2, 3, 4, 6, 8, 12 ... times
+    that.
     """
     first = total
     while first % 2 == 0 and first // 2 >= FIRST_RUNG:
@@ -40,15 +41,17 @@ def rungs(total: int) -> tuple[int, ...]:
 def stratified(lengths: Mapping[int, float], seed: int) -> tuple[int, ...]:
     """The missions in an order in which every rung has as many short and long ones as all together.
 
-    Sorted by their length they fall into as many strata as the first rung has missions; each stratum is shuffled, and
-    missions are taken from the strata in turn.
+    Sorted by their length they fall into as many strata as the first rung has missions; each
+    stratum is shuffled, and missions are taken from the strata in turn.
 
     Args:
         lengths: of the shortest path [m] of each mission.
         seed: of the study.
     """
     rng = np.random.default_rng(np.random.SeedSequence((seed, STRATA)))
-    strata = np.array_split(sorted(lengths, key=lambda mission: (lengths[mission], mission)), rungs(len(lengths))[0])
+    strata = np.array_split(
+        sorted(lengths, key=lambda mission: (lengths[mission], mission)), rungs(len(lengths))[0]
+    )
     shuffled = [rng.permutation(stratum).tolist() for stratum in strata]
     order = []
     for place in range(max(map(len, shuffled))):
@@ -69,8 +72,11 @@ def p_no_worse(trial: FloatArray, incumbent: FloatArray, resolution: float = RES
         resolution: in the unit of the scores; smaller differences are none.
     """
     differences = trial - incumbent
-    differences = differences[~np.isnan(differences) & (np.abs(differences) >= resolution) & (differences != 0.0)]
-    ranks = np.rint(2.0 * rankdata(np.abs(differences))).astype(np.int64)  # doubled: ties have halves
+    differences = differences[
+        ~np.isnan(differences) & (np.abs(differences) >= resolution) & (differences != 0.0)
+    ]
+    # doubled: ties have halves
+    ranks = np.rint(2.0 * rankdata(np.abs(differences))).astype(np.int64)
     ways = np.ones(1)  # share of the signs by their sum of positive ranks
     for rank in ranks:
         ways = 0.5 * (np.pad(ways, (0, rank)) + np.pad(ways, (rank, 0)))
@@ -94,5 +100,9 @@ def adjusted(trial: FloatArray, incumbent: FloatArray, known_mean: float) -> flo
         return float(np.nanmean(trial))
     own, other = np.asarray(trial)[known], np.asarray(incumbent)[known]
     spread = float(other.var())
-    slope = float(np.mean((own - own.mean()) * (other - other.mean()))) / spread if spread > 0.0 else 0.0
+    slope = (
+        float(np.mean((own - own.mean()) * (other - other.mean()))) / spread
+        if spread > 0.0
+        else 0.0
+    )
     return float(own.mean() - min(max(slope, 0.0), 1.0) * (other.mean() - known_mean))

@@ -18,17 +18,22 @@ COMPLETE, PRUNED, FAILED = "complete", "pruned", "failed"  # states of a trial
 class Trial:
     """One candidate on training missions.
 
-    ``evaluator.rows(trial.candidate, trial.missions)`` gives its episodes again without driving anything.
+    ``evaluator.rows(trial.candidate, trial.missions)`` gives its episodes again without driving
+    anything.
     """
 
     number: int  # 0: the original
     candidate: Candidate
-    point: dict[str, Value]  # by name of the parameter, every one; of the original what its file says
-    state: str  # COMPLETE: drove all training missions; PRUNED: dropped on the way; FAILED: could not be driven
+    # by name of the parameter, every one; of the original what its file says
+    point: dict[str, Value]
+    # COMPLETE: drove all training missions; PRUNED: dropped on the way; FAILED: could not be driven
+    state: str
     missions: tuple[int, ...]  # for training that it drove, in its order; a dropped trial not all
-    values: tuple[float, ...]  # each objective on these missions, larger is better; empty when it failed
+    # each objective on these missions, larger is better; empty when it failed
+    values: tuple[float, ...]
     told: tuple[float, ...]  # what the sampler was told of it
-    p: float | None  # of the race's last look that it is no worse than the incumbent; None: there was no race
+    # of the race's last look that it is no worse than the incumbent; None: there was no race
+    p: float | None
     reason: str  # why it was pruned or failed
 
 
@@ -50,11 +55,15 @@ class Finalist:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrialTable:
-    """Trials that were driven; of pruned ones the objective is the estimate for all missions that the sampler had."""
+    """Trials that were driven.
+
+    Of pruned ones the objective is the estimate for all missions that the sampler had.
+    """
 
     parameters: tuple[Parameter, ...]
     trials: tuple[Trial, ...]
-    places: FloatArray  # (trials, parameters) in 0..1 of the range, in the logarithm where the parameter is so
+    # (trials, parameters) in 0..1 of the range, in the logarithm where the parameter is so
+    places: FloatArray
     objective: FloatArray  # (trials,) the study's first, larger is better
 
     @property
@@ -69,7 +78,9 @@ def trial_table(space: Space, trials: Sequence[Trial]) -> TrialTable:
     places = [[each.place(trial.point[each.name]) for each in space.parameters] for trial in driven]
     shape = (len(driven), len(space.parameters))
     objective = np.array([trial.told[0] for trial in driven], dtype=np.float64)
-    return TrialTable(space.parameters, driven, np.array(places, dtype=np.float64).reshape(shape), objective)
+    return TrialTable(
+        space.parameters, driven, np.array(places, dtype=np.float64).reshape(shape), objective
+    )
 
 
 def least_squares(design: FloatArray, answer: FloatArray) -> tuple[FloatArray, float, int]:
@@ -84,17 +95,22 @@ class StudyResult:
     """Everything that the search and the test brought. Rows stand in the order of the missions."""
 
     original: Candidate
-    incumbent: Candidate  # the final choice's best, or else the training's; the original where nothing was better
-    objectives: tuple[str, ...]  # names; several: a Pareto study, in which the incumbent is best in the first
+    # the final choice's best, or else the training's; the original where nothing was better
+    incumbent: Candidate
+    # names; several: a Pareto study, in which the incumbent is best in the first
+    objectives: tuple[str, ...]
     space: Space
     trials: tuple[Trial, ...]  # the original's first
-    front: tuple[int, ...]  # numbers of the trials that no other beats in all objectives; one unless a Pareto study
+    # numbers of the trials that no other beats in all objectives; one unless a Pareto study
+    front: tuple[int, ...]
     seed: int
     train_missions: tuple[int, ...]  # stratified: each rung is a balanced first part
     test_missions: tuple[int, ...]
     train_rows: tuple[Sequence[Row], Sequence[Row]]  # of original and incumbent
-    test_rows: tuple[Sequence[Row], ...]  # of original and incumbent; empty where no test was asked for
-    finals: tuple[Finalist, ...] = ()  # who took part in the final choice, the best first; empty: there was none
+    # of original and incumbent; empty where no test was asked for
+    test_rows: tuple[Sequence[Row], ...]
+    # who took part in the final choice, the best first; empty: there was none
+    finals: tuple[Finalist, ...] = ()
 
     @property
     def is_tested(self) -> bool:
@@ -103,5 +119,8 @@ class StudyResult:
 
     @property
     def judged_rows(self) -> tuple[Sequence[Row], Sequence[Row]]:
-        """Rows of original and incumbent that the result is judged by: of the test where there is one."""
+        """Rows of original and incumbent that the result is judged by.
+
+        Of the test where there is one.
+        """
         return (self.test_rows[0], self.test_rows[1]) if self.is_tested else self.train_rows

@@ -13,7 +13,12 @@ from typing import Any, Protocol
 
 import numpy as np
 import optuna
-from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution, IntDistribution
+from optuna.distributions import (
+    BaseDistribution,
+    CategoricalDistribution,
+    FloatDistribution,
+    IntDistribution,
+)
 from optuna.trial import TrialState, create_trial
 
 from harness.tuning.evaluation import Value
@@ -34,11 +39,17 @@ class Sampler(Protocol):
         """A point of the space that keeps its constraints; None: there is none left."""
 
     def tell(self, point: Point, values: Sequence[float] | None) -> None:
-        """What came of a point, the last one asked for or any other; None: it could not be driven."""
+        """What came of a point, the last one asked for or any other.
+
+        None: it could not be driven.
+        """
 
 
 class OptunaSampler:
-    """TPE (Bergstra et al. 2011; multivariate: Falkner et al. 2018), CMA-ES (Hansen 2016) or random points."""
+    """TPE (Bergstra et al. 2011.
+
+    Multivariate: Falkner et al. 2018), CMA-ES (Hansen 2016) or random points.
+    """
 
     def __init__(self, kind: str, space: Space, seed: int, objectives: int) -> None:
         """Ask nothing yet.
@@ -53,18 +64,24 @@ class OptunaSampler:
             InputError: the kind cannot do that.
         """
         if kind == "cmaes" and (objectives > 1 or any(each.choices for each in space.parameters)):
-            raise InputError("--sampler cmaes wants one objective and ranges only, no choices; give --sampler tpe")
+            raise InputError(
+                "--sampler cmaes wants one objective and ranges only, no choices; give --sampler tpe"
+            )
         self._kind, self._space, self._seed = kind, space, seed
         self._distributions = distributions_of(space)
         optuna.logging.set_verbosity(optuna.logging.ERROR)
-        self._study = optuna.create_study(directions=["maximize"] * objectives, sampler=self._make(0))
+        self._study = optuna.create_study(
+            directions=["maximize"] * objectives, sampler=self._make(0)
+        )
         self._asked: optuna.trial.Trial | None = None
 
     def ask(self) -> Point | None:
         """As :class:`Sampler` has it."""
         for _ in range(ATTEMPTS):
             trial = self._ask()
-            point = {each.name: each.rounded(trial.params[each.name]) for each in self._space.parameters}
+            point = {
+                each.name: each.rounded(trial.params[each.name]) for each in self._space.parameters
+            }
             if self._space.allows(point):
                 self._asked = trial
                 return point
@@ -75,16 +92,21 @@ class OptunaSampler:
         """As :class:`Sampler` has it."""
         asked, self._asked = self._asked, None
         if asked is not None:
-            self._study.tell(asked, values, TrialState.FAIL if values is None else TrialState.COMPLETE)
+            self._study.tell(
+                asked, values, TrialState.FAIL if values is None else TrialState.COMPLETE
+            )
         elif values is not None:
             params = possible_point(self._space, point)
-            self._study.add_trial(create_trial(params=params, distributions=self._distributions, values=values))
+            self._study.add_trial(
+                create_trial(params=params, distributions=self._distributions, values=values)
+            )
 
     def _ask(self) -> optuna.trial.Trial:
         number = len(self._study.get_trials(deepcopy=False))
         self._study.sampler = self._make(number)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # what Optuna calls experimental, and how CMA-ES falls back
+            # what Optuna calls experimental, and how CMA-ES falls back
+            warnings.simplefilter("ignore")
             return self._study.ask(self._distributions)
 
     def _make(self, number: int) -> optuna.samplers.BaseSampler:
@@ -92,11 +114,18 @@ class OptunaSampler:
         if self._kind == "random":
             return optuna.samplers.RandomSampler(seed=seed)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # TPE's multivariate is called experimental, CMA-ES's start deprecated
+            # TPE's multivariate is called experimental, CMA-ES's start deprecated
+            warnings.simplefilter("ignore")
             if self._kind == "cmaes":
-                start = {each.name: _possible(each, each.original) for each in self._space.parameters}
-                return optuna.samplers.CmaEsSampler(x0=start, seed=seed, warn_independent_sampling=False)
-            return optuna.samplers.TPESampler(seed=seed, n_startup_trials=STARTUP, multivariate=True)
+                start = {
+                    each.name: _possible(each, each.original) for each in self._space.parameters
+                }
+                return optuna.samplers.CmaEsSampler(
+                    x0=start, seed=seed, warn_independent_sampling=False
+                )
+            return optuna.samplers.TPESampler(
+                seed=seed, n_startup_trials=STARTUP, multivariate=True
+            )
 
 
 class GridSampler:
@@ -121,7 +150,9 @@ class GridSampler:
         names = [each.name for each in space.parameters]
         points = [dict(zip(names, point, strict=True)) for point in itertools.product(*levels)]
         allowed = [point for point in points if space.allows(point) and point != space.original]
-        order = np.random.default_rng(np.random.SeedSequence((seed, SHUFFLED))).permutation(len(allowed))
+        order = np.random.default_rng(np.random.SeedSequence((seed, SHUFFLED))).permutation(
+            len(allowed)
+        )
         self._points: Iterator[Point] = (allowed[i] for i in order)
 
     def ask(self) -> Point | None:
@@ -143,7 +174,11 @@ def make_sampler(kind: str, space: Space, seed: int, trials: int, objectives: in
     """
     if kind not in SAMPLERS:
         raise UnknownNameError("--sampler", kind, SAMPLERS)
-    return GridSampler(space, seed, trials) if kind == "grid" else OptunaSampler(kind, space, seed, objectives)
+    return (
+        GridSampler(space, seed, trials)
+        if kind == "grid"
+        else OptunaSampler(kind, space, seed, objectives)
+    )
 
 
 def distributions_of(space: Space) -> dict[str, BaseDistribution]:
@@ -166,11 +201,16 @@ def _distribution(parameter: Parameter) -> BaseDistribution:
     if parameter.step is None:
         return FloatDistribution(parameter.low, parameter.high, parameter.is_log)
     steps = math.floor((parameter.high - parameter.low) / parameter.step + 1e-9)
-    return FloatDistribution(parameter.low, parameter.low + steps * parameter.step, step=parameter.step)
+    return FloatDistribution(
+        parameter.low, parameter.low + steps * parameter.step, step=parameter.step
+    )
 
 
 def _possible(parameter: Parameter, value: Value) -> Any:
-    """The nearest value that a sampler could have chosen: a file's own may lie between the steps."""
+    """The nearest value that a sampler could have chosen.
+
+    A file's own may lie between the steps.
+    """
     distribution: Any = _distribution(parameter)
     if isinstance(distribution, CategoricalDistribution) or distribution._contains(
         distribution.to_internal_repr(value)
@@ -191,4 +231,6 @@ def _levels(parameter: Parameter, count: int) -> tuple[Value, ...]:
     low, high = parameter.low, parameter.high
     spaced = np.geomspace(low, high, count) if parameter.is_log else np.linspace(low, high, count)
     values = (parameter.rounded(_possible(parameter, float(value))) for value in spaced)
-    return tuple(dict.fromkeys(round(float(value)) if parameter.is_int else value for value in values))
+    return tuple(
+        dict.fromkeys(round(float(value)) if parameter.is_int else value for value in values)
+    )

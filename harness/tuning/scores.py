@@ -15,12 +15,14 @@ ALWAYS = ("margin", "sla")  # told of beside the objectives
 
 
 def scores_document(result: StudyResult) -> Row:
-    """Both files' scores: ``train``, ``test`` (None: none was driven) and, per quantity, the ``optimism`` of training.
+    """Both files' scores: ``train``, ``test`` (None.
 
-    Differences are of the quantity's mean, incumbent less original, paired mission by mission: 95 % bootstrap interval
-    and sign-flip test; ``shortfall`` says by how much original and incumbent miss the objective's side condition.
-    Optimism is the training difference less the test difference: what choosing the best of many on the same missions
-    has added.
+    None was driven) and, per quantity, the ``optimism`` of training.
+
+    Differences are of the quantity's mean, incumbent less original, paired mission by mission: 95 %
+    bootstrap interval and sign-flip test; ``shortfall`` says by how much original and incumbent
+    miss the objective's side condition. Optimism is the training difference less the test
+    difference: what choosing the best of many on the same missions has added.
     """
     objectives = parse_objectives(",".join(dict.fromkeys((*result.objectives, *ALWAYS))))
     train = _scores(objectives, *result.train_rows, result.seed)
@@ -28,14 +30,22 @@ def scores_document(result: StudyResult) -> Row:
         return {"train": train, "test": None, "optimism": None}
     test = _scores(objectives, *result.judged_rows, result.seed)
     optimism = {
-        name: train[name]["difference"]["value"] - test[name]["difference"]["value"] for name in train if name in test
+        name: train[name]["difference"]["value"] - test[name]["difference"]["value"]
+        for name in train
+        if name in test
     }
     return {"train": train, "test": test, "optimism": optimism}
 
 
-def _scores(objectives: Sequence[Objective], original: Sequence[Row], incumbent: Sequence[Row], seed: int) -> Row:
+def _scores(
+    objectives: Sequence[Objective], original: Sequence[Row], incumbent: Sequence[Row], seed: int
+) -> Row:
     """By name of the quantity; those that are undefined here are left out."""
-    pairs = [pair for pair in zip(original, incumbent, strict=True) if all(row.get("error") is None for row in pair)]
+    pairs = [
+        pair
+        for pair in zip(original, incumbent, strict=True)
+        if all(row.get("error") is None for row in pair)
+    ]
     if not pairs:
         return {}
     first, second = ([row for row in side] for side in zip(*pairs, strict=True))
@@ -46,12 +56,16 @@ def _scores(objectives: Sequence[Objective], original: Sequence[Row], incumbent:
     return found
 
 
-def _score(objective: Objective, original: Sequence[Row], incumbent: Sequence[Row], seed: int) -> Row:
+def _score(
+    objective: Objective, original: Sequence[Row], incumbent: Sequence[Row], seed: int
+) -> Row:
     told = objective.measured
     before, after = (told.scores(rows, original) for rows in (original, incumbent))
     known = ~(np.isnan(before) | np.isnan(after))
     if not known.any():
-        raise UndefinedError(f"objective '{objective.name}' is undefined on every mission for one of the two files")
+        raise UndefinedError(
+            f"objective '{objective.name}' is undefined on every mission for one of the two files"
+        )
     numbers = missions([row for row, is_known in zip(original, known, strict=True) if is_known])
     paired = compare_pairs(
         before[known], after[known], numbers, np.random.default_rng(seed), objective.name == "sla",

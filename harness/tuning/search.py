@@ -26,13 +26,18 @@ class Plan:
     missions: tuple[int, ...]  # for training, in their order
     trials: int  # beside the original
     is_raced: bool = True
-    finalists: int = 0  # of a study with one objective: trials that the final choice lets meet the original
+    # of a study with one objective: trials that the final choice lets meet the original
+    finalists: int = 0
     final_missions: tuple[int, ...] = ()  # for training, too, that the final choice alone drives
 
     @property
     def final_episodes(self) -> int:
         """Deliveries that the final choice takes at most."""
-        return most_episodes(self.finalists, len(self.final_missions)) if len(self.objectives) == 1 else 0
+        return (
+            most_episodes(self.finalists, len(self.final_missions))
+            if len(self.objectives) == 1
+            else 0
+        )
 
     @property
     def rungs(self) -> tuple[int, ...]:
@@ -43,7 +48,8 @@ class Plan:
     def order(self, number: int) -> tuple[int, ...]:
         """The missions as a trial meets them: each trial begins at another rung's worth of them.
 
-        Were the first ones the same for all, an incumbent that was lucky on them would let nobody past.
+        Were the first ones the same for all, an incumbent that was lucky on them would let nobody
+        past.
         """
         first = self.rungs[0]
         begin = number * first % len(self.missions)
@@ -57,8 +63,15 @@ OnTrial = Callable[[Trial, Trial], None]  # hears of a trial and the incumbent a
 class Search:
     """Runs trials and keeps the incumbent."""
 
-    def __init__(self, plan: Plan, sampler: Sampler, evaluator: Evaluator, on_trial: OnTrial) -> None:
-        self._plan, self._sampler, self._evaluator, self._on_trial = plan, sampler, evaluator, on_trial
+    def __init__(
+        self, plan: Plan, sampler: Sampler, evaluator: Evaluator, on_trial: OnTrial
+    ) -> None:
+        self._plan, self._sampler, self._evaluator, self._on_trial = (
+            plan,
+            sampler,
+            evaluator,
+            on_trial,
+        )
         self.trials: list[Trial] = []
         self.is_exhausted = False  # there are no further points
         self._incumbent: Trial | None = None
@@ -74,8 +87,8 @@ class Search:
         """Drive the original, and trials as long as there are any.
 
         Args:
-            may_begin: asked before each trial, with its candidate and the missions of its first rung; if not, it and
-                those after it are not driven.
+            may_begin: asked before each trial, with its candidate and the missions of its first
+                rung; if not, it and those after it are not driven.
 
         Raises:
             InputError: the original cannot be driven, or an objective is undefined for it.
@@ -94,7 +107,9 @@ class Search:
     def _add(self, trial: Trial) -> None:
         self._sampler.tell(trial.point, trial.told or None)
         self.trials.append(trial)
-        if trial.state == COMPLETE and (self._incumbent is None or self._is_better(trial, self._incumbent)):
+        if trial.state == COMPLETE and (
+            self._incumbent is None or self._is_better(trial, self._incumbent)
+        ):
             self._incumbent = trial
         self._on_trial(trial, self.incumbent)
 
@@ -105,18 +120,33 @@ class Search:
         if error:
             raise InputError(f"the original file cannot be tuned: {error}")
         values = tuple(objective.value(rows, total) for objective in self._plan.objectives)
-        return Trial(0, candidate, self._plan.space.original, COMPLETE, self._plan.missions, values, values, None, "")
+        return Trial(
+            0,
+            candidate,
+            self._plan.space.original,
+            COMPLETE,
+            self._plan.missions,
+            values,
+            values,
+            None,
+            "",
+        )
 
     def _drive(self, number: int, candidate: Candidate, point: Point) -> Trial:
         plan, order = self._plan, self._plan.order(number)
         failed = Trial(number, candidate, point, FAILED, (), (), (), None, "")
         p: float | None = None
         for look, count in enumerate(plan.rungs):
-            missions = order[:count] if count < len(order) else plan.missions  # equal rows have equal means
+            # equal rows have equal means
+            missions = order[:count] if count < len(order) else plan.missions
             try:
                 rows = self._evaluator.rows(candidate, missions)
                 reason = _error_in(rows)
-                values = () if reason else tuple(each.value(rows, len(plan.missions)) for each in plan.objectives)
+                values = (
+                    ()
+                    if reason
+                    else tuple(each.value(rows, len(plan.missions)) for each in plan.objectives)
+                )
             except UndefinedError as error:
                 if count < len(order):
                     continue  # further missions may have a value
@@ -128,31 +158,40 @@ class Search:
             if look < len(plan.rungs) - 1:
                 p, told, reason = self._look(rows, order)
                 if reason:
-                    return Trial(number, candidate, point, PRUNED, missions, values, (told,), p, reason)
+                    return Trial(
+                        number, candidate, point, PRUNED, missions, values, (told,), p, reason
+                    )
         return Trial(number, candidate, point, COMPLETE, plan.missions, values, values, p, "")
 
     def _look(self, rows: Sequence[Row], order: Sequence[int]) -> tuple[float, float, str]:
         """Hold a trial against the incumbent.
 
         Returns:
-            P value that it is no worse, its objective as it would be on all missions, and why it is dropped; empty: it
-            is not.
+            P value that it is no worse, its objective as it would be on all missions, and why it is
+            dropped; empty: it is not.
         """
         objective, rival = self._plan.objectives[0], self.incumbent.candidate
         known = self._evaluator.rows(rival, order)
-        own, other, all_ = (objective.scores(each, known) for each in (rows, known[: len(rows)], known))
+        own, other, all_ = (
+            objective.scores(each, known) for each in (rows, known[: len(rows)], known)
+        )
         p = p_no_worse(own, other, RESOLUTION if is_money(objective.name) else 0.0)
         shift = adjusted(own, other, float(np.nanmean(all_))) - float(np.nanmean(own))
         told = objective.value(rows, len(known)) + shift
         if objective.is_hopeless(rows) and objective.shortfall(known) == 0.0:
             return p, told, f"the side condition of {objective.name} is out of reach"
-        return p, told, f"worse than {rival.name} with p = {p:.3f} below {LEVEL:g}" if p < LEVEL else ""
+        return (
+            p,
+            told,
+            f"worse than {rival.name} with p = {p:.3f} below {LEVEL:g}" if p < LEVEL else "",
+        )
 
     def _is_better(self, trial: Trial, incumbent: Trial) -> bool:
         """By the side condition first, then by the first objective."""
         objective, missions = self._plan.objectives[0], self._plan.missions
         own, other = (
-            objective.shortfall(self._evaluator.rows(each.candidate, missions)) for each in (trial, incumbent)
+            objective.shortfall(self._evaluator.rows(each.candidate, missions))
+            for each in (trial, incumbent)
         )
         if own != other:
             return own < other
@@ -162,7 +201,9 @@ class Search:
 def front_of(trials: Sequence[Trial]) -> tuple[int, ...]:
     """Numbers of the complete trials that no other beats in one objective without being beaten in another."""
     known = [trial for trial in trials if trial.state == COMPLETE]
-    return tuple(trial.number for trial in known if not any(_dominates(other, trial) for other in known))
+    return tuple(
+        trial.number for trial in known if not any(_dominates(other, trial) for other in known)
+    )
 
 
 def _dominates(a: Trial, b: Trial) -> bool:

@@ -15,7 +15,15 @@ from dataclasses import dataclass
 
 from harness.tuning.constraint import Constraint, parse_constraint
 from harness.tuning.evaluation import Value
-from harness.tuning.paths import AbsentError, NoPluginError, Place, edited_list, locate, locate_list, with_values
+from harness.tuning.paths import (
+    AbsentError,
+    NoPluginError,
+    Place,
+    edited_list,
+    locate,
+    locate_list,
+    with_values,
+)
 from harness.tuning.space_file import Entry, SpaceFile
 from navstack.errors import ParameterError
 from navstack.params.nav2_file.file import Nav2File
@@ -37,7 +45,8 @@ class Parameter:
     is_int: bool = False
     choices: tuple[Value, ...] = ()  # not empty: one of these instead of a range
     unit: str = ""
-    needs: tuple[tuple[str, tuple[Value, ...]], ...] = ()  # name of a list's parameter, and with which of its choices
+    # name of a list's parameter, and with which of its choices
+    needs: tuple[tuple[str, tuple[Value, ...]], ...] = ()
     # this one has an effect; () with all
 
     def rounded(self, value: Value) -> Value:
@@ -53,7 +62,10 @@ class Parameter:
         return not any(isinstance(choice, str | bool) for choice in self.choices)
 
     def place(self, value: Value) -> float:
-        """Where a value lies in its range, 0 at the low end and 1 at the high one; choices are evenly spaced."""
+        """Where a value lies in its range, 0 at the low end and 1 at the high one.
+
+        Choices are evenly spaced.
+        """
         if self.choices:
             return self.choices.index(value) / max(len(self.choices) - 1, 1)
         low, high, number = self.low, self.high, float(value)
@@ -74,7 +86,8 @@ class Space:
     title: str
     parameters: tuple[Parameter, ...]
     constraints: tuple[Constraint, ...] = ()
-    constants: tuple[tuple[str, Value], ...] = ()  # numbers of the file that the constraints speak of
+    # numbers of the file that the constraints speak of
+    constants: tuple[tuple[str, Value], ...] = ()
     notes: tuple[str, ...] = ()  # what was fitted to the file
 
     @property
@@ -83,7 +96,10 @@ class Space:
         return {parameter.name: parameter.original for parameter in self.parameters}
 
     def values(self, point: Mapping[str, Value]) -> dict[str, Value]:
-        """What a point changes in the file: paths and values, without those that it leaves as they are."""
+        """What a point changes in the file.
+
+        Paths and values, without those that it leaves as they are.
+        """
         return {
             path: point[parameter.name]
             for parameter in self.parameters
@@ -93,7 +109,9 @@ class Space:
 
     def allows(self, point: Mapping[str, Value]) -> bool:
         """Whether a point keeps every constraint."""
-        return all(constraint.holds({**dict(self.constants), **point}) for constraint in self.constraints)
+        return all(
+            constraint.holds({**dict(self.constants), **point}) for constraint in self.constraints
+        )
 
 
 def fit_space(name: str, content: SpaceFile, nav2: Nav2File, allow_unknown: bool = False) -> Space:
@@ -105,34 +123,49 @@ def fit_space(name: str, content: SpaceFile, nav2: Nav2File, allow_unknown: bool
     notes: list[str] = []
     fitted = _fit_all(name, content, nav2, allow_unknown, notes)
     if not fitted:
-        raise ParameterError(f"{name}: {nav2.path.name} has none of its parameters; choose another search space")
+        raise ParameterError(
+            f"{name}: {nav2.path.name} has none of its parameters; choose another search space"
+        )
     _check_paths(fitted, name)
-    constants = tuple((key, _number(nav2, source, f"{name}: {key}")) for key, source in content.reads.items())
+    constants = tuple(
+        (key, _number(nav2, source, f"{name}: {key}")) for key, source in content.reads.items()
+    )
     names = (*content.parameters, *content.reads)
     constraints = [parse_constraint(text, names, name) for text in content.constraints]
-    numbers = {each.name for each in fitted if not isinstance(each.original, str)} | content.reads.keys()
+    numbers = {
+        each.name for each in fitted if not isinstance(each.original, str)
+    } | content.reads.keys()
     kept = tuple(each for each in constraints if each.names <= numbers)
     for each in constraints:
         if each not in kept:
-            notes.append(f"{name}: constraint {each.text} is left out: not all it names are numbers of the file")
+            notes.append(
+                f"{name}: constraint {each.text} is left out: not all it names are numbers of the file"
+            )
     space = Space(name, content.title, tuple(fitted), kept, constants)
     if not space.allows(space.original):
-        notes.append(f"{name}: {nav2.path.name} itself breaks a constraint, which only other values have to keep")
+        notes.append(
+            f"{name}: {nav2.path.name} itself breaks a constraint, which only other values have to keep"
+        )
     return dataclasses.replace(space, notes=tuple(notes))
 
 
-def _fit_all(name: str, content: SpaceFile, nav2: Nav2File, allow_unknown: bool, notes: list[str]) -> list[Parameter]:
+def _fit_all(
+    name: str, content: SpaceFile, nav2: Nav2File, allow_unknown: bool, notes: list[str]
+) -> list[Parameter]:
     """The parameters that the file has, or would have with another choice of a list."""
     fitted: dict[str, Parameter] = {}
     absent: list[str] = []
     files: dict[tuple[str, Value], Nav2File] = {}  # as they would be with one list changed
-    for key in sorted(content.parameters, key=lambda key: not content.parameters[key].lists):  # lists first
+    # lists first
+    for key in sorted(content.parameters, key=lambda key: not content.parameters[key].lists):
         entry, where = content.parameters[key], f"{name}: {key}"
         try:
             if entry.lists:
                 fitted[key] = _fit_list(key, entry, nav2, where)
                 for each in fitted[key].choices:
-                    files[key, each] = with_values(nav2, dict.fromkeys(fitted[key].paths, each), allow_unknown)
+                    files[key, each] = with_values(
+                        nav2, dict.fromkeys(fitted[key].paths, each), allow_unknown
+                    )
             else:
                 fitted[key] = _fit_among(key, entry, nav2, files, where, notes)
         except AbsentError as error:
@@ -140,7 +173,9 @@ def _fit_all(name: str, content: SpaceFile, nav2: Nav2File, allow_unknown: bool,
                 raise ParameterError(f"{where}: {error}") from None
             absent.append(key)
     if absent:
-        notes.append(f"{name}: left out, as {nav2.path.name} has nothing of the kind: {', '.join(absent)}")
+        notes.append(
+            f"{name}: left out, as {nav2.path.name} has nothing of the kind: {', '.join(absent)}"
+        )
     return [fitted[key] for key in content.parameters if key in fitted]
 
 
@@ -150,7 +185,9 @@ def _fit_list(name: str, entry: Entry, nav2: Nav2File, where: str) -> Parameter:
     edited = (edited_list(nav2, place, edit) for edit in entry.lists)
     choices = tuple(dict.fromkeys((place.value, *edited)))
     if len(choices) < 2:
-        raise AbsentError(f"{where}: none of the lists changes anything in {place.path} of {nav2.path.name}")
+        raise AbsentError(
+            f"{where}: none of the lists changes anything in {place.path} of {nav2.path.name}"
+        )
     return Parameter(name, (place.path,), place.value, choices=choices)
 
 
@@ -162,7 +199,10 @@ def _fit_among(
     where: str,
     notes: list[str],
 ) -> Parameter:
-    """A parameter that the file has, or one of those with another list; with the lists that it needs."""
+    """A parameter that the file has, or one of those with another list.
+
+    With the lists that it needs.
+    """
     having = [key for key, file in files.items() if _has(file, entry.path)]
     file = nav2 if _has(nav2, entry.path) or not having else files[having[0]]
     fitted = _fit(name, entry, file, where, notes)
@@ -190,7 +230,9 @@ def _check_paths(fitted: Sequence[Parameter], where: str) -> None:
         for path in each.paths:
             other = owners.setdefault(path, each.name)
             if other != each.name:
-                raise ParameterError(f"{where}: {other} and {each.name} both set {path}; leave one of them out")
+                raise ParameterError(
+                    f"{where}: {other} and {each.name} both set {path}; leave one of them out"
+                )
 
 
 def _number(nav2: Nav2File, source: str, where: str) -> Value:
@@ -200,7 +242,9 @@ def _number(nav2: Nav2File, source: str, where: str) -> Value:
     except AbsentError as error:
         raise ParameterError(f"{where}: {error}") from None
     if place.kind not in (int, float):
-        raise ParameterError(f"{where}: {place.path} is {place.value!r}; constraints are of numbers")
+        raise ParameterError(
+            f"{where}: {place.path} is {place.value!r}; constraints are of numbers"
+        )
     return place.value
 
 
@@ -212,39 +256,57 @@ def _fit(name: str, entry: Entry, nav2: Nav2File, where: str, notes: list[str]) 
             others.append(locate(nav2, path))
     for other in others:
         if other.kind is not place.kind:
-            raise ParameterError(f"{where}: {other.path} is {other.value!r}, of another kind than {place.path}")
+            raise ParameterError(
+                f"{where}: {other.path} is {other.value!r}, of another kind than {place.path}"
+            )
         if other.value != place.value:
-            notes.append(f"{where}: a change sets {other.path}, now {other.value!r}, to the value of {place.path}, too")
+            notes.append(
+                f"{where}: a change sets {other.path}, now {other.value!r}, to the value of {place.path}, too"
+            )
     paths = (place.path, *(other.path for other in others))
     if entry.low is not None and entry.high is not None:
         return _range(name, entry, place, paths, where, notes)
     kinds = {"levels": (int, float), "choices": (str,), "switch": (bool,)}
     way = "levels" if entry.levels else "choices" if entry.choices else "switch"
     if place.kind not in kinds[way]:
-        raise ParameterError(f"{where}: {place.path} is {place.value!r}, for which '{way}' is not the way")
+        raise ParameterError(
+            f"{where}: {place.path} is {place.value!r}, for which '{way}' is not the way"
+        )
     choices: tuple[Value, ...] = entry.choices or (False, True) if way != "levels" else entry.levels
     if place.kind is int:
         choices = tuple(_whole(float(choice), where) for choice in choices)
     if place.value not in choices:
         notes.append(f"{where}: {place.value!r}, as the file has it, is one more choice")
         choices = (*choices, place.value)
-    choices = tuple(sorted(set(choices), key=float)) if way == "levels" else tuple(dict.fromkeys(choices))
+    choices = (
+        tuple(sorted(set(choices), key=float)) if way == "levels" else tuple(dict.fromkeys(choices))
+    )
     return Parameter(name, paths, place.value, choices=choices, unit=entry.unit)
 
 
-def _range(name: str, entry: Entry, place: Place, paths: tuple[str, ...], where: str, notes: list[str]) -> Parameter:
+def _range(
+    name: str, entry: Entry, place: Place, paths: tuple[str, ...], where: str, notes: list[str]
+) -> Parameter:
     assert entry.low is not None and entry.high is not None
     if not isinstance(place.value, int | float) or isinstance(place.value, bool):
         raise ParameterError(f"{where}: {place.path} is {place.value!r}, which has no range")
     low, high, step, is_log = entry.low, entry.high, entry.step, entry.log
     is_int = place.kind is int
     if is_int:
-        low, high, step = _whole(low, where), _whole(high, where), None if step is None else _whole(step, where)
+        low, high, step = (
+            _whole(low, where),
+            _whole(high, where),
+            None if step is None else _whole(step, where),
+        )
     if not low <= place.value <= high:
         low, high = min(low, place.value), max(high, place.value)
         is_log = is_log and low > 0.0
-        notes.append(f"{where}: the range is widened to {low:g} .. {high:g}: the file has {place.value:g}")
-    return Parameter(name, paths, place.value, float(low), float(high), is_log, step, is_int, unit=entry.unit)
+        notes.append(
+            f"{where}: the range is widened to {low:g} .. {high:g}: the file has {place.value:g}"
+        )
+    return Parameter(
+        name, paths, place.value, float(low), float(high), is_log, step, is_int, unit=entry.unit
+    )
 
 
 def _whole(value: float, where: str) -> int:

@@ -20,9 +20,13 @@ JOINT = "+"  # between the names of spaces that are searched together
 
 @dataclass(frozen=True, slots=True)
 class ListEdit:
-    """What may become of a list of plugins or critics; ``{type}`` stands for the names of all plugins of that type."""
+    """What may become of a list of plugins or critics.
 
-    order: tuple[str, ...] = ()  # these come in this order, in the places that they have; others stay where they are
+    ``{type}`` stands for the names of all plugins of that type.
+    """
+
+    # these come in this order, in the places that they have; others stay where they are
+    order: tuple[str, ...] = ()
     replace: dict[str, str] = field(default_factory=dict)  # name -> the one in its place
     add: tuple[str, ...] = ()  # these follow at the end, unless they are there
 
@@ -32,7 +36,8 @@ class Entry:
     """A parameter as a search space's file has it."""
 
     path: str
-    also: tuple[str, ...] = ()  # paths of further parameters that take the same value; plugins may be absent
+    # paths of further parameters that take the same value; plugins may be absent
+    also: tuple[str, ...] = ()
     low: float | None = None
     high: float | None = None
     log: bool = False
@@ -41,7 +46,8 @@ class Entry:
     choices: tuple[str, ...] = ()
     switch: bool = False
     lists: tuple[ListEdit, ...] = ()
-    optional: bool = False  # left out where the file has no such parameter; otherwise that is an error
+    # left out where the file has no such parameter; otherwise that is an error
+    optional: bool = False
     unit: str = ""
     why: str = ""  # one may want to change it
 
@@ -52,7 +58,8 @@ class SpaceFile:
 
     title: str
     parameters: dict[str, Entry]
-    reads: dict[str, str] = field(default_factory=dict)  # name -> path of a number that stays, for the constraints
+    # name -> path of a number that stays, for the constraints
+    reads: dict[str, str] = field(default_factory=dict)
     constraints: tuple[str, ...] = ()
 
 
@@ -88,9 +95,13 @@ def read_spaces(paths: Sequence[Path]) -> tuple[str, SpaceFile]:
             _check_agreement(before.stem, other, path.stem, contents[number])
     merged = SpaceFile(
         title="; ".join(content.title for content in contents),
-        parameters={key: entry for content in contents for key, entry in content.parameters.items()},
+        parameters={
+            key: entry for content in contents for key, entry in content.parameters.items()
+        },
         reads={key: path for content in contents for key, path in content.reads.items()},
-        constraints=tuple(dict.fromkeys(text for content in contents for text in content.constraints)),
+        constraints=tuple(
+            dict.fromkeys(text for content in contents for text in content.constraints)
+        ),
     )
     _check_names(merged, name)
     return name, merged
@@ -102,18 +113,27 @@ def _check_agreement(first: str, one: SpaceFile, second: str, other: SpaceFile) 
         differing = [name for name in mine if name in theirs and mine[name] != theirs[name]]
         if differing:
             advice = "give spaces that agree, or a file of your own with one of the two"
-            raise ParameterError(f"--space {first} and {second} differ in '{differing[0]}'; {advice}")
+            raise ParameterError(
+                f"--space {first} and {second} differ in '{differing[0]}'; {advice}"
+            )
 
 
 def _check_names(content: SpaceFile, where: str) -> None:
     """Check that names can stand in constraints and head columns beside :data:`OF_TRIAL`, and are given once."""
     for name in (*content.parameters, *content.reads):
-        if not name.isidentifier() or not name.isascii() or name in OF_TRIAL or name.startswith("objective_"):
+        if (
+            not name.isidentifier()
+            or not name.isascii()
+            or name in OF_TRIAL
+            or name.startswith("objective_")
+        ):
             advice = f"give letters, digits and _, none of {', '.join(OF_TRIAL)}"
             raise ParameterError(f"{where}: {name!r} is no name for a parameter; {advice}")
     twice = sorted(content.parameters.keys() & content.reads.keys())
     if twice:
-        raise ParameterError(f"{where}: '{twice[0]}' stands in both parameters and reads; give it another name in one")
+        raise ParameterError(
+            f"{where}: '{twice[0]}' stands in both parameters and reads; give it another name in one"
+        )
 
 
 def _ways(edit: ListEdit) -> int:
@@ -126,13 +146,19 @@ def _check_entry(entry: Entry, where: str) -> None:
     is_range = entry.low is not None or entry.high is not None
     ways = [is_range, *map(bool, (entry.levels, entry.choices, entry.switch, entry.lists))]
     if sum(ways) != 1:
-        raise ParameterError(f"{where}: give low and high, or levels, or choices, or switch: true, or lists")
+        raise ParameterError(
+            f"{where}: give low and high, or levels, or choices, or switch: true, or lists"
+        )
     if entry.lists and (entry.also or any(_ways(edit) != 1 for edit in entry.lists)):
-        raise ParameterError(f"{where}: each of the lists has one of order, replace and add, and there is no 'also'")
+        raise ParameterError(
+            f"{where}: each of the lists has one of order, replace and add, and there is no 'also'"
+        )
     if not is_range:
         return
     if entry.low is None or entry.high is None or entry.low >= entry.high:
-        raise ParameterError(f"{where}: low {entry.low} and high {entry.high} are no range; give low < high")
+        raise ParameterError(
+            f"{where}: low {entry.low} and high {entry.high} are no range; give low < high"
+        )
     if entry.log and (entry.low <= 0.0 or entry.step is not None):
         raise ParameterError(f"{where}: a logarithmic range begins above 0 and has no step")
     if entry.step is not None and not 0.0 < entry.step <= entry.high - entry.low:

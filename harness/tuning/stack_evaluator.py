@@ -41,13 +41,19 @@ class StackEvaluator:
         """Drive nothing yet.
 
         Args:
-            template: any task of the study: its stack is the original, its seed that of the training missions.
+            template: any task of the study: its stack is the original, its seed that of the
+                training missions.
             workers: where episodes run.
             journal: where they are kept.
             on_episode: hears of each episode that was driven, once it is kept.
             files: folder that all workers see, for the candidates' files.
         """
-        self._template, self.workers, self._journal, self._on_episode = template, workers, journal, on_episode
+        self._template, self.workers, self._journal, self._on_episode = (
+            template,
+            workers,
+            journal,
+            on_episode,
+        )
         self._nav2 = nav2_parameters(template.stack.nav2_file, template.allow_unknown)
         self._prices = prices_of(template.prices)
         self._shared: dict[Key, float | None] = {}
@@ -59,7 +65,11 @@ class StackEvaluator:
         Raises:
             InputError: the candidate's values cannot be had.
         """
-        missing = [mission for mission in dict.fromkeys(missions) if self._journal.get(candidate, mission) is None]
+        missing = [
+            mission
+            for mission in dict.fromkeys(missions)
+            if self._journal.get(candidate, mission) is None
+        ]
         if missing:
             self._drive(candidate, missing)
         return [self._row(candidate, mission) for mission in missions]
@@ -76,14 +86,25 @@ class StackEvaluator:
     def _drive(self, candidate: Candidate, missions: Sequence[int]) -> None:
         try:
             stack = self._stack(candidate)
-        except ParameterError as error:  # rows say that it was tried, for whoever goes on with the study
-            row: Row = {"stack": "", "outcome": None, "error": f"{REFUSED}{error}", MARGIN: None, EVENTS: []}
+        # rows say that it was tried, for whoever goes on with the study
+        except ParameterError as error:
+            row: Row = {
+                "stack": "",
+                "outcome": None,
+                "error": f"{REFUSED}{error}",
+                MARGIN: None,
+                EVENTS: [],
+            }
             for mission in missions:
                 self._journal.add(candidate, mission, row)
             raise ParameterError(row["error"]) from None
-        by_delivery = {seed_and_episode(self._template.seed, mission): mission for mission in missions}
+        by_delivery = {
+            seed_and_episode(self._template.seed, mission): mission for mission in missions
+        }
         whole = dataclasses.replace(self._template, stack=stack)
-        tasks = (dataclasses.replace(whole, seed=seed, episode=episode) for seed, episode in by_delivery)
+        tasks = (
+            dataclasses.replace(whole, seed=seed, episode=episode) for seed, episode in by_delivery
+        )
         with contextlib.closing(self.workers.run(run_episode, tasks)) as runs:
             for finished in runs:
                 mission = by_delivery[finished.task.seed, finished.task.episode]
@@ -122,6 +143,8 @@ def margin_of(row: Row, prices: Prices, accounting: str = PUBLISHED) -> float | 
     """
     if row.get("error") is not None or row["pieces_at_start"] is None:
         return None
-    events = [{**event, "stack": row["stack"], "episode": row["episode"]} for event in row.get(EVENTS, ())]
+    events = [
+        {**event, "stack": row["stack"], "episode": row["episode"]} for event in row.get(EVENTS, ())
+    ]
     margin = margins([row], prices, events, accounting)
     return None if margin is None else float(margin[0])

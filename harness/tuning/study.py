@@ -50,7 +50,13 @@ class TuningStudy:
             InputError: there is none of this name, or it cannot do what is asked for.
         """
         plan = self.plan
-        return make_sampler(self.declaration.sampler, plan.space, self.template.seed, plan.trials, len(plan.objectives))
+        return make_sampler(
+            self.declaration.sampler,
+            plan.space,
+            self.template.seed,
+            plan.trials,
+            len(plan.objectives),
+        )
 
     @property
     def episodes_of_explanation(self) -> int:
@@ -60,7 +66,9 @@ class TuningStudy:
         return mixtures * self.declaration.waterfall_missions
 
 
-def check_space(space: Space, nav2: Nav2File, sampler: Sampler, allow_unknown: bool = False) -> None:
+def check_space(
+    space: Space, nav2: Nav2File, sampler: Sampler, allow_unknown: bool = False
+) -> None:
     """Check before anything is driven that a search space has points, and that a file takes them.
 
     Raises:
@@ -89,7 +97,9 @@ def load_tuning(folder: Path, study: Study, budget: float | None) -> TuningStudy
         InputError: the folder holds no such study, or a file of it cannot be used.
     """
     if not (folder / "params" / TUNING).is_file():
-        raise InputError(f"'{folder}' is no tuning study: params/{TUNING} is missing; use navbench run --resume")
+        raise InputError(
+            f"'{folder}' is no tuning study: params/{TUNING} is missing; use navbench run --resume"
+        )
     declaration = load_dataclass(Declaration, folder / "params" / TUNING)
     if budget is not None:
         declaration = dataclasses.replace(declaration, budget=budget)
@@ -97,11 +107,16 @@ def load_tuning(folder: Path, study: Study, budget: float | None) -> TuningStudy
     stack = dataclasses.replace(study.template.stack, nav2_file=str(original))
     template = dataclasses.replace(study.template, stack=stack)
     nav2 = nav2_parameters(str(original), template.allow_unknown)
-    space = fit_space(declaration.space, read_space(folder / "params" / SPACE), nav2, template.allow_unknown)
+    space = fit_space(
+        declaration.space, read_space(folder / "params" / SPACE), nav2, template.allow_unknown
+    )
     plan = Plan(
         space,
         parse_objectives(declaration.objective),
-        stratified({number: _length(template, number) for number in range(declaration.episodes)}, template.seed),
+        stratified(
+            {number: _length(template, number) for number in range(declaration.episodes)},
+            template.seed,
+        ),
         declaration.trials,
         declaration.is_raced,
         declaration.finalists,
@@ -112,8 +127,13 @@ def load_tuning(folder: Path, study: Study, budget: float | None) -> TuningStudy
     return found
 
 
-def run_search(study: TuningStudy, evaluator: Evaluator, journal: Journal, on_trial: OnTrial) -> Search:
-    """Drive every trial that the budget allows; those that the journal has are gone through again without driving."""
+def run_search(
+    study: TuningStudy, evaluator: Evaluator, journal: Journal, on_trial: OnTrial
+) -> Search:
+    """Drive every trial that the budget allows.
+
+    Those that the journal has are gone through again without driving.
+    """
     search = Search(study.plan, study.make_sampler(), evaluator, on_trial)
     search.run(within_budget(study.declaration.budget, study.episodes_after_search, journal))
     return search
@@ -138,7 +158,10 @@ def finish(study: TuningStudy, search: Search, evaluator: Evaluator) -> StudyRes
         seed=study.template.seed,
         train_missions=plan.missions,
         test_missions=test,
-        train_rows=(evaluator.rows(original, plan.missions), evaluator.rows(incumbent, plan.missions)),
+        train_rows=(
+            evaluator.rows(original, plan.missions),
+            evaluator.rows(incumbent, plan.missions),
+        ),
         test_rows=(evaluator.rows(original, test), evaluator.rows(incumbent, test)) if test else (),
         finals=finals,
     )
@@ -150,7 +173,9 @@ def _length(template: EpisodeTask, number: int) -> float:
     return Parts(task).mission(task.generators()["mission"]).shortest_path
 
 
-def within_budget(budget: float | None, later: int, journal: Journal) -> Callable[[Candidate, tuple[int, ...]], bool]:
+def within_budget(
+    budget: float | None, later: int, journal: Journal
+) -> Callable[[Candidate, tuple[int, ...]], bool]:
     """Whether a trial may begin: it has begun before, or there is time beside what will be driven after the search.
 
     Args:
@@ -160,7 +185,9 @@ def within_budget(budget: float | None, later: int, journal: Journal) -> Callabl
     """
 
     def may_begin(candidate: Candidate, missions: tuple[int, ...]) -> bool:
-        if budget is None or any(journal.get(candidate, mission) is not None for mission in missions):
+        if budget is None or any(
+            journal.get(candidate, mission) is not None for mission in missions
+        ):
             return True
         reserve = min(later * journal.pace, MOST_RESERVED * budget)
         return journal.elapsed + reserve < budget
@@ -191,16 +218,26 @@ def notes_before(declaration: Declaration, options: Mapping[str, Any]) -> list[s
 
 def notes_after_search(study: TuningStudy, search: Search, journal: Journal) -> list[str]:
     """What the search left out, and whether what follows will take longer than was meant."""
-    driven, asked, budget = len(search.trials) - 1, study.declaration.trials, study.declaration.budget
+    driven, asked, budget = (
+        len(search.trials) - 1,
+        study.declaration.trials,
+        study.declaration.budget,
+    )
     found = []
     if search.is_exhausted:
-        found.append(f"after {driven} of {asked} trials there is no further point that keeps the constraints")
+        found.append(
+            f"after {driven} of {asked} trials there is no further point that keeps the constraints"
+        )
     elif driven < asked:
         found.append(
             f"the budget of {budget:g} s cut off {asked - driven} of {asked} trials; --resume with a longer --budget "
             "drives the rest"
         )
-    missing = 0.0 if budget is None else study.episodes_after_search * journal.pace + journal.elapsed - budget
+    missing = (
+        0.0
+        if budget is None
+        else study.episodes_after_search * journal.pace + journal.elapsed - budget
+    )
     if missing > 0.0:
         found.append(
             f"note: the {study.episodes_after_search} deliveries of final choice and test may take {missing:.0f} s "

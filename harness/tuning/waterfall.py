@@ -47,7 +47,9 @@ class Waterfall:
     episodes: int  # that all mixtures together stand for
 
 
-def players(study: StudyResult, ranking: Sequence[str], most: int = MOST_PLAYERS) -> tuple[Player, ...]:
+def players(
+    study: StudyResult, ranking: Sequence[str], most: int = MOST_PLAYERS
+) -> tuple[Player, ...]:
     """Who brings the gain: changed parameters, the most important one by one, all others together as the last.
 
     Parameters that a constraint of the search space binds change together, as half of such a change may be forbidden.
@@ -57,15 +59,24 @@ def players(study: StudyResult, ranking: Sequence[str], most: int = MOST_PLAYERS
         ranking: names of parameters, the most important first; those missing come last.
         most: players at most.
     """
-    changed = [each.name for each in study.space.parameters if study.incumbent.values.keys() & set(each.paths)]
+    changed = [
+        each.name
+        for each in study.space.parameters
+        if study.incumbent.values.keys() & set(each.paths)
+    ]
     ranked_first = dict.fromkeys([*(name for name in ranking if name in changed), *changed])
     order = {name: place for place, name in enumerate(ranked_first)}
     groups: list[set[str]] = [{name} for name in changed]
     for constraint in study.space.constraints:
         bound = [group for group in groups if group & constraint.names]
         if len(bound) > 1:
-            groups = [group for group in groups if not group & constraint.names] + [set().union(*bound)]
-    ranked = sorted((sorted(group, key=order.__getitem__) for group in groups), key=lambda names: order[names[0]])
+            groups = [group for group in groups if not group & constraint.names] + [
+                set().union(*bound)
+            ]
+    ranked = sorted(
+        (sorted(group, key=order.__getitem__) for group in groups),
+        key=lambda names: order[names[0]],
+    )
     if len(ranked) > most:
         rest = [name for names in ranked[most - 1 :] for name in names]
         return (*map(_player, ranked[: most - 1]), Player(REST, tuple(rest)))
@@ -148,7 +159,9 @@ def mixture(study: StudyResult, who: Sequence[Player], mask: int) -> Candidate:
         return study.original
     if all(inside):
         return study.incumbent
-    names = {name for player, is_in in zip(who, inside, strict=True) if is_in for name in player.names}
+    names = {
+        name for player, is_in in zip(who, inside, strict=True) if is_in for name in player.names
+    }
     paths = {path for each in study.space.parameters if each.name in names for path in each.paths}
     values = {path: value for path, value in study.incumbent.values.items() if path in paths}
     return Candidate("mixture-" + "".join("01"[is_in] for is_in in inside), values)
@@ -169,7 +182,11 @@ def shapley_values(values: FloatArray) -> FloatArray:
         size = mask.bit_count()
         for player in range(players):
             if not mask >> player & 1:
-                weight = math.factorial(size) * math.factorial(players - size - 1) / math.factorial(players)
+                weight = (
+                    math.factorial(size)
+                    * math.factorial(players - size - 1)
+                    / math.factorial(players)
+                )
                 shares[:, player] += weight * (values[mask | 1 << player] - values[mask])
     return shares
 
@@ -190,7 +207,11 @@ def _step(study: StudyResult, player: Player, gains: FloatArray) -> Step:
     changes = {
         name: (
             parameters[name].original,
-            next(study.incumbent.values[path] for path in parameters[name].paths if path in study.incumbent.values),
+            next(
+                study.incumbent.values[path]
+                for path in parameters[name].paths
+                if path in study.incumbent.values
+            ),
         )
         for name in player.names
     }

@@ -1,8 +1,8 @@
 """The bodies of the physics server: the robot and the obstacles near it.
 
-All bodies are rigid bodies in maximal coordinates, three times as fast here as PyBullet's multi-bodies. The server has
-no gravity; the robot's weight is applied by its drive, and nothing else falls. Collision groups let only pairs with the
-robot be tested.
+All bodies are rigid bodies in maximal coordinates, three times as fast here as PyBullet's
+multi-bodies. The server has no gravity; the robot's weight is applied by its drive, and nothing
+else falls. Collision groups let only pairs with the robot be tested.
 """
 
 import math
@@ -35,12 +35,16 @@ class StaticIndex:
         polygons = [obstacle.polygon for obstacle in obstacles]
         self._corners = np.concatenate(polygons) if polygons else np.empty((0, 2))
         self._first = np.cumsum([0, *(len(polygon) for polygon in polygons)])
-        self._boxes = np.array([(*polygon.min(axis=0), *polygon.max(axis=0)) for polygon in polygons]).reshape(-1, 4)
+        self._boxes = np.array(
+            [(*polygon.min(axis=0), *polygon.max(axis=0)) for polygon in polygons]
+        ).reshape(-1, 4)
         self._found = np.empty(len(polygons), dtype=np.int64)
 
     def near(self, x: float, y: float, radius: float) -> tuple[list[int], float]:
         """Numbers of the obstacles within ``radius`` [m], ascending, and the distance [m] of the nearest (or inf)."""
-        count, nearest = find_near(x, y, radius, self._corners, self._first, self._boxes, self._found)
+        count, nearest = find_near(
+            x, y, radius, self._corners, self._first, self._boxes, self._found
+        )
         return self._found[:count].tolist(), nearest
 
 
@@ -51,21 +55,30 @@ def static_index(scene: Scene) -> StaticIndex:
 
 
 class NearObstacles:
-    """Keeps bodies for the obstacles near the robot only; far ones would cost time in every step."""
+    """Keeps bodies for the obstacles near the robot only.
+
+    Far ones would cost time in every step.
+    """
 
     ACTIVE_RADIUS = 3.5  # [m] around the body's centre
     REFRESH_DISTANCE = 1.0  # [m] the robot moves before the choice is made anew
-    MARGIN = 0.15  # [m] between bodies that certainly do not touch in a step: what is closed in it, and a wall's excess
+    # [m] between bodies that certainly do not touch in a step: what is closed in it, and a wall's
+    # excess
+    MARGIN = 0.15
 
-    def __init__(self, client: int, index: StaticIndex, friction: float, robot: RobotParams) -> None:
+    def __init__(
+        self, client: int, index: StaticIndex, friction: float, robot: RobotParams
+    ) -> None:
         self._client = client
         self._half_size = robot.half_size
-        self._ahead = robot.center[0] - robot.center_of_mass_x  # [m] of the body's middle from its centre of mass
+        # [m] of the body's middle from its centre of mass
+        self._ahead = robot.center[0] - robot.center_of_mass_x
         self._index = index
         self._friction = friction
         self.touchable: dict[int, Touched] = {}  # body -> what it is
         self._active: dict[int, int] = {}  # obstacle -> body
-        self._prisms: dict[int, Prism] = {}  # obstacle -> shape; PyBullet keeps shapes until its server is emptied
+        # obstacle -> shape; PyBullet keeps shapes until its server is emptied
+        self._prisms: dict[int, Prism] = {}
         self._center = (math.inf, math.inf)  # [m] where the choice was made
         self._clearance = 0.0  # [m] of the nearest obstacle from there
 
@@ -73,8 +86,8 @@ class NearObstacles:
         """Renew the choice for a robot at (x, y) if it is due.
 
         Returns:
-            How far [m] it may go until the choice is due anew or something can be within ``reach`` [m] of it; negative:
-            something can be already.
+            How far [m] it may go until the choice is due anew or something can be within ``reach``
+            [m] of it; negative: something can be already.
         """
         moved = math.hypot(x - self._center[0], y - self._center[1])
         if moved > self.REFRESH_DISTANCE:
@@ -102,7 +115,9 @@ class NearObstacles:
         """Whether a level robot with its centre of mass at (x, y) may touch something in the coming step."""
         cos, sin = math.cos(yaw), math.sin(yaw)
         middle = x + cos * self._ahead, y + sin * self._ahead
-        return bool(may_touch(*middle, cos, sin, *self._half_size, self.MARGIN, self._corners, self._first))
+        return bool(
+            may_touch(*middle, cos, sin, *self._half_size, self.MARGIN, self._corners, self._first)
+        )
 
     def _add(self, number: int) -> None:
         obstacle = self._index.obstacles[number]
@@ -149,9 +164,9 @@ class Prism:
 def make_prism(client: int, polygon: FloatArray, height: float) -> Prism:
     """The shape of an upright prism over a convex counter-clockwise polygon (N, 2).
 
-    A rectangle is one box. Any other polygon is a ring of thin boxes along its edges, because PyBullet finds all
-    contact points of two boxes at once, but those of other shapes one per step. At a sharp corner a wall may stick out
-    by its thickness of 0.05 m.
+    A rectangle is one box. Any other polygon is a ring of thin boxes along its edges, because
+    PyBullet finds all contact points of two boxes at once, but those of other shapes one per step.
+    At a sharp corner a wall may stick out by its thickness of 0.05 m.
     """
     x, y = polygon.mean(axis=0)
     boxes = [_rectangle(polygon, height)] if is_rectangle(polygon) else _ring(polygon, height)
@@ -159,7 +174,9 @@ def make_prism(client: int, polygon: FloatArray, height: float) -> Prism:
         [bullet.GEOM_BOX] * len(boxes),
         halfExtents=[half for half, _, _ in boxes],
         collisionFramePositions=[(px - x, py - y, 0.0) for _, (px, py), _ in boxes],
-        collisionFrameOrientations=[(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)) for _, _, yaw in boxes],
+        collisionFrameOrientations=[
+            (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)) for _, _, yaw in boxes
+        ],
         physicsClientId=client,
     )
     return Prism(int(shape), (float(x), float(y), 0.5 * height))
@@ -171,10 +188,13 @@ def is_rectangle(polygon: FloatArray) -> bool:
         return False
     edges = np.roll(polygon, -1, axis=0) - polygon
     edges = edges / np.hypot(*edges.T)[:, None]
-    return bool((np.abs((edges * np.roll(edges, -1, axis=0)).sum(axis=1)) < _RECTANGLE_TOLERANCE).all())
+    return bool(
+        (np.abs((edges * np.roll(edges, -1, axis=0)).sum(axis=1)) < _RECTANGLE_TOLERANCE).all()
+    )
 
 
-_Box = tuple[tuple[float, float, float], tuple[float, float], float]  # half extents [m], centre [m], yaw [rad]
+# half extents [m], centre [m], yaw [rad]
+_Box = tuple[tuple[float, float, float], tuple[float, float], float]
 
 
 def _rectangle(polygon: FloatArray, height: float) -> _Box:
@@ -199,8 +219,9 @@ def _ring(polygon: FloatArray, height: float) -> list[_Box]:
 def person_shape(client: int, radius: float, height: float, robot_height: float) -> int:
     """The shape of an upright capsule that stands on its origin; lengths in [m].
 
-    An upright capsule touches an upright face along a line, whose ends carry the contact: two spheres, at the lower end
-    of the capsule's cylinder and at its upper end or the robot's top, whichever is lower.
+    An upright capsule touches an upright face along a line, whose ends carry the contact: two
+    spheres, at the lower end of the capsule's cylinder and at its upper end or the robot's top,
+    whichever is lower.
     """
     top = max(min(height - radius, robot_height), radius)
     shape = bullet.createCollisionShapeArray(
@@ -227,11 +248,15 @@ def put_person(client: int, body: int, position: Vector, velocity: Vector) -> No
 
 
 def _rigid_body(client: int, mass: float, shape: int, position: tuple[float, float, float]) -> int:
-    body = bullet.createMultiBody(mass, shape, basePosition=position, useMaximalCoordinates=1, physicsClientId=client)
+    body = bullet.createMultiBody(
+        mass, shape, basePosition=position, useMaximalCoordinates=1, physicsClientId=client
+    )
     return int(body)
 
 
-def fixed_body(client: int, shape: int, position: tuple[float, float, float], friction: float) -> int:
+def fixed_body(
+    client: int, shape: int, position: tuple[float, float, float], friction: float
+) -> int:
     """A body that nothing moves and only the robot touches."""
     body = _rigid_body(client, 0.0, shape, position)
     bullet.changeDynamics(body, -1, lateralFriction=friction, physicsClientId=client)

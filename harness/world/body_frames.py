@@ -1,12 +1,14 @@
 """People's bodies as a renderer moves them: once per frame, while the physics takes several steps.
 
-A body that is moved in a scene becomes a kinematic target of PhysX, reached within the next physics step: it makes a
-frame's way in the frame's first step, with as many times its walking speed as the frame has steps, and then stands.
+A body that is moved in a scene becomes a kinematic target of PhysX, reached within the next physics
+step: it makes a frame's way in the frame's first step, with as many times its walking speed as the
+frame has steps, and then stands.
 
-Bodies meet by the rules of PhysX's contacts (``DyContactPrepShared.h``; constraint of a point between two bodies along
-its normal): those apart may close no faster than they come to touch at the step's end; those that overlap part with
-0.8 of the overlap per step, at most with ``maxDepenetrationVelocity``. Bullet finds two compound bodies only once they
-overlap. So a body that the robot may reach in the coming step is put in touch with it, and what it was moved by is
+Bodies meet by the rules of PhysX's contacts (``DyContactPrepShared.h``; constraint of a point
+between two bodies along its normal): those apart may close no faster than they come to touch at the
+step's end; those that overlap part with 0.8 of the overlap per step, at most with
+``maxDepenetrationVelocity``. Bullet finds two compound bodies only once they overlap. So a body
+that the robot may reach in the coming step is put in touch with it, and what it was moved by is
 taken from its velocity: the same constraint.
 """
 
@@ -32,8 +34,10 @@ class BodyFrames:
         self._rate = params.physics.rate
         self._parting = params.pedestrian_bodies.max_depenetration_speed
         self._shown: dict[int, tuple[float, float]] = {}  # body -> where the last frame put it, [m]
-        self._speeds: dict[int, tuple[float, float]] = {}  # body -> with which it moves in the coming step, [m/s]
-        self.gaps: dict[int, float] = {}  # body -> distance [m] from the robot before it was put in touch
+        # body -> with which it moves in the coming step, [m/s]
+        self._speeds: dict[int, tuple[float, float]] = {}
+        # body -> distance [m] from the robot before it was put in touch
+        self.gaps: dict[int, float] = {}
 
     def add(self, body: int, x: float, y: float) -> None:
         """Begin with a body at (x, y) [m]."""
@@ -68,7 +72,8 @@ class BodyFrames:
         """Let a prepared body meet the robot as in PhysX."""
         client, (vx, vy) = self._client, self._speeds[body]
         (ux, uy, uz), spin = bullet.getBaseVelocity(robot, client)
-        fastest = math.hypot(vx, vy) + math.hypot(ux, uy, uz) + math.hypot(*spin) + _SURPLUS  # spin: within 1 m
+        # spin: within 1 m
+        fastest = math.hypot(vx, vy) + math.hypot(ux, uy, uz) + math.hypot(*spin) + _SURPLUS
         points = bullet.getClosestPoints(robot, body, fastest / self._rate, physicsClientId=client)
         if not points:
             return

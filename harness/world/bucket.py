@@ -11,7 +11,8 @@ from navstack.types import FloatArray
 Box = tuple[Vector, Vector]  # half extents, centre
 
 SCALE = 10.0  # lengths in the server per real length
-_WALL = 0.05  # [m] thickness of the bucket's walls, thick enough that no piece passes them in one step
+# [m] thickness of the bucket's walls, thick enough that no piece passes them in one step
+_WALL = 0.05
 
 
 def build(
@@ -35,7 +36,11 @@ def build(
     """
     bullet.resetSimulation(physicsClientId=client)
     bullet.setPhysicsEngineParameter(
-        fixedTimeStep=dt, numSubSteps=0, numSolverIterations=20, deterministicOverlappingPairs=1, physicsClientId=client
+        fixedTimeStep=dt,
+        numSubSteps=0,
+        numSolverIterations=20,
+        deterministicOverlappingPairs=1,
+        physicsClientId=client,
     )
     held = (make_held or _bucket)(client, params)
     radius = SCALE * params.piece_radius
@@ -43,12 +48,17 @@ def build(
     pieces: list[int] = []
     for place in (SCALE * heap).tolist():
         piece = bullet.createMultiBody(
-            params.piece_mass, shape, basePosition=place, useMaximalCoordinates=1, physicsClientId=client
+            params.piece_mass,
+            shape,
+            basePosition=place,
+            useMaximalCoordinates=1,
+            physicsClientId=client,
         )
         set_dynamics(
             client,
             piece,
-            lateralFriction=math.sqrt(params.friction),  # PyBullet multiplies those of the two bodies
+            # PyBullet multiplies those of the two bodies
+            lateralFriction=math.sqrt(params.friction),
             rollingFriction=params.rolling_friction * SCALE * params.piece_radius,
             restitution=math.sqrt(params.restitution),
         )
@@ -57,8 +67,15 @@ def build(
 
 
 def _bucket(client: int, params: CargoParams) -> int:
-    """Floor and four walls, moved by hand: so heavy that no piece moves it. Its origin is the floor's centre."""
-    half, height, wall = 0.5 * SCALE * params.bucket_width, SCALE * params.bucket_height, 0.5 * SCALE * _WALL
+    """Floor and four walls, moved by hand: so heavy that no piece moves it.
+
+    Its origin is the floor's centre.
+    """
+    half, height, wall = (
+        0.5 * SCALE * params.bucket_width,
+        SCALE * params.bucket_height,
+        0.5 * SCALE * _WALL,
+    )
     outer = half + 2.0 * wall
     boxes = [((outer, outer, wall), (0.0, 0.0, -wall)), *walls(half, height, wall)]
     return hold(client, boxes, math.sqrt(params.friction), params.restitution)
@@ -68,7 +85,9 @@ def walls(half: float, height: float, wall: float) -> list[Box]:
     """Four walls of half the thickness ``wall`` around a square floor of half the width ``half`` at height 0."""
     boxes: list[Box] = []
     for sign in (1.0, -1.0):
-        boxes.append(((wall, half + 2.0 * wall, 0.5 * height), (sign * (half + wall), 0.0, 0.5 * height)))
+        boxes.append(
+            ((wall, half + 2.0 * wall, 0.5 * height), (sign * (half + wall), 0.0, 0.5 * height))
+        )
         boxes.append(((half, wall, 0.5 * height), (0.0, sign * (half + wall), 0.5 * height)))
     return boxes
 
@@ -89,7 +108,10 @@ def hold(client: int, boxes: list[Box], friction: float, restitution: float) -> 
 
 
 def add_boxes(client: int, boxes: list[Box], mass: float) -> int:
-    """A rigid body of boxes, each half extents and centre, in the server's lengths; ``mass`` in [kg]."""
+    """A rigid body of boxes, each half extents and centre, in the server's lengths.
+
+    ``mass`` in [kg].
+    """
     shape = bullet.createCollisionShapeArray(
         [bullet.GEOM_BOX] * len(boxes),
         halfExtents=[extents for extents, _ in boxes],
@@ -99,11 +121,14 @@ def add_boxes(client: int, boxes: list[Box], mass: float) -> int:
     return int(bullet.createMultiBody(mass, shape, useMaximalCoordinates=1, physicsClientId=client))
 
 
-def step_with(client: int, bucket: int, pull: Vector, orientation: Quaternion, spin: Vector, dt: float) -> None:
+def step_with(
+    client: int, bucket: int, pull: Vector, orientation: Quaternion, spin: Vector, dt: float
+) -> None:
     """One physics step under a pull [m/s2] on all pieces, the bucket held at an orientation and spin [rad/s]."""
     x, y, z = (SCALE * component for component in pull)
     origin = (0.0, 0.0, 0.0)
-    against = (-x * dt, -y * dt, -z * dt)  # [m/s] makes up for what the pull does to the bucket within the step
+    # [m/s] makes up for what the pull does to the bucket within the step
+    against = (-x * dt, -y * dt, -z * dt)
     bullet.setGravity(x, y, z, client)
     bullet.resetBasePositionAndOrientation(bucket, origin, orientation, client)
     bullet.resetBaseVelocity(bucket, against, spin, client)

@@ -17,24 +17,41 @@ Image = npt.NDArray[np.uint8]
 Color = tuple[float, float, float]
 
 NEAREST = 0.05  # [m] of what is drawn
-RENEW, KEPT = 5.0, 10.0  # [m] the robot moves before the choice is made anew; beyond the range that bodies stay
+# [m] the robot moves before the choice is made anew; beyond the range that bodies stay
+RENEW, KEPT = 5.0, 10.0
 COLORS: dict[str, Color] = {  # of obstacles and zones by kind
-    **{"building_glass": (0.55, 0.62, 0.70), "mailbox": (0.10, 0.25, 0.65), "trash_bin": (0.20, 0.35, 0.25)},
+    **{
+        "building_glass": (0.55, 0.62, 0.70),
+        "mailbox": (0.10, 0.25, 0.65),
+        "trash_bin": (0.20, 0.35, 0.25),
+    },
     **{"plant": (0.20, 0.50, 0.18), "fence": (0.45, 0.35, 0.25), "bollard": (0.75, 0.65, 0.15)},
-    **{"hydrant": (0.75, 0.12, 0.10), "barrier": (0.90, 0.45, 0.10), "traffic_light": (0.15, 0.15, 0.15)},
+    **{
+        "hydrant": (0.75, 0.12, 0.10),
+        "barrier": (0.90, 0.45, 0.10),
+        "traffic_light": (0.15, 0.15, 0.15),
+    },
     **{"road": (0.25, 0.25, 0.27), "sidewalk": (0.66, 0.65, 0.62), "crosswalk": (0.85, 0.85, 0.85)},
     **{"plaza": (0.70, 0.66, 0.58), "lawn": (0.35, 0.55, 0.25), "construction": (0.60, 0.50, 0.35)},
 }
 OTHER: Color = (0.50, 0.50, 0.50)
 SKIN: Color = (0.85, 0.65, 0.50)
 HEAD = 0.11  # [m] radius
-CLOTHES: tuple[Color, ...] = ((0.75, 0.20, 0.20), (0.20, 0.30, 0.70), (0.85, 0.75, 0.30), (0.25, 0.25, 0.28))
+CLOTHES: tuple[Color, ...] = (
+    (0.75, 0.20, 0.20),
+    (0.20, 0.30, 0.70),
+    (0.85, 0.75, 0.30),
+    (0.25, 0.25, 0.28),
+)
 NOWHERE = (0.0, 0.0, -1000.0)  # [m]
 GROUND = -0.5  # [m] below the lowest zone: the ground beside all zones
 
 
 class Camera:
-    """Draws pictures from the robot's place. It sees shapes in the colours of their kinds, and no textures."""
+    """Draws pictures from the robot's place.
+
+    It sees shapes in the colours of their kinds, and no textures.
+    """
 
     def __init__(self, scene: Scene, params: CameraParams, radius: float, height: float) -> None:
         """Set the scene up.
@@ -73,7 +90,9 @@ class Camera:
         x, y = pose.x + cos * ahead - sin * left, pose.y + sin * ahead + cos * left
         z = self._elevation.level(pose.x, pose.y) + up
         flat, down = math.cos(params.pitch), -math.sin(params.pitch)
-        view = bullet.computeViewMatrix((x, y, z), (x + cos * flat, y + sin * flat, z + down), (0.0, 0.0, 1.0))
+        view = bullet.computeViewMatrix(
+            (x, y, z), (x + cos * flat, y + sin * flat, z + down), (0.0, 0.0, 1.0)
+        )
         drawn = bullet.getCameraImage(
             params.width,
             params.height,
@@ -83,7 +102,9 @@ class Camera:
             renderer=bullet.ER_TINY_RENDERER,
             physicsClientId=self._client,
         )
-        return np.ascontiguousarray(np.reshape(drawn[2], (params.height, params.width, 4))[..., :3].astype(np.uint8))
+        return np.ascontiguousarray(
+            np.reshape(drawn[2], (params.height, params.width, 4))[..., :3].astype(np.uint8)
+        )
 
     def _renew(self, x: float, y: float) -> None:
         """Have bodies for the obstacles in range, and for few others."""
@@ -99,7 +120,9 @@ class Camera:
                 obstacle = self._index.obstacles[number]
                 bottom = self._elevation.level(*obstacle.polygon.mean(axis=0).tolist())
                 color = COLORS.get(obstacle.kind, OTHER)
-                self._bodies[number] = self._prism(obstacle.polygon, bottom, bottom + obstacle.height, color)
+                self._bodies[number] = self._prism(
+                    obstacle.polygon, bottom, bottom + obstacle.height, color
+                )
 
     def _put_people(self, people: FloatArray) -> None:
         if len(self._people) > len(people):  # of another delivery
@@ -107,28 +130,46 @@ class Camera:
                 bullet.removeBody(body, physicsClientId=self._client)
             del self._people[len(people) :]
         while len(self._people) < len(people):
-            self._people.append(self._body(self._persons[len(self._people) % len(CLOTHES)], NOWHERE))
+            self._people.append(
+                self._body(self._persons[len(self._people) % len(CLOTHES)], NOWHERE)
+            )
         for body, (x, y) in zip(self._people, people[:, :2].tolist(), strict=True):
             place = (x, y, self._elevation.level(x, y)) if math.isfinite(x) else NOWHERE
-            bullet.resetBasePositionAndOrientation(body, place, (0.0, 0.0, 0.0, 1.0), physicsClientId=self._client)
+            bullet.resetBasePositionAndOrientation(
+                body, place, (0.0, 0.0, 0.0, 1.0), physicsClientId=self._client
+            )
 
     def _lay_ground(self, scene: Scene) -> None:
         lowest = min((zone.elevation for zone in scene.zones), default=0.0)
         grid = scene.geometry
-        (x, y), half = (grid.origin.x, grid.origin.y), 0.5 * grid.resolution * max(grid.data.shape) + 50.0
-        square = np.array(((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))) * half + (x + half, y + half) - 50.0
+        (x, y), half = (
+            (grid.origin.x, grid.origin.y),
+            0.5 * grid.resolution * max(grid.data.shape) + 50.0,
+        )
+        square = (
+            np.array(((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))) * half
+            + (x + half, y + half)
+            - 50.0
+        )
         self._prism(square, lowest + GROUND, lowest - 1e-3, OTHER)
         for number, zone in enumerate(scene.zones):  # of two that overlap the later one is seen
             top = zone.elevation + 1e-3 * number / max(1, len(scene.zones))
             self._prism(zone.polygon, lowest + GROUND, top, COLORS.get(zone.kind, OTHER))
 
     def _prism(self, polygon: FloatArray, bottom: float, top: float, color: Color) -> int:
-        """A body between two heights [m] over a polygon (N, 2): its sides, and its top in triangles."""
+        """A body between two heights [m] over a polygon (N, 2).
+
+        Its sides, and its top in triangles.
+        """
         center = polygon.mean(axis=0)
-        lower, upper = (np.column_stack((polygon - center, np.full(len(polygon), z))) for z in (bottom, top))
+        lower, upper = (
+            np.column_stack((polygon - center, np.full(len(polygon), z))) for z in (bottom, top)
+        )
         triangles = [
             (corner_a, corner_b, corner_c)
-            for a, b, c, d in zip(lower, np.roll(lower, -1, axis=0), np.roll(upper, -1, axis=0), upper, strict=True)
+            for a, b, c, d in zip(
+                lower, np.roll(lower, -1, axis=0), np.roll(upper, -1, axis=0), upper, strict=True
+            )
             for corner_a, corner_b, corner_c in ((a, b, c), (a, c, d))
         ]
         for each in shapely.constrained_delaunay_triangles(shapely.Polygon(polygon - center)).geoms:

@@ -1,15 +1,17 @@
 """Popcorn in an open bucket: every piece a body of its own, in a physics server of its own.
 
-The server's frame moves along with the centre of the bucket's floor and keeps its directions: the bucket's acceleration
-acts on all pieces as an equal pseudo-force, its rotation is that of the bucket's walls. So all six degrees of freedom
-of the bucket reach the pieces.
+The server's frame moves along with the centre of the bucket's floor and keeps its directions: the
+bucket's acceleration acts on all pieces as an equal pseudo-force, its rotation is that of the
+bucket's walls. So all six degrees of freedom of the bucket reach the pieces.
 
-Simplifications: pieces are equal spheres (friction and rolling friction stand for the irregular shape), without air
-drag; they do not act back on the robot (50 g against 50 kg); the bucket is a square box fixed to the robot, unless
-:mod:`harness.world.loose_cargo` lets it stand loose. Pieces that have left the bucket's surroundings are lost for good.
-Pieces move only while the bucket is shaken or tilted beyond a threshold and shortly afterwards, when they rest again;
-below it popcorn filled to 0.6 does not move. As they act on nothing, their motion is worked out late, and not at all
-where no jolt could lift a liquid over the rim. Lengths and accelerations are ten times the real ones, so that the
+Simplifications: pieces are equal spheres (friction and rolling friction stand for the irregular
+shape), without air drag; they do not act back on the robot (50 g against 50 kg); the bucket is a
+square box fixed to the robot, unless
+:mod:`harness.world.loose_cargo` lets it stand loose. Pieces that have left the bucket's
+surroundings are lost for good. Pieces move only while the bucket is shaken or tilted beyond a
+threshold and shortly afterwards, when they rest again; below it popcorn filled to 0.6 does not
+move. As they act on nothing, their motion is worked out late, and not at all where no jolt could
+lift a liquid over the rim. Lengths and accelerations are ten times the real ones, so that the
 contact solver's tolerances (about 1 mm) are small against a piece; times are real.
 """
 
@@ -26,10 +28,12 @@ from harness.world.truth import CargoState
 from harness.world.world_params import CargoParams
 from navstack.types import BoolArray, FloatArray
 
-Shaking = tuple[float, Vector, Quaternion, Vector]  # see lean_and_shake; acceleration, orientation and spin as given
+# see lean_and_shake; acceleration, orientation and spin as given
+Shaking = tuple[float, Vector, Quaternion, Vector]
 
 _CHECK_STEPS = 12  # physics steps between two looks for lost pieces
-_JOLT_TIME = 0.2  # [s] over which shaking is averaged: about how long a piece takes from wall to wall at 4 m/s2
+# [s] over which shaking is averaged: about how long a piece takes from wall to wall at 4 m/s2
+_JOLT_TIME = 0.2
 _LEVEL = (0.0, 0.0, 0.0, 1.0)
 _REST = (0.0, 0.0, 0.0)
 
@@ -48,11 +52,15 @@ class Cargo:
         self.params = params
         self._gravity = gravity
         self._dt = dt
-        self._standing = dataclasses.replace(params, bucket="fixed")  # in which the pieces were poured
+        # in which the pieces were poured
+        self._standing = dataclasses.replace(params, bucket="fixed")
         self._server: Server | None = None  # 28 MB, of use only once the bucket is shaken
 
     def reset(self, rng: np.random.Generator) -> None:
-        """Fill the bucket; ``rng`` chooses among settled heaps and the eight ways to turn and mirror one."""
+        """Fill the bucket.
+
+        ``rng`` chooses among settled heaps and the eight ways to turn and mirror one.
+        """
         pour, image = int(rng.integers(POURS)), int(rng.integers(8))
         heap = turned(settled_heap(self._standing, self._gravity, self._dt, pour), image)
         self._heap = heap[is_inside(heap, self.params)]
@@ -60,8 +68,10 @@ class Cargo:
         self._orientation: Quaternion = _LEVEL
         self._lost = 0
         self._at_start = len(self._heap)
-        self.state = CargoState(self._at_start, 0)  # while the pieces move they are looked at ten times per second
-        self._waiting: list[Shaking] | None = []  # all steps, none of which has spilled anything; None: one may have
+        # while the pieces move they are looked at ten times per second
+        self.state = CargoState(self._at_start, 0)
+        # all steps, none of which has spilled anything; None: one may have
+        self._waiting: list[Shaking] | None = []
         self._harmless = harmless_jolt(self._heap, self.params, self._gravity)
         self._jolt = 0.0  # [m/s2] mean of the shaking since the pieces rested
         self._begin()
@@ -85,7 +95,9 @@ class Cargo:
         if not self._is_built:
             return self._heap.copy()
         get, client = bullet.getBasePositionAndOrientation, self._client
-        places = np.array([get(piece, physicsClientId=client)[0] for piece in self._pieces]).reshape(-1, 3)
+        places = np.array(
+            [get(piece, physicsClientId=client)[0] for piece in self._pieces]
+        ).reshape(-1, 3)
         position, orientation = self._pose()
         rotation = np.array(bullet.getMatrixFromQuaternion(orientation)).reshape(3, 3)
         local: FloatArray = ((places - position) / SCALE) @ rotation
@@ -117,7 +129,9 @@ class Cargo:
             for shaking in waiting:
                 self._advance(*shaking)
 
-    def _advance(self, shake: float, acceleration: Vector, orientation: Quaternion, spin: Vector) -> None:
+    def _advance(
+        self, shake: float, acceleration: Vector, orientation: Quaternion, spin: Vector
+    ) -> None:
         is_simulated = self._waiting is None
         if shake > self.params.wake_acceleration:
             self._calm_steps = 0
@@ -166,7 +180,8 @@ class Cargo:
     def _simulate(self, acceleration: Vector, orientation: Quaternion, spin: Vector) -> None:
         client, (ax, ay, az) = self._client, acceleration
         cos, sin = math.cos(self._heading), math.sin(self._heading)
-        pull = (-cos * ax - sin * ay, sin * ax - cos * ay, -self._gravity - az)  # [m/s2] on the pieces, server's frame
+        # [m/s2] on the pieces, server's frame
+        pull = (-cos * ax - sin * ay, sin * ax - cos * ay, -self._gravity - az)
         self._orientation = in_frame(self._heading, orientation)
         self._bucket_yaw = _yaw(self._orientation)
         wx, wy, wz = spin
@@ -177,7 +192,9 @@ class Cargo:
     def _look(self) -> None:
         """Count what is outside and remove what has left the bucket's surroundings."""
         places = self.positions
-        far = (np.abs(places) > 4.0 * max(self.params.bucket_width, self.params.bucket_height)).any(axis=1)
+        far = (np.abs(places) > 4.0 * max(self.params.bucket_width, self.params.bucket_height)).any(
+            axis=1
+        )
         far |= places[:, 2] < -0.5 * self.params.bucket_height
         if far.any():
             for i in np.flatnonzero(far)[::-1].tolist():
@@ -190,8 +207,9 @@ class Cargo:
 def harmless_jolt(heap: FloatArray, params: CargoParams, gravity: float) -> float:
     """Mean shaking [m/s2] over ``_JOLT_TIME`` up to which nothing is spilled.
 
-    It is that by which a liquid as high as the highest piece just reaches the rim. Held, the shaking inclines the
-    surface about its middle; as a shock it gives a speed, which is spent on the way up. Popcorn rubs, and bears more.
+    It is that by which a liquid as high as the highest piece just reaches the rim. Held, the
+    shaking inclines the surface about its middle; as a shock it gives a speed, which is spent on
+    the way up. Popcorn rubs, and bears more.
 
     Args:
         heap: centres (n, 3) [m] of the pieces at rest.
@@ -201,13 +219,19 @@ def harmless_jolt(heap: FloatArray, params: CargoParams, gravity: float) -> floa
     to_rim = params.bucket_height - float(heap[:, 2].max(initial=0.0))
     if params.bucket != "fixed" or to_rim <= 0.0:
         return 0.0
-    return min(2.0 * gravity * to_rim / params.bucket_width, math.sqrt(2.0 * gravity * to_rim) / _JOLT_TIME)
+    return min(
+        2.0 * gravity * to_rim / params.bucket_width, math.sqrt(2.0 * gravity * to_rim) / _JOLT_TIME
+    )
 
 
 def is_inside(places: FloatArray, params: CargoParams) -> BoolArray:
     """Which centres (n, 3) [m], bucket's frame, lie in the bucket's bounding box."""
     half, height = 0.5 * params.bucket_width, params.bucket_height
-    return (np.abs(places[:, :2]) <= half).all(axis=1) & (places[:, 2] >= 0.0) & (places[:, 2] <= height)
+    return (
+        (np.abs(places[:, :2]) <= half).all(axis=1)
+        & (places[:, 2] >= 0.0)
+        & (places[:, 2] <= height)
+    )
 
 
 def in_frame(heading: float, orientation: Quaternion) -> Quaternion:

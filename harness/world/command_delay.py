@@ -11,7 +11,8 @@ class CommandDelay:
         """Make an empty one.
 
         Args:
-            latency: [s] from the observation to the command's arrival; rounded up to whole physics steps.
+            latency: [s] from the observation to the command's arrival; rounded up to whole physics
+                steps.
             dt: [s] physics step.
         """
         self._delay = math.ceil(latency / dt - 1e-6)  # [steps]
@@ -20,7 +21,8 @@ class CommandDelay:
     def reset(self) -> None:
         """Start an episode: the drive holds still until the first command arrives."""
         self._arrived = 0.0, 0.0
-        self._under_way: deque[tuple[int, tuple[float, float]]] = deque()  # at which step what arrives
+        # at which step what arrives
+        self._under_way: deque[tuple[int, tuple[float, float]]] = deque()
 
     def send(self, speed: float, yaw_rate: float, step: int) -> None:
         """Send a command [m/s], [rad/s] that was decided on what was observed at a step."""

@@ -33,7 +33,11 @@ class Motion:
 
     def along(self, normal: Vector, point: Vector) -> float:
         """Velocity of the body's material at ``point`` along ``normal``, in [m/s]."""
-        rx, ry, rz = (point[0] - self.position[0], point[1] - self.position[1], point[2] - self.position[2])
+        rx, ry, rz = (
+            point[0] - self.position[0],
+            point[1] - self.position[1],
+            point[2] - self.position[2],
+        )
         wx, wy, wz = self.spin
         return (
             (self.velocity[0] + wy * rz - wz * ry) * normal[0]
@@ -51,7 +55,8 @@ class ContactPoint:
     normal: Vector  # unit vector from the partner to the robot
     impulse: float  # [N s] along the normal in this step
     partner: Motion  # before the step
-    distance: float = 0.0  # [m] between the bodies before the step; the engine brakes them ahead of touching
+    # [m] between the bodies before the step; the engine brakes them ahead of touching
+    distance: float = 0.0
 
     @property
     def partner_speed(self) -> float:
@@ -106,7 +111,8 @@ class _Event:
 class _Phase(Enum):
     """What the impulse of a contact point does in a step."""
 
-    MEETING = 1  # stops bodies that come together, or brakes them so that they just meet at the step's end
+    # stops bodies that come together, or brakes them so that they just meet at the step's end
+    MEETING = 1
     ARRIVING = 2  # stops what was braked in the step before
     PUSHING = 3  # keeps bodies apart that touch
 
@@ -115,13 +121,15 @@ class _Phase(Enum):
 class ContactBook:
     """Keeps the contacts of one episode; fed once per physics step with contact.
 
-    The published rule looks at single contact points, and its least contact is that of the whole robot at 1 m/s. How
-    an impact spreads over points is a matter of the engine: here a person or a wall touches the robot's side in two to
-    four points at once. So the points of one partner in one step count as one, unless ``params.per`` asks for points.
+    The published rule looks at single contact points, and its least contact is that of the whole
+    robot at 1 m/s. How an impact spreads over points is a matter of the engine: here a person or a
+    wall touches the robot's side in two to four points at once. So the points of one partner in one
+    step count as one, unless ``params.per`` asks for points.
 
-    An event's impulse is that of its impacts: of points where the bodies come together and did not touch already. What
-    the engine gives between bodies in touch is a push (a person who walks on or round a corner, the robot's drive); it
-    grows with time, not with the closing speed. So halving the physics step does not change the impulse.
+    An event's impulse is that of its impacts: of points where the bodies come together and did not
+    touch already. What the engine gives between bodies in touch is a push (a person who walks on or
+    round a corner, the robot's drive); it grows with time, not with the closing speed. So halving
+    the physics step does not change the impulse.
     """
 
     params: ContactParams
@@ -144,7 +152,8 @@ class ContactBook:
 
         Args:
             stamp: [s] at the end of the step.
-            points: the robot's contact points that touch, in the solver's order; the ground is not among them.
+            points: the robot's contact points that touch, in the solver's order; the ground is not
+                among them.
             robot: its motion before the step.
         """
         if not points:
@@ -156,7 +165,9 @@ class ContactBook:
             if point.impulse > 0.0:
                 self._extend(stamp, point, impacts.get(point.touched, 0.0), robot)
 
-    def _impacts(self, stamp: float, points: list[ContactPoint], robot: Motion) -> dict[Touched, float]:
+    def _impacts(
+        self, stamp: float, points: list[ContactPoint], robot: Motion
+    ) -> dict[Touched, float]:
         """Impulse [N s] per partner of the points where bodies meet."""
         if stamp - self._recorded > 1.5 * self.dt:
             self._before = []
@@ -171,7 +182,10 @@ class ContactBook:
 
     def _phase(self, point: ContactPoint, robot: Motion) -> _Phase:
         for before, phase in self._before:
-            if point.touched == before.touched and math.dist(point.position, before.position) < _SAME_PLACE:
+            if (
+                point.touched == before.touched
+                and math.dist(point.position, before.position) < _SAME_PLACE
+            ):
                 if phase is _Phase.MEETING and before.distance > _IN_TOUCH:
                     return _Phase.ARRIVING
                 return _Phase.PUSHING
@@ -216,13 +230,17 @@ class ContactBook:
 
     def close_old(self, stamp: float) -> None:
         """Finish the events whose bodies have been apart for long enough."""
-        ended = [t for t, event in self._open.items() if stamp - event.last > self.params.separation_time]
+        ended = [
+            t for t, event in self._open.items() if stamp - event.last > self.params.separation_time
+        ]
         for touched in ended:
             self.finished += (self._open.pop(touched).finished(self.dt, self.robot_mass),)
 
     def close_all(self) -> None:
         """Finish every event: the episode is over."""
-        self.finished += tuple(event.finished(self.dt, self.robot_mass) for event in self._open.values())
+        self.finished += tuple(
+            event.finished(self.dt, self.robot_mass) for event in self._open.values()
+        )
         self._open.clear()
 
 
@@ -234,4 +252,6 @@ def merge(points: list[ContactPoint]) -> list[ContactPoint]:
         sums[point.touched] = sums.get(point.touched, 0.0) + point.impulse
         if point.touched not in strongest or point.impulse > strongest[point.touched].impulse:
             strongest[point.touched] = point
-    return [dataclasses.replace(point, impulse=sums[touched]) for touched, point in strongest.items()]
+    return [
+        dataclasses.replace(point, impulse=sums[touched]) for touched, point in strongest.items()
+    ]

@@ -24,15 +24,18 @@ _SETTLED = 0.05  # [m] off its way, below which a dynamic body may be given up
 class Crowd:
     """Moves people by their model and gives those near the robot a body.
 
-    Kinematic bodies follow the model whatever they hit. Dynamic ones move by a limited force and can be pushed. A model
-    that takes pushes goes on from where its bodies are, step by step, and says where they are to be after the next one;
-    bodies of another model steer back to the way that it knows. Kinematic ones may move once per rendered frame
-    (:class:`BodyFrames`). A real person would also stumble and fall; these stay upright.
+    Kinematic bodies follow the model whatever they hit. Dynamic ones move by a limited force and
+    can be pushed. A model that takes pushes goes on from where its bodies are, step by step, and
+    says where they are to be after the next one; bodies of another model steer back to the way that
+    it knows. Kinematic ones may move once per rendered frame (:class:`BodyFrames`). A real person
+    would also stumble and fall; these stay upright.
     """
 
     ACTIVE_RADIUS = 3.0  # [m] around the robot's body centre
 
-    def __init__(self, client: int, model: PedestrianModel, params: WorldParams, robot: RobotParams) -> None:
+    def __init__(
+        self, client: int, model: PedestrianModel, params: WorldParams, robot: RobotParams
+    ) -> None:
         self._client = client
         self._model = model
         self._params = params
@@ -41,8 +44,11 @@ class Crowd:
         self._mass = params.pedestrian_bodies.mass if self._is_dynamic else _UNSTOPPABLE
         self._shape = person_shape(client, params.people.radius, params.people.height, robot.height)
         self._friction = friction_factor(params.pedestrian_bodies, robot.body_friction)
-        self._frames = BodyFrames(client, params) if params.pedestrian_bodies.frame_steps > 1 else None
-        self._reach = robot.reach + params.people.radius + 0.1  # [m] with what is closed within one step
+        self._frames = (
+            BodyFrames(client, params) if params.pedestrian_bodies.frame_steps > 1 else None
+        )
+        # [m] with what is closed within one step
+        self._reach = robot.reach + params.people.radius + 0.1
         if self._frames:
             self._reach += LEAP
         self._bodies: dict[int, int] = {}  # person -> body
@@ -76,7 +82,9 @@ class Crowd:
             return False
         dx, dy = states[:, 0] - x, states[:, 1] - y
         wanted = np.flatnonzero(dx * dx + dy * dy < self.ACTIVE_RADIUS**2).tolist()
-        for person in [person for person in self._bodies if person not in wanted and self._may_go(person)]:
+        for person in [
+            person for person in self._bodies if person not in wanted and self._may_go(person)
+        ]:
             self._remove(person)
         for person in wanted:
             if person not in self._bodies:
@@ -146,13 +154,18 @@ class Crowd:
                 (x, y, _), (vx, vy, _) = self._body_state(body)
                 self._model.displaced(person, x, y, vx, vy)
         self._model.step(dt)
-        for person in [person for person in self._bodies if self._model.states[person, 0] == math.inf]:
+        for person in [
+            person for person in self._bodies if self._model.states[person, 0] == math.inf
+        ]:
             self._remove(person)
 
-    def _steer(self, body: int, x: float, y: float, vx: float, vy: float) -> tuple[float, float, float, float]:
+    def _steer(
+        self, body: int, x: float, y: float, vx: float, vy: float
+    ) -> tuple[float, float, float, float]:
         """Push a dynamic body towards where its model is; returns its state before the step."""
         (bx, by, bz), (ux, uy, uz) = self._body_state(body)
-        gain = self._mass * self._params.physics.rate  # [N s/m] reaches the wanted velocity in one step
+        # [N s/m] reaches the wanted velocity in one step
+        gain = self._mass * self._params.physics.rate
         if not self._is_led:
             gain *= 0.1  # in about ten steps
             vx, vy = vx + (x - bx) / _CATCH_UP_TIME, vy + (y - by) / _CATCH_UP_TIME
@@ -165,22 +178,32 @@ class Crowd:
         fz = gain * (-bz / _CATCH_UP_TIME - uz)  # stays on the ground
         client = self._client
         bullet.applyExternalForce(
-            body, -1, (fx * scale, fy * scale, fz), (bx, by, bz), bullet.WORLD_FRAME, physicsClientId=client
+            body,
+            -1,
+            (fx * scale, fy * scale, fz),
+            (bx, by, bz),
+            bullet.WORLD_FRAME,
+            physicsClientId=client,
         )
         return bx, by, ux, uy
 
-    def _body_state(self, body: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    def _body_state(
+        self, body: int
+    ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
         position, _ = bullet.getBasePositionAndOrientation(body, self._client)
         velocity, _ = bullet.getBaseVelocity(body, self._client)
         return position, velocity
 
 
 def friction_factor(people: PedestrianBodyParams, robot: float) -> float:
-    """A person's friction [-] for Bullet, which multiplies the coefficients of two bodies; PhysX averages them.
+    """A person's friction [-] for Bullet, which multiplies the coefficients of two bodies.
+
+    PhysX averages them.
 
     Args:
         people: who is touched.
-        robot: [-] the robot's own. For 0 no factor makes an average: such a robot stays without friction.
+        robot: [-] the robot's own. For 0 no factor makes an average: such a robot stays without
+            friction.
     """
     if people.friction_combine == "multiply" or robot == 0.0:
         return people.friction

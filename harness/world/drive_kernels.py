@@ -1,4 +1,7 @@
-"""The drive of a differential-drive robot: wheel forces that follow a velocity command within friction."""
+"""The drive of a differential-drive robot.
+
+Wheel forces that follow a velocity command within friction.
+"""
 
 import math
 
@@ -9,7 +12,8 @@ from harness.world.robot import RobotParams
 from navstack.jit import njit
 from navstack.types import FloatArray
 
-LEVEL = -1.0  # [N] wheel load that says: standing on level ground, the driven wheels grip with the whole weight
+# [N] wheel load that says: standing on level ground, the driven wheels grip with the whole weight
+LEVEL = -1.0
 
 
 def drive_constants(robot: RobotParams, gravity: float, dt: float) -> FloatArray:
@@ -31,13 +35,16 @@ def drive_constants(robot: RobotParams, gravity: float, dt: float) -> FloatArray
             robot.max_deceleration,
             robot.max_yaw_acceleration,
             max(robot.servo_time_constant, dt),
-            robot.mass / (1.0 + rolling),  # what a sideways force at the ground moves where the robot may roll
+            # what a sideways force at the ground moves where the robot may roll
+            robot.mass / (1.0 + rolling),
         )
     )
 
 
 @njit()
-def step_towards(now: float, target: float, dt: float, time_constant: float, up: float, down: float) -> float:
+def step_towards(
+    now: float, target: float, dt: float, time_constant: float, up: float, down: float
+) -> float:
     """The next value of a first-order servo, its rate limited by ``up`` away from zero and ``down`` towards zero."""
     change = (target - now) * dt / time_constant
     limit = dt * (up if change * now >= 0.0 else down)
@@ -48,10 +55,12 @@ def step_towards(now: float, target: float, dt: float, time_constant: float, up:
 def within_friction(
     left: float, right: float, sideways: float, left_load: float, right_load: float, friction: float
 ) -> tuple[float, float, float, float]:
-    """What friction lets through of the asked forces [N]: left forward, left sideways, right forward, right sideways.
+    """What friction lets through of the asked forces [N].
 
-    The axle's force sideways divides as the loads do; each wheel's force is scaled as a whole into the circle
-    ``friction * load`` (Coulomb; textbook).
+    Left forward, left sideways, right forward, right sideways.
+
+    The axle's force sideways divides as the loads do; each wheel's force is scaled as a whole into
+    the circle ``friction * load`` (Coulomb; textbook).
     """
     load = left_load + right_load
     if load <= 0.0:
@@ -64,17 +73,30 @@ def within_friction(
 
 
 @njit()
-def motor_forces(along: float, couple: float, half_track: float, limit: float) -> tuple[float, float]:
-    """Forces [N] of the left and the right motor for a force [N] and a couple [N m]; each gives at most ``limit``."""
+def motor_forces(
+    along: float, couple: float, half_track: float, limit: float
+) -> tuple[float, float]:
+    """Forces [N] of the left and the right motor for a force [N] and a couple [N m].
+
+    Each gives at most ``limit``.
+    """
     left, right = 0.5 * along - 0.5 * couple / half_track, 0.5 * along + 0.5 * couple / half_track
     return min(max(left, -limit), limit), min(max(right, -limit), limit)
 
 
 @njit()
 def grip(
-    left: float, right: float, sideways: float, left_load: float, right_load: float, constants: FloatArray
+    left: float,
+    right: float,
+    sideways: float,
+    left_load: float,
+    right_load: float,
+    constants: FloatArray,
 ) -> tuple[float, float, float, float]:
-    """The forces of :func:`within_friction`, with loads [N] that may be ``LEVEL``: half the weight each."""
+    """The forces of :func:`within_friction`, with loads [N] that may be ``LEVEL``.
+
+    Half the weight each.
+    """
     weight, friction = constants[5], constants[7]
     if left_load == LEVEL:
         left_load = right_load = 0.5 * weight
@@ -87,9 +109,9 @@ def mechanical_power(
 ) -> float:
     """Power [W] that the motors deliver to two wheels pushing with ``left`` and ``right`` [N].
 
-    Each wheel works against its force and half the rolling resistance of the whole weight; braking gives nothing back.
-    ``forward`` [m/s] and ``turn`` [rad/s] are the robot's motion before the step, ``along`` [N] the force that changes
-    it.
+    Each wheel works against its force and half the rolling resistance of the whole weight; braking
+    gives nothing back. ``forward`` [m/s] and ``turn`` [rad/s] are the robot's motion before the
+    step, ``along`` [N] the force that changes it.
     """
     dt, mass = constants[:2]
     resistance = 0.5 * constants[9] * constants[5]
@@ -113,14 +135,18 @@ def drive_forces(
     yaw_rate_command: float,
     constants: FloatArray,
 ) -> tuple[Vector, Vector, float]:
-    """Force [N] and torque [N m] about the centre of mass, map frame, of drive and weight; power [W] of the motors.
+    """Force [N] and torque [N m] about the centre of mass, map frame, of drive and weight.
 
-    The wheels follow the command as a first-order servo with limited acceleration and hold the axle sideways (no slip).
-    Their forces attack where they stand, so that braking pitches the body. Simplification: on level ground, touched by
-    nothing, the driven wheels grip with the whole weight, as if the casters held sideways what they carry.
+    Power [W] of the motors.
 
-    Takes orientation, velocity of the centre of mass [m/s] and spin [rad/s] in the map frame, the loads [N] of the
-    wheels (or ``LEVEL``), the command (forward [m/s], yaw rate [rad/s]) and the constants (15,) of
+    The wheels follow the command as a first-order servo with limited acceleration and hold the axle
+    sideways (no slip). Their forces attack where they stand, so that braking pitches the body.
+    Simplification: on level ground, touched by nothing, the driven wheels grip with the whole
+    weight, as if the casters held sideways what they carry.
+
+    Takes orientation, velocity of the centre of mass [m/s] and spin [rad/s] in the map frame, the
+    loads [N] of the wheels (or ``LEVEL``), the command (forward [m/s], yaw rate [rad/s]) and the
+    constants (15,) of
     :func:`drive_constants`.
     """
     (qx, qy, qz, qw), (vx, vy, _), (wx, wy, yaw_rate) = orientation, velocity, spin
@@ -130,7 +156,8 @@ def drive_forces(
     held = mass  # [kg] that holding the axle sideways must stop
     yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
     cos, sin = math.cos(yaw), math.sin(yaw)
-    forward, left = cos * vx + sin * vy, -sin * vx + cos * vy  # [m/s] of the centre of mass, heading frame
+    # [m/s] of the centre of mass, heading frame
+    forward, left = cos * vx + sin * vy, -sin * vx + cos * vy
     if left_load != LEVEL:  # pitching and rolling move the treads as well
         forward -= (cos * wy - sin * wx) * height
         left += (cos * wx + sin * wy) * height
@@ -139,7 +166,8 @@ def drive_forces(
     speed = step_towards(forward, speed_command, dt, time_constant, up, down)
     turn = step_towards(yaw_rate, yaw_rate_command, dt, time_constant, yaw_up, yaw_up)
 
-    # The centre of mass lies `lever` behind the axle: its velocity next step, seen from the heading now.
+    # The centre of mass lies `lever` behind the axle: its velocity next step, seen from the heading
+    # now.
     ahead, aside = math.cos(turn * dt), math.sin(turn * dt)
     along = mass * (speed * ahead + turn * lever * aside - forward) / dt
     sideways = held * (speed * aside - turn * lever * ahead - left) / dt
@@ -157,9 +185,12 @@ def drive_forces(
     left_along, left_side, right_along, right_side = grip(
         left_along, right_along, sideways, left_load, right_load, constants
     )
-    power = mechanical_power(left_along, right_along, forward, yaw_rate, left_along + right_along, constants)
+    power = mechanical_power(
+        left_along, right_along, forward, yaw_rate, left_along + right_along, constants
+    )
 
-    lx, ly, lz = rotate(orientation, lever, half_track, -height)  # the wheels' treads from the centre of mass
+    # the wheels' treads from the centre of mass
+    lx, ly, lz = rotate(orientation, lever, half_track, -height)
     rx, ry, rz = rotate(orientation, lever, -half_track, -height)
     lfx, lfy = cos * left_along - sin * left_side, sin * left_along + cos * left_side
     rfx, rfy = cos * right_along - sin * right_side, sin * right_along + cos * right_side

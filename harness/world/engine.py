@@ -37,7 +37,10 @@ bullet = _import_quietly()
 
 
 class Server:
-    """A physics server of its own inside this process; it is freed with the last reference at the latest."""
+    """A physics server of its own inside this process.
+
+    It is freed with the last reference at the latest.
+    """
 
     def __init__(self) -> None:
         """Open it.
@@ -46,9 +49,12 @@ class Server:
             RuntimeError: PyBullet has no server left.
         """
         with quiet():
-            self.client = int(bullet.connect(bullet.DIRECT))  # number for PyBullet's physicsClientId
+            # number for PyBullet's physicsClientId
+            self.client = int(bullet.connect(bullet.DIRECT))
         if self.client < 0:
-            raise RuntimeError("PyBullet cannot open another physics server; close worlds that are no longer used")
+            raise RuntimeError(
+                "PyBullet cannot open another physics server; close worlds that are no longer used"
+            )
         self._finalizer = weakref.finalize(self, bullet.disconnect, self.client)
 
     def empty(self, dt: float, iterations: int, erp: float) -> None:
@@ -78,4 +84,6 @@ class Server:
 
 def set_dynamics(client: int, body: int, **dynamics: Any) -> None:
     """Set what PyBullet's ``changeDynamics`` knows of a body that moves without damping."""
-    bullet.changeDynamics(body, -1, linearDamping=0.0, angularDamping=0.0, physicsClientId=client, **dynamics)
+    bullet.changeDynamics(
+        body, -1, linearDamping=0.0, angularDamping=0.0, physicsClientId=client, **dynamics
+    )

@@ -1,4 +1,7 @@
-"""Solid bodies from an occupancy grid alone: occupied cells merged into rectangles and raised to a wall."""
+"""Solid bodies from an occupancy grid alone.
+
+Occupied cells merged into rectangles and raised to a wall.
+"""
 
 import numpy as np
 
@@ -15,17 +18,21 @@ def extrude(grid: OccupancyGrid, solid: BoolArray) -> tuple[Obstacle, ...]:
     """Obstacles of kind 'unknown' that cover exactly the cells of ``solid`` (H, W) of an axis-aligned grid."""
     x0, y0, r = grid.origin.x, grid.origin.y, grid.resolution
     return tuple(
-        Obstacle("unknown", Rect(x0 + c0 * r, y0 + r0 * r, x0 + c1 * r, y0 + r1 * r).polygon, WALL_HEIGHT)
+        Obstacle(
+            "unknown", Rect(x0 + c0 * r, y0 + r0 * r, x0 + c1 * r, y0 + r1 * r).polygon, WALL_HEIGHT
+        )
         for r0, c0, r1, c1 in merge_rectangles(np.ascontiguousarray(solid)).tolist()
     )
 
 
 @njit()
 def merge_rectangles(solid: BoolArray) -> IntArray:
-    """Cover a mask (H, W) with disjoint rectangles (N, 4): first row, first column, end row, end column.
+    """Cover a mask (H, W) with disjoint rectangles (N, 4).
 
-    Greedy: from each uncovered cell in reading order, the larger of the rectangle grown along the row first and the
-    one grown along the column first.
+    First row, first column, end row, end column.
+
+    Greedy: from each uncovered cell in reading order, the larger of the rectangle grown along the
+    row first and the one grown along the column first.
     """
     left = solid.copy()
     height, width = solid.shape

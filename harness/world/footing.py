@@ -1,4 +1,7 @@
-"""What the ground does to the robot beside holding it up: how the wheels grip, and how the body scrapes over it."""
+"""What the ground does to the robot beside holding it up.
+
+How the wheels grip, and how the body scrapes over it.
+"""
 
 import math
 from dataclasses import dataclass
@@ -25,22 +28,29 @@ class Scrape:
 class Footing:
     """How the robot stands after a physics step."""
 
-    left_load: float  # [N] that the left driven wheel grips with; LEVEL: as :func:`drive_forces` assumes
+    # [N] that the left driven wheel grips with; LEVEL: as :func:`drive_forces` assumes
+    left_load: float
     right_load: float  # [N]
     scrapes: tuple[Scrape, ...] = ()  # of neither wheel nor caster
     is_whole: bool = True  # both driven wheels stand on the ground, and the body does not
 
-    def friction(self, motion: Motion, coefficient: float, stopping: float) -> list[tuple[Vector, Vector]]:
+    def friction(
+        self, motion: Motion, coefficient: float, stopping: float
+    ) -> list[tuple[Vector, Vector]]:
         """Coulomb friction of the scraping body: places [m] and forces [N], map frame.
 
         Args:
             motion: of the body.
             coefficient: [-] of friction.
-            stopping: [N s/m] force over speed that stops the whole body within a step; more would turn it round.
+            stopping: [N s/m] force over speed that stops the whole body within a step; more would
+                turn it round.
         """
         forces: list[tuple[Vector, Vector]] = []
         for scrape in self.scrapes:
-            x, y = motion.along((1.0, 0.0, 0.0), scrape.position), motion.along((0.0, 1.0, 0.0), scrape.position)
+            x, y = (
+                motion.along((1.0, 0.0, 0.0), scrape.position),
+                motion.along((0.0, 1.0, 0.0), scrape.position),
+            )
             speed = math.hypot(x, y)
             if speed > 0.0:
                 slow = min(coefficient * scrape.load / speed, stopping / len(self.scrapes))
@@ -54,14 +64,16 @@ ON_LEVEL_GROUND = Footing(LEVEL, LEVEL)
 class Feet:
     """Tells how the robot stands.
 
-    Four feet carry a rigid body in more ways than one, and the solver's choice among them is not that of a real frame.
-    So the loads of the wheels are measured only where they cannot be told otherwise.
+    Four feet carry a rigid body in more ways than one, and the solver's choice among them is not
+    that of a real frame. So the loads of the wheels are measured only where they cannot be told
+    otherwise.
     """
 
     def __init__(self, robot: RobotParams, gravity: float) -> None:
         """Prepare for a robot under ``gravity`` [m/s2]."""
         x, y, z = robot.center_of_mass
-        self._feet = [(fx - x, fy - y) for fx, fy in robot.feet]  # from the centre of mass, body frame
+        # from the centre of mass, body frame
+        self._feet = [(fx - x, fy - y) for fx, fy in robot.feet]
         self._ground = -z  # [m] of the treads, likewise
         self._radius = robot.foot_radius + _SLACK
         load = 0.5 * robot.axle_share * robot.mass * gravity
@@ -70,7 +82,8 @@ class Feet:
     def level_footing(self, is_touched: bool) -> Footing:
         """How it stands on level ground.
 
-        Touched by something, its wheels grip with what the axle carries at rest: pushed sideways, the casters swivel.
+        Touched by something, its wheels grip with what the axle carries at rest: pushed sideways,
+            the casters swivel.
         """
         return self._touched if is_touched else ON_LEVEL_GROUND
 

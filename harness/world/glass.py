@@ -35,7 +35,8 @@ class Glass:
         """
         panes = [_distinct(obstacle.polygon) for obstacle in obstacles if obstacle.kind in KINDS]
         to_grid = relative_to(geometry.origin, Pose2D())
-        polygons = [transform_points(to_grid, polygon) / geometry.resolution for polygon in panes]  # [cells]
+        # [cells]
+        polygons = [transform_points(to_grid, polygon) / geometry.resolution for polygon in panes]
         self._resolution = geometry.resolution
         # Number of the pane in each cell + 1; 0: no glass.
         self._numbers = np.zeros(geometry.data.shape, dtype=np.min_scalar_type(-len(polygons) - 1))
@@ -138,17 +139,26 @@ def see_through(
         column, row = math.floor(x), math.floor(y)
         if not (0 <= column < width and 0 <= row < height) or numbers[row, column] == 0:
             continue
-        if _incidence(x, y, dx, dy, first[numbers[row, column] - 1], first[numbers[row, column]], edges) < limits[i]:
+        if (
+            _incidence(
+                x, y, dx, dy, first[numbers[row, column] - 1], first[numbers[row, column]], edges
+            )
+            < limits[i]
+        ):
             passing[count] = i
             count += 1
     farther = np.empty(count)
-    cast_grid(behind, x0, y0, cos, sin, directions[passing[:count]], range_max / resolution, farther)
+    cast_grid(
+        behind, x0, y0, cos, sin, directions[passing[:count]], range_max / resolution, farther
+    )
     for k in range(count):
         ranges[passing[k]] = farther[k] * resolution
 
 
 @njit()
-def _incidence(x: float, y: float, dx: float, dy: float, start: int, end: int, edges: FloatArray) -> float:
+def _incidence(
+    x: float, y: float, dx: float, dy: float, start: int, end: int, edges: FloatArray
+) -> float:
     """Cosine of incidence of a beam along (dx, dy) on that of the edges ``start`` to ``end`` that is nearest (x, y)."""
     nearest, incidence = -math.inf, 1.0
     for edge in range(start, end):

@@ -13,7 +13,8 @@ from harness.world.sky import Sky
 from navstack.errors import ParameterError
 from navstack.types import FloatArray, GpsFix
 
-LEAST_STATED = 1e-3  # [m] a receiver without error states no less, for 0 means that nothing is stated
+# [m] a receiver without error states no less, for 0 means that nothing is stated
+LEAST_STATED = 1e-3
 _HALF = 0.5  # share of the sky at which multipath has its stated deviation
 
 
@@ -25,12 +26,15 @@ class GpsParams:
     position_std: float  # [m] per axis, white
     drift_std: float = 0.0  # [m] per axis under any sky, Gauss-Markov: orbits, clocks, atmosphere
     drift_time: float = 600.0  # [s] its correlation time
-    multipath_std: float = 0.0  # [m] per axis where half the sky is hidden, Gauss-Markov; grows with the hidden share
+    # [m] per axis where half the sky is hidden, Gauss-Markov; grows with the hidden share
+    multipath_std: float = 0.0
     multipath_time: float = 10.0  # [s] its correlation time
-    stated_share: float = 0.0  # [-] of the correlated deviations that the fix's own deviation contains
+    # [-] of the correlated deviations that the fix's own deviation contains
+    stated_share: float = 0.0
     lost_above: float = 1.0  # [-] hidden share of the sky above which the fix is lost; 1: never
     found_below: float = 1.0  # [-] hidden share below which satellites are acquired again
-    reacquisition_time: float = 0.0  # [s] from then to the next fix, mean of an exponential distribution
+    # [s] from then to the next fix, mean of an exponential distribution
+    reacquisition_time: float = 0.0
     outages: tuple[tuple[float, float], ...] = ()  # [s] from, to: no fix is measured
     latency: float = 0.0  # [s] from measurement to delivery
 
@@ -54,7 +58,9 @@ class GpsParams:
             )
         for start, end in self.outages:
             if not 0.0 <= start < end:
-                raise ParameterError(f"gps: outage from {start} to {end} s; allowed is 0 <= from < to")
+                raise ParameterError(
+                    f"gps: outage from {start} to {end} s; allowed is 0 <= from < to"
+                )
 
     @property
     def depends_on_sky(self) -> bool:
@@ -65,9 +71,9 @@ class GpsParams:
 class GpsReceiver(Sensor):
     """Position fixes of the base origin (the antenna's lever arm is taken as corrected).
 
-    The deviation that a fix states is the white one and ``stated_share`` of the correlated ones: real receivers
-    judge themselves by the scatter of their measurements, in which an error that many satellites share for long does
-    not show.
+    The deviation that a fix states is the white one and ``stated_share`` of the correlated ones:
+    real receivers judge themselves by the scatter of their measurements, in which an error that
+    many satellites share for long does not show.
     """
 
     def __init__(self, params: GpsParams, sky: Sky | None) -> None:
@@ -94,7 +100,10 @@ class GpsReceiver(Sensor):
         x, y = body.x + params.position_std * noise[0], body.y + params.position_std * noise[1]
         hidden = self._sky.hidden(body.x, body.y) if self._sky else 0.0
         multipath_std = params.multipath_std * hidden / _HALF
-        for process, deviation in ((self._drift, params.drift_std), (self._multipath, multipath_std)):
+        for process, deviation in (
+            (self._drift, params.drift_std),
+            (self._multipath, multipath_std),
+        ):
             if deviation:
                 error = process.at(stamp)
                 x, y = x + deviation * error[0], y + deviation * error[1]
@@ -109,5 +118,9 @@ class GpsReceiver(Sensor):
         if hidden > params.lost_above:
             self._silent_until = math.inf
         elif self._silent_until == math.inf and hidden <= params.found_below:
-            self._silent_until = stamp + params.reacquisition_time * self._of_outages.standard_exponential()
-        return stamp < self._silent_until or any(start <= stamp < end for start, end in params.outages)
+            self._silent_until = (
+                stamp + params.reacquisition_time * self._of_outages.standard_exponential()
+            )
+        return stamp < self._silent_until or any(
+            start <= stamp < end for start, end in params.outages
+        )

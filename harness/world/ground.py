@@ -16,11 +16,13 @@ _MARGIN = 0.001  # [m] that PyBullet adds around a convex mesh
 class Ground:
     """Bodies without friction, because the drive makes the friction of the wheels.
 
-    Far from steps (nearly always) it is a plane at the height of the place. Near one the plane lies at the lowest
-    height around, and what is higher is slabs; PyBullet then finds which foot stands on what.
+    Far from steps (nearly always) it is a plane at the height of the place. Near one the plane lies
+    at the lowest height around, and what is higher is slabs; PyBullet then finds which foot stands
+    on what.
     """
 
-    REFRESH_DISTANCE = 1.0  # [m] the robot moves before the distance to the next step is looked up anew
+    # [m] the robot moves before the distance to the next step is looked up anew
+    REFRESH_DISTANCE = 1.0
     WINDOW = 2.0  # [m] half the side of the square that is laid out in slabs
     SLAB_DISTANCE = 1.0  # [m] the robot moves before they are laid out anew
 
@@ -40,7 +42,8 @@ class Ground:
         """Prepare the ground for a robot at (x, y); of use where there are steps at all.
 
         Returns:
-            How far [m] it may go until that is to be done again; negative: a step can be within ``reach`` [m] of it.
+            How far [m] it may go until that is to be done again; negative: a step can be within
+            ``reach`` [m] of it.
         """
         moved = math.hypot(x - self._center[0], y - self._center[1])
         if moved > self.REFRESH_DISTANCE:
@@ -97,12 +100,19 @@ class Ground:
         center = polygon.mean(axis=0)
         flat = polygon - center
         corners = [(x, y, z) for z in (0.0, top - bottom - _MARGIN) for x, y in flat.tolist()]
-        shape = bullet.createCollisionShape(bullet.GEOM_MESH, vertices=corners, physicsClientId=client)
+        shape = bullet.createCollisionShape(
+            bullet.GEOM_MESH, vertices=corners, physicsClientId=client
+        )
         x, y = np.asarray(center).tolist()
         return self._fix(shape, (x, y, bottom))
 
     def _fix(self, shape: int, position: tuple[float, float, float]) -> int:
-        """A slab that touches only what has reached it: a foot ahead of a seam must not stumble over it."""
+        """A slab that touches only what has reached it.
+
+        A foot ahead of a seam must not stumble over it.
+        """
         body = fixed_body(self._client, shape, position, 0.0)
-        bullet.changeDynamics(body, -1, contactProcessingThreshold=0.0, physicsClientId=self._client)
+        bullet.changeDynamics(
+            body, -1, contactProcessingThreshold=0.0, physicsClientId=self._client
+        )
         return body

@@ -26,7 +26,8 @@ class GroundTruthLocalizer(Localizer):
         """Look at the world.
 
         Args:
-            true_pose: gives the robot's true pose in the map frame now, e.g. ``lambda: world.truth.pose``.
+            true_pose: gives the robot's true pose in the map frame now, e.g. ``lambda:
+                world.truth.pose``.
         """
         self._true_pose = true_pose
 
@@ -69,11 +70,13 @@ class GroundTruthTracker:
 class InjectedErrorLocalizer(Localizer):
     """Adds a slowly varying error to what another localizer believes.
 
-    Each coordinate's error in the map frame is a first-order Gauss-Markov process, stationary from the start. It is
-    drawn with unit variance and then scaled, so that all sizes of error meet the same drift. Two axes with a standard
-    deviation of position_rms / sqrt(2) each have the root mean square distance position_rms.
+    Each coordinate's error in the map frame is a first-order Gauss-Markov process, stationary from
+    the start. It is drawn with unit variance and then scaled, so that all sizes of error meet the
+    same drift. Two axes with a standard deviation of position_rms / sqrt(2) each have the root mean
+    square distance position_rms.
 
-    The covariance of the belief is the other localizer's and that of the error; health is the other localizer's.
+    The covariance of the belief is the other localizer's and that of the error; health is the other
+    localizer's.
     """
 
     def __init__(self, localizer: Localizer, error: InjectedError) -> None:
@@ -92,4 +95,6 @@ class InjectedErrorLocalizer(Localizer):
         belief = self._localizer.update(observation)
         x, y, yaw = self._deviations * self._drift.at(belief.stamp)
         pose = Pose2D(belief.pose.x + x, belief.pose.y + y, normalize_angle(belief.pose.yaw + yaw))
-        return Belief(pose, belief.covariance + np.diag(self._deviations**2), belief.health, belief.stamp)
+        return Belief(
+            pose, belief.covariance + np.diag(self._deviations**2), belief.health, belief.stamp
+        )

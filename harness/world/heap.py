@@ -17,7 +17,10 @@ _LEVEL = (0.0, 0.0, 0.0, 1.0)
 
 @lru_cache(maxsize=4 * POURS)
 def settled_heap(params: CargoParams, gravity: float, dt: float, pour: int = 0) -> FloatArray:
-    """Centres (n, 3) in [m] of pieces that were poured into the bucket and came to rest; kept on disk between runs."""
+    """Centres (n, 3) in [m] of pieces that were poured into the bucket and came to rest.
+
+    Kept on disk between runs.
+    """
     key = content_key("settled heap 1", repr(params), gravity, dt, pour, bullet.getAPIVersion())
     heap = cached_array(key, lambda: _settle(params, gravity, dt, pour))
     heap.setflags(write=False)
@@ -32,14 +35,20 @@ def _settle(params: CargoParams, gravity: float, dt: float, pour: int) -> FloatA
         bucket, pieces = build(client, params, _poured(params, pour), dt)
         for _ in range(round(_SETTLING / dt)):
             step_with(client, bucket, (0.0, 0.0, -gravity), _LEVEL, (0.0, 0.0, 0.0), dt)
-        places = [bullet.getBasePositionAndOrientation(piece, physicsClientId=client)[0] for piece in pieces]
+        places = [
+            bullet.getBasePositionAndOrientation(piece, physicsClientId=client)[0]
+            for piece in pieces
+        ]
     finally:
         server.close()
     return np.array(places) / SCALE
 
 
 def _poured(params: CargoParams, pour: int) -> FloatArray:
-    """A loose lattice (n, 3) of pieces above the floor, shifted by layers; it collapses into a heap."""
+    """A loose lattice (n, 3) of pieces above the floor, shifted by layers.
+
+    It collapses into a heap.
+    """
     radius = params.piece_radius
     pitch = 2.1 * radius
     per_row = max(1, int((params.bucket_width - 2.0 * radius) / pitch) + 1)
@@ -48,7 +57,8 @@ def _poured(params: CargoParams, pour: int) -> FloatArray:
     row, column = np.divmod(in_layer, per_row)
     slack = 0.5 * (params.bucket_width - 2.0 * radius - (per_row - 1) * pitch)
     rng = np.random.default_rng(pour)
-    shift = slack * rng.uniform(-0.9, 0.9, (int(layer.max()) + 1, 2))[layer]  # a layer moves as a whole
+    # a layer moves as a whole
+    shift = slack * rng.uniform(-0.9, 0.9, (int(layer.max()) + 1, 2))[layer]
     flat = (np.stack((column, row), axis=1) - 0.5 * (per_row - 1)) * pitch + shift
     return np.column_stack((flat, radius + layer * pitch))
 

@@ -1,8 +1,8 @@
 """No contact point with a person gives more than a limit, PhysX's ``maxContactImpulse``.
 
-PhysX limits a point within its solver. Here what the solver gave beyond the limit is taken back after the step: from
-the robot's velocity, spin, and the way that it made with them in the step. The other points do not take over what one
-point leaves; friction stays.
+PhysX limits a point within its solver. Here what the solver gave beyond the limit is taken back
+after the step: from the robot's velocity, spin, and the way that it made with them in the step. The
+other points do not take over what one point leaves; friction stays.
 """
 
 import dataclasses
@@ -18,7 +18,11 @@ from navstack.types import FloatArray
 
 
 def limited(
-    points: list[ContactPoint], most: float, motion: Motion, orientation: Quaternion, robot: RobotParams
+    points: list[ContactPoint],
+    most: float,
+    motion: Motion,
+    orientation: Quaternion,
+    robot: RobotParams,
 ) -> tuple[list[ContactPoint], FloatArray, FloatArray]:
     """The contact points of a step with their limited impulses.
 
@@ -53,6 +57,12 @@ def shove(client: int, body: int, change: FloatArray, turn: FloatArray, dt: floa
     angle = float(np.linalg.norm(turn)) * dt
     if angle > 0.0:
         small = bullet.getQuaternionFromAxisAngle((turn * dt / angle).tolist(), angle)
-        orientation = bullet.multiplyTransforms((0.0, 0.0, 0.0), small, (0.0, 0.0, 0.0), orientation)[1]
-    bullet.resetBasePositionAndOrientation(body, np.add(position, change * dt).tolist(), orientation, client)
-    bullet.resetBaseVelocity(body, np.add(velocity, change).tolist(), np.add(spin, turn).tolist(), client)
+        orientation = bullet.multiplyTransforms(
+            (0.0, 0.0, 0.0), small, (0.0, 0.0, 0.0), orientation
+        )[1]
+    bullet.resetBasePositionAndOrientation(
+        body, np.add(position, change * dt).tolist(), orientation, client
+    )
+    bullet.resetBaseVelocity(
+        body, np.add(velocity, change).tolist(), np.add(spin, turn).tolist(), client
+    )

@@ -12,12 +12,16 @@ from harness.world.sensor import Sensor
 from navstack.geometry import normalize_angle
 from navstack.types import FloatArray, Imu
 
-LEAST_STATED = 1e-4  # [rad] a heading without error states no less, for 0 means that nothing is stated
+# [rad] a heading without error states no less, for 0 means that nothing is stated
+LEAST_STATED = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
 class ImuParams:
-    """How well the inertial unit measures. Noise is white but for the gyro's bias and the heading's wander."""
+    """How well the inertial unit measures.
+
+    Noise is white but for the gyro's bias and the heading's wander.
+    """
 
     rate: float  # [Hz]
     yaw_std: float  # [rad] of the absolute heading
@@ -48,9 +52,10 @@ class ImuParams:
 class InertialUnit(Sensor):
     """Gyro and accelerometers in the base frame's origin.
 
-    The gyro's error is white noise on a bias, drawn at the start and walking from there; the heading's is white noise
-    on a slow Gauss-Markov wander, as the iron that a magnetometer passes makes it. The message states the heading's
-    whole deviation (white noise and wander), but the white one only of the yaw rate.
+    The gyro's error is white noise on a bias, drawn at the start and walking from there; the
+    heading's is white noise on a slow Gauss-Markov wander, as the iron that a magnetometer passes
+    makes it. The message states the heading's whole deviation (white noise and wander), but the
+    white one only of the yaw rate.
     """
 
     def __init__(self, params: ImuParams) -> None:

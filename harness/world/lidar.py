@@ -44,10 +44,13 @@ class LidarParams:
     mount: Pose2D  # of the sensor in the base frame
     self_filter: SelfFilter
     dropout: float = 0.0  # [-] probability that a beam which meets something returns nothing
-    glass_transmission: float = 0.0  # [-] probability that a beam which meets glass obliquely passes through
-    glass_visible_angle: float = 0.0  # [rad] from the normal of a pane; nearer to it glass always returns
+    # [-] probability that a beam which meets glass obliquely passes through
+    glass_transmission: float = 0.0
+    # [rad] from the normal of a pane; nearer to it glass always returns
+    glass_visible_angle: float = 0.0
     latency: float = 0.0  # [s] from measurement to delivery
-    sees_people: bool = True  # false: beams go through them, as where a simulator's animated bodies have no surface
+    # false: beams go through them, as where a simulator's animated bodies have no surface
+    sees_people: bool = True
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -72,8 +75,9 @@ class LidarParams:
 class Lidar(Sensor):
     """Casts scans. The robot itself is in no map, so it never sees itself.
 
-    Simplifications: the whole scan is taken at one instant (no distortion by motion), every surface but glass reflects,
-    and what the scan plane does not cut is not seen. A sensor outside the grid sees people only.
+    Simplifications: the whole scan is taken at one instant (no distortion by motion), every surface
+    but glass reflects, and what the scan plane does not cut is not seen. A sensor outside the grid
+    sees people only.
     """
 
     def __init__(
@@ -87,9 +91,11 @@ class Lidar(Sensor):
 
         Args:
             params: of the sensor.
-            geometry: what the lidar can hit: solid cells (occupancy 65 and more); unknown ones are transparent.
+            geometry: what the lidar can hit: solid cells (occupancy 65 and more); unknown ones are
+                transparent.
             pedestrian_radius: [m].
-            obstacles: the glass among them is found in ``geometry``, should the lidar see through any.
+            obstacles: the glass among them is found in ``geometry``, should the lidar see through
+                any.
         """
         self._params = params
         self._glass = Glass(geometry, obstacles) if params.glass_transmission else None
@@ -142,11 +148,19 @@ class Lidar(Sensor):
             self._box,
         )
         return LaserScan(
-            stamp, ranges, self._angle_min, self._increment, params.range_min, params.range_max, params.mount
+            stamp,
+            ranges,
+            self._angle_min,
+            self._increment,
+            params.range_min,
+            params.range_max,
+            params.mount,
         )
 
     def exact_ranges(self, base: Pose2D, pedestrians: FloatArray) -> FloatArray:
-        """Distances (n,) in [m] to what each beam meets first, without errors and filters; inf where nothing is.
+        """Distances (n,) in [m] to what each beam meets first, without errors and filters.
+
+        Inf where nothing is.
 
         Args:
             base: true pose of the robot, map frame.
@@ -163,7 +177,16 @@ class Lidar(Sensor):
         scale, reach = 1.0 / self._resolution, self._params.range_max
         ranges = np.empty(self._params.beams)
         cos, sin = math.cos(on_grid.yaw), math.sin(on_grid.yaw)
-        cast_grid(self._field, on_grid.x * scale, on_grid.y * scale, cos, sin, self._directions, reach * scale, ranges)
+        cast_grid(
+            self._field,
+            on_grid.x * scale,
+            on_grid.y * scale,
+            cos,
+            sin,
+            self._directions,
+            reach * scale,
+            ranges,
+        )
         ranges *= self._resolution
         return ranges
 

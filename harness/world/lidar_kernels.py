@@ -1,4 +1,7 @@
-"""Ray casting on an occupancy grid and against circles. Grid units are cells; row 0 is the lowest y."""
+"""Ray casting on an occupancy grid and against circles. Grid units are cells.
+
+Row 0 is the lowest y.
+"""
 
 import math
 from typing import TypeVar
@@ -17,14 +20,18 @@ _BITS = 2  # a block's side is 2 ** _BITS cells, so that shifts find the block o
 _TILE_BITS = 3  # and a tile's 2 ** _TILE_BITS blocks
 _SIDE, _TILE = 1 << _BITS, 1 << _TILE_BITS
 _MAX_SQUARE = np.int64(255)  # [blocks]
-LANES = 32  # rays that are under way at a time; a constant, so that the loops over them use vector instructions
+# rays that are under way at a time; a constant, so that the loops over them use vector instructions
+LANES = 32
 # Where in the buffers of the rays their values stand: in that of floats
 X, Y, DX, DY, INVERSE_X, INVERSE_Y = (LANES * i for i in range(6))  # start, direction, one over it
-LENGTH, COLUMN, ROW = (LANES * i for i in range(6, 9))  # so far [cells], and the cell that it leads to
-SIGN_X, SIGN_Y, SHIFT_X, SHIFT_Y = (LANES * i for i in range(9, 13))  # that mirror cells: cell * sign + shift
+# so far [cells], and the cell that it leads to
+LENGTH, COLUMN, ROW = (LANES * i for i in range(6, 9))
+# that mirror cells: cell * sign + shift
+SIGN_X, SIGN_Y, SHIFT_X, SHIFT_Y = (LANES * i for i in range(9, 13))
 FLOATS = 13 * LANES
 # ... and in that of integers.
-AT, SQUARES_AT, BEAM, BLOCKS, CELLS, STOPS = (LANES * i for i in range(6))  # block, its squares', beam; see _look, _go
+# block, its squares', beam; see _look, _go
+AT, SQUARES_AT, BEAM, BLOCKS, CELLS, STOPS = (LANES * i for i in range(6))
 INTEGERS = 6 * LANES
 _u, _i = np.uint64, np.int32  # unsigned indices spare the treatment of negative ones
 
@@ -40,16 +47,18 @@ def _place_of(row: Index, column: Index, tiles: int) -> Index:
 def clearance_field(occupied: BoolArray) -> Field:
     """Prepare a grid for :func:`cast_grid`: blocks of 4 x 4 cells with a ring of blocks around.
 
-    Six bytes per block, tile by tile: what is near in the plane lies in one line of the processor's caches.
+    Six bytes per block, tile by tile: what is near in the plane lies in one line of the processor's
+    caches.
 
     Args:
         occupied: (H, W) bool.
 
     Returns:
-        Height and width in cells, and the tiles per row.
-        (blocks,) uint16: bit 4 * row + column of each occupied cell; all cells outside the grid are occupied.
-        (4 * blocks,) uint8: side in blocks of the largest free square that begins in the block and goes on to higher x
-        and y; to lower x and higher y; to higher x and lower y; to lower x and y. 0: not all its cells are free.
+        Height and width in cells, and the tiles per row. (blocks,) uint16: bit 4 * row + column of
+        each occupied cell; all cells outside the grid are occupied. (4 * blocks,) uint8: side in
+        blocks of the largest free square that begins in the block and goes on to higher x and y; to
+        lower x and higher y; to higher x and lower y; to lower x and y. 0: not all its cells are
+        free.
     """
     height, width = occupied.shape
     rows, columns = -(-height // _SIDE), -(-width // _SIDE)
@@ -68,12 +77,23 @@ def clearance_field(occupied: BoolArray) -> Field:
         ahead = np.zeros(solid.shape, np.uint8)
         _find_squares(solid, rows, columns, 1 - 2 * (quadrant & 1), 1 - (quadrant & 2), ahead)
         _by_tiles(ahead, squares[quadrant])
-    return height, width, tiles, _by_tiles(solid, np.empty(solid.size, np.uint16)), squares.reshape(-1)
+    return (
+        height,
+        width,
+        tiles,
+        _by_tiles(solid, np.empty(solid.size, np.uint16)),
+        squares.reshape(-1),
+    )
 
 
 @njit()
-def _by_tiles(table: npt.NDArray[Unsigned], ordered: npt.NDArray[Unsigned]) -> npt.NDArray[Unsigned]:
-    """Put the blocks of a table (rows, columns) into their places; returns ``ordered`` (blocks,)."""
+def _by_tiles(
+    table: npt.NDArray[Unsigned], ordered: npt.NDArray[Unsigned]
+) -> npt.NDArray[Unsigned]:
+    """Put the blocks of a table (rows, columns) into their places.
+
+    Returns ``ordered`` (blocks,).
+    """
     rows, columns = table.shape
     for row in range(rows):
         for column in range(columns):
@@ -83,7 +103,12 @@ def _by_tiles(table: npt.NDArray[Unsigned], ordered: npt.NDArray[Unsigned]) -> n
 
 @njit()
 def _find_squares(
-    solid: npt.NDArray[np.uint16], rows: int, columns: int, ahead_x: int, ahead_y: int, squares: ByteArray
+    solid: npt.NDArray[np.uint16],
+    rows: int,
+    columns: int,
+    ahead_x: int,
+    ahead_y: int,
+    squares: ByteArray,
 ) -> None:
     """The side of the largest free square that begins in each block and goes on along ``ahead_x`` and ``ahead_y``.
 
@@ -113,7 +138,9 @@ def _start(
     b: FloatArray,
     n: npt.NDArray[np.int32],
 ) -> None:
-    """Begin to cast a beam in a lane of the buffers; other arguments are those of :func:`cast_grid`.
+    """Begin to cast a beam in a lane of the buffers.
+
+    Other arguments are those of :func:`cast_grid`.
 
     Coordinates are mirrored where needed, so that every ray goes to higher x and y.
     """
@@ -121,13 +148,22 @@ def _start(
     dx = cos * directions[beam, 0] - sin * directions[beam, 1]
     dy = sin * directions[beam, 0] + cos * directions[beam, 1]
     sign_x, sign_y = (-1.0 if dx < 0.0 else 1.0), (-1.0 if dy < 0.0 else 1.0)
-    b[SIGN_X + lane], b[SHIFT_X + lane] = sign_x, 0.5 * (sign_x - 1.0)  # the mirrored cell is -1 - cell
+    # the mirrored cell is -1 - cell
+    b[SIGN_X + lane], b[SHIFT_X + lane] = sign_x, 0.5 * (sign_x - 1.0)
     b[SIGN_Y + lane], b[SHIFT_Y + lane] = sign_y, 0.5 * (sign_y - 1.0)
     column, row = math.floor(x0), math.floor(y0)
     b[COLUMN + lane] = column * sign_x + b[SHIFT_X + lane]
     b[ROW + lane] = row * sign_y + b[SHIFT_Y + lane]
-    b[X + lane], b[Y + lane], b[DX + lane], b[DY + lane] = x0 * sign_x, y0 * sign_y, abs(dx), abs(dy)
-    b[INVERSE_X + lane], b[INVERSE_Y + lane] = 1.0 / max(abs(dx), 1e-300), 1.0 / max(abs(dy), 1e-300)
+    b[X + lane], b[Y + lane], b[DX + lane], b[DY + lane] = (
+        x0 * sign_x,
+        y0 * sign_y,
+        abs(dx),
+        abs(dy),
+    )
+    b[INVERSE_X + lane], b[INVERSE_Y + lane] = (
+        1.0 / max(abs(dx), 1e-300),
+        1.0 / max(abs(dy), 1e-300),
+    )
     b[LENGTH + lane] = 0.0
     n[BEAM + lane] = beam
     n[AT + lane] = _place_of((row >> _BITS) + 1, (column >> _BITS) + 1, tiles)
@@ -150,26 +186,42 @@ def _look(solid: npt.NDArray[np.uint16], squares: ByteArray, n: npt.NDArray[np.i
 def _go(reach: float, tiles: int, b: FloatArray, n: npt.NDArray[np.int32]) -> None:
     """Take every ray out of the free square ahead of it, or into the next cell.
 
-    Those in occupied cells or beyond ``reach`` stop. A ray through a corner passes the neighbour along x. Without
-    branches, and with nothing that processors have no vector instructions for: cells are floats, places are int32.
+    Those in occupied cells or beyond ``reach`` stop. A ray through a corner passes the neighbour
+    along x. Without branches, and with nothing that processors have no vector instructions for:
+    cells are floats, places are int32.
     """
     for i in range(LANES):
         cx, cy, sign_x, sign_y = b[COLUMN + i], b[ROW + i], b[SIGN_X + i], b[SIGN_Y + i]
-        shift_x, shift_y, x, y, length = b[SHIFT_X + i], b[SHIFT_Y + i], b[X + i], b[Y + i], b[LENGTH + i]
+        shift_x, shift_y, x, y, length = (
+            b[SHIFT_X + i],
+            b[SHIFT_Y + i],
+            b[X + i],
+            b[Y + i],
+            b[LENGTH + i],
+        )
         blocks, cells = n[BLOCKS + i], n[CELLS + i]
-        bit = _SIDE * (_i(cy * sign_y + shift_y) & (_SIDE - 1)) + (_i(cx * sign_x + shift_x) & (_SIDE - 1))
+        bit = _SIDE * (_i(cy * sign_y + shift_y) & (_SIDE - 1)) + (
+            _i(cx * sign_x + shift_x) & (_SIDE - 1)
+        )
         is_hit = (cells >> bit) & 1
         stops = (blocks == 0) & (is_hit != 0) | (length > reach)
-        leap_x, leap_y = (np.floor(cx / _SIDE) + blocks) * _SIDE, (np.floor(cy / _SIDE) + blocks) * _SIDE
+        leap_x, leap_y = (
+            (np.floor(cx / _SIDE) + blocks) * _SIDE,
+            (np.floor(cy / _SIDE) + blocks) * _SIDE,
+        )
         step_x, step_y = cx + 1.0, cy + 1.0
         end_x, end_y = (leap_x if blocks > 0 else step_x), (leap_y if blocks > 0 else step_y)
         to_x, to_y = (end_x - x) * b[INVERSE_X + i], (end_y - y) * b[INVERSE_Y + i]
         along_x = to_x <= to_y
         t = to_x if along_x else to_y
-        # The cell across the border is known exactly; the other coordinate never goes back or leaves the square.
+        # The cell across the border is known exactly; the other coordinate never goes back or
+        # leaves the square.
         next_x, next_y = np.floor(x + t * b[DX + i]), np.floor(y + t * b[DY + i])
         last_x, last_y = end_x - 1.0, end_y - 1.0
-        next_x, next_y = (last_x if next_x > last_x else next_x), (last_y if next_y > last_y else next_y)
+        next_x, next_y = (
+            (last_x if next_x > last_x else next_x),
+            (last_y if next_y > last_y else next_y),
+        )
         next_x, next_y = (cx if next_x < cx else next_x), (cy if next_y < cy else next_y)
         next_x, next_y = (end_x if along_x else next_x), (next_y if along_x else end_y)
         next_x, next_y = (cx if stops else next_x), (cy if stops else next_y)
@@ -184,12 +236,20 @@ def _go(reach: float, tiles: int, b: FloatArray, n: npt.NDArray[np.int32]) -> No
     "float64[:, ::1], float64, float64[::1]",
 )
 def cast_grid(
-    field: Field, x0: float, y0: float, cos: float, sin: float, directions: FloatArray, reach: float, ranges: FloatArray
+    field: Field,
+    x0: float,
+    y0: float,
+    cos: float,
+    sin: float,
+    directions: FloatArray,
+    reach: float,
+    ranges: FloatArray,
 ) -> None:
     """Cast all beams on the grid.
 
-    A ray leaps over the free square ahead of it; in a block with occupied cells it goes from cell to cell (Amanatides &
-    Woo 1987). Many rays are under way at a time, each in a lane of the buffers.
+    A ray leaps over the free square ahead of it; in a block with occupied cells it goes from cell
+    to cell (Amanatides & Woo 1987). Many rays are under way at a time, each in a lane of the
+    buffers.
 
     Args:
         field: of :func:`clearance_field`.
@@ -272,7 +332,8 @@ def cast_circles(
         px, py = cos * dx + sin * dy, -sin * dx + cos * dy
         half = math.asin(radius / math.sqrt(squared))
         start = (math.atan2(py, px) - half - angle_min) % turn
-        # One beam more on each side: rounding must not lose a beam, and the exact test below decides.
+        # One beam more on each side: rounding must not lose a beam, and the exact test below
+        # decides.
         first = math.floor(start / increment) - 1
         for lap in range(-1, 1):
             low = first + lap * math.floor(turn / increment + 0.5)
@@ -283,7 +344,13 @@ def cast_circles(
 
 @njit()
 def _meet(
-    i: int, px: float, py: float, squared: float, radius: float, directions: FloatArray, ranges: FloatArray
+    i: int,
+    px: float,
+    py: float,
+    squared: float,
+    radius: float,
+    directions: FloatArray,
+    ranges: FloatArray,
 ) -> None:
     """Shorten beam ``i`` to the near intersection with a circle about (px, py), if it meets it."""
     along = px * directions[i, 0] + py * directions[i, 1]
@@ -315,7 +382,8 @@ def finish_scan(
         directions_base: (n, 2) unit vectors of the beams in the base frame.
         mount_x: sensor in the base frame, [m].
         mount_y: [m].
-        box: (4,) x_min, x_max, y_min, y_max in the base frame, [m]; points inside are taken for the robot itself.
+        box: (4,) x_min, x_max, y_min, y_max in the base frame, [m]; points inside are taken for the
+            robot itself.
     """
     for i in range(len(ranges)):
         if ranges[i] > range_max:

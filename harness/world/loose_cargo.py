@@ -1,9 +1,12 @@
-"""Popcorn in a bucket that stands loose on the robot, as the published code spawns it: a rigid body of its own.
+"""Popcorn in a bucket that stands loose on the robot, as the published code spawns it.
 
-The bucket stands on a deck, the robot's body seen from above, which is moved as :mod:`harness.world.cargo` moves a
-fixed bucket. It slides where friction does not hold it, tips over, and may fall off the deck; then all pieces are lost.
-Its walls are thick for the solver's sake and have no mass of their own: the bucket's centre of mass is that of its
-floor, and it tips over the edges of the space inside, until at 0.46 rad a wall stands on the deck.
+A rigid body of its own.
+
+The bucket stands on a deck, the robot's body seen from above, which is moved as
+:mod:`harness.world.cargo` moves a fixed bucket. It slides where friction does not hold it, tips
+over, and may fall off the deck; then all pieces are lost. Its walls are thick for the solver's sake
+and have no mass of their own: the bucket's centre of mass is that of its floor, and it tips over
+the edges of the space inside, until at 0.46 rad a wall stands on the deck.
 """
 
 import math
@@ -40,7 +43,8 @@ class LooseCargo(Cargo):
         super().__init__(params, gravity, dt)
         (cx, cy), (half_length, half_width) = robot.center, robot.half_size
         x, y, _ = robot.bucket
-        self._deck = (cx - x, cy - y, half_length, half_width)  # [m] centre from the bucket's place, half size
+        # [m] centre from the bucket's place, half size
+        self._deck = (cx - x, cy - y, half_length, half_width)
 
     def _fill(self) -> None:
         given = (self._client, self.params, self._heap, self._dt)
@@ -48,14 +52,25 @@ class LooseCargo(Cargo):
 
     def _make_deck_and_bucket(self, client: int, params: CargoParams) -> int:
         friction, height = math.sqrt(params.friction), SCALE * params.bucket_height
-        half, floor, wall = 0.5 * SCALE * params.bucket_width, 0.5 * SCALE * _FLOOR, 0.5 * SCALE * _WALL
+        half, floor, wall = (
+            0.5 * SCALE * params.bucket_width,
+            0.5 * SCALE * _FLOOR,
+            0.5 * SCALE * _WALL,
+        )
         boxes: list[Box] = [((half, half, floor), (0.0, 0.0, -floor)), *walls(half, height, wall)]
         self._bucket = add_boxes(client, boxes, params.bucket_mass)
-        set_dynamics(client, self._bucket, lateralFriction=friction, restitution=math.sqrt(params.restitution))
+        set_dynamics(
+            client,
+            self._bucket,
+            lateralFriction=friction,
+            restitution=math.sqrt(params.restitution),
+        )
         x, y, half_length, half_width = (SCALE * length for length in self._deck)
         thick = 0.5 * SCALE * _DECK
         deck = ((half_length, half_width, thick), (x, y, -SCALE * _FLOOR - thick))
-        return hold(client, [deck], params.bucket_friction / friction if friction > 0.0 else 0.0, 0.0)
+        return hold(
+            client, [deck], params.bucket_friction / friction if friction > 0.0 else 0.0, 0.0
+        )
 
     def _pose(self) -> tuple[Vector, Quaternion]:
         position, orientation = bullet.getBasePositionAndOrientation(self._bucket, self._client)

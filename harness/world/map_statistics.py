@@ -1,4 +1,7 @@
-"""What a world measures, and what is known of the paper's: the navigation mesh, its edges, the street furniture."""
+"""What a world measures, and what is known of the paper's.
+
+The navigation mesh, its edges, the street furniture.
+"""
 
 from dataclasses import dataclass
 
@@ -26,7 +29,8 @@ class MapStatistics:
     widths: tuple[float, ...]  # [m] at WIDTH_PERCENTILES over the medial axis of the mesh
     pieces: int  # of furniture between 0.05 and 10 m2
     medium_share: float  # of those between 0.3 and 1 m2
-    spacings: tuple[float, ...]  # [m] at SPACING_PERCENTILES of the distance between nearest pieces' centres
+    # [m] at SPACING_PERCENTILES of the distance between nearest pieces' centres
+    spacings: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +39,8 @@ class EdgeStatistics:
 
     open_half_metre: float  # share of the edges with nothing to hit within 0.5 m
     open_metre: float  # share of the edges with nothing to hit within 1 m
-    gaps: tuple[float, ...]  # [m] at GAP_PERCENTILES between the other edges and what stands behind them
+    # [m] at GAP_PERCENTILES between the other edges and what stands behind them
+    gaps: tuple[float, ...]
 
 
 # The paper's world, from its published map.
@@ -65,10 +70,18 @@ def measure(scene: Scene) -> MapStatistics:
     """Measure a scene; furniture is what is neither a building nor of unknown kind."""
     mesh = scene.navigation_mesh
     free = mesh.data == FREE
-    furniture = [o for o in scene.obstacles if not o.kind.startswith("building") and o.kind != "unknown"]
+    furniture = [
+        o for o in scene.obstacles if not o.kind.startswith("building") and o.kind != "unknown"
+    ]
     sizes = np.array([polygon_area(obstacle.polygon) for obstacle in furniture])
     counted = (sizes >= PIECE_AREA[0]) & (sizes <= PIECE_AREA[1])
-    centres = np.array([o.polygon.mean(axis=0) for o, is_counted in zip(furniture, counted, strict=True) if is_counted])
+    centres = np.array(
+        [
+            o.polygon.mean(axis=0)
+            for o, is_counted in zip(furniture, counted, strict=True)
+            if is_counted
+        ]
+    )
     nearest = cKDTree(centres).query(centres, k=2)[0][:, 1] if len(centres) > 1 else np.empty(0)
     widths = medial_widths(free) * mesh.resolution
     return MapStatistics(
@@ -76,15 +89,20 @@ def measure(scene: Scene) -> MapStatistics:
         connected_parts=int(ndimage.label(free)[1]),
         widths=_percentiles(widths, WIDTH_PERCENTILES),
         pieces=int(counted.sum()),
-        medium_share=float(((sizes >= 0.3) & (sizes <= 1.0))[counted].mean()) if counted.any() else 0.0,
+        medium_share=float(((sizes >= 0.3) & (sizes <= 1.0))[counted].mean())
+        if counted.any()
+        else 0.0,
         spacings=_percentiles(nearest, SPACING_PERCENTILES),
     )
 
 
 def measure_edges(scene: Scene) -> EdgeStatistics | None:
-    """Measure how far what a lidar can hit stands behind the edges of the mesh; None: there are no edges or no walls.
+    """Measure how far what a lidar can hit stands behind the edges of the mesh.
 
-    An edge is a free cell with a neighbour that is not; the distance is that between the borders of the two cells.
+    None: there are no edges or no walls.
+
+    An edge is a free cell with a neighbour that is not; the distance is that between the borders of
+    the two cells.
     """
     free, solid = scene.navigation_mesh.data == FREE, scene.geometry.data == OCCUPIED
     edge = free & ~ndimage.binary_erosion(free, border_value=True)
@@ -105,7 +123,9 @@ def medial_widths(free: BoolArray) -> FloatArray:
     The axis is where neighbouring cells have blocked cells apart from each other as their nearest, taken on the side
     of the bisector (Hesselink & Roerdink 2008, "Euclidean skeletons ... by the integer medial axis").
     """
-    near_y, near_x = ndimage.distance_transform_edt(free, return_distances=False, return_indices=True)
+    near_y, near_x = ndimage.distance_transform_edt(
+        free, return_distances=False, return_indices=True
+    )
     axis = np.zeros(free.shape, dtype=bool)
     for dy, dx in ((0, 1), (1, 0)):
         here = np.s_[: free.shape[0] - dy, : free.shape[1] - dx]

@@ -14,13 +14,19 @@ def rotate(orientation: Quaternion, x: float, y: float, z: float) -> Vector:
     """A vector turned by a unit quaternion (textbook: v + 2 q x (q x v + w v))."""
     qx, qy, qz, qw = orientation
     cx, cy, cz = qy * z - qz * y + qw * x, qz * x - qx * z + qw * y, qx * y - qy * x + qw * z
-    return x + 2.0 * (qy * cz - qz * cy), y + 2.0 * (qz * cx - qx * cz), z + 2.0 * (qx * cy - qy * cx)
+    return (
+        x + 2.0 * (qy * cz - qz * cy),
+        y + 2.0 * (qz * cx - qx * cz),
+        z + 2.0 * (qx * cy - qy * cx),
+    )
 
 
 @njit(
     ahead="UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), float64, float64, float64",
 )
-def point_velocity(orientation: Quaternion, velocity: Vector, spin: Vector, x: float, y: float, z: float) -> Vector:
+def point_velocity(
+    orientation: Quaternion, velocity: Vector, spin: Vector, x: float, y: float, z: float
+) -> Vector:
     """Map-frame velocity [m/s] of the body's point (x, y, z) [m], given in the body frame from the centre of mass."""
     (vx, vy, vz), (wx, wy, wz) = velocity, spin
     rx, ry, rz = rotate(orientation, x, y, z)
@@ -29,12 +35,14 @@ def point_velocity(orientation: Quaternion, velocity: Vector, spin: Vector, x: f
 
 @njit(ahead="UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), float64[::1]")
 def is_shaken(orientation: Quaternion, velocity: Vector, spin: Vector, bucket: FloatArray) -> bool:
-    """Whether the bucket is shaken or tilted beyond what its pieces bear at rest; see :func:`lean_and_shake`.
+    """Whether the bucket is shaken or tilted beyond what its pieces bear at rest.
 
-    Takes the motion as :func:`base_state` does, and of the bucket (12,), changed in place: its place (x, y, z) [m] in
-    the body frame from the centre of mass; its velocity [m/s] before the step, map frame, which becomes that after it;
-    the rate of the steps [Hz], gravity [m/s2] and the threshold [m/s2]; its mean acceleration [m/s2] during the step,
-    which is found here.
+    See :func:`lean_and_shake`.
+
+    Takes the motion as :func:`base_state` does, and of the bucket (12,), changed in place: its
+    place (x, y, z) [m] in the body frame from the centre of mass; its velocity [m/s] before the
+    step, map frame, which becomes that after it; the rate of the steps [Hz], gravity [m/s2] and the
+    threshold [m/s2]; its mean acceleration [m/s2] during the step, which is found here.
     """
     ux, uy, uz = point_velocity(orientation, velocity, spin, bucket[0], bucket[1], bucket[2])
     rate = bucket[6]

@@ -49,7 +49,9 @@ class GaussMarkov:
             kept = math.exp((self._stamp - stamp) / self._time)
             fresh = math.sqrt(1.0 - kept * kept)
             row = self._noise.row()
-            self._values = [kept * value + fresh * new for value, new in zip(self._values, row, strict=True)]
+            self._values = [
+                kept * value + fresh * new for value, new in zip(self._values, row, strict=True)
+            ]
         self._stamp = stamp
         return self._values
 

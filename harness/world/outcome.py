@@ -46,7 +46,8 @@ class Rules:
     max_tilt: float  # [rad]
     impulse_health: float  # [N s]
     spoiled_fraction: float  # share of the pieces
-    real_time_factor: float = 1.0  # [-] simulated seconds per second of wall time, by which the timeout counts
+    # [-] simulated seconds per second of wall time, by which the timeout counts
+    real_time_factor: float = 1.0
 
     def __post_init__(self) -> None:
         """Check what the types cannot.

@@ -1,4 +1,7 @@
-"""The edges of the walkable area as people feel them: a grid of signed distances, and nobody crosses."""
+"""The edges of the walkable area as people feel them.
+
+A grid of signed distances, and nobody crosses.
+"""
 
 import math
 from typing import NamedTuple
@@ -10,9 +13,11 @@ from navstack.types import BoolArray, FloatArray
 class Edges(NamedTuple):
     """The walkable area on a grid."""
 
-    distances: FloatArray  # (H, W) [m] of cell centres to the edge of the walkable area, negative outside
+    # (H, W) [m] of cell centres to the edge of the walkable area, negative outside
+    distances: FloatArray
     walkable: BoolArray  # (H, W)
-    frame: FloatArray  # (5,) x, y [m] of the grid's corner in the map frame, cosine and sine of its yaw, cell [m]
+    # (5,) x, y [m] of the grid's corner in the map frame, cosine and sine of its yaw, cell [m]
+    frame: FloatArray
 
 
 @njit()
@@ -40,7 +45,10 @@ def keep_inside(
 
 @njit()
 def away_from_edge(x: float, y: float, edges: Edges) -> tuple[float, float]:
-    """Direction (x, y), at most a unit vector, in which the distance to the edge grows; shorter between two edges."""
+    """Direction (x, y), at most a unit vector, in which the distance to the edge grows.
+
+    Shorter between two edges.
+    """
     half = 0.5 * edges.frame[4]
     gx = edge_distance(x + half, y, edges) - edge_distance(x - half, y, edges)
     gy = edge_distance(x, y + half, edges) - edge_distance(x, y - half, edges)
@@ -50,7 +58,10 @@ def away_from_edge(x: float, y: float, edges: Edges) -> tuple[float, float]:
 
 @njit()
 def edge_distance(x: float, y: float, edges: Edges) -> float:
-    """Distance [m] of a point to the edge of the walkable area, between cell centres bilinearly; negative outside."""
+    """Distance [m] of a point to the edge of the walkable area, between cell centres bilinearly.
+
+    Negative outside.
+    """
     column, row = _grid(x, y, edges.frame)
     distances = edges.distances
     column = min(max(column - 0.5, 0.0), distances.shape[1] - 1.001)

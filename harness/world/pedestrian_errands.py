@@ -11,7 +11,8 @@ from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import FloatArray, IntArray, Pose2D
 
 _SPEED_RANGE = (0.5, 1.5)  # [-] of the mean speed, to which drawn speeds are clipped
-_REDRAWS = 1000  # of somebody who begins too near to the robot: where all is near, the last one stays
+# of somebody who begins too near to the robot: where all is near, the last one stays
+_REDRAWS = 1000
 
 
 class Errands:
@@ -33,7 +34,8 @@ class Errands:
         self.goals: IntArray = np.empty((0, 2), dtype=np.int64)  # cells that all share
         self.points = np.zeros((n, 16, 2))  # [m] corners of everybody's path
         self.counts: IntArray = np.zeros(n, dtype=np.int64)  # of those corners
-        self.next_point: IntArray = np.zeros(n, dtype=np.int64)  # corner that each walks to; ``counts``: standing
+        # corner that each walks to; ``counts``: standing
+        self.next_point: IntArray = np.zeros(n, dtype=np.int64)
         self.pauses = np.zeros(n)  # [s] to stand at the end of the path
         self.speeds = np.zeros(n)  # [m/s]
         self.finished: IntArray = np.zeros(n, dtype=np.int64)  # errands that each is done with
@@ -51,16 +53,23 @@ class Errands:
     def reset(self, rng: np.random.Generator, robot: Pose2D) -> FloatArray:
         """Draw goals, speeds and where everybody begins.
 
-        Where no walkable cell is ``start_clearance`` away from the robot, people start as far from it as possible.
+        Where no walkable cell is ``start_clearance`` away from the robot, people start as far from
+        it as possible.
 
         Returns:
             Starts (n, 2) in [m], map frame.
         """
         params, cells = self._params, self.network.cells
-        self.goals = cells[rng.choice(len(cells), size=min(params.goals, len(cells)), replace=False)]
+        self.goals = cells[
+            rng.choice(len(cells), size=min(params.goals, len(cells)), replace=False)
+        ]
         self._turn = 0  # their order is random
         self._rngs = rng.spawn(params.count)
-        positions = self._begin_midway(robot) if params.beginning == "stationary" else self._set_all_out(robot)
+        positions = (
+            self._begin_midway(robot)
+            if params.beginning == "stationary"
+            else self._set_all_out(robot)
+        )
         self.finished[:] = 0
         return positions
 
@@ -82,15 +91,21 @@ class Errands:
         self.speeds[i] = min(max(speed, least * params.speed), most * params.speed)
 
     def _begin_midway(self, robot: Pose2D) -> FloatArray:
-        """Find everybody at a random moment of walks that began long ago; returns their positions (n, 2) [m].
+        """Find everybody at a random moment of walks that began long ago.
 
-        A random moment falls into an errand with a probability proportional to its duration, pause included, and is
-        uniform within it (renewal theory: the inspection paradox). Errands are drawn in proportion to what they last
-        at most and accepted in proportion to what they last.
+        Returns their positions (n, 2) [m].
+
+        A random moment falls into an errand with a probability proportional to its duration, pause
+        included, and is uniform within it (renewal theory: the inspection paradox). Errands are
+        drawn in proportion to what they last at most and accepted in proportion to what they last.
         """
         params = self._params
         most = self.network.greatest_lengths(self.goals)
-        pairs = np.flatnonzero(~np.eye(len(self.goals), dtype=np.bool_)) if len(self.goals) > 1 else np.zeros(1, int)
+        pairs = (
+            np.flatnonzero(~np.eye(len(self.goals), dtype=np.bool_))
+            if len(self.goals) > 1
+            else np.zeros(1, int)
+        )
         positions = np.empty((params.count, 2))
         for i in range(params.count):
             self._draw_speed(i)
@@ -99,12 +114,19 @@ class Errands:
             for _ in range(_REDRAWS):
                 moment = self._draw_errand(i, pairs, bounds, cumulated)
                 positions[i] = self._go_ahead(i, moment)
-                if math.hypot(positions[i, 0] - robot.x, positions[i, 1] - robot.y) >= params.start_clearance:
+                if (
+                    math.hypot(positions[i, 0] - robot.x, positions[i, 1] - robot.y)
+                    >= params.start_clearance
+                ):
                     break
         return positions
 
-    def _draw_errand(self, i: int, pairs: IntArray, bounds: FloatArray, cumulated: FloatArray) -> float:
-        """Give person ``i`` an errand as a random moment finds it; returns how long ago [s] it began.
+    def _draw_errand(
+        self, i: int, pairs: IntArray, bounds: FloatArray, cumulated: FloatArray
+    ) -> float:
+        """Give person ``i`` an errand as a random moment finds it.
+
+        Returns how long ago [s] it began.
 
         Args:
             i: number of the person.
@@ -158,7 +180,11 @@ class Errands:
         """Give person ``i``, who has arrived, a path to a new goal, and the pause to make there."""
         own, params = self._rngs[i], self._params
         start = self._cells[i].copy()
-        self._cells[i] = self._next_goal(start) if params.goal_choice == "in_turn" else self._random_goal(own, start)
+        self._cells[i] = (
+            self._next_goal(start)
+            if params.goal_choice == "in_turn"
+            else self._random_goal(own, start)
+        )
         self._take(i, start)
         self.finished[i] += 1
         self.pauses[i] = own.uniform(params.pause_min, params.pause_max)

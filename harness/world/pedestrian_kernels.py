@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from harness.task.shortest_paths import _BETWEEN, _LENGTHS, _MOVES  # one graph for all paths of the harness
+# one graph for all paths of the harness
+from harness.task.shortest_paths import _BETWEEN, _LENGTHS, _MOVES
 from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 
@@ -15,7 +16,9 @@ CLOSED, BLOCKED = -1.0, -2.0  # lengths of cells that the search is done with, o
 _WEIGHT = 1.01  # [-] of the heuristic
 
 
-@njit(ahead="int32[::1], int64, float32[:, ::1], int64, int64, float64[::1], float64[::1], uint8[::1]")
+@njit(
+    ahead="int32[::1], int64, float32[:, ::1], int64, int64, float64[::1], float64[::1], uint8[::1]"
+)
 def find_path(
     numbers: npt.NDArray[np.int32],
     width: int,
@@ -26,21 +29,26 @@ def find_path(
     ahead: FloatArray,
     arrival: ByteArray,
 ) -> IntArray:
-    """The cells of a path at most 1 % longer than the shortest: weighted A* with the landmark heuristic.
+    """The cells of a path at most 1 % longer than the shortest.
 
-    By the triangle inequality |d(l, cell) - d(l, goal)| <= d(cell, goal) for every landmark l (Goldberg & Harrelson
-    2005). The weight bounds the excess even though no cell is expanded twice (Likhachev et al. 2003), and it decides
-    between the many equally long paths of a wide street, which makes the search ten times faster.
+    Weighted A* with the landmark heuristic.
+
+    By the triangle inequality |d(l, cell) - d(l, goal)| <= d(cell, goal) for every landmark l
+    (Goldberg & Harrelson 2005). The weight bounds the excess even though no cell is expanded twice
+    (Likhachev et al. 2003), and it decides between the many equally long paths of a wide street,
+    which makes the search ten times faster.
 
     Start and goal must be connected.
 
     Args:
-        numbers: (H * W,) int32 number of each free cell, row by row; -1: not free. The border of two cells is not.
+        numbers: (H * W,) int32 number of each free cell, row by row; -1: not free. The border of
+            two cells is not.
         width: W.
         landmarks: (N, L) float32 lengths from each landmark to the free cells, in cells.
         start: flat index.
         goal: flat index.
-        length: (H * W,) float64 work space full of inf, BLOCKED where it is not free; so again afterwards.
+        length: (H * W,) float64 work space full of inf, BLOCKED where it is not free; so again
+            afterwards.
         ahead: (N,) float64 work space.
         arrival: (H * W,) uint8 work space.
 
@@ -125,14 +133,23 @@ class Walks(NamedTuple):
     speeds: FloatArray  # (n,) [m/s] at which each likes to walk
 
 
-_WALKS = "NamedTuple((float64[:, :, ::1], int64[::1], int64[::1], float64[::1], float64[::1]), Walks)"
+_WALKS = (
+    "NamedTuple((float64[:, :, ::1], int64[::1], int64[::1], float64[::1], float64[::1]), Walks)"
+)
 
 
 @njit(ahead=f"float64, int64, {_WALKS}, float64[:, ::1], float64[:, ::1], bool[::1]")
 def walk(
-    dt: float, times: int, walks: Walks, positions: FloatArray, states: FloatArray, restless: BoolArray
+    dt: float,
+    times: int,
+    walks: Walks,
+    positions: FloatArray,
+    states: FloatArray,
+    restless: BoolArray,
 ) -> tuple[int, int]:
-    """Move everybody by ``dt``, at most ``times`` times: no more after a step in which somebody becomes restless.
+    """Move everybody by ``dt``, at most ``times`` times.
+
+    No more after a step in which somebody becomes restless.
 
     Args:
         dt: [s].
@@ -209,7 +226,10 @@ def replay(
         if not times[first] <= time <= times[last]:
             absent[i], hidden[i] = True, False
             continue
-        k = min(first + np.searchsorted(times[first : last + 1], time, side="right") - 1, max(last - 1, first))
+        k = min(
+            first + np.searchsorted(times[first : last + 1], time, side="right") - 1,
+            max(last - 1, first),
+        )
         x, y, vx, vy = positions[k, 0], positions[k, 1], 0.0, 0.0
         if last > first:
             span, gone = times[k + 1] - times[k], time - times[k]

@@ -24,8 +24,9 @@ _PEOPLE = {
 class SocialForceParams:
     """Accelerations of the social force model.
 
-    The social part is Helbing & Molnar 1995 (Phys. Rev. E 51, 4282) with the values printed there; ``body_stiffness``
-    is the body compression of Helbing, Farkas & Vicsek 2000 (Nature 407, 487): 1.2e5 kg/s2 over 80 kg.
+    The social part is Helbing & Molnar 1995 (Phys. Rev. E 51, 4282) with the values printed there;
+    ``body_stiffness`` is the body compression of Helbing, Farkas & Vicsek 2000 (Nature 407, 487):
+    1.2e5 kg/s2 over 80 kg.
     """
 
     relaxation_time: float = 0.5  # [s] in which somebody takes up the wanted velocity
@@ -38,8 +39,10 @@ class SocialForceParams:
     unseen_weight: float = 0.5  # [-] of those outside it
     top_speed: float = 1.3  # [-] of the own walking speed, at most
     body_stiffness: float = 1500.0  # [1/s2] of bodies that overlap
-    anisotropy: float | None = None  # [-] weight of who is right behind, 1 of who is right ahead; None: by sight_angle
-    robot_strength: float | None = None  # [m2/s2] around the robot, on all sides alike; None: as around a person
+    # [-] weight of who is right behind, 1 of who is right ahead; None: by sight_angle
+    anisotropy: float | None = None
+    # [m2/s2] around the robot, on all sides alike; None: as around a person
+    robot_strength: float | None = None
     robot_range: float | None = None  # [m] of the same; None: as around a person
     unaware: float = 0.0  # [-] share of people who do not notice the robot
 
@@ -60,7 +63,9 @@ class SocialForceParams:
         if (self.robot_strength is None) != (self.robot_range is None):
             raise ParameterError("social_force: give robot_strength and robot_range, or neither")
         if self.robot_range is not None:
-            check_ranges("social_force", self, positive="robot_range", not_negative="robot_strength")
+            check_ranges(
+                "social_force", self, positive="robot_range", not_negative="robot_strength"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +75,8 @@ class ReplayParams:
     file: str = ""  # CSV with columns id, t, x, y, or a UCY obsmat.txt; relative to the world file
     placement: Pose2D = Pose2D()  # of the recording's frame in the map frame
     frame_rate: float = 25.0  # [Hz] of the frame numbers of an obsmat.txt; UCY's videos
-    loop: bool = True  # over and over, each delivery beginning at a random moment; false: once, from its beginning
+    # over and over, each delivery beginning at a random moment; false: once, from its beginning
+    loop: bool = True
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -95,8 +101,10 @@ class PedestrianParams:
     speed: float = 1.0  # [m/s] mean over people
     speed_std: float = 0.1  # [m/s] between people; ours, the published speed is "about 1 m/s"
     goals: int = 60  # random walkable points that all share; the published number is not known
-    goal_choice: str = "random"  # 'random': any of them; 'in_turn': whoever sets out takes the next of the list
-    beginning: str = "setting_out"  # 'setting_out': all do at once; 'stationary': each is somewhere along an errand
+    # 'random': any of them; 'in_turn': whoever sets out takes the next of the list
+    goal_choice: str = "random"
+    # 'setting_out': all do at once; 'stationary': each is somewhere along an errand
+    beginning: str = "setting_out"
     pause_min: float = 2.0  # [s] standing at a goal
     pause_max: float = 5.0  # [s]
     agent_radius: float = 0.5  # [m] that paths keep from the edges of the walkable area
@@ -123,6 +131,13 @@ class PedestrianParams:
                 "pedestrians: goal_choice in_turn is for people who avoid nobody; where those of social_force go would "
                 "hang on the robot: allowed with it is random"
             )
-        check_ranges("pedestrians", self, not_negative="pause_min agent_radius start_clearance", within=_PEOPLE)
+        check_ranges(
+            "pedestrians",
+            self,
+            not_negative="pause_min agent_radius start_clearance",
+            within=_PEOPLE,
+        )
         if not self.pause_min <= self.pause_max:
-            raise ParameterError(f"pedestrians: pause {self.pause_min}..{self.pause_max} s; it must be a range")
+            raise ParameterError(
+                f"pedestrians: pause {self.pause_min}..{self.pause_max} s; it must be a range"
+            )

@@ -33,8 +33,8 @@ class WalkingNetwork:
 
         Args:
             walkable: FREE where people may be; a coarser cell is free when all its cells are.
-            agent_radius: [m] that paths keep from the edges. On a map too narrow for it (less than a fifth of the
-                area survives) a half, and then nothing is kept.
+            agent_radius: [m] that paths keep from the edges. On a map too narrow for it (less than
+                a fifth of the area survives) a half, and then nothing is kept.
 
         Raises:
             MapError: nothing is walkable.
@@ -49,15 +49,20 @@ class WalkingNetwork:
                 f"{walkable.resolution} m; people need a free square of {self._cell:.2f} m at least"
             )
         self.walkable: BoolArray = free  # (H, W) cells, without any distance kept
-        clearance = _edge_distances(free) * self._cell - 0.5 * self._cell  # [m] of a centre to the edge
+        # [m] of a centre to the edge
+        clearance = _edge_distances(free) * self._cell - 0.5 * self._cell
         for kept in (agent_radius, 0.5 * agent_radius, 0.0):
             self._free = _largest_part(free & (clearance >= kept - 1e-9))
             self.agent_radius = kept  # [m] that is really kept
             if self._free.sum() >= _ENOUGH * free.sum():
                 break
-        self.cells: IntArray = _kept("free cells", self._free, np.argwhere)  # (N, 2) all cells, row by row
-        self._numbers: npt.NDArray[np.int32] = _kept("numbers", self._free, _numbers)  # of the cells
-        self._landmarks = _kept("landmarks", self._free, lambda free: _landmark_lengths(free, self.cells))
+        # (N, 2) all cells, row by row
+        self.cells: IntArray = _kept("free cells", self._free, np.argwhere)
+        # of the cells
+        self._numbers: npt.NDArray[np.int32] = _kept("numbers", self._free, _numbers)
+        self._landmarks = _kept(
+            "landmarks", self._free, lambda free: _landmark_lengths(free, self.cells)
+        )
         self._length = _kept("lengths", self._free, _no_lengths)  # work space of the search
         self._ahead = np.empty(len(self.cells))
         self._arrival = np.zeros(self._free.size, dtype=np.uint8)
@@ -67,13 +72,17 @@ class WalkingNetwork:
     def frame(self) -> FloatArray:
         """Place of the grid (5,): x, y [m] of its corner in the map frame, cosine and sine of its yaw, cell [m]."""
         cos, sin = math.cos(self._origin.yaw), math.sin(self._origin.yaw)
-        corner = transform_points(self._origin, np.array([(-_BORDER * self._cell, -_BORDER * self._cell)]))[0]
+        corner = transform_points(
+            self._origin, np.array([(-_BORDER * self._cell, -_BORDER * self._cell)])
+        )[0]
         return np.array((*corner, cos, sin, self._cell))
 
     def edge_distances(self) -> FloatArray:
         """Distance (H, W) [m] of each cell's centre to the edge of the walkable area, negative outside of it."""
         inside, outside = _edge_distances(self.walkable), _edge_distances(~self.walkable)
-        distances: FloatArray = (np.maximum(inside - 0.5, 0.0) - np.maximum(outside - 0.5, 0.0)) * self._cell
+        distances: FloatArray = (
+            np.maximum(inside - 0.5, 0.0) - np.maximum(outside - 0.5, 0.0)
+        ) * self._cell
         return distances
 
     def nearest_cell(self, x: float, y: float) -> IntArray:
@@ -81,7 +90,9 @@ class WalkingNetwork:
         at = relative_to(self._origin, Pose2D(x, y))
         middle = np.array((at.y, at.x)) / self._cell + _BORDER - 0.5  # of cell (0, 0) its centre
         low = np.maximum(middle.astype(np.int64) - _NEAR, 0)
-        near = np.argwhere(self._free[low[0] : low[0] + 2 * _NEAR, low[1] : low[1] + 2 * _NEAR]) + low
+        near = (
+            np.argwhere(self._free[low[0] : low[0] + 2 * _NEAR, low[1] : low[1] + 2 * _NEAR]) + low
+        )
         cells = near if len(near) else self.cells
         cell: IntArray = cells[((cells - middle) ** 2).sum(axis=1).argmin()]
         return cell
@@ -92,9 +103,12 @@ class WalkingNetwork:
         return transform_points(self._origin, points)
 
     def greatest_lengths(self, cells: IntArray) -> FloatArray:
-        """What routes (N, N) between some of :attr:`cells` (N, 2) cannot exceed, in [m]; 0 to itself.
+        """What routes (N, N) between some of :attr:`cells` (N, 2) cannot exceed, in [m].
 
-        By the triangle inequality over the landmarks, and the 1 % by which a route may be longer than the shortest.
+        0 to itself.
+
+        By the triangle inequality over the landmarks, and the 1 % by which a route may be longer
+        than the shortest.
         """
         lengths = self._landmarks[self._numbers[cells[:, 0], cells[:, 1]]].astype(np.float64)
         most = np.full((len(cells), len(cells)), np.inf)
@@ -106,7 +120,9 @@ class WalkingNetwork:
     def route(self, start: IntArray, goal: IntArray) -> FloatArray:
         """Corners (M, 2) of a shortest path (within 1 %) from one of :attr:`cells` to another, in [m], map frame."""
         width = self._free.shape[1]
-        return self._known_route(int(start[0]) * width + int(start[1]), int(goal[0]) * width + int(goal[1]))
+        return self._known_route(
+            int(start[0]) * width + int(start[1]), int(goal[0]) * width + int(goal[1])
+        )
 
     def _find_route(self, start: int, goal: int) -> FloatArray:
         """See :meth:`route`; takes flat indices."""

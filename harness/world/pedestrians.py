@@ -14,7 +14,8 @@ from harness.world.pedestrian_params import PedestrianParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import FloatArray, Pose2D
 
-ABSENT = (math.inf, math.inf, 0.0, 0.0)  # state of somebody who is not there: infinitely far from everything
+# state of somebody who is not there: infinitely far from everything
+ABSENT = (math.inf, math.inf, 0.0, 0.0)
 
 
 class PedestrianModel(ABC):
@@ -40,7 +41,8 @@ class PedestrianModel(ABC):
     def states(self) -> FloatArray:
         """Everybody now, (n, 4): x, y [m], vx, vy [m/s] in the map frame. Never changed afterwards.
 
-        n is the same throughout an episode; who is not there yet, or not any more, is :data:`ABSENT`.
+        n is the same throughout an episode; who is not there yet, or not any more, is
+        :data:`ABSENT`.
         """
 
     @property
@@ -62,8 +64,8 @@ class PedestrianModel(ABC):
 class RandomWalkPedestrians(PedestrianModel):
     """Everybody walks from goal to goal, as published.
 
-    They neither avoid nor yield, to the robot or to each other, and change speed and direction at once. What one does
-    depends on nobody else: see :class:`Errands`.
+    They neither avoid nor yield, to the robot or to each other, and change speed and direction at
+    once. What one does depends on nobody else: see :class:`Errands`.
     """
 
     def __init__(self, params: PedestrianParams, walkable: OccupancyGrid) -> None:
@@ -99,7 +101,9 @@ class RandomWalkPedestrians(PedestrianModel):
         """See :class:`PedestrianModel`."""
         errands, states = self._errands, np.empty_like(self._states)
         while times > 0:
-            moved, restless = walk(dt, times, errands.walks, self._positions, states, self._restless)
+            moved, restless = walk(
+                dt, times, errands.walks, self._positions, states, self._restless
+            )
             times -= moved
             if restless:
                 for i in np.flatnonzero(self._restless):

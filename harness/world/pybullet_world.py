@@ -41,9 +41,10 @@ _SLACK = 1e-6  # [m] by which rounding must not make a place clear
 class PyBulletWorld(World):
     """Steps rigid bodies at the physics rate; a tick is a fixed number of physics steps.
 
-    Simplifications: the ground is level but for vertical steps (:class:`Ground`); robot and furniture are rigid and
-    collide without rebound; people are upright capsules (:class:`Crowd`); the drive is :func:`drive_forces`. The robot
-    is driven by forces, so that impacts push it about and can tip it.
+    Simplifications: the ground is level but for vertical steps (:class:`Ground`); robot and
+    furniture are rigid and collide without rebound; people are upright capsules (:class:`Crowd`);
+    the drive is :func:`drive_forces`. The robot is driven by forces, so that impacts push it about
+    and can tip it.
     """
 
     def __init__(
@@ -85,12 +86,20 @@ class PyBulletWorld(World):
         self._cargo = _make_cargo(params, robot, self._dt)
         self._bucket = np.zeros(12)  # of :func:`is_shaken`
         self._bucket[:3] = np.subtract(robot.bucket, robot.center_of_mass)
-        self._bucket[6:9] = params.physics.rate, params.physics.gravity, params.cargo.wake_acceleration
+        self._bucket[6:9] = (
+            params.physics.rate,
+            params.physics.gravity,
+            params.cargo.wake_acceleration,
+        )
 
     def reset(self, mission: Mission, generators: Mapping[str, np.random.Generator]) -> Observation:
-        """See :class:`World`; generators are those of people, sensors and cargo. Earlier episodes leave no trace."""
+        """See :class:`World`; generators are those of people, sensors and cargo.
+
+        Earlier episodes leave no trace.
+        """
         client, robot, physics = self._client, self._robot, self._params.physics
-        self._server.empty(self._dt, physics.solver_iterations, physics.contact_erp)  # see harness.world.bodies
+        # see harness.world.bodies
+        self._server.empty(self._dt, physics.solver_iterations, physics.contact_erp)
         self._ground = Ground(client, self._elevation, mission.start.x, mission.start.y)
         self._body = add_robot(client, robot)
         self._obstacles = NearObstacles(client, self._index, _OBSTACLE_FRICTION, robot)
@@ -105,15 +114,21 @@ class PyBulletWorld(World):
         self._work = 0.0  # [J] of the motors
         self._footing = ON_LEVEL_GROUND
         self._read_robot()
-        self._bucket[3:6] = point_velocity(self._orientation, self._velocity, self._spin, *self._bucket[:3])
-        self._clear_around, self._clear_squared = self._position[:2], 0.0  # [m], [m2] where nothing is within reach
+        self._bucket[3:6] = point_velocity(
+            self._orientation, self._velocity, self._spin, *self._bucket[:3]
+        )
+        # [m], [m2] where nothing is within reach
+        self._clear_around, self._clear_squared = self._position[:2], 0.0
         self._state = self._base_state(BodyState())._replace(ax=0.0, ay=0.0)
         self._truth = self._make_truth()
         self._sensors.reset(self._state, generators)
         return self._sensors.measure(self._state, self._crowd.states, 0.0)
 
     def step(self, command: Twist2D) -> Observation:
-        """See :class:`World`. The command is limited to the robot's maximum speeds and arrives after its latency."""
+        """See :class:`World`.
+
+        The command is limited to the robot's maximum speeds and arrives after its latency.
+        """
         robot = self._robot
         speed = min(max(command.linear_x, -robot.max_speed), robot.max_speed)
         yaw_rate = min(max(command.angular_z, -robot.max_yaw_rate), robot.max_yaw_rate)
@@ -150,7 +165,10 @@ class PyBulletWorld(World):
 
     @property
     def body_state(self) -> BodyState:
-        """How the robot's base frame truly moves; the acceleration is the mean over the last tick."""
+        """How the robot's base frame truly moves.
+
+        The acceleration is the mean over the last tick.
+        """
         return self._state
 
     def close_episode(self) -> Truth:
@@ -168,9 +186,15 @@ class PyBulletWorld(World):
     def _place(self, start: Pose2D) -> None:
         cos, sin = math.cos(start.yaw), math.sin(start.yaw)
         cx, cy, cz = self._robot.center_of_mass
-        position = (start.x + cos * cx - sin * cy, start.y + sin * cx + cos * cy, cz + self._ground.level)
+        position = (
+            start.x + cos * cx - sin * cy,
+            start.y + sin * cx + cos * cy,
+            cz + self._ground.level,
+        )
         orientation = (0.0, 0.0, math.sin(0.5 * start.yaw), math.cos(0.5 * start.yaw))
-        bullet.resetBasePositionAndOrientation(self._body, position, orientation, physicsClientId=self._client)
+        bullet.resetBasePositionAndOrientation(
+            self._body, position, orientation, physicsClientId=self._client
+        )
 
     def _advance(self, speed: float, yaw_rate: float, in_company: bool) -> None:
         """One physics step; alone, the robot needs nobody moved before the tick's end."""
@@ -195,7 +219,8 @@ class PyBulletWorld(World):
         if in_company:
             self._crowd.after_step(self._dt)
         if self._cargo and (
-            is_shaken(self._orientation, self._velocity, self._spin, self._bucket) or self._cargo.is_awake
+            is_shaken(self._orientation, self._velocity, self._spin, self._bucket)
+            or self._cargo.is_awake
         ):
             self._cargo.step(tuple(self._bucket[9:].tolist()), self._orientation, self._spin)
 
@@ -219,11 +244,14 @@ class PyBulletWorld(World):
             *motion, footing.left_load, footing.right_load, speed, yaw_rate, self._constants
         )
         self._work += power * self._dt
-        bullet.applyExternalForce(body, -1, force, position, _MAP_FRAME, client)  # faster than by keywords
+        # faster than by keywords
+        bullet.applyExternalForce(body, -1, force, position, _MAP_FRAME, client)
         bullet.applyExternalTorque(body, -1, torque, _MAP_FRAME, client)
         if footing.scrapes:
             body_motion = Motion(position, self._velocity, self._spin)
-            for place, force in footing.friction(body_motion, self._robot.body_friction, self._robot.mass / self._dt):
+            for place, force in footing.friction(
+                body_motion, self._robot.body_friction, self._robot.mass / self._dt
+            ):
                 bullet.applyExternalForce(body, -1, force, place, _MAP_FRAME, client)
 
     def _read_robot(self) -> None:
@@ -231,7 +259,9 @@ class PyBulletWorld(World):
         self._position, self._orientation = bullet.getBasePositionAndOrientation(body, client)
         self._velocity, self._spin = bullet.getBaseVelocity(body, client)
         (qx, qy, _, _), (wx, wy, _) = self._orientation, self._spin
-        self._is_tilted = qx * qx + qy * qy > _LEVEL_SINE_SQUARED or wx * wx + wy * wy > _LEVEL_SPIN_SQUARED
+        self._is_tilted = (
+            qx * qx + qy * qy > _LEVEL_SINE_SQUARED or wx * wx + wy * wy > _LEVEL_SPIN_SQUARED
+        )
 
     def _read_contacts(self, before: Motion | None, at_step: bool) -> None:
         """Note what the robot touched in the last step, and what it stands on.
@@ -243,7 +273,9 @@ class PyBulletWorld(World):
         contacts = bullet.getContactPoints(bodyA=self._body, physicsClientId=self._client)
         ground = self._ground.bodies
         if before:
-            points = self._contact_points([contact for contact in contacts if contact[2] not in ground])
+            points = self._contact_points(
+                [contact for contact in contacts if contact[2] not in ground]
+            )
             most = self._params.pedestrian_bodies.max_contact_impulse
             if points and most:
                 points = self._limit(points, most)
@@ -266,7 +298,9 @@ class PyBulletWorld(World):
             touched = people.get(partner) or obstacles[partner]
             motion = self._crowd.motions.get(partner) or Motion(position, (0.0, 0.0, 0.0))
             distance = self._crowd.gaps.get(partner, distance)
-            points.append(ContactPoint(touched, position, normal, force * self._dt, motion, distance))
+            points.append(
+                ContactPoint(touched, position, normal, force * self._dt, motion, distance)
+            )
         return points
 
     def _limit(self, points: list[ContactPoint], most: float) -> list[ContactPoint]:

@@ -43,5 +43,11 @@ def check_ranges(
         value = getattr(params, name)
         if not least <= value <= most:
             low = "more than 0" if least == POSITIVE else f"{least:g}"
-            allowed = f"{low} to {most:g}" if most < math.inf else low if least == POSITIVE else "0 or more"
+            allowed = (
+                f"{low} to {most:g}"
+                if most < math.inf
+                else low
+                if least == POSITIVE
+                else "0 or more"
+            )
             raise ParameterError(f"{where}: {name} {value}; allowed is {allowed}")

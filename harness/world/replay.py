@@ -88,7 +88,9 @@ def _check_place(recording: Recording, grid: OccupancyGrid) -> None:
     Raises:
         InputError: nobody does.
     """
-    on_grid = transform_points(relative_to(grid.origin, Pose2D()), recording.positions) / grid.resolution
+    on_grid = (
+        transform_points(relative_to(grid.origin, Pose2D()), recording.positions) / grid.resolution
+    )
     if ((on_grid >= 0.0) & (on_grid < (grid.width, grid.height))).all(axis=1).any():
         return
     (x0, y0), (x1, y1) = recording.positions.min(axis=0), recording.positions.max(axis=0)

@@ -27,7 +27,8 @@ Sample = tuple[float, float, float, float]  # id, t [s], x [m], y [m]
 class Recording:
     """Trajectories in the map frame, person after person, each in order of time."""
 
-    firsts: IntArray  # (n + 1,) index of each person's first sample; the last entry is the number of samples
+    # (n + 1,) index of each person's first sample; the last entry is the number of samples
+    firsts: IntArray
     times: FloatArray  # (N,) [s], the earliest of all is 0
     positions: FloatArray  # (N, 2) [m]
 
@@ -55,11 +56,15 @@ def load_recording(params: ReplayParams) -> Recording:
     path = Path(params.file)
     lines = recording_text(path).removeprefix("\ufeff").splitlines()
     try:
-        samples = _obsmat(lines, path, params.frame_rate) if path.suffix == ".txt" else _csv(lines, path)
+        samples = (
+            _obsmat(lines, path, params.frame_rate) if path.suffix == ".txt" else _csv(lines, path)
+        )
     except csv.Error as error:
         raise InputError(f"people file '{path}' is not a CSV file ({error})") from None
     if not samples:
-        raise InputError(f"people file '{path}' has no samples; at least one line of id, t [s], x [m], y [m] is needed")
+        raise InputError(
+            f"people file '{path}' has no samples; at least one line of id, t [s], x [m], y [m] is needed"
+        )
     return _arrange(np.array(samples), params, path)
 
 
@@ -108,7 +113,9 @@ def _sample(row: list[str], width: int, chosen: dict[str, int], path: Path, line
         InputError: a column too many or too few, or a value that is no number within ``FARTHEST``.
     """
     if len(row) != width:
-        raise InputError(f"people file '{path}', line {line}: {len(row)} columns; {width} are needed")
+        raise InputError(
+            f"people file '{path}', line {line}: {len(row)} columns; {width} are needed"
+        )
     values = {}
     for name, column in chosen.items():
         try:
@@ -141,7 +148,9 @@ def _arrange(samples: FloatArray, params: ReplayParams, path: Path) -> Recording
         )
     people = 1 + np.count_nonzero(~same)
     if people > MAX_PEOPLE:
-        raise InputError(f"people file '{path}' has {people} people; at most {MAX_PEOPLE} are read: cut a part of it")
+        raise InputError(
+            f"people file '{path}' has {people} people; at most {MAX_PEOPLE} are read: cut a part of it"
+        )
     return Recording(
         firsts=np.concatenate(([0], np.flatnonzero(~same) + 1, [len(samples)])),
         times=samples[:, 1] - samples[:, 1].min(),

@@ -22,7 +22,8 @@ MAX_VALUE = 1e5  # of a mass, length, speed, ...; what is larger is no robot
 class RobotParams:
     """A differential drive with a box for a body: one file of ``params/robots``.
 
-    The base frame's origin is on the ground below the middle of the driven axle; two casters follow behind it.
+    The base frame's origin is on the ground below the middle of the driven axle; two casters follow
+    behind it.
     """
 
     footprint: tuple[tuple[float, float], ...]  # [m] base frame; the body is its bounding box
@@ -47,7 +48,8 @@ class RobotParams:
     servo_time_constant: float  # [s] of the wheel speed loop
     body_friction: float  # [-] Coulomb coefficient of the body against what it touches
     bucket: tuple[float, float, float]  # [m] centre of the bucket's floor, base frame
-    compute_latency: float = 0.0  # [s] from an observation to the drive's hearing the command that was decided on it
+    # [s] from an observation to the drive's hearing the command that was decided on it
+    compute_latency: float = 0.0
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -56,7 +58,9 @@ class RobotParams:
             ParameterError: a value out of range.
         """
         if len(self.footprint) > MAX_CORNERS:
-            raise ParameterError(f"robot: footprint has {len(self.footprint)} corners; at most {MAX_CORNERS} are read")
+            raise ParameterError(
+                f"robot: footprint has {len(self.footprint)} corners; at most {MAX_CORNERS} are read"
+            )
         make_footprint(self.footprint)
         if not 0.01 <= min(self.half_size) <= max(self.half_size) <= MAX_SIZE:
             raise ParameterError(
@@ -104,7 +108,10 @@ class RobotParams:
 
     @cached_property
     def inertia(self) -> tuple[float, float, float]:
-        """Principal moments of inertia in [kg m2]: those of a uniform box of the body's size (textbook)."""
+        """Principal moments of inertia in [kg m2].
+
+        Those of a uniform box of the body's size (textbook).
+        """
         a, b = self.half_size
         length2, width2, height2 = (2.0 * a) ** 2, (2.0 * b) ** 2, self.height**2
         k = self.mass / 12.0
@@ -129,6 +136,9 @@ class RobotParams:
 
     @cached_property
     def feet(self) -> tuple[tuple[float, float], ...]:
-        """Where the robot stands, (x, y) in [m], base frame: left and right wheel, left and right caster."""
+        """Where the robot stands, (x, y) in [m], base frame.
+
+        Left and right wheel, left and right caster.
+        """
         wheel, caster = 0.5 * self.track, 0.5 * self.caster_track
         return (0.0, wheel), (0.0, -wheel), (-self.wheelbase, caster), (-self.wheelbase, -caster)

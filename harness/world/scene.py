@@ -14,7 +14,8 @@ from navstack.types import FloatArray
 class Obstacle:
     """Something solid, extruded from the ground."""
 
-    kind: str  # 'building_glass', 'mailbox', 'trash_bin', 'bollard', 'plant', 'fence', ..., 'unknown'
+    # 'building_glass', 'mailbox', 'trash_bin', 'bollard', 'plant', 'fence', ..., 'unknown'
+    kind: str
     polygon: FloatArray  # (N, 2) [m] convex, counter-clockwise, map frame
     height: float  # [m]
 
@@ -36,22 +37,32 @@ class Scene:
     obstacles: tuple[Obstacle, ...]
     zones: tuple[Zone, ...]
     geometry: OccupancyGrid  # what a lidar at its height can hit; roads are free
-    walkable: OccupancyGrid  # FREE where feet and wheels may be, up to curb and wall, OCCUPIED elsewhere; same shape
+    # FREE where feet and wheels may be, up to curb and wall, OCCUPIED elsewhere; same shape
+    walkable: OccupancyGrid
     drawn_mesh: OccupancyGrid | None = None  # the navigation mesh where one was drawn; same shape
 
     @property
     def mapped_geometry(self) -> OccupancyGrid:
-        """The geometry as a robot with a lidar maps it: surfaces are occupied, what lies behind them is unknown."""
+        """The geometry as a robot with a lidar maps it.
+
+        Surfaces are occupied, what lies behind them is unknown.
+        """
         return _surfaces(self.geometry)
 
     @property
     def navigation_mesh(self) -> OccupancyGrid:
-        """Where people walk and missions are drawn: the part of the walkable ground that was drawn, or all of it."""
+        """Where people walk and missions are drawn.
+
+        The part of the walkable ground that was drawn, or all of it.
+        """
         return self.walkable if self.drawn_mesh is None else self.drawn_mesh
 
     @property
     def outlined_mesh(self) -> OccupancyGrid:
-        """The navigation mesh with its edges occupied, as if a lidar had mapped walls there; unknown beyond them."""
+        """The navigation mesh with its edges occupied, as if a lidar had mapped walls there.
+
+        Unknown beyond them.
+        """
         return _surfaces(self.navigation_mesh)
 
 

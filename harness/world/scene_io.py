@@ -1,11 +1,12 @@
 """Scenes on disk: three map_server maps and the typed objects as GeoJSON.
 
 ``NAME.yaml`` + ``NAME.png``: the geometry, a map that Nav2's map_server reads.
-``NAME_walkable.yaml`` + ``NAME_walkable.png``: where feet and wheels may be, up to curb and wall, in the same frame.
-``NAME_navmesh.yaml`` + ``NAME_navmesh.png``: the navigation mesh, drawn within the walkable ground, in the same frame.
-``NAME.geojson``: obstacles and zones, coordinates in metres in the map frame.
-Only the first is needed: a user's own map becomes a scene with obstacles raised from its occupied cells, its free
-cells are walkable, and without a mesh the walkable ground is the mesh.
+``NAME_walkable.yaml`` + ``NAME_walkable.png``: where feet and wheels may be, up to curb and wall,
+in the same frame. ``NAME_navmesh.yaml`` + ``NAME_navmesh.png``: the navigation mesh, drawn within
+the walkable ground, in the same frame. ``NAME.geojson``: obstacles and zones, coordinates in metres
+in the map frame. Only the first is needed: a user's own map becomes a scene with obstacles raised
+from its occupied cells, its free cells are walkable, and without a mesh the walkable ground is the
+mesh.
 """
 
 import json
@@ -36,7 +37,11 @@ _WALKABLE, _MESH = "_walkable", "_navmesh"
 
 def map_names() -> list[str]:
     """The maps that come with the program."""
-    return [name for name in resources.names(resources.shipped("maps")) if not name.endswith((_WALKABLE, _MESH))]
+    return [
+        name
+        for name in resources.names(resources.shipped("maps"))
+        if not name.endswith((_WALKABLE, _MESH))
+    ]
 
 
 def made_of(name: str) -> tuple[str, ...]:
@@ -48,9 +53,15 @@ def check_map_name(name: str) -> None:
     """Check a name for a new map.
 
     Raises:
-        InputError: it is no plain file name, or has an ending that stands for a part of another map.
+        InputError: it is no plain file name, or has an ending that stands for a part of another
+            map.
     """
-    if not name or Path(name).name != name or name.startswith(".") or name.endswith((_WALKABLE, _MESH, ".yaml")):
+    if (
+        not name
+        or Path(name).name != name
+        or name.startswith(".")
+        or name.endswith((_WALKABLE, _MESH, ".yaml"))
+    ):
         raise InputError(
             f"map name '{name}' cannot be used; give a plain file name without folder and suffix, "
             f"which does not end with {_WALKABLE} or {_MESH}"
@@ -84,7 +95,11 @@ def map_files(name_or_path: str | Path) -> list[Path]:
         MapError: a YAML file cannot be used.
     """
     path = _resolve(str(name_or_path))
-    maps = [each for each in (path, *(_beside(path, suffix) for suffix in (_WALKABLE, _MESH))) if each.exists()]
+    maps = [
+        each
+        for each in (path, *(_beside(path, suffix) for suffix in (_WALKABLE, _MESH)))
+        if each.exists()
+    ]
     return [*maps, *(load_metadata(each).image for each in maps), path.with_suffix(".geojson")]
 
 
@@ -107,7 +122,9 @@ def save_scene(scene: Scene, folder: Path, name: str) -> None:
 
 
 def align(grid: OccupancyGrid) -> OccupancyGrid:
-    """The same map with its axes parallel to the frame's, by the nearest cell; what lies outside is unknown.
+    """The same map with its axes parallel to the frame's, by the nearest cell.
+
+    What lies outside is unknown.
 
     (Nav2's costmaps ignore a yaw in a map's origin instead.)
     """
@@ -130,11 +147,15 @@ def align(grid: OccupancyGrid) -> OccupancyGrid:
     inside = (columns >= 0) & (columns < grid.width) & (rows >= 0) & (rows < grid.height)
     data = np.full((height, width), UNKNOWN, dtype=np.int8)
     data[inside] = grid.data[rows[inside], columns[inside]]
-    return OccupancyGrid(data, r, Pose2D(grid.origin.x + float(low[0]), grid.origin.y + float(low[1]), 0.0))
+    return OccupancyGrid(
+        data, r, Pose2D(grid.origin.x + float(low[0]), grid.origin.y + float(low[1]), 0.0)
+    )
 
 
 def _load_grid(path: Path) -> OccupancyGrid:
-    """A map_server map; its cells are kept in the cache, because decoding a large image takes longer than reading it.
+    """A map_server map.
+
+    Its cells are kept in the cache, because decoding a large image takes longer than reading it.
 
     Raises:
         MapError: the map cannot be used.
@@ -146,7 +167,9 @@ def _load_grid(path: Path) -> OccupancyGrid:
     except OSError:
         return load_map(path)  # which says what is wrong
     key = content_key("map cells 2", np.frombuffer(content, dtype=np.uint8))
-    return OccupancyGrid(cached_array(key, lambda: load_map(path).data), metadata.resolution, metadata.origin)
+    return OccupancyGrid(
+        cached_array(key, lambda: load_map(path).data), metadata.resolution, metadata.origin
+    )
 
 
 def _load_companion(path: Path, suffix: str, geometry: OccupancyGrid) -> OccupancyGrid | None:
@@ -155,8 +178,14 @@ def _load_companion(path: Path, suffix: str, geometry: OccupancyGrid) -> Occupan
     if not companion.exists():
         return None
     grid = align(_load_grid(companion))
-    if (grid.data.shape, grid.resolution, grid.origin) != (geometry.data.shape, geometry.resolution, geometry.origin):
-        raise MapError(f"map {companion}: its size, resolution or origin differs from {path.name}'s; all must be equal")
+    if (grid.data.shape, grid.resolution, grid.origin) != (
+        geometry.data.shape,
+        geometry.resolution,
+        geometry.origin,
+    ):
+        raise MapError(
+            f"map {companion}: its size, resolution or origin differs from {path.name}'s; all must be equal"
+        )
     return grid
 
 
@@ -181,7 +210,10 @@ def _resolve(name_or_path: str) -> Path:
 
 
 def _objects_text(scene: Scene) -> str:
-    features = [_feature("zone", zone.kind, zone.polygon, {"elevation": zone.elevation}) for zone in scene.zones]
+    features = [
+        _feature("zone", zone.kind, zone.polygon, {"elevation": zone.elevation})
+        for zone in scene.zones
+    ]
     features += [
         _feature("obstacle", obstacle.kind, obstacle.polygon, {"height": obstacle.height})
         for obstacle in scene.obstacles
@@ -193,7 +225,11 @@ def _objects_text(scene: Scene) -> str:
 def _feature(role: str, kind: str, polygon: FloatArray, more: dict[str, float]) -> dict[str, Any]:
     ring = [*polygon.tolist(), polygon[0].tolist()]
     geometry = {"type": "Polygon", "coordinates": [ring]}
-    return {"type": "Feature", "properties": {"role": role, "kind": kind, **more}, "geometry": geometry}
+    return {
+        "type": "Feature",
+        "properties": {"role": role, "kind": kind, **more},
+        "geometry": geometry,
+    }
 
 
 def _load_objects(path: Path) -> tuple[tuple[Obstacle, ...], tuple[Zone, ...]]:
@@ -208,7 +244,9 @@ def _load_objects(path: Path) -> tuple[tuple[Obstacle, ...], tuple[Zone, ...]]:
             properties = feature["properties"]
             where = f"{path}: feature {number}"
             if properties["role"] not in ("zone", "obstacle"):
-                raise MapError(f"{where}: role {properties['role']!r}; allowed are zone and obstacle")
+                raise MapError(
+                    f"{where}: role {properties['role']!r}; allowed are zone and obstacle"
+                )
             if properties["role"] == "zone":
                 zones.append(_zone(feature, where))
             else:
@@ -217,15 +255,21 @@ def _load_objects(path: Path) -> tuple[tuple[Obstacle, ...], tuple[Zone, ...]]:
     except OSError as error:
         raise MapError(f"{path}: cannot be read ({error.strerror})") from None
     except RecursionError:
-        raise MapError(f"{path}: is nested too deeply for a GeoJSON of obstacles and zones") from None
+        raise MapError(
+            f"{path}: is nested too deeply for a GeoJSON of obstacles and zones"
+        ) from None
     except (KeyError, TypeError, ValueError, OverflowError) as error:
-        raise MapError(f"{path}: is not a GeoJSON of obstacles and zones ({type(error).__name__}: {error})") from None
+        raise MapError(
+            f"{path}: is not a GeoJSON of obstacles and zones ({type(error).__name__}: {error})"
+        ) from None
 
 
 def _polygon(feature: dict[str, Any], where: str) -> shapely.Polygon:
     ring = np.array(feature["geometry"]["coordinates"][0], dtype=float)
     if ring.ndim != 2 or not 4 <= len(ring) <= MAX_CORNERS or not (np.abs(ring) <= FARTHEST).all():
-        raise MapError(f"{where}: a polygon has 4 to {MAX_CORNERS} points (the first again at the end) in metres")
+        raise MapError(
+            f"{where}: a polygon has 4 to {MAX_CORNERS} points (the first again at the end) in metres"
+        )
     polygon = shapely.Polygon(ring)
     if feature["geometry"]["type"] != "Polygon" or not polygon.is_valid:
         raise MapError(f"{where}: is not a valid polygon of at least three points in metres")

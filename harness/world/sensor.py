@@ -11,14 +11,19 @@ Measurement = Odometry | Imu | GpsFix | LaserScan
 
 
 class Sensor(ABC):
-    """Measures the true world imperfectly. Which measurement it makes is which field of the observation it fills."""
+    """Measures the true world imperfectly.
+
+    Which measurement it makes is which field of the observation it fills.
+    """
 
     @abstractmethod
     def reset(self, body: BodyState, rng: np.random.Generator) -> None:
-        """Start an episode with the robot at ``body``; all noise comes from ``rng`` and its children.
+        """Start an episode with the robot at ``body``.
 
-        Each error draws from a generator of its own: the white noise from ``rng``, the others from its children, so
-        that an error that is switched off leaves the others as they were.
+        All noise comes from ``rng`` and its children.
+
+        Each error draws from a generator of its own: the white noise from ``rng``, the others from
+        its children, so that an error that is switched off leaves the others as they were.
         """
 
     @abstractmethod

@@ -21,7 +21,8 @@ from harness.world.wheel_odometry import OdometryParams, WheelOdometry
 from navstack.clock import Clock
 from navstack.types import FloatArray, Observation
 
-_ON_TIME = 1e-6  # [s] by which a message may be delivered early, so that rounding does not cost a tick
+# [s] by which a message may be delivered early, so that rounding does not cost a tick
+_ON_TIME = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +59,9 @@ class _Channel:
 
     def deliver(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Measurement | None:
         """Measure if it is time to, and hand out the newest message that has arrived since the last call, if any."""
-        measured = self._sensor.measure(body, pedestrians, stamp) if self._clock.is_due(stamp) else None
+        measured = (
+            self._sensor.measure(body, pedestrians, stamp) if self._clock.is_due(stamp) else None
+        )
         if not self._latency:
             return measured
         if measured is not None:
@@ -70,9 +73,12 @@ class _Channel:
 
 
 class SensorSuite:
-    """All sensors of the robot; what has arrived stands in the observation, the rest of it stays None.
+    """All sensors of the robot.
 
-    A message carries the stamp of its measurement, which lies in the past where its sensor has a latency.
+    What has arrived stands in the observation, the rest of it stays None.
+
+    A message carries the stamp of its measurement, which lies in the past where its sensor has a
+    latency.
     """
 
     def __init__(self, params: SensorParams, scene: Scene, pedestrian_radius: float) -> None:
@@ -105,7 +111,8 @@ class SensorSuite:
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Observation:
         """What has arrived by ``stamp`` [s] since the last call; see :meth:`Sensor.measure`."""
-        return Observation(stamp, *[channel.deliver(body, pedestrians, stamp) for channel in self._channels])  # type: ignore[arg-type]
+        messages = [channel.deliver(body, pedestrians, stamp) for channel in self._channels]
+        return Observation(stamp, *messages)  # type: ignore[arg-type]
 
 
 def sky_of(scene: Scene) -> Sky:

@@ -30,7 +30,9 @@ class Rect:
     @property
     def polygon(self) -> FloatArray:
         """The corners (4, 2), counter-clockwise."""
-        return np.array(((self.x0, self.y0), (self.x1, self.y0), (self.x1, self.y1), (self.x0, self.y1)))
+        return np.array(
+            ((self.x0, self.y0), (self.x1, self.y0), (self.x1, self.y1), (self.x0, self.y1))
+        )
 
     def inset(self, left: float, bottom: float, right: float, top: float) -> "Rect":
         """The rectangle with each side moved inwards, in [m]; negative values move it outwards."""
@@ -38,7 +40,9 @@ class Rect:
 
     def overlaps(self, other: "Rect") -> bool:
         """Whether the two share an inner point."""
-        return self.x0 < other.x1 and other.x0 < self.x1 and self.y0 < other.y1 and other.y0 < self.y1
+        return (
+            self.x0 < other.x1 and other.x0 < self.x1 and self.y0 < other.y1 and other.y0 < self.y1
+        )
 
     def side_length(self, side: int) -> float:
         """Length [m] of the left, bottom, right or top side."""
@@ -63,7 +67,10 @@ def box(x: float, y: float, yaw: float, length: float, width: float) -> FloatArr
 
 
 def octagon(x: float, y: float, radius: float) -> FloatArray:
-    """A regular octagon (8, 2) of circumscribed ``radius`` [m]: the cross-section of a post; counter-clockwise."""
+    """A regular octagon (8, 2) of circumscribed ``radius`` [m]: the cross-section of a post.
+
+    Counter-clockwise.
+    """
     angles = np.pi / 8.0 + np.arange(8) * np.pi / 4.0
     return np.stack((x + radius * np.cos(angles), y + radius * np.sin(angles)), axis=1)
 
@@ -80,7 +87,9 @@ def grow(polygon: FloatArray, margin: float) -> FloatArray:
     outwards = np.stack((along[:, 1], -along[:, 0]), axis=1) / np.hypot(*along.T)[:, None]
     before = np.roll(outwards, 1, axis=0)
     # A corner moves along the bisector of its edges' normals: the mitre.
-    moved: FloatArray = polygon + margin * (before + outwards) / (1.0 + (before * outwards).sum(axis=1))[:, None]
+    moved: FloatArray = (
+        polygon + margin * (before + outwards) / (1.0 + (before * outwards).sum(axis=1))[:, None]
+    )
     return moved
 
 
@@ -90,7 +99,9 @@ def polygon_area(polygon: FloatArray) -> float:
     return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
-def fill_convex(mask: BoolArray, polygon: FloatArray, value: bool, resolution: float, x0: float, y0: float) -> None:
+def fill_convex(
+    mask: BoolArray, polygon: FloatArray, value: bool, resolution: float, x0: float, y0: float
+) -> None:
     """Set the cells of a mask (H, W) whose centres lie in a convex counter-clockwise polygon (N, 2), in place.
 
     Args:
@@ -129,7 +140,14 @@ def window_of(
     columns = _span(area.x0 - x0, area.x1 - x0, resolution, shape[1])
     rows = _span(area.y0 - y0, area.y1 - y0, resolution, shape[0])
     mask = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=bool)
-    fill_convex(mask, polygon, True, resolution, x0 + columns.start * resolution, y0 + rows.start * resolution)
+    fill_convex(
+        mask,
+        polygon,
+        True,
+        resolution,
+        x0 + columns.start * resolution,
+        y0 + rows.start * resolution,
+    )
     return (rows, columns), mask
 
 

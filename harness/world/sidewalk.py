@@ -1,7 +1,8 @@
 """The sidewalk world: a seeded city of 200 m x 200 m in the likeness of the paper's.
 
-The paper's own world is not free; what is known of it (area, widths of the ways, sizes and spacing of the furniture)
-is what this generator aims at. On the maps curbs are no obstacles; every obstacle is a prism.
+The paper's own world is not free; what is known of it (area, widths of the ways, sizes and spacing
+of the furniture) is what this generator aims at. On the maps curbs are no obstacles; every obstacle
+is a prism.
 """
 
 from pathlib import Path
@@ -30,9 +31,10 @@ _MOST_ATTEMPTS = 20
 def generate(seed: int = 0, name: str = "sidewalk") -> Scene:
     """Build a world; the same seed gives the same world, bit for bit.
 
-    Area, furniture and alleys hold by quota. One city plan is furnished and its mesh drawn anew until all that is
-    known of the paper's world holds within ``TOLERANCE``: for half of the seeds at once, for all that were tried (20)
-    within four attempts; it is the narrowest widths that miss.
+    Area, furniture and alleys hold by quota. One city plan is furnished and its mesh drawn anew
+    until all that is known of the paper's world holds within ``TOLERANCE``: for half of the seeds
+    at once, for all that were tried (20) within four attempts; it is the narrowest widths that
+    miss.
 
     Raises:
         MapError: it does not hold after a number of attempts.
@@ -42,11 +44,16 @@ def generate(seed: int = 0, name: str = "sidewalk") -> Scene:
         scene, widening = _fit(seed, attempt, name, widening)
         if deviation(measure(scene)) <= TOLERANCE:
             return scene
-    raise MapError(f"seed {seed} gives no world like the paper's in {_MOST_ATTEMPTS} attempts; take another seed")
+    raise MapError(
+        f"seed {seed} gives no world like the paper's in {_MOST_ATTEMPTS} attempts; take another seed"
+    )
 
 
 def write(seed: int, folder: Path, name: str = "sidewalk") -> Scene:
-    """Generate a world and save it as a map; see :func:`harness.world.scene_io.save_scene` for the files."""
+    """Generate a world and save it as a map.
+
+    See :func:`harness.world.scene_io.save_scene` for the files.
+    """
     scene = generate(seed, name)
     save_scene(scene, folder, name)
     return scene
@@ -56,11 +63,15 @@ def _fit(seed: int, attempt: int, name: str, widening: float) -> tuple[Scene, fl
     """A world whose sidewalks are made wider or narrower until its mesh is as large as the paper's.
 
     Returns:
-        The world, and by how much its sidewalks are wider than drawn, in [m]; ``widening`` is where to begin.
+        The world, and by how much its sidewalks are wider than drawn, in [m]; ``widening`` is where
+        to begin.
     """
     for _ in range(_MOST_DRAFTS):
         scene, curb_length = _draft((seed, attempt), name, widening)
-        lacking = PUBLISHED.walkable_area - float((scene.navigation_mesh.data == FREE).sum()) * RESOLUTION**2
+        lacking = (
+            PUBLISHED.walkable_area
+            - float((scene.navigation_mesh.data == FREE).sum()) * RESOLUTION**2
+        )
         if abs(lacking) <= _AREA_TOLERANCE * PUBLISHED.walkable_area:
             break
         widening = round(widening + lacking / curb_length, 3)
@@ -79,9 +90,13 @@ def _draft(seeds: tuple[int, int], name: str, widening: float) -> tuple[Scene, f
     walkable = _largest_part(_walkable_ground(zones) & ~rasterise(obstacles))
     drawn = without_slivers(walkable & ~rasterise(drawn_outlines(obstacles, drawing)), RESOLUTION)
     mesh = _largest_part(drawn)
-    visible = rasterise(tuple(obstacle for obstacle in obstacles if obstacle.height >= LIDAR_LOWER_EDGE))
+    visible = rasterise(
+        tuple(obstacle for obstacle in obstacles if obstacle.height >= LIDAR_LOWER_EDGE)
+    )
     curb_length = sum(2.0 * (block.area.width + block.area.depth) for block in streets.blocks)
-    return Scene(name, obstacles, zones, _grid(visible), _grid(~walkable), _grid(~mesh)), curb_length
+    return Scene(
+        name, obstacles, zones, _grid(visible), _grid(~walkable), _grid(~mesh)
+    ), curb_length
 
 
 def rasterise(obstacles: tuple[Obstacle, ...]) -> BoolArray:
@@ -95,7 +110,9 @@ def rasterise(obstacles: tuple[Obstacle, ...]) -> BoolArray:
 def _walkable_ground(zones: tuple[Zone, ...]) -> BoolArray:
     mask = _empty()
     for zone in zones:
-        fill_convex(mask, zone.polygon, zone.kind in WALKABLE_KINDS, RESOLUTION, -HALF_SIZE, -HALF_SIZE)
+        fill_convex(
+            mask, zone.polygon, zone.kind in WALKABLE_KINDS, RESOLUTION, -HALF_SIZE, -HALF_SIZE
+        )
     return mask
 
 
@@ -121,11 +138,16 @@ LEAST_WIDTH = 0.3  # [m] narrower slivers are not drawn
 MARGINS = (0.15, 0.15, 0.2, 0.2, 0.2, 0.2, 0.3, 0.4, 0.6, 0.9)
 
 
-def drawn_outlines(obstacles: tuple[Obstacle, ...], rng: np.random.Generator) -> tuple[Obstacle, ...]:
-    """The obstacles as the mesh leaves them out: buildings with a margin per side, furniture with one all round.
+def drawn_outlines(
+    obstacles: tuple[Obstacle, ...], rng: np.random.Generator
+) -> tuple[Obstacle, ...]:
+    """The obstacles as the mesh leaves them out.
 
-    The paper's planner and its AMCL use a mesh that somebody drew. Where a wall or furniture stands its edge runs in
-    front: mostly 0.15 to 0.6 m, median 0.2 m, 95th percentile 0.9 m. Towards roads and lawns it runs along the curb.
+    Buildings with a margin per side, furniture with one all round.
+
+    The paper's planner and its AMCL use a mesh that somebody drew. Where a wall or furniture stands
+    its edge runs in front: mostly 0.15 to 0.6 m, median 0.2 m, 95th percentile 0.9 m. Towards roads
+    and lawns it runs along the curb.
     """
     buildings = [o for o in obstacles if o.kind.startswith("building")]
     furniture = [o for o in obstacles if not o.kind.startswith("building")]

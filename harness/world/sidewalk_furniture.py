@@ -56,7 +56,8 @@ _FACADE_MIX = {"plant": 10, "trash_bin": 3, "newspaper_box": 3}
 _CLEAR_LANE = 1.25  # [m] of a sidewalk's width that furniture at the curb leaves free
 _CURB_GAP = (0.28, 0.56)  # [m] between the curb and what stands along it
 _FACADE_GAP = (0.1, 0.3)  # [m]
-_CURB_SPACING = (5.3, 0.28)  # median [m] and log standard deviation of the distance along the curb, between groups
+# median [m] and log standard deviation of the distance along the curb, between groups
+_CURB_SPACING = (5.3, 0.28)
 _GROUP_SHARE = 0.28  # of the pieces stand close to the previous one
 _GROUP_SPACING = (1.4, 3.4)  # [m]
 _FACADE_SPACING = (13.0, 0.8)
@@ -77,7 +78,10 @@ class Furnisher:
         self._taken: list[Rect] = [area.inset(*([-_APPROACH] * 4)) for area in streets.crosswalks]
 
     def furnish(self) -> tuple[Obstacle, ...]:
-        """Furnish the streets; curbs in random order until there are as many pieces as in the paper's world."""
+        """Furnish the streets.
+
+        Curbs in random order until there are as many pieces as in the paper's world.
+        """
         for area in self._streets.construction:
             self._fence_in(area)
         self._dig_work_areas(3)
@@ -110,10 +114,19 @@ class Furnisher:
         along = max(neighbours) + self._spacing(_FACADE_SPACING)
         while along < length - max(neighbours):
             name, size = self._draw(_FACADE_MIX)
-            self._place_along(name, size, strip, side, along, width - self._rng.uniform(*_FACADE_GAP) - 0.5 * size[1])
+            self._place_along(
+                name,
+                size,
+                strip,
+                side,
+                along,
+                width - self._rng.uniform(*_FACADE_GAP) - 0.5 * size[1],
+            )
             along += self._spacing(_FACADE_SPACING)
 
-    def _place_along(self, name: str, size: FloatArray, strip: Rect, side: int, along: float, inwards: float) -> None:
+    def _place_along(
+        self, name: str, size: FloatArray, strip: Rect, side: int, along: float, inwards: float
+    ) -> None:
         """Place a piece ``along`` metres from the strip's lower or left end, ``inwards`` metres from its curb."""
         yaw = math.pi / 2.0 if side % 2 == 0 else 0.0
         self._place(name, size, *strip.beside(side, along, inwards), yaw, margin=0.35)
@@ -128,7 +141,14 @@ class Furnisher:
             self._place(name, size, x, y, float(self._rng.uniform(0.0, math.pi / 2.0)), margin=0.8)
         for x in np.arange(area.x0 + 0.8, area.x1, 1.7):
             if self._rng.random() < 0.8:
-                self._place("bollard", self._draw({"bollard": 1})[1], float(x), area.y1 - 0.2, 0.0, margin=0.5)
+                self._place(
+                    "bollard",
+                    self._draw({"bollard": 1})[1],
+                    float(x),
+                    area.y1 - 0.2,
+                    0.0,
+                    margin=0.5,
+                )
 
     def _signal_crosswalks(self, share: float) -> None:
         """Traffic lights beside the ends of some crosswalks."""
@@ -138,9 +158,15 @@ class Furnisher:
                 if self._rng.random() > share:
                     continue
                 if crosses_x:
-                    x, y = (area.x0 - 0.45, area.x1 + 0.45)[end], (area.y0 - 0.35, area.y1 + 0.35)[end]
+                    x, y = (
+                        (area.x0 - 0.45, area.x1 + 0.45)[end],
+                        (area.y0 - 0.35, area.y1 + 0.35)[end],
+                    )
                 else:
-                    x, y = (area.x0 - 0.35, area.x1 + 0.35)[end], (area.y0 - 0.45, area.y1 + 0.45)[end]
+                    x, y = (
+                        (area.x0 - 0.35, area.x1 + 0.35)[end],
+                        (area.y0 - 0.45, area.y1 + 0.45)[end],
+                    )
                 size = self._draw({"traffic_light": 1})[1]
                 reach = Rect(x, y, x, y).inset(*([-size[0]] * 4))
                 if not any(bounds(piece.polygon).overlaps(reach) for piece in self.pieces):
@@ -162,7 +188,12 @@ class Furnisher:
 
     def _dig_work_areas(self, count: int) -> None:
         """Roadworks on wide sidewalks: barriers at both ends, fence panels towards the pedestrians."""
-        wide = [(b, s) for b in self._streets.blocks for s in (1, 3) if 4.0 <= b.widths[s] < 6.0 and b.use != "plaza"]
+        wide = [
+            (b, s)
+            for b in self._streets.blocks
+            for s in (1, 3)
+            if 4.0 <= b.widths[s] < 6.0 and b.use != "plaza"
+        ]
         for k in self._rng.permutation(len(wide))[:count]:
             block, side = wide[k]
             strip, depth = block.strip(side), block.widths[side] - 2.0
@@ -194,7 +225,9 @@ class Furnisher:
         median, spread = distribution
         return max(median * math.exp(spread * self._rng.standard_normal()), 1.0)
 
-    def _place(self, name: str, size: FloatArray, x: float, y: float, yaw: float, margin: float) -> None:
+    def _place(
+        self, name: str, size: FloatArray, x: float, y: float, yaw: float, margin: float
+    ) -> None:
         """Add a piece unless something is within ``margin`` [m]."""
         area = bounds(_outline(name, size, x, y, yaw)).inset(*([-margin] * 4))
         if not any(area.overlaps(taken) for taken in self._taken):

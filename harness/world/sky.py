@@ -14,7 +14,8 @@ CELL = 0.5  # [m] of the heights
 MOST_CELLS = 4_000_000  # beyond which they are coarser: 1 km x 1 km
 ANTENNA = 1.0  # [m] height of the antenna above the ground
 TALL = 3.0  # [m] height from which an obstacle counts
-MASK = math.radians(10.0)  # elevation below which satellites are not used (u-blox F9: CFG-NAVSPG-INFIL_MINELEV, 10)
+# elevation below which satellites are not used (u-blox F9: CFG-NAVSPG-INFIL_MINELEV, 10)
+MASK = math.radians(10.0)
 _AZIMUTHS = 36
 
 
@@ -22,8 +23,9 @@ class Sky:
     """What hides the sky: the tall obstacles of a scene, their heights on a grid.
 
     Satellites are taken as spread evenly over the sky above the mask. Of each azimuth the share
-    (sin(horizon) - sin(mask)) / (1 - sin(mask)) is hidden: the solid angle below the highest obstacle, by that of all.
-    The share is that at the middle of each cell, worked out when first asked for.
+    (sin(horizon) - sin(mask)) / (1 - sin(mask)) is hidden: the solid angle below the highest
+    obstacle, by that of all. The share is that at the middle of each cell, worked out when first
+    asked for.
     """
 
     def __init__(self, obstacles: Sequence[Obstacle], area: Rect) -> None:
@@ -51,18 +53,31 @@ class Sky:
         """The share [0, 1] of the sky that is hidden at a point of the map frame, [m]."""
         if self._highest == 0.0:
             return 0.0
-        cell = math.floor((x - self._area.x0) / self._cell), math.floor((y - self._area.y0) / self._cell)
+        cell = (
+            math.floor((x - self._area.x0) / self._cell),
+            math.floor((y - self._area.y0) / self._cell),
+        )
         share = self._known.get(cell)
         if share is None:
             middle = cell[0] + 0.5, cell[1] + 0.5
-            share = float(hidden_share(self._heights, *middle, self._directions, self._highest, self._cell, MASK))
+            share = float(
+                hidden_share(
+                    self._heights, *middle, self._directions, self._highest, self._cell, MASK
+                )
+            )
             self._known[cell] = share
         return share
 
 
 @njit()
 def hidden_share(
-    heights: Float32Array, x: float, y: float, directions: FloatArray, highest: float, cell: float, mask: float
+    heights: Float32Array,
+    x: float,
+    y: float,
+    directions: FloatArray,
+    highest: float,
+    cell: float,
+    mask: float,
 ) -> float:
     """The share of the sky above ``mask`` that heights hide, by rays in steps of one cell.
 

@@ -29,7 +29,9 @@ class SocialForcePedestrians(PedestrianModel):
 
     takes_pushes = True
 
-    def __init__(self, params: PedestrianParams, walkable: OccupancyGrid, robot: RobotParams) -> None:
+    def __init__(
+        self, params: PedestrianParams, walkable: OccupancyGrid, robot: RobotParams
+    ) -> None:
         """Prepare the paths on a map; keep the object for all episodes on it.
 
         Args:

@@ -1,22 +1,30 @@
 """The social force model: accelerations of people, and their integration.
 
-Helbing & Molnar 1995 (Phys. Rev. E 51, 4282), equations by their number there. The walls are the edges of the walkable
-area, read from a grid of signed distances.
+Helbing & Molnar 1995 (Phys. Rev. E 51, 4282), equations by their number there. The walls are the
+edges of the walkable area, read from a grid of signed distances.
 """
 
 import math
 from typing import NamedTuple
 
 from harness.task.shortest_paths import line_of_sight
-from harness.world.pedestrian_edges import Edges, away_from_edge, cell_of, edge_distance, keep_inside
+from harness.world.pedestrian_edges import (
+    Edges,
+    away_from_edge,
+    cell_of,
+    edge_distance,
+    keep_inside,
+)
 from harness.world.pedestrian_kernels import Walks
 from harness.world.pedestrian_params import PedestrianParams
 from navstack.jit import njit
 from navstack.types import BoolArray, FloatArray, IntArray
 
-BUSY, RESTLESS, LOST = 0, 1, 2  # what somebody needs: nothing, a new goal, a new path to the same goal
+# what somebody needs: nothing, a new goal, a new path to the same goal
+BUSY, RESTLESS, LOST = 0, 1, 2
 
-_ARRIVAL = 1.0  # [m] from the goal from which somebody has arrived; others may stand on the goal itself
+# [m] from the goal from which somebody has arrived; others may stand on the goal itself
+_ARRIVAL = 1.0
 _CORNER = 0.5  # [m] from a corner of the path from which the next one counts
 _LOOK_PERIOD = 0.5  # [s] between looks whether the way to the next corner is still open
 _FAR = 10.0  # [-] ranges of the potential beyond which it is not felt: exp(-10)
@@ -47,7 +55,9 @@ class Forces(NamedTuple):
     robot_is_round: bool  # felt alike on all sides
 
 
-def force_constants(people: PedestrianParams, robot_half_size: tuple[float, float], agent_radius: float) -> Forces:
+def force_constants(
+    people: PedestrianParams, robot_half_size: tuple[float, float], agent_radius: float
+) -> Forces:
     """The constants of :func:`walk_among_others`.
 
     Args:
@@ -58,8 +68,20 @@ def force_constants(people: PedestrianParams, robot_half_size: tuple[float, floa
     p = people.social_force
     length, width = robot_half_size
     return Forces(
-        *(p.relaxation_time, p.person_strength, p.person_range, p.look_ahead, p.wall_strength, p.wall_range),
-        *(math.cos(0.5 * min(p.sight_angle, 2.0 * math.pi)), p.unseen_weight, p.top_speed, p.body_stiffness),
+        *(
+            p.relaxation_time,
+            p.person_strength,
+            p.person_range,
+            p.look_ahead,
+            p.wall_strength,
+            p.wall_range,
+        ),
+        *(
+            math.cos(0.5 * min(p.sight_angle, 2.0 * math.pi)),
+            p.unseen_weight,
+            p.top_speed,
+            p.body_stiffness,
+        ),
         *(people.radius, length, width),
         robot_excess=math.hypot(length, width) - people.radius,
         edge_distance=min(people.radius, agent_radius),
@@ -109,7 +131,9 @@ def walk_among_others(
         needs[i] = _need(i, dt, walks, looks, before, edges)
         if needs[i] != BUSY:
             number += 1
-        ax, ay = _acceleration(i, forces, robot, aware[i], ex, ey, speeds[i], before, farthest, edges)
+        ax, ay = _acceleration(
+            i, forces, robot, aware[i], ex, ey, speeds[i], before, farthest, edges
+        )
         vx, vy = before[i, 2] + dt * ax, before[i, 3] + dt * ay
         speed, top = math.hypot(vx, vy), forces.top_speed * speeds[i]
         if speed > top:
@@ -133,13 +157,18 @@ def _acceleration(
     farthest: float,
     edges: Edges,
 ) -> tuple[float, float]:
-    """Of person ``i``, heading for (ex, ey) at ``speed`` [m/s], in [m/s2]; nobody beyond ``farthest`` [m] matters."""
+    """Of person ``i``, heading for (ex, ey) at ``speed`` [m/s], in [m/s2].
+
+    Nobody beyond ``farthest`` [m] matters.
+    """
     x, y, vx, vy = states[i, 0], states[i, 1], states[i, 2], states[i, 3]
     ax = (speed * ex - vx) / forces.relaxation_time  # eq. 2
     ay = (speed * ey - vy) / forces.relaxation_time
     for j in range(len(states)):
         if j != i and abs(states[j, 0] - x) < farthest and abs(states[j, 1] - y) < farthest:
-            fx, fy = from_person(forces, x, y, ex, ey, states[j, 0], states[j, 1], states[j, 2], states[j, 3])
+            fx, fy = from_person(
+                forces, x, y, ex, ey, states[j, 0], states[j, 1], states[j, 2], states[j, 3]
+            )
             ax, ay = ax + fx, ay + fy
     fx, fy = from_robot(forces, x, y, vx, vy, ex, ey, robot, is_aware)
     wx, wy = from_edge(forces, x, y, edges)
@@ -148,7 +177,10 @@ def _acceleration(
 
 @njit()
 def _heading(i: int, walks: Walks, states: FloatArray) -> tuple[float, float]:
-    """Unit vector towards the next corner of the path, (0, 0) when standing; counts off corners that are reached."""
+    """Unit vector towards the next corner of the path, (0, 0) when standing.
+
+    Counts off corners that are reached.
+    """
     points, counts, next_point, _, _ = walks
     while next_point[i] < counts[i]:
         k = next_point[i]
@@ -161,7 +193,9 @@ def _heading(i: int, walks: Walks, states: FloatArray) -> tuple[float, float]:
 
 
 @njit()
-def _need(i: int, dt: float, walks: Walks, looks: FloatArray, states: FloatArray, edges: Edges) -> int:
+def _need(
+    i: int, dt: float, walks: Walks, looks: FloatArray, states: FloatArray, edges: Edges
+) -> int:
     """What person ``i`` needs; see :func:`walk_among_others`."""
     points, counts, next_point, pauses, _ = walks
     if next_point[i] >= counts[i]:
@@ -172,7 +206,9 @@ def _need(i: int, dt: float, walks: Walks, looks: FloatArray, states: FloatArray
         return BUSY
     looks[i] += _LOOK_PERIOD
     row, column = cell_of(states[i, 0], states[i, 1], edges)
-    corner_row, corner_column = cell_of(points[i, next_point[i], 0], points[i, next_point[i], 1], edges)
+    corner_row, corner_column = cell_of(
+        points[i, next_point[i], 0], points[i, next_point[i], 1], edges
+    )
     return BUSY if line_of_sight(edges.walkable, row, column, corner_row, corner_column) else LOST
 
 
@@ -185,7 +221,15 @@ def _is_felt(forces: Forces, rx: float, ry: float, ovx: float, ovy: float) -> bo
 
 @njit()
 def from_person(
-    forces: Forces, x: float, y: float, ex: float, ey: float, ox: float, oy: float, ovx: float, ovy: float
+    forces: Forces,
+    x: float,
+    y: float,
+    ex: float,
+    ey: float,
+    ox: float,
+    oy: float,
+    ovx: float,
+    ovy: float,
 ) -> tuple[float, float]:
     """Acceleration [m/s2] of somebody at (x, y) heading for (ex, ey) by another at (ox, oy) with velocity (ovx, ovy).
 
@@ -208,7 +252,8 @@ def from_person(
 def _weight(forces: Forces, ex: float, ey: float, fx: float, fy: float) -> float:
     """Of the force (fx, fy) on somebody who heads for (ex, ey): who is not seen counts less.
 
-    By the sight angle (eq. 8), or smoothly (Johansson, Helbing & Shukla 2007, Adv. Complex Syst. 10, eq. 9).
+    By the sight angle (eq. 8), or smoothly (Johansson, Helbing & Shukla 2007, Adv. Complex Syst.
+    10, eq. 9).
     """
     strength = math.hypot(fx, fy)
     ahead = ex * -fx + ey * -fy
@@ -221,7 +266,14 @@ def _weight(forces: Forces, ex: float, ey: float, fx: float, fy: float) -> float
 
 @njit()
 def _elliptical(
-    forces: Forces, potential: float, reach: float, rx: float, ry: float, ovx: float, ovy: float, excess: float
+    forces: Forces,
+    potential: float,
+    reach: float,
+    rx: float,
+    ry: float,
+    ovx: float,
+    ovy: float,
+    excess: float,
 ) -> tuple[float, float]:
     """Minus the gradient of V(b) at (rx, ry) [m] from the other, who is thicker than a person by ``excess`` [m].
 
@@ -244,14 +296,22 @@ def _elliptical(
 
 @njit()
 def from_robot(
-    forces: Forces, x: float, y: float, vx: float, vy: float, ex: float, ey: float, robot: FloatArray, is_aware: bool
+    forces: Forces,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    ex: float,
+    ey: float,
+    robot: FloatArray,
+    is_aware: bool,
 ) -> tuple[float, float]:
     """Acceleration [m/s2] of somebody at (x, y), velocity (vx, vy), by the robot.
 
-    It counts as a person of its size with a rectangular body. The ellipse covers where it goes relative to the person
-    (Johansson, Helbing & Shukla 2007, Adv. Complex Syst. 10, "elliptical specification II"): so people walk around a
-    robot that stands, which by its own velocity alone they would only notice by walking into it. Who does not notice
-    it is only pushed by its body.
+    It counts as a person of its size with a rectangular body. The ellipse covers where it goes
+    relative to the person (Johansson, Helbing & Shukla 2007, Adv. Complex Syst. 10, "elliptical
+    specification II"): so people walk around a robot that stands, which by its own velocity alone
+    they would only notice by walking into it. Who does not notice it is only pushed by its body.
     """
     rx, ry = x - robot[0], y - robot[1]
     if not _is_felt(forces, rx, ry, robot[4] - vx, robot[5] - vy):
@@ -270,9 +330,17 @@ def from_robot(
     distance = math.hypot(dx, dy)
     if distance < _TINY:  # the centre is inside: out by the nearest side
         if half_length - abs(along) < half_width - abs(across):
-            dx, dy, overlap = math.copysign(1.0, along), 0.0, forces.radius + half_length - abs(along)
+            dx, dy, overlap = (
+                math.copysign(1.0, along),
+                0.0,
+                forces.radius + half_length - abs(along),
+            )
         else:
-            dx, dy, overlap = 0.0, math.copysign(1.0, across), forces.radius + half_width - abs(across)
+            dx, dy, overlap = (
+                0.0,
+                math.copysign(1.0, across),
+                forces.radius + half_width - abs(across),
+            )
     else:
         dx, dy, overlap = dx / distance, dy / distance, forces.radius - distance
     push = forces.body_stiffness * max(overlap, 0.0)
@@ -286,5 +354,7 @@ def from_edge(forces: Forces, x: float, y: float, edges: Edges) -> tuple[float, 
     if distance > 20.0 * forces.wall_range:
         return 0.0, 0.0
     gx, gy = away_from_edge(x, y, edges)
-    push = forces.wall_strength / forces.wall_range * math.exp(-max(distance, 0.0) / forces.wall_range)
+    push = (
+        forces.wall_strength / forces.wall_range * math.exp(-max(distance, 0.0) / forces.wall_range)
+    )
     return push * gx, push * gy

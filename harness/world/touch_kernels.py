@@ -22,8 +22,9 @@ def may_touch(
 ) -> bool:
     """Whether a rectangle may be nearer than ``margin`` [m] to one of some convex polygons.
 
-    It is not where their shadows on a side's normal, of either, lie farther apart: the axes of the separating axis
-    theorem (Gottschalk, Lin & Manocha 1996). Near corners the true distance may be greater.
+    It is not where their shadows on a side's normal, of either, lie farther apart: the axes of the
+    separating axis theorem (Gottschalk, Lin & Manocha 1996). Near corners the true distance may be
+    greater.
 
     Args:
         x: centre of the rectangle [m].
@@ -37,7 +38,18 @@ def may_touch(
         first: (k + 1,) where the corners of each polygon begin.
     """
     for polygon in range(len(first) - 1):
-        if not _are_apart(x, y, cos, sin, half_length, half_width, margin, corners, first[polygon], first[polygon + 1]):
+        if not _are_apart(
+            x,
+            y,
+            cos,
+            sin,
+            half_length,
+            half_width,
+            margin,
+            corners,
+            first[polygon],
+            first[polygon + 1],
+        ):
             return True
     return False
 
@@ -62,7 +74,10 @@ def _are_apart(
         along, across = cos * dx + sin * dy, cos * dy - sin * dx
         low_along, high_along = min(low_along, along), max(high_along, along)
         low_across, high_across = min(low_across, across), max(high_across, across)
-    if max(low_along, -high_along) > half_length + margin or max(low_across, -high_across) > half_width + margin:
+    if (
+        max(low_along, -high_along) > half_length + margin
+        or max(low_across, -high_across) > half_width + margin
+    ):
         return True
     before_x, before_y = corners[end - 1, 0], corners[end - 1, 1]
     for k in range(begin, end):
@@ -70,7 +85,10 @@ def _are_apart(
         length = max(math.hypot(ex, ey), 1e-300)  # corners may repeat
         # Along the outward normal (ey, -ex) the polygon ends at its edge.
         gap = (ey * (x - before_x) - ex * (y - before_y)) / length
-        gap -= half_length * abs(ey * cos - ex * sin) / length + half_width * abs(-ey * sin - ex * cos) / length
+        gap -= (
+            half_length * abs(ey * cos - ex * sin) / length
+            + half_width * abs(-ey * sin - ex * cos) / length
+        )
         if gap > margin:
             return True
         before_x, before_y = corners[k, 0], corners[k, 1]
@@ -79,7 +97,13 @@ def _are_apart(
 
 @njit(ahead="float64, float64, float64, float64[:, ::1], int64[::1], float64[:, ::1], int64[::1]")
 def find_near(
-    x: float, y: float, radius: float, corners: FloatArray, first: IntArray, boxes: FloatArray, found: IntArray
+    x: float,
+    y: float,
+    radius: float,
+    corners: FloatArray,
+    first: IntArray,
+    boxes: FloatArray,
+    found: IntArray,
 ) -> tuple[int, float]:
     """Convex polygons within ``radius`` [m] of a point.
 
@@ -111,14 +135,18 @@ def find_near(
 
 @njit()
 def _distance(x: float, y: float, corners: FloatArray, begin: int, end: int) -> float:
-    """Distance [m] from a point to a convex polygon of corners ``begin`` to ``end``; 0 inside it."""
+    """Distance [m] from a point to a convex polygon of corners ``begin`` to ``end``.
+
+    0 inside it.
+    """
     squared, is_inside = math.inf, True
     px, py = corners[end - 1, 0], corners[end - 1, 1]
     for k in range(begin, end):
         ex, ey = corners[k, 0] - px, corners[k, 1] - py
         rx, ry = x - px, y - py
         is_inside = is_inside and ex * ry - ey * rx >= 0.0
-        along = min(max((ex * rx + ey * ry) / max(ex * ex + ey * ey, 1e-300), 0.0), 1.0)  # corners may repeat
+        # corners may repeat
+        along = min(max((ex * rx + ey * ry) / max(ex * ex + ey * ey, 1e-300), 0.0), 1.0)
         squared = min(squared, (rx - along * ex) ** 2 + (ry - along * ey) ** 2)
         px, py = corners[k, 0], corners[k, 1]
     return 0.0 if is_inside else math.sqrt(squared)

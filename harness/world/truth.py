@@ -1,4 +1,7 @@
-"""What really happened in the world, for the harness alone: the brain never sees it. Map frame, SI units."""
+"""What really happened in the world, for the harness alone: the brain never sees it.
+
+Map frame, SI units.
+"""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -24,7 +27,8 @@ class Contact:
     partner_id: int  # pedestrian number or obstacle number in the scene
     x: float  # [m] where
     y: float  # [m]
-    impulse: float  # [N s] of its impacts, without the push between and after them; independent of the physics step
+    # [N s] of its impacts, without the push between and after them; independent of the physics step
+    impulse: float
     impacts: int  # separate ones: times that the bodies came together anew
     delta_v: float  # [m/s] of the robot: impulse over its mass
     peak_step_impulse: float  # [N s] the most that was exchanged in one physics step
@@ -44,7 +48,8 @@ class CountedContact:
     y: float  # [m]
     impulse: float  # [N s] exchanged in this step
     robot_speed: float  # [m/s] of the robot towards the partner before this step, along the normal
-    partner_speed: float  # [m/s] of the partner towards the robot before this step, along the normal
+    # [m/s] of the partner towards the robot before this step, along the normal
+    partner_speed: float
 
 
 @dataclass(frozen=True, slots=True)

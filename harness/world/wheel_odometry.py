@@ -17,7 +17,10 @@ _GRAVITY = 9.81  # [m/s2]
 
 @dataclass(frozen=True, slots=True)
 class OdometryParams:
-    """How well the wheels measure. Scale errors and slip are drawn once per episode, the other noise is white."""
+    """How well the wheels measure.
+
+    Scale errors and slip are drawn once per episode, the other noise is white.
+    """
 
     rate: float  # [Hz]
     linear_scale_std: float  # [-] relative error of lengths, e.g. of the wheel radius
@@ -27,7 +30,8 @@ class OdometryParams:
     yaw_noise_per_turn: float  # [rad / sqrt(rad)] of the heading
     velocity_std: float  # [m/s] of the reported forward velocity
     yaw_rate_std: float  # [rad/s] of the reported yaw rate
-    slip: float = 0.0  # [-] slip ratio per traction, the acceleration in g; root mean square over episodes
+    # [-] slip ratio per traction, the acceleration in g; root mean square over episodes
+    slip: float = 0.0
     latency: float = 0.0  # [s] from measurement to delivery
 
     def __post_init__(self) -> None:
@@ -48,13 +52,15 @@ class OdometryParams:
 class WheelOdometry(Sensor):
     """Dead reckoning of a differential drive, starting at the origin of the odom frame.
 
-    The wheels follow the ground forwards and do not feel what moves the robot sideways. Where they pull they turn
-    farther than the ground passes, where they brake less far: the slip ratio is proportional to the traction used
-    (Gustafsson, "Slip-based tire-road friction estimation", Automatica 33(6), 1997), which is taken as the
-    acceleration over gravity, at most 1; turns count too large by the lateral one. The slope is drawn per episode, for
-    grounds differ. Wheel spin while blocked is not modelled.
+    The wheels follow the ground forwards and do not feel what moves the robot sideways. Where they
+    pull they turn farther than the ground passes, where they brake less far: the slip ratio is
+    proportional to the traction used (Gustafsson, "Slip-based tire-road friction estimation",
+    Automatica 33(6), 1997), which is taken as the acceleration over gravity, at most 1; turns count
+    too large by the lateral one. The slope is drawn per episode, for grounds differ. Wheel spin
+    while blocked is not modelled.
 
-    The message states the white deviations of its velocities; scale errors and slip come on top, as on real robots.
+    The message states the white deviations of its velocities; scale errors and slip come on top, as
+    on real robots.
     """
 
     def __init__(self, params: OdometryParams) -> None:
@@ -76,7 +82,9 @@ class WheelOdometry(Sensor):
         distance, turn = wheel_motion(self._body, body)
         self._body = body
         yaw_deviation = params.yaw_noise_per_distance * math.sqrt(abs(distance))
-        yaw_noise = yaw_deviation * noise[1] + params.yaw_noise_per_turn * math.sqrt(abs(turn)) * noise[2]
+        yaw_noise = (
+            yaw_deviation * noise[1] + params.yaw_noise_per_turn * math.sqrt(abs(turn)) * noise[2]
+        )
         linear, angular = self._linear_scale, self._angular_scale
         if self._slip:
             linear *= 1.0 + self._slip * _traction(math.copysign(body.ax, body.ax * body.vx))
@@ -94,7 +102,10 @@ class WheelOdometry(Sensor):
 
 
 def _traction(acceleration: float) -> float:
-    """Share of the weight that an acceleration [m/s2] takes; no wheel pulls with more than the weight."""
+    """Share of the weight that an acceleration [m/s2] takes.
+
+    No wheel pulls with more than the weight.
+    """
     return max(-1.0, min(1.0, acceleration / _GRAVITY))
 
 

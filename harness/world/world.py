@@ -19,7 +19,8 @@ class World(ABC):
 
         Args:
             mission: where it starts.
-            generators: one each under ``pedestrians``, ``lidar``, ``odometry``, ``imu``, ``gps`` and ``cargo``.
+            generators: one each under ``pedestrians``, ``lidar``, ``odometry``, ``imu``, ``gps``
+                and ``cargo``.
         """
 
     @abstractmethod

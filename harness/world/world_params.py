@@ -27,7 +27,8 @@ class PhysicsParams:
 
     rate: float = 120.0  # [Hz] physics steps, published
     gravity: float = 9.81  # [m/s2]
-    contact_erp: float = 0.01  # [-] share of a penetration removed per step; adds at most this share to an impulse
+    # [-] share of a penetration removed per step; adds at most this share to an impulse
+    contact_erp: float = 0.01
     solver_iterations: int = 50  # of the contact solver per step
 
     def __post_init__(self) -> None:
@@ -43,14 +44,19 @@ class PhysicsParams:
 class PedestrianBodyParams:
     """How people's bodies behave when the robot touches them."""
 
-    kind: str = "kinematic"  # 'kinematic': walks on whatever it hits (published); 'dynamic': is pushed away
+    # 'kinematic': walks on whatever it hits (published); 'dynamic': is pushed away
+    kind: str = "kinematic"
     mass: float = 75.0  # [kg] of a dynamic body
-    push_force: float = 200.0  # [N] at most, with which a dynamic body keeps to its way; about a quarter of its weight
+    # [N] at most, with which a dynamic body keeps to its way; about a quarter of its weight
+    push_force: float = 200.0
     friction: float = 0.5  # [-] Coulomb coefficient of clothes
-    friction_combine: str = "multiply"  # with the robot's: 'multiply' (Bullet's rule) or 'average' (PhysX's default)
-    frame_steps: int = 1  # physics steps per rendered frame: a kinematic body makes a frame's way in the first of them
+    # with the robot's: 'multiply' (Bullet's rule) or 'average' (PhysX's default)
+    friction_combine: str = "multiply"
+    # physics steps per rendered frame: a kinematic body makes a frame's way in the first of them
+    frame_steps: int = 1
     max_contact_impulse: float = 0.0  # [N s] of one contact point in one physics step; 0: no limit
-    max_depenetration_speed: float = 0.0  # [m/s] at most, at which bodies that overlap part; 0: by contact_erp alone
+    # [m/s] at most, at which bodies that overlap part; 0: by contact_erp alone
+    max_depenetration_speed: float = 0.0
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -61,8 +67,12 @@ class PedestrianBodyParams:
         if self.kind not in PEDESTRIAN_BODIES:
             raise UnknownNameError("kind of pedestrian body", self.kind, PEDESTRIAN_BODIES)
         if self.friction_combine not in FRICTION_RULES:
-            raise UnknownNameError("pedestrian_bodies: friction_combine", self.friction_combine, FRICTION_RULES)
-        if not 1 <= self.frame_steps <= MAX_FRAME_STEPS or (self.frame_steps > 1 and self.kind != "kinematic"):
+            raise UnknownNameError(
+                "pedestrian_bodies: friction_combine", self.friction_combine, FRICTION_RULES
+            )
+        if not 1 <= self.frame_steps <= MAX_FRAME_STEPS or (
+            self.frame_steps > 1 and self.kind != "kinematic"
+        ):
             raise ParameterError(
                 f"pedestrian_bodies: frame_steps {self.frame_steps} of {self.kind} bodies; "
                 f"allowed is 1 to {MAX_FRAME_STEPS}, and more than 1 for kinematic bodies only"
@@ -80,8 +90,10 @@ class ContactParams:
     """What is a counted contact and what one contact event."""
 
     counted_impulse: float = 50.0  # [N s] in one step, from which it counts; published
-    per: str = "partner"  # what must reach it: 'partner': all its points together; 'point': one of them, as published
-    cool_down: int = 30  # contact reports (steps with contact) after a counted one during which nothing counts; publ.
+    # what must reach it: 'partner': all its points together; 'point': one of them, as published
+    per: str = "partner"
+    # contact reports (steps with contact) after a counted one during which nothing counts; publ.
+    cool_down: int = 30
     impact_speed: float = 0.05  # [m/s] closing speed up to which bodies touch without impact
     separation_time: float = 0.25  # [s] apart after which an event has ended
 
@@ -94,27 +106,39 @@ class ContactParams:
         """
         if self.per not in COUNTED_PER:
             raise UnknownNameError("contacts: per", self.per, COUNTED_PER)
-        check_ranges("contacts", self, not_negative="counted_impulse cool_down impact_speed separation_time")
+        check_ranges(
+            "contacts", self, not_negative="counted_impulse cool_down impact_speed separation_time"
+        )
 
 
 @dataclass(frozen=True, slots=True)
 class CargoParams:
-    """The popcorn and its bucket, an open box with a square floor; :mod:`harness.world.cargo` says what is assumed."""
+    """The popcorn and its bucket, an open box with a square floor.
+
+    :mod:`harness.world.cargo` says what is assumed.
+    """
 
     pieces: int = 50  # published; 0: no cargo
     piece_mass: float = 0.001  # [kg] published
-    fill: float = 0.6  # [-] share of the bucket's volume below the settled pieces' mean surface; published
+    # [-] share of the bucket's volume below the settled pieces' mean surface; published
+    fill: float = 0.6
     piece_radius: float = 0.0154  # [m] about that of popped corn; assumed
     bucket_width: float = 0.12  # [m] inside; assumed
-    packing: float = 0.59  # [-] share of the filled volume that is pieces: loose random packing between near walls
+    # [-] share of the filled volume that is pieces: loose random packing between near walls
+    packing: float = 0.59
     friction: float = 0.5  # [-] Coulomb coefficient between pieces and with the cardboard; assumed
-    restitution: float = 0.3  # [-] of speed kept in a bounce between pieces and off the walls; assumed
-    rolling_friction: float = 0.05  # [-] of a piece's radius; stands for the irregular shape; assumed
-    wake_acceleration: float = 4.5  # [m/s2] of the bucket from which pieces are simulated; below friction times gravity
+    # [-] of speed kept in a bounce between pieces and off the walls; assumed
+    restitution: float = 0.3
+    # [-] of a piece's radius; stands for the irregular shape; assumed
+    rolling_friction: float = 0.05
+    # [m/s2] of the bucket from which pieces are simulated; below friction times gravity
+    wake_acceleration: float = 4.5
     settle_time: float = 0.5  # [s] below it after which they rest again
-    bucket: str = "fixed"  # 'fixed' to the robot; 'free': stands loose on it, as the published code spawns it
+    # 'fixed' to the robot; 'free': stands loose on it, as the published code spawns it
+    bucket: str = "fixed"
     bucket_mass: float = 0.05  # [kg] of a free one: cardboard; assumed
-    bucket_friction: float = 0.5  # [-] Coulomb coefficient of a free one on the robot; PhysX's default
+    # [-] Coulomb coefficient of a free one on the robot; PhysX's default
+    bucket_friction: float = 0.5
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -130,7 +154,11 @@ class CargoParams:
             self,
             positive="bucket_mass piece_mass piece_radius bucket_width wake_acceleration settle_time",
             not_negative="bucket_friction friction rolling_friction restitution",
-            within={"pieces": (0, MAX_PIECES), "fill": (POSITIVE, 1.0), "packing": (POSITIVE, 0.74)},
+            within={
+                "pieces": (0, MAX_PIECES),
+                "fill": (POSITIVE, 1.0),
+                "packing": (POSITIVE, 0.74),
+            },
         )
         if self.bucket_width < 2.0 * self.piece_radius:
             raise ParameterError(

@@ -25,10 +25,12 @@ GoalT = TypeVar("GoalT", bound=BehaviorGoal)
 
 
 class Behavior(ABC, Generic[GoalT]):
-    """One behavior; :meth:`start` it, then :meth:`step` it at the server's ``cycle_frequency`` until it is done.
+    """One behavior.
 
-    How far the robot has got is measured in the odom frame, which does not jump; what lies ahead is looked up in the
-    local costmap, around the believed pose.
+    :meth:`start` it, then :meth:`step` it at the server's ``cycle_frequency`` until it is done.
+
+    How far the robot has got is measured in the odom frame, which does not jump; what lies ahead is
+    looked up in the local costmap, around the believed pose.
     """
 
     goal_type: ClassVar[type[BehaviorGoal]]
@@ -52,7 +54,10 @@ class Behavior(ABC, Generic[GoalT]):
         Raises:
             BehaviorError: INVALID_INPUT.
         """
-        self._deadline = state.stamp + goal.time_allowance if goal.time_allowance > 0.0 else math.inf  # [s]
+        # [s]
+        self._deadline = (
+            state.stamp + goal.time_allowance if goal.time_allowance > 0.0 else math.inf
+        )
         self._begin(goal, state)
 
     def step(self, state: RobotState, costmap: Costmap) -> Twist2D | None:

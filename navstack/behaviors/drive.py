@@ -33,7 +33,9 @@ class DriveOnHeading(Behavior[DriveGoal]):
 
     def _begin(self, goal: DriveGoal, state: RobotState) -> None:
         if (goal.target_x > 0.0) != (goal.speed > 0.0):
-            message = f"the distance {goal.target_x:g} m and the speed {goal.speed:g} m/s differ in sign"
+            message = (
+                f"the distance {goal.target_x:g} m and the speed {goal.speed:g} m/s differ in sign"
+            )
             raise self._failure("INVALID_INPUT", message)
         self._goal = goal
         self._start = state.odom_pose
@@ -56,7 +58,11 @@ class DriveOnHeading(Behavior[DriveGoal]):
             step = 1.0 / self._server.cycle_frequency  # [s]
             slowest = self._last_speed + params.deceleration_limit * step
             fastest = self._last_speed + params.acceleration_limit * step
-            speed = min(max(speed, slowest), fastest, math.sqrt(-2.0 * params.deceleration_limit * remaining))
+            speed = min(
+                max(speed, slowest),
+                fastest,
+                math.sqrt(-2.0 * params.deceleration_limit * remaining),
+            )
         return max(speed, params.minimum_speed)
 
     def _ahead(self, pose: Pose2D, velocity: float, remaining: float) -> Iterator[Pose2D]:
@@ -65,7 +71,9 @@ class DriveOnHeading(Behavior[DriveGoal]):
             way = velocity * time
             if abs(way) >= remaining:
                 return
-            yield Pose2D(pose.x + way * math.cos(pose.yaw), pose.y + way * math.sin(pose.yaw), pose.yaw)
+            yield Pose2D(
+                pose.x + way * math.cos(pose.yaw), pose.y + way * math.sin(pose.yaw), pose.yaw
+            )
 
 
 class BackUp(DriveOnHeading):

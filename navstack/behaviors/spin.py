@@ -49,8 +49,9 @@ class Spin(Behavior[SpinGoal]):
     def _ahead(self, pose: Pose2D, velocity: float) -> Iterator[Pose2D]:
         """Where the robot will be.
 
-        As upstream, the look ahead reaches as far as the robot has turned already, not as far as it has yet to turn:
-        the first command is given unseen, and what lies ahead is seen the later the less it has turned.
+        As upstream, the look ahead reaches as far as the robot has turned already, not as far as it
+        has yet to turn: the first command is given unseen, and what lies ahead is seen the later
+        the less it has turned.
         """
         for time in self._times_ahead():
             turn = velocity * time

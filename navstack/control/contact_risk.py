@@ -1,6 +1,7 @@
 """What touching a person is expected to cost: the parts that controllers and critics share.
 
-People are seen as circles, the robot as a box. Where a person will be is a normal distribution about a straight walk.
+People are seen as circles, the robot as a box. Where a person will be is a normal distribution
+about a straight walk.
 """
 
 import math
@@ -13,9 +14,11 @@ from navstack.jit import njit, tuple_of
 from navstack.params.expected_contact import ContactPrices
 from navstack.types import FloatArray, IntArray, Pose2D, Track
 
-FIELDS = 7  # x, y [m], vx, vy [m/s], radius [m], variances of place [m2] and velocity [m2/s2] per axis
+# x, y [m], vx, vy [m/s], radius [m], variances of place [m2] and velocity [m2/s2] per axis
+FIELDS = 7
 UNLIKELY = 4.0  # standard deviations beyond which nothing happens
-_LOGISTIC = 1.702  # slope at which the logistic function is nearest to the normal distribution's (Bowling et al. 2009)
+# slope at which the logistic function is nearest to the normal distribution's (Bowling et al. 2009)
+_LOGISTIC = 1.702
 _MOST_SPREAD = 0.6  # [m] that the track's covariance adds at most
 _KNOWN = 2.0  # [s] over which the track's velocity variance counts; then it is the drift's
 
@@ -48,12 +51,20 @@ def body_of(footprint: FloatArray) -> Body:
     return Body(float(0.5 * (low[0] + high[0])), half_length, half_width)
 
 
-def nearest(tracks: Sequence[Track], pose: Pose2D, stamp: float, most: int, reach: float) -> FloatArray:
+def nearest(
+    tracks: Sequence[Track], pose: Pose2D, stamp: float, most: int, reach: float
+) -> FloatArray:
     """The nearest tracks within ``reach`` [m] at time ``stamp`` [s], nearest first, as rows (n <= most, FIELDS)."""
     rows = np.empty((len(tracks), FIELDS))
     for row, track in zip(rows, tracks, strict=True):
         late, p = stamp - track.stamp, track.covariance
-        row[:5] = track.x + late * track.vx, track.y + late * track.vy, track.vx, track.vy, track.radius
+        row[:5] = (
+            track.x + late * track.vx,
+            track.y + late * track.vy,
+            track.vx,
+            track.vy,
+            track.radius,
+        )
         row[5:] = 0.5 * (p[0, 0] + p[1, 1]), 0.5 * (p[2, 2] + p[3, 3])
     distances = np.hypot(rows[:, 0] - pose.x, rows[:, 1] - pose.y)
     order = np.argsort(distances, kind="stable")[:most]
@@ -97,7 +108,9 @@ def contact_cost(closing: float, contact_usd: FloatArray) -> float:
 
 
 @njit(inline="always")
-def gap_to(rx: float, ry: float, half_length: float, half_width: float) -> tuple[float, float, float]:
+def gap_to(
+    rx: float, ry: float, half_length: float, half_width: float
+) -> tuple[float, float, float]:
     """Distance [m] from a box about the origin to a point, negative inside, and the direction to it (unit length)."""
     ex, ey = abs(rx) - half_length, abs(ry) - half_width
     ax, ay = max(ex, 0.0), max(ey, 0.0)
@@ -154,7 +167,10 @@ def expected_contacts(
             person, worst = people[p], 0.0
             for k in range(lengths[i]):
                 t = k * steps[i]
-                v, omega = speeds[i, min(k, speeds.shape[1] - 1)], turns[i, min(k, turns.shape[1] - 1)]
+                v, omega = (
+                    speeds[i, min(k, speeds.shape[1] - 1)],
+                    turns[i, min(k, turns.shape[1] - 1)],
+                )
                 cos, sin = math.cos(yaw[i, k]), math.sin(yaw[i, k])
                 dx, dy = person[0] + t * person[2] - x[i, k], person[1] + t * person[3] - y[i, k]
                 rx, ry = cos * dx + sin * dy - body.centre, cos * dy - sin * dx

@@ -30,29 +30,41 @@ class Controller(ABC):
     """Follows a plan. A new plan is recognised as a new object."""
 
     wants_tracks = False  # whether it looks at what moves about
-    acts_at_rest = False  # whether it is asked on after arrival, and without a plan drives to the goal's pose
+    # whether it is asked on after arrival, and without a plan drives to the goal's pose
+    acts_at_rest = False
 
     def seed(self, rng: np.random.Generator) -> None:  # noqa: B027 - most controllers leave nothing to chance
-        """Draw all chance from ``rng`` from now on: a new navigation begins, :meth:`reset` follows."""
+        """Draw all chance from ``rng`` from now on.
+
+        A new navigation begins, :meth:`reset` follows.
+        """
 
     @abstractmethod
     def reset(self) -> None:
-        """Forget the previous attempt to follow a plan: a new one begins, maybe to the same goal."""
+        """Forget the previous attempt to follow a plan.
+
+        A new one begins, maybe to the same goal.
+        """
 
     def resume(self) -> None:  # noqa: B027 - those who begin with the measured velocity need not know
         """Go on in the same attempt after a time in which no command was asked for and the robot was made to stand."""
 
     @abstractmethod
-    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+    def compute_velocity(
+        self, state: RobotState, plan: Path, surroundings: Surroundings
+    ) -> Twist2D:
         """The velocity to command now, in the base frame.
 
         Raises:
-            ControlError: the plan cannot be followed; :class:`NoLegalVelocity` where every sample is rejected.
+            ControlError: the plan cannot be followed; :class:`NoLegalVelocity` where every sample
+                is rejected.
         """
 
     @property
     def decision(self) -> DecisionRecord | None:
-        """How the last cycle since the reset was decided, failed ones included; None: there is none, or it is not told.
+        """How the last cycle since the reset was decided, failed ones included.
+
+        None: there is none, or it is not told.
 
         Made when it is asked for, which must be before the next cycle.
         """
@@ -60,15 +72,21 @@ class Controller(ABC):
 
     @property
     def alternatives(self) -> tuple[Alternative, ...]:
-        """What the last cycle's command was preferred to; none: nothing legal was left, or it is not told.
+        """What the last cycle's command was preferred to.
 
-        Made when it is asked for, which must be before the next cycle, and may take longer than the cycle itself.
+        None: nothing legal was left, or it is not told.
+
+        Made when it is asked for, which must be before the next cycle, and may take longer than the
+        cycle itself.
         """
         return ()
 
     @property
     def options(self) -> tuple[Option, ...]:
-        """Motions that the last cycle weighed, the chosen one first; to be asked for as :attr:`alternatives` are."""
+        """Motions that the last cycle weighed, the chosen one first.
+
+        To be asked for as :attr:`alternatives` are.
+        """
         return ()
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:

@@ -8,7 +8,13 @@ from navstack.control.controller import Controller, Surroundings
 from navstack.control.decision import DecisionRecord
 from navstack.control.goal_checker import GoalChecker
 from navstack.control.progress_checker import ProgressChecker
-from navstack.errors import ControlError, InvalidPathError, NoLegalVelocity, NoProgressError, PatienceExceededError
+from navstack.errors import (
+    ControlError,
+    InvalidPathError,
+    NoLegalVelocity,
+    NoProgressError,
+    PatienceExceededError,
+)
 from navstack.params.servers import ControllerServerParams
 from navstack.stopwatch import Stopwatch
 from navstack.types import Path, Pose2D, RobotState, Twist2D
@@ -35,7 +41,10 @@ class ControllerServer:
         self.stopwatch = Stopwatch()  # of the controller's cycles, over all attempts at a goal
 
     def reset(self, rng: np.random.Generator) -> None:
-        """Forget the goal and everything learnt on the way to it; all chance in control is drawn from ``rng``."""
+        """Forget the goal and everything learnt on the way to it.
+
+        All chance in control is drawn from ``rng``.
+        """
         self.stopwatch.clear()
         self.controller.seed(rng)
         self._failed_decision = None
@@ -53,13 +62,19 @@ class ControllerServer:
             self.begin(self.plan, now)
 
     def resume(self, now: float) -> None:
-        """Go on after a time in which no command was asked for: neither progress nor patience counts it."""
+        """Go on after a time in which no command was asked for.
+
+        Neither progress nor patience counts it.
+        """
         self.controller.resume()
         self._progress_checker.reset()
         self._last_valid = now
 
     def set_plan(self, plan: Path) -> None:
-        """Take over a newer plan to the same goal; whether that is reached is asked afresh (``setPlannerPath``)."""
+        """Take over a newer plan to the same goal.
+
+        Whether that is reached is asked afresh (``setPlannerPath``).
+        """
         self.plan = plan
         self._goal = Pose2D(*plan.poses[-1].tolist()) if len(plan) else None
         self._goal_checker.reset()
@@ -73,18 +88,24 @@ class ControllerServer:
         """Whether the plan's last pose is reached, as the goal checker sees it."""
         if self._goal is None:
             return False
-        return self._goal_checker.is_goal_reached(state.pose, self._goal, self._thresholded(state.twist))
+        return self._goal_checker.is_goal_reached(
+            state.pose, self._goal, self._thresholded(state.twist)
+        )
 
-    def compute_command(self, state: RobotState, surroundings: Surroundings, expects_progress: bool = True) -> Twist2D:
+    def compute_command(
+        self, state: RobotState, surroundings: Surroundings, expects_progress: bool = True
+    ) -> Twist2D:
         """The command of this cycle; standstill while the controller fails within its tolerance.
 
         Raises:
-            ControlError: no plan, no progress, no command for longer than ``failure_tolerance``, or at once what
-                more attempts would not cure.
+            ControlError: no plan, no progress, no command for longer than ``failure_tolerance``, or
+                at once what more attempts would not cure.
         """
         if self.plan is None or self._goal is None:
             raise InvalidPathError("there is no plan to follow")
-        on_the_way = not expects_progress or self._progress_checker.check(state.odom_pose, state.stamp)
+        on_the_way = not expects_progress or self._progress_checker.check(
+            state.odom_pose, state.stamp
+        )
         if not on_the_way:  # measured as with local_costmap.global_frame: odom
             raise NoProgressError("the robot has not moved as far as the progress checker requires")
         twist = self._thresholded(state.twist)
@@ -93,7 +114,8 @@ class ControllerServer:
             with self.stopwatch:
                 command = self.controller.compute_velocity(measured, self.plan, surroundings)
         except ControlError as error:
-            self._failed_decision = self.controller.decision  # before a new attempt makes the controller forget it
+            # before a new attempt makes the controller forget it
+            self._failed_decision = self.controller.decision
             if error.code != NoLegalVelocity.code:
                 raise
             self._be_patient(error, state.stamp)
@@ -109,20 +131,25 @@ class ControllerServer:
 
     def _be_patient(self, error: ControlError, now: float) -> None:
         """Put up with a lack of commands for ``failure_tolerance``."""
-        tolerance = self._params.failure_tolerance  # [s]; -1: endless; 0 or otherwise negative: none
+        # [s]; -1: endless; 0 or otherwise negative: none
+        tolerance = self._params.failure_tolerance
         if tolerance == -1.0:
             return
         if tolerance <= 0.0:
             raise error
         if now - self._last_valid > tolerance:
-            raise PatienceExceededError(f"no command for more than {tolerance:g} s; last reason: {error}") from error
+            raise PatienceExceededError(
+                f"no command for more than {tolerance:g} s; last reason: {error}"
+            ) from error
 
     def _thresholded(self, twist: Twist2D) -> Twist2D:
         """Velocities below their thresholds count as zero (ControllerServer::getThresholdedTwist)."""
         params = self._params
         x = twist.linear_x if abs(twist.linear_x) > params.min_x_velocity_threshold else 0.0
         y = twist.linear_y if abs(twist.linear_y) > params.min_y_velocity_threshold else 0.0
-        theta = twist.angular_z if abs(twist.angular_z) > params.min_theta_velocity_threshold else 0.0
+        theta = (
+            twist.angular_z if abs(twist.angular_z) > params.min_theta_velocity_threshold else 0.0
+        )
         if x == twist.linear_x and y == twist.linear_y and theta == twist.angular_z:
             return twist
         return Twist2D(x, y, theta)

@@ -45,6 +45,7 @@ class DecisionRecord:
     command: Twist2D  # what came out; standstill where nothing was legal
     samples: int = 0  # trajectories compared
     rejected: int = 0  # of them
-    total: float | None = None  # weighted sum of the chosen trajectory; None: none was legal, or nothing is scored
+    # weighted sum of the chosen trajectory; None: none was legal, or nothing is scored
+    total: float | None = None
     scores: tuple[CriticScore, ...] = ()  # in the order of evaluation
     status: str = ""  # of an optimiser; empty: there is none

@@ -36,10 +36,15 @@ def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
 
 
 @njit(ahead="uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], float64, float64, float64")
-def outline_cost(costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float) -> int:
-    """The greatest cost 0..255 under the outline of ``footprint`` (V, 2) at a pose; LETHAL_OBSTACLE off the map.
+def outline_cost(
+    costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float
+) -> int:
+    """The greatest cost 0..255 under the outline of ``footprint`` (V, 2) at a pose.
 
-    As upstream, an unknown cell hides the lethal ones under later edges, but none under its own or earlier ones.
+    LETHAL_OBSTACLE off the map.
+
+    As upstream, an unknown cell hides the lethal ones under later edges, but none under its own or
+    earlier ones.
     """
     return walk_outline(costs, grid, footprint, x, y, math.cos(yaw), math.sin(yaw), True)
 
@@ -55,7 +60,10 @@ def walk_outline(
     sine: float,
     unknown_hides: bool,
 ) -> int:
-    """See :func:`outline_cost`; unless ``unknown_hides``, LETHAL_OBSTACLE wherever there is a lethal cell."""
+    """See :func:`outline_cost`.
+
+    Unless ``unknown_hides``, LETHAL_OBSTACLE wherever there is a lethal cell.
+    """
     height, width = costs.shape
     count = len(footprint)
     worst = 0
@@ -77,11 +85,13 @@ def walk_outline(
 
 
 @njit()
-def is_occupied(costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float) -> bool:
+def is_occupied(
+    costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float
+) -> bool:
     """Whether the outline at (x, y, yaw) lies on a lethal cell or reaches over the map's edge.
 
-    As upstream, nothing is known where the robot's centre is off the map, and an unknown cell under the outline hides
-    a lethal one as :func:`outline_cost` says.
+    As upstream, nothing is known where the robot's centre is off the map, and an unknown cell under
+    the outline hides a lethal one as :func:`outline_cost` says.
     """
     height, width = costs.shape
     fx, fy = (x - grid[0]) / grid[2], (y - grid[1]) / grid[2]
@@ -92,5 +102,8 @@ def is_occupied(costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y
 
 
 def footprint_cost(costmap: Costmap, footprint: FloatArray, pose: Pose2D) -> int:
-    """The greatest cost under the outline of ``footprint`` (V, 2) in [m] at ``pose``; see :func:`outline_cost`."""
+    """The greatest cost under the outline of ``footprint`` (V, 2) in [m] at ``pose``.
+
+    See :func:`outline_cost`.
+    """
     return int(outline_cost(costmap.data, costmap.grid, footprint, pose.x, pose.y, pose.yaw))

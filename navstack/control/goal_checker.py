@@ -5,7 +5,11 @@ from abc import ABC, abstractmethod
 from dataclasses import replace
 
 from navstack.geometry import shortest_angular_distance
-from navstack.params.checkers import PositionGoalCheckerParams, SimpleGoalCheckerParams, StoppedGoalCheckerParams
+from navstack.params.checkers import (
+    PositionGoalCheckerParams,
+    SimpleGoalCheckerParams,
+    StoppedGoalCheckerParams,
+)
 from navstack.types import Pose2D, Twist2D
 
 
@@ -24,7 +28,8 @@ class GoalChecker(ABC):
 class SimpleGoalChecker(GoalChecker):
     """Position and heading within tolerances (``simple_goal_checker.cpp``).
 
-    Stateful: once the position was within its tolerance only the heading is checked, until :meth:`reset`.
+    Stateful: once the position was within its tolerance only the heading is checked, until
+    :meth:`reset`.
     """
 
     def __init__(self, params: SimpleGoalCheckerParams) -> None:
@@ -52,7 +57,9 @@ class PositionGoalChecker(SimpleGoalChecker):
     """Position within its tolerance, whatever the heading (``position_goal_checker.cpp``)."""
 
     def __init__(self, params: PositionGoalCheckerParams) -> None:
-        super().__init__(SimpleGoalCheckerParams(params.xy_goal_tolerance, math.pi, params.stateful))
+        super().__init__(
+            SimpleGoalCheckerParams(params.xy_goal_tolerance, math.pi, params.stateful)
+        )
 
 
 class SymmetricGoalChecker(SimpleGoalChecker):

@@ -11,7 +11,9 @@ from navstack.types import FloatArray, Path, Pose2D
 
 
 class PathWindow:
-    """Cuts the plan from the pose nearest to the robot to the edge of the local costmap; what lies behind is forgotten.
+    """Cuts the plan from the pose nearest to the robot to the edge of the local costmap.
+
+    What lies behind is forgotten.
 
     Plan and costmap share the map frame.
     """
@@ -20,8 +22,8 @@ class PathWindow:
         """Make the window.
 
         Args:
-            search_distance: along the plan, in [m], in which the nearest pose is looked for; None: half the costmap's
-                width; negative: the whole plan.
+            search_distance: along the plan, in [m], in which the nearest pose is looked for; None:
+                half the costmap's width; negative: the whole plan.
             fewest_poses: of a plan that can be followed.
         """
         self._search_distance = search_distance
@@ -42,7 +44,11 @@ class PathWindow:
             raise InvalidPathError(
                 f"the plan has {len(plan) - self._begin} poses left; this controller needs {self._fewest_poses}"
             )
-        search = costmap.size_x * costmap.resolution / 2.0 if self._search_distance is None else self._search_distance
+        search = (
+            costmap.size_x * costmap.resolution / 2.0
+            if self._search_distance is None
+            else self._search_distance
+        )
         extent = max(costmap.size_x, costmap.size_y) * costmap.resolution / 2.0
         self._begin, end = window_bounds(
             plan.poses, self._begin, pose.x, pose.y, search if search >= 0.0 else math.inf, extent
@@ -57,7 +63,9 @@ class PathWindow:
 
 
 @njit()
-def nearest_pose(poses: FloatArray, first: int, x: float, y: float, search_distance: float) -> tuple[int, int]:
+def nearest_pose(
+    poses: FloatArray, first: int, x: float, y: float, search_distance: float
+) -> tuple[int, int]:
     """The pose (of N, >= 1) nearest to (x, y) up to ``search_distance`` [m] along the plan from pose ``first``.
 
     Returns:
@@ -68,7 +76,9 @@ def nearest_pose(poses: FloatArray, first: int, x: float, y: float, search_dista
     travelled = 0.0
     stop = first + 1
     while stop < len(poses):
-        travelled += math.hypot(poses[stop, 0] - poses[stop - 1, 0], poses[stop, 1] - poses[stop - 1, 1])
+        travelled += math.hypot(
+            poses[stop, 0] - poses[stop - 1, 0], poses[stop, 1] - poses[stop - 1, 1]
+        )
         if travelled > search_distance:
             break
         distance = math.hypot(poses[stop, 0] - x, poses[stop, 1] - y)
@@ -84,9 +94,9 @@ def window_bounds(
 ) -> tuple[int, int]:
     """Begin and end of the poses (N, >= 2) to follow.
 
-    From the pose nearest to (x, y) among those within ``search_distance`` [m] along the plan from pose ``first``, to
-    the first one farther than ``extent`` [m] along the straight line. Two poses are kept where there are two, so that
-    the plan has a direction.
+    From the pose nearest to (x, y) among those within ``search_distance`` [m] along the plan from
+    pose ``first``, to the first one farther than ``extent`` [m] along the straight line. Two poses
+    are kept where there are two, so that the plan has a direction.
     """
     nearest, stop = nearest_pose(poses, first, x, y, search_distance)
     if nearest == stop - 1 and nearest > first:

@@ -19,7 +19,9 @@ class PlanWindow:
     ``prune_plan`` is set; a new plan starts afresh.
     """
 
-    def __init__(self, prune_plan: bool, prune_distance: float, forward_distance: float, shorten: bool) -> None:
+    def __init__(
+        self, prune_plan: bool, prune_distance: float, forward_distance: float, shorten: bool
+    ) -> None:
         """Distances in [m]; a negative ``forward_distance`` keeps everything ahead."""
         self._prune_plan = prune_plan
         self._prune_distance = prune_distance
@@ -43,7 +45,9 @@ class PlanWindow:
         half_window = max(costmap.data.shape) * costmap.resolution / 2.0
         behind = min(half_window, self._prune_distance) if self._prune_plan else half_window
         ahead = min(half_window, self._forward_distance) if self._shorten else half_window
-        begin, end = window_bounds(poses, self._begin, pose.x, pose.y, behind, ahead, self._forward_distance)
+        begin, end = window_bounds(
+            poses, self._begin, pose.x, pose.y, behind, ahead, self._forward_distance
+        )
         if self._prune_plan:
             self._begin = begin
         if begin == end:
@@ -57,12 +61,19 @@ class PlanWindow:
 
 @njit(ahead="float64[:, ::1], int64, float64, float64, float64, float64, float64")
 def window_bounds(
-    poses: FloatArray, first: int, x: float, y: float, behind: float, ahead: float, search_length: float
+    poses: FloatArray,
+    first: int,
+    x: float,
+    y: float,
+    behind: float,
+    ahead: float,
+    search_length: float,
 ) -> tuple[int, int]:
     """Begin and end of the poses (N, 3) that matter.
 
-    From the first one nearer than ``behind`` to the first after it that is farther than ``ahead``, both in [m] along
-    the straight line; the search for the begin stops after ``search_length`` [m] along the plan.
+    From the first one nearer than ``behind`` to the first after it that is farther than ``ahead``,
+    both in [m] along the straight line; the search for the begin stops after ``search_length`` [m]
+    along the plan.
     """
     count = len(poses)
     stop = count
@@ -85,7 +96,8 @@ def window_bounds(
 def densify(poses: FloatArray, resolution: float) -> FloatArray:
     """Points (M, 2) along poses (N, >= 2), filled up where a gap exceeds two cells.
 
-    ``nav_2d_utils::adjustPlanResolution``, which spaces the new points by slightly more than ``resolution`` [m].
+    ``nav_2d_utils::adjustPlanResolution``, which spaces the new points by slightly more than
+    ``resolution`` [m].
     """
     allowed = resolution * resolution * LONGEST_GAP**2  # [m2]
     steps = np.empty(len(poses), dtype=np.int64)  # pieces that the gap before each pose is cut into
@@ -141,7 +153,10 @@ def cells_of_points(points: FloatArray, costs: ByteArray, grid: Grid) -> IntArra
 
 
 def plan_cells(poses: FloatArray, costmap: Costmap) -> IntArray:
-    """The cells (S, 2) that the poses (N, 3) of a plan cover, as far as the map is known; see :func:`densify`."""
+    """The cells (S, 2) that the poses (N, 3) of a plan cover, as far as the map is known.
+
+    See :func:`densify`.
+    """
     points = densify(poses, costmap.resolution)
     cells: IntArray = cells_of_points(points, costmap.data, costmap.grid)
     return cells

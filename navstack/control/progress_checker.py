@@ -42,7 +42,9 @@ class SimpleProgressChecker(ProgressChecker):
 
     def _has_moved(self, since: Pose2D, pose: Pose2D) -> bool:
         """Whether the robot has come far enough since the reference."""
-        return math.hypot(pose.x - since.x, pose.y - since.y) > self._params.required_movement_radius
+        return (
+            math.hypot(pose.x - since.x, pose.y - since.y) > self._params.required_movement_radius
+        )
 
 
 class PoseProgressChecker(SimpleProgressChecker):

@@ -16,9 +16,9 @@ from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
 class RotationShimController(Controller):
     """``nav2_rotation_shim_controller::RotationShimController`` of Nav2 Jazzy.
 
-    Each new plan makes it look at the heading once more, until the heading is right or turning would collide; from
-    then on the primary controller drives, until the next plan. (Nav2 main decides in every cycle: the same as a new
-    plan in every cycle here.)
+    Each new plan makes it look at the heading once more, until the heading is right or turning
+    would collide; from then on the primary controller drives, until the next plan. (Nav2 main
+    decides in every cycle: the same as a new plan in every cycle here.)
     """
 
     def __init__(
@@ -36,7 +36,8 @@ class RotationShimController(Controller):
             primary: the controller that follows the path.
             footprint: padded polygon (V, 2) in [m], base frame.
             controller_frequency: control cycles per second, in [Hz].
-            xy_goal_tolerance: of the goal checker in [m]; only ``rotate_to_goal_heading`` asks for it.
+            xy_goal_tolerance: of the goal checker in [m]; only ``rotate_to_goal_heading`` asks for
+                it.
         """
         self._params = params
         self._primary = primary
@@ -61,7 +62,8 @@ class RotationShimController(Controller):
         self._heading_is_open = False  # the plan's heading is still to be looked at
         self._at_goal = False
         self._last_yaw_rate = 0.0  # [rad/s] commanded
-        self._turn: DecisionRecord | None = None  # of the last cycle; None: the primary controller decided
+        # of the last cycle; None: the primary controller decided
+        self._turn: DecisionRecord | None = None
         self._primary.reset()
 
     def resume(self) -> None:
@@ -88,7 +90,9 @@ class RotationShimController(Controller):
         """For the primary controller only: turns on the spot keep their speed, as upstream."""
         self._primary.set_speed_limit(limit, is_percentage)
 
-    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+    def compute_velocity(
+        self, state: RobotState, plan: Path, surroundings: Surroundings
+    ) -> Twist2D:
         """A turn on the spot, or the primary controller's command.
 
         Raises:
@@ -96,8 +100,14 @@ class RotationShimController(Controller):
         """
         if plan is not self._plan:
             self._begin(plan)
-        command = self._turn_to_goal(state, plan, surroundings) or self._turn_to_plan(state, plan, surroundings)
-        self._turn = None if command is None else DecisionRecord(state.stamp, "RotationShimController", command)
+        command = self._turn_to_goal(state, plan, surroundings) or self._turn_to_plan(
+            state, plan, surroundings
+        )
+        self._turn = (
+            None
+            if command is None
+            else DecisionRecord(state.stamp, "RotationShimController", command)
+        )
         if command is None:
             self._turning = False
             command = self._primary.compute_velocity(state, plan, surroundings)
@@ -115,17 +125,26 @@ class RotationShimController(Controller):
         self._plan, self._goal = plan, plan.poses[-1:]
         self._at_goal = False
 
-    def _turn_to_goal(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D | None:
+    def _turn_to_goal(
+        self, state: RobotState, plan: Path, surroundings: Surroundings
+    ) -> Twist2D | None:
         """The turn to the goal's yaw, once within its tolerance (which is remembered until the next plan)."""
         if not self._params.rotate_to_goal_heading or len(plan) == 0:
             return None
         x, y, yaw = map(float, plan.poses[-1])
-        self._at_goal = self._at_goal or math.hypot(x - state.pose.x, y - state.pose.y) <= self._xy_goal_tolerance
+        self._at_goal = (
+            self._at_goal
+            or math.hypot(x - state.pose.x, y - state.pose.y) <= self._xy_goal_tolerance
+        )
         if not self._at_goal:
             return None
-        return self._safe_turn(shortest_angular_distance(state.pose.yaw, yaw), state, surroundings.costmap)
+        return self._safe_turn(
+            shortest_angular_distance(state.pose.yaw, yaw), state, surroundings.costmap
+        )
 
-    def _turn_to_plan(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D | None:
+    def _turn_to_plan(
+        self, state: RobotState, plan: Path, surroundings: Surroundings
+    ) -> Twist2D | None:
         """The turn to the plan's heading, while that is open and off by more than the threshold."""
         if not self._heading_is_open or len(plan) < 2:
             return None
@@ -152,7 +171,10 @@ class RotationShimController(Controller):
         return math.atan2(seen.y, seen.x)
 
     def _safe_turn(self, error: float, state: RobotState, costmap: Costmap) -> Twist2D | None:
-        """The turn towards ``error`` [rad] within the limits, slow enough to stop in time; None if it would collide."""
+        """The turn towards ``error`` [rad] within the limits, slow enough to stop in time.
+
+        None if it would collide.
+        """
         p = self._params
         current = state.twist.angular_z if p.closed_loop else self._last_yaw_rate
         change = p.max_angular_accel * self._period
@@ -161,13 +183,18 @@ class RotationShimController(Controller):
         stoppable = math.sqrt(2.0 * p.max_angular_accel * abs(error))
         if abs(yaw_rate) > stoppable:
             yaw_rate = math.copysign(stoppable, wanted)
-        return None if self._collides(yaw_rate, error, state.pose, costmap) else Twist2D(angular_z=yaw_rate)
+        return (
+            None
+            if self._collides(yaw_rate, error, state.pose, costmap)
+            else Twist2D(angular_z=yaw_rate)
+        )
 
     def _collides(self, yaw_rate: float, error: float, pose: Pose2D, costmap: Costmap) -> bool:
         """Whether the outline meets a lethal or unknown cell on the way to the engaging threshold.
 
-        As upstream, the way is measured from the simulated yaw back to the present one: only a clockwise turn stops
-        looking at the threshold, the other direction looks ``simulate_ahead_time`` ahead whenever there is one.
+        As upstream, the way is measured from the simulated yaw back to the present one: only a
+        clockwise turn stops looking at the threshold, the other direction looks
+        ``simulate_ahead_time`` ahead whenever there is one.
         """
         remaining = abs(error) - self._params.angular_dist_threshold
         time = 0.0
@@ -176,6 +203,9 @@ class RotationShimController(Controller):
             yaw = pose.yaw + yaw_rate * time
             if shortest_angular_distance(yaw, pose.yaw) >= remaining:
                 return False
-            if footprint_cost(costmap, self._footprint, Pose2D(pose.x, pose.y, yaw)) >= LETHAL_OBSTACLE:
+            if (
+                footprint_cost(costmap, self._footprint, Pose2D(pose.x, pose.y, yaw))
+                >= LETHAL_OBSTACLE
+            ):
                 return True
         return False

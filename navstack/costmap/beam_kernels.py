@@ -1,9 +1,13 @@
-"""Numba kernels from ranges to the lines that their beams clear: projection, order by bearing, line tests.
+"""Numba kernels from ranges to the lines that their beams clear.
 
-A dense grid visits each cell of each beam. Here each lethal cell looks for a beam that passes through it: only beams
-with a bearing near its own come into question, and whether a Bresenham line holds a cell is one comparison.
+Projection, order by bearing, line tests.
 
-Bearings are told by a number that grows with them and costs no arc tangent: 0 to 4, one per quadrant.
+A dense grid visits each cell of each beam. Here each lethal cell looks for a beam that passes
+through it: only beams with a bearing near its own come into question, and whether a Bresenham line
+holds a cell is one comparison.
+
+Bearings are told by a number that grows with them and costs no arc tangent: 0 to 4, one per
+quadrant.
 """
 
 import math
@@ -17,13 +21,16 @@ from navstack.types import FloatArray, IntArray
 
 LineArray = npt.NDArray[np.int32]
 View = tuple[
-    tuple[float, float, float, float, float, float, float, float, float], tuple[int, int, int, int, int, int]
+    tuple[float, float, float, float, float, float, float, float, float],
+    tuple[int, int, int, int, int, int],
 ]  # see view_from
 
-UNTRACED, NO_LINE = -2, -1  # steps of a line that nobody has asked for, and of one that does not exist
+# steps of a line that nobody has asked for, and of one that does not exist
+UNTRACED, NO_LINE = -2, -1
 
 _u = np.uint64  # unsigned indices spare the treatment of negative ones
-_ARC = 1.05  # asin(x) / x is less for x up to 1/2; and the bearing's number grows by at most 1 per rad
+# asin(x) / x is less for x up to 1/2; and the bearing's number grows by at most 1 per rad
+_ARC = 1.05
 
 
 @njit(
@@ -75,15 +82,21 @@ def _bearing(dx: float, dy: float) -> float:
 
 
 @njit(ahead="float64[:, ::1], float64, float64, int64[::1], float64[:, ::1]")
-def sort_by_bearing(points: FloatArray, ox: float, oy: float, starts: IntArray, ordered: FloatArray) -> None:
-    """Sort points (n, 2) into sectors around (ox, oy): sector k holds ``ordered[starts[k]:starts[k + 1]]``."""
+def sort_by_bearing(
+    points: FloatArray, ox: float, oy: float, starts: IntArray, ordered: FloatArray
+) -> None:
+    """Sort points (n, 2) into sectors around (ox, oy).
+
+    Sector k holds ``ordered[starts[k]:starts[k + 1]]``.
+    """
     sectors = starts.shape[0] - 1
     count = points.shape[0]
     sector_of = np.empty(count, dtype=np.int64)
     place = np.zeros(sectors + 1, dtype=np.int64)
     for i in range(count):
         share = _bearing(points[i, 0] - ox, points[i, 1] - oy) * 0.25
-        sector_of[i] = min(int(share * sectors), sectors - 1) if share >= 0.0 else 0  # nan: it has no line
+        # nan: it has no line
+        sector_of[i] = min(int(share * sectors), sectors - 1) if share >= 0.0 else 0
         place[sector_of[i] + 1] += 1
     starts[0] = 0
     for k in range(sectors):
@@ -97,10 +110,12 @@ def sort_by_bearing(points: FloatArray, ox: float, oy: float, starts: IntArray, 
 
 @njit()
 def trace_ray(px: float, py: float, view: View, line: LineArray) -> None:
-    """The line (8,) that clears on the way to a point (px, py) [m]; ``view``: see :func:`view_from`.
+    """The line (8,) that clears on the way to a point (px, py) [m].
 
-    It holds its first lattice cell x, y, the unit steps x, y, the longer and the shorter difference, the number of
-    steps (NO_LINE: none) and whether x is the longer axis.
+    ``view``: see :func:`view_from`.
+
+    It holds its first lattice cell x, y, the unit steps x, y, the longer and the shorter
+    difference, the number of steps (NO_LINE: none) and whether x is the longer axis.
     """
     ox, oy, origin_x, origin_y, resolution, end_x, end_y, least, most = view[0]
     x0, y0, size_x, size_y, left, low = view[1]
@@ -118,7 +133,12 @@ def trace_ray(px: float, py: float, view: View, line: LineArray) -> None:
 
 @njit()
 def view_from(
-    ox: float, oy: float, origin: FloatArray, resolution: float, window: IntArray, limits: tuple[float, float]
+    ox: float,
+    oy: float,
+    origin: FloatArray,
+    resolution: float,
+    window: IntArray,
+    limits: tuple[float, float],
 ) -> View:
     """What all beams from (ox, oy) [m] have in common.
 
@@ -131,8 +151,8 @@ def view_from(
         limits: raytrace ranges min, max [m].
 
     Returns:
-        Sensor x, y, corner x, y, resolution, far corner x, y [m] and the limits in whole cells; then the sensor's
-        cell in the window (-1: off it) and the window.
+        Sensor x, y, corner x, y, resolution, far corner x, y [m] and the limits in whole cells;
+        then the sensor's cell in the window (-1: off it) and the window.
     """
     x0, y0 = to_cell(ox, oy, origin[0], origin[1], resolution, window[2], window[3])
     end_x, end_y = origin[0] + window[2] * resolution, origin[1] + window[3] * resolution
@@ -158,13 +178,16 @@ def is_hit(
     Args:
         x: of the cell.
         y: of the cell.
-        sensor: its lattice position x, y, its reach and how far a line's cells may lie from their beam, [cells].
+        sensor: its lattice position x, y, its reach and how far a line's cells may lie from their
+            beam, [cells].
         points: (n, 2) [m] in the order of :func:`sort_by_bearing`.
         starts: of its sectors.
         view: see :func:`view_from`.
         lines: (m, 8), m at least n: the lines that have been traced, the others UNTRACED.
     """
-    first, count = candidates(x + 0.5 - sensor[0], y + 0.5 - sensor[1], sensor[2], sensor[3], starts)
+    first, count = candidates(
+        x + 0.5 - sensor[0], y + 0.5 - sensor[1], sensor[2], sensor[3], starts
+    )
     for j in range(count):
         cyclic = first + j
         k = _u(cyclic - points.shape[0] if cyclic >= points.shape[0] else cyclic)
@@ -185,7 +208,9 @@ def is_hit(
 
 
 @njit()
-def candidates(dx: float, dy: float, reach: float, lateral: float, starts: IntArray) -> tuple[int, int]:
+def candidates(
+    dx: float, dy: float, reach: float, lateral: float, starts: IntArray
+) -> tuple[int, int]:
     """The first of the points, in their cyclic order, whose lines may hold a cell, and how many they are.
 
     Args:

@@ -32,7 +32,8 @@ class Listed(NamedTuple):
 
     cells: CellArray  # (n, 2) lattice x, y; the first ``length`` count
     length: int
-    present: ByteArray  # (height, width) state of each cell of the window: 0, LISTED, or LISTED and DOUBTED; wrapped
+    # (height, width) state of each cell of the window: 0, LISTED, or LISTED and DOUBTED; wrapped
+    present: ByteArray
     # around (x modulo width, y modulo height), so that a moving window copies nothing
     window: IntArray  # (4,) lattice x, y of its first cell, width and height
 
@@ -45,7 +46,11 @@ def place_of(x: int, y: int, window: IntArray, present: ByteArray) -> int:
     """Where the flat ``present`` holds the state of a cell of the window."""
     height, width = present.shape
     column, row = x - window[0] + window[0] % width, y - window[1] + window[1] % height
-    return int((row - (height if row >= height else 0)) * width + column - (width if column >= width else 0))
+    return int(
+        (row - (height if row >= height else 0)) * width
+        + column
+        - (width if column >= width else 0)
+    )
 
 
 @njit()
@@ -118,10 +123,13 @@ def mark_cells(
     margin: int,
     changed: IntArray,
 ) -> int:
-    """Add the cells of points within the obstacle ranges ``limits`` min, max [m]; returns how many there are then.
+    """Add the cells of points within the obstacle ranges ``limits`` min, max [m].
 
-    ``background`` holds the costs of the map: the lattice cell (x, y) at [y + margin, x + margin]. What is lethal there
-    is left out, and so is everything where the window lies farther off than 32 bits count.
+    Returns how many there are then.
+
+    ``background`` holds the costs of the map: the lattice cell (x, y) at [y + margin, x + margin].
+    What is lethal there is left out, and so is everything where the window lies farther off than 32
+    bits count.
     """
     cells, count, present, window = listed
     flat = present.reshape(-1)
@@ -130,7 +138,10 @@ def mark_cells(
     if max(abs(window[0]), abs(window[1])) > _FARTHEST:
         return count
     x0, y0 = math.floor((ox - origin_x) / resolution), math.floor((oy - origin_y) / resolution)
-    least, most = float(math.ceil(limits[0] / resolution)), float(math.ceil(limits[1] / resolution)) + 1.0
+    least, most = (
+        float(math.ceil(limits[0] / resolution)),
+        float(math.ceil(limits[1] / resolution)) + 1.0,
+    )
     for i in range(_u(points.shape[0])):
         px, py = points[i, 0], points[i, 1]
         if not is_in_range(px, py, ox, oy, limits):
@@ -139,7 +150,8 @@ def mark_cells(
         if mx < 0:
             continue
         squared = (mx - x0) * (mx - x0) + (my - y0) * (my - y0)
-        if squared < least * least or squared >= most * most:  # the distance is truncated to whole cells
+        # the distance is truncated to whole cells
+        if squared < least * least or squared >= most * most:
             continue
         x, y = mx + window[0], my + window[1]
         at = _u(place_of(x, y, window, present))
@@ -204,11 +216,14 @@ def drop_polygon(
 ) -> int:
     """Drop the doubted cells and those of a convex polygon (N, 2) [m]; returns how many remain.
 
-    ``columns`` (2, width) is room for the first and last row of each column, see ``kernels.polygon_columns``.
+    ``columns`` (2, width) is room for the first and last row of each column, see
+    ``kernels.polygon_columns``.
     """
     cells, count, present, window = listed
     flat = present.reshape(-1)
-    first, last = polygon_columns(polygon, origin, resolution, window[2], window[3], columns[0], columns[1])
+    first, last = polygon_columns(
+        polygon, origin, resolution, window[2], window[3], columns[0], columns[1]
+    )
     for i in range(_u(count)):
         x, y = int(cells[i, 0]), int(cells[i, 1])
         column, row = x - window[0], y - window[1]

@@ -17,14 +17,16 @@ Grid = tuple[float, float, float]  # [m] x and y of a costmap's origin, [m] size
 class Costmap:
     """Costs 0..255 on a grid that is parallel to its frame.
 
-    Cell (mx, my) covers [origin + m * resolution, origin + (m + 1) * resolution); its world position is its centre.
+    Cell (mx, my) covers [origin + m * resolution, origin + (m + 1) * resolution); its world
+    position is its centre.
     """
 
     data: ByteArray  # (height, width), row 0 = lowest y, C-contiguous
     resolution: float  # [m/cell]
     origin_x: float  # [m] of the lower left corner of cell (0, 0)
     origin_y: float  # [m]
-    floor: ByteArray | None = None  # (height, width) costs that no update goes below; None: not known
+    # (height, width) costs that no update goes below; None: not known
+    floor: ByteArray | None = None
 
     @property
     def size_x(self) -> int:
@@ -42,14 +44,19 @@ class Costmap:
         return self.origin_x, self.origin_y, self.resolution
 
     def world_to_map(self, x: float, y: float) -> tuple[int, int]:
-        """The cell (mx, my) that holds a point; it may lie outside the grid (see :meth:`contains`)."""
+        """The cell (mx, my) that holds a point.
+
+        It may lie outside the grid (see :meth:`contains`).
+        """
         mx = math.floor((x - self.origin_x) / self.resolution)
         my = math.floor((y - self.origin_y) / self.resolution)
         return mx, my
 
     def map_to_world(self, mx: int, my: int) -> tuple[float, float]:
         """The centre of a cell, in [m]."""
-        return self.origin_x + (mx + 0.5) * self.resolution, self.origin_y + (my + 0.5) * self.resolution
+        return self.origin_x + (mx + 0.5) * self.resolution, self.origin_y + (
+            my + 0.5
+        ) * self.resolution
 
     def contains(self, mx: int, my: int) -> bool:
         """Whether a cell lies on the grid."""

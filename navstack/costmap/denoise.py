@@ -7,7 +7,9 @@ from navstack.costmap.costmap import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, NO
 from navstack.types import ByteArray
 
 
-def remove_small_groups(costs: ByteArray, minimal_size: int, connectivity: int, unknown_is_obstacle: bool) -> None:
+def remove_small_groups(
+    costs: ByteArray, minimal_size: int, connectivity: int, unknown_is_obstacle: bool
+) -> None:
     """Free the groups of fewer than ``minimal_size`` obstacle cells of ``costs`` (height, width), in place.
 
     Obstacles are costs of 253 and 254, and 255 with ``unknown_is_obstacle``. With a ``connectivity`` of 4 cells with a
@@ -16,6 +18,8 @@ def remove_small_groups(costs: ByteArray, minimal_size: int, connectivity: int, 
     is_obstacle = costs >= INSCRIBED_INFLATED_OBSTACLE
     if not unknown_is_obstacle:
         is_obstacle &= costs != NO_INFORMATION
-    groups, _ = ndimage.label(is_obstacle, ndimage.generate_binary_structure(2, 1 if connectivity == 4 else 2))
+    groups, _ = ndimage.label(
+        is_obstacle, ndimage.generate_binary_structure(2, 1 if connectivity == 4 else 2)
+    )
     is_small = np.bincount(groups.ravel()) < minimal_size
     costs[is_small[groups] & is_obstacle] = FREE_SPACE

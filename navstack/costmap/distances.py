@@ -11,10 +11,12 @@ from navstack.types import BoolArray, IntArray
 
 @njit()
 def squared_distances(obstacles: BoolArray, farthest: int) -> npt.NDArray[np.int32]:
-    """Squared distance in cells from every cell to the nearest obstacle, exact; ``farthest`` + 1 for all beyond.
+    """Squared distance in cells from every cell to the nearest obstacle, exact.
 
-    Two passes (Meijster, Roerdink & Hesselink 2000): the nearest obstacle in each column, then in each row the lower
-    envelope of the parabolas that stand on these.
+    ``farthest`` + 1 for all beyond.
+
+    Two passes (Meijster, Roerdink & Hesselink 2000): the nearest obstacle in each column, then in
+    each row the lower envelope of the parabolas that stand on these.
 
     Args:
         obstacles: (H, W).
@@ -25,11 +27,14 @@ def squared_distances(obstacles: BoolArray, farthest: int) -> npt.NDArray[np.int
     """
     height, width = obstacles.shape
     reach = np.int32(math.floor(math.sqrt(farthest)))
-    column = np.empty((height, width), np.int32)  # distance in cells to the nearest obstacle of the column
+    # distance in cells to the nearest obstacle of the column
+    column = np.empty((height, width), np.int32)
     above = np.full(width, reach + np.int32(1), np.int32)
     for y in range(height):
         for x in range(width):
-            above[x] = np.int32(0) if obstacles[y, x] else min(above[x] + np.int32(1), reach + np.int32(1))
+            above[x] = (
+                np.int32(0) if obstacles[y, x] else min(above[x] + np.int32(1), reach + np.int32(1))
+            )
             column[y, x] = above[x]
     for y in range(height - 2, -1, -1):
         for x in range(width):
@@ -50,14 +55,19 @@ def _row_envelope(
     begins: IntArray,
     squares: npt.NDArray[np.int32],
 ) -> None:
-    """One row of squared distances; ``sites`` and ``begins`` are room for the parabolas and where each is lowest."""
+    """One row of squared distances.
+
+    ``sites`` and ``begins`` are room for the parabolas and where each is lowest.
+    """
     width = len(column)
     last = -1
     for x in range(width):
         g = np.int64(column[x])
         if g > reach:
             continue
-        while last >= 0 and _parabola(begins[last], sites[last], column) > _parabola(begins[last], x, column):
+        while last >= 0 and _parabola(begins[last], sites[last], column) > _parabola(
+            begins[last], x, column
+        ):
             last -= 1
         if last < 0:
             last = 0

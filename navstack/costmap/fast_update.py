@@ -1,9 +1,11 @@
-"""The quick way to update a costmap of the usual layers: map, keepout masks and obstacles by maximum, inflation.
+"""The quick way to update a costmap of the usual layers.
 
-The map is inflated once as a whole, with the masks that come before the inflation. An update copies what it needs of
-that and raises the costs around the few cells that only the scans know to be occupied. The result is that of
-writing all layers over the whole costmap, hence equal to that of :mod:`~navstack.costmap.full_update` wherever the
-latter's bounds reach.
+Map, keepout masks and obstacles by maximum, inflation.
+
+The map is inflated once as a whole, with the masks that come before the inflation. An update copies
+what it needs of that and raises the costs around the few cells that only the scans know to be
+occupied. The result is that of writing all layers over the whole costmap, hence equal to that of
+:mod:`~navstack.costmap.full_update` wherever the latter's bounds reach.
 """
 
 from collections.abc import Sequence
@@ -24,13 +26,14 @@ _MOST = 0.7  # of the window: if that much is to be written, all is
 class FastUpdate:
     """Keeps the master equal to the inflated map with the obstacles inflated.
 
-    The master of a rolling window is a part of a longer array. As the window moves, the part moves along it: what the
-    window keeps stays where it is in memory, and the cells that come in take the places of those that go out.
+    The master of a rolling window is a part of a longer array. As the window moves, the part moves
+    along it: what the window keeps stays where it is in memory, and the cells that come in take the
+    places of those that go out.
 
     Args:
         obstacles: the obstacle layers.
-        shown: the inflated costs of the map (height, width), raised to the masks that come after the inflation, with
-            ``margin`` more cells on each side.
+        shown: the inflated costs of the map (height, width), raised to the masks that come after
+            the inflation, with ``margin`` more cells on each side.
         inflation: of the obstacles.
         master: the costmap to write.
         window: where it lies; cell (0, 0) of its lattice is the map's first.
@@ -78,7 +81,11 @@ class FastUpdate:
             obstacles.follow(self._window)
         window, size = self._window, self._master.data.size
         start = self._start + dy * window.size_x + dx
-        if abs(dx) >= window.size_x or abs(dy) >= window.size_y or not 0 <= start <= len(self._strip) - size:
+        if (
+            abs(dx) >= window.size_x
+            or abs(dy) >= window.size_y
+            or not 0 <= start <= len(self._strip) - size
+        ):
             self._all_is_stale, start = True, _LENGTH // 2 * size
         self._show_from(start)
         x0, xn, y0, yn = window.bounds
@@ -88,7 +95,10 @@ class FastUpdate:
             self._entered.append((x0, xn, yn - dy, yn) if dy > 0 else (x0, xn, y0, y0 - dy))
 
     def update(self, pose: Pose2D, footprint: FloatArray) -> None:
-        """Take in the newest observations; ``pose`` and padded ``footprint`` are the robot's in the map frame."""
+        """Take in the newest observations.
+
+        ``pose`` and padded ``footprint`` are the robot's in the map frame.
+        """
         for obstacles in self.layers:
             obstacles.update(self._window, footprint)
         self._write()
@@ -114,7 +124,9 @@ class FastUpdate:
             stale = [self._window.bounds]
         boxes: IntArray = np.array(stale, dtype=np.int64)
         target, corner = self._master.data, (self._window.cell_x, self._window.cell_y)
-        inflation_kernels.copy_boxes(self._shown, self._margin, self._fill, target, self._window.box, boxes)
+        inflation_kernels.copy_boxes(
+            self._shown, self._margin, self._fill, target, self._window.box, boxes
+        )
         for obstacles in self.layers:
             if obstacles.count > 0:
                 for part in stale:
@@ -133,7 +145,10 @@ class FastUpdate:
 
 
 def _around(changed: Box, radius: int, whole: Box) -> Box:
-    """The box of all changed cells with ``radius`` cells around it, cut to ``whole``; it may be empty."""
+    """The box of all changed cells with ``radius`` cells around it, cut to ``whole``.
+
+    It may be empty.
+    """
     x0, xn, y0, yn = changed
     return (
         max(x0 - radius, whole[0]),

@@ -26,9 +26,11 @@ import numpy.typing as npt
 Array = npt.NDArray[Any]
 
 MOST_BYTES = 2_000_000_000  # of all arrays: those of a large map take some 150 MB
-SHARED_FROM = 1_000_000  # cells of a map from which fields are worth a file that are quick to compute
+# cells of a map from which fields are worth a file that are quick to compute
+SHARED_FROM = 1_000_000
 _CHECK_BYTES = 4  # of the CRC-32, little endian
-_OURS = re.compile(r"[0-9a-f]{40}(\.np[yz]|-\w+\.partial)")  # arrays, and what is left of processes that were killed
+# arrays, and what is left of processes that were killed
+_OURS = re.compile(r"[0-9a-f]{40}(\.np[yz]|-\w+\.partial)")
 
 
 def cache_folder() -> Path:
@@ -40,9 +42,11 @@ def cache_folder() -> Path:
 def content_key(name: str, *parts: Array | float | int | str) -> str:
     """A key that changes with the ``name`` of a computation and with everything that goes into it.
 
-    Put a version into ``name`` and raise it whenever the computation changes, or old results come back.
+    Put a version into ``name`` and raise it whenever the computation changes, or old results come
+    back.
     """
-    digest = hashlib.sha1(name.encode(), usedforsecurity=False)  # half the time of BLAKE2 where processors know SHA
+    # half the time of BLAKE2 where processors know SHA
+    digest = hashlib.sha1(name.encode(), usedforsecurity=False)
     for part in parts:
         if isinstance(part, np.ndarray):
             digest.update(f"|{part.dtype.str}{part.shape}|".encode())
@@ -60,7 +64,8 @@ def cached_array(key: bytes | str, compute: Callable[[], Array]) -> Array:
         compute: makes the array; what it raises is passed on.
 
     Returns:
-        A C-contiguous, writable array. Who writes to it gets pages of his own; the file stays as it is.
+        A C-contiguous, writable array. Who writes to it gets pages of his own; the file stays as it
+        is.
     """
     raw = key.encode() if isinstance(key, str) else key
     file = cache_folder() / f"{hashlib.blake2b(raw, digest_size=20).hexdigest()}.npy"
@@ -100,7 +105,11 @@ def _read(file: Path) -> Array | None:
             shape, is_fortran, dtype = _header(stream)
             start, count = stream.tell(), int(np.prod(shape, dtype=np.int64))
             end = start + count * dtype.itemsize
-            if is_fortran or dtype.hasobject or os.fstat(stream.fileno()).st_size != end + _CHECK_BYTES:
+            if (
+                is_fortran
+                or dtype.hasobject
+                or os.fstat(stream.fileno()).st_size != end + _CHECK_BYTES
+            ):
                 return None
             content = mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_COPY)
         if zlib.crc32(memoryview(content)[:end]) != int.from_bytes(content[end:], "little"):
@@ -108,7 +117,8 @@ def _read(file: Path) -> Array | None:
         with contextlib.suppress(OSError):  # of somebody else
             os.utime(file)
         return np.frombuffer(content, dtype, count, start).reshape(shape)
-    except Exception:  # a damaged header raises anything from OSError to SyntaxError; all mean: compute again
+    # a damaged header raises anything from OSError to SyntaxError; all mean: compute again
+    except Exception:
         return None
 
 

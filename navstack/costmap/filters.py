@@ -1,4 +1,6 @@
-"""What the costmap filters of nav2_costmap_2d make of their masks: forbidden ground and speed limits.
+"""What the costmap filters of nav2_costmap_2d make of their masks.
+
+Forbidden ground and speed limits.
 
 Masks live in the map frame, as the costmaps here do; they may have any resolution and place.
 """
@@ -20,7 +22,8 @@ from navstack.types import ByteArray, FloatArray, IntArray, Pose2D
 
 NO_SPEED_LIMIT = 0.0
 
-SpeedLimitReceiver = Callable[[float, bool], None]  # limit [m/s, or % of the largest speed], whether it is in percent
+# limit [m/s, or % of the largest speed], whether it is in percent
+SpeedLimitReceiver = Callable[[float, bool], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,8 +47,12 @@ class KeepoutMask:
         """
         grid = mask.grid
         grid.require_unrotated("keepout mask")
-        first_x, columns = _cells_below(window.base[0], window.resolution, grid.origin.x, grid.resolution, grid.width)
-        first_y, rows = _cells_below(window.base[1], window.resolution, grid.origin.y, grid.resolution, grid.height)
+        first_x, columns = _cells_below(
+            window.base[0], window.resolution, grid.origin.x, grid.resolution, grid.width
+        )
+        first_y, rows = _cells_below(
+            window.base[1], window.resolution, grid.origin.y, grid.resolution, grid.height
+        )
         self._grid = grid
         self.params = params
         self.x = first_x  # lattice x of the first cell
@@ -55,14 +62,20 @@ class KeepoutMask:
             return np.ascontiguousarray(mask_costs(grid)[rows[:, None], columns])
 
         key = content_key("mask costs 1", grid.data, rows, columns)
-        self.costs: ByteArray = cached_array(key, compute) if grid.data.size >= SHARED_FROM else compute()
+        self.costs: ByteArray = (
+            cached_array(key, compute) if grid.data.size >= SHARED_FROM else compute()
+        )
 
     def is_lethal_at(self, pose: Pose2D) -> bool:
         """Whether a pose is forbidden: of all occupancies only the highest becomes a cost of 253 or more."""
         return self._grid.value_at(pose.x, pose.y) == OCCUPIED
 
-    def raise_costs(self, costs: ByteArray, region: tuple[int, int, int, int], left: int, low: int) -> None:
-        """Raise costs to the mask's within a region x0, xn, y0, yn of their cells; the first lies at (left, low).
+    def raise_costs(
+        self, costs: ByteArray, region: tuple[int, int, int, int], left: int, low: int
+    ) -> None:
+        """Raise costs to the mask's within a region x0, xn, y0, yn of their cells.
+
+        The first lies at (left, low).
 
         Unknown cells take any known cost; unknown cells of the mask change nothing.
         """
@@ -71,7 +84,12 @@ class KeepoutMask:
     def acts_within(self, width: int, height: int) -> bool:
         """Whether all its costs but zero lie on lattice cells 0 <= x < width, 0 <= y < height."""
         own_height, own_width = self.costs.shape
-        if self.x >= 0 and self.y >= 0 and self.x + own_width <= width and self.y + own_height <= height:
+        if (
+            self.x >= 0
+            and self.y >= 0
+            and self.x + own_width <= width
+            and self.y + own_height <= height
+        ):
             return True
         outside = self.costs.copy()
         left, low = max(-self.x, 0), max(-self.y, 0)
@@ -82,8 +100,9 @@ class KeepoutMask:
 class KeepoutLayer(Layer):
     """The keepout filter (``keepout_filter.cpp``): costs of the mask that are higher win.
 
-    The whole costmap is written when the mask is new, when a moving window shows new ground, and while a robot inside
-    the mask's lethal zone is let out (Nav2 writes what comes into its bounds by and by).
+    The whole costmap is written when the mask is new, when a moving window shows new ground, and
+    while a robot inside the mask's lethal zone is let out (Nav2 writes what comes into its bounds
+    by and by).
     """
 
     def __init__(self, mask: KeepoutMask, window: Window, rolling: bool) -> None:
@@ -93,7 +112,9 @@ class KeepoutLayer(Layer):
         self._is_new = True
         self._lets_out = False  # the robot is inside and may leave
 
-    def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
+    def update_bounds(
+        self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds
+    ) -> None:
         """See whether the robot is inside, where that matters."""
         was_letting_out = self._lets_out
         self._lets_out = self._mask.params.override_lethal_cost and self._mask.is_lethal_at(pose)
@@ -101,13 +122,20 @@ class KeepoutLayer(Layer):
             bounds.hold_everything()
         self._is_new = False
 
-    def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
-        """Raise the master to the mask; what would be raised takes the override cost while the robot is let out."""
+    def update_costs(
+        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
+    ) -> None:
+        """Raise the master to the mask.
+
+        What would be raised takes the override cost while the robot is let out.
+        """
         left, low = self._window.cell_x - margin, self._window.cell_y - margin
         if not self._lets_out:
             self._mask.raise_costs(master, region, left, low)
             return
-        target, own = overlap(master, region, self._mask.costs, self._mask.x - left, self._mask.y - low)
+        target, own = overlap(
+            master, region, self._mask.costs, self._mask.x - left, self._mask.y - low
+        )
         is_raised = (own != NO_INFORMATION) & ((own > target) | (target == NO_INFORMATION))
         target[is_raised] = self._mask.params.lethal_override_cost
 
@@ -126,7 +154,10 @@ class SpeedFilter:
         self._limit = NO_SPEED_LIMIT
 
     def update(self, pose: Pose2D, receiver: SpeedLimitReceiver) -> None:
-        """Tell the receiver when the limit has changed; beyond the mask and where it is unknown the last one holds."""
+        """Tell the receiver when the limit has changed.
+
+        Beyond the mask and where it is unknown the last one holds.
+        """
         limit = self._limit_at(pose)
         if limit is not None and limit != self._limit:
             self._limit = limit
@@ -159,7 +190,10 @@ def mask_costs(grid: OccupancyGrid) -> ByteArray:
 def _cells_below(
     base: float, resolution: float, origin: float, mask_resolution: float, size: int
 ) -> tuple[int, IntArray]:
-    """The first lattice cell, along one axis, with its centre on the mask; the mask's cells below it and the next."""
+    """The first lattice cell, along one axis, with its centre on the mask.
+
+    The mask's cells below it and the next.
+    """
     begin = math.floor((origin - base) / resolution)
     end = math.ceil((origin + size * mask_resolution - base) / resolution)
     centres = base + (np.arange(begin, end) + 0.5) * resolution

@@ -12,17 +12,25 @@ from navstack.types import ByteArray, FloatArray, Pose2D
 class FullUpdate:
     """Runs all layers over the cells that may have changed (``LayeredCostmap::updateMap``).
 
-    The bounds are Nav2's, and so is what they miss: now and then a cell at their edge (beams are bounded by their end
-    points, not by their cells) keeps its old cost until the bounds reach it.
+    The bounds are Nav2's, and so is what they miss: now and then a cell at their edge (beams are
+    bounded by their end points, not by their cells) keeps its old cost until the bounds reach it.
 
-    Where the map is inflated in a moving window, the layers work on a grid with a margin of one inflation radius, so
-    that obstacles of the map just outside the window spread into it; in Nav2 they do so only once they are inside.
+    Where the map is inflated in a moving window, the layers work on a grid with a margin of one
+    inflation radius, so that obstacles of the map just outside the window spread into it; in Nav2
+    they do so only once they are inside.
 
-    The layers of the list ``filters`` write into the master only, unseen by the others in later updates.
+    The layers of the list ``filters`` write into the master only, unseen by the others in later
+    updates.
     """
 
     def __init__(
-        self, layers: list[Layer], filters: list[Layer], master: Costmap, window: Window, rolling: bool, fill: int
+        self,
+        layers: list[Layer],
+        filters: list[Layer],
+        master: Costmap,
+        window: Window,
+        rolling: bool,
+        fill: int,
     ) -> None:
         self._layers = layers
         self._filters = filters
@@ -49,7 +57,10 @@ class FullUpdate:
             layer.moved(dx, dy)
 
     def update(self, pose: Pose2D, footprint: FloatArray) -> None:
-        """Take in the newest observations; ``pose`` and padded ``footprint`` are the robot's in the map frame."""
+        """Take in the newest observations.
+
+        ``pose`` and padded ``footprint`` are the robot's in the map frame.
+        """
         bounds = Bounds.empty()
         for layer in self.layers:
             layer.update_bounds(self._window, pose, footprint, bounds)
@@ -83,7 +94,10 @@ class FullUpdate:
 
 
 def _map_margin(layers: list[Layer]) -> int:
-    """Cells by which obstacles of maps and masks outside the window can matter: the radius of inflations after them."""
+    """Cells by which obstacles of maps and masks outside the window can matter.
+
+    The radius of inflations after them.
+    """
     margin, has_map = 0, False
     for layer in layers:
         has_map = has_map or isinstance(layer, StaticLayer | KeepoutLayer)

@@ -22,7 +22,8 @@ from navstack.params.costmap import InflationLayerParams
 from navstack.types import ByteArray, IntArray
 
 MOST_RADIUS = 500  # [cells] of an inflation; 25 m at 0.05 m/cell
-HIGHEST_FALLING_COST = INSCRIBED_INFLATED_OBSTACLE - 1  # where the exponential begins, at the inscribed radius
+# where the exponential begins, at the inscribed radius
+HIGHEST_FALLING_COST = INSCRIBED_INFLATED_OBSTACLE - 1
 
 
 def cell_distance(distance: float, resolution: float) -> int:
@@ -40,7 +41,9 @@ def inflation_cost(distance: float, inscribed_radius: float, cost_scaling_factor
     return int(HIGHEST_FALLING_COST * factor)
 
 
-def cost_kernel(params: InflationLayerParams, resolution: float, inscribed_radius: float) -> ByteArray:
+def cost_kernel(
+    params: InflationLayerParams, resolution: float, inscribed_radius: float
+) -> ByteArray:
     """The costs within ``inflation_radius`` of a cell, for the *padded* footprint's ``inscribed_radius`` [m].
 
     Returns:
@@ -62,8 +65,12 @@ def cost_kernel(params: InflationLayerParams, resolution: float, inscribed_radiu
             distance = math.hypot(dx, dy)  # [cells]
             if distance <= radius:
                 if params.distance_steps:
-                    distance = math.floor(distance * params.distance_steps + 0.5) / params.distance_steps
-                cost = inflation_cost(distance * resolution, inscribed_radius, params.cost_scaling_factor)
+                    distance = (
+                        math.floor(distance * params.distance_steps + 0.5) / params.distance_steps
+                    )
+                cost = inflation_cost(
+                    distance * resolution, inscribed_radius, params.cost_scaling_factor
+                )
                 costs[dy + radius, dx + radius] = cost
     return costs
 
@@ -71,14 +78,18 @@ def cost_kernel(params: InflationLayerParams, resolution: float, inscribed_radiu
 class Inflation:
     """The inflation layer: raises the costs around the lethal cells of a grid, or around listed cells."""
 
-    def __init__(self, params: InflationLayerParams, resolution: float, inscribed_radius: float) -> None:
+    def __init__(
+        self, params: InflationLayerParams, resolution: float, inscribed_radius: float
+    ) -> None:
         """See :func:`cost_kernel` for the arguments."""
         self.params = params
         self.costs = cost_kernel(params, resolution, inscribed_radius)
         self.radius = len(self.costs) // 2  # [cells]
         side = 2 * self.radius + 1
         distance = np.uint8 if self.radius < np.iinfo(np.uint8).max else np.uint16
-        self._around: DistanceArray = np.full(-(-side // BLOCK) * BLOCK, self.radius + 1, dtype=distance)
+        self._around: DistanceArray = np.full(
+            -(-side // BLOCK) * BLOCK, self.radius + 1, dtype=distance
+        )
         self._around[:side] = np.abs(np.arange(-self.radius, self.radius + 1))
         self._profiles: ByteArray = np.zeros((self.radius + 1, side + 2 * BLOCK), dtype=np.uint8)
         self._profiles[:, BLOCK:-BLOCK] = self.costs[self.radius :]
@@ -94,7 +105,11 @@ class Inflation:
         height, width = costs.shape
         reach, box = self.radius, (x0, xn, y0, yn)
         count = self._find(
-            costs, max(0, x0 - reach), min(width, xn + reach), max(0, y0 - reach), min(height, yn + reach)
+            costs,
+            max(0, x0 - reach),
+            min(width, xn + reach),
+            max(0, y0 - reach),
+            min(height, yn + reach),
         )
         if costs[y0:yn, x0:xn].max() != NO_INFORMATION:
             self.spread(costs, (0, 0), self._sources, count, box)
@@ -103,7 +118,9 @@ class Inflation:
         self.spread(influence, (x0, y0), self._sources, count, box)
         inflation_kernels.merge(costs, influence, x0, xn, y0, yn, self.params.inflate_unknown)
 
-    def spread(self, target: ByteArray, corner: tuple[int, int], cells: CellArray, count: int, box: Box) -> None:
+    def spread(
+        self, target: ByteArray, corner: tuple[int, int], cells: CellArray, count: int, box: Box
+    ) -> None:
         """Raise ``target`` in a box around the first ``count`` lattice cells (n, 2), which may lie outside.
 
         Args:
@@ -115,7 +132,9 @@ class Inflation:
         """
         columns, height = box[1] - box[0] + 2 * self.radius, box[3] - box[2]
         if columns * height > self._nearest.size or columns > len(self._ends):
-            self._nearest = np.empty(max(columns * height, self._nearest.size), dtype=self._nearest.dtype)
+            self._nearest = np.empty(
+                max(columns * height, self._nearest.size), dtype=self._nearest.dtype
+            )
             self._ends = np.empty((max(columns, len(self._ends)), 2), dtype=np.int64)
         given = (box, self._nearest, self._ends)
         spread_kernels.measure_columns(cells, count, self._around, self.radius, *given)
@@ -124,8 +143,12 @@ class Inflation:
     def _find(self, costs: ByteArray, x0: int, xn: int, y0: int, yn: int) -> int:
         """Put the sources into the buffer, which grows with the need, and count them."""
         around_unknown = self.params.inflate_around_unknown
-        count = int(inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._sources))
+        count = int(
+            inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._sources)
+        )
         if count > len(self._sources):
             self._sources = np.empty((2 * count, 2), dtype=np.int32)
-            count = int(inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._sources))
+            count = int(
+                inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._sources)
+            )
         return count

@@ -7,12 +7,15 @@ from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACL
 from navstack.jit import njit
 from navstack.types import ByteArray, IntArray
 
-BLOCK = 64  # bytes; kernels are padded to whole blocks, because loops of fixed length compile to vector instructions
+# bytes; kernels are padded to whole blocks, because loops of fixed length compile to vector
+# instructions
+BLOCK = 64
 
 _LETHAL = np.uint8(LETHAL_OBSTACLE)
 _UNKNOWN = np.uint8(NO_INFORMATION)
 _INSCRIBED = np.uint8(INSCRIBED_INFLATED_OBSTACLE)
-_u = np.uint64  # unsigned indices: numba then omits the treatment of negative ones, and the loop vectorises
+# unsigned indices: numba then omits the treatment of negative ones, and the loop vectorises
+_u = np.uint64
 
 
 @njit(inline="always")
@@ -22,7 +25,10 @@ def _is_source(cost: np.uint8, around_unknown: bool) -> bool:
 
 @njit()
 def _holds_source(flat: ByteArray, start: int, length: int) -> bool:
-    """Whether one of ``length`` costs from ``start`` on is lethal or unknown; compiles to vector instructions."""
+    """Whether one of ``length`` costs from ``start`` on is lethal or unknown.
+
+    Compiles to vector instructions.
+    """
     found = np.uint8(0)
     first = _u(start)
     for j in range(_u(length)):
@@ -31,7 +37,9 @@ def _holds_source(flat: ByteArray, start: int, length: int) -> bool:
 
 
 @njit()
-def _spreads(flat: ByteArray, at: np.uint64, x: int, y: int, width: int, height: int, around_unknown: bool) -> bool:
+def _spreads(
+    flat: ByteArray, at: np.uint64, x: int, y: int, width: int, height: int, around_unknown: bool
+) -> bool:
     """Whether the cell (x, y) at index ``at`` is a source that some other cell may be nearest to."""
     if flat[at] != _LETHAL:
         return around_unknown
@@ -44,7 +52,9 @@ def _spreads(flat: ByteArray, at: np.uint64, x: int, y: int, width: int, height:
 
 
 @njit(ahead="uint8[:, ::1], int64, int64, int64, int64, bool, int32[:, ::1]")
-def find_sources(costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_unknown: bool, cells: CellArray) -> int:
+def find_sources(
+    costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_unknown: bool, cells: CellArray
+) -> int:
     """Cells of ``costs`` [y0:yn, x0:xn] from which inflation spreads, their x, y into ``cells`` (n, 2).
 
     Only the rim of the lethal areas counts: a source between four others is never the nearest to a cell that is no
@@ -63,7 +73,9 @@ def find_sources(costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_un
                 continue
             for x in range(block, block + length):
                 at = _u(y * width + x)
-                if flat[at] < _LETHAL or not _spreads(flat, at, x, y, width, height, around_unknown):
+                if flat[at] < _LETHAL or not _spreads(
+                    flat, at, x, y, width, height, around_unknown
+                ):
                     continue
                 if count < cells.shape[0]:
                     cells[count, 0], cells[count, 1] = x, y
@@ -72,10 +84,19 @@ def find_sources(costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_un
 
 
 @njit()
-def merge(costs: ByteArray, influence: ByteArray, x0: int, xn: int, y0: int, yn: int, inflate_unknown: bool) -> None:
+def merge(
+    costs: ByteArray,
+    influence: ByteArray,
+    x0: int,
+    xn: int,
+    y0: int,
+    yn: int,
+    inflate_unknown: bool,
+) -> None:
     """Merge inflated costs into ``costs`` [y0:yn, x0:xn]; ``influence`` is (yn - y0, xn - x0).
 
-    An unknown cell takes costs of 253 and more, or any above 0 with ``inflate_unknown``; others take the maximum.
+    An unknown cell takes costs of 253 and more, or any above 0 with ``inflate_unknown``; others
+    take the maximum.
     """
     least = np.uint8(1) if inflate_unknown else _INSCRIBED
     for y in range(y0, yn):
@@ -92,7 +113,9 @@ def merge(costs: ByteArray, influence: ByteArray, x0: int, xn: int, y0: int, yn:
 @njit(
     ahead="Array(uint8, 2, 'C', readonly=True), int64, int64, uint8[:, ::1], int64[::1], int64[:, ::1]",
 )
-def copy_boxes(source: ByteArray, margin: int, fill: int, target: ByteArray, window: IntArray, boxes: IntArray) -> None:
+def copy_boxes(
+    source: ByteArray, margin: int, fill: int, target: ByteArray, window: IntArray, boxes: IntArray
+) -> None:
     """Copy lattice boxes (k, 4) x0, xn, y0, yn (ends exclusive), all in the window, from ``source`` to ``target``.
 
     The lattice cell (x, y) is ``source`` [y + margin, x + margin], or ``fill`` where that is beyond the edges.
@@ -102,7 +125,8 @@ def copy_boxes(source: ByteArray, margin: int, fill: int, target: ByteArray, win
     flat, to, cost = source.reshape(-1), target.reshape(-1), np.uint8(fill)
     for k in range(boxes.shape[0]):
         x0, xn = boxes[k, 0], boxes[k, 1]
-        begin, end = min(max(x0, -margin), xn), max(min(xn, width - margin), x0)  # what the source has
+        # what the source has
+        begin, end = min(max(x0, -margin), xn), max(min(xn, width - margin), x0)
         for y in range(boxes[k, 2], boxes[k, 3]):
             at = _u((y - window[1]) * window[2] + x0 - window[0])
             row = y + margin

@@ -21,7 +21,13 @@ _INSIDE_EDGE = 0.001  # [m] an end point clipped at the far edges is put so far 
 
 @njit()
 def to_cell(
-    x: float, y: float, origin_x: float, origin_y: float, resolution: float, size_x: int, size_y: int
+    x: float,
+    y: float,
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    size_x: int,
+    size_y: int,
 ) -> tuple[int, int]:
     """The cell of a point, or (-1, -1) off the grid (``Costmap2D::worldToMap``)."""
     if x < origin_x or y < origin_y:
@@ -35,7 +41,14 @@ def to_cell(
 
 @njit()
 def clip_to_grid(
-    ox: float, oy: float, wx: float, wy: float, origin_x: float, origin_y: float, end_x: float, end_y: float
+    ox: float,
+    oy: float,
+    wx: float,
+    wy: float,
+    origin_x: float,
+    origin_y: float,
+    end_x: float,
+    end_y: float,
 ) -> tuple[float, float]:
     """The point (wx, wy), drawn in towards (ox, oy) onto the grid (``ObstacleLayer::raytraceFreespace``)."""
     a = wx - ox
@@ -56,7 +69,9 @@ def clip_to_grid(
 
 
 @njit()
-def ray(x0: int, y0: int, x1: int, y1: int, max_length: float, min_length: float) -> tuple[int, int, int, int, int]:
+def ray(
+    x0: int, y0: int, x1: int, y1: int, max_length: float, min_length: float
+) -> tuple[int, int, int, int, int]:
     """A Bresenham line from cell 0 to cell 1, cut to [min_length, max_length] cells (``nav2_util::raytraceLine``).
 
     Returns:
@@ -109,7 +124,10 @@ def clear_rays(
         return
     touch(bounds, ox, oy)
     end_x, end_y = origin_x + size_x * resolution, origin_y + size_y * resolution
-    min_cells, max_cells = float(math.ceil(limits[0] / resolution)), float(math.ceil(limits[1] / resolution))
+    min_cells, max_cells = (
+        float(math.ceil(limits[0] / resolution)),
+        float(math.ceil(limits[1] / resolution)),
+    )
     for i in range(points.shape[0]):
         wx, wy = clip_to_grid(ox, oy, points[i, 0], points[i, 1], origin_x, origin_y, end_x, end_y)
         x1, y1 = to_cell(wx, wy, origin_x, origin_y, resolution, size_x, size_y)
@@ -186,7 +204,9 @@ def mark_points(
 
 
 @njit()
-def _outline(x: int, y: int, dx: int, dy: int, steps: int, lowest: IntArray, highest: IntArray) -> None:
+def _outline(
+    x: int, y: int, dx: int, dy: int, steps: int, lowest: IntArray, highest: IntArray
+) -> None:
     """Widen each column's span by the cells of one line."""
     step_x = 1 if dx > 0 else -1
     step_y = 1 if dy > 0 else -1
@@ -230,7 +250,8 @@ def polygon_columns(
     ``lowest`` and ``highest`` (size_x,) take the first and last row of each column.
 
     Returns:
-        First and last column, or (0, -1) where a vertex lies off the grid: Nav2 then leaves the whole polygon out.
+        First and last column, or (0, -1) where a vertex lies off the grid: Nav2 then leaves the
+        whole polygon out.
     """
     count = polygon.shape[0]
     cells = np.empty((count, 2), dtype=np.int64)
@@ -252,7 +273,9 @@ def polygon_columns(
 
 
 @njit(ahead="uint8[:, ::1], int64, int64, int64[::1], int64[::1]")
-def free_columns(grid: ByteArray, first: int, last: int, lowest: IntArray, highest: IntArray) -> None:
+def free_columns(
+    grid: ByteArray, first: int, last: int, lowest: IntArray, highest: IntArray
+) -> None:
     """Free the cells of a polygon given by :func:`polygon_columns`."""
     for x in range(first, last + 1):
         for y in range(lowest[x], highest[x] + 1):
@@ -261,7 +284,12 @@ def free_columns(grid: ByteArray, first: int, last: int, lowest: IntArray, highe
 
 @njit(ahead="uint8[:, ::1], UniTuple(int64, 4), uint8[:, ::1], int64, int64, bool")
 def combine_maximum(
-    master: ByteArray, region: tuple[int, int, int, int], layer: ByteArray, x: int, y: int, keep_unknown: bool
+    master: ByteArray,
+    region: tuple[int, int, int, int],
+    layer: ByteArray,
+    x: int,
+    y: int,
+    keep_unknown: bool,
 ) -> None:
     """Raise ``master`` to the known costs of ``layer`` (``updateWithMax`` and ``...WithoutUnknownOverwrite``).
 
@@ -277,11 +305,16 @@ def combine_maximum(
     flat, own, one = master.reshape(-1), layer.reshape(-1), np.uint8(1)
     length = np.uint64(max(xn - x0, 0))
     for row in range(max(region[2], y), min(region[3], y + layer.shape[0])):
-        to, at = np.uint64(row * master.shape[1] + x0), np.uint64((row - y) * layer.shape[1] + x0 - x)
+        to, at = (
+            np.uint64(row * master.shape[1] + x0),
+            np.uint64((row - y) * layer.shape[1] + x0 - x),
+        )
         # No branches, so that it compiles to vector instructions.
         if keep_unknown:
             for j in range(length):
                 flat[to + j] = max(flat[to + j], _FREE if own[at + j] == _UNKNOWN else own[at + j])
         else:  # unknown is the highest cost; with 1 added it wraps around to the lowest
             for j in range(length):
-                flat[to + j] = np.uint8(max(np.uint8(flat[to + j] + one), np.uint8(own[at + j] + one)) - one)
+                flat[to + j] = np.uint8(
+                    max(np.uint8(flat[to + j] + one), np.uint8(own[at + j] + one)) - one
+                )

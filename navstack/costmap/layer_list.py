@@ -20,7 +20,12 @@ from navstack.params.costmap import (
     ObstacleLayerParams,
     StaticLayerParams,
 )
-from navstack.params.filters import SPEED_ABSOLUTE, SPEED_PERCENT, KeepoutFilterParams, SpeedFilterParams
+from navstack.params.filters import (
+    SPEED_ABSOLUTE,
+    SPEED_PERCENT,
+    KeepoutFilterParams,
+    SpeedFilterParams,
+)
 from navstack.params.spatio_temporal import SpatioTemporalLayerParams
 from navstack.types import BoolArray
 
@@ -51,13 +56,22 @@ class LayerList:
     speed_filters: list[SpeedFilter]
 
     def fast_parts(self) -> FastParts | None:
-        """What :class:`~navstack.costmap.fast_update.FastUpdate` needs; None: these layers are not for it.
+        """What :class:`~navstack.costmap.fast_update.FastUpdate` needs.
 
-        They are if they are a map, then obstacles by maximum and keepout masks, then at most one inflation, then only
-        keepout masks: a maximum may be taken in any order.
+        None: these layers are not for it.
+
+        They are if they are a map, then obstacles by maximum and keepout masks, then at most one
+        inflation, then only keepout masks: a maximum may be taken in any order.
         """
-        rest, after = list(self.plugins), [layer for layer in self.filters if isinstance(layer, KeepoutMask)]
-        if not rest or not isinstance(rest.pop(0), StaticLayerParams) or len(after) < len(self.filters):
+        rest, after = (
+            list(self.plugins),
+            [layer for layer in self.filters if isinstance(layer, KeepoutMask)],
+        )
+        if (
+            not rest
+            or not isinstance(rest.pop(0), StaticLayerParams)
+            or len(after) < len(self.filters)
+        ):
             return None
         while rest and isinstance(mask := rest[-1], KeepoutMask):
             after.append(mask)
@@ -69,11 +83,17 @@ class LayerList:
         is_fixed = not any(mask.params.override_lethal_cost for mask in (*before, *after))
         if not (is_maximum and is_fixed and len(before) + len(obstacles) == len(rest)):
             return None
-        inflation = last if isinstance(last, InflationLayerParams) else InflationLayerParams(inflation_radius=0.0)
+        inflation = (
+            last
+            if isinstance(last, InflationLayerParams)
+            else InflationLayerParams(inflation_radius=0.0)
+        )
         return FastParts(before, inflation, after)
 
 
-def join_layers(params: CostmapParams, masks: Mapping[str, FilterMask], window: Window) -> LayerList:
+def join_layers(
+    params: CostmapParams, masks: Mapping[str, FilterMask], window: Window
+) -> LayerList:
     """The layers of a costmap whose lattice is the window's; ``masks`` by the names of the filters.
 
     Raises:
@@ -97,7 +117,10 @@ def join_layers(params: CostmapParams, masks: Mapping[str, FilterMask], window: 
 
 
 def with_world_mask(
-    params: CostmapParams, masks: Mapping[str, FilterMask], static: OccupancyGrid | None, keepout: BoolArray | None
+    params: CostmapParams,
+    masks: Mapping[str, FilterMask],
+    static: OccupancyGrid | None,
+    keepout: BoolArray | None,
 ) -> dict[str, FilterMask]:
     """The masks, with ``keepout`` (cells of the map ``static``) for each keepout filter that has none.
 
@@ -107,13 +130,19 @@ def with_world_mask(
     if keepout is None or static is None:
         return dict(masks)
     if keepout.shape != static.data.shape:
-        raise MapError(f"the keepout mask has the shape {keepout.shape}, the map {static.data.shape}; they must agree")
+        raise MapError(
+            f"the keepout mask has the shape {keepout.shape}, the map {static.data.shape}; they must agree"
+        )
 
     def compute() -> npt.NDArray[np.int8]:
         return keepout.astype(np.int8) * np.int8(OCCUPIED)
 
     is_large = keepout.size >= SHARED_FROM
-    cells = cached_array(content_key("keepout cells 1", keepout), compute) if is_large else compute()
+    cells = (
+        cached_array(content_key("keepout cells 1", keepout), compute) if is_large else compute()
+    )
     own = FilterMask(OccupancyGrid(cells, static.resolution, static.origin))
-    names = [name for name, layer in params.layers.items() if isinstance(layer, KeepoutFilterParams)]
+    names = [
+        name for name, layer in params.layers.items() if isinstance(layer, KeepoutFilterParams)
+    ]
     return {**dict.fromkeys(names, own), **masks}

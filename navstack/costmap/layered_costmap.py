@@ -1,8 +1,9 @@
 """A costmap made of layers: the map, what the scans show, and costs around both (nav2_costmap_2d).
 
-Costmaps live in the map frame. In Nav2 the local one lives in the odom frame, which differs by the localizer's
-correction; here a jump of the believed pose moves the window and leaves marked obstacles where they were marked. The
-cells of a rolling window coincide with the map's cells, as if both lattices were aligned.
+Costmaps live in the map frame. In Nav2 the local one lives in the odom frame, which differs by the
+localizer's correction; here a jump of the believed pose moves the window and leaves marked
+obstacles where they were marked. The cells of a rolling window coincide with the map's cells, as if
+both lattices were aligned.
 """
 
 from collections.abc import Mapping, Sequence
@@ -49,7 +50,10 @@ _inflated_maps: dict[str, ByteArray] = {}  # by content; read only
 
 
 class LayeredCostmap:
-    """A costmap that follows the scans; :attr:`master` is updated in place and stays the same object."""
+    """A costmap that follows the scans.
+
+    :attr:`master` is updated in place and stays the same object.
+    """
 
     def __init__(
         self,
@@ -64,20 +68,24 @@ class LayeredCostmap:
         Args:
             params: all parameters.
             static: the map of the static layer.
-            keepout: cells of the map that the robot must not enter, (height, width): the mask of keepout filters that
-                have none in ``masks``; where no keepout filter is listed, the static layer makes them lethal.
+            keepout: cells of the map that the robot must not enter, (height, width): the mask of
+                keepout filters that have none in ``masks``; where no keepout filter is listed, the
+                static layer makes them lethal.
             masks: the masks of filters by their names.
             prefer_fast: False: use :class:`FullUpdate` even where the layers allow a quicker way.
 
         Raises:
-            MapError: a static layer is wanted and no map given, the map is rotated, or the mask does not fit it.
+            MapError: a static layer is wanted and no map given, the map is rotated, or the mask
+                does not fit it.
         """
         self.params = params
         self.footprint = pad_footprint(robot_footprint(params), params.footprint_padding)
-        self.inscribed_radius, self.circumscribed_radius = footprint_radii(self.footprint)  # [m] of the padded one
+        # [m] of the padded one
+        self.inscribed_radius, self.circumscribed_radius = footprint_radii(self.footprint)
         self._placed = np.empty_like(self.footprint)  # where the robot is at the update, map frame
         self.stamp = 0.0  # [s] of the last update
-        self.is_current = False  # updated since it was last cleared, with scans as young as its sources expect
+        # updated since it was last cleared, with scans as young as its sources expect
+        self.is_current = False
         self._fill = NO_INFORMATION if params.track_unknown_space else FREE_SPACE
         masks = masks or {}
         if params.has_keepout_filter:
@@ -87,8 +95,12 @@ class LayeredCostmap:
         self._layers = join_layers(params, masks, self._window)
         self._receivers: list[SpeedLimitReceiver] = []
         self._map = self._map_costs(static, keepout)
-        data: ByteArray = np.full((self._window.size_y, self._window.size_x), self._fill, dtype=np.uint8)
-        self.master = Costmap(data, self._window.resolution, self._window.origin_x, self._window.origin_y)
+        data: ByteArray = np.full(
+            (self._window.size_y, self._window.size_x), self._fill, dtype=np.uint8
+        )
+        self.master = Costmap(
+            data, self._window.resolution, self._window.origin_x, self._window.origin_y
+        )
         self._projector = ScanProjector()
         parts = self._fast_parts() if prefer_fast else None
         self._updater = self._full_update() if parts is None else self._fast_update(parts)
@@ -106,7 +118,10 @@ class LayeredCostmap:
 
     @property
     def region(self) -> tuple[int, int, int, int] | None:
-        """Cells x0, xn, y0, yn (ends exclusive) within which the last update wrote; None where it knows no bounds."""
+        """Cells x0, xn, y0, yn (ends exclusive) within which the last update wrote.
+
+        None where it knows no bounds.
+        """
         return None if isinstance(self._updater, FastUpdate) else self._updater.region
 
     def update(self, robot_pose: Pose2D, scan: LaserScan | None, stamp: float) -> None:
@@ -120,7 +135,10 @@ class LayeredCostmap:
             moved = self._window.centre_on(robot_pose.x, robot_pose.y)
             if moved != (0, 0):
                 self._updater.moved(*moved)
-                self.master.origin_x, self.master.origin_y = self._window.origin_x, self._window.origin_y
+                self.master.origin_x, self.master.origin_y = (
+                    self._window.origin_x,
+                    self._window.origin_y,
+                )
         self.stamp = stamp
         kernels.transform(self.footprint, robot_pose.x, robot_pose.y, robot_pose.yaw, self._placed)
         self._updater.update(robot_pose, self._placed)
@@ -135,7 +153,8 @@ class LayeredCostmap:
     def observe_scan(self, robot_pose: Pose2D, scan: LaserScan) -> None:
         """Keep a scan for the next update; every source of every layer is fed with it.
 
-        A planar scan says nothing about heights: min_obstacle_height and max_obstacle_height do not apply to it.
+        A planar scan says nothing about heights: min_obstacle_height and max_obstacle_height do not
+            apply to it.
         """
         projected: dict[bool, Observation] = {}
         for source in self._sources:
@@ -144,11 +163,18 @@ class LayeredCostmap:
                 projected[inf_is_valid] = self._projector.project(scan, robot_pose, inf_is_valid)
             source.add(projected[inf_is_valid])
 
-    def observe_points(self, points: FloatArray, sensor_x: float, sensor_y: float, stamp: float) -> None:
-        """Keep points (n, 3) [m] of the map frame for the obstacle layers; only those at their heights mark."""
+    def observe_points(
+        self, points: FloatArray, sensor_x: float, sensor_y: float, stamp: float
+    ) -> None:
+        """Keep points (n, 3) [m] of the map frame for the obstacle layers.
+
+        Only those at their heights mark.
+        """
         flat = np.ascontiguousarray(points[:, :2], dtype=np.float64)
         for layer in self._updater.layers:
-            if isinstance(layer, ObstacleLayer | ObstacleCells) and isinstance(layer.params, ObstacleLayerParams):
+            if isinstance(layer, ObstacleLayer | ObstacleCells) and isinstance(
+                layer.params, ObstacleLayerParams
+            ):
                 low, high = layer.params.min_obstacle_height, layer.params.max_obstacle_height
                 is_right = (points[:, 2] >= low) & (points[:, 2] <= high)
                 for source in layer.sources:
@@ -175,21 +201,32 @@ class LayeredCostmap:
         for receiver in self._receivers:
             receiver(limit, is_percentage)
 
-    def _map_costs(self, static: OccupancyGrid | None, keepout: BoolArray | None) -> ByteArray | None:
+    def _map_costs(
+        self, static: OccupancyGrid | None, keepout: BoolArray | None
+    ) -> ByteArray | None:
         if static is None:
             if _has_static_layer(self.params):
-                raise MapError("the costmap has a static layer, but no map was given; give one or remove the layer")
+                raise MapError(
+                    "the costmap has a static layer, but no map was given; give one or remove the layer"
+                )
             return None
-        return resampled(static_costs(static, self.params, keepout), static.resolution, self._window.resolution)
+        return resampled(
+            static_costs(static, self.params, keepout), static.resolution, self._window.resolution
+        )
 
     def _fast_parts(self) -> FastParts | None:
-        """What the quick way needs, if it leads to the same costmap: no unknown cells, no mask beyond the map."""
+        """What the quick way needs, if it leads to the same costmap.
+
+        No unknown cells, no mask beyond the map.
+        """
         parts = self._layers.fast_parts()
         if self._map is None or parts is None:
             return None
         if self.params.rolling_window:
             height, width = self._map.shape
-            reaches_out = not all(mask.acts_within(width, height) for mask in (*parts.before, *parts.after))
+            reaches_out = not all(
+                mask.acts_within(width, height) for mask in (*parts.before, *parts.after)
+            )
             return None if self.params.track_unknown_space or reaches_out else parts
         has_unknown = self.params.track_unknown_space and int(self._map.max()) == NO_INFORMATION
         return None if has_unknown else parts
@@ -223,15 +260,20 @@ class LayeredCostmap:
 
     def _full_update(self) -> FullUpdate:
         plugins, filters = (
-            [self._make_layer(layer) for layer in layers] for layers in (self._layers.plugins, self._layers.filters)
+            [self._make_layer(layer) for layer in layers]
+            for layers in (self._layers.plugins, self._layers.filters)
         )
-        return FullUpdate(plugins, filters, self.master, self._window, self.params.rolling_window, self._fill)
+        return FullUpdate(
+            plugins, filters, self.master, self._window, self.params.rolling_window, self._fill
+        )
 
     def _make_layer(self, layer: BoundLayer) -> Layer:
         if isinstance(layer, ObstacleLayerParams):
             return ObstacleLayer(layer, _buffers(layer.active_sources), self._window, self._fill)
         if isinstance(layer, SpatioTemporalLayerParams):
-            return SpatioTemporalLayer(layer, _buffers(layer.active_sources), self._window, lambda: self.stamp)
+            return SpatioTemporalLayer(
+                layer, _buffers(layer.active_sources), self._window, lambda: self.stamp
+            )
         if isinstance(layer, InflationLayerParams):
             return InflationLayer(self._inflation(layer))
         if isinstance(layer, DenoiseLayerParams):
@@ -248,7 +290,9 @@ def _buffers(sources: Sequence[Source]) -> list[ObservationBuffer[Source]]:
 
 def _has_static_layer(params: CostmapParams) -> bool:
     listed = (*params.plugins, *params.filters)
-    return any(isinstance(layer, StaticLayerParams) for layer in params.enabled_layers(listed).values())
+    return any(
+        isinstance(layer, StaticLayerParams) for layer in params.enabled_layers(listed).values()
+    )
 
 
 def _raised(costs: ByteArray, masks: Sequence[KeepoutMask], margin: int) -> ByteArray:
@@ -262,7 +306,10 @@ def _raised(costs: ByteArray, masks: Sequence[KeepoutMask], margin: int) -> Byte
 
 
 def inflated_map(costs: ByteArray, margin: int, fill: int, inflation: Inflation) -> ByteArray:
-    """A map's costs, inflated, with ``margin`` more cells of cost ``fill`` on each side; kept for the next caller."""
+    """A map's costs, inflated, with ``margin`` more cells of cost ``fill`` on each side.
+
+    Kept for the next caller.
+    """
     key = content_key("inflated-map-1", costs, margin, fill, inflation.costs)
 
     def inflate() -> ByteArray:

@@ -1,7 +1,10 @@
-"""The layers of a costmap, each as nav2_costmap_2d has it: what it knows, and how it writes it into the master.
+"""The layers of a costmap, each as nav2_costmap_2d has it.
 
-An update has two passes over the layers in their order. In the first each takes in what is new and grows the bounds
-of what may have changed; in the second each writes within them (``LayeredCostmap::updateMap``).
+What it knows, and how it writes it into the master.
+
+An update has two passes over the layers in their order. In the first each takes in what is new and
+grows the bounds of what may have changed; in the second each writes within them
+(``LayeredCostmap::updateMap``).
 """
 
 import math
@@ -33,8 +36,12 @@ from navstack.types import BoolArray, ByteArray, FloatArray, Pose2D
 SAME_RESOLUTION = 1e-5  # [m] closer resolutions are the same (StaticLayer's EPSILON)
 
 
-def static_costs(grid: OccupancyGrid, params: CostmapParams, keepout: BoolArray | None = None) -> ByteArray:
-    """The costs of a map's cells (``StaticLayer::interpretValue``); cells of ``keepout`` are lethal.
+def static_costs(
+    grid: OccupancyGrid, params: CostmapParams, keepout: BoolArray | None = None
+) -> ByteArray:
+    """The costs of a map's cells (``StaticLayer::interpretValue``).
+
+    Cells of ``keepout`` are lethal.
 
     Raises:
         MapError: the map is rotated, or ``keepout`` has another shape.
@@ -42,11 +49,17 @@ def static_costs(grid: OccupancyGrid, params: CostmapParams, keepout: BoolArray 
     grid.require_unrotated("map")
     occupancy = np.arange(256, dtype=np.uint8).view(np.int8).astype(np.int64)  # of each bit pattern
     threshold = min(max(params.lethal_cost_threshold, 0), 100)
-    scaled = 0 if params.trinary_costmap else np.abs(occupancy) / max(threshold, 1) * LETHAL_OBSTACLE
-    table = np.where((occupancy >= threshold) | (occupancy < UNKNOWN), LETHAL_OBSTACLE, scaled).astype(np.uint8)
+    scaled = (
+        0 if params.trinary_costmap else np.abs(occupancy) / max(threshold, 1) * LETHAL_OBSTACLE
+    )
+    table = np.where(
+        (occupancy >= threshold) | (occupancy < UNKNOWN), LETHAL_OBSTACLE, scaled
+    ).astype(np.uint8)
     table[occupancy == UNKNOWN] = NO_INFORMATION if params.track_unknown_space else FREE_SPACE
     if keepout is not None and keepout.shape != grid.data.shape:
-        raise MapError(f"the keepout mask has the shape {keepout.shape}, the map {grid.data.shape}; they must be equal")
+        raise MapError(
+            f"the keepout mask has the shape {keepout.shape}, the map {grid.data.shape}; they must be equal"
+        )
 
     def compute() -> ByteArray:
         costs: ByteArray = table[np.ascontiguousarray(grid.data).view(np.uint8)]
@@ -61,12 +74,18 @@ def static_costs(grid: OccupancyGrid, params: CostmapParams, keepout: BoolArray 
 
 
 def resampled(costs: ByteArray, resolution: float, wanted: float) -> ByteArray:
-    """Costs on a grid of another resolution with the same corner: each cell takes the one below its centre."""
+    """Costs on a grid of another resolution with the same corner.
+
+    Each cell takes the one below its centre.
+    """
     if abs(resolution - wanted) < SAME_RESOLUTION:
         return costs
     rows, columns = (
         np.minimum(
-            ((np.arange(math.ceil(size * resolution / wanted)) + 0.5) * wanted / resolution).astype(int), size - 1
+            ((np.arange(math.ceil(size * resolution / wanted)) + 0.5) * wanted / resolution).astype(
+                int
+            ),
+            size - 1,
         )
         for size in costs.shape
     )
@@ -106,14 +125,22 @@ class Layer(ABC):
     sources: Sequence[ObservationBuffer[SourceParams]] = ()  # what it is fed with
 
     @abstractmethod
-    def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
-        """Take in what is new; ``pose`` and ``footprint`` (N, 2) [m], padded, are the robot's in the map frame."""
+    def update_bounds(
+        self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds
+    ) -> None:
+        """Take in what is new.
+
+        ``pose`` and ``footprint`` (N, 2) [m], padded, are the robot's in the map frame.
+        """
 
     @abstractmethod
-    def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
+    def update_costs(
+        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
+    ) -> None:
         """Write into ``master`` within the region x0, xn, y0, yn of its cells.
 
-        The window begins at the master's cell (margin, margin): see :class:`~navstack.costmap.full_update.FullUpdate`.
+        The window begins at the master's cell (margin, margin): see
+        :class:`~navstack.costmap.full_update.FullUpdate`.
         """
 
     def clear(self) -> None:  # noqa: B027 - most layers keep nothing
@@ -132,14 +159,21 @@ class StaticLayer(Layer):
         self._window = window
         self._is_new = True
 
-    def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
+    def update_bounds(
+        self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds
+    ) -> None:
         """Everything, whenever the window moves with the robot, otherwise at first."""
         if self._params.rolling_window or self._is_new:
             bounds.hold_everything()
         self._is_new = False
 
-    def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
-        """Overwrite all, unknown included, or with ``use_maximum`` raise; nothing beyond the map's edges."""
+    def update_costs(
+        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
+    ) -> None:
+        """Overwrite all, unknown included, or with ``use_maximum`` raise.
+
+        Nothing beyond the map's edges.
+        """
         x, y = margin - self._window.cell_x, margin - self._window.cell_y
         if self._params.use_maximum:
             kernels.combine_maximum(master, region, self._costs, x, y, False)
@@ -169,7 +203,9 @@ class ObstacleLayer(Layer):
         """Move the content with the window."""
         shift(self.grid, dx, dy, self._fill)
 
-    def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
+    def update_bounds(
+        self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds
+    ) -> None:
         """Clear along all beams, then mark all returns."""
         place = (window.origin, window.resolution)
         for source, seen in each_observation(self._scans, clearing=True):
@@ -189,9 +225,13 @@ class ObstacleLayer(Layer):
             place = (window.origin, window.resolution, window.size_x, window.size_y)
             self._columns = kernels.polygon_columns(footprint, *place, self._lowest, self._highest)
 
-    def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
+    def update_costs(
+        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
+    ) -> None:
         """Free the cells under the robot in this layer, then combine."""
-        kernels.free_columns(self.grid, self._columns[0], self._columns[1], self._lowest, self._highest)
+        kernels.free_columns(
+            self.grid, self._columns[0], self._columns[1], self._lowest, self._highest
+        )
         if self.params.combination_method == OVERWRITE:
             target, own = overlap(master, region, self.grid, margin, margin)
             np.copyto(target, own, where=own != NO_INFORMATION)
@@ -208,18 +248,23 @@ class ObstacleLayer(Layer):
 class DenoiseLayer(Layer):
     """Frees small groups of obstacle cells that the layers before it wrote (``denoise_layer.cpp``).
 
-    As in Nav2 a group counts with the cells that it has in the updated region. Where the map beyond a moving window is
-    at hand (see :class:`~navstack.costmap.full_update.FullUpdate`), its cells there count too.
+    As in Nav2 a group counts with the cells that it has in the updated region. Where the map beyond
+    a moving window is at hand (see :class:`~navstack.costmap.full_update.FullUpdate`), its cells
+    there count too.
     """
 
     def __init__(self, params: DenoiseLayerParams, unknown_is_obstacle: bool) -> None:
         self._params = params
         self._unknown_is_obstacle = unknown_is_obstacle
 
-    def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
+    def update_bounds(
+        self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds
+    ) -> None:
         """It touches only what others changed."""
 
-    def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
+    def update_costs(
+        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
+    ) -> None:
         """Free the groups that are too small."""
         x0, xn, y0, yn = region
         remove_small_groups(
@@ -238,8 +283,13 @@ class InflationLayer(Layer):
         self._previous = Bounds.empty()
         self._is_new = True
 
-    def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
-        """The bounds of this and the previous update and an inflation radius around them; everything at first."""
+    def update_bounds(
+        self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds
+    ) -> None:
+        """The bounds of this and the previous update and an inflation radius around them.
+
+        Everything at first.
+        """
         current = bounds.values.copy()
         if self._is_new:
             bounds.hold_everything()
@@ -250,7 +300,9 @@ class InflationLayer(Layer):
             bounds.values += (-radius, radius, -radius, radius)
         self._previous = Bounds(current)
 
-    def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
+    def update_costs(
+        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
+    ) -> None:
         """Inflate what the layers before have written."""
         self.inflation.apply(master, *region)
 

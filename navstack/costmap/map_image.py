@@ -37,8 +37,8 @@ class MapImage:
 def read_image(path: Path, average_alpha: bool) -> MapImage:
     """Read PGM (ASCII or binary, up to 16 bits), PNG, BMP or another format of ``_FORMATS``.
 
-    A pixel's shade is the mean of its colour channels, with ``average_alpha`` of its alpha channel too (what
-    nav2_map_server does in trinary mode). Colours of 16 bits per channel are read with 8.
+    A pixel's shade is the mean of its colour channels, with ``average_alpha`` of its alpha channel
+    too (what nav2_map_server does in trinary mode). Colours of 16 bits per channel are read with 8.
 
     Raises:
         MapError: the file is missing, no image, corrupt, truncated or larger than ``MAX_PIXELS``.
@@ -50,28 +50,40 @@ def read_image(path: Path, average_alpha: bool) -> MapImage:
         return _read_pgm(path) if is_pgm else _read_other(path, average_alpha)
     except OSError as error:
         reason = error.strerror or str(error).splitlines()[0]
-        raise MapError(f"map image {path}: cannot be read ({reason}); check 'image' in the map's YAML") from None
+        raise MapError(
+            f"map image {path}: cannot be read ({reason}); check 'image' in the map's YAML"
+        ) from None
 
 
 def _check_size(path: Path, width: int, height: int) -> None:
     if width < 1 or height < 1 or width * height > MAX_PIXELS:
-        raise MapError(f"map image {path}: {width} x {height} pixels; allowed: 1 to {MAX_PIXELS} pixels")
+        raise MapError(
+            f"map image {path}: {width} x {height} pixels; allowed: 1 to {MAX_PIXELS} pixels"
+        )
 
 
 def _read_pgm(path: Path) -> MapImage:
     content = path.read_bytes()
     header = _PGM_HEADER.match(content)
     if header is None:
-        raise MapError(f"map image {path}: corrupt PGM header; expected width, height and largest value")
+        raise MapError(
+            f"map image {path}: corrupt PGM header; expected width, height and largest value"
+        )
     width, height, largest = (int(field[:9]) for field in header.groups()[1:])
     _check_size(path, width, height)
     if not 1 <= largest <= _QUANTUM:
         raise MapError(f"map image {path}: largest value {largest}; a PGM allows 1 to {_QUANTUM}")
     body = memoryview(content)[header.end() :]
-    values = _ascii_values(path, bytes(body)) if header[1] == b"2" else _binary_values(body[1:], largest)
+    values = (
+        _ascii_values(path, bytes(body)) if header[1] == b"2" else _binary_values(body[1:], largest)
+    )
     if len(values) < width * height:
-        raise MapError(f"map image {path}: truncated, {len(values)} of {width} x {height} = {width * height} pixels")
-    levels = np.minimum(values[: width * height], largest).astype(np.uint8 if largest < 256 else np.uint16)
+        raise MapError(
+            f"map image {path}: truncated, {len(values)} of {width} x {height} = {width * height} pixels"
+        )
+    levels = np.minimum(values[: width * height], largest).astype(
+        np.uint8 if largest < 256 else np.uint16
+    )
     shades = np.floor(np.arange(largest + 1) * _QUANTUM / largest + 0.5) / _QUANTUM
     return MapImage(levels.reshape(height, width), shades, None)
 
@@ -93,7 +105,8 @@ def _ascii_values(path: Path, body: bytes) -> npt.NDArray[np.integer]:
 def _read_other(path: Path, average_alpha: bool) -> MapImage:
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # MAX_PIXELS is our bound
+            # MAX_PIXELS is our bound
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             with Image.open(path, formats=_FORMATS) as image:
                 _check_size(path, *image.size)
                 return _convert(image, average_alpha)
@@ -102,7 +115,9 @@ def _read_other(path: Path, average_alpha: bool) -> MapImage:
     except UnidentifiedImageError:
         raise MapError(f"map image {path}: is not an image; expected PGM, PNG or BMP") from None
     except (ValueError, SyntaxError, EOFError, IndexError) as error:
-        raise MapError(f"map image {path}: corrupt or truncated ({str(error).splitlines()[0]})") from None
+        raise MapError(
+            f"map image {path}: corrupt or truncated ({str(error).splitlines()[0]})"
+        ) from None
 
 
 def _convert(image: Image.Image, average_alpha: bool) -> MapImage:
@@ -110,7 +125,9 @@ def _convert(image: Image.Image, average_alpha: bool) -> MapImage:
         raise ValueError(f"pixels of mode {image.mode}, where 8 or 16 bits are needed")
     has_alpha = image.mode in ("LA", "PA", "RGBA", "La", "RGBa") or "transparency" in image.info
     if image.mode.startswith("I;16"):
-        return MapImage(np.asarray(image).astype(np.uint16), np.arange(_QUANTUM + 1) / _QUANTUM, None)
+        return MapImage(
+            np.asarray(image).astype(np.uint16), np.arange(_QUANTUM + 1) / _QUANTUM, None
+        )
     if image.mode in ("1", "L") and not has_alpha:
         return MapImage(np.asarray(image.convert("L")), np.arange(256) * 257 / _QUANTUM, None)
     channels = np.asarray(image.convert("RGBA" if has_alpha else "RGB"))

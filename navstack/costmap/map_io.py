@@ -22,7 +22,16 @@ Int8Array = npt.NDArray[np.int8]
 RESOLUTIONS = (1e-4, 1e3)  # [m/cell] that make sense
 FARTHEST = 1e8  # [m] of an origin, beyond the earth's circumference
 
-_WORDS = {"true": True, "yes": True, "on": True, "y": True, "false": False, "no": False, "off": False, "n": False}
+_WORDS = {
+    "true": True,
+    "yes": True,
+    "on": True,
+    "y": True,
+    "false": False,
+    "no": False,
+    "off": False,
+    "n": False,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +51,8 @@ def load_map(yaml_path: Path | str) -> OccupancyGrid:
     """Read a map as nav2_map_server serves it; the image's first row is the grid's last.
 
     Raises:
-        MapError: the YAML file or the image is missing, malformed, truncated or too large, or a value is out of range.
+        MapError: the YAML file or the image is missing, malformed, truncated or too large, or a
+            value is out of range.
     """
     metadata = load_metadata(Path(yaml_path))
     image = read_image(metadata.image, average_alpha=metadata.mode == "trinary")
@@ -63,10 +73,14 @@ def load_metadata(path: Path) -> MapMetadata:
     except ParameterError as error:
         raise MapError(f"map {error}") from None
     if not isinstance(content, Mapping):
-        raise MapError(f"map {path}: is not a mapping; expected image, resolution, origin, negate and two thresholds")
+        raise MapError(
+            f"map {path}: is not a mapping; expected image, resolution, origin, negate and two thresholds"
+        )
     origin = _get(content, "origin", path)
     if not isinstance(origin, list) or len(origin) != 3:
-        raise MapError(f"map {path}: origin {origin!r} is not a list [x, y, yaw] in metres and radians")
+        raise MapError(
+            f"map {path}: origin {origin!r} is not a list [x, y, yaw] in metres and radians"
+        )
     metadata = MapMetadata(
         image=_image_path(content, path),
         resolution=_number(_get(content, "resolution", path), "resolution", path),
@@ -81,24 +95,33 @@ def load_metadata(path: Path) -> MapMetadata:
 
 
 def save_map(grid: OccupancyGrid, yaml_path: Path | str) -> None:
-    """Write a map as nav2's map_saver does: the YAML file, and a PNG image of the same name beside it.
+    """Write a map as nav2's map_saver does.
 
-    Cells are 254 where free, 205 where unknown and 0 where occupied. Differences from map_saver: numbers in the YAML
-    keep all their digits (it keeps three), and free_thresh is 0.196 as in ROS 1, because with map_saver's 0.25 its own
-    grey for unknown (205, occupancy 0.196) reads back as free.
+    The YAML file, and a PNG image of the same name beside it.
+
+    Cells are 254 where free, 205 where unknown and 0 where occupied. Differences from map_saver:
+    numbers in the YAML keep all their digits (it keeps three), and free_thresh is 0.196 as in ROS
+    1, because with map_saver's 0.25 its own grey for unknown (205, occupancy 0.196) reads back as
+    free.
 
     Raises:
         MapError: resolution or origin are out of range, or the folder cannot be written.
     """
     path = Path(yaml_path)
-    metadata = MapMetadata(path.with_suffix(".png"), grid.resolution, grid.origin, 0.65, 0.196, False, "trinary")
+    metadata = MapMetadata(
+        path.with_suffix(".png"), grid.resolution, grid.origin, 0.65, 0.196, False, "trinary"
+    )
     _check(metadata, path)
     try:
-        Image.fromarray(_paint(grid.data[::-1], metadata)).save(metadata.image, format="PNG", optimize=True)
+        Image.fromarray(_paint(grid.data[::-1], metadata)).save(
+            metadata.image, format="PNG", optimize=True
+        )
         with path.open("w", encoding="utf-8") as file:
             _writer().dump(_as_yaml(metadata), file)
     except OSError as error:
-        raise MapError(f"map {path}: cannot be written ({error.strerror or error}); check the folder") from None
+        raise MapError(
+            f"map {path}: cannot be written ({error.strerror or error}); check the folder"
+        ) from None
 
 
 def _get(content: Mapping[str, Any], key: str, path: Path) -> Any:
@@ -138,9 +161,13 @@ def _check(metadata: MapMetadata, path: Path) -> None:
         raise MapError(f"map {path}: resolution {metadata.resolution} m/cell is not positive")
     if not RESOLUTIONS[0] <= metadata.resolution <= RESOLUTIONS[1]:
         low, high = RESOLUTIONS
-        raise MapError(f"map {path}: resolution {metadata.resolution} m/cell; allowed is {low:g} to {high:g}")
+        raise MapError(
+            f"map {path}: resolution {metadata.resolution} m/cell; allowed is {low:g} to {high:g}"
+        )
     if max(abs(metadata.origin.x), abs(metadata.origin.y), abs(metadata.origin.yaw)) > FARTHEST:
-        raise MapError(f"map {path}: origin {metadata.origin}; no coordinate may exceed {FARTHEST:g}")
+        raise MapError(
+            f"map {path}: origin {metadata.origin}; no coordinate may exceed {FARTHEST:g}"
+        )
     if not 0.0 <= metadata.free_thresh < metadata.occupied_thresh <= 1.0:
         raise MapError(
             f"map {path}: free_thresh {metadata.free_thresh} and occupied_thresh {metadata.occupied_thresh} "
@@ -148,7 +175,9 @@ def _check(metadata: MapMetadata, path: Path) -> None:
         )
     if metadata.mode not in _MODES:
         near = did_you_mean(metadata.mode, _MODES)
-        raise MapError(f"map {path}: unknown mode '{metadata.mode}'{near}; known: {', '.join(_MODES)}")
+        raise MapError(
+            f"map {path}: unknown mode '{metadata.mode}'{near}; known: {', '.join(_MODES)}"
+        )
 
 
 def _occupancy(shades: FloatTable, metadata: MapMetadata) -> FloatTable:

@@ -1,4 +1,7 @@
-"""What sensors saw, in the map frame: scans turned into points and kept for a while (``observation_buffer.cpp``)."""
+"""What sensors saw, in the map frame.
+
+Scans turned into points and kept for a while (``observation_buffer.cpp``).
+"""
 
 import math
 from collections.abc import Callable
@@ -17,14 +20,15 @@ SECTORS = 512  # of the index of bearings
 SourceParams = ObservationSourceParams | SpatioTemporalSourceParams
 Source = TypeVar("Source", bound=SourceParams, covariant=True)
 
-_BELOW_RANGE_MAX = 1e-4  # [m] a beam without return that counts as valid ends so far before range_max
+# [m] a beam without return that counts as valid ends so far before range_max
+_BELOW_RANGE_MAX = 1e-4
 
 
 class Observation:
     """The points of one scan in the map frame, with the place of the sensor.
 
-    They are worked out when first asked for: most scans that a slow costmap is shown are replaced by newer ones before
-    it is updated.
+    They are worked out when first asked for: most scans that a slow costmap is shown are replaced
+    by newer ones before it is updated.
     """
 
     def __init__(
@@ -69,7 +73,10 @@ class Observation:
 
 
 class ScanProjector:
-    """Turns scans into points (laser_geometry's ``projectLaser``); the beams' directions are kept between scans."""
+    """Turns scans into points (laser_geometry's ``projectLaser``).
+
+    The beams' directions are kept between scans.
+    """
 
     def __init__(self) -> None:
         self._key: tuple[float, float, int] = (0.0, 0.0, -1)
@@ -78,8 +85,8 @@ class ScanProjector:
     def project(self, scan: LaserScan, robot_pose: Pose2D, inf_is_valid: bool) -> Observation:
         """The points of a scan taken at ``robot_pose`` (map frame): range_min <= range < range_max.
 
-        With ``inf_is_valid`` a beam without return gives a point just below range_max, which clears but is normally
-        too far to mark; otherwise it gives none.
+        With ``inf_is_valid`` a beam without return gives a point just below range_max, which clears
+        but is normally too far to mark; otherwise it gives none.
         """
         key = (scan.angle_min, scan.angle_increment, len(scan.ranges))
         if key != self._key:
@@ -93,7 +100,9 @@ class ScanProjector:
             limits = (scan.range_min, scan.range_max)
             endless = scan.range_max - _BELOW_RANGE_MAX if inf_is_valid else math.inf
             place = (sensor.x, sensor.y, math.cos(sensor.yaw), math.sin(sensor.yaw))
-            return ends[: beam_kernels.project(scan.ranges, directions, limits, endless, place, ends)]
+            return ends[
+                : beam_kernels.project(scan.ranges, directions, limits, endless, place, ends)
+            ]
 
         return Observation(scan.stamp, sensor.x, sensor.y, points)
 
@@ -113,7 +122,11 @@ class ObservationBuffer(Generic[Source]):
         """
         persistence = self.params.observation_persistence
         newer = observation.stamp
-        kept = [old for old in self._observations if persistence > 0.0 and newer - old.stamp <= persistence]
+        kept = [
+            old
+            for old in self._observations
+            if persistence > 0.0 and newer - old.stamp <= persistence
+        ]
         self._observations = [observation, *kept]
         self._newest = newer
 

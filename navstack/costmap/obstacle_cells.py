@@ -1,7 +1,7 @@
 """The obstacle layer as the list of its lethal cells: quick where little is occupied.
 
-Equal to :class:`~navstack.costmap.layers.ObstacleLayer` but for what is lethal in the map anyway, which is left out,
-and for unknown space, which a list of lethal cells cannot tell from free space.
+Equal to :class:`~navstack.costmap.layers.ObstacleLayer` but for what is lethal in the map anyway,
+which is left out, and for unknown space, which a list of lethal cells cannot tell from free space.
 """
 
 from collections.abc import Sequence
@@ -18,8 +18,9 @@ from navstack.costmap.window import Box, Window
 from navstack.params.costmap import ObservationSourceParams, ObstacleLayerParams
 from navstack.types import ByteArray, FloatArray, IntArray
 
-# How far the centre of a line's cell can lie from the beam, in [cells]: half a diagonal for the cell of the sensor or
-# of the end point, half a cell for the rounding across; a line from a least range on starts in a truncated cell.
+# How far the centre of a line's cell can lie from the beam, in [cells]: half a diagonal for the
+# cell of the sensor or of the end point, half a cell for the rounding across; a line from a least
+# range on starts in a truncated cell.
 _LATERAL = 1.5
 _LATERAL_FROM_MIN_RANGE = 3.0
 _NOTHING = (1 << 40, -(1 << 40), 1 << 40, -(1 << 40))  # an empty box
@@ -43,8 +44,9 @@ class ObstacleCells:
             params: of the layer.
             sources: what it sees.
             window: where it lies.
-            background: costs of the map, the lattice cell (x, y) at [y + margin, x + margin]; cells that are lethal
-                there are left out, for they make no difference: most of what a scan shows is on the map.
+            background: costs of the map, the lattice cell (x, y) at [y + margin, x + margin]; cells
+                that are lethal there are left out, for they make no difference: most of what a scan
+                shows is on the map.
             margin: see ``background``.
         """
         self.params = params
@@ -52,7 +54,8 @@ class ObstacleCells:
         self._background = background.view()
         self._background.flags.writeable = False  # one compiled kernel for all
         self._margin = margin
-        self.cells: CellArray = np.empty((1024, 2), dtype=np.int32)  # (x, y); the first ``count`` count
+        # (x, y); the first ``count`` count
+        self.cells: CellArray = np.empty((1024, 2), dtype=np.int32)
         self.count = 0
         self._box = window.box  # of the window that the cells lie in
         self._lines: LineArray = np.empty((512, 8), dtype=np.int32)
@@ -111,7 +114,9 @@ class ObstacleCells:
             place = ((seen.origin_x, seen.origin_y), window.origin, window.resolution)
             limits = (source.raytrace_min_range, source.raytrace_max_range)
             lateral = _LATERAL if source.raytrace_min_range == 0.0 else _LATERAL_FROM_MIN_RANGE
-            cell_kernels.clear_hit(self._listed, ordered, starts, *place, limits, lateral, self._lines)
+            cell_kernels.clear_hit(
+                self._listed, ordered, starts, *place, limits, lateral, self._lines
+            )
 
     def _mark(self, window: Window) -> None:
         for source, seen in each_observation(self.sources, clearing=False):
@@ -119,7 +124,9 @@ class ObstacleCells:
             place = ((seen.origin_x, seen.origin_y), window.origin, window.resolution)
             limits = (source.obstacle_min_range, source.obstacle_max_range)
             background = (self._background, self._margin)
-            self.count = cell_kernels.mark_cells(self._listed, seen.marking, *place, limits, *background, self._changed)
+            self.count = cell_kernels.mark_cells(
+                self._listed, seen.marking, *place, limits, *background, self._changed
+            )
 
     def _make_room(self, more: int) -> None:
         if self.count + more > len(self.cells):

@@ -11,7 +11,8 @@ from navstack.types import Pose2D
 
 FREE = 0
 OCCUPIED = 100
-SOLID_FROM = 65  # [%] occupancy from which a cell of a map stands in the way (map_server's default occupied_thresh)
+# [%] occupancy from which a cell of a map stands in the way (map_server's default occupied_thresh)
+SOLID_FROM = 65
 UNKNOWN = -1
 
 
@@ -19,7 +20,8 @@ UNKNOWN = -1
 class OccupancyGrid:
     """Occupancy per cell; the grid's lower left corner stands at ``origin`` in the map frame."""
 
-    data: npt.NDArray[np.int8]  # (height, width), row 0 = lowest y; 0..100 occupancy in percent, -1 unknown
+    # (height, width), row 0 = lowest y; 0..100 occupancy in percent, -1 unknown
+    data: npt.NDArray[np.int8]
     resolution: float  # [m/cell]
     origin: Pose2D  # of the lower left corner of cell (0, 0)
 
@@ -34,10 +36,17 @@ class OccupancyGrid:
         return int(self.data.shape[0])
 
     def value_at(self, x: float, y: float) -> int:
-        """The occupancy at a point of the map frame; UNKNOWN beyond the grid, whose yaw must be 0."""
+        """The occupancy at a point of the map frame.
+
+        UNKNOWN beyond the grid, whose yaw must be 0.
+        """
         column = math.floor((x - self.origin.x) / self.resolution)
         row = math.floor((y - self.origin.y) / self.resolution)
-        return int(self.data[row, column]) if 0 <= column < self.width and 0 <= row < self.height else UNKNOWN
+        return (
+            int(self.data[row, column])
+            if 0 <= column < self.width and 0 <= row < self.height
+            else UNKNOWN
+        )
 
     def require_unrotated(self, name: str) -> None:
         """Refuse a yaw other than 0.

@@ -1,12 +1,13 @@
 """The Spatio-Temporal Voxel Layer (STVL): obstacles vanish by time, not because a beam passes.
 
-After S. Macenski, D. Tsai, M. Feinberg, "Spatio-temporal voxel layer", IJARS 17 (2020), and its ROS 2 release. Every
-return marks its voxel with the time. A voxel of age t is dropped once the time that is left to it is negative:
-``voxel_decay`` - t (linear) or ``voxel_decay`` exp(-t). Within a clearing frustum a t^3 / 6 is taken off first, with
-the source's ``decay_acceleration`` a, and off the mark as well, so that it adds up from update to update.
+After S. Macenski, D. Tsai, M. Feinberg, "Spatio-temporal voxel layer", IJARS 17 (2020), and its ROS
+2 release. Every return marks its voxel with the time. A voxel of age t is dropped once the time
+that is left to it is negative: ``voxel_decay`` - t (linear) or ``voxel_decay`` exp(-t). Within a
+clearing frustum a t^3 / 6 is taken off first, with the source's ``decay_acceleration`` a, and off
+the mark as well, so that it adds up from update to update.
 
-The robot has one planar scan: the voxels are squares of one plane, each stands for a whole column (no
-``mark_threshold``), and frustums look along the robot's heading.
+The robot has one planar scan: the voxels are squares of one plane, each stands for a whole column
+(no ``mark_threshold``), and frustums look along the robot's heading.
 """
 
 import math
@@ -33,7 +34,10 @@ _ROW = 1 << 32  # between the keys of two rows of voxels
 
 
 class SpatioTemporalLayer(ObstacleLayer):
-    """What the scans showed lately. A return is seen in the costmap one update after the one that took it in."""
+    """What the scans showed lately.
+
+    A return is seen in the costmap one update after the one that took it in.
+    """
 
     def __init__(
         self,
@@ -43,7 +47,9 @@ class SpatioTemporalLayer(ObstacleLayer):
         clock: Callable[[], float],
     ) -> None:
         """``clock`` gives the time [s] of the update."""
-        super().__init__(params, (), window, NO_INFORMATION if params.track_unknown_space else FREE_SPACE)
+        super().__init__(
+            params, (), window, NO_INFORMATION if params.track_unknown_space else FREE_SPACE
+        )
         self._decay = params
         self.sources = self._readings = sources
         self._clock = clock
@@ -59,7 +65,9 @@ class SpatioTemporalLayer(ObstacleLayer):
     def moved(self, dx: int, dy: int) -> None:
         """The grid is written anew with every update."""
 
-    def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
+    def update_bounds(
+        self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds
+    ) -> None:
         """Let voxels decay, show those that are left, then mark all returns."""
         now, seen = self._clock(), self._take_readings()
         frustums = [(source, reading) for source, reading in seen if source.clearing]
@@ -67,7 +75,11 @@ class SpatioTemporalLayer(ObstacleLayer):
         expired = self._expire(x, y, pose.yaw, now, frustums)
         for outside in (x[expired], y[expired]), (x[~expired], y[~expired]):
             if len(outside[0]):
-                bounds.join(np.array((outside[0].min(), outside[0].max(), outside[1].min(), outside[1].max())))
+                bounds.join(
+                    np.array(
+                        (outside[0].min(), outside[0].max(), outside[1].min(), outside[1].max())
+                    )
+                )
         self._keys, self._marks = self._keys[~expired], self._marks[~expired]
         self._show(window, x[~expired], y[~expired])
         for source, reading in seen:
@@ -79,7 +91,9 @@ class SpatioTemporalLayer(ObstacleLayer):
         readings = []
         for k, buffer in enumerate(self._readings):
             once = buffer.params.clear_after_reading
-            fresh = [each for each in buffer.observations if not (once and each.stamp <= self._read[k])]
+            fresh = [
+                each for each in buffer.observations if not (once and each.stamp <= self._read[k])
+            ]
             readings += [(buffer.params, each) for each in fresh]
             self._read[k] = max([self._read[k], *(each.stamp for each in fresh)])
         return readings
@@ -103,7 +117,9 @@ class SpatioTemporalLayer(ObstacleLayer):
         left = remaining(self._decay, age)
         is_free = np.ones(len(age), dtype=np.bool_)  # not yet in any frustum: the first one counts
         for source, reading in frustums:
-            inside = is_free & is_inside(source, x - reading.origin_x, y - reading.origin_y, heading)
+            inside = is_free & is_inside(
+                source, x - reading.origin_x, y - reading.origin_y, heading
+            )
             aged = source.decay_acceleration / 6.0 * age[inside] ** 3
             left[inside] -= aged
             self._marks[inside] -= aged
@@ -141,7 +157,9 @@ def remaining(params: SpatioTemporalLayerParams, age: FloatArray) -> FloatArray:
     return np.full(len(age), params.voxel_decay)
 
 
-def is_inside(source: SpatioTemporalSourceParams, dx: FloatArray, dy: FloatArray, heading: float) -> BoolArray:
+def is_inside(
+    source: SpatioTemporalSourceParams, dx: FloatArray, dy: FloatArray, heading: float
+) -> BoolArray:
     """Which points lie in a source's frustum in the plane of the scan.
 
     Args:

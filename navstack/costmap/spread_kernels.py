@@ -1,8 +1,9 @@
 """Numba kernels of the inflation around listed cells: quick where these stand in lines.
 
-Of all cells of a column only the nearest one above or below counts in a row: first every column that holds cells learns
-how far the nearest one is in each row, then each row takes the costs that this distance leaves on both sides. A line of
-n cells along y so costs n + 2 radius rows instead of n (2 radius + 1).
+Of all cells of a column only the nearest one above or below counts in a row: first every column
+that holds cells learns how far the nearest one is in each row, then each row takes the costs that
+this distance leaves on both sides. A line of n cells along y so costs n + 2 radius rows instead of
+n (2 radius + 1).
 """
 
 # mypy: disable-error-code="assignment, call-overload"
@@ -18,10 +19,13 @@ from navstack.types import ByteArray, IntArray
 
 DistanceArray = npt.NDArray[np.unsignedinteger]  # [cells]
 
-_u = np.uint64  # unsigned indices: numba then omits the treatment of negative ones, and the loop vectorises
+# unsigned indices: numba then omits the treatment of negative ones, and the loop vectorises
+_u = np.uint64
 
 
-@njit(ahead="int32[:, ::1], int64, uint8[::1], int64, UniTuple(int64, 4), uint8[::1], int64[:, ::1]")
+@njit(
+    ahead="int32[:, ::1], int64, uint8[::1], int64, UniTuple(int64, 4), uint8[::1], int64[:, ::1]"
+)
 def measure_columns(
     cells: CellArray,
     count: int,
@@ -87,14 +91,15 @@ def spread(
 ) -> None:
     """Raise ``target`` in a box to what the distances of :func:`measure_columns` leave in each row.
 
-    It is done in tiles of BLOCK rows and columns, in which every write is of a whole row of the tile.
+    It is done in tiles of BLOCK rows and columns, in which every write is of a whole row of the
+    tile.
 
     Args:
         target: costs; its first cell is the lattice cell ``corner``.
         corner: see there.
         radius: [cells].
-        profiles: (radius + 1, w) costs on both sides of a column by the distance there; its own at BLOCK + radius, with
-            at least BLOCK zeros at each end.
+        profiles: (radius + 1, w) costs on both sides of a column by the distance there; its own at
+            BLOCK + radius, with at least BLOCK zeros at each end.
         box: lattice x0, xn, y0, yn within the target, ends exclusive.
         nearest: see :func:`measure_columns`.
         ends: see :func:`measure_columns`.
@@ -108,7 +113,10 @@ def spread(
             place = (left - x0, low, width, yn - y0)
             first, end = _fill_tile(tile, place, radius, profiles, nearest, ends)
             for k in range(first, end):
-                at, source = _u((y0 - corner[1] + low + k) * stride + left - corner[0]), _u(k * BLOCK)
+                at, source = (
+                    _u((y0 - corner[1] + low + k) * stride + left - corner[0]),
+                    _u(k * BLOCK),
+                )
                 for j in range(_u(width)):
                     to[at + j] = max(to[at + j], tile[source + j])
 
@@ -122,9 +130,12 @@ def _fill_tile(
     nearest: DistanceArray,
     ends: IntArray,
 ) -> tuple[int, int]:
-    """The costs of a tile; returns its first row and the end of its rows that have any, the others are not written.
+    """The costs of a tile.
 
-    ``place`` is the tile's first column and row, its width and the height of the box. See :func:`spread` for the rest.
+    Returns its first row and the end of its rows that have any, the others are not written.
+
+    ``place`` is the tile's first column and row, its width and the height of the box. See
+    :func:`spread` for the rest.
     """
     left, low, width, height = place
     span, costs = _u(profiles.shape[1]), profiles.reshape(-1)

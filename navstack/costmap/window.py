@@ -18,7 +18,9 @@ Box = tuple[int, int, int, int]  # x0, xn, y0, yn of lattice cells, ends exclusi
 class Window:
     """A grid of ``size_x`` x ``size_y`` cells on the lattice that has a cell corner at (base_x, base_y)."""
 
-    def __init__(self, base_x: float, base_y: float, resolution: float, size_x: int, size_y: int) -> None:
+    def __init__(
+        self, base_x: float, base_y: float, resolution: float, size_x: int, size_y: int
+    ) -> None:
         self.resolution = resolution  # [m/cell]
         self.size_x = size_x  # [cells]
         self.size_y = size_y  # [cells]
@@ -27,13 +29,16 @@ class Window:
 
     def reset(self) -> None:
         """Go back to the lattice's corner."""
-        self.origin_x, self.origin_y = self.base  # [m] lower left corner, summed up move by move as Nav2 does
+        # [m] lower left corner, summed up move by move as Nav2 does
+        self.origin_x, self.origin_y = self.base
         self.cell_x = 0  # lattice x of the first cell
         self.cell_y = 0  # lattice y of the first cell
         self._refresh()
 
     def centre_on(self, x: float, y: float) -> tuple[int, int]:
-        """Move so that (x, y) [m] is the centre, but for the part of a cell; returns the cells moved.
+        """Move so that (x, y) [m] is the centre, but for the part of a cell.
+
+        Returns the cells moved.
 
         The number of cells is truncated towards zero, counted from where the window was.
         """
@@ -51,12 +56,19 @@ class Window:
         """What kernels take, made once per move."""
         x, y = self.cell_x, self.cell_y
         self.origin: FloatArray = np.array((self.origin_x, self.origin_y))  # lower left corner [m]
-        self.box: IntArray = np.array((x, y, self.size_x, self.size_y), dtype=np.int64)  # lattice x, y, width, height
-        self.bounds = (x, x + self.size_x, y, y + self.size_y)  # lattice x0, xn, y0, yn; ends exclusive
+        # lattice x, y, width, height
+        self.box: IntArray = np.array((x, y, self.size_x, self.size_y), dtype=np.int64)
+        # lattice x0, xn, y0, yn; ends exclusive
+        self.bounds = (x, x + self.size_x, y, y + self.size_y)
 
     def clamped_cell(self, x: float, y: float) -> tuple[int, int]:
-        """The cell of a point, drawn onto the grid (``worldToMapEnforceBounds``); takes infinite coordinates."""
-        return self._clamp(x, self.origin_x, self.size_x), self._clamp(y, self.origin_y, self.size_y)
+        """The cell of a point, drawn onto the grid (``worldToMapEnforceBounds``).
+
+        Takes infinite coordinates.
+        """
+        return self._clamp(x, self.origin_x, self.size_x), self._clamp(
+            y, self.origin_y, self.size_y
+        )
 
     def _clamp(self, value: float, origin: float, size: int) -> int:
         if value < origin:
@@ -66,7 +78,9 @@ class Window:
         return int((value - origin) / self.resolution)
 
 
-def make_window(params: CostmapParams, static: OccupancyGrid | None, masks: Sequence[OccupancyGrid]) -> Window:
+def make_window(
+    params: CostmapParams, static: OccupancyGrid | None, masks: Sequence[OccupancyGrid]
+) -> Window:
     """A costmap's window: a fixed one with a map takes over the map's grid, a rolling one lies on its lattice.
 
     Raises:
@@ -87,12 +101,19 @@ def make_window(params: CostmapParams, static: OccupancyGrid | None, masks: Sequ
 
 def _window_of(params: CostmapParams, static: OccupancyGrid | None) -> Window:
     if static is not None and not params.rolling_window:
-        return Window(static.origin.x, static.origin.y, static.resolution, static.width, static.height)
+        return Window(
+            static.origin.x, static.origin.y, static.resolution, static.width, static.height
+        )
     resolution = params.resolution
     if static is not None and math.isclose(static.resolution, resolution, abs_tol=1e-5):
         resolution = static.resolution
-    base_x, base_y = (params.origin_x, params.origin_y) if static is None else (static.origin.x, static.origin.y)
-    size_x, size_y = round(params.width / params.resolution), round(params.height / params.resolution)
+    base_x, base_y = (
+        (params.origin_x, params.origin_y) if static is None else (static.origin.x, static.origin.y)
+    )
+    size_x, size_y = (
+        round(params.width / params.resolution),
+        round(params.height / params.resolution),
+    )
     return Window(base_x, base_y, resolution, size_x, size_y)
 
 

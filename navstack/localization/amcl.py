@@ -17,11 +17,13 @@ from navstack.localization.particle_filter import Cluster, ParticleFilter
 from navstack.params.amcl import AmclParams
 from navstack.types import Belief, FloatArray, Health, LaserScan, Observation, Odometry, Pose2D
 
-INITIAL_VARIANCES = (0.25, 0.25, 0.0685)  # [m2, m2, rad2] of a start that comes without; Nav2's 0.5 m and 15 degrees
+# [m2, m2, rad2] of a start that comes without; Nav2's 0.5 m and 15 degrees
+INITIAL_VARIANCES = (0.25, 0.25, 0.0685)
 
 EXPLAINED_WITHIN = 0.5  # [m] of an obstacle on the map: a return there is explained
 DEGRADED_BELOW, LOST_BELOW = 0.5, 0.25  # [-] share of explained returns
-DEGRADED_ABOVE, LOST_ABOVE = 0.5, 2.0  # [m] standard deviation of the heaviest cluster along the worst direction
+# [m] standard deviation of the heaviest cluster along the worst direction
+DEGRADED_ABOVE, LOST_ABOVE = 0.5, 2.0
 DEGRADED_UNDER, LOST_UNDER = 0.9, 0.5  # [-] weight of that cluster; the rest are elsewhere
 FEWEST_RETURNS = 10  # of a scan that can tell anything
 
@@ -32,20 +34,25 @@ _KEPT = 5.0  # [s] of odometry messages
 
 
 class AmclLocalizer(Localizer):
-    """Matches scans with a map by a cloud of particles; between matches the belief moves with the odometry.
+    """Matches scans with a map by a cloud of particles.
 
-    A scan counts when the robot has moved by ``update_min_d`` or ``update_min_a`` since the last one that did. The
-    particles move by the odometry, are weighed by the scan and, after every ``resample_interval`` scans that counted,
-    drawn anew; then the heaviest cluster's mean becomes the pose of the robot at the scan's time and the covariance of
-    all particles that of the belief. What lies between is the map -> odom transform that Nav2 broadcasts.
+    Between matches the belief moves with the odometry.
 
-    With ``recovery_candidates``, a robot that is lost looks again every ``LOOK_AGAIN`` even where its wheels stand: it
-    may have been carried or pushed. Nav2 does so on request only (``request_nomotion_update``).
+    A scan counts when the robot has moved by ``update_min_d`` or ``update_min_a`` since the last
+    one that did. The particles move by the odometry, are weighed by the scan and, after every
+    ``resample_interval`` scans that counted, drawn anew; then the heaviest cluster's mean becomes
+    the pose of the robot at the scan's time and the covariance of all particles that of the belief.
+    What lies between is the map -> odom transform that Nav2 broadcasts.
 
-    Health is LOST where the heaviest cluster has less than ``LOST_UNDER`` of the weight, or its position a standard
-    deviation above ``LOST_ABOVE``, or less than ``LOST_BELOW`` of the scan's returns end within ``EXPLAINED_WITHIN`` of
-    an obstacle on the map, seen from the believed pose; DEGRADED likewise. A scan with fewer than ``FEWEST_RETURNS``
-    returns leaves that share as it was.
+    With ``recovery_candidates``, a robot that is lost looks again every ``LOOK_AGAIN`` even where
+    its wheels stand: it may have been carried or pushed. Nav2 does so on request only
+    (``request_nomotion_update``).
+
+    Health is LOST where the heaviest cluster has less than ``LOST_UNDER`` of the weight, or its
+    position a standard deviation above ``LOST_ABOVE``, or less than ``LOST_BELOW`` of the scan's
+    returns end within ``EXPLAINED_WITHIN`` of an obstacle on the map, seen from the believed pose;
+    DEGRADED likewise. A scan with fewer than ``FEWEST_RETURNS`` returns leaves that share as it
+    was.
     """
 
     def __init__(self, params: AmclParams, static_map: OccupancyGrid) -> None:
@@ -59,12 +66,17 @@ class AmclLocalizer(Localizer):
         self._sensor_model = SENSOR_MODELS[params.laser_model_type](params, static_map, self._field)
         self._move = motion_model_of(params)
         self._free_space = FreeSpace(static_map)
-        self._guide = ScanGuide(self._free_space, self._field, self._sensor_model, params.recovery_candidates)
+        self._guide = ScanGuide(
+            self._free_space, self._field, self._sensor_model, params.recovery_candidates
+        )
         self.particles = ParticleFilter(params, self._free_space)
         self.reset(Belief(Pose2D()), np.random.default_rng(0))
 
     def reset(self, belief: Belief, rng: np.random.Generator) -> None:
-        """Spread the particles about the belief; one without covariance gets ``INITIAL_VARIANCES``."""
+        """Spread the particles about the belief.
+
+        One without covariance gets ``INITIAL_VARIANCES``.
+        """
         seed = self._params.random_seed
         self._rng = np.random.default_rng(seed) if seed >= 0 else rng
         covariance = belief.covariance if belief.covariance.any() else np.diag(INITIAL_VARIANCES)
@@ -99,7 +111,9 @@ class AmclLocalizer(Localizer):
         while self._scans and self._odometry and self._scans[0].stamp <= self._odometry[-1].stamp:
             scan = self._scans.popleft()
             self._take_in(scan, pose_at(self._odometry, scan.stamp))
-        self._belief = Belief(self._pose_now(), self._belief.covariance, self._belief.health, observation.stamp)
+        self._belief = Belief(
+            self._pose_now(), self._belief.covariance, self._belief.health, observation.stamp
+        )
         return self._belief
 
     def _pose_now(self) -> Pose2D:
@@ -119,7 +133,8 @@ class AmclLocalizer(Localizer):
         if self._last_pose is not None:
             draws = self._rng.standard_normal(self.particles.poses.shape)
             self._move(self.particles.poses, self._last_pose, in_odom, draws)
-        estimate = self._estimate() if is_first else None  # Nav2 publishes the start as it was spread
+        # Nav2 publishes the start as it was spread
+        estimate = self._estimate() if is_first else None
         self._last_pose, self._last_stamp = in_odom, scan.stamp
         self._weigh(scan, in_odom)
         self._counted += 1
@@ -160,13 +175,17 @@ class AmclLocalizer(Localizer):
         heaviest = max(self.particles.clusters(), key=lambda cluster: cluster.weight)
         return heaviest, self.particles.overall().covariance
 
-    def _correct(self, cluster: Cluster, covariance: FloatArray, scan: LaserScan, in_odom: Pose2D) -> None:
+    def _correct(
+        self, cluster: Cluster, covariance: FloatArray, scan: LaserScan, in_odom: Pose2D
+    ) -> None:
         """Believe that the robot was where the cluster is when the scan was taken."""
         pose, self._heaviest = cluster.pose, cluster
         self._map_to_odom = _frame_of(pose, in_odom)
         ends = self._sensor_model.beams(scan).ends()
         if len(ends) >= FEWEST_RETURNS:
-            self._explained = float((self._field.at(transform_points(pose, ends)) <= EXPLAINED_WITHIN).mean())
+            self._explained = float(
+                (self._field.at(transform_points(pose, ends)) <= EXPLAINED_WITHIN).mean()
+            )
         self._belief = Belief(pose, covariance, self._health(), scan.stamp)
 
     def _health(self) -> Health:
@@ -175,16 +194,27 @@ class AmclLocalizer(Localizer):
         deviation = math.sqrt(max(float(np.linalg.eigvalsh(covariance)[-1]), 0.0))
         if deviation > LOST_ABOVE or weight < LOST_UNDER or self._explained < LOST_BELOW:
             return Health.LOST
-        in_part = deviation > DEGRADED_ABOVE or weight < DEGRADED_UNDER or self._explained < DEGRADED_BELOW
+        in_part = (
+            deviation > DEGRADED_ABOVE
+            or weight < DEGRADED_UNDER
+            or self._explained < DEGRADED_BELOW
+        )
         return Health.DEGRADED if in_part else Health.TRACKING
 
 
 def pose_at(odometry: deque[Odometry], stamp: float) -> Pose2D:
-    """The pose in the odom frame at a time, between the two messages around it; the oldest one before all of them."""
+    """The pose in the odom frame at a time, between the two messages around it.
+
+    The oldest one before all of them.
+    """
     after = odometry[-1]
     for before in reversed(odometry):
         if before.stamp <= stamp:
-            share = (stamp - before.stamp) / (after.stamp - before.stamp) if after.stamp > before.stamp else 0.0
+            share = (
+                (stamp - before.stamp) / (after.stamp - before.stamp)
+                if after.stamp > before.stamp
+                else 0.0
+            )
             way = relative_to(before.pose, after.pose)
             return compose(before.pose, Pose2D(share * way.x, share * way.y, share * way.yaw))
         after = before

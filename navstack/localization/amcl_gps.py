@@ -18,21 +18,25 @@ _WAITING = 10  # fixes that wait for a scan that counts
 class AmclGpsLocalizer(AmclLocalizer):
     """AMCL of which every scan that counts brings the newest fix along.
 
-    The fix weighs each particle by a t-distribution of its distance from where that particle was at the fix's time, by
-    the odometry; so a late fix is as good as a prompt one, unless it is older than the odometry that is kept. Errors of
-    fixes last (multipath), and a scan match does not suffer from a hundred copies of one error: a fix counts as the
-    share of an independent one that the time since the last fix is of twice the correlation time, at most as one.
+    The fix weighs each particle by a t-distribution of its distance from where that particle was at
+    the fix's time, by the odometry; so a late fix is as good as a prompt one, unless it is older
+    than the odometry that is kept. Errors of fixes last (multipath), and a scan match does not
+    suffer from a hundred copies of one error: a fix counts as the share of an independent one that
+    the time since the last fix is of twice the correlation time, at most as one.
 
-    Where ``patience`` fixes in a row disagree with the belief, and where AMCL is lost, a small share of the particles
-    is drawn about the last fix at every resampling until that is over: the scan picks them among many poses there and
-    decides by its weights which of the two was right (sensor resetting, Lenser & Veloso 2000). Scans count then even
-    where the robot stands. Random particles of AMCL's own recovery are drawn about the fix too. Without a fix of the
-    last seconds there are none: another will come, and a scan fits in many places.
+    Where ``patience`` fixes in a row disagree with the belief, and where AMCL is lost, a small
+    share of the particles is drawn about the last fix at every resampling until that is over: the
+    scan picks them among many poses there and decides by its weights which of the two was right
+    (sensor resetting, Lenser & Veloso 2000). Scans count then even where the robot stands. Random
+    particles of AMCL's own recovery are drawn about the fix too. Without a fix of the last seconds
+    there are none: another will come, and a scan fits in many places.
 
     Health is AMCL's, but DEGRADED at best while fixes and belief disagree.
     """
 
-    def __init__(self, params: AmclParams, gps_params: AmclGpsParams, static_map: OccupancyGrid) -> None:
+    def __init__(
+        self, params: AmclParams, gps_params: AmclGpsParams, static_map: OccupancyGrid
+    ) -> None:
         """Prepare the map.
 
         Raises:
@@ -50,7 +54,10 @@ class AmclGpsLocalizer(AmclLocalizer):
         self._disagreeing = 0  # fixes in a row
 
     def update(self, observation: Observation) -> Belief:
-        """See :meth:`AmclLocalizer.update`; fixes and headings are kept for the next scan that counts."""
+        """See :meth:`AmclLocalizer.update`.
+
+        Fixes and headings are kept for the next scan that counts.
+        """
         fix, imu = observation.gps, observation.imu
         if imu is not None and math.isfinite(imu.yaw):
             self._heading = imu
@@ -72,12 +79,21 @@ class AmclGpsLocalizer(AmclLocalizer):
             self._last_fix = fix
 
     def _take_newest(self) -> GpsFix | None:
-        """The newest fix not yet used of a time of which the odometry is known; older ones are dropped."""
+        """The newest fix not yet used of a time of which the odometry is known.
+
+        Older ones are dropped.
+        """
         used = -math.inf if self._last_fix is None else self._last_fix.stamp
-        usable = [fix for fix in self._fixes if self._knows(fix.stamp) and used < fix.stamp <= self._odometry[-1].stamp]
+        usable = [
+            fix
+            for fix in self._fixes
+            if self._knows(fix.stamp) and used < fix.stamp <= self._odometry[-1].stamp
+        ]
         newest = max(usable, key=lambda fix: fix.stamp, default=None)
         if newest is not None:
-            self._fixes = deque((fix for fix in self._fixes if fix.stamp > newest.stamp), maxlen=_WAITING)
+            self._fixes = deque(
+                (fix for fix in self._fixes if fix.stamp > newest.stamp), maxlen=_WAITING
+            )
         return newest
 
     def _places_at(self, fix: GpsFix, in_odom: Pose2D) -> FloatArray:
@@ -103,7 +119,8 @@ class AmclGpsLocalizer(AmclLocalizer):
     def _likelihoods(self, fix: GpsFix, places: FloatArray) -> FloatArray:
         """The likelihood (N,) of a fix from places (N, 2); of no particular scale.
 
-        Density of the bivariate t-distribution, to the power of the share of an independent fix that this one is.
+        Density of the bivariate t-distribution, to the power of the share of an independent fix
+        that this one is.
         """
         given = self._gps_params
         freedom = given.degrees_of_freedom
@@ -140,13 +157,18 @@ class AmclGpsLocalizer(AmclLocalizer):
         return self._guide.pick(candidates, count, scan, rng)
 
     def _headings(self, count: int, in_odom: Pose2D, rng: np.random.Generator) -> FloatArray:
-        """Yaws (count,) [rad] at ``in_odom``: every second about the inertial unit's, which may be off; else any."""
+        """Yaws (count,) [rad] at ``in_odom``.
+
+        Every second about the inertial unit's, which may be off; else any.
+        """
         yaws: FloatArray = rng.uniform(-math.pi, math.pi, count)
         imu = self._heading
         if imu is not None and self._knows(imu.stamp):
             turned = in_odom.yaw - pose_at(self._odometry, imu.stamp).yaw
             std = max(imu.yaw_std, self._gps_params.heading_std_floor)
-            yaws[::2] = normalize_angle(imu.yaw + turned) + std * rng.standard_normal(len(yaws[::2]))
+            yaws[::2] = normalize_angle(imu.yaw + turned) + std * rng.standard_normal(
+                len(yaws[::2])
+            )
         return yaws
 
     @property

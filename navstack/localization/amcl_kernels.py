@@ -1,7 +1,7 @@
 """Kernels of AMCL's sensor models: how well a scan fits the map from where each particle stands.
 
-Particles are given as cells (N, 3) of a likelihood field (see ``LikelihoodField.to_cells``), the ends of the beams as
-points in the base frame, in cells.
+Particles are given as cells (N, 3) of a likelihood field (see ``LikelihoodField.to_cells``), the
+ends of the beams as points in the base frame, in cells.
 """
 
 import math
@@ -22,7 +22,9 @@ _u = np.uint64  # unsigned indices: numba then omits the treatment of negative o
 
 
 @njit(inline="always")
-def _take_group(poses: FloatArray, begin: int, group: FloatArray, reach: float, right: float, top: float) -> bool:
+def _take_group(
+    poses: FloatArray, begin: int, group: FloatArray, reach: float, right: float, top: float
+) -> bool:
     """Put x, y, cosine and sine of the particles from ``begin`` on into the rows of ``group`` (4, GROUP).
 
     Returns:
@@ -38,9 +40,18 @@ def _take_group(poses: FloatArray, begin: int, group: FloatArray, reach: float, 
 
 @njit(inline="always")
 def _end_cells(
-    group: FloatArray, size: int, ends: FloatArray, i: int, inside: bool, shape: tuple[int, int], cells: CellArray
+    group: FloatArray,
+    size: int,
+    ends: FloatArray,
+    i: int,
+    inside: bool,
+    shape: tuple[int, int],
+    cells: CellArray,
 ) -> None:
-    """The flat index of the cell in which beam ``i`` ends, for each particle; what is off the map is in its border."""
+    """The flat index of the cell in which beam ``i`` ends, for each particle.
+
+    What is off the map is in its border.
+    """
     xs, ys, coss, sins = group[0], group[1], group[2], group[3]
     right, top, columns = shape[1] - 1.0, shape[0] - 1.0, np.int32(shape[1])
     end_x, end_y = ends[i, 0], ends[i, 1]
@@ -66,7 +77,9 @@ def _reach(ends: FloatArray) -> float:
 
 
 @njit(ahead="float64[:, ::1], float64, float64, float64, float64")
-def cells_of(poses: FloatArray, origin_x: float, origin_y: float, resolution: float, offset: float) -> FloatArray:
+def cells_of(
+    poses: FloatArray, origin_x: float, origin_y: float, resolution: float, offset: float
+) -> FloatArray:
     """Poses (N, 3) with x, y counted from an origin, in cells and moved by ``offset``."""
     cells = np.empty_like(poses)
     for j in range(len(poses)):
@@ -78,7 +91,10 @@ def cells_of(poses: FloatArray, origin_x: float, origin_y: float, resolution: fl
 
 @njit(ahead="float64[::1], float64, float64")
 def screen_ranges(ranges: FloatArray, shortest: float, longest: float) -> bool:
-    """Set the ranges (n,) that are not above ``shortest`` to ``longest``, in place; returns whether one is NaN."""
+    """Set the ranges (n,) that are not above ``shortest`` to ``longest``, in place.
+
+    Returns whether one is NaN.
+    """
     has_nan = False
     for i in range(len(ranges)):
         has_nan = has_nan or math.isnan(ranges[i])
@@ -116,7 +132,8 @@ def sum_over_beams(
 ) -> FloatArray:
     """``first`` plus the sum over the beams of the value of where each ends, for every particle.
 
-    A group of particles looks at a few beams, then at the next ones: of one beam they look at cells that lie together.
+    A group of particles looks at a few beams, then at the next ones: of one beam they look at cells
+    that lie together.
 
     Args:
         codes: (H, W) of a likelihood field.
@@ -126,12 +143,16 @@ def sum_over_beams(
         first: what an empty sum is.
 
     Returns:
-        (N,). The sum runs in four lanes, beam i in lane i modulo 4 (those of the last incomplete four in lane 0),
-        because one addition waits for the one before.
+        (N,). The sum runs in four lanes, beam i in lane i modulo 4 (those of the last incomplete
+        four in lane 0), because one addition waits for the one before.
     """
     shape, flat = codes.shape, codes.reshape(-1)
     reach, right, top = _reach(ends), codes.shape[1] - 1.0, codes.shape[0] - 1.0
-    group, cells, lanes = np.empty((4, GROUP)), np.empty((BEAMS, GROUP), np.uint32), np.empty((GROUP, 4))
+    group, cells, lanes = (
+        np.empty((4, GROUP)),
+        np.empty((BEAMS, GROUP), np.uint32),
+        np.empty((GROUP, 4)),
+    )
     sums = np.empty(len(poses))
     for begin in range(0, len(poses), GROUP):
         size = min(GROUP, len(poses) - begin)
@@ -151,8 +172,13 @@ def sum_over_beams(
 
 
 @njit(inline="always")
-def _add_all(flat: CodeArray, values: FloatArray, cells: CellArray, size: int, lanes: FloatArray) -> None:
-    """Add the values of ``BEAMS`` beams to the lanes (GROUP, 4) of each particle; nothing is stored in between."""
+def _add_all(
+    flat: CodeArray, values: FloatArray, cells: CellArray, size: int, lanes: FloatArray
+) -> None:
+    """Add the values of ``BEAMS`` beams to the lanes (GROUP, 4) of each particle.
+
+    Nothing is stored in between.
+    """
     at, step = cells.reshape(-1), _u(GROUP)
     for j in range(_u(size)):
         a, b, c, d = lanes[j, 0], lanes[j, 1], lanes[j, 2], lanes[j, 3]
@@ -166,7 +192,9 @@ def _add_all(flat: CodeArray, values: FloatArray, cells: CellArray, size: int, l
 
 
 @njit(inline="always")
-def _add_last(flat: CodeArray, values: FloatArray, cells: CellArray, size: int, count: int, lanes: FloatArray) -> None:
+def _add_last(
+    flat: CodeArray, values: FloatArray, cells: CellArray, size: int, count: int, lanes: FloatArray
+) -> None:
     """As :func:`_add_all` with the last, fewer beams."""
     for k in range(count):
         lane = k % 4 if k < count - count % 4 else 0
@@ -175,7 +203,9 @@ def _add_last(flat: CodeArray, values: FloatArray, cells: CellArray, size: int, 
 
 
 @njit()
-def count_agreeing(codes: CodeArray, agrees: BoolArray, poses: FloatArray, ends: FloatArray) -> IntArray:
+def count_agreeing(
+    codes: CodeArray, agrees: BoolArray, poses: FloatArray, ends: FloatArray
+) -> IntArray:
     """For how many particles each beam (n,) ends where the map agrees.
 
     Args:
@@ -199,7 +229,9 @@ def count_agreeing(codes: CodeArray, agrees: BoolArray, poses: FloatArray, ends:
 
 
 @njit()
-def cast_rays(clear: CodeArray, sensors: FloatArray, bearings: FloatArray, reach: float) -> FloatArray:
+def cast_rays(
+    clear: CodeArray, sensors: FloatArray, bearings: FloatArray, reach: float
+) -> FloatArray:
     """Distance in cells from each particle's sensor along each beam to the first cell that is not free.
 
     The cells of Bresenham's line to the ray's end, as nav2_amcl's ``map_range.c`` visits them; leaps over what
@@ -219,7 +251,9 @@ def cast_rays(clear: CodeArray, sensors: FloatArray, bearings: FloatArray, reach
     found = np.empty((len(sensors), len(bearings)))
     for j in range(len(sensors)):
         for i in range(len(bearings)):
-            found[j, i] = _cast(clear, sensors[j, 0], sensors[j, 1], sensors[j, 2] + bearings[i], reach)
+            found[j, i] = _cast(
+                clear, sensors[j, 0], sensors[j, 1], sensors[j, 2] + bearings[i], reach
+            )
     return found
 
 

@@ -23,7 +23,9 @@ class ScanGuide:
     step by step closer, and the likeliest of each family is kept.
     """
 
-    def __init__(self, free_space: FreeSpace, field: LikelihoodField, model: SensorModel, candidates: int) -> None:
+    def __init__(
+        self, free_space: FreeSpace, field: LikelihoodField, model: SensorModel, candidates: int
+    ) -> None:
         self._free_space, self._model = free_space, model
         self._coarse = field.thinned(max(round(COARSE_CELL / field.resolution), 1))
         self._candidates = candidates
@@ -32,14 +34,21 @@ class ScanGuide:
         """Poses (count, 3) anywhere on the map; see :meth:`pick`."""
         return self.pick(self._free_space.draw(self._candidates, rng), count, scan, rng)
 
-    def pick(self, poses: FloatArray, count: int, scan: LaserScan, rng: np.random.Generator) -> FloatArray:
-        """Of candidates (N, 3) the likeliest (count, 3), moved closer; over and over again if there are not enough."""
+    def pick(
+        self, poses: FloatArray, count: int, scan: LaserScan, rng: np.random.Generator
+    ) -> FloatArray:
+        """Of candidates (N, 3) the likeliest (count, 3), moved closer.
+
+        Over and over again if there are not enough.
+        """
         families = min(FAMILIES, len(poses))
         best = poses[np.argpartition(-self._coarse_fit(poses, scan), families - 1)[:families]]
         for length, angle in STEPS:
             around = np.repeat(best[:, None], OFFSPRING, axis=1)
             around[:, 1:] += rng.standard_normal(around[:, 1:].shape) * (length, length, angle)
-            likelihoods = self._model.likelihoods(around.reshape(-1, 3), scan, False).reshape(len(best), OFFSPRING)
+            likelihoods = self._model.likelihoods(around.reshape(-1, 3), scan, False).reshape(
+                len(best), OFFSPRING
+            )
             best = around[np.arange(len(best)), likelihoods.argmax(axis=1)]
             order = np.argsort(-likelihoods.max(axis=1), kind="stable")
             best = best[order]
@@ -49,4 +58,10 @@ class ScanGuide:
         ends = self._model.beams(scan).ends() / self._coarse.resolution
         ends = ends[:: max(len(ends) // COARSE_BEAMS, 1)]
         values = np.exp(-((self._coarse.distances / COARSE_SIGMA) ** 2) / 2.0)
-        return sum_over_beams(self._coarse.codes, values, self._coarse.to_cells(poses), np.ascontiguousarray(ends), 0.0)
+        return sum_over_beams(
+            self._coarse.codes,
+            values,
+            self._coarse.to_cells(poses),
+            np.ascontiguousarray(ends),
+            0.0,
+        )

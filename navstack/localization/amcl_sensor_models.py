@@ -71,10 +71,21 @@ class SensorModel(ABC):
         return max((count - 1) // (self._params.max_beams - 1), 1)
 
     def beams(self, scan: LaserScan) -> Beams:
-        """The beams that are looked at; what is too near counts as no return, NaN not at all (``amcl_node.cpp``)."""
+        """The beams that are looked at.
+
+        What is too near counts as no return, NaN not at all (``amcl_node.cpp``).
+        """
         given = self._params
-        longest = min(scan.range_max, given.laser_max_range) if given.laser_max_range > 0.0 else scan.range_max
-        shortest = max(scan.range_min, given.laser_min_range) if given.laser_min_range > 0.0 else scan.range_min
+        longest = (
+            min(scan.range_max, given.laser_max_range)
+            if given.laser_max_range > 0.0
+            else scan.range_max
+        )
+        shortest = (
+            max(scan.range_min, given.laser_min_range)
+            if given.laser_min_range > 0.0
+            else scan.range_min
+        )
         step = self._step(len(scan.ranges))
         ranges = np.array(scan.ranges[::step], dtype=np.float64)
         bearings, directions = self._look(scan, step, len(ranges))
@@ -113,7 +124,9 @@ class LikelihoodFieldModel(SensorModel):
         likelihoods = self._sum(self._field.to_cells(poses), ends, beams.range_max, 1.0)
         return Match(likelihoods, 1.0 + len(ends) * float(self._values[0]))
 
-    def _sum(self, cells: FloatArray, ends: FloatArray, range_max: float, first: float) -> FloatArray:
+    def _sum(
+        self, cells: FloatArray, ends: FloatArray, range_max: float, first: float
+    ) -> FloatArray:
         """``first`` plus the sum of the terms of all ends (n, 2) [cells], for particles (N, 3) in cells."""
         if range_max != self._range_max:  # it seldom changes
             self._range_max, self._values = range_max, self._terms(range_max)
@@ -127,19 +140,26 @@ class LikelihoodFieldModel(SensorModel):
     def _of_returns(self, range_max: float) -> FloatArray:
         """The likelihood of a return for each code of the field; not normalised, as in Nav2."""
         given = self._params
-        return given.z_hit * np.exp(-((self._field.distances / given.sigma_hit) ** 2) / 2.0) + given.z_rand / range_max
+        return (
+            given.z_hit * np.exp(-((self._field.distances / given.sigma_hit) ** 2) / 2.0)
+            + given.z_rand / range_max
+        )
 
 
 class LikelihoodFieldProbModel(LikelihoodFieldModel):
     """The product over the returns, with beam skipping (``likelihood_field_model_prob.cpp``).
 
-    Beams for which too few particles find an obstacle near their end are ignored once the particles have converged:
-    they hit somebody who is not on the map. Where nearly all beams would be ignored, the particles have converged to
-    the wrong place, and none is. Beams without return do not count in either case.
+    Beams for which too few particles find an obstacle near their end are ignored once the particles
+    have converged: they hit somebody who is not on the map. Where nearly all beams would be
+    ignored, the particles have converged to the wrong place, and none is. Beams without return do
+    not count in either case.
     """
 
     def match(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> Match:
-        """See :meth:`SensorModel.match`; beams that are ignored do not count for the best either."""
+        """See :meth:`SensorModel.match`.
+
+        Beams that are ignored do not count for the best either.
+        """
         beams = self.beams(scan)
         ends = beams.ends() / self._field.resolution
         cells = self._field.to_cells(poses)
@@ -160,7 +180,8 @@ class LikelihoodFieldProbModel(LikelihoodFieldModel):
         agrees[self._field.outside] = False
         counts = count_agreeing(self._field.codes, agrees, cells, ends)
         count = counts / len(cells) > given.beam_skip_threshold
-        skipped = given.max_beams - int(count.sum())  # beams without return are among them, as in Nav2
+        # beams without return are among them, as in Nav2
+        skipped = given.max_beams - int(count.sum())
         return ends if skipped >= given.max_beams * given.beam_skip_error_threshold else ends[count]
 
 
@@ -178,13 +199,19 @@ class BeamModel(SensorModel):
         """
         grid.require_unrotated("map")
         super().__init__(params)
-        squares = squared_distances(np.pad(grid.data != FREE, 1, constant_values=True), 2 * (LONGEST_LEAP - 1) ** 2)
-        self._clear = np.ceil(np.sqrt(squares / 2.0)).astype(np.uint8)  # a square about the cell, inside the circle
+        squares = squared_distances(
+            np.pad(grid.data != FREE, 1, constant_values=True), 2 * (LONGEST_LEAP - 1) ** 2
+        )
+        # a square about the cell, inside the circle
+        self._clear = np.ceil(np.sqrt(squares / 2.0)).astype(np.uint8)
         self._resolution = grid.resolution
         self._origin = np.array((grid.origin.x, grid.origin.y))
 
     def match(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> Match:
-        """See :meth:`SensorModel.match`; for the best, beams without return find none on the map either."""
+        """See :meth:`SensorModel.match`.
+
+        For the best, beams without return find none on the map either.
+        """
         given, beams = self._params, self.beams(scan)
         ranges, returned = np.minimum(beams.ranges, beams.range_max), beams.ranges < beams.range_max
         expected = self._expected(poses, beams)

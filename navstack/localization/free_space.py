@@ -16,12 +16,15 @@ class FreeSpace:
     def __init__(self, grid: OccupancyGrid) -> None:
         self._grid = grid
         self._is_free = np.pad((grid.data == FREE).reshape(-1), (0, -grid.data.size % BLOCK))
-        self._until: IntArray = np.cumsum(self._is_free.reshape(-1, BLOCK).sum(axis=1, dtype=np.int64))
+        self._until: IntArray = np.cumsum(
+            self._is_free.reshape(-1, BLOCK).sum(axis=1, dtype=np.int64)
+        )
 
     def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
         """Poses (count, 3) in the map frame: a free cell each, with any yaw in [-pi, pi).
 
-        As in nav2_amcl, cell i is centred at origin + i * resolution. A map without free cells gives its first cell.
+        As in nav2_amcl, cell i is centred at origin + i * resolution. A map without free cells
+        gives its first cell.
         """
         grid, draws = self._grid, rng.random((2, count))
         total = int(self._until[-1])
@@ -35,7 +38,8 @@ class FreeSpace:
     def _cells(self, wanted: IntArray) -> IntArray:
         """The flat index (N,) of the free cell that has so many before it."""
         blocks = np.searchsorted(self._until, wanted, side="right")
-        left = self._until[blocks] - wanted  # free cells from the wanted one to the end of the block
+        # free cells from the wanted one to the end of the block
+        left = self._until[blocks] - wanted
         from_end = np.cumsum(self._is_free.reshape(-1, BLOCK)[blocks, ::-1], axis=1)
         found: IntArray = blocks * BLOCK + BLOCK - 1 - (from_end >= left[:, None]).argmax(axis=1)
         return found

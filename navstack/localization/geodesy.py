@@ -7,16 +7,17 @@ from pyproj.exceptions import ProjError
 
 from navstack.errors import InputError
 
-FARTHEST = 100_000.0  # [m] from the datum: no robot's site is larger, and lengths across the line of sight err by 4e-5
+# [m] from the datum: no robot's site is larger, and lengths across the line of sight err by 4e-5
+FARTHEST = 100_000.0
 
 
 class LocalFrame:
     """A plane that touches the WGS 84 ellipsoid at a datum.
 
-    The projection is PROJ's ellipsoidal azimuthal equidistant one (Snyder, Map Projections: A Working Manual, USGS
-    Professional Paper 1395, 1987, pp. 191-202): distance and azimuth from the datum are true; at 10 km from it lengths
-    across err by 4e-7. The x axis points ``heading`` counter-clockwise from east, so that 0 gives x east and y north
-    (REP 103).
+    The projection is PROJ's ellipsoidal azimuthal equidistant one (Snyder, Map Projections: A
+    Working Manual, USGS Professional Paper 1395, 1987, pp. 191-202): distance and azimuth from the
+    datum are true; at 10 km from it lengths across err by 4e-7. The x axis points ``heading``
+    counter-clockwise from east, so that 0 gives x east and y north (REP 103).
     """
 
     def __init__(self, datum_latitude: float, datum_longitude: float, heading: float = 0.0) -> None:
@@ -32,16 +33,21 @@ class LocalFrame:
         """
         _check(datum_latitude, datum_longitude)
         if not math.isfinite(heading):
-            raise InputError(f"heading {heading} of a local frame is not a finite number; give [rad] from east")
+            raise InputError(
+                f"heading {heading} of a local frame is not a finite number; give [rad] from east"
+            )
         self.datum = (datum_latitude, datum_longitude)
         self._cos, self._sin = math.cos(heading), math.sin(heading)
-        self._projection = Proj(proj="aeqd", ellps="WGS84", lat_0=datum_latitude, lon_0=datum_longitude)
+        self._projection = Proj(
+            proj="aeqd", ellps="WGS84", lat_0=datum_latitude, lon_0=datum_longitude
+        )
 
     def to_local(self, latitude: float, longitude: float) -> tuple[float, float]:
         """The point x, y [m] of a latitude and longitude [deg].
 
         Raises:
-            InputError: a coordinate that is not on Earth, or farther than ``FARTHEST`` from the datum.
+            InputError: a coordinate that is not on Earth, or farther than ``FARTHEST`` from the
+                datum.
         """
         _check(latitude, longitude)
         try:

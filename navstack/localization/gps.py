@@ -11,19 +11,22 @@ DEGRADED_AFTER = 0.5  # [s] without a fix: at 2 m/s the belief is a metre behind
 LOST_AFTER = 3.0  # [s] without a fix: no controller should drive on
 _POSITION_STD = 2.0  # [m] of a fix that states none, as the GPS-EKF's default
 _YAW_STD = math.radians(2.0)  # [rad] of an absolute heading whose message states none
-_UNKNOWN_YAW = math.pi**2 / 3.0  # [rad2] variance of a heading that may be any (uniform over a turn)
+# [rad2] variance of a heading that may be any (uniform over a turn)
+_UNKNOWN_YAW = math.pi**2 / 3.0
 
 
 class GpsLocalizer(Localizer):
     """Believes the last fix and the last absolute heading, with no dead reckoning in between.
 
-    The belief therefore lags by up to one period of the receiver, e.g. 0.2 m at 2 m/s and 10 Hz. The covariance is the
-    receiver's own on the position and the inertial unit's on the heading. Until the first fix (or heading) the initial
-    belief stands in for it. Health is DEGRADED when the last fix is older than ``DEGRADED_AFTER`` and LOST when it is
-    older than ``LOST_AFTER``; before the first fix the first update counts as one.
+    The belief therefore lags by up to one period of the receiver, e.g. 0.2 m at 2 m/s and 10 Hz.
+    The covariance is the receiver's own on the position and the inertial unit's on the heading.
+    Until the first fix (or heading) the initial belief stands in for it. Health is DEGRADED when
+    the last fix is older than ``DEGRADED_AFTER`` and LOST when it is older than ``LOST_AFTER``;
+    before the first fix the first update counts as one.
 
-    It needs an inertial unit with an absolute heading. Where the messages have none (nan) the heading of the initial
-    belief stays, with the variance of an unknown one, and health is DEGRADED at best.
+    It needs an inertial unit with an absolute heading. Where the messages have none (nan) the
+    heading of the initial belief stays, with the variance of an unknown one, and health is DEGRADED
+    at best.
     """
 
     def __init__(self) -> None:
@@ -47,11 +50,15 @@ class GpsLocalizer(Localizer):
             x, y = observation.gps.x, observation.gps.y
             self._fix_stamp = observation.gps.stamp
             covariance[:2, :] = covariance[:, :2] = 0.0
-            covariance[0, 0] = covariance[1, 1] = (observation.gps.position_std or _POSITION_STD) ** 2
+            covariance[0, 0] = covariance[1, 1] = (
+                observation.gps.position_std or _POSITION_STD
+            ) ** 2
         if observation.imu is not None:
             self._has_heading = not math.isnan(observation.imu.yaw)
             covariance[2, :] = covariance[:, 2] = 0.0
-            covariance[2, 2] = (observation.imu.yaw_std or _YAW_STD) ** 2 if self._has_heading else _UNKNOWN_YAW
+            covariance[2, 2] = (
+                (observation.imu.yaw_std or _YAW_STD) ** 2 if self._has_heading else _UNKNOWN_YAW
+            )
             yaw = observation.imu.yaw if self._has_heading else yaw
         health = _health(observation.stamp - self._fix_stamp)
         if health is Health.TRACKING and not self._has_heading:

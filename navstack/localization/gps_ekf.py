@@ -17,13 +17,16 @@ from navstack.localization.localizer import Localizer
 from navstack.params.gps_ekf import GpsEkfParams
 from navstack.types import Belief, FloatArray, GpsFix, Health, Imu, Observation, Odometry, Pose2D
 
-INITIAL_VARIANCES = (0.1**2, 0.1**2, 0.05**2)  # [m2, m2, rad2] of a start that comes without: set down on a mark. A
+# [m2, m2, rad2] of a start that comes without: set down on a mark. A
+INITIAL_VARIANCES = (0.1**2, 0.1**2, 0.05**2)
 # wrong one ends in a lock-out, and so in a search for the heading
-KNOWN_BELOW = 0.35  # [rad] standard deviation of a heading from which an extended Kalman filter can start
+# [rad] standard deviation of a heading from which an extended Kalman filter can start
+KNOWN_BELOW = 0.35
 ALIGNED_BELOW = 0.2  # [rad] that an alignment must reach
 DOUBTED_STD = 0.5  # [rad] of a heading after a lock-out, as it is told
 UNKNOWN_YAW_VARIANCE = math.pi**2 / 3.0  # [rad2] of a heading that may be any
-_IMU, _ODOMETRY, _FIX = range(3)  # order of messages of one stamp: the gyro tells how the robot came there
+# order of messages of one stamp: the gyro tells how the robot came there
+_IMU, _ODOMETRY, _FIX = range(3)
 
 
 def filterpy_engine() -> Engine:
@@ -47,7 +50,13 @@ def filterpy_engine() -> Engine:
         kernels.move(mean, dt, yaw_rate, gyro, acceleration)
         covariance[:] = ekf.P
 
-    def correct(mean: FloatArray, covariance: FloatArray, row: FloatArray, innovation: float, variance: float) -> None:
+    def correct(
+        mean: FloatArray,
+        covariance: FloatArray,
+        row: FloatArray,
+        innovation: float,
+        variance: float,
+    ) -> None:
         ekf.x, ekf.P = mean.copy(), covariance.copy()
         ekf.update(innovation, lambda _: row[None, :], lambda _: np.zeros(1), R=variance)
         mean[:], covariance[:] = ekf.x, ekf.P
@@ -55,21 +64,25 @@ def filterpy_engine() -> Engine:
     return Engine(propagate, correct)
 
 
-_ENGINES: dict[str, Callable[[], Engine]] = {"kernel": lambda: COMPILED, "filterpy": filterpy_engine}
+_ENGINES: dict[str, Callable[[], Engine]] = {
+    "kernel": lambda: COMPILED,
+    "filterpy": filterpy_engine,
+}
 
 
 class GpsEkfLocalizer(Localizer):
     """Extended Kalman filter over wheel odometry, inertial unit and fixes.
 
-    Messages count at their own stamps: one that comes late is put where it belongs and what followed is applied anew.
-    One that is older, or of a time farther ahead, than ``history_length`` is passed over.
-    A fix that is too far off to be true is refused; when too many in succession are, the filter doubts itself instead
-    and starts over. While the heading is unknown (to more than ``KNOWN_BELOW``) or doubted the position is that of the
-    last fix and the heading is searched for by :class:`HeadingAlignment`; meanwhile the orientation of an inertial unit
-    that states one is believed, or the heading that is doubted.
+    Messages count at their own stamps: one that comes late is put where it belongs and what
+    followed is applied anew. One that is older, or of a time farther ahead, than ``history_length``
+    is passed over. A fix that is too far off to be true is refused; when too many in succession
+    are, the filter doubts itself instead and starts over. While the heading is unknown (to more
+    than ``KNOWN_BELOW``) or doubted the position is that of the last fix and the heading is
+    searched for by :class:`HeadingAlignment`; meanwhile the orientation of an inertial unit that
+    states one is believed, or the heading that is doubted.
 
-    Health is LOST where the position has a standard deviation above ``lost_above`` or no fix was accepted for
-    ``lost_after``; DEGRADED likewise, and while the heading is unknown.
+    Health is LOST where the position has a standard deviation above ``lost_above`` or no fix was
+    accepted for ``lost_after``; DEGRADED likewise, and while the heading is unknown.
     """
 
     def __init__(self, params: GpsEkfParams, uses_fixes: bool = True) -> None:
@@ -79,7 +92,10 @@ class GpsEkfLocalizer(Localizer):
         self.reset(Belief(Pose2D()), np.random.default_rng(0))
 
     def reset(self, belief: Belief, rng: np.random.Generator) -> None:
-        """Start over; a belief without covariance gets ``INITIAL_VARIANCES``. Nothing is left to chance."""
+        """Start over; a belief without covariance gets ``INITIAL_VARIANCES``.
+
+        Nothing is left to chance.
+        """
         covariance = belief.covariance if belief.covariance.any() else np.diag(INITIAL_VARIANCES)
         self._initial = Belief(belief.pose, covariance)
         self._history: History | None = None
@@ -89,9 +105,11 @@ class GpsEkfLocalizer(Localizer):
         self._knows_offset = not self._uses_fixes or self._params.imu0_yaw_offset_std < KNOWN_BELOW
         self._needs_reference, self._filter.reference_yaw = self._params.imu0_relative, 0.0
         self._is_doubted = False  # whether the heading is searched for once more
-        self._orientation: tuple[float, float] | None = None  # [rad, rad] the last absolute one less the reckoned
+        # [rad, rad] the last absolute one less the reckoned
+        self._orientation: tuple[float, float] | None = None
         # heading, and its standard deviation
-        self._last_fix: tuple[GpsFix, float] | None = None  # while the heading is unknown; with the distance driven
+        # while the heading is unknown; with the distance driven
+        self._last_fix: tuple[GpsFix, float] | None = None
 
     @property
     def state(self) -> FilterState:
@@ -112,7 +130,12 @@ class GpsEkfLocalizer(Localizer):
             self._begin(min([observation.stamp, *stamps]))
         self._now = observation.stamp
         if imu is not None and _is_sound(
-            imu.stamp, imu.angular_velocity_z, imu.linear_acceleration_x, imu.yaw_std, imu.yaw_rate_std, imu.pitch
+            imu.stamp,
+            imu.angular_velocity_z,
+            imu.linear_acceleration_x,
+            imu.yaw_std,
+            imu.yaw_rate_std,
+            imu.pitch,
         ):
             self._take_imu(imu)
         if odometry is not None and _is_sound(
@@ -123,7 +146,11 @@ class GpsEkfLocalizer(Localizer):
             odometry.yaw_rate_std,
         ):
             self._insert(odometry, _ODOMETRY, partial(self._filter.take_odometry, message=odometry))
-        if fix is not None and self._uses_fixes and _is_sound(fix.stamp, fix.x, fix.y, fix.position_std):
+        if (
+            fix is not None
+            and self._uses_fixes
+            and _is_sound(fix.stamp, fix.x, fix.y, fix.position_std)
+        ):
             self._take_fix(fix)
         return self._belief_at(observation.stamp)
 
@@ -132,7 +159,9 @@ class GpsEkfLocalizer(Localizer):
         start.accepted_stamp = stamp
         self._history = History(self._params.history_length, start)
 
-    def _insert(self, message: Odometry | Imu | GpsFix, rank: int, apply: Apply) -> FilterState | None:
+    def _insert(
+        self, message: Odometry | Imu | GpsFix, rank: int, apply: Apply
+    ) -> FilterState | None:
         assert self._history is not None
         if message.stamp > self._now + self._params.history_length:
             return None
@@ -143,7 +172,9 @@ class GpsEkfLocalizer(Localizer):
             self._needs_reference = False
             self._filter.reference_yaw = self._initial.pose.yaw - self._filter.absolute_yaw(imu)
         with_yaw = self._alignment is None or self._knows_offset
-        state = self._insert(imu, _IMU, partial(self._filter.take_imu, message=imu, with_yaw=with_yaw))
+        state = self._insert(
+            imu, _IMU, partial(self._filter.take_imu, message=imu, with_yaw=with_yaw)
+        )
         if self._alignment is None or state is None or not math.isfinite(imu.yaw):
             return
         offset = self._filter.absolute_yaw(imu) - state.mean.item(YAW)
@@ -161,7 +192,9 @@ class GpsEkfLocalizer(Localizer):
         if state is None:
             return
         self._last_fix = (fix, state.distance)
-        self._alignment.add(Pose2D(state.mean.item(X), state.mean.item(Y)), fix, self._variance_of(fix))
+        self._alignment.add(
+            Pose2D(state.mean.item(X), state.mean.item(Y)), fix, self._variance_of(fix)
+        )
         found = self._alignment.solve(ALIGNED_BELOW)
         if found is not None:
             self._align(found, fix.stamp)
@@ -180,7 +213,9 @@ class GpsEkfLocalizer(Localizer):
         self._alignment, self._is_doubted, self._knows_offset = self._search(), True, False
 
     def _search(self) -> HeadingAlignment:
-        return HeadingAlignment(self._params.gps0_correlated_share, self._params.gps0_correlation_time)
+        return HeadingAlignment(
+            self._params.gps0_correlated_share, self._params.gps0_correlation_time
+        )
 
     def _variance_of(self, fix: GpsFix) -> float:
         return (fix.position_std or self._params.gps0_position_std) ** 2
@@ -194,7 +229,8 @@ class GpsEkfLocalizer(Localizer):
         mean[GPS_X] = mean[GPS_Y] = 0.0
         state.covariance = covariance = np.zeros((SIZE, SIZE))
         covariance[SPEED:OFFSET, SPEED:OFFSET] = kept
-        lever = np.array((found.center_there[1] - mean[Y], mean[X] - found.center_there[0], 1.0))  # of the turn
+        # of the turn
+        lever = np.array((found.center_there[1] - mean[Y], mean[X] - found.center_there[0], 1.0))
         covariance[:3, :3] = found.turn_variance * np.outer(lever, lever)
         for i, (axis, shared_axis) in enumerate(((X, GPS_X), (Y, GPS_Y))):
             covariance[axis, axis] += found.position_variance
@@ -208,10 +244,16 @@ class GpsEkfLocalizer(Localizer):
         self._alignment = self._last_fix = None
 
     def _align_offset(self, state: FilterState, found: Alignment, lever: FloatArray) -> None:
-        """The absolute orientation's offset is what is left of it; whatever errs in the heading errs in it, too."""
+        """The absolute orientation's offset is what is left of it.
+
+        Whatever errs in the heading errs in it, too.
+        """
         covariance = state.covariance
         if self._orientation is None:
-            state.mean[OFFSET], covariance[OFFSET, OFFSET] = 0.0, self._params.imu0_yaw_offset_std**2
+            state.mean[OFFSET], covariance[OFFSET, OFFSET] = (
+                0.0,
+                self._params.imu0_yaw_offset_std**2,
+            )
             return
         offset, std = self._orientation
         state.mean[OFFSET] = normalize_angle(offset - found.turn)
@@ -229,7 +271,9 @@ class GpsEkfLocalizer(Localizer):
             return self._provisional(state)
         x, y, yaw = state.mean[:3].tolist()
         covariance = state.covariance[:3, :3].copy()
-        return Belief(Pose2D(x, y, normalize_angle(yaw)), covariance, self._health(state, covariance), stamp)
+        return Belief(
+            Pose2D(x, y, normalize_angle(yaw)), covariance, self._health(state, covariance), stamp
+        )
 
     def _provisional(self, state: FilterState) -> Belief:
         """What is believed while the heading is unknown."""
@@ -243,7 +287,9 @@ class GpsEkfLocalizer(Localizer):
         if self._last_fix is not None:
             fix, driven = self._last_fix
             x, y = fix.x, fix.y
-            covariance[0, 0] = covariance[1, 1] = self._variance_of(fix) + (state.distance - driven) ** 2
+            covariance[0, 0] = covariance[1, 1] = (
+                self._variance_of(fix) + (state.distance - driven) ** 2
+            )
             covariance[0, 1] = covariance[1, 0] = 0.0
         covariance[2, :2] = covariance[:2, 2] = 0.0
         health = self._health(state, covariance)

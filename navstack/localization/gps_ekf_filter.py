@@ -9,7 +9,18 @@ import numpy as np
 
 from navstack.geometry import normalize_angle
 from navstack.localization import gps_ekf_kernels as kernels
-from navstack.localization.gps_ekf_kernels import BIAS, GPS_X, GPS_Y, OFFSET, SCALE, SIZE, SPEED, YAW, X, Y
+from navstack.localization.gps_ekf_kernels import (
+    BIAS,
+    GPS_X,
+    GPS_Y,
+    OFFSET,
+    SCALE,
+    SIZE,
+    SPEED,
+    YAW,
+    X,
+    Y,
+)
 from navstack.params.gps_ekf import GpsEkfParams
 from navstack.types import FloatArray, GpsFix, Imu, Odometry
 
@@ -18,12 +29,17 @@ LONGEST_GAP = 60.0  # [s] of silence that is reckoned through; what went before 
 SLIP_TIME = 0.5  # [s] over which wheels and accelerometer are compared
 SLIP_LASTS = 1.0  # [s] assumed: for as long its error is one and the same
 SLIP_GATE = 3.0  # [-] standard deviations beyond which they disagree
-STANDING_SPEED, STANDING_RATE = 0.05, 0.05  # [m/s, rad/s] of the wheels below which their yaw rate has no scale error
-RELATIVE_RATE = 0.1  # [-] error of a turning differential drive's yaw rate: the effective track width
+# [m/s, rad/s] of the wheels below which their yaw rate has no scale error
+STANDING_SPEED, STANDING_RATE = 0.05, 0.05
+# [-] error of a turning differential drive's yaw rate: the effective track width
+RELATIVE_RATE = 0.1
 
 
 class Engine(NamedTuple):
-    """Who does the linear algebra; everything happens in place. See :mod:`gps_ekf_kernels` for the arguments."""
+    """Who does the linear algebra; everything happens in place.
+
+    See :mod:`gps_ekf_kernels` for the arguments.
+    """
 
     propagate: Callable[[FloatArray, FloatArray, float, float, float, float, FloatArray], None]
     correct: Callable[[FloatArray, FloatArray, FloatArray, float, float], None]
@@ -78,13 +94,19 @@ class GpsEkfFilter:
 
     params: GpsEkfParams
     engine: Engine
-    uses_fixes: bool  # otherwise the absolute orientation is taken to be without offset, for nothing could tell
-    reference_yaw: float = 0.0  # [rad] added to the absolute orientation besides what the parameters say
+    # otherwise the absolute orientation is taken to be without offset, for nothing could tell
+    uses_fixes: bool
+    # [rad] added to the absolute orientation besides what the parameters say
+    reference_yaw: float = 0.0
     _densities: FloatArray = field(init=False)  # (6,) see gps_ekf_kernels.process_noise
 
     def __post_init__(self) -> None:
         params = self.params
-        walks = (params.imu0_yaw_rate_bias_walk, params.odom0_scale_walk, params.imu0_yaw_offset_walk)
+        walks = (
+            params.imu0_yaw_rate_bias_walk,
+            params.odom0_scale_walk,
+            params.imu0_yaw_offset_walk,
+        )
         self._densities = np.array((0.0, 0.0, 0.0, *walks)) ** 2
         if not self.uses_fixes:
             self._densities[5] = 0.0
@@ -145,15 +167,25 @@ class GpsEkfFilter:
         if has_gyro:
             slip += self._compare_turns(state, rate, rate_std, speed)
         else:
-            self._hold_rate(state, message.stamp, rate, 0.0, rate_std**2 + (RELATIVE_RATE * rate) ** 2)
+            self._hold_rate(
+                state, message.stamp, rate, 0.0, rate_std**2 + (RELATIVE_RATE * rate) ** 2
+            )
         if slip > 0.0:  # as of white noise that has the same density at low frequencies
-            variance += slip * SLIP_LASTS / min(max(message.stamp - state.wheel_stamp, 1e-3), SLIP_LASTS)
+            variance += (
+                slip * SLIP_LASTS / min(max(message.stamp - state.wheel_stamp, 1e-3), SLIP_LASTS)
+            )
         state.wheel_speed, state.wheel_stamp = speed, message.stamp
         innovation = speed - state.mean.item(SPEED)
-        allowed = (innovation / params.odom0_twist_rejection_threshold) ** 2 - state.covariance.item(SPEED, SPEED)
-        self.engine.correct(state.mean, state.covariance, SPEED_ROW, innovation, max(variance, allowed))
+        allowed = (
+            innovation / params.odom0_twist_rejection_threshold
+        ) ** 2 - state.covariance.item(SPEED, SPEED)
+        self.engine.correct(
+            state.mean, state.covariance, SPEED_ROW, innovation, max(variance, allowed)
+        )
 
-    def _compare_turns(self, state: FilterState, rate: float, rate_std: float, speed: float) -> float:
+    def _compare_turns(
+        self, state: FilterState, rate: float, rate_std: float, speed: float
+    ) -> float:
         """The variance [m2/s2] that the speed gets from wheels that turn the robot otherwise than the gyro says.
 
         One wheel that slips is wrong by the difference times the track width, the mean of both by half of that. While
@@ -178,14 +210,19 @@ class GpsEkfFilter:
         usual = 2.0 * variance + params.acceleration_noise**2 * SLIP_TIME
         return state.slip**2 if state.slip**2 > SLIP_GATE**2 * usual else 0.0
 
-    def _hold_rate(self, state: FilterState, stamp: float, rate: float, gyro: float, variance: float) -> None:
+    def _hold_rate(
+        self, state: FilterState, stamp: float, rate: float, gyro: float, variance: float
+    ) -> None:
         """Hold a measured yaw rate; its white noise lasts from message to message."""
         period = min(stamp - state.rate_stamp, STEP)
         state.yaw_rate, state.gyro, state.rate_stamp = rate, gyro, stamp
         state.rate_density = variance * period
 
     def take_imu(self, state: FilterState, message: Imu, with_yaw: bool) -> None:
-        """Inertial unit: turns and pushes the state; its absolute orientation, if wanted, corrects it."""
+        """Inertial unit: turns and pushes the state.
+
+        Its absolute orientation, if wanted, corrects it.
+        """
         params = self.params
         state.level = math.cos(message.pitch)
         rate, acceleration = message.angular_velocity_z, state.level * message.linear_acceleration_x
@@ -193,15 +230,23 @@ class GpsEkfFilter:
             state.yaw_rate = 0.5 * (state.yaw_rate + rate)  # of the time since the last message
             state.acceleration = 0.5 * (state.acceleration + acceleration)
         self.advance(state, message.stamp)
-        self._hold_rate(state, message.stamp, rate, 1.0, (message.yaw_rate_std or params.imu0_yaw_rate_std) ** 2)
-        if acceleration != 0.0 or message.linear_acceleration_y != 0.0:  # a unit without accelerometer reports zeros
+        self._hold_rate(
+            state, message.stamp, rate, 1.0, (message.yaw_rate_std or params.imu0_yaw_rate_std) ** 2
+        )
+        # a unit without accelerometer reports zeros
+        if acceleration != 0.0 or message.linear_acceleration_y != 0.0:
             state.acceleration, state.acceleration_stamp = acceleration, message.stamp
         if with_yaw and math.isfinite(message.yaw):
             self._take_yaw(state, message)
 
     def absolute_yaw(self, message: Imu) -> float:
         """The absolute orientation [rad], corrected as the parameters say."""
-        return message.yaw + self.params.magnetic_declination_radians + self.params.yaw_offset + self.reference_yaw
+        return (
+            message.yaw
+            + self.params.magnetic_declination_radians
+            + self.params.yaw_offset
+            + self.reference_yaw
+        )
 
     def _take_yaw(self, state: FilterState, message: Imu) -> None:
         variance = (message.yaw_std or self.params.imu0_yaw_std) ** 2
@@ -209,7 +254,11 @@ class GpsEkfFilter:
         innovation = normalize_angle(self.absolute_yaw(message) - expected)
         covariance = state.covariance
         if self.uses_fixes:
-            spread = covariance.item(YAW, YAW) + 2.0 * covariance.item(YAW, OFFSET) + covariance.item(OFFSET, OFFSET)
+            spread = (
+                covariance.item(YAW, YAW)
+                + 2.0 * covariance.item(YAW, OFFSET)
+                + covariance.item(OFFSET, OFFSET)
+            )
             if innovation**2 > self.params.imu0_pose_rejection_threshold**2 * (spread + variance):
                 covariance[OFFSET, OFFSET] += innovation**2
         self.engine.correct(state.mean, covariance, YAW_ROW, innovation, variance)
@@ -223,11 +272,16 @@ class GpsEkfFilter:
         params = self.params
         self.advance(state, message.stamp)
         total = (message.position_std or params.gps0_position_std) ** 2
-        shared, white = params.gps0_correlated_share * total, (1.0 - params.gps0_correlated_share) * total
+        shared, white = (
+            params.gps0_correlated_share * total,
+            (1.0 - params.gps0_correlated_share) * total,
+        )
         decay = math.exp(-(message.stamp - state.fix_stamp) / params.gps0_correlation_time)
         kernels.age_shared_error(state.mean, state.covariance, decay, shared)
         state.fix_stamp = message.stamp
-        x, y, state.nis = kernels.fix_innovation(state.mean, state.covariance, message.x, message.y, white)
+        x, y, state.nis = kernels.fix_innovation(
+            state.mean, state.covariance, message.x, message.y, white
+        )
         if state.nis > params.gps0_rejection_threshold**2:
             state.rejected_since = state.rejected_since if state.rejected else state.stamp
             state.rejected += 1

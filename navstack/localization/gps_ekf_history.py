@@ -14,8 +14,8 @@ _START = -1  # rank of the state in which the history begins
 class History:
     """The messages of late in the order of their stamps, and the state after each.
 
-    A late message is put where it belongs and what follows is applied anew. The result is that of messages in order,
-    for the same steps are taken. A message older than the history is refused.
+    A late message is put where it belongs and what follows is applied anew. The result is that of
+    messages in order, for the same steps are taken. A message older than the history is refused.
     """
 
     def __init__(self, length: float, start: FilterState) -> None:
@@ -26,7 +26,8 @@ class History:
             start: before any message.
         """
         self._length = length
-        self._keys: list[tuple[float, int]] = [(start.stamp, _START)]  # stamp and rank of each message
+        # stamp and rank of each message
+        self._keys: list[tuple[float, int]] = [(start.stamp, _START)]
         self._applied: list[Apply] = [_nothing]
         self._states = [start]
         self.latest = start  # after the newest message; not to be changed

@@ -1,11 +1,12 @@
 """The GPS-EKF's motion model and linear algebra.
 
-The state (9,) is x, y [m], yaw [rad], speed of the wheels' surface [m/s], gyro bias [rad/s], scale [-] by which the
-robot moves more than its wheels turn, offset of the inertial unit's absolute orientation [rad], and the error [m] along
-x and y that one fix shares with the next.
+The state (9,) is x, y [m], yaw [rad], speed of the wheels' surface [m/s], gyro bias [rad/s], scale
+[-] by which the robot moves more than its wheels turn, offset of the inertial unit's absolute
+orientation [rad], and the error [m] along x and y that one fix shares with the next.
 
-The speed is the wheels', not the ground's: a measurement of it is then linear and says nothing of the scale. With the
-product of the two in the measurement the filter takes its own noise for knowledge of the scale.
+The speed is the wheels', not the ground's: a measurement of it is then linear and says nothing of
+the scale. With the product of the two in the measurement the filter takes its own noise for
+knowledge of the scale.
 """
 
 import math
@@ -42,7 +43,9 @@ def move(mean: FloatArray, dt: float, yaw_rate: float, gyro: float, acceleration
 
 
 @njit()
-def motion_jacobian(mean: FloatArray, dt: float, yaw_rate: float, gyro: float, acceleration: float) -> FloatArray:
+def motion_jacobian(
+    mean: FloatArray, dt: float, yaw_rate: float, gyro: float, acceleration: float
+) -> FloatArray:
     """The derivative (9, 9) of :func:`move`'s result by the state."""
     middle = mean[YAW] + 0.5 * (yaw_rate - gyro * mean[BIAS]) * dt
     counted = (mean[SPEED] + 0.5 * acceleration * dt) * dt
@@ -59,19 +62,21 @@ def motion_jacobian(mean: FloatArray, dt: float, yaw_rate: float, gyro: float, a
 
 
 @njit()
-def process_noise(mean: FloatArray, dt: float, yaw_rate: float, gyro: float, densities: FloatArray) -> FloatArray:
+def process_noise(
+    mean: FloatArray, dt: float, yaw_rate: float, gyro: float, densities: FloatArray
+) -> FloatArray:
     """The covariance (9, 9) that white noise adds while the state moves.
 
-    Noise of yaw rate and acceleration is integrated into heading, speed and position (Bar-Shalom, Li & Kirubarajan
-    2001, sec. 6.2.2: dt, dt^2/2, dt^3/3).
+    Noise of yaw rate and acceleration is integrated into heading, speed and position (Bar-Shalom,
+    Li & Kirubarajan 2001, sec. 6.2.2: dt, dt^2/2, dt^3/3).
 
     Args:
         mean: (9,) the state before.
         dt: [s].
         yaw_rate: [rad/s] as in :func:`move`.
         gyro: as in :func:`move`.
-        densities: (6,) power spectral densities of yaw rate [rad2/s], acceleration [m2/s3], position [m2/s], gyro bias
-            [rad2/s3], scale [1/s] and offset [rad2/s].
+        densities: (6,) power spectral densities of yaw rate [rad2/s], acceleration [m2/s3],
+            position [m2/s], gyro bias [rad2/s3], scale [1/s] and offset [rad2/s].
     """
     middle = mean[YAW] + 0.5 * (yaw_rate - gyro * mean[BIAS]) * dt
     along_x, along_y = math.cos(middle), math.sin(middle)
@@ -79,8 +84,12 @@ def process_noise(mean: FloatArray, dt: float, yaw_rate: float, gyro: float, den
     half, third = 0.5 * dt * dt, dt * dt * dt / 3.0
     turn, push = densities[0], densities[1]
     noise = np.zeros((SIZE, SIZE))
-    noise[X, X] = third * (turn * across_x * across_x + push * along_x * along_x) + densities[2] * dt
-    noise[Y, Y] = third * (turn * across_y * across_y + push * along_y * along_y) + densities[2] * dt
+    noise[X, X] = (
+        third * (turn * across_x * across_x + push * along_x * along_x) + densities[2] * dt
+    )
+    noise[Y, Y] = (
+        third * (turn * across_y * across_y + push * along_y * along_y) + densities[2] * dt
+    )
     noise[X, Y] = noise[Y, X] = third * (turn * across_x * across_y + push * along_x * along_y)
     noise[X, YAW] = noise[YAW, X] = half * turn * across_x
     noise[Y, YAW] = noise[YAW, Y] = half * turn * across_y
@@ -131,7 +140,9 @@ def propagate(
 
 
 @njit(ahead="float64[::1], float64[:, ::1], float64[::1], float64, float64")
-def correct(mean: FloatArray, covariance: FloatArray, row: FloatArray, innovation: float, variance: float) -> None:
+def correct(
+    mean: FloatArray, covariance: FloatArray, row: FloatArray, innovation: float, variance: float
+) -> None:
     """Correct in place by one scalar measurement: ``x += K nu``, ``P -= K S K'``.
 
     Args:
@@ -155,7 +166,9 @@ def correct(mean: FloatArray, covariance: FloatArray, row: FloatArray, innovatio
 
 
 @njit(ahead="float64[::1], float64[:, ::1], float64, float64")
-def age_shared_error(mean: FloatArray, covariance: FloatArray, decay: float, variance: float) -> None:
+def age_shared_error(
+    mean: FloatArray, covariance: FloatArray, decay: float, variance: float
+) -> None:
     """Age the error that fixes share, in place: a first-order Gauss-Markov process.
 
     Args:

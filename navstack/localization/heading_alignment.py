@@ -1,4 +1,7 @@
-"""The heading of a robot that does not know it: from the way it has driven and the fixes along it."""
+"""The heading of a robot that does not know it.
+
+From the way it has driven and the fixes along it.
+"""
 
 import math
 from typing import NamedTuple
@@ -21,7 +24,8 @@ class Alignment(NamedTuple):
     center_there: FloatArray  # (2,) [m] of the fixes, map frame
     turn_variance: float  # [rad2]
     position_variance: float  # [m2] per axis, of the mean
-    shared_variance: float  # [m2] per axis, of the error that the last fix shares with the next ones
+    # [m2] per axis, of the error that the last fix shares with the next ones
+    shared_variance: float
     shared_with_position: float  # [m2] covariance per axis of that error and the mean's
     shared_with_turn: FloatArray  # (2,) [m rad] of it and the turn's
 
@@ -29,15 +33,19 @@ class Alignment(NamedTuple):
         """A dead-reckoned position in the map frame, [m]."""
         dx, dy = x - self.center_here[0], y - self.center_here[1]
         cos, sin = math.cos(self.turn), math.sin(self.turn)
-        return float(self.center_there[0] + cos * dx - sin * dy), float(self.center_there[1] + sin * dx + cos * dy)
+        return float(self.center_there[0] + cos * dx - sin * dy), float(
+            self.center_there[1] + sin * dx + cos * dy
+        )
 
 
 class HeadingAlignment:
-    """Fits the dead-reckoned way to the fixes: rotation and translation of generalized least squares, without scale.
+    """Fits the dead-reckoned way to the fixes.
 
-    Umeyama (1991) with weights: a share of a fix's error is one first-order Gauss-Markov process, as in the filter. So
-    fixes that follow each other soon tell a direction well, and those of a robot at rest count as one, but for
-    what is white in them.
+    Rotation and translation of generalized least squares, without scale.
+
+    Umeyama (1991) with weights: a share of a fix's error is one first-order Gauss-Markov process,
+    as in the filter. So fixes that follow each other soon tell a direction well, and those of a
+    robot at rest count as one, but for what is white in them.
     """
 
     def __init__(self, correlated_share: float, correlation_time: float) -> None:
@@ -70,13 +78,18 @@ class HeadingAlignment:
         return None
 
     def _fit(self, rows: FloatArray) -> Alignment | None:
-        """The rigid transform of ``rows`` (N, 6), as :meth:`add` notes them; None: the way is too short."""
+        """The rigid transform of ``rows`` (N, 6), as :meth:`add` notes them.
+
+        None: the way is too short.
+        """
         stamps, variances, here, there = rows[:, 0], rows[:, 1], rows[:, 2:4], rows[:, 4:]
         if _longest(here) < SHORTEST_WAY:
             return None
         alike = self._share * np.exp(-np.abs(stamps[:, None] - stamps) / self._time)
         deviations = np.sqrt(variances)
-        weights = np.linalg.inv((alike + (1.0 - self._share) * np.eye(len(rows))) * np.outer(deviations, deviations))
+        weights = np.linalg.inv(
+            (alike + (1.0 - self._share) * np.eye(len(rows))) * np.outer(deviations, deviations)
+        )
         shares = weights.sum(axis=0) / weights.sum()  # of each fix in the mean
         center_here, center_there = shares @ here, shares @ there
         a, b = here - center_here, there - center_there
@@ -87,7 +100,12 @@ class HeadingAlignment:
         sideways = np.column_stack((-sin * a[:, 0] - cos * a[:, 1], cos * a[:, 0] - sin * a[:, 1]))
         now, last_variance = self._rows[-1][:2]
         shared_variance = self._share * last_variance
-        shared = self._share * np.exp(-(now - stamps) / self._time) * deviations * math.sqrt(last_variance)
+        shared = (
+            self._share
+            * np.exp(-(now - stamps) / self._time)
+            * deviations
+            * math.sqrt(last_variance)
+        )
         return Alignment(
             turn,
             center_here,

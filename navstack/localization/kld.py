@@ -1,7 +1,9 @@
-"""KLD-adaptive sampling and the clusters of particles, both on a histogram of poses (Fox 2003; ``pf.c``).
+"""KLD-adaptive sampling and the clusters of particles, both on a histogram of poses (Fox 2003.
 
-The histogram has Nav2's bins (``pf_kdtree.c``). Yaw is not normalised: particles that differ by a full turn fall into
-different bins, as in Nav2.
+``pf.c``).
+
+The histogram has Nav2's bins (``pf_kdtree.c``). Yaw is not normalised: particles that differ by a
+full turn fall into different bins, as in Nav2.
 """
 
 import math
@@ -17,15 +19,18 @@ BIN_ANGLE = math.radians(10.0)  # [rad]
 
 _HALF = 1 << 20  # bins on either side of 0: 524 km
 _EMPTY = np.int64(-1)
-_MIXER = np.uint64(0x9E3779B97F4A7C15)  # 2^64 over the golden ratio: Fibonacci hashing (Knuth, vol. 3, sec. 6.4)
+# 2^64 over the golden ratio: Fibonacci hashing (Knuth, vol. 3, sec. 6.4)
+_MIXER = np.uint64(0x9E3779B97F4A7C15)
 
 
 @njit()
 def sample_limit(bins: int, fewest: int, most: int, error: float, quantile: float) -> int:
-    """How many particles are enough where they fill ``bins`` bins; of a single bin Nav2 asks for ``most``.
+    """How many particles are enough where they fill ``bins`` bins.
 
-    With them the distance between true and sampled distribution is below ``error`` with the probability of which
-    ``quantile`` is the normal distribution's (Fox 2003, eq. 7).
+    Of a single bin Nav2 asks for ``most``.
+
+    With them the distance between true and sampled distribution is below ``error`` with the
+    probability of which ``quantile`` is the normal distribution's (Fox 2003, eq. 7).
     """
     if bins <= 1:
         return most
@@ -75,7 +80,9 @@ def count_bins(poses: FloatArray) -> int:
     return bins
 
 
-@njit(ahead="float64[:, ::1], float64[::1], float64[:, ::1], bool[::1], float64[::1], int64, float64, float64")
+@njit(
+    ahead="float64[:, ::1], float64[::1], float64[:, ::1], bool[::1], float64[::1], int64, float64, float64"
+)
 def resample(
     poses: FloatArray,
     cumulative: FloatArray,
@@ -122,7 +129,10 @@ def resample(
 
 @njit(ahead="float64[:, ::1]")
 def label_clusters(poses: FloatArray) -> npt.NDArray[np.int64]:
-    """The cluster (N,) of each pose: bins that touch, at a corner at least, form one. Numbered as they appear."""
+    """The cluster (N,) of each pose: bins that touch, at a corner at least, form one.
+
+    Numbered as they appear.
+    """
     keys = _empty_table(len(poses))
     clusters = np.full(len(keys), _EMPTY, np.int64)  # of the bin in each slot
     slots = np.empty(len(poses), np.int64)

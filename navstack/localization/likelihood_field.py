@@ -21,7 +21,9 @@ class LikelihoodField:
     off the convention of costmaps. The codes have a border of one cell that reads ``outside``.
     """
 
-    def __init__(self, codes: CodeArray, resolution: float, origin: Pose2D, max_distance: float) -> None:
+    def __init__(
+        self, codes: CodeArray, resolution: float, origin: Pose2D, max_distance: float
+    ) -> None:
         """A field of known codes.
 
         Args:
@@ -47,23 +49,39 @@ class LikelihoodField:
         grid.require_unrotated("map")
         farthest = farthest_code(max_distance, grid.resolution)
         occupied = grid.data >= OCCUPIED
-        key = content_key("likelihood codes 1", np.packbits(occupied), grid.width, grid.height, farthest)
-        codes = cached_array(key, lambda: bordered_codes(squared_distances(occupied, farthest), farthest + 1))
+        key = content_key(
+            "likelihood codes 1", np.packbits(occupied), grid.width, grid.height, farthest
+        )
+        codes = cached_array(
+            key, lambda: bordered_codes(squared_distances(occupied, farthest), farthest + 1)
+        )
         return cls(codes, grid.resolution, grid.origin, max_distance)
 
     @classmethod
     def of_distances(
-        cls, distances: npt.NDArray[np.floating], resolution: float, origin: Pose2D, max_distance: float
+        cls,
+        distances: npt.NDArray[np.floating],
+        resolution: float,
+        origin: Pose2D,
+        max_distance: float,
     ) -> "LikelihoodField":
-        """The field of known distances (H, W) in [m] between cells; rounded to those that cells can have."""
+        """The field of known distances (H, W) in [m] between cells.
+
+        Rounded to those that cells can have.
+        """
         codes = np.rint((distances.astype(np.float64) / resolution) ** 2).astype(np.int64)
         beyond = farthest_code(max_distance, resolution) + 1
         codes = np.where(distances < max_distance, codes, beyond)
         return cls(bordered_codes(codes, beyond), resolution, origin, max_distance)
 
     def _distances(self, resolution: float, max_distance: float) -> FloatArray:
-        """The distance (outside + 1,) in [m] that each code stands for; off the map it is the greatest."""
-        return np.concatenate((np.sqrt(np.arange(self.far)) * resolution, (max_distance, max_distance)))
+        """The distance (outside + 1,) in [m] that each code stands for.
+
+        Off the map it is the greatest.
+        """
+        return np.concatenate(
+            (np.sqrt(np.arange(self.far)) * resolution, (max_distance, max_distance))
+        )
 
     def thinned(self, factor: int) -> "LikelihoodField":
         """Every so many cells along x and y, with the same distances: less to look at."""
@@ -73,8 +91,12 @@ class LikelihoodField:
         return field
 
     def to_cells(self, poses: FloatArray) -> FloatArray:
-        """Poses (N, 3) with x, y in cells of ``codes``, so that truncation gives the indices; yaw unchanged."""
-        return cells_of(poses, self.origin.x, self.origin.y, self.resolution, 1.5)  # the border and half a cell
+        """Poses (N, 3) with x, y in cells of ``codes``, so that truncation gives the indices.
+
+        Yaw unchanged.
+        """
+        # the border and half a cell
+        return cells_of(poses, self.origin.x, self.origin.y, self.resolution, 1.5)
 
     def at(self, points: FloatArray) -> FloatArray:
         """The distance (N,) in [m] from points (N, 2) of the map frame to the nearest obstacle."""
@@ -94,4 +116,5 @@ def bordered_codes(squares: npt.NDArray[np.integer], far: int) -> CodeArray:
 
 def farthest_code(max_distance: float, resolution: float) -> int:
     """The greatest squared distance in cells that is not beyond ``max_distance``."""
-    return math.floor((max_distance / resolution) ** 2 + 1e-6)  # a map's resolution is often a 32-bit number
+    # a map's resolution is often a 32-bit number
+    return math.floor((max_distance / resolution) ** 2 + 1e-6)

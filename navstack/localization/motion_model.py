@@ -7,7 +7,8 @@ from navstack.jit import njit
 from navstack.params.amcl import MOTION_MODELS, AmclParams
 from navstack.types import FloatArray, Pose2D
 
-SHORTEST_BEARING = 0.01  # [m] of a motion that has a direction; below it the robot is taken to turn on the spot
+# [m] of a motion that has a direction; below it the robot is taken to turn on the spot
+SHORTEST_BEARING = 0.01
 
 Alphas = tuple[float, float, float, float, float]
 MotionModel = Callable[[FloatArray, Pose2D, Pose2D, FloatArray], None]  # see motion_model_of
@@ -30,7 +31,13 @@ def _off_axis(angle: float) -> float:
     ahead="float64[:, ::1], float64, float64, float64, float64, UniTuple(float64, 5), float64[:, ::1]",
 )
 def move_differential(
-    poses: FloatArray, yaw: float, dx: float, dy: float, yaw_after: float, alphas: Alphas, draws: FloatArray
+    poses: FloatArray,
+    yaw: float,
+    dx: float,
+    dy: float,
+    yaw_after: float,
+    alphas: Alphas,
+    draws: FloatArray,
 ) -> None:
     """Move particles (N, 3) in place by a noisy rotation, translation and rotation (``differential_motion_model.cpp``).
 
@@ -48,7 +55,11 @@ def move_differential(
     distance = math.sqrt(dx * dx + dy * dy)
     first = 0.0 if distance < SHORTEST_BEARING else _wrap(math.atan2(dy, dx) - yaw)
     second = _wrap(_wrap(yaw_after - yaw) - first)
-    squared, off_first, off_second = distance * distance, _off_axis(first) ** 2, _off_axis(second) ** 2
+    squared, off_first, off_second = (
+        distance * distance,
+        _off_axis(first) ** 2,
+        _off_axis(second) ** 2,
+    )
     first_std = math.sqrt(alphas[0] * off_first + alphas[1] * squared)
     distance_std = math.sqrt(alphas[2] * squared + alphas[3] * off_first + alphas[3] * off_second)
     second_std = math.sqrt(alphas[0] * off_second + alphas[1] * squared)
@@ -62,7 +73,13 @@ def move_differential(
 
 @njit()
 def move_omni(
-    poses: FloatArray, yaw: float, dx: float, dy: float, yaw_after: float, alphas: Alphas, draws: FloatArray
+    poses: FloatArray,
+    yaw: float,
+    dx: float,
+    dy: float,
+    yaw_after: float,
+    alphas: Alphas,
+    draws: FloatArray,
 ) -> None:
     """Move particles (N, 3) in place by a noisy translation and rotation (``omni_motion_model.cpp``).
 
@@ -89,15 +106,18 @@ def move_omni(
         poses[j, 2] += turn + turn_std * draws[j, 1]
 
 
-_KERNELS = {"nav2_amcl::DifferentialMotionModel": move_differential, "nav2_amcl::OmniMotionModel": move_omni}
+_KERNELS = {
+    "nav2_amcl::DifferentialMotionModel": move_differential,
+    "nav2_amcl::OmniMotionModel": move_omni,
+}
 _KERNELS |= {older: _KERNELS[name] for name, older in MOTION_MODELS.items()}
 
 
 def motion_model_of(params: AmclParams) -> MotionModel:
     """The motion model that the parameters name.
 
-    It moves particles (N, 3) of the map frame in place, given the robot's pose in the odom frame before and now, and
-    standard normal numbers (N, 3); each particle has an error of its own.
+    It moves particles (N, 3) of the map frame in place, given the robot's pose in the odom frame
+    before and now, and standard normal numbers (N, 3); each particle has an error of its own.
     """
     alphas = (params.alpha1, params.alpha2, params.alpha3, params.alpha4, params.alpha5)
     kernel = _KERNELS[params.robot_model_type]

@@ -12,7 +12,8 @@ from navstack.params.amcl import AmclParams
 from navstack.types import FloatArray, IntArray, Pose2D
 
 _TINY = 1e-300  # in place of 0, of which there is no logarithm
-CONVERGED_WITHIN = 0.5  # [m] of their mean along x and y: all particles are, where they have converged
+# [m] of their mean along x and y: all particles are, where they have converged
+CONVERGED_WITHIN = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +43,9 @@ class ParticleFilter:
     def spread_normal(self, mean: Pose2D, covariance: FloatArray, rng: np.random.Generator) -> None:
         """Start from a normal distribution with covariance (3, 3)."""
         values, axes = np.linalg.eigh(covariance)
-        draws = rng.standard_normal((self._params.most_particles, 3)) * np.sqrt(np.maximum(values, 0.0))
+        draws = rng.standard_normal((self._params.most_particles, 3)) * np.sqrt(
+            np.maximum(values, 0.0)
+        )
         self._start_over(mean.as_array() + draws @ axes.T)
 
     def spread_uniform(self, rng: np.random.Generator) -> None:
@@ -50,13 +53,18 @@ class ParticleFilter:
         self._start_over(self._free_space.draw(self._params.most_particles, rng))
 
     def weigh(self, likelihoods: FloatArray, best: float) -> None:
-        """Multiply the weights by likelihoods (N,) of a scan; ``best``: if every return ended on an obstacle."""
+        """Multiply the weights by likelihoods (N,) of a scan.
+
+        ``best``: if every return ended on an obstacle.
+        """
         total = self.multiply(likelihoods)
         if total > 0.0:
             self._averages.follow(total / len(self.weights), float(likelihoods.max()) / best)
 
     def multiply(self, likelihoods: FloatArray) -> float:
-        """Multiply the weights by likelihoods (N,) of anything; the products' sum, 0: nothing fits and all count alike.
+        """Multiply the weights by likelihoods (N,) of anything.
+
+        The products' sum, 0: nothing fits and all count alike.
 
         The averages by which the filter takes itself to be lost are of scans, and stay as they are.
         """
@@ -86,7 +94,10 @@ class ParticleFilter:
             draw_strays: gives so many poses (N, 3) for particles from elsewhere, one or more; None: there are none.
             least_share: of particles from elsewhere, however the weights are.
         """
-        given, share = self._params, 0.0 if draw_strays is None else max(self.share_of_strays, least_share)
+        given, share = (
+            self._params,
+            0.0 if draw_strays is None else max(self.share_of_strays, least_share),
+        )
         draws = rng.random((2, given.most_particles))
         is_stray = draws[1] < share
         strays = np.empty((given.most_particles, 3))
@@ -122,15 +133,26 @@ def stand_close(poses: FloatArray) -> bool:
     return bool((np.abs(places - places.mean(axis=0)) <= CONVERGED_WITHIN).all())
 
 
-def cluster_particles(poses: FloatArray, weights: FloatArray, as_one: bool = False) -> list[Cluster]:
+def cluster_particles(
+    poses: FloatArray, weights: FloatArray, as_one: bool = False
+) -> list[Cluster]:
     """The clusters of particles, or all of them ``as_one``.
 
-    The variance of yaw is the circular one, -2 ln R. As in Nav2, R is the resultant's length without division by the
-    cluster's weight, so that a light cluster has a large variance.
+    The variance of yaw is the circular one, -2 ln R. As in Nav2, R is the resultant's length
+    without division by the cluster's weight, so that a light cluster has a large variance.
     """
     labels: IntArray = np.zeros(len(poses), dtype=np.int64) if as_one else label_clusters(poses)
     x, y = poses[:, 0], poses[:, 1]
-    terms = (np.ones(len(poses)), x, y, np.cos(poses[:, 2]), np.sin(poses[:, 2]), x * x, x * y, y * y)
+    terms = (
+        np.ones(len(poses)),
+        x,
+        y,
+        np.cos(poses[:, 2]),
+        np.sin(poses[:, 2]),
+        x * x,
+        x * y,
+        y * y,
+    )
     sums = np.array([np.bincount(labels, weights * term) for term in terms])
     found = []
     for weight, sx, sy, cos, sin, xx, xy, yy in sums.T.tolist():
@@ -188,7 +210,10 @@ class LikelihoodAverages:
 
     @property
     def share_of_strays(self) -> float:
-        """The share of random particles that the next resampling brings: how far the fast average has fallen."""
+        """The share of random particles that the next resampling brings.
+
+        How far the fast average has fallen.
+        """
         slow, fast = self._averages
         return max(1.0 - fast / slow, 0.0) if slow > 0.0 else 0.0
 
@@ -198,11 +223,14 @@ class LikelihoodAverages:
 
 
 class LastingAverages(LikelihoodAverages):
-    """Averages for random particles that the scan has picked: these do no harm, and may come until one is right.
+    """Averages for random particles that the scan has picked.
 
-    Each average is the plain mean until its rate takes over, and lasts. It is of the fit, which does not change with
-    the number of particles or returns, nor with the random particles as long as one of all is right. Looking for poses
-    that fit is dear, so that a fall of less than ``LEAST_FALL`` brings none.
+    These do no harm, and may come until one is right.
+
+    Each average is the plain mean until its rate takes over, and lasts. It is of the fit, which
+    does not change with the number of particles or returns, nor with the random particles as long
+    as one of all is right. Looking for poses that fit is dear, so that a fall of less than
+    ``LEAST_FALL`` brings none.
     """
 
     def _choose(self, weight: float, fit: float) -> float:

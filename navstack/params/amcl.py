@@ -3,7 +3,15 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.params.checks import NotNegative, NotNegativeInt, Positive, PositiveInt, at_least, check, one_of
+from navstack.params.checks import (
+    NotNegative,
+    NotNegativeInt,
+    Positive,
+    PositiveInt,
+    at_least,
+    check,
+    one_of,
+)
 
 LASER_MODELS = ("beam", "likelihood_field", "likelihood_field_prob")
 # name -> spelling of releases before plugins
@@ -16,39 +24,52 @@ MotionModel = Annotated[str, one_of((*MOTION_MODELS, *MOTION_MODELS.values()))]
 
 @dataclass(frozen=True, slots=True)
 class AmclParams:
-    """Node ``amcl`` (``amcl_node.cpp``). Frames, topics and what concerns publishing have no effect here."""
+    """Node ``amcl`` (``amcl_node.cpp``).
+
+    Frames, topics and what concerns publishing have no effect here.
+    """
 
     robot_model_type: MotionModel = "nav2_amcl::DifferentialMotionModel"
     alpha1: NotNegative = 0.2  # [-] variance of a rotation per squared rotation
     alpha2: NotNegative = 0.2  # [rad2/m2] variance of a rotation per squared translation
     alpha3: NotNegative = 0.2  # [-] variance of a translation per squared translation
     alpha4: NotNegative = 0.2  # [m2/rad2] variance of a translation per squared rotation
-    alpha5: NotNegative = 0.2  # [-] variance of a sideways translation per squared translation; omnidirectional only
+    # [-] variance of a sideways translation per squared translation; omnidirectional only
+    alpha5: NotNegative = 0.2
 
     laser_model_type: Annotated[str, one_of(LASER_MODELS)] = "likelihood_field"
     max_beams: Annotated[int, at_least(2)] = 60  # of a scan, evenly spaced
     laser_max_range: float = 100.0  # [m] beyond which there is no return; 0 or less: the scan's own
     laser_min_range: float = -1.0  # [m] up to which there is no return; 0 or less: the scan's own
-    laser_likelihood_max_dist: Positive = 2.0  # [m] an obstacle farther from a return is taken to be that far
+    # [m] an obstacle farther from a return is taken to be that far
+    laser_likelihood_max_dist: Positive = 2.0
     sigma_hit: Positive = 0.2  # [m] standard deviation of a return about an obstacle
     z_hit: NotNegative = 0.5  # [-] share of returns from what is on the map
     z_rand: NotNegative = 0.5  # [-] share of returns from anywhere
     z_max: NotNegative = 0.05  # [-] share of beams without return; beam model only
-    z_short: NotNegative = 0.05  # [-] share of returns from what stands in front of the map; beam model only
+    # [-] share of returns from what stands in front of the map; beam model only
+    z_short: NotNegative = 0.05
     lambda_short: NotNegative = 0.1  # [1/m] by which those fall off with the range
-    do_beamskip: bool = False  # likelihood_field_prob ignores beams that most particles find off the map
-    beam_skip_distance: NotNegative = 0.5  # [m] to an obstacle within which a return agrees with the map
-    beam_skip_threshold: float = 0.3  # [-] share of the particles that must agree for a beam to count
-    beam_skip_error_threshold: float = 0.9  # [-] share of ignored beams from which on none is ignored
+    # likelihood_field_prob ignores beams that most particles find off the map
+    do_beamskip: bool = False
+    # [m] to an obstacle within which a return agrees with the map
+    beam_skip_distance: NotNegative = 0.5
+    # [-] share of the particles that must agree for a beam to count
+    beam_skip_threshold: float = 0.3
+    # [-] share of ignored beams from which on none is ignored
+    beam_skip_error_threshold: float = 0.9
 
     min_particles: PositiveInt = 500
     max_particles: PositiveInt = 2000
     pf_err: Positive = 0.05  # [-] allowed distance between the true distribution and the particles'
-    pf_z: NotNegative = 0.99  # [-] quantile of the normal distribution for the probability of staying within pf_err
+    # [-] quantile of the normal distribution for the probability of staying within pf_err
+    pf_z: NotNegative = 0.99
     resample_interval: PositiveInt = 1  # scans that count between two resamplings
-    recovery_alpha_slow: NotNegative = 0.0  # [-] rate of the slow average of the weights; 0: no random particles
+    # [-] rate of the slow average of the weights; 0: no random particles
+    recovery_alpha_slow: NotNegative = 0.0
     recovery_alpha_fast: NotNegative = 0.0  # [-] rate of the fast one
-    recovery_candidates: NotNegativeInt = 0  # poses anywhere of which a scan picks the random particles; 0: they are
+    # poses anywhere of which a scan picks the random particles; 0: they are
+    recovery_candidates: NotNegativeInt = 0
     # just anywhere, as in Nav2, which has no such parameter
     update_min_d: NotNegative = 0.25  # [m] along x or y of odometry after which a scan counts
     update_min_a: NotNegative = 0.2  # [rad] of rotation after which a scan counts

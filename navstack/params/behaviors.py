@@ -7,7 +7,10 @@ from navstack.params.checks import NotNegative, Positive, check, require
 
 @dataclass(frozen=True, slots=True)
 class BehaviorServerParams:
-    """``behavior_server``; as in Nav2, what spinning and looking ahead need stands beside the plugins, not in them."""
+    """``behavior_server``.
+
+    As in Nav2, what spinning and looking ahead need stands beside the plugins, not in them.
+    """
 
     cycle_frequency: Positive = 10.0  # [Hz]
     behavior_plugins: tuple[str, ...] = ("spin", "backup", "drive_on_heading", "wait")

@@ -1,4 +1,7 @@
-"""Parameters of the controller server's goal and progress checkers: names and defaults are those of Nav2 Jazzy."""
+"""Parameters of the controller server's goal and progress checkers.
+
+Names and defaults are those of Nav2 Jazzy.
+"""
 
 from dataclasses import dataclass
 

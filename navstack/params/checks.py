@@ -11,7 +11,10 @@ from navstack.errors import ParameterError
 
 @dataclass(frozen=True, slots=True)
 class Allowed:
-    """What the value of a field may be, where its type alone does not say it; a field that is None may be so."""
+    """What the value of a field may be, where its type alone does not say it.
+
+    A field that is None may be so.
+    """
 
     text: str  # as it follows "must be"
     admits: Callable[[Any], bool]
@@ -64,7 +67,9 @@ def check(params: Any, whose: str = "", *, finite: bool = False) -> None:
 def _checked_fields(kind: Any) -> tuple[tuple[str, Allowed | None], ...]:
     """Name of each field of a dataclass, and what it allows beside its type."""
     hints = get_type_hints(kind, include_extras=True)
-    return tuple((name, next(iter(getattr(hint, "__metadata__", ())), None)) for name, hint in hints.items())
+    return tuple(
+        (name, next(iter(getattr(hint, "__metadata__", ())), None)) for name, hint in hints.items()
+    )
 
 
 def require(params: Any, name: str, is_right: bool, allowed: str, whose: str = "") -> None:

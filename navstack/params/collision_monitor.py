@@ -1,4 +1,7 @@
-"""Parameters of the collision monitor: names and defaults are those of Nav2 Jazzy's ``nav2_collision_monitor``."""
+"""Parameters of the collision monitor.
+
+Names and defaults are those of Nav2 Jazzy's ``nav2_collision_monitor``.
+"""
 
 import math
 from collections.abc import Mapping
@@ -30,7 +33,9 @@ def parse_polygon(text: str) -> FloatArray:
     """
     vertices = parse_vertices(text)
     if vertices is None or len(vertices) < FEWEST_VERTICES:
-        raise ParameterError(f"points '{text}' is not a list of at least {FEWEST_VERTICES} pairs [x, y] in metres")
+        raise ParameterError(
+            f"points '{text}' is not a list of at least {FEWEST_VERTICES} pairs [x, y] in metres"
+        )
     return make_footprint(vertices).astype(np.float32).astype(np.float64)
 
 
@@ -43,19 +48,28 @@ class VelocityPolygonParams:
     linear_max: float = 0.0  # [m/s]
     theta_min: float = 0.0  # [rad/s]
     theta_max: float = 0.0  # [rad/s]
-    direction_start_angle: float = -math.pi  # [rad] of the direction of travel, if the robot is holonomic
+    # [rad] of the direction of travel, if the robot is holonomic
+    direction_start_angle: float = -math.pi
     direction_end_angle: float = math.pi  # [rad]; less than the start: the range goes through pi
 
     def __post_init__(self) -> None:
         parse_polygon(self.points)
 
     def covers(self, x: float, y: float, yaw_rate: float, is_holonomic: bool) -> bool:
-        """Whether a velocity in [m/s, m/s, rad/s] lies in the ranges (Jazzy's; main compares the speed, not x)."""
-        covers = self.linear_min <= x <= self.linear_max and self.theta_min <= yaw_rate <= self.theta_max
+        """Whether a velocity in [m/s, m/s, rad/s] lies in the ranges (Jazzy's.
+
+        Main compares the speed, not x).
+        """
+        covers = (
+            self.linear_min <= x <= self.linear_max and self.theta_min <= yaw_rate <= self.theta_max
+        )
         if not is_holonomic or not covers:
             return covers
         direction = math.atan2(y, x)
-        after_start, before_end = direction >= self.direction_start_angle, direction <= self.direction_end_angle
+        after_start, before_end = (
+            direction >= self.direction_start_angle,
+            direction <= self.direction_end_angle,
+        )
         if self.direction_start_angle <= self.direction_end_angle:
             return after_start and before_end
         return after_start or before_end
@@ -68,19 +82,27 @@ class PolygonParams:
     type: Annotated[str, one_of(SHAPES)] = ""  # one of SHAPES
     action_type: Annotated[str, one_of(ACTIONS)] = ""  # one of ACTIONS
     enabled: bool = True
-    points: str | None = None  # "[[x, y], ...]" in [m], base frame; absent: the footprint of the local costmap
-    polygon_sub_topic: str | None = None  # may be that footprint's; no other polygon is published here
+    # "[[x, y], ...]" in [m], base frame; absent: the footprint of the local costmap
+    points: str | None = None
+    # may be that footprint's; no other polygon is published here
+    polygon_sub_topic: str | None = None
     radius: float | None = None  # [m] of a circle
-    velocity_polygons: tuple[str, ...] = field(default_factory=tuple)  # the first one that covers the velocity counts
-    shapes: Mapping[str, VelocityPolygonParams] = field(default_factory=dict)  # by the names just above
-    holonomic: bool = False  # the polygons of a velocity_polygon look at the direction of travel too
-    sources_names: tuple[str, ...] = field(default_factory=tuple)  # observation sources that count; none: all
-    min_points: int = 4  # points inside that trigger the action; Nav2 keeps the low 32 bits, see trigger_count
+    # the first one that covers the velocity counts
+    velocity_polygons: tuple[str, ...] = field(default_factory=tuple)
+    # by the names just above
+    shapes: Mapping[str, VelocityPolygonParams] = field(default_factory=dict)
+    # the polygons of a velocity_polygon look at the direction of travel too
+    holonomic: bool = False
+    # observation sources that count; none: all
+    sources_names: tuple[str, ...] = field(default_factory=tuple)
+    # points inside that trigger the action; Nav2 keeps the low 32 bits, see trigger_count
+    min_points: int = 4
     max_points: int | None = None  # older name: one point less than min_points
     slowdown_ratio: NotNegative = 0.5  # [-] of the velocity that slowdown leaves
     linear_limit: NotNegative = 0.5  # [m/s] that limit leaves
     angular_limit: NotNegative = 0.5  # [rad/s]
-    limit_keeps_curvature: bool = False  # limit slows all axes alike, as Nav2 main does; False: each for itself
+    # limit slows all axes alike, as Nav2 main does; False: each for itself
+    limit_keeps_curvature: bool = False
     time_before_collision: Positive = 2.0  # [s] that approach looks ahead and keeps
     simulation_time_step: Positive = 0.1  # [s] between the places it looks at
 
@@ -92,9 +114,19 @@ class PolygonParams:
             )
         check(self)
         if self.type == "circle":
-            require(self, "radius", self.radius is not None and self.radius > 0.0, "more than 0 for a circle")
+            require(
+                self,
+                "radius",
+                self.radius is not None and self.radius > 0.0,
+                "more than 0 for a circle",
+            )
         if self.type == "velocity_polygon":
-            require(self, "velocity_polygons", len(self.velocity_polygons) > 0, "the names of one polygon or more")
+            require(
+                self,
+                "velocity_polygons",
+                len(self.velocity_polygons) > 0,
+                "the names of one polygon or more",
+            )
         if self.type == "polygon":
             self._check_polygon()
 
@@ -102,8 +134,8 @@ class PolygonParams:
     def trigger_count(self) -> int:
         """Points inside from which on the action is triggered.
 
-        Nav2 stores the number as a 32-bit integer: 6,000,000,000 becomes 1,705,032,704, which no sensor reaches, and
-        3,000,000,000 becomes negative, so that no point at all is enough.
+        Nav2 stores the number as a 32-bit integer: 6,000,000,000 becomes 1,705,032,704, which no
+        sensor reaches, and 3,000,000,000 becomes negative, so that no point at all is enough.
         """
         count = self.min_points if self.max_points is None else self.max_points + 1
         return (count + 2**31) % 2**32 - 2**31
@@ -112,13 +144,23 @@ class PolygonParams:
         if self.points is not None:
             parse_polygon(self.points)
         elif self.action_type != "approach":
-            is_footprint = self.polygon_sub_topic is not None and "footprint" in self.polygon_sub_topic
-            require(self, "polygon_sub_topic", is_footprint, "a footprint's topic where 'points' are absent")
+            is_footprint = (
+                self.polygon_sub_topic is not None and "footprint" in self.polygon_sub_topic
+            )
+            require(
+                self,
+                "polygon_sub_topic",
+                is_footprint,
+                "a footprint's topic where 'points' are absent",
+            )
 
 
 @dataclass(frozen=True, slots=True)
 class MonitorSourceParams:
-    """One of the ``observation_sources``. A ``scan`` or ``pointcloud`` reads the robot's one scan; others are unfed."""
+    """One of the ``observation_sources``. A ``scan`` or ``pointcloud`` reads the robot's one scan.
+
+    Others are unfed.
+    """
 
     type: Annotated[str, one_of(SCAN_SOURCES + OTHER_SOURCES)] = "scan"
     enabled: bool = True
@@ -138,18 +180,22 @@ class CollisionMonitorParams:
     """``collision_monitor`` (``collision_monitor_node.cpp``)."""
 
     enabled: bool = True  # False: only stale sources stop the robot
-    source_timeout: float = 2.0  # [s] age from which on a source is stale and stops the robot; 0: never
+    # [s] age from which on a source is stale and stops the robot; 0: never
+    source_timeout: float = 2.0
     base_shift_correction: bool = True  # points are moved by the odometry since their scan
     polygons: tuple[str, ...] = field(default_factory=tuple)
     observation_sources: tuple[str, ...] = field(default_factory=tuple)
     zones: Mapping[str, PolygonParams] = field(default_factory=dict)  # by the names in polygons
-    sources: Mapping[str, MonitorSourceParams] = field(default_factory=dict)  # by the names in observation_sources
+    # by the names in observation_sources
+    sources: Mapping[str, MonitorSourceParams] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name, zone in self.zones.items():
             for source in zone.sources_names:
                 if source not in self.observation_sources:
-                    raise UnknownNameError(f"source in {name}.sources_names", source, self.observation_sources)
+                    raise UnknownNameError(
+                        f"source in {name}.sources_names", source, self.observation_sources
+                    )
 
     def timeout_of(self, source: MonitorSourceParams) -> float:
         """The age in [s] from which on a source is stale; 0: never."""

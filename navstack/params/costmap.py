@@ -1,7 +1,10 @@
-"""Parameters of a layered costmap: names and defaults are those of Nav2 Jazzy's ``nav2_costmap_2d``.
+"""Parameters of a layered costmap.
 
-The layers stand in :attr:`CostmapParams.layers` under their instance names; ``plugins`` and then ``filters`` give their
-order. A layer's type selects its dataclass in ``navstack.params.registry.costmaps``.
+Names and defaults are those of Nav2 Jazzy's ``nav2_costmap_2d``.
+
+The layers stand in :attr:`CostmapParams.layers` under their instance names; ``plugins`` and then
+``filters`` give their order. A layer's type selects its dataclass in
+``navstack.params.registry.costmaps``.
 """
 
 import math
@@ -20,7 +23,8 @@ from navstack.types import FloatArray
 
 OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN = 0, 1, 2  # values of combination_method
 CIRCLE_VERTICES = 16  # of a footprint made from robot_radius
-# Names of numbers that stand for a choice: the known ones, and the one that Nav2 takes in place of any other.
+# Names of numbers that stand for a choice: the known ones, and the one that Nav2 takes in place of
+# any other.
 CHOICES: dict[str, tuple[tuple[int, ...], int]] = {
     "combination_method": ((OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN), MAXIMUM),
     "group_connectivity_type": ((4, 8), 8),
@@ -29,7 +33,10 @@ CHOICES: dict[str, tuple[tuple[int, ...], int]] = {
 
 @dataclass(frozen=True, slots=True)
 class StaticLayerParams:
-    """``static_layer.cpp``; what all layers share (thresholds, unknown cells) stands in :class:`CostmapParams`."""
+    """``static_layer.cpp``.
+
+    What all layers share (thresholds, unknown cells) stands in :class:`CostmapParams`.
+    """
 
     enabled: bool = True
 
@@ -44,9 +51,12 @@ class ObservationSourceParams:
     obstacle_min_range: NotNegative = 0.0  # [m] nearer returns do not mark
     raytrace_max_range: NotNegative = 3.0  # [m] beams clear up to here
     raytrace_min_range: NotNegative = 0.0  # [m] beams clear from here
-    inf_is_valid: bool = False  # a beam without return clears (as if it ended at range_max); False: it says nothing
-    observation_persistence: NotNegative = 0.0  # [s] scans are applied again for so long; 0: the newest only
-    expected_update_rate: NotNegative = 0.0  # [s] between scans; the costmap is not current when they stay away; 0: any
+    # a beam without return clears (as if it ended at range_max); False: it says nothing
+    inf_is_valid: bool = False
+    # [s] scans are applied again for so long; 0: the newest only
+    observation_persistence: NotNegative = 0.0
+    # [s] between scans; the costmap is not current when they stay away; 0: any
+    expected_update_rate: NotNegative = 0.0
 
     def __post_init__(self) -> None:
         check(self, "observation source")
@@ -60,9 +70,11 @@ class ObstacleLayerParams:
     footprint_clearing_enabled: bool = True  # cells under the robot are free in this layer
     min_obstacle_height: float = 0.0  # [m] lower points do not mark; a planar scan has no heights
     max_obstacle_height: float = 2.0  # [m] higher points do not mark
-    combination_method: int = MAXIMUM  # with the layers below: 0 overwrite, 2 maximum but unknown stays, else maximum
+    # with the layers below: 0 overwrite, 2 maximum but unknown stays, else maximum
+    combination_method: int = MAXIMUM
     observation_sources: tuple[str, ...] = ()
-    sources: Mapping[str, ObservationSourceParams] = field(default_factory=dict)  # by the names just above
+    # by the names just above
+    sources: Mapping[str, ObservationSourceParams] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         _take_choice(self, "combination_method")
@@ -70,7 +82,9 @@ class ObstacleLayerParams:
     @property
     def active_sources(self) -> tuple[ObservationSourceParams, ...]:
         """The sources in their order; one that is named but not described has Nav2's defaults."""
-        return tuple(self.sources.get(name, ObservationSourceParams()) for name in self.observation_sources)
+        return tuple(
+            self.sources.get(name, ObservationSourceParams()) for name in self.observation_sources
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,10 +93,12 @@ class InflationLayerParams:
 
     enabled: bool = True
     inflation_radius: NotNegative = 0.55  # [m]
-    cost_scaling_factor: NotNegative = 10.0  # [1/m] how fast the cost falls beyond the inscribed radius
+    # [1/m] how fast the cost falls beyond the inscribed radius
+    cost_scaling_factor: NotNegative = 10.0
     inflate_unknown: bool = False  # unknown cells take any cost > 0; False: only 253 and more
     inflate_around_unknown: bool = False  # unknown cells inflate as obstacles do
-    distance_steps: NotNegativeInt = 0  # [1/cell] Nav2 main rounds distances to so many steps per cell (100 there); 0:
+    # [1/cell] Nav2 main rounds distances to so many steps per cell (100 there); 0:
+    distance_steps: NotNegativeInt = 0
     # exact
 
     def __post_init__(self) -> None:
@@ -94,8 +110,10 @@ class DenoiseLayerParams:
     """``denoise_layer.cpp``."""
 
     enabled: bool = True
-    minimal_group_size: int = 2  # [cells] smaller groups of obstacle cells are freed; 1 or less: none
-    group_connectivity_type: int = 8  # neighbours that make a group: 4, else 8 with the diagonal ones
+    # [cells] smaller groups of obstacle cells are freed; 1 or less: none
+    minimal_group_size: int = 2
+    # neighbours that make a group: 4, else 8 with the diagonal ones
+    group_connectivity_type: int = 8
 
     def __post_init__(self) -> None:
         _take_choice(self, "group_connectivity_type")
@@ -137,7 +155,8 @@ class CostmapParams:
     track_unknown_space: bool = False  # cells start unknown instead of free
     lethal_cost_threshold: int = 100  # [%] occupancy from which a cell of the map is lethal
     trinary_costmap: bool = True  # map cells below the threshold are free; False: scaled
-    use_maximum: bool = False  # the static layer keeps higher costs of the layers before it; False: it overwrites them
+    # the static layer keeps higher costs of the layers before it; False: it overwrites them
+    use_maximum: bool = False
     plugins: tuple[str, ...] = ("static_layer", "obstacle_layer", "inflation_layer")
     filters: tuple[str, ...] = field(
         default_factory=tuple
@@ -148,7 +167,9 @@ class CostmapParams:
         check(self)
         for name in (*self.plugins, *self.filters):
             if name not in self.layers:
-                raise ParameterError(f"costmap plugin '{name}' is not described; described: {', '.join(self.layers)}")
+                raise ParameterError(
+                    f"costmap plugin '{name}' is not described; described: {', '.join(self.layers)}"
+                )
 
     def enabled_layers(self, names: tuple[str, ...]) -> dict[str, LayerParams]:
         """The enabled ones of ``plugins`` or of ``filters``, in the order in which they write."""
@@ -157,13 +178,17 @@ class CostmapParams:
     @property
     def has_keepout_filter(self) -> bool:
         """Whether a keepout filter is listed, enabled or not."""
-        return any(isinstance(self.layers[name], KeepoutFilterParams) for name in (*self.plugins, *self.filters))
+        return any(
+            isinstance(self.layers[name], KeepoutFilterParams)
+            for name in (*self.plugins, *self.filters)
+        )
 
 
 def robot_footprint(params: CostmapParams) -> FloatArray:
     """The unpadded footprint polygon (N, 2) in [m], base frame (``footprint.cpp``).
 
-    Text is parsed to single precision as Nav2 does; an empty one gives the circle of ``robot_radius``.
+    Text is parsed to single precision as Nav2 does; an empty one gives the circle of
+    ``robot_radius``.
 
     Raises:
         ParameterError: the text is not a list of at least three pairs.

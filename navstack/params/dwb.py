@@ -1,6 +1,7 @@
 """Parameters of the DWB local planner and its critics: names and defaults are those of Nav2 Jazzy.
 
-Each critic has its own dataclass; :class:`DwbParams` holds them under the critic's name, as ``FollowPath.<Critic>.*``.
+Each critic has its own dataclass; :class:`DwbParams` holds them under the critic's name, as
+``FollowPath.<Critic>.*``.
 """
 
 import math
@@ -13,8 +14,8 @@ from navstack.params.expected_contact import DwbContactParams
 
 MOST_SAMPLES = 100_000  # trajectories per cycle; Nav2's defaults make about 400
 
-# Where a file names no critics: critic -> ROS 1's parameter that gives its scale, and the scale where that is absent
-# (loadBackwardsCompatibleParameters in dwb_local_planner.cpp).
+# Where a file names no critics: critic -> ROS 1's parameter that gives its scale, and the scale
+# where that is absent (loadBackwardsCompatibleParameters in dwb_local_planner.cpp).
 FALLBACK_SCALES = {
     "PathAlign": ("path_distance_bias", 32.0),
     "PathDist": ("path_distance_bias", 32.0),
@@ -41,7 +42,8 @@ class OscillationParams:
     oscillation_reset_dist: float = 0.05  # [m]; negative: never by distance
     oscillation_reset_angle: float = 0.2  # [rad]; negative: never by angle
     oscillation_reset_time: float = -1.0  # [s]; negative: never by time
-    x_only_threshold: float = 0.05  # [m/s]; faster than this only x is watched; negative: always watch all
+    # [m/s]; faster than this only x is watched; negative: always watch all
+    x_only_threshold: float = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,20 +120,23 @@ class DwbParams:
     trajectory_generator_name: str = "dwb_plugins::StandardTrajectoryGenerator"
     prune_plan: bool = True  # forget the part of the plan that has been passed
     prune_distance: float = 2.0  # [m] kept of the plan behind the robot
-    forward_prune_distance: float = 2.0  # [m] kept ahead, along the straight line; negative: everything
+    # [m] kept ahead, along the straight line; negative: everything
+    forward_prune_distance: float = 2.0
     shorten_transformed_plan: bool = True  # show the critics forward_prune_distance only
     short_circuit_trajectory_evaluation: bool = True  # accepted; it never changes the winner
     debug_trajectory_details: bool = False  # accepted; rejections per critic are always counted
     xy_goal_tolerance: float = 0.25  # [m] within which RotateToGoal acts
     trans_stopped_velocity: float = 0.25  # [m/s] at or below which the robot has stopped
-    path_length_tolerance: float = math.inf  # [m] Nav2 main's RotateToGoal also wants the plan this short (1.0 there)
+    # [m] Nav2 main's RotateToGoal also wants the plan this short (1.0 there)
+    path_length_tolerance: float = math.inf
 
     min_vel_x: float = 0.0  # [m/s]
     max_vel_x: float = 0.0  # [m/s]
     min_vel_y: float = 0.0  # [m/s]
     max_vel_y: float = 0.0  # [m/s]
     max_vel_theta: float = 0.0  # [rad/s]
-    min_speed_xy: float = 0.0  # [m/s] a slower sample is dropped if it also turns slower than min_speed_theta
+    # [m/s] a slower sample is dropped if it also turns slower than min_speed_theta
+    min_speed_xy: float = 0.0
     max_speed_xy: float = 0.0  # [m/s]; negative: no limit
     min_speed_theta: float = 0.0  # [rad/s]
     acc_lim_x: float = 0.0  # [m/s2]
@@ -151,7 +156,8 @@ class DwbParams:
     linear_granularity: float = 0.5  # [m] between poses at most
     angular_granularity: float = 0.025  # [rad] between poses at most
     include_last_point: bool = True  # the last pose twice
-    limit_vel_cmd_in_traj: bool = False  # command the first velocity of the ramp instead of the sample
+    # command the first velocity of the ramp instead of the sample
+    limit_vel_cmd_in_traj: bool = False
 
     RotateToGoal: RotateToGoalParams = field(default_factory=RotateToGoalParams)
     Oscillation: OscillationParams = field(default_factory=OscillationParams)
@@ -163,8 +169,10 @@ class DwbParams:
     GoalDist: DistParams = field(default_factory=DistParams)
     PreferForward: PreferForwardParams = field(default_factory=PreferForwardParams)
     Twirling: TwirlingParams = field(default_factory=TwirlingParams)
-    ExpectedContact: DwbContactParams = field(default_factory=DwbContactParams)  # this program's own
-    named_critics: Mapping[str, NamedCritic] = field(default_factory=dict)  # those in ``critics`` with a ``class``
+    # this program's own
+    ExpectedContact: DwbContactParams = field(default_factory=DwbContactParams)
+    # those in ``critics`` with a ``class``
+    named_critics: Mapping[str, NamedCritic] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check that the samples fit into memory.

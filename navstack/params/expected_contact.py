@@ -2,14 +2,22 @@
 
 from dataclasses import dataclass
 
-from navstack.params.checks import NotNegative, NotNegativeInt, Positive, PositiveInt, check, require
+from navstack.params.checks import (
+    NotNegative,
+    NotNegativeInt,
+    Positive,
+    PositiveInt,
+    check,
+    require,
+)
 
 
 @dataclass(frozen=True, slots=True)
 class ContactPrices:
     """What a contact costs and how sure predictions are; as in ``ExpectedCostParams``."""
 
-    contact_usd: tuple[float, ...] = (31.3, 31.3, 37.0, 44.1, 52.9, 64.1)  # [USD] at a closing speed of 0, 1, .. m/s
+    # [USD] at a closing speed of 0, 1, .. m/s
+    contact_usd: tuple[float, ...] = (31.3, 31.3, 37.0, 44.1, 52.9, 64.1)
     counted_speed: NotNegative = 1.0  # [m/s] closing speed from which on a contact counts
     speed_std: Positive = 0.2  # [m/s] of the predicted closing speed
     touch_usd: NotNegative = 15.0  # [USD] what follows a touch of any kind

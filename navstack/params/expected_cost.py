@@ -22,8 +22,8 @@ class DeliveryPrices:
 class ExpectedCostParams:
     """``navstack::ExpectedCostController``; docs/expected_cost.md has the formulas.
 
-    Prices are those of the robot's owner. Defaults are CostNav's (arXiv 2511.20216, appendix); who builds the
-    controller for a simulated study hands it the prices of that study instead.
+    Prices are those of the robot's owner. Defaults are CostNav's (arXiv 2511.20216, appendix); who
+    builds the controller for a simulated study hands it the prices of that study instead.
     """
 
     max_speed: Positive = 2.0  # [m/s] a runner's pace
@@ -40,45 +40,63 @@ class ExpectedCostParams:
     turn_gain: Positive = 2.5  # [1/s] yaw rate wanted per angle off the field's descent
     max_tracks: Annotated[int, within(1, 50)] = 8  # people that are looked at, the nearest
     range: NotNegative = 12.0  # [m] up to which they are looked at
-    replan_length_ratio: Positive = 1.3  # plan over field's way from which on the field is made anew
-    corridor: NotNegative = 0.0  # [m] beside the planner's path within which the field leads to the goal; 0: anywhere
+    # plan over field's way from which on the field is made anew
+    replan_length_ratio: Positive = 1.3
+    # [m] beside the planner's path within which the field leads to the goal; 0: anywhere
+    corridor: NotNegative = 0.0
     clearance_period: Positive = 0.2  # [s] between two looks at the local costmap
-    evades_at_rest: bool = True  # gives way also while it stands, after arrival, and where Nav2 would recover
+    # gives way also while it stands, after arrival, and where Nav2 would recover
+    evades_at_rest: bool = True
 
-    contact_usd: tuple[float, ...] = (31.3, 31.3, 37.0, 44.1, 52.9, 64.1)  # [USD] of a counted contact at a closing
-    # speed of 0, 1, .. m/s: injury curves of Wang 2022 times NHTSA's costs; slower than counted, as at counted_speed
-    counted_speed: NotNegative = 1.0  # [m/s] closing speed from which on a contact counts: 50 N s over 50 kg
+    # [USD] of a counted contact at a closing
+    contact_usd: tuple[float, ...] = (31.3, 31.3, 37.0, 44.1, 52.9, 64.1)
+    # speed of 0, 1, .. m/s: injury curves of Wang 2022 times NHTSA's costs; slower than counted, as
+    # at counted_speed [m/s] closing speed from which on a contact counts: 50 N s over 50 kg
+    counted_speed: NotNegative = 1.0
     speed_std: Positive = 0.2  # [m/s] of the predicted closing speed
-    touch_usd: NotNegative = 15.0  # [USD] what follows a touch of any kind: spilt food, a push into something
+    # [USD] what follows a touch of any kind: spilt food, a push into something
+    touch_usd: NotNegative = 15.0
     squeeze_usd: NotNegative = 40.0  # [USD] what a touch costs more between a person and a wall
     squeeze_width: Positive = 0.6  # [m] to the wall at which that begins
     wall_usd: NotNegative = 60.0  # [USD] of hitting property or leaving the walkable ground
-    inside_usd: NotNegative = 30.0  # [USD/(m s)] being in somebody's or something's place: what shows the way out
-    shake_usd: NotNegative = 0.03  # [USD s3/m2] of acceleration, forward and to the side: what it spills
-    second_usd: NotNegative = 0.15  # [USD/s] of delay: as long as it is under way, people run into the robot
+    # [USD/(m s)] being in somebody's or something's place: what shows the way out
+    inside_usd: NotNegative = 30.0
+    # [USD s3/m2] of acceleration, forward and to the side: what it spills
+    shake_usd: NotNegative = 0.03
+    # [USD/s] of delay: as long as it is under way, people run into the robot
+    second_usd: NotNegative = 0.15
     impatience_time: Positive = 20.0  # [s] without progress that double the price of a second
     late_usd: NotNegative = 6.98  # [USD] of being late: the fee not earned, and paid back
     time_limit: Positive = 241.0  # [s] after which the delivery is late
     lateness_std: Positive = 20.0  # [s] of the time that the rest of the way takes
-    caution_time: Positive = 6.0  # [s] over which what may happen falls to 1/e: the robot decides anew until then
-    alarm_usd: NotNegative = 0.03  # [USD] of risk from which on all motions are compared, not the few of an empty
+    # [s] over which what may happen falls to 1/e: the robot decides anew until then
+    caution_time: Positive = 6.0
+    # [USD] of risk from which on all motions are compared, not the few of an empty
+    alarm_usd: NotNegative = 0.03
     # street
 
-    switch_usd: NotNegative = 0.03  # [USD] by which another motion must be cheaper than the one under way ..
-    switch_share: NotNegative = 0.3  # .. and by this share of what people and walls make of that one's cost
+    # [USD] by which another motion must be cheaper than the one under way ..
+    switch_usd: NotNegative = 0.03
+    # .. and by this share of what people and walls make of that one's cost
+    switch_share: NotNegative = 0.3
 
-    position_std: NotNegative = 0.1  # [m] of a person's predicted place, beside the track's covariance
+    # [m] of a person's predicted place, beside the track's covariance
+    position_std: NotNegative = 0.1
     drift_std: NotNegative = 0.1  # [m/s] by which that grows
     standing_std: NotNegative = 0.3  # [m/s] the same of who stands: they may set out
     standing_speed: float = 0.3  # [m/s] up to which a person stands
-    turning_std: NotNegative = 0.6  # [m/s] the same from where somebody reaches the edge of the walkable ground and
+    # [m/s] the same from where somebody reaches the edge of the walkable ground and
+    turning_std: NotNegative = 0.6
     # turns
-    corner_weight: Annotated[float, within(0.0, 0.5)] = 0.3  # of each of the two turns that are expected round a convex
+    # of each of the two turns that are expected round a convex
+    corner_weight: Annotated[float, within(0.0, 0.5)] = 0.3
     # corner; 0: none
     unsure_std: Positive = 0.3  # [m] of the believed place at which the robot drives half as fast
     wall_std: NotNegative = 0.03  # [m] of the distance to what does not move
 
     def __post_init__(self) -> None:
         check(self, _WHOSE)
-        require(self, "contact_usd", len(self.contact_usd) >= 2, "a list of two prices or more", _WHOSE)
+        require(
+            self, "contact_usd", len(self.contact_usd) >= 2, "a list of two prices or more", _WHOSE
+        )
         require(self, "contact_usd", min(self.contact_usd) >= 0.0, "0 or more each", _WHOSE)

@@ -1,6 +1,7 @@
 """Algorithms of other packages, found through the entry-point group ``navstack.plugins``.
 
-A package declares an entry point of the group for each of its algorithms; the name is free, the object is an
+A package declares an entry point of the group for each of its algorithms; the name is free, the
+object is an
 :class:`Extension`. From then on Nav2 files may name its type as they name one of Nav2's.
 """
 
@@ -30,14 +31,16 @@ NEEDS = {  # family to which a package can add -> what its factories take behind
 class Extension:
     """One algorithm of another package.
 
-    ``make`` is called as those of this program are: a controller with its parameters, the padded footprint (V, 2) in
-    [m], the control frequency in [Hz] and the goal checker's xy tolerance in [m]; a critic of DWB with its parameters
-    and DWB's; a planner with its parameters and the robot's shape; a localizer with its parameters, which stand in the
-    file's node ``localizer``, and the occupancy grid that it may match scans against.
+    ``make`` is called as those of this program are: a controller with its parameters, the padded
+    footprint (V, 2) in [m], the control frequency in [Hz] and the goal checker's xy tolerance in
+    [m]; a critic of DWB with its parameters and DWB's; a planner with its parameters and the
+    robot's shape; a localizer with its parameters, which stand in the file's node ``localizer``,
+    and the occupancy grid that it may match scans against.
     """
 
     family: str  # of NEEDS
-    type: str  # its name in a Nav2 file (a localizer's: in a stack file), with the package: my_robot::Cautious
+    # its name in a Nav2 file (a localizer's: in a stack file), with the package: my_robot::Cautious
+    type: str
     params: Params  # frozen dataclass whose fields are the parameters, with defaults
     make: Callable[..., Any]
     inputs: tuple[str, ...] = ()  # of a localizer: what it cannot work without, of INPUTS
@@ -46,16 +49,25 @@ class Extension:
         """Check what other packages may get wrong.
 
         Raises:
-            ParameterError: an unknown family, a type without package or one that Nav2 has, or no dataclass.
+            ParameterError: an unknown family, a type without package or one that Nav2 has, or no
+                dataclass.
         """
         if self.family not in NEEDS:
-            raise ParameterError(f"'{self.type}': unknown family '{self.family}'; known: {', '.join(NEEDS)}")
+            raise ParameterError(
+                f"'{self.type}': unknown family '{self.family}'; known: {', '.join(NEEDS)}"
+            )
         if not all(self.type.partition("::")) or self.type in FAMILIES.get(self.family, {}):
-            raise ParameterError(f"'{self.type}' is no name of a plug-in's own; give package::Class, e.g. mine::Slow")
+            raise ParameterError(
+                f"'{self.type}' is no name of a plug-in's own; give package::Class, e.g. mine::Slow"
+            )
         if not (isinstance(self.params, type) and dataclasses.is_dataclass(self.params)):
-            raise ParameterError(f"'{self.type}': params is {self.params!r}; give a dataclass of its parameters")
+            raise ParameterError(
+                f"'{self.type}': params is {self.params!r}; give a dataclass of its parameters"
+            )
         if not set(self.inputs) <= set(INPUTS):
-            raise ParameterError(f"'{self.type}': inputs {self.inputs}; give some of: {', '.join(INPUTS)}")
+            raise ParameterError(
+                f"'{self.type}': inputs {self.inputs}; give some of: {', '.join(INPUTS)}"
+            )
 
 
 @cache
@@ -70,17 +82,27 @@ def extensions() -> tuple[Extension, ...]:
         extension = _loaded(point)
         key = extension.family, extension.type
         if found.setdefault(key, extension) is not extension:
-            raise ParameterError(f"{_named(point)}: '{extension.type}' is there twice; uninstall one of the packages")
+            raise ParameterError(
+                f"{_named(point)}: '{extension.type}' is there twice; uninstall one of the packages"
+            )
     return tuple(found[key] for key in sorted(found))
 
 
 def plugin_packages() -> list[str]:
-    """Names of the installed packages that declare entry points of the group, ascending; none is imported."""
-    return sorted({point.dist.name for point in entry_points(group=GROUP) if point.dist is not None})
+    """Names of the installed packages that declare entry points of the group, ascending.
+
+    None is imported.
+    """
+    return sorted(
+        {point.dist.name for point in entry_points(group=GROUP) if point.dist is not None}
+    )
 
 
 def algorithms(family: str) -> dict[str, Entry]:
-    """The algorithms of a family that run here, by type: this program's, then those of other packages."""
+    """The algorithms of a family that run here, by type.
+
+    This program's, then those of other packages.
+    """
     own = {kind: entry for kind, entry in FAMILIES[family].items() if entry.is_available}
     return own | {each.type: _entry(each) for each in extensions() if each.family == family}
 
@@ -92,13 +114,19 @@ def localizers() -> dict[str, LocalizerEntry]:
 
 
 def uses_map(localizer: str) -> bool:
-    """Whether a localizer compares scans with a map, which somebody has to survey; False for one that is unknown."""
+    """Whether a localizer compares scans with a map, which somebody has to survey.
+
+    False for one that is unknown.
+    """
     entry = localizers().get(localizer)
     return entry is not None and entry.uses_map
 
 
 def _entry(extension: Extension) -> Entry:
-    keys = Block(frozenset(field.name for field in dataclasses.fields(extension.params)) | {"plugin", "class"})
+    keys = Block(
+        frozenset(field.name for field in dataclasses.fields(extension.params))
+        | {"plugin", "class"}
+    )
     return Entry(keys, _maker(extension), extension.params, NEEDS[extension.family])
 
 
@@ -122,7 +150,9 @@ def _maker(extension: Extension) -> Callable[..., Any]:
         except NavstackError:
             raise
         except Exception as error:  # whatever a package of somebody else does
-            raise ParameterError(f"'{extension.type}' cannot be made ({error!r}); mend its package") from error
+            raise ParameterError(
+                f"'{extension.type}' cannot be made ({error!r}); mend its package"
+            ) from error
 
     return make
 
@@ -131,9 +161,13 @@ def _loaded(point: EntryPoint) -> Extension:
     try:
         extension = point.load()
     except Exception as error:  # whatever a package of somebody else does when it is imported
-        raise ParameterError(f"{_named(point)} cannot be loaded ({error!r}); mend or uninstall the package") from error
+        raise ParameterError(
+            f"{_named(point)} cannot be loaded ({error!r}); mend or uninstall the package"
+        ) from error
     if not isinstance(extension, Extension):
-        raise ParameterError(f"{_named(point)} is {type(extension).__name__}; it has to be an {Extension.__name__}")
+        raise ParameterError(
+            f"{_named(point)} is {type(extension).__name__}; it has to be an {Extension.__name__}"
+        )
     return extension
 
 

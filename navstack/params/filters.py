@@ -1,6 +1,9 @@
-"""Parameters of the costmap filters and of the nodes that serve their masks: names and defaults of Nav2 Jazzy.
+"""Parameters of the costmap filters and of the nodes that serve their masks.
 
-A filter's ``filter_info_topic`` names a costmap_filter_info_server; its ``mask_topic`` the map server with the mask.
+Names and defaults of Nav2 Jazzy.
+
+A filter's ``filter_info_topic`` names a costmap_filter_info_server; its ``mask_topic`` the map
+server with the mask.
 """
 
 from dataclasses import dataclass
@@ -8,7 +11,8 @@ from typing import Annotated
 
 from navstack.params.checks import check, within
 
-KEEPOUT, SPEED_PERCENT, SPEED_ABSOLUTE = 0, 1, 2  # values of a filter info's type (filter_values.hpp)
+# values of a filter info's type (filter_values.hpp)
+KEEPOUT, SPEED_PERCENT, SPEED_ABSOLUTE = 0, 1, 2
 MAX_NON_OBSTACLE = 252  # highest cost at which the robot's centre may be
 
 
@@ -18,8 +22,10 @@ class KeepoutFilterParams:
 
     enabled: bool = True
     filter_info_topic: str = ""  # of the costmap_filter_info_server that tells where the mask is
-    override_lethal_cost: bool = False  # a robot inside a lethal zone sees the mask at a cost that lets it drive out
-    lethal_override_cost: Annotated[int, within(0, MAX_NON_OBSTACLE)] = MAX_NON_OBSTACLE  # that cost
+    # a robot inside a lethal zone sees the mask at a cost that lets it drive out
+    override_lethal_cost: bool = False
+    # that cost
+    lethal_override_cost: Annotated[int, within(0, MAX_NON_OBSTACLE)] = MAX_NON_OBSTACLE
 
     def __post_init__(self) -> None:
         check(self)
@@ -27,7 +33,10 @@ class KeepoutFilterParams:
 
 @dataclass(frozen=True, slots=True)
 class SpeedFilterParams:
-    """``speed_filter.cpp``; its limit always reaches the controller, whatever the topic in between."""
+    """``speed_filter.cpp``.
+
+    Its limit always reaches the controller, whatever the topic in between.
+    """
 
     enabled: bool = True
     filter_info_topic: str = ""
@@ -37,7 +46,8 @@ class SpeedFilterParams:
 class FilterInfoServerParams:
     """``costmap_filter_info_server``, also under names that end in ``_filter_info_server``."""
 
-    type: int = KEEPOUT  # 0 keepout, 1 speed limit in percent, 2 speed limit in m/s; others are not read here
+    # 0 keepout, 1 speed limit in percent, 2 speed limit in m/s; others are not read here
+    type: int = KEEPOUT
     filter_info_topic: str = "costmap_filter_info"
     mask_topic: str = "filter_mask"
     base: float = 0.0  # a speed limit is base + multiplier * mask value
@@ -46,7 +56,10 @@ class FilterInfoServerParams:
 
 @dataclass(frozen=True, slots=True)
 class MaskServerParams:
-    """``filter_mask_server``, also under names that end in ``_mask_server``: a map server for a mask."""
+    """``filter_mask_server``, also under names that end in ``_mask_server``.
+
+    A map server for a mask.
+    """
 
     yaml_filename: str = ""  # map_server YAML file; a relative path starts at the Nav2 file
     topic_name: str = "map"

@@ -1,6 +1,7 @@
 """Parameters of the GPS-EKF: this program's own node ``gps_ekf``.
 
-Names are those of robot_localization (``ekf_node``, ``navsat_transform_node``) where the meaning is the same.
+Names are those of robot_localization (``ekf_node``, ``navsat_transform_node``) where the meaning is
+the same.
 """
 
 import math
@@ -14,48 +15,72 @@ Engine = Annotated[str, one_of(("kernel", "filterpy"))]
 
 @dataclass(frozen=True, slots=True)
 class GpsEkfParams:
-    """Noise, gates and health of the GPS-EKF. A deviation that a message states itself takes precedence."""
+    """Noise, gates and health of the GPS-EKF.
 
-    engine: Engine = "kernel"  # or filterpy: the same equations by filterpy's ExtendedKalmanFilter, several times
+    A deviation that a message states itself takes precedence.
+    """
+
+    # or filterpy: the same equations by filterpy's ExtendedKalmanFilter, several times
+    engine: Engine = "kernel"
     # slower
 
     odom0_velocity_std: Positive = 0.05  # [m/s] of a wheel odometry that states none
     odom0_yaw_rate_std: Positive = 0.05  # [rad/s] likewise
-    odom0_scale_std: NotNegative = 0.01  # [-] wheel radius at the start; Borenstein & Feng 1996 find ~1 % uncalibrated
-    odom0_scale_walk: NotNegative = 0.0003  # [1/sqrt(s)] tyres, load and ground: 1 % in 20 minutes; assumed
-    odom0_twist_rejection_threshold: Positive = 4.0  # [-] Mahalanobis distance from which on a velocity counts less
-    track_width: NotNegative = 0.5  # [m] between the wheels: what a slipping wheel's yaw rate says of its speed
+    # [-] wheel radius at the start; Borenstein & Feng 1996 find ~1 % uncalibrated
+    odom0_scale_std: NotNegative = 0.01
+    # [1/sqrt(s)] tyres, load and ground: 1 % in 20 minutes; assumed
+    odom0_scale_walk: NotNegative = 0.0003
+    # [-] Mahalanobis distance from which on a velocity counts less
+    odom0_twist_rejection_threshold: Positive = 4.0
+    # [m] between the wheels: what a slipping wheel's yaw rate says of its speed
+    track_width: NotNegative = 0.5
 
-    imu0_yaw_std: Positive = 0.05  # [rad] of an absolute orientation that states none; MEMS units' data sheets: 2
+    # [rad] of an absolute orientation that states none; MEMS units' data sheets: 2
+    imu0_yaw_std: Positive = 0.05
     # degrees
     imu0_yaw_rate_std: Positive = 0.01  # [rad/s] of one sample of a gyro that states none
-    imu0_yaw_rate_bias_std: NotNegative = 0.01  # [rad/s] at the start; MEMS units' data sheets: 0.25 to 1 deg/s
-    imu0_yaw_rate_bias_walk: NotNegative = 1e-4  # [rad/s/sqrt(s)] 0.006 rad/s in 1 h; ADIS16448 of EuRoC: 1.94e-5
-    imu0_pose_rejection_threshold: Positive = 5.0  # [-] Mahalanobis distance from which on the offset is taken to have
+    # [rad/s] at the start; MEMS units' data sheets: 0.25 to 1 deg/s
+    imu0_yaw_rate_bias_std: NotNegative = 0.01
+    # [rad/s/sqrt(s)] 0.006 rad/s in 1 h; ADIS16448 of EuRoC: 1.94e-5
+    imu0_yaw_rate_bias_walk: NotNegative = 1e-4
+    # [-] Mahalanobis distance from which on the offset is taken to have
+    imu0_pose_rejection_threshold: Positive = 5.0
     # jumped
-    imu0_yaw_offset_std: NotNegative = math.pi / math.sqrt(3.0)  # [rad] of the absolute orientation's offset
-    # (declination, mounting, iron) at the start; the default: anywhere. A calibrated dual-antenna heading: 0.05
-    imu0_yaw_offset_walk: NotNegative = 0.02  # [rad/sqrt(s)] of that: 10 degrees in 75 s; assumed, for hard and soft
+    # [rad] of the absolute orientation's offset
+    imu0_yaw_offset_std: NotNegative = math.pi / math.sqrt(3.0)
+    # (declination, mounting, iron) at the start; the default: anywhere. A calibrated dual-antenna
+    # heading: 0.05 [rad/sqrt(s)] of that: 10 degrees in 75 s; assumed, for hard and soft
+    imu0_yaw_offset_walk: NotNegative = 0.02
     # iron change a compass's deviation with the heading and the place (Caruso, SAE 970602, 1997)
-    magnetic_declination_radians: float = 0.0  # [rad] added to the absolute orientation, as navsat_transform does
+    # [rad] added to the absolute orientation, as navsat_transform does
+    magnetic_declination_radians: float = 0.0
     yaw_offset: float = 0.0  # [rad] likewise
-    imu0_relative: bool = False  # the first absolute orientation is taken for the heading of the start
+    # the first absolute orientation is taken for the heading of the start
+    imu0_relative: bool = False
 
-    gps0_position_std: Positive = 2.0  # [m] per axis of a fix that states none; 2.5 m CEP, stand-alone receivers' data
+    # [m] per axis of a fix that states none; 2.5 m CEP, stand-alone receivers' data
+    gps0_position_std: Positive = 2.0
     # sheets
-    gps0_correlated_share: NotNegative = 0.9  # [-] of a fix's variance that is one error for many fixes (multipath,
+    # [-] of a fix's variance that is one error for many fixes (multipath,
+    gps0_correlated_share: NotNegative = 0.9
     # atmosphere), a first-order Gauss-Markov process; assumed: receivers filter what is white
-    gps0_correlation_time: Positive = 20.0  # [s] of that; multipath: 10 to 900 s (Joerger & Pervan 2020, NAVIGATION
+    # [s] of that; multipath: 10 to 900 s (Joerger & Pervan 2020, NAVIGATION
+    gps0_correlation_time: Positive = 20.0
     # 67(3))
-    gps0_rejection_threshold: Positive = 3.717  # [-] Mahalanobis distance; 1 of 1000 fixes is farther off (chi-square,
+    # [-] Mahalanobis distance; 1 of 1000 fixes is farther off (chi-square,
+    gps0_rejection_threshold: Positive = 3.717
     # 2)
-    gps0_lockout_count: PositiveInt = 5  # rejected fixes in succession after which the filter doubts itself
+    # rejected fixes in succession after which the filter doubts itself
+    gps0_lockout_count: PositiveInt = 5
     gps0_lockout_time: NotNegative = 5.0  # [s] that they must span
 
-    acceleration_noise: Positive = 0.3  # [m/s2/sqrt(Hz)] of the forward acceleration: gravity on slopes of 1 to 2
+    # [m/s2/sqrt(Hz)] of the forward acceleration: gravity on slopes of 1 to 2
+    acceleration_noise: Positive = 0.3
     # degrees
-    acceleration_noise_without_imu: Positive = 1.0  # [m/s2/sqrt(Hz)] of a robot whose acceleration nobody measures
-    position_noise: NotNegative = 0.02  # [m/sqrt(m)] slip in any direction: 0.2 m after 100 m; twice Thrun et al., sec.
+    # [m/s2/sqrt(Hz)] of a robot whose acceleration nobody measures
+    acceleration_noise_without_imu: Positive = 1.0
+    # [m/sqrt(m)] slip in any direction: 0.2 m after 100 m; twice Thrun et al., sec.
+    position_noise: NotNegative = 0.02
     # 5.4
     yaw_noise: NotNegative = 0.0005  # [rad/sqrt(s)] besides the gyro's: tilt, sampling; assumed
 

@@ -9,12 +9,15 @@ from navstack.params.checks import NotNegative, Positive, check
 class GracefulParams:
     """``nav2_graceful_controller::GracefulController`` (``parameter_handler.cpp``)."""
 
-    min_lookahead: NotNegative = 0.25  # [m] along the path to the nearest target, before the end comes into reach
+    # [m] along the path to the nearest target, before the end comes into reach
+    min_lookahead: NotNegative = 0.25
     max_lookahead: Positive = 1.0  # [m] to the farthest
-    max_robot_pose_search_dist: float | None = None  # [m] along the path in which the robot is looked for
+    # [m] along the path in which the robot is looked for
+    max_robot_pose_search_dist: float | None = None
     # (absent: half the local costmap's width; negative: the whole path)
 
-    k_phi: NotNegative = 2.0  # [-] how fast the bearing converges against the distance; 0: only drives to the position
+    # [-] how fast the bearing converges against the distance; 0: only drives to the position
+    k_phi: NotNegative = 2.0
     k_delta: NotNegative = 1.0  # [-] how much faster the steering converges than the bearing
     beta: NotNegative = 0.4  # [m^lambda] how much a curve slows down
     lambda_: NotNegative = 2.0  # [-] how sharply it does; ``lambda`` in a file
@@ -22,13 +25,16 @@ class GracefulParams:
     v_linear_max: Positive = 0.5  # [m/s]
     v_angular_max: NotNegative = 1.0  # [rad/s]
     v_angular_min_in_place: NotNegative = 0.25  # [rad/s] of turns on the spot
-    slowdown_radius: NotNegative = 1.5  # [m] about the target, within which it slows down; 0: it does not
+    # [m] about the target, within which it slows down; 0: it does not
+    slowdown_radius: NotNegative = 1.5
 
     initial_rotation: bool = True  # turn on the spot to a new path
     initial_rotation_tolerance: NotNegative = 0.75  # [rad] off the heading, from which on it does
     prefer_final_rotation: bool = True  # drive straight to a goal in reach, and turn there
-    rotation_scaling_factor: NotNegative = 0.5  # [-] turns on the spot: rate = factor * angle * v_angular_max
-    allow_backward: bool = False  # drive backwards to a target behind the robot; initial_rotation excludes it
+    # [-] turns on the spot: rate = factor * angle * v_angular_max
+    rotation_scaling_factor: NotNegative = 0.5
+    # drive backwards to a target behind the robot; initial_rotation excludes it
+    allow_backward: bool = False
 
     use_collision_detection: bool = True  # look for obstacles on the way to the target
     in_place_collision_resolution: Positive = 0.1  # [rad] between looks while turning at the goal

@@ -12,10 +12,11 @@ _WHOSE = "jerk-limited MPC"
 class MpcParams:
     """``navstack::JerkLimitedMPC``; docs/mpc.md has the formulas.
 
-    The bucket's popcorn stays at rest below 4.5 m/s2 as the simulated world has it; the limits keep braking and
-    turning together well below that. Automatic braking of road vehicles at less than 5 m/s is bounded by 5 m/s2 and
-    5 m/s3 (ISO 15622:2018, operational limits of adaptive cruise control); passengers find acceleration, not jerk,
-    uncomfortable (de Winkel et al., Applied Ergonomics 2023): the jerk limit is the standard's, acceleration lower.
+    The bucket's popcorn stays at rest below 4.5 m/s2 as the simulated world has it; the limits keep
+    braking and turning together well below that. Automatic braking of road vehicles at less than 5
+    m/s is bounded by 5 m/s2 and 5 m/s3 (ISO 15622:2018, operational limits of adaptive cruise
+    control); passengers find acceleration, not jerk, uncomfortable (de Winkel et al., Applied
+    Ergonomics 2023): the jerk limit is the standard's, acceleration lower.
     """
 
     max_speed: Positive = 2.0  # [m/s] a runner's pace, as for regulated pure pursuit
@@ -28,8 +29,10 @@ class MpcParams:
     max_lateral_acceleration: Positive = 1.3  # [m/s2] speed times yaw rate
 
     solver: str = "casadi"  # the only one: Gauss-Newton SQP with HPIPM
-    generated_code: bool = True  # casadi: compile generated C where there is a compiler; False: CasADi's own machine
-    horizon: Annotated[int, within(2, 100)] = 30  # steps; the first lasts one control period, each of the others
+    # casadi: compile generated C where there is a compiler; False: CasADi's own machine
+    generated_code: bool = True
+    # steps; the first lasts one control period, each of the others
+    horizon: Annotated[int, within(2, 100)] = 30
     # ``step``
     step: Positive = 0.1  # [s]
     max_tracks: Annotated[int, within(1, 50)] = 8  # people that are looked at, the nearest
@@ -37,14 +40,20 @@ class MpcParams:
 
     obstacle_margin: NotNegative = 0.25  # [m] to static obstacles that costs nothing
     person_margin: NotNegative = 0.3  # [m] to people that costs nothing
-    uncertainty_gain: NotNegative = 1.0  # [-] standard deviations of the prediction by which people grow
+    # [-] standard deviations of the prediction by which people grow
+    uncertainty_gain: NotNegative = 1.0
     max_uncertainty: NotNegative = 0.3  # [m] by which they grow at most
-    inflation_cost_scaling_factor: Positive = 3.0  # [1/m] that of the local inflation layer: turns costs into distances
-    passing_bias: NotNegative = 0.1  # [m] by which people are thought to be farther where they cross to, else farther
+    # [1/m] that of the local inflation layer: turns costs into distances
+    inflation_cost_scaling_factor: Positive = 3.0
+    # [m] by which people are thought to be farther where they cross to, else farther
+    passing_bias: NotNegative = 0.1
     # left
-    max_lag: NotNegative = 2.0  # [m] by which the wanted progress may pull ahead of the predicted one
-    turn_threshold: NotNegative = 0.8  # [rad] off the path's direction from which on it turns on the spot
-    velocity_mismatch: NotNegative = 0.6  # [m/s] or [rad/s] between command and odometry from which on odometry is
+    # [m] by which the wanted progress may pull ahead of the predicted one
+    max_lag: NotNegative = 2.0
+    # [rad] off the path's direction from which on it turns on the spot
+    turn_threshold: NotNegative = 0.8
+    # [m/s] or [rad/s] between command and odometry from which on odometry is
+    velocity_mismatch: NotNegative = 0.6
     # believed
 
     contour_weight: NotNegative = 1.0  # [1/m2] distance beside the path
@@ -52,7 +61,8 @@ class MpcParams:
     heading_weight: NotNegative = 1.0  # [1/rad2] off the path's direction
     speed_weight: NotNegative = 0.5  # [s2/m2] off the wanted speed
     yaw_acceleration_weight: NotNegative = 0.05  # [s4/rad2]
-    lateral_weight: NotNegative = 100.0  # [s4/m2] above the lateral limit; the output keeps it strictly
+    # [s4/m2] above the lateral limit; the output keeps it strictly
+    lateral_weight: NotNegative = 100.0
     obstacle_weight: NotNegative = 200.0  # [1/m2] into the margin of static obstacles
     person_weight: NotNegative = 100.0  # [1/m2] into the margin of people
     jerk_weight: NotNegative = 0.01  # [s6/m2] off the jerk of the wanted progress
@@ -60,4 +70,10 @@ class MpcParams:
 
     def __post_init__(self) -> None:
         check(self, _WHOSE)
-        require(self, "solver", self.solver == "casadi", "casadi, the only solver; set it so, or leave it out", _WHOSE)
+        require(
+            self,
+            "solver",
+            self.solver == "casadi",
+            "casadi, the only solver; set it so, or leave it out",
+            _WHOSE,
+        )

@@ -1,6 +1,7 @@
 """Parameters of model predictive path integral control: names and defaults are those of Nav2 Jazzy.
 
-Each critic has its own dataclass; :class:`MppiParams` holds them under the critic's name, as ``FollowPath.<Critic>.*``.
+Each critic has its own dataclass; :class:`MppiParams` holds them under the critic's name, as
+``FollowPath.<Critic>.*``.
 """
 
 from collections.abc import Mapping
@@ -29,11 +30,13 @@ OMNI = "Omni"  # drives sideways
 MOTION_MODELS = ("DiffDrive", "Ackermann", OMNI)
 MOST_POSES = 4_000_000  # of all trajectories in a cycle; Nav2's defaults make 56,000
 
-# Least and most of each parameter, far beyond any sensible value: outside, float32 costs over- or underflow, the robot
-# cannot move or brake, or a cycle does not end.
+# Least and most of each parameter, far beyond any sensible value: outside, float32 costs over- or
+# underflow, the robot cannot move or brake, or a cycle does not end.
 LEAST_STD = 1e-3  # of noise that makes samples differ
 Acceleration = Annotated[float, within(1e-3, 1e3)]
-Braking = Annotated[float, Allowed("0.001 to 1000, either sign", lambda value: 1e-3 <= abs(value) <= 1e3)]
+Braking = Annotated[
+    float, Allowed("0.001 to 1000, either sign", lambda value: 1e-3 <= abs(value) <= 1e3)
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +53,8 @@ class AckermannParams:
 class LocalCosts:
     """What the obstacle critics know of how the local costmap is made."""
 
-    inflation_layers: Mapping[str, InflationLayerParams] = field(default_factory=dict)  # by name, in their order
+    # by name, in their order
+    inflation_layers: Mapping[str, InflationLayerParams] = field(default_factory=dict)
     tracks_unknown: bool = False  # unknown cells are no obstacles
     is_round: bool = False  # the robot is given by its radius
     ends_inflated: bool = False  # nothing marks cells after the inflation layer
@@ -65,18 +69,22 @@ class LocalCosts:
 class MppiParams:
     """``nav2_mppi_controller::MPPIController`` (``optimizer.cpp``, ``path_handler.cpp``, ``controller.cpp``)."""
 
-    critics: tuple[str, ...] = ()  # at least one; with none, as Nav2 allows, nothing is preferred to anything
+    # at least one; with none, as Nav2 allows, nothing is preferred to anything
+    critics: tuple[str, ...] = ()
     motion_model: Annotated[str, one_of(MOTION_MODELS)] = "DiffDrive"  # or Ackermann, Omni
     batch_size: Annotated[int, within(1, MOST_POSES)] = 1000  # trajectories compared
     time_steps: Annotated[int, within(2, MOST_POSES)] = 56  # poses of a trajectory
-    model_dt: Annotated[float, within(1e-3, 1.0)] = 0.05  # [s] between poses; not less than a control period
+    # [s] between poses; not less than a control period
+    model_dt: Annotated[float, within(1e-3, 1.0)] = 0.05
     iteration_count: Annotated[int, within(1, 1000)] = 1  # updates of the sequence per cycle
     vx_std: Annotated[float, within(LEAST_STD, 1e3)] = 0.2  # [m/s] of the noise
     vy_std: Annotated[float, within(0.0, 1e3)] = 0.2  # [m/s] of a robot that drives sideways
     wz_std: Annotated[float, within(LEAST_STD, 1e3)] = 0.4  # [rad/s] of the noise
     vx_max: Annotated[float, within(1e-3, 100.0)] = 0.5  # [m/s]
-    vx_min: Annotated[float, within(-100.0, 100.0)] = -0.35  # [m/s] negative: it may drive backwards
-    vy_max: Annotated[float, within(0.0, 100.0)] = 0.5  # [m/s] of a robot that drives sideways; ConstraintCritic adds
+    # [m/s] negative: it may drive backwards
+    vx_min: Annotated[float, within(-100.0, 100.0)] = -0.35
+    # [m/s] of a robot that drives sideways; ConstraintCritic adds
+    vy_max: Annotated[float, within(0.0, 100.0)] = 0.5
     # it for every robot
     wz_max: Annotated[float, within(1e-3, 100.0)] = 1.9  # [rad/s]
     ax_max: Acceleration = 3.0  # [m/s2] speeding up
@@ -84,19 +92,27 @@ class MppiParams:
     ay_max: Acceleration = 3.0  # [m/s2] to the left
     ay_min: Braking = -3.0  # [m/s2] to the right; a positive value is taken as a negative one
     az_max: Acceleration = 3.5  # [rad/s2]
-    temperature: Annotated[float, within(1e-6, 1e6)] = 0.3  # [-] small: the cheapest trajectory alone counts; large:
+    # [-] small: the cheapest trajectory alone counts; large:
+    temperature: Annotated[float, within(1e-6, 1e6)] = 0.3
     # all count alike
-    gamma: Annotated[float, within(0.0, 1e3)] = 0.015  # [-] how much a sample's distance from the last sequence costs
-    retry_attempt_limit: Annotated[int, within(0, 100)] = 1  # more attempts with a forgotten sequence and new noise
+    # [-] how much a sample's distance from the last sequence costs
+    gamma: Annotated[float, within(0.0, 1e3)] = 0.015
+    # more attempts with a forgotten sequence and new noise
+    retry_attempt_limit: Annotated[int, within(0, 100)] = 1
     # where all trajectories collide
-    regenerate_noises: bool = False  # new noise for every update; False: the same from reset to reset
-    reset_period: Annotated[float, within(0.0, 1e6)] = 1.0  # [s] without a cycle, after which the sequence is forgotten
+    # new noise for every update; False: the same from reset to reset
+    regenerate_noises: bool = False
+    # [s] without a cycle, after which the sequence is forgotten
+    reset_period: Annotated[float, within(0.0, 1e6)] = 1.0
 
-    prune_distance: Annotated[float, within(0.01, 1e4)] = 1.5  # [m] of the path ahead that the critics see
-    max_robot_pose_search_dist: Annotated[float | None, within(-1e6, 1e6)] = None  # [m] along the path in which the
+    # [m] of the path ahead that the critics see
+    prune_distance: Annotated[float, within(0.01, 1e4)] = 1.5
+    # [m] along the path in which the
+    max_robot_pose_search_dist: Annotated[float | None, within(-1e6, 1e6)] = None
     # robot is looked for (absent: half the local costmap's longer side)
     enforce_path_inversion: bool = False  # show the critics the path up to its next cusp only
-    inversion_xy_tolerance: Annotated[float, within(0.0, 1e4)] = 0.2  # [m] to the cusp, within which it is passed
+    # [m] to the cusp, within which it is passed
+    inversion_xy_tolerance: Annotated[float, within(0.0, 1e4)] = 0.2
     inversion_yaw_tolerance: Annotated[float, within(0.0, 1e4)] = 0.4  # [rad]
 
     AckermannConstraints: AckermannParams = field(default_factory=AckermannParams)
@@ -111,8 +127,10 @@ class MppiParams:
     PreferForwardCritic: PreferForwardParams = field(default_factory=PreferForwardParams)
     TwirlingCritic: TwirlingParams = field(default_factory=TwirlingParams)
     VelocityDeadbandCritic: VelocityDeadbandParams = field(default_factory=VelocityDeadbandParams)
-    ExpectedContactCritic: MppiContactParams = field(default_factory=MppiContactParams)  # this program's own
-    local_costs: LocalCosts = field(default_factory=LocalCosts)  # read from the local costmap's section
+    # this program's own
+    ExpectedContactCritic: MppiContactParams = field(default_factory=MppiContactParams)
+    # read from the local costmap's section
+    local_costs: LocalCosts = field(default_factory=LocalCosts)
 
     def __post_init__(self) -> None:
         check(self)
@@ -129,9 +147,13 @@ class MppiParams:
             raise ParameterError(f"critics is empty; name at least one of {', '.join(CRITICS)}")
         for i, name in enumerate(self.critics):
             if name not in CRITICS:
-                raise ParameterError(f"critics: '{name}' is not available here{did_you_mean(name, CRITICS)}")
+                raise ParameterError(
+                    f"critics: '{name}' is not available here{did_you_mean(name, CRITICS)}"
+                )
             if name in self.critics[:i]:
-                raise ParameterError(f"critics: '{name}' stands there twice; name it once and raise its cost_weight")
+                raise ParameterError(
+                    f"critics: '{name}' stands there twice; name it once and raise its cost_weight"
+                )
 
 
 CRITICS = tuple(each.name for each in fields(MppiParams) if each.name.endswith("Critic"))

@@ -9,7 +9,8 @@ from typing import Annotated
 
 from navstack.params.checks import Allowed, check, within
 
-# Least and most of each parameter, far beyond any sensible value: outside, float32 costs over- or underflow.
+# Least and most of each parameter, far beyond any sensible value: outside, float32 costs over- or
+# underflow.
 Weight = Annotated[float, within(0.0, 1e6)]
 Distance = Annotated[float, within(0.0, 1e4)]
 Cost = Annotated[float, within(0.0, 1e9)]
@@ -43,7 +44,8 @@ class CostParams(CriticParams):
     """``cost_critic.cpp``: the costmap's costs under the trajectory."""
 
     cost_weight: Weight = 3.81  # per 254 of cost
-    consider_footprint: bool = False  # collision: the outline touches a lethal cell; False: the centre is inscribed
+    # collision: the outline touches a lethal cell; False: the centre is inscribed
+    consider_footprint: bool = False
     critical_cost: Cost = 300.0  # of a pose at near_collision_cost or more
     near_collision_cost: Annotated[int, within(0, 1000)] = 253  # cost of the centre's cell
     collision_cost: Cost = 1_000_000.0  # of a trajectory that collides
@@ -58,7 +60,8 @@ class ObstaclesParams(CriticParams):
 
     critical_weight: Weight = 20.0  # [1/m] of poses within the margin
     repulsion_weight: Weight = 1.5  # [1/m] of poses within the inflation radius
-    consider_footprint: bool = False  # collision: the outline touches a lethal cell; False: the centre is inscribed
+    # collision: the outline touches a lethal cell; False: the centre is inscribed
+    consider_footprint: bool = False
     collision_cost: Cost = 100_000.0  # of a trajectory that collides
     collision_margin_distance: Distance = 0.1  # [m]
     near_goal_distance: Distance = 0.5  # [m] to the goal, within which obstacles repel no more
@@ -134,5 +137,6 @@ class VelocityDeadbandParams(CriticParams):
 
     cost_weight: Weight = 35.0
     deadband_velocities: Annotated[
-        tuple[float, float, float], Allowed("finite numbers", lambda three: all(map(math.isfinite, three)))
+        tuple[float, float, float],
+        Allowed("finite numbers", lambda three: all(map(math.isfinite, three))),
     ] = (0.0, 0.0, 0.0)  # [m/s], [m/s], [rad/s] along x, y and about z

@@ -8,17 +8,20 @@ from navstack.params.checks import NotNegative, NotNegativeInt, Positive, Positi
 
 OMPL_ALGORITHMS = ("BITstar", "FMT", "InformedRRTstar", "PRMstar", "RRTConnect", "RRTstar")
 STATE_SPACES = ("R2", "SE2")
-SE2_ALGORITHMS = ("RRTConnect", "RRTstar")  # the others take it that a way back is as long as the way there
+# the others take it that a way back is as long as the way there
+SE2_ALGORITHMS = ("RRTConnect", "RRTstar")
 
 
 @dataclass(frozen=True, slots=True)
 class NavfnParams:
     """nav2_navfn_planner::NavfnPlanner; the defaults are Nav2's."""
 
-    tolerance: NotNegative = 0.5  # [m] an unreachable goal may be replaced by a reachable point this near (per axis)
+    # [m] an unreachable goal may be replaced by a reachable point this near (per axis)
+    tolerance: NotNegative = 0.5
     use_astar: bool = False  # A* explores less and is not optimal; False: Dijkstra
     allow_unknown: bool = True  # plan through unknown cells, at the highest cost
-    use_final_approach_orientation: bool = False  # the last pose looks along the path instead of along the goal
+    # the last pose looks along the path instead of along the goal
+    use_final_approach_orientation: bool = False
 
     def __post_init__(self) -> None:
         check(self)
@@ -31,7 +34,8 @@ class IncrementalNavfnParams:
     tolerance: NotNegative = 0.5  # [m] as in NavfnParams
     allow_unknown: bool = True  # as in NavfnParams
     use_final_approach_orientation: bool = False  # as in NavfnParams
-    change_radius: NotNegative = 20.0  # [m] about the robot, per axis, where the costmap may change between two plans
+    # [m] about the robot, per axis, where the costmap may change between two plans
+    change_radius: NotNegative = 20.0
 
     def __post_init__(self) -> None:
         check(self)
@@ -44,7 +48,8 @@ class ThetaStarParams:
     how_many_corners: int = 8  # neighbours of a cell: 4 or 8
     w_euc_cost: NotNegative = 1.0  # weight of a way's length [cells]
     w_traversal_cost: NotNegative = 2.0  # weight of the costs on it
-    w_heuristic_cost: NotNegative = 1.0  # weight of the straight way to the goal; Nav2 takes w_euc_cost or 1, the
+    # weight of the straight way to the goal; Nav2 takes w_euc_cost or 1, the
+    w_heuristic_cost: NotNegative = 1.0
     # lesser
     allow_unknown: bool = True  # plan through unknown cells, at a cost of 253
     use_final_approach_orientation: bool = False  # as in NavfnParams
@@ -60,24 +65,33 @@ class OmplParams:
     """navstack::OmplPlanner: a sampling-based planner of the Open Motion Planning Library."""
 
     algorithm: str = "BITstar"  # one of OMPL_ALGORITHMS
-    max_iterations: PositiveInt = 20000  # checks of the termination condition; a count, not a time, keeps plans
+    # checks of the termination condition; a count, not a time, keeps plans
+    max_iterations: PositiveInt = 20000
     # repeatable
-    max_planning_time: NotNegative = 0.0  # [s] of wall time that ends a search; 0: none. Plans depend on the machine
+    # [s] of wall time that ends a search; 0: none. Plans depend on the machine
+    max_planning_time: NotNegative = 0.0
     # then
-    patience: NotNegativeInt = 1000  # iterations in which the best path gets no 0.1 % better, after which a search
+    # iterations in which the best path gets no 0.1 % better, after which a search
+    patience: NotNegativeInt = 1000
     # ends; 0: never
-    state_space: str = "R2"  # R2: points, turning on the spot; SE2: poses on Dubins curves, see SE2_ALGORITHMS
+    # R2: points, turning on the spot; SE2: poses on Dubins curves, see SE2_ALGORITHMS
+    state_space: str = "R2"
     minimum_turning_radius: Positive = 0.5  # [m] of those curves
-    tolerance: NotNegative = 0.5  # [m] an occupied start or goal is replaced by the nearest free cell this near
+    # [m] an occupied start or goal is replaced by the nearest free cell this near
+    tolerance: NotNegative = 0.5
     allow_unknown: bool = True  # plan through unknown cells
-    max_allowed_cost: Annotated[int, within(0, 252)] = 252  # highest costmap cost the path may touch; 253 and above are
+    # highest costmap cost the path may touch; 253 and above are
+    max_allowed_cost: Annotated[int, within(0, 252)] = 252
     # contact
-    cost_weight: NotNegative = 1.0  # length of a path counts 1 + cost_weight * cost / 252; 0: shortest path, along
+    # length of a path counts 1 + cost_weight * cost / 252; 0: shortest path, along
+    cost_weight: NotNegative = 1.0
     # walls
     range: Positive = 30.0  # [m] longest extension of the tree in one step
     simplify: bool = True  # take short cuts along the path found (R2)
-    keep_valid_path: bool = True  # go on along the last path to the same goal while it is free, near and the cheapest
-    fruitless_searches: NotNegativeInt = 5  # in a row that find nothing cheaper, after which a kept path is taken
+    # go on along the last path to the same goal while it is free, near and the cheapest
+    keep_valid_path: bool = True
+    # in a row that find nothing cheaper, after which a kept path is taken
+    fruitless_searches: NotNegativeInt = 5
     # without a search
     smooth: bool = True  # round the corners of the path, where there is room (R2)
 

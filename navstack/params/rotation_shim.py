@@ -1,4 +1,7 @@
-"""Parameters of the rotation shim: names and defaults are those of Nav2 Jazzy, read at ``FollowPath.*``."""
+"""Parameters of the rotation shim.
+
+Names and defaults are those of Nav2 Jazzy, read at ``FollowPath.*``.
+"""
 
 from dataclasses import dataclass
 
@@ -10,11 +13,13 @@ class RotationShimParams:
     primary_controller: str = ""  # plug-in that follows the path once the heading is right
     angular_dist_threshold: float = 0.785  # [rad] heading error at which the shim starts to turn
     angular_disengage_threshold: float = 0.3925  # [rad] heading error at which it hands over again
-    forward_sampling_distance: float = 0.5  # [m] along the straight line to the path point that gives the heading
+    # [m] along the straight line to the path point that gives the heading
+    forward_sampling_distance: float = 0.5
     rotate_to_heading_angular_vel: float = 1.8  # [rad/s]
     max_angular_accel: float = 3.2  # [rad/s2]
     simulate_ahead_time: float = 1.0  # [s] of the turn that must be free of collisions
-    rotate_to_goal_heading: bool = False  # turn to the goal's yaw within the goal checker's xy tolerance
+    # turn to the goal's yaw within the goal checker's xy tolerance
+    rotate_to_goal_heading: bool = False
     rotate_to_heading_once: bool = False  # decide once per goal instead of once per plan
     closed_loop: bool = True  # accelerate from the measured yaw rate instead of the last command
     use_path_orientations: bool = False  # turn to the path point's yaw instead of its bearing

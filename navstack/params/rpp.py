@@ -15,15 +15,19 @@ class RppParams:
 
     desired_linear_vel: Positive = 0.5  # [m/s] on a straight path in the open
     lookahead_dist: Positive = 0.6  # [m] to the carrot
-    lookahead_along_path: bool = True  # lookaheads are measured along the path as in Nav2 main; False: from the robot
+    # lookaheads are measured along the path as in Nav2 main; False: from the robot
+    lookahead_along_path: bool = True
     min_lookahead_dist: Positive = 0.3  # [m] of the lookahead that grows with the speed
     max_lookahead_dist: float = 0.9  # [m]
     lookahead_time: NotNegative = 1.5  # [s] by which the speed is multiplied
-    use_velocity_scaled_lookahead_dist: bool = False  # lookahead = speed * lookahead_time instead of lookahead_dist
+    # lookahead = speed * lookahead_time instead of lookahead_dist
+    use_velocity_scaled_lookahead_dist: bool = False
     use_fixed_curvature_lookahead: bool = False  # steer by the point curvature_lookahead_dist ahead
     curvature_lookahead_dist: Positive = 0.6  # [m]
-    interpolate_curvature_after_goal: bool = False  # that point may lie beyond the goal, on the path's last direction
-    max_robot_pose_search_dist: float | None = None  # [m] along the path in which the robot is looked for
+    # that point may lie beyond the goal, on the path's last direction
+    interpolate_curvature_after_goal: bool = False
+    # [m] along the path in which the robot is looked for
+    max_robot_pose_search_dist: float | None = None
     # (absent: half the local costmap's width; negative: the whole path)
 
     use_regulated_linear_velocity_scaling: bool = True  # slow down where the curve is tight
@@ -32,20 +36,27 @@ class RppParams:
     use_cost_regulated_linear_velocity_scaling: bool = True  # slow down near obstacles
     cost_scaling_dist: Positive = 0.6  # [m] to the obstacle, from where on it slows down
     cost_scaling_gain: NotNegative = 1.0  # [-] below 1 slows down more
-    inflation_cost_scaling_factor: float = 3.0  # [1/m] that of the inflation layer: turns costs into distances
+    # [1/m] that of the inflation layer: turns costs into distances
+    inflation_cost_scaling_factor: float = 3.0
     # (0 or less: costs do not count)
-    approach_velocity_scaling_dist: NotNegative = 0.6  # [m] to the end of the path, from where on it slows down
+    # [m] to the end of the path, from where on it slows down
+    approach_velocity_scaling_dist: NotNegative = 0.6
     min_approach_linear_velocity: NotNegative = 0.05  # [m/s] that the approach leaves
 
-    use_rotate_to_heading: bool = True  # turn on the spot to a path far off the heading, and to the goal's yaw
+    # turn on the spot to a path far off the heading, and to the goal's yaw
+    use_rotate_to_heading: bool = True
     rotate_to_heading_min_angle: NotNegative = 0.785  # [rad] from which on it turns on the spot
     rotate_to_heading_angular_vel: Positive = 1.8  # [rad/s]
     max_angular_accel: Positive = 3.2  # [rad/s2] of turns on the spot
-    allow_reversing: bool = False  # drive backwards to a carrot behind the robot, up to the path's next cusp
-    stateful: bool = True  # once within the goal's tolerance, turn to its yaw even if the robot drifts out again
+    # drive backwards to a carrot behind the robot, up to the path's next cusp
+    allow_reversing: bool = False
+    # once within the goal's tolerance, turn to its yaw even if the robot drifts out again
+    stateful: bool = True
 
-    use_dynamic_window: bool = False  # Nav2 main: command only what the limits below allow within a cycle
-    velocity_feedback: Feedback = "OPEN_LOOP"  # its window is about the last command, or (CLOSED_LOOP) the measured
+    # Nav2 main: command only what the limits below allow within a cycle
+    use_dynamic_window: bool = False
+    # its window is about the last command, or (CLOSED_LOOP) the measured
+    velocity_feedback: Feedback = "OPEN_LOOP"
     # velocity
     min_linear_vel: float = -0.5  # [m/s]
     max_angular_vel: float = 1.0  # [rad/s]
@@ -55,15 +66,22 @@ class RppParams:
     max_angular_decel: float = -1.0  # [rad/s2]
 
     use_collision_detection: bool = True  # look along the commanded arc
-    max_allowed_time_to_collision_up_to_carrot: NotNegative = 1.0  # [s] looked ahead, at most up to the carrot
-    min_distance_to_obstacle: float = -1.0  # [m] looked ahead at least, however slow; 0 or less: no such distance
+    # [s] looked ahead, at most up to the carrot
+    max_allowed_time_to_collision_up_to_carrot: NotNegative = 1.0
+    # [m] looked ahead at least, however slow; 0 or less: no such distance
+    min_distance_to_obstacle: float = -1.0
 
     def __post_init__(self) -> None:
         check(self, _WHOSE)
         reaches, least = self.max_lookahead_dist >= self.min_lookahead_dist, self.min_lookahead_dist
-        require(self, "max_lookahead_dist", reaches, f"at least min_lookahead_dist ({least})", _WHOSE)
+        require(
+            self, "max_lookahead_dist", reaches, f"at least min_lookahead_dist ({least})", _WHOSE
+        )
 
     @property
     def regulates_by_cost(self) -> bool:
         """Whether obstacles slow the robot down."""
-        return self.use_cost_regulated_linear_velocity_scaling and self.inflation_cost_scaling_factor > 0.0
+        return (
+            self.use_cost_regulated_linear_velocity_scaling
+            and self.inflation_cost_scaling_factor > 0.0
+        )

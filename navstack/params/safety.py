@@ -1,4 +1,7 @@
-"""Parameters of what stands between the controller and the wheels: names and defaults are those of Nav2 Jazzy."""
+"""Parameters of what stands between the controller and the wheels.
+
+Names and defaults are those of Nav2 Jazzy.
+"""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -8,7 +11,9 @@ from navstack.params.checks import Allowed, Positive, check, one_of
 Triple = tuple[float, float, float]  # along x, along y, about z
 Feedback = Annotated[str, one_of(("OPEN_LOOP", "CLOSED_LOOP"))]
 UpTriple = Annotated[Triple, Allowed("0 or more on every axis", lambda triple: min(triple) >= 0.0)]
-DownTriple = Annotated[Triple, Allowed("0 or less on every axis", lambda triple: max(triple) <= 0.0)]
+DownTriple = Annotated[
+    Triple, Allowed("0 or less on every axis", lambda triple: max(triple) <= 0.0)
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,14 +21,17 @@ class VelocitySmootherParams:
     """``velocity_smoother`` (``velocity_smoother.cpp``)."""
 
     smoothing_frequency: Positive = 20.0  # [Hz]
-    scale_velocities: bool = False  # scale all axes alike, so that the direction of the change is kept
-    feedback: Feedback = "OPEN_LOOP"  # start from the last command; CLOSED_LOOP: from the measured velocity
+    # scale all axes alike, so that the direction of the change is kept
+    scale_velocities: bool = False
+    # start from the last command; CLOSED_LOOP: from the measured velocity
+    feedback: Feedback = "OPEN_LOOP"
     max_velocity: UpTriple = (0.5, 0.0, 2.5)  # [m/s, m/s, rad/s]
     min_velocity: DownTriple = (-0.5, 0.0, -2.5)  # [m/s, m/s, rad/s]
     max_accel: UpTriple = (2.5, 0.0, 3.2)  # [m/s2, m/s2, rad/s2] while the speed grows
     max_decel: DownTriple = (-2.5, 0.0, -3.2)  # [m/s2, m/s2, rad/s2] while it falls
     deadband_velocity: Triple = (0.0, 0.0, 0.0)  # [m/s, m/s, rad/s] slower outputs are sent as 0
-    velocity_timeout: float = 1.0  # [s] without a command, after which the robot is brought to a stop
+    # [s] without a command, after which the robot is brought to a stop
+    velocity_timeout: float = 1.0
 
     def __post_init__(self) -> None:
         check(self)

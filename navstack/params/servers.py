@@ -13,7 +13,8 @@ class ControllerServerParams:
     min_x_velocity_threshold: float = 0.0001  # [m/s] slower measured velocities count as zero
     min_y_velocity_threshold: float = 0.0001  # [m/s]
     min_theta_velocity_threshold: float = 0.0001  # [rad/s]
-    failure_tolerance: float = 0.0  # [s] the controller may find no command; 0: not at all, -1: endlessly
+    # [s] the controller may find no command; 0: not at all, -1: endlessly
+    failure_tolerance: float = 0.0
     controller_plugins: tuple[str, ...] = ("FollowPath",)
     goal_checker_plugins: tuple[str, ...] = ("goal_checker",)
     progress_checker_plugins: tuple[str, ...] = ("progress_checker",)
@@ -31,6 +32,9 @@ class PlannerServerParams:
 
 @dataclass(frozen=True, slots=True)
 class BtNavigatorParams:
-    """``bt_navigator``: the files of its trees. Nav2's default tree is built in; no other is read."""
+    """``bt_navigator``: the files of its trees. Nav2's default tree is built in.
+
+    No other is read.
+    """
 
     default_nav_to_pose_bt_xml: str = ""  # empty: navigate_to_pose_w_replanning_and_recovery.xml

@@ -1,7 +1,8 @@
 """Parameters of nav2_smac_planner's three planners: names and defaults are those of Nav2 Jazzy.
 
-``max_planning_time`` counts as iterations, :data:`ITERATIONS_PER_SECOND` of a search over poses: plans must not depend
-on the machine. On the grid a million iterations take a fifth of a second, and ``max_iterations`` alone counts.
+``max_planning_time`` counts as iterations, :data:`ITERATIONS_PER_SECOND` of a search over poses:
+plans must not depend on the machine. On the grid a million iterations take a fifth of a second, and
+``max_iterations`` alone counts.
 """
 
 from dataclasses import asdict, dataclass, field
@@ -44,7 +45,8 @@ class Smac2DParams:
     cost_travel_multiplier: NotNegative = 1.0  # a step costs 1 + this * cost / 252 times its length
     allow_unknown: bool = True
     max_iterations: int = 1_000_000  # 0 or less: no limit
-    max_on_approach_iterations: int = 1000  # after a cell within the tolerance was found; 0 or less: no limit
+    # after a cell within the tolerance was found; 0 or less: no limit
+    max_on_approach_iterations: int = 1000
     use_final_approach_orientation: bool = False  # the last pose looks along the path
     smooth_path: bool = True
     smoother: SmacSmootherParams = field(default_factory=SmacSmootherParams)
@@ -75,7 +77,8 @@ class SmacHybridParams:
     analytic_expansion_ratio: Positive = 3.5
     analytic_expansion_max_length: float = 3.0  # [m]
     analytic_expansion_max_cost: float = 200.0
-    lookup_table_size: float = 20.0  # [m] of the square about the goal in which Dubins' curves bound the way
+    # [m] of the square about the goal in which Dubins' curves bound the way
+    lookup_table_size: float = 20.0
     downsample_obstacle_heuristic: bool = True
     smooth_path: bool = True
     smoother: SmacSmootherParams = field(default_factory=SmacSmootherParams)
@@ -96,7 +99,8 @@ class SmacLatticeParams:
     """nav2_smac_planner::SmacPlannerLattice."""
 
     tolerance: NotNegative = 0.25  # [m]
-    lattice_filepath: str = ""  # Nav2's JSON file; empty or absent: a lattice of 0.5 m of turning radius is made
+    # Nav2's JSON file; empty or absent: a lattice of 0.5 m of turning radius is made
+    lattice_filepath: str = ""
     allow_unknown: bool = True
     max_iterations: int = 1_000_000
     max_on_approach_iterations: int = 1000
@@ -122,7 +126,11 @@ class SmacLatticeParams:
 def iterations_of(params: SmacHybridParams | SmacLatticeParams) -> int:
     """How many iterations a search over poses may take."""
     seconds = params.max_planning_time
-    return min(params.max_iterations, int(seconds * ITERATIONS_PER_SECOND)) if seconds > 0.0 else params.max_iterations
+    return (
+        min(params.max_iterations, int(seconds * ITERATIONS_PER_SECOND))
+        if seconds > 0.0
+        else params.max_iterations
+    )
 
 
 def _check(params: Smac2DParams | SmacHybridParams | SmacLatticeParams) -> None:

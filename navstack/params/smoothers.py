@@ -9,7 +9,8 @@ from navstack.params.checks import NotNegative, NotNegativeInt, check
 class SimpleSmootherParams:
     """``nav2_smoother::SimpleSmoother``."""
 
-    tolerance: NotNegative = 1e-10  # [m] it ends once all poses together move less than this in one iteration
+    # [m] it ends once all poses together move less than this in one iteration
+    tolerance: NotNegative = 1e-10
     max_its: NotNegativeInt = 1000  # iterations, after which the last but one is taken
     w_data: NotNegative = 0.2  # pull towards the given path
     w_smooth: NotNegative = 0.3  # pull towards the middle of the neighbours

@@ -1,4 +1,7 @@
-"""Parameters of the Spatio-Temporal Voxel Layer (STVL): names and defaults are those of its ROS 2 release."""
+"""Parameters of the Spatio-Temporal Voxel Layer (STVL).
+
+Names and defaults are those of its ROS 2 release.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,7 +11,9 @@ from navstack.params.checks import Allowed, Positive, check
 
 LINEAR, EXPONENTIAL = 0, 1  # values of decay_model; any other one keeps voxels for ever
 DEPTH_CAMERA, LIDAR_3D = 0, 1  # values of model_type
-SourceModel = Annotated[int, Allowed("0 (depth camera) or 1 (3D lidar)", (DEPTH_CAMERA, LIDAR_3D).__contains__)]
+SourceModel = Annotated[
+    int, Allowed("0 (depth camera) or 1 (3D lidar)", (DEPTH_CAMERA, LIDAR_3D).__contains__)
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +30,10 @@ class SpatioTemporalSourceParams:
     decay_acceleration: float = 0.0  # [1/s^2] see navstack.costmap.spatio_temporal
     model_type: SourceModel = DEPTH_CAMERA  # the frustum's ends are planes; LIDAR_3D: arcs
     inf_is_valid: bool = False  # a beam without return counts as one that ended at range_max
-    observation_persistence: float = 0.0  # [s] scans are applied again for so long; 0: the newest only
-    expected_update_rate: float = 0.0  # [s] between scans; the costmap is not current when they stay away; 0: any
+    # [s] scans are applied again for so long; 0: the newest only
+    observation_persistence: float = 0.0
+    # [s] between scans; the costmap is not current when they stay away; 0: any
+    expected_update_rate: float = 0.0
     clear_after_reading: bool = False  # a scan is applied once only
 
     def __post_init__(self) -> None:
@@ -39,21 +46,29 @@ class SpatioTemporalLayerParams:
 
     enabled: bool = True
     voxel_size: Positive = 0.05  # [m]
-    voxel_decay: float = -1.0  # [s] how long a voxel stays; a negative one vanishes with the next update
+    # [s] how long a voxel stays; a negative one vanishes with the next update
+    voxel_decay: float = -1.0
     decay_model: int = LINEAR
     track_unknown_space: bool = False  # cells without voxels say nothing; False: they are free
     update_footprint_enabled: bool = True  # cells under the robot are free in this layer
     combination_method: int = 1  # with the layers below: 0 overwrite, else maximum
     observation_sources: tuple[str, ...] = ()
-    sources: Mapping[str, SpatioTemporalSourceParams] = field(default_factory=dict)  # by the names just above
+    # by the names just above
+    sources: Mapping[str, SpatioTemporalSourceParams] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check(self)
 
     @property
     def active_sources(self) -> tuple[SpatioTemporalSourceParams, ...]:
-        """The enabled sources in their order; one that is named but not described has the defaults."""
-        described = (self.sources.get(name, SpatioTemporalSourceParams()) for name in self.observation_sources)
+        """The enabled sources in their order.
+
+        One that is named but not described has the defaults.
+        """
+        described = (
+            self.sources.get(name, SpatioTemporalSourceParams())
+            for name in self.observation_sources
+        )
         return tuple(source for source in described if source.enabled)
 
     @property

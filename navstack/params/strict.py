@@ -1,4 +1,7 @@
-"""Our own small YAML files, read into frozen dataclasses; a misspelt key at any depth is an error."""
+"""Our own small YAML files, read into frozen dataclasses.
+
+A misspelt key at any depth is an error.
+"""
 
 import dataclasses
 import io
@@ -17,7 +20,8 @@ from navstack.params.nav2_file.yaml_text import load_text
 
 T = TypeVar("T")
 
-LEAST, MOST = 1e-12, 1e12  # magnitude of a number other than 0: no quantity here is smaller or larger
+# magnitude of a number other than 0: no quantity here is smaller or larger
+LEAST, MOST = 1e-12, 1e12
 KEPT_OUT = {"kept_out": True}  # metadata of a field that a dump leaves out at its default
 MAX_FILE_BYTES = 4_000_000  # a parameter file larger than this is a mistake
 
@@ -56,18 +60,29 @@ def from_mapping(cls: type[T], mapping: Any, where: str) -> T:
     """Build the dataclass ``cls`` from a mapping, checking names and types at every depth.
 
     Raises:
-        ParameterError: an unknown or missing key, or a value of the wrong type; the message names its path.
+        ParameterError: an unknown or missing key, or a value of the wrong type; the message names
+            its path.
     """
     if not isinstance(mapping, Mapping):
-        raise ParameterError(f"{where}: {mapping!r} is not a mapping; expected the keys {_known(cls)}")
+        raise ParameterError(
+            f"{where}: {mapping!r} is not a mapping; expected the keys {_known(cls)}"
+        )
     hints = typing.get_type_hints(cls)
     names = {field.name for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
     for key in mapping:
         if key not in names:
-            raise ParameterError(f"{where}: unknown key '{key}'{did_you_mean(str(key), names)}; known: {_known(cls)}")
-    values = {name: _convert(hints[name], mapping[name], f"{where}: {name}") for name in names if name in mapping}
+            raise ParameterError(
+                f"{where}: unknown key '{key}'{did_you_mean(str(key), names)}; known: {_known(cls)}"
+            )
+    values = {
+        name: _convert(hints[name], mapping[name], f"{where}: {name}")
+        for name in names
+        if name in mapping
+    }
     for field in dataclasses.fields(cls):  # type: ignore[arg-type]
-        required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+        required = (
+            field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+        )
         if required and field.name not in values:
             raise ParameterError(f"{where}: key '{field.name}' is missing")
     return cls(**values)
@@ -76,12 +91,18 @@ def from_mapping(cls: type[T], mapping: Any, where: str) -> T:
 def dump_dataclass(value: Any) -> str:
     """A dataclass as YAML text that :func:`load_dataclass` reads back.
 
-    Every field stands in it, but one that is :data:`KEPT_OUT` and has its default: a field that came later.
+    Every field stands in it, but one that is :data:`KEPT_OUT` and has its default: a field that
+    came later.
     """
-    text, left_out = io.StringIO(), {entry.name for entry in dataclasses.fields(value) if _is_left_out(entry, value)}
+    text, left_out = (
+        io.StringIO(),
+        {entry.name for entry in dataclasses.fields(value) if _is_left_out(entry, value)},
+    )
     writer = YAML(typ="rt", pure=True)  # keeps the order of the fields
     writer.default_flow_style = False
-    content = {key: entry for key, entry in dataclasses.asdict(value).items() if key not in left_out}
+    content = {
+        key: entry for key, entry in dataclasses.asdict(value).items() if key not in left_out
+    }
     writer.dump(_plain(content), text)
     return text.getvalue()
 
@@ -90,7 +111,10 @@ def _is_left_out(entry: "dataclasses.Field[Any]", value: Any) -> bool:
     if not KEPT_OUT.items() <= entry.metadata.items():
         return False
     factory = entry.default_factory
-    return bool(getattr(value, entry.name) == (entry.default if factory is dataclasses.MISSING else factory()))
+    return bool(
+        getattr(value, entry.name)
+        == (entry.default if factory is dataclasses.MISSING else factory())
+    )
 
 
 def _plain(value: Any) -> Any:
@@ -130,7 +154,10 @@ def _convert_tuple(kinds: tuple[Any, ...], value: Any, where: str) -> tuple[Any,
         return tuple(_convert(kinds[0], item, f"{where}[{i}]") for i, item in enumerate(value))
     if len(value) != len(kinds):
         raise ParameterError(f"{where}: {value!r} has {len(value)} entries; expected {len(kinds)}")
-    return tuple(_convert(kind, item, f"{where}[{i}]") for i, (kind, item) in enumerate(zip(kinds, value, strict=True)))
+    return tuple(
+        _convert(kind, item, f"{where}[{i}]")
+        for i, (kind, item) in enumerate(zip(kinds, value, strict=True))
+    )
 
 
 def _convert_dict(kinds: tuple[Any, ...], value: Any, where: str) -> dict[str, Any]:
@@ -142,17 +169,31 @@ def _convert_dict(kinds: tuple[Any, ...], value: Any, where: str) -> dict[str, A
 def _convert_scalar(kind: Any, value: Any, where: str) -> Any:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if is_number and _is_endless(kind, value):
-        raise ParameterError(f"{where}: {value!r} is out of range; allowed is 0 or {LEAST:g} to {MOST:g}, either sign")
+        raise ParameterError(
+            f"{where}: {value!r} is out of range; allowed is 0 or {LEAST:g} to {MOST:g}, either sign"
+        )
     if kind is float and is_number and math.isfinite(value):
         return float(value)
-    if kind is not float and isinstance(value, kind) and not (kind is int and isinstance(value, bool)):
+    if (
+        kind is not float
+        and isinstance(value, kind)
+        and not (kind is int and isinstance(value, bool))
+    ):
         return value
-    expected = {float: "a finite number", int: "a whole number", str: "a text", bool: "true or false"}
+    expected = {
+        float: "a finite number",
+        int: "a whole number",
+        str: "a text",
+        bool: "true or false",
+    }
     raise ParameterError(f"{where}: {value!r} is not {expected.get(kind, kind.__name__)}")
 
 
 def _is_endless(kind: type, value: float) -> bool:
-    """Whether a finite number is larger or smaller than anything of its kind can be; the integers are seeds, too."""
+    """Whether a finite number is larger or smaller than anything of its kind can be.
+
+    The integers are seeds, too.
+    """
     if kind is int:
         return abs(value) >= 2**63
     return value != 0 and abs(value) < math.inf and not LEAST <= abs(value) <= MOST

@@ -1,4 +1,7 @@
-"""Bodies that mostly go straight and sometimes turn sharply: an interacting multiple model filter of two models."""
+"""Bodies that mostly go straight and sometimes turn sharply.
+
+An interacting multiple model filter of two models.
+"""
 
 import math
 
@@ -16,7 +19,9 @@ class ManeuveringFilter:
     continuous-time Markov chain whose mean times are given.
     """
 
-    def __init__(self, straight: TrackFilter, turning: TrackFilter, straight_time: float, turning_time: float) -> None:
+    def __init__(
+        self, straight: TrackFilter, turning: TrackFilter, straight_time: float, turning_time: float
+    ) -> None:
         """No bodies yet.
 
         Args:
@@ -94,7 +99,9 @@ class ManeuveringFilter:
         self._weights = self._weights[:, chosen]
 
     def _spread(self, weights: FloatArray, mean: FloatArray) -> FloatArray:
-        return _mixture(weights, mean, [(model.states, model.covariances) for model in self._models])
+        return _mixture(
+            weights, mean, [(model.states, model.covariances) for model in self._models]
+        )
 
 
 def _mean(weights: FloatArray, states: list[FloatArray]) -> FloatArray:
@@ -103,7 +110,9 @@ def _mean(weights: FloatArray, states: list[FloatArray]) -> FloatArray:
     return mean
 
 
-def _mixture(weights: FloatArray, mean: FloatArray, parts: list[tuple[FloatArray, FloatArray]]) -> FloatArray:
+def _mixture(
+    weights: FloatArray, mean: FloatArray, parts: list[tuple[FloatArray, FloatArray]]
+) -> FloatArray:
     """Covariances (N, 4, 4) of mixtures of normal distributions about their means (N, 4)."""
     total = np.zeros((len(mean), 4, 4))
     for weight, (states, covariances) in zip(weights, parts, strict=True):

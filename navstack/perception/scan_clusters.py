@@ -75,7 +75,9 @@ def mark_foreground(
         foreground[i] = not is_background(background, origin[0], origin[1], resolution, x, y)
 
 
-@njit(ahead="float64[::1], bool[::1], float64, bool, float64, int64, float64, float64, float64[:, ::1]")
+@njit(
+    ahead="float64[::1], bool[::1], float64, bool, float64, int64, float64, float64, float64[:, ::1]"
+)
 def find_bodies(
     ranges: FloatArray,
     foreground: BoolArray,
@@ -117,7 +119,9 @@ def find_bodies(
         nearest, length = ranges[at], 1
         while i + length < n:
             last, following = (start + i + length - 1) % n, (start + i + length) % n
-            if not foreground[following] or not belongs(ranges[last], ranges[following], increment, cluster_gap):
+            if not foreground[following] or not belongs(
+                ranges[last], ranges[following], increment, cluster_gap
+            ):
                 break
             nearest = min(nearest, ranges[following])
             length += 1
@@ -135,12 +139,18 @@ def find_bodies(
 
 
 @njit()
-def first_break(ranges: FloatArray, foreground: BoolArray, increment: float, cluster_gap: float) -> int:
+def first_break(
+    ranges: FloatArray, foreground: BoolArray, increment: float, cluster_gap: float
+) -> int:
     """The first beam that does not belong to the one before it, so that no group is cut by the end of the scan."""
     n = len(ranges)
     for i in range(n):
         before = (i - 1) % n
-        if not (foreground[i] and foreground[before] and belongs(ranges[before], ranges[i], increment, cluster_gap)):
+        if not (
+            foreground[i]
+            and foreground[before]
+            and belongs(ranges[before], ranges[i], increment, cluster_gap)
+        ):
             return i
     return 0
 
@@ -153,5 +163,8 @@ def belongs(before: float, after: float, increment: float, cluster_gap: float) -
 
 @njit()
 def is_hidden(ranges: FloatArray, beside: int, edge: float, cluster_gap: float) -> bool:
-    """Whether the beam beside a group ends nearer than the group's edge [m]: then the group may go on behind."""
+    """Whether the beam beside a group ends nearer than the group's edge [m].
+
+    Then the group may go on behind.
+    """
     return bool(ranges[beside] < edge - cluster_gap)

@@ -11,16 +11,20 @@ _WHOLE = np.eye(4)
 
 
 class TrackFilter:
-    """States x, y [m], vx, vy [m/s] of N bodies with their covariances; all are predicted and updated together.
+    """States x, y [m], vx, vy [m/s] of N bodies with their covariances.
 
-    The equations are those of ``filterpy.kalman.KalmanFilter`` (Labbe), on stacked matrices; the update is Joseph's.
+    All are predicted and updated together.
+
+    The equations are those of ``filterpy.kalman.KalmanFilter`` (Labbe), on stacked matrices; the
+    update is Joseph's.
     """
 
     def __init__(self, acceleration_std: float, initial_speed_std: float) -> None:
         """No bodies yet.
 
         Args:
-            acceleration_std: [m/s2] along x and y, constant within a step and independent between steps.
+            acceleration_std: [m/s2] along x and y, constant within a step and independent between
+                steps.
             initial_speed_std: [m/s] along x and y of a new body.
         """
         self._acceleration_variance = acceleration_std**2
@@ -69,8 +73,12 @@ class TrackFilter:
         self.states[bodies] += (gains @ off[:, :, None])[:, :, 0]
         rest = np.broadcast_to(_WHOLE, covariances.shape).copy()
         rest[:, :, :2] -= gains
-        self.covariances[bodies] = rest @ covariances @ _transposed(rest) + gains @ noise @ _transposed(gains)
-        density: FloatArray = np.exp(-0.5 * squared) / (2.0 * math.pi * np.sqrt(np.linalg.det(spread)))
+        self.covariances[bodies] = rest @ covariances @ _transposed(
+            rest
+        ) + gains @ noise @ _transposed(gains)
+        density: FloatArray = np.exp(-0.5 * squared) / (
+            2.0 * math.pi * np.sqrt(np.linalg.det(spread))
+        )
         return density
 
     def add(self, places: FloatArray, variances: FloatArray) -> None:
@@ -95,12 +103,16 @@ def motion_of(duration: float, acceleration_variance: float) -> tuple[FloatArray
     step, noise = _WHOLE.copy(), np.zeros((4, 4))
     step[0, 2] = step[1, 3] = duration
     noise[0, 0] = noise[1, 1] = 0.25 * duration**4 * acceleration_variance
-    noise[0, 2] = noise[1, 3] = noise[2, 0] = noise[3, 1] = 0.5 * duration**3 * acceleration_variance
+    noise[0, 2] = noise[1, 3] = noise[2, 0] = noise[3, 1] = (
+        0.5 * duration**3 * acceleration_variance
+    )
     noise[2, 2] = noise[3, 3] = duration**2 * acceleration_variance
     return step, noise
 
 
-def turned(states: FloatArray, covariances: FloatArray, angle: float) -> tuple[FloatArray, FloatArray]:
+def turned(
+    states: FloatArray, covariances: FloatArray, angle: float
+) -> tuple[FloatArray, FloatArray]:
     """States (N, 4) and covariances (N, 4, 4) in a frame in which all is turned by ``angle`` [rad] about the origin."""
     cos, sin = math.cos(angle), math.sin(angle)
     rotation = np.zeros((4, 4))

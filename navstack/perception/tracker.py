@@ -19,10 +19,10 @@ _FAR = 1e6  # squared distance in place of one beyond the gate
 class Tracker:
     """Groups the returns that no map explains, and follows each group with a Kalman filter.
 
-    Groups are assigned to bodies so that the sum of squared Mahalanobis distances is least, within a gate. A body is
-    told of after ``min_hits`` groups and forgotten after ``max_coasting`` without one. It is followed in the odom
-    frame, where the robot's own motion is smooth, and told of in the map frame: a jump of the belief moves all bodies,
-    but gives none of them a speed.
+    Groups are assigned to bodies so that the sum of squared Mahalanobis distances is least, within
+    a gate. A body is told of after ``min_hits`` groups and forgotten after ``max_coasting`` without
+    one. It is followed in the odom frame, where the robot's own motion is smooth, and told of in
+    the map frame: a jump of the belief moves all bodies, but gives none of them a speed.
     """
 
     def __init__(self, params: TrackerParams, static_map: OccupancyGrid) -> None:
@@ -77,15 +77,28 @@ class Tracker:
         if not len(told) or self._stamp is None:
             return []
         frame = self._map_to_odom
-        states, covariances = turned(*self._filter.ahead(told, max(stamp - self._stamp, 0.0)), frame.yaw)
+        states, covariances = turned(
+            *self._filter.ahead(told, max(stamp - self._stamp, 0.0)), frame.yaw
+        )
         return [
-            Track(number, stamp, x + frame.x, y + frame.y, vx, vy, self._params.body_radius, covariance)
+            Track(
+                number,
+                stamp,
+                x + frame.x,
+                y + frame.y,
+                vx,
+                vy,
+                self._params.body_radius,
+                covariance,
+            )
             for number, (x, y, vx, vy), covariance in zip(
                 self._ids[told].tolist(), states.tolist(), covariances, strict=True
             )
         ]
 
-    def _measure(self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D) -> tuple[FloatArray, FloatArray]:
+    def _measure(
+        self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D
+    ) -> tuple[FloatArray, FloatArray]:
         """Centres (M, 2) of the bodies in a scan, odom frame [m], and their variances (M,) along each axis [m2]."""
         given, ranges = self._params, scan.ranges
         foreground: BoolArray = np.empty(len(ranges), dtype=np.bool_)
@@ -118,16 +131,21 @@ class Tracker:
         sensor = compose(in_odom, scan.sensor_pose)
         bearings = sensor.yaw + scan.angle_min + increment * found[:count, 0]
         distances = found[:count, 1]
-        places = np.column_stack((sensor.x + distances * np.cos(bearings), sensor.y + distances * np.sin(bearings)))
+        places = np.column_stack(
+            (sensor.x + distances * np.cos(bearings), sensor.y + distances * np.sin(bearings))
+        )
         deviations = np.where(found[:count, 2] > 0.0, given.occluded_std, given.position_std)
-        # The edges of a body are known to a beam's spacing: its middle has that of two uniform errors.
+        # The edges of a body are known to a beam's spacing: its middle has that of two uniform
+        # errors.
         spacing = distances * abs(increment) / math.sqrt(24.0)
         return places, deviations**2 + spacing**2
 
     def _assign(self, places: FloatArray, variances: FloatArray) -> tuple[IntArray, IntArray]:
         """Which bodies are seen again in which groups: indices (K,) and (K,)."""
         squared = self._filter.distances(places, variances)
-        bodies, groups = linear_sum_assignment(np.where(squared <= self._params.gate, squared, _FAR))
+        bodies, groups = linear_sum_assignment(
+            np.where(squared <= self._params.gate, squared, _FAR)
+        )
         is_near = squared[bodies, groups] <= self._params.gate
         return bodies[is_near], groups[is_near]
 
@@ -141,7 +159,11 @@ class Tracker:
 
     def _keep(self, chosen: BoolArray) -> None:
         self._filter.keep(chosen)
-        self._ids, self._hits, self._seen = self._ids[chosen], self._hits[chosen], self._seen[chosen]
+        self._ids, self._hits, self._seen = (
+            self._ids[chosen],
+            self._hits[chosen],
+            self._seen[chosen],
+        )
 
 
 def _filter(params: TrackerParams) -> TrackFilter | ManeuveringFilter:

@@ -7,7 +7,8 @@ from navstack.planning.navfn_kernels import COST_NEUTRAL, LEAST_OBSTACLE, POT_HI
 from navstack.planning.potential_field import NOWHERE, PotentialField
 from navstack.types import FloatArray, Pose2D
 
-_WAITING = 200_000  # cells that the wave may keep waiting; NavFn's own limit drops cells on maps of this size
+# cells that the wave may keep waiting; NavFn's own limit drops cells on maps of this size
+_WAITING = 200_000
 
 
 def cost_to_go(costmap: Costmap, goal: Pose2D) -> FloatArray:

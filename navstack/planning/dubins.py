@@ -13,8 +13,11 @@ from navstack.jit import njit
 from navstack.planning.ompl_kernels import has_room, is_free
 from navstack.types import BoolArray, ByteArray, FloatArray
 
-# Left, straight, right as signs of curvature, for each word; every second one is the mirror image of the one before.
-WORDS = np.array(((1, 0, 1), (-1, 0, -1), (1, 0, -1), (-1, 0, 1), (-1, 1, -1), (1, -1, 1)), dtype=np.float64)
+# Left, straight, right as signs of curvature, for each word; every second one is the mirror image
+# of the one before.
+WORDS = np.array(
+    ((1, 0, 1), (-1, 0, -1), (1, 0, -1), (-1, 0, 1), (-1, 1, -1), (1, -1, 1)), dtype=np.float64
+)
 SAME = 1e-9
 
 
@@ -27,9 +30,12 @@ def _turn(angle: float) -> float:
 
 @njit()
 def _segments(word: int, d: float, a: float, b: float) -> tuple[float, float, float]:
-    """Lengths of a word's three segments for radius 1 (NaN: the word does not lead there); d, a, b as in the paper.
+    """Lengths of a word's three segments for radius 1 (NaN: the word does not lead there).
 
-    Words come in pairs: the second one is the first one in a mirror, where angles count the other way round.
+    D, a, b as in the paper.
+
+    Words come in pairs: the second one is the first one in a mirror, where angles count the other
+    way round.
     """
     if word % 2 == 1:
         a, b = -a, -b
@@ -54,7 +60,9 @@ def _segments(word: int, d: float, a: float, b: float) -> tuple[float, float, fl
 
 
 @njit()
-def shortest_word(start: FloatArray, end: FloatArray, radius: float) -> tuple[int, float, float, float]:
+def shortest_word(
+    start: FloatArray, end: FloatArray, radius: float
+) -> tuple[int, float, float, float]:
     """The word of the shortest curve between poses (3,) and its three lengths, in the unit of ``radius``."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     heading = math.atan2(dy, dx)
@@ -118,11 +126,19 @@ def overlaps_cell(corners: FloatArray, column: int, row: int) -> bool:
 
 @njit()
 def stands_free(
-    costs: ByteArray, blocked: BoolArray, footprint: FloatArray, reach: float, allow_unknown: bool, pose: FloatArray
+    costs: ByteArray,
+    blocked: BoolArray,
+    footprint: FloatArray,
+    reach: float,
+    allow_unknown: bool,
+    pose: FloatArray,
 ) -> bool:
-    """Whether a convex footprint (N, 2) touches no obstacle's cell at a pose (3,); lengths in [cells].
+    """Whether a convex footprint (N, 2) touches no obstacle's cell at a pose (3,).
 
-    ``reach`` is its circumscribed radius: a disc of it that has room, or a centre in contact, settles most poses.
+    Lengths in [cells].
+
+    ``reach`` is its circumscribed radius: a disc of it that has room, or a centre in contact,
+    settles most poses.
     """
     x, y = pose[0], pose[1]
     if not is_free(costs, blocked, x, y):
@@ -134,7 +150,9 @@ def stands_free(
     corners[:, 0] = x + cos * footprint[:, 0] - sin * footprint[:, 1]
     corners[:, 1] = y + sin * footprint[:, 0] + cos * footprint[:, 1]
     for row in range(max(0, math.floor(y - reach)), min(costs.shape[0], math.floor(y + reach) + 1)):
-        for column in range(max(0, math.floor(x - reach)), min(costs.shape[1], math.floor(x + reach) + 1)):
+        for column in range(
+            max(0, math.floor(x - reach)), min(costs.shape[1], math.floor(x + reach) + 1)
+        ):
             cost = costs[row, column]
             if cost == LETHAL_OBSTACLE or (cost == NO_INFORMATION and not allow_unknown):
                 if overlaps_cell(corners, column, row):
@@ -144,7 +162,12 @@ def stands_free(
 
 @njit()
 def is_curve_free(
-    costs: ByteArray, blocked: BoolArray, footprint: FloatArray, reach: float, allow_unknown: bool, poses: FloatArray
+    costs: ByteArray,
+    blocked: BoolArray,
+    footprint: FloatArray,
+    reach: float,
+    allow_unknown: bool,
+    poses: FloatArray,
 ) -> bool:
     """Whether a footprint stands free at every pose (N, 3) of a curve."""
     for i in range(len(poses)):

@@ -6,7 +6,12 @@ from collections.abc import Callable
 import numpy as np
 
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Costmap
-from navstack.errors import GoalOccupiedError, GoalOutsideMapError, NoPathFoundError, StartOutsideMapError
+from navstack.errors import (
+    GoalOccupiedError,
+    GoalOutsideMapError,
+    NoPathFoundError,
+    StartOutsideMapError,
+)
 from navstack.types import FloatArray, IntArray, Pose2D
 
 NEAREST_FREE_RADIUS = 5.0  # [m] per axis, how far an error message looks for a free cell
@@ -18,7 +23,10 @@ def require_on_map(start: Pose2D, goal: Pose2D, costmap: Costmap) -> None:
     Raises:
         StartOutsideMapError, GoalOutsideMapError: one does not.
     """
-    for name, pose, error in (("start", start, StartOutsideMapError), ("goal", goal, GoalOutsideMapError)):
+    for name, pose, error in (
+        ("start", start, StartOutsideMapError),
+        ("goal", goal, GoalOutsideMapError),
+    ):
         finite = math.isfinite(pose.x) and math.isfinite(pose.y)
         if not finite or not costmap.contains(*costmap.world_to_map(pose.x, pose.y)):
             right = costmap.origin_x + costmap.size_x * costmap.resolution
@@ -45,7 +53,9 @@ def goal_occupied(goal: Pose2D, costmap: Costmap) -> GoalOccupiedError:
     return GoalOccupiedError(occupied("goal", goal, costmap))
 
 
-def no_path(start: Pose2D, goal: Pose2D, tolerance: float | None = None, or_else: str = "") -> NoPathFoundError:
+def no_path(
+    start: Pose2D, goal: Pose2D, tolerance: float | None = None, or_else: str = ""
+) -> NoPathFoundError:
     """The error that nothing connects start and goal, or what lies within ``tolerance`` [m] of it."""
     near = "" if tolerance is None else f"within {tolerance:g} m of "
     return NoPathFoundError(
@@ -62,7 +72,10 @@ def to_cells(poses: FloatArray, costmap: Costmap) -> FloatArray:
 
 
 def nearest_free_distance(pose: Pose2D, costmap: Costmap) -> float:
-    """Distance to the nearest cell centre of cost below 253 within a 10 m square, in [m]; inf: none."""
+    """Distance to the nearest cell centre of cost below 253 within a 10 m square, in [m].
+
+    Inf: none.
+    """
     mx, my = costmap.world_to_map(pose.x, pose.y)
     reach = math.ceil(NEAREST_FREE_RADIUS / costmap.resolution)
     x0, y0 = max(0, mx - reach), max(0, my - reach)
@@ -76,7 +89,10 @@ def nearest_free_distance(pose: Pose2D, costmap: Costmap) -> float:
 
 
 def single_pose(start: Pose2D, goal: Pose2D, use_final_approach_orientation: bool) -> FloatArray:
-    """The plan where start and goal are one point: turn to the goal's heading, or stay as the robot stands (NavFn)."""
+    """The plan where start and goal are one point.
+
+    Turn to the goal's heading, or stay as the robot stands (NavFn).
+    """
     return np.array([[start.x, start.y, start.yaw if use_final_approach_orientation else goal.yaw]])
 
 
@@ -101,7 +117,10 @@ def way_back(last: int, first: int, width: int, parent: Callable[[int], int]) ->
 
 
 def dense_poses(points: FloatArray, goal_yaw: float, costmap: Costmap) -> FloatArray:
-    """Poses (M, 3), looking along a polyline (N, 2) in [cells], at most one cell apart; each corner is kept."""
+    """Poses (M, 3), looking along a polyline (N, 2) in [cells], at most one cell apart.
+
+    Each corner is kept.
+    """
     places = [points[:1]]
     for start, end in zip(points[:-1], points[1:], strict=True):
         steps = max(1, math.ceil(math.hypot(*(end - start))))

@@ -1,4 +1,7 @@
-"""Hot loops that repair NavFn's potential where the costmap has changed; conventions as in navfn_kernels."""
+"""Hot loops that repair NavFn's potential where the costmap has changed.
+
+Conventions as in navfn_kernels.
+"""
 
 # mypy: disable-error-code="arg-type, assignment, call-overload, return-value"
 # as in the other kernels: mypy takes 32-bit numbers for mistakes
@@ -27,7 +30,10 @@ UNSETTLED = np.uint64(0x0101010101010101)  # eight dirty blocks that have been
 
 @njit()
 def differ(one: ByteArray, other: ByteArray, begin: int) -> bool:
-    """Whether two arrays differ in BLOCK_SIZE places; loops of fixed length over bytes become vector instructions."""
+    """Whether two arrays differ in BLOCK_SIZE places.
+
+    Loops of fixed length over bytes become vector instructions.
+    """
     found, first = np.uint8(0), np.uint64(begin)
     for j in range(np.uint64(BLOCK_SIZE)):
         found = np.uint8(found | np.uint8(one[first + j] ^ other[first + j]))
@@ -57,11 +63,16 @@ def take_in_changes(
     level = POT_HIGH
     for y in range(y0, yn):
         for x in range(x0, xn, BLOCK_SIZE):
-            begin, end = y * width + max(x0, min(x, xn - BLOCK_SIZE)), y * width + min(x + BLOCK_SIZE, xn)
+            begin, end = (
+                y * width + max(x0, min(x, xn - BLOCK_SIZE)),
+                y * width + min(x + BLOCK_SIZE, xn),
+            )
             if end - begin == BLOCK_SIZE and not differ(costs, known, begin):
                 continue
             for n in range(begin, end):
-                if costs[n] == known[n] or (only_cheaper and crossing[costs[n]] > crossing[known[n]]):
+                if costs[n] == known[n] or (
+                    only_cheaper and crossing[costs[n]] > crossing[known[n]]
+                ):
                     continue
                 known[n] = costs[n]
                 beside = min(potential[n - 1], potential[n + 1])
@@ -83,11 +94,14 @@ def crosses_costlier(
 
 
 @njit()
-def roll_back(potential: Float32Array, dirty: ByteArray, tops: Float32Array, level: float, edge: Buffers) -> int:
+def roll_back(
+    potential: Float32Array, dirty: ByteArray, tops: Float32Array, level: float, edge: Buffers
+) -> int:
     """Set the potentials of ``level`` and above back to POT_HIGH.
 
-    ``tops`` (blocks,) keeps the highest potential of each block that is SETTLED, not written since; blocks whose top
-    lies well below the level are passed over. The blocks that hold cells just below the level are put into ``edge``.
+    ``tops`` (blocks,) keeps the highest potential of each block that is SETTLED, not written since;
+    blocks whose top lies well below the level are passed over. The blocks that hold cells just
+    below the level are put into ``edge``.
 
     Returns:
         How many these are; those that ``edge`` has no room for are left out.
@@ -121,12 +135,19 @@ def reaches(tops: Float32Array, first: int, lowest: float) -> bool:
 
 @njit()
 def cut_block(potential: Float32Array, block: int, level: float, tops: Float32Array) -> None:
-    """Set the potentials of ``level`` and above in a block to POT_HIGH; ``tops`` takes the highest of the others, or 0.
+    """Set the potentials of ``level`` and above in a block to POT_HIGH.
 
-    Potentials are not negative: as whole numbers their bits have the same order, of which a highest one is found by
-    vector instructions.
+    ``tops`` takes the highest of the others, or 0.
+
+    Potentials are not negative: as whole numbers their bits have the same order, of which a highest
+    one is found by vector instructions.
     """
-    bits, top, limit, first = potential.view(np.int32), np.int32(0), np.float32(level), np.uint64(block * BLOCK_SIZE)
+    bits, top, limit, first = (
+        potential.view(np.int32),
+        np.int32(0),
+        np.float32(level),
+        np.uint64(block * BLOCK_SIZE),
+    )
     if (block + 1) * BLOCK_SIZE <= potential.size:
         for j in range(np.uint64(BLOCK_SIZE)):
             stays = potential[first + j] < limit
@@ -150,7 +171,9 @@ def seed_edge(
     level: float,
     buffer: Buffers,
 ) -> int:
-    """Let the unreached neighbours of the cells just below ``level``, in the blocks ``edge``, wait; returns how many.
+    """Let the unreached neighbours of the cells just below ``level``, in the blocks ``edge``, wait.
+
+    Returns how many.
 
     It ends where the next block might not fit into the buffer any more.
     """
@@ -174,7 +197,9 @@ def seed_edge(
 
 
 @njit()
-def flag_edge(potential: Float32Array, begin: int, width: int, level: float, flags: ByteArray) -> None:
+def flag_edge(
+    potential: Float32Array, begin: int, width: int, level: float, flags: ByteArray
+) -> None:
     """Flag the cells of a block just below ``level`` beside which a cell is unreached, by vector instructions.
 
     In blocks that reach into the map's first or last row all are flagged.
@@ -193,9 +218,18 @@ def flag_edge(potential: Float32Array, begin: int, width: int, level: float, fla
 
 @njit()
 def push_unreached(
-    potential: Float32Array, costs: ByteArray, gain: Float32Array, width: int, n: int, buffer: Buffers, count: int
+    potential: Float32Array,
+    costs: ByteArray,
+    gain: Float32Array,
+    width: int,
+    n: int,
+    buffer: Buffers,
+    count: int,
 ) -> int:
-    """Let those of the four neighbours of a cell wait that are open and unreached; returns the new count."""
+    """Let those of the four neighbours of a cell wait that are open and unreached.
+
+    Returns the new count.
+    """
     for m in (n - 1, n + 1, n - width, n + width):
         if potential[m] == POT_HIGH and gain[costs[m]] < POT_HIGH:
             buffer[count] = m
@@ -226,7 +260,9 @@ def respread(
         unmark(potential, buffers[0], count)
         threshold = np.float32(-1.0)
     else:
-        threshold = run_wave(field, target, False, count, np.float32(level), margin, tops[:0], np.float32(limit))
+        threshold = run_wave(
+            field, target, False, count, np.float32(level), margin, tops[:0], np.float32(limit)
+        )
     set_border(potential, costs, gain, width, POT_HIGH)
     potential[source] = 0.0
     return threshold

@@ -1,55 +1,86 @@
-"""NavFn that keeps its potential between plans to one goal: a plugin of our own, for replanning at 1 Hz."""
+"""NavFn that keeps its potential between plans to one goal.
+
+A plugin of our own, for replanning at 1 Hz.
+"""
 
 import math
 
 import numpy as np
 
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from navstack.costmap.costmap import (
+    INSCRIBED_INFLATED_OBSTACLE,
+    LETHAL_OBSTACLE,
+    NO_INFORMATION,
+    Costmap,
+)
 from navstack.params.planners import IncrementalNavfnParams, NavfnParams
-from navstack.planning.endpoints import face_along_last_step, goal_occupied, require_on_map, single_pose
+from navstack.planning.endpoints import (
+    face_along_last_step,
+    goal_occupied,
+    require_on_map,
+    single_pose,
+)
 from navstack.planning.incremental_kernels import crosses_costlier, take_in_changes
 from navstack.planning.navfn import NavfnPlanner, cell, end_at
-from navstack.planning.navfn_kernels import COST_NEUTRAL, COST_OBSTACLE, POT_HIGH, PRIORITY_STEP, cost_tables
+from navstack.planning.navfn_kernels import (
+    COST_NEUTRAL,
+    COST_OBSTACLE,
+    POT_HIGH,
+    PRIORITY_STEP,
+    cost_tables,
+)
 from navstack.planning.planner import Planner
 from navstack.planning.potential_field import PotentialField, flat_costs
 from navstack.types import ByteArray, FloatArray, Path, Pose2D
 
 WAITING_CELLS = 200_000  # per buffer; a wave that is taken up again starts from its whole edge
-MARGIN = 1000.0  # of potential (1 m of free cells) beyond the robot, so that straying does not end the field
-COSTLY_SHARE = 2.0  # of what the way would cost through free cells that the last stretch is taken to cost at most
-HALF_REACH = 2000.0  # of potential (2 m of free cells); twice that beyond the robot's, a field is not spread anew
+# of potential (1 m of free cells) beyond the robot, so that straying does not end the field
+MARGIN = 1000.0
+# of what the way would cost through free cells that the last stretch is taken to cost at most
+COSTLY_SHARE = 2.0
+# of potential (2 m of free cells); twice that beyond the robot's, a field is not spread anew
+HALF_REACH = 2000.0
 
 
 class IncrementalNavfn(Planner):
     """NavFn's Dijkstra with the potential rooted at the goal instead of at the robot.
 
-    While the goal stays, a plan is a descent from the robot. Cells that have become costlier matter only where the path
-    crosses them: without them the field is a lower bound, and a path that attains it is the best. Cells that
-    have become cheaper always matter. What matters is taken in: potentials below the lowest one touched stay,
-    the rest is forgotten and spread anew as far as the robot, leaving out what lies too far off its way to matter.
+    While the goal stays, a plan is a descent from the robot. Cells that have become costlier matter
+    only where the path crosses them: without them the field is a lower bound, and a path that
+    attains it is the best. Cells that have become cheaper always matter. What matters is taken in:
+    potentials below the lowest one touched stay, the rest is forgotten and spread anew as far as
+    the robot, leaving out what lies too far off its way to matter.
 
-    Changes are looked for within ``change_radius`` of the robot only (along x and y), which must cover the reach of the
-    sensors and the way between two plans. Elsewhere a costlier cell is noticed when the path crosses it, a cheaper
-    one when the robot comes near. Whatever the field cannot answer (occupied start or goal, no path)
-    NavfnPlanner does.
+    Changes are looked for within ``change_radius`` of the robot only (along x and y), which must
+    cover the reach of the sensors and the way between two plans. Elsewhere a costlier cell is
+    noticed when the path crosses it, a cheaper one when the robot comes near. Whatever the field
+    cannot answer (occupied start or goal, no path) NavfnPlanner does.
     """
 
     def __init__(self, params: IncrementalNavfnParams) -> None:
         self._params = params
         self._field = PotentialField(params.allow_unknown, WAITING_CELLS)
         self._crossing, _ = cost_tables(params.allow_unknown)
-        self._known: ByteArray = np.empty(0, dtype=np.uint8)  # the costs that the potential stands for
+        # the costs that the potential stands for
+        self._known: ByteArray = np.empty(0, dtype=np.uint8)
         self._key: tuple[object, ...] = ()  # what the field was made for
-        self._sound_below = 0.0  # potentials below this are final for the costs known, but for gaps:
-        self._gap_level = math.inf  # where the field has been spread anew from this level on, there may be gaps,
+        # potentials below this are final for the costs known, but for gaps:
+        self._sound_below = 0.0
+        # where the field has been spread anew from this level on, there may be gaps,
+        self._gap_level = math.inf
         self._gap_limit = math.inf  # but no way from the robot over them costs less than this
         self._robot = 0  # where it stood at the last plan
         self._fallback = NavfnPlanner(
-            NavfnParams(params.tolerance, False, params.allow_unknown, params.use_final_approach_orientation)
+            NavfnParams(
+                params.tolerance, False, params.allow_unknown, params.use_final_approach_orientation
+            )
         )
 
     def reset(self, rng: np.random.Generator) -> None:
-        """Forget the field: a plan must not depend on the deliveries before; ``rng`` is not used."""
+        """Forget the field: a plan must not depend on the deliveries before.
+
+        ``rng`` is not used.
+        """
         self._key = ()
         self._field.forget()
         self._fallback.reset(rng)
@@ -60,7 +91,9 @@ class IncrementalNavfn(Planner):
         if self._params.tolerance == 0.0 and costmap.cost_at(goal.x, goal.y) == LETHAL_OBSTACLE:
             raise goal_occupied(goal, costmap)
         if (start.x, start.y) == (goal.x, goal.y):
-            return Path(single_pose(start, goal, self._params.use_final_approach_orientation), stamp)
+            return Path(
+                single_pose(start, goal, self._params.use_final_approach_orientation), stamp
+            )
         robot, source = cell(start, costmap), cell(goal, costmap)
         if not (self._is_open(robot, costmap) and self._is_open(source, costmap)):
             return self._fallback.plan(start, goal, costmap, stamp)
@@ -88,12 +121,16 @@ class IncrementalNavfn(Planner):
                 return points
         return self._descend_anew(key, robot, source, costmap)
 
-    def _descend_anew(self, key: tuple[object, ...], robot: int, source: int, costmap: Costmap) -> FloatArray | None:
+    def _descend_anew(
+        self, key: tuple[object, ...], robot: int, source: int, costmap: Costmap
+    ) -> FloatArray | None:
         """As :meth:`_descend`, with a field from nothing."""
         self._key = key
         self._known = flat_costs(costmap).copy()
         self._gap_level, self._gap_limit, self._robot = math.inf, math.inf, robot
-        self._sound_below = self._field.expand(costmap, source, robot, margin=MARGIN) - float(PRIORITY_STEP)
+        self._sound_below = self._field.expand(costmap, source, robot, margin=MARGIN) - float(
+            PRIORITY_STEP
+        )
         return self._field.descend(robot, source)
 
     def _take_in_changes(self, robot: int, costmap: Costmap, only_cheaper: bool) -> None:
@@ -103,11 +140,16 @@ class IncrementalNavfn(Planner):
         x0, xn = max(1, column - reach), min(costmap.size_x - 1, column + reach + 1)
         y0, yn = max(1, row - reach), min(costmap.size_y - 1, row + reach + 1)
         costs = (flat_costs(costmap), self._known, self._crossing)
-        level = take_in_changes(self._field.flat, *costs, costmap.size_x, (x0, xn, y0, yn), only_cheaper)
+        level = take_in_changes(
+            self._field.flat, *costs, costmap.size_x, (x0, xn, y0, yn), only_cheaper
+        )
         self._sound_below = min(self._sound_below, float(level))
 
     def _repair(self, robot: int, source: int, costmap: Costmap) -> bool:
-        """Spread the field anew above the sound level unless the robot stands below; False: it has to be renewed."""
+        """Spread the field anew above the sound level unless the robot stands below.
+
+        False: it has to be renewed.
+        """
         guess = self._follow(robot, costmap.size_x)
         potential = float(self._field.flat[robot])
         if potential + HALF_REACH > self._gap_limit:
@@ -119,7 +161,8 @@ class IncrementalNavfn(Planner):
         potential = float(self._field.flat[robot])
         if potential + HALF_REACH <= self._gap_limit:
             return True
-        self._sound_below = min(self._sound_below, self._gap_level)  # a detour: no better way costs more than it
+        # a detour: no better way costs more than it
+        self._sound_below = min(self._sound_below, self._gap_level)
         return self._resume(robot, source, costmap, potential + 2.0 * HALF_REACH)
 
     def _resume(self, robot: int, source: int, costmap: Costmap, limit: float) -> bool:
@@ -127,9 +170,16 @@ class IncrementalNavfn(Planner):
         level = self._sound_below
         if level <= 2.0 * float(COST_OBSTACLE):
             return False
-        known = Costmap(self._known.reshape(costmap.data.shape), costmap.resolution, costmap.origin_x, costmap.origin_y)
+        known = Costmap(
+            self._known.reshape(costmap.data.shape),
+            costmap.resolution,
+            costmap.origin_x,
+            costmap.origin_y,
+        )
         limit = limit if limit < float(POT_HIGH) else math.inf
-        self._sound_below = self._field.resume(known, source, robot, level, MARGIN, limit) - float(PRIORITY_STEP)
+        self._sound_below = self._field.resume(known, source, robot, level, MARGIN, limit) - float(
+            PRIORITY_STEP
+        )
         if level <= self._gap_level:
             self._gap_level, self._gap_limit = level, limit
         else:
@@ -152,7 +202,11 @@ class IncrementalNavfn(Planner):
 
     def _crosses_costlier(self, points: FloatArray, costmap: Costmap) -> bool:
         """Whether the path leads through a cell that costs more than the field knows."""
-        return bool(crosses_costlier(points, flat_costs(costmap), self._known, self._crossing, costmap.size_x))
+        return bool(
+            crosses_costlier(
+                points, flat_costs(costmap), self._known, self._crossing, costmap.size_x
+            )
+        )
 
     def _is_open(self, n: int, costmap: Costmap) -> bool:
         """Whether NavFn can cross a cell: on the map, off its border, not an obstacle."""
@@ -160,4 +214,7 @@ class IncrementalNavfn(Planner):
         if not (0 < row < costmap.size_y - 1 and 0 < column < costmap.size_x - 1):
             return False
         cost = costmap.data[row, column]
-        return bool(cost < INSCRIBED_INFLATED_OBSTACLE or (cost == NO_INFORMATION and self._params.allow_unknown))
+        return bool(
+            cost < INSCRIBED_INFLATED_OBSTACLE
+            or (cost == NO_INFORMATION and self._params.allow_unknown)
+        )

@@ -4,7 +4,13 @@ import numpy as np
 
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.params.planners import NavfnParams
-from navstack.planning.endpoints import face_along_last_step, goal_occupied, no_path, require_on_map, single_pose
+from navstack.planning.endpoints import (
+    face_along_last_step,
+    goal_occupied,
+    no_path,
+    require_on_map,
+    single_pose,
+)
 from navstack.planning.navfn_kernels import round_half_away
 from navstack.planning.planner import Planner
 from navstack.planning.potential_field import NOWHERE, PotentialField
@@ -41,14 +47,17 @@ class NavfnPlanner(Planner):
         """A path from ``start`` to ``goal``; see :class:`Planner`.
 
         Raises:
-            PlanningError: a pose outside the map, a lethal goal with tolerance 0, or no path. A start in an obstacle
-                and a goal in an obstacle with a tolerance end in NoPathFoundError, as upstream.
+            PlanningError: a pose outside the map, a lethal goal with tolerance 0, or no path. A
+                start in an obstacle and a goal in an obstacle with a tolerance end in
+                NoPathFoundError, as upstream.
         """
         require_on_map(start, goal, costmap)
         if self._params.tolerance == 0.0 and costmap.cost_at(goal.x, goal.y) == LETHAL_OBSTACLE:
             raise goal_occupied(goal, costmap)
         if (start.x, start.y) == (goal.x, goal.y):
-            return Path(single_pose(start, goal, self._params.use_final_approach_orientation), stamp)
+            return Path(
+                single_pose(start, goal, self._params.use_final_approach_orientation), stamp
+            )
         source = clamped_cell(start, costmap)
         self._spread(costmap, source, cell(goal, costmap))
         poses = self._extract(source, goal, costmap)
@@ -71,7 +80,10 @@ class NavfnPlanner(Planner):
         self._field.expand(costmap, source, target, self._params.use_astar)
 
     def _extract(self, source: int, goal: Pose2D, costmap: Costmap) -> FloatArray | None:
-        """The poses (N, 3) from the source to the reached point nearest to the goal; None where there is none."""
+        """The poses (N, 3) from the source to the reached point nearest to the goal.
+
+        None where there is none.
+        """
         best = self._field.nearest_reached(goal, costmap, self._params.tolerance)
         if best is None:
             return None
@@ -84,10 +96,17 @@ class NavfnPlanner(Planner):
 
 
 def cell(pose: Pose2D, costmap: Costmap) -> int:
-    """The number of NavFn's grid point nearest to a pose on the map; NOWHERE beyond the last column or row."""
+    """The number of NavFn's grid point nearest to a pose on the map.
+
+    NOWHERE beyond the last column or row.
+    """
     column = round_half_away((pose.x - costmap.origin_x) / costmap.resolution)
     row = round_half_away((pose.y - costmap.origin_y) / costmap.resolution)
-    return int(row * costmap.size_x + column) if column < costmap.size_x and row < costmap.size_y else NOWHERE
+    return (
+        int(row * costmap.size_x + column)
+        if column < costmap.size_x and row < costmap.size_y
+        else NOWHERE
+    )
 
 
 def clamped_cell(pose: Pose2D, costmap: Costmap) -> int:
@@ -118,14 +137,16 @@ SLACK = 8000.0  # of potential (8 m of free cells) that a path may cost more tha
 class GoalBound:
     """A lower bound of NavFn's cost from every cell to one goal.
 
-    It is NavFn's potential spread from the goal over the costmap's floor, the costs that no obstacle lowers. Potentials
-    spread from the two ends of a way differ a little (each leaves out the cost of its own first cell, and the
-    interpolation is not symmetric); half of ``SLACK`` is kept for that.
+    It is NavFn's potential spread from the goal over the costmap's floor, the costs that no
+    obstacle lowers. Potentials spread from the two ends of a way differ a little (each leaves out
+    the cost of its own first cell, and the interpolation is not symmetric); half of ``SLACK`` is
+    kept for that.
     """
 
     def __init__(self, allow_unknown: bool) -> None:
         self._field = PotentialField(allow_unknown)
-        self._floor: object = None  # what the bound was made of; the same object as long as the map is the same
+        # what the bound was made of; the same object as long as the map is the same
+        self._floor: object = None
         self._goal = -1
 
     def forget(self) -> None:

@@ -51,7 +51,9 @@ def take_corner(potential: Float32Array, width: int, n: int, i: int, corners: Fl
 
 
 @njit(forceinline=True)
-def take_corners(potential: Float32Array, width: int, n: int, held: int, corners: Float32Array) -> None:
+def take_corners(
+    potential: Float32Array, width: int, n: int, held: int, corners: Float32Array
+) -> None:
     """The gradients (4, 2) of a cell and its three upper right neighbours: right, above, both.
 
     ``corners`` are those of cell ``held`` until now: a cell beside it has two in common with it.
@@ -78,14 +80,20 @@ def interpolated_gradient(corners: Float32Array, dx: float, dy: float) -> tuple[
     x2 = np.float32(rest_x * corners[2, 0] + np.float32(dx * corners[3, 0]))
     y1 = np.float32(rest_x * corners[0, 1] + np.float32(dx * corners[1, 1]))
     y2 = np.float32(rest_x * corners[2, 1] + np.float32(dx * corners[3, 1]))
-    return np.float32(rest_y * x1 + np.float32(dy * x2)), np.float32(rest_y * y1 + np.float32(dy * y2))
+    return np.float32(rest_y * x1 + np.float32(dy * x2)), np.float32(
+        rest_y * y1 + np.float32(dy * y2)
+    )
 
 
 @njit(forceinline=True)
 def all_reached(potential: Float32Array, width: int, n: int) -> bool:
     """Whether a cell and its eight neighbours have a potential."""
     for row in (n - width, n, n + width):
-        if potential[row - 1] >= POT_HIGH or potential[row] >= POT_HIGH or potential[row + 1] >= POT_HIGH:
+        if (
+            potential[row - 1] >= POT_HIGH
+            or potential[row] >= POT_HIGH
+            or potential[row + 1] >= POT_HIGH
+        ):
             return False
     return True
 
@@ -94,7 +102,8 @@ def all_reached(potential: Float32Array, width: int, n: int) -> bool:
 def lowest_neighbour(potential: Float32Array, width: int, n: int) -> int:
     """The neighbour of least potential among eight, or the cell itself.
 
-    The least potential is truncated to a whole number after each comparison, as upstream's ``int minp`` does.
+    The least potential is truncated to a whole number after each comparison, as upstream's ``int
+    minp`` does.
     """
     if potential[n] >= POT_HIGH:
         return n
@@ -107,8 +116,13 @@ def lowest_neighbour(potential: Float32Array, width: int, n: int) -> int:
 
 
 @njit(forceinline=True)
-def advance(corners: Float32Array, width: int, n: int, dx: float, dy: float) -> tuple[int, float, float]:
-    """Half a cell down the gradient from cell ``n`` and offset (dx, dy); cell -1 where the gradient is zero."""
+def advance(
+    corners: Float32Array, width: int, n: int, dx: float, dy: float
+) -> tuple[int, float, float]:
+    """Half a cell down the gradient from cell ``n`` and offset (dx, dy).
+
+    Cell -1 where the gradient is zero.
+    """
     x, y = interpolated_gradient(corners, dx, dy)
     if x == 0.0 and y == 0.0:
         return -1, dx, dy
@@ -137,16 +151,23 @@ def step(
     held: int,
     corners: Float32Array,
 ) -> tuple[int, float, float, int]:
-    """The next cell and offset: down the gradient, or to the lowest neighbour near unreached cells; cell -1: stuck.
+    """The next cell and offset: down the gradient, or to the lowest neighbour near unreached cells.
 
-    ``corners`` (4, 2) are those of cell ``held``, which has been found to be among reached ones; the number of the cell
-    that they are of then comes last.
+    Cell -1: stuck.
+
+    ``corners`` (4, 2) are those of cell ``held``, which has been found to be among reached ones;
+    the number of the cell that they are of then comes last.
     """
     if n <= width or n >= potential.size - width - 1:
         return -1, dx, dy, held
     if on_grid or (n != held and not all_reached(potential, width, n)):
         lowest = lowest_neighbour(potential, width, n)
-        return (lowest if potential[lowest] < POT_HIGH else -1), np.float32(0.0), np.float32(0.0), held
+        return (
+            (lowest if potential[lowest] < POT_HIGH else -1),
+            np.float32(0.0),
+            np.float32(0.0),
+            held,
+        )
     if n != held:
         take_corners(potential, width, n, held, corners)
     m, dx, dy = advance(corners, width, n, dx, dy)
@@ -154,7 +175,9 @@ def step(
 
 
 @njit(ahead="float32[::1], int64, int64, int64, float32[:, ::1]")
-def descend(potential: Float32Array, width: int, start: int, source: int, path: Float32Array) -> int:
+def descend(
+    potential: Float32Array, width: int, start: int, source: int, path: Float32Array
+) -> int:
     """Follow the gradient from cell ``start`` to the potential's ``source`` in half-cell steps (calcPath).
 
     Writes points in cells into ``path`` (N, 2) and returns how many, FAILED or EXHAUSTED. Upstream gives up after
@@ -177,7 +200,9 @@ def descend(potential: Float32Array, width: int, start: int, source: int, path: 
             lowest, lowest_n, lowest_i = value, max(0, min(potential.size - 1, nearest)), i
         path[i, 0], path[i, 1] = np.float32(n % width) + dx, np.float32(n // width) + dy
         oscillates = i >= 2 and path[i, 0] == path[i - 2, 0] and path[i, 1] == path[i - 2, 1]
-        n, dx, dy, held = step(potential, width, n, dx, dy, oscillates or i < grid_until, held, corners)
+        n, dx, dy, held = step(
+            potential, width, n, dx, dy, oscillates or i < grid_until, held, corners
+        )
         i += 1
         if n < 0 or i - lowest_i > STALLED_STEPS:
             if lowest_i == stalled_i:  # no lower point since the last time
@@ -197,7 +222,12 @@ def nearest_reachable(
     The goal itself where it is reached; NaN where nothing is.
     """
     (goal_x, goal_y), (origin_x, origin_y, resolution) = goal, grid
-    if potential_at(potential, width, (goal_x - origin_x) / resolution, (goal_y - origin_y) / resolution) < POT_HIGH:
+    if (
+        potential_at(
+            potential, width, (goal_x - origin_x) / resolution, (goal_y - origin_y) / resolution
+        )
+        < POT_HIGH
+    ):
         return goal_x, goal_y
     best, best_x, best_y = np.inf, np.nan, np.nan
     y = goal_y - tolerance
@@ -205,7 +235,9 @@ def nearest_reachable(
         x = goal_x - tolerance
         while x <= goal_x + tolerance:
             squared = (x - goal_x) * (x - goal_x) + (y - goal_y) * (y - goal_y)
-            value = potential_at(potential, width, (x - origin_x) / resolution, (y - origin_y) / resolution)
+            value = potential_at(
+                potential, width, (x - origin_x) / resolution, (y - origin_y) / resolution
+            )
             if value < POT_HIGH and squared < best:
                 best, best_x, best_y = squared, x, y
             x += resolution

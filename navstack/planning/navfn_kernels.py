@@ -29,13 +29,16 @@ COST_HIGHEST = 253.0  # cost of crossing the dearest cell that is no obstacle, a
 LEAST_OBSTACLE = 253  # costmap value from which on a cell is an obstacle
 PRIORITY_STEP = np.float32(100.0)  # 2 * COST_NEUTRAL, by which the threshold rises
 BUFFER_SIZE = 10000  # PRIORITYBUFSIZE of navfn.hpp: what does not fit is dropped, as upstream
-FETCHED_AHEAD = 16  # cells whose visit is prepared while others are visited: 0.86 of the wave's time; 8: 0.89
+# cells whose visit is prepared while others are visited: 0.86 of the wave's time; 8: 0.89
+FETCHED_AHEAD = 16
 BLOCK_SHIFT = np.uint64(6)
 BLOCK_SIZE = 64  # 1 << BLOCK_SHIFT; cells are marked dirty in blocks of this many
 NO_BOUND = np.empty(0, dtype=np.float32)  # for a wave that may go everywhere
 INV_SQRT2 = 0.707106781  # to as many digits as navfn.cpp has
-STRAIGHT_SHARE = 0.99  # of the straight line's cost that a potential is at least; WAVE_0 is a little low
-WAVE_2, WAVE_1, WAVE_0 = -0.2301, 0.5307, 0.7040  # the quadratic that stands for the planar wave's square root
+# of the straight line's cost that a potential is at least; WAVE_0 is a little low
+STRAIGHT_SHARE = 0.99
+# the quadratic that stands for the planar wave's square root
+WAVE_2, WAVE_1, WAVE_0 = -0.2301, 0.5307, 0.7040
 
 
 class Field(NamedTuple):
@@ -61,7 +64,9 @@ def cost_tables(allow_unknown: bool) -> tuple[Float32Array, Float32Array]:
 
     The gain is infinite for obstacles, so that the wave never enters them.
     """
-    crossing = np.minimum(np.trunc(float(COST_NEUTRAL) + COST_FACTOR * np.arange(256)), COST_HIGHEST)
+    crossing = np.minimum(
+        np.trunc(float(COST_NEUTRAL) + COST_FACTOR * np.arange(256)), COST_HIGHEST
+    )
     crossing[LEAST_OBSTACLE:] = COST_OBSTACLE
     if allow_unknown:
         crossing[NO_INFORMATION] = COST_HIGHEST
@@ -71,7 +76,10 @@ def cost_tables(allow_unknown: bool) -> tuple[Float32Array, Float32Array]:
 
 @njit(ahead="float32[::1], uint8[::1]")
 def clear_potential(potential: Float32Array, dirty: ByteArray) -> None:
-    """Set the potential back to POT_HIGH in the dirty blocks only; their number is a multiple of 8."""
+    """Set the potential back to POT_HIGH in the dirty blocks only.
+
+    Their number is a multiple of 8.
+    """
     words = dirty.view(np.uint64)
     for w in range(words.size):
         if words[w] == 0:
@@ -83,8 +91,13 @@ def clear_potential(potential: Float32Array, dirty: ByteArray) -> None:
 
 
 @njit()
-def set_border(potential: Float32Array, costs: ByteArray, gain: Float32Array, width: int, value: float) -> None:
-    """Write ``value`` into the outermost cells that are no obstacles: most maps end in those, and stay unwritten."""
+def set_border(
+    potential: Float32Array, costs: ByteArray, gain: Float32Array, width: int, value: float
+) -> None:
+    """Write ``value`` into the outermost cells that are no obstacles.
+
+    Most maps end in those, and stay unwritten.
+    """
     last_row = potential.size - width
     for x in range(width):
         set_open(potential, costs, gain, x, value)
@@ -95,7 +108,9 @@ def set_border(potential: Float32Array, costs: ByteArray, gain: Float32Array, wi
 
 
 @njit(inline="always")
-def set_open(potential: Float32Array, costs: ByteArray, gain: Float32Array, n: int, value: float) -> None:
+def set_open(
+    potential: Float32Array, costs: ByteArray, gain: Float32Array, n: int, value: float
+) -> None:
     """Write ``value`` into a cell that is no obstacle."""
     if gain[costs[n]] < POT_HIGH:
         potential[n] = value
@@ -164,8 +179,13 @@ def seed_wave(
 
 
 @njit()
-def push(potential: Float32Array, buffer: Buffers, count: int, n: int, value: float, lowest: float) -> int:
-    """Let cell ``n`` of potential ``value`` wait in a buffer if it could be lowered; returns the new count."""
+def push(
+    potential: Float32Array, buffer: Buffers, count: int, n: int, value: float, lowest: float
+) -> int:
+    """Let cell ``n`` of potential ``value`` wait in a buffer if it could be lowered.
+
+    Returns the new count.
+    """
     if value > lowest and count < buffer.size:
         buffer[count] = n
         potential[n] = -value
@@ -184,7 +204,10 @@ def push_neighbours(
     row: int,
     new: float,
 ) -> int:
-    """Let the four neighbours of a cell wait whose potential ``new`` could lower theirs; returns the new count."""
+    """Let the four neighbours of a cell wait whose potential ``new`` could lower theirs.
+
+    Returns the new count.
+    """
     one = np.uint64(1)
     count = push(potential, buffer, count, n - one, potential[n - one], new + gain[costs[n - one]])
     count = push(potential, buffer, count, n + one, potential[n + one], new + gain[costs[n + one]])
@@ -224,7 +247,8 @@ def run_wave(
     """
     potential, dirty, costs, crossing, gain, width, buffers = field
     current, following, overflow = buffers[0], buffers[1], buffers[2]
-    n_following = n_overflow = np.int64(0)  # numba would compile what they are given to once more for a literal 0
+    # numba would compile what they are given to once more for a literal 0
+    n_following = n_overflow = np.int64(0)
     target_x, target_y = target % width, target // width
     one, row = np.uint64(1), np.uint64(width)
     while n_current > 0:
@@ -233,7 +257,12 @@ def run_wave(
             n = np.uint64(current[np.uint64(i)])
             if i + FETCHED_AHEAD < n_current:
                 fetch_cell(potential, costs, np.uint64(current[np.uint64(i + FETCHED_AHEAD)]), row)
-            left, right, up, down = potential[n - one], potential[n + one], potential[n - row], potential[n + row]
+            left, right, up, down = (
+                potential[n - one],
+                potential[n + one],
+                potential[n - row],
+                potential[n + row],
+            )
             new = planar_wave(abs(left), abs(right), abs(up), abs(down), crossing[costs[n]])
             if new >= abs(potential[n]):
                 continue
@@ -244,16 +273,24 @@ def run_wave(
             if use_astar:
                 new = np.float32(new + distance_cost(n, width, target_x, target_y))
             if new < threshold:
-                n_following = push_neighbours(potential, costs, gain, following, n_following, n, row, new)
+                n_following = push_neighbours(
+                    potential, costs, gain, following, n_following, n, row, new
+                )
             else:
-                n_overflow = push_neighbours(potential, costs, gain, overflow, n_overflow, n, row, new)
+                n_overflow = push_neighbours(
+                    potential, costs, gain, overflow, n_overflow, n, row, new
+                )
         current, following = following, current
         n_current, n_following = n_following, np.int64(0)
         if n_current == 0:
             threshold = np.float32(threshold + PRIORITY_STEP)
             current, overflow = overflow, current
             n_current, n_overflow = n_overflow, np.int64(0)
-        if target >= 0 and abs(potential[target]) < POT_HIGH and abs(potential[target]) + margin <= threshold:
+        if (
+            target >= 0
+            and abs(potential[target]) < POT_HIGH
+            and abs(potential[target]) + margin <= threshold
+        ):
             break
     unmark(potential, current, n_current)
     unmark(potential, overflow, n_overflow)
@@ -266,19 +303,27 @@ def propagate(
     source: int,  # cell where the potential is 0
     target: int,  # cell whose potential ends the wave; -1: expand until nothing is left
     use_astar: bool,
-    margin: float,  # of potential beyond the target; -inf: end when the target is reached, as upstream
+    # of potential beyond the target; -inf: end when the target is reached, as upstream
+    margin: float,
     ahead: Float32Array,  # (height * width,) or empty, see run_wave
     limit: float,
 ) -> float:
-    """Spread the potential from ``source`` to ``target``; see :func:`run_wave` for what it returns."""
+    """Spread the potential from ``source`` to ``target``.
+
+    See :func:`run_wave` for what it returns.
+    """
     potential, dirty, costs, _, gain, width, buffers = field
     set_border(potential, costs, gain, width, -POT_HIGH)
     n_current = seed_wave(potential, costs, gain, width, source, buffers[0])
     dirty[source >> BLOCK_SHIFT] = 1
     threshold = COST_OBSTACLE
     if use_astar:
-        threshold = np.float32(threshold + distance_cost(source, width, target % width, target // width))
-    threshold = run_wave(field, target, use_astar, n_current, threshold, margin, ahead, np.float32(limit))
+        threshold = np.float32(
+            threshold + distance_cost(source, width, target % width, target // width)
+        )
+    threshold = run_wave(
+        field, target, use_astar, n_current, threshold, margin, ahead, np.float32(limit)
+    )
     set_border(potential, costs, gain, width, POT_HIGH)
     potential[source] = 0.0
     return threshold

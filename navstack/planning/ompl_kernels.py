@@ -1,4 +1,7 @@
-"""Hot loops of the sampling-based planners: which points and straight lines of a costmap are free."""
+"""Hot loops of the sampling-based planners.
+
+Which points and straight lines of a costmap are free.
+"""
 
 import math
 from typing import NamedTuple
@@ -27,16 +30,22 @@ def blocked_table(max_allowed_cost: int, allow_unknown: bool) -> BoolArray:
 
 @njit()
 def has_room(costs: ByteArray, x: float, y: float, radius: float, allow_unknown: bool) -> bool:
-    """Whether a disc holds no part of an obstacle's cell (cost 254, or unknown where that counts); all in [cells].
+    """Whether a disc holds no part of an obstacle's cell (cost 254, or unknown where that counts).
+
+    All in [cells].
 
     Nothing stands beyond the map. ``radius`` 0 or less: there is room.
     """
     if radius <= 0.0:
         return True
-    for row in range(max(0, math.floor(y - radius)), min(costs.shape[0], math.floor(y + radius) + 1)):
+    for row in range(
+        max(0, math.floor(y - radius)), min(costs.shape[0], math.floor(y + radius) + 1)
+    ):
         dy = max(row - y, y - (row + 1), 0.0)
         half = math.sqrt(max(radius * radius - dy * dy, 0.0))
-        for column in range(max(0, math.floor(x - half)), min(costs.shape[1], math.floor(x + half) + 1)):
+        for column in range(
+            max(0, math.floor(x - half)), min(costs.shape[1], math.floor(x + half) + 1)
+        ):
             cost = costs[row, column]
             if cost == LETHAL_OBSTACLE or (cost == NO_INFORMATION and not allow_unknown):
                 return False
@@ -57,8 +66,13 @@ def has_corridor(
 
 
 @njit()
-def are_connected(costs: ByteArray, blocked: BoolArray, x0: float, y0: float, x1: float, y1: float) -> bool:
-    """Whether free cells, each beside the next, lead from one free point to another; points in [cells]."""
+def are_connected(
+    costs: ByteArray, blocked: BoolArray, x0: float, y0: float, x1: float, y1: float
+) -> bool:
+    """Whether free cells, each beside the next, lead from one free point to another.
+
+    Points in [cells].
+    """
     width, cells = costs.shape[1], costs.size
     reached = np.zeros(cells, dtype=np.bool_)
     waiting = np.empty(cells, dtype=np.int32)
@@ -68,8 +82,18 @@ def are_connected(costs: ByteArray, blocked: BoolArray, x0: float, y0: float, x1
         count -= 1
         n = waiting[count]
         column = n % width
-        for m, is_there in ((n - 1, column > 0), (n + 1, column < width - 1), (n - width, True), (n + width, True)):
-            if is_there and 0 <= m < cells and not reached[m] and not blocked[costs[m // width, m % width]]:
+        for m, is_there in (
+            (n - 1, column > 0),
+            (n + 1, column < width - 1),
+            (n - width, True),
+            (n + width, True),
+        ):
+            if (
+                is_there
+                and 0 <= m < cells
+                and not reached[m]
+                and not blocked[costs[m // width, m % width]]
+            ):
                 reached[m] = True
                 waiting[count] = m
                 count += 1
@@ -85,7 +109,9 @@ def is_free(costs: ByteArray, blocked: BoolArray, x: float, y: float) -> bool:
 
 
 @njit()
-def is_line_free(costs: ByteArray, blocked: BoolArray, x0: float, y0: float, x1: float, y1: float) -> bool:
+def is_line_free(
+    costs: ByteArray, blocked: BoolArray, x0: float, y0: float, x1: float, y1: float
+) -> bool:
     """Whether every cell that a straight line touches is free; points in [cells].
 
     Cell by cell (Amanatides and Woo, 1987): no corner is cut, as sampling at a step would.
@@ -97,21 +123,29 @@ def is_line_free(costs: ByteArray, blocked: BoolArray, x0: float, y0: float, x1:
     step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
     per_column = abs(1.0 / dx) if dx != 0.0 else np.inf  # of the line's parameter 0..1
     per_row = abs(1.0 / dy) if dy != 0.0 else np.inf
-    next_column = ((column + 1 - x0) if dx > 0.0 else (x0 - column)) * per_column if dx != 0.0 else np.inf
+    next_column = (
+        ((column + 1 - x0) if dx > 0.0 else (x0 - column)) * per_column if dx != 0.0 else np.inf
+    )
     next_row = ((row + 1 - y0) if dy > 0.0 else (y0 - row)) * per_row if dy != 0.0 else np.inf
     for _ in range(abs(int(x1) - column) + abs(int(y1) - row)):
         if next_column < next_row:
             column, next_column = column + step_x, next_column + per_column
         else:
             row, next_row = row + step_y, next_row + per_row
-        if not (0 <= column < costs.shape[1] and 0 <= row < costs.shape[0]) or blocked[costs[row, column]]:
+        if (
+            not (0 <= column < costs.shape[1] and 0 <= row < costs.shape[0])
+            or blocked[costs[row, column]]
+        ):
             return False
     return True
 
 
 @njit()
 def line_cost(costs: ByteArray, x0: float, y0: float, x1: float, y1: float) -> float:
-    """Mean costmap value at half-cell steps along a straight line within the map; points in [cells]."""
+    """Mean costmap value at half-cell steps along a straight line within the map.
+
+    Points in [cells].
+    """
     steps = max(1, math.ceil(2.0 * math.hypot(x1 - x0, y1 - y0)))
     total = 0.0
     for i in range(steps + 1):
@@ -123,7 +157,9 @@ def line_cost(costs: ByteArray, x0: float, y0: float, x1: float, y1: float) -> f
 
 
 @njit()
-def nearest_free_cell(costs: ByteArray, blocked: BoolArray, column: int, row: int, radius: float) -> tuple[int, int]:
+def nearest_free_cell(
+    costs: ByteArray, blocked: BoolArray, column: int, row: int, radius: float
+) -> tuple[int, int]:
     """The free cell nearest to a cell within ``radius`` [cells]; (-1, -1) where there is none."""
     best, best_column, best_row = radius * radius + 1e-9, -1, -1
     reach = int(math.ceil(radius))
@@ -136,18 +172,24 @@ def nearest_free_cell(costs: ByteArray, blocked: BoolArray, column: int, row: in
 
 
 @njit()
-def is_edge_free(costs: ByteArray, blocked: BoolArray, room: Room, x0: float, y0: float, x1: float, y1: float) -> bool:
+def is_edge_free(
+    costs: ByteArray, blocked: BoolArray, room: Room, x0: float, y0: float, x1: float, y1: float
+) -> bool:
     """Whether the robot can drive along a straight line, in either direction; points in [cells]."""
     if not is_line_free(costs, blocked, x0, y0, x1, y1):
         return False
-    return room.corridor <= 0.0 or has_corridor(costs, x0, y0, x1, y1, room.corridor, room.allow_unknown)
+    return room.corridor <= 0.0 or has_corridor(
+        costs, x0, y0, x1, y1, room.corridor, room.allow_unknown
+    )
 
 
 @njit()
 def is_polyline_free(costs: ByteArray, blocked: BoolArray, room: Room, points: FloatArray) -> bool:
     """Whether the robot can drive along all pieces of a polyline (N, 2) in [cells]."""
     for i in range(1, len(points)):
-        if not is_edge_free(costs, blocked, room, points[i - 1, 0], points[i - 1, 1], points[i, 0], points[i, 1]):
+        if not is_edge_free(
+            costs, blocked, room, points[i - 1, 0], points[i - 1, 1], points[i, 0], points[i, 1]
+        ):
             return False
     return True
 
@@ -160,15 +202,29 @@ def can_turn(costs: ByteArray, blocked: BoolArray, room: Room, x: float, y: floa
 
 @njit()
 def can_reach(
-    costs: ByteArray, blocked: BoolArray, room: Room, turning: float, x0: float, y0: float, x1: float, y1: float
+    costs: ByteArray,
+    blocked: BoolArray,
+    room: Room,
+    turning: float,
+    x0: float,
+    y0: float,
+    x1: float,
+    y1: float,
 ) -> bool:
     """Whether the robot can drive along a line and turn at its end, which takes ``turning`` [cells] there."""
-    return is_edge_free(costs, blocked, room, x0, y0, x1, y1) and has_room(costs, x1, y1, turning, room.allow_unknown)
+    return is_edge_free(costs, blocked, room, x0, y0, x1, y1) and has_room(
+        costs, x1, y1, turning, room.allow_unknown
+    )
 
 
 @njit()
 def shortcut(
-    costs: ByteArray, blocked: BoolArray, room: Room, points: FloatArray, cost_weight: float, draws: FloatArray
+    costs: ByteArray,
+    blocked: BoolArray,
+    room: Room,
+    points: FloatArray,
+    cost_weight: float,
+    draws: FloatArray,
 ) -> FloatArray:
     """Take short cuts between random points of a polyline (N, 2) in [cells] (Geraerts and Overmars, 2007).
 
@@ -178,7 +234,10 @@ def shortcut(
     for i in range(len(draws)):
         along = cumulative_length(path)
         a, b = draws[i].min() * along[-1], draws[i].max() * along[-1]
-        first, last = np.searchsorted(along, a, side="right"), np.searchsorted(along, b, side="left")
+        first, last = (
+            np.searchsorted(along, a, side="right"),
+            np.searchsorted(along, b, side="left"),
+        )
         if first >= last:
             continue  # on one segment
         start, end = point_at(path, along, a), point_at(path, along, b)
@@ -186,12 +245,15 @@ def shortcut(
         straight = np.concatenate((start, end)).reshape(-1, 2)
         if not is_edge_free(costs, blocked, room, start[0], start[1], end[0], end[1]):
             continue
-        if not (can_turn(costs, blocked, room, start[0], start[1]) and can_turn(costs, blocked, room, end[0], end[1])):
+        if not (
+            can_turn(costs, blocked, room, start[0], start[1])
+            and can_turn(costs, blocked, room, end[0], end[1])
+        ):
             continue
         if polyline_cost(costs, straight, cost_weight) <= polyline_cost(costs, bypass, cost_weight):
-            path = np.concatenate((path[:first].copy().ravel(), straight.ravel(), path[last:].copy().ravel())).reshape(
-                -1, 2
-            )
+            path = np.concatenate(
+                (path[:first].copy().ravel(), straight.ravel(), path[last:].copy().ravel())
+            ).reshape(-1, 2)
     return path
 
 
@@ -200,7 +262,9 @@ def cumulative_length(path: FloatArray) -> FloatArray:
     """Length of a polyline (N, 2) up to each of its points."""
     along = np.zeros(len(path))
     for i in range(1, len(path)):
-        along[i] = along[i - 1] + math.hypot(path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1])
+        along[i] = along[i - 1] + math.hypot(
+            path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
+        )
     return along
 
 
@@ -212,7 +276,9 @@ def point_at(path: FloatArray, along: FloatArray, distance: float) -> FloatArray
 
 
 @njit()
-def weighted_length(costs: ByteArray, cost_weight: float, x0: float, y0: float, x1: float, y1: float) -> float:
+def weighted_length(
+    costs: ByteArray, cost_weight: float, x0: float, y0: float, x1: float, y1: float
+) -> float:
     """Length of a straight line in [cells], times 1 + cost_weight * mean cost / 252."""
     length = math.hypot(x1 - x0, y1 - y0)
     if cost_weight > 0.0 and length > 0.0:
@@ -225,5 +291,7 @@ def polyline_cost(costs: ByteArray, path: FloatArray, cost_weight: float) -> flo
     """Length of a polyline in [cells], each piece times 1 + cost_weight * mean cost / 252."""
     total = 0.0
     for i in range(1, len(path)):
-        total += weighted_length(costs, cost_weight, path[i - 1, 0], path[i - 1, 1], path[i, 0], path[i, 1])
+        total += weighted_length(
+            costs, cost_weight, path[i - 1, 0], path[i - 1, 1], path[i, 0], path[i, 1]
+        )
     return total

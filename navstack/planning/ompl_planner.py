@@ -10,7 +10,14 @@ from navstack.errors import NoPathFoundError, PlanningError, StartOccupiedError
 from navstack.params.planners import OmplParams
 from navstack.params.smoothers import SimpleSmootherParams
 from navstack.planning.dubins import is_curve_free
-from navstack.planning.endpoints import dense_poses, goal_occupied, occupied, require_on_map, single_pose, to_cells
+from navstack.planning.endpoints import (
+    dense_poses,
+    goal_occupied,
+    occupied,
+    require_on_map,
+    single_pose,
+    to_cells,
+)
 from navstack.planning.ompl_kernels import (
     Room,
     are_connected,
@@ -58,13 +65,20 @@ class OmplPlanner(Planner):
         self._params, self._shape = params, shape
         self._rng = np.random.default_rng(0)  # until reset
         self._blocked = blocked_table(params.max_allowed_cost, params.allow_unknown)
-        self._hull = np.zeros((3, 2)) if shape is None else shape.footprint[ConvexHull(shape.footprint).vertices]
+        self._hull = (
+            np.zeros((3, 2))
+            if shape is None
+            else shape.footprint[ConvexHull(shape.footprint).vertices]
+        )
         self._improvement: tuple[tuple[float, float], ...] = ()
         self._kept: Path | None = None
 
     @property
     def improvement(self) -> tuple[tuple[float, float], ...]:
-        """Wall time [s] and cost [m] whenever the last plan's best path got better; simplification is not in it."""
+        """Wall time [s] and cost [m] whenever the last plan's best path got better.
+
+        Simplification is not in it.
+        """
         return self._improvement
 
     def reset(self, rng: np.random.Generator) -> None:
@@ -76,10 +90,12 @@ class OmplPlanner(Planner):
     def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
         """A path from ``start`` to ``goal`` in steps of one cell, the last pose as the goal.
 
-        Each pose looks along the path. A path to the same goal that is still free is kept, if so wanted.
+        Each pose looks along the path. A path to the same goal that is still free is kept, if so
+        wanted.
 
         Raises:
-            PlanningError: start or goal outside the map or in an obstacle, no connection, or the budget used up.
+            PlanningError: start or goal outside the map or in an obstacle, no connection, or the
+                budget used up.
         """
         seed = int(self._rng.integers(1, LARGEST_SEED))
         draws = self._rng.random((SHORTCUTS, 2))
@@ -98,16 +114,26 @@ class OmplPlanner(Planner):
         return Path(poses.copy(), stamp)
 
     def _cheaper(
-        self, kept: FloatArray | None, start: Pose2D, goal: Pose2D, costmap: Costmap, seed: int, draws: FloatArray
+        self,
+        kept: FloatArray | None,
+        start: Pose2D,
+        goal: Pose2D,
+        costmap: Costmap,
+        seed: int,
+        draws: FloatArray,
     ) -> FloatArray:
         """A path found anew, or what is left of the last one where that costs hardly more."""
         try:
-            found = self._poses(self._search(start, goal, costmap, seed, draws), start, goal, costmap)
+            found = self._poses(
+                self._search(start, goal, costmap, seed, draws), start, goal, costmap
+            )
         except PlanningError:
             if kept is None:
                 raise
             found = None
-        if kept is not None and (found is None or self._cost(found, costmap) > WORTH_IT * self._cost(kept, costmap)):
+        if kept is not None and (
+            found is None or self._cost(found, costmap) > WORTH_IT * self._cost(kept, costmap)
+        ):
             self._fruitless += 1
             return kept
         self._fruitless = 0
@@ -116,7 +142,9 @@ class OmplPlanner(Planner):
 
     def _cost(self, poses: FloatArray, costmap: Costmap) -> float:
         """Of a path (N, 3) [m], in [cells]."""
-        return float(polyline_cost(costmap.data, to_cells(poses, costmap), self._params.cost_weight))
+        return float(
+            polyline_cost(costmap.data, to_cells(poses, costmap), self._params.cost_weight)
+        )
 
     def _search(
         self, start: Pose2D, goal: Pose2D, costmap: Costmap, seed: int, draws: FloatArray
@@ -125,7 +153,9 @@ class OmplPlanner(Planner):
         query, params = self._query(start, goal, costmap), self._params
         budget = (params.max_iterations, params.max_planning_time, params.patience)
         found = search(query, params.algorithm, params.range / costmap.resolution, *budget, seed)
-        self._improvement = tuple((seconds, cost * costmap.resolution) for seconds, cost in found.improvement)
+        self._improvement = tuple(
+            (seconds, cost * costmap.resolution) for seconds, cost in found.improvement
+        )
         if found.states is None:
             raise self._no_path(query, start, goal)
         return query, self._simplified(query, found, draws)
@@ -149,13 +179,18 @@ class OmplPlanner(Planner):
         )
 
     def _room(self, resolution: float) -> Room:
-        """Radii of the discs that need room; the strip needs none where the costs keep the centre far enough off."""
+        """Radii of the discs that need room.
+
+        The strip needs none where the costs keep the centre far enough off.
+        """
         if self._shape is None:
             return Room(0.0, 0.0, self._params.allow_unknown)
         half_width = float(np.abs(self._hull[:, 1]).max())
         is_covered = half_width + math.sqrt(2.0) * resolution <= self._shape.inscribed_radius
         corridor = 0.0 if is_covered else half_width / resolution
-        return Room(corridor, float(np.hypot(*self._hull.T).max()) / resolution, self._params.allow_unknown)
+        return Room(
+            corridor, float(np.hypot(*self._hull.T).max()) / resolution, self._params.allow_unknown
+        )
 
     def _free_point(self, pose: Pose2D, costmap: Costmap) -> tuple[float, float] | None:
         """The pose, or the centre of the nearest free cell within the tolerance, in [cells]."""
@@ -188,14 +223,23 @@ class OmplPlanner(Planner):
         )
 
     def _simplified(self, query: Query, found: Found, draws: FloatArray) -> FloatArray:
-        """The states with short cuts taken, in the plane, where that is wanted; not where it would cost more."""
+        """The states with short cuts taken, in the plane, where that is wanted.
+
+        Not where it would cost more.
+        """
         assert found.states is not None
         if not self._params.simplify or query.has_yaw:
             return found.states
-        shorter: FloatArray = shortcut(query.costs, query.blocked, query.room, found.states, query.cost_weight, draws)
-        return shorter if path_cost(query, shorter) <= path_cost(query, found.states) else found.states
+        shorter: FloatArray = shortcut(
+            query.costs, query.blocked, query.room, found.states, query.cost_weight, draws
+        )
+        return (
+            shorter if path_cost(query, shorter) <= path_cost(query, found.states) else found.states
+        )
 
-    def _poses(self, answer: tuple[Query, FloatArray], start: Pose2D, goal: Pose2D, costmap: Costmap) -> FloatArray:
+    def _poses(
+        self, answer: tuple[Query, FloatArray], start: Pose2D, goal: Pose2D, costmap: Costmap
+    ) -> FloatArray:
         query, states = answer
         if query.has_yaw:
             pieces = [query.way(a, b)[1:] for a, b in zip(states[:-1], states[1:], strict=True)]
@@ -219,7 +263,10 @@ class OmplPlanner(Planner):
         return poses
 
     def _still_free(self, start: Pose2D, goal: Pose2D, costmap: Costmap) -> FloatArray | None:
-        """What is left of the last path where it leads to the same goal, is near and free; else None."""
+        """What is left of the last path where it leads to the same goal, is near and free.
+
+        Else None.
+        """
         if self._kept is None or not np.array_equal(self._kept.poses[-1], goal.as_array()):
             return None
         poses = self._kept.poses
@@ -236,15 +283,22 @@ class OmplPlanner(Planner):
         cells, room = to_cells(poses, costmap), self._room(costmap.resolution)
         if self._params.state_space == "SE2":
             hull = self._hull / costmap.resolution
-            return bool(is_curve_free(costmap.data, self._blocked, hull, room.turning, room.allow_unknown, cells))
+            return bool(
+                is_curve_free(
+                    costmap.data, self._blocked, hull, room.turning, room.allow_unknown, cells
+                )
+            )
         return bool(is_polyline_free(costmap.data, self._blocked, room, cells)) and all(
             can_turn(costmap.data, self._blocked, room, x, y) for x, y in _corners(cells)
         )
 
     def _is_on(self, start: Pose2D, pose: FloatArray, cell: float) -> bool:
-        """Whether the robot can go on from a path's nearest pose (3,): a car cannot step aside, nor turn on the spot.
+        """Whether the robot can go on from a path's nearest pose (3,).
 
-        ``cell`` is the length of one in [m]; a car is on the path within a cell, and a cell's length of turning.
+        A car cannot step aside, nor turn on the spot.
+
+        ``cell`` is the length of one in [m]; a car is on the path within a cell, and a cell's
+        length of turning.
         """
         distance = math.hypot(pose[0] - start.x, pose[1] - start.y)
         if self._params.state_space != "SE2":
@@ -255,7 +309,9 @@ class OmplPlanner(Planner):
 
 def _to_cells(pose: Pose2D, costmap: Costmap) -> tuple[float, float]:
     """A point in [cells] from the map's lower left corner."""
-    return (pose.x - costmap.origin_x) / costmap.resolution, (pose.y - costmap.origin_y) / costmap.resolution
+    return (pose.x - costmap.origin_x) / costmap.resolution, (
+        pose.y - costmap.origin_y
+    ) / costmap.resolution
 
 
 def _corners(points: FloatArray) -> FloatArray:

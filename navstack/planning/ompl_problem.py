@@ -7,7 +7,13 @@ import numpy as np
 import ompl.base as ob
 
 from navstack.planning.dubins import curve, is_curve_free, stands_free
-from navstack.planning.ompl_kernels import Room, can_reach, is_edge_free, polyline_cost, weighted_length
+from navstack.planning.ompl_kernels import (
+    Room,
+    can_reach,
+    is_edge_free,
+    polyline_cost,
+    weighted_length,
+)
 from navstack.types import BoolArray, ByteArray, FloatArray
 
 STEP = 1.0  # [cells] between the poses at which a footprint is tried along a curve
@@ -38,19 +44,26 @@ class Query:
         return self.can_reach(state, state)
 
     def can_reach(self, start: FloatArray, end: FloatArray) -> bool:
-        """Whether the way between states is free and the robot can turn at its end; at start and goal it need not."""
+        """Whether the way between states is free and the robot can turn at its end.
+
+        At start and goal it need not.
+        """
         if self.has_yaw:
             return self.can_drive(start, end)  # its end is one of the poses that are tried
         x, y = end[0], end[1]
         turning = 0.0 if self._is_end(x, y) else self.room.turning
-        return bool(can_reach(self.costs, self.blocked, self.room, turning, start[0], start[1], x, y))
+        return bool(
+            can_reach(self.costs, self.blocked, self.room, turning, start[0], start[1], x, y)
+        )
 
     def can_drive(self, start: FloatArray, end: FloatArray) -> bool:
         """Whether the way between two states that are free themselves is free."""
         if self.has_yaw:
             poses = curve(start, end, self.turning_radius, STEP)
             return bool(is_curve_free(self.costs, self.blocked, *self._body, poses))
-        return bool(is_edge_free(self.costs, self.blocked, self.room, start[0], start[1], end[0], end[1]))
+        return bool(
+            is_edge_free(self.costs, self.blocked, self.room, start[0], start[1], end[0], end[1])
+        )
 
     def cost(self, points: FloatArray) -> float:
         """Of a polyline (N, >= 2), in [cells]."""
@@ -60,11 +73,15 @@ class Query:
         """Of the way between two states, in [cells]."""
         if self.has_yaw:
             return self.cost(self.way(start, end))
-        return float(weighted_length(self.costs, self.cost_weight, start[0], start[1], end[0], end[1]))
+        return float(
+            weighted_length(self.costs, self.cost_weight, start[0], start[1], end[0], end[1])
+        )
 
     def way(self, start: FloatArray, end: FloatArray) -> FloatArray:
         """Points of the way between two states, (N, 2) or (N, 3)."""
-        return curve(start, end, self.turning_radius, STEP) if self.has_yaw else np.stack((start, end))
+        return (
+            curve(start, end, self.turning_radius, STEP) if self.has_yaw else np.stack((start, end))
+        )
 
     @property
     def _body(self) -> tuple[FloatArray, float, bool]:
@@ -99,7 +116,10 @@ class _Motion(ob.MotionValidator):  # type: ignore[misc]
 
 
 class _Objective(ob.PathLengthOptimizationObjective):  # type: ignore[misc]
-    """Length in [cells], each piece weighted by its mean cost: never below the length, so informed sampling holds."""
+    """Length in [cells], each piece weighted by its mean cost.
+
+    Never below the length, so informed sampling holds.
+    """
 
     def __init__(self, information: Any, query: Query) -> None:
         super().__init__(information)
@@ -121,16 +141,22 @@ def make_problem(query: Query) -> tuple[Any, Any]:
     for axis, size in enumerate((query.costs.shape[1], query.costs.shape[0])):
         bounds.setLow(axis, 0.0)
         bounds.setHigh(axis, float(size))
-    space = ob.DubinsStateSpace(query.turning_radius) if query.has_yaw else ob.RealVectorStateSpace(2)
+    space = (
+        ob.DubinsStateSpace(query.turning_radius) if query.has_yaw else ob.RealVectorStateSpace(2)
+    )
     space.setBounds(bounds)
     information = ob.SpaceInformation(space)
     information.setStateValidityChecker(_Validity(information, query))
     information.setMotionValidator(_Motion(information, query))
     information.setup()
     definition = ob.ProblemDefinition(information)
-    definition.setStartAndGoalStates(_state(information, query.first), _state(information, query.last))
+    definition.setStartAndGoalStates(
+        _state(information, query.first), _state(information, query.last)
+    )
     plain = query.cost_weight == 0.0
-    objective = ob.PathLengthOptimizationObjective(information) if plain else _Objective(information, query)
+    objective = (
+        ob.PathLengthOptimizationObjective(information) if plain else _Objective(information, query)
+    )
     definition.setOptimizationObjective(objective)
     return information, definition
 

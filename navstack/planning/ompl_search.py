@@ -16,12 +16,15 @@ from scipy.sparse.csgraph import dijkstra
 from navstack.planning.ompl_problem import Query, make_problem, reader
 from navstack.types import FloatArray
 
-clock: Callable[[], float] = time.perf_counter  # [s]; a benchmark on a busy machine may take another
+# [s]; a benchmark on a busy machine may take another
+clock: Callable[[], float] = time.perf_counter
 WATCH_EVERY = 50  # checks of the budget between two looks at the best cost so far
 WORTH_IT = 1e-3  # of the cost, by which a path must get better for the search to go on
 FEWEST_SAMPLES = 1000  # of the first of FMT's searches against the clock
-CHECKS_PER_SAMPLE = 8  # of FMT's budget: about one in five samples is free, and each is expanded once
-NEIGHBOURS = 2.0 * math.e  # of PRM*, times the logarithm of the number of states (Karaman and Frazzoli, 2011)
+# of FMT's budget: about one in five samples is free, and each is expanded once
+CHECKS_PER_SAMPLE = 8
+# of PRM*, times the logarithm of the number of states (Karaman and Frazzoli, 2011)
+NEIGHBOURS = 2.0 * math.e
 
 ou.setLogLevel(ou.LOG_NONE)  # it writes to standard output otherwise
 
@@ -31,11 +34,15 @@ class Found:
     """What came of a search."""
 
     states: FloatArray | None  # (N, 2) or (N, 3) in [cells]; None: no path
-    improvement: tuple[tuple[float, float], ...]  # wall time [s] and cost [cells] whenever the best path got better
+    # wall time [s] and cost [cells] whenever the best path got better
+    improvement: tuple[tuple[float, float], ...]
 
 
 class Budget:
-    """How often OMPL may ask whether to stop, and for how long; it looks at the best cost while it is asked."""
+    """How often OMPL may ask whether to stop, and for how long.
+
+    It looks at the best cost while it is asked.
+    """
 
     def __init__(self, checks: int, seconds: float, patience: int) -> None:
         """Begin.
@@ -46,7 +53,8 @@ class Budget:
             patience: checks without an improvement worth it, after which it ends; 0: all of them.
         """
         self._left, self._patience = checks, patience
-        self._worth: tuple[float, int] = (math.inf, checks)  # the last cost that was worth it, checks left then
+        # the last cost that was worth it, checks left then
+        self._worth: tuple[float, int] = (math.inf, checks)
         self._begin = clock()
         self._end = self._begin + seconds if seconds > 0.0 else math.inf
         self.best_cost: Callable[[], float] | None = None  # asked now and then
@@ -76,14 +84,21 @@ class Budget:
 
     def note(self, cost: float) -> None:
         """Take down a cost, where it is the lowest so far."""
-        if math.isfinite(cost) and (not self.improvement or cost < self.improvement[-1][1] * (1.0 - 1e-9)):
+        if math.isfinite(cost) and (
+            not self.improvement or cost < self.improvement[-1][1] * (1.0 - 1e-9)
+        ):
             self.improvement.append((clock() - self._begin, cost))
             if cost < self._worth[0] * (1.0 - WORTH_IT):
                 self._worth = (cost, self._left)
 
 
-def _solve(query: Query, make: Any, reach: float, budget: Budget, samples: int = 0) -> FloatArray | None:
-    """Let OMPL search until it is done or the budget is used up; the states of the path, or None."""
+def _solve(
+    query: Query, make: Any, reach: float, budget: Budget, samples: int = 0
+) -> FloatArray | None:
+    """Let OMPL search until it is done or the budget is used up.
+
+    The states of the path, or None.
+    """
     information, definition = make_problem(query)
     planner = make(information)
     if hasattr(planner, "setRange"):
@@ -119,7 +134,10 @@ def _bit_star(query: Query, reach: float, _: int, budget: Budget) -> FloatArray 
 
 
 def _fmt(query: Query, reach: float, checks: int, budget: Budget) -> FloatArray | None:
-    """FMT*; against the clock with twice the samples again and again, for it has no path before it is done."""
+    """FMT*.
+
+    Against the clock with twice the samples again and again, for it has no path before it is done.
+    """
     if not budget.has_time_limit:
         samples = max(1, checks // CHECKS_PER_SAMPLE)
         return _solve(query, og.FMT, reach, Budget(20 * checks, 0.0, 0), samples)
@@ -136,8 +154,9 @@ def _fmt(query: Query, reach: float, checks: int, budget: Budget) -> FloatArray 
 def _prm_star(query: Query, _: float, checks: int, budget: Budget) -> FloatArray | None:
     """PRM*: OMPL grows the road map, the way through it is found here.
 
-    OMPL looks for the way in a second thread, which waits for ever where checks are written in Python, and alternates
-    between growing and expanding by the clock, which would make plans differ.
+    OMPL looks for the way in a second thread, which waits for ever where checks are written in
+    Python, and alternates between growing and expanding by the clock, which would make plans
+    differ.
     """
     information, definition = make_problem(query)
     planner = og.PRMstar(information)
@@ -173,7 +192,8 @@ def _shortest(query: Query, nodes: FloatArray, edges: list[tuple[int, int]]) -> 
     return nodes[way[::-1]]
 
 
-# Which search an algorithm's name stands for: of a query, the longest extension [cells], the checks allowed, a budget.
+# Which search an algorithm's name stands for: of a query, the longest extension [cells], the checks
+# allowed, a budget.
 ALGORITHMS: dict[str, Callable[[Query, float, int, Budget], FloatArray | None]] = {
     "BITstar": _bit_star,
     "FMT": _fmt,
@@ -184,7 +204,15 @@ ALGORITHMS: dict[str, Callable[[Query, float, int, Budget], FloatArray | None]] 
 }
 
 
-def search(query: Query, algorithm: str, reach: float, checks: int, seconds: float, patience: int, seed: int) -> Found:
+def search(
+    query: Query,
+    algorithm: str,
+    reach: float,
+    checks: int,
+    seconds: float,
+    patience: int,
+    seed: int,
+) -> Found:
     """Search with an algorithm of :data:`ALGORITHMS`.
 
     Args:
@@ -193,7 +221,8 @@ def search(query: Query, algorithm: str, reach: float, checks: int, seconds: flo
         reach: longest extension of a tree [cells].
         checks: how often OMPL may ask whether to stop.
         seconds: wall time after which it has to; 0: none.
-        patience: how often it may ask without a path getting better; 0: as often as ``checks`` says.
+        patience: how often it may ask without a path getting better; 0: as often as ``checks``
+            says.
         seed: of all chance in OMPL.
     """
     ou.RNG.setSeed(seed)  # what OMPL creates from here on draws its own seed from this one

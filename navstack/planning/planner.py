@@ -14,7 +14,8 @@ class RobotShape:
     """What a planner may know of the robot's body."""
 
     footprint: FloatArray  # (N, 2) polygon [m], base frame, without padding
-    inscribed_radius: float  # [m] around obstacles within which the costmap's costs mean contact (with padding)
+    # [m] around obstacles within which the costmap's costs mean contact (with padding)
+    inscribed_radius: float
 
 
 class Planner(ABC):
@@ -22,7 +23,10 @@ class Planner(ABC):
 
     @property
     def improvement(self) -> tuple[tuple[float, float], ...]:
-        """Wall time [s] and cost [m] whenever the last plan's best path got better; most planners find one at once."""
+        """Wall time [s] and cost [m] whenever the last plan's best path got better.
+
+        Most planners find one at once.
+        """
         return ()
 
     def reset(self, rng: np.random.Generator) -> None:  # noqa: B027 - most planners leave nothing to chance
@@ -33,5 +37,6 @@ class Planner(ABC):
         """A path from ``start`` to ``goal`` in the costmap's frame.
 
         Raises:
-            PlanningError: start or goal outside the map or in an obstacle, or nothing connects them.
+            PlanningError: start or goal outside the map or in an obstacle, or nothing connects
+                them.
         """

@@ -24,7 +24,8 @@ NOWHERE = -1  # a target that is never reached: the wave goes on until nothing i
 def flat_costs(costmap: Costmap) -> ByteArray:
     """The costs (height * width,) of a costmap, a view where it is C-contiguous.
 
-    It cannot be written to, whatever the costmap, so that numba compiles the kernels for one kind of arrays.
+    It cannot be written to, whatever the costmap, so that numba compiles the kernels for one kind
+    of arrays.
     """
     flat = np.ascontiguousarray(costmap.data).reshape(-1).view()
     flat.flags.writeable = False
@@ -32,7 +33,10 @@ def flat_costs(costmap: Costmap) -> ByteArray:
 
 
 def _nothing_reached(cells: int) -> Float32Array:
-    """So many potentials; of a large map what is never written to stands in memory once for all processes."""
+    """So many potentials.
+
+    Of a large map what is never written to stands in memory once for all processes.
+    """
     if cells < SHARED_FROM:
         return np.full(cells, POT_HIGH)
     return cached_array(content_key("potentials-1", cells), lambda: np.full(cells, POT_HIGH))
@@ -74,26 +78,43 @@ class PotentialField:
         if costmap.data.shape != self._shape:
             self._resize((costmap.size_y, costmap.size_x))
         clear_potential(self.flat, self._dirty)
-        return float(propagate(self._field(costmap), source, target, use_astar, margin, ahead, limit))
+        return float(
+            propagate(self._field(costmap), source, target, use_astar, margin, ahead, limit)
+        )
 
     def resume(
-        self, costmap: Costmap, source: int, target: int, level: float, margin: float, limit: float = np.inf
+        self,
+        costmap: Costmap,
+        source: int,
+        target: int,
+        level: float,
+        margin: float,
+        limit: float = np.inf,
     ) -> float:
         """Forget all potentials of ``level`` and above and spread them anew from those below, as :meth:`expand`."""
-        return float(respread(self._field(costmap), self._tops, source, target, level, margin, limit))
+        return float(
+            respread(self._field(costmap), self._tops, source, target, level, margin, limit)
+        )
 
     def _field(self, costmap: Costmap) -> Field:
         """What the kernels take, with the costs of a costmap."""
         tables = (self._crossing, self._gain)
-        return Field(self.flat, self._dirty, flat_costs(costmap), *tables, costmap.size_x, self._buffers)
+        return Field(
+            self.flat, self._dirty, flat_costs(costmap), *tables, costmap.size_x, self._buffers
+        )
 
     def nearest_reached(self, goal: Pose2D, costmap: Costmap, tolerance: float) -> Pose2D | None:
         """The goal, or the reached point nearest to it within ``tolerance`` [m] per axis, with the goal's yaw."""
-        x, y = nearest_reachable(self.flat, self._shape[1], (goal.x, goal.y), tolerance, costmap.grid)
+        x, y = nearest_reachable(
+            self.flat, self._shape[1], (goal.x, goal.y), tolerance, costmap.grid
+        )
         return None if np.isnan(x) else Pose2D(float(x), float(y), goal.yaw)
 
     def descend(self, start: int, source: int) -> FloatArray | None:
-        """Points (N, 2) in [cells] from cell ``start`` down to ``source``; None where the gradient leads nowhere."""
+        """Points (N, 2) in [cells] from cell ``start`` down to ``source``.
+
+        None where the gradient leads nowhere.
+        """
         count = EXHAUSTED
         while (count := descend(self.flat, self._shape[1], start, source, self._path)) == EXHAUSTED:
             self._path = np.empty((2 * len(self._path), 2), dtype=np.float32)

@@ -11,7 +11,9 @@ _READ, _KEEP, _DATA = 0, 3, 1  # LLVM's arguments: for reading, to stay in all c
 
 
 def _prefetch(context: Any, array: Any, index: Any) -> Any:
-    """Fetch the place of a one-dimensional contiguous array into the caches; for compiled code only.
+    """Fetch the place of a one-dimensional contiguous array into the caches.
+
+    For compiled code only.
 
     It changes nothing but the time of a later access, and an index beyond the array does no harm.
     """

@@ -1,4 +1,7 @@
-"""Smooths a path by pulling each pose towards its neighbours: nav2_smoother's ``simple_smoother.cpp`` (Jazzy)."""
+"""Smooths a path by pulling each pose towards its neighbours.
+
+Nav2_smoother's ``simple_smoother.cpp`` (Jazzy).
+"""
 
 import math
 
@@ -13,9 +16,9 @@ FEWEST_POSES = 5  # of a stretch that is smoothed
 class SimpleSmoother:
     """Gauss-Seidel relaxation between the given path and the straightest one.
 
-    Where an iteration would put a pose into an obstacle (cost 253 or 254), or the iterations run out, the poses before
-    that iteration are taken. There is no limit on wall time, which would make results depend on the machine;
-    ``max_its`` and ``refinement_num`` bound the work.
+    Where an iteration would put a pose into an obstacle (cost 253 or 254), or the iterations run
+    out, the poses before that iteration are taken. There is no limit on wall time, which would make
+    results depend on the machine; ``max_its`` and ``refinement_num`` bound the work.
     """
 
     def __init__(self, params: SimpleSmootherParams) -> None:
@@ -48,7 +51,9 @@ class SimpleSmoother:
         for _ in range(passes):
             if converged:
                 weights = (params.w_data, params.w_smooth)
-                converged = relax(poses, weights, params.tolerance, params.max_its, costmap.data, costmap.grid)
+                converged = relax(
+                    poses, weights, params.tolerance, params.max_its, costmap.data, costmap.grid
+                )
         heading = math.atan2(poses[2, 1] - poses[1, 1], poses[2, 0] - poses[1, 0])
         backwards = math.cos(heading - poses[1, 2]) < 0.0
         face_along(poses, backwards)

@@ -16,9 +16,12 @@ _u = np.uint64  # unsigned indices: numba then omits the treatment of negative o
 
 @njit()
 def meets_obstacle(places: FloatArray, costs: ByteArray, grid: Grid, cells: IntArray) -> bool:
-    """Whether the robot's centre means contact at one of the places (2, N) [m] but the ends; off the map none does.
+    """Whether the robot's centre means contact at one of the places (2, N) [m] but the ends.
 
-    ``cells`` (N,) is room: their numbers, worked out first, so that this compiles to vector instructions.
+    Off the map none does.
+
+    ``cells`` (N,) is room: their numbers, worked out first, so that this compiles to vector
+    instructions.
     """
     height, width = costs.shape
     flat, x, y = costs.reshape(-1), places[0], places[1]
@@ -34,20 +37,37 @@ def meets_obstacle(places: FloatArray, costs: ByteArray, grid: Grid, cells: IntA
 
 @njit(inline="always")
 def _relax_one(
-    given: FloatArray, old: FloatArray, new: FloatArray, i: int, x: float, y: float, weights: tuple[float, float]
+    given: FloatArray,
+    old: FloatArray,
+    new: FloatArray,
+    i: int,
+    x: float,
+    y: float,
+    weights: tuple[float, float],
 ) -> tuple[float, float, float, float]:
-    """Move place ``i`` after the one before has come to (x, y); returns where to, and how far along x and y."""
+    """Move place ``i`` after the one before has come to (x, y).
+
+    Returns where to, and how far along x and y.
+    """
     at, beyond = _u(i), _u(i + 1)
     old_x, old_y = old[0, at], old[1, at]
-    x = old_x + (weights[0] * (given[0, at] - old_x) + weights[1] * (old[0, beyond] + x - 2.0 * old_x))
-    y = old_y + (weights[0] * (given[1, at] - old_y) + weights[1] * (old[1, beyond] + y - 2.0 * old_y))
+    x = old_x + (
+        weights[0] * (given[0, at] - old_x) + weights[1] * (old[0, beyond] + x - 2.0 * old_x)
+    )
+    y = old_y + (
+        weights[0] * (given[1, at] - old_y) + weights[1] * (old[1, beyond] + y - 2.0 * old_y)
+    )
     new[0, at], new[1, at] = x, y
     return x, y, abs(x - old_x), abs(y - old_y)
 
 
 @njit()
 def sweep_twice(
-    given: FloatArray, old: FloatArray, once: FloatArray, twice: FloatArray, weights: tuple[float, float]
+    given: FloatArray,
+    old: FloatArray,
+    once: FloatArray,
+    twice: FloatArray,
+    weights: tuple[float, float],
 ) -> tuple[float, float]:
     """Two iterations on places (2, N); the second follows the first two places behind.
 
@@ -78,7 +98,12 @@ def sweep_twice(
 
 @njit()
 def relax(
-    poses: FloatArray, weights: tuple[float, float], tolerance: float, max_its: int, costs: ByteArray, grid: Grid
+    poses: FloatArray,
+    weights: tuple[float, float],
+    tolerance: float,
+    max_its: int,
+    costs: ByteArray,
+    grid: Grid,
 ) -> bool:
     """Relax the positions of poses (N, >= 2), in place, until they move less than ``tolerance`` [m] together.
 
@@ -118,7 +143,9 @@ def stretch_ends(poses: FloatArray) -> IntArray:
         turn = poses[i + 1, 2] - poses[i, 2]
         turn -= 2.0 * math.pi * math.floor((turn + math.pi) / (2.0 * math.pi))
         turns_back = ax * bx + ay * by < 0.0
-        turns_on_the_spot = abs(bx) < SAME_PLACE and abs(by) < SAME_PLACE and abs(turn) > SAME_HEADING
+        turns_on_the_spot = (
+            abs(bx) < SAME_PLACE and abs(by) < SAME_PLACE and abs(turn) > SAME_HEADING
+        )
         if turns_back or turns_on_the_spot:
             ends[count] = i
             count += 1

@@ -5,7 +5,12 @@ import math
 
 import numpy as np
 
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from navstack.costmap.costmap import (
+    INSCRIBED_INFLATED_OBSTACLE,
+    LETHAL_OBSTACLE,
+    NO_INFORMATION,
+    Costmap,
+)
 from navstack.errors import StartOccupiedError
 from navstack.jit import njit
 from navstack.params.planners import ThetaStarParams
@@ -24,7 +29,9 @@ from navstack.planning.ompl_kernels import blocked_table
 from navstack.planning.planner import Planner
 from navstack.types import BoolArray, ByteArray, FloatArray, IntArray, Path, Pose2D
 
-STEPS = np.array(((0, 1), (0, -1), (1, 0), (-1, 0), (1, -1), (-1, 1), (1, 1), (-1, -1)), dtype=np.int64)
+STEPS = np.array(
+    ((0, 1), (0, -1), (1, 0), (-1, 0), (1, -1), (-1, 1), (1, 1), (-1, -1)), dtype=np.int64
+)
 LOWEST, SHARE, HIGHEST = 26.0, 0.9, 252.0  # a cell counts as LOWEST + SHARE * cost, of HIGHEST
 
 
@@ -34,7 +41,9 @@ class ThetaStarPlanner(Planner):
     def __init__(self, params: ThetaStarParams) -> None:
         self._params = params
         costs = np.arange(256)
-        self._is_open: BoolArray = ~blocked_table(INSCRIBED_INFLATED_OBSTACLE - 1, params.allow_unknown)
+        self._is_open: BoolArray = ~blocked_table(
+            INSCRIBED_INFLATED_OBSTACLE - 1, params.allow_unknown
+        )
         level = np.where(costs == NO_INFORMATION, LETHAL_OBSTACLE - 1.0, LOWEST + SHARE * costs)
         self._crossing: FloatArray = params.w_traversal_cost * (level / HIGHEST) ** 2
 
@@ -55,7 +64,13 @@ class ThetaStarPlanner(Planner):
         ends = (costmap.world_to_map(start.x, start.y), costmap.world_to_map(goal.x, goal.y))
         weights = (params.w_euc_cost, min(params.w_heuristic_cost, params.w_euc_cost, 1.0))
         parents = search_lines(
-            costmap.data, self._is_open, self._crossing, ends[0], ends[1], params.how_many_corners, weights
+            costmap.data,
+            self._is_open,
+            self._crossing,
+            ends[0],
+            ends[1],
+            params.how_many_corners,
+            weights,
         )
         if len(parents) == 0:
             raise no_path(start, goal)
@@ -72,9 +87,17 @@ class ThetaStarPlanner(Planner):
 
 @njit()
 def line_of_sight(
-    costs: ByteArray, is_open: BoolArray, crossing: FloatArray, x: int, y: int, end_x: int, end_y: int
+    costs: ByteArray,
+    is_open: BoolArray,
+    crossing: FloatArray,
+    x: int,
+    y: int,
+    end_x: int,
+    end_y: int,
 ) -> float:
-    """What crossing the cells from one to another costs, the last one left out; inf: one of them is closed.
+    """What crossing the cells from one to another costs, the last one left out.
+
+    Inf: one of them is closed.
 
     Bresenham's line; where it goes diagonally, both cells beside it must be open, too.
     """
@@ -144,7 +167,11 @@ def search_lines(
             if not (0 <= u < width and 0 <= v < height) or not is_open[costs[v, u]]:
                 continue
             m = v * width + u
-            total = travelled[n] + weights[0] * math.hypot(STEPS[k, 0], STEPS[k, 1]) + crossing[costs[v, u]]
+            total = (
+                travelled[n]
+                + weights[0] * math.hypot(STEPS[k, 0], STEPS[k, 1])
+                + crossing[costs[v, u]]
+            )
             if not is_done[m] and total < travelled[m]:
                 travelled[m], parents[m] = total, n
                 heapq.heappush(heap, (total + weights[1] * math.hypot(goal[0] - u, goal[1] - v), m))

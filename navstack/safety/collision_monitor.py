@@ -1,4 +1,7 @@
-"""Stops or slows the robot down for obstacles in its zones: nav2_collision_monitor (``collision_monitor_node.cpp``)."""
+"""Stops or slows the robot down for obstacles in its zones.
+
+Nav2_collision_monitor (``collision_monitor_node.cpp``).
+"""
 
 import math
 from typing import NamedTuple
@@ -28,21 +31,30 @@ _PASSED = MonitorAction()
 
 
 class CollisionMonitor:
-    """The last one before the wheels. Each command is held against every zone; the slowest outcome is driven.
+    """The last one before the wheels. Each command is held against every zone.
 
-    Zones are looked at in the order of the file; the first one that stops the robot ends the search. The points are
-    those of the newest scan, counted once however many sources read it.
+    The slowest outcome is driven.
+
+    Zones are looked at in the order of the file; the first one that stops the robot ends the
+    search. The points are those of the newest scan, counted once however many sources read it.
     """
 
     def __init__(self, params: CollisionMonitorParams, footprint: FloatArray) -> None:
         """``footprint`` is the local costmap's padded polygon (V, 2) in [m], base frame, as it publishes it."""
         self._params = params
         zones = ((name, params.zones[name]) for name in params.polygons)
-        self._zones = [make_zone(name, zone, footprint) for name, zone in zones if params.enabled and zone.enabled]
+        self._zones = [
+            make_zone(name, zone, footprint)
+            for name, zone in zones
+            if params.enabled and zone.enabled
+        ]
         self._sources = {name: params.sources[name] for name in params.observation_sources}
         self._blind = {zone.name for zone in self._zones if not self._sees_scan(zone.params)}
-        timeouts = [params.timeout_of(source) for source in self._sources.values() if source.reads_scan]
-        self._timeouts = [timeout for timeout in timeouts if timeout != 0.0]  # [s] after which the scan is stale
+        timeouts = [
+            params.timeout_of(source) for source in self._sources.values() if source.reads_scan
+        ]
+        # [s] after which the scan is stale
+        self._timeouts = [timeout for timeout in timeouts if timeout != 0.0]
         self._projector = ScanProjector()
         self.reset()
 
@@ -53,7 +65,8 @@ class CollisionMonitor:
         self.action = _PASSED
         self._scan: Observation | None = None  # in the base frame at its time
         self._beams = 0  # of it
-        self._points: FloatArray | None = None  # (n, 2) [m] of it in the present base frame, once they were asked for
+        # (n, 2) [m] of it in the present base frame, once they were asked for
+        self._points: FloatArray | None = None
         self._stamp: float | None = None  # [s] of the scan; None: there is none yet
         self._odometry: Pose2D | None = None  # at that time
 
@@ -70,7 +83,8 @@ class CollisionMonitor:
         Args:
             command: what is to be driven.
             now: in [s].
-            odometry: the present pose in the odom frame; None: the scan's points are taken where they were seen.
+            odometry: the present pose in the odom frame; None: the scan's points are taken where
+                they were seen.
         """
         if self._is_stale(now):
             self.action = MonitorAction("stop", INVALID_SOURCE)
@@ -101,7 +115,9 @@ class CollisionMonitor:
                 self._points = transform_points(relative_to(odometry, then), self._points)
         return self._points
 
-    def _safe_velocity(self, zone: Zone, command: Twist2D, odometry: Pose2D | None) -> Twist2D | None:
+    def _safe_velocity(
+        self, zone: Zone, command: Twist2D, odometry: Pose2D | None
+    ) -> Twist2D | None:
         """What a zone leaves of the command; None: it has nothing against it."""
         params = zone.params
         if not zone.select(command) or params.action_type == "none":
@@ -118,7 +134,9 @@ class CollisionMonitor:
         if params.action_type == "stop":
             return STANDSTILL
         return (
-            _scaled(command, params.slowdown_ratio) if params.action_type == "slowdown" else _limited(command, params)
+            _scaled(command, params.slowdown_ratio)
+            if params.action_type == "slowdown"
+            else _limited(command, params)
         )
 
     def _sees_scan(self, params: PolygonParams) -> bool:
@@ -142,4 +160,8 @@ def _limited(command: Twist2D, params: PolygonParams) -> Twist2D:
     if params.limit_keeps_curvature:
         return _scaled(command, min(linear, angular))
     limit = params.angular_limit
-    return Twist2D(command.linear_x * linear, command.linear_y * linear, min(max(command.angular_z, -limit), limit))
+    return Twist2D(
+        command.linear_x * linear,
+        command.linear_y * linear,
+        min(max(command.angular_z, -limit), limit),
+    )

@@ -11,9 +11,12 @@ ROUNDING = 1e-6  # [m] more than any rounding below
 
 @njit()
 def is_inside(x: float, y: float, vertices: FloatArray) -> bool:
-    """Whether a point lies in a polygon (V, 2): a ray along +x crosses its edges an odd number of times.
+    """Whether a point lies in a polygon (V, 2).
 
-    Edges count as ``Polygon::isPointInside`` of nav2_collision_monitor counts them (Shimrat 1962, algorithm 112).
+    A ray along +x crosses its edges an odd number of times.
+
+    Edges count as ``Polygon::isPointInside`` of nav2_collision_monitor counts them (Shimrat 1962,
+    algorithm 112).
     """
     inside = False
     last = len(vertices) - 1
@@ -27,7 +30,10 @@ def is_inside(x: float, y: float, vertices: FloatArray) -> bool:
 
 @njit()
 def extent(vertices: FloatArray, radius: float) -> float:
-    """A distance in [m] from the robot beyond which no point lies in its zone; see :func:`are_inside`."""
+    """A distance in [m] from the robot beyond which no point lies in its zone.
+
+    See :func:`are_inside`.
+    """
     farthest = radius
     for i in range(len(vertices)):
         farthest = max(farthest, math.hypot(vertices[i, 0], vertices[i, 1]))
@@ -36,7 +42,14 @@ def extent(vertices: FloatArray, radius: float) -> float:
 
 @njit()
 def are_inside(
-    points: FloatArray, count: int, x: float, y: float, yaw: float, vertices: FloatArray, radius: float, enough: int
+    points: FloatArray,
+    count: int,
+    x: float,
+    y: float,
+    yaw: float,
+    vertices: FloatArray,
+    radius: float,
+    enough: int,
 ) -> bool:
     """Whether at least ``enough`` of the first ``count`` points (n, 2) lie in the zone of a robot at (x, y, yaw).
 
@@ -71,7 +84,9 @@ def within_reach(points: FloatArray, reach: float) -> tuple[FloatArray, int]:
     return near, count
 
 
-@njit(ahead="float64[:, ::1], float64[:, ::1], float64, int64, float64, float64, float64, float64, float64")
+@njit(
+    ahead="float64[:, ::1], float64[:, ::1], float64, int64, float64, float64, float64, float64, float64"
+)
 def collision_time(
     points: FloatArray,
     vertices: FloatArray,
@@ -101,7 +116,10 @@ def collision_time(
         x += velocity_x * time_step
         y += velocity_y * time_step
         yaw += turn
-        velocity_x, velocity_y = velocity_x * cosine - velocity_y * sine, velocity_x * sine + velocity_y * cosine
+        velocity_x, velocity_y = (
+            velocity_x * cosine - velocity_y * sine,
+            velocity_x * sine + velocity_y * cosine,
+        )
         if are_inside(near, count, x, y, yaw, vertices, radius, enough):
             return time
         time += time_step

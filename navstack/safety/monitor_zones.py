@@ -1,4 +1,7 @@
-"""The zones of the collision monitor: polygons, circles, and polygons that depend on the velocity."""
+"""The zones of the collision monitor.
+
+Polygons, circles, and polygons that depend on the velocity.
+"""
 
 import numpy as np
 
@@ -12,7 +15,9 @@ _NO_VERTICES: FloatArray = np.empty((0, 2))
 class Zone:
     """An area about the robot, in the base frame, that obstacles should not enter."""
 
-    def __init__(self, name: str, params: PolygonParams, vertices: FloatArray, radius: float = 0.0) -> None:
+    def __init__(
+        self, name: str, params: PolygonParams, vertices: FloatArray, radius: float = 0.0
+    ) -> None:
         """``vertices`` (V, 2) in [m]; none: a circle of ``radius`` [m]."""
         self.name = name
         self.params = params
@@ -29,7 +34,11 @@ class Zone:
 
     def is_triggered(self, points: FloatArray) -> bool:
         """Whether enough points (n, 2) lie inside."""
-        return bool(are_inside(points, len(points), 0.0, 0.0, 0.0, self._vertices, self._radius, self.trigger_count))
+        return bool(
+            are_inside(
+                points, len(points), 0.0, 0.0, 0.0, self._vertices, self._radius, self.trigger_count
+            )
+        )
 
     def collision_time(self, points: FloatArray, command: Twist2D) -> float | None:
         """Time in [s] until enough points (n, 2) lie inside, if the robot keeps driving as commanded; None: never."""
@@ -48,7 +57,10 @@ class Zone:
 
 
 class VelocityZone(Zone):
-    """A polygon for each range of velocities; one that no range covers keeps the last polygon (``VelocityPolygon``)."""
+    """A polygon for each range of velocities.
+
+    One that no range covers keeps the last polygon (``VelocityPolygon``).
+    """
 
     def __init__(self, name: str, params: PolygonParams) -> None:
         super().__init__(name, params, _NO_VERTICES)
@@ -62,14 +74,19 @@ class VelocityZone(Zone):
     def select(self, command: Twist2D) -> bool:
         """See the base class; there is none until a velocity was covered."""
         for shape, vertices in self._shapes:
-            if shape.covers(command.linear_x, command.linear_y, command.angular_z, self.params.holonomic):
+            if shape.covers(
+                command.linear_x, command.linear_y, command.angular_z, self.params.holonomic
+            ):
                 self._vertices = vertices
                 break
         return len(self._vertices) > 0
 
 
 def make_zone(name: str, params: PolygonParams, footprint: FloatArray) -> Zone:
-    """The zone that a polygon's parameters describe; ``footprint`` (V, 2) in [m] stands in where they give no shape."""
+    """The zone that a polygon's parameters describe.
+
+    ``footprint`` (V, 2) in [m] stands in where they give no shape.
+    """
     if params.type == "velocity_polygon":
         return VelocityZone(name, params)
     if params.type == "circle" and params.radius is not None:

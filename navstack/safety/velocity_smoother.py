@@ -1,4 +1,7 @@
-"""Keeps commands within speed and acceleration limits: nav2_velocity_smoother (``velocity_smoother.cpp``, Jazzy)."""
+"""Keeps commands within speed and acceleration limits.
+
+Nav2_velocity_smoother (``velocity_smoother.cpp``, Jazzy).
+"""
 
 import math
 
@@ -12,10 +15,12 @@ _STANDSTILL = Twist2D()
 
 
 class VelocitySmoother:
-    """Called at ``smoothing_frequency``; moves the output towards the newest command as fast as the limits allow.
+    """Called at ``smoothing_frequency``.
 
-    Where Nav2 publishes nothing (before the first command, and once it has stopped for want of commands) the output
-    is standstill, which is what Nav2 published last.
+    Moves the output towards the newest command as fast as the limits allow.
+
+    Where Nav2 publishes nothing (before the first command, and once it has stopped for want of
+    commands) the output is standstill, which is what Nav2 published last.
     """
 
     def __init__(self, params: VelocitySmootherParams) -> None:
@@ -23,7 +28,9 @@ class VelocitySmoother:
         p = params
         self._bounds = tuple(
             (low, high, accel / p.smoothing_frequency, -decel / p.smoothing_frequency)
-            for low, high, accel, decel in zip(p.min_velocity, p.max_velocity, p.max_accel, p.max_decel, strict=True)
+            for low, high, accel, decel in zip(
+                p.min_velocity, p.max_velocity, p.max_accel, p.max_decel, strict=True
+            )
         )  # per axis: least and largest velocity, largest change in one cycle while speeding up, while slowing down
         self.reset()
 
@@ -35,7 +42,10 @@ class VelocitySmoother:
         self._stopped = False
 
     def receive(self, command: Twist2D, stamp: float) -> None:
-        """Take a new command that arrived at ``stamp`` [s]; one that is not finite is left out (``validateTwist``)."""
+        """Take a new command that arrived at ``stamp`` [s].
+
+        One that is not finite is left out (``validateTwist``).
+        """
         axes = _axes(command)
         if all(map(math.isfinite, axes)):
             self._command, self._command_stamp = axes, stamp
@@ -72,15 +82,20 @@ class VelocitySmoother:
         changes = [_change(now, asked, *bounds) for now, asked, bounds in axes]
         scale = min(_scale(*change) for change in changes) if self._params.scale_velocities else 1.0
         x, y, theta = (
-            now + min(max(scale * change, -limit), limit) for now, (change, limit) in zip(current, changes, strict=True)
+            now + min(max(scale * change, -limit), limit)
+            for now, (change, limit) in zip(current, changes, strict=True)
         )
         return x, y, theta
 
 
-def _change(now: float, asked: float, low: float, high: float, speeding_up: float, slowing_down: float) -> Pair:
+def _change(
+    now: float, asked: float, low: float, high: float, speeding_up: float, slowing_down: float
+) -> Pair:
     """The change that is wanted of one axis, and the largest of one cycle."""
     wanted = min(max(asked, low), high)
-    return wanted - now, speeding_up if abs(wanted) >= abs(now) and now * wanted >= 0.0 else slowing_down
+    return wanted - now, speeding_up if abs(wanted) >= abs(
+        now
+    ) and now * wanted >= 0.0 else slowing_down
 
 
 def _scale(change: float, limit: float) -> float:

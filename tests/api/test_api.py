@@ -14,7 +14,8 @@ from harness.cli.app import app
 
 @pytest.fixture(scope="module")
 def run(
-    tmp_path_factory: pytest.TempPathFactory, driven_in_process: Callable[[], AbstractContextManager[None]]
+    tmp_path_factory: pytest.TempPathFactory,
+    driven_in_process: Callable[[], AbstractContextManager[None]],
 ) -> navbench.Run:
     folder = tmp_path_factory.mktemp("api") / "run"
     with driven_in_process():
@@ -51,12 +52,20 @@ def test_money_is_what_the_program_stored(run: navbench.Run) -> None:
 
 def test_compare_is_the_second_less_the_first(run: navbench.Run) -> None:
     margins = {stack: run.margins[stack].value for stack in run.stacks}
-    paired = navbench.compare(run["parked"], run["nav2-gps"], ["margin"]).differences["contribution_margin"].paired
-    assert paired.difference.value == pytest.approx((margins["nav2-gps"] or 0.0) - (margins["parked"] or 0.0))
+    paired = (
+        navbench.compare(run["parked"], run["nav2-gps"], ["margin"])
+        .differences["contribution_margin"]
+        .paired
+    )
+    assert paired.difference.value == pytest.approx(
+        (margins["nav2-gps"] or 0.0) - (margins["parked"] or 0.0)
+    )
 
 
 def test_other_prices(run: navbench.Run) -> None:
-    doubled = navbench.price(run, settings={"delivery_fee": 2.0 * run.stored.prices().delivery_fee.value})
+    doubled = navbench.price(
+        run, settings={"delivery_fee": 2.0 * run.stored.prices().delivery_fee.value}
+    )
     own = navbench.price(run)
     for stack in run.stacks:
         revenue = own[stack].valuation.economics.revenue
@@ -67,7 +76,16 @@ def test_other_prices(run: navbench.Run) -> None:
 def test_planners_answer_as_the_command_does(capsys: pytest.CaptureFixture[str]) -> None:
     answers = navbench.plan(planners=["NavFn"], start=(-67.9, -71.9, 0.0), goal=(-89.7, -63.5, 0.0))
     with pytest.raises(SystemExit) as ended:
-        app(["plan", "--planner", "NavFn", "--start=-67.9,-71.9,0", "--goal=-89.7,-63.5,0", "--json"])
+        app(
+            [
+                "plan",
+                "--planner",
+                "NavFn",
+                "--start=-67.9,-71.9,0",
+                "--goal=-89.7,-63.5,0",
+                "--json",
+            ]
+        )
     assert ended.value.code == 0
     (printed,) = json.loads(capsys.readouterr().out)["planners"]
     path = answers["NavFn"].path
@@ -77,7 +95,8 @@ def test_planners_answer_as_the_command_does(capsys: pytest.CaptureFixture[str])
 
 def test_a_world_stepped_by_hand_gives_the_row_of_the_run(run: navbench.Run) -> None:
     delivery = navbench.make_world("nav2-gps", seed=5, episode=1, pedestrians=3)
-    other = navbench.make_world("parked", seed=5, episode=1, pedestrians=3)  # two at once in a process
+    # two at once in a process
+    other = navbench.make_world("parked", seed=5, episode=1, pedestrians=3)
     with pytest.raises(ValueError, match="goes on"):
         delivery.finish()
     while delivery.verdict is None:
@@ -87,7 +106,9 @@ def test_a_world_stepped_by_hand_gives_the_row_of_the_run(run: navbench.Run) -> 
     row = delivery.finish().row
     stored = run["nav2-gps"].table().to_pylist()[1]
     assert {key: stored[key] for key in row} == row
-    moved = np.hypot(other.truth.pose.x - other.mission.start.x, other.truth.pose.y - other.mission.start.y)
+    moved = np.hypot(
+        other.truth.pose.x - other.mission.start.x, other.truth.pose.y - other.mission.start.y
+    )
     assert 1.5 < moved < 2.7
     delivery.world.close()
     other.world.close()

@@ -28,7 +28,9 @@ def test_the_notebook_runs_from_the_first_cell_to_the_last(
 
 
 @pytest.mark.slow
-def test_a_policy_is_trained_and_driven(tmp_path: Path, in_process: None, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_policy_is_trained_and_driven(
+    tmp_path: Path, in_process: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("gymnasium", reason="gymnasium is not installed")
     for file in EXAMPLES.glob("tiny_policy.*"):
         shutil.copy(file, tmp_path)

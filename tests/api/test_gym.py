@@ -27,7 +27,9 @@ def env() -> Any:
 def test_gymnasium_finds_nothing_to_complain_about() -> None:
     from gymnasium.utils.env_checker import check_env
 
-    env = gymnasium.make("navbench.gym:navbench/Delivery-v0", stack="nav2-gps-ekf", pedestrians=2, sees_people=True)
+    env = gymnasium.make(
+        "navbench.gym:navbench/Delivery-v0", stack="nav2-gps-ekf", pedestrians=2, sees_people=True
+    )
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(env.unwrapped, skip_render_check=True)
@@ -43,7 +45,9 @@ def test_the_reward_is_the_contribution_margin(env: Any) -> None:
         assert reward == pytest.approx(sum(info["dollars"].values()))
         assert not is_cut
         total += reward
-        by_term = {term: by_term.get(term, 0.0) + amount for term, amount in info["dollars"].items()}
+        by_term = {
+            term: by_term.get(term, 0.0) + amount for term, amount in info["dollars"].items()
+        }
     margin = margins([info["row"]], load_prices("costnav"))
     assert margin is not None
     assert total == pytest.approx(float(margin[0]), abs=1e-9)
@@ -103,7 +107,9 @@ def test_the_same_commands_give_the_rows_of_a_run(tmp_path: Path, in_process: No
         "title: Steered\nnavigator: steering.py:Steering\nnav2_file: gps_ekf\nlocalizer: gps-ekf\n"
         "planning_map: geometry\nsensors: rtk_good\ncarries: [lidar, gps]\nrobot: segway_e1\n"
     )
-    stored = navbench.run(str(stack), 2, seed=11, workers=1, out=tmp_path / "run").table().to_pylist()
+    stored = (
+        navbench.run(str(stack), 2, seed=11, workers=1, out=tmp_path / "run").table().to_pylist()
+    )
     from steering import Steering  # type: ignore[import-not-found]
 
     env, policy = DeliveryEnv(str(stack)), Steering()

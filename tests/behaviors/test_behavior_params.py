@@ -43,7 +43,11 @@ recoveries_server:
 """
     )
     server = read_behavior_server(nav2)
-    assert (server.cycle_frequency, server.max_rotational_vel, server.min_rotational_vel) == (20.0, 1.5, 0.4)
+    assert (server.cycle_frequency, server.max_rotational_vel, server.min_rotational_vel) == (
+        20.0,
+        1.5,
+        0.4,
+    )
     spin, backup = read_behaviors(nav2)
     assert spin.type == "nav2_behaviors::Spin"
     assert backup.params == DriveParams(2.5, -2.0, 0.1)
@@ -61,10 +65,17 @@ behavior_server:
 """
     )
     assert [each.name for each in read_behaviors(nav2)] == ["wait"]
-    assert any("AssistedTeleop is a Nav2 plugin that is not available here" in line for line in nav2.warnings)
+    assert any(
+        "AssistedTeleop is a Nav2 plugin that is not available here" in line
+        for line in nav2.warnings
+    )
 
 
-@pytest.mark.parametrize(("key", "value"), [("cycle_frequency", "0.0"), ("backup.deceleration_limit", "1.0")])
-def test_values_that_make_no_sense_are_found_when_the_file_is_read(read, key: str, value: str) -> None:
+@pytest.mark.parametrize(
+    ("key", "value"), [("cycle_frequency", "0.0"), ("backup.deceleration_limit", "1.0")]
+)
+def test_values_that_make_no_sense_are_found_when_the_file_is_read(
+    read, key: str, value: str
+) -> None:
     nav2 = read(f"behavior_server:\n  ros__parameters:\n    {key}: {value}\n")
     assert any(key.rpartition(".")[2] in line for line in nav2.errors)

@@ -36,7 +36,9 @@ def make(kind, params=None, server=SERVER):
     """A behavior by its class, or by its type in a Nav2 file."""
     if isinstance(kind, str):
         entry = algorithms("behaviors")[kind]
-        return entry.create(server, FOOTPRINT, entry.params and (params or entry.params()), parts={})
+        return entry.create(
+            server, FOOTPRINT, entry.params and (params or entry.params()), parts={}
+        )
     is_driver = issubclass(kind, DriveOnHeading)
     return kind(server, FOOTPRINT, (params or DriveParams()) if is_driver else None)
 
@@ -49,7 +51,10 @@ def moved(pose: Pose2D, command: Twist2D) -> Pose2D:
 
 
 def run(behavior, goal, costmap, start=START, began=0.0, obeys=True):
-    """All commands until the behavior is done, and where the robot is then; the odom frame lies elsewhere."""
+    """All commands until the behavior is done, and where the robot is then.
+
+    The odom frame lies elsewhere.
+    """
     pose, odom = start, Pose2D(-3.0, 7.0, 3.0)
     behavior.start(goal, RobotState(pose, Twist2D(), began, odom))
     commands = []
@@ -79,18 +84,26 @@ def test_every_behavior_ends_and_starts_afresh(name: str) -> None:
 @pytest.mark.parametrize("name", GOALS)
 def test_every_behavior_fails_when_its_time_is_up(name: str) -> None:
     behavior, goal = make(name), GOALS[name]
-    behavior.start(type(goal)(*_values(goal), time_allowance=0.5), RobotState(START, Twist2D(), 10.0))
+    behavior.start(
+        type(goal)(*_values(goal), time_allowance=0.5), RobotState(START, Twist2D(), 10.0)
+    )
     assert behavior.step(RobotState(START, Twist2D(), 10.5), field()) is not None
     if name == "nav2_behaviors::Wait":
         return  # Nav2 gives waiting no time allowance
     with pytest.raises(BehaviorError) as caught:
         behavior.step(RobotState(START, Twist2D(), 10.6), field())
-    numbers = {"nav2_behaviors::Spin": 701, "nav2_behaviors::BackUp": 711, "nav2_behaviors::DriveOnHeading": 721}
+    numbers = {
+        "nav2_behaviors::Spin": 701,
+        "nav2_behaviors::BackUp": 711,
+        "nav2_behaviors::DriveOnHeading": 721,
+    }
     assert (caught.value.code, caught.value.number) == ("TIMEOUT", numbers[name])
 
 
 def _values(goal):
-    return [getattr(goal, name) for name in type(goal).__dataclass_fields__ if name != "time_allowance"]
+    return [
+        getattr(goal, name) for name in type(goal).__dataclass_fields__ if name != "time_allowance"
+    ]
 
 
 @pytest.mark.parametrize("target", [1.57, -1.57, 5.0])
@@ -109,7 +122,8 @@ def test_spinning_brakes_as_the_acceleration_limit_allows(target: float) -> None
 
 def test_spinning_sees_only_as_far_ahead_as_it_has_turned() -> None:
     costmap = field()
-    angle = START.yaw + math.pi + 0.7  # the tail is there after 0.7 rad, its corner 0.32 rad earlier
+    # the tail is there after 0.7 rad, its corner 0.32 rad earlier
+    angle = START.yaw + math.pi + 0.7
     mx, my = costmap.world_to_map(5.0 + 0.6 * math.cos(angle), 5.0 + 0.6 * math.sin(angle))
     costmap.data[my, mx] = LETHAL_OBSTACLE
     behavior = make(Spin)
@@ -129,7 +143,9 @@ def test_backing_up_stops_for_what_lies_within_the_distance_left_to_drive() -> N
     def outcome(gap: float):
         costmap = field()
         costmap.data[:, int((5.0 - 0.6 - gap) / 0.05)] = LETHAL_OBSTACLE
-        return run(make(BackUp), BackUpGoal(target_x=0.3, speed=0.15), costmap, Pose2D(5.0, 5.0, 0.0))
+        return run(
+            make(BackUp), BackUpGoal(target_x=0.3, speed=0.15), costmap, Pose2D(5.0, 5.0, 0.0)
+        )
 
     with pytest.raises(BehaviorError) as caught:
         outcome(0.22)
@@ -141,14 +157,20 @@ def test_backing_up_stops_for_what_lies_within_the_distance_left_to_drive() -> N
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_it_looks_along_its_heading_before_it_sets_out(way: float) -> None:
-    goal, heading = DriveGoal(target_x=way, speed=0.3 * way), np.array((math.cos(START.yaw), math.sin(START.yaw)))
+    goal, heading = (
+        DriveGoal(target_x=way, speed=0.3 * way),
+        np.array((math.cos(START.yaw), math.sin(START.yaw))),
+    )
     for side in (1.0, -1.0):
         costmap, behavior = field(), make(DriveOnHeading)
         mx, my = costmap.world_to_map(*(np.array((START.x, START.y)) + 0.72 * side * way * heading))
         costmap.data[my, mx] = LETHAL_OBSTACLE
         behavior.start(goal, RobotState(START, Twist2D(), odom_pose=START))
         if side < 0.0:
-            assert behavior.step(RobotState(START, Twist2D(), odom_pose=START), costmap).linear_x * way > 0.0
+            assert (
+                behavior.step(RobotState(START, Twist2D(), odom_pose=START), costmap).linear_x * way
+                > 0.0
+            )
             continue
         with pytest.raises(BehaviorError) as caught:
             behavior.step(RobotState(START, Twist2D(), odom_pose=START), costmap)
@@ -159,10 +181,20 @@ def test_unknown_ground_and_the_end_of_the_costmap_are_obstacles() -> None:
     costmap = field()
     costmap.data[:, 105:] = NO_INFORMATION
     with pytest.raises(BehaviorError) as caught:
-        run(make(DriveOnHeading), DriveGoal(target_x=0.3, speed=0.15), costmap, Pose2D(5.0, 5.0, 0.0))
+        run(
+            make(DriveOnHeading),
+            DriveGoal(target_x=0.3, speed=0.15),
+            costmap,
+            Pose2D(5.0, 5.0, 0.0),
+        )
     assert caught.value.number == 723
     with pytest.raises(BehaviorError) as caught:
-        run(make(DriveOnHeading), DriveGoal(target_x=0.5, speed=0.25), field(), Pose2D(9.6, 5.0, 0.0))
+        run(
+            make(DriveOnHeading),
+            DriveGoal(target_x=0.5, speed=0.25),
+            field(),
+            Pose2D(9.6, 5.0, 0.0),
+        )
     assert caught.value.number == 723
 
 
@@ -192,7 +224,9 @@ def test_backing_up_goes_back_whatever_the_signs_and_driving_on_insists_on_equal
         commands, _ = run(make(BackUp), BackUpGoal(target_x=target, speed=speed), field())
         assert commands[0] == Twist2D(linear_x=-0.15)
     with pytest.raises(BehaviorError, match="differ in sign") as caught:
-        make(DriveOnHeading).start(DriveGoal(target_x=0.3, speed=-0.1), RobotState(START, Twist2D()))
+        make(DriveOnHeading).start(
+            DriveGoal(target_x=0.3, speed=-0.1), RobotState(START, Twist2D())
+        )
     assert (caught.value.code, caught.value.number) == ("INVALID_INPUT", 724)
 
 
@@ -206,7 +240,9 @@ def test_progress_is_measured_in_the_odom_frame() -> None:
     behavior = make(BackUp)
     behavior.start(BackUpGoal(target_x=0.3, speed=0.15), RobotState(START, Twist2D()))
     jumped = Pose2D(START.x + 2.0, START.y, START.yaw)
-    assert behavior.step(RobotState(jumped, Twist2D(), 0.1, Pose2D()), field()) == Twist2D(linear_x=-0.15)
+    assert behavior.step(RobotState(jumped, Twist2D(), 0.1, Pose2D()), field()) == Twist2D(
+        linear_x=-0.15
+    )
     assert behavior.step(RobotState(START, Twist2D(), 0.2, Pose2D(-0.3)), field()) is None
 
 
@@ -224,7 +260,9 @@ def test_the_server_runs_one_behavior_at_a_time() -> None:
     assert server.step(state) is None
 
 
-@pytest.mark.parametrize(("name", "goal"), [("backup", BackUpGoal(0.3, 0.15)), ("spin", WaitGoal(1.0))])
+@pytest.mark.parametrize(
+    ("name", "goal"), [("backup", BackUpGoal(0.3, 0.15)), ("spin", WaitGoal(1.0))]
+)
 def test_the_server_refuses_what_the_file_does_not_offer(name, goal) -> None:
     server = BehaviorServer({"spin": make(Spin)}, field())
     with pytest.raises(BehaviorError, match="behaviors of the file: spin") as caught:
@@ -233,7 +271,8 @@ def test_the_server_refuses_what_the_file_does_not_offer(name, goal) -> None:
 
 
 @pytest.mark.parametrize(
-    "values", [{"cycle_frequency": 0.0}, {"max_rotational_vel": -0.1}, {"simulate_ahead_time": -1.0}]
+    "values",
+    [{"cycle_frequency": 0.0}, {"max_rotational_vel": -0.1}, {"simulate_ahead_time": -1.0}],
 )
 def test_senseless_parameters_are_refused(values) -> None:
     with pytest.raises(ParameterError, match=next(iter(values))):

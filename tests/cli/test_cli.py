@@ -12,7 +12,9 @@ from harness.storage.shipped import shipped
 from harness.study.preflight import file_notes
 from navstack.params.nav2_file.file import load_nav2
 
-FACTS = json.loads((Path(__file__).parents[1] / "economics" / "facts.json").read_text(encoding="utf-8"))
+FACTS = json.loads(
+    (Path(__file__).parents[1] / "economics" / "facts.json").read_text(encoding="utf-8")
+)
 TUNED = (shipped("params") / "nav2" / "tuned.yaml").read_text(encoding="utf-8")
 MAP = "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.25\nnegate: 0\n"
 PGM = b"P5 200 200 255\n" + bytes([254]) * 40_000
@@ -68,7 +70,9 @@ def run_with(folder: Path, **files: str | bytes) -> list[str]:
         (("--stack", "parked", "--stack", "parked"), ("parked", "more than once")),
     ],
 )
-def test_bad_options(capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], words: tuple[str, ...]) -> None:
+def test_bad_options(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], words: tuple[str, ...]
+) -> None:
     line = complaint(capsys, "run", *arguments)
     assert all(word in line for word in words), line
 
@@ -83,13 +87,26 @@ def test_bad_options(capsys: pytest.CaptureFixture[str], arguments: tuple[str, .
         ({"map_yaml": "just a text"}, ("map.yaml",)),
         ({"map_yaml": MAP.replace("0.05", "-1"), "map_pgm": PGM}, ("resolution", "-1")),
         ({"nav2_yaml": "ros__parameters: [1, 2\n"}, ("nav2.yaml", "YAML")),
-        ({"nav2_yaml": TUNED.replace("dwb_core::DWBLocalPlanner", "dwb_core::DWBLocalPlaner")}, ("DWBLocalPlaner",)),
-        ({"nav2_yaml": TUNED.replace("controller_frequency: 30.0", "controller_frequency: fast")}, ("fast", "number")),
+        (
+            {"nav2_yaml": TUNED.replace("dwb_core::DWBLocalPlanner", "dwb_core::DWBLocalPlaner")},
+            ("DWBLocalPlaner",),
+        ),
+        (
+            {
+                "nav2_yaml": TUNED.replace(
+                    "controller_frequency: 30.0", "controller_frequency: fast"
+                )
+            },
+            ("fast", "number"),
+        ),
         ({"nav2_yaml": "title: x\nnavigater: nav2\n"}, ("navigater", "navigator")),
     ],
 )
 def test_bad_files(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, files: dict[str, str | bytes], words: tuple[str, ...]
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    files: dict[str, str | bytes],
+    words: tuple[str, ...],
 ) -> None:
     line = complaint(capsys, *run_with(tmp_path, **files))
     assert all(word in line for word in words), line
@@ -104,8 +121,16 @@ def test_keys_that_nav2_does_not_know_are_told_in_one_line_and_refused_with_stri
     assert "wheel_diameter" in line and "1 more" in line
     line = complaint(capsys, *words, "--prices", "none")  # the file is not what is wrong
     assert "wheel_diameter" not in line
-    (note,) = (each for each in file_notes(load_nav2(tmp_path / "nav2.yaml", True)) if "does not know" in each)
-    assert "does not know 2 of the names" in note and "did you mean 'max_vel_x'" in note and "wheel" not in note
+    (note,) = (
+        each
+        for each in file_notes(load_nav2(tmp_path / "nav2.yaml", True))
+        if "does not know" in each
+    )
+    assert (
+        "does not know 2 of the names" in note
+        and "did you mean 'max_vel_x'" in note
+        and "wheel" not in note
+    )
 
 
 @pytest.mark.parametrize("option", ["--start", "--goal"])
@@ -117,13 +142,20 @@ def test_a_pose_in_an_obstacle_names_the_nearest_free_cell(
     for row in range(80, 120):
         pixels[header + row * 200 + 80 : header + row * 200 + 120] = bytes(40)
     line = complaint(
-        capsys, *run_with(tmp_path, map_yaml=MAP, map_pgm=bytes(pixels)), "--pedestrians", "0", option, "5,5,0"
+        capsys,
+        *run_with(tmp_path, map_yaml=MAP, map_pgm=bytes(pixels)),
+        "--pedestrians",
+        "0",
+        option,
+        "5,5,0",
     )
     assert option.strip("-") in line
     assert "nearest free" in line
 
 
-def test_a_start_whose_footprint_reaches_into_a_wall(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_start_whose_footprint_reaches_into_a_wall(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     pixels = bytearray(PGM)
     header = len(PGM) - 40_000
     for row in range(200):
@@ -133,14 +165,25 @@ def test_a_start_whose_footprint_reaches_into_a_wall(capsys: pytest.CaptureFixtu
     assert "footprint" in line
 
 
-def test_a_folder_that_cannot_be_written(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     (tmp_path / "file").write_text("")
-    assert status("run", "--stack", "parked", "--episodes", "1", "--out", str(tmp_path / "file" / "run")) == 1
+    assert (
+        status(
+            "run", "--stack", "parked", "--episodes", "1", "--out", str(tmp_path / "file" / "run")
+        )
+        == 1
+    )
     assert "cannot be written" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("arguments", "words"), [(["rnu"], "run"), (["run", "--epsiodes", "3"], "--episodes")])
-def test_unknown_names_are_status_2(capsys: pytest.CaptureFixture[str], arguments: list[str], words: str) -> None:
+@pytest.mark.parametrize(
+    ("arguments", "words"), [(["rnu"], "run"), (["run", "--epsiodes", "3"], "--episodes")]
+)
+def test_unknown_names_are_status_2(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], words: str
+) -> None:
     assert status(*arguments) == 2
     assert words in capsys.readouterr().err
 
@@ -166,16 +209,21 @@ def test_paper_prints_one_json_document(capsys: pytest.CaptureFixture[str]) -> N
                 assert math.isclose(columns[name][key], value, rel_tol=1e-9), (name, key)
 
 
-def test_a_world_is_found_by_its_former_name_and_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_world_is_found_by_its_former_name_and_says_so(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     assert status("run", "--world", "costnav", "--start", "1,2") == 1, "for the start"
     note, error = capsys.readouterr().err.splitlines()
     assert note == "note: the world 'costnav' is called 'easy' now" and "1,2" in error
 
 
 @pytest.mark.parametrize(
-    "command", ["run --stack {}", "run --world {}", "report {} --out x.html", "verify {}", "lint {}.yaml"]
+    "command",
+    ["run --stack {}", "run --world {}", "report {} --out x.html", "verify {}", "lint {}.yaml"],
 )
-def test_a_name_that_no_file_can_have_is_one_line(capsys: pytest.CaptureFixture[str], command: str) -> None:
+def test_a_name_that_no_file_can_have_is_one_line(
+    capsys: pytest.CaptureFixture[str], command: str
+) -> None:
     assert "File name too long" in complaint(capsys, *command.format("a" * 300).split())
 
 
@@ -184,11 +232,16 @@ def test_a_link_to_itself_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixt
     assert "loop" in complaint(capsys, "ablate", "--resume", str(tmp_path / "loop"))
 
 
-@pytest.mark.parametrize(("name", "value"), [("footprint_padding", "1.0e+308"), ("cost_scaling_factor", ".inf")])
+@pytest.mark.parametrize(
+    ("name", "value"), [("footprint_padding", "1.0e+308"), ("cost_scaling_factor", ".inf")]
+)
 def test_numbers_beyond_all_measure_are_errors(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, value: str
 ) -> None:
     (tmp_path / "nav2.yaml").write_text(re.sub(rf"{name}: \S+", f"{name}: {value}", TUNED))
     assert status("lint", str(tmp_path / "nav2.yaml")) == 1
     said = "".join(capsys.readouterr())
-    assert f"{name} {float(value.replace('.inf', 'inf'))!r} is out of range; at most 1e+09 is allowed" in said
+    assert (
+        f"{name} {float(value.replace('.inf', 'inf'))!r} is out of range; at most 1e+09 is allowed"
+        in said
+    )

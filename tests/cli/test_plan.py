@@ -58,7 +58,9 @@ def test_every_planner_answers_with_a_path_that_touches_nothing(
     params = tmp_path / "nav2.yaml"
     text = TUNED.read_text(encoding="utf-8")
     params.write_text(
-        text.replace('planner_plugins: ["GridBased"]', 'planner_plugins: ["GridBased", "Sampled"]').replace(
+        text.replace(
+            'planner_plugins: ["GridBased"]', 'planner_plugins: ["GridBased", "Sampled"]'
+        ).replace(
             "    GridBased:\n",
             "    Sampled:\n      plugin: navstack::OmplPlanner\n      max_iterations: 1500\n    GridBased:\n",
         ),
@@ -79,14 +81,29 @@ def test_every_planner_answers_with_a_path_that_touches_nothing(
         assert row["cost"] >= row["length_m"]
         assert row["time_ms"] > 0.0
         path = np.array(row["path"])
-        assert np.hypot(*np.diff(path[:, :2], axis=0).T).sum() == pytest.approx(row["length_m"], abs=1e-3)
+        assert np.hypot(*np.diff(path[:, :2], axis=0).T).sum() == pytest.approx(
+            row["length_m"], abs=1e-3
+        )
     again = document(capsys, *arguments)
     assert [row["path"] for row in again["planners"]] == [row["path"] for row in answer["planners"]]
 
 
-def test_table_picture_and_smoother(capsys: pytest.CaptureFixture[str], room: Path, tmp_path: Path) -> None:
+def test_table_picture_and_smoother(
+    capsys: pytest.CaptureFixture[str], room: Path, tmp_path: Path
+) -> None:
     picture = tmp_path / "plan.png"
-    arguments = ("--map", str(room), "--start", START, "--goal", GOAL, "--planner", "NavFn", "--planner", "RRTConnect")
+    arguments = (
+        "--map",
+        str(room),
+        "--start",
+        START,
+        "--goal",
+        GOAL,
+        "--planner",
+        "NavFn",
+        "--planner",
+        "RRTConnect",
+    )
     assert plan(*arguments, "--smoother", "SimpleSmoother", "--picture", str(picture)) == 0
     shown = capsys.readouterr().out
     assert "smoothed by" in shown
@@ -94,13 +111,17 @@ def test_table_picture_and_smoother(capsys: pytest.CaptureFixture[str], room: Pa
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_auto_draws_the_same_mission_for_the_same_seed(capsys: pytest.CaptureFixture[str], room: Path) -> None:
+def test_auto_draws_the_same_mission_for_the_same_seed(
+    capsys: pytest.CaptureFixture[str], room: Path
+) -> None:
     first = document(capsys, "--map", str(room), "--seed", "4", "--planner", "NavFn")
     again = document(capsys, "--map", str(room), "--seed", "4", "--planner", "RRTConnect")
     other = document(capsys, "--map", str(room), "--seed", "5", "--planner", "NavFn")
     assert (first["start"], first["goal"]) == (again["start"], again["goal"])
     assert first["goal"] != other["goal"]
-    one = document(capsys, "--map", str(room), "--seed", "4", "--start", START, "--planner", "NavFn")
+    one = document(
+        capsys, "--map", str(room), "--seed", "4", "--start", START, "--planner", "NavFn"
+    )
     assert one["start"] == [2.5, 2.5, 0.0]
 
 
@@ -108,14 +129,18 @@ def test_a_costmap_that_moves_with_the_robot_is_centred_on_the_start(
     capsys: pytest.CaptureFixture[str], room: Path, tmp_path: Path
 ) -> None:
     window = {"rolling_window": True, "width": 8, "height": 8}
-    nav2 = load_nav2(TUNED).with_values({f"global_costmap.{name}": value for name, value in window.items()})
+    nav2 = load_nav2(TUNED).with_values(
+        {f"global_costmap.{name}": value for name, value in window.items()}
+    )
     nav2.dump(tmp_path / "nav2.yaml")
     arguments = ("--map", str(room), "--start", "9,5,0", "--goal", "12,5,0", "--planner", "NavFn")
     (row,) = document(capsys, *arguments, "--params", str(tmp_path / "nav2.yaml"))["planners"]
     assert row["length_m"] == pytest.approx(3.0, abs=0.1)
 
 
-def test_both_state_spaces_are_compiled_before_the_first_planner_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_both_state_spaces_are_compiled_before_the_first_planner_starts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     spaces = []
 
     def make(params: OmplParams, shape: RobotShape) -> OmplPlanner:
@@ -128,8 +153,21 @@ def test_both_state_spaces_are_compiled_before_the_first_planner_starts(monkeypa
     assert spaces == list(STATE_SPACES)
 
 
-def test_a_time_budget_is_kept_and_improvement_reported(capsys: pytest.CaptureFixture[str], room: Path) -> None:
-    arguments = ("--map", str(room), "--start", START, "--goal", GOAL, "--planner", "RRTstar", "--time", "0.4")
+def test_a_time_budget_is_kept_and_improvement_reported(
+    capsys: pytest.CaptureFixture[str], room: Path
+) -> None:
+    arguments = (
+        "--map",
+        str(room),
+        "--start",
+        START,
+        "--goal",
+        GOAL,
+        "--planner",
+        "RRTstar",
+        "--time",
+        "0.4",
+    )
     (row,) = document(capsys, *arguments)["planners"]
     assert row["time_ms"] > 350.0
     costs = [cost for _, cost in row["improvement"]]
@@ -144,7 +182,12 @@ def test_a_time_budget_is_kept_and_improvement_reported(capsys: pytest.CaptureFi
     ],
 )
 def test_why_there_is_no_path(
-    capsys: pytest.CaptureFixture[str], room: Path, tmp_path: Path, goal: str, planner: str, words: str
+    capsys: pytest.CaptureFixture[str],
+    room: Path,
+    tmp_path: Path,
+    goal: str,
+    planner: str,
+    words: str,
 ) -> None:
     params = tmp_path / "nav2.yaml"
     params.write_text(
@@ -154,7 +197,18 @@ def test_why_there_is_no_path(
         ),
         encoding="utf-8",
     )
-    arguments = ("--map", str(room), "--start", START, "--goal", goal, "--planner", planner, "--params", str(params))
+    arguments = (
+        "--map",
+        str(room),
+        "--start",
+        START,
+        "--goal",
+        goal,
+        "--planner",
+        planner,
+        "--params",
+        str(params),
+    )
     assert plan(*arguments) == 1
     assert words in capsys.readouterr().out
     assert plan(*arguments, "--json") == 1
@@ -174,12 +228,30 @@ def test_why_there_is_no_path(
         (("--time", "0"), ("0",)),
         (("--seed", "-1"), ("-1",)),
         (("--params", "tunde"), ("tunde", "tuned")),
-        (("--start", START, "--goal", GOAL, "--planner", "NavFn", "--picture", "no/such/folder.png"), ("no/such",)),
-        (("--start", START, "--goal", GOAL, "--planner", "NavFn", "--picture", "plan.bag"), ("ends with .png",)),
+        (
+            (
+                "--start",
+                START,
+                "--goal",
+                GOAL,
+                "--planner",
+                "NavFn",
+                "--picture",
+                "no/such/folder.png",
+            ),
+            ("no/such",),
+        ),
+        (
+            ("--start", START, "--goal", GOAL, "--planner", "NavFn", "--picture", "plan.bag"),
+            ("ends with .png",),
+        ),
     ],
 )
 def test_bad_input(
-    capsys: pytest.CaptureFixture[str], room: Path, arguments: tuple[str, ...], words: tuple[str, ...]
+    capsys: pytest.CaptureFixture[str],
+    room: Path,
+    arguments: tuple[str, ...],
+    words: tuple[str, ...],
 ) -> None:
     assert plan("--map", str(room), *arguments) == 1
     error = capsys.readouterr().err
@@ -189,7 +261,9 @@ def test_bad_input(
 
 def test_the_file_selects_planners_and_the_smoother(tmp_path: Path) -> None:
     text = TUNED.read_text(encoding="utf-8")
-    (tmp_path / "nav2.yaml").write_text(text.replace("      max_its: 1000\n", "      max_its: 7\n"), encoding="utf-8")
+    (tmp_path / "nav2.yaml").write_text(
+        text.replace("      max_its: 1000\n", "      max_its: 7\n"), encoding="utf-8"
+    )
     nav2 = load_nav2(tmp_path / "nav2.yaml")
     assert make_smoother("SimpleSmoother", nav2)._params.max_its == 7
     assert [plugin.name for plugin in read_planners(nav2)] == ["GridBased"]
@@ -198,7 +272,9 @@ def test_the_file_selects_planners_and_the_smoother(tmp_path: Path) -> None:
     constrained = "nav2_constrained_smoother::ConstrainedSmoother"
     foreign = text.replace("nav2_smoother::SimpleSmoother", constrained)
     (tmp_path / "nav2.yaml").write_text(foreign, encoding="utf-8")
-    with pytest.raises(ParameterError, match=f"{constrained} is a Nav2 plugin that is not available here"):
+    with pytest.raises(
+        ParameterError, match=f"{constrained} is a Nav2 plugin that is not available here"
+    ):
         make_smoother("SimpleSmoother", load_nav2(tmp_path / "nav2.yaml"))
 
 
@@ -216,8 +292,12 @@ def test_clearance_of_a_straight_drive_and_of_a_turn() -> None:
     turned = np.array(((-3.0, 0.0), (0.02, 0.0), (0.02, -3.0)))  # its rear swings out to the left
     reach = math.hypot(0.607, 0.25)
     expected = 0.7 - reach
-    assert obstacle.clearance(turned, Pose2D(), Pose2D(yaw=-math.pi / 2), BODY) == pytest.approx(expected, abs=2e-3)
-    assert squares_with((110, 100)).clearance(turned, Pose2D(), Pose2D(yaw=-math.pi / 2), BODY) == 0.0
+    assert obstacle.clearance(turned, Pose2D(), Pose2D(yaw=-math.pi / 2), BODY) == pytest.approx(
+        expected, abs=2e-3
+    )
+    assert (
+        squares_with((110, 100)).clearance(turned, Pose2D(), Pose2D(yaw=-math.pi / 2), BODY) == 0.0
+    )
     assert squares_with((110, 100)).clearance(line, Pose2D(), Pose2D(), BODY) == pytest.approx(0.25)
     assert squares_with((0, 0)).clearance(line, Pose2D(), Pose2D(), BODY) < REACH
     assert squares_with().clearance(line, Pose2D(), Pose2D(), BODY) == REACH
@@ -227,13 +307,18 @@ def test_clearance_equals_shapely_on_fine_placements() -> None:
     rng = np.random.default_rng(2)
     taken = rng.random((200, 200)) < 0.0004
     squares = shapely.MultiPolygon(
-        [shapely.box(c * 0.05 - 5, r * 0.05 - 5, c * 0.05 - 4.95, r * 0.05 - 4.95) for r, c in np.argwhere(taken)]
+        [
+            shapely.box(c * 0.05 - 5, r * 0.05 - 5, c * 0.05 - 4.95, r * 0.05 - 4.95)
+            for r, c in np.argwhere(taken)
+        ]
     )
     for _ in range(10):
         points = rng.uniform(-3.0, 3.0, (4, 2))
         ours = Obstacles(taken, 0.05, -5.0, -5.0).clearance(points, Pose2D(), Pose2D(), BODY)
         least = math.inf
-        fine = np.vstack([np.linspace(a, b, 300)[:-1] for a, b in zip(points[:-1], points[1:], strict=True)])
+        fine = np.vstack(
+            [np.linspace(a, b, 300)[:-1] for a, b in zip(points[:-1], points[1:], strict=True)]
+        )
         for x, y, yaw in placements_along(np.vstack((fine, points[-1:])), 0.0, 0.0):
             cos, sin = math.cos(yaw), math.sin(yaw)
             body = shapely.Polygon(BODY @ np.array(((cos, -sin), (sin, cos))).T + (x, y))

@@ -16,7 +16,11 @@ def test_lines_tell_how_far_it_is_where_there_is_no_terminal(
             update(share)
             time.sleep(0.1)
     amounts = [line.split(",")[0] for line in capsys.readouterr().err.splitlines()]
-    assert list(dict.fromkeys(amounts)) == ["25% of the messages", "50% of the messages", "100% of the messages"]
+    assert list(dict.fromkeys(amounts)) == [
+        "25% of the messages",
+        "50% of the messages",
+        "100% of the messages",
+    ]
 
 
 def test_nothing_is_said_of_nothing(capsys: pytest.CaptureFixture[str]) -> None:

@@ -19,7 +19,14 @@ FEW = ["run", *STACKS, "--episodes", "2", "--seed", "7", "--json"]
 
 
 def navbench(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([*NAVBENCH, *arguments], cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+    return subprocess.run(
+        [*NAVBENCH, *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
 
 
 def read(run: Path, table: str = "episodes") -> list[dict[str, Any]]:
@@ -73,18 +80,33 @@ def test_rows_do_not_depend_on_what_the_process_did_before(few: Path) -> None:
     assert row == {key: value for key, value in read(few)[1].items() if key != "error"}
 
 
-@pytest.mark.parametrize(("number", "workers"), [(signal.SIGINT, 2), (signal.SIGTERM, 1), (signal.SIGHUP, 1)])
-def test_an_interrupt_keeps_the_finished_deliveries(tmp_path: Path, hall: Path, number: int, workers: int) -> None:
+@pytest.mark.parametrize(
+    ("number", "workers"), [(signal.SIGINT, 2), (signal.SIGTERM, 1), (signal.SIGHUP, 1)]
+)
+def test_an_interrupt_keeps_the_finished_deliveries(
+    tmp_path: Path, hall: Path, number: int, workers: int
+) -> None:
     out, rules = tmp_path / "run", tmp_path / "short.yaml"
     rules.write_text(RULES)
-    arguments = ["run", "--stack", "parked", "--episodes", "5000", "--workers", str(workers), "--map", str(hall)]
+    arguments = [
+        "run",
+        "--stack",
+        "parked",
+        "--episodes",
+        "5000",
+        "--workers",
+        str(workers),
+        "--map",
+        str(hall),
+    ]
     arguments += ["--rules", str(rules), "--pedestrians", "4", "--out", str(out)]
     process = subprocess.Popen(
         [*NAVBENCH, *arguments],
         stderr=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
-        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),  # background jobs and nohup's ignore some
+        # background jobs and nohup's ignore some
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),
     )
     journal = out / "journal.jsonl"
     deadline = time.monotonic() + 300.0  # a fresh checkout compiles first
@@ -104,14 +126,18 @@ def test_an_interrupt_keeps_the_finished_deliveries(tmp_path: Path, hall: Path, 
 def test_a_run_under_nohup_outlives_its_terminal(tmp_path: Path) -> None:
     code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); from harness.cli.app import main\n"
     code += "import os, threading; threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGHUP)).start(); main(['paper'])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+    )
     assert done.returncode == 0, done.stderr
 
 
 def test_stacks_meet_the_same_missions(few: Path) -> None:
     missions: dict[int, set[tuple[float, ...]]] = {}
     for row in read(few):
-        missions.setdefault(row["episode"], set()).add((row["start_x_m"], row["start_y_m"], row["goal_x_m"]))
+        missions.setdefault(row["episode"], set()).add(
+            (row["start_x_m"], row["start_y_m"], row["goal_x_m"])
+        )
     assert len(read(few)) == 4
     assert all(len(different) == 1 for different in missions.values())
 

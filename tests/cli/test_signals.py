@@ -11,8 +11,15 @@ from harness.cli.signals import run_script
 
 @pytest.fixture(autouse=True)
 def handlers() -> Iterator[None]:
-    """A process's own handlers, whatever other tests' libraries have put there; afterwards theirs again."""
-    own = {signal.SIGTERM: signal.SIG_DFL, signal.SIGHUP: signal.SIG_DFL, signal.SIGINT: signal.default_int_handler}
+    """A process's own handlers, whatever other tests' libraries have put there.
+
+    Afterwards theirs again.
+    """
+    own = {
+        signal.SIGTERM: signal.SIG_DFL,
+        signal.SIGHUP: signal.SIG_DFL,
+        signal.SIGINT: signal.default_int_handler,
+    }
     before = {number: signal.signal(number, handler) for number, handler in own.items()}
     yield
     for number, handler in before.items():
@@ -20,7 +27,9 @@ def handlers() -> Iterator[None]:
 
 
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
-def test_a_script_that_is_told_to_stop_leaves_in_one_line(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_script_that_is_told_to_stop_leaves_in_one_line(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit) as leaving:
         run_script(lambda: os.kill(os.getpid(), getattr(signal, name)))
     assert leaving.value.code == 130 and capsys.readouterr().err == "interrupted\n"

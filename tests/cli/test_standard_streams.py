@@ -14,16 +14,23 @@ NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
 @pytest.mark.parametrize("words", [["paper"], ["paper", "--json"], ["--help"]])
 def test_a_full_disk_is_one_line(words: list[str]) -> None:
     with open("/dev/full", "w", encoding="utf-8") as full:
-        done = subprocess.run([*NAVBENCH, *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        done = subprocess.run(
+            [*NAVBENCH, *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
     assert done.returncode == 1
-    assert done.stderr.startswith("navbench: standard output cannot be written") and done.stderr.count("\n") == 1
+    assert (
+        done.stderr.startswith("navbench: standard output cannot be written")
+        and done.stderr.count("\n") == 1
+    )
 
 
 @pytest.mark.parametrize("words", [["paper"], ["paper", "--json"], ["--help"]])
 def test_a_reader_who_leaves_early_is_no_error(words: list[str]) -> None:
     end, beginning = os.pipe()
     os.close(end)
-    done = subprocess.run([*NAVBENCH, *words], stdout=beginning, stderr=subprocess.PIPE, text=True, check=False)
+    done = subprocess.run(
+        [*NAVBENCH, *words], stdout=beginning, stderr=subprocess.PIPE, text=True, check=False
+    )
     os.close(beginning)
     assert (done.returncode, done.stderr) == (0, "")
 

@@ -1,4 +1,7 @@
-"""A slow twin of MPPI in NumPy and double precision, a row per trajectory: what the kernels are held to."""
+"""A slow twin of MPPI in NumPy and double precision, a row per trajectory.
+
+What the kernels are held to.
+"""
 
 import math
 
@@ -66,7 +69,10 @@ class Twin:
 
     def off_map(self, x, y):
         c = self.costmap
-        mx, my = np.floor((x - c.origin_x) / c.resolution), np.floor((y - c.origin_y) / c.resolution)
+        mx, my = (
+            np.floor((x - c.origin_x) / c.resolution),
+            np.floor((y - c.origin_y) / c.resolution),
+        )
         return (mx < 0) | (my < 0) | (mx >= c.size_x) | (my >= c.size_y)
 
     def costs_at(self, x, y):
@@ -105,12 +111,17 @@ class Twin:
 
     def _ConstraintCritic(self, own):  # noqa: N802 - as the critic is called
         p = self.params
-        most, least = math.hypot(p.vx_max, p.vy_max), math.hypot(p.vx_min, p.vy_max) * (1.0 if p.vx_min > 0.0 else -1.0)
+        most, least = (
+            math.hypot(p.vx_max, p.vy_max),
+            math.hypot(p.vx_min, p.vy_max) * (1.0 if p.vx_min > 0.0 else -1.0),
+        )
         speed = np.copysign(np.sqrt(self.v**2 + self.vy**2), self.v)
         beyond = np.maximum(speed - most, 0.0) + np.maximum(least - speed, 0.0)
         if p.motion_model == "Ackermann":
             with np.errstate(divide="ignore"):
-                beyond += np.maximum(p.AckermannConstraints.min_turning_r - abs(self.v) / abs(self.w), 0.0)
+                beyond += np.maximum(
+                    p.AckermannConstraints.min_turning_r - abs(self.v) / abs(self.w), 0.0
+                )
         return (beyond * p.model_dt).sum(axis=1)
 
     def _CostCritic(self, own):  # noqa: N802
@@ -136,13 +147,18 @@ class Twin:
         distance = (scale * self.inscribed - np.log(np.maximum(worst, 1)) + math.log(253.0)) / scale
         distance -= np.where(looked, 0.0, self.inscribed)
         counted = alive & (worst > 0)
-        near = np.where(counted, np.maximum(own.collision_margin_distance - distance, 0.0), 0.0).sum(axis=1)
+        near = np.where(
+            counted, np.maximum(own.collision_margin_distance - distance, 0.0), 0.0
+        ).sum(axis=1)
         repulsion = np.where(counted, layer.inflation_radius - distance, 0.0).sum(axis=1)
         if self.to_goal < own.near_goal_distance:
             repulsion[:] = 0.0
         self.hits = hit.any(axis=1)
         near[self.hits] = own.collision_cost
-        return own.critical_weight * near + own.repulsion_weight * (repulsion - repulsion.min()) / self.x.shape[1]
+        return (
+            own.critical_weight * near
+            + own.repulsion_weight * (repulsion - repulsion.min()) / self.x.shape[1]
+        )
 
     def _GoalCritic(self, own):  # noqa: N802
         if self.to_goal >= own.threshold_to_consider:
@@ -179,13 +195,19 @@ class Twin:
         mode = 0 if own.mode == 1 and self.params.vx_min >= 0.0 else own.mode
         bearing = math.atan2(y - self.pose.y, x - self.pose.x)
         now = abs(wrapped(bearing - self.pose.yaw))
-        if (mode == 1 and now > math.pi / 2) or (mode == 2 and abs(wrapped(bearing - yaw)) > math.pi / 2):
+        if (mode == 1 and now > math.pi / 2) or (
+            mode == 2 and abs(wrapped(bearing - yaw)) > math.pi / 2
+        ):
             now = math.pi - now
         if now < own.max_angle_to_furthest:
             return None
         bearings = np.arctan2(y - self.y[:, -1], x - self.x[:, -1])
         errors = abs(wrapped(bearings - self.yaw[:, -1]))
-        backwards = {0: False, 1: errors > math.pi / 2, 2: abs(wrapped(bearings - yaw)) > math.pi / 2}[mode]
+        backwards = {
+            0: False,
+            1: errors > math.pi / 2,
+            2: abs(wrapped(bearings - yaw)) > math.pi / 2,
+        }[mode]
         return np.where(backwards, math.pi - errors, errors)
 
     def _PathFollowCritic(self, own):  # noqa: N802
@@ -214,7 +236,9 @@ class Twin:
     def update(self, costs, sequences):
         """The new sequences (A, T), within the limits."""
         p = self.params
-        for control, sequence, std in zip(self.controls, sequences, (p.vx_std, p.wz_std, p.vy_std), strict=False):
+        for control, sequence, std in zip(
+            self.controls, sequences, (p.vx_std, p.wz_std, p.vy_std), strict=False
+        ):
             costs = costs + p.gamma / std**2 * ((control - sequence) * sequence).sum(axis=1)
         shares = np.exp(-(costs - costs.min()) / p.temperature)
         shares /= shares.sum()

@@ -12,7 +12,13 @@ from navstack.control.goal_checker import (
     SymmetricGoalChecker,
 )
 from navstack.control.progress_checker import PoseProgressChecker, SimpleProgressChecker
-from navstack.errors import ControlError, InvalidPathError, NoLegalVelocity, NoProgressError, PatienceExceededError
+from navstack.errors import (
+    ControlError,
+    InvalidPathError,
+    NoLegalVelocity,
+    NoProgressError,
+    PatienceExceededError,
+)
 from navstack.params.checkers import (
     PoseProgressCheckerParams,
     PositionGoalCheckerParams,
@@ -38,7 +44,8 @@ def test_a_goal_is_reached_within_both_tolerances_across_the_seam_of_the_angle()
 @pytest.mark.parametrize(("stateful", "reached"), [(True, True), (False, False)])
 def test_a_stateful_checker_remembers_the_position(stateful: bool, reached: bool) -> None:
     checker = SimpleGoalChecker(SimpleGoalCheckerParams(stateful=stateful))
-    assert not checker.is_goal_reached(Pose2D(1.0, 2.0, 0.0), GOAL, STANDING)  # arrived, looks elsewhere
+    # arrived, looks elsewhere
+    assert not checker.is_goal_reached(Pose2D(1.0, 2.0, 0.0), GOAL, STANDING)
     drifted = Pose2D(2.0, 2.0, 3.1)
     assert checker.is_goal_reached(drifted, GOAL, STANDING) is reached
     checker.reset()
@@ -55,10 +62,14 @@ def test_the_stopped_checker_wants_the_robot_to_stand() -> None:
 def test_the_position_alone_or_either_heading_may_count() -> None:
     backwards, sideways = Pose2D(1.2, 2.0, 3.1 - math.pi), Pose2D(1.2, 2.0, 1.5)
     position = PositionGoalChecker(PositionGoalCheckerParams(stateful=False))
-    assert position.is_goal_reached(backwards, GOAL, STANDING) and position.is_goal_reached(sideways, GOAL, STANDING)
+    assert position.is_goal_reached(backwards, GOAL, STANDING) and position.is_goal_reached(
+        sideways, GOAL, STANDING
+    )
     assert not position.is_goal_reached(Pose2D(1.3, 2.0, 3.1), GOAL, STANDING)
     either = SymmetricGoalChecker(SimpleGoalCheckerParams())
-    assert either.is_goal_reached(backwards, GOAL, STANDING) and either.is_goal_reached(GOAL, GOAL, STANDING)
+    assert either.is_goal_reached(backwards, GOAL, STANDING) and either.is_goal_reached(
+        GOAL, GOAL, STANDING
+    )
     assert not either.is_goal_reached(sideways, GOAL, STANDING)
 
 
@@ -85,13 +96,16 @@ def test_a_symmetric_robot_may_arrive_backwards() -> None:
     assert SimpleGoalChecker(SimpleGoalCheckerParams(symmetric_yaw_tolerance=True)).is_goal_reached(
         backwards, GOAL, STANDING
     )
-    assert not SimpleGoalChecker(SimpleGoalCheckerParams()).is_goal_reached(backwards, GOAL, STANDING)
+    assert not SimpleGoalChecker(SimpleGoalCheckerParams()).is_goal_reached(
+        backwards, GOAL, STANDING
+    )
 
 
 def test_turning_far_enough_is_progress_for_the_pose_progress_checker() -> None:
     checker = PoseProgressChecker(PoseProgressCheckerParams())
     assert checker.check(Pose2D(0.0, 0.0, 3.0), 0.0)
-    assert checker.check(Pose2D(0.1, 0.0, -2.9), 10.0)  # 0.38 rad across the seam: in time, but no progress
+    # 0.38 rad across the seam: in time, but no progress
+    assert checker.check(Pose2D(0.1, 0.0, -2.9), 10.0)
     assert not checker.check(Pose2D(0.1, 0.0, -2.8), 10.1)  # 0.48 rad
     assert checker.check(Pose2D(0.1, 0.0, -2.7), 10.2)  # 0.58 rad
     assert checker.check(Pose2D(0.1, 0.0, -2.7), 20.2)
@@ -160,7 +174,10 @@ def test_a_tolerance_of_minus_one_is_endless() -> None:
 
 def test_the_controller_is_told_that_it_was_not_asked_for_a_time() -> None:
     controller = FailingController(NoLegalVelocity({}))
-    checkers = SimpleGoalChecker(SimpleGoalCheckerParams()), SimpleProgressChecker(SimpleProgressCheckerParams())
+    checkers = (
+        SimpleGoalChecker(SimpleGoalCheckerParams()),
+        SimpleProgressChecker(SimpleProgressCheckerParams()),
+    )
     ControllerServer(ControllerServerParams(), controller, *checkers).resume(1.0)
     assert controller.resumed == 1
 
@@ -187,7 +204,8 @@ def test_with_a_new_plan_the_position_is_checked_again() -> None:
     server = serve(NoLegalVelocity({}))
     goal = Path(np.array([[1.0, 2.0, 3.1]]))
     server.set_plan(goal)
-    assert not server.goal_reached(RobotState(Pose2D(1.0, 2.0, 0.0), STANDING))  # arrived, looks elsewhere
+    # arrived, looks elsewhere
+    assert not server.goal_reached(RobotState(Pose2D(1.0, 2.0, 0.0), STANDING))
     drifted = RobotState(Pose2D(2.0, 2.0, 3.1), STANDING)
     assert server.goal_reached(drifted)
     server.set_plan(goal)

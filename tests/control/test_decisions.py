@@ -62,7 +62,9 @@ def state(stamp: float) -> RobotState:
 
 
 def dwb(one: Fixed, two: Fixed) -> DwbController:
-    return DwbController(PARAMS, FOOTPRINT, 20.0, critics={"One": one, "Two": two, "Idle": Fixed(0.0, {}, 1.0)})
+    return DwbController(
+        PARAMS, FOOTPRINT, 20.0, critics={"One": one, "Two": two, "Idle": Fixed(0.0, {}, 1.0)}
+    )
 
 
 def server(controller: Controller, failure_tolerance: float) -> ControllerServer:
@@ -75,7 +77,9 @@ def server(controller: Controller, failure_tolerance: float) -> ControllerServer
 
 
 def test_dwb_tells_the_scores_of_what_it_chose() -> None:
-    controller = dwb(Fixed(2.0, {4: 1.0, 0: math.inf}, 3.0), Fixed(0.5, {4: 4.0, 1: math.inf, 0: math.inf}, 6.0))
+    controller = dwb(
+        Fixed(2.0, {4: 1.0, 0: math.inf}, 3.0), Fixed(0.5, {4: 4.0, 1: math.inf, 0: math.inf}, 6.0)
+    )
     assert controller.decision is None
     command = controller.compute_velocity(state(7.5), plan(), around())
     count = len(controller.last_decision.scores.totals)
@@ -86,7 +90,11 @@ def test_dwb_tells_the_scores_of_what_it_chose() -> None:
         samples=count,
         rejected=2,
         total=4.0,
-        scores=(CriticScore("One", 1.0, 2.0, 1), CriticScore("Two", 4.0, 2.0, 1), CriticScore("Idle", 0.0, 0.0, 0)),
+        scores=(
+            CriticScore("One", 1.0, 2.0, 1),
+            CriticScore("Two", 4.0, 2.0, 1),
+            CriticScore("Idle", 0.0, 0.0, 0),
+        ),
     )
     assert command == Twist2D(*controller.last_decision.scores.rollouts.commands[4].tolist())
 
@@ -105,7 +113,8 @@ def test_dwb_tells_what_its_choice_was_preferred_to() -> None:
         CriticScore("Two", 5.0, 2.5, 0),
         CriticScore("Idle", 0.0, 0.0, 0),
     )
-    legal = [index for index in slow.tolist() if index not in (0, 4)]  # the first is forbidden, the fifth chosen
+    # the first is forbidden, the fifth chosen
+    legal = [index for index in slow.tolist() if index not in (0, 4)]
     assert slower.command == Twist2D(*commands[legal[0]].tolist())
     assert slower.total == (8.5 if legal[0] == 7 else 9.0)
 
@@ -127,7 +136,12 @@ def test_a_cycle_without_a_legal_velocity_tells_who_rejected() -> None:
     told = controller.decision
     count = len(controller.last_decision.scores.totals)
     assert caught.value.rejections == {"One": count - 1, "Two": 1}
-    assert (told.command, told.samples, told.rejected, told.total) == (Twist2D(), count, count, None)
+    assert (told.command, told.samples, told.rejected, told.total) == (
+        Twist2D(),
+        count,
+        count,
+        None,
+    )
     assert [(s.critic, s.raw, s.weighted, s.rejections) for s in told.scores] == [
         ("One", None, None, count - 1),
         ("Two", None, None, 1),
@@ -183,6 +197,10 @@ def test_pure_pursuit_tells_of_its_one_arc(cost: int, rejected: int) -> None:
     except NoLegalVelocity:
         command = Twist2D()
     told = controller.decision
-    assert (told.stamp, told.decided_by, told.command) == (3.0, "RegulatedPurePursuitController", command)
+    assert (told.stamp, told.decided_by, told.command) == (
+        3.0,
+        "RegulatedPurePursuitController",
+        command,
+    )
     assert (told.samples, told.rejected) == (1, rejected)
     assert told.scores == (CriticScore("collision ahead", None, None, rejected),)

@@ -14,11 +14,25 @@ from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError, NoLegalVelocity
-from navstack.params.dwb import AlignParams, DistParams, DwbParams, ObstacleParams, RotateToGoalParams
+from navstack.params.dwb import (
+    AlignParams,
+    DistParams,
+    DwbParams,
+    ObstacleParams,
+    RotateToGoalParams,
+)
 from navstack.types import Path, Pose2D, RobotState, Twist2D
 
 PARAMS = DwbParams(
-    critics=("RotateToGoal", "Oscillation", "BaseObstacle", "GoalAlign", "PathAlign", "PathDist", "GoalDist"),
+    critics=(
+        "RotateToGoal",
+        "Oscillation",
+        "BaseObstacle",
+        "GoalAlign",
+        "PathAlign",
+        "PathDist",
+        "GoalDist",
+    ),
     max_vel_x=1.0,
     max_speed_xy=1.0,
     max_vel_theta=1.2,
@@ -53,8 +67,12 @@ def make(params: DwbParams = PARAMS) -> DwbController:
 
 def test_all_illegal_raises_with_the_counts_per_critic() -> None:
     controller = make()
-    with pytest.raises(NoLegalVelocity, match="no legal velocity; rejected by: BaseObstacle 419") as caught:
-        controller.compute_velocity(RobotState(Pose2D(), Twist2D()), straight_plan(), around(value=254))
+    with pytest.raises(
+        NoLegalVelocity, match="no legal velocity; rejected by: BaseObstacle 419"
+    ) as caught:
+        controller.compute_velocity(
+            RobotState(Pose2D(), Twist2D()), straight_plan(), around(value=254)
+        )
     assert caught.value.rejections == {"BaseObstacle": 419}
     assert controller.last_decision is not None
     assert not controller.last_decision.is_legal
@@ -66,12 +84,15 @@ def test_rejections_count_the_first_critic_that_objects() -> None:
     state = RobotState(Pose2D(2.8, 0.0, 0.0), Twist2D())
     with pytest.raises(NoLegalVelocity) as caught:
         controller.compute_velocity(state, straight_plan(), around(2.8, value=254))
-    assert caught.value.rejections == {"RotateToGoal": 399, "BaseObstacle": 20}  # 20 samples turn on the spot
+    # 20 samples turn on the spot
+    assert caught.value.rejections == {"RotateToGoal": 399, "BaseObstacle": 20}
 
 
 def test_without_any_sample_it_says_so() -> None:
     with pytest.raises(NoLegalVelocity, match="none sampled"):
-        make(DwbParams()).compute_velocity(RobotState(Pose2D(), Twist2D()), straight_plan(), around())
+        make(DwbParams()).compute_velocity(
+            RobotState(Pose2D(), Twist2D()), straight_plan(), around()
+        )
 
 
 def test_plan_that_is_empty_or_elsewhere() -> None:
@@ -79,7 +100,9 @@ def test_plan_that_is_empty_or_elsewhere() -> None:
     with pytest.raises(InvalidPathError, match="no poses"):
         make().compute_velocity(state, Path(np.empty((0, 3))), around())
     elsewhere = Path(straight_plan().poses + (50.0, 0.0, 0.0))
-    with pytest.raises(InvalidPathError, match=r"none of the plan's 61 poses lies within 2.00 m of the robot"):
+    with pytest.raises(
+        InvalidPathError, match=r"none of the plan's 61 poses lies within 2.00 m of the robot"
+    ):
         make().compute_velocity(state, elsewhere, around())
 
 
@@ -108,8 +131,12 @@ class Constant(Critic):
 def test_the_first_of_equals_wins_and_the_decision_explains_itself() -> None:
     one, two = Constant(2.0, {7: 1.0, 9: 1.0, 3: math.inf}), Constant(0.5, {7: 4.0, 9: 4.0})
     idle = Constant(0.0, {7: math.inf})
-    controller = DwbController(PARAMS, FOOTPRINT, 20.0, critics={"One": one, "Two": two, "Idle": idle})
-    command = controller.compute_velocity(RobotState(Pose2D(), Twist2D()), straight_plan(), around())
+    controller = DwbController(
+        PARAMS, FOOTPRINT, 20.0, critics={"One": one, "Two": two, "Idle": idle}
+    )
+    command = controller.compute_velocity(
+        RobotState(Pose2D(), Twist2D()), straight_plan(), around()
+    )
     decision = controller.last_decision
     assert decision.choice.index == 7
     assert decision.scores.totals[7] == decision.scores.totals[9] == np.float32(4.0)
@@ -163,7 +190,9 @@ def test_it_drives_to_the_goal_and_turns_to_its_heading() -> None:
 def test_short_circuit_never_changes_the_winner() -> None:
     rng = np.random.default_rng(0)
     for _ in range(5):
-        state = RobotState(Pose2D(*rng.uniform(-0.5, 0.5, 3)), Twist2D(rng.uniform(0.0, 1.0), 0.0, 0.2))
+        state = RobotState(
+            Pose2D(*rng.uniform(-0.5, 0.5, 3)), Twist2D(rng.uniform(0.0, 1.0), 0.0, 0.2)
+        )
         commands = [
             make(replace(PARAMS, short_circuit_trajectory_evaluation=on)).compute_velocity(
                 state, straight_plan(), around()
@@ -176,9 +205,12 @@ def test_short_circuit_never_changes_the_winner() -> None:
 def test_the_limited_generator_commands_only_what_one_period_allows() -> None:
     params = replace(PARAMS, trajectory_generator_name="dwb_plugins::LimitedAccelGenerator")
     controller = make(params)
-    controller.compute_velocity(RobotState(Pose2D(), Twist2D(0.5, 0.0, 0.0)), straight_plan(), around())
+    controller.compute_velocity(
+        RobotState(Pose2D(), Twist2D(0.5, 0.0, 0.0)), straight_plan(), around()
+    )
     rollouts = controller.last_decision.scores.rollouts
     assert rollouts.commands[:, 0].min() == pytest.approx(0.5 - 2.5 / 20.0)
     assert rollouts.commands[:, 0].max() == pytest.approx(0.5 + 2.5 / 20.0)
     straight = int((rollouts.commands[:, 0] - 10.0 * np.abs(rollouts.commands[:, 2])).argmax())
-    assert rollouts.x[straight, -1] == pytest.approx(1.7 * rollouts.commands[straight, 0])  # no ramp
+    # no ramp
+    assert rollouts.x[straight, -1] == pytest.approx(1.7 * rollouts.commands[straight, 0])

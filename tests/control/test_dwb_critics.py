@@ -11,7 +11,13 @@ from navstack.control.dwb.rollouts import RolloutGenerator, Rollouts
 from navstack.control.dwb.scene import Scene
 from navstack.costmap.costmap import Costmap
 from navstack.errors import ParameterError, UnknownNameError
-from navstack.params.dwb import AlignParams, DistParams, DwbParams, OscillationParams, RotateToGoalParams
+from navstack.params.dwb import (
+    AlignParams,
+    DistParams,
+    DwbParams,
+    OscillationParams,
+    RotateToGoalParams,
+)
 from navstack.params.registry.controllers import DWB_CRITICS as CRITICS
 from navstack.types import Pose2D, Twist2D
 
@@ -76,9 +82,16 @@ def random_costs(seed: int) -> np.ndarray:
 @pytest.mark.parametrize("name", CRITICS)
 def test_contract(name: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    scene = make_scene(random_costs(seed), Pose2D(*rng.uniform((-2.5, -2.5, -3.0), (2.5, 2.5, 3.0))))
+    scene = make_scene(
+        random_costs(seed), Pose2D(*rng.uniform((-2.5, -2.5, -3.0), (2.5, 2.5, 3.0)))
+    )
     rollouts = roll_out(make_params(), scene)
-    before = rollouts.x.copy(), rollouts.yaw.copy(), rollouts.commands.copy(), scene.costmap.data.copy()
+    before = (
+        rollouts.x.copy(),
+        rollouts.yaw.copy(),
+        rollouts.commands.copy(),
+        scene.costmap.data.copy(),
+    )
     answers = []
     for _ in range(2):
         critic = make_critic(name)
@@ -124,10 +137,14 @@ def test_unknown_name_is_answered_with_the_nearest(given: str) -> None:
 
 def test_wrong_values_are_named() -> None:
     with pytest.raises(UnknownNameError, match="unknown aggregation_type 'mean'"):
-        build_critics(make_params(critics=("PathDist",), PathDist=DistParams(aggregation_type="mean")))
+        build_critics(
+            make_params(critics=("PathDist",), PathDist=DistParams(aggregation_type="mean"))
+        )
     with pytest.raises(UnknownNameError, match="unknown trajectory generator"):
         RolloutGenerator(make_params(trajectory_generator_name="Custom"), 20.0)
-    with pytest.raises(ParameterError, match=r"FollowPath.linear_granularity is 0.0; it must be greater than 0"):
+    with pytest.raises(
+        ParameterError, match=r"FollowPath.linear_granularity is 0.0; it must be greater than 0"
+    ):
         RolloutGenerator(make_params(linear_granularity=0.0), 20.0)
 
 
@@ -135,21 +152,29 @@ def test_wrong_values_are_named() -> None:
     ("samples", "steps", "is_allowed"),
     [((20, 1, 20), 5000, True), ((3, 1, 0), 666_667, False), ((0, 3, 1), 666_666, True)],
 )
-def test_no_more_than_two_million_poses_are_made(samples: tuple[int, ...], steps: int, is_allowed: bool) -> None:
+def test_no_more_than_two_million_poses_are_made(
+    samples: tuple[int, ...], steps: int, is_allowed: bool
+) -> None:
     names = ("vx_samples", "vy_samples", "vtheta_samples")
     params = make_params(
-        sim_time=float(steps), time_granularity=1.0, discretize_by_time=True, **dict(zip(names, samples, strict=True))
+        sim_time=float(steps),
+        time_granularity=1.0,
+        discretize_by_time=True,
+        **dict(zip(names, samples, strict=True)),
     )
     if is_allowed:
         RolloutGenerator(params, 20.0)
     else:
-        with pytest.raises(ParameterError, match="make 3 trajectories of 666,667 poses; at most 2,000,000 poses"):
+        with pytest.raises(
+            ParameterError, match="make 3 trajectories of 666,667 poses; at most 2,000,000 poses"
+        ):
             RolloutGenerator(params, 20.0)
 
 
 def test_base_obstacle_minds_the_centre_and_obstacle_footprint_the_outline() -> None:
     costs = np.zeros((120, 120), dtype=np.uint8)
-    costs[64, 70] = 254  # 0.5 m ahead, 0.2 m to the left: beside the centre's way, under the outline
+    # 0.5 m ahead, 0.2 m to the left: beside the centre's way, under the outline
+    costs[64, 70] = 254
     scene = make_scene(costs, Pose2D())
     rollouts = roll_out(make_params(), scene)
     straight = int(np.argmax(rollouts.commands[:, 0] - 10.0 * np.abs(rollouts.commands[:, 2])))
@@ -174,7 +199,11 @@ def test_without_a_plan_on_the_map_dist_rejects_all_and_align_is_indifferent() -
     plan[:, 0] = np.linspace(50.0, 51.0, 5)
     scene = make_scene(plan=plan)
     rollouts = roll_out(make_params(), scene)
-    for name, expected in (("PathDist", math.inf), ("GoalDist", math.inf), ("PathAlign", 120 * 120 + 1.0)):
+    for name, expected in (
+        ("PathDist", math.inf),
+        ("GoalDist", math.inf),
+        ("PathAlign", 120 * 120 + 1.0),
+    ):
         critic = make_critic(name)
         critic.prepare(scene)
         assert (critic.raw_costs(rollouts, scene) == expected).all()
@@ -190,7 +219,9 @@ def test_aggregation_over_the_real_poses_only(aggregation: str) -> None:
     ours = critic.raw_costs(rollouts, scene)
     for k in range(len(ours)):
         distances = critic.distances(scene.cells[k : k + 1, : rollouts.lengths[k]], scene)[0]
-        expected = {"last": distances[-1], "sum": distances.sum(), "product": distances.prod()}[aggregation]
+        expected = {"last": distances[-1], "sum": distances.sum(), "product": distances.prod()}[
+            aggregation
+        ]
         assert ours[k] == pytest.approx(expected, rel=1e-12)
 
 
@@ -231,10 +262,13 @@ def test_rotate_to_goal_slows_down_then_only_turns() -> None:
     np.testing.assert_allclose(costs[slow], expected[slow], atol=1e-12)
 
     rollouts.commands[:3] = ((0.4, 0.0, 0.0), (np.nextafter(0.4, 0.0), 0.0, 0.0), (-0.4, 0.0, 0.0))
-    assert np.isinf(critic.raw_costs(rollouts, moving))[:3].tolist() == [True, False, True]  # not slower is illegal
+    # not slower is illegal
+    assert np.isinf(critic.raw_costs(rollouts, moving))[:3].tolist() == [True, False, True]
     speeds = np.abs(rollouts.commands[:, 0])
 
-    stopped = make_scene(pose=Pose2D(1.7, 0.0, 0.0), goal=Pose2D(2.0, 0.0, 1.0), velocity=Twist2D(0.1, 0.0, 0.0))
+    stopped = make_scene(
+        pose=Pose2D(1.7, 0.0, 0.0), goal=Pose2D(2.0, 0.0, 1.0), velocity=Twist2D(0.1, 0.0, 0.0)
+    )
     critic.prepare(stopped)
     critic.prepare(moving)  # remembered, although the robot moves again
     np.testing.assert_array_equal(np.isinf(critic.raw_costs(rollouts, moving)), speeds > 0.0)
@@ -242,23 +276,34 @@ def test_rotate_to_goal_slows_down_then_only_turns() -> None:
 
 def test_rotate_to_goal_looks_ahead_in_time() -> None:
     params = make_params(
-        xy_goal_tolerance=0.5, max_vel_x=0.0, min_vel_x=0.0, RotateToGoal=RotateToGoalParams(lookahead_time=0.5)
+        xy_goal_tolerance=0.5,
+        max_vel_x=0.0,
+        min_vel_x=0.0,
+        RotateToGoal=RotateToGoalParams(lookahead_time=0.5),
     )
-    scene = make_scene(pose=Pose2D(1.7, 0.0, 0.0), goal=Pose2D(2.0, 0.0, 1.0), velocity=Twist2D(0.0, 0.0, 1.2))
+    scene = make_scene(
+        pose=Pose2D(1.7, 0.0, 0.0), goal=Pose2D(2.0, 0.0, 1.0), velocity=Twist2D(0.0, 0.0, 1.2)
+    )
     rollouts = roll_out(params, scene)
     critic = make_critic("RotateToGoal", params)
     critic.prepare(scene)
     fastest = int(rollouts.commands[:, 2].argmax())
-    assert critic.raw_costs(rollouts, scene)[fastest] == pytest.approx(abs(1.0 - 0.5 * 1.2), abs=1e-9)
+    assert critic.raw_costs(rollouts, scene)[fastest] == pytest.approx(
+        abs(1.0 - 0.5 * 1.2), abs=1e-9
+    )
     np.testing.assert_allclose(rollouts.yaw_at(99.0), rollouts.yaw[:, -1])
     assert rollouts.yaw_rates.shape == (len(rollouts.x), rollouts.x.shape[1] - 1)
     assert rollouts.yaw_rates[fastest, 0] == pytest.approx(1.2)
 
 
 def test_rotate_to_goal_may_look_at_the_heading_of_now() -> None:
-    scene = make_scene(pose=Pose2D(1.7, 0.0, 0.2), goal=Pose2D(2.0, 0.0, 1.0), velocity=Twist2D(0.5))
+    scene = make_scene(
+        pose=Pose2D(1.7, 0.0, 0.2), goal=Pose2D(2.0, 0.0, 1.0), velocity=Twist2D(0.5)
+    )
     for time, is_alike in ((0.0, True), (-1.0, False)):  # a negative time: the last pose
-        params = make_params(xy_goal_tolerance=0.5, RotateToGoal=RotateToGoalParams(lookahead_time=time))
+        params = make_params(
+            xy_goal_tolerance=0.5, RotateToGoal=RotateToGoalParams(lookahead_time=time)
+        )
         rollouts, critic = roll_out(params, scene), make_critic("RotateToGoal", params)
         critic.prepare(scene)
         costs = critic.raw_costs(rollouts, scene) - 5.0 * rollouts.commands[:, 0] ** 2
@@ -267,7 +312,8 @@ def test_rotate_to_goal_may_look_at_the_heading_of_now() -> None:
 
 def test_a_short_plan_is_asked_for_only_when_so_set() -> None:
     near = make_scene(pose=Pose2D(1.9, 0.0, 0.0), velocity=Twist2D())
-    for tolerance, rejects in ((math.inf, True), (2.0, False), (3.0, True)):  # the plan is 2.5 m long
+    # the plan is 2.5 m long
+    for tolerance, rejects in ((math.inf, True), (2.0, False), (3.0, True)):
         params = make_params(path_length_tolerance=tolerance)
         rollouts = roll_out(params, near)
         critic = make_critic("RotateToGoal", params)
@@ -306,8 +352,10 @@ def test_oscillation_forbids_a_second_turn_until_reset(
     critic.debrief(here, Twist2D(angular_z=0.5 * side))
     critic.prepare(here)
     assert (critic.raw_costs(rollouts, here) == 0.0).all()
-    critic.debrief(here, Twist2D(angular_z=-0.5 * side))  # the first change is allowed, going back is not
-    assert (critic.raw_costs(rollouts, here) == 0.0).all()  # of the cycle that ended with this command
+    # the first change is allowed, going back is not
+    critic.debrief(here, Twist2D(angular_z=-0.5 * side))
+    # of the cycle that ended with this command
+    assert (critic.raw_costs(rollouts, here) == 0.0).all()
     critic.prepare(here)
     np.testing.assert_array_equal(np.isinf(critic.raw_costs(rollouts, here)), turns_back)
     critic.debrief(there, Twist2D())
@@ -332,4 +380,6 @@ def test_prefer_forward_and_twirling() -> None:
     for (vx, _, yaw_rate), cost in zip(rollouts.commands, forward, strict=True):
         penalised = vx < 0.0 or (vx < 0.1 and abs(yaw_rate) < 0.2)
         assert cost == (1.0 if penalised else abs(yaw_rate) * 10.0)
-    np.testing.assert_array_equal(make_critic("Twirling").raw_costs(rollouts, scene), np.abs(rollouts.commands[:, 2]))
+    np.testing.assert_array_equal(
+        make_critic("Twirling").raw_costs(rollouts, scene), np.abs(rollouts.commands[:, 2])
+    )

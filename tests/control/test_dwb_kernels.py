@@ -9,7 +9,13 @@ from navstack.control.dwb import kernels
 from navstack.control.dwb.choice_kernels import Drive, is_legal
 from navstack.control.dwb.critics.align import PathAlignCritic
 from navstack.control.dwb.critics.base_obstacle import BaseObstacleCritic
-from navstack.control.dwb.end_score import CELL_COST, GOAL_ALIGNMENT, GOAL_DISTANCE, OUTLINE_COST, PATH_DISTANCE
+from navstack.control.dwb.end_score import (
+    CELL_COST,
+    GOAL_ALIGNMENT,
+    GOAL_DISTANCE,
+    OUTLINE_COST,
+    PATH_DISTANCE,
+)
 from navstack.control.dwb.end_score_kernels import Surface
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene, cells_of
@@ -25,7 +31,9 @@ RESOLUTION = 0.05
 SHAPE = (40, 60)  # cells [y, x]
 
 
-def random_poses(rng: np.random.Generator, count: int, length: int) -> tuple[np.ndarray, np.ndarray]:
+def random_poses(
+    rng: np.random.Generator, count: int, length: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Poses of which about one in ten lies off the map of SHAPE."""
     x = rng.uniform(ORIGIN[0] - 0.1, ORIGIN[0] + SHAPE[1] * RESOLUTION + 0.1, (count, length))
     y = rng.uniform(ORIGIN[1] - 0.1, ORIGIN[1] + SHAPE[0] * RESOLUTION + 0.1, (count, length))
@@ -80,7 +88,9 @@ def test_a_large_turn_per_step_is_exact_too() -> None:
         assert cosine == pytest.approx(math.cos(angle), abs=2.3e-16)
 
 
-@pytest.mark.parametrize("kind", [CELL_COST, OUTLINE_COST, PATH_DISTANCE, GOAL_DISTANCE, GOAL_ALIGNMENT])
+@pytest.mark.parametrize(
+    "kind", [CELL_COST, OUTLINE_COST, PATH_DISTANCE, GOAL_DISTANCE, GOAL_ALIGNMENT]
+)
 def test_a_trajectory_is_legal_where_all_its_poses_but_the_last_are(kind: int) -> None:
     """Cells and outlines mind obstacles, distances the map's edge, and alignment nothing."""
     rng, found = np.random.default_rng(11), []
@@ -89,10 +99,16 @@ def test_a_trajectory_is_legal_where_all_its_poses_but_the_last_are(kind: int) -
         for y, x in rng.integers(0, (SHAPE[0] - 2, SHAPE[1] - 2), (4, 2)):
             costs[y : y + 2, x : x + 2] = cost
     outline = np.array(((0.12, 0.08), (0.12, -0.08), (-0.1, -0.08), (-0.1, 0.08)))
-    costmap, limits = Costmap(costs, RESOLUTION, *ORIGIN), np.array(((4.0, -3.0), (0.5, -9.0), (3.5, -2.0)))
+    costmap, limits = (
+        Costmap(costs, RESOLUTION, *ORIGIN),
+        np.array(((4.0, -3.0), (0.5, -9.0), (3.5, -2.0))),
+    )
     for _ in range(60):
         start = rng.uniform((-0.6, -0.1, -math.pi), (1.6, 1.1, math.pi))
-        (now, command), steps = rng.uniform((-0.8, 0.0, -1.5), (1.5, 0.0, 1.5), (2, 3)), int(rng.integers(1, 30))
+        (now, command), steps = (
+            rng.uniform((-0.8, 0.0, -1.5), (1.5, 0.0, 1.5), (2, 3)),
+            int(rng.integers(1, 30)),
+        )
         expected = True
         for x, y, yaw in roll_out_twin(start, now, command, limits, steps, 1.5)[:-1]:
             mx, my = costmap.world_to_map(x, y)
@@ -100,7 +116,11 @@ def test_a_trajectory_is_legal_where_all_its_poses_but_the_last_are(kind: int) -
                 expected &= kind == GOAL_ALIGNMENT
             elif kind in (CELL_COST, OUTLINE_COST):
                 turned = Pose2D(x, y, yaw)
-                cost = int(costs[my, mx]) + 1 if kind == CELL_COST else footprint_cost(costmap, outline, turned)
+                cost = (
+                    int(costs[my, mx]) + 1
+                    if kind == CELL_COST
+                    else footprint_cost(costmap, outline, turned)
+                )
                 expected &= cost < LETHAL_OBSTACLE
         drive = Drive(np.concatenate((start, now)), command[None], np.array((steps,)), limits, 1.5)
         surface = Surface(costs, costmap.grid, outline)
@@ -119,14 +139,20 @@ def test_there_is_room_for_the_steps_of_every_sample(by_time: bool) -> None:
             max_vel_theta=float(rng.uniform(0.2, 3.0)), linear_granularity=0.1, angular_granularity=0.05, sim_time=1.7,
             discretize_by_time=by_time, time_granularity=0.3,
         )  # fmt: skip
-        corners = [(x, y, params.max_vel_theta) for x in (low[0], high[0]) for y in (low[1], high[1])]
-        steps = [math.hypot(x, y) * 1.7 / 0.1 for x, y, _ in corners] + [params.max_vel_theta * 1.7 / 0.05]
+        corners = [
+            (x, y, params.max_vel_theta) for x in (low[0], high[0]) for y in (low[1], high[1])
+        ]
+        steps = [math.hypot(x, y) * 1.7 / 0.1 for x, y, _ in corners] + [
+            params.max_vel_theta * 1.7 / 0.05
+        ]
         most = 1.7 / 0.3 if by_time else max(steps)
         assert largest_steps(params) - math.ceil(most) in (0, 1)
         assert largest_steps(params) >= most
 
 
-@pytest.mark.parametrize(("forward", "turn", "steps"), [(2.0, 0.1, 21), (0.1, 1.0, 21), (0.05, 0.02, 1), (0.0, 0.0, 1)])
+@pytest.mark.parametrize(
+    ("forward", "turn", "steps"), [(2.0, 0.1, 21), (0.1, 1.0, 21), (0.05, 0.02, 1), (0.0, 0.0, 1)]
+)
 def test_there_is_room_for_a_step_more_of_samples_a_little_beyond_the_limits(
     forward: float, turn: float, steps: int
 ) -> None:
@@ -138,7 +164,15 @@ def test_there_is_room_for_a_step_more_of_samples_a_little_beyond_the_limits(
 
 
 def test_step_counts_follow_the_command() -> None:
-    commands = np.array(((0.0, 0.0, 0.01), (3.0, 0.0, 0.0), (3.0 + 4e-16, 0.0, 0.0), (0.3, 0.4, 0.0), (0.0, 0.0, -1.2)))
+    commands = np.array(
+        (
+            (0.0, 0.0, 0.01),
+            (3.0, 0.0, 0.0),
+            (3.0 + 4e-16, 0.0, 0.0),
+            (0.3, 0.4, 0.0),
+            (0.0, 0.0, -1.2),
+        )
+    )
     assert kernels.step_counts(commands, 1.0, 0.05, 0.025).tolist() == [1, 60, 61, 10, 48]
 
 
@@ -156,7 +190,9 @@ def test_cells_equal_the_costmaps_own_rule() -> None:
 def test_obstacle_costs_equal_the_twin(sum_scores: bool) -> None:
     rng = np.random.default_rng(3)
     costs = rng.choice(
-        np.array((0, 10, 100, 252, 253, 254, 255), dtype=np.uint8), 200, p=(0.4, 0.3, 0.2, 0.07, 0.01, 0.01, 0.01)
+        np.array((0, 10, 100, 252, 253, 254, 255), dtype=np.uint8),
+        200,
+        p=(0.4, 0.3, 0.2, 0.07, 0.01, 0.01, 0.01),
     )
     costmap = Costmap(costs.reshape(10, 20), 1.0, 0.0, 0.0)
     cells, lengths = rng.integers(0, 200, (80, 10)), rng.integers(1, 11, 80)
@@ -165,7 +201,9 @@ def test_obstacle_costs_equal_the_twin(sum_scores: bool) -> None:
         cells[k, lengths[k] :] = cells[k, lengths[k] - 1]
     x, y = np.where(cells < 0, -1.0, cells % 20 + 0.5), cells // 20 + 0.5
     scene = Scene(Pose2D(), Twist2D(), 0.0, Pose2D(), np.empty((0, 3)), costmap, np.empty((0, 2)))
-    scene.rollouts = Rollouts(np.empty((80, 3)), lengths - 1, lengths, 1.0, lambda: (x, y, np.zeros_like(x)))
+    scene.rollouts = Rollouts(
+        np.empty((80, 3)), lengths - 1, lengths, 1.0, lambda: (x, y, np.zeros_like(x))
+    )
     critic = BaseObstacleCritic(ObstacleParams(sum_scores=sum_scores), DwbParams(critics=()))
     ours = critic.raw_costs(scene.rollouts, scene)
     for k in range(80):
@@ -182,12 +220,16 @@ def test_noses_are_looked_for_ahead_of_the_poses(only_last: bool) -> None:
     yaw = rng.uniform(-4.0, 4.0, x.shape)
     costmap = Costmap(np.zeros(SHAPE, dtype=np.uint8), RESOLUTION, *ORIGIN)
     scene = Scene(Pose2D(), Twist2D(), 0.0, Pose2D(), np.empty((0, 3)), costmap, np.empty((0, 2)))
-    rollouts = Rollouts(np.empty((30, 3)), np.full(30, 11), np.full(30, 12), 1.0, lambda: (x, y, yaw))
+    rollouts = Rollouts(
+        np.empty((30, 3)), np.full(30, 11), np.full(30, 12), 1.0, lambda: (x, y, yaw)
+    )
     critic = PathAlignCritic(AlignParams(forward_point_distance=0.3), DwbParams(critics=()))
     ours, first = critic.scored_cells(rollouts, scene, only_last), 11 if only_last else 0
     for k in range(30):
         for t in range(first, 12):
-            mx, my = costmap.world_to_map(x[k, t] + 0.3 * math.cos(yaw[k, t]), y[k, t] + 0.3 * math.sin(yaw[k, t]))
+            mx, my = costmap.world_to_map(
+                x[k, t] + 0.3 * math.cos(yaw[k, t]), y[k, t] + 0.3 * math.sin(yaw[k, t])
+            )
             assert ours[k, t - first] == (my * SHAPE[1] + mx if costmap.contains(mx, my) else -1)
 
 
@@ -231,7 +273,10 @@ def test_totals_accumulate_in_float32_in_order() -> None:
 def bresenham_twin(x0: int, y0: int, x1: int, y1: int) -> list[tuple[int, int]]:
     """LineIterator of nav2_util, with its own variables."""
     dx, dy = abs(x1 - x0), abs(y1 - y0)
-    inc1, inc2 = [1 if x1 >= x0 else -1, 1 if y1 >= y0 else -1], [1 if x1 >= x0 else -1, 1 if y1 >= y0 else -1]
+    inc1, inc2 = (
+        [1 if x1 >= x0 else -1, 1 if y1 >= y0 else -1],
+        [1 if x1 >= x0 else -1, 1 if y1 >= y0 else -1],
+    )
     if dx >= dy:
         inc1[0], inc2[1], den, add, pixels = 0, 0, dx, dy, dx
     else:
@@ -269,7 +314,8 @@ def test_footprint_cost_turns_with_the_robot_and_ends_at_the_map() -> None:
 
 
 def test_an_unknown_cell_hides_lethal_ones_under_later_edges_only() -> None:
-    bar = np.array(((0.5, 0.2), (0.5, -0.2), (-0.5, -0.2), (-0.5, 0.2)))  # front, right side, rear, left side
+    # front, right side, rear, left side
+    bar = np.array(((0.5, 0.2), (0.5, -0.2), (-0.5, -0.2), (-0.5, 0.2)))
     front, beside, side = (49, 59), (47, 59), (45, 49)
     for lethal, unknown, expected in ((front, beside, 254), (front, side, 254), (side, front, 255)):
         costs = np.zeros((100, 100), dtype=np.uint8)
@@ -281,7 +327,8 @@ def test_window_keeps_what_is_near_and_searches_only_so_far() -> None:
     poses = np.zeros((101, 3))
     poses[:, 0] = np.linspace(0.0, 10.0, 101)
     assert window_bounds(poses, 0, 5.0, 0.0, 2.0, 3.0, math.inf) == (31, 81)
-    assert window_bounds(poses, 0, 5.0, 0.0, 2.0, 3.0, 2.05) == (21, 81)  # nothing near within 2.05 m of plan
+    # nothing near within 2.05 m of plan
+    assert window_bounds(poses, 0, 5.0, 0.0, 2.0, 3.0, 2.05) == (21, 81)
     assert window_bounds(poses, 0, 50.0, 0.0, 2.0, 3.0, math.inf) == (101, 101)
     assert window_bounds(poses, 40, 5.0, 0.0, 2.0, 3.0, math.inf) == (40, 81)
 
@@ -291,7 +338,8 @@ def test_plan_stops_at_unknown_space_and_skips_what_is_before_the_map() -> None:
     costs[:, 12:14] = 255
     plan = np.array(((-1.0, 0.5), (2.0, 0.5)))
     points = densify(plan, 0.05)
-    np.testing.assert_allclose(points[:, 0], np.linspace(-1.0, 2.0, 57))  # of 57 cells beyond the first two, one less
+    # of 57 cells beyond the first two, one less
+    np.testing.assert_allclose(points[:, 0], np.linspace(-1.0, 2.0, 57))
     np.testing.assert_allclose(points[:, 1], 0.5)
     cells = cells_of_points(points, costs, (0.0, 0.0, 0.05))
     known = points[(points[:, 0] >= 0.0) & (points[:, 0] < 12 * 0.05), 0]
@@ -307,7 +355,9 @@ def test_gaps_of_more_than_two_cells_are_filled_up_evenly(resolution: float) -> 
     for before, after in zip(poses[:-1, :2], poses[1:, :2], strict=True):
         pieces = max(1, math.floor((math.dist(before, after) - 2.0 * resolution) / resolution) - 1)
         expected.append(np.linspace(before, after, pieces + 1)[1:])
-    np.testing.assert_allclose(densify.py_func(poses, resolution), np.concatenate(expected), atol=1e-12)
+    np.testing.assert_allclose(
+        densify.py_func(poses, resolution), np.concatenate(expected), atol=1e-12
+    )
 
 
 def test_points_on_the_maps_far_edges_are_off_it() -> None:

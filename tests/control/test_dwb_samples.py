@@ -48,16 +48,27 @@ def test_axis_samples_equal_the_twin(count: int, current: float, limits: tuple[f
     assert ours.tolist() == axis_twin(current, limits, count, 0.2)
 
 
-@pytest.mark.parametrize("speeds", [(-1.0, -1.0, -1.0), (0.25, 0.6, 0.3), (0.25, -1.0, 0.3), (0.0, 0.6, 0.0)])
-def test_samples_are_all_combinations_that_neither_stand_nor_crawl_nor_race(speeds: tuple[float, ...]) -> None:
+@pytest.mark.parametrize(
+    "speeds", [(-1.0, -1.0, -1.0), (0.25, 0.6, 0.3), (0.25, -1.0, 0.3), (0.0, 0.6, 0.0)]
+)
+def test_samples_are_all_combinations_that_neither_stand_nor_crawl_nor_race(
+    speeds: tuple[float, ...],
+) -> None:
     limits = ((-0.3, 0.8, 2.0, -2.0), (-0.2, 0.3, 1.0, -3.0), (-0.9, 0.7, 3.0, -1.0))
     current, counts = (0.1, 0.05, -0.1), (5, 3, 7)
-    axes = [axis_twin(v, limit, count, 0.4) for v, limit, count in zip(current, limits, counts, strict=True)]
+    axes = [
+        axis_twin(v, limit, count, 0.4)
+        for v, limit, count in zip(current, limits, counts, strict=True)
+    ]
     expected = []
     for vx, vy, yaw_rate in itertools.product(*axes):
         speed = math.hypot(vx, vy)
         races = 0.0 <= speeds[1] < speed - 1e-5
-        crawls = min(speeds[0], speeds[2]) >= 0.0 and speed < speeds[0] and abs(yaw_rate) < speeds[2] - 1e-5
+        crawls = (
+            min(speeds[0], speeds[2]) >= 0.0
+            and speed < speeds[0]
+            and abs(yaw_rate) < speeds[2] - 1e-5
+        )
         if not (races or crawls or (speed == 0.0 and yaw_rate == 0.0)):
             expected.append((vx, vy, yaw_rate))
     ours = velocity_samples.combine.py_func(
@@ -73,7 +84,10 @@ def test_speeds_change_towards_the_command_and_no_farther(axis: int) -> None:
     for i, (now, wanted) in enumerate(cases):
         end_kernels._load_axis.py_func(b, axis + i, now, wanted, limits, dt)
     assert end_kernels._speed_up.py_func(b, axis, len(cases))
-    expected = [velocity_samples.project_velocity.py_func(now, 2.0, -3.0, dt, wanted) for now, wanted in cases]
+    expected = [
+        velocity_samples.project_velocity.py_func(now, 2.0, -3.0, dt, wanted)
+        for now, wanted in cases
+    ]
     assert b[axis : axis + len(cases)].tolist() == expected
     for _ in range(4):
         end_kernels._speed_up.py_func(b, axis, len(cases))
@@ -88,4 +102,7 @@ def test_turns_of_a_tile_have_the_bits_of_one_turn(turns: tuple[float, ...]) -> 
     end_kernels._turn.py_func(b, 4)
     for i, turn in enumerate(turns):
         assert b[end_kernels.TURN + i] == turn
-        assert (b[end_kernels.TURN_SINE + i], b[end_kernels.TURN_COSINE + i]) == kernels.sine_cosine.py_func(turn)
+        assert (
+            b[end_kernels.TURN_SINE + i],
+            b[end_kernels.TURN_COSINE + i],
+        ) == kernels.sine_cosine.py_func(turn)

@@ -16,10 +16,24 @@ from navstack.control.dwb.rollouts import RolloutGenerator, Rollouts
 from navstack.control.dwb.scene import Scene
 from navstack.control.dwb.scoring import Scoring
 from navstack.costmap.costmap import Costmap
-from navstack.params.dwb import AlignParams, DistParams, DwbParams, ObstacleParams, OscillationParams
+from navstack.params.dwb import (
+    AlignParams,
+    DistParams,
+    DwbParams,
+    ObstacleParams,
+    OscillationParams,
+)
 from navstack.types import FloatArray, Pose2D, RobotState, Twist2D
 
-STANDARD = ("RotateToGoal", "Oscillation", "BaseObstacle", "GoalAlign", "PathAlign", "PathDist", "GoalDist")
+STANDARD = (
+    "RotateToGoal",
+    "Oscillation",
+    "BaseObstacle",
+    "GoalAlign",
+    "PathAlign",
+    "PathDist",
+    "GoalDist",
+)
 OUTLINES = tuple("ObstacleFootprint" if name == "BaseObstacle" else name for name in STANDARD)
 PARAMS = DwbParams(
     critics=STANDARD,
@@ -47,14 +61,19 @@ SIZE, RESOLUTION = 100, 0.05  # cells along a side, [m]
 
 
 def random_scene(rng: np.random.Generator) -> Scene:
-    """A curved plan that may leave the map, past obstacles and unknown cells; sometimes the robot stands in one."""
+    """A curved plan that may leave the map, past obstacles and unknown cells.
+
+    Sometimes the robot stands in one.
+    """
     costs = rng.integers(0, 200, (SIZE, SIZE)).astype(np.uint8)
     for cost in (253, 254, 255):
         for _ in range(int(rng.integers(0, 12))):
             my, mx = rng.integers(0, SIZE - 4, 2)
             costs[my : my + 4, mx : mx + 4] = cost
     heading = rng.uniform(-math.pi, math.pi) + np.cumsum(rng.uniform(-0.1, 0.1, 70))
-    xy = np.cumsum(rng.choice((0.03, 0.12)) * np.column_stack((np.cos(heading), np.sin(heading))), axis=0)
+    xy = np.cumsum(
+        rng.choice((0.03, 0.12)) * np.column_stack((np.cos(heading), np.sin(heading))), axis=0
+    )
     plan = np.column_stack((xy + rng.uniform(-0.3, 0.3, 2), heading))
     pose = Pose2D(*rng.uniform(-0.6, 0.6, 2), heading[0] + rng.uniform(-1.0, 1.0))
     velocity = Twist2D(rng.uniform(-0.3, 1.5), 0.0, rng.uniform(-1.2, 1.2))
@@ -75,14 +94,19 @@ VARIANTS = {
     "obstacles only": replace(PARAMS, critics=("BaseObstacle",)),
     "outlines": replace(PARAMS, critics=OUTLINES),
     "outlines and the way": replace(PARAMS, critics=("ObstacleFootprint", "PathAlign")),
-    "outlines and centres": replace(PARAMS, critics=("GoalDist", "BaseObstacle", "ObstacleFootprint")),
+    "outlines and centres": replace(
+        PARAMS, critics=("GoalDist", "BaseObstacle", "ObstacleFootprint")
+    ),
     "outlines only": replace(PARAMS, critics=("ObstacleFootprint",)),
     "wide turns": replace(PARAMS, angular_granularity=0.3, linear_granularity=0.4),
 }
 
 
 class YawRate(Critic):
-    """A critic that knows only its raw costs: of the command, or of the last pose, none beyond a limit."""
+    """A critic that knows only its raw costs.
+
+    Of the command, or of the last pose, none beyond a limit.
+    """
 
     def __init__(self, scale: float, of_command: bool, most: float) -> None:
         super().__init__(scale)
@@ -104,7 +128,9 @@ def check_choices(params: DwbParams, critics: dict[str, Critic], rng: np.random.
         choice, expected = scoring.best(scene), scoring.score_all(scene).best()
         assert choice == expected or choice is None
         if choice is None:
-            assert math.isinf(expected.total) or len(scene.path_cells) == 0 or "GoalAlign" in critics
+            assert (
+                math.isinf(expected.total) or len(scene.path_cells) == 0 or "GoalAlign" in critics
+            )
         made += choice is not None
         for critic in critics.values():
             critic.debrief(scene, expected.command)
@@ -131,7 +157,9 @@ def test_nothing_is_chosen_where_the_plan_is_off_the_map(
 ) -> None:
     params, scene = replace(PARAMS, critics=critics), random_scene(np.random.default_rng(2))
     scene.costmap.data[:] = 0
-    scene = replace(scene, plan=scene.plan + (away, 0.0, 0.0), goal=Pose2D(scene.goal.x + away, scene.goal.y))
+    scene = replace(
+        scene, plan=scene.plan + (away, 0.0, 0.0), goal=Pose2D(scene.goal.x + away, scene.goal.y)
+    )
     made = build_critics(params)
     for critic in made.values():
         critic.prepare(scene)
@@ -149,10 +177,18 @@ def test_a_critic_of_the_commands_alone_needs_no_poses(monkeypatch: pytest.Monke
 
 
 def test_forbidden_signs_are_kept() -> None:
-    params = replace(PARAMS, Oscillation=OscillationParams(oscillation_reset_dist=-1.0, oscillation_reset_angle=-1.0))
+    params = replace(
+        PARAMS,
+        Oscillation=OscillationParams(oscillation_reset_dist=-1.0, oscillation_reset_angle=-1.0),
+    )
     critics, rng = build_critics(params), np.random.default_rng(3)
     scoring = Scoring(RolloutGenerator(params, 20.0), critics)
-    for velocity in (Twist2D(0.2, 0.0, 0.3), Twist2D(-0.2, 0.0, 0.3), Twist2D(0.0, 0.0, 0.3), Twist2D(0.0, 0.0, -0.3)):
+    for velocity in (
+        Twist2D(0.2, 0.0, 0.3),
+        Twist2D(-0.2, 0.0, 0.3),
+        Twist2D(0.0, 0.0, 0.3),
+        Twist2D(0.0, 0.0, -0.3),
+    ):
         critics["Oscillation"].debrief(random_scene(rng), velocity)
     forbidden = 0
     for _ in range(40):
@@ -173,7 +209,9 @@ def test_forbidden_signs_are_kept() -> None:
 def test_ends_are_those_of_the_rollouts_to_the_last_bit(limited: bool) -> None:
     rng = np.random.default_rng(1)
     for granularity in (0.025, 0.4):  # the latter with turns beyond the range of the series
-        params = replace(VARIANTS["limited" if limited else "standard"], angular_granularity=granularity)
+        params = replace(
+            VARIANTS["limited" if limited else "standard"], angular_granularity=granularity
+        )
         generator = RolloutGenerator(params, 20.0)
         for _ in range(20):
             scene = random_scene(rng)
@@ -213,7 +251,9 @@ def test_a_nose_on_a_border_is_in_the_cell_of_the_exact_cosine() -> None:
         ({"max_vel_y": 0.2}, False),
     ],
 )
-def test_where_the_ends_do_not_tell_everything_the_choice_is_the_same(change: dict, is_quick: bool) -> None:
+def test_where_the_ends_do_not_tell_everything_the_choice_is_the_same(
+    change: dict, is_quick: bool
+) -> None:
     params = replace(PARAMS, **change)
     assert (check_choices(params, build_critics(params), np.random.default_rng(2)) > 15) == is_quick
 
@@ -230,4 +270,6 @@ def test_it_follows_a_speed_limit_and_the_scores_told_afterwards_are_those_of_th
             if decision.is_legal:
                 assert decision.choice == decision.scores.best()
                 told = decision.record()
-                assert told.total == pytest.approx(sum(score.weighted for score in told.scores), rel=1e-5)
+                assert told.total == pytest.approx(
+                    sum(score.weighted for score in told.scores), rel=1e-5
+                )

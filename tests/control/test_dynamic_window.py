@@ -16,7 +16,12 @@ from navstack.types import Path, Pose2D, RobotState, Twist2D
 
 FOOTPRINT = np.array([(0.3, 0.2), (0.3, -0.2), (-0.3, -0.2), (-0.3, 0.2)])
 PERIOD = 0.05
-LIMITS = {"max_linear_accel": 0.8, "max_linear_decel": -1.2, "max_angular_accel": 1.5, "max_angular_decel": -2.0}
+LIMITS = {
+    "max_linear_accel": 0.8,
+    "max_linear_decel": -1.2,
+    "max_angular_accel": 1.5,
+    "max_angular_decel": -2.0,
+}
 
 
 def test_what_can_be_reached_in_a_cycle():
@@ -49,7 +54,9 @@ def test_the_best_velocity_is_that_of_a_fine_search(direction):
         assert window.min_v - 1e-12 <= best.linear_x <= window.max_v + 1e-12
         assert window.min_w - 1e-12 <= best.angular_z <= window.max_w + 1e-12
         speeds = np.linspace(window.min_v, window.max_v, 400)
-        crossing = speeds[(curvature * speeds >= window.min_w) & (curvature * speeds <= window.max_w)]
+        crossing = speeds[
+            (curvature * speeds >= window.min_w) & (curvature * speeds <= window.max_w)
+        ]
         if len(crossing):
             on_the_arc += 1
             assert best.angular_z == pytest.approx(curvature * best.linear_x, abs=1e-9)
@@ -71,7 +78,11 @@ def test_straight_on_the_yaw_rate_is_the_least_that_can_be():
 def drive(**given):
     """The commands of 60 cycles on a path that bends sharply, by a robot that does as it is told."""
     params = RppParams(
-        desired_linear_vel=0.8, use_rotate_to_heading=False, use_collision_detection=False, **LIMITS, **given
+        desired_linear_vel=0.8,
+        use_rotate_to_heading=False,
+        use_collision_detection=False,
+        **LIMITS,
+        **given,
     )
     controller = RegulatedPurePursuitController(params, FOOTPRINT, 1.0 / PERIOD)
     x = np.concatenate((np.linspace(0.0, 1.5, 31), np.full(30, 1.5)))
@@ -80,7 +91,9 @@ def drive(**given):
     costmap = Costmap(np.zeros((160, 160), dtype=np.uint8), 0.05, -4.0, -4.0)
     pose, twist, commands = Pose2D(), Twist2D(), []
     for k in range(60):
-        twist = controller.compute_velocity(RobotState(pose, twist, k * PERIOD), plan, Surroundings(costmap))
+        twist = controller.compute_velocity(
+            RobotState(pose, twist, k * PERIOD), plan, Surroundings(costmap)
+        )
         commands.append((twist.linear_x, twist.angular_z))
         yaw = pose.yaw + twist.angular_z * PERIOD
         step = twist.linear_x * PERIOD

@@ -6,7 +6,13 @@ import math
 import numpy as np
 import pytest
 
-from navstack.control.contact_risk import ContactPricing, body_of, expected_contacts, gap_to, nearest
+from navstack.control.contact_risk import (
+    ContactPricing,
+    body_of,
+    expected_contacts,
+    gap_to,
+    nearest,
+)
 from navstack.control.controller import Surroundings
 from navstack.control.dwb.dwb_controller import DwbController
 from navstack.control.mppi.mppi_controller import MppiController
@@ -47,8 +53,13 @@ def slow(x, y, yaw, dt, v, w, tracks) -> float:
             if gap > 1e-6:
                 normal = (place - near) / gap
             else:  # inside the robot: out by the nearest side
-                out = np.array((place[0] - 0.14, place[1] - 0.25, -0.607 - place[0], -0.25 - place[1]))
-                gap, normal = out.max(), np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[out.argmax()])
+                out = np.array(
+                    (place[0] - 0.14, place[1] - 0.25, -0.607 - place[0], -0.25 - place[1])
+                )
+                gap, normal = (
+                    out.max(),
+                    np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[out.argmax()]),
+                )
             velocity = np.array((cos * one.vx + sin * one.vy, cos * one.vy - sin * one.vx))
             closing = float((np.array((v - w * near[1], w * near[0])) - velocity) @ normal)
             std = math.sqrt(0.0036 + 0.0025 + 0.01 * min(t, 2.0) ** 2) + 0.04 + 0.1 * t
@@ -104,10 +115,19 @@ def test_people_are_seen_where_they_are_by_now_the_nearest_first() -> None:
     """Two seconds later each is (1, -2) m farther: 5, 3, 5.1 and again 3 m away."""
     covariance = np.diag((1.0, 4.0, 3.0, 2.0)) + 0.1
     places = ((3.0, 8.0), (0.0, 1.0), (0.0, 9.1), (3.0, 4.0))
-    tracks = [Track(i, 1.0, x, y, 0.5, -1.0, 0.2 + i, covariance) for i, (x, y) in enumerate(places)]
-    for most, reach, expected in ((9, 5.0, [1, 3, 0]), (9, 9.0, [1, 3, 0, 2]), (2, 9.0, [1, 3]), (9, 2.9, [])):
+    tracks = [
+        Track(i, 1.0, x, y, 0.5, -1.0, 0.2 + i, covariance) for i, (x, y) in enumerate(places)
+    ]
+    for most, reach, expected in (
+        (9, 5.0, [1, 3, 0]),
+        (9, 9.0, [1, 3, 0, 2]),
+        (2, 9.0, [1, 3]),
+        (9, 2.9, []),
+    ):
         rows = nearest(tracks, Pose2D(1.0, 2.0), 3.0, most, reach)
-        seen = [(places[i][0] + 1.0, places[i][1] - 2.0, 0.5, -1.0, 0.2 + i, 2.6, 2.6) for i in expected]
+        seen = [
+            (places[i][0] + 1.0, places[i][1] - 2.0, 0.5, -1.0, 0.2 + i, 2.6, 2.6) for i in expected
+        ]
         assert rows == pytest.approx(np.array(seen).reshape(-1, 7))
 
 
@@ -134,7 +154,12 @@ def mppi(*critics: str, **more) -> MppiController:
     ("with_critic", "without"),
     [
         (lambda: dwb("ExpectedContact", ExpectedContact=DwbContactParams(scale=50.0)), dwb),
-        (lambda: mppi("ExpectedContactCritic", ExpectedContactCritic=MppiContactParams(cost_weight=50.0)), mppi),
+        (
+            lambda: mppi(
+                "ExpectedContactCritic", ExpectedContactCritic=MppiContactParams(cost_weight=50.0)
+            ),
+            mppi,
+        ),
     ],
 )
 def test_a_controller_with_the_critic_keeps_more_distance(with_critic, without) -> None:
@@ -146,15 +171,21 @@ def test_a_controller_with_the_critic_keeps_more_distance(with_critic, without) 
             t = 0.05 * k
             x, y = 5.0 - 1.2 * t, 0.15
             seen = (dataclasses.replace(person(x, y, -1.2, 0.0), stamp=t),)
-            twist = controller.compute_velocity(RobotState(pose, twist, t), PLAN, Surroundings(OPEN, seen))
+            twist = controller.compute_velocity(
+                RobotState(pose, twist, t), PLAN, Surroundings(OPEN, seen)
+            )
             yaw = pose.yaw + 0.05 * twist.angular_z
             pose = Pose2D(
-                pose.x + 0.05 * twist.linear_x * math.cos(yaw), pose.y + 0.05 * twist.linear_x * math.sin(yaw), yaw
+                pose.x + 0.05 * twist.linear_x * math.cos(yaw),
+                pose.y + 0.05 * twist.linear_x * math.sin(yaw),
+                yaw,
             )
             place = np.array((x - pose.x, y - pose.y)) @ np.array(
                 ((math.cos(yaw), -math.sin(yaw)), (math.sin(yaw), math.cos(yaw)))
             )
-            least = min(least, math.hypot(*(place - np.clip(place, (-0.607, -0.25), (0.14, 0.25)))) - 0.3)
+            least = min(
+                least, math.hypot(*(place - np.clip(place, (-0.607, -0.25), (0.14, 0.25)))) - 0.3
+            )
         gaps[make] = least
         assert controller.wants_tracks is (make is with_critic)
     assert gaps[without] < 0.0
@@ -164,7 +195,9 @@ def test_a_controller_with_the_critic_keeps_more_distance(with_critic, without) 
 def test_the_decision_tells_the_critics_dollars() -> None:
     controller = dwb("ExpectedContact")
     people = (person(2.2, 0.0, -1.2, 0.0),)
-    controller.compute_velocity(RobotState(Pose2D(), Twist2D(1.5)), PLAN, Surroundings(OPEN, people))
+    controller.compute_velocity(
+        RobotState(Pose2D(), Twist2D(1.5)), PLAN, Surroundings(OPEN, people)
+    )
     told = controller.decision
     assert told is not None
     (score,) = [each for each in told.scores if each.critic == "ExpectedContact"]
@@ -177,7 +210,10 @@ def test_the_decision_tells_the_critics_dollars() -> None:
         (lambda: ContactPrices(touch_usd=-1.0), "touch_usd -1.0 must be 0 or more"),
         (lambda: ContactPrices(speed_std=0.0), "speed_std 0.0 must be more than 0"),
         (lambda: ContactPrices(contact_usd=(1.0,)), "must be two prices or more"),
-        (lambda: MppiContactParams(trajectory_point_step=0), "trajectory_point_step 0 must be more than 0"),
+        (
+            lambda: MppiContactParams(trajectory_point_step=0),
+            "trajectory_point_step 0 must be more than 0",
+        ),
     ],
 )
 def test_prices_that_cannot_be_are_refused(make, message) -> None:

@@ -1,4 +1,7 @@
-"""The controller of least expected cost: every term against a slow twin, predictions, walls, and what it does."""
+"""The controller of least expected cost.
+
+Every term against a slow twin, predictions, walls, and what it does.
+"""
 
 import dataclasses
 import itertools
@@ -35,7 +38,9 @@ from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
 
 
 def make(params=PARAMS, world=None, prices=None) -> ExpectedCostController:
-    controller = ExpectedCostController(params, FOOTPRINT, 15.0, 0.5, world or street(), cost_to_go, prices)
+    controller = ExpectedCostController(
+        params, FOOTPRINT, 15.0, 0.5, world or street(), cost_to_go, prices
+    )
     controller.seed(np.random.default_rng(1))
     return controller
 
@@ -68,10 +73,19 @@ def test_every_term_of_every_kind_of_motion_equals_a_slow_twin(seed) -> None:
 def test_giving_motions_up_early_does_not_change_which_is_best(seed) -> None:
     rng = np.random.default_rng(seed)
     scene, motions = scene_of(rng, 5), library.many(2.0, 2.0, 1.8)
-    costs, risks, states = np.empty(len(motions)), np.empty(len(motions)), np.empty((PARAMS.steps, 7))
+    costs, risks, states = (
+        np.empty(len(motions)),
+        np.empty(len(motions)),
+        np.empty((PARAMS.steps, 7)),
+    )
     best = price_all(motions, scene, math.inf, costs, risks)
     found = np.empty((len(motions), len(TERMS)))
-    whole = np.array([price_one(motion, scene, each, states) for motion, each in zip(motions, found, strict=True)])
+    whole = np.array(
+        [
+            price_one(motion, scene, each, states)
+            for motion, each in zip(motions, found, strict=True)
+        ]
+    )
     assert risks[costs == whole] == pytest.approx(found[costs == whole, :4].sum(axis=1), abs=1e-12)
     assert best == int(whole.argmin())
     assert costs[best] == whole[best]
@@ -86,14 +100,20 @@ def test_the_price_of_a_contact_is_that_of_the_price_file() -> None:
     motion = np.zeros((1, PARAMS.steps, 4))
     motion[0, :, :2], motion[0, :, 2] = (15.14, 12.0), -2.0  # inside the body, before its front
     people = scene.people._replace(
-        motion=motion, std=np.full((1, PARAMS.steps), 0.01), weight=np.ones(1), radius=np.full(1, 0.3)
+        motion=motion,
+        std=np.full((1, PARAMS.steps), 0.01),
+        weight=np.ones(1),
+        radius=np.full(1, 0.3),
     )
     scene = scene._replace(start=start, people=people, care=np.ones(PARAMS.steps))
     found = np.empty(len(TERMS))
     stand = np.array((1.0, 0.0, 0.0, 99.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     price_one(stand, scene, found, np.empty((PARAMS.steps, 7)))
-    assert found[:3] == pytest.approx((15.0 + 37.0 / (1.0 + math.exp(-1.702 * 5.0)), 0.0, 0.0), abs=1e-6)
-    assert found[3] == pytest.approx(30.0 * 0.3 * PARAMS.steps * PARAMS.step)  # a radius deep, all the time
+    assert found[:3] == pytest.approx(
+        (15.0 + 37.0 / (1.0 + math.exp(-1.702 * 5.0)), 0.0, 0.0), abs=1e-6
+    )
+    # a radius deep, all the time
+    assert found[3] == pytest.approx(30.0 * 0.3 * PARAMS.steps * PARAMS.step)
 
 
 @pytest.mark.parametrize("count", [0, 1, 7, 300])
@@ -116,7 +136,8 @@ def test_returns_from_people_are_no_walls_but_the_map_behind_them_is() -> None:
     for x, y in ((14.0, 15.0), (16.5, 15.0)):
         row, column = round((y - 3.0) / 0.05), round((x - 3.0) / 0.05)
         local.data[row : row + 4, column : column + 4] = 254
-    around = np.array(((14.1, 15.1, 0.3), (7.6, 15.0, 0.3)))  # on the first of both, and beside the wall
+    # on the first of both, and beside the wall
+    around = np.array(((14.1, 15.1, 0.3), (7.6, 15.0, 0.3)))
     found = with_obstacles(map_clearance(world), local, world, (15.0, 15.0), around)
     blocked = np.argwhere(found.seen < 0.0) * 0.1 + (found.seen_grid[1], found.seen_grid[0])
     assert blocked == pytest.approx(np.tile((15.0, 16.5), (len(blocked), 1)), abs=0.2)
@@ -137,19 +158,25 @@ def test_a_return_is_of_the_map_where_its_own_cell_is_an_obstacle_there(column, 
 
 def test_off_the_map_is_no_way_to_go() -> None:
     """Somebody fills the street to its end on the map; beyond it the map knows nothing."""
-    poses = drive(make(), state(y=4.0), [(15.0 + 0.9 * k, 9.0, 0.0, -1.0) for k in range(-8, 9)], 12.0)
+    poses = drive(
+        make(), state(y=4.0), [(15.0 + 0.9 * k, 9.0, 0.0, -1.0) for k in range(-8, 9)], 12.0
+    )
     assert poses[:, 1].min() > 0.0
     field = make_field(street(), GOAL, 0.2, cost_to_go)
     assert cost_at(field, 15.0, -5.0) == cost_at(field, 15.0, 0.0)
     clearance = map_clearance(street())
-    assert clearance_at(clearance, 15.0, -0.2) == OFF_MAP < 0.0 < clearance_at(clearance, 15.0, 0.01)
+    assert (
+        clearance_at(clearance, 15.0, -0.2) == OFF_MAP < 0.0 < clearance_at(clearance, 15.0, 0.01)
+    )
 
 
 def test_the_field_is_the_way_to_the_goal_in_metres() -> None:
     field = make_field(street(), GOAL, 0.2, cost_to_go)
     assert cost_at(field, 15.0, 8.0) == pytest.approx(20.0, rel=0.03)
-    assert cost_at(field, 12.0, 24.0) == pytest.approx(5.0, rel=0.08)  # NavFn measures diagonals long
-    assert cost_at(field, 5.0, 15.0) > cost_at(field, 7.6, 15.0) + 4.0 * 2.0  # into the wall: steeply uphill
+    # NavFn measures diagonals long
+    assert cost_at(field, 12.0, 24.0) == pytest.approx(5.0, rel=0.08)
+    # into the wall: steeply uphill
+    assert cost_at(field, 5.0, 15.0) > cost_at(field, 7.6, 15.0) + 4.0 * 2.0
     closed = street()
     closed.data[400:420] = 254
     assert np.isinf(cost_to_go(closed, GOAL)[100, 300])
@@ -157,12 +184,15 @@ def test_the_field_is_the_way_to_the_goal_in_metres() -> None:
 
 
 def test_in_a_corridor_ways_lead_along_the_plan_only() -> None:
-    plan = Path(np.array([(15.0, 8.0, 0.0), (12.0, 8.0, 0.0), (12.0, 28.0, 0.0), (GOAL.x, GOAL.y, 0.0)]))
+    plan = Path(
+        np.array([(15.0, 8.0, 0.0), (12.0, 8.0, 0.0), (12.0, 28.0, 0.0), (GOAL.x, GOAL.y, 0.0)])
+    )
     plan = Path(np.vstack([np.linspace(a, b, 100) for a, b in itertools.pairwise(plan.poses)]))
     field = make_field(street(), GOAL, 0.2, cost_to_go, 0.6, plan)
     assert cost_at(field, 15.0, 8.0) > 23.0  # around, where straight on it is 20 m
     assert cost_at(field, 12.0, 18.0) == pytest.approx(13.0, rel=0.08)
-    assert cost_at(field, 15.0, 18.0) > cost_at(field, 12.5, 18.0) + 4.0 * 2.0  # off it: steeply uphill
+    # off it: steeply uphill
+    assert cost_at(field, 15.0, 18.0) > cost_at(field, 12.5, 18.0) + 4.0 * 2.0
 
 
 def prediction(one, world=None):
@@ -185,7 +215,8 @@ def test_who_stands_may_set_out_and_who_reaches_the_edge_turns() -> None:
     stands = prediction((15.0, 12.0, 0.1, 0.0, 0.3, 0.01, 0.04))
     assert stands.std[0] == pytest.approx(0.1 + 0.3 * t)
     assert (stands.motion[0, :, 0] == 15.0).all()
-    edge = prediction((20.0, 12.0, 1.0, 0.0, 0.3, 0.0, 0.0))  # the wall is at 22.5 m, 0.35 m before it is the edge
+    # the wall is at 22.5 m, 0.35 m before it is the edge
+    edge = prediction((20.0, 12.0, 1.0, 0.0, 0.3, 0.0, 0.0))
     stopped = np.flatnonzero(edge.motion[0, :, 2] == 0.0)[0]
     assert edge.motion[0, -1, 0] == pytest.approx(22.15, abs=0.15)
     later = t[-1] - max(t[stopped] - 0.3, 0.0)
@@ -195,13 +226,18 @@ def test_who_stands_may_set_out_and_who_reaches_the_edge_turns() -> None:
 @pytest.mark.parametrize("along_y", [False, True])
 @pytest.mark.parametrize(("x", "turned"), [(1.0, -1.0), (3.05, -1.0), (3.05, 1.0)])
 def test_a_corner_is_on_the_side_where_it_is_near(x: float, turned: float, along_y: bool) -> None:
-    """The ground narrows at x = 3 m from the side ``turned``; elsewhere the other one is near. Or with x as y."""
+    """The ground narrows at x = 3 m from the side ``turned``; elsewhere the other one is near.
+
+    Or with x as y.
+    """
     at_x, at_y = np.meshgrid(0.05 + 0.1 * np.arange(100), 0.05 + 0.1 * np.arange(60))
     other = np.where((at_x > 2.5) & (at_x < 3.2), turned, -turned)
     metres = (0.3 + 0.5 * abs(at_x - 3.05) - 0.2 * other * (at_y - 3.0)).astype(np.float32)
     metres = metres.T.copy() if along_y else metres
     metres.flags.writeable = False
-    clearance = Clearance(metres, (0.0, 0.0, 0.1), np.zeros((0, 0), dtype=np.float32), (0.0, 0.0, 0.1))
+    clearance = Clearance(
+        metres, (0.0, 0.0, 0.1), np.zeros((0, 0), dtype=np.float32), (0.0, 0.0, 0.1)
+    )
     motion = np.zeros((36, 4))
     motion[:, 0], motion[:, 1], motion[:, 2] = x + 0.12 * np.arange(1, 37), 3.0, 1.0
     walker = np.array((x, 3.0, 1.0, 0.0, 0.3, 0.0, 0.0))
@@ -243,13 +279,17 @@ def drive(controller, begin, people, seconds, goal=GOAL, world=None):
     world = world or street()
     for k in range(round(seconds * 15.0)):
         stamp = k / 15.0
-        tracks = tuple(person(x + vx * stamp, y + vy * stamp, vx, vy, stamp=stamp) for x, y, vx, vy in people)
+        tracks = tuple(
+            person(x + vx * stamp, y + vy * stamp, vx, vy, stamp=stamp) for x, y, vx, vy in people
+        )
         twist = controller.compute_velocity(
             RobotState(pose, twist, stamp, pose), plan_to(goal), Surroundings(world, tracks)
         )
         yaw = pose.yaw + twist.angular_z / 15.0
         pose = Pose2D(
-            pose.x + twist.linear_x * math.cos(yaw) / 15.0, pose.y + twist.linear_x * math.sin(yaw) / 15.0, yaw
+            pose.x + twist.linear_x * math.cos(yaw) / 15.0,
+            pose.y + twist.linear_x * math.sin(yaw) / 15.0,
+            yaw,
         )
         poses.append((pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z))
     return np.array(poses)
@@ -273,9 +313,18 @@ def test_it_drives_to_the_goal_within_its_limits() -> None:
     assert math.hypot(poses[-1, 0] - GOAL.x, poses[-1, 1] - GOAL.y) < 0.6
     v, w = poses[:, 3], poses[:, 4]
     steps = np.diff(np.concatenate(([0.0], v))) * 15.0
-    assert steps.max() <= PARAMS.max_acceleration + 1e-6 and steps.min() >= -PARAMS.max_deceleration - 1e-6
-    assert np.abs(np.diff(np.concatenate(([0.0], w)))).max() * 15.0 <= PARAMS.max_yaw_acceleration + 1e-6
-    assert v.max() == pytest.approx(PARAMS.max_speed, abs=0.05) and np.abs(w).max() <= PARAMS.max_yaw_rate + 1e-6
+    assert (
+        steps.max() <= PARAMS.max_acceleration + 1e-6
+        and steps.min() >= -PARAMS.max_deceleration - 1e-6
+    )
+    assert (
+        np.abs(np.diff(np.concatenate(([0.0], w)))).max() * 15.0
+        <= PARAMS.max_yaw_acceleration + 1e-6
+    )
+    assert (
+        v.max() == pytest.approx(PARAMS.max_speed, abs=0.05)
+        and np.abs(w).max() <= PARAMS.max_yaw_rate + 1e-6
+    )
     assert np.abs(v * w).max() <= 1.3 * PARAMS.max_lateral_acceleration + 0.05
 
 
@@ -311,7 +360,9 @@ def test_it_drives_off_when_it_is_touched() -> None:
     assert gaps(poses, people)[-1] > 0.5
 
 
-@pytest.mark.parametrize(("evades", "speed", "looks"), [(True, 0.0, True), (False, 0.0, False), (False, 1.0, True)])
+@pytest.mark.parametrize(
+    ("evades", "speed", "looks"), [(True, 0.0, True), (False, 0.0, False), (False, 1.0, True)]
+)
 def test_evasion_while_standing_can_be_switched_off(evades, speed, looks) -> None:
     """Then a robot that stands compares what it would in an empty street."""
     controller = make(dataclasses.replace(PARAMS, evades_at_rest=evades))
@@ -342,14 +393,20 @@ def test_the_deadline_makes_seconds_dear() -> None:
     way = cost_at(controller._field, 15.0, 8.0) / 2.0
     for stamp in (0.0, 5.0, 15.0):
         z = max(20.0 - stamp - way, 0.0) / 20.0
-        expected = 0.15 * (1.0 + stamp / 20.0) + 6.98 * math.exp(-0.5 * z * z) / (math.sqrt(2.0 * math.pi) * 20.0)
+        expected = 0.15 * (1.0 + stamp / 20.0) + 6.98 * math.exp(-0.5 * z * z) / (
+            math.sqrt(2.0 * math.pi) * 20.0
+        )
         assert controller._second_usd(state(y=8.0, stamp=stamp)) == pytest.approx(expected)
 
 
 def test_prices_of_a_study_take_the_place_of_the_files() -> None:
     dear = make(prices=DeliveryPrices((500.0, 500.0), 1.0, 7.0, 100.0))
     assert dear._contact_usd.tolist() == [500.0, 500.0]
-    assert (dear._params.time_limit, dear._params.late_usd, dear._params.touch_usd) == (100.0, 7.0, 15.0)
+    assert (dear._params.time_limit, dear._params.late_usd, dear._params.touch_usd) == (
+        100.0,
+        7.0,
+        15.0,
+    )
 
 
 def test_the_same_seed_gives_the_same_commands() -> None:
@@ -364,11 +421,20 @@ def test_the_motion_under_way_is_kept_unless_another_is_clearly_cheaper(fixed, s
     kept = 0
     for k in range(30):
         stamp, last = k / 15.0, controller._last
-        people = (person(15.0, 16.0 - 1.3 * stamp, 0.0, -1.3), person(9.0 + 1.2 * stamp, 13.0, 1.2, 0.3))
+        people = (
+            person(15.0, 16.0 - 1.3 * stamp, 0.0, -1.3),
+            person(9.0 + 1.2 * stamp, 13.0, 1.2, 0.3),
+        )
         controller.compute_velocity(state(stamp=stamp), plan_to(), Surroundings(street(), people))
-        scene, motions, chosen = controller._cycle.scene, controller._cycle.motions, controller._cycle.chosen
+        scene, motions, chosen = (
+            controller._cycle.scene,
+            controller._cycle.motions,
+            controller._cycle.chosen,
+        )
         priced = twin.terms(np.stack((motions[0], chosen)), scene)
-        every = np.array([price_one(each, scene, np.empty(6), np.empty((PARAMS.steps, 7))) for each in motions])
+        every = np.array(
+            [price_one(each, scene, np.empty(6), np.empty((PARAMS.steps, 7))) for each in motions]
+        )
         if last is None:
             assert priced[1].sum() == pytest.approx(every.min())
             continue
@@ -392,7 +458,8 @@ def test_a_decision_tells_its_dollars_and_what_was_dearer() -> None:
     assert [score.critic for score in told.scores] == list(TERMS)
     assert sum(score.raw for score in told.scores) == pytest.approx(told.total)
     assert told.samples > 500 and others[0].kind == RUNNER_UP
-    assert all(other.total >= told.total - 1e-9 for other in others)  # nothing was under way that could be kept
+    # nothing was under way that could be kept
+    assert all(other.total >= told.total - 1e-9 for other in others)
 
 
 @pytest.mark.parametrize(("v", "kinds"), [(0.7, [RUNNER_UP, SLOWER]), (1.0, [RUNNER_UP])])
@@ -401,18 +468,31 @@ def test_the_slower_alternative_is_half_as_fast_after_the_first_step(v, kinds) -
     controller = make()
     controller.compute_velocity(state(v=v), plan_to(), Surroundings(street(), ()))
     assert [other.kind for other in controller.alternatives] == kinds
-    assert all(other.command.linear_x <= 0.46 for other in controller.alternatives if other.kind == SLOWER)
+    assert all(
+        other.command.linear_x <= 0.46 for other in controller.alternatives if other.kind == SLOWER
+    )
 
 
 def test_a_longer_plan_has_the_field_made_anew() -> None:
-    """Something blocks the street after the field was made: the planner goes round, the field follows."""
+    """Something blocks the street after the field was made.
+
+    The planner goes round, the field follows.
+    """
     world = street()
     controller = make(world=world)
     controller.compute_velocity(state(), plan_to(), Surroundings(world))
     before = cost_at(controller._field, 15.0, 10.0)
     world.data[360:380, 150:440] = 254
     detour = Path(
-        np.array(((15.0, 10.0, 0.0), (22.2, 18.5, 0.0), (15.0, 28.0, 0.0), (22.0, 28.0, 0.0), (15.0, 28.0, 0.0)))
+        np.array(
+            (
+                (15.0, 10.0, 0.0),
+                (22.2, 18.5, 0.0),
+                (15.0, 28.0, 0.0),
+                (22.0, 28.0, 0.0),
+                (15.0, 28.0, 0.0),
+            )
+        )
     )
     for stamp, is_anew in ((1.0, False), (6.0, True)):
         controller.compute_velocity(state(stamp=stamp), Path(detour.poses), Surroundings(world))

@@ -21,41 +21,59 @@ from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
 
 def prediction(one):
     spread = Spread(*(getattr(PARAMS, name) for name in Spread._fields))
-    return predict(np.array([one]), 15.0, 10.0, PARAMS.steps, PARAMS.step, spread, map_clearance(street()))
+    return predict(
+        np.array([one]), 15.0, 10.0, PARAMS.steps, PARAMS.step, spread, map_clearance(street())
+    )
 
 
 def test_who_goes_on_is_predicted_with_the_velocity_of_now() -> None:
     t = PARAMS.step * np.arange(1, PARAMS.steps + 1)
     still = np.zeros_like(t)
     found = prediction((15.0, 12.0, 0.3, 1.0, 0.3, 0.01, 0.04))
-    np.testing.assert_allclose(found.motion[0], np.column_stack((15.0 + 0.3 * t, 12.0 + t, still + 0.3, still + 1.0)))
+    np.testing.assert_allclose(
+        found.motion[0], np.column_stack((15.0 + 0.3 * t, 12.0 + t, still + 0.3, still + 1.0))
+    )
 
 
 @pytest.mark.parametrize("x", [20.03, 21.95, 22.1])
 def test_who_reaches_the_edge_stays_before_it_and_gets_less_sure_from_shortly_before(x) -> None:
-    """The wall is at 22.5 m, the edge 0.35 m before it; from x = 22.1 m the first step leads beyond."""
+    """The wall is at 22.5 m, the edge 0.35 m before it.
+
+    From x = 22.1 m the first step leads beyond.
+    """
     t = PARAMS.step * np.arange(1, PARAMS.steps + 1)
     found = prediction((x, 12.0, 1.0, 0.0, 0.3, 0.0, 0.0))
     count = int((x + t < 22.15).sum())
     places = np.append(x, x + t)[np.minimum(np.arange(1, len(t) + 1), count)]
     np.testing.assert_allclose(found.motion[0, :, 0], places)
-    np.testing.assert_array_equal(found.motion[0, :, 1:], [(12.0, float(n < count), 0.0) for n in range(len(t))])
+    np.testing.assert_array_equal(
+        found.motion[0, :, 1:], [(12.0, float(n < count), 0.0) for n in range(len(t))]
+    )
     hidden = np.maximum(t - max(t[count] - 0.3, 0.0), 0.0)
     assert found.std[0] == pytest.approx(0.06 + 0.04 + 0.1 * t + 0.6 * hidden)
 
 
 @pytest.mark.parametrize("steps", [9, 20, 30, 31, 60])
 def test_a_corner_is_the_first_place_nearer_to_an_edge_than_both_neighbours(steps) -> None:
-    """Within the first 22 steps and not within the last eight, on random ground; the edge is downhill of the place."""
+    """Within the first 22 steps and not within the last eight, on random ground.
+
+    The edge is downhill of the place.
+    """
     rng, found = np.random.default_rng(steps), []
     for _ in range(40):
         metres = rng.uniform(0.72, 2.9, (40, 60)).astype(np.float32)
         metres.flags.writeable = False
-        clearance = Clearance(metres, (-1.0, 2.0, 0.1), np.zeros((0, 0), dtype=np.float32), (0.0, 0.0, 0.1))
+        clearance = Clearance(
+            metres, (-1.0, 2.0, 0.1), np.zeros((0, 0), dtype=np.float32), (0.0, 0.0, 0.1)
+        )
         velocity, place = rng.uniform(-0.6, 0.6, 2), rng.uniform((1.0, 3.0), (3.0, 5.0))
         ways = place + 0.12 * np.arange(steps + 1)[:, None] * velocity
         near = [clearance_at(clearance, *each) for each in ways]
-        lows = [k for k in range(min(steps - 8, 22)) if min(near[max(k - 1, 0)], near[k + 1], 0.85) >= near[k] != 0.85]
+        lows = [
+            k
+            for k in range(min(steps - 8, 22))
+            if min(near[max(k - 1, 0)], near[k + 1], 0.85) >= near[k] != 0.85
+        ]
         motion, expected = np.column_stack((ways[1:], np.tile(velocity, (steps, 1)))), (-1, 0.0)
         if lows:
             x, y = ways[lows[0]]
@@ -70,7 +88,8 @@ def test_a_corner_is_the_first_place_nearer_to_an_edge_than_both_neighbours(step
 
 
 @pytest.mark.parametrize(
-    ("middle", "cells"), [(20.0, (28, 52)), (2.0, (0, 16)), (47.9, (83, 100)), (-10.0, (0, 0)), (60.0, (100, 100))]
+    ("middle", "cells"),
+    [(20.0, (28, 52)), (2.0, (0, 16)), (47.9, (83, 100)), (-10.0, (0, 0)), (60.0, (100, 100))],
 )
 def test_what_is_looked_at_ends_six_metres_off_and_with_the_grid(middle, cells) -> None:
     assert _around(middle, 0.5, 100) == cells
@@ -78,14 +97,17 @@ def test_what_is_looked_at_ends_six_metres_off_and_with_the_grid(middle, cells) 
 
 def test_a_corridor_ends_with_the_map() -> None:
     costs = np.arange(30, dtype=np.uint8).reshape(5, 6)
-    plan = Path(np.array(((1.5, 2.5, 0.0), (5.2, 5.9, 0.0))))  # in the first cell, and in row 3 of column 4
+    # in the first cell, and in row 3 of column 4
+    plan = Path(np.array(((1.5, 2.5, 0.0), (5.2, 5.9, 0.0))))
     walled = _within(Costmap(costs, 1.0, 1.0, 2.0), plan, 1.0).data
     expected = np.full_like(costs, 254)
     expected[:2, :2], expected[2:, 3:] = costs[:2, :2], costs[2:, 3:]
     np.testing.assert_array_equal(walled, expected)
 
 
-@pytest.mark.parametrize(("x", "y", "cell"), [(1.5, 1.5, 24), (5.5, 2.5, 11), (0.5, 4.5, 24), (-3.0, 9.0, 24)])
+@pytest.mark.parametrize(
+    ("x", "y", "cell"), [(1.5, 1.5, 24), (5.5, 2.5, 11), (0.5, 4.5, 24), (-3.0, 9.0, 24)]
+)
 def test_a_goal_in_an_obstacle_is_that_of_the_nearest_free_cell(x, y, cell) -> None:
     costs = np.full((5, 6), 254, dtype=np.uint8)
     costs[1, 5] = costs[4, 0] = 0
@@ -93,7 +115,9 @@ def test_a_goal_in_an_obstacle_is_that_of_the_nearest_free_cell(x, y, cell) -> N
     assert _free_cell(Costmap(np.full_like(costs, 254), 1.0, 0.0, 0.0), Pose2D(1.5, 1.5)) == 7
 
 
-@pytest.mark.parametrize(("angle", "expected"), [(4.0, 4.0 - 2.0 * math.pi), (-4.0, 2.0 * math.pi - 4.0), (3.0, 3.0)])
+@pytest.mark.parametrize(
+    ("angle", "expected"), [(4.0, 4.0 - 2.0 * math.pi), (-4.0, 2.0 * math.pi - 4.0), (3.0, 3.0)]
+)
 def test_angles_are_wrapped_once(angle, expected) -> None:
     assert wrapped.py_func(angle) == expected
 
@@ -109,7 +133,15 @@ def test_swerves_come_back_for_half_as_long() -> None:
     back = motions[motions[:, library.TURN_2] != 0.0]
     times = [(time, angle) for angle in (8, 18, 32, 50, 75) for time in (0.8, 1.6, 2.6)]
     expected = sorted(
-        (v, sign * math.radians(angle), 0.6 * time, v, -0.6 * sign * math.radians(angle), 0.5 * time, v)
+        (
+            v,
+            sign * math.radians(angle),
+            0.6 * time,
+            v,
+            -0.6 * sign * math.radians(angle),
+            0.5 * time,
+            v,
+        )
         for v in (0.0, 0.35, 0.7, 1.0, 1.3, 1.6, 2.0)
         for sign in (-1.0, 1.0)
         for time, angle in times
@@ -119,10 +151,25 @@ def test_swerves_come_back_for_half_as_long() -> None:
 
 
 def test_variations_are_normal_and_within_the_speeds() -> None:
-    motions = np.array(((0.0, 1.9, 0.1, 0.1, 0.0, -0.4, 0.0, 9.0, 2.0), (1.0, 0.5, 0.9, 1.0, 0.0, 2.0, 0.2, 9.0, 2.0)))
+    motions = np.array(
+        (
+            (0.0, 1.9, 0.1, 0.1, 0.0, -0.4, 0.0, 9.0, 2.0),
+            (1.0, 0.5, 0.9, 1.0, 0.0, 2.0, 0.2, 9.0, 2.0),
+        )
+    )
     found = library.varied(motions, 50, 2.0, 0.5, np.random.default_rng(3))
     draws = np.random.default_rng(3).standard_normal((100, 9))
-    expected = np.repeat(motions, 50, axis=0) + draws * (0.0, 0.25, 0.2, 0.25, 0.0, 0.25, 0.15, 0.0, 0.0)
+    expected = np.repeat(motions, 50, axis=0) + draws * (
+        0.0,
+        0.25,
+        0.2,
+        0.25,
+        0.0,
+        0.25,
+        0.15,
+        0.0,
+        0.0,
+    )
     expected[:, [1, 5]] = expected[:, [1, 5]].clip(-0.5, 2.0)
     expected[:, 3] = np.maximum(expected[:, 3], 0.0)
     np.testing.assert_allclose(found, expected)

@@ -9,8 +9,18 @@ import pytest
 
 from navstack.control.controller import Surroundings
 from navstack.control.graceful import graceful_controller
-from navstack.control.graceful.control_law import Ground, Law, drive_to, turn_on_the_spot, velocity_to
-from navstack.control.graceful.graceful_controller import COLLISION_AHEAD, GracefulController, add_orientations
+from navstack.control.graceful.control_law import (
+    Ground,
+    Law,
+    drive_to,
+    turn_on_the_spot,
+    velocity_to,
+)
+from navstack.control.graceful.graceful_controller import (
+    COLLISION_AHEAD,
+    GracefulController,
+    add_orientations,
+)
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.errors import InvalidPathError, NoLegalVelocity, ParameterError
 from navstack.params.extensions import algorithms
@@ -41,12 +51,19 @@ def straight(length: float = 3.0, yaw: float = 0.0) -> Path:
     return Path(np.column_stack((along * math.cos(yaw), along * math.sin(yaw), np.full(61, yaw))))
 
 
-def drive(controller: GracefulController, plan: Path, *pose: float, around: Surroundings | None = None) -> Twist2D:
-    return controller.compute_velocity(RobotState(Pose2D(*pose), Twist2D()), plan, around or surroundings())
+def drive(
+    controller: GracefulController, plan: Path, *pose: float, around: Surroundings | None = None
+) -> Twist2D:
+    return controller.compute_velocity(
+        RobotState(Pose2D(*pose), Twist2D()), plan, around or surroundings()
+    )
 
 
 def test_the_law_is_the_papers() -> None:
-    """Equations 13 and 15, with angles as the paper measures them: from the line of sight to the headings."""
+    """Equations 13 and 15, with angles as the paper measures them.
+
+    From the line of sight to the headings.
+    """
     target, pose = (2.0, 1.0, 0.7), (0.5, -0.5, 0.2)
     distance = math.hypot(1.5, 1.5)
     theta, delta = 0.7 - math.pi / 4.0, 0.2 - math.pi / 4.0
@@ -61,7 +78,10 @@ def test_the_law_slows_down_near_the_target_and_in_tight_curves() -> None:
     assert velocity_to((3.0, 0.0, 0.0), (0.0, 0.0, 0.0), False, LAW) == (0.5, 0.0)
     assert velocity_to((0.75, 0.0, 0.0), (0.0, 0.0, 0.0), False, LAW)[0] == pytest.approx(0.25)
     assert velocity_to((0.1, 0.0, 0.0), (0.0, 0.0, 0.0), False, LAW)[0] == 0.1
-    assert velocity_to((0.1, 0.0, 0.0), (0.0, 0.0, 0.0), False, LAW._replace(slowdown_radius=0.0))[0] == 0.5
+    assert (
+        velocity_to((0.1, 0.0, 0.0), (0.0, 0.0, 0.0), False, LAW._replace(slowdown_radius=0.0))[0]
+        == 0.5
+    )
     speed, turn = velocity_to((0.0, 0.1, 1.57), (0.0, 0.0, 0.0), False, LAW)
     assert turn == 1.0  # the limit; the speed keeps to the curve
     assert 0.0 < speed < 0.1
@@ -70,8 +90,12 @@ def test_the_law_slows_down_near_the_target_and_in_tight_curves() -> None:
 def test_what_lies_behind_the_target_stops_nobody() -> None:
     costmap = surroundings((1.38, 0.0)).costmap
     ground = Ground(costmap.data, costmap.grid, FOOTPRINT, (0.0, 0.0, 0.0))
-    law = LAW._replace(slowdown_radius=0.0)  # with it the robot is hardly there within three times the way
-    assert [drive_to((x, 0.0, 0.0), False, False, True, law, ground)[0] for x in (1.0, 1.2)] == [True, False]
+    # with it the robot is hardly there within three times the way
+    law = LAW._replace(slowdown_radius=0.0)
+    assert [drive_to((x, 0.0, 0.0), False, False, True, law, ground)[0] for x in (1.0, 1.2)] == [
+        True,
+        False,
+    ]
 
 
 def test_backwards_is_the_mirror_of_forwards() -> None:
@@ -80,14 +104,20 @@ def test_backwards_is_the_mirror_of_forwards() -> None:
     assert mirrored == pytest.approx((-speed, -turn))
 
 
-@pytest.mark.parametrize("start", [(0.0, 1.0, 0.0), (0.0, -1.0, 1.0), (-1.0, 2.0, -1.5), (1.0, 0.5, 2.0)])
+@pytest.mark.parametrize(
+    "start", [(0.0, 1.0, 0.0), (0.0, -1.0, 1.0), (-1.0, 2.0, -1.5), (1.0, 0.5, 2.0)]
+)
 def test_the_law_leads_to_the_pose(start: tuple[float, float, float]) -> None:
     """Exponentially stable: from wherever it begins, the robot ends at the target with its yaw."""
     x, y, yaw = start
     law = LAW._replace(v_linear_min=0.0)
     for _ in range(6000):
         speed, turn = velocity_to((3.0, 0.0, 0.0), (x, y, yaw), False, law)
-        x, y, yaw = x + 0.01 * speed * math.cos(yaw), y + 0.01 * speed * math.sin(yaw), yaw + 0.01 * turn
+        x, y, yaw = (
+            x + 0.01 * speed * math.cos(yaw),
+            y + 0.01 * speed * math.sin(yaw),
+            yaw + 0.01 * turn,
+        )
     assert math.hypot(3.0 - x, y) < 0.02
     assert abs(math.remainder(yaw, 2.0 * math.pi)) < 0.05
 
@@ -100,7 +130,8 @@ def test_turns_on_the_spot_have_a_least_rate() -> None:
 def test_on_a_straight_path_it_drives_straight() -> None:
     command = drive(make(), straight())
     assert command.angular_z == pytest.approx(0.0, abs=1e-9)
-    assert command.linear_x == pytest.approx(0.5 * 1.0 / 1.5)  # slows down for the pose 1 m ahead, as upstream
+    # slows down for the pose 1 m ahead, as upstream
+    assert command.linear_x == pytest.approx(0.5 * 1.0 / 1.5)
     assert drive(make(slowdown_radius=0.5), straight()).linear_x == 0.5
 
 
@@ -118,10 +149,14 @@ def test_it_takes_the_farthest_target_without_an_obstacle_on_the_way() -> None:
     controller = make(initial_rotation=False, min_lookahead=0.0)
     free = drive(controller, straight())
     assert (controller.decision.samples, controller.decision.rejected) == (1, 0)
-    near = drive(controller, straight(), around=surroundings((1.1, 0.0)))  # the nose reaches 0.3 m ahead
+    # the nose reaches 0.3 m ahead
+    near = drive(controller, straight(), around=surroundings((1.1, 0.0)))
     assert 0.0 < near.linear_x < free.linear_x
     assert controller.decision.rejected == controller.decision.samples - 1 > 0
-    assert drive(make(use_collision_detection=False), straight(), around=surroundings((0.9, 0.0))) == free
+    assert (
+        drive(make(use_collision_detection=False), straight(), around=surroundings((0.9, 0.0)))
+        == free
+    )
 
 
 def test_it_gives_up_where_no_target_far_enough_can_be_reached() -> None:
@@ -130,7 +165,9 @@ def test_it_gives_up_where_no_target_far_enough_can_be_reached() -> None:
         drive(controller, straight(), around=surroundings((0.6, 0.0)))
     assert told.value.rejections[COLLISION_AHEAD] == controller.decision.rejected > 0
     assert controller.decision.command == Twist2D()
-    assert drive(make(min_lookahead=0.1), straight(), around=surroundings((0.6, 0.0))).linear_x > 0.0
+    assert (
+        drive(make(min_lookahead=0.1), straight(), around=surroundings((0.6, 0.0))).linear_x > 0.0
+    )
 
 
 def test_at_the_end_of_the_path_it_drives_straight_and_turns_there() -> None:
@@ -140,7 +177,8 @@ def test_at_the_end_of_the_path_it_drives_straight_and_turns_there() -> None:
     assert abs(drive(make(prefer_final_rotation=False), bent).angular_z) > 0.1
     controller = make()
     assert drive(controller, bent, 0.7) == Twist2D(angular_z=pytest.approx(0.75))
-    assert drive(controller, bent, 0.4).linear_x == 0.0  # once there it turns, even if it drifts out again
+    # once there it turns, even if it drifts out again
+    assert drive(controller, bent, 0.4).linear_x == 0.0
     wall = surroundings(*((0.7, side) for side in (-0.32, 0.32)))
     assert drive(make(), bent, 0.7, around=wall).linear_x > 0.0  # no room to turn
     assert drive(make(use_collision_detection=False), bent, 0.7, around=wall).linear_x == 0.0
@@ -158,7 +196,9 @@ def test_a_path_ends_within_the_greatest_lookahead(length: float, ends: bool) ->
 def test_a_turn_at_the_goal_is_looked_at_every_few_degrees(monkeypatch) -> None:
     looks = []
     monkeypatch.setattr(
-        graceful_controller, "can_turn", lambda angle, count, ground: looks.append((angle, count)) or True
+        graceful_controller,
+        "can_turn",
+        lambda angle, count, ground: looks.append((angle, count)) or True,
     )
     for yaw in (0.05, -0.31, 1.5):
         plan = straight(0.8)
@@ -169,8 +209,12 @@ def test_a_turn_at_the_goal_is_looked_at_every_few_degrees(monkeypatch) -> None:
 
 def test_backwards_only_where_no_turn_is_asked_for() -> None:
     behind = straight(yaw=math.pi)
-    assert drive(make(allow_backward=True, initial_rotation=False), behind, 0.0, 0.0, 0.0).linear_x < 0.0
-    assert drive(make(allow_backward=True), behind).linear_x == 0.0  # Nav2 takes the turn where both are given
+    assert (
+        drive(make(allow_backward=True, initial_rotation=False), behind, 0.0, 0.0, 0.0).linear_x
+        < 0.0
+    )
+    # Nav2 takes the turn where both are given
+    assert drive(make(allow_backward=True), behind).linear_x == 0.0
 
 
 def test_speed_limits_are_upstreams() -> None:

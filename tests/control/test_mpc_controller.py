@@ -43,9 +43,9 @@ def costmap(*boxes: tuple[float, float, float, float]) -> Costmap:
     for x0, x1, y0, y1 in boxes:
         (left, low), (right, high) = made.world_to_map(x0, y0), made.world_to_map(x1, y1)
         made.data[low : high + 1, left : right + 1] = 254
-    Inflation(InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19).apply(
-        made.data, 0, 960, 0, 480
-    )
+    Inflation(
+        InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19
+    ).apply(made.data, 0, 960, 0, 480)
     return made
 
 
@@ -58,7 +58,11 @@ Around = Callable[[float, float], Surroundings]  # of time [s] and x [m]
 
 
 def drive(
-    controller: JerkLimitedMpcController, plan: Path, around: Surroundings | Around, seconds: float, *pose: float
+    controller: JerkLimitedMpcController,
+    plan: Path,
+    around: Surroundings | Around,
+    seconds: float,
+    *pose: float,
 ) -> FloatArray:
     """Rows (time, x, y, yaw, v, omega, a, alpha) of a robot that does what it is told, until it stands at the end."""
     state = np.zeros(7)
@@ -72,12 +76,17 @@ def drive(
         command = controller.compute_velocity(believed, plan, seen)
         assert command.linear_y == 0.0
         after = np.array((command.linear_x, command.angular_z, *controller._motion[2:]))
-        way, turn = 0.5 * PERIOD * (state[3:5] + after[:2]) + PERIOD**2 / 12.0 * (state[5:] - after[2:])
+        way, turn = 0.5 * PERIOD * (state[3:5] + after[:2]) + PERIOD**2 / 12.0 * (
+            state[5:] - after[2:]
+        )
         yaw = state[2] + 0.5 * turn
         state[:3] += way * math.cos(yaw), way * math.sin(yaw), turn
         state[3:] = after
         rows.append((time + PERIOD, *state))
-        if math.hypot(state[0] - plan.poses[-1, 0], state[1] - plan.poses[-1, 1]) < 2e-3 and abs(state[3]) < 2e-3:
+        if (
+            math.hypot(state[0] - plan.poses[-1, 0], state[1] - plan.poses[-1, 1]) < 2e-3
+            and abs(state[3]) < 2e-3
+        ):
             break
     return np.array(rows)
 
@@ -92,14 +101,18 @@ def test_rest_to_rest_takes_the_least_time(free: Surroundings) -> None:
     for length in (0.1, 0.3, 1.0, 3.0, 8.0, 20.0):
         given, trajectory = InputParameter(1), Trajectory(1)
         given.target_position, given.max_velocity = [length], [PARAMS.max_speed]
-        given.max_acceleration, given.min_acceleration = [PARAMS.max_acceleration], [-PARAMS.max_deceleration]
+        given.max_acceleration, given.min_acceleration = (
+            [PARAMS.max_acceleration],
+            [-PARAMS.max_deceleration],
+        )
         given.max_jerk = [PARAMS.max_jerk]
         Ruckig(1).calculate(given, trajectory)
         least = trajectory.duration
         driven = drive(controller, straight(length), free, least + 2.0)
         assert driven[-1, 1] == pytest.approx(length, abs=2e-3)
         assert driven[-1, 0] <= least + max(0.05 * least, 2.0 * PERIOD)
-        # It counts as arrived within 2 mm at less than 2 mm/s, which takes at most sqrt(2 * 0.002 / J) s less.
+        # It counts as arrived within 2 mm at less than 2 mm/s, which takes at most sqrt(2 * 0.002 /
+        # J) s less.
         assert driven[-1, 0] >= least - math.sqrt(2.0 * 2e-3 / PARAMS.max_jerk)
     assert controller.failures == 0
 
@@ -124,7 +137,9 @@ def check_limits(v: FloatArray, omega: FloatArray) -> None:
 def random_plan(rng: np.random.Generator) -> Path:
     """A path of random curves, some too tight for the speed."""
     count = 240
-    yaw = np.cumsum(np.repeat(rng.normal(scale=1.2, size=8), count // 8)) * 0.05 + rng.uniform(-3.0, 3.0)
+    yaw = np.cumsum(np.repeat(rng.normal(scale=1.2, size=8), count // 8)) * 0.05 + rng.uniform(
+        -3.0, 3.0
+    )
     x, y = np.cumsum(np.cos(yaw)) * 0.05, np.cumsum(np.sin(yaw)) * 0.05
     return Path(np.column_stack((x, y, yaw)))
 
@@ -138,7 +153,9 @@ def test_no_limit_is_exceeded_whatever_happens() -> None:
         field = costmap(*boxes)
         people = rng.uniform((-6.0, -6.0, -1.5, -1.5), (6.0, 6.0, 1.5, 1.5), size=(4, 4))
 
-        def around(time: float, _: float, field: Costmap = field, people: FloatArray = people) -> Surroundings:
+        def around(
+            time: float, _: float, field: Costmap = field, people: FloatArray = people
+        ) -> Surroundings:
             tracks = (Track(i, time, x + time * vx, y + time * vy, vx, vy, 0.3, SURE)
                       for i, (x, y, vx, vy) in enumerate(people.tolist()))  # fmt: skip
             return Surroundings(field, tuple(tracks))
@@ -164,30 +181,40 @@ def test_a_person_stepping_out_is_met_with_the_hardest_stop() -> None:
     v, a = driven[seen, 4], driven[seen, 6]
     whole = stop_time(v, a, PARAMS.max_deceleration, PARAMS.max_jerk)
     for row in driven[seen + 1 : seen + 1 + math.ceil(whole / PERIOD)]:
-        _, expected, _ = stop_after(v, a, PARAMS.max_deceleration, PARAMS.max_jerk, row[0] - driven[seen, 0])
+        _, expected, _ = stop_after(
+            v, a, PARAMS.max_deceleration, PARAMS.max_jerk, row[0] - driven[seen, 0]
+        )
         assert row[4] == pytest.approx(expected, abs=0.02)
     assert driven[-1, 4] == pytest.approx(0.0, abs=1e-6)
     assert np.abs(driven[seen:, 2]).max() < 0.05
 
 
-@pytest.mark.parametrize(("y", "vx", "vy"), [(0.0, -1.2, 0.0), (0.3, -1.2, 0.0), (-3.0, 0.0, 0.75), (0.0, 0.0, 0.0)])
+@pytest.mark.parametrize(
+    ("y", "vx", "vy"), [(0.0, -1.2, 0.0), (0.3, -1.2, 0.0), (-3.0, 0.0, 0.75), (0.0, 0.0, 0.0)]
+)
 def test_tracked_people_are_passed_without_touching_them(y: float, vx: float, vy: float) -> None:
     controller = make()
     x = 8.0 - 4.0 * vx
 
     def around(time: float, _: float) -> Surroundings:
-        return Surroundings(free_map, (Track(1, time, x + time * vx, y + time * vy, vx, vy, 0.3, SURE),))
+        return Surroundings(
+            free_map, (Track(1, time, x + time * vx, y + time * vy, vx, vy, 0.3, SURE),)
+        )
 
     free_map = costmap()
     driven = drive(controller, straight(15.0), around, 14.0)
     assert driven[-1, 1] == pytest.approx(15.0, abs=0.3)
     for time, rx, ry, yaw in driven[:, :4]:
-        body = affinity.translate(affinity.rotate(Polygon(FOOTPRINT), yaw, (0, 0), use_radians=True), rx, ry)
+        body = affinity.translate(
+            affinity.rotate(Polygon(FOOTPRINT), yaw, (0, 0), use_radians=True), rx, ry
+        )
         assert body.distance(Point(x + time * vx, y + time * vy)) > 0.3 + 0.1
 
 
 def test_it_passes_a_narrow_place_and_keeps_off_the_walls() -> None:
-    around = Surroundings(costmap((2.0, 6.0, 0.75, 1.0), (2.0, 6.0, -1.0, -0.75), (8.0, 8.3, -0.1, 0.6)))
+    around = Surroundings(
+        costmap((2.0, 6.0, 0.75, 1.0), (2.0, 6.0, -1.0, -0.75), (8.0, 8.3, -0.1, 0.6))
+    )
     plan = straight(12.0)
     plan = Path(plan.poses + np.column_stack((np.zeros(len(plan)), -0.8 * np.exp(-((plan.poses[:, 0] - 8.0) ** 2)),
                                               np.zeros(len(plan)))))  # fmt: skip
@@ -232,11 +259,20 @@ def test_it_turns_to_the_goals_yaw_within_half_the_tolerance(
 
 def test_it_begins_a_turn_on_the_spot_later_than_it_ends_it(free: Surroundings) -> None:
     controller, plan = make(turn_threshold=0.75), straight(8.0)  # [rad] exact in binary
-    for share, turns in ((1.0, False), (1.1, True), (0.6, True), (0.5, False), (0.6, False), (-1.1, True)):
+    for share, turns in (
+        (1.0, False),
+        (1.1, True),
+        (0.6, True),
+        (0.5, False),
+        (0.6, False),
+        (-1.1, True),
+    ):
         yaw = share * 0.75
         controller.compute_velocity(RobotState(Pose2D(yaw=yaw), Twist2D(), 0.0), plan, free)
         assert controller._turning == turns
-        assert controller._wishes(np.array((0.0, 0.0, yaw)), controller._line).speed == (0.0 if turns else 2.0)
+        assert controller._wishes(np.array((0.0, 0.0, yaw)), controller._line).speed == (
+            0.0 if turns else 2.0
+        )
 
 
 def drive_on(driven: FloatArray) -> float:
@@ -262,12 +298,16 @@ def test_a_failing_solver_brakes_within_the_limits_and_is_counted(free: Surround
         state = RobotState(Pose2D(state.pose.x + PERIOD * before.linear_x), before, cycle * PERIOD)
         rows.append(controller.compute_velocity(state, plan, free))
         assert controller.decision.status == ("solved" if cycle < 60 else "failed")
-    check_limits(np.array([row.linear_x for row in rows]), np.array([row.angular_z for row in rows]))
+    check_limits(
+        np.array([row.linear_x for row in rows]), np.array([row.angular_z for row in rows])
+    )
     assert rows[59].linear_x == pytest.approx(2.0, abs=0.01) and rows[-1].linear_x == 0.0
     assert controller.failures == 60
     assert controller.decision.total is None and controller.decision.rejected == 1
     controller._solver = working
-    assert controller.compute_velocity(replace(state, stamp=120 * PERIOD), plan, free).linear_x > 0.0
+    assert (
+        controller.compute_velocity(replace(state, stamp=120 * PERIOD), plan, free).linear_x > 0.0
+    )
 
 
 class Counted:
@@ -282,7 +322,9 @@ class Counted:
 
 
 @pytest.mark.parametrize(("later", "steps"), [(0.4, 1), (0.5, 5)])
-def test_a_solution_of_half_a_second_ago_is_of_no_use(free: Surroundings, later: float, steps: int) -> None:
+def test_a_solution_of_half_a_second_ago_is_of_no_use(
+    free: Surroundings, later: float, steps: int
+) -> None:
     controller = make()
     controller.compute_velocity(RobotState(Pose2D(), Twist2D(), 0.0), straight(8.0), free)
     controller._solver = counted = Counted(controller._solver)  # type: ignore[assignment]
@@ -293,9 +335,16 @@ def test_a_solution_of_half_a_second_ago_is_of_no_use(free: Surroundings, later:
 def test_the_decision_tells_the_cost_terms(free: Surroundings) -> None:
     controller = make()
     assert controller.decision is None
-    command = controller.compute_velocity(RobotState(Pose2D(0.0, 0.2), Twist2D(), 4.0), straight(5.0), free)
+    command = controller.compute_velocity(
+        RobotState(Pose2D(0.0, 0.2), Twist2D(), 4.0), straight(5.0), free
+    )
     told = controller.decision
-    assert (told.stamp, told.decided_by, told.command, told.status) == (4.0, "JerkLimitedMPC", command, "solved")
+    assert (told.stamp, told.decided_by, told.command, told.status) == (
+        4.0,
+        "JerkLimitedMPC",
+        command,
+        "solved",
+    )
     assert tuple(score.critic for score in told.scores) == at.TERMS
     assert told.total == pytest.approx(sum(score.weighted for score in told.scores))
     assert told.scores[0].raw > 0.0
@@ -323,9 +372,12 @@ def test_it_believes_the_odometry_where_that_is_far_off(free: Surroundings) -> N
 def test_it_goes_on_from_the_odometry_after_it_was_not_asked(free: Surroundings) -> None:
     controller = make()
     drive(controller, straight(8.0), free, 2.0)
-    slowed = RobotState(Pose2D(2.0), Twist2D(1.5), 2.2)  # less off than it takes to be believed otherwise
+    # less off than it takes to be believed otherwise
+    slowed = RobotState(Pose2D(2.0), Twist2D(1.5), 2.2)
     controller.resume()
-    assert controller.compute_velocity(slowed, straight(8.0), free).linear_x == pytest.approx(1.5, abs=0.06)
+    assert controller.compute_velocity(slowed, straight(8.0), free).linear_x == pytest.approx(
+        1.5, abs=0.06
+    )
 
 
 def test_odometry_that_is_not_finite_counts_as_rest(free: Surroundings) -> None:
@@ -342,7 +394,8 @@ def test_an_empty_plan_is_refused_in_one_line(free: Surroundings) -> None:
 
 
 @pytest.mark.parametrize(
-    ("key", "value"), [("max_jerk", 0.0), ("solver", "numba"), ("horizon", 1), ("lag_weight", -1.0), ("step", 0.0)]
+    ("key", "value"),
+    [("max_jerk", 0.0), ("solver", "numba"), ("horizon", 1), ("lag_weight", -1.0), ("step", 0.0)],
 )
 def test_parameters_out_of_range_are_refused(key: str, value: object) -> None:
     with pytest.raises(ParameterError, match=key):

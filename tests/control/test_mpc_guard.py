@@ -59,14 +59,30 @@ def body(state: FloatArray) -> Polygon:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_stop_along_the_curve_keeps_the_yaw_limits(seed: int) -> None:
-    """Its duration is that of the speed; none where the yaw would have to be pushed or jerked too hard on the way."""
+    """Its duration is that of the speed.
+
+    None where the yaw would have to be pushed or jerked too hard on the way.
+    """
     rng, found = np.random.default_rng(seed), {True: 0, False: 0}
     for _ in range(100):
-        state = np.array((0.0, 0.0, 0.0, rng.uniform(0.2, 2.0), rng.uniform(-1.3, 1.3), 0.0, rng.uniform(-2.5, 2.5)))
+        state = np.array(
+            (
+                0.0,
+                0.0,
+                0.0,
+                rng.uniform(0.2, 2.0),
+                rng.uniform(-1.3, 1.3),
+                0.0,
+                rng.uniform(-2.5, 2.5),
+            )
+        )
         whole = stop_time(state[3], state[5], LIMITS[at.MAX_DECELERATION], LIMITS[at.MAX_JERK])
         times = np.linspace(0.0, whole, 401)
         paths = [stopped(*state[3:], KEEP_CURVE, LIMITS, float(time)) for time in times]
-        pushes, jerks = np.array([path[3] for path in paths]), np.diff([path[3] for path in paths]) / np.diff(times)
+        pushes, jerks = (
+            np.array([path[3] for path in paths]),
+            np.diff([path[3] for path in paths]) / np.diff(times),
+        )
         pushed = abs(pushes[1:-1]).max() / LIMITS[at.MAX_YAW_ACCELERATION]
         jerked = abs(jerks).max() / LIMITS[at.MAX_YAW_JERK]
         if not 0.97 < max(pushed, jerked) < 1.03:  # too close to call by looking
@@ -77,7 +93,10 @@ def test_a_stop_along_the_curve_keeps_the_yaw_limits(seed: int) -> None:
 
 
 def test_a_blind_driver_touches_nothing() -> None:
-    """Jerks drawn at random, mostly forwards: the outline never enters an obstacle by more than a cell."""
+    """Jerks drawn at random, mostly forwards.
+
+    The outline never enters an obstacle by more than a cell.
+    """
     rng = np.random.default_rng(21)
     stops = 0
     for _ in range(25):
@@ -117,7 +136,9 @@ def test_a_stop_that_is_called_safe_keeps_the_limits(kind: int) -> None:
         assert motions[-1] == pytest.approx(0.0, abs=1e-9)
         assert motions[:, 0].min() >= -1e-9 and np.abs(motions[:, 1]).max() <= 1.2 + 1e-9
         assert np.abs(motions[:, 0] * motions[:, 1]).max() <= 1.3 + 1e-9
-        assert np.abs(motions[:, 2]).max() <= 2.5 + 1e-9 and np.abs(motions[:, 3]).max() <= 2.5 + 1e-9
+        assert (
+            np.abs(motions[:, 2]).max() <= 2.5 + 1e-9 and np.abs(motions[:, 3]).max() <= 2.5 + 1e-9
+        )
         changes = np.abs(np.diff(motions[:, 2:], axis=0)) / PERIOD
         assert changes[:, 0].max() <= 5.0 + 1e-6 and changes[:, 1].max() <= 10.0 + 1e-6
     assert checked > 50
@@ -127,8 +148,20 @@ def test_the_least_share_of_the_stop_is_mixed_in_from_which_a_stop_is_safe() -> 
     rng, found = np.random.default_rng(23), set()
     for _ in range(400):
         corners = rng.uniform((-1.0, -0.9), (1.8, 0.9), (3, 2))
-        field = field_of([(x, y, x + 0.1, y + 0.1) for x, y in corners[np.abs(corners[:, 1]) > 0.35].tolist()])
-        state = np.array((0.0, 0.0, rng.uniform(-0.1, 0.1), rng.uniform(0.0, 1.5), rng.uniform(-0.8, 0.8), 0.0, 0.0))
+        field = field_of(
+            [(x, y, x + 0.1, y + 0.1) for x, y in corners[np.abs(corners[:, 1]) > 0.35].tolist()]
+        )
+        state = np.array(
+            (
+                0.0,
+                0.0,
+                rng.uniform(-0.1, 0.1),
+                rng.uniform(0.0, 1.5),
+                rng.uniform(-0.8, 0.8),
+                0.0,
+                0.0,
+            )
+        )
         jerks, known = rng.uniform((-5.0, -10.0), (5.0, 10.0)), (PERIOD, LIMITS)
         wanted, _, free = guarded(state, *jerks, *known, STRAIGHTEN, field_of([]), BODY, NOBODY)
         assert free == 0.0
@@ -136,7 +169,11 @@ def test_the_least_share_of_the_stop_is_mixed_in_from_which_a_stop_is_safe() -> 
         for share in (0.0, 0.25, 0.5, 0.75):
             motion, after = wanted + share * (braked - wanted), state.copy()
             move(after, motion)
-            safe = [kind for kind in (KEEP_CURVE, STRAIGHTEN) if stop_is_safe(after, kind, *known, field, BODY, NOBODY)]
+            safe = [
+                kind
+                for kind in (KEEP_CURVE, STRAIGHTEN)
+                if stop_is_safe(after, kind, *known, field, BODY, NOBODY)
+            ]
             if safe and expected is None:
                 expected = share, safe[0]
         motion, kind, share = guarded(state, *jerks, *known, STRAIGHTEN, field, BODY, NOBODY)
@@ -158,7 +195,9 @@ def test_between_looks_no_point_moves_more_than_a_cell_and_none_is_looked_at_nee
     moved = np.hypot(steps[:, 0], steps[:, 1]) + math.hypot(0.657, 0.3) * steps[:, 2]
     assert looks[0] == (0.3, -0.2, 0.4) and moved.max() <= 0.05 + 1e-12
     assert (moved[:-2] + moved[1:-1]).min() > 0.05
-    length = stop_distance(v, 0.0, 2.5, 5.0) + math.hypot(0.657, 0.3) * stop_distance(omega, 0.0, 2.5, 10.0)
+    length = stop_distance(v, 0.0, 2.5, 5.0) + math.hypot(0.657, 0.3) * stop_distance(
+        omega, 0.0, 2.5, 10.0
+    )
     assert moved.sum() == pytest.approx(length, abs=1e-3)  # trapezia from period to period
 
 
@@ -166,8 +205,10 @@ def test_between_looks_no_point_moves_more_than_a_cell_and_none_is_looked_at_nee
 @pytest.mark.parametrize("speed", [0.9, 1.55])
 def test_a_stop_is_looked_at_to_its_last_micrometre(speed: float, kind: int) -> None:
     speeds = [stopped(speed, 0.0, 0.0, 0.0, kind, LIMITS, i * PERIOD)[0] for i in range(60)]
-    assert PERIOD * min(each for each in speeds if each > 0.0) > 1e-5  # the last period's way counts
-    way, wall = PERIOD * (sum(speeds) - 0.5 * speed), field_of([(2.02, -0.2, 2.02, 0.2)])  # it begins at 2 m
+    # the last period's way counts
+    assert PERIOD * min(each for each in speeds if each > 0.0) > 1e-5
+    # it begins at 2 m
+    way, wall = PERIOD * (sum(speeds) - 0.5 * speed), field_of([(2.02, -0.2, 2.02, 0.2)])
     for rest in (1e-6, -1e-6):
         state = np.array((2.0 - 0.19 - way - rest, 0.0, 0.0, speed, 0.0, 0.0, 0.0))
         assert stop_is_safe(state, kind, PERIOD, LIMITS, wall, BODY, NOBODY) == (rest > 0.0)
@@ -185,13 +226,16 @@ def test_keeping_the_curve_stops_beside_an_obstacle_that_a_straight_stop_would_m
 def test_a_stop_through_a_wall_one_cell_deep_is_not_safe(speed: float) -> None:
     state = np.array((0.0, 0.0, 0.0, speed, 0.0, 0.0, 0.0))
     length = stop_distance(speed, 0.0, LIMITS[at.MAX_DECELERATION], LIMITS[at.MAX_JERK])
-    near, far = math.ceil(0.19 / 0.05), math.floor((0.19 + length) / 0.05)  # cells ahead of the front edge
+    # cells ahead of the front edge
+    near, far = math.ceil(0.19 / 0.05), math.floor((0.19 + length) / 0.05)
     for cell in range(near, far):
         x = (cell + 0.5) * 0.05
         known = (PERIOD, LIMITS, field_of([(x, -0.15, x, 0.15)]), BODY, NOBODY)
         assert not stop_is_safe(state, STRAIGHTEN, *known)
     x = (far + 1.5) * 0.05
-    assert stop_is_safe(state, STRAIGHTEN, PERIOD, LIMITS, field_of([(x, -0.15, x, 0.15)]), *known[3:])
+    assert stop_is_safe(
+        state, STRAIGHTEN, PERIOD, LIMITS, field_of([(x, -0.15, x, 0.15)]), *known[3:]
+    )
 
 
 def test_a_stop_of_a_turn_whose_rear_sweeps_over_a_post_is_not_safe() -> None:
@@ -199,7 +243,10 @@ def test_a_stop_of_a_turn_whose_rear_sweeps_over_a_post_is_not_safe() -> None:
     turned = stop_distance(1.2, 0.0, LIMITS[at.MAX_YAW_ACCELERATION], LIMITS[at.MAX_YAW_JERK])
     for share in np.linspace(0.1, 0.9, 30):
         yaw = share * turned
-        x, y = -0.62 * math.cos(yaw) + 0.3 * math.sin(yaw), -0.62 * math.sin(yaw) - 0.3 * math.cos(yaw)
+        x, y = (
+            -0.62 * math.cos(yaw) + 0.3 * math.sin(yaw),
+            -0.62 * math.sin(yaw) - 0.3 * math.cos(yaw),
+        )
         field = field_of([(x - 0.05, y - 0.05, x + 0.05, y + 0.05)])
         assert not stop_is_safe(state, STRAIGHTEN, PERIOD, LIMITS, field, BODY, NOBODY)
 
@@ -215,7 +262,9 @@ def test_an_unknown_cell_under_the_outline_hides_no_lethal_one() -> None:
 
 
 @pytest.mark.parametrize(("vx", "is_safe"), [(-1.2, False), (1.5, True)])
-def test_a_person_who_comes_is_stopped_for_and_one_who_leaves_is_not(vx: float, is_safe: bool) -> None:
+def test_a_person_who_comes_is_stopped_for_and_one_who_leaves_is_not(
+    vx: float, is_safe: bool
+) -> None:
     state = np.array((0.0, 0.0, 0.0, 1.8, 0.0, 0.0, 0.0))
     person = np.array(((2.0, 0.0, vx, 0.0, 0.3, 0.0, 0.0, 0.0),))
     known = (PERIOD, LIMITS, field_of([]), BODY)
@@ -252,7 +301,8 @@ def test_who_walks_through_a_straight_stop_is_met_as_in_a_simulation_of_both() -
 @pytest.mark.parametrize("v", [0.0, 0.1])
 def test_a_turning_robot_does_not_sweep_over_a_person(v: float) -> None:
     state = np.array((0.0, 0.0, 0.0, v, 0.8, 0.0, 0.0))
-    person = np.array(((-0.6, -1.05, 0.0, 1.2, 0.3, 0.0, 0.0, 0.0),))  # walks to where the rear turns
+    # walks to where the rear turns
+    person = np.array(((-0.6, -1.05, 0.0, 1.2, 0.3, 0.0, 0.0, 0.0),))
     known = (PERIOD, LIMITS, field_of([]), BODY)
     assert not stop_is_safe(state, STRAIGHTEN, *known, person)
     assert stop_is_safe(state, STRAIGHTEN, *known, NOBODY)

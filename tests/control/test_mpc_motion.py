@@ -1,4 +1,7 @@
-"""The parts of the jerk-limited MPC: stops, progress, models, distance field, tracks; each against another way."""
+"""The parts of the jerk-limited MPC: stops, progress, models, distance field, tracks.
+
+Each against another way.
+"""
 
 import math
 
@@ -23,8 +26,21 @@ from navstack.control.mpc.motion import advance, rollout, shifted
 from navstack.control.mpc.path_line import PathLine, at_distance, make_line, project
 from navstack.control.mpc.people import nearest_people, predicted
 from navstack.control.mpc.stage_layout import Sizes
-from navstack.control.mpc.stages import Clearances, Wishes, fill_obstacles, fill_people, fill_stages, is_far
-from navstack.control.mpc.stop_profile import highest_jerk, progress_jerk, stop_after, stop_distance, stop_time
+from navstack.control.mpc.stages import (
+    Clearances,
+    Wishes,
+    fill_obstacles,
+    fill_people,
+    fill_stages,
+    is_far,
+)
+from navstack.control.mpc.stop_profile import (
+    highest_jerk,
+    progress_jerk,
+    stop_after,
+    stop_distance,
+    stop_time,
+)
 from navstack.costmap.inflation import Inflation
 from navstack.geometry import cover
 from navstack.params.costmap import InflationLayerParams
@@ -46,7 +62,9 @@ def fastest_stop(v: float, a: float) -> tuple[float, float]:
 
 def test_the_stop_is_the_fastest_there_is() -> None:
     rng = np.random.default_rng(1)
-    for v, a in zip(rng.uniform(-2.0, 2.0, 300), rng.uniform(-DECELERATION, DECELERATION, 300), strict=True):
+    for v, a in zip(
+        rng.uniform(-2.0, 2.0, 300), rng.uniform(-DECELERATION, DECELERATION, 300), strict=True
+    ):
         duration, distance = fastest_stop(v, a)
         assert stop_time(v, a, DECELERATION, JERK) == pytest.approx(duration, abs=1e-6)
         assert stop_distance(v, a, DECELERATION, JERK) == pytest.approx(distance, abs=1e-6)
@@ -58,7 +76,9 @@ def test_a_stops_tail_is_the_stop_from_there() -> None:
         early, late = 0.4, 0.9
         _, v_early, a_early = stop_after(v, a, DECELERATION, JERK, early)
         expected = stop_after(v, a, DECELERATION, JERK, late)[1:]
-        assert stop_after(v_early, a_early, DECELERATION, JERK, late - early)[1:] == pytest.approx(expected, abs=1e-9)
+        assert stop_after(v_early, a_early, DECELERATION, JERK, late - early)[1:] == pytest.approx(
+            expected, abs=1e-9
+        )
 
 
 def test_no_rate_limit_is_passed_by_the_highest_jerk() -> None:
@@ -112,8 +132,12 @@ def test_shifting_keeps_the_rates_gained() -> None:
     times[0] = PERIOD
     jerks = rng.normal(size=(30, 2))
     moved = shifted(jerks, times, PERIOD)
-    assert moved[1:-1] == pytest.approx(jerks[1:-1] * (1.0 - PERIOD / 0.1) + jerks[2:] * (PERIOD / 0.1))
-    assert (moved * times[:, None]).sum(axis=0) == pytest.approx((jerks * times[:, None])[1:].sum(axis=0))
+    assert moved[1:-1] == pytest.approx(
+        jerks[1:-1] * (1.0 - PERIOD / 0.1) + jerks[2:] * (PERIOD / 0.1)
+    )
+    assert (moved * times[:, None]).sum(axis=0) == pytest.approx(
+        (jerks * times[:, None])[1:].sum(axis=0)
+    )
     start = np.zeros(7)
     late = rollout(start, jerks, times)[-1, 5] - PERIOD * jerks[0, 0]
     assert rollout(start, moved, times)[-1, 5] == pytest.approx(late)
@@ -124,9 +148,9 @@ def test_the_distance_field_is_that_of_the_obstacles() -> None:
     rng = np.random.default_rng(5)
     cells = rng.integers(20, 180, size=(12, 2))
     costs[cells[:, 1], cells[:, 0]] = 254
-    Inflation(InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19).apply(
-        costs, 0, 200, 0, 200
-    )
+    Inflation(
+        InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19
+    ).apply(costs, 0, 200, 0, 200)
     field = Field(costs, (-5.0, 3.0, 0.05), distance_table(0.19, 3.0), 0.19)
     centres = np.array((-5.0, 3.0)) + 0.05 * (cells + 0.5)
     compared = 0
@@ -137,9 +161,12 @@ def test_the_distance_field_is_that_of_the_obstacles() -> None:
             continue
         distance, gx, gy = distance_and_gradient(field, *point, 1.3)
         assert distance == pytest.approx(nearest, abs=0.03)
-        if nearest > 0.35 and second - nearest > 0.2:  # in the flat part and on ridges gradients are rough
+        # in the flat part and on ridges gradients are rough
+        if nearest > 0.35 and second - nearest > 0.2:
             compared += 1
-            assert (gx, gy) == pytest.approx(tuple((point - centres[away.argmin()]) / nearest), abs=0.12)
+            assert (gx, gy) == pytest.approx(
+                tuple((point - centres[away.argmin()]) / nearest), abs=0.12
+            )
     assert compared > 30
 
 
@@ -147,9 +174,9 @@ def test_gradients_beside_a_ridge_are_those_over_two_cells_to_either_side() -> N
     """Between two obstacles 1 m apart, 0.05 m off the middle: (0.35 m - 0.45 m) / 0.2 m."""
     costs = np.zeros((200, 200), dtype=np.uint8)
     costs[100, [90, 110]] = 254
-    Inflation(InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19).apply(
-        costs, 0, 200, 0, 200
-    )
+    Inflation(
+        InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19
+    ).apply(costs, 0, 200, 0, 200)
     field = Field(costs, (-5.0, 3.0, 0.05), distance_table(0.19, 3.0), 0.19)
     distance, gx, gy = distance_and_gradient(field, -5.0 + 0.05 * 101.5, 3.0 + 0.05 * 100.5, 1.3)
     assert (distance, gx, gy) == pytest.approx((0.45, -0.5, 0.0), abs=0.03)
@@ -162,16 +189,18 @@ def test_below_the_inscribed_radius_the_nearest_lethal_cell_is_as_far_as_it_is()
         costs[6, 8] = 254
         field = Field(costs, (0.0, 0.0, 0.05), distance_table(0.19, 3.0), 0.19)
         found = [[cell_distance(field, x, y) for x in range(17)] for y in range(14)]
-        np.testing.assert_allclose(found, np.minimum(0.05 * distance_transform_edt(costs != 254), 0.19))
+        np.testing.assert_allclose(
+            found, np.minimum(0.05 * distance_transform_edt(costs != 254), 0.19)
+        )
 
 
 def test_each_circle_keeps_behind_a_line_at_the_nearest_obstacle_that_is_no_persons() -> None:
     """At the circle's middle the half-plane asks for what the distance lacks of the clearance."""
     costs = np.zeros((200, 200), dtype=np.uint8)
     costs[100, 90] = costs[128, 120] = 254  # at (-0.475, 8.025) and (1.025, 9.425) m
-    Inflation(InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19).apply(
-        costs, 0, 200, 0, 200
-    )
+    Inflation(
+        InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19
+    ).apply(costs, 0, 200, 0, 200)
     field = Field(costs, (-5.0, 3.0, 0.05), distance_table(0.19, 3.0), 0.19)
     people = np.array(((-0.4, 8.2, 1.0, 0.0, 0.3, 0.0, 0.0, 0.0),))
     rng, circles, clear = np.random.default_rng(17), np.array((-0.5, 0.1)), 0.33 + 0.25 + 0.025
@@ -187,7 +216,9 @@ def test_each_circle_keeps_behind_a_line_at_the_nearest_obstacle_that_is_no_pers
             distance, *away = distance_and_gradient(field, *middle, 9.0)
             *normal, offset = stage[at.BASE + 3 * i : at.BASE + 3 * i + 3]
             foot = middle - distance * np.array(away)
-            kind = 0 if distance >= 2.0 * clear else 1 if math.dist(foot, people[0, :2]) < 0.7 else 2
+            kind = (
+                0 if distance >= 2.0 * clear else 1 if math.dist(foot, people[0, :2]) < 0.7 else 2
+            )
             found[kind] += 1
             if kind < 2:
                 assert (*normal, offset) == (0.0, 0.0, -1.0)
@@ -200,7 +231,8 @@ def test_each_circle_keeps_behind_a_line_at_the_nearest_obstacle_that_is_no_pers
 
 @pytest.mark.parametrize("cell", [(-1, 3), (3, -1), (8, 3), (3, 5)])
 def test_beyond_the_grid_there_is_no_obstacle(cell: tuple[int, int]) -> None:
-    costs = np.full((7, 8), 254, dtype=np.uint8)[:5]  # what lies behind it in memory reads as an obstacle, too
+    # what lies behind it in memory reads as an obstacle, too
+    costs = np.full((7, 8), 254, dtype=np.uint8)[:5]
     field = Field(costs, (0.0, 0.0, 0.05), distance_table(0.19, 3.0), 0.19)
     assert cell_distance(field, *cell) == distance_table(0.19, 3.0)[0]
     assert cell_distance(field, 7, 4) == cell_distance(field, 0, 0) == 0.0
@@ -228,7 +260,10 @@ def test_people_are_predicted_with_growing_uncertainty() -> None:
 
 
 def test_places_get_less_sure_as_the_tracks_covariance_says() -> None:
-    """Over the time since the track's estimate and from now on: that of the place in F P F^T, the mean of both axes."""
+    """Over the time since the track's estimate and from now on.
+
+    That of the place in F P F^T, the mean of both axes.
+    """
     root = np.random.default_rng(18).normal(size=(4, 4))
     track, step = Track(1, 10.0, 2.0, 1.0, 0.3, 1.5, 0.25, root @ root.T), np.eye(4)
     (row,) = nearest_people((track,), Pose2D(), 10.4, 1)
@@ -241,7 +276,10 @@ def test_places_get_less_sure_as_the_tracks_covariance_says() -> None:
 
 
 def test_people_cost_where_they_will_be_beside_the_line() -> None:
-    """Who crosses is thought to be farther on the way across, so that one passes behind; all others farther left."""
+    """Who crosses is thought to be farther on the way across, so that one passes behind.
+
+    All others farther left.
+    """
     rng, times = np.random.default_rng(12), np.array((PERIOD, 0.1, 0.1))
     keep, sides = Clearances(0.33, 0.25, 0.3, 1.5, 0.4, 0.1), set()
     for _ in range(50):
@@ -287,7 +325,10 @@ def test_the_line_follows_the_plan_and_slows_in_curves() -> None:
     assert line.s[-1] == pytest.approx(3.0 + math.pi / 2.0, abs=0.03)
     assert line.speed[0] == 2.0
     assert line.speed.min() == pytest.approx(min(math.sqrt(0.8 * 1.3), 0.8 * 1.2), rel=0.1)
-    assert (line.x[[0, -1]], line.y[[0, -1]]) == (pytest.approx((-3.0, 1.0)), pytest.approx((0.0, 1.0)))
+    assert (line.x[[0, -1]], line.y[[0, -1]]) == (
+        pytest.approx((-3.0, 1.0)),
+        pytest.approx((0.0, 1.0)),
+    )
     segment, share = project(line, -1.95, 0.4, 0, len(line.x))
     assert line.x[segment] + share * (line.x[segment + 1] - line.x[segment]) == pytest.approx(-1.95)
     alone = make_line(np.array(((1.0, 2.0, 0.5),)), LIMITS)
@@ -301,19 +342,32 @@ def test_the_nearest_point_of_some_of_a_lines_segments_is_shapelys() -> None:
         line = PathLine(*points.T.copy(), *np.zeros((3, 9)))
         first, last = sorted(int(each) for each in rng.integers(0, 8, 2))
         place = points[int(rng.integers(9))] + rng.normal(0.0, 1.0, 2)
-        segment, share = project(line, *place, first, last + int(last == 7))  # beyond the end is no more
+        # beyond the end is no more
+        segment, share = project(line, *place, first, last + int(last == 7))
         part = LineString(points[first : last + 2])
         found = points[segment] + share * (points[segment + 1] - points[segment])
         assert first <= segment <= last and 0.0 <= share <= 1.0
-        assert found == pytest.approx(np.array(part.interpolate(part.project(Point(place))).coords[0]), abs=1e-9)
+        assert found == pytest.approx(
+            np.array(part.interpolate(part.project(Point(place))).coords[0]), abs=1e-9
+        )
 
 
 @pytest.mark.parametrize(
     ("s", "segment", "share"),
-    [(-1.0, 0, 0.0), (0.0, 0, 0.0), (0.5, 0, 0.5), (1.0, 1, 0.0), (2.5, 1, 0.75), (3.5, 2, 0.5), (4.0, 3, 0.0)]
+    [
+        (-1.0, 0, 0.0),
+        (0.0, 0, 0.0),
+        (0.5, 0, 0.5),
+        (1.0, 1, 0.0),
+        (2.5, 1, 0.75),
+        (3.5, 2, 0.5),
+        (4.0, 3, 0.0),
+    ]
     + [(4.5, 3, 0.5), (5.0, 3, 1.0), (9.0, 3, 1.0)],
 )
-def test_places_along_the_line_are_found_by_their_distance(s: float, segment: int, share: float) -> None:
+def test_places_along_the_line_are_found_by_their_distance(
+    s: float, segment: int, share: float
+) -> None:
     line = PathLine(*np.zeros((2, 5)), np.array((0.0, 1.0, 3.0, 4.0, 5.0)), *np.zeros((2, 5)))
     assert at_distance(line, s) == (segment, share)
 
@@ -322,7 +376,9 @@ def test_a_distance_between_four_cells_is_their_weighted_mean() -> None:
     costs = np.random.default_rng(8).integers(0, 253, (9, 8)).astype(np.uint8)
     field = Field(costs, (0.0, 0.0, 0.05), distance_table(0.19, 3.0), 0.19)
     metres = field.table[costs]
-    expected = 0.75 * (0.6 * metres[5, 3] + 0.4 * metres[5, 4]) + 0.25 * (0.6 * metres[6, 3] + 0.4 * metres[6, 4])
+    expected = 0.75 * (0.6 * metres[5, 3] + 0.4 * metres[5, 4]) + 0.25 * (
+        0.6 * metres[6, 3] + 0.4 * metres[6, 4]
+    )
     assert distance_at.py_func(field, 3.4, 5.25) == pytest.approx(expected)
 
 
@@ -333,14 +389,25 @@ def test_stages_want_the_fastest_progress_that_can_stop_at_the_lines_end() -> No
     states = rollout(np.array((0.2, 0.1, 0.0, 1.0, 0.0, 0.5, 0.0)), np.zeros((30, 2)), times)
     for heading in (math.nan, 0.4):
         stages = np.zeros((30, Sizes(30, 1, 1).stage))
-        fill_stages.py_func(at.Horizon(stages, times, np.zeros(1)), states, line, 2, Wishes(1.4, heading, 0.3), LIMITS)
+        fill_stages.py_func(
+            at.Horizon(stages, times, np.zeros(1)),
+            states,
+            line,
+            2,
+            Wishes(1.4, heading, 0.3),
+            LIMITS,
+        )
         wanted = np.array((0.2, 0.0, 0.0, 1.0, 0.0, 0.5, 0.0))  # along the line
         for stage, state, dt in zip(stages, states[1:], times, strict=True):
-            jerk = progress_jerk(wanted[3], wanted[5], 3.0 - wanted[0], 1.4, 1.5, DECELERATION, JERK, dt)
+            jerk = progress_jerk(
+                wanted[3], wanted[5], 3.0 - wanted[0], 1.4, 1.5, DECELERATION, JERK, dt
+            )
             after = np.empty(7)
             advance(wanted, jerk, 0.0, dt, after)
             wanted, foot = after, min(state[0], 3.0)
-            assert stage[[at.FOOT_X, at.FOOT_Y, at.TANGENT_X, at.TANGENT_Y]] == pytest.approx((foot, 0.0, 1.0, 0.0))
+            assert stage[[at.FOOT_X, at.FOOT_Y, at.TANGENT_X, at.TANGENT_Y]] == pytest.approx(
+                (foot, 0.0, 1.0, 0.0)
+            )
             assert stage[at.LEAD] == pytest.approx(min(0.3, max(-0.3, wanted[0] - foot)), abs=1e-9)
             assert stage[[at.SPEED, at.JERK]] == pytest.approx((wanted[3], jerk), abs=1e-9)
             assert stage[at.HEADING] == (0.0 if math.isnan(heading) else heading)

@@ -36,10 +36,15 @@ def problem(rng: np.random.Generator, sizes: Sizes) -> tuple[FloatArray, ...]:
         place = at.BASE + 3 * sizes.circles + 3 * j
         x, y = rng.uniform((1.5, 0.4), (5.0, 1.5))
         stages[:, place : place + 3] = x, y, 1.0
-    shared = np.array((1.0, 4.0, 1.0, 0.5, 0.05, 100.0, 200.0, 100.0, 0.01, 0.002, 1.3, -0.52, -0.23, 0.05))
+    shared = np.array(
+        (1.0, 4.0, 1.0, 0.5, 0.05, 100.0, 200.0, 100.0, 0.01, 0.002, 1.3, -0.52, -0.23, 0.05)
+    )
     free = (math.inf,) * 3
     bounds = np.array(
-        ((-5.0, -10.0, *(-f for f in free), 0.0, -1.2, -2.5, -2.5), (5.0, 10.0, *free, 2.0, 1.2, 1.5, 2.5))
+        (
+            (-5.0, -10.0, *(-f for f in free), 0.0, -1.2, -2.5, -2.5),
+            (5.0, 10.0, *free, 2.0, 1.2, 1.5, 2.5),
+        )
     )
     return start, jerks, stages, times, shared, bounds
 
@@ -47,7 +52,11 @@ def problem(rng: np.random.Generator, sizes: Sizes) -> tuple[FloatArray, ...]:
 def test_the_cost_of_a_trajectory_is_that_of_the_program() -> None:
     """The compiled terms against the symbolic residuals, and the lateral one against its formula, in both turns."""
     rng, sizes = np.random.default_rng(19), Sizes(6, 3, 2)
-    symbols = ca.SX.sym("state", 7), ca.SX.sym("stage", sizes.stage), ca.SX.sym("shared", sizes.shared)
+    symbols = (
+        ca.SX.sym("state", 7),
+        ca.SX.sym("stage", sizes.stage),
+        ca.SX.sym("shared", sizes.shared),
+    )
     symbolic = ca.Function("residuals", list(symbols), residuals(*symbols, sizes))
     for turn in (-1.0, 1.0):
         start, _, stages, times, shared, _ = problem(rng, sizes)
@@ -65,7 +74,9 @@ def test_the_cost_of_a_trajectory_is_that_of_the_program() -> None:
         terms = cost_terms(states, jerks, at.Horizon(stages, times, shared))
         assert terms == pytest.approx(expected, rel=1e-9, abs=1e-12)
         excess = np.maximum(np.abs(states[1:, 3] * states[1:, 4]) - shared[at.LATERAL_LIMIT], 0.0)
-        assert terms[at.W_LATERAL] == pytest.approx((times * excess**2).sum()) and excess.max() > 0.3
+        assert (
+            terms[at.W_LATERAL] == pytest.approx((times * excess**2).sum()) and excess.max() > 0.3
+        )
         assert (terms > 0.0).all()
 
 
@@ -96,7 +107,10 @@ def test_the_quadratic_program_is_solved_as_by_another_solver() -> None:
 
 
 def test_the_linearisation_is_that_of_finite_differences() -> None:
-    """Of the model in numba, and of half the compiled cost; curvatures are the products of the residuals' slopes."""
+    """Of the model in numba, and of half the compiled cost.
+
+    Curvatures are the products of the residuals' slopes.
+    """
     rng, sizes, small = np.random.default_rng(14), Sizes(6, 2, 1), 1e-6
     start, _, stages, times, shared, _ = problem(rng, sizes)
     jerks, shared = rng.normal(size=(6, 2)), shared[:-1]
@@ -104,13 +118,19 @@ def test_the_linearisation_is_that_of_finite_differences() -> None:
     states = rollout(start, jerks, times)
     stages[:, at.BASE + 2], stages[:, at.CONTOUR] = 2.0, 0.25  # in the margin of an obstacle
     stages[:, at.BASE + 6 : at.BASE + 9] = *(states[3, :2] + (0.2, 0.3)), 1.0  # and of a person
-    symbols = ca.SX.sym("state", 7), ca.SX.sym("stage", sizes.stage), ca.SX.sym("shared", sizes.shared)
+    symbols = (
+        ca.SX.sym("state", 7),
+        ca.SX.sym("stage", sizes.stage),
+        ca.SX.sym("shared", sizes.shared),
+    )
     charged = ca.Function("charged", list(symbols), [ca.vertcat(*residuals(*symbols, sizes))])
     weights = shared[[0, 1, 2, 3, 4, 5, 6, 6, 7, 7]]  # two circles, one person
 
     def slopes(function, place):
         steps = small * np.eye(len(place))
-        return np.array([(function(place + each) - function(place - each)) / (2.0 * small) for each in steps]).T
+        return np.array(
+            [(function(place + each) - function(place - each)) / (2.0 * small) for each in steps]
+        ).T
 
     for k in range(6):
         part = at.Horizon(stages[k : k + 1], times[k : k + 1], shared)
@@ -125,7 +145,10 @@ def test_the_linearisation_is_that_of_finite_differences() -> None:
             return np.array(charged(end, stages[k], shared)).ravel()
 
         here, end, jerk = states[k], states[k + 1], jerks[k]
-        found = [np.array(each) for each in linearisation(sizes)(here, jerk, end, stages[k], times[k], shared)]
+        found = [
+            np.array(each)
+            for each in linearisation(sizes)(here, jerk, end, stages[k], times[k], shared)
+        ]
         slope = slopes(charges, end)
         expected = (
             slopes(lambda state, jerk=jerk: after(state, jerk), here),
@@ -152,7 +175,9 @@ def test_only_sound_numbers_are_evaluated(unsound: str) -> None:
     ours = MpcProblem(sizes, generated_code=False)
     evaluate, counted = ours._evaluate, []
     ours._evaluate = lambda: (counted.append(1), evaluate())
-    assert (ours.step(states, jerks, at.Horizon(stages, times, shared), bounds) is None) == bool(unsound)
+    assert (ours.step(states, jerks, at.Horizon(stages, times, shared), bounds) is None) == bool(
+        unsound
+    )
     assert len(counted) == (0 if unsound else 1)
 
 
@@ -174,7 +199,9 @@ def test_it_runs_the_same_without_a_compiler(monkeypatch: pytest.MonkeyPatch) ->
     assert fast.step(*arguments) == pytest.approx(plain, abs=1e-6)
 
 
-def test_a_damaged_library_is_compiled_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_damaged_library_is_compiled_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     if compiler.find_compiler() is None:
         pytest.skip("there is no C compiler here")
     monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path))

@@ -19,7 +19,12 @@ from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
 from navstack.params.mppi import LocalCosts, MppiParams
 from navstack.params.mppi_critics import CostParams, PathAlignParams
 from navstack.params.nav2_file.file import inspect_nav2, load_nav2
-from navstack.params.nav2_file.views import _local_costs, read_controller, read_costmap, read_primary_controller
+from navstack.params.nav2_file.views import (
+    _local_costs,
+    read_controller,
+    read_costmap,
+    read_primary_controller,
+)
 from navstack.params.rotation_shim import RotationShimParams
 from navstack.types import Path, Pose2D, RobotState, Twist2D
 
@@ -27,7 +32,14 @@ FOOTPRINT = np.array(((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3)))
 FREQUENCY = 20.0  # [Hz]
 LAYER = InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0)
 CRITICS = (  # of Nav2's own file
-    *("ConstraintCritic", "CostCritic", "GoalCritic", "GoalAngleCritic", "PathAlignCritic", "PathFollowCritic"),
+    *(
+        "ConstraintCritic",
+        "CostCritic",
+        "GoalCritic",
+        "GoalAngleCritic",
+        "PathAlignCritic",
+        "PathFollowCritic",
+    ),
     *("PathAngleCritic", "PreferForwardCritic"),
 )
 PARAMS = MppiParams(
@@ -42,7 +54,9 @@ PARAMS = MppiParams(
 )
 
 
-def make(params: MppiParams = PARAMS, seed: int = 0, frequency: float = FREQUENCY) -> MppiController:
+def make(
+    params: MppiParams = PARAMS, seed: int = 0, frequency: float = FREQUENCY
+) -> MppiController:
     controller = MppiController(params, FOOTPRINT, frequency, xy_goal_tolerance=0.25)
     controller.seed(np.random.default_rng(seed))
     return controller
@@ -72,7 +86,10 @@ def drive(
     around: Surroundings = FREE,
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> np.ndarray:
-    """Rows (t, x, y, yaw, v, w) of a robot that does at once as it is told; it ends at the plan's end."""
+    """Rows (t, x, y, yaw, v, w) of a robot that does at once as it is told.
+
+    It ends at the plan's end.
+    """
     x, y, yaw = pose
     v = w = 0.0
     rows = []
@@ -108,27 +125,45 @@ def test_it_drives_around_what_the_path_goes_round() -> None:
     rows = drive(make(), plan, 15.0, around)
     assert math.hypot(rows[-1, 1] - 6.0, rows[-1, 2]) < 0.25
     for _, px, py, yaw, _, _ in rows[::5]:
-        corners = (px, py) + FOOTPRINT @ np.array(((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))))
+        corners = (px, py) + FOOTPRINT @ np.array(
+            ((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw)))
+        )
         assert max(around.costmap.cost_at(*corner) for corner in corners) < 254
 
 
 def test_control_cost_bounds_the_speed() -> None:
-    """The speed at which PathFollowCritic's pull and the control cost balance: weight dt std^2 / gamma."""
+    """The speed at which PathFollowCritic's pull and the control cost balance.
+
+    Weight dt std^2 / gamma.
+    """
     weight, std = PARAMS.PathFollowCritic.cost_weight, 0.2
-    rows = drive(make(replace(PARAMS, vx_max=2.0, vx_std=std, batch_size=2000)), straight(12.0), 6.0)
+    rows = drive(
+        make(replace(PARAMS, vx_max=2.0, vx_std=std, batch_size=2000)), straight(12.0), 6.0
+    )
     assert rows[-40:, 4].mean() == pytest.approx(weight * 0.05 * std**2 / PARAMS.gamma, rel=0.08)
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_limits_are_held_wherever_it_stands(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    params = replace(PARAMS, vx_min=-0.3, ax_max=1.5, ax_min=-2.0, az_max=2.0, wz_max=0.8, batch_size=200, vx_std=0.6)
+    params = replace(
+        PARAMS,
+        vx_min=-0.3,
+        ax_max=1.5,
+        ax_min=-2.0,
+        az_max=2.0,
+        wz_max=0.8,
+        batch_size=200,
+        vx_std=0.6,
+    )
     controller = make(params, seed)
     sequences = controller._optimizer
     for cycle in range(40):
         pose = Pose2D(*rng.uniform((-0.5, -0.5, -3.0), (2.0, 0.5, 3.0)))
         twist = Twist2D(*rng.uniform((-0.3, 0.0, -0.8), (1.0, 0.0, 0.8)))
-        command = controller.compute_velocity(RobotState(pose, twist, cycle / FREQUENCY), straight(), FREE)
+        command = controller.compute_velocity(
+            RobotState(pose, twist, cycle / FREQUENCY), straight(), FREE
+        )
         assert -0.3 <= command.linear_x <= 1.0 and abs(command.angular_z) <= 0.8 + 1e-6
         sequences._limit(sequences._sequences)
         changes, turns = np.diff(sequences._sequences) * FREQUENCY
@@ -136,7 +171,9 @@ def test_limits_are_held_wherever_it_stands(seed: int) -> None:
         assert abs(turns).max() <= 2.0 + 1e-4
 
 
-def test_a_sequence_that_the_optimizer_leaves_keeps_the_limits_before_it_is_smoothed(monkeypatch) -> None:
+def test_a_sequence_that_the_optimizer_leaves_keeps_the_limits_before_it_is_smoothed(
+    monkeypatch,
+) -> None:
     kept = []
     controller = make(replace(PARAMS, ax_max=1.0, ax_min=-1.5, az_max=1.0, wz_max=0.5))
     conclude = controller._optimizer._conclude
@@ -158,12 +195,19 @@ def test_where_all_collide_it_tries_again_and_says_so(monkeypatch) -> None:
     inside = surroundings((-3.0, 3.0, -3.0, 3.0))
     attempts = []
     optimize = controller._optimizer._optimize
-    monkeypatch.setattr(controller._optimizer, "_optimize", lambda scene: attempts.append(1) or optimize(scene))
+    monkeypatch.setattr(
+        controller._optimizer, "_optimize", lambda scene: attempts.append(1) or optimize(scene)
+    )
     with pytest.raises(NoLegalVelocity) as error:
         controller.compute_velocity(RobotState(Pose2D(), Twist2D(), 0.0), straight(), inside)
     assert error.value.rejections == {"CostCritic": 600} and len(attempts) == 3
     told = controller.decision
-    assert told is not None and (told.status, told.rejected, told.samples, told.total) == ("failed", 600, 600, None)
+    assert told is not None and (told.status, told.rejected, told.samples, told.total) == (
+        "failed",
+        600,
+        600,
+        None,
+    )
     assert [score.rejections for score in told.scores if score.critic == "CostCritic"] == [600]
 
 
@@ -266,7 +310,9 @@ def test_a_decision_tells_what_the_chosen_sequence_costs() -> None:
     assert [score.critic for score in told.scores] == list(CRITICS)
     weighted = {score.critic: score.weighted for score in told.scores}
     assert weighted["GoalCritic"] is None and weighted["PathFollowCritic"] > 0.1
-    assert told.total == pytest.approx(sum(value for value in weighted.values() if value is not None))
+    assert told.total == pytest.approx(
+        sum(value for value in weighted.values() if value is not None)
+    )
     raw = {score.critic: score.raw for score in told.scores}
     assert weighted["PathFollowCritic"] == pytest.approx(5.0 * raw["PathFollowCritic"])
     sequence = controller._optimizer._sequences[0].copy()
@@ -297,7 +343,11 @@ def test_the_plans_end_is_no_cusp() -> None:
     handler = make(replace(PARAMS, enforce_path_inversion=True, prune_distance=10.0))._path_handler
     plan = Path(np.column_stack((np.linspace(0.0, 2.0, 41), np.zeros((41, 2)))))
     for _ in range(3):
-        assert handler.near(plan, Pose2D(2.0, 0.0, 0.0), FREE.costmap)[-1].tolist() == [2.0, 0.0, 0.0]
+        assert handler.near(plan, Pose2D(2.0, 0.0, 0.0), FREE.costmap)[-1].tolist() == [
+            2.0,
+            0.0,
+            0.0,
+        ]
 
 
 FILE = """
@@ -337,7 +387,9 @@ def written(folder: FilePath, text: str) -> FilePath:
 def test_a_nav2_file_gives_its_parameters_and_nav2s_defaults(tmp_path: FilePath) -> None:
     file = load_nav2(written(tmp_path, FILE))
     plugin = read_controller(file)
-    costs = LocalCosts({"inflation_layer": InflationLayerParams(inflation_radius=0.7)}, True, False, True)
+    costs = LocalCosts(
+        {"inflation_layer": InflationLayerParams(inflation_radius=0.7)}, True, False, True
+    )
     assert plugin.params == MppiParams(
         vx_max=0.8,
         critics=("CostCritic", "PathAlignCritic"),
@@ -345,9 +397,14 @@ def test_a_nav2_file_gives_its_parameters_and_nav2s_defaults(tmp_path: FilePath)
         local_costs=costs,
     )
     own = {name for name in file.ignored if "FollowPath" in name}
-    assert own == {"controller_server: FollowPath.visualize", "controller_server: FollowPath.TrajectoryVisualizer"}
+    assert own == {
+        "controller_server: FollowPath.visualize",
+        "controller_server: FollowPath.TrajectoryVisualizer",
+    }
     parts = {"footprint": FOOTPRINT, "control_frequency": 20.0, "xy_goal_tolerance": 0.25}
-    assert isinstance(algorithms("controllers")[plugin.type].create(plugin.params, parts=parts), MppiController)
+    assert isinstance(
+        algorithms("controllers")[plugin.type].create(plugin.params, parts=parts), MppiController
+    )
 
 
 @pytest.mark.parametrize(
@@ -357,8 +414,16 @@ def test_a_nav2_file_gives_its_parameters_and_nav2s_defaults(tmp_path: FilePath)
         ("cost_weight: 14.0", "cost_weigth: 14.0", "did you mean 'cost_weight'"),
         ('"PathAlignCritic"]', '"PathAlineCritic"]', "PathAlignCritic"),
         ('"PathAlignCritic"]', '"PathAlignLegacyCritic"]', "not available here"),
-        ("vx_max: 0.8", "motion_model: Tracks", "motion_model Tracks must be one of DiffDrive, Ackermann, Omni"),
-        ("vx_max: 0.8", "motion_model: Omni\n      vy_std: 0.0", "vy_std 0.0 must be 0.001 or more with Omni"),
+        (
+            "vx_max: 0.8",
+            "motion_model: Tracks",
+            "motion_model Tracks must be one of DiffDrive, Ackermann, Omni",
+        ),
+        (
+            "vx_max: 0.8",
+            "motion_model: Omni\n      vy_std: 0.0",
+            "vy_std 0.0 must be 0.001 or more with Omni",
+        ),
         ("vx_max: 0.8", "batch_size: 1000000", "at most 4,000,000"),
         ("vx_max: 0.8", "vx_std: 0.0", "vx_std 0.0 must be 0.001 to 1000"),
         ("cost_weight: 14.0", "trajectory_point_step: 0", "trajectory_point_step 0"),
@@ -377,12 +442,23 @@ def test_one_line_says_what_is_wrong(tmp_path: FilePath, old: str, new: str, sai
         *({"temperature": value} for value in (1e-6, 1e6)),
         *({"gamma": value, "vx_std": 1e-3, "wz_std": 1e-3} for value in (0.0, 1e3)),
         *({"vx_std": value, "wz_std": value, "gamma": 1e3} for value in (1e-3, 1e3)),
-        *({"model_dt": 1.0, "ax_max": value, "ax_min": value, "az_max": value} for value in (1e-3, 1e3)),
+        *(
+            {"model_dt": 1.0, "ax_max": value, "ax_min": value, "az_max": value}
+            for value in (1e-3, 1e3)
+        ),
         *({"vx_max": value, "wz_max": value} for value in (1e-3, 100.0)),
         *({"prune_distance": value, "max_robot_pose_search_dist": -value} for value in (0.01, 1e4)),
         *({"time_steps": 2, "iteration_count": count} for count in (1, 1000)),
-        {"CostCritic": CostParams(cost_power=10, cost_weight=1e6, collision_cost=1e9, trajectory_point_step=10_000)},
-        {"PathAlignCritic": PathAlignParams(cost_power=10, cost_weight=1e6, offset_from_furthest=10_000)},
+        {
+            "CostCritic": CostParams(
+                cost_power=10, cost_weight=1e6, collision_cost=1e9, trajectory_point_step=10_000
+            )
+        },
+        {
+            "PathAlignCritic": PathAlignParams(
+                cost_power=10, cost_weight=1e6, offset_from_furthest=10_000
+            )
+        },
         {"PathAlignCritic": PathAlignParams(offset_from_furthest=0, trajectory_point_step=10_000)},
     ],
 )
@@ -415,7 +491,10 @@ def test_it_runs_below_a_rotation_shim(tmp_path: FilePath) -> None:
     assert primary.params.vx_max == 0.8 and primary.params.PathAlignCritic.cost_weight == 14.0
     below = RotationShimController(RotationShimParams(), make(), FOOTPRINT, 20.0, 0.25)
     below.seed(np.random.default_rng(0))
-    assert below.compute_velocity(RobotState(Pose2D(), Twist2D(), 0.0), straight(), FREE).linear_x > 0.0
+    assert (
+        below.compute_velocity(RobotState(Pose2D(), Twist2D(), 0.0), straight(), FREE).linear_x
+        > 0.0
+    )
 
 
 def test_the_stacks_file_is_without_errors() -> None:
@@ -428,10 +507,15 @@ def test_the_stacks_file_is_without_errors() -> None:
 
 @pytest.mark.parametrize(
     ("last", "ends_inflated"),
-    [(SpeedFilterParams(filter_info_topic="info"), True), (KeepoutFilterParams(filter_info_topic="info"), False)],
+    [
+        (SpeedFilterParams(filter_info_topic="info"), True),
+        (KeepoutFilterParams(filter_info_topic="info"), False),
+    ],
 )
 def test_only_a_filter_that_writes_costs_hides_distances(last, ends_inflated: bool) -> None:
-    costmap = read_costmap(load_nav2(FilePath(__file__).parents[2] / "params" / "nav2" / "mppi.yaml"), "local_costmap")
+    costmap = read_costmap(
+        load_nav2(FilePath(__file__).parents[2] / "params" / "nav2" / "mppi.yaml"), "local_costmap"
+    )
     filtered = replace(costmap, filters=("last",), layers={**costmap.layers, "last": last})
     assert _local_costs(filtered).ends_inflated == ends_inflated
 

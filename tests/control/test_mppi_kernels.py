@@ -1,4 +1,7 @@
-"""MPPI's kernels against a slow twin in NumPy: trajectories, every critic, the update of the sequence."""
+"""MPPI's kernels against a slow twin in NumPy.
+
+Trajectories, every critic, the update of the sequence.
+"""
 
 import math
 from dataclasses import replace
@@ -38,7 +41,8 @@ COSTS = LocalCosts({"inflation_layer": LAYER}, ends_inflated=True)
 TOLERANCE = 0.3  # [m] xy, of the goal checker
 FLOAT = np.float32
 ALL = MppiParams(
-    critics=tuple(name for name in CRITICS if name != "ExpectedContactCritic"),  # its twin: test_expected_contact.py
+    # its twin: test_expected_contact.py
+    critics=tuple(name for name in CRITICS if name != "ExpectedContactCritic"),
     batch_size=150,
     vx_max=1.5,
     vx_min=-0.3,
@@ -63,7 +67,12 @@ def costmap_with(*boxes, unknown=None):
     return made
 
 
-BOXES = [(1.0, 1.3, 0.6, 1.0), (2.0, 2.2, -1.2, -0.7), (3.0, 3.4, 0.7, 0.8), (-1.5, -1.2, -0.2, 0.4)]
+BOXES = [
+    (1.0, 1.3, 0.6, 1.0),
+    (2.0, 2.2, -1.2, -0.7),
+    (3.0, 3.4, 0.7, 0.8),
+    (-1.5, -1.2, -0.2, 0.4),
+]
 GRIDS = {
     "free": costmap_with(),
     "boxes": costmap_with(*BOXES),
@@ -92,13 +101,19 @@ def both(params, grid, place, seed=0):
     steps = np.arange(params.time_steps)
     axes = 3 if params.motion_model == OMNI else 2
     sequences = np.array(
-        (np.linspace(twist.linear_x, 1.0, len(steps)), 0.3 * np.sin(steps / 9.0), 0.2 * np.cos(steps / 7.0))
+        (
+            np.linspace(twist.linear_x, 1.0, len(steps)),
+            0.3 * np.sin(steps / 9.0),
+            0.2 * np.cos(steps / 7.0),
+        )
     ).astype(FLOAT)[:axes]
     noise = rng.standard_normal((axes, len(steps), params.batch_size), dtype=FLOAT)
     noise *= np.array((0.5, 0.4, 0.3), dtype=FLOAT)[:axes, None, None]
     path = bent_path()
     goal = Pose2D(*path[-1])
-    scene = Scene(RobotState(pose, twist, 0.0), path, goal, GRIDS[grid], params.local_costs.tracks_unknown)
+    scene = Scene(
+        RobotState(pose, twist, 0.0), path, goal, GRIDS[grid], params.local_costs.tracks_unknown
+    )
     critics = build_critics(params, FOOTPRINT, TOLERANCE)
     optimizer = Optimizer(params, critics, 0.05)
     optimizer.seed(rng)
@@ -113,7 +128,9 @@ def both(params, grid, place, seed=0):
 @pytest.mark.parametrize("motion_model", ["DiffDrive", OMNI])
 @pytest.mark.parametrize("az_max", [3.5, 400.0], ids=["small turns", "large turns"])
 def test_trajectories_are_the_twins(az_max, motion_model):
-    params = replace(ALL, az_max=az_max, model_dt=0.05 if az_max < 10.0 else 0.5, motion_model=motion_model)
+    params = replace(
+        ALL, az_max=az_max, model_dt=0.05 if az_max < 10.0 else 0.5, motion_model=motion_model
+    )
     rollouts, _, _, twin, _ = both(params, "free", "on the path")
     pose = POSES["on the path"][0]
     assert np.abs(twin.w).max() * params.model_dt > (0.0 if az_max < 10.0 else 0.7)
@@ -130,7 +147,8 @@ def test_trajectories_are_the_twins(az_max, motion_model):
 @pytest.mark.parametrize("grid", GRIDS)
 def test_every_critic_costs_what_the_twin_says(grid, place):
     rollouts, scene, optimizer, twin, _ = both(ALL, grid, place)
-    # Single precision puts a few poses into another cell: trajectories with poses that near to an edge are left out.
+    # Single precision puts a few poses into another cell: trajectories with poses that near to an
+    # edge are left out.
     cells = np.stack(((twin.x + 6.0) / 0.05, (twin.y + 6.0) / 0.05))
     safe = (abs(cells - np.round(cells)) > 2e-4).all(axis=(0, 2))
     assert safe.mean() > 0.8
@@ -140,9 +158,12 @@ def test_every_critic_costs_what_the_twin_says(grid, place):
         if scores is None:
             continue
         found = critic.weighted(scores.raw)
-        if critic.name == "ObstaclesCritic":  # the least of all is subtracted, that of an unsafe one perhaps
+        # the least of all is subtracted, that of an unsafe one perhaps
+        if critic.name == "ObstaclesCritic":
             found = found - np.median((found - expected)[safe])
-        np.testing.assert_allclose(found[safe], expected[safe], rtol=2e-4, atol=2e-3, err_msg=critic.name)
+        np.testing.assert_allclose(
+            found[safe], expected[safe], rtol=2e-4, atol=2e-3, err_msg=critic.name
+        )
         if critic.name in ("CostCritic", "ObstaclesCritic"):
             assert abs(scores.colliding - twin.hits.sum()) <= (~safe).sum()
 
@@ -162,10 +183,22 @@ def test_the_scenes_try_all_critics():
         {"PathAngleCritic": PathAngleParams(mode=1, max_angle_to_furthest=0.0)},
         {"PathAngleCritic": PathAngleParams(mode=2, max_angle_to_furthest=0.0, cost_power=2)},
         {"PathAngleCritic": PathAngleParams(mode=1, max_angle_to_furthest=0.0), "vx_min": 0.0},
-        {"PathAlignCritic": PathAlignParams(offset_from_furthest=0, use_path_orientations=True, cost_power=3)},
-        {"CostCritic": CostParams(consider_footprint=False, trajectory_point_step=3, near_collision_cost=200)},
+        {
+            "PathAlignCritic": PathAlignParams(
+                offset_from_furthest=0, use_path_orientations=True, cost_power=3
+            )
+        },
+        {
+            "CostCritic": CostParams(
+                consider_footprint=False, trajectory_point_step=3, near_collision_cost=200
+            )
+        },
         {"CostCritic": CostParams(consider_footprint=True), "local_costs": LocalCosts()},
-        {"ObstaclesCritic": ObstaclesParams(consider_footprint=True, collision_margin_distance=0.6, cost_power=2)},
+        {
+            "ObstaclesCritic": ObstaclesParams(
+                consider_footprint=True, collision_margin_distance=0.6, cost_power=2
+            )
+        },
         {"local_costs": replace(COSTS, tracks_unknown=True)},
         {
             "local_costs": replace(COSTS, tracks_unknown=True),
@@ -173,14 +206,19 @@ def test_the_scenes_try_all_critics():
         },
         {"motion_model": "Ackermann", "AckermannConstraints": AckermannParams(min_turning_r=0.9)},
         {"motion_model": OMNI, "vx_max": 0.3, "vy_max": 0.2, "vx_min": -0.1},
-        {"motion_model": OMNI, "VelocityDeadbandCritic": VelocityDeadbandParams(deadband_velocities=(0.3, 0.2, 0.1))},
+        {
+            "motion_model": OMNI,
+            "VelocityDeadbandCritic": VelocityDeadbandParams(deadband_velocities=(0.3, 0.2, 0.1)),
+        },
     ],
     ids=lambda changed: " ".join(changed),
 )
 def test_options_of_critics(changed):
     params = replace(ALL, **changed)
     if not params.local_costs.inflation_layers:
-        params = replace(params, critics=tuple(name for name in ALL.critics if name != "ObstaclesCritic"))
+        params = replace(
+            params, critics=tuple(name for name in ALL.critics if name != "ObstaclesCritic")
+        )
     for place in ("on the path", "looking back"):
         rollouts, scene, optimizer, twin, _ = both(params, "unknown", place, seed=3)
         cells = np.stack(((twin.x + 6.0) / 0.05, (twin.y + 6.0) / 0.05))
@@ -192,22 +230,31 @@ def test_options_of_critics(changed):
                 found = critic.weighted(scores.raw)
                 if critic.name == "ObstaclesCritic" and params.ObstaclesCritic.cost_power == 1:
                     found = found - np.median((found - expected)[safe])
-                np.testing.assert_allclose(found[safe], expected[safe], rtol=1e-3, atol=5e-3, err_msg=critic.name)
+                np.testing.assert_allclose(
+                    found[safe], expected[safe], rtol=1e-3, atol=5e-3, err_msg=critic.name
+                )
 
 
 @pytest.mark.parametrize("motion_model", ["DiffDrive", OMNI])
 def test_the_update_is_the_twins(motion_model):
-    rollouts, _, optimizer, twin, sequences = both(replace(ALL, motion_model=motion_model), "boxes", "on the path")
+    rollouts, _, optimizer, twin, sequences = both(
+        replace(ALL, motion_model=motion_model), "boxes", "on the path"
+    )
     costs = np.random.default_rng(1).uniform(0.0, 3.0, ALL.batch_size)
     optimizer._sequences = sequences.copy()
     optimizer._update(rollouts, costs.astype(FLOAT))
-    np.testing.assert_allclose(optimizer._sequences, twin.update(costs, sequences.astype(float)), atol=2e-5)
+    np.testing.assert_allclose(
+        optimizer._sequences, twin.update(costs, sequences.astype(float)), atol=2e-5
+    )
 
 
 def test_smoothing_is_a_parabola_through_nine_values():
     rng = np.random.default_rng(2)
     for length in (21, 56):
-        sequence, history = rng.standard_normal(length).astype(FLOAT), rng.standard_normal(4).astype(FLOAT)
+        sequence, history = (
+            rng.standard_normal(length).astype(FLOAT),
+            rng.standard_normal(4).astype(FLOAT),
+        )
         expected = mppi_twin.smoothed(sequence.astype(float), history.astype(float))
         control_sequence.smooth(sequence, history)
         np.testing.assert_allclose(sequence, expected, atol=1e-6)
@@ -246,12 +293,15 @@ def test_what_has_room_touches_nothing_within_it() -> None:
         known += room >= 0.0
     assert 400 < touched < 3600 and known > 400
     off_its_base = make_body(FOOTPRINT + (0.9, 0.9), True, COSTS, LAYER, 0.05)
-    assert np.hypot(*off_its_base.circles.T).max() <= off_its_base.radius  # circles are looked up on the map only
+    # circles are looked up on the map only
+    assert np.hypot(*off_its_base.circles.T).max() <= off_its_base.radius
     blind = make_body(FOOTPRINT, True, replace(COSTS, ends_inflated=False), LAYER, 0.05)
     assert not blind.reach.any()  # nothing is known of distances
     earlier = replace(LAYER, cost_scaling_factor=1.0)  # it does not inflate what is marked after it
     both_layers = replace(COSTS, inflation_layers={"earlier": earlier, "last": LAYER})
-    assert not make_body(FOOTPRINT, True, both_layers, both_layers.inflation("earlier"), 0.05).reach.any()
+    assert not make_body(
+        FOOTPRINT, True, both_layers, both_layers.inflation("earlier"), 0.05
+    ).reach.any()
     assert make_body(FOOTPRINT, True, both_layers, both_layers.inflation(""), 0.05).reach.any()
 
 
@@ -275,7 +325,9 @@ def test_the_nearest_point_along_is_looked_up():
         table = nearest_table(length)
         for driven in rng.uniform(0.0, 1.2 * length[-1] + 0.1, 300).astype(FLOAT):
             found = nearest_along(driven, *table)
-            assert abs(length[found] - driven) == pytest.approx(abs(length - driven).min(), abs=1e-6)
+            assert abs(length[found] - driven) == pytest.approx(
+                abs(length - driven).min(), abs=1e-6
+            )
         for beyond in (1e30, math.inf, math.nan):
             assert nearest_along(FLOAT(beyond), *table) in (0, count - 1)
 
@@ -318,12 +370,19 @@ def test_a_path_that_is_blocked_too_much_is_not_aligned_to(
     monkeypatch: pytest.MonkeyPatch, reached: int, blocked: int, counts: bool
 ) -> None:
     """Two points in obstacles are always ignored, of more of them a tenth of the points reached."""
-    monkeypatch.setattr("navstack.control.mppi.path_critics.mean_misalignment", lambda *given: np.ones(3))
+    monkeypatch.setattr(
+        "navstack.control.mppi.path_critics.mean_misalignment", lambda *given: np.ones(3)
+    )
     own = PathAlignParams(max_path_occupancy_ratio=0.1)
     params = MppiParams(critics=("PathAlignCritic",), PathAlignCritic=own)
     critic = PathAlignCritic("PathAlignCritic", params)
     free = np.arange(60) >= blocked
     scene = SimpleNamespace(
-        goal_distance=9.0, furthest=lambda _: reached, free=free, path_x=free, path_y=free, path_yaw=free
+        goal_distance=9.0,
+        furthest=lambda _: reached,
+        free=free,
+        path_x=free,
+        path_y=free,
+        path_yaw=free,
     )
     assert (critic.score(None, scene) is not None) == counts

@@ -26,22 +26,33 @@ def test_eight_circles_cover_a_body(turned: bool) -> None:
     box = np.array(((1.0, 0.3), (1.0, -0.1), (-0.6, -0.1), (-0.6, 0.3)))
     centres, radius = _cover(box[:, ::-1] if turned else box)
     expected = [(x, y) for x in (-0.4, 0.0, 0.4, 0.8) for y in (0.0, 0.2)]
-    assert sorted(map(tuple, (centres[:, ::-1] if turned else centres).round(9).tolist())) == expected
+    assert (
+        sorted(map(tuple, (centres[:, ::-1] if turned else centres).round(9).tolist())) == expected
+    )
     assert radius == pytest.approx(0.5 * math.hypot(0.4, 0.2))
 
 
 @pytest.mark.parametrize("scaling", [3.0, 0.0])
 def test_costs_tell_how_far_obstacles_are_at_least(scaling: float) -> None:
-    """The distance at which the next higher cost begins; without a slope all costs are those of the inner circle."""
+    """The distance at which the next higher cost begins.
+
+    Without a slope all costs are those of the inner circle.
+    """
     found = _least_distances(replace(LAYER, cost_scaling_factor=scaling), 0.19)
     falling = [min(1.5, 0.19 - math.log((cost + 1) / 252.0) / 3.0) for cost in range(252)]
-    expected = [*falling, max(0.0, 0.19 - math.log(253.0 / 252.0) / 3.0)] if scaling else [1.5] + [0.19] * 252
+    expected = (
+        [*falling, max(0.0, 0.19 - math.log(253.0 / 252.0) / 3.0)]
+        if scaling
+        else [1.5] + [0.19] * 252
+    )
     np.testing.assert_allclose(found, [*expected, 0.0, 0.0, 0.0], atol=1e-12)
 
 
 def test_costs_near_a_collision_are_critical() -> None:
     scores = np.full(4, 2.0, dtype=FLOAT)
-    _add_costs.py_func(np.array((0, 100, 253, 254), dtype=np.uint8), FLOAT(253.0), FLOAT(300.0), FLOAT(0.5), scores)
+    _add_costs.py_func(
+        np.array((0, 100, 253, 254), dtype=np.uint8), FLOAT(253.0), FLOAT(300.0), FLOAT(0.5), scores
+    )
     assert scores.tolist() == [2.0, 52.0, 302.0, 302.0]
 
 
@@ -65,15 +76,21 @@ def test_small_turns_have_the_sine_and_cosine_of_single_precision(share: float) 
     ],
 )
 def test_only_who_reverses_may_look_away(least: float, mode: int, expected: int) -> None:
-    params = MppiParams(critics=("PathAngleCritic",), vx_min=least, PathAngleCritic=PathAngleParams(mode=mode))
+    params = MppiParams(
+        critics=("PathAngleCritic",), vx_min=least, PathAngleCritic=PathAngleParams(mode=mode)
+    )
     assert PathAngleCritic("PathAngleCritic", params)._mode == expected
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 400])
 @pytest.mark.parametrize("tracks_unknown", [False, True])
-def test_all_points_but_the_last_are_free_where_a_robots_centre_may_be(tracks_unknown: bool, count: int) -> None:
+def test_all_points_but_the_last_are_free_where_a_robots_centre_may_be(
+    tracks_unknown: bool, count: int
+) -> None:
     rng = np.random.default_rng(count)
-    costmap = Costmap(rng.choice(np.array((0, 252, 253, 254, 255), dtype=np.uint8), (20, 30)), 0.25, -1.0, 0.5)
+    costmap = Costmap(
+        rng.choice(np.array((0, 252, 253, 254, 255), dtype=np.uint8), (20, 30)), 0.25, -1.0, 0.5
+    )
     x, y = rng.uniform((-2.0, -0.5), (7.5, 6.5), (count, 2)).astype(FLOAT).T.copy()
     allowed, expected = (0, 252, 255) if tracks_unknown else (0, 252), []
     for place in zip(x[:-1].tolist(), y[:-1].tolist(), strict=True):
@@ -97,5 +114,9 @@ def test_all_points_but_the_last_are_free_where_a_robots_centre_may_be(tracks_un
 def test_how_far_the_robot_looks_away_depends_on_the_mode(
     mode: int, bearing: float, path_yaw: float, error: float
 ) -> None:
-    params = MppiParams(critics=("PathAngleCritic",), vx_min=-0.3, PathAngleCritic=PathAngleParams(mode=mode))
-    assert PathAngleCritic("PathAngleCritic", params)._error_now(0.5, bearing, path_yaw) == pytest.approx(error)
+    params = MppiParams(
+        critics=("PathAngleCritic",), vx_min=-0.3, PathAngleCritic=PathAngleParams(mode=mode)
+    )
+    assert PathAngleCritic("PathAngleCritic", params)._error_now(
+        0.5, bearing, path_yaw
+    ) == pytest.approx(error)

@@ -37,7 +37,9 @@ class Primary(Controller):
     def resume(self) -> None:
         self.resumed += 1
 
-    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+    def compute_velocity(
+        self, state: RobotState, plan: Path, surroundings: Surroundings
+    ) -> Twist2D:
         return PRIMARY
 
 
@@ -70,14 +72,18 @@ def test_a_predicted_collision_hands_over_until_the_next_plan() -> None:
     turning = RobotState(Pose2D(yaw=-2.0), Twist2D(angular_z=1.0))
     closed = make(replace(PARAMS, closed_loop=True))
     assert closed.compute_velocity(turning, plan, blocked) == PRIMARY
-    assert closed.compute_velocity(turning, plan, surroundings()) == PRIMARY  # the same plan is not looked at again
+    # the same plan is not looked at again
+    assert closed.compute_velocity(turning, plan, surroundings()) == PRIMARY
     assert closed.compute_velocity(turning, ahead(), surroundings()).angular_z == 1.0
 
 
 def test_open_loop_accelerates_from_its_last_command_and_closed_loop_from_the_measurement() -> None:
     still = RobotState(Pose2D(yaw=2.0), Twist2D())
     step = 2.5 / 30.0
-    for closed_loop, expected in ((False, [-step, -2 * step, -3 * step]), (True, [-step, -step, -step])):
+    for closed_loop, expected in (
+        (False, [-step, -2 * step, -3 * step]),
+        (True, [-step, -step, -step]),
+    ):
         shim, plan = make(replace(PARAMS, closed_loop=closed_loop)), ahead()
         rates = [shim.compute_velocity(still, plan, surroundings()).angular_z for _ in range(3)]
         assert rates == pytest.approx(expected)
@@ -93,7 +99,8 @@ def test_it_turns_to_the_goals_heading_within_the_tolerance_and_stays_at_it() ->
     assert (turn.linear_x, turn.angular_z > 0.0) == (0.0, True)
     drifted = shim.compute_velocity(RobotState(far, Twist2D()), plan, surroundings())
     assert drifted.linear_x == 0.0
-    assert make().compute_velocity(RobotState(near, Twist2D()), plan, surroundings()) == PRIMARY  # not asked for
+    # not asked for
+    assert make().compute_velocity(RobotState(near, Twist2D()), plan, surroundings()) == PRIMARY
 
 
 def test_rotate_to_heading_once_looks_again_only_for_another_goal() -> None:
@@ -114,7 +121,12 @@ def test_a_turn_begins_at_rest_after_a_time_in_which_it_was_not_asked() -> None:
 
 def test_a_turn_goes_on_in_the_next_attempt_and_ends_with_the_navigation() -> None:
     shim, plan = make(), ahead()
-    assert shim.compute_velocity(RobotState(Pose2D(yaw=-2.0), Twist2D()), plan, surroundings()).linear_x == 0.0
+    assert (
+        shim.compute_velocity(
+            RobotState(Pose2D(yaw=-2.0), Twist2D()), plan, surroundings()
+        ).linear_x
+        == 0.0
+    )
     near = RobotState(Pose2D(yaw=-0.6), Twist2D())  # between the thresholds
     shim.reset()
     assert shim.compute_velocity(near, plan, surroundings()).linear_x == 0.0
@@ -164,8 +176,12 @@ def test_a_plan_is_looked_at_its_first_point_at_the_sampling_distance() -> None:
         (0.06, 0.9, 0.6),  # as fast as it can still stop
     ],
 )
-def test_turns_keep_to_the_acceleration_and_can_be_stopped_in_time(error: float, last: float, yaw_rate: float) -> None:
-    params = replace(PARAMS, rotate_to_heading_angular_vel=1.0, max_angular_accel=3.0, closed_loop=False)
+def test_turns_keep_to_the_acceleration_and_can_be_stopped_in_time(
+    error: float, last: float, yaw_rate: float
+) -> None:
+    params = replace(
+        PARAMS, rotate_to_heading_angular_vel=1.0, max_angular_accel=3.0, closed_loop=False
+    )
     shim = make(params, 30.0)
     shim._last_yaw_rate = last
     command = shim._safe_turn(error, RobotState(Pose2D(), Twist2D()), surroundings().costmap)

@@ -36,7 +36,9 @@ STILL = Twist2D()
 
 
 def make(**given: object) -> RegulatedPurePursuitController:
-    return RegulatedPurePursuitController(replace(PARAMS, **given), FOOTPRINT, 20.0, xy_goal_tolerance=0.25)
+    return RegulatedPurePursuitController(
+        replace(PARAMS, **given), FOOTPRINT, 20.0, xy_goal_tolerance=0.25
+    )
 
 
 def surroundings(*obstacles: tuple[float, float], cost: int = LETHAL_OBSTACLE) -> Surroundings:
@@ -59,7 +61,9 @@ def arc(radius: float, angle: float = 2.0) -> Path:
     return Path(np.column_stack((radius * np.sin(turn), radius * (1.0 - np.cos(turn)), turn)))
 
 
-def drive(controller: RegulatedPurePursuitController, plan: Path, *pose: float, twist: Twist2D = STILL) -> Twist2D:
+def drive(
+    controller: RegulatedPurePursuitController, plan: Path, *pose: float, twist: Twist2D = STILL
+) -> Twist2D:
     return controller.compute_velocity(RobotState(Pose2D(*pose), twist), plan, surroundings())
 
 
@@ -70,7 +74,8 @@ def test_the_carrot_lies_along_the_path() -> None:
     assert lookahead_point(path, 4.0, False) == (1.0, 2.0)
     assert lookahead_point(path, 4.0, True) == pytest.approx((1.0, 3.0))
     assert lookahead_point(path[:1], 0.5, False) == (0.0, 0.0)
-    aslant = path[:1] + ((1.0, -2.0, 0.0), (1.6, -1.2, 0.0), (1.0, -0.4, 0.0))  # 1 m each, then on to the left
+    # 1 m each, then on to the left
+    aslant = path[:1] + ((1.0, -2.0, 0.0), (1.6, -1.2, 0.0), (1.0, -0.4, 0.0))
     assert lookahead_point(aslant, 1.5, True) == pytest.approx((1.3, -0.8))
     assert lookahead_point(aslant, 4.5, True) == pytest.approx((1.0 - 2.5 * 0.6, -0.4 + 2.5 * 0.8))
     assert path_length(path) == 3.0
@@ -85,13 +90,16 @@ def test_the_carrot_may_lie_on_a_circle_about_the_robot() -> None:
     assert lookahead_point_on_circle(path, 0.2, False) == (0.0, 0.3)
     assert lookahead_point_on_circle(path, 3.0, False) == (1.0, 2.0)
     assert lookahead_point_on_circle(path, 3.0, True) == pytest.approx((1.0, math.sqrt(8.0)))
-    rest = -0.2 + math.sqrt(0.04 + 3.6)  # (0.6 + 0.6 t)^2 + (-0.2 + 0.8 t)^2 = t^2 + 0.4 t + 0.4 = 2^2
+    # (0.6 + 0.6 t)^2 + (-0.2 + 0.8 t)^2 = t^2 + 0.4 t + 0.4 = 2^2
+    rest = -0.2 + math.sqrt(0.04 + 3.6)
     for side in (1.0, -1.0):  # to the right and to the left of straight on
         aslant = np.array(((0.0, -1.0, 0.0), (0.6, -0.2, 0.0))) * (side, 1.0, 1.0)
         expected = pytest.approx((side * (0.6 + 0.6 * rest), -0.2 + 0.8 * rest))
         assert lookahead_point_on_circle(aslant, 2.0, True) == expected
     commands = [
-        drive(make(lookahead_along_path=along, use_rotate_to_heading=False), straight(), 0.0, 0.3, 0.0)
+        drive(
+            make(lookahead_along_path=along, use_rotate_to_heading=False), straight(), 0.0, 0.3, 0.0
+        )
         for along in (True, False)
     ]
     curvatures = [command.angular_z / command.linear_x for command in commands]
@@ -119,7 +127,9 @@ def test_on_a_circle_the_curvature_is_the_circles(radius: float) -> None:
 @pytest.mark.parametrize("seed", range(20))
 def test_window_kernel_equals_slow_twin(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    poses = np.column_stack((rng.normal(0.1, 0.1, (40, 2)).cumsum(axis=0), rng.uniform(-3.0, 3.0, 40)))
+    poses = np.column_stack(
+        (rng.normal(0.1, 0.1, (40, 2)).cumsum(axis=0), rng.uniform(-3.0, 3.0, 40))
+    )
     first, x, y = int(rng.integers(0, 38)), *rng.uniform(0.0, 4.0, 2)
     search, extent = rng.uniform(0.1, 3.0), rng.uniform(1.0, 3.0)
     travelled = np.concatenate(((0.0,), np.hypot(*np.diff(poses[first:, :2], axis=0).T).cumsum()))
@@ -131,19 +141,31 @@ def test_window_kernel_equals_slow_twin(seed: int) -> None:
     assert window_bounds(poses, first, x, y, search, extent) == (begin, end)
     seen = in_base_frame(poses, x, y, 0.7)
     for ours, pose in zip(seen, poses, strict=True):
-        np.testing.assert_allclose(ours, relative_to(Pose2D(x, y, 0.7), Pose2D(*pose)).as_array(), atol=1e-12)
+        np.testing.assert_allclose(
+            ours, relative_to(Pose2D(x, y, 0.7), Pose2D(*pose)).as_array(), atol=1e-12
+        )
 
 
 def test_the_window_ends_with_the_costmaps_longer_half_and_forgets_what_is_behind() -> None:
     """Half of 80 cells of 0.05 m to every side, and poses every 0.1 m; 3 m is the nearest place."""
     plan = Path(np.column_stack((0.1 * np.arange(101), np.zeros((101, 2)))))
-    wide, high = (Costmap(np.zeros(shape, dtype=np.uint8), 0.05, 0.0, 0.0) for shape in ((40, 80), (80, 40)))
-    for costmap, search, begins in ((wide, -1.0, 3.0), (high, -1.0, 3.0), (wide, 2.55, 2.4), (wide, None, 1.9)):
-        window = PathWindow(search, fewest_poses=2)  # which looks no farther than so, and for a pose to come from
+    wide, high = (
+        Costmap(np.zeros(shape, dtype=np.uint8), 0.05, 0.0, 0.0) for shape in ((40, 80), (80, 40))
+    )
+    for costmap, search, begins in (
+        (wide, -1.0, 3.0),
+        (high, -1.0, 3.0),
+        (wide, 2.55, 2.4),
+        (wide, None, 1.9),
+    ):
+        # which looks no farther than so, and for a pose to come from
+        window = PathWindow(search, fewest_poses=2)
         seen = window.seen_from(Pose2D(3.02, 0.0, math.pi), plan, costmap)
         assert seen[[0, -1], 0] == pytest.approx((3.02 - begins, 3.02 - 5.0))
         assert seen[:, 1] == pytest.approx(0.0) and seen[:, 2] == pytest.approx(-math.pi)
-        with pytest.raises(InvalidPathError, match=r"farther than 2.00 m from the robot at \(-0.15, 0.00\)"):
+        with pytest.raises(
+            InvalidPathError, match=r"farther than 2.00 m from the robot at \(-0.15, 0.00\)"
+        ):
             window.seen_from(Pose2D(-0.15), plan, costmap)
         window.reset()
         assert len(window.seen_from(Pose2D(0.0), plan, costmap)) == 21
@@ -154,13 +176,16 @@ def test_the_window_ends_with_the_costmaps_longer_half_and_forgets_what_is_behin
     [
         (Twist2D(0.5, 0.0, 0.9), 0.1),
         (Twist2D(-0.02, 0.0, 0.9), 2.5),
-        (Twist2D(0.0, 0.0, 0.4), 2.0 * math.sin(0.0625) / 0.4),  # the farthest corner, 0.4 m away, moves 0.05 m
+        # the farthest corner, 0.4 m away, moves 0.05 m
+        (Twist2D(0.0, 0.0, 0.4), 2.0 * math.sin(0.0625) / 0.4),
         (Twist2D(0.009, 0.0, -0.4), 2.0 * math.sin(0.0625) / 0.4),
         (Twist2D(0.005, 0.0, 0.01), 10.0),  # turns too slowly to turn on the spot
         (STILL, math.inf),
     ],
 )
-def test_between_two_looks_along_an_arc_the_robot_moves_a_cell(command: Twist2D, expected: float) -> None:
+def test_between_two_looks_along_an_arc_the_robot_moves_a_cell(
+    command: Twist2D, expected: float
+) -> None:
     assert ArcCheck(PARAMS, FOOTPRINT, 0.4)._time_step(command, 0.05) == pytest.approx(expected)
 
 
@@ -169,12 +194,33 @@ def test_between_two_looks_along_an_arc_the_robot_moves_a_cell(command: Twist2D,
     [
         ({}, 0.5, 0.4, (1.0, 0.4)),
         ({"min_distance_to_obstacle": 0.9}, -0.5, 0.4, (1.8, 0.4)),
-        ({"min_distance_to_obstacle": 0.9}, 0.01, 0.4, (18.0, 0.4)),  # at the least speed of the approach, 0.05 m/s
+        # at the least speed of the approach, 0.05 m/s
+        ({"min_distance_to_obstacle": 0.9}, 0.01, 0.4, (18.0, 0.4)),
         ({"min_distance_to_obstacle": 0.3}, 0.5, 0.4, (1.0, 0.4)),
-        ({"min_distance_to_obstacle": 0.3, "min_approach_linear_velocity": 0.0}, 0.0, 0.4, (math.inf, 0.4)),
-        ({"min_distance_to_obstacle": 0.7, "use_velocity_scaled_lookahead_dist": True}, 0.5, 0.4, (1.4, 0.7)),
-        ({"min_distance_to_obstacle": 0.7, "use_velocity_scaled_lookahead_dist": True}, 0.5, 0.8, (1.4, 0.8)),
-        ({"min_distance_to_obstacle": 1.2, "use_velocity_scaled_lookahead_dist": True}, 0.5, 0.4, (2.4, 0.9)),
+        (
+            {"min_distance_to_obstacle": 0.3, "min_approach_linear_velocity": 0.0},
+            0.0,
+            0.4,
+            (math.inf, 0.4),
+        ),
+        (
+            {"min_distance_to_obstacle": 0.7, "use_velocity_scaled_lookahead_dist": True},
+            0.5,
+            0.4,
+            (1.4, 0.7),
+        ),
+        (
+            {"min_distance_to_obstacle": 0.7, "use_velocity_scaled_lookahead_dist": True},
+            0.5,
+            0.8,
+            (1.4, 0.8),
+        ),
+        (
+            {"min_distance_to_obstacle": 1.2, "use_velocity_scaled_lookahead_dist": True},
+            0.5,
+            0.4,
+            (2.4, 0.9),
+        ),
     ],
 )
 def test_it_looks_ahead_for_a_time_and_a_distance(
@@ -193,17 +239,23 @@ def test_a_curve_slows_down_in_proportion_to_its_radius() -> None:
 def test_costs_slow_down_by_the_distance_they_stand_for() -> None:
     cost = inflation_cost(0.5, 0.25, 3.0)  # half a metre from an obstacle
     assert speed_near_obstacle(1.0, cost, 0.25, PARAMS) == pytest.approx(0.5 / 0.6, rel=0.01)
-    assert speed_near_obstacle(1.0, cost, 0.25, replace(PARAMS, cost_scaling_gain=0.5)) == pytest.approx(
-        0.25 / 0.6, rel=0.01
-    )
+    assert speed_near_obstacle(
+        1.0, cost, 0.25, replace(PARAMS, cost_scaling_gain=0.5)
+    ) == pytest.approx(0.25 / 0.6, rel=0.01)
     assert speed_near_obstacle(1.0, inflation_cost(0.7, 0.25, 3.0), 0.25, PARAMS) == 1.0
-    assert speed_near_obstacle(1.0, 0, 0.25, PARAMS) == speed_near_obstacle(1.0, NO_INFORMATION, 0.25, PARAMS) == 1.0
+    assert (
+        speed_near_obstacle(1.0, 0, 0.25, PARAMS)
+        == speed_near_obstacle(1.0, NO_INFORMATION, 0.25, PARAMS)
+        == 1.0
+    )
 
 
 def test_the_approach_slows_down_by_the_straight_distance_to_the_end() -> None:
     assert speed_on_approach(0.5, straight(0.3).poses, PARAMS) == pytest.approx(0.25)
     assert speed_on_approach(0.5, straight(0.7).poses, PARAMS) == 0.5
-    assert speed_on_approach(0.5, straight(0.01).poses, PARAMS) == PARAMS.min_approach_linear_velocity
+    assert (
+        speed_on_approach(0.5, straight(0.01).poses, PARAMS) == PARAMS.min_approach_linear_velocity
+    )
     assert speed_on_approach(0.02, straight(0.01).poses, PARAMS) == 0.02
 
 
@@ -227,7 +279,9 @@ def test_the_fixed_point_steers_and_may_lie_beyond_the_goal() -> None:
     }
     plan = straight(0.5)
     free, fixed = make(**given), make(**given, use_fixed_curvature_lookahead=True)
-    beyond = make(**given, use_fixed_curvature_lookahead=True, interpolate_curvature_after_goal=True)
+    beyond = make(
+        **given, use_fixed_curvature_lookahead=True, interpolate_curvature_after_goal=True
+    )
     commands = [drive(each, plan, 0.0, 0.1, 0.0) for each in (free, fixed, beyond)]
     curvatures = [command.angular_z / command.linear_x for command in commands]
     assert curvatures[0] == pytest.approx(curvatures[1]) == pytest.approx(-0.2 / 0.26)
@@ -271,14 +325,21 @@ def test_it_reverses_up_to_the_cusp() -> None:
     assert drive(backwards, plan, -0.95, 0.0, 0.0).linear_x < 0.0  # the carrot stays at the cusp
     assert drive(make(use_rotate_to_heading=False), plan, 0.0, 0.0, 0.0).linear_x > 0.0
     turned = make(allow_reversing=True)
-    assert drive(turned, straight(-3.0), 0.0, 0.0, 0.2).linear_x < 0.0  # its back points along the path
+    # its back points along the path
+    assert drive(turned, straight(-3.0), 0.0, 0.0, 0.2).linear_x < 0.0
 
 
 def test_what_has_been_passed_is_forgotten_until_the_next_plan() -> None:
-    there_and_back = np.vstack((straight(2.0).poses, straight(2.0).poses[::-1] + (0.0, 0.3, math.pi)))
-    plan, controller = Path(there_and_back), make(max_robot_pose_search_dist=0.5, use_rotate_to_heading=False)
+    there_and_back = np.vstack(
+        (straight(2.0).poses, straight(2.0).poses[::-1] + (0.0, 0.3, math.pi))
+    )
+    plan, controller = (
+        Path(there_and_back),
+        make(max_robot_pose_search_dist=0.5, use_rotate_to_heading=False),
+    )
     for x in (0.0, 0.4, 0.8):
-        assert abs(drive(controller, plan, x, 0.0, 0.0).angular_z) < 1e-9  # not taken for the way back
+        # not taken for the way back
+        assert abs(drive(controller, plan, x, 0.0, 0.0).angular_z) < 1e-9
     with pytest.raises(InvalidPathError, match="farther than"):
         drive(make(), straight(), 0.0, -3.0 - 4.0, 0.0)
     with pytest.raises(InvalidPathError, match="0 poses"):
@@ -295,17 +356,23 @@ def test_a_speed_limit_holds_until_it_is_lifted() -> None:
 
 def test_it_refuses_to_drive_into_an_obstacle() -> None:
     state = RobotState(Pose2D(), STILL)
-    for x, is_free in ((0.2, False), (0.7, False), (1.2, True)):  # front at 0.3 m, 0.5 m in a second
+    # front at 0.3 m, 0.5 m in a second
+    for x, is_free in ((0.2, False), (0.7, False), (1.2, True)):
         ahead = surroundings((x, 0.0), (x, 0.25), (x, -0.25))
         if is_free:
             assert make().compute_velocity(state, straight(), ahead).linear_x == 0.5
         else:
             with pytest.raises(NoLegalVelocity, match="collision ahead"):
                 make().compute_velocity(state, straight(), ahead)
-        assert make(use_collision_detection=False).compute_velocity(state, straight(), ahead).linear_x == 0.5
+        assert (
+            make(use_collision_detection=False).compute_velocity(state, straight(), ahead).linear_x
+            == 0.5
+        )
     longer = make(min_distance_to_obstacle=0.9, use_velocity_scaled_lookahead_dist=True)
     with pytest.raises(NoLegalVelocity):
-        longer.compute_velocity(state, straight(), surroundings((1.0, 0.0), (1.0, 0.25), (1.0, -0.25)))
+        longer.compute_velocity(
+            state, straight(), surroundings((1.0, 0.0), (1.0, 0.25), (1.0, -0.25))
+        )
 
 
 def test_unknown_cells_are_no_obstacles_and_the_carrot_ends_the_look() -> None:
@@ -327,12 +394,20 @@ def test_arc_kernel_equals_slow_twin(seed: int) -> None:
     poses, x, y, yaw, count = [(0.0, 0.0, 0.0)], 0.0, 0.0, 0.0, 1
     while count * step < PARAMS.max_allowed_time_to_collision_up_to_carrot:
         count += 1
-        x, y, yaw = x + step * speed * math.cos(yaw), y + step * speed * math.sin(yaw), yaw + step * yaw_rate
+        x, y, yaw = (
+            x + step * speed * math.cos(yaw),
+            y + step * speed * math.sin(yaw),
+            yaw + step * yaw_rate,
+        )
         if math.hypot(x, y) > carrot:
             break
         poses.append((x, y, yaw))
-    expected = any(footprint_cost(costmap, FOOTPRINT, Pose2D(*pose)) >= LETHAL_OBSTACLE for pose in poses)
-    ours = ArcCheck(PARAMS, FOOTPRINT, 0.39).collides(Twist2D(speed, 0.0, yaw_rate), Pose2D(), carrot, costmap)
+    expected = any(
+        footprint_cost(costmap, FOOTPRINT, Pose2D(*pose)) >= LETHAL_OBSTACLE for pose in poses
+    )
+    ours = ArcCheck(PARAMS, FOOTPRINT, 0.39).collides(
+        Twist2D(speed, 0.0, yaw_rate), Pose2D(), carrot, costmap
+    )
     assert ours == expected
 
 
@@ -343,7 +418,12 @@ def test_a_robot_off_its_costmap_is_told_so() -> None:
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"lookahead_dist": 0.0}, {"max_lookahead_dist": 0.1}, {"approach_velocity_scaling_dist": -1.0}]
+    "wrong",
+    [
+        {"lookahead_dist": 0.0},
+        {"max_lookahead_dist": 0.1},
+        {"approach_velocity_scaling_dist": -1.0},
+    ],
 )
 def test_impossible_parameters_are_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(ParameterError, match=next(iter(wrong))):
@@ -354,7 +434,10 @@ def test_without_a_scaling_factor_costs_do_not_count() -> None:
     near = surroundings((0.0, 0.0), cost=200)
     state = RobotState(Pose2D(), STILL)
     assert make().compute_velocity(state, straight(), near).linear_x < 0.5
-    assert make(inflation_cost_scaling_factor=0.0).compute_velocity(state, straight(), near).linear_x == 0.5
+    assert (
+        make(inflation_cost_scaling_factor=0.0).compute_velocity(state, straight(), near).linear_x
+        == 0.5
+    )
 
 
 SHIM = """
@@ -378,4 +461,7 @@ def test_it_runs_below_a_rotation_shim(tmp_path: FilePath) -> None:
     assert primary.params == RppParams(desired_linear_vel=0.8, rotate_to_heading_angular_vel=1.1)
     parts = {"footprint": FOOTPRINT, "control_frequency": 20.0, "xy_goal_tolerance": 0.25}
     below = algorithms("controllers")[primary.type].create(primary.params, parts=parts)
-    assert below.compute_velocity(RobotState(Pose2D(), STILL), straight(), surroundings()).linear_x == 0.8
+    assert (
+        below.compute_velocity(RobotState(Pose2D(), STILL), straight(), surroundings()).linear_x
+        == 0.8
+    )

@@ -43,9 +43,13 @@ def limited(limit: float, is_percentage: bool) -> DwbParams:
     return dataclasses.replace(PARAMS, **{name: getattr(PARAMS, name) * share for name in names})
 
 
-@pytest.mark.parametrize(("limit", "is_percentage"), [(50.0, True), (10.0, True), (100.0, True), (1.0, False)])
+@pytest.mark.parametrize(
+    ("limit", "is_percentage"), [(50.0, True), (10.0, True), (100.0, True), (1.0, False)]
+)
 @pytest.mark.parametrize("speed", [0.0, 1.2])
-def test_dwb_samples_as_if_its_limits_were_lower(limit: float, is_percentage: bool, speed: float) -> None:
+def test_dwb_samples_as_if_its_limits_were_lower(
+    limit: float, is_percentage: bool, speed: float
+) -> None:
     sampler = RolloutGenerator(PARAMS, 20.0)
     sampler.limit_speed(limit, is_percentage)
     expected = RolloutGenerator(limited(limit, is_percentage), 20.0).sample(Twist2D(speed))
@@ -106,10 +110,14 @@ class Unlimited(Controller):
 
     def reset(self) -> None: ...
 
-    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+    def compute_velocity(
+        self, state: RobotState, plan: Path, surroundings: Surroundings
+    ) -> Twist2D:
         return Twist2D()
 
 
 def test_a_controller_that_cannot_limit_its_speed_says_so() -> None:
-    with pytest.raises(ParameterError, match="Unlimited knows no speed limit, and a speed filter asks for 30%"):
+    with pytest.raises(
+        ParameterError, match="Unlimited knows no speed limit, and a speed filter asks for 30%"
+    ):
         Unlimited().set_speed_limit(30.0, True)

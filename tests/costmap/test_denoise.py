@@ -18,7 +18,9 @@ from navstack.params.costmap import (
 from navstack.types import LaserScan, Pose2D
 
 
-def slow_removal(costs: np.ndarray, minimal_size: int, connectivity: int, unknown_is_obstacle: bool) -> np.ndarray:
+def slow_removal(
+    costs: np.ndarray, minimal_size: int, connectivity: int, unknown_is_obstacle: bool
+) -> np.ndarray:
     """Follow each group from cell to cell."""
     obstacles = {253, 254, 255} if unknown_is_obstacle else {253, 254}
     steps = [(y, x) for y in (-1, 0, 1) for x in (-1, 0, 1) if connectivity == 8 or 0 in (y, x)]
@@ -39,9 +41,17 @@ def slow_removal(costs: np.ndarray, minimal_size: int, connectivity: int, unknow
 @pytest.mark.parametrize("unknown_is_obstacle", [True, False])
 @pytest.mark.parametrize("connectivity", [4, 8])
 @pytest.mark.parametrize("minimal_size", [-1, 1, 2, 3, 7, 40])
-def test_groups_are_those_that_a_walk_finds(minimal_size: int, connectivity: int, unknown_is_obstacle: bool) -> None:
+def test_groups_are_those_that_a_walk_finds(
+    minimal_size: int, connectivity: int, unknown_is_obstacle: bool
+) -> None:
     rng = np.random.default_rng(4)
-    for density, shape in ((0.02, (60, 90)), (0.2, (60, 90)), (0.5, (33, 20)), (1.0, (5, 4)), (0.3, (1, 50))):
+    for density, shape in (
+        (0.02, (60, 90)),
+        (0.2, (60, 90)),
+        (0.5, (33, 20)),
+        (1.0, (5, 4)),
+        (0.3, (1, 50)),
+    ):
         whole = rng.integers(0, 253, (shape[0] + 4, shape[1] + 6)).astype(np.uint8)
         is_set = rng.random(whole.shape) < density
         whole[is_set] = rng.integers(253, 256, is_set.sum())
@@ -57,10 +67,14 @@ def test_groups_are_those_that_a_walk_finds(minimal_size: int, connectivity: int
 SOURCE = ObservationSourceParams(clearing=True, obstacle_max_range=4.0, raytrace_max_range=4.5)
 
 
-def costmap_of(plugins: tuple[str, ...], denoise: DenoiseLayerParams, **others: object) -> LayeredCostmap:
+def costmap_of(
+    plugins: tuple[str, ...], denoise: DenoiseLayerParams, **others: object
+) -> LayeredCostmap:
     layers: dict[str, LayerParams] = {
         "static_layer": StaticLayerParams(),
-        "obstacle_layer": ObstacleLayerParams(observation_sources=("scan",), sources={"scan": SOURCE}),
+        "obstacle_layer": ObstacleLayerParams(
+            observation_sources=("scan",), sources={"scan": SOURCE}
+        ),
         "denoise_layer": denoise,
         "inflation_layer": InflationLayerParams(inflation_radius=0.5, cost_scaling_factor=3.0),
     }
@@ -88,12 +102,15 @@ def scan_of_a_speck_and_a_wall() -> LaserScan:
 def test_specks_vanish_and_walls_stay(rolling: bool) -> None:
     order = ("static_layer", "obstacle_layer", "denoise_layer", "inflation_layer")
     for enabled in (True, False):
-        costmap = costmap_of(order, DenoiseLayerParams(enabled=enabled, minimal_group_size=3), rolling_window=rolling)
+        costmap = costmap_of(
+            order, DenoiseLayerParams(enabled=enabled, minimal_group_size=3), rolling_window=rolling
+        )
         assert costmap.is_fast is not enabled
         for step in range(3):
             costmap.update(Pose2D(), scan_of_a_speck_and_a_wall(), 0.1 * step)
         assert costmap.master.cost_at(1.52, 0.01) == (0 if enabled else 254)
-        assert (costmap.master.cost_at(1.3, 0.01) == 0) is enabled  # its surroundings are not inflated either
+        # its surroundings are not inflated either
+        assert (costmap.master.cost_at(1.3, 0.01) == 0) is enabled
         assert costmap.master.cost_at(0.01, 2.52) == 254
         assert costmap.obstacle_costs[0].max() == 254  # the obstacle layer itself keeps the speck
 
@@ -104,7 +121,8 @@ def test_the_layer_works_at_its_place_in_the_order() -> None:
     for order in (before, after):
         costmap = costmap_of(order, DenoiseLayerParams(minimal_group_size=3))
         costmap.update(Pose2D(), scan_of_a_speck_and_a_wall(), 0.0)
-        # Before the obstacles it has nothing to free; after the inflation the speck is a group of many cells >= 253.
+        # Before the obstacles it has nothing to free; after the inflation the speck is a group of
+        # many cells >= 253.
         assert costmap.master.cost_at(1.52, 0.01) == 254
 
 

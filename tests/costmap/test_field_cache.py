@@ -52,7 +52,9 @@ def test_any_damaged_byte_or_cut_leads_to_the_right_array(folder):
     (file,) = folder.iterdir()
     intact = file.read_bytes()
     damaged = [intact[:n] for n in range(0, len(intact), 7)]
-    damaged += [intact[:n] + bytes([intact[n] ^ 0xFF]) + intact[n + 1 :] for n in range(len(intact))]
+    damaged += [
+        intact[:n] + bytes([intact[n] ^ 0xFF]) + intact[n + 1 :] for n in range(len(intact))
+    ]
     for content in damaged:
         file.write_bytes(content)
         assert np.array_equal(cached_array("key", source), source.array)
@@ -71,7 +73,9 @@ def test_a_whole_file_with_columns_first_is_none_of_ours(folder):
     stream = io.BytesIO()
     np.save(stream, np.asfortranarray(source.array))
     content = stream.getvalue()
-    file.write_bytes(content + zlib.crc32(content).to_bytes(len(file.read_bytes()) - len(content), "little"))
+    file.write_bytes(
+        content + zlib.crc32(content).to_bytes(len(file.read_bytes()) - len(content), "little")
+    )
     assert np.array_equal(cached_array("key", source), source.array)
     assert source.calls == 2
 
@@ -81,7 +85,11 @@ def test_a_folder_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):
     blocked.write_text("not a folder")
     monkeypatch.setenv("NAVSTACK_CACHE", str(blocked))
     source = Source(np.ones(3))
-    assert cached_array("key", source).tolist() == cached_array("key", source).tolist() == [1.0, 1.0, 1.0]
+    assert (
+        cached_array("key", source).tolist()
+        == cached_array("key", source).tolist()
+        == [1.0, 1.0, 1.0]
+    )
     assert source.calls == 2
 
 
@@ -100,7 +108,9 @@ def test_a_folder_that_can_only_be_read_is_no_error(folder, monkeypatch):
     assert source.calls == 3 and len(list(folder.iterdir())) == 1
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here to stand for a full disk")
+@pytest.mark.skipif(
+    not Path("/dev/full").exists(), reason="no /dev/full here to stand for a full disk"
+)
 def test_a_full_disk_is_no_error_and_leaves_nothing_behind(folder, monkeypatch, capfd):
     real = field_cache.tempfile.NamedTemporaryFile
 
@@ -123,7 +133,9 @@ def test_who_writes_to_an_array_leaves_that_of_others_alone(folder):
     assert not yours.any() and not cached_array("key", source).any() and source.calls == 1
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere pages that were written to stay as they are")
+@pytest.mark.skipif(
+    sys.platform != "linux", reason="elsewhere pages that were written to stay as they are"
+)
 def test_an_array_given_back_is_what_it_was(folder):
     array = cached_array("key", Source(np.arange(5000)))
     array[:] = 7
@@ -175,7 +187,14 @@ def test_only_files_of_the_cache_make_room(folder, monkeypatch):
 
 def _total(seed):
     """What a process of its own makes of a shared array."""
-    return int(cached_array("shared", lambda: np.random.default_rng(1).integers(1000, size=200_000)).sum()) + seed
+    return (
+        int(
+            cached_array(
+                "shared", lambda: np.random.default_rng(1).integers(1000, size=200_000)
+            ).sum()
+        )
+        + seed
+    )
 
 
 def test_many_processes_start_at_once(folder):

@@ -20,12 +20,19 @@ from navstack.params.costmap import (
     ObstacleLayerParams,
     StaticLayerParams,
 )
-from navstack.params.filters import SPEED_ABSOLUTE, SPEED_PERCENT, KeepoutFilterParams, SpeedFilterParams
+from navstack.params.filters import (
+    SPEED_ABSOLUTE,
+    SPEED_PERCENT,
+    KeepoutFilterParams,
+    SpeedFilterParams,
+)
 from navstack.types import LaserScan, Pose2D
 
 RESOLUTION = 0.05
 MAP_ORIGIN = Pose2D(-7.025, -5.5, 0.0)
-SOURCE = ObservationSourceParams(clearing=True, obstacle_max_range=4.0, raytrace_max_range=4.5, inf_is_valid=True)
+SOURCE = ObservationSourceParams(
+    clearing=True, obstacle_max_range=4.0, raytrace_max_range=4.5, inf_is_valid=True
+)
 USUAL = ("static_layer", "obstacle_layer", "inflation_layer")
 BEFORE = ("static_layer", "obstacle_layer", "keepout_filter", "inflation_layer")
 
@@ -40,12 +47,16 @@ def make_map(rng: np.random.Generator, unknown: float = 0.0) -> OccupancyGrid:
     return OccupancyGrid(data, RESOLUTION, MAP_ORIGIN)
 
 
-def make_mask(rng: np.random.Generator, resolution: float, origin: Pose2D, size: tuple[int, int]) -> FilterMask:
+def make_mask(
+    rng: np.random.Generator, resolution: float, origin: Pose2D, size: tuple[int, int]
+) -> FilterMask:
     """Blobs of all occupancies, some cells unknown."""
     data = np.zeros(size, dtype=np.int8)
     for _ in range(12):
         row, column = rng.integers(0, size[0]), rng.integers(0, size[1])
-        data[row : row + int(rng.integers(1, 30)), column : column + int(rng.integers(1, 30))] = rng.integers(1, 101)
+        data[row : row + int(rng.integers(1, 30)), column : column + int(rng.integers(1, 30))] = (
+            rng.integers(1, 101)
+        )
     data[size[0] // 2 :, : size[1] // 3] = 100
     data[rng.random(size) < 0.02] = -1
     return FilterMask(OccupancyGrid(data, resolution, origin))
@@ -63,7 +74,9 @@ def make_costmap(
 ) -> LayeredCostmap:
     layers: dict[str, LayerParams] = {
         "static_layer": StaticLayerParams(),
-        "obstacle_layer": ObstacleLayerParams(observation_sources=("scan",), sources={"scan": SOURCE}),
+        "obstacle_layer": ObstacleLayerParams(
+            observation_sources=("scan",), sources={"scan": SOURCE}
+        ),
         "inflation_layer": InflationLayerParams(inflation_radius=0.8, cost_scaling_factor=3.0),
         "keepout_filter": filter_params,
         "speed_filter": SpeedFilterParams(),
@@ -119,7 +132,9 @@ def test_a_cell_takes_the_masks_cost_at_its_centre(resolution: float) -> None:
             expected = costs[row, column] if 0 <= column < 60 and 0 <= row < 40 else NO_INFORMATION
             height, width = sampled.costs.shape
             inside = 0 <= x - sampled.x < width and 0 <= y - sampled.y < height
-            assert (sampled.costs[y - sampled.y, x - sampled.x] if inside else NO_INFORMATION) == expected
+            assert (
+                sampled.costs[y - sampled.y, x - sampled.x] if inside else NO_INFORMATION
+            ) == expected
 
 
 def test_a_mask_acts_within_a_map_where_all_its_costs_but_zero_are_cells_of_it() -> None:
@@ -130,7 +145,9 @@ def test_a_mask_acts_within_a_map_where_all_its_costs_but_zero_are_cells_of_it()
         if cell < 6:
             data[cell // 3, cell % 3] = 1
         mask = KeepoutMask(
-            KeepoutFilterParams(), FilterMask(OccupancyGrid(data, 1.0, Pose2D(x + 0.25, y + 0.25))), window
+            KeepoutFilterParams(),
+            FilterMask(OccupancyGrid(data, 1.0, Pose2D(x + 0.25, y + 0.25))),
+            window,
         )
         inside = 0 <= x + cell % 3 < 5 and 0 <= y + cell // 3 < 4
         assert (mask.x, mask.y) == (x, y)
@@ -138,7 +155,9 @@ def test_a_mask_acts_within_a_map_where_all_its_costs_but_zero_are_cells_of_it()
 
 
 @pytest.mark.parametrize("rolling", [True, False])
-def test_the_worlds_mask_before_the_inflation_is_what_the_static_layer_made_of_it(rolling: bool) -> None:
+def test_the_worlds_mask_before_the_inflation_is_what_the_static_layer_made_of_it(
+    rolling: bool,
+) -> None:
     static = make_map(np.random.default_rng(5))
     keepout = np.random.default_rng(6).random(static.data.shape) < 0.003
     keepout[150:, 180:] = True
@@ -161,19 +180,30 @@ def test_the_worlds_mask_before_the_inflation_is_what_the_static_layer_made_of_i
 @pytest.mark.parametrize("rolling", [True, False])
 @pytest.mark.parametrize(
     ("plugins", "filters"),
-    [(BEFORE, ()), ((*USUAL, "keepout_filter"), ()), (USUAL, ("keepout_filter",)), (USUAL[:2], ("keepout_filter",))],
+    [
+        (BEFORE, ()),
+        ((*USUAL, "keepout_filter"), ()),
+        (USUAL, ("keepout_filter",)),
+        (USUAL[:2], ("keepout_filter",)),
+    ],
     ids=["before", "behind", "filters", "no inflation"],
 )
 @pytest.mark.parametrize(("resolution", "size"), [(0.05, (150, 200)), (0.08, (90, 100))])
 def test_the_fast_way_equals_the_full_way(
-    rolling: bool, plugins: tuple[str, ...], filters: tuple[str, ...], resolution: float, size: tuple[int, int]
+    rolling: bool,
+    plugins: tuple[str, ...],
+    filters: tuple[str, ...],
+    resolution: float,
+    size: tuple[int, int],
 ) -> None:
     rng = np.random.default_rng(7)
     static, mask = make_map(rng), make_mask(rng, resolution, Pose2D(-3.3, -2.41, 0.0), size)
     given = {"masks": {"keepout_filter": mask}, "rolling_window": rolling}
     fast = make_costmap(static, plugins, filters, **given)  # type: ignore[arg-type]
     full = make_costmap(static, plugins, filters, prefer_fast=False, **given)  # type: ignore[arg-type]
-    without = make_costmap(static, tuple(name for name in plugins if name != "keepout_filter"), rolling_window=rolling)
+    without = make_costmap(
+        static, tuple(name for name in plugins if name != "keepout_filter"), rolling_window=rolling
+    )
     assert fast.is_fast
     assert not full.is_fast
     for one, other, bare in drive(fast, full, without):
@@ -195,19 +225,26 @@ def test_a_filter_behind_the_layers_is_not_inflated_and_none_of_them_sees_it() -
     assert [costmap.master.cost_at(1.5, 1.5) for costmap in (inflated, plain)] == [254, 254]
     assert inflated.master.cost_at(2.2, 1.5) == 253
     assert plain.master.cost_at(2.2, 1.5) == 0
-    # An update of the part beside the mask inflates there: what the filter wrote must not be a source.
+    # An update of the part beside the mask inflates there: what the filter wrote must not be a
+    # source.
     for step in range(3):
         scan = LaserScan(0.1 * step, np.array((0.9, 0.91)), 0.0, 0.01, 0.1, 10.0)
         plain.update(Pose2D(2.7, 1.5, 0.0), scan, 0.1 * step)
-    left = plain.region[0] * RESOLUTION + MAP_ORIGIN.x  # [m] from where on it writes: 1.1 m behind the robot
-    assert left == pytest.approx(1.6, abs=RESOLUTION)  # what the mask forbids before that is in reach
+    # [m] from where on it writes: 1.1 m behind the robot
+    left = plain.region[0] * RESOLUTION + MAP_ORIGIN.x
+    # what the mask forbids before that is in reach
+    assert left == pytest.approx(1.6, abs=RESOLUTION)
     assert plain.master.cost_at(3.62, 1.5) == 254
     assert plain.master.cost_at(2.1, 1.5) == 0
 
 
 def test_an_inflation_among_the_filters_inflates_the_mask() -> None:
     static = make_map(np.random.default_rng(8))
-    masks = {"keepout_filter": FilterMask(OccupancyGrid(np.full((9, 9), 100, np.int8), RESOLUTION, Pose2D(1.0, 1.0)))}
+    masks = {
+        "keepout_filter": FilterMask(
+            OccupancyGrid(np.full((9, 9), 100, np.int8), RESOLUTION, Pose2D(1.0, 1.0))
+        )
+    }
     costmap = make_costmap(static, USUAL[:2], ("keepout_filter", "inflation_layer"), masks=masks)
     assert not costmap.is_fast
     drive(costmap, steps=1)
@@ -217,7 +254,11 @@ def test_an_inflation_among_the_filters_inflates_the_mask() -> None:
 
 def test_a_mask_beyond_the_map_counts_too() -> None:
     static = make_map(np.random.default_rng(9))
-    masks = {"keepout_filter": FilterMask(OccupancyGrid(np.full((40, 40), 100, np.int8), RESOLUTION, Pose2D(7.0, 0.0)))}
+    masks = {
+        "keepout_filter": FilterMask(
+            OccupancyGrid(np.full((40, 40), 100, np.int8), RESOLUTION, Pose2D(7.0, 0.0))
+        )
+    }
     rolling = make_costmap(static, masks=masks, rolling_window=True)
     assert not rolling.is_fast  # the map's costs, made once, do not reach there
     rolling.update(Pose2D(7.2, 1.0, 0.0), None, 0.0)
@@ -246,7 +287,12 @@ def test_without_a_mask_or_disabled_a_filter_has_no_effect() -> None:
     keepout = np.ones(static.data.shape, dtype=bool)
     bare = make_costmap(static, USUAL, rolling_window=True)
     waiting = make_costmap(static, (*BEFORE, "speed_filter"), rolling_window=True)
-    off = make_costmap(static, keepout=keepout, filter_params=KeepoutFilterParams(enabled=False), rolling_window=True)
+    off = make_costmap(
+        static,
+        keepout=keepout,
+        filter_params=KeepoutFilterParams(enabled=False),
+        rolling_window=True,
+    )
     assert waiting.is_fast
     for one, two, three in drive(bare, waiting, off):
         np.testing.assert_array_equal(one, two)
@@ -257,7 +303,11 @@ def test_a_mask_of_its_own_replaces_the_worlds() -> None:
     static = make_map(np.random.default_rng(11))
     keepout = np.zeros(static.data.shape, dtype=bool)
     keepout[200, 200] = True
-    masks = {"keepout_filter": FilterMask(OccupancyGrid(np.full((4, 4), 100, np.int8), RESOLUTION, Pose2D(1.0, 1.0)))}
+    masks = {
+        "keepout_filter": FilterMask(
+            OccupancyGrid(np.full((4, 4), 100, np.int8), RESOLUTION, Pose2D(1.0, 1.0))
+        )
+    }
     costmap = make_costmap(static, keepout=keepout, masks=masks)
     assert costmap.master.data[200, 200] != 254
     assert costmap.master.cost_at(1.1, 1.1) == 254
@@ -274,7 +324,12 @@ def test_a_robot_inside_a_lethal_zone_is_let_out_where_the_file_says_so(
     masks = {"keepout_filter": FilterMask(OccupancyGrid(mask, RESOLUTION, Pose2D(0.0, 0.0, 0.0)))}
     params = KeepoutFilterParams(override_lethal_cost=True, lethal_override_cost=200)
     costmap = make_costmap(
-        static, USUAL if filters else BEFORE, filters, masks, filter_params=params, rolling_window=rolling
+        static,
+        USUAL if filters else BEFORE,
+        filters,
+        masks,
+        filter_params=params,
+        rolling_window=rolling,
     )
     assert not costmap.is_fast
     seen = []
@@ -289,7 +344,9 @@ def test_a_robot_inside_a_lethal_zone_is_let_out_where_the_file_says_so(
 
 def test_masks_that_cannot_be_used_are_refused() -> None:
     static = make_map(np.random.default_rng(13))
-    rotated = FilterMask(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), RESOLUTION, Pose2D(0.0, 0.0, 0.3)))
+    rotated = FilterMask(
+        OccupancyGrid(np.zeros((4, 4), dtype=np.int8), RESOLUTION, Pose2D(0.0, 0.0, 0.3))
+    )
     with pytest.raises(MapError, match="keepout mask is rotated"):
         make_costmap(static, masks={"keepout_filter": rotated})
     with pytest.raises(MapError, match="keepout mask has the shape"):
@@ -311,7 +368,8 @@ def speed_mask(kind: int, base: float, multiplier: float) -> FilterMask:
         (SPEED_PERCENT, 100.0, -1.0, (2.5, 3.5, 4.5), [90.0, 50.0, 0.0]),
         (SPEED_PERCENT, 0.0, 1.0, (4.5, 2.5, 2.6, 1.5), [100.0, 10.0, 0.0]),
         (SPEED_PERCENT, 60.0, 1.0, (2.5, 3.5), [70.0, 0.0]),  # 110 % is no limit
-        (SPEED_ABSOLUTE, 0.0, 0.02, (2.5, 3.5, 0.5, 9.0, 4.5), [0.2, 1.0, 2.0]),  # unknown, beyond: the last one holds
+        # unknown, beyond: the last one holds
+        (SPEED_ABSOLUTE, 0.0, 0.02, (2.5, 3.5, 0.5, 9.0, 4.5), [0.2, 1.0, 2.0]),
         (SPEED_ABSOLUTE, -0.3, 0.02, (3.5, 2.5), [0.7, 0.0]),  # -0.1 m/s is no limit
     ],
 )
@@ -326,8 +384,12 @@ def test_speed_limits(
     assert {is_percentage for _, is_percentage in told} == {kind == SPEED_PERCENT}
 
 
-@pytest.mark.parametrize(("plugins", "filters"), [((*USUAL, "speed_filter"), ()), (USUAL, ("speed_filter",))])
-def test_a_costmap_tells_its_receivers_when_a_limit_changes(plugins: tuple[str, ...], filters: tuple[str, ...]) -> None:
+@pytest.mark.parametrize(
+    ("plugins", "filters"), [((*USUAL, "speed_filter"), ()), (USUAL, ("speed_filter",))]
+)
+def test_a_costmap_tells_its_receivers_when_a_limit_changes(
+    plugins: tuple[str, ...], filters: tuple[str, ...]
+) -> None:
     static = make_map(np.random.default_rng(14))
     masks = {"speed_filter": speed_mask(SPEED_ABSOLUTE, 0.0, 0.02)}
     costmap = make_costmap(static, plugins, filters, masks)
@@ -345,7 +407,9 @@ def test_a_costmap_tells_its_receivers_when_a_limit_changes(plugins: tuple[str, 
 
 def test_a_speed_mask_of_another_type_has_no_effect() -> None:
     costmap = make_costmap(
-        make_map(np.random.default_rng(14)), (*USUAL, "speed_filter"), masks={"speed_filter": speed_mask(0, 0.0, 1.0)}
+        make_map(np.random.default_rng(14)),
+        (*USUAL, "speed_filter"),
+        masks={"speed_filter": speed_mask(0, 0.0, 1.0)},
     )
     told: list[tuple[float, bool]] = []
     costmap.on_speed_limit(lambda *limit: told.append(limit))

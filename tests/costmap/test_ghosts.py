@@ -1,4 +1,7 @@
-"""What somebody who walks through the scan leaves in the costmap: nothing, where beams clear; else what Nav2 leaves."""
+"""What somebody who walks through the scan leaves in the costmap: nothing, where beams clear.
+
+Else what Nav2 leaves.
+"""
 
 import math
 
@@ -28,7 +31,8 @@ OPEN: list[Wall] = []
 # Somebody walks along y = 1.5 m.
 BEHIND: list[Wall] = [((-18.0, 3.0), (18.0, 3.0))]
 CLOSE: list[Wall] = [((-18.0, 1.85), (18.0, 1.85))]  # 5 cm beside the shoulder
-PASSAGE: list[Wall] = [*CLOSE, ((-18.0, 1.1), (-0.7, 1.1)), ((0.7, 1.1), (18.0, 1.1))]  # seen through a gap of 1.4 m
+# seen through a gap of 1.4 m
+PASSAGE: list[Wall] = [*CLOSE, ((-18.0, 1.1), (-0.7, 1.1)), ((0.7, 1.1), (18.0, 1.1))]
 
 
 def cast(robot: Pose2D, walls: list[Wall], person: tuple[float, float]) -> np.ndarray:
@@ -38,7 +42,9 @@ def cast(robot: Pose2D, walls: list[Wall], person: tuple[float, float]) -> np.nd
     dx, dy = person[0] - robot.x, person[1] - robot.y
     along = dx * ux + dy * uy
     inside = RADIUS**2 - (dx**2 + dy**2 - along**2)
-    ranges = np.where((inside > 0.0) & (along > 0.0), along - np.sqrt(np.maximum(inside, 0.0)), math.inf)
+    ranges = np.where(
+        (inside > 0.0) & (along > 0.0), along - np.sqrt(np.maximum(inside, 0.0)), math.inf
+    )
     for (ax, ay), (bx, by) in walls:
         wx, wy = bx - ax, by - ay
         across = ux * wy - uy * wx
@@ -57,7 +63,12 @@ def walk_by(
 
     The robot looks on, at ``speed`` [m/s] along the walk. On the map there is nothing.
     """
-    given = {"clearing": True, "obstacle_max_range": OBSTACLE_RANGE, "raytrace_max_range": 4.5, **source}
+    given = {
+        "clearing": True,
+        "obstacle_max_range": OBSTACLE_RANGE,
+        "raytrace_max_range": 4.5,
+        **source,
+    }
     layers = {
         "static_layer": StaticLayerParams(),
         "obstacle_layer": ObstacleLayerParams(
@@ -75,13 +86,17 @@ def walk_by(
         plugins=tuple(layers),
         layers=layers,
     )
-    static = OccupancyGrid(np.zeros((360, 480), dtype=np.int8), RESOLUTION, Pose2D(-12.01, -9.02, 0.0))
+    static = OccupancyGrid(
+        np.zeros((360, 480), dtype=np.int8), RESOLUTION, Pose2D(-12.01, -9.02, 0.0)
+    )
     costmap = LayeredCostmap(params, static, prefer_fast=prefer_fast)
     during: set[tuple[float, float]] = set()
     for step in range(100):
         robot = Pose2D(speed * STEP * (step - 50), 0.0, 0.2)
         person = (-7.0 + 1.4 * STEP * step, 1.5)  # from beyond the obstacle range to beyond it
-        scan = LaserScan(STEP * step, cast(robot, walls, person), -math.pi, 2.0 * math.pi / BEAMS, 0.05, 20.0)
+        scan = LaserScan(
+            STEP * step, cast(robot, walls, person), -math.pi, 2.0 * math.pi / BEAMS, 0.05, 20.0
+        )
         costmap.update(robot, scan, STEP * step)
         during.update(map(tuple, marked_on_walk(costmap, walls)))
     assert math.hypot(person[0] - robot.x, person[1] - robot.y) - RADIUS > OBSTACLE_RANGE
@@ -125,21 +140,29 @@ def test_nothing_stays_where_beams_clear(
 @ways
 @windows
 @speeds
-def test_at_the_edge_of_a_shadow_a_single_cell_may_stay(speed: float, rolling: bool, prefer_fast: bool) -> None:
+def test_at_the_edge_of_a_shadow_a_single_cell_may_stay(
+    speed: float, rolling: bool, prefer_fast: bool
+) -> None:
     """The beam along the edge marked it, and its line of cells to the wall behind rounds past it (as in Nav2)."""
     during, after = walk_by(PASSAGE, rolling, prefer_fast, speed, inf_is_valid=True)
     assert len(during) > 100
     assert len(after) <= 1
     eye = speed * STEP * 49  # [m] where the robot ends up
     for x, y in after:
-        edges = [eye + (edge - eye) * y / 1.1 for edge in (-0.7, 0.7)]  # of what is seen through the gap, at y
+        # of what is seen through the gap, at y
+        edges = [eye + (edge - eye) * y / 1.1 for edge in (-0.7, 0.7)]
         assert min(abs(x - edge) for edge in edges) < 2 * RESOLUTION or not edges[0] < x < edges[1]
 
 
 @ways
 @windows
-def test_beams_without_return_clear_nothing_by_nav2s_default(rolling: bool, prefer_fast: bool) -> None:
-    """In the open only the walker's own returns clear: all that lies behind the last of them stays."""
+def test_beams_without_return_clear_nothing_by_nav2s_default(
+    rolling: bool, prefer_fast: bool
+) -> None:
+    """In the open only the walker's own returns clear.
+
+    All that lies behind the last of them stays.
+    """
     during, after = walk_by(OPEN, rolling, prefer_fast, 0.0, inf_is_valid=False)
     assert len(after) > 0.5 * len(during)
     assert set(map(tuple, after)) <= set(map(tuple, during))
@@ -149,7 +172,9 @@ def test_beams_without_return_clear_nothing_by_nav2s_default(rolling: bool, pref
 @windows
 def test_what_was_marked_beyond_the_raytrace_range_stays(rolling: bool, prefer_fast: bool) -> None:
     """With obstacle_max_range > raytrace_max_range there is a ring that beams mark and never clear."""
-    during, after = walk_by(BEHIND, rolling, prefer_fast, 0.0, inf_is_valid=True, raytrace_max_range=2.5)
+    during, after = walk_by(
+        BEHIND, rolling, prefer_fast, 0.0, inf_is_valid=True, raytrace_max_range=2.5
+    )
     assert len(after) > 10
     assert np.hypot(*after.T).min() > 2.5 - 2 * RESOLUTION
     inside = during[np.hypot(*during.T) < 2.4]

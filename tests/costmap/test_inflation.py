@@ -11,7 +11,9 @@ from navstack.params.costmap import InflationLayerParams
 from navstack.types import ByteArray
 
 
-def slow_inflation(costs: ByteArray, inflation: Inflation, resolution: float, inscribed: float) -> ByteArray:
+def slow_inflation(
+    costs: ByteArray, inflation: Inflation, resolution: float, inscribed: float
+) -> ByteArray:
     """The rule cell by cell, on scipy's exact distances."""
     params = inflation.params
     sources = costs == LETHAL_OBSTACLE
@@ -19,7 +21,11 @@ def slow_inflation(costs: ByteArray, inflation: Inflation, resolution: float, in
         sources |= costs == NO_INFORMATION
     if not sources.any():
         return costs.copy()
-    distance, reach = distance_transform_edt(~sources), -math.floor(-params.inflation_radius / resolution)  # rounded up
+    # rounded up
+    distance, reach = (
+        distance_transform_edt(~sources),
+        -math.floor(-params.inflation_radius / resolution),
+    )
     result = costs.copy()
     for (y, x), cells in np.ndenumerate(distance):
         if cells > reach:
@@ -36,7 +42,9 @@ def slow_inflation(costs: ByteArray, inflation: Inflation, resolution: float, in
 @pytest.mark.parametrize("radius", [0.0, 0.12, 0.53, 1.7])
 @pytest.mark.parametrize("flags", [(False, False), (True, False), (False, True)])
 @pytest.mark.parametrize("unknown", [0.0, 0.1])
-def test_costs_equal_those_of_the_distance_transform(radius: float, flags: tuple[bool, bool], unknown: float) -> None:
+def test_costs_equal_those_of_the_distance_transform(
+    radius: float, flags: tuple[bool, bool], unknown: float
+) -> None:
     rng = np.random.default_rng(3)
     costs = rng.choice(np.array([0, 0, 0, 60, 253], dtype=np.uint8), size=(90, 110))
     costs[rng.random(costs.shape) < 0.01] = LETHAL_OBSTACLE
@@ -51,7 +59,9 @@ def test_costs_equal_those_of_the_distance_transform(radius: float, flags: tuple
 def test_a_part_of_the_grid_takes_costs_from_sources_outside_and_leaves_the_rest() -> None:
     rng = np.random.default_rng(4)
     costs = np.where(rng.random((80, 150)) < 0.005, LETHAL_OBSTACLE, 0).astype(np.uint8)
-    inflation = Inflation(InflationLayerParams(inflation_radius=0.9, cost_scaling_factor=2.0), 0.05, 0.2)
+    inflation = Inflation(
+        InflationLayerParams(inflation_radius=0.9, cost_scaling_factor=2.0), 0.05, 0.2
+    )
     whole, part = costs.copy(), costs.copy()
     inflation.apply(whole, 0, 150, 0, 80)
     inflation.apply(part, 21, 140, 13, 61)
@@ -62,10 +72,17 @@ def test_a_part_of_the_grid_takes_costs_from_sources_outside_and_leaves_the_rest
 
 @pytest.mark.parametrize("around_unknown", [False, True])
 @pytest.mark.parametrize("box", [(0, 90, 0, 40), (3, 80, 5, 33), (89, 90, 0, 40), (0, 65, 39, 40)])
-def test_costs_spread_from_the_rims_of_lethal_areas_alone(box: tuple[int, ...], around_unknown: bool) -> None:
-    """A lethal cell between four sources, or the grid's edges, is none; unknown cells all are where they count."""
+def test_costs_spread_from_the_rims_of_lethal_areas_alone(
+    box: tuple[int, ...], around_unknown: bool
+) -> None:
+    """A lethal cell between four sources, or the grid's edges, is none.
+
+    Unknown cells all are where they count.
+    """
     rng = np.random.default_rng(9)
-    costs = rng.choice(np.array((0, 100, 253, 254, 255), dtype=np.uint8), (40, 90), p=(0.2, 0.02, 0.03, 0.7, 0.05))
+    costs = rng.choice(
+        np.array((0, 100, 253, 254, 255), dtype=np.uint8), (40, 90), p=(0.2, 0.02, 0.03, 0.7, 0.05)
+    )
     costs[20:, 70:], costs[:, 10:13], costs[5:9, :] = 0, 254, 254
     sources = (costs == LETHAL_OBSTACLE) | (around_unknown & (costs == NO_INFORMATION))
     whole = np.pad(sources, 1, constant_values=True)
@@ -92,7 +109,9 @@ def test_more_sources_than_the_buffer_holds() -> None:
 
 
 def test_the_kernel_is_round_and_falls_outwards() -> None:
-    costs = cost_kernel(InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19)
+    costs = cost_kernel(
+        InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19
+    )
     assert len(costs) // 2 == 30
     assert costs[30, 30] == LETHAL_OBSTACLE
     assert costs[30, 34] == 252 * math.exp(-3.0 * (4 * 0.05 - 0.19)) // 1

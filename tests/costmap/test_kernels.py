@@ -63,14 +63,24 @@ def test_a_line_is_cut_to_its_limits(
 def test_bounds_grow_to_the_ends_of_beams(
     point: tuple[float, float], limits: tuple[float, float], expected: tuple[float, ...]
 ) -> None:
-    grid, bounds = np.zeros((40, 40), dtype=np.uint8), np.array((math.inf, -math.inf, math.inf, -math.inf))
+    grid, bounds = (
+        np.zeros((40, 40), dtype=np.uint8),
+        np.array((math.inf, -math.inf, math.inf, -math.inf)),
+    )
     kernels.clear_rays(grid, np.array((point,)), 1.0, 1.0, np.zeros(2), 0.05, limits, bounds)
     np.testing.assert_allclose(bounds, expected)
 
 
 @pytest.mark.parametrize(
     ("dx", "dy", "number"),
-    [(2.0, 0.0, 0.0), (0.3, 0.1, 0.25), (0.0, 0.5, 1.0), (-0.3, 0.1, 1.75), (-3.0, 0.0, 2.0), (-1.0, -1.0, 2.5)]
+    [
+        (2.0, 0.0, 0.0),
+        (0.3, 0.1, 0.25),
+        (0.0, 0.5, 1.0),
+        (-0.3, 0.1, 1.75),
+        (-3.0, 0.0, 2.0),
+        (-1.0, -1.0, 2.5),
+    ]
     + [(0.0, -2.0, 3.0), (0.1, -0.1, 3.5), (0.0, 0.0, 0.0)],
 )
 def test_bearings_are_numbered_round_the_sensor(dx: float, dy: float, number: float) -> None:
@@ -106,7 +116,9 @@ def test_points_off_the_grid_are_drawn_onto_its_edge_along_the_beam() -> None:
 def test_clipped_ends_are_a_millimetre_inside_the_far_edges(
     point: tuple[float, float], expected: tuple[float, float]
 ) -> None:
-    assert kernels.clip_to_grid(1.0, 1.0, *point, 0.0, 0.0, 3.0, 3.0) == pytest.approx(expected, abs=1e-12)
+    assert kernels.clip_to_grid(1.0, 1.0, *point, 0.0, 0.0, 3.0, 3.0) == pytest.approx(
+        expected, abs=1e-12
+    )
 
 
 def test_points_are_moved_as_complex_numbers_are() -> None:
@@ -123,9 +135,13 @@ def test_a_polygon_is_freed_between_the_lines_of_its_sides(corners: int) -> None
     rng = np.random.default_rng(corners)
     for _ in range(30):
         bearings = np.sort(rng.uniform(-math.pi, math.pi, corners))
-        polygon = (1.5, 1.2) + rng.uniform(0.3, 1.1) * np.column_stack((np.cos(bearings), np.sin(bearings)))
+        polygon = (1.5, 1.2) + rng.uniform(0.3, 1.1) * np.column_stack(
+            (np.cos(bearings), np.sin(bearings))
+        )
         cells = [(math.floor((x - 0.2) / 0.05), math.floor((y - 0.05) / 0.05)) for x, y in polygon]
-        rim = {cell for i in range(corners) for cell in slow_line(*cells[i - 1], *cells[i], math.inf)}
+        rim = {
+            cell for i in range(corners) for cell in slow_line(*cells[i - 1], *cells[i], math.inf)
+        }
         expected = np.full((50, 55), 254, dtype=np.uint8)
         for column in {x for x, _ in rim}:
             rows = [y for x, y in rim if x == column]
@@ -145,11 +161,15 @@ def test_a_polygon_fills_its_cells_and_one_off_the_grid_none() -> None:
     kernels.free_columns(grid, first, last, lowest, highest)
     assert (grid[5:11, 5:15] == 0).all()
     assert (grid == 0).sum() == 60
-    assert kernels.polygon_columns(square - (0.6, 0.0), np.zeros(2), 0.1, 40, 40, lowest, highest) == (0, -1)
+    assert kernels.polygon_columns(
+        square - (0.6, 0.0), np.zeros(2), 0.1, 40, 40, lowest, highest
+    ) == (0, -1)
 
 
 @pytest.mark.parametrize("limits", [(0.0, 1.42), (0.31, 0.88), (0.52, 1.26)])
-def test_returns_within_the_obstacle_ranges_mark_on_the_grid_and_in_the_list(limits: tuple[float, float]) -> None:
+def test_returns_within_the_obstacle_ranges_mark_on_the_grid_and_in_the_list(
+    limits: tuple[float, float],
+) -> None:
     """Nav2's rule: least <= metres < most, and ceil(least) <= whole cells between both cells <= ceil(most)."""
     rng = np.random.default_rng(7)
     resolution, window, origin = 0.05, np.array((300, -200, 60, 50)), np.array((-0.4, 0.7))
@@ -158,16 +178,27 @@ def test_returns_within_the_obstacle_ranges_mark_on_the_grid_and_in_the_list(lim
     points = np.column_stack((ox + radii * np.cos(bearings), oy + radii * np.sin(bearings)))
     expected = np.zeros((50, 60), dtype=np.uint8)
     for (x, y), radius in zip(points, radii, strict=True):
-        column, row = math.floor((x - origin[0]) / resolution), math.floor((y - origin[1]) / resolution)
+        column, row = (
+            math.floor((x - origin[0]) / resolution),
+            math.floor((y - origin[1]) / resolution),
+        )
         apart = math.floor(math.hypot(column - 28, row - 24))
         near, far = (-math.floor(-limit / resolution) for limit in limits)
-        if 0 <= column < 60 and 0 <= row < 50 and limits[0] <= radius < limits[1] and near <= apart <= far:
+        if (
+            0 <= column < 60
+            and 0 <= row < 50
+            and limits[0] <= radius < limits[1]
+            and near <= apart <= far
+        ):
             expected[row, column] = 254
     grid, bounds = np.zeros_like(expected), np.array((math.inf, -math.inf, math.inf, -math.inf))
     kernels.mark_points(grid, points, ox, oy, origin, resolution, limits, bounds)
     np.testing.assert_array_equal(grid, expected)
     cells, present = np.empty((len(points), 2), dtype=np.int32), np.zeros_like(expected)
-    changed, nothing = np.array((1 << 40, -(1 << 40), 1 << 40, -(1 << 40))), np.zeros((1, 1), dtype=np.uint8)
+    changed, nothing = (
+        np.array((1 << 40, -(1 << 40), 1 << 40, -(1 << 40))),
+        np.zeros((1, 1), dtype=np.uint8),
+    )
     given = (points, (ox, oy), origin, resolution, limits, nothing, 0, changed)
     count = cell_kernels.mark_cells(cell_kernels.Listed(cells, 0, present, window), *given)
     listed = np.zeros_like(expected)
@@ -175,7 +206,9 @@ def test_returns_within_the_obstacle_ranges_mark_on_the_grid_and_in_the_list(lim
     np.testing.assert_array_equal(listed, expected)
 
 
-@pytest.mark.parametrize(("keep_unknown", "expected"), [(False, [9, 9, 3, 7, 255]), (True, [9, 9, 3, 255, 255])])
+@pytest.mark.parametrize(
+    ("keep_unknown", "expected"), [(False, [9, 9, 3, 7, 255]), (True, [9, 9, 3, 255, 255])]
+)
 def test_combining_by_maximum(keep_unknown: bool, expected: list[int]) -> None:
     master = np.array([[9, 3, 3, 255, 255]], dtype=np.uint8)
     layer = np.array([[4, 9, 255, 7, 255]], dtype=np.uint8)
@@ -188,7 +221,9 @@ def test_combining_stays_in_the_region_and_on_the_layer(keep_unknown: bool) -> N
     rng = np.random.default_rng(8)
     for _ in range(100):
         master = rng.choice(np.array((0, 1, 252, 253, 254, 255), dtype=np.uint8), (60, 90))
-        layer = rng.choice(np.array((0, 1, 252, 253, 254, 255), dtype=np.uint8), rng.integers(1, 80, 2))
+        layer = rng.choice(
+            np.array((0, 1, 252, 253, 254, 255), dtype=np.uint8), rng.integers(1, 80, 2)
+        )
         x, y = (int(v) for v in rng.integers(-40, 60, 2))
         x0, y0 = (int(v) for v in rng.integers(0, 40, 2))
         xn, yn = x0 + int(rng.integers(0, 50)), y0 + int(rng.integers(0, 20))
@@ -225,7 +260,9 @@ def test_a_grid_is_shifted_in_place() -> None:
 @pytest.mark.parametrize("radius", [0.0, 0.1, 1.5, 3.4, 13.0])
 def test_costs_around_cells_equal_their_kernels_maximum(radius: float) -> None:
     rng = np.random.default_rng(8)
-    inflation = Inflation(InflationLayerParams(inflation_radius=radius, cost_scaling_factor=0.5), 0.05, 0.1)
+    inflation = Inflation(
+        InflationLayerParams(inflation_radius=radius, cost_scaling_factor=0.5), 0.05, 0.1
+    )
     reach = inflation.radius
     window = Window(0.0, 0.0, 0.05, 150, 120)
     window.centre_on(20.0, -3.0)
@@ -276,7 +313,9 @@ def test_a_cell_is_hit_if_the_line_of_some_beam_holds_it(limits: tuple[float, fl
     lines = np.empty((40, 8), dtype=np.int32)
     lateral = 1.5 if limits[0] == 0.0 else 3.0
     all_cells = cell_kernels.Listed(cells, len(cells), present, window)
-    cell_kernels.clear_hit(all_cells, ordered, starts, (ox, oy), origin, resolution, limits, lateral, lines)
+    cell_kernels.clear_hit(
+        all_cells, ordered, starts, (ox, oy), origin, resolution, limits, lateral, lines
+    )
     changed = np.array((1 << 40, -(1 << 40), 1 << 40, -(1 << 40)))
     count = cell_kernels.drop_doubted(all_cells, changed)
     kept = np.zeros((50, 60), dtype=np.uint8)
@@ -290,11 +329,18 @@ def test_the_points_that_may_lie_near_a_cell_are_all_counted_and_none_twice() ->
     points = rng.normal(0.0, 2.0, (60, 2))
     starts, ordered = np.empty(65, dtype=np.int64), np.empty_like(points)
     beam_kernels.sort_by_bearing(points, 0.0, 0.0, starts, ordered)
-    for dx, dy in (*rng.normal(0.0, 3.0, (200, 2)), (2.0, 1e-3), (2.0, -1e-3), (2.0, 0.2), (0.1, 0.1)):
+    for dx, dy in (
+        *rng.normal(0.0, 3.0, (200, 2)),
+        (2.0, 1e-3),
+        (2.0, -1e-3),
+        (2.0, 0.2),
+        (0.1, 0.1),
+    ):
         begin, count = beam_kernels.candidates(float(dx), float(dy), 20.0, 0.2, starts)
         assert 0 <= begin <= 60 and 0 <= count <= 60
         chosen = {(begin + i) % 60 for i in range(count)}
-        apart = ordered[:, 0] * dy - ordered[:, 1] * dx  # of the cell from a point's beam, times the beam's length
+        # of the cell from a point's beam, times the beam's length
+        apart = ordered[:, 0] * dy - ordered[:, 1] * dx
         ahead = ordered @ (dx, dy) > 0.0
         near = (abs(apart) < 0.2 * np.hypot(*ordered.T)) & ahead
         assert set(np.flatnonzero(near)) <= chosen
@@ -311,11 +357,17 @@ def test_boxes_are_copied_and_filled_beyond_the_edges() -> None:
         x, y = (int(v) for v in rng.integers(-60, 60, 2))
         expected = part_of(source, x + margin, y + margin, (30, 35), 7)
         target = np.full((30, 35), 99, dtype=np.uint8)
-        boxes = np.array(((x, x + 35, y, y + 10), (x, x + 3, y + 10, y + 30), (x + 3, x + 35, y + 10, y + 30)))
+        boxes = np.array(
+            ((x, x + 35, y, y + 10), (x, x + 3, y + 10, y + 30), (x + 3, x + 35, y + 10, y + 30))
+        )
         inflation_kernels.copy_boxes(source, margin, 7, target, np.array((x, y, 35, 30)), boxes)
         np.testing.assert_array_equal(target, expected)
 
 
-@pytest.mark.parametrize(("limits", "is_in"), [((5.0, 6.0), True), ((4.0, 5.0), False), ((5.1, 6.0), False)])
-def test_a_range_has_its_lower_limit_and_not_its_upper_one(limits: tuple[float, float], is_in: bool) -> None:
+@pytest.mark.parametrize(
+    ("limits", "is_in"), [((5.0, 6.0), True), ((4.0, 5.0), False), ((5.1, 6.0), False)]
+)
+def test_a_range_has_its_lower_limit_and_not_its_upper_one(
+    limits: tuple[float, float], is_in: bool
+) -> None:
     assert kernels.is_in_range(4.0, 6.0, 1.0, 2.0, limits) == is_in

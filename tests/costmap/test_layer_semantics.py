@@ -24,7 +24,9 @@ from navstack.params.costmap import (
 from navstack.types import LaserScan, Pose2D
 
 USUAL = ("static_layer", "obstacle_layer", "inflation_layer")
-SOURCE = ObservationSourceParams(clearing=True, obstacle_max_range=4.0, raytrace_max_range=4.5, inf_is_valid=True)
+SOURCE = ObservationSourceParams(
+    clearing=True, obstacle_max_range=4.0, raytrace_max_range=4.5, inf_is_valid=True
+)
 ways = pytest.mark.parametrize("prefer_fast", [True, False], ids=["fast", "full"])
 
 
@@ -56,7 +58,9 @@ def make_costmap(
     )
     cells = np.zeros((200, 200), dtype=np.int8) if data is None else data
     params = dataclasses.replace(basis, **others)  # type: ignore[arg-type]
-    return LayeredCostmap(params, OccupancyGrid(cells, 0.05, Pose2D(-5.0, -5.0)), prefer_fast=prefer_fast)
+    return LayeredCostmap(
+        params, OccupancyGrid(cells, 0.05, Pose2D(-5.0, -5.0)), prefer_fast=prefer_fast
+    )
 
 
 def ahead(*ranges: float, stamp: float = 0.0) -> LaserScan:
@@ -65,14 +69,18 @@ def ahead(*ranges: float, stamp: float = 0.0) -> LaserScan:
 
 
 def is_marked(costmap: LayeredCostmap, distance: float, beam: int = 0) -> bool:
-    return costmap.master.cost_at(distance * math.cos(0.2 * beam), distance * math.sin(0.2 * beam)) == 254
+    return (
+        costmap.master.cost_at(distance * math.cos(0.2 * beam), distance * math.sin(0.2 * beam))
+        == 254
+    )
 
 
 @pytest.mark.parametrize(
     ("order", "map_spreads", "scan_spreads"),
     [
         (USUAL, True, True),
-        (("obstacle_layer", "static_layer", "inflation_layer"), True, False),  # the map overwrites what the scan showed
+        # the map overwrites what the scan showed
+        (("obstacle_layer", "static_layer", "inflation_layer"), True, False),
         (("static_layer", "inflation_layer", "obstacle_layer"), True, False),
         (("obstacle_layer", "inflation_layer", "static_layer"), False, False),
         (("inflation_layer", "static_layer", "obstacle_layer"), False, False),
@@ -97,7 +105,9 @@ def test_layers_write_in_the_order_of_the_file(
 
 @ways
 @pytest.mark.parametrize("padding", [0.0, 0.05, 0.25])
-def test_the_inscribed_radius_is_that_of_the_padded_footprint(padding: float, prefer_fast: bool) -> None:
+def test_the_inscribed_radius_is_that_of_the_padded_footprint(
+    padding: float, prefer_fast: bool
+) -> None:
     data = np.zeros((200, 200), dtype=np.int8)
     data[100, 100] = 100
     costmap = make_costmap(
@@ -107,7 +117,9 @@ def test_the_inscribed_radius_is_that_of_the_padded_footprint(padding: float, pr
         footprint_padding=padding,
     )
     assert costmap.inscribed_radius == pytest.approx(0.14 + padding, abs=1e-7)
-    assert costmap.circumscribed_radius == pytest.approx(math.hypot(0.607 + padding, 0.25 + padding), abs=1e-7)
+    assert costmap.circumscribed_radius == pytest.approx(
+        math.hypot(0.607 + padding, 0.25 + padding), abs=1e-7
+    )
     costmap.update(Pose2D(3.0, 3.0), None, 0.0)
     row = costmap.master.data[100, 101:]
     inside = np.arange(1, len(row) + 1) * 0.05 <= costmap.inscribed_radius
@@ -120,7 +132,9 @@ def test_only_returns_between_the_obstacle_ranges_mark(prefer_fast: bool) -> Non
     source = dataclasses.replace(SOURCE, obstacle_min_range=1.0, obstacle_max_range=2.5)
     costmap = make_costmap(source=source, prefer_fast=prefer_fast)
     costmap.update(Pose2D(), ahead(0.7, 1.2, 2.3, 2.7), 0.0)
-    seen = [is_marked(costmap, distance, beam) for beam, distance in enumerate((0.7, 1.2, 2.3, 2.7))]
+    seen = [
+        is_marked(costmap, distance, beam) for beam, distance in enumerate((0.7, 1.2, 2.3, 2.7))
+    ]
     assert seen == [False, True, True, False]
 
 
@@ -130,31 +144,48 @@ def test_only_returns_between_the_obstacle_ranges_mark(prefer_fast: bool) -> Non
     [
         (0.0, 2.5, [False, False, False, True]),
         (1.0, 4.5, [True, False, False, False]),
-        (1.0, 2.5, [True, False, False, False]),  # as in Nav2 a least range carries the greatest too far
+        # as in Nav2 a least range carries the greatest too far
+        (1.0, 2.5, [True, False, False, False]),
     ],
 )
 def test_beams_clear_between_the_raytrace_ranges_only(
     least: float, most: float, stays: list[bool], prefer_fast: bool
 ) -> None:
     source = dataclasses.replace(SOURCE, raytrace_min_range=least, raytrace_max_range=most)
-    costmap = make_costmap(source=source, prefer_fast=prefer_fast, obstacles={"footprint_clearing_enabled": False})
+    costmap = make_costmap(
+        source=source, prefer_fast=prefer_fast, obstacles={"footprint_clearing_enabled": False}
+    )
     costmap.update(Pose2D(), ahead(0.7, 1.2, 2.3, 2.7), 0.0)
-    assert all(is_marked(costmap, distance, beam) for beam, distance in enumerate((0.7, 1.2, 2.3, 2.7)))
+    assert all(
+        is_marked(costmap, distance, beam) for beam, distance in enumerate((0.7, 1.2, 2.3, 2.7))
+    )
     costmap.update(Pose2D(), LaserScan(0.1, np.full(200, 3.5), -0.1, 0.005, 0.05, 20.0), 0.1)
-    seen = [is_marked(costmap, distance, beam) for beam, distance in enumerate((0.7, 1.2, 2.3, 2.7))]
+    seen = [
+        is_marked(costmap, distance, beam) for beam, distance in enumerate((0.7, 1.2, 2.3, 2.7))
+    ]
     assert seen == stays
 
 
 @pytest.mark.parametrize("persistence", [0.0, 0.25, 0.5, 1.0])
 def test_observations_of_a_buffer_are_no_older_than_it_remembers(persistence: float) -> None:
     """Their stamps are exact in binary, so that some are just as old as they may be."""
-    buffer, stamps = ObservationBuffer(dataclasses.replace(SOURCE, observation_persistence=persistence)), [7.0]
+    buffer, stamps = (
+        ObservationBuffer(dataclasses.replace(SOURCE, observation_persistence=persistence)),
+        [7.0],
+    )
     for gap in (0.25, 0.5, 0.25, 0.25, 1.25, 0.25):
         stamps.append(stamps[-1] + gap)
     for count, newest in enumerate(stamps, 1):
         buffer.add(Observation(newest, 0.0, 0.0, lambda: np.empty((0, 2))))
-        young = [stamp for stamp in stamps[count - 2 :: -1] if persistence > 0.0 and newest - stamp <= persistence]
-        assert [each.stamp for each in buffer.observations] == [newest, *(young if count > 1 else ())]
+        young = [
+            stamp
+            for stamp in stamps[count - 2 :: -1]
+            if persistence > 0.0 and newest - stamp <= persistence
+        ]
+        assert [each.stamp for each in buffer.observations] == [
+            newest,
+            *(young if count > 1 else ()),
+        ]
 
 
 @ways
@@ -162,9 +193,13 @@ def test_observations_of_a_buffer_are_no_older_than_it_remembers(persistence: fl
 def test_a_scan_marks_again_for_as_long_as_it_persists(
     persistence: float, gone_after: float, prefer_fast: bool
 ) -> None:
-    """Each update clears with all kept scans, then marks with all: an old return outlives the beams through it."""
+    """Each update clears with all kept scans, then marks with all.
+
+    An old return outlives the beams through it.
+    """
     costmap = make_costmap(
-        source=dataclasses.replace(SOURCE, observation_persistence=persistence), prefer_fast=prefer_fast
+        source=dataclasses.replace(SOURCE, observation_persistence=persistence),
+        prefer_fast=prefer_fast,
     )
     costmap.update(Pose2D(), ahead(1.5), 0.0)
     for step in range(1, 8):
@@ -206,10 +241,15 @@ def test_a_costmap_is_not_current_when_expected_scans_stay_away(prefer_fast: boo
     [(OVERWRITE, [NO_INFORMATION, 0, 254]), (MAXIMUM, [NO_INFORMATION, 0, 254]),
      (MAXIMUM_WITHOUT_UNKNOWN, [NO_INFORMATION, NO_INFORMATION, NO_INFORMATION])],
 )  # fmt: skip
-def test_whether_a_scan_makes_unknown_cells_known(combination_method: int, expected: list[int]) -> None:
+def test_whether_a_scan_makes_unknown_cells_known(
+    combination_method: int, expected: list[int]
+) -> None:
     data = np.full((200, 200), -1, dtype=np.int8)
     costmap = make_costmap(
-        USUAL[:2], data=data, track_unknown_space=True, obstacles={"combination_method": combination_method}
+        USUAL[:2],
+        data=data,
+        track_unknown_space=True,
+        obstacles={"combination_method": combination_method},
     )
     costmap.update(Pose2D(), ahead(1.5), 0.0)
     assert [costmap.master.cost_at(x, 0.01) for x in (-1.0, 1.0, 1.51)] == expected
@@ -226,7 +266,9 @@ def test_overwriting_lets_a_scan_free_what_the_map_shows() -> None:
 
 @ways
 @pytest.mark.parametrize("enabled", [True, False])
-def test_cells_under_the_robot_are_free_where_the_layer_says_so(enabled: bool, prefer_fast: bool) -> None:
+def test_cells_under_the_robot_are_free_where_the_layer_says_so(
+    enabled: bool, prefer_fast: bool
+) -> None:
     source = dataclasses.replace(SOURCE, clearing=False)
     costmap = make_costmap(
         USUAL[:2],
@@ -240,4 +282,5 @@ def test_cells_under_the_robot_are_free_where_the_layer_says_so(enabled: bool, p
     assert is_marked(costmap, 0.6) is not enabled
     assert is_marked(costmap, 0.6, beam=2)  # beside the robot
     costmap.update(Pose2D(-1.0, 0.0, 0.0), ahead(4.4, stamp=0.2), 0.2)
-    assert is_marked(costmap, 0.6) is not enabled  # what was freed stays free when the robot has left
+    # what was freed stays free when the robot has left
+    assert is_marked(costmap, 0.6) is not enabled

@@ -30,11 +30,16 @@ USUAL = ("static_layer", "obstacle_layer", "inflation_layer")
 
 
 def make_params(
-    plugins: tuple[str, ...] = USUAL, source: ObservationSourceParams = SOURCE, size: float = 8.0, **others: object
+    plugins: tuple[str, ...] = USUAL,
+    source: ObservationSourceParams = SOURCE,
+    size: float = 8.0,
+    **others: object,
 ) -> CostmapParams:
     layers: dict[str, LayerParams] = {
         "static_layer": StaticLayerParams(),
-        "obstacle_layer": ObstacleLayerParams(observation_sources=("scan",), sources={"scan": source}),
+        "obstacle_layer": ObstacleLayerParams(
+            observation_sources=("scan",), sources={"scan": source}
+        ),
         "inflation_layer": InflationLayerParams(inflation_radius=0.8, cost_scaling_factor=3.0),
     }
     basis = CostmapParams(
@@ -63,10 +68,14 @@ def random_scan(rng: np.random.Generator, stamp: float, beams: int = 240) -> Las
     """Returns anywhere, as if everything around moved all the time; some beams without return."""
     ranges = rng.uniform(0.3, 6.0, beams)
     ranges[rng.random(beams) < 0.1] = math.inf
-    return LaserScan(stamp, ranges, -math.pi, 2.0 * math.pi / beams, 0.1, 10.0, Pose2D(-0.2, 0.03, 0.4))
+    return LaserScan(
+        stamp, ranges, -math.pi, 2.0 * math.pi / beams, 0.1, 10.0, Pose2D(-0.2, 0.03, 0.4)
+    )
 
 
-def drive(rng: np.random.Generator, steps: int = 25) -> Iterator[tuple[Pose2D, LaserScan | None, float]]:
+def drive(
+    rng: np.random.Generator, steps: int = 25
+) -> Iterator[tuple[Pose2D, LaserScan | None, float]]:
     """A wandering robot whose scan comes with two updates out of three."""
     x, y, yaw = 0.5, -1.0, 0.3
     for step in range(steps):
@@ -96,7 +105,9 @@ def in_window(costs: ByteArray, static: OccupancyGrid, costmap: LayeredCostmap) 
 
 @pytest.mark.parametrize("rolling", [True, False])
 @pytest.mark.parametrize("source", SOURCES.values(), ids=SOURCES.keys())
-def test_the_fast_way_equals_the_full_way_bit_for_bit(rolling: bool, source: ObservationSourceParams) -> None:
+def test_the_fast_way_equals_the_full_way_bit_for_bit(
+    rolling: bool, source: ObservationSourceParams
+) -> None:
     rng = np.random.default_rng(11)
     params = make_params(source=source, rolling_window=rolling)
     static = make_map(rng)
@@ -112,8 +123,13 @@ def test_the_fast_way_equals_the_full_way_bit_for_bit(rolling: bool, source: Obs
                 costmap.clear_entirely()
                 assert (costmap.obstacle_costs[0] == 0).all()
                 costmap.update(pose, None, stamp)
-        assert (fast.master.origin_x, fast.master.origin_y) == (full.master.origin_x, full.master.origin_y)
-        seen, seen_by_full = (costmap.obstacle_costs[0] == LETHAL_OBSTACLE for costmap in (fast, full))
+        assert (fast.master.origin_x, fast.master.origin_y) == (
+            full.master.origin_x,
+            full.master.origin_y,
+        )
+        seen, seen_by_full = (
+            costmap.obstacle_costs[0] == LETHAL_OBSTACLE for costmap in (fast, full)
+        )
         left_out = in_window(static_costs(static, params), static, fast) == LETHAL_OBSTACLE
         np.testing.assert_array_equal(seen, seen_by_full & ~left_out)
         np.testing.assert_array_equal(fast.master.data, full.master.data)
@@ -128,7 +144,9 @@ def test_a_window_that_moves_far_and_jumps_equals_the_full_way(dx: float, dy: fl
     fast, full = LayeredCostmap(params, static), LayeredCostmap(params, static, prefer_fast=False)
     for step in range(60):
         jump = 2.5 if step >= 40 else 0.0
-        pose = Pose2D(-3.0 * np.sign(dx) + dx * step, -4.0 * np.sign(dy) + dy * step + jump, 0.1 * step)
+        pose = Pose2D(
+            -3.0 * np.sign(dx) + dx * step, -4.0 * np.sign(dy) + dy * step + jump, 0.1 * step
+        )
         scan = random_scan(rng, 0.1 * step) if step % 3 == 0 else None
         for costmap in (fast, full):
             costmap.update(pose, scan, 0.1 * step)
@@ -171,7 +189,10 @@ def test_a_rolling_window_shows_what_the_fixed_costmap_shows() -> None:
 
 
 def circle_scan(robot: Pose2D, person: tuple[float, float], stamp: float, wall: float) -> LaserScan:
-    """What a lidar sees of a person of radius 0.3 m in front of a round wall (``inf``: nothing behind)."""
+    """What a lidar sees of a person of radius 0.3 m in front of a round wall (``inf``.
+
+    Nothing behind).
+    """
     angles = np.linspace(-math.pi, math.pi, 360, endpoint=False)
     dx, dy = person[0] - robot.x, person[1] - robot.y
     along = dx * np.cos(angles) + dy * np.sin(angles)
@@ -183,12 +204,15 @@ def circle_scan(robot: Pose2D, person: tuple[float, float], stamp: float, wall: 
 
 @pytest.mark.parametrize("prefer_fast", [True, False])
 @pytest.mark.parametrize(
-    ("inf_is_valid", "wall", "leaves_ghosts"), [(False, 3.5, False), (True, math.inf, False), (False, math.inf, True)]
+    ("inf_is_valid", "wall", "leaves_ghosts"),
+    [(False, 3.5, False), (True, math.inf, False), (False, math.inf, True)],
 )
 def test_a_pedestrian_that_walks_by_leaves_ghosts_only_where_no_beam_clears(
     prefer_fast: bool, inf_is_valid: bool, wall: float, leaves_ghosts: bool
 ) -> None:
-    static = OccupancyGrid(np.zeros((220, 300), dtype=np.int8), RESOLUTION, Pose2D(-7.025, -5.5, 0.0))
+    static = OccupancyGrid(
+        np.zeros((220, 300), dtype=np.int8), RESOLUTION, Pose2D(-7.025, -5.5, 0.0)
+    )
     source = dataclasses.replace(SOURCE, inf_is_valid=inf_is_valid)
     params = make_params(source=source, rolling_window=True)
     costmap = LayeredCostmap(params, static, prefer_fast=prefer_fast)
@@ -210,10 +234,13 @@ def test_a_static_layer_last_hides_what_the_layers_before_it_wrote() -> None:
     order = ("obstacle_layer", "inflation_layer", "static_layer")
     scan = circle_scan(Pose2D(), (1.5, 0.0), 0.0, math.inf)
     for use_maximum in (False, True):
-        costmap = LayeredCostmap(make_params(order, use_maximum=use_maximum, rolling_window=True), static)
+        costmap = LayeredCostmap(
+            make_params(order, use_maximum=use_maximum, rolling_window=True), static
+        )
         costmap.update(Pose2D(), scan, 0.0)
         assert (costmap.master.cost_at(1.22, 0.0) == LETHAL_OBSTACLE) is use_maximum
-        assert costmap.master.cost_at(-2.6, 1.2) == 0  # beside the block, whose surroundings are not inflated
+        # beside the block, whose surroundings are not inflated
+        assert costmap.master.cost_at(-2.6, 1.2) == 0
 
 
 def test_unknown_cells_are_kept_and_freed_by_beams() -> None:
@@ -230,7 +257,9 @@ def test_the_footprint_is_cleared_in_the_obstacle_layer_only() -> None:
     data = np.zeros((220, 300), dtype=np.int8)
     static = OccupancyGrid(data, RESOLUTION, Pose2D(-7.5, -5.5, 0.0))
     data[110, 150] = 100  # under the robot
-    costmap = LayeredCostmap(make_params(source=dataclasses.replace(SOURCE, clearing=False)), static)
+    costmap = LayeredCostmap(
+        make_params(source=dataclasses.replace(SOURCE, clearing=False)), static
+    )
     scan = LaserScan(0.0, np.array((0.1, 0.4)), -math.pi, math.pi, 0.0, 10.0)
     costmap.update(Pose2D(), scan, 0.0)
     assert costmap.master.cost_at(0.01, 0.01) == LETHAL_OBSTACLE
@@ -248,13 +277,18 @@ def test_reset_forgets_the_place_and_the_scans() -> None:
     for costmap in (used, fresh):
         costmap.update(Pose2D(-1.02, 0.51, 0.2), None, 0.0)
     np.testing.assert_array_equal(used.master.data, fresh.master.data)
-    assert (used.master.origin_x, used.master.origin_y) == (fresh.master.origin_x, fresh.master.origin_y)
+    assert (used.master.origin_x, used.master.origin_y) == (
+        fresh.master.origin_x,
+        fresh.master.origin_y,
+    )
     assert not used.obstacle_costs[0].any()
 
 
 @pytest.mark.parametrize("prefer_fast", [True, False])
 def test_a_costmap_is_current_from_an_update_until_it_is_cleared(prefer_fast: bool) -> None:
-    costmap = LayeredCostmap(make_params(), make_map(np.random.default_rng(2)), prefer_fast=prefer_fast)
+    costmap = LayeredCostmap(
+        make_params(), make_map(np.random.default_rng(2)), prefer_fast=prefer_fast
+    )
     for forget in (costmap.clear_entirely, costmap.reset):
         assert not costmap.is_current
         costmap.update(Pose2D(), random_scan(np.random.default_rng(2), 0.5), 0.5)
@@ -281,7 +315,9 @@ def test_bounds_hold_nothing_then_what_they_are_joined_with() -> None:
 
 @pytest.mark.parametrize("rolling", [True, False])
 @pytest.mark.parametrize("plugins", [USUAL, USUAL[1:]])
-def test_a_costmap_that_was_reset_equals_a_fresh_one_in_every_cell(rolling: bool, plugins: tuple[str, ...]) -> None:
+def test_a_costmap_that_was_reset_equals_a_fresh_one_in_every_cell(
+    rolling: bool, plugins: tuple[str, ...]
+) -> None:
     static = make_map(np.random.default_rng(3), unknown=0.1)
     window = {"rolling_window": rolling, "origin_x": -4.0, "origin_y": -4.0}
     params = make_params(plugins, track_unknown_space=True, **window)
@@ -310,7 +346,11 @@ def test_a_keepout_mask_is_lethal() -> None:
 
 @pytest.mark.parametrize(
     ("trinary", "track_unknown", "expected"),
-    [(True, False, [0, 0, 254, 0]), (False, True, [0, 127, 254, 255]), (True, True, [0, 0, 254, 255])],
+    [
+        (True, False, [0, 0, 254, 0]),
+        (False, True, [0, 127, 254, 255]),
+        (True, True, [0, 0, 254, 255]),
+    ],
 )
 def test_occupancies_become_costs(trinary: bool, track_unknown: bool, expected: list[int]) -> None:
     grid = OccupancyGrid(np.array([[0, 50, 100, -1]], dtype=np.int8), 0.1, Pose2D())
@@ -320,7 +360,9 @@ def test_occupancies_become_costs(trinary: bool, track_unknown: bool, expected: 
 
 def test_a_coarser_map_keeps_its_places() -> None:
     costs = np.array([[0, 254], [100, 7]], dtype=np.uint8)
-    np.testing.assert_array_equal(resampled(costs, 0.1, 0.05), costs.repeat(2, axis=0).repeat(2, axis=1))
+    np.testing.assert_array_equal(
+        resampled(costs, 0.1, 0.05), costs.repeat(2, axis=0).repeat(2, axis=1)
+    )
     assert resampled(costs, 0.05, 0.05000001) is costs
 
 
@@ -341,13 +383,17 @@ def test_what_cannot_be_used_is_refused() -> None:
 @pytest.mark.parametrize("prefer_fast", [True, False])
 def test_what_is_no_place_marks_and_clears_nothing(prefer_fast: bool) -> None:
     costmap = LayeredCostmap(
-        make_params(rolling_window=True), make_map(np.random.default_rng(1)), prefer_fast=prefer_fast
+        make_params(rolling_window=True),
+        make_map(np.random.default_rng(1)),
+        prefer_fast=prefer_fast,
     )
     costmap.update(Pose2D(0.3, 0.2, 0.1), random_scan(np.random.default_rng(2), 0.0), 0.0)
     seen = costmap.obstacle_costs[0].copy()
     assert (seen == LETHAL_OBSTACLE).sum() > 20
     odd = (math.nan, math.inf, -math.inf)
-    points = np.array([(x, y, 0.1) for x in (*odd, 0.5) for y in (*odd, 0.5) if (x, y) != (0.5, 0.5)])
+    points = np.array(
+        [(x, y, 0.1) for x in (*odd, 0.5) for y in (*odd, 0.5) if (x, y) != (0.5, 0.5)]
+    )
     costmap.observe_points(points, math.nan, 0.2, 0.1)
     costmap.update(Pose2D(0.3, 0.2, 0.1), None, 0.1)
     np.testing.assert_array_equal(costmap.obstacle_costs[0], seen)

@@ -25,10 +25,19 @@ def make_costmap(**given) -> LayeredCostmap:
     sources = given.pop("sources")
     names = tuple(f"source_{k}" for k in range(len(sources)))
     layer = SpatioTemporalLayerParams(
-        voxel_size=SIZE, observation_sources=names, sources=dict(zip(names, sources, strict=True)), **given
+        voxel_size=SIZE,
+        observation_sources=names,
+        sources=dict(zip(names, sources, strict=True)),
+        **given,
     )
     params = CostmapParams(
-        width=8.0, height=6.0, resolution=SIZE, origin_x=-3.0, origin_y=-2.0, plugins=("stvl",), layers={"stvl": layer}
+        width=8.0,
+        height=6.0,
+        resolution=SIZE,
+        origin_x=-3.0,
+        origin_y=-2.0,
+        plugins=("stvl",),
+        layers={"stvl": layer},
     )
     return LayeredCostmap(params)
 
@@ -63,7 +72,10 @@ class Twin:
             left = {0: decay - age, 1: decay * math.exp(-age)}.get(self.params.decay_model, decay)
             dx, dy = (voxel[0] + 0.5) * SIZE - x, (voxel[1] + 0.5) * SIZE - y
             for source in self.params.active_sources:
-                if source.clearing and is_inside(source, np.array([dx]), np.array([dy]), pose.yaw)[0]:
+                if (
+                    source.clearing
+                    and is_inside(source, np.array([dx]), np.array([dy]), pose.yaw)[0]
+                ):
                     aged = source.decay_acceleration * age**3 / 6.0
                     left -= aged
                     self.marks[voxel] = mark - aged
@@ -96,7 +108,9 @@ def test_voxels_come_and_go_as_those_of_a_dictionary_do(decay_model):
         SpatioTemporalSourceParams(marking=False, clearing=True, max_z=3.0, decay_acceleration=5.0),
         SpatioTemporalSourceParams(enabled=False, obstacle_range=4.0),
     ]
-    costmap = make_costmap(sources=sources, voxel_decay=3.0, decay_model=decay_model, update_footprint_enabled=False)
+    costmap = make_costmap(
+        sources=sources, voxel_decay=3.0, decay_model=decay_model, update_footprint_enabled=False
+    )
     twin = Twin(costmap.params.layers["stvl"])
     rng = np.random.default_rng(5)
     counts = []
@@ -109,7 +123,9 @@ def test_voxels_come_and_go_as_those_of_a_dictionary_do(decay_model):
         rows, columns = np.nonzero(costmap.master.data)
         # the costmap's first cell is the voxel (-30, -20); what lies beyond its edges is not seen
         inside = {(x, y) for x, y in shown if -30 <= x < 50 and -20 <= y < 40}
-        assert {(x - 30, y - 20) for x, y in zip(columns.tolist(), rows.tolist(), strict=True)} == inside
+        assert {
+            (x - 30, y - 20) for x, y in zip(columns.tolist(), rows.tolist(), strict=True)
+        } == inside
         counts.append(len(inside))
     assert counts[0] == 0
     assert max(counts) > 100
@@ -135,7 +151,9 @@ def test_a_reading_counts_once_where_it_is_cleared_after_reading():
     rng = np.random.default_rng(1)
     seen = scan(rng, 0.0)
     once, again = (
-        make_costmap(sources=[SpatioTemporalSourceParams(clear_after_reading=clear)], voxel_decay=1.0)
+        make_costmap(
+            sources=[SpatioTemporalSourceParams(clear_after_reading=clear)], voxel_decay=1.0
+        )
         for clear in (True, False)
     )
     for k in range(6):  # without a new scan
@@ -147,8 +165,12 @@ def test_a_reading_counts_once_where_it_is_cleared_after_reading():
 
 def test_a_camera_sees_between_two_planes_and_a_lidar_between_two_arcs():
     dx, dy = np.array([2.0, 1.9, 0.4, 2.0]), np.array([0.0, 1.0, 0.0, -1.9])
-    camera = SpatioTemporalSourceParams(min_z=0.5, max_z=2.0, horizontal_fov_angle=1.2, model_type=DEPTH_CAMERA)
-    lidar = SpatioTemporalSourceParams(min_z=0.5, max_z=2.0, horizontal_fov_angle=6.29, model_type=LIDAR_3D)
+    camera = SpatioTemporalSourceParams(
+        min_z=0.5, max_z=2.0, horizontal_fov_angle=1.2, model_type=DEPTH_CAMERA
+    )
+    lidar = SpatioTemporalSourceParams(
+        min_z=0.5, max_z=2.0, horizontal_fov_angle=6.29, model_type=LIDAR_3D
+    )
     assert is_inside(camera, dx, dy, 0.0).tolist() == [True, True, False, False]
     assert is_inside(lidar, dx, dy, 0.0).tolist() == [True, False, False, False]
     assert not is_inside(camera, dx, dy, math.pi).any()
@@ -161,10 +183,19 @@ def test_a_lidar_that_sees_nearly_all_around_has_no_sides(angle, sees):
 
 
 def test_a_frustum_turns_with_the_robot_and_holds_its_edges():
-    camera = SpatioTemporalSourceParams(min_z=0.5, max_z=2.0, horizontal_fov_angle=1.2, model_type=DEPTH_CAMERA)
-    ahead, aside = np.array([0.5, 2.0, 0.499, 2.001, 1.0, 1.0, 1.0]), np.array([0, 0, 0, 0, 0.684, -0.684, -0.685])
-    dx, dy = ahead * math.cos(2.0) - aside * math.sin(2.0), ahead * math.sin(2.0) + aside * math.cos(2.0)
+    camera = SpatioTemporalSourceParams(
+        min_z=0.5, max_z=2.0, horizontal_fov_angle=1.2, model_type=DEPTH_CAMERA
+    )
+    ahead, aside = (
+        np.array([0.5, 2.0, 0.499, 2.001, 1.0, 1.0, 1.0]),
+        np.array([0, 0, 0, 0, 0.684, -0.684, -0.685]),
+    )
+    dx, dy = (
+        ahead * math.cos(2.0) - aside * math.sin(2.0),
+        ahead * math.sin(2.0) + aside * math.cos(2.0),
+    )
     dx[:2], dy[:2] = dx[:2] * (1.0 + 1e-9, 1.0 - 1e-9), dy[:2] * (1.0 + 1e-9, 1.0 - 1e-9)
-    assert is_inside(camera, dx, dy, 2.0).tolist() == [True, True, False, False, True, True, False]  # tan 0.6 = 0.6841
+    # tan 0.6 = 0.6841
+    assert is_inside(camera, dx, dy, 2.0).tolist() == [True, True, False, False, True, True, False]
     edges = np.array([0.5, 2.0])
     assert is_inside(camera, edges, np.zeros(2), 0.0).all()

@@ -21,7 +21,8 @@ class Block:
     line: int  # of its fence
     language: str
     text: str
-    file: str  # name of the file whose content it is, as the line before says ("`name`:"); empty: none
+    # name of the file whose content it is, as the line before says ("`name`:"); empty: none
+    file: str
 
     @property
     def where(self) -> str:

@@ -1,4 +1,7 @@
-"""The Dask cluster that a page starts: its own commands, with this machine in place of the page's."""
+"""The Dask cluster that a page starts.
+
+Its own commands, with this machine in place of the page's.
+"""
 
 import socket
 import subprocess
@@ -16,7 +19,10 @@ SOON = 30.0  # [s] that a process may take to end
 
 
 class Cluster:
-    """Starts schedulers and workers in processes of their own, and ends them; without such commands does nothing."""
+    """Starts schedulers and workers in processes of their own, and ends them.
+
+    Without such commands does nothing.
+    """
 
     def __init__(self, folder: Path) -> None:
         """``folder``: where the commands are executed, and keep what they write."""
@@ -26,15 +32,21 @@ class Cluster:
 
     def start(self, words: tuple[str, ...]) -> None:
         """Execute ``dask scheduler`` or ``dask worker``, which go on until the cluster is left."""
-        pytest.importorskip("distributed", reason="the package distributed (extra 'dask') is not installed")
+        pytest.importorskip(
+            "distributed", reason="the package distributed (extra 'dask') is not installed"
+        )
         here = self.here(words[1:])
         for option in set(here) & set(AT_MOST):
             here[here.index(option) + 1] = str(AT_MOST[option])
         here += ["--host", "127.0.0.1"]
-        here += ["--dashboard-address", "127.0.0.1:0"] if here[0] == "scheduler" else ["--no-dashboard"]
+        here += (
+            ["--dashboard-address", "127.0.0.1:0"] if here[0] == "scheduler" else ["--no-dashboard"]
+        )
         log = (self._folder / f"{here[0]}.log").open("wb")
         with log:
-            self._started.append(subprocess.Popen([DASK, *here], cwd=self._folder, stdout=log, stderr=log))
+            self._started.append(
+                subprocess.Popen([DASK, *here], cwd=self._folder, stdout=log, stderr=log)
+            )
 
     def here(self, words: tuple[str, ...]) -> list[str]:
         """The words of a command with the address of this machine."""
@@ -50,7 +62,10 @@ class Cluster:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         """End the processes, workers first."""
         for process in reversed(self._started):

@@ -1,4 +1,7 @@
-"""The folder in which a page's commands are executed: a checkout, and what ``GIVEN`` says of the page's reader."""
+"""The folder in which a page's commands are executed.
+
+A checkout, and what ``GIVEN`` says of the page's reader.
+"""
 
 import importlib.util
 import shutil
@@ -23,14 +26,27 @@ from navstack.types import Pose2D
 from .blocks import ROOT, Block
 from .shortened import IN_FILES, SHORT_RULES, SHORT_TIMEOUT, SMALL_MAP
 
-# What pages take for granted beside a checkout, where no command of theirs makes it. Tutorials are not among them.
+# What pages take for granted beside a checkout, where no command of theirs makes it. Tutorials are
+# not among them.
 GIVEN = {
-    "commands.md": ("my_robot_nav2.yaml", "my_map.yaml", "my_vectors", "drive.bag", "latest", "a", "b"),  # an overview
-    "money.md": ("my_prices.yaml", "latest", "before", "after", "both"),  # finished runs of the reader's
+    # an overview
+    "commands.md": (
+        "my_robot_nav2.yaml",
+        "my_map.yaml",
+        "my_vectors",
+        "drive.bag",
+        "latest",
+        "a",
+        "b",
+    ),
+    # finished runs of the reader's
+    "money.md": ("my_prices.yaml", "latest", "before", "after", "both"),
     "parity.md": ("my_vectors",),  # recorded on another machine
     "pedestrians.md": ("recorded.csv",),  # a data set
-    "recorded_logs.md": ("test1.bag",),  # of another project; a made-up log of the same kind stands in
-    "scaling.md": ("mpi",),  # driven by mpiexec, which tests/execution/test_cluster_examples.py does
+    # of another project; a made-up log of the same kind stands in
+    "recorded_logs.md": ("test1.bag",),
+    # driven by mpiexec, which tests/execution/test_cluster_examples.py does
+    "scaling.md": ("mpi",),
 }
 RUNS = {  # folders in results, and the names of their stacks
     "latest": ("nav2-gps",),
@@ -65,7 +81,10 @@ def status_of(words: list[str]) -> int | str | None:
 
 
 def wait_for_a_new_second(results: Path) -> None:
-    """Run folders without a name of their own are called by the second: readers are not as fast as a test."""
+    """Run folders without a name of their own are called by the second.
+
+    Readers are not as fast as a test.
+    """
     while any(results.glob(f"{time.strftime('%Y%m%d-%H%M%S')}-*")):
         time.sleep(0.05)
 
@@ -90,12 +109,22 @@ def drive_runs(folder: Path) -> None:
     for stacks in set(RUNS.values()):
         named = [word for stack in stacks for word in ("--stack", stack)]
         out = ["--out", str(folder / "-".join(stacks))]
-        short = ["--rules", str(folder / SHORT_RULES), "--map", str(folder / SMALL_MAP), "--workers", "1"]
+        short = [
+            "--rules",
+            str(folder / SHORT_RULES),
+            "--map",
+            str(folder / SMALL_MAP),
+            "--workers",
+            "1",
+        ]
         assert status_of(["run", *named, "--episodes", "2", "--record", "full", *out, *short]) == 0
 
 
 def furnish(folder: Path, runs: Path, given: Iterable[str]) -> None:
-    """A checkout as its reader has it, and what else is given; ``runs`` is the folder of :func:`drive_runs`."""
+    """A checkout as its reader has it, and what else is given.
+
+    ``runs`` is the folder of :func:`drive_runs`.
+    """
     make_short(folder)
     for name in ("params", "tests", "benchmarks"):
         (folder / name).symlink_to(ROOT / name)
@@ -137,14 +166,19 @@ def make_map(path: Path, length: float = 30.0, width: float = 10.0) -> None:
 
 def make_log(path: Path) -> None:
     """A bag of ROS 1: 2 s straight on with wheels, an inertial unit and fixes."""
-    specification = importlib.util.spec_from_file_location("writing", ROOT / "tests" / "recorded" / "writing.py")
+    specification = importlib.util.spec_from_file_location(
+        "writing", ROOT / "tests" / "recorded" / "writing.py"
+    )
     assert specification is not None and specification.loader is not None
     writing = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(writing)
     entries = []
     for t in np.arange(0.0, 2.0, 0.02):
         stamp = writing.START + t
-        entries += [writing.odometry(stamp, Pose2D(t, 0.0, 0.0), 1.0, 0.0), writing.imu(stamp, 0.0, 0.0)]
+        entries += [
+            writing.odometry(stamp, Pose2D(t, 0.0, 0.0), 1.0, 0.0),
+            writing.imu(stamp, 0.0, 0.0),
+        ]
     entries += [writing.fix(writing.START + t, t, 0.0) for t in np.arange(0.0, 2.0, 0.2)]
     writing.write(path, sorted(entries, key=lambda entry: entry.stamp), "ros1")
 
@@ -189,14 +223,19 @@ def merge(block: Block, path: Path) -> None:
 
 
 def install(package: Path) -> None:
-    """As ``pip install`` of a package of plain modules: importable, with its entry points, and without an index."""
+    """As ``pip install`` of a package of plain modules.
+
+    Importable, with its entry points, and without an index.
+    """
     project = tomllib.loads((package / "pyproject.toml").read_text(encoding="utf-8"))
     modules = project["tool"]["setuptools"]["py-modules"]
     assert all((package / f"{module}.py").is_file() for module in modules)
     about = project["project"]
     info = package / f"{about['name'].replace('-', '_')}-{about['version']}.dist-info"
     info.mkdir()
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {about['name']}\nVersion: {about['version']}\n")
+    (info / "METADATA").write_text(
+        f"Metadata-Version: 2.1\nName: {about['name']}\nVersion: {about['version']}\n"
+    )
     lines = []
     for group, points in about["entry-points"].items():
         lines += [f"[{group}]", *(f"{name} = {value}" for name, value in points.items())]

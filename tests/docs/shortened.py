@@ -6,12 +6,19 @@ from dataclasses import dataclass
 
 # Options whose number is lowered to this.
 AT_MOST = {
-    **{"--episodes": 1, "--trials": 2, "--test-episodes": 2, "--final-episodes": 1, "--finalists": 1},
+    **{
+        "--episodes": 1,
+        "--trials": 2,
+        "--test-episodes": 2,
+        "--final-episodes": 1,
+        "--finalists": 1,
+    },
     **{"--waterfall": 0, "--time": 0.2, "--samples": 10, "--event": 1, "--nworkers": 1},
 }
 DELIVERIES_OF = {"tune": {"--episodes": 2}}  # a search needs two missions
 
-# Options that each command gets besides. The rules end a delivery after a second of simulated time; the map is a hall.
+# Options that each command gets besides. The rules end a delivery after a second of simulated time;
+# the map is a hall.
 SHORT_RULES = "short_rules.yaml"
 SHORT_TIMEOUT = 1.0  # [s]
 SMALL_MAP = "small/sidewalk.yaml"  # called as the map that it stands for
@@ -20,7 +27,18 @@ ADDED = {
     "ablate": ("--workers", "1", "--rules", SHORT_RULES, "--map", SMALL_MAP, "--episodes", "1"),
     "tune": (
         *("--workers", "1", "--rules", SHORT_RULES, "--map", SMALL_MAP),
-        *("--trials", "2", "--episodes", "2", "--test-episodes", "2", "--final-episodes", "1", "--waterfall", "0"),
+        *(
+            "--trials",
+            "2",
+            "--episodes",
+            "2",
+            "--test-episodes",
+            "2",
+            "--final-episodes",
+            "1",
+            "--waterfall",
+            "0",
+        ),
     ),
     "suite": ("--workers", "1"),
     "map show": ("--samples", "10"),
@@ -33,7 +51,8 @@ EXCHANGED = {
     "sidewalk": SMALL_MAP,
     "ground_truth,gps,gps-ekf,amcl,amcl-gps": "ground_truth,gps-ekf",  # each arm is a delivery more
     "NavFn,IncrementalNavfn,Smac2D,SmacHybrid,SmacLattice,RRTConnect,BITstar": "NavFn,RRTConnect",
-    "NavFn,RRTstar": "NavFn,RRTConnect",  # the one that goes on searching for shorter paths takes 40 s
+    # the one that goes on searching for shorter paths takes 40 s
+    "NavFn,RRTstar": "NavFn,RRTConnect",
     "position=0.1,0.3,1.0": "position=0.3,1.0",
     "heading=2,5": "heading=2",
 }
@@ -54,13 +73,15 @@ class Reason:
     """Why a command is not executed."""
 
     why: str
-    test: str = ""  # file and function that do the like, in small; the words of ``why`` alone: empty
+    # file and function that do the like, in small; the words of ``why`` alone: empty
+    test: str = ""
 
 
 # Commands that are not executed; their options are held against the program's parser all the same.
 NOT_EXECUTED = {
     r"navbench bench\b.*": Reason(
-        "minutes of processor time", "tests/harness/test_bench.py::test_the_document_keeps_its_contract"
+        "minutes of processor time",
+        "tests/harness/test_bench.py::test_the_document_keeps_its_contract",
     ),
     r"navbench scenario --all.*": Reason(
         "minutes of processor time", "tests/scenarios/test_scenarios.py::test_scenario"
@@ -80,23 +101,30 @@ NOT_EXECUTED = {
     r"navbench suite barn .*": Reason(
         "needs the challenge's worlds", "tests/study/test_barn.py::test_a_stack_drives_the_worlds"
     ),
-    r"mpiexec .*": Reason("needs an MPI library", "tests/execution/test_cluster_examples.py::test_mpi_drives_a_study"),
+    r"mpiexec .*": Reason(
+        "needs an MPI library", "tests/execution/test_cluster_examples.py::test_mpi_drives_a_study"
+    ),
     r"python docs/examples/slurm_study.py --jobs .*": Reason(
         "needs SLURM; what it would submit is executed",
         "tests/execution/test_cluster_examples.py::test_slurm_jobs_have_workers_of_one_thread",
     ),
     r"make \w+": Reason("installs into .venv, or runs this very test; looked up in the Makefile"),
     r"(python docs/examples/train_policy.py .*|navbench run --stack docs/examples/tiny_policy.yaml .*)": Reason(
-        "minutes of processor time", "tests/api/test_examples.py::test_a_policy_is_trained_and_driven"
+        "minutes of processor time",
+        "tests/api/test_examples.py::test_a_policy_is_trained_and_driven",
     ),
-    r"pip install (\.|'?navbench\[(dask|gym)\]'?( dask-jobqueue)?|mpi4py mpich)": Reason("needs an index"),
+    r"pip install (\.|'?navbench\[(dask|gym)\]'?( dask-jobqueue)?|mpi4py mpich)": Reason(
+        "needs an index"
+    ),
     r"\. \.venv/bin/activate": Reason("a shell's own"),
 }
 
 
 def reason_not_to(command: str) -> Reason | None:
     """Why a command is not executed; None: it is."""
-    return next((reason for pattern, reason in NOT_EXECUTED.items() if re.fullmatch(pattern, command)), None)
+    return next(
+        (reason for pattern, reason in NOT_EXECUTED.items() if re.fullmatch(pattern, command)), None
+    )
 
 
 def shortened(words: Iterable[str]) -> list[str]:

@@ -1,4 +1,7 @@
-"""Every command in README.md and docs/*.md is executed, shortened as shortened.py declares; all options are known."""
+"""Every command in README.md and docs/*.md is executed, shortened as shortened.py declares.
+
+All options are known.
+"""
 
 import ast
 import contextlib
@@ -35,9 +38,13 @@ from .given import (
 from .shortened import EXCHANGED, IN_FILES, NOT_EXECUTED, Reason, reason_not_to, shortened
 
 BLOCKS = {page: blocks_of(page) for page in PAGES}
-COMMANDS = {page: [c for b in blocks if b.language == "sh" for c in commands_of(b)] for page, blocks in BLOCKS.items()}
+COMMANDS = {
+    page: [c for b in blocks if b.language == "sh" for c in commands_of(b)]
+    for page, blocks in BLOCKS.items()
+}
 INLINE = {page: inline_commands(page) for page in PAGES}
-SNIPPETS = {"add_a_critic.md": "comfort.yaml"}  # page -> file of which its yaml without a name is a part
+# page -> file of which its yaml without a name is a part
+SNIPPETS = {"add_a_critic.md": "comfort.yaml"}
 PLACEHOLDER = re.compile(r"\[|\.\.\.|…|^[A-Z_]{2,}(:\w+)?$")
 
 
@@ -58,7 +65,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The folder in which commands are executed."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("NAVSTACK_GOLDEN", str(tmp_path / "my_vectors"))  # all of the project's take half a minute
+    # all of the project's take half a minute
+    monkeypatch.setenv("NAVSTACK_GOLDEN", str(tmp_path / "my_vectors"))
     yield tmp_path
     forget_installed(tmp_path)
 
@@ -73,9 +81,13 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
 @pytest.mark.parametrize("page", PAGES, ids=names(PAGES))
 def test_fences_say_what_they_hold(page: Path) -> None:
     for block in BLOCKS[page]:
-        assert block.language in LANGUAGES, f"{block.where}: mark the block as one of {', '.join(LANGUAGES)}"
+        assert block.language in LANGUAGES, (
+            f"{block.where}: mark the block as one of {', '.join(LANGUAGES)}"
+        )
         shell = re.search(r"(?m)^(navbench|python benchmarks/|make|pip) ", block.text)
-        assert block.language == "sh" or not shell, f"{block.where}: a command in a block that is not marked sh"
+        assert block.language == "sh" or not shell, (
+            f"{block.where}: a command in a block that is not marked sh"
+        )
         if block.language == "yaml":
             YAML(typ="safe").load(block.text)
         if block.language == "python":
@@ -91,7 +103,9 @@ DRIVEN = [page for page in PAGES if runnable(page)]
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", DRIVEN, ids=names(DRIVEN))
-def test_commands_of_a_page_work_one_after_the_other(page: Path, runs: Path, place: Path, cluster: Cluster) -> None:
+def test_commands_of_a_page_work_one_after_the_other(
+    page: Path, runs: Path, place: Path, cluster: Cluster
+) -> None:
     forget()
     executed = 0
     furnish(place, runs, GIVEN.get(page.name, ()))
@@ -109,7 +123,10 @@ def test_commands_of_a_page_work_one_after_the_other(page: Path, runs: Path, pla
 
 
 def execute(command: Command, place: Path, cluster: Cluster) -> bool:
-    """Execute a command, unless shortened.py says why not; returns whether it was executed, and ended well."""
+    """Execute a command, unless shortened.py says why not.
+
+    Returns whether it was executed, and ended well.
+    """
     if reason_not_to(str(command)) is not None:
         return False
     if command.words[0] != "navbench":
@@ -128,7 +145,9 @@ def execute(command: Command, place: Path, cluster: Cluster) -> bool:
         case ("python", script, *words):
             run_script(place / script, words)
         case _:
-            pytest.fail(f"{command.block.where}: '{command}' is neither executed nor listed in shortened.py")
+            pytest.fail(
+                f"{command.block.where}: '{command}' is neither executed nor listed in shortened.py"
+            )
     return True
 
 
@@ -145,7 +164,9 @@ def run_script(script: Path, words: list[str]) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=names(PAGES))
-def test_the_program_knows_every_option(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_program_knows_every_option(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(ROOT)
     for command in COMMANDS[page]:
         match command.words:
@@ -154,9 +175,13 @@ def test_the_program_knows_every_option(page: Path, tmp_path: Path, monkeypatch:
             case ("python", script, *words) if script.startswith("benchmarks/"):
                 known_to(script, words, command.block.where)
             case ("python", script, *_):
-                assert (ROOT / script).is_file() or any(block.file == script for block in BLOCKS[page]), command
+                assert (ROOT / script).is_file() or any(
+                    block.file == script for block in BLOCKS[page]
+                ), command
             case ("make", target, *_):
-                assert re.search(rf"(?m)^{target}:", (ROOT / "Makefile").read_text(encoding="utf-8")), target
+                assert re.search(
+                    rf"(?m)^{target}:", (ROOT / "Makefile").read_text(encoding="utf-8")
+                ), target
     for words in INLINE[page]:
         if words[0] == "navbench" and not any(PLACEHOLDER.search(word) for word in words):
             parse(list(words[1:]), f"{page.name}: {' '.join(words)}", is_whole=False)
@@ -173,7 +198,9 @@ def parse(words: list[str], where: str, is_whole: bool = True) -> None:
         assert found is not None, where
         command = found
     try:
-        command.make_context(command.name, list(words), parent=context, resilient_parsing=not is_whole)
+        command.make_context(
+            command.name, list(words), parent=context, resilient_parsing=not is_whole
+        )
     except click.exceptions.Exit as ended:  # --help
         assert ended.exit_code == 0, where
     except click.BadParameter as error:  # a file that only the page's reader has
@@ -184,7 +211,10 @@ def parse(words: list[str], where: str, is_whole: bool = True) -> None:
 
 @functools.cache
 def help_of(script: str) -> str:
-    """What a benchmark says of its options; its source, too, if it has sub-commands; of one without a parser that."""
+    """What a benchmark says of its options; its source, too, if it has sub-commands.
+
+    Of one without a parser that.
+    """
     source = (ROOT / script).read_text(encoding="utf-8")
     if "argparse" not in source:
         return source
@@ -205,7 +235,11 @@ def known_to(script: str, words: list[str], where: str) -> None:
     assert (ROOT / script).is_file(), where
     text, words = help_of(script), [word.strip("[]") for word in words]
     for word, before in zip(words, ["", *words], strict=False):
-        is_value = before.startswith("-") or PLACEHOLDER.search(word) or re.fullmatch(r"[\d.]+|.+/.+", word)
+        is_value = (
+            before.startswith("-")
+            or PLACEHOLDER.search(word)
+            or re.fullmatch(r"[\d.]+|.+/.+", word)
+        )
         if word.startswith("-") or not is_value:
             assert word in text, f"{where}: {script} does not know '{word}'"
 
@@ -213,12 +247,18 @@ def known_to(script: str, words: list[str], where: str) -> None:
 def test_nothing_is_declared_in_vain() -> None:
     everything = [str(command) for commands in COMMANDS.values() for command in commands]
     for pattern in NOT_EXECUTED:
-        assert any(re.fullmatch(pattern, command) for command in everything), f"no page has '{pattern}' any more"
-    words = {word for commands in COMMANDS.values() for command in commands for word in command.words}
+        assert any(re.fullmatch(pattern, command) for command in everything), (
+            f"no page has '{pattern}' any more"
+        )
+    words = {
+        word for commands in COMMANDS.values() for command in commands for word in command.words
+    }
     assert words >= set(EXCHANGED)
     assert {block.file for blocks in BLOCKS.values() for block in blocks} >= set(IN_FILES)
     for page, given in GIVEN.items():
-        text = (ROOT / page if page == "README.md" else ROOT / "docs" / page).read_text(encoding="utf-8")
+        text = (ROOT / page if page == "README.md" else ROOT / "docs" / page).read_text(
+            encoding="utf-8"
+        )
         unused = [name for name in given if name not in text and name != "my_vectors"]
         assert not unused, f"{page} does not speak of {', '.join(unused)}"
 
@@ -231,7 +271,13 @@ def test_what_is_executed_elsewhere_is(reason: Reason) -> None:
 
 
 @pytest.mark.parametrize(
-    "line", ["navbench run --stcak nav2-gps", "navbench fly", "navbench tune --trials many", "navbench map old"]
+    "line",
+    [
+        "navbench run --stcak nav2-gps",
+        "navbench fly",
+        "navbench tune --trials many",
+        "navbench map old",
+    ],
 )
 def test_what_the_program_does_not_know_fails(line: str) -> None:
     with pytest.raises((pytest.fail.Exception, AssertionError, click.UsageError)):

@@ -25,7 +25,10 @@ def test_every_plain_price_is_on_the_page() -> None:
 def test_property_and_injuries_are_on_the_page() -> None:
     prices = load_prices()
     damage = {kind.replace(" ", "_"): float(value) for kind, value in KINDS}
-    assert damage == {kind: getattr(prices.property_damage, kind).value for kind in damage} and len(damage) == 6
+    assert (
+        damage == {kind: getattr(prices.property_damage, kind).value for kind in damage}
+        and len(damage) == 6
+    )
     for cost in prices.mais_costs:
         assert f"{cost:,.0f} |" in PAGE
     for curve in prices.injury.logistic.curves:

@@ -16,7 +16,9 @@ from navstack.params.lint.rules import RULES
 from .blocks import ROOT
 
 pytest.importorskip("mkdocs", reason="mkdocs is not installed: pip install 'navbench[dev]'")
-pytest.importorskip("material", reason="mkdocs-material is not installed: pip install 'navbench[dev]'")
+pytest.importorskip(
+    "material", reason="mkdocs-material is not installed: pip install 'navbench[dev]'"
+)
 
 WIDTHS = (1440, 390)
 SHOWN = ("index", "quick_start", "add_a_controller", "metrics", "money", "study")
@@ -41,7 +43,11 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from mkdocs.commands.build import build
     from mkdocs.config import load_config
 
-    folder, handler, logger = tmp_path_factory.mktemp("site"), Warnings(), logging.getLogger("mkdocs")
+    folder, handler, logger = (
+        tmp_path_factory.mktemp("site"),
+        Warnings(),
+        logging.getLogger("mkdocs"),
+    )
     logger.addHandler(handler)
     try:
         config = load_config(str(ROOT / "mkdocs.yml"), site_dir=str(folder), strict=True)
@@ -60,8 +66,13 @@ def test_every_page_is_there(site: Path) -> None:
 
 def test_pages_have_what_is_made_for_them(site: Path) -> None:
     metrics = (site / "metrics.html").read_text(encoding="utf-8")
-    assert all(f"<code>{metric.key}</code>" in metrics for metric in (*EPISODE_METRICS, *RUN_METRICS))
-    assert all(f"<code>{rule.id}</code>" in (site / "lint.html").read_text(encoding="utf-8") for rule in RULES)
+    assert all(
+        f"<code>{metric.key}</code>" in metrics for metric in (*EPISODE_METRICS, *RUN_METRICS)
+    )
+    assert all(
+        f"<code>{rule.id}</code>" in (site / "lint.html").read_text(encoding="utf-8")
+        for rule in RULES
+    )
     for name in ("study", "evasive_study", "measured"):
         assert (site / f"{name}.html").is_file() and (site / name / "margin.png").is_file()
 
@@ -69,11 +80,15 @@ def test_pages_have_what_is_made_for_them(site: Path) -> None:
 def test_nothing_is_loaded_from_elsewhere(site: Path) -> None:
     for page in site.glob("**/*.html"):
         text = page.read_text(encoding="utf-8")
-        assert not re.findall(r"<(?:script|img|iframe|link)[^>]*(?:src|href)=\"?(?:https?:)?//[^>]*>", text), page.name
+        assert not re.findall(
+            r"<(?:script|img|iframe|link)[^>]*(?:src|href)=\"?(?:https?:)?//[^>]*>", text
+        ), page.name
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_pages_in_a_folder_fit_and_ask_nobody(site: Path, width: int, browse: Callable[[str, int], Any]) -> None:
+def test_pages_in_a_folder_fit_and_ask_nobody(
+    site: Path, width: int, browse: Callable[[str, int], Any]
+) -> None:
     address = site.as_uri()
     browser = browse(f"{address}/{SHOWN[0]}.html", width)
     for page in SHOWN:
@@ -82,8 +97,14 @@ def test_pages_in_a_folder_fit_and_ask_nobody(site: Path, width: int, browse: Ca
     find(browser)
     assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
     messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
-    asked = [each["params"]["request"]["url"] for each in messages if each["method"] == "Network.requestWillBeSent"]
-    assert asked and not [url for url in asked if not url.startswith((address, "data:", "blob:", "chrome"))]
+    asked = [
+        each["params"]["request"]["url"]
+        for each in messages
+        if each["method"] == "Network.requestWillBeSent"
+    ]
+    assert asked and not [
+        url for url in asked if not url.startswith((address, "data:", "blob:", "chrome"))
+    ]
 
 
 def find(browser: Any) -> None:
@@ -95,6 +116,8 @@ def find(browser: Any) -> None:
         "document.querySelector('#__search').click(); query.focus(); query.value = 'Gauss-Markov';"
         "query.dispatchEvent(new Event('keyup', {bubbles: true})); query.dispatchEvent(new Event('input'))"
     )
-    links = "return [...document.querySelectorAll('.md-search-result__link')].map(each => each.href)"
+    links = (
+        "return [...document.querySelectorAll('.md-search-result__link')].map(each => each.href)"
+    )
     found = WebDriverWait(browser, SOON).until(lambda each: each.execute_script(links))
     assert any("sensors" in link or "ablation" in link for link in found)

@@ -19,7 +19,9 @@ def standardized(seed, n):
 def test_smallest_detectable_by_hand():
     """(1.95996 + 0.84162) * sd / sqrt(n) = 2.80158 * 3 / sqrt(50)."""
     differences = 3.0 * standardized(1, 50) + 7.0
-    assert smallest_detectable(differences) == pytest.approx(2.801585 * 3.0 / np.sqrt(50.0), rel=1e-6)
+    assert smallest_detectable(differences) == pytest.approx(
+        2.801585 * 3.0 / np.sqrt(50.0), rel=1e-6
+    )
     assert smallest_detectable(np.array([1.0])) is None
     assert smallest_detectable(np.array([1.0, 3.0])) == pytest.approx(2.801585, rel=1e-6)
     assert smallest_detectable(np.full(20, 2.5)) is None
@@ -42,7 +44,9 @@ def test_that_difference_is_found_with_the_power_it_says():
 def test_missions_driven_twice_alike_detect_no_more():
     differences = rng(4).normal(0.0, 1.0, 80)
     twice, missions = np.repeat(differences, 2), np.repeat(np.arange(80), 2)
-    assert smallest_detectable(twice, missions) == pytest.approx(smallest_detectable(differences), rel=1e-12)
+    assert smallest_detectable(twice, missions) == pytest.approx(
+        smallest_detectable(differences), rel=1e-12
+    )
     assert smallest_detectable(twice) < 0.75 * smallest_detectable(differences)
 
 
@@ -79,7 +83,9 @@ def test_the_interval_of_a_median_covers_it_about_as_often_as_it_says():
 def test_missions_move_a_quantile_together():
     values = rng(8).normal(0.0, 1.0, 40)
     once = bootstrap_quantile(values, 0.5, rng(0))
-    thrice = bootstrap_quantile(np.repeat(values, 3), 0.5, rng(0), clusters=np.repeat(np.arange(40), 3))
+    thrice = bootstrap_quantile(
+        np.repeat(values, 3), 0.5, rng(0), clusters=np.repeat(np.arange(40), 3)
+    )
     assert (thrice.value, thrice.n) == (once.value, 120)
     assert (thrice.low, thrice.high) == pytest.approx((once.low, once.high), abs=0.1)
 
@@ -96,15 +102,20 @@ def test_a_slope_is_that_of_least_squares_with_an_intercept_per_mission():
     values = rng(10).normal(0.0, 1.0, (n, 3)) + rng(11).normal(0.0, 5.0, (n, 1)) + 0.4 * levels
     design = np.column_stack((np.tile(levels, n), np.kron(np.eye(n), np.ones((3, 1)))))
     by_least_squares = np.linalg.lstsq(design, values.ravel(), rcond=None)[0][0]
-    assert paired_slope(levels, values, np.arange(n), rng(0)).value == pytest.approx(by_least_squares, abs=1e-12)
+    assert paired_slope(levels, values, np.arange(n), rng(0)).value == pytest.approx(
+        by_least_squares, abs=1e-12
+    )
 
 
 def test_the_interval_of_a_slope_covers_it_about_as_often_as_it_says():
     levels, covered = np.array([0.0, 0.3, 1.0]), 0
     for seed in range(150):
         draws = rng(seed)
-        own = draws.normal(2.0, 1.5, (50, 1)) * levels  # missions differ in how much an error harms them
-        found = paired_slope(levels, own + draws.normal(0.0, 3.0, (50, 3)), np.arange(50), rng(seed))
+        # missions differ in how much an error harms them
+        own = draws.normal(2.0, 1.5, (50, 1)) * levels
+        found = paired_slope(
+            levels, own + draws.normal(0.0, 3.0, (50, 3)), np.arange(50), rng(seed)
+        )
         covered += found.low <= 2.0 <= found.high
     assert 0.90 <= covered / 150 <= 0.99
 

@@ -5,7 +5,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from harness.economics.accountings import COUNTED, EVENT, PERSON, at_fault_only, contacts_of, is_grave, shared, whole
+from harness.economics.accountings import (
+    COUNTED,
+    EVENT,
+    PERSON,
+    at_fault_only,
+    contacts_of,
+    is_grave,
+    shared,
+    whole,
+)
 from harness.economics.contact_limits import beyond_limit, limit_speed
 from harness.economics.prices import load_prices
 from harness.statistics.interval import wilson_interval
@@ -44,7 +53,11 @@ def test_contacts_matter_where_they_cost_or_are_with_people(kind_of_row, kind, c
 
 def test_contacts_are_those_of_the_deliveries_and_of_one_type():
     others = ({"stack": "other"}, {"episode": 5}, {"type": COUNTED})
-    events = [event(PERSON, episode=4), *(event(PERSON, **each) for each in others), event("fence", 0.5, 0.25)]
+    events = [
+        event(PERSON, episode=4),
+        *(event(PERSON, **each) for each in others),
+        event("fence", 0.5, 0.25),
+    ]
     found = contacts_of(ROWS, events, EVENT)
     assert [column.tolist() for column in dataclasses.astuple(found)] == [
         *([0, 1], [PERSON, "fence"], [9.0, 9.0], [1.0, 0.5], [0.0, 0.25]),
@@ -74,6 +87,12 @@ def test_the_limit_is_that_of_a_lower_leg():
     """260 N over the root of 60 kN/m times the reduced mass of 50 kg and 75 kg, which is 30 kg."""
     limit = limit_speed(PRICES)
     assert limit == pytest.approx(260.0 / np.sqrt(60_000.0 * 30.0), rel=1e-12)
-    speeds = ((limit, 0.0), (0.0, limit), (np.nextafter(limit, 1.0), 0.0), (limit, 0.25), (0.5 * limit, 0.25 * limit))
+    speeds = (
+        (limit, 0.0),
+        (0.0, limit),
+        (np.nextafter(limit, 1.0), 0.0),
+        (limit, 0.25),
+        (0.5 * limit, 0.25 * limit),
+    )
     events = [*(event(PERSON, *each) for each in speeds), event("fence", 9.0)]
     assert beyond_limit(ROWS, events, PRICES) == wilson_interval(2, 5)

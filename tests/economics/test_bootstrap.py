@@ -59,7 +59,8 @@ def test_each_value_needs_a_cluster():
     [
         (40, 1200, [500, 500, 200]),
         (40, 0, []),
-        (40_000, 10_000, [250] * 20),  # 200 million weights are 5000 resamples, 10 million of a block are 250
+        # 200 million weights are 5000 resamples, 10 million of a block are 250
+        (40_000, 10_000, [250] * 20),
         (10**6, 10_000, [10] * 100),  # 1000 are the least
         (10**6, 15, [10, 5]),
         (10**8, 2, [1, 1]),
@@ -80,7 +81,9 @@ def test_draws_of_up_to_a_million_numbers_are_kept(columns, is_kept):
     first, again = rng(5), rng(5)
     assert (kept_draw(draw, first, 1000, columns) == kept_draw(draw, again, 1000, columns)).all()
     assert calls == [(1000, columns)] * (1 if is_kept else 2)
-    assert first.random() == again.random() != rng(5).random(), "the generator leaves as if it had drawn"
+    assert first.random() == again.random() != rng(5).random(), (
+        "the generator leaves as if it had drawn"
+    )
 
 
 def test_cvar_by_hand():
@@ -113,7 +116,10 @@ def test_a_tail_of_a_few_deliveries_has_no_interval(n, has_bounds):
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say():
-    """100 missions of 1 to 4 deliveries that share a mission's luck, 1000 replications: in 93 to 97 of 100."""
+    """100 missions of 1 to 4 deliveries that share a mission's luck, 1000 replications.
+
+    In 93 to 97 of 100.
+    """
     world = rng(8)
     sizes = world.integers(1, 5, 100)
     missions = np.repeat(np.arange(100), sizes)

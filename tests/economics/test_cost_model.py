@@ -35,7 +35,9 @@ NOTHING = Measured(
 
 
 def economics_of(method):
-    return dataclasses.asdict(price(method.measured, method.sensors, method.data_collection, PRICES))
+    return dataclasses.asdict(
+        price(method.measured, method.sensors, method.data_collection, PRICES)
+    )
 
 
 def assert_equal(actual, expected):
@@ -52,7 +54,9 @@ def test_published_economics(name):
 
 
 def test_published_economics_of_the_real_robot():
-    assert_equal(economics_of(PUBLISHED.real_world_canvas.method), FACTS["real_world_canvas_economics"])
+    assert_equal(
+        economics_of(PUBLISHED.real_world_canvas.method), FACTS["real_world_canvas_economics"]
+    )
 
 
 def test_published_methods_are_all_there():
@@ -79,9 +83,15 @@ def test_published_real_robot_agrees_with_its_scenarios():
     for thing in ("plant", "fence"):
         assert sum(s.contact == thing for s in real.scenarios) / 8 == measured[f"{thing}_contacts"]
     impulses = [s.impulse_ns for s in real.scenarios if s.impulse_ns is not None]
-    assert sum(impulses) / len(impulses) == pytest.approx(measured["avg_collision_impulse_ns"], abs=0.005)
-    assert sum(s.duration_s for s in real.scenarios) / 8 / 3600 == pytest.approx(measured["avg_runtime_h"], rel=1e-4)
-    assert sum(s.distance_m for s in real.scenarios) / 8000 == pytest.approx(measured["avg_distance_km"], rel=1e-4)
+    assert sum(impulses) / len(impulses) == pytest.approx(
+        measured["avg_collision_impulse_ns"], abs=0.005
+    )
+    assert sum(s.duration_s for s in real.scenarios) / 8 / 3600 == pytest.approx(
+        measured["avg_runtime_h"], rel=1e-4
+    )
+    assert sum(s.distance_m for s in real.scenarios) / 8000 == pytest.approx(
+        measured["avg_distance_km"], rel=1e-4
+    )
 
 
 def test_thresholds_follow_their_formulas():
@@ -105,7 +115,10 @@ def test_thresholds_follow_their_formulas():
 
 def test_thresholds_round_to_the_printed_ones():
     limits = thresholds(PRICES)
-    assert [round(100 * r, 2) for r in (limits.ais1_contact_rate, limits.ais2_contact_rate)] == [3.73, 0.52]
+    assert [round(100 * r, 2) for r in (limits.ais1_contact_rate, limits.ais2_contact_rate)] == [
+        3.73,
+        0.52,
+    ]
     assert round(100 * limits.ais3_contact_rate, 2) == 0.12
     assert round(100 * limits.property_contact_rate, 1) == 3.0
     assert round(100 * limits.physical_assistance_rate, 1) == 10.6
@@ -122,13 +135,18 @@ LIMITS = thresholds(PRICES)
         (LIMITS.pedestrian_safety_usd_per_run, lambda r: {"pedestrian_injury_usd_per_run": r}),
         (
             LIMITS.property_contact_rate,
-            lambda r: {f"{k}_contacts": r / 4 for k in ("mailbox", "trash_bin", "building_glass", "bollard")},
+            lambda r: {
+                f"{k}_contacts": r / 4
+                for k in ("mailbox", "trash_bin", "building_glass", "bollard")
+            },
         ),
     ],
 )
 def test_at_a_threshold_the_margin_is_zero(rate, effect):
     def margin(at):
-        return price(dataclasses.replace(NOTHING, **effect(at)), (), False, PRICES).contribution_margin
+        return price(
+            dataclasses.replace(NOTHING, **effect(at)), (), False, PRICES
+        ).contribution_margin
 
     assert margin(rate) == pytest.approx(0.0, abs=1e-12)
     assert margin(0.99 * rate) > 0.0 > margin(1.01 * rate)
@@ -154,7 +172,9 @@ def test_no_break_even_without_a_margin(margin):
 
 
 def test_cargo_not_modelled_leaves_dependent_terms_undefined():
-    economics = price(dataclasses.replace(NOTHING, sla=None, spoiled=None, timeout=0.1), ("gps",), False, PRICES)
+    economics = price(
+        dataclasses.replace(NOTHING, sla=None, spoiled=None, timeout=0.1), ("gps",), False, PRICES
+    )
     undefined = {key for key, value in dataclasses.asdict(economics).items() if value is None}
     assert undefined == {
         *("service_compensation", "opex", "revenue"),
@@ -173,7 +193,9 @@ def test_sensors_are_paid_once_each_and_must_be_known():
 share = st.floats(0.0, 1.0)
 
 
-@given(st.lists(st.tuples(share, share, share, st.floats(0.0, 500.0), share), min_size=1, max_size=20))
+@given(
+    st.lists(st.tuples(share, share, share, st.floats(0.0, 500.0), share), min_size=1, max_size=20)
+)
 def test_pricing_deliveries_one_by_one_gives_the_same_mean(deliveries):
     def measured(sla, spoiled, late, injury, mailbox):
         return dataclasses.replace(
@@ -203,6 +225,8 @@ def test_opex_is_the_sum_of_its_terms(values):
         physical_assistance=assistance / 100,
     )
     e = price(measured, (), False, PRICES)
-    terms = e.electricity + e.service_compensation + e.pedestrian_safety + e.property_damage + e.repair
+    terms = (
+        e.electricity + e.service_compensation + e.pedestrian_safety + e.property_damage + e.repair
+    )
     assert e.opex == pytest.approx(terms)
     assert e.contribution_margin == pytest.approx(e.revenue - e.opex)

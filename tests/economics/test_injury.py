@@ -69,7 +69,8 @@ def test_arrays_keep_their_shape():
     np.testing.assert_allclose(probabilities[1, 1], twin(10.0), atol=1e-12)
     costs = (380, 8487, 60464, 261200)
     expected = [
-        [50 / 4535.924 * sum(p * c for p, c in zip(twin(v), costs, strict=False)) for v in row] for row in delta_v
+        [50 / 4535.924 * sum(p * c for p, c in zip(twin(v), costs, strict=False)) for v in row]
+        for row in delta_v
     ]
     np.testing.assert_allclose(injury_cost(delta_v, MODEL), expected, rtol=1e-12)
     assert injury_cost([], MODEL).shape == (0,)
@@ -96,7 +97,9 @@ def test_what_is_not_a_number_does_not_pass_for_harmless():
 
 def test_the_monotone_cost_is_the_published_one_up_to_its_peak():
     impulses = np.linspace(0.0, 1041.0, 500)
-    np.testing.assert_array_equal(monotone_injury_costs(impulses, MODEL), injury_costs(impulses, MODEL))
+    np.testing.assert_array_equal(
+        monotone_injury_costs(impulses, MODEL), injury_costs(impulses, MODEL)
+    )
 
 
 def test_the_monotone_cost_never_falls_and_grows_by_that_of_severe_injuries():
@@ -104,7 +107,8 @@ def test_the_monotone_cost_never_falls_and_grows_by_that_of_severe_injuries():
     costs = monotone_injury_costs(impulses, MODEL)
     assert (np.diff(costs) >= 0.0).all()
     peak = impulses[injury_costs(impulses, MODEL).argmax()] / 50.0
-    prices = np.array([0.266, 0.593, 1.0]) * 13.2e6  # MAIS 4, 5 and fatal in shares of a statistical life
+    # MAIS 4, 5 and fatal in shares of a statistical life
+    prices = np.array([0.266, 0.593, 1.0]) * 13.2e6
     severe = (np.array(twin(40.0)[4:]) - np.array(twin(peak)[4:])) @ prices
     expected = 50.0 / 4535.924 * severe + float(injury_cost(40.0, MODEL))
     assert float(monotone_injury_costs(2000.0, MODEL)) == pytest.approx(expected, rel=1e-3)

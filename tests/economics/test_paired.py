@@ -17,7 +17,9 @@ def rng(seed=0):
 
 def test_darwins_maize():
     """Fisher 1935, The Design of Experiments, section 21: 863 of the 32768 sign patterns are as far on one side."""
-    eighths_of_an_inch = np.array([49, -67, 8, 16, 6, 23, 28, 41, 14, 29, 56, 24, 75, 60, -48], dtype=float)
+    eighths_of_an_inch = np.array(
+        [49, -67, 8, 16, 6, 23, 28, 41, 14, 29, 56, 24, 75, 60, -48], dtype=float
+    )
     assert sign_flip_p(eighths_of_an_inch, rng()) == pytest.approx(2 * 863 / 32768, abs=0.008)
 
 
@@ -36,7 +38,11 @@ def test_few_missions_try_every_pattern(n):
 def test_losses_are_as_sure_as_gains(n):
     """A difference that all missions share is as far out as two of the patterns, or as no random one."""
     alike = np.full(n, 0.1)
-    assert sign_flip_p(alike, rng()) == sign_flip_p(-alike, rng()) == (2.0 / 16.0 if n == 4 else 1.0 / 10_001.0)
+    assert (
+        sign_flip_p(alike, rng())
+        == sign_flip_p(-alike, rng())
+        == (2.0 / 16.0 if n == 4 else 1.0 / 10_001.0)
+    )
 
 
 def test_missions_flip_as_a_whole():
@@ -48,7 +54,9 @@ def test_missions_flip_as_a_whole():
 
 def test_p_is_near_the_t_tests_on_normal_data():
     differences = rng(3).normal(0.3, 1.0, 60)
-    assert sign_flip_p(differences, rng()) == pytest.approx(ttest_1samp(differences, 0.0).pvalue, abs=0.01)
+    assert sign_flip_p(differences, rng()) == pytest.approx(
+        ttest_1samp(differences, 0.0).pvalue, abs=0.01
+    )
 
 
 def test_p_is_uniform_where_there_is_no_difference():
@@ -89,7 +97,10 @@ def test_holm_lies_between_the_plain_p_and_bonferronis(p_values):
 
 
 def test_pairs_needed_by_hand():
-    """(1.95996 + 0.84162)^2 * sd^2 / mean^2 = 7.8489 / effect^2; half a deviation needs 32 pairs."""
+    """(1.95996 + 0.84162)^2 * sd^2 / mean^2 = 7.8489 / effect^2.
+
+    Half a deviation needs 32 pairs.
+    """
     differences = rng(1).normal(0.0, 1.0, 50)
     standard = (differences - differences.mean()) / differences.std(ddof=1)
     assert pairs_needed(standard + 0.5) == 32
@@ -131,7 +142,10 @@ def test_patterns_in_small_blocks_are_the_same_patterns(monkeypatch):
 
 
 def test_what_is_alike_within_the_resolution_does_not_decide_the_test():
-    """Three of sixteen missions differ: whatever the others' trifles, one in four patterns is as far out."""
+    """Three of sixteen missions differ.
+
+    Whatever the others' trifles, one in four patterns is as far out.
+    """
     trifles = np.full(16, 1e-4)
     trifles[:3] = 70.0, 60.0, 30.0
     cents = compare_pairs(np.zeros(16), trifles, np.arange(16), rng(1), resolution=0.01)

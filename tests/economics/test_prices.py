@@ -10,7 +10,9 @@ from harness.economics.prices import Price, load_prices
 from harness.storage.shipped import shipped
 from navstack.errors import InputError, ParameterError
 
-FACTS = json.loads((Path(__file__).parent / "facts.json").read_text(encoding="utf-8"))["cost_parameters"]
+FACTS = json.loads((Path(__file__).parent / "facts.json").read_text(encoding="utf-8"))[
+    "cost_parameters"
+]
 PRICES = load_prices("costnav")
 SHIPPED = (shipped("params") / "prices" / "costnav.yaml").read_text(encoding="utf-8")
 
@@ -50,12 +52,18 @@ def test_values_are_the_papers(name, fact):
 def test_derived_values_are_the_papers():
     assert PRICES.robot_life_runs == FACTS["robot_life_runs"]
     assert PRICES.food_price == pytest.approx(FACTS["food_price_usd_per_run"], rel=1e-12)
-    assert PRICES.electro_mechanical_efficiency == pytest.approx(FACTS["efficiency"]["electro_mechanical"], rel=1e-12)
+    assert PRICES.electro_mechanical_efficiency == pytest.approx(
+        FACTS["efficiency"]["electro_mechanical"], rel=1e-12
+    )
     assert PRICES.injury_mass_factor == pytest.approx(FACTS["injury_mass_adjustment"], rel=1e-12)
-    assert PRICES.rolling_resistance_force == pytest.approx(FACTS["rolling_resistance_force_n"], rel=1e-12)
+    assert PRICES.rolling_resistance_force == pytest.approx(
+        FACTS["rolling_resistance_force_n"], rel=1e-12
+    )
     assert dict(zip("0123", PRICES.mais_costs, strict=True)) == FACTS["mais_cost_usd"]
     damage = PRICES.property_damage
-    assert {f.name: getattr(damage, f.name).value for f in dataclasses.fields(damage)} == FACTS["property_damage_usd"]
+    assert {f.name: getattr(damage, f.name).value for f in dataclasses.fields(damage)} == FACTS[
+        "property_damage_usd"
+    ]
 
 
 def test_every_price_names_the_papers_symbol_and_a_source():
@@ -70,8 +78,16 @@ def test_every_price_names_the_papers_symbol_and_a_source():
     ("old", "new", "message"),
     [
         ("robot_cost:", "robot_cots:", "unknown key 'robot_cots'; did you mean 'robot_cost'"),
-        ("    mais_3:\n      value: 261200", "    mais_3:\n      valeu: 261200", "costs: mais_3.*did you mean 'value'"),
-        ("unit: USD/kWh", "unit: EUR/kWh", "electricity: is given in 'EUR/kWh'; convert it to 'USD/kWh'"),
+        (
+            "    mais_3:\n      value: 261200",
+            "    mais_3:\n      valeu: 261200",
+            "costs: mais_3.*did you mean 'value'",
+        ),
+        (
+            "unit: USD/kWh",
+            "unit: EUR/kWh",
+            "electricity: is given in 'EUR/kWh'; convert it to 'USD/kWh'",
+        ),
         ("value: 0.002", "value: 0", "physical_assistance_baseline: 0 lies outside 1e-09"),
         ("value: 0.99", "value: 1.2", "inverter_efficiency: 1.2 lies outside 1e-09..1"),
         ("value: 3000", "value: -3000", "lidar_cost: -3000 lies outside 0"),
@@ -98,8 +114,13 @@ def test_an_unknown_name_offers_the_nearest():
 def test_a_file_that_builds_on_another_says_what_differs(tmp_path, base):
     """A price is replaced as a whole, its bounds too; a group of prices entry by entry."""
     file, own = tmp_path / "own.yaml", "value: 3.0\n{0}  unit: {1}\n{0}  source: own\n"
-    lines = ("delivery_fee:\n  " + own.format("", "USD/run"), "injury:\n  costs:\n    mais_2:\n      ")
-    file.write_text(f"as_in: {base}\n{lines[0]}{lines[1]}{own.format('    ', 'USD/event')}", encoding="utf-8")
+    lines = (
+        "delivery_fee:\n  " + own.format("", "USD/run"),
+        "injury:\n  costs:\n    mais_2:\n      ",
+    )
+    file.write_text(
+        f"as_in: {base}\n{lines[0]}{lines[1]}{own.format('    ', 'USD/event')}", encoding="utf-8"
+    )
     before = load_prices(base)
     costs = dataclasses.replace(before.injury.costs, mais_2=Price(3.0, "USD/event", "own"))
     injury = dataclasses.replace(before.injury, costs=costs)
@@ -109,7 +130,9 @@ def test_a_file_that_builds_on_another_says_what_differs(tmp_path, base):
     assert before.injury.costs.mais_2.value != 3.0 != before.delivery_fee.value
 
 
-@pytest.mark.parametrize(("text", "message"), [("as_in: cosnav\n", "did you mean 'costnav'"), ("- 3\n", "own.yaml")])
+@pytest.mark.parametrize(
+    ("text", "message"), [("as_in: cosnav\n", "did you mean 'costnav'"), ("- 3\n", "own.yaml")]
+)
 def test_what_builds_on_nothing_known_is_refused(tmp_path, text, message):
     file = tmp_path / "own.yaml"
     file.write_text(text, encoding="utf-8")

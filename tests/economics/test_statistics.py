@@ -31,7 +31,10 @@ def test_wilson_equals_the_published_table(successes, n, low, high):
 @given(st.integers(1, 500).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
 def test_wilson_equals_scipy(case):
     successes, n = case
-    interval, expected = wilson_interval(successes, n), binomtest(successes, n).proportion_ci(method="wilson")
+    interval, expected = (
+        wilson_interval(successes, n),
+        binomtest(successes, n).proportion_ci(method="wilson"),
+    )
     assert (interval.low, interval.high) == pytest.approx((expected.low, expected.high), abs=1e-12)
     assert 0.0 <= interval.low <= interval.value <= interval.high <= 1.0
 
@@ -56,7 +59,9 @@ def test_bootstrap_is_the_percentile_interval_of_resampled_means():
     interval = bootstrap_mean(values, np.random.default_rng(7), draws=1200)
     rng, means = np.random.default_rng(7), []
     for block in (500, 500, 200):
-        means += [float(np.mean([values[i] for i in row])) for row in rng.integers(0, 40, (block, 40))]
+        means += [
+            float(np.mean([values[i] for i in row])) for row in rng.integers(0, 40, (block, 40))
+        ]
     assert interval.value == pytest.approx(values.mean())
     assert (interval.low, interval.high) == pytest.approx(tuple(np.percentile(means, (2.5, 97.5))))
 
@@ -65,12 +70,16 @@ def test_bootstrap_is_as_wide_as_theory_says():
     values = np.random.default_rng(2).normal(10.0, 2.0, 400)
     interval = bootstrap_mean(values, np.random.default_rng(3))
     half = 1.96 * values.std() / 20.0
-    assert (interval.low, interval.high) == pytest.approx((values.mean() - half, values.mean() + half), abs=0.02)
+    assert (interval.low, interval.high) == pytest.approx(
+        (values.mean() - half, values.mean() + half), abs=0.02
+    )
 
 
 def test_bootstrap_repeats_with_its_seed_and_not_with_another():
     values = np.arange(30.0) ** 1.5
-    first, again, other = (bootstrap_mean(values, np.random.default_rng(seed)) for seed in (5, 5, 6))
+    first, again, other = (
+        bootstrap_mean(values, np.random.default_rng(seed)) for seed in (5, 5, 6)
+    )
     assert first == again
     assert first != other
 
@@ -92,4 +101,9 @@ def test_json_has_null_where_undefined():
     document = json.loads(json.dumps(wilson_interval(3, 8).as_json()))
     assert list(document) == ["value", "low", "high", "n"]
     assert document["value"] == 0.375
-    assert Interval(None, None, None, 0).as_json() == {"value": None, "low": None, "high": None, "n": 0}
+    assert Interval(None, None, None, 0).as_json() == {
+        "value": None,
+        "low": None,
+        "high": None,
+        "n": 0,
+    }

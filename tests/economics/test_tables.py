@@ -33,7 +33,12 @@ def row(text, label, table=0):
 
 def own(intervals=None, **changes):
     measured = dataclasses.replace(GPS.measured, **changes)
-    return Column("mine", values_of(measured, price(measured, GPS.sensors, False, PRICES)), 50, intervals or {})
+    return Column(
+        "mine",
+        values_of(measured, price(measured, GPS.sensors, False, PRICES)),
+        50,
+        intervals or {},
+    )
 
 
 def test_paper_fits_the_plain_width_in_one_block():
@@ -47,14 +52,25 @@ def test_paper_fits_the_plain_width_in_one_block():
 
 def test_paper_has_every_row_in_order():
     text = printed(published_columns(PUBLISHED, PRICES))
-    labels = [entry.label for layout in LAYOUTS for section in layout.sections for entry in section.rows]
+    labels = [
+        entry.label for layout in LAYOUTS for section in layout.sections for entry in section.rows
+    ]
     places = [text.index(f"\n  {label} ") for label in labels]
     assert places == sorted(places)
 
 
 def test_paper_shows_the_published_figures():
     text = printed(published_columns(PUBLISHED, PRICES))
-    assert row(text, "SLA Compliance") == ["0.430", "0.460", "0.000", "0.100", "0.010", "0.000", "0.700", "0.625"]
+    assert row(text, "SLA Compliance") == [
+        "0.430",
+        "0.460",
+        "0.000",
+        "0.100",
+        "0.010",
+        "0.000",
+        "0.700",
+        "0.625",
+    ]
     margins = ["-44.07", "-37.34", "-24.04", "-50.52", "-32.08", "-15.75", "-28.40", "-19.65"]
     assert row(text, "Contribution Margin ($/run)") == margins
     assert row(text, "BEP (runs)") == ["--"] * 8
@@ -68,7 +84,9 @@ def test_own_rates_carry_wilson_intervals_and_published_ones_do_not():
 
 
 def test_given_intervals_stand_beside_their_values():
-    text = printed([own({"opex": Interval(38.9, 30.0, 50.5, 50), "repair": Interval(7.2, None, None, 1)})])
+    text = printed(
+        [own({"opex": Interval(38.9, 30.0, 50.5, 50), "repair": Interval(7.2, None, None, 1)})]
+    )
     assert row(text, "Total OPEX Cost") == ["38.95", "[30.00,", "50.50]"]
     assert row(text, "Repair") == ["7.23"]
 
@@ -76,14 +94,21 @@ def test_given_intervals_stand_beside_their_values():
 def test_cargo_not_modelled_is_never_zero():
     text = printed([own(sla=None, spoiled=None)])
     assert row(text, "SLA Compliance") == row(text, "Spoiled") == ["not", "modelled"]
-    for label in ("Service Compensation", "Total OPEX Cost", "Revenue ($/run)", "Contribution Margin ($/run)"):
+    for label in (
+        "Service Compensation",
+        "Total OPEX Cost",
+        "Revenue ($/run)",
+        "Contribution Margin ($/run)",
+    ):
         assert row(text, label) == ["undefined"]
     assert row(text, "BEP (runs)") == ["--"]
     assert "not modelled: " in text
 
 
 def test_break_even_is_shown_where_there_is_one():
-    measured = dict.fromkeys(("spoiled", "timeout", "physical_assistance", "pedestrian_injury_usd_per_run"), 0.0)
+    measured = dict.fromkeys(
+        ("spoiled", "timeout", "physical_assistance", "pedestrian_injury_usd_per_run"), 0.0
+    )
     column = own(sla=1.0, mailbox_contacts=0.0, **measured)
     text = printed([column])
     assert row(text, "BEP (runs)") == [f"{column.values['break_even_runs']:,.0f}"]

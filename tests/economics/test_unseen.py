@@ -5,7 +5,11 @@ import pytest
 from scipy.stats import beta
 
 from harness.economics.prices import load_prices
-from harness.economics.unseen import difference_admitting_unseen, margin_admitting_unseen, reach_of_loss
+from harness.economics.unseen import (
+    difference_admitting_unseen,
+    margin_admitting_unseen,
+    reach_of_loss,
+)
 from harness.statistics.unseen import Reach, admit_unseen
 
 
@@ -77,17 +81,23 @@ def test_the_dearest_delivery_is_of_the_price_list_and_the_world():
     free, capped = reach_of_loss(prices), reach_of_loss(prices, 100.0)
     assert free.least == capped.least == prices.delivery_fee.value
     beside = prices.refund.value + prices.repair_per_physical_assistance
-    assert free.most == pytest.approx(1219.67 + beside, abs=0.01)  # the published curve's highest, at 1042 N s
+    # the published curve's highest, at 1042 N s
+    assert free.most == pytest.approx(1219.67 + beside, abs=0.01)
     assert capped.most == pytest.approx(37.017 + beside, abs=0.01)
 
 
 @pytest.mark.parametrize(("best", "most", "among_best"), [(-20.0, 3.49, 1), (10.0, 10.0, 2)])
 def test_one_delivery_more_may_earn_the_fee_or_as_much_as_the_best(best, most, among_best):
-    """Four weights that add up to 1: k of them together are Beta(k, 4 - k). The unseen may lose what others have."""
+    """Four weights that add up to 1: k of them together are Beta(k, 4 - k).
+
+    The unseen may lose what others have.
+    """
     margins = np.array([best, -20.0, -20.0])
     span = margin_admitting_unseen(margins, Reach(3.49, most + 20.0), np.arange(3), 0)
     assert (span.value, span.n) == (margins.mean(), 3)
-    assert span.high == pytest.approx(-20.0 + (most + 20.0) * beta.ppf(0.975, among_best, 4 - among_best), abs=0.3)
+    assert span.high == pytest.approx(
+        -20.0 + (most + 20.0) * beta.ppf(0.975, among_best, 4 - among_best), abs=0.3
+    )
     lowest = -20.0 + (best + 20.0) * beta.ppf(0.025, 1, 3)
     assert span.low == pytest.approx(lowest, abs=0.1)
 
@@ -106,4 +116,6 @@ def test_distances_are_measured_from_the_reference() -> None:
     at_zero = admit_unseen(values, 0.0, reach, reach, rng(), 2000)
     elsewhere = admit_unseen(values + 50.0, 50.0, reach, reach, rng(), 2000)
     assert at_zero.low is not None and at_zero.high is not None
-    assert (elsewhere.low, elsewhere.high) == pytest.approx((at_zero.low + 50.0, at_zero.high + 50.0))
+    assert (elsewhere.low, elsewhere.high) == pytest.approx(
+        (at_zero.low + 50.0, at_zero.high + 50.0)
+    )

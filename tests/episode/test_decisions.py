@@ -27,7 +27,9 @@ class Brain:
 def tick(*scores: CriticScore) -> TickRecord:
     decided = DecisionRecord(1.5, "DWBLocalPlanner", Twist2D(1.0), 9, 4, 3.5, scores)
     belief = Belief(Pose2D(1.0, 2.0, 3.0), health=Health.DEGRADED)
-    return TickRecord(belief, decided, Twist2D(1.0), Twist2D(0.5), MonitorAction("slowdown", "Near"))
+    return TickRecord(
+        belief, decided, Twist2D(1.0), Twist2D(0.5), MonitorAction("slowdown", "Near")
+    )
 
 
 def test_a_row_holds_everything_and_only_critics_that_spoke_have_columns(tmp_path: Path) -> None:
@@ -37,12 +39,25 @@ def test_a_row_holds_everything_and_only_critics_that_spoke_have_columns(tmp_pat
         log.record(brain)
     write_table(tmp_path / "decisions.parquet", log.columns, log.rows)
     table = pq.read_table(tmp_path / "decisions.parquet")
-    assert table.column_names == [*DECISION_COLUMNS, "Path_Dist_raw", "Path_Dist_weighted", "Path_Dist_rejected"]
+    assert table.column_names == [
+        *DECISION_COLUMNS,
+        "Path_Dist_raw",
+        "Path_Dist_weighted",
+        "Path_Dist_rejected",
+    ]
     before, after = table.to_pylist()
     assert before["Path_Dist_raw"] is None
-    assert (after["Path_Dist_raw"], after["Path_Dist_weighted"], after["Path_Dist_rejected"]) == (1.0, 2.0, 4)
+    assert (after["Path_Dist_raw"], after["Path_Dist_weighted"], after["Path_Dist_rejected"]) == (
+        1.0,
+        2.0,
+        4,
+    )
     assert (after["wanted_linear_x_mps"], after["command_linear_x_mps"]) == (1.0, 0.5)
-    assert (after["monitor_action"], after["monitor_polygon"], after["health"]) == ("slowdown", "Near", "degraded")
+    assert (after["monitor_action"], after["monitor_polygon"], after["health"]) == (
+        "slowdown",
+        "Near",
+        "degraded",
+    )
     assert (after["samples"], after["rejected"], after["total_score"]) == (9, 4, 3.5)
 
 
@@ -57,7 +72,13 @@ def deliveries() -> dict[str, Delivery]:
     """The same short delivery, with and without its decisions."""
     studies = {
         record: make_study(
-            stacks=["nav2-gps"], episodes=1, start=START, goal=GOAL, pedestrians=2, workers=1, record=record
+            stacks=["nav2-gps"],
+            episodes=1,
+            start=START,
+            goal=GOAL,
+            pedestrians=2,
+            workers=1,
+            record=record,
         )
         for record in ("events", "decisions")
     }
@@ -86,9 +107,14 @@ def test_every_control_cycle_of_a_delivery_has_a_row(deliveries: dict[str, Deliv
     duration = deliveries["decisions"].row["duration_s"]
     assert len(rows) == pytest.approx(30.0 * duration, abs=2)
     assert {"PathDist_raw", "GoalDist_weighted", "BaseObstacle_rejected"} <= set(columns)
-    scored = [row for row in rows if row["decided_by"] == "DWBLocalPlanner" and row["total_score"] is not None]
+    scored = [
+        row
+        for row in rows
+        if row["decided_by"] == "DWBLocalPlanner" and row["total_score"] is not None
+    ]
     assert len(scored) == deliveries["decisions"].timing["controller_cycles"] - sum(
-        row["decided_by"] == "RotationShimController" or row["samples"] == row["rejected"] > 0 for row in rows
+        row["decided_by"] == "RotationShimController" or row["samples"] == row["rejected"] > 0
+        for row in rows
     )
     for row in scored:
         weighted = sum(value for key, value in row.items() if key.endswith("_weighted"))

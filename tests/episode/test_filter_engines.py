@@ -19,5 +19,10 @@ def test_filterpy_drives_the_same_delivery(tmp_path):
     rows = [run_episode(each).row for each in (task, other)]
     assert rows[0]["outcome"] == rows[1]["outcome"] == "sla"
     assert rows[0]["localization_error_mean_m"] > 0.0
-    for key in ("duration_s", "distance_m", "localization_error_mean_m", "localization_error_max_m"):
+    for key in (
+        "duration_s",
+        "distance_m",
+        "localization_error_mean_m",
+        "localization_error_max_m",
+    ):
         assert rows[0][key] == pytest.approx(rows[1][key], abs=1e-9)

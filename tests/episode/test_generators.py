@@ -4,7 +4,17 @@ import numpy as np
 
 from harness.task.study import CONSUMERS, make_generators
 
-OLDEST = ("mission", "pedestrians", "lidar", "odometry", "imu", "gps", "cargo", "planner", "localizer")
+OLDEST = (
+    "mission",
+    "pedestrians",
+    "lidar",
+    "odometry",
+    "imu",
+    "gps",
+    "cargo",
+    "planner",
+    "localizer",
+)
 
 
 def test_a_later_consumer_changes_nobodys_numbers() -> None:

@@ -32,7 +32,9 @@ def test_a_delivery_is_late_after_the_timeout_of_wall_time(factor):
     rules = dataclasses.replace(RULES, real_time_factor=factor)
     limit = 241.0 * factor
     for stamp, expected in ((limit - 0.01, None), (limit + 0.01, Outcome.TIMEOUT)):
-        verdict = rules.judge(Truth(stamp, Pose2D(), 0.0, Twist2D(), None, (), (), None, 0.0), Pose2D(50.0, 0.0))
+        verdict = rules.judge(
+            Truth(stamp, Pose2D(), 0.0, Twist2D(), None, (), (), None, 0.0), Pose2D(50.0, 0.0)
+        )
         assert (verdict and verdict.outcome) == expected
     parts = Parts(next(make_study(stacks=["paper-gps"], episodes=1, workers=1).tasks()))
     assert delivery_prices(parts.prices, rules, 50.0).time_limit == pytest.approx(limit)
@@ -60,7 +62,11 @@ def test_limits_of_the_file_are_scaled_and_the_rest_stays(tmp_path: Path):
 
 def test_a_file_without_the_node_gets_its_defaults_scaled(tmp_path: Path):
     (tmp_path / "mine.yaml").write_text("amcl:\n  ros__parameters:\n    max_beams: 60\n")
-    assert smoother_of(on_wall_time(load_nav2(tmp_path / "mine.yaml", False), 0.5)).max_accel == (5.0, 0.0, 6.4)
+    assert smoother_of(on_wall_time(load_nav2(tmp_path / "mine.yaml", False), 0.5)).max_accel == (
+        5.0,
+        0.0,
+        6.4,
+    )
 
 
 def test_in_real_time_nothing_changes():

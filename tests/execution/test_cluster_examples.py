@@ -58,12 +58,19 @@ def expected(study: Study, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     path = tmp_path_factory.mktemp("local") / "run"
     create_run(path, about(study, ["navbench"]), parameters(study))
     with RunFolder(path, TABLES, study.total) as folder:
-        drive_missing(load_study(path), folder, Workers(1, InProcess), lambda finished, record: None)
+        drive_missing(
+            load_study(path), folder, Workers(1, InProcess), lambda finished, record: None
+        )
     return same(path)
 
 
-def test_any_executor_drives_a_study(study: Study, expected: dict[str, bytes], tmp_path: Path) -> None:
-    """The MPI example's own function, on an executor that is here everywhere; the second time all is done."""
+def test_any_executor_drives_a_study(
+    study: Study, expected: dict[str, bytes], tmp_path: Path
+) -> None:
+    """The MPI example's own function, on an executor that is here everywhere.
+
+    The second time all is done.
+    """
     drive = load("mpi_study").drive
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as executor:
         drive(executor, 1, study, tmp_path / "run")
@@ -79,9 +86,28 @@ def test_mpi_drives_a_study(rules: Path, expected: dict[str, bytes], tmp_path: P
         pytest.skip(f"mpi4py or an MPI library is not installed ({str(error).splitlines()[0]})")
     if MPIEXEC is None:
         pytest.skip("no mpiexec is installed")
-    command = [MPIEXEC, "-n", "2", sys.executable, "-m", "mpi4py.futures", str(EXAMPLES / "mpi_study.py")]
-    study = ["--stack", "parked", "--episodes", str(EPISODES), "--rules", str(rules), "--out", str(tmp_path / "run")]
-    done = subprocess.run([*command, *study], capture_output=True, text=True, timeout=300, check=False)
+    command = [
+        MPIEXEC,
+        "-n",
+        "2",
+        sys.executable,
+        "-m",
+        "mpi4py.futures",
+        str(EXAMPLES / "mpi_study.py"),
+    ]
+    study = [
+        "--stack",
+        "parked",
+        "--episodes",
+        str(EPISODES),
+        "--rules",
+        str(rules),
+        "--out",
+        str(tmp_path / "run"),
+    ]
+    done = subprocess.run(
+        [*command, *study], capture_output=True, text=True, timeout=300, check=False
+    )
     assert done.returncode == 0, done.stderr
     assert f"{EPISODES} of {EPISODES} deliveries" in done.stderr
     assert same(tmp_path / "run") == expected
@@ -94,7 +120,9 @@ def test_slurm_jobs_have_workers_of_one_thread() -> None:
     example = load("slurm_study")
     options = {"queue": "long", "account": "robots", "walltime": "4:00:00"}
     scheduler = {"dashboard_address": None, "host": "127.0.0.1"}
-    with example.make_cluster(jobqueue.SLURMCluster, 16, scheduler_options=scheduler, **options) as cluster:
+    with example.make_cluster(
+        jobqueue.SLURMCluster, 16, scheduler_options=scheduler, **options
+    ) as cluster:
         script = cluster.job_script()
     for line in ("-p long", "-A robots", "-n 1", "--cpus-per-task=16", "--mem=45G", "-t 4:00:00"):
         assert f"#SBATCH {line}\n" in script
@@ -127,7 +155,9 @@ def test_an_interrupted_slurm_study_waits_for_what_navbench_keeps() -> None:
     pytest.importorskip("dask_jobqueue", reason="dask-jobqueue is not installed")
     program = INTERRUPTED.format(examples=str(EXAMPLES), navbench=KEEPS_WHAT_IS_FINISHED)
     command = [sys.executable, "-c", program]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as study:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, start_new_session=True
+    ) as study:
         assert study.stdout is not None and study.stdout.readline() == "driving\n"
         os.killpg(study.pid, signal.SIGINT)  # as Ctrl-C in a terminal
         assert study.stdout.read() == "kept\n"

@@ -1,4 +1,7 @@
-"""A Dask cluster gives the rows of a local run, whatever dies; what cannot be used is refused in one line."""
+"""A Dask cluster gives the rows of a local run, whatever dies.
+
+What cannot be used is refused in one line.
+"""
 
 import os
 import signal
@@ -19,7 +22,9 @@ from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
 
 dask = pytest.importorskip("dask", reason="the package dask (extra 'dask') is not installed")
-distributed = pytest.importorskip("distributed", reason="the package distributed (extra 'dask') is not installed")
+distributed = pytest.importorskip(
+    "distributed", reason="the package distributed (extra 'dask') is not installed"
+)
 from harness.execution.dask_cluster import DaskCluster  # noqa: E402 - needs distributed
 
 Here = Callable[[], AbstractContextManager[None]]
@@ -31,7 +36,8 @@ TIME_LIMIT = 8.0  # [s]
 
 def start_cluster(workers: int, threads: int = 1) -> Any:
     """A scheduler in this process, on a free port, with workers in processes of their own."""
-    dask.config.set({"distributed.deploy.lost-worker-timeout": "1h"})  # it gives up workers that restart slowly
+    # it gives up workers that restart slowly
+    dask.config.set({"distributed.deploy.lost-worker-timeout": "1h"})
     return distributed.LocalCluster(
         n_workers=workers,
         threads_per_worker=threads,
@@ -69,10 +75,16 @@ def drive_on(cluster: Any, function: Callable[[Any], Any], tasks: list[Any]) -> 
 
 
 def make_attempt() -> Callable[[tuple[Path, int, str]], int]:
-    """A function that travels as a whole: workers need not import this module, which takes them seconds."""
+    """A function that travels as a whole.
+
+    Workers need not import this module, which takes them seconds.
+    """
 
     def attempt(task: tuple[Path, int, str]) -> int:
-        """Leave a trace; then, if so told, raise, or die or hang on the first attempt or on each."""
+        """Leave a trace.
+
+        Then, if so told, raise, or die or hang on the first attempt or on each.
+        """
         folder, number, way = task
         (folder / f"{number}-{os.getpid()}").touch()
         is_first = len(list(folder.glob(f"{number}-*"))) == 1
@@ -89,7 +101,9 @@ def make_attempt() -> Callable[[tuple[Path, int, str]], int]:
 
 def test_tasks_that_raise_die_and_hang_harm_no_other(two: Any, tmp_path: Path) -> None:
     ways = {1: "die once", 3: "raise", 4: "die always", 6: "hang once"}
-    finished = drive_on(two, make_attempt(), [(tmp_path, number, ways.get(number, "")) for number in range(8)])
+    finished = drive_on(
+        two, make_attempt(), [(tmp_path, number, ways.get(number, "")) for number in range(8)]
+    )
     assert sorted(finished) == list(range(8))
     attempts = [len(list(tmp_path.glob(f"{number}-*"))) for number in range(8)]
     assert attempts == [1, 2, 1, 1, 2, 1, 2, 1]  # each in another process
@@ -100,7 +114,9 @@ def test_tasks_that_raise_die_and_hang_harm_no_other(two: Any, tmp_path: Path) -
     assert "ran for more than 8 s" in finished[6].lost[0]
 
 
-def test_a_stopped_worker_is_noticed_by_its_silence(two: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stopped_worker_is_noticed_by_its_silence(
+    two: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Its connection stays open, so that only its heartbeats tell; a busy worker's go on."""
     monkeypatch.setattr("harness.execution.dask_cluster.UNHEARD", 4.0)
     folder = str(tmp_path)
@@ -115,13 +131,17 @@ def test_a_stopped_worker_is_noticed_by_its_silence(two: Any, tmp_path: Path, mo
         (Path(task[0]) / f"{task[1]}-{os.getpid()}").touch()
         if task[1] == 1 and first:
             os.kill(os.getpid(), signal.SIGSTOP)
-        deadline = time.monotonic() + (6.0 if task[1] == 0 else 0.0)  # longer than the silence, and busy
+        # longer than the silence, and busy
+        deadline = time.monotonic() + (6.0 if task[1] == 0 else 0.0)
         while time.monotonic() < deadline:
             pass
         return task[1]
 
     with connect(two) as dask, Workers(9, dask.place, 60.0, dask.room) as workers:
-        finished = {item.task[1]: item for item in workers.run(work, [(folder, number) for number in range(3)])}
+        finished = {
+            item.task[1]: item
+            for item in workers.run(work, [(folder, number) for number in range(3)])
+        }
     assert [finished[number].result for number in range(3)] == [0, 1, 2]
     assert not finished[0].lost and len(list(tmp_path.glob("0-*"))) == 1
     assert "stopped" in finished[1].lost[0] and len(list(tmp_path.glob("1-*"))) == 2
@@ -139,7 +159,9 @@ def test_closing_early_stops_what_runs(two: Any, tmp_path: Path) -> None:
         os.kill(int(traces[0].name.removeprefix("1-")), 0)
 
 
-def test_workers_that_live_on_read_files_that_changed_between_studies(two: Any, tmp_path: Path) -> None:
+def test_workers_that_live_on_read_files_that_changed_between_studies(
+    two: Any, tmp_path: Path
+) -> None:
     def limit(task: tuple[str, int]) -> float:
         from harness.episode.factory import rules_of
 
@@ -173,7 +195,9 @@ def expected(study: Study, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     """The files of a run in this process."""
     path = begin(tmp_path_factory.mktemp("local") / "run", study)
     with RunFolder(path, TABLES, study.total) as folder:
-        drive_missing(load_study(path), folder, Workers(1, InProcess), lambda finished, record: None)
+        drive_missing(
+            load_study(path), folder, Workers(1, InProcess), lambda finished, record: None
+        )
         finish(study, folder)
     return same(path)
 
@@ -181,7 +205,9 @@ def expected(study: Study, tmp_path_factory: pytest.TempPathFactory) -> dict[str
 def kill_one_at_work(cluster: Any) -> list[int]:
     """Kill the process of a worker that has a task; empty: none has one just now."""
     busy = {worker.address for worker in cluster.scheduler.workers.values() if worker.processing}
-    at_work = [int(nanny.pid) for nanny in cluster.workers.values() if nanny.worker_address in busy][:1]
+    at_work = [
+        int(nanny.pid) for nanny in cluster.workers.values() if nanny.worker_address in busy
+    ][:1]
     for process in at_work:
         os.kill(process, signal.SIGKILL)
     return at_work
@@ -219,11 +245,24 @@ rules: RULES
 """
 SHORT = ("--map", "MAP", "--rules", "RULES", "--pedestrians", "2", "--seed", "5")
 STUDIES = {  # command, its words, and files that hold what was driven
-    "suite": (("suite.yaml",), ("*/episodes.parquet", "*/events.parquet", "suite.json", "table.parquet")),
+    "suite": (
+        ("suite.yaml",),
+        ("*/episodes.parquet", "*/events.parquet", "suite.json", "table.parquet"),
+    ),
     "ablate": ((*SHORT, "--localizers", "ground_truth,gps", "--episodes", "2"), SAME),
     "tune": (
         (
-            *(*SHORT, "--stack", "nav2-stock", "--localizer", "ground_truth", "--space", "inflation", "--trials", "2"),
+            *(
+                *SHORT,
+                "--stack",
+                "nav2-stock",
+                "--localizer",
+                "ground_truth",
+                "--space",
+                "inflation",
+                "--trials",
+                "2",
+            ),
             *("--episodes", "2", "--test-episodes", "2", "--finalists", "0", "--waterfall", "0"),
             *("--objective", "+distance_m"),
         ),
@@ -245,7 +284,9 @@ def files(tmp_path: Path, hall: Path, monkeypatch: pytest.MonkeyPatch) -> dict[s
 
 def kept(folder: Path, patterns: tuple[str, ...]) -> dict[str, bytes]:
     """The content of files in a folder, by their names."""
-    found = {str(path.relative_to(folder)): path for pattern in patterns for path in folder.glob(pattern)}
+    found = {
+        str(path.relative_to(folder)): path for pattern in patterns for path in folder.glob(pattern)
+    }
     return {name: path.read_bytes() for name, path in found.items()}
 
 
@@ -257,7 +298,17 @@ def test_studies_of_every_kind_have_the_rows_of_local_ones(
     words, patterns = STUDIES[command]
     given = [command, *(files.get(word, word) for word in words), "--workers", "2"]
     with pytest.raises(SystemExit) as ended:
-        main([*given, "--out", str(tmp_path / "dask"), "--executor", "dask", "--scheduler", two.scheduler_address])
+        main(
+            [
+                *given,
+                "--out",
+                str(tmp_path / "dask"),
+                "--executor",
+                "dask",
+                "--scheduler",
+                two.scheduler_address,
+            ]
+        )
     assert ended.value.code == 0
     with pytest.raises(SystemExit) as ended, driven_in_process():
         main([*given, "--out", str(tmp_path / "local")])
@@ -285,7 +336,8 @@ def test_a_lost_scheduler_keeps_what_is_finished_and_the_run_goes_on(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("harness.execution.dask_cluster.CONNECT", 4.0)  # so long it is looked for again
+    # so long it is looked for again
+    monkeypatch.setattr("harness.execution.dask_cluster.CONNECT", 4.0)
     path, passing = begin(tmp_path / "run", study), start_cluster(1)
 
     def close_after_two() -> None:
@@ -296,13 +348,30 @@ def test_a_lost_scheduler_keeps_what_is_finished_and_the_run_goes_on(
     closing = threading.Thread(target=close_after_two)
     closing.start()
     line = complaint(
-        capsys, "run", "--resume", str(path), "--executor", "dask", "--scheduler", passing.scheduler_address
+        capsys,
+        "run",
+        "--resume",
+        str(path),
+        "--executor",
+        "dask",
+        "--scheduler",
+        passing.scheduler_address,
     )
     closing.join()
     assert "is lost" in line and f"--resume {path}" in line
     assert 2 <= count_finished(path) < EPISODES
     with pytest.raises(SystemExit) as leaving:
-        main(["run", "--resume", str(path), "--executor", "dask", "--scheduler", two.scheduler_address])
+        main(
+            [
+                "run",
+                "--resume",
+                str(path),
+                "--executor",
+                "dask",
+                "--scheduler",
+                two.scheduler_address,
+            ]
+        )
     assert leaving.value.code == 0
     assert "going on after" in capsys.readouterr().err
     assert same(path) == expected
@@ -318,10 +387,22 @@ def test_workers_with_several_threads_are_refused() -> None:
 
 
 def test_a_scheduler_that_is_not_there_is_one_line(
-    study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    study: Study,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("harness.execution.dask_cluster.CONNECT", 1.0)
     path = begin(tmp_path / "run", study)
-    line = complaint(capsys, "run", "--resume", str(path), "--executor", "dask", "--scheduler", "tcp://127.0.0.1:1")
+    line = complaint(
+        capsys,
+        "run",
+        "--resume",
+        str(path),
+        "--executor",
+        "dask",
+        "--scheduler",
+        "tcp://127.0.0.1:1",
+    )
     assert "no Dask scheduler answers at 'tcp://127.0.0.1:1'" in line and f"--resume {path}" in line
     assert count_finished(path) == 0

@@ -34,7 +34,13 @@ def double(number: int) -> int:
 def check_doubles(workers: Workers) -> None:
     finished = list(workers.run(double, range(6)))
     assert sorted(item.task for item in finished) == list(range(6))
-    assert {item.task: item.result for item in finished if item.error is None} == {0: 0, 1: 2, 2: 4, 4: 8, 5: 10}
+    assert {item.task: item.result for item in finished if item.error is None} == {
+        0: 0,
+        1: 2,
+        2: 4,
+        4: 8,
+        5: 10,
+    }
     assert [item.error for item in finished if item.error] == ["ValueError: three is refused"]
     assert not any(item.lost for item in finished)
 
@@ -52,7 +58,9 @@ def test_an_executor_with_several_workers() -> None:
 
 def test_workers_live_from_study_to_study() -> None:
     with Workers(1) as workers:
-        first, second = ([item.result for item in workers.run(process_number, [0])] for _ in range(2))
+        first, second = (
+            [item.result for item in workers.run(process_number, [0])] for _ in range(2)
+        )
     assert first == second != [os.getpid()]
 
 
@@ -92,13 +100,17 @@ def attempts(folder: Path, number: int) -> int:
         ("hang once", f"ran for more than {TIME_LIMIT:g} s"),
     ],
 )
-def test_a_lost_task_is_repeated_once_and_harms_no_other(tmp_path: Path, way: str, reason: str) -> None:
+def test_a_lost_task_is_repeated_once_and_harms_no_other(
+    tmp_path: Path, way: str, reason: str
+) -> None:
     tasks = [(tmp_path, number, way if number == 1 else "") for number in range(8)]
     with Workers(2, time_limit=TIME_LIMIT) as workers:
         finished = {item.task[1]: item for item in workers.run(attempt, tasks)}
     assert sorted(finished) == list(range(8))
     assert [attempts(tmp_path, number) for number in range(8)] == [1, 2, 1, 1, 1, 1, 1, 1]
-    assert all(item.result == number and not item.lost for number, item in finished.items() if number != 1)
+    assert all(
+        item.result == number and not item.lost for number, item in finished.items() if number != 1
+    )
     if "once" in way:
         assert finished[1].result == 1 and reason in finished[1].lost[0]
     else:
@@ -116,7 +128,10 @@ def test_a_worker_killed_between_two_studies_is_replaced(tmp_path: Path) -> None
 
 
 def stop_once(folder: str) -> int:
-    """The first time the worker is stopped, as by SIGSTOP from outside; then it counts for longer than the silence."""
+    """The first time the worker is stopped, as by SIGSTOP from outside.
+
+    Then it counts for longer than the silence.
+    """
     mark = Path(folder) / "stopped"
     if not mark.exists():
         mark.touch()

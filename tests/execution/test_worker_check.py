@@ -35,7 +35,9 @@ TLS = "distributed.comm.tls"
 def test_a_process_finds_no_trouble_with_itself(tmp_path: Path) -> None:
     (tmp_path / "map.yaml").write_text("image: map.png")
     here = look(LIBRARIES, [str(tmp_path / "map.yaml"), str(tmp_path / "absent")])
-    assert trouble(here, look(LIBRARIES, [str(tmp_path / "map.yaml"), str(tmp_path / "absent")])) == ""
+    assert (
+        trouble(here, look(LIBRARIES, [str(tmp_path / "map.yaml"), str(tmp_path / "absent")])) == ""
+    )
     assert len(here.project) == 64 and all(here.versions.values())
 
 
@@ -45,7 +47,10 @@ def test_a_process_finds_no_trouble_with_itself(tmp_path: Path) -> None:
         ({"threads": 4}, "has 4 threads.*--nthreads 1"),
         ({"versions": {"numpy": "1.0"}}, "has Python not at all, here it is 3.*install the same"),
         ({"project": "0" * 64}, "same checkout on every machine and restart its workers"),
-        ({"code": "0" * 64}, "runs code of this program from before it was changed there: restart its workers"),
+        (
+            {"code": "0" * 64},
+            "runs code of this program from before it was changed there: restart its workers",
+        ),
         ({"files": {}}, "has no file '.*here.yaml': put it"),
         ({"files": {"FILE": "0" * 64}}, "has another file '.*here.yaml'"),
     ],
@@ -55,7 +60,9 @@ def test_what_differs_is_named(tmp_path: Path, change: dict[str, Any], words: st
     Path(file).write_text("free_thresh: 0.2")
     here = look(("numpy",), [file])
     if "files" in change:
-        change = {"files": {key.replace("FILE", file): value for key, value in change["files"].items()}}
+        change = {
+            "files": {key.replace("FILE", file): value for key, value in change["files"].items()}
+        }
     line = trouble(here, dataclasses.replace(here, **change))
     assert "\n" not in line
     with pytest.raises(InputError, match=words):
@@ -77,7 +84,9 @@ def save_hall(path: Path, length: float) -> None:
     save_map(OccupancyGrid(cells, 0.1, Pose2D()), path)
 
 
-def test_a_worker_that_lives_on_drives_what_it_is_seen_with(tmp_path: Path, worker: SimpleNamespace) -> None:
+def test_a_worker_that_lives_on_drives_what_it_is_seen_with(
+    tmp_path: Path, worker: SimpleNamespace
+) -> None:
     """Files that change between two studies are read anew, and worlds and brains are built anew."""
     hall, rules, people = tmp_path / "hall.yaml", tmp_path / "rules.yaml", tmp_path / "world.yaml"
     world = (shipped("params") / "worlds" / "easy.yaml").read_text(encoding="utf-8")
@@ -97,7 +106,13 @@ def test_a_worker_that_lives_on_drives_what_it_is_seen_with(tmp_path: Path, work
         )
         task = study.template
         built = setup.Parts(task).world()
-        made.append((setup.Parts(task).mission(np.random.default_rng(0)), built, setup.Parts(task).brain(built)))
+        made.append(
+            (
+                setup.Parts(task).mission(np.random.default_rng(0)),
+                built,
+                setup.Parts(task).brain(built),
+            )
+        )
         assert setup.scene_of(str(hall)).geometry.width == round(length / 0.1)
         assert setup.rules_of(task.rules).timeout == timeout
         assert setup.world_params(task.world, None, None).people.count == count
@@ -107,7 +122,9 @@ def test_a_worker_that_lives_on_drives_what_it_is_seen_with(tmp_path: Path, work
     assert max(abs(made[1][0].start.x), abs(made[1][0].start.y)) < 10.0
 
 
-def test_looking_without_driving_for_others_forgets_nothing(tmp_path: Path, worker: SimpleNamespace) -> None:
+def test_looking_without_driving_for_others_forgets_nothing(
+    tmp_path: Path, worker: SimpleNamespace
+) -> None:
     (tmp_path / "rules.yaml").write_text(RULES)
     rules = setup.rules_of(str(tmp_path / "rules.yaml"))
     look((), [])
@@ -159,7 +176,10 @@ def as_new(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], None]]:
 
 
 def test_code_that_changes_on_disk_asks_for_a_restart(
-    as_new: Callable[[], None], worker: SimpleNamespace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    as_new: Callable[[], None],
+    worker: SimpleNamespace,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     source = tmp_path / "source.py"
     source.write_text("SPEED = 1.0")
@@ -194,7 +214,14 @@ def test_the_files_of_a_run_are_its_parameters_and_maps(tmp_path: Path) -> None:
     (tmp_path / "run" / "params").mkdir(parents=True)
     (tmp_path / "run" / "params" / "world.yaml").touch()
     names = {path.name for path in files_of(tmp_path / "run", study)}
-    assert {"run.json", "world.yaml", "mine.yaml", "mine.png", "mine.geojson", "mine_navmesh.png"} <= names
+    assert {
+        "run.json",
+        "world.yaml",
+        "mine.yaml",
+        "mine.png",
+        "mine.geojson",
+        "mine_navmesh.png",
+    } <= names
 
 
 @pytest.mark.parametrize(
@@ -204,7 +231,10 @@ def test_the_files_of_a_run_are_its_parameters_and_maps(tmp_path: Path) -> None:
         (["--scheduler", "tcp://host:8786"], "is for --executor dask"),
         (["--executor", "slurm"], "'slurm' is not one of"),
         (["--episode-timeout", "nan"], "'--episode-timeout': nan is not a number"),
-        ([*DASK, "tcp://host"], "--scheduler 'tcp://host' is no address of a Dask scheduler; give SCHEME://HOST:PORT"),
+        (
+            [*DASK, "tcp://host"],
+            "--scheduler 'tcp://host' is no address of a Dask scheduler; give SCHEME://HOST:PORT",
+        ),
         ([*DASK, "host"], "'host' is no address"),
         ([*DASK, "tcp://:8786"], "'tcp://:8786' is no address"),
         ([*DASK, "tcp://host:0"], "port 1 to 65535"),
@@ -235,13 +265,25 @@ def test_options_that_do_not_fit_are_refused(
         ),
         ("wss://host:8786", {}, "needs TLS"),
         ("host:8786", {"distributed.comm.default-scheme": "tls"}, "needs TLS"),
-        ("tls://host:8786", {f"{TLS}.ca-file": "/absent", f"{TLS}.client.cert": "/absent"}, "No such file"),
+        (
+            "tls://host:8786",
+            {f"{TLS}.ca-file": "/absent", f"{TLS}.client.cert": "/absent"},
+            "No such file",
+        ),
         ("tcp://host:8786", {f"{TLS}.min-version": "9"}, "min-version='9' is not supported"),
-        ("tcp://host:8786", {"distributed.comm.require-encryption": True}, "has no TLS, which Dask's require-encryp"),
+        (
+            "tcp://host:8786",
+            {"distributed.comm.require-encryption": True},
+            "has no TLS, which Dask's require-encryp",
+        ),
     ],
 )
-def test_what_dask_is_not_configured_for_is_refused(scheduler: str, configured: dict[str, Any], words: str) -> None:
-    pytest.importorskip("distributed", reason="the package distributed (extra 'dask') is not installed")
+def test_what_dask_is_not_configured_for_is_refused(
+    scheduler: str, configured: dict[str, Any], words: str
+) -> None:
+    pytest.importorskip(
+        "distributed", reason="the package distributed (extra 'dask') is not installed"
+    )
     import dask
 
     with dask.config.set(configured), pytest.raises(InputError) as refused:
@@ -249,9 +291,13 @@ def test_what_dask_is_not_configured_for_is_refused(scheduler: str, configured: 
     assert words in str(refused.value) and "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("scheduler", ["tcp://host:8786", "host:1", "tcp://[::1]:65535", "ws://10.0.0.1:8786"])
+@pytest.mark.parametrize(
+    "scheduler", ["tcp://host:8786", "host:1", "tcp://[::1]:65535", "ws://10.0.0.1:8786"]
+)
 def test_addresses_of_schedulers(scheduler: str) -> None:
-    pytest.importorskip("distributed", reason="the package distributed (extra 'dask') is not installed")
+    pytest.importorskip(
+        "distributed", reason="the package distributed (extra 'dask') is not installed"
+    )
     assert Where("dask", scheduler).scheduler == scheduler
 
 
@@ -260,12 +306,16 @@ def test_a_missing_package_is_named_before_anything_is_created(
 ) -> None:
     monkeypatch.delitem(sys.modules, "harness.execution.dask_security", raising=False)
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(InputError, match="needs the package distributed.*pip install 'navbench\\[dask\\]'"):
+    with pytest.raises(
+        InputError, match="needs the package distributed.*pip install 'navbench\\[dask\\]'"
+    ):
         Where("dask", "tcp://host:8786")
 
 
 def test_where_is_this_machine_unless_told() -> None:
-    pytest.importorskip("distributed", reason="the package distributed (extra 'dask') is not installed")
+    pytest.importorskip(
+        "distributed", reason="the package distributed (extra 'dask') is not installed"
+    )
     assert Where().is_local and not Where("dask", "tcp://host:8786").is_local
 
 

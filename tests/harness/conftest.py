@@ -20,15 +20,26 @@ WorkOnRow = Callable[[dict[str, Any]], None]
 
 
 def _contacts(rng: np.random.Generator, crowd: float) -> list[dict[str, Any]]:
-    """A few contacts of one delivery, with people and with a mailbox; each as an event, the hard ones also counted."""
+    """A few contacts of one delivery, with people and with a mailbox.
+
+    Each as an event, the hard ones also counted.
+    """
     rows = []
     for number in range(rng.poisson(crowd)):
         person = rng.random() < 0.8
-        robot, partner = (float(speed) for speed in rng.uniform(-0.1, 1.5, 2)) if person else (1.2, 0.0)
+        robot, partner = (
+            (float(speed) for speed in rng.uniform(-0.1, 1.5, 2)) if person else (1.2, 0.0)
+        )
         impulse = float(rng.uniform(5.0, 140.0))
         kind = "pedestrian" if person else "mailbox"
         moved = "robot_into_person" if robot >= partner else "person_into_robot"
-        fault = "robot_into_property" if not person else "person_into_standing_robot" if abs(robot) < 0.05 else moved
+        fault = (
+            "robot_into_property"
+            if not person
+            else "person_into_standing_robot"
+            if abs(robot) < 0.05
+            else moved
+        )
         event = {
             "type": "contact_event",
             "stamp_s": float(number),
@@ -46,10 +57,18 @@ def _contacts(rng: np.random.Generator, crowd: float) -> list[dict[str, Any]]:
     return rows
 
 
-def _row(stack: str, number: int, episode: int, seed: int, rng: np.random.Generator) -> dict[str, Any]:
+def _row(
+    stack: str, number: int, episode: int, seed: int, rng: np.random.Generator
+) -> dict[str, Any]:
     mission = np.random.default_rng((seed, episode)).uniform(0.0, 100.0, 5).tolist()
-    measured = {name: float(rng.uniform(0.1, 2.0)) for name, kind in EPISODE_COLUMNS.items() if kind == "double"}
-    counts = {name: int(rng.integers(0, 4)) for name, kind in EPISODE_COLUMNS.items() if kind == "int64"}
+    measured = {
+        name: float(rng.uniform(0.1, 2.0))
+        for name, kind in EPISODE_COLUMNS.items()
+        if kind == "double"
+    }
+    counts = {
+        name: int(rng.integers(0, 4)) for name, kind in EPISODE_COLUMNS.items() if kind == "int64"
+    }
     keys = ("start_x_m", "start_y_m", "start_yaw_rad", "goal_x_m", "goal_y_m")
     return {
         **dict.fromkeys(EPISODE_COLUMNS),
@@ -63,7 +82,9 @@ def _row(stack: str, number: int, episode: int, seed: int, rng: np.random.Genera
         "episode": episode,
         "duration_s": float(rng.uniform(30.0, 200.0)),
         "distance_m": float(rng.uniform(30.0, 150.0)),
-        "outcome": str(rng.choice(["sla", "spoiled", "timeout", "physical_assistance"], p=[0.7, 0.1, 0.1, 0.1])),
+        "outcome": str(
+            rng.choice(["sla", "spoiled", "timeout", "physical_assistance"], p=[0.7, 0.1, 0.1, 0.1])
+        ),
         "fence_contacts": None,
         "min_time_to_collision_s": None if episode % 3 == 0 else 1.5,
     }
@@ -73,21 +94,30 @@ def _priced(row: dict[str, Any], events: list[dict[str, Any]], prices: Any) -> N
     counted = [event for event in events if event["type"] == "counted_contact"]
     people = [event["impulse_ns"] for event in counted if event["kind"] == "pedestrian"]
     row |= injury_measures(people, prices)
-    row["published_energy_kwh"] = prices.rolling_resistance_force * row["distance_m"] / JOULES_PER_KWH
+    row["published_energy_kwh"] = (
+        prices.rolling_resistance_force * row["distance_m"] / JOULES_PER_KWH
+    )
     row["collision_impulse_ns"] = float(sum(event["impulse_ns"] for event in counted))
     row["pedestrian_contacts"] = len(people)
     for kind in ("mailbox", "trash_bin", "building_glass", "bollard", "plant"):
-        hard = [event for event in counted if event["kind"] == kind and event["impulse_ns"] >= 100.0]
+        hard = [
+            event for event in counted if event["kind"] == kind and event["impulse_ns"] >= 100.0
+        ]
         row[f"{kind}_contacts"] = len(hard)
     for event in counted:
         person = event["kind"] == "pedestrian"
         cost = injury_costs(event["impulse_ns"], prices) if person else None
-        event["cost_usd"] = float(cost) if person else property_cost(event["kind"], event["impulse_ns"], prices)
+        event["cost_usd"] = (
+            float(cost) if person else property_cost(event["kind"], event["impulse_ns"], prices)
+        )
 
 
 @pytest.fixture
 def write_run(tmp_path: Path) -> Callable[..., Path]:
-    """Write a run folder of random deliveries; the same seed gives the same missions and, per stack, the same rows."""
+    """Write a run folder of random deliveries.
+
+    The same seed gives the same missions and, per stack, the same rows.
+    """
 
     def write(
         name: str,
@@ -104,7 +134,10 @@ def write_run(tmp_path: Path) -> Callable[..., Path]:
         loaded = load_prices(prices)
         about = {
             "command": ["navbench", "run"],
-            "stacks": [{"name": each, "carries": ["lidar", "gps"], "localizer": localizer} for each in stacks],
+            "stacks": [
+                {"name": each, "carries": ["lidar", "gps"], "localizer": localizer}
+                for each in stacks
+            ],
             "episodes": episodes,
             "seed": seed,
             "map_name": "sidewalk",
@@ -116,7 +149,9 @@ def write_run(tmp_path: Path) -> Callable[..., Path]:
         parameters = {
             "prices.yaml": dump_dataclass(loaded),
             "world.yaml": world.replace("count: 20", f"count: {pedestrians}"),
-            "rules.yaml": (shipped("params") / "rules" / "costnav.yaml").read_text(encoding="utf-8"),
+            "rules.yaml": (shipped("params") / "rules" / "costnav.yaml").read_text(
+                encoding="utf-8"
+            ),
         }
         create_run(tmp_path / name, about, parameters)
         with RunFolder(tmp_path / name, TABLES, episodes * len(stacks)) as folder:
@@ -130,7 +165,9 @@ def write_run(tmp_path: Path) -> Callable[..., Path]:
                         change(row)
                     events = [{**event, "stack": stack, "episode": episode} for event in events]
                     timing = {"stack": stack, "episode": episode, "wall_s": 1.0}
-                    folder.add({"row": row, "events": [] if row["error"] else events, "timing": timing})
+                    folder.add(
+                        {"row": row, "events": [] if row["error"] else events, "timing": timing}
+                    )
         return tmp_path / name
 
     return write

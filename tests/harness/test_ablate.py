@@ -19,7 +19,8 @@ from navstack.params.strict import load_dataclass
 
 RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
 ARMS = ["ground_truth", "gps", "position=0.5"]
-SAME = ("episodes.parquet", "events.parquet", "summary.json", "ablation.json")  # whatever the machine does
+# whatever the machine does
+SAME = ("episodes.parquet", "events.parquet", "summary.json", "ablation.json")
 
 
 def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
@@ -32,7 +33,14 @@ def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, 
 @pytest.fixture
 def given(tmp_path: Path, hall: Path, in_process: None) -> list[str]:
     (tmp_path / "short.yaml").write_text(RULES)
-    chosen = ["--localizers", "ground_truth,gps", "--inject", "position=0.5", "--rules", str(tmp_path / "short.yaml")]
+    chosen = [
+        "--localizers",
+        "ground_truth,gps",
+        "--inject",
+        "position=0.5",
+        "--rules",
+        str(tmp_path / "short.yaml"),
+    ]
     return [
         *chosen,
         "--map",
@@ -64,17 +72,30 @@ def test_an_ablation_is_driven_cut_off_and_driven_on(
     status, text, _ = navbench(capsys, *given, "--out", str(out), "--json")
     assert status == 0
     document = json.loads(text)
-    assert (document["stack"], document["against"], document["episodes"]) == ("nav2-amcl", "ground_truth", 2)
+    assert (document["stack"], document["against"], document["episodes"]) == (
+        "nav2-amcl",
+        "ground_truth",
+        2,
+    )
     by_arm = {arm["arm"]: arm for arm in document["arms"]}
     assert list(by_arm) == ARMS
     assert by_arm["ground_truth"]["localization_error_median_m"]["value"] == 0.0
     assert by_arm["position=0.5"]["localization_error_median_m"]["value"] > 0.05
-    assert by_arm["position=0.5"]["injected"] == {"position_m": 0.5, "heading_deg": 0.0, "correlation_time_s": 10.0}
+    assert by_arm["position=0.5"]["injected"] == {
+        "position_m": 0.5,
+        "heading_deg": 0.0,
+        "correlation_time_s": 10.0,
+    }
     assert (by_arm["gps"]["capex_usd"], by_arm["gps"]["sensors"]) == (13_000.0, ["lidar", "gps"])
-    assert (by_arm["position=0.5"]["capex_usd"], by_arm["position=0.5"]["is_buildable"]) == (None, False)
+    assert (by_arm["position=0.5"]["capex_usd"], by_arm["position=0.5"]["is_buildable"]) == (
+        None,
+        False,
+    )
     assert by_arm["gps"]["outcomes"]["timeout"]["value"] == 1.0
     assert by_arm["gps"]["contribution_margin_usd"]["value"] == pytest.approx(-3.49, abs=0.01)
-    assert {(each["arm"], each["metric"]) for each in document["differences"]} >= {("gps", "contribution_margin")}
+    assert {(each["arm"], each["metric"]) for each in document["differences"]} >= {
+        ("gps", "contribution_margin")
+    }
     assert document["price_of_error"]["position"]["levels_m"] == [0.0, 0.5]
     assert document["price_of_error"]["position"]["usd_per_run_per_m"]["n"] == 2
     figures = [out / f"ablation{suffix}" for suffix in SUFFIXES]
@@ -106,13 +127,22 @@ def test_an_ablation_is_driven_cut_off_and_driven_on(
         (("--localizers", "gps,amcl", "--against", "gsp"), ("arm 'gsp'", "did you mean 'gps'")),
         (("--localizers", "gps,amcl", "heading=2"), ("heading=2", "--inject")),
         (("--inject", "position=0.1", "heading=-2"), ("heading: '-2'",)),
-        (("--inject", "heading=2", "--correlation-time", "0"), ("correlation_time 0.0", "more than 0")),
-        (("--localizers", "gps,amcl", "--sensors", "rtk_god"), ("rtk_god", "did you mean 'rtk_good'")),
+        (
+            ("--inject", "heading=2", "--correlation-time", "0"),
+            ("correlation_time 0.0", "more than 0"),
+        ),
+        (
+            ("--localizers", "gps,amcl", "--sensors", "rtk_god"),
+            ("rtk_god", "did you mean 'rtk_good'"),
+        ),
         (("--localizers", "gps,amcl", "--episodes", "0"), ("--episodes 0",)),
     ],
 )
 def test_what_cannot_be_ablated_is_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], words: tuple[str, ...]
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    arguments: tuple[str, ...],
+    words: tuple[str, ...],
 ) -> None:
     status, out, line = navbench(capsys, *arguments, "--out", str(tmp_path / "out"))
     assert status == 1 and out == "" and line.count("\n") == 1
@@ -120,9 +150,22 @@ def test_what_cannot_be_ablated_is_one_line(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_run_is_no_ablation(given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_is_no_ablation(
+    given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit):
-        main(["run", "--stack", "parked", "--sensors", "white_noise", *given[4:], "--out", str(tmp_path / "run")])
+        main(
+            [
+                "run",
+                "--stack",
+                "parked",
+                "--sensors",
+                "white_noise",
+                *given[4:],
+                "--out",
+                str(tmp_path / "run"),
+            ]
+        )
     used = tmp_path / "run" / "params" / "parked-sensors.yaml"
     wanted = shipped("params") / "sensors" / "white_noise.yaml"
     assert load_dataclass(SensorParams, used) == load_dataclass(SensorParams, wanted)
@@ -131,7 +174,9 @@ def test_a_run_is_no_ablation(given: list[str], tmp_path: Path, capsys: pytest.C
     assert status == 1 and out == "" and "is no ablation" in line and line.count("\n") == 1
 
 
-def test_run_does_not_take_an_ablation_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_does_not_take_an_ablation_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "params").mkdir()
     (tmp_path / "params" / ABLATION).write_text("stack: nav2-gps\nagainst: gps\n")
     with pytest.raises(SystemExit) as leaving:

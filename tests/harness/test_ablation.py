@@ -25,7 +25,9 @@ LEVELS = {"ground_truth": 0.0, "position=0.5": 0.5, "position=2": 2.0}
 PRICE = 0.7  # [USD/run] per metre of what `costly` charges
 
 
-def arms(*localizers: str, errors: tuple[str, ...] = (), stack: str = "nav2-amcl") -> tuple[Stack, ...]:
+def arms(
+    *localizers: str, errors: tuple[str, ...] = (), stack: str = "nav2-amcl"
+) -> tuple[Stack, ...]:
     return arms_of(load_stack(stack), localizers, errors)
 
 
@@ -34,7 +36,9 @@ def analysed(folder: Path, stacks: tuple[Stack, ...], against: str | None = None
     run, prices = load_run(str(folder)), load_prices("costnav")
     rows = {stored.name: stored.rows for stored in run.stacks}
     results = [
-        StackResult(each, len(rows[each.name]), 0, value(rows[each.name], each, prices, run.seed), 1.0, 1.0)
+        StackResult(
+            each, len(rows[each.name]), 0, value(rows[each.name], each, prices, run.seed), 1.0, 1.0
+        )
         if rows[each.name]
         else StackResult(each, 0, 3, None, None, 0.0)
         for each in stacks
@@ -61,7 +65,8 @@ def test_arms_are_named_by_what_differs_and_carry_what_they_need() -> None:
         *("position=0.1", "position=1", "heading=2"),
     ]
     carried = {arm.name: arm.carries for arm in made}
-    assert carried["ground_truth"] == carried["amcl"] == carried["heading=2"] == ("lidar",)  # to see obstacles
+    # to see obstacles
+    assert carried["ground_truth"] == carried["amcl"] == carried["heading=2"] == ("lidar",)
     assert carried["gps"] == ("lidar", "gps")
     assert [arm.localization_map for arm in made[2:4]] == ["geometry", "navigation_mesh"]
     assert [arm.injected.position_rms for arm in made[-3:]] == [0.1, 1.0, 0.0]
@@ -101,7 +106,9 @@ def test_who_reads_no_scan_needs_no_lidar(tmp_path: Path) -> None:
         ((), ("position=0.1,0.10",), ("'position=0.1'", "more than once")),
     ],
 )
-def test_what_is_no_arm_is_refused(names: tuple[str, ...], errors: tuple[str, ...], words: tuple[str, ...]) -> None:
+def test_what_is_no_arm_is_refused(
+    names: tuple[str, ...], errors: tuple[str, ...], words: tuple[str, ...]
+) -> None:
     with pytest.raises(InputError) as complaint:
         arms(*names, errors=errors)
     assert all(word in str(complaint.value) for word in words), str(complaint.value)
@@ -113,7 +120,9 @@ def test_who_does_not_drive_has_no_arms() -> None:
 
 
 def test_the_price_of_an_error_is_recovered(write_run: WriteRun) -> None:
-    ablation = analysed(write_run("run", tuple(LEVELS), change=costly), arms(errors=("position=0.5,2",)))
+    ablation = analysed(
+        write_run("run", tuple(LEVELS), change=costly), arms(errors=("position=0.5,2",))
+    )
     (price,) = ablation.prices
     assert (price.kind, price.levels) == ("position", (0.0, 0.5, 2.0))
     assert price.price.value == pytest.approx(PRICE, abs=1e-9) and price.price.n == 40
@@ -130,22 +139,32 @@ def test_a_level_that_lost_missions_leaves_them_out_everywhere(write_run: WriteR
         if row["stack"] == "position=2" and row["episode"] % 2:
             row["error"] = "it broke"
 
-    ablation = analysed(write_run("run", tuple(LEVELS), change=some_fail), arms(errors=("position=0.5,2",)))
+    ablation = analysed(
+        write_run("run", tuple(LEVELS), change=some_fail), arms(errors=("position=0.5,2",))
+    )
     assert ablation.prices[0].price.value == pytest.approx(PRICE, abs=1e-9)
     assert ablation.prices[0].price.n == 20
 
 
 def test_errors_are_quantiles_over_the_deliveries(write_run: WriteRun) -> None:
-    ablation = analysed(write_run("run", tuple(LEVELS), change=costly), arms(errors=("position=0.5,2",)))
+    ablation = analysed(
+        write_run("run", tuple(LEVELS), change=costly), arms(errors=("position=0.5,2",))
+    )
     errors = ablation.arms[1].errors
-    assert errors["localization_error_median_m"].value == pytest.approx(0.519)  # 20th of 0.500, 0.501 ...
+    # 20th of 0.500, 0.501 ...
+    assert errors["localization_error_median_m"].value == pytest.approx(0.519)
     assert errors["localization_error_p95_m"].value == pytest.approx(2.0 * 0.537)  # 38th of 40
-    assert errors["localization_error_median_m"].low is not None and errors["localization_error_p95_m"].low is None
+    assert (
+        errors["localization_error_median_m"].low is not None
+        and errors["localization_error_p95_m"].low is None
+    )
 
 
 def test_money_is_that_of_the_sensors_each_arm_needs(write_run: WriteRun) -> None:
     names = ("ground_truth", "gps", "amcl")
-    ablation = analysed(write_run("run", names, change=lambda row: row.update(outcome="sla")), arms(*names))
+    ablation = analysed(
+        write_run("run", names, change=lambda row: row.update(outcome="sla")), arms(*names)
+    )
     assert [arm.capex_usd for arm in ablation.arms] == [None, 13_000.0, 11_000.0]
     amcl = ablation.arms[2]
     assert ablation.arms[0].break_even == Interval(None, None, None, 0)
@@ -156,14 +175,20 @@ def test_money_is_that_of_the_sensors_each_arm_needs(write_run: WriteRun) -> Non
 def test_break_even_of_an_interval() -> None:
     assert break_even_interval(100.0, Interval(2.0, 1.0, 4.0, 9)) == Interval(50.0, 25.0, 100.0, 9)
     assert break_even_interval(100.0, Interval(2.0, -1.0, 4.0, 9)) == Interval(50.0, 25.0, None, 9)
-    assert break_even_interval(100.0, Interval(-1.0, -2.0, -0.5, 9)) == Interval(None, None, None, 9)
+    assert break_even_interval(100.0, Interval(-1.0, -2.0, -0.5, 9)) == Interval(
+        None, None, None, 9
+    )
 
 
 def test_the_wrong_map_is_held_against_the_right_one_too(write_run: WriteRun) -> None:
     names = ("gps", "amcl", "amcl@navigation_mesh")
     ablation = analysed(write_run("run", names), arms(*names))
     pairs = [(each.arm, each.against) for each in ablation.of("contribution_margin")]
-    assert pairs == [("amcl", "gps"), ("amcl@navigation_mesh", "gps"), ("amcl@navigation_mesh", "amcl")]
+    assert pairs == [
+        ("amcl", "gps"),
+        ("amcl@navigation_mesh", "gps"),
+        ("amcl@navigation_mesh", "amcl"),
+    ]
     other = analysed(load_run(str(write_run("other", names))).folder, arms(*names), "amcl")
     pairs = [(each.arm, each.against) for each in other.of("contribution_margin")]
     assert pairs == [("gps", "amcl"), ("amcl@navigation_mesh", "amcl")]
@@ -187,12 +212,17 @@ def test_what_is_alike_to_a_cent_is_not_called_different(write_run: WriteRun) ->
         costly(row)
         row["pedestrian_injury_usd"] = 1.0 + 0.001 * LEVELS[row["stack"]] * (row["episode"] % 3)
 
-    ablation = analysed(write_run("run", tuple(LEVELS), change=cheap), arms(errors=("position=0.5,2",)))
+    ablation = analysed(
+        write_run("run", tuple(LEVELS), change=cheap), arms(errors=("position=0.5,2",))
+    )
     for each in ablation.of("contribution_margin"):
-        assert each.compared.differs and each.p_holm == 1.0  # always the same sign, but nothing to speak of
+        # always the same sign, but nothing to speak of
+        assert each.compared.differs and each.p_holm == 1.0
         assert not each.is_significant and each.compared.paired.detectable is None
         assert "alike to a cent on all 40 missions" in sentence(each)
-    assert ablation.prices[0].price.low is None and "nothing about rare events" in price_sentence(ablation.prices[0])
+    assert ablation.prices[0].price.low is None and "nothing about rare events" in price_sentence(
+        ablation.prices[0]
+    )
 
 
 def test_a_constant_difference_is_significant(write_run: WriteRun) -> None:
@@ -200,7 +230,9 @@ def test_a_constant_difference_is_significant(write_run: WriteRun) -> None:
         costly(row)
         row["pedestrian_injury_usd"] = 1.0 + LEVELS[row["stack"]]
 
-    ablation = analysed(write_run("run", tuple(LEVELS), change=dear), arms(errors=("position=0.5,2",)))
+    ablation = analysed(
+        write_run("run", tuple(LEVELS), change=dear), arms(errors=("position=0.5,2",))
+    )
     assert all(each.is_significant for each in ablation.of("contribution_margin"))
 
 

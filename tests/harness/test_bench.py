@@ -30,7 +30,8 @@ from harness.report.tables import report_console
 from navstack.errors import InputError, UnknownNameError
 
 ROOT = Path(__file__).parents[2]
-LONG = ("inflation, 4000 x 4000, 1 m", "likelihood field, 4000 x 4000", "NavFn A*, 4000 x 4000")  # seconds each
+# seconds each
+LONG = ("inflation, 4000 x 4000, 1 m", "likelihood field, 4000 x 4000", "NavFn A*, 4000 x 4000")
 TINY = Effort(runs=2, fewest=1, budget=0.1, deliveries=2, shared=2, rounds=1, seconds=2.0)
 LOOP = "nav2-stock incremental"
 LIDAR = "lidar, 360 beams, 30 m"
@@ -72,7 +73,11 @@ def spin(seconds: float) -> None:
 
 def test_readings_are_taken_in_turn_and_short_steps_repeated() -> None:
     called: list[str] = []
-    taken = readings([lambda: called.append("a") or spin(0.004), lambda: called.append("b") or spin(0.008)], 4, 10.0)
+    taken = readings(
+        [lambda: called.append("a") or spin(0.004), lambda: called.append("b") or spin(0.008)],
+        4,
+        10.0,
+    )
     assert taken.shape == (4, 2, 2)
     assert called[-8:] == ["a", "b", "b", "a", "a", "b", "b", "a"]
     assert taken[:, 0, PROCESSOR] == pytest.approx(0.004, rel=0.5)
@@ -95,7 +100,9 @@ def test_names_are_chosen_whole_by_group_or_by_part() -> None:
     assert chosen(("paper-gps, components",)) == [*COMPONENTS, "paper-gps"]
     assert chosen(("cycle, 480",)) == ["DWB cycle, 480 x 480"]  # a comma of the name's own
     for nothing in ("", " ", "paper-gps,"):
-        with pytest.raises(InputError, match="names nothing; give a name, a part of one, components or loops"):
+        with pytest.raises(
+            InputError, match="names nothing; give a name, a part of one, components or loops"
+        ):
             chosen((nothing,))
     with pytest.raises(UnknownNameError, match="--only 'dbw'"):
         chosen(("dbw",))
@@ -112,7 +119,11 @@ def test_the_document_keeps_its_contract(capfd: pytest.CaptureFixture[str], tmp_
     assert text == out.read_text()
     assert [(row["name"], row["reference"]) for row in rows] == [
         (name, reference)
-        for name in ("DWB cycle, 480 x 480", "DWB cycle, 160 x 160", "collision monitor, approach, 360 points")
+        for name in (
+            "DWB cycle, 480 x 480",
+            "DWB cycle, 160 x 160",
+            "collision monitor, approach, 360 points",
+        )
         for reference in (CPP, TWIN)
     ]
     assert (CPP, TWIN) == ("nav2 c++ (recorded)", "numpy twin")
@@ -126,12 +137,18 @@ def test_the_document_keeps_its_contract(capfd: pytest.CaptureFixture[str], tmp_
     assert f"{rows[0]['ratio']:.3g}" in table.read_text().splitlines()[-1].split(" | ")
 
 
-def test_tables_and_bad_names_on_the_command_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_tables_and_bad_names_on_the_command_line(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     with pytest.raises(SystemExit) as status:
         main(["bench", "--only", "collision", "--quick", "--runs", "1"])
     printed = capsys.readouterr().out
     assert status.value.code == 0
-    assert "collision monitor, approach" in printed and "indicative" in printed and "numpy twin" in printed
+    assert (
+        "collision monitor, approach" in printed
+        and "indicative" in printed
+        and "numpy twin" in printed
+    )
     for words, said in (
         (["--only", "nothing"], "unknown --only 'nothing'"),
         (["--out", str(tmp_path / "absent" / "x.json")], "its folder does not exist"),
@@ -175,7 +192,8 @@ def test_a_course_differs_from_the_shipped_stack_in_what_it_says(tmp_path: Path)
     theirs, shipped = (Path(each.stack.nav2_file).read_text() for each in (task, plain))
     assert theirs == shipped.replace(NAVFN, INCREMENTAL) != shipped
     assert (
-        nav2_parameters(task.stack.nav2_file, False).warnings == nav2_parameters(plain.stack.nav2_file, False).warnings
+        nav2_parameters(task.stack.nav2_file, False).warnings
+        == nav2_parameters(plain.stack.nav2_file, False).warnings
     )
     assert world_params(task.world, None).cargo.pieces == 0
     assert world_params(plain.world, None).cargo.pieces == 50
@@ -192,11 +210,22 @@ def test_rows_of_a_closed_loop(tmp_path: Path) -> None:
     assert empty["target"] == 150.0 and full["target"] == 0.8
     assert full["met"] == (full["of_value_without"]["value"] >= 0.8)
     parts = full["breakdown_ms_per_simulated_s"]
-    expected = {"world physics", "lidar", "pedestrians", "cargo", "localizer", "local costmap", "planner", "controller"}
+    expected = {
+        "world physics",
+        "lidar",
+        "pedestrians",
+        "cargo",
+        "localizer",
+        "local costmap",
+        "planner",
+        "controller",
+    }
     assert expected | {"log", "rest"} <= set(parts)
     assert all(value >= 0.0 for value in parts.values())
-    together = sum(parts.values()) * full["real_time_factor"] / 1000.0  # 1 where the same deliveries take the same
-    assert 0.05 < together < 20.0  # another drive of a few seconds: what holds on a busy machine, and tells ms from s
+    # 1 where the same deliveries take the same
+    together = sum(parts.values()) * full["real_time_factor"] / 1000.0
+    # another drive of a few seconds: what holds on a busy machine, and tells ms from s
+    assert 0.05 < together < 20.0
     two = {
         **empty,
         "name": TWO_WORKERS,
@@ -209,7 +238,8 @@ def test_rows_of_a_closed_loop(tmp_path: Path) -> None:
     print_bench([empty, full, two], ["noted"], report_console(printed))
     lines = printed.getvalue().splitlines()
     assert any(
-        line.startswith(TWO_WORKERS) and "1.93 (1.90 to 1.95)" in line and line.endswith("met") for line in lines
+        line.startswith(TWO_WORKERS) and "1.93 (1.90 to 1.95)" in line and line.endswith("met")
+        for line in lines
     )
     assert any(line.startswith("together") for line in lines) and lines[-1].strip() == "noted"
 
@@ -217,7 +247,11 @@ def test_rows_of_a_closed_loop(tmp_path: Path) -> None:
 def test_parts_are_methods_that_exist_and_wrappers_come_off() -> None:
     for name, base, methods in breakdown.PARTS:
         for method in methods:
-            assert any(method in vars(kind) for kind in breakdown._family(base)), (name, base, method)
+            assert any(method in vars(kind) for kind in breakdown._family(base)), (
+                name,
+                base,
+                method,
+            )
     before = [vars(base).copy() for _, base, _ in breakdown.PARTS]
     with breakdown.metered(breakdown.Meter()):
         assert [vars(base) for _, base, _ in breakdown.PARTS] != before

@@ -30,7 +30,9 @@ def compared(first: Path | str, second: Path | str, *metrics: str) -> dict[str, 
 
 def faster(row: dict[str, Any]) -> None:
     """Ten seconds less than the other, within a second, and always in time."""
-    row["duration_s"] = 100.0 + row["episode"] - 10.0 + np.random.default_rng(row["episode"]).uniform(-0.5, 0.5)
+    row["duration_s"] = (
+        100.0 + row["episode"] - 10.0 + np.random.default_rng(row["episode"]).uniform(-0.5, 0.5)
+    )
     row["outcome"] = "sla"
 
 
@@ -52,7 +54,9 @@ def test_a_difference_is_found_with_sign_interval_and_p(write_run: WriteRun) -> 
     sla = result["differences"]["sla"]
     assert (sla["a"], sla["b"]) == (pytest.approx(26 / 40), 1.0)
     assert sla["p"] == pytest.approx(2 / 2**14)  # McNemar: 14 pairs disagree, all one way
-    small, large = sorted((sla, result["differences"]["contribution_margin"]), key=lambda each: each["p"])
+    small, large = sorted(
+        (sla, result["differences"]["contribution_margin"]), key=lambda each: each["p"]
+    )
     assert small["p_holm"] == pytest.approx(2 * small["p"])
     assert large["p_holm"] == pytest.approx(max(2 * small["p"], large["p"]))
     assert result["differences"]["revenue"]["value"] == pytest.approx(3.49 * 14 / 40)
@@ -89,12 +93,15 @@ def test_two_stacks_of_one_folder(write_run: WriteRun) -> None:
     assert (result["a"]["stack"], result["b"]["stack"], result["pairs"]) == ("one", "two", 40)
     rows = read_rows(run / "episodes.parquet", EPISODE_COLUMNS)
     one, two = (
-        np.array([row["distance_m"] / 1000.0 for row in rows if row["stack"] == stack]) for stack in ("one", "two")
+        np.array([row["distance_m"] / 1000.0 for row in rows if row["stack"] == stack])
+        for stack in ("one", "two")
     )
     told = result["differences"]["avg_distance_km"]
     assert (told["a"], told["b"]) == (pytest.approx(one.mean()), pytest.approx(two.mean()))
     assert told["value"] == pytest.approx((two - one).mean())
-    assert told["p"] == pytest.approx(ttest_rel(two, one).pvalue, abs=0.02), "a permutation test of many alike ones"
+    assert told["p"] == pytest.approx(ttest_rel(two, one).pvalue, abs=0.02), (
+        "a permutation test of many alike ones"
+    )
     with pytest.raises(InputError, match=r"has 2 stacks; choose one of: .*run:one, .*run:two"):
         compared(run, run)
 
@@ -116,7 +123,9 @@ def test_missions_without_a_partner_are_left_out_and_counted(write_run: WriteRun
 
 
 def test_other_missions_cannot_be_compared(write_run: WriteRun) -> None:
-    with pytest.raises(InputError, match="no finished mission in common; run both with the same --seed"):
+    with pytest.raises(
+        InputError, match="no finished mission in common; run both with the same --seed"
+    ):
         compared(write_run("a", episodes=3), write_run("b", episodes=3, seed=1))
 
 
@@ -131,7 +140,9 @@ def test_metrics_narrow_the_family(write_run: WriteRun) -> None:
     few = compared(*runs, "sla", "avg_runtime_h")["differences"]
     assert list(few) == ["sla", "avg_runtime_h"]
     assert few["avg_runtime_h"]["p_holm"] == pytest.approx(2 / 10_001)
-    assert list(compared(*runs, "margin")["differences"]) == ["contribution_margin"], "as it is called elsewhere"
+    assert list(compared(*runs, "margin")["differences"]) == ["contribution_margin"], (
+        "as it is called elsewhere"
+    )
     with pytest.raises(InputError, match="unknown metric 'slaa'; did you mean 'sla'"):
         compared(*runs, "slaa")
 
@@ -149,9 +160,13 @@ def test_what_is_not_comparable_is_said(write_run: WriteRun, tmp_path: Path) -> 
     from harness.storage.shipped import shipped
 
     text = (shipped("params") / "prices" / "costnav.yaml").read_text(encoding="utf-8")
-    (tmp_path / "dear.yaml").write_text(text.replace("value: 3.49", "value: 4.99"), encoding="utf-8")
+    (tmp_path / "dear.yaml").write_text(
+        text.replace("value: 3.49", "value: 4.99"), encoding="utf-8"
+    )
     first = write_run("a", episodes=3)
-    other = write_run("b", episodes=3, prices=str(tmp_path / "dear.yaml"), pedestrians=40, map_sha256="1" * 64)
+    other = write_run(
+        "b", episodes=3, prices=str(tmp_path / "dear.yaml"), pedestrians=40, map_sha256="1" * 64
+    )
     warnings = compared(first, other)["warnings"]
     assert len(warnings) == 3
     assert warnings[0].startswith("other map")
@@ -170,14 +185,18 @@ def test_tables_and_warnings(write_run: WriteRun, capsys: pytest.CaptureFixture[
         for line in printed.out.splitlines()
         if line.startswith(("sla ", "avg_")) and "[" in line
     }
-    assert better["sla"] == "B" and better["avg_runtime_h"] != "B", "only the family's p is adjusted"
+    assert better["sla"] == "B" and better["avg_runtime_h"] != "B", (
+        "only the family's p is adjusted"
+    )
     table = [line for line in printed.out.splitlines() if line.startswith(("avg", "sla", "opex"))]
     assert table and max(map(len, table)) <= 120
     command.compare.callback(str(first), str(second), (), as_json=True)
     assert json.loads(capsys.readouterr().out)["pairs"] == 40
 
 
-def test_what_the_tables_lack_is_told(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_the_tables_lack_is_told(
+    write_run: WriteRun, capsys: pytest.CaptureFixture[str]
+) -> None:
     run = write_run("run", episodes=3)
     load_run(str(run))
     assert capsys.readouterr().err == ""

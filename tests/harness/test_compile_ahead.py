@@ -19,11 +19,18 @@ from navstack.params.registry.nodes import FAMILIES
 
 MODULES = ["navstack.costmap.spread_kernels", "navstack.localization.kld", "harness.world.gone"]
 STACKS = (
-    *("paper-gps", "nav2-amcl-gps", "rpp-gps-ekf", "graceful-gps-ekf", "mppi-gps-ekf", "mpc-gps-ekf"),
+    *(
+        "paper-gps",
+        "nav2-amcl-gps",
+        "rpp-gps-ekf",
+        "graceful-gps-ekf",
+        "mppi-gps-ekf",
+        "mpc-gps-ekf",
+    ),
     "evasive-gps-ekf",
 )
-# Drives the first seconds of a delivery of each stack, in a process of its own, and prints the kernels called from
-# Python: stack, module, name, types.
+# Drives the first seconds of a delivery of each stack, in a process of its own, and prints the
+# kernels called from Python: stack, module, name, types.
 DRIVE = """
 import os
 import sys
@@ -65,18 +72,25 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(module, "needed_modules", lambda stacks: MODULES)
     monkeypatch.setattr(module, "_modules_of", lambda entries: MODULES)
     stamp = module.source_stamp
-    monkeypatch.setattr(module, "source_stamp", lambda source: stamp(source) if source.is_file() else b"")
+    monkeypatch.setattr(
+        module, "source_stamp", lambda source: stamp(source) if source.is_file() else b""
+    )
     return folder
 
 
 def test_types_are_in_numbas_notation() -> None:
     modules = module._modules_of(
-        [*LOCALIZERS.values(), *(entry for family in FAMILIES.values() for entry in family.values())]
+        [
+            *LOCALIZERS.values(),
+            *(entry for family in FAMILIES.values() for entry in family.values()),
+        ]
     )
     for name in modules:
         assert kernels_of(name), name
         for kernel in kernels_of(name):
-            assert len(argument_types(kernel)) == len(inspect.signature(kernel.py_func).parameters), kernel
+            assert len(argument_types(kernel)) == len(
+                inspect.signature(kernel.py_func).parameters
+            ), kernel
 
 
 def test_modules_follow_the_stack() -> None:
@@ -85,7 +99,9 @@ def test_modules_follow_the_stack() -> None:
 
     assert "control.dwb.choice_kernels" in modules("paper-gps") & modules("nav2-amcl")
     assert "localization.amcl_kernels" in modules("nav2-amcl") - modules("paper-gps")
-    assert not any(name.startswith(("control.dwb", "planning", "safety")) for name in modules("parked"))
+    assert not any(
+        name.startswith(("control.dwb", "planning", "safety")) for name in modules("parked")
+    )
     assert needed_modules([]) == []
 
 
@@ -112,7 +128,9 @@ def test_folder_that_cannot_be_written_changes_nothing(
     cache: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cache.write_text("no folder")
-    monkeypatch.setattr(module, "_compile_all", lambda _: pytest.fail("compiled what cannot be kept"))
+    monkeypatch.setattr(
+        module, "_compile_all", lambda _: pytest.fail("compiled what cannot be kept")
+    )
     compile_ahead([load_stack("parked")])
     assert capsys.readouterr().err == ""
 
@@ -142,9 +160,15 @@ def calls() -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stack", STACKS)
-def test_kernels_say_the_types_with_which_deliveries_call_them(stack: str, calls: list[str]) -> None:
+def test_kernels_say_the_types_with_which_deliveries_call_them(
+    stack: str, calls: list[str]
+) -> None:
     called = {line for line in calls if line.startswith(f"called by {stack} ")}
-    needed = [(name, kernel) for name in needed_modules([load_stack(stack)]) for kernel in kernels_of(name)]
+    needed = [
+        (name, kernel)
+        for name in needed_modules([load_stack(stack)])
+        for kernel in kernels_of(name)
+    ]
     listed = {
         f"called by {stack} {name} {kernel.py_func.__qualname__} {[str(one) for one in argument_types(kernel)]}"
         for name, kernel in needed
@@ -154,5 +178,7 @@ def test_kernels_say_the_types_with_which_deliveries_call_them(stack: str, calls
 
 
 def argument_types(kernel: Any) -> tuple[types.Type, ...]:
-    found: tuple[types.Type, ...] = eval(f"({kernel.ahead},)", kernel.py_func.__globals__, vars(types))
+    found: tuple[types.Type, ...] = eval(
+        f"({kernel.ahead},)", kernel.py_func.__globals__, vars(types)
+    )
     return found

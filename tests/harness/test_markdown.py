@@ -6,8 +6,12 @@ from harness.report.markdown import interval_text, number_text, wrapped
 from harness.statistics.interval import Interval
 
 
-@pytest.mark.parametrize(("value", "expected"), [(None, "--"), (1.256, "1.26"), (-0.5, "-0.50"), (-0.001, "0.00")])
-def test_numbers_have_their_decimals_and_no_negative_zero(value: float | None, expected: str) -> None:
+@pytest.mark.parametrize(
+    ("value", "expected"), [(None, "--"), (1.256, "1.26"), (-0.5, "-0.50"), (-0.001, "0.00")]
+)
+def test_numbers_have_their_decimals_and_no_negative_zero(
+    value: float | None, expected: str
+) -> None:
     assert number_text(value, 2) == expected
 
 
@@ -26,4 +30,7 @@ def test_intervals_show_what_they_have(interval: Interval, expected: str) -> Non
 def test_a_table_in_a_list_is_not_broken() -> None:
     row = "  | " + " | ".join(["a cell of some length"] * 8) + " |"
     text = wrapped(f"- {'word ' * 40}\n\n{row}\n{row}")
-    assert text.count(row) == 2 and max(len(line) for line in text.split("\n") if "word" in line) <= 120
+    assert (
+        text.count(row) == 2
+        and max(len(line) for line in text.split("\n") if "word" in line) <= 120
+    )

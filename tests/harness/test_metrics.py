@@ -7,7 +7,13 @@ import pytest
 from scipy.signal import savgol_filter
 
 from harness.metrics.delivery_log import DeliveryLog, localization_errors
-from harness.metrics.encounters import BLOCK, Body, Encounters, surface_distances, times_to_collision
+from harness.metrics.encounters import (
+    BLOCK,
+    Body,
+    Encounters,
+    surface_distances,
+    times_to_collision,
+)
 from harness.metrics.motion import (
     jerk,
     largest_usual,
@@ -26,7 +32,12 @@ STANDING = np.zeros((1, 3))
 
 @pytest.mark.parametrize(
     ("arrived", "shortest", "driven", "spl"),
-    [(True, 30.0, 40.0, 0.75), (True, 30.0, 28.0, 1.0), (False, 30.0, 30.0, 0.0), (True, 0.0, 0.0, 1.0)],
+    [
+        (True, 30.0, 40.0, 0.75),
+        (True, 30.0, 28.0, 1.0),
+        (False, 30.0, 30.0, 0.0),
+        (True, 0.0, 0.0, 1.0),
+    ],
 )
 def test_spl_of_one_delivery(arrived: bool, shortest: float, driven: float, spl: float) -> None:
     assert success_weighted_path_length(arrived, shortest, driven) == spl
@@ -63,7 +74,9 @@ def test_lateral_acceleration_is_speed_times_yaw_rate() -> None:
 def test_smoothing_is_savitzky_and_golays(derivative: int) -> None:
     values = np.random.default_rng(1).normal(size=200)
     theirs = savgol_filter(values, 31, 3, deriv=derivative, delta=1.0 / 60.0)
-    assert smoothed(values, 1.0 / 60.0, derivative) == pytest.approx(theirs[15:-15], rel=1e-9, abs=1e-9)
+    assert smoothed(values, 1.0 / 60.0, derivative) == pytest.approx(
+        theirs[15:-15], rel=1e-9, abs=1e-9
+    )
 
 
 def test_too_short_a_drive_has_no_jerk() -> None:
@@ -94,18 +107,26 @@ def test_distances_are_between_the_surfaces(person: tuple[float, float], distanc
         ((1.0, 0.0, 0.0), (3.0, 0.56, 0.0, 0.0), math.inf),  # passes beside
         ((1.0, 0.0, 0.0), (3.0, 0.0, 1.5, 0.0), math.inf),  # is faster
         ((-1.0, 0.0, 0.0), (3.0, 0.0, 0.0, 0.0), math.inf),
-        ((0.0, 0.0, 0.0), (0.0, 2.0, 0.0, -0.5), (2.0 - 0.55) / 0.5),  # walks into the standing robot
-        ((0.0, 0.0, 1.0), (0.25, 1.05, 0.0, 0.0), 0.5 / 0.25),  # is swept by the front of a turning one
+        # walks into the standing robot
+        ((0.0, 0.0, 0.0), (0.0, 2.0, 0.0, -0.5), (2.0 - 0.55) / 0.5),
+        # is swept by the front of a turning one
+        ((0.0, 0.0, 1.0), (0.25, 1.05, 0.0, 0.0), 0.5 / 0.25),
         ((1.0, 0.0, 0.0), (0.7, 0.0, 5.0, 0.0), 0.0),  # touches already
     ],
 )
 def test_time_to_collision(motion, person, time: float) -> None:
-    assert times_to_collision(np.array([motion]), np.array([person]), BODY)[0] == pytest.approx(time)
+    assert times_to_collision(np.array([motion]), np.array([person]), BODY)[0] == pytest.approx(
+        time
+    )
 
 
 def test_discs_lie_along_the_longer_side() -> None:
     assert BODY.discs.tolist() == [[-0.25, 0.0], [0.0, 0.0], [0.25, 0.0]]
-    assert Body((-0.2, 0.0), (0.2, 0.4), 0.3).discs.tolist() == [[-0.2, -0.2], [-0.2, 0.0], [-0.2, 0.2]]
+    assert Body((-0.2, 0.0), (0.2, 0.4), 0.3).discs.tolist() == [
+        [-0.2, -0.2],
+        [-0.2, 0.0],
+        [-0.2, 0.2],
+    ]
     assert Body((0.0, 0.0), (0.3, 0.3), 0.3).discs.tolist() == [[0.0, 0.0]]
 
 
@@ -114,9 +135,13 @@ def test_encounters_of_a_pass() -> None:
     met = Encounters(BODY)
     for k in range(40):
         person = (1.0, -2.0 + 0.1 * (k + 0.5), 0.0, 1.0)
-        met.add((0.1, 0.0, 0.0, math.pi / 2.0, 0.0, 0.0, 0.0), np.array([person, (math.inf, math.inf, 0.0, 0.0)]))
+        met.add(
+            (0.1, 0.0, 0.0, math.pi / 2.0, 0.0, 0.0, 0.0),
+            np.array([person, (math.inf, math.inf, 0.0, 0.0)]),
+        )
     met.finish()
-    assert met.min_distance == pytest.approx(1.0 - 0.25 - 0.3)  # beside it: from the left or right side
+    # beside it: from the left or right side
+    assert met.min_distance == pytest.approx(1.0 - 0.25 - 0.3)
     # Nearer than 1.2 m: the disc's centre within 1.5 m of the rectangle, 0.75 m beside it.
     ahead = math.sqrt(1.5**2 - 0.75**2)  # [m] beyond front and rear
     assert met.personal_time == pytest.approx(2.0 * (0.5 + ahead), abs=0.1)
@@ -125,7 +150,10 @@ def test_encounters_of_a_pass() -> None:
 
 
 def slowly(ticks, people) -> tuple[float, float, float, float]:
-    """Least distance and time to collision, intimate and personal time; person by person, tick by tick."""
+    """Least distance and time to collision, intimate and personal time.
+
+    Person by person, tick by tick.
+    """
     least, soonest, intimate, personal = math.inf, math.inf, 0.0, 0.0
     for (dt, x, y, yaw, vx, vy, yaw_rate), crowd in zip(ticks, people, strict=True):
         closest = math.inf
@@ -139,7 +167,9 @@ def slowly(ticks, people) -> tuple[float, float, float, float]:
             closest = min(closest, max(out - 0.3, 0.0))
             for disc in (-0.25, 0.0, 0.25):
                 gx, gy, ux, uy = qx - disc, qy, wx - vx, wy - (vy + yaw_rate * disc)
-                roots = np.roots((ux * ux + uy * uy, 2 * (gx * ux + gy * uy), gx * gx + gy * gy - 0.55**2))
+                roots = np.roots(
+                    (ux * ux + uy * uy, 2 * (gx * ux + gy * uy), gx * gx + gy * gy - 0.55**2)
+                )
                 if math.hypot(gx, gy) <= 0.55:
                     soonest = 0.0
                 elif np.isreal(roots).all() and roots.real.min() > 0.0:
@@ -154,9 +184,14 @@ def slowly(ticks, people) -> tuple[float, float, float, float]:
 def test_blocks_of_ticks_give_what_single_ticks_give(seed: int) -> None:
     rng = np.random.default_rng(seed)
     count = BLOCK + 40
-    ticks = np.column_stack((np.full(count, 0.05), rng.normal(0.0, 3.0, (count, 3)), rng.normal(0.0, 1.0, (count, 3))))
-    people = np.concatenate((rng.normal(0.0, 9.0, (count, 3, 2)), rng.normal(0.0, 1.0, (count, 3, 2))), axis=2)
-    keep = (np.hypot(*(people[..., :2] - ticks[:, None, 1:3]).transpose(2, 0, 1)) > 1.0).all(axis=1)  # no touch
+    ticks = np.column_stack(
+        (np.full(count, 0.05), rng.normal(0.0, 3.0, (count, 3)), rng.normal(0.0, 1.0, (count, 3)))
+    )
+    people = np.concatenate(
+        (rng.normal(0.0, 9.0, (count, 3, 2)), rng.normal(0.0, 1.0, (count, 3, 2))), axis=2
+    )
+    # no touch
+    keep = (np.hypot(*(people[..., :2] - ticks[:, None, 1:3]).transpose(2, 0, 1)) > 1.0).all(axis=1)
     met = Encounters(BODY)
     for tick, crowd in zip(ticks[keep].tolist(), people[keep], strict=True):
         met.add(tuple(tick), crowd)
@@ -168,7 +203,9 @@ def test_blocks_of_ticks_give_what_single_ticks_give(seed: int) -> None:
 
 def test_localization_errors() -> None:
     true = np.array(((0.0, 0.0, 3.1), (1.0, 1.0, 0.0), (2.0, 2.0, 0.0), (0.0, 0.0, 0.0)))
-    believed = np.array(((0.3, 0.4, -3.1), (1.0, 1.0, 0.1), (2.0, 3.0, 0.0), (math.nan, math.nan, math.nan)))
+    believed = np.array(
+        ((0.3, 0.4, -3.1), (1.0, 1.0, 0.1), (2.0, 3.0, 0.0), (math.nan, math.nan, math.nan))
+    )
     errors = localization_errors(true, believed)
     assert errors["localization_error_mean_m"] == pytest.approx(0.5)
     assert errors["localization_error_median_m"] == pytest.approx(0.5)
@@ -180,7 +217,9 @@ def test_localization_errors() -> None:
 
 def truth(stamp: float, x: float, speed: float, people: list[tuple[float, ...]]) -> Truth:
     crowd = np.array(people).reshape(-1, 4)
-    return Truth(stamp, Pose2D(x, 0.0, 0.0), 0.01 * x, Twist2D(speed), crowd, (), (), None, 3.6e5 * x)
+    return Truth(
+        stamp, Pose2D(x, 0.0, 0.0), 0.01 * x, Twist2D(speed), crowd, (), (), None, 3.6e5 * x
+    )
 
 
 def drive(people: list[tuple[float, ...]], belief: Belief | None) -> dict[str, float | None]:
@@ -202,17 +241,24 @@ def test_a_straight_drive_past_somebody() -> None:
     assert row["motion_energy_kwh"] == pytest.approx(0.2)
     assert row["min_pedestrian_distance_m"] == pytest.approx(1.0 - 0.25 - 0.3)
     assert row["min_time_to_collision_s"] is None  # a metre beside the way
-    assert row["personal_intrusion_s"] == pytest.approx(1.8)  # from x = 2 - 0.5 - 1.299 = 0.201 on: 0.3 to 2.0
+    # from x = 2 - 0.5 - 1.299 = 0.201 on: 0.3 to 2.0
+    assert row["personal_intrusion_s"] == pytest.approx(1.8)
     assert row["personal_intrusion_percent"] == pytest.approx(90.0)
     assert row["intimate_intrusion_s"] == 0.0
-    assert row["localization_error_max_m"] == pytest.approx(1.9)  # it is compared with where the brain was asked
+    # it is compared with where the brain was asked
+    assert row["localization_error_max_m"] == pytest.approx(1.9)
     assert row["localization_error_mean_m"] == pytest.approx(0.95)
     assert row["mailbox_contacts"] == 0 and row["fence_contacts"] is None
 
 
 def test_what_is_undefined_is_null() -> None:
     row = drive([], None)
-    for key in ("min_pedestrian_distance_m", "min_time_to_collision_s", "personal_intrusion_s", "pieces_lost"):
+    for key in (
+        "min_pedestrian_distance_m",
+        "min_time_to_collision_s",
+        "personal_intrusion_s",
+        "pieces_lost",
+    ):
         assert row[key] is None
     assert row["intimate_intrusion_percent"] is None
     assert row["localization_error_p95_m"] is None and row["heading_error_mean_rad"] is None

@@ -34,7 +34,9 @@ def test_the_papers_table_is_whole() -> None:
 
 
 def test_every_row_of_the_tables_is_declared() -> None:
-    declared = {metric.key for metric in RUN_METRICS} | {metric.mean_key for metric in EPISODE_METRICS}
+    declared = {metric.key for metric in RUN_METRICS} | {
+        metric.mean_key for metric in EPISODE_METRICS
+    }
     for layout in (LAYOUTS[0], further_metrics()):
         assert {row.key for section in layout.sections for row in section.rows} <= declared
     assert {metric.key for metric in RUN_METRICS} >= set(OUTCOMES)

@@ -52,28 +52,45 @@ def other_prices(tmp_path: Path) -> str:
 
 
 def priced(
-    run: Path | str, prices: str | None = None, settings: tuple[str, ...] = (), terms: tuple[str, ...] = ()
+    run: Path | str,
+    prices: str | None = None,
+    settings: tuple[str, ...] = (),
+    terms: tuple[str, ...] = (),
 ) -> Any:
     stored = load_run(str(run))
     choices = choose(stored, prices, settings, terms)
-    return json.loads(json.dumps(document(stored, reprice(stored, choices), choices), allow_nan=False))["runs"]
+    return json.loads(
+        json.dumps(document(stored, reprice(stored, choices), choices), allow_nan=False)
+    )["runs"]
 
 
 def without(entry: dict[str, Any], *keys: str) -> dict[str, Any]:
     return {key: item for key, item in entry.items() if key not in keys}
 
 
-def test_the_result_is_that_of_a_run_at_these_prices(write_run: WriteRun, other_prices: str) -> None:
-    before, there = write_run("before", ("a", "b")), write_run("there", ("a", "b"), prices=other_prices)
+def test_the_result_is_that_of_a_run_at_these_prices(
+    write_run: WriteRun, other_prices: str
+) -> None:
+    before, there = (
+        write_run("before", ("a", "b")),
+        write_run("there", ("a", "b"), prices=other_prices),
+    )
     again, direct = priced(before, other_prices), priced(there)
-    assert [without(entry, "folder") for entry in again] == [without(entry, "folder") for entry in direct]
+    assert [without(entry, "folder") for entry in again] == [
+        without(entry, "folder") for entry in direct
+    ]
     assert again != priced(before)
 
 
 def test_rows_are_those_of_a_run_at_these_prices(write_run: WriteRun, other_prices: str) -> None:
-    before, there = load_run(str(write_run("before"))), load_run(str(write_run("there", prices=other_prices)))
+    before, there = (
+        load_run(str(write_run("before"))),
+        load_run(str(write_run("there", prices=other_prices))),
+    )
     prices = load_prices(other_prices)
-    assert list(repriced(before.stacks[0], before.events, prices).rows) == list(there.stacks[0].rows)
+    assert list(repriced(before.stacks[0], before.events, prices).rows) == list(
+        there.stacks[0].rows
+    )
     assert before.stacks[0].rows != there.stacks[0].rows
 
 
@@ -94,7 +111,9 @@ def test_a_single_price_is_set_with_or_without_its_unit(write_run: WriteRun, nam
 
 def test_every_price_can_be_set(write_run: WriteRun) -> None:
     run = load_run(str(write_run("run", episodes=2)))
-    choices = choose(run, None, ("property_damage.mailbox=51", "injury.costs.mais_1=9", "robot_life_year=3"), ())
+    choices = choose(
+        run, None, ("property_damage.mailbox=51", "injury.costs.mais_1=9", "robot_life_year=3"), ()
+    )
     assert choices.prices.property_damage.mailbox.value == 51
     assert choices.prices.injury.costs.mais_1.value == 9
     assert choices.prices.robot_life.value == 3
@@ -106,7 +125,11 @@ def test_every_price_can_be_set(write_run: WriteRun) -> None:
     [
         (("delivery_fe=4",), (), "unknown price 'delivery_fe'; did you mean 'delivery_fee'"),
         (("delivery_fee=much",), (), "is not KEY=NUMBER"),
-        (("on_site_time=5",), (), "--set on_site_time has no effect without an optional term; add --with on_site_as"),
+        (
+            ("on_site_time=5",),
+            (),
+            "--set on_site_time has no effect without an optional term; add --with on_site_as",
+        ),
         (("on_site_time_h=5",), ("operator",), "--set on_site_time_h has no effect"),
         (("delivery_fee",), (), "is not KEY=NUMBER"),
         (("delivery_fee=nan",), (), "delivery_fee: nan lies outside"),
@@ -133,8 +156,18 @@ def test_accounting_by_hand(write_run: WriteRun) -> None:
     n = len(stored.stacks[0].rows)
 
     def injuries(kind: str, share: Callable[[dict[str, Any]], float]) -> float:
-        own = [event for event in stored.events if event["type"] == kind and event["partner"] == "pedestrian"]
-        return sum(share(event) * float(injury_cost(event["impulse_ns"] / 50.0, prices)) for event in own) / n
+        own = [
+            event
+            for event in stored.events
+            if event["type"] == kind and event["partner"] == "pedestrian"
+        ]
+        return (
+            sum(
+                share(event) * float(injury_cost(event["impulse_ns"] / 50.0, prices))
+                for event in own
+            )
+            / n
+        )
 
     def whole(event: dict[str, Any]) -> float:
         return 1.0
@@ -150,7 +183,11 @@ def test_accounting_by_hand(write_run: WriteRun) -> None:
 
     accountings = priced(run)[0]["accountings"]
     for prefix, kind in (("", "counted_contact"), ("no_threshold", "contact_event")):
-        shares = {prefix or "published": whole, f"{prefix}_robot_at_fault": at_fault, f"{prefix}_shared_fault": shared}
+        shares = {
+            prefix or "published": whole,
+            f"{prefix}_robot_at_fault": at_fault,
+            f"{prefix}_shared_fault": shared,
+        }
         for name, share in shares.items():
             entry = accountings[name.strip("_")]
             assert entry["pedestrian_safety"]["value"] == pytest.approx(injuries(kind, share)), name
@@ -170,12 +207,18 @@ def test_monotone_by_hand(write_run: WriteRun) -> None:
     for row in rows:
         own = [event for event in stored.events if event["episode"] == row["episode"]]
         people = [e for e in own if e["type"] == "counted_contact" and e["kind"] == "pedestrian"]
-        injuries += sum(float(monotone_injury_costs(event["impulse_ns"], prices)) for event in people)
+        injuries += sum(
+            float(monotone_injury_costs(event["impulse_ns"], prices)) for event in people
+        )
         touched = [e for e in own if e["type"] == "contact_event" and e["kind"] == "mailbox"]
-        damage += 50.0 * max(sum(min(e["impulse_ns"] / 100.0, 1.0) for e in touched), row["mailbox_contacts"])
+        damage += 50.0 * max(
+            sum(min(e["impulse_ns"] / 100.0, 1.0) for e in touched), row["mailbox_contacts"]
+        )
     assert found["monotone"]["pedestrian_safety"]["value"] == pytest.approx(injuries / len(rows))
     assert found["monotone"]["property_damage"]["value"] == pytest.approx(damage / len(rows))
-    published, monotone = (found[name]["contribution_margin"]["value"] for name in ("published", "monotone"))
+    published, monotone = (
+        found[name]["contribution_margin"]["value"] for name in ("published", "monotone")
+    )
     assert monotone < published
     told = Interval(**priced(run)[0]["forgiven_usd_per_run"])
     assert told.value == pytest.approx(published - monotone) and told.n == len(rows)
@@ -191,11 +234,15 @@ def test_what_has_no_price_has_one_in_monotone() -> None:
         "fault": "robot_into_property",
     }
     events = [
-        {**nothing, "type": "contact_event", "kind": kind, "impulse_ns": 40.0} for kind in ("unknown", "trash_bin")
+        {**nothing, "type": "contact_event", "kind": kind, "impulse_ns": 40.0}
+        for kind in ("unknown", "trash_bin")
     ]
     each = Measured(**{field.name: np.zeros(1) for field in dataclasses.fields(Measured)})
     found = accounted(each, [{"stack": "mine", "episode": 0}], events, "monotone", load_prices())
-    assert (found.other_property_usd.tolist(), found.trash_bin_contacts.tolist()) == ([0.4 * 50.0], [0.4])
+    assert (found.other_property_usd.tolist(), found.trash_bin_contacts.tolist()) == (
+        [0.4 * 50.0],
+        [0.4],
+    )
     assert running(found, load_prices()).property_damage.tolist() == [40.0]
 
 
@@ -203,7 +250,9 @@ def test_property_keeps_its_own_threshold(write_run: WriteRun) -> None:
     run = write_run("run", crowd=4.0)
     stored = load_run(str(run))
     hard = [
-        e for e in stored.events if e["type"] == "contact_event" and e["kind"] == "mailbox" and e["impulse_ns"] >= 100
+        e
+        for e in stored.events
+        if e["type"] == "contact_event" and e["kind"] == "mailbox" and e["impulse_ns"] >= 100
     ]
     assert hard
     entry = priced(run)[0]["accountings"]["no_threshold"]["property_damage"]
@@ -214,14 +263,24 @@ def test_optional_terms_are_off_and_marked_when_on(write_run: WriteRun) -> None:
     run = write_run("run")
     off = priced(run)[0]
     assert off["optional_terms"] == {}
-    on = priced(run, settings=("on_site_time=2",), terms=("operator,on_site_assistance", "battery_wear"))[0]
+    on = priced(
+        run, settings=("on_site_time=2",), terms=("operator,on_site_assistance", "battery_wear")
+    )[0]
     terms = on["optional_terms"]
     assert list(terms) == ["operator", "on_site_assistance", "battery_wear"]
     assert all(term["in_paper"] is False for term in terms.values())
-    assert terms["operator"]["opex_usd_per_run"] == pytest.approx(24.0 / 4.0 * off["measured"]["avg_runtime_h"])
-    assert terms["on_site_assistance"]["opex_usd_per_run"] == pytest.approx(48 * off["measured"]["physical_assistance"])
-    assert terms["on_site_assistance"]["prices"]["on_site_time"]["source"].startswith("set by the user")
-    energy = off["measured"]["avg_mechanical_power_kw"] * off["measured"]["avg_runtime_h"] / 0.99 / 0.82
+    assert terms["operator"]["opex_usd_per_run"] == pytest.approx(
+        24.0 / 4.0 * off["measured"]["avg_runtime_h"]
+    )
+    assert terms["on_site_assistance"]["opex_usd_per_run"] == pytest.approx(
+        48 * off["measured"]["physical_assistance"]
+    )
+    assert terms["on_site_assistance"]["prices"]["on_site_time"]["source"].startswith(
+        "set by the user"
+    )
+    energy = (
+        off["measured"]["avg_mechanical_power_kw"] * off["measured"]["avg_runtime_h"] / 0.99 / 0.82
+    )
     assert terms["battery_wear"]["opex_usd_per_run"] == pytest.approx(0.115 * energy)
     added = sum(term["opex_usd_per_run"] for term in terms.values())
     assert on["economics"]["opex"] == pytest.approx(off["economics"]["opex"] + added)
@@ -231,7 +290,9 @@ def test_optional_terms_are_off_and_marked_when_on(write_run: WriteRun) -> None:
 
 
 @pytest.mark.parametrize(("localizer", "added"), [("amcl", 23.53 * 16), ("gps", 0.0)])
-def test_only_localizers_with_a_map_pay_for_a_survey(write_run: WriteRun, localizer: str, added: float) -> None:
+def test_only_localizers_with_a_map_pay_for_a_survey(
+    write_run: WriteRun, localizer: str, added: float
+) -> None:
     run = write_run("run", localizer=localizer)
     off, on = priced(run)[0], priced(run, terms=("mapping_survey",))[0]
     assert on["economics"]["capex_usd"] == pytest.approx(off["economics"]["capex_usd"] + added)
@@ -246,7 +307,9 @@ def test_error_rows_are_counted_and_not_priced(write_run: WriteRun) -> None:
     assert (entry["episodes"], entry["errors"]) == (3, 1)
 
 
-def test_cargo_not_modelled_stays_undefined(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
+def test_cargo_not_modelled_stays_undefined(
+    write_run: WriteRun, capsys: pytest.CaptureFixture[str]
+) -> None:
     def arrive(row: dict[str, Any]) -> None:
         row["outcome"] = "arrived" if row["episode"] else "timeout"
 
@@ -263,11 +326,24 @@ def test_the_worst_deliveries_and_the_odds(write_run: WriteRun) -> None:
     run = write_run("run")
     risk = priced(run)[0]["risk"]
     assert risk["opex_cvar95_usd_per_run"]["value"] > priced(run)[0]["economics"]["opex"]
-    assert risk["break_even"] == {"within_runs": 18250.0, "probability": pytest.approx(0.0, abs=1e-6)}
-    cheap = priced(run, settings=("injury.costs.mais_0=0", "robot_cost=1", "lidar_cost=0", "gps_cost=0", "refund=3.49"))
+    assert risk["break_even"] == {
+        "within_runs": 18250.0,
+        "probability": pytest.approx(0.0, abs=1e-6),
+    }
+    cheap = priced(
+        run,
+        settings=(
+            "injury.costs.mais_0=0",
+            "robot_cost=1",
+            "lidar_cost=0",
+            "gps_cost=0",
+            "refund=3.49",
+        ),
+    )
     money, told = cheap[0]["economics"], cheap[0]["intervals"]["contribution_margin"]
     variance = 40.0 * ((told["high"] - told["low"]) / 3.92) ** 2  # of a delivery
-    ever = np.exp(2.0 * money["contribution_margin"] * money["capex_usd"] / variance)  # a losing drift's first passage
+    # a losing drift's first passage
+    ever = np.exp(2.0 * money["contribution_margin"] * money["capex_usd"] / variance)
     assert 0.9 < ever < 0.99
     assert cheap[0]["risk"]["break_even"]["probability"] == pytest.approx(ever, abs=0.01)
 
@@ -283,8 +359,12 @@ def test_what_is_known_of_deliveries_that_earned_the_same_is_told() -> None:
 def test_events_of_another_state_of_the_run_are_refused(write_run: WriteRun) -> None:
     run = write_run("run", episodes=20)
     events = read_rows(run / "events.parquet", EVENT_COLUMNS)
-    write_table(run / "events.parquet", EVENT_COLUMNS, [event for event in events if event["episode"] < 10])
-    with pytest.raises(InputError, match=r"contacts with people in episodes\.parquet and 0 in events\.parquet"):
+    write_table(
+        run / "events.parquet", EVENT_COLUMNS, [event for event in events if event["episode"] < 10]
+    )
+    with pytest.raises(
+        InputError, match=r"contacts with people in episodes\.parquet and 0 in events\.parquet"
+    ):
         priced(run)
 
 
@@ -302,7 +382,9 @@ def test_tables(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None
     run = write_run("run", ("one", "two"))
     price.callback(f"{run}:two", None, ("delivery_fee=4.99",), ("operator",), as_json=False)
     text = capsys.readouterr().out
-    assert "two: the same contacts, accounted for in other ways" in text and "one" not in text.split()
+    assert (
+        "two: the same contacts, accounted for in other ways" in text and "one" not in text.split()
+    )
     assert "all, robot at fault" in text
     assert "optional term operator, not in the paper" in text
     assert "set: delivery_fee = 4.99" in text
@@ -315,7 +397,10 @@ def test_tables(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None
         (lambda run: (run / "run.json").unlink(), "holds no run"),
         (lambda run: (run / "run.json").write_text("{}"), "run.json: is damaged"),
         (lambda run: (run / "run.json").write_text('{"stacks": [1]}'), "run.json: is damaged"),
-        (lambda run: (run / "episodes.parquet").write_bytes(b"PAR1"), "episodes.parquet: is damaged"),
+        (
+            lambda run: (run / "episodes.parquet").write_bytes(b"PAR1"),
+            "episodes.parquet: is damaged",
+        ),
         (lambda run: (run / "events.parquet").unlink(), "events.parquet: cannot be read"),
         (lambda run: (run / "episodes.parquet").unlink(), "has no episodes.parquet"),
         (lambda run: (run / "params" / "prices.yaml").unlink(), "prices.yaml' does not exist"),
@@ -332,7 +417,9 @@ def test_a_damaged_folder_is_refused_in_one_line(
 
 
 @pytest.mark.parametrize("number", [None, 1e300])
-def test_what_cannot_have_been_measured_is_refused(write_run: WriteRun, number: float | None) -> None:
+def test_what_cannot_have_been_measured_is_refused(
+    write_run: WriteRun, number: float | None
+) -> None:
     def spoil(row: dict[str, Any]) -> None:
         row["distance_m"] = number
 
@@ -350,7 +437,9 @@ def test_values_follow_the_summary(write_run: WriteRun) -> None:
     """The vectorised means are those of the summary, the intervals hold them."""
     entry = priced(write_run("run", crowd=2.0))[0]
     for key, interval in entry["intervals"].items():
-        known = entry["measured"] | {k: v for k, v in entry["economics"].items() if k not in entry["measured"]}
+        known = entry["measured"] | {
+            k: v for k, v in entry["economics"].items() if k not in entry["measured"]
+        }
         assert interval["value"] == pytest.approx(known[key], rel=1e-9, abs=1e-4), key
         if interval["low"] is not None:
             assert interval["low"] <= interval["value"] <= interval["high"], key
@@ -371,7 +460,19 @@ def test_a_real_run_repriced_is_that_run_at_these_prices(
         assert text.count(old) == 1
         options[kind] = tmp_path / f"{kind}.yaml"
         options[kind].write_text(text.replace(old, new), encoding="utf-8")
-    common = ["run", "--stack", "parked", "--episodes", "1", "--seed", "5", "--pedestrians", "400", "--workers", "1"]
+    common = [
+        "run",
+        "--stack",
+        "parked",
+        "--episodes",
+        "1",
+        "--seed",
+        "5",
+        "--pedestrians",
+        "400",
+        "--workers",
+        "1",
+    ]
     common += ["--rules", str(options["rules"]), "--world", str(options["worlds"])]
     documents = {}
     for name, prices in (("before", "costnav"), ("there", other_prices)):
@@ -392,7 +493,9 @@ def test_pricing_loads_nothing_that_simulates(write_run: WriteRun) -> None:
     heavy = ("pybullet", "numba", "ompl", "matplotlib", "casadi")
     code = f"import sys; from harness.cli.app import _status; status = _status(['price', {str(run)!r}, '--json'])\n"
     code += f"sys.exit(status or ' '.join(name for name in {heavy} if name in sys.modules) or 0)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+    )
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads(done.stdout)["runs"][0]["episodes"] == 2
 
@@ -409,7 +512,10 @@ def test_deliveries_of_one_mission_are_one_cluster(write_run: WriteRun) -> None:
     def once(row: dict[str, Any]) -> None:
         row["distance_m"] = float(np.random.default_rng(row["episode"] // 2).uniform(30.0, 150.0))
 
-    spans = [priced(write_run(change.__name__, change=change))[0]["intervals"] for change in (twice, once)]
+    spans = [
+        priced(write_run(change.__name__, change=change))[0]["intervals"]
+        for change in (twice, once)
+    ]
     clustered, plain = (span["avg_distance_km"] for span in spans)
     assert clustered["value"] == plain["value"]
     ratio = (clustered["high"] - clustered["low"]) / (plain["high"] - plain["low"])
@@ -418,7 +524,12 @@ def test_deliveries_of_one_mission_are_one_cluster(write_run: WriteRun) -> None:
 
 def test_changed_prices_say_what_they_were(write_run: WriteRun) -> None:
     run = load_run(str(write_run("run", episodes=1)))
-    assert dataclasses.asdict(choose(run, None, ("refund=36",), ()).prices.refund)["source"].count("35.42") == 1
+    assert (
+        dataclasses.asdict(choose(run, None, ("refund=36",), ()).prices.refund)["source"].count(
+            "35.42"
+        )
+        == 1
+    )
 
 
 def test_every_set_is_the_published_one_but_for_what_it_says() -> None:
@@ -429,7 +540,10 @@ def test_every_set_is_the_published_one_but_for_what_it_says() -> None:
         own = set(load_text(text, name)) - {"as_in"}
         for field in dataclasses.fields(stored):
             if field.name not in own and name != "costnav":
-                assert getattr(stored, field.name) == getattr(published, field.name), (name, field.name)
+                assert getattr(stored, field.name) == getattr(published, field.name), (
+                    name,
+                    field.name,
+                )
         assert name == "costnav" or (own - {"as_of"} and re.fullmatch(r"20\d\d-\d\d", stored.as_of))
 
 
@@ -470,15 +584,31 @@ def test_contacts_beyond_the_peak_and_beyond_the_limit_are_counted(write_run: Wr
     people = [each for each in squeezed if each["kind"] == "pedestrian"]
     counted = [each["impulse_ns"] > 1042.25 for each in people if each["type"] == "counted_contact"]
     assert (result.turned.value, result.turned.n) == (pytest.approx(np.mean(counted)), len(counted))
-    limit = 260.0 / np.sqrt(60_000.0 * 50.0 * 75.0 / 125.0)  # [m/s] force over the root of stiffness times reduced mass
-    closing = [e["robot_speed_mps"] + e["partner_speed_mps"] > limit for e in people if e["type"] == "contact_event"]
-    assert (result.beyond_limit.value, result.beyond_limit.n) == (pytest.approx(np.mean(closing)), len(closing))
+    # [m/s] force over the root of stiffness times reduced mass
+    limit = 260.0 / np.sqrt(60_000.0 * 50.0 * 75.0 / 125.0)
+    closing = [
+        e["robot_speed_mps"] + e["partner_speed_mps"] > limit
+        for e in people
+        if e["type"] == "contact_event"
+    ]
+    assert (result.beyond_limit.value, result.beyond_limit.n) == (
+        pytest.approx(np.mean(closing)),
+        len(closing),
+    )
 
 
 def test_a_set_has_terms_and_prices_of_its_own_and_is_kept_whole(tmp_path: Path) -> None:
     """A stored study goes on only with the price file that it holds, so published prices are dumped as ever."""
-    study = Path(__file__).parents[2] / "results" / "baseline" / "study" / "sidewalk-published-seed3000-parked"
-    assert load_text(dump_dataclass(load_prices()), "dump") == load_yaml(study / "params" / "prices.yaml")
+    study = (
+        Path(__file__).parents[2]
+        / "results"
+        / "baseline"
+        / "study"
+        / "sidewalk-published-seed3000-parked"
+    )
+    assert load_text(dump_dataclass(load_prices()), "dump") == load_yaml(
+        study / "params" / "prices.yaml"
+    )
     for name in price_sets():
         prices = load_prices(name)
         (tmp_path / "kept.yaml").write_text(dump_dataclass(prices), encoding="utf-8")
@@ -492,16 +622,27 @@ def test_a_set_has_terms_and_prices_of_its_own_and_is_kept_whole(tmp_path: Path)
     ("text", "message"),
     [
         ("as_in: costnaf", "as_in 'costnaf'; did you mean 'costnav'"),
-        ("as_in: campus\naccounting: at_fault", "accounting of prices 'at_fault'; did you mean 'robot_at_fault'"),
-        ("as_in: campus\nterms: [operater]", "unknown optional term 'operater'; did you mean 'operator'"),
+        (
+            "as_in: campus\naccounting: at_fault",
+            "accounting of prices 'at_fault'; did you mean 'robot_at_fault'",
+        ),
+        (
+            "as_in: campus\nterms: [operater]",
+            "unknown optional term 'operater'; did you mean 'operator'",
+        ),
         (
             "as_in: campus\noptional: {operater_wage: {value: 1, unit: USD/h, source: x}}",
             "unknown optional price 'operater_wage'; did you mean 'operator_wage'",
         ),
-        ("as_in: campus\noptional: {operator_wage: {value: 1, unit: EUR/h, source: x}}", "convert it to 'USD/h'"),
+        (
+            "as_in: campus\noptional: {operator_wage: {value: 1, unit: EUR/h, source: x}}",
+            "convert it to 'USD/h'",
+        ),
     ],
 )
-def test_a_set_that_cannot_be_used_is_refused(write_run: WriteRun, tmp_path: Path, text: str, message: str) -> None:
+def test_a_set_that_cannot_be_used_is_refused(
+    write_run: WriteRun, tmp_path: Path, text: str, message: str
+) -> None:
     (tmp_path / "mine.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=message) as caught:
         priced(write_run("run", episodes=1), str(tmp_path / "mine.yaml"))

@@ -15,5 +15,9 @@ def test_plans_come_back_piece_by_piece() -> None:
 
 
 def test_a_delivery_without_a_plan_has_none() -> None:
-    arrays = {"plan_stamp": np.empty(0), "plan_size": np.empty(0, np.int32), "plan_xy": np.empty((0, 2))}
+    arrays = {
+        "plan_stamp": np.empty(0),
+        "plan_size": np.empty(0, np.int32),
+        "plan_xy": np.empty((0, 2)),
+    }
     assert plans_of(arrays) == []

@@ -19,8 +19,12 @@ WriteRun = Callable[..., Path]
 
 
 @pytest.fixture
-def varied(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[Path, dict[str, Any]]]:
-    def vary(*maps: str, settings: tuple[str, ...] = (), terms: tuple[str, ...] = ()) -> tuple[Path, dict[str, Any]]:
+def varied(
+    write_run: WriteRun, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., tuple[Path, dict[str, Any]]]:
+    def vary(
+        *maps: str, settings: tuple[str, ...] = (), terms: tuple[str, ...] = ()
+    ) -> tuple[Path, dict[str, Any]]:
         run = write_run("run")
         sensitivity.callback(str(run), None, settings, terms, maps, None, as_json=True)
         return run, json.loads(capsys.readouterr().out)
@@ -46,17 +50,25 @@ def test_the_tornado_has_every_price_the_widest_first(varied: Callable[..., Any]
     by_key = {bar["price"]: bar for bar in bars}
     assert (by_key["annual_repair_rate"]["low"], by_key["annual_repair_rate"]["high"]) == (0.1, 0.2)
     assert by_key["annual_repair_rate"]["range"] == "source"
-    assert (by_key["delivery_fee"]["low"], by_key["delivery_fee"]["range"]) == (pytest.approx(2.792), "20 %")
+    assert (by_key["delivery_fee"]["low"], by_key["delivery_fee"]["range"]) == (
+        pytest.approx(2.792),
+        "20 %",
+    )
     assert by_key["charge_efficiency"]["high"] == 1.0  # no more than all
 
 
-@pytest.mark.parametrize("key", ["delivery_fee", "robot_mass", "injury.costs.mais_1", "robot_life", "electricity"])
+@pytest.mark.parametrize(
+    "key", ["delivery_fee", "robot_mass", "injury.costs.mais_1", "robot_life", "electricity"]
+)
 def test_its_ends_are_those_of_the_run_priced_again(varied: Callable[..., Any], key: str) -> None:
     run, result = varied()
     bar = next(bar for bar in result["runs"][0]["tornado"] if bar["price"] == key)
     for end, place in (("low", 0), ("high", 1)):
         expected = margin_and_profit(run, (f"{key}={bar[end]}",))
-        assert (bar["contribution_margin"][place], bar["profit_usd_per_run"][place]) == pytest.approx(expected)
+        assert (
+            bar["contribution_margin"][place],
+            bar["profit_usd_per_run"][place],
+        ) == pytest.approx(expected)
 
 
 def test_a_map_is_the_run_priced_again_at_both_prices(varied: Callable[..., Any]) -> None:
@@ -69,7 +81,10 @@ def test_a_map_is_the_run_priced_again_at_both_prices(varied: Callable[..., Any]
     assert (second["y"]["unit"], second["y"]["values"][-1]) == ("factor", 3.0)
     x, factor = second["x"]["values"][j], second["y"]["values"][i]
     costs = {"mais_0": 380, "mais_1": 8487, "mais_2": 60464, "mais_3": 261200}
-    settings = (f"robot_cost={x}", *(f"injury.costs.{key}={factor * cost}" for key, cost in costs.items()))
+    settings = (
+        f"robot_cost={x}",
+        *(f"injury.costs.{key}={factor * cost}" for key, cost in costs.items()),
+    )
     assert second["profit_usd_per_run"][i][j] == pytest.approx(margin_and_profit(run, settings)[1])
 
 
@@ -77,7 +92,10 @@ def test_optional_terms_bring_their_prices(varied: Callable[..., Any]) -> None:
     _, result = varied(terms=("battery_wear",))
     bars = {bar["price"]: bar for bar in result["runs"][0]["tornado"]}
     assert (bars["battery_cycles"]["low"], bars["battery_cycles"]["high"]) == (500, 3000)
-    assert bars["battery_cycles"]["profit_usd_per_run"][0] < bars["battery_cycles"]["profit_usd_per_run"][1]
+    assert (
+        bars["battery_cycles"]["profit_usd_per_run"][0]
+        < bars["battery_cycles"]["profit_usd_per_run"][1]
+    )
     assert "survey_time" not in bars
 
 
@@ -94,7 +112,9 @@ def test_break_even_spread_of_known_means() -> None:
     spread = break_even_spread(1000.0, means, np.full(1001, 0.1))
     assert np.median(spread.runs) == pytest.approx(1000.0)
     assert spread.never == 0.0
-    assert np.interp(1000.0, spread.curve_runs, spread.curve_probability) == pytest.approx(0.5, abs=0.08)
+    assert np.interp(1000.0, spread.curve_runs, spread.curve_probability) == pytest.approx(
+        0.5, abs=0.08
+    )
 
 
 @pytest.mark.parametrize(
@@ -106,7 +126,9 @@ def test_break_even_spread_of_known_means() -> None:
         (("delivery_fee,injury.cost",), "unknown price 'injury.cost'; did you mean 'injury.costs'"),
     ],
 )
-def test_a_map_of_nothing_is_refused(write_run: WriteRun, maps: tuple[str, ...], message: str) -> None:
+def test_a_map_of_nothing_is_refused(
+    write_run: WriteRun, maps: tuple[str, ...], message: str
+) -> None:
     run = write_run("run", episodes=2)
     with pytest.raises(InputError, match=message):
         sensitivity.callback(str(run), None, (), (), maps, None, as_json=True)
@@ -115,13 +137,19 @@ def test_a_map_of_nothing_is_refused(write_run: WriteRun, maps: tuple[str, ...],
 def test_a_group_is_varied_as_far_as_every_price_of_it_may_be(varied: Callable[..., Any]) -> None:
     _, result = varied("injury,delivery_fee")
     (found,) = result["runs"][0]["maps"]
-    assert min(found["x"]["values"]) == pytest.approx(0.3), "a mass that formulas divide by is never 0"
+    assert min(found["x"]["values"]) == pytest.approx(0.3), (
+        "a mass that formulas divide by is never 0"
+    )
     assert all(value is not None for value in found["profit_usd_per_run"][0])
 
 
-def test_a_refund_below_its_fee_is_no_price(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_refund_below_its_fee_is_no_price(
+    write_run: WriteRun, capsys: pytest.CaptureFixture[str]
+) -> None:
     run = write_run("run", episodes=2)
-    sensitivity.callback(str(run), None, ("delivery_fee=30",), (), ("delivery_fee,refund",), None, as_json=True)
+    sensitivity.callback(
+        str(run), None, ("delivery_fee=30",), (), ("delivery_fee,refund",), None, as_json=True
+    )
     result = json.loads(capsys.readouterr().out)["runs"][0]
     bars = {bar["price"]: bar for bar in result["tornado"]}
     assert bars["refund"]["low"] == 30.0 and bars["delivery_fee"]["high"] == bars["refund"]["value"]
@@ -135,9 +163,14 @@ def test_one_delivery_or_deliveries_all_alike_tell_nothing_of_break_even(
     write_run: WriteRun, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     def alike(row: dict[str, Any]) -> None:
-        row.update({"outcome": "sla", "pedestrian_injury_usd": 0.0, "distance_m": 50.0, "duration_s": 40.0})
+        row.update(
+            {"outcome": "sla", "pedestrian_injury_usd": 0.0, "distance_m": 50.0, "duration_s": 40.0}
+        )
 
-    for run in (write_run("one", episodes=1), write_run("alike", episodes=6, crowd=0.0, change=alike)):
+    for run in (
+        write_run("one", episodes=1),
+        write_run("alike", episodes=6, crowd=0.0, change=alike),
+    ):
         figures = tmp_path / f"{run.name}-figures"
         sensitivity.callback(str(run), None, (), (), (), figures, as_json=True)
         assert json.loads(capsys.readouterr().out)["runs"][0]["break_even"] is None, run.name
@@ -155,9 +188,13 @@ def test_cargo_not_modelled_has_no_profit_to_vary(write_run: WriteRun) -> None:
         sensitivity.callback(str(run), None, (), (), (), None, as_json=True)
 
 
-def test_figures_and_tables(write_run: WriteRun, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_figures_and_tables(
+    write_run: WriteRun, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     run = write_run("run", episodes=6)
-    sensitivity.callback(str(run), None, (), (), ("delivery_fee,refund",), tmp_path / "figures", as_json=False)
+    sensitivity.callback(
+        str(run), None, (), (), ("delivery_fee,refund",), tmp_path / "figures", as_json=False
+    )
     text = capsys.readouterr().out
     assert "mine: profit" in text and "in 100.0 % of the resamples of 6 deliveries never" in text
     names = {path.name for path in (tmp_path / "figures").iterdir()}

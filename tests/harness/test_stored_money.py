@@ -1,4 +1,7 @@
-"""The money of the stored studies at the published prices: what they were published with, to a billionth."""
+"""The money of the stored studies at the published prices.
+
+What they were published with, to a billionth.
+"""
 
 import json
 from pathlib import Path
@@ -26,7 +29,11 @@ def published(folder: Path) -> dict[str, dict[str, float | None]]:
         entries = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["runs"]
         return {entry["stack"]: entry["economics"] for entry in entries}
     entries = json.loads((folder.parent / "suite.json").read_text(encoding="utf-8"))["rows"]
-    return {row["stack"]: row["economics"] for row in entries if folder.name.startswith(f"{row['map']}-")}
+    return {
+        row["stack"]: row["economics"]
+        for row in entries
+        if folder.name.startswith(f"{row['map']}-")
+    }
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: str(folder.relative_to(BASELINE)))
@@ -41,7 +48,9 @@ def test_costnav_prices_give_what_is_published(folder: Path) -> None:
         measured = Measured(**summarize(again.rows, PRICES.rolling_resistance_force))
         money = price(measured, stack.carries, False, PRICES)
         for key, told in stored[stack.name].items():
-            assert getattr(money, key) == (None if told is None else pytest.approx(told, rel=CLOSE, abs=CLOSE)), key
+            assert getattr(money, key) == (
+                None if told is None else pytest.approx(told, rel=CLOSE, abs=CLOSE)
+            ), key
 
 
 def test_published_accountings_are_those_of_the_stored_table() -> None:
@@ -51,7 +60,11 @@ def test_published_accountings_are_those_of_the_stored_table() -> None:
     for stack in ("mpc-gps-ekf", "nav2-stock"):
         run = load_run(str(folder / f"sidewalk-published-seed3000-{stack}"))
         found = accounted_margins(run, [(run, run.stacks[0])])
-        own = {row["quantity"]: row["value"] for row in rows if (row["map"], row["stack"]) == ("sidewalk", stack)}
+        own = {
+            row["quantity"]: row["value"]
+            for row in rows
+            if (row["map"], row["stack"]) == ("sidewalk", stack)
+        }
         for name, interval in found.items():
             key = "contribution_margin" if name == "published" else f"contribution_margin_{name}"
             assert interval.value == pytest.approx(own[key], abs=CLOSE), name

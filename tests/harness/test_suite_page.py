@@ -44,7 +44,11 @@ SUITE = Suite("Made up", ("mine", "other", "absent"), 30, maps=("sidewalk", "sid
 INTERVAL = r"-?\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\]"  # of dollars
 EPISODES = {
     f"{name}-published_2-seed0-{stack}": count
-    for name, stack, count in (("sidewalk", "mine", 30), ("sidewalk", "other", 12), ("sidewalk_1", "mine", 20))
+    for name, stack, count in (
+        ("sidewalk", "mine", 30),
+        ("sidewalk", "other", 12),
+        ("sidewalk_1", "mine", 20),
+    )
 }
 
 
@@ -64,9 +68,16 @@ def flat(text: str) -> str:
 
 def test_the_page_says_how_much_there_is_and_what_is_missing(study: Path) -> None:
     text = flat(page(read_results(study)))
-    assert "**Not complete: 62 of 180 declared deliveries are driven.** 2 of 6 cells have some of theirs" in text
+    assert (
+        "**Not complete: 62 of 180 declared deliveries are driven.** 2 of 6 cells have some of theirs"
+        in text
+    )
     assert "3 of 6 cells have none and are missing below: absent; other on sidewalk_1." in text
-    assert "| mine | 30 | 20 of 30 |" in text and "| other | 12 of 30 | – |" in text and "| absent | – | – |" in text
+    assert (
+        "| mine | 30 | 20 of 30 |" in text
+        and "| other | 12 of 30 | – |" in text
+        and "| absent | – | – |" in text
+    )
     assert "| `absent` | not driven | not driven |" in text
     (study / "stranger").mkdir()
     shutil.copy(study / next(iter(EPISODES)) / "run.json", study / "stranger")
@@ -80,7 +91,11 @@ def test_the_figures_are_those_of_the_runs(study: Path) -> None:
     expected = value(run.stacks[0].rows, run.stacks[0], run.prices(), 0)
     first = results.standings[0]
     assert first.valuation is not None and first.valuation.economics == expected.economics
-    compared = compare(Side(run, run.stacks[0]), Side(other, other.stacks[0]), [MARGIN]).differences[MARGIN].paired
+    compared = (
+        compare(Side(run, run.stacks[0]), Side(other, other.stacks[0]), [MARGIN])
+        .differences[MARGIN]
+        .paired
+    )
     difference = results.differences[first.condition, "other"]
     assert (difference.pairs, difference.paired, difference.p_holm) == (12, compared, compared.p)
     text = flat(page(results))
@@ -100,12 +115,23 @@ def test_the_table_has_every_quantity_and_figures_are_the_same_every_time(study:
     rows = read_rows(study / "table.parquet", COLUMNS)
     keys = [(row["map"], row["stack"], row["quantity"]) for row in rows]
     assert len(keys) == len(set(keys))
-    (margin,) = (row for row, key in zip(rows, keys, strict=True) if key == ("sidewalk", "other", MARGIN))
+    (margin,) = (
+        row for row, key in zip(rows, keys, strict=True) if key == ("sidewalk", "other", MARGIN)
+    )
     stored = results.standings[1].interval(MARGIN)
-    assert (margin["value"], margin["low"], margin["high"], margin["n"]) == (stored.value, stored.low, stored.high, 12)
-    assert {"sla", "capex_usd", "break_even_probability", "avg_jerk_mps3"} & {key[2] for key in keys} >= {"capex_usd"}
+    assert (margin["value"], margin["low"], margin["high"], margin["n"]) == (
+        stored.value,
+        stored.low,
+        stored.high,
+        12,
+    )
+    assert {"sla", "capex_usd", "break_even_probability", "avg_jerk_mps3"} & {
+        key[2] for key in keys
+    } >= {"capex_usd"}
     figures = {path: path.read_bytes() for path in written if path.parent.name == "figures"}
-    assert {path.name for path in figures} == {f"{name}.{kind}" for name in FIGURES for kind in ("png", "pdf")}
+    assert {path.name for path in figures} == {
+        f"{name}.{kind}" for name in FIGURES for kind in ("png", "pdf")
+    }
     write_results(results, study)
     assert {path: path.read_bytes() for path in figures} == figures
 
@@ -119,11 +145,19 @@ def test_margins_under_other_accountings_are_those_of_price(study: Path) -> None
     own = {name: each.intervals[MARGIN] for name, each in expected.accountings.items()}
     assert found == {**own, FORGIVEN: expected.forgiven}
     assert found[PUBLISHED] == standing.interval(MARGIN) != found["robot_at_fault"]
-    section = flat(page(results)).partition("## Who pays for contacts")[2].partition("## At other prices")[0]
+    section = (
+        flat(page(results))
+        .partition("## Who pays for contacts")[2]
+        .partition("## At other prices")[0]
+    )
     for text, name in zip(section.split("**: ")[1:], PAYING, strict=True):
         assert f"| `other` | {interval_text(found[name], 2)}, n = 12 | not driven |" in text
     write_results(results, study)
-    rows = {row["quantity"]: row for row in read_rows(study / "table.parquet", COLUMNS) if row["stack"] == "other"}
+    rows = {
+        row["quantity"]: row
+        for row in read_rows(study / "table.parquet", COLUMNS)
+        if row["stack"] == "other"
+    }
     assert {f"{MARGIN}_{name}" for name in ACCOUNTINGS if name != PUBLISHED} <= set(rows)
     assert rows[f"{MARGIN}_shared_fault"]["low"] == found["shared_fault"].low
 
@@ -131,7 +165,10 @@ def test_margins_under_other_accountings_are_those_of_price(study: Path) -> None
 def test_other_prices_are_told_of_stacks_that_drove_everywhere(study: Path) -> None:
     text = flat(page(read_results(study)))
     section = text.partition("## At other prices")[2].partition("## How deliveries end")[0]
-    runs = [load_run(str(study / f"{place}-published_2-seed0-mine")) for place in ("sidewalk", "sidewalk_1")]
+    runs = [
+        load_run(str(study / f"{place}-published_2-seed0-mine"))
+        for place in ("sidewalk", "sidewalk_1")
+    ]
     parts = [(run, run.stacks[0]) for run in runs]
     money = [money_of(parts, choose(runs[0], name, (), ())) for name in price_sets()]
     curves = under_curves(parts)
@@ -140,7 +177,10 @@ def test_other_prices_are_told_of_stacks_that_drove_everywhere(study: Path) -> N
     assert "- `campus`: the order of `costnav`" in section
     assert all(interval_text(each) in section for each in curves.values())
     assert curves["published"].value == pytest.approx(money[0].margin.value)
-    counts = [round(each.value * each.n) for each in (beyond_limit(s.rows, r.events, r.prices()) for r, s in parts)]
+    counts = [
+        round(each.value * each.n)
+        for each in (beyond_limit(s.rows, r.events, r.prices()) for r, s in parts)
+    ]
     assert f" | {sum(counts)} of " in section
 
 
@@ -152,9 +192,17 @@ def test_who_is_ahead_and_who_earns_depends_on_the_set() -> None:
         "costnav": {"a": money(3.0, 0.0), "b": money(2.0, 0.0)},
         "campus": {"a": money(3.0, 1500.0), "b": money(2.0, 0.0)},
     }
-    assert [order(each) for each in found.values()] == [("a", "b"), ("b", "a")], "profit, not margin"
-    assert _moves(found, "campus").endswith("1 of 1 pairs of stacks change places against `costnav`: `b` before `a`")
-    assert earns(Interval(1.0, 0.1, 2.0, 9)) and not earns(Interval(1.0, -0.1, 2.0, 9)) and not earns(NO_INTERVAL)
+    assert [order(each) for each in found.values()] == [("a", "b"), ("b", "a")], (
+        "profit, not margin"
+    )
+    assert _moves(found, "campus").endswith(
+        "1 of 1 pairs of stacks change places against `costnav`: `b` before `a`"
+    )
+    assert (
+        earns(Interval(1.0, 0.1, 2.0, 9))
+        and not earns(Interval(1.0, -0.1, 2.0, 9))
+        and not earns(NO_INTERVAL)
+    )
 
 
 def test_seeds_are_accounted_together(write_run: Callable[..., Path], tmp_path: Path) -> None:
@@ -163,7 +211,10 @@ def test_seeds_are_accounted_together(write_run: Callable[..., Path], tmp_path: 
         write_run(f"study/sidewalk-published_2-seed{seed}-mine", episodes=episodes, seed=seed)
     results = read_results(tmp_path / "study")
     (standing,) = results.standings
-    runs = [load_run(str(tmp_path / "study" / f"sidewalk-published_2-seed{seed}-mine")) for seed in (0, 1)]
+    runs = [
+        load_run(str(tmp_path / "study" / f"sidewalk-published_2-seed{seed}-mine"))
+        for seed in (0, 1)
+    ]
     alone = [accounted_margins(run, [(run, run.stacks[0])])["robot_at_fault"].value for run in runs]
     assert None not in alone
     found = results.accounted[standing.condition, "mine"]["robot_at_fault"]
@@ -180,15 +231,22 @@ def test_contacts_of_another_state_are_refused(study: Path) -> None:
         page(read_results(study))
 
 
-def test_where_nobody_was_touched_nobody_pays(write_run: Callable[..., Path], tmp_path: Path) -> None:
+def test_where_nobody_was_touched_nobody_pays(
+    write_run: Callable[..., Path], tmp_path: Path
+) -> None:
     declare(tmp_path / "study", Suite("Made up", ("mine",), 9, maps=("sidewalk",)))
     write_run("study/sidewalk-published_2-seed0-mine", episodes=9, crowd=0.0)
     results = read_results(tmp_path / "study")
-    assert set(results.accounted[results.standings[0].condition, "mine"]) == {*ACCOUNTINGS, FORGIVEN}
+    assert set(results.accounted[results.standings[0].condition, "mine"]) == {
+        *ACCOUNTINGS,
+        FORGIVEN,
+    }
     assert "Who pays" not in page(results)
 
 
-def test_without_cargo_no_accounting_has_a_margin(write_run: Callable[..., Path], tmp_path: Path) -> None:
+def test_without_cargo_no_accounting_has_a_margin(
+    write_run: Callable[..., Path], tmp_path: Path
+) -> None:
     def arrive(row: dict[str, Any]) -> None:
         row["outcome"] = "arrived"
 
@@ -204,7 +262,8 @@ def test_what_else_differs_is_said_beside_the_differences(study: Path) -> None:
     about = json.loads((study / name / "run.json").read_text())
     (study / name / "run.json").write_text(json.dumps({**about, "versions": {"navbench": "0.0.9"}}))
     pieces = [
-        Session("2026-01-01", 30, digest, {}, {cell: 30}) for digest, cell in (("a" * 64, name), ("b" * 64, "gone"))
+        Session("2026-01-01", 30, digest, {}, {cell: 30})
+        for digest, cell in (("a" * 64, name), ("b" * 64, "gone"))
     ]
     for piece in pieces:
         note_session(study, piece)
@@ -234,7 +293,9 @@ def test_an_axis_for_disasters_shows_what_earns_much(study: Path) -> None:
             return each
         low, mean, high = ends[number % 2]
         intervals = {**each.valuation.intervals, MARGIN: Interval(mean, low, high, each.n)}
-        return dataclasses.replace(each, valuation=dataclasses.replace(each.valuation, intervals=intervals))
+        return dataclasses.replace(
+            each, valuation=dataclasses.replace(each.valuation, intervals=intervals)
+        )
 
     standings = tuple(with_margin(number, each) for number, each in enumerate(results.standings))
     figure = Figure()
@@ -277,7 +338,9 @@ def test_readme_follows_as_soon_as_every_cell_has_deliveries(
     write_results(read_results(study), study)
     results = publish()
     text = readme.read_text(encoding="utf-8")
-    assert text.startswith(f"# A\n\n{published.BEGIN}\n\n**What three stacks earn**") and text.endswith("after\n")
+    assert text.startswith(
+        f"# A\n\n{published.BEGIN}\n\n**What three stacks earn**"
+    ) and text.endswith("after\n")
     assert "what was there" not in text and "so far 74 of 180 deliveries" in flat(text)
     assert interval_text(results.standings[0].interval(MARGIN), 2) in text
     publish()
@@ -287,13 +350,22 @@ def test_readme_follows_as_soon_as_every_cell_has_deliveries(
 
 
 @pytest.mark.parametrize(
-    ("page", "study"), [("docs/controllers.md", "study"), ("docs/expected_cost.md", "evasive_study")]
+    ("page", "study"),
+    [("docs/controllers.md", "study"), ("docs/expected_cost.md", "evasive_study")],
 )
 def test_what_texts_quote_of_a_study_is_in_it(page: str, study: str) -> None:
     """Of every paragraph that names a study, each interval of dollars is one of its page."""
-    found = re.findall(INTERVAL, flat((ROOT / "results" / "baseline" / study / "index.md").read_text(encoding="utf-8")))
+    found = re.findall(
+        INTERVAL,
+        flat((ROOT / "results" / "baseline" / study / "index.md").read_text(encoding="utf-8")),
+    )
     paragraphs = re.split(r"\n\n|\n(?=- )", (ROOT / page).read_text(encoding="utf-8"))
-    quoted = [each for part in paragraphs if f"baseline/{study}/" in part for each in re.findall(INTERVAL, flat(part))]
+    quoted = [
+        each
+        for part in paragraphs
+        if f"baseline/{study}/" in part
+        for each in re.findall(INTERVAL, flat(part))
+    ]
     assert not set(quoted) - set(found)
     assert len(quoted) >= 3
 
@@ -302,8 +374,12 @@ def test_what_texts_quote_of_a_study_is_in_it(page: str, study: str) -> None:
 def test_a_published_study_counts_every_row_that_is_stored(name: str) -> None:
     folder = ROOT / "results" / "baseline" / name
     rows = json.loads((folder / "suite.json").read_text(encoding="utf-8"))["rows"]
-    stored = sum(len(read_rows(path, {"episode": "int64"})) for path in folder.glob("*/episodes.parquet"))
-    assert sum(row["episodes"] + row["errors"] for row in rows) == stored, "published_study.py --render"
+    stored = sum(
+        len(read_rows(path, {"episode": "int64"})) for path in folder.glob("*/episodes.parquet")
+    )
+    assert sum(row["episodes"] + row["errors"] for row in rows) == stored, (
+        "published_study.py --render"
+    )
     text = (folder / "index.md").read_text(encoding="utf-8")
     assert all((folder / figure).is_file() for figure in re.findall(r"\((figures/[^)]+)\)", text))
     assert f"all {stored} deliveries" in text or f"{stored} of" in text
@@ -311,10 +387,14 @@ def test_a_published_study_counts_every_row_that_is_stored(name: str) -> None:
 
 def test_partings_are_the_missions_on_which_all_stacks_earn_most_unlike_sums(study: Path) -> None:
     (parting,) = read_results(study).partings  # on the other map one stack alone has driven
-    sides = [load_run(str(study / f"sidewalk-published_2-seed0-{stack}")) for stack in ("mine", "other")]
+    sides = [
+        load_run(str(study / f"sidewalk-published_2-seed0-{stack}")) for stack in ("mine", "other")
+    ]
     mine, other = (margins(run.stacks[0].rows, run.prices()) for run in sides)
     assert mine is not None and other is not None
     apart = abs(mine[: len(other)] - other)  # missions that both have
     assert parting.episodes == tuple((-apart).argsort(kind="stable")[:2].tolist())
     assert parting.spread == pytest.approx(apart.max())
-    assert {run.folder.name for run in parting.runs} == set(EPISODES) - {"sidewalk_1-published_2-seed0-mine"}
+    assert {run.folder.name for run in parting.runs} == set(EPISODES) - {
+        "sidewalk_1-published_2-seed0-mine"
+    }

@@ -15,7 +15,9 @@ _FIX, _ODOMETRY = b"sensor_msgs/NavSatFix", b"nav_msgs/Odometry"
 _SCHEMA = """CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT,
     offered_qos_profiles TEXT);
 INSERT INTO topics VALUES (1, '/fix', 'sensor_msgs/msg/NavSatFix', 'cdr', '');"""
-_MESSAGES = "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);"
+_MESSAGES = (
+    "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);"
+)
 _METADATA = """rosbag2_bagfile_information:
   version: 5
   storage_identifier: sqlite3
@@ -27,8 +29,15 @@ _MAGIC = b"\x89MCAP0\r\n"
 
 def record(fields: Mapping[str, bytes], data: bytes, size: int | None = None) -> bytes:
     """A record of ROS 1; ``size`` is what it says of its data."""
-    header = b"".join(struct.pack("<I", len(k) + 1 + len(v)) + k.encode() + b"=" + v for k, v in fields.items())
-    return struct.pack("<I", len(header)) + header + struct.pack("<I", len(data) if size is None else size) + data
+    header = b"".join(
+        struct.pack("<I", len(k) + 1 + len(v)) + k.encode() + b"=" + v for k, v in fields.items()
+    )
+    return (
+        struct.pack("<I", len(header))
+        + header
+        + struct.pack("<I", len(data) if size is None else size)
+        + data
+    )
 
 
 def zeros(compression: str) -> bytes:
@@ -43,7 +52,9 @@ def zeros(compression: str) -> bytes:
 def head(index: int = 1 << 20, **more: bytes) -> bytes:
     """The beginning of a bag of ROS 1."""
     counts = {"conn_count": struct.pack("<I", 1), "chunk_count": struct.pack("<I", 1)}
-    return b"#ROSBAG V2.0\n" + record({"op": b"\x03", "index_pos": struct.pack("<Q", index), **counts, **more}, b"")
+    return b"#ROSBAG V2.0\n" + record(
+        {"op": b"\x03", "index_pos": struct.pack("<Q", index), **counts, **more}, b""
+    )
 
 
 def connection(number: int, topic: bytes, kind: bytes = _FIX) -> bytes:
@@ -55,13 +66,21 @@ def connection(number: int, topic: bytes, kind: bytes = _FIX) -> bytes:
 
 def message(data: bytes, number: int = 0) -> bytes:
     """A record with a message."""
-    return record({"op": b"\x02", "conn": struct.pack("<I", number), "time": struct.pack("<II", 1, 0)}, data)
+    return record(
+        {"op": b"\x02", "conn": struct.pack("<I", number), "time": struct.pack("<II", 1, 0)}, data
+    )
 
 
-def chunk(content: bytes, compression: bytes = b"none", size: int | None = None, **says: int) -> bytes:
+def chunk(
+    content: bytes, compression: bytes = b"none", size: int | None = None, **says: int
+) -> bytes:
     """A record with records in it; ``size`` is what it says of them."""
     size = len(content) if size is None else size
-    return record({"op": b"\x05", "compression": compression, "size": struct.pack("<I", size)}, content, **says)
+    return record(
+        {"op": b"\x05", "compression": compression, "size": struct.pack("<I", size)},
+        content,
+        **says,
+    )
 
 
 ROS1: dict[str, tuple[str, Callable[[], bytes]]] = {
@@ -107,7 +126,9 @@ ROS1: dict[str, tuple[str, Callable[[], bytes]]] = {
 
 def mcap(*records: tuple[int, bytes]) -> bytes:
     """An MCAP file of opcodes and contents."""
-    return _MAGIC + b"".join(struct.pack("<BQ", opcode, len(content)) + content for opcode, content in records)
+    return _MAGIC + b"".join(
+        struct.pack("<BQ", opcode, len(content)) + content for opcode, content in records
+    )
 
 
 def text(content: str) -> bytes:
@@ -130,12 +151,18 @@ def _topic_and(*records: tuple[int, bytes]) -> bytes:
 MCAP: dict[str, tuple[str, Callable[[], bytes]]] = {
     "ends after the magic": ("never closed", lambda: _MAGIC),
     "has a record of 2^63 bytes": ("never closed", lambda: _MAGIC + struct.pack("<BQ", 3, 1 << 63)),
-    "has a block that says 2^60 bytes": ("the block", lambda: mcap(mcap_chunk(b"x", "zstd", 1 << 60))),
+    "has a block that says 2^60 bytes": (
+        "the block",
+        lambda: mcap(mcap_chunk(b"x", "zstd", 1 << 60)),
+    ),
     "has a block that grows a thousandfold": (
         "more bytes than the 1000",
         lambda: mcap(mcap_chunk(zeros("zstd"), "zstd", 1000)),
     ),
-    "has a channel that is cut off": ("description", lambda: mcap((4, b"\1\0\1\0\xff\xff\xff\xff/fix"))),
+    "has a channel that is cut off": (
+        "description",
+        lambda: mcap((4, b"\1\0\1\0\xff\xff\xff\xff/fix")),
+    ),
     "has a message that is too short": ("too short", lambda: _topic_and((5, b"\1\0"))),
     "has a message at the end of time": (
         "impossible time",
@@ -178,14 +205,32 @@ def cases() -> Iterator[Case]:
         yield Case(f"bag: MCAP file {what}", says, _file("log.mcap", content))
     for what, (says, script) in SQLITE.items():
         yield Case(f"bag: SQLite file {what}", says, _database(script))
-    yield Case("bag: SQLite file of noise", "SQLite", _file("log.db3", lambda: b"SQLite format 3\0" + bytes(5000)))
-    yield Case("bag: does not exist", "log.bag", lambda folder: arguments(folder, folder / "log.bag"))
-    yield Case("bag: is a pipe", "log.bag", lambda folder: arguments(folder, pipe(folder / "log.bag")))
+    yield Case(
+        "bag: SQLite file of noise",
+        "SQLite",
+        _file("log.db3", lambda: b"SQLite format 3\0" + bytes(5000)),
+    )
+    yield Case(
+        "bag: does not exist", "log.bag", lambda folder: arguments(folder, folder / "log.bag")
+    )
+    yield Case(
+        "bag: is a pipe", "log.bag", lambda folder: arguments(folder, pipe(folder / "log.bag"))
+    )
     yield Case("bag: is a device", "/dev/zero", lambda folder: arguments(folder, Path("/dev/zero")))
-    yield Case("bag: is a folder without bags", "0 bag files", lambda folder: arguments(folder, folder))
-    yield Case("bag: metadata lead out of the folder", "passwd", _metadata(path="../../../../../../etc/passwd"))
+    yield Case(
+        "bag: is a folder without bags", "0 bag files", lambda folder: arguments(folder, folder)
+    )
+    yield Case(
+        "bag: metadata lead out of the folder",
+        "passwd",
+        _metadata(path="../../../../../../etc/passwd"),
+    )
     yield Case("bag: metadata name no text", "not a list of file names", _metadata(path="{a: 1}"))
-    yield Case("bag: metadata have no section", "rosbag2_bagfile_information", _yaml(lambda: "version: 5\n"))
+    yield Case(
+        "bag: metadata have no section",
+        "rosbag2_bagfile_information",
+        _yaml(lambda: "version: 5\n"),
+    )
     for what, attack in ATTACKS.items():
         yield Case(f"bag: metadata {what}", "metadata.yaml", _yaml(lambda content=attack: content))
     yield Case("bag: a message grows a thousandfold", "decompresses to more than", _growing_message)
@@ -197,7 +242,18 @@ def cases() -> Iterator[Case]:
 def arguments(folder: Path, bag: Path, *more: str) -> list[str]:
     """A replay of a bag with fixes."""
     out = str(folder / "out.tum")
-    return ["localize", "--bag", str(bag), "--params", "stock", "--localizer", "gps", "--out", out, *more]
+    return [
+        "localize",
+        "--bag",
+        str(bag),
+        "--params",
+        "stock",
+        "--localizer",
+        "gps",
+        "--out",
+        out,
+        *more,
+    ]
 
 
 def _file(name: str, content: Callable[[], bytes]) -> Make:
@@ -241,7 +297,9 @@ def _growing_file(folder: Path) -> list[str]:
 
 def _reference(content: Callable[[], bytes]) -> Make:
     def make(folder: Path) -> list[str]:
-        bag = put(folder / "log.bag", head(500) + chunk(connection(0, b"/fix") + message(bytes(100))))
+        bag = put(
+            folder / "log.bag", head(500) + chunk(connection(0, b"/fix") + message(bytes(100)))
+        )
         return arguments(folder, bag, "--reference", str(put(folder / "ref.tum", content())))
 
     return make

@@ -11,7 +11,8 @@ from harness.storage.shipped import shipped
 Make = Callable[[Path], list[str]]
 
 MAP_TEXT = (
-    "image: map.pgm\nresolution: 0.1\norigin: [0.0, 0.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n"
+    "image: map.pgm\nresolution: 0.1\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n"
+    "occupied_thresh: 0.65\nfree_thresh: 0.2\n"
 )
 SIDE = 100  # [pixels] of the valid map: 10 m
 RULES = "arrival_radius: 2.0\ntimeout: 1.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
@@ -64,7 +65,17 @@ def run_arguments(
     if "--rules" not in more:
         more = (*more, "--rules", str(put(folder / "rules.yaml", RULES)))
     chosen = map_name or write_map(folder)
-    options = ("--stack", stack, "--map", str(chosen), "--episodes", "1", "--workers", "1", *pedestrians)
+    options = (
+        "--stack",
+        stack,
+        "--map",
+        str(chosen),
+        "--episodes",
+        "1",
+        "--workers",
+        "1",
+        *pedestrians,
+    )
     return ["run", *options, *POSES, "--out", str(folder / "out"), *more]
 
 

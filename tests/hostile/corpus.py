@@ -4,5 +4,7 @@ from . import bags, files, maps, people, recordings, runs, vectors, yaml_attacks
 from .case import Case
 
 CASES: tuple[Case, ...] = tuple(
-    case for module in (yaml_attacks, maps, people, files, runs, recordings, vectors, bags) for case in module.cases()
+    case
+    for module in (yaml_attacks, maps, people, files, runs, recordings, vectors, bags)
+    for case in module.cases()
 )

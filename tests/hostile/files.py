@@ -8,7 +8,8 @@ from .case import MAP_TEXT, Case, Make, changed, put, run_arguments, shipped_tex
 _HUGE = "9" * 400
 Changes = Mapping[str, str]
 
-# kind: folder and name of the valid file, option of navbench run, and what is wrong: changes and what must be said
+# kind: folder and name of the valid file, option of navbench run, and what is wrong: changes and
+# what must be said
 OPTIONS: dict[str, tuple[str, str, str, dict[str, tuple[Changes, str]]]] = {
     "robot": (
         "robots",
@@ -31,10 +32,17 @@ OPTIONS: dict[str, tuple[str, str, str, dict[str, tuple[Changes, str]]]] = {
             "footprint has a corner of three": ({"[0.14, 0.25]": "[0.14, 0.25, 1.0]"}, "footprint"),
             "footprint has two corners": ({", [-0.607, -0.25], [-0.607, 0.25]]": "]"}, "footprint"),
             "footprint is a line": (
-                {"0.25]": "0.0]", "-0.25]": "0.0]", ", -0.25], [-0.607, 0.25]": ", 0.0], [0.3, 0.0]"},
+                {
+                    "0.25]": "0.0]",
+                    "-0.25]": "0.0]",
+                    ", -0.25], [-0.607, 0.25]": ", 0.0], [0.3, 0.0]",
+                },
                 "footprint",
             ),
-            "footprint has 9000 corners": ({"[[0.14, 0.25]": f"[{'[0.14, 0.25], ' * 9000}[0.14, 0.25]"}, "given.yaml"),
+            "footprint has 9000 corners": (
+                {"[[0.14, 0.25]": f"[{'[0.14, 0.25], ' * 9000}[0.14, 0.25]"},
+                "given.yaml",
+            ),
             "speed is astronomic": ({"max_speed: 3.56": "max_speed: 1.0e+200"}, "max_speed"),
             "bucket is beside itself": ({"bucket: [": "bucket: [1.0e+300, 0, 0] # "}, "bucket"),
         },
@@ -45,11 +53,20 @@ OPTIONS: dict[str, tuple[str, str, str, dict[str, tuple[Changes, str]]]] = {
         "--world",
         {
             "physics are endless": ({"rate: 120.0": "rate: 1.0e+12"}, "rate"),
-            "solver never ends": ({"solver_iterations: 50": "solver_iterations: 2000000000"}, "solver_iterations"),
-            "solver has 400 digits": ({"solver_iterations: 50": f"solver_iterations: {_HUGE}"}, "solver_iterations"),
+            "solver never ends": (
+                {"solver_iterations: 50": "solver_iterations: 2000000000"},
+                "solver_iterations",
+            ),
+            "solver has 400 digits": (
+                {"solver_iterations: 50": f"solver_iterations: {_HUGE}"},
+                "solver_iterations",
+            ),
             "gravity is astronomic": ({"gravity: 9.81": "gravity: 1.0e+300"}, "gravity"),
             "people are a billion": ({"count: 20": "count: 1000000000"}, "count"),
-            "people have a billion goals": ({"count: 20": "count: 20\n  goals: 1000000000"}, "goals"),
+            "people have a billion goals": (
+                {"count: 20": "count: 20\n  goals: 1000000000"},
+                "goals",
+            ),
             "people are giants": ({"radius: 0.3": "radius: 1.0e+9"}, "radius"),
             "people are light": ({"speed: 1.0": "speed: 3.0e+8"}, "speed"),
             "people follow an unknown model": ({"random_walk": "random_wlak"}, "random_walk"),
@@ -57,12 +74,21 @@ OPTIONS: dict[str, tuple[str, str, str, dict[str, tuple[Changes, str]]]] = {
                 {"random_walk": "replay\n  replay: {file: ../../../etc/passwd}"},
                 "passwd",
             ),
-            "people follow a device": ({"random_walk": "replay\n  replay: {file: /dev/zero}"}, "/dev/zero"),
+            "people follow a device": (
+                {"random_walk": "replay\n  replay: {file: /dev/zero}"},
+                "/dev/zero",
+            ),
             "cargo is a billion pieces": ({"pieces: 50": "pieces: 1000000000"}, "pieces"),
             "cargo weighs nothing": ({"piece_mass: 0.001": "piece_mass: 0"}, "piece_mass"),
             "cool_down is a half": ({"cool_down: 30": "cool_down: 0.5"}, "cool_down"),
-            "a key is unknown at depth": ({"  rate: 120.0": "  rates: 120.0"}, "did you mean 'rate'"),
-            "a section is a list": ({"physics:\n  rate: 120.0": "physics: []\nmore:\n  rate: 120.0"}, "given.yaml"),
+            "a key is unknown at depth": (
+                {"  rate: 120.0": "  rates: 120.0"},
+                "did you mean 'rate'",
+            ),
+            "a section is a list": (
+                {"physics:\n  rate: 120.0": "physics: []\nmore:\n  rate: 120.0"},
+                "given.yaml",
+            ),
         },
     ),
     "rules": (
@@ -73,11 +99,20 @@ OPTIONS: dict[str, tuple[str, str, str, dict[str, tuple[Changes, str]]]] = {
             "timeout is infinite": ({"timeout: 241.0": "timeout: .inf"}, "timeout"),
             "timeout is a century": ({"timeout: 241.0": "timeout: 3.0e+9"}, "timeout"),
             "timeout is negative": ({"timeout: 241.0": "timeout: -1"}, "timeout"),
-            "arrival radius is not a number": ({"arrival_radius: 2.0": "arrival_radius: .nan"}, "arrival_radius"),
-            "arrival radius is negative": ({"arrival_radius: 2.0": "arrival_radius: -2.0"}, "arrival_radius"),
+            "arrival radius is not a number": (
+                {"arrival_radius: 2.0": "arrival_radius: .nan"},
+                "arrival_radius",
+            ),
+            "arrival radius is negative": (
+                {"arrival_radius: 2.0": "arrival_radius: -2.0"},
+                "arrival_radius",
+            ),
             "tilt is a truth": ({"max_tilt: 0.5": "max_tilt: yes"}, "max_tilt"),
             "impulse is missing": ({"impulse_health: 177.78": ""}, "impulse_health"),
-            "spoiled share is two": ({"spoiled_fraction: 0.05": "spoiled_fraction: 2"}, "spoiled_fraction"),
+            "spoiled share is two": (
+                {"spoiled_fraction: 0.05": "spoiled_fraction: 2"},
+                "spoiled_fraction",
+            ),
         },
     ),
     "prices": (
@@ -104,17 +139,29 @@ SENSORS: dict[str, tuple[Changes, str]] = {
     "rate is a gigahertz": ({"rate: 10.0": "rate: 1.0e+9"}, "rate"),
     "noise is negative": ({"noise_std: 0.02": "noise_std: -0.02"}, "noise_std"),
     "noise is astronomic": ({"noise_std: 0.02": "noise_std: 1.0e+300"}, "noise_std"),
-    "mount has no yaw": ({"mount: {x: -0.23, y: 0.0, yaw: 0.0}": "mount: {x: .nan, y: 0.0, yaw: 0.0}"}, "mount"),
+    "mount has no yaw": (
+        {"mount: {x: -0.23, y: 0.0, yaw: 0.0}": "mount: {x: .nan, y: 0.0, yaw: 0.0}"},
+        "mount",
+    ),
 }
 STACKS: dict[str, tuple[Changes, str]] = {
     "navigator is unknown": ({"navigator: nav2": "navigator: nav3"}, "nav3"),
     "localizer is unknown": ({"localizer: gps": "localizer: gsp"}, "gsp"),
     "localizer is a list": ({"localizer: gps": "localizer: [gps]"}, "localizer"),
     "Nav2 file is nowhere": ({"nav2_file: gps_ekf": "nav2_file: nowhere.yaml"}, "nowhere.yaml"),
-    "Nav2 file is the stack itself": ({"nav2_file: gps_ekf": "nav2_file: given.yaml"}, "given.yaml"),
-    "Nav2 file climbs to a text": ({"nav2_file: gps_ekf": f"nav2_file: {'../' * 12}etc/passwd"}, "passwd"),
+    "Nav2 file is the stack itself": (
+        {"nav2_file: gps_ekf": "nav2_file: given.yaml"},
+        "given.yaml",
+    ),
+    "Nav2 file climbs to a text": (
+        {"nav2_file: gps_ekf": f"nav2_file: {'../' * 12}etc/passwd"},
+        "passwd",
+    ),
     "Nav2 file is a device": ({"nav2_file: gps_ekf": "nav2_file: /dev/zero"}, "/dev/zero"),
-    "Nav2 file is the memory of this process": ({"nav2_file: gps_ekf": "nav2_file: /proc/self/mem"}, "/mem"),
+    "Nav2 file is the memory of this process": (
+        {"nav2_file: gps_ekf": "nav2_file: /proc/self/mem"},
+        "/mem",
+    ),
     "sensors are nowhere": ({"sensors: rtk_good": "sensors: rtk_godo"}, "rtk_good"),
     "robot has a NUL in its name": ({"robot: segway_e1": 'robot: "segway\\0e1.yaml"'}, "robot"),
     "carries a sensor twice over": ({"[lidar, gps]": "[radar]"}, "radar"),
@@ -148,7 +195,8 @@ NAV2: dict[str, tuple[Changes, str]] = {  # each in a file of navbench run
     "inflation falls by no number": ({"cost_scaling_factor: 3.0": "cost_scaling_factor: .nan"}, "cost_scaling_factor"),
     "plugin is unknown": ({"dwb_core::DWBLocalPlanner": "dwb_core::DWBLocalPlaner"}, "DWBLocalPlanner"),
 }  # fmt: skip
-MASKS: dict[str, tuple[str, str]] = {  # what is wrong with a keepout mask: yaml_filename, what must be said
+# what is wrong with a keepout mask: yaml_filename, what must be said
+MASKS: dict[str, tuple[str, str]] = {
     "is nowhere": ("nowhere.yaml", "nowhere.yaml"),
     "climbs to a text": ("../../../../../../../../etc/passwd", "passwd"),
     "is a device": ("/dev/zero", "/dev/zero"),
@@ -170,7 +218,10 @@ SCENARIOS: dict[str, tuple[Changes, str]] = {
     "title is a list": ({'"The robot drives."': "[a]"}, "title"),
     "nothing is checked": ({"{no_collision: true}": "{}"}, "checks"),
     "a check is unknown": ({"no_collision: true": "no_colision: true"}, "no_collision"),
-    "a check is of another kind": ({"no_collision: true": "arrives_within: soon"}, "arrives_within"),
+    "a check is of another kind": (
+        {"no_collision: true": "arrives_within: soon"},
+        "arrives_within",
+    ),
     "there is neither map nor drawing": ({"drawing:": "# drawing:"}, "drawing"),
     "there are map and drawing": ({"start:": "map: sidewalk\nstart:"}, "drawing"),
     "map climbs to a text": ({"drawing:": "map: ../../../../etc/passwd\n# "}, "passwd"),
@@ -217,26 +268,48 @@ def cases() -> Iterator[Case]:
     """Wrong values in every kind of file."""
     for kind, (folder, name, option, table) in OPTIONS.items():
         for what, (changes, says) in table.items():
-            yield Case(f"{kind}: {what}", says, _with_option(option, changed(shipped_text(folder, name), changes)))
+            yield Case(
+                f"{kind}: {what}",
+                says,
+                _with_option(option, changed(shipped_text(folder, name), changes)),
+            )
     for what, (changes, says) in SENSORS.items():
-        yield Case(f"sensors: {what}", says, _with_sensors(changed(shipped_text("sensors", "white_noise"), changes)))
+        yield Case(
+            f"sensors: {what}",
+            says,
+            _with_sensors(changed(shipped_text("sensors", "white_noise"), changes)),
+        )
     for what, (changes, says) in STACKS.items():
-        yield Case(f"stack: {what}", says, _with_stack(changed(shipped_text("stacks", "nav2-gps"), changes)))
+        yield Case(
+            f"stack: {what}",
+            says,
+            _with_stack(changed(shipped_text("stacks", "nav2-gps"), changes)),
+        )
     for what, (changes, says) in SUITES.items():
-        yield Case(f"suite: {what}", says, _with_suite(changed(shipped_text("suites", "example"), changes)))
+        yield Case(
+            f"suite: {what}", says, _with_suite(changed(shipped_text("suites", "example"), changes))
+        )
     for what, (changes, says) in NAV2.items():
-        yield Case(f"Nav2 file: {what}", says, _with_stack(changed(shipped_text("nav2", "tuned"), changes)))
+        yield Case(
+            f"Nav2 file: {what}", says, _with_stack(changed(shipped_text("nav2", "tuned"), changes))
+        )
     for what, (changes, says) in SCENARIOS.items():
         yield Case(f"scenario: {what}", says, _with_scenario(changed(_SCENARIO, changes)))
     for what, (mask, says) in MASKS.items():
         yield Case(f"mask: {what}", says, _with_mask(mask))
     yield Case("map show: picture cannot be written", "nowhere", _picture_nowhere)
-    yield Case("map new: name climbs out of the folder", "../evil", lambda _: ["map", "new", "--name", "../evil"])
+    yield Case(
+        "map new: name climbs out of the folder",
+        "../evil",
+        lambda _: ["map", "new", "--name", "../evil"],
+    )
 
 
 def _with_option(option: str, text: str) -> Make:
     people = () if option == "--world" else ("--pedestrians", "0")  # a world's own number counts
-    return lambda folder: run_arguments(folder, option, str(put(folder / "given.yaml", text)), pedestrians=people)
+    return lambda folder: run_arguments(
+        folder, option, str(put(folder / "given.yaml", text)), pedestrians=people
+    )
 
 
 def _with_stack(text: str) -> Make:
@@ -246,14 +319,22 @@ def _with_stack(text: str) -> Make:
 def _with_sensors(text: str) -> Make:
     def make(folder: Path) -> list[str]:
         sensors = put(folder / "given.yaml", text)
-        stack = put(folder / "mine.yaml", shipped_text("stacks", "nav2-gps").replace("rtk_good", str(sensors)))
+        stack = put(
+            folder / "mine.yaml",
+            shipped_text("stacks", "nav2-gps").replace("rtk_good", str(sensors)),
+        )
         return run_arguments(folder, stack=str(stack))
 
     return make
 
 
 def _with_suite(text: str) -> Make:
-    return lambda folder: ["suite", str(put(folder / "given.yaml", text)), "--out", str(folder / "out")]
+    return lambda folder: [
+        "suite",
+        str(put(folder / "given.yaml", text)),
+        "--out",
+        str(folder / "out"),
+    ]
 
 
 def _with_scenario(text: str) -> Make:

@@ -11,7 +11,8 @@ from typing import Any
 from .case import MAP_TEXT, Case, Make, changed, good_pgm, pipe, put, run_arguments, write_map
 
 _HUGE = "9" * 400
-VALUES: dict[str, tuple[dict[str, str], str]] = {  # what is wrong: changes to the valid text, what must be said
+# what is wrong: changes to the valid text, what must be said
+VALUES: dict[str, tuple[dict[str, str], str]] = {
     "resolution is not a number": ({"resolution: 0.1": "resolution: .nan"}, "resolution"),
     "resolution is infinite": ({"resolution: 0.1": "resolution: .inf"}, "resolution"),
     "resolution is zero": ({"resolution: 0.1": "resolution: 0"}, "resolution"),
@@ -53,10 +54,17 @@ VALUES: dict[str, tuple[dict[str, str], str]] = {  # what is wrong: changes to t
 
 
 def _chunk(kind: bytes, content: bytes) -> bytes:
-    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+    return (
+        struct.pack(">I", len(content))
+        + kind
+        + content
+        + struct.pack(">I", zlib.crc32(kind + content))
+    )
 
 
-def png(width: int, height: int, pixels: bytes, depth: int = 8, colour: int = 0, more: bytes = b"") -> bytes:
+def png(
+    width: int, height: int, pixels: bytes, depth: int = 8, colour: int = 0, more: bytes = b""
+) -> bytes:
     """A PNG of its own making: ``pixels`` are the unpacked rows with their filter bytes."""
     header = struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)
     body = _chunk(b"IDAT", zlib.compress(pixels, 9))
@@ -69,7 +77,10 @@ def good_png(side: int = 100) -> bytes:
 
 
 def _zeros(count: int) -> bytes:
-    """``count`` bytes of zeros, packed (RFC 1950): one block of them, as often as it takes, and the rest."""
+    """``count`` bytes of zeros, packed (RFC 1950).
+
+    One block of them, as often as it takes, and the rest.
+    """
     packer = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
     block = packer.compress(bytes(1 << 20)) + packer.flush(zlib.Z_FULL_FLUSH)
     rest = packer.compress(bytes(count & ((1 << 20) - 1))) + packer.flush()
@@ -79,12 +90,21 @@ def _zeros(count: int) -> bytes:
 def bomb(side: int) -> bytes:
     """A PNG of ``side`` x ``side`` black pixels."""
     header = struct.pack(">IIBBBBB", side, side, 8, 0, 0, 0, 0)
-    parts = (_chunk(b"IHDR", header), _chunk(b"IDAT", _zeros(side * (side + 1))), _chunk(b"IEND", b""))
+    parts = (
+        _chunk(b"IHDR", header),
+        _chunk(b"IDAT", _zeros(side * (side + 1))),
+        _chunk(b"IEND", b""),
+    )
     return b"\x89PNG\r\n\x1a\n" + b"".join(parts)
 
 
 def _text_bomb() -> bytes:
-    return png(100, 100, (b"\x00" + b"\xfe" * 100) * 100, more=_chunk(b"zTXt", b"a\x00\x00" + _zeros(1 << 28)))
+    return png(
+        100,
+        100,
+        (b"\x00" + b"\xfe" * 100) * 100,
+        more=_chunk(b"zTXt", b"a\x00\x00" + _zeros(1 << 28)),
+    )
 
 
 IMAGES: dict[str, tuple[Callable[[], bytes], str]] = {
@@ -92,12 +112,24 @@ IMAGES: dict[str, tuple[Callable[[], bytes], str]] = {
     "is a text": (lambda: b"no image at all", "map.pgm"),
     "is random": (lambda: bytes((i * 197 + i * i) % 251 for i in range(5000)), "map.pgm"),
     "is an archive": (lambda: b"PK\x03\x04" + bytes(200), "map.pgm"),
-    "is PostScript, a program": (lambda: b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 99 99\n(x) run\n", "map.pgm"),
-    "is a drawing": (lambda: b"<svg xmlns='http://www.w3.org/2000/svg' width='9' height='9'/>", "map.pgm"),
+    "is PostScript, a program": (
+        lambda: b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 99 99\n(x) run\n",
+        "map.pgm",
+    ),
+    "is a drawing": (
+        lambda: b"<svg xmlns='http://www.w3.org/2000/svg' width='9' height='9'/>",
+        "map.pgm",
+    ),
     "is a PNG cut off in its header": (lambda: good_png()[:20], "map.pgm"),
     "is a PNG cut off in its pixels": (lambda: good_png(300)[:120], "map.pgm"),
-    "is a PNG with half of its rows": (lambda: png(100, 100, (b"\x00" + b"\xfe" * 100) * 50), "occupied"),
-    "is a PNG with a wrong checksum": (lambda: good_png()[:-20] + b"\x00" * 8 + good_png()[-12:], "map.pgm"),
+    "is a PNG with half of its rows": (
+        lambda: png(100, 100, (b"\x00" + b"\xfe" * 100) * 50),
+        "occupied",
+    ),
+    "is a PNG with a wrong checksum": (
+        lambda: good_png()[:-20] + b"\x00" * 8 + good_png()[-12:],
+        "map.pgm",
+    ),
     "is a PNG of no width": (lambda: png(0, 100, b""), "map.pgm"),
     "is a PNG of 2147483647 rows": (lambda: png(1, 2**31 - 1, b""), "pixels"),
     "is a PNG of 65535 x 65535 pixels": (lambda: png(65535, 65535, b""), "map.pgm"),
@@ -105,30 +137,45 @@ IMAGES: dict[str, tuple[Callable[[], bytes], str]] = {
     "is a PNG that unpacks to 100 MB": (lambda: bomb(10_000), "map.pgm"),
     "is a PNG whose text unpacks to 256 MB": (_text_bomb, "map.pgm"),
     "is a PNG of impossible depth": (lambda: png(100, 100, b"", depth=3), "map.pgm"),
-    "is a PNG with a palette that is not there": (lambda: png(100, 100, bytes(101 * 100), colour=3), "occupied"),
+    "is a PNG with a palette that is not there": (
+        lambda: png(100, 100, bytes(101 * 100), colour=3),
+        "occupied",
+    ),
     "is a GIF cut off": (lambda: b"GIF89a\xff\xff\xff\xff\x00\x00\x00", "map.pgm"),
     "is a BMP of negative size": (
         lambda: b"BM" + struct.pack("<IIIIiiHHIIIIII", 99, 0, 54, 40, -9, 9, 1, 8, *[0] * 6),
         "map.pgm",
     ),  # fmt: skip
-    "is a TIFF with a circle of pages": (lambda: b"II*\x00\x08\x00\x00\x00\x00\x00\x08\x00\x00\x00", "map.pgm"),
+    "is a TIFF with a circle of pages": (
+        lambda: b"II*\x00\x08\x00\x00\x00\x00\x00\x08\x00\x00\x00",
+        "map.pgm",
+    ),
     "is a JPEG cut off": (lambda: b"\xff\xd8\xff\xe0\x00\x10JFIF\x00\x01", "map.pgm"),
     "is a PGM without a size": (lambda: b"P5\n", "map.pgm"),
     "is a PGM of negative size": (lambda: b"P5\n-5 5\n255\n" + bytes(25), "map.pgm"),
     "is a PGM of 999999999 columns": (lambda: b"P5\n999999999 999999999\n255\n", "pixels"),
-    "is a PGM whose size has 4000 digits": (lambda: b"P5\n" + b"9" * 4000 + b" 1\n255\n", "map.pgm"),
+    "is a PGM whose size has 4000 digits": (
+        lambda: b"P5\n" + b"9" * 4000 + b" 1\n255\n",
+        "map.pgm",
+    ),
     "is a PGM of no largest value": (lambda: b"P5\n5 5\n0\n" + bytes(25), "map.pgm"),
     "is a PGM of too large a value": (lambda: b"P5\n5 5\n70000\n" + bytes(50), "map.pgm"),
     "is a PGM cut off": (lambda: good_pgm()[:-1000], "truncated"),
     "is an ASCII PGM with words": (lambda: b"P2\n2 2\n255\n0 1 two 3\n", "map.pgm"),
     "is an ASCII PGM below zero": (lambda: b"P2\n2 2\n255\n0 1 -2 3\n", "map.pgm"),
-    "is an ASCII PGM with a pixel of 400 digits": (lambda: b"P2\n2 2\n255\n0 1 2 " + b"9" * 400, "map.pgm"),
+    "is an ASCII PGM with a pixel of 400 digits": (
+        lambda: b"P2\n2 2\n255\n0 1 2 " + b"9" * 400,
+        "map.pgm",
+    ),
     "is an ASCII PGM of 16 million pixels and a word": (
         lambda: b"P2\n4000 4000\n255\n" + b"0 " * 15_999_999 + b"x",
         "map.pgm",
     ),
     "is an ASCII PGM of comments": (lambda: b"P2\n#" + b"x" * 100_000 + b"\n", "map.pgm"),
-    "is a PFM, of real numbers": (lambda: b"Pf\n2 2\n-1.0\n" + struct.pack("<4f", *[float("nan")] * 4), "map.pgm"),
+    "is a PFM, of real numbers": (
+        lambda: b"Pf\n2 2\n-1.0\n" + struct.pack("<4f", *[float("nan")] * 4),
+        "map.pgm",
+    ),
     "is all wall": (lambda: b"P5\n100 100\n255\n" + bytes(10_000), "occupied"),
     "is a single pixel": (lambda: b"P5\n1 1\n255\n\xfe", "outside"),
 }
@@ -156,26 +203,42 @@ OBJECTS: dict[str, Callable[[], str | bytes]] = {
     "has a text for features": lambda: '{"features": "many"}',
     "has features of numbers": lambda: '{"features": [1]}',
     "is nested 100 000 deep": lambda: "[" * 100_000,
-    "is nested 100 000 deep in a feature": lambda: '{"features": ' + "[" * 100_000 + "]" * 100_000 + "}",
-    "has coordinates that are no numbers": lambda: _collection(_feature([[0, 0], [float("nan"), 0], [1, 1], [0, 0]])),
-    "has infinite coordinates": lambda: _collection(_feature([[0, 0], [float("inf"), 0], [1, 1], [0, 0]])),
-    "has coordinates of 400 digits": lambda: _collection(_feature([[0, 0], [int(_HUGE), 0], [1, 1], [0, 0]])),
-    "has coordinates that are astronomic": lambda: _collection(_feature([[0, 0], [1e300, 0], [1e300, 1e300], [0, 0]])),
+    "is nested 100 000 deep in a feature": lambda: (
+        '{"features": ' + "[" * 100_000 + "]" * 100_000 + "}"
+    ),
+    "has coordinates that are no numbers": lambda: _collection(
+        _feature([[0, 0], [float("nan"), 0], [1, 1], [0, 0]])
+    ),
+    "has infinite coordinates": lambda: _collection(
+        _feature([[0, 0], [float("inf"), 0], [1, 1], [0, 0]])
+    ),
+    "has coordinates of 400 digits": lambda: _collection(
+        _feature([[0, 0], [int(_HUGE), 0], [1, 1], [0, 0]])
+    ),
+    "has coordinates that are astronomic": lambda: _collection(
+        _feature([[0, 0], [1e300, 0], [1e300, 1e300], [0, 0]])
+    ),
     "has texts for coordinates": lambda: _collection(_feature([["a", "b"]] * 4)),
     "has coordinates of one number": lambda: _collection(_feature([[0], [1], [2], [0]])),
     "has two corners": lambda: _collection(_feature([[0, 0], [1, 1]])),
     "has no corners": lambda: _collection(_feature([])),
-    "has a polygon that crosses itself": lambda: _collection(_feature([[0, 0], [1, 1], [1, 0], [0, 1], [0, 0]])),
+    "has a polygon that crosses itself": lambda: _collection(
+        _feature([[0, 0], [1, 1], [1, 0], [0, 1], [0, 0]])
+    ),
     "has a polygon without area": lambda: _collection(_feature([[0, 0], [1, 0], [2, 0], [0, 0]])),
     "has a point": lambda: _collection(_feature(kind="Point")),
     "has no geometry": lambda: _collection({"properties": {"role": "zone", "kind": "road"}}),
     "has a height that is no number": lambda: _collection(_feature(height="tall")),
     "has a height below ground": lambda: _collection(_feature(height=-1.0)),
     "has an infinite height": lambda: _collection(_feature(height=float("inf"))),
-    "has an elevation that is no number": lambda: _collection(_feature(role="zone", elevation=float("nan"))),
+    "has an elevation that is no number": lambda: _collection(
+        _feature(role="zone", elevation=float("nan"))
+    ),
     "has an elevation beyond the sky": lambda: _collection(_feature(role="zone", elevation=1e300)),
     "has an unknown role": lambda: _collection(_feature(role="ghost")),
-    "has a million obstacles": lambda: '{"features": [' + (json.dumps(_feature()) + ",") * 300_000 + "{}]}",
+    "has a million obstacles": lambda: (
+        '{"features": [' + (json.dumps(_feature()) + ",") * 300_000 + "{}]}"
+    ),
     "has an obstacle of 200 000 corners": lambda: _collection(
         _feature([[i * 1e-5, (i % 2) * 1e-3] for i in range(200_000)])
     ),
@@ -194,9 +257,17 @@ def cases() -> Iterator[Case]:
     yield Case("map image: is a link to itself", "map.pgm", _link_for_image)
     yield Case("map objects: are a pipe", "map.geojson", _pipe_for_objects)
     for part in ("walkable", "navmesh"):
-        yield Case(f"map companion: {part} is of another size", f"map_{part}", _companion(part, good_pgm(90)))
-        yield Case(f"map companion: {part} is cut off", f"map_{part}", _companion(part, good_pgm()[:500]))
-        yield Case(f"map companion: {part} is a device", "/dev/zero", _companion(part, b"", "/dev/zero"))
+        yield Case(
+            f"map companion: {part} is of another size",
+            f"map_{part}",
+            _companion(part, good_pgm(90)),
+        )
+        yield Case(
+            f"map companion: {part} is cut off", f"map_{part}", _companion(part, good_pgm()[:500])
+        )
+        yield Case(
+            f"map companion: {part} is a device", "/dev/zero", _companion(part, b"", "/dev/zero")
+        )
 
 
 def _map_of(text: str) -> Make:

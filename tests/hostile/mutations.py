@@ -1,6 +1,9 @@
-"""Valid inputs with one random change each: what nobody thought of ends in one clear line, or is a valid input, too.
+"""Valid inputs with one random change each.
 
-Usage: python -m tests.hostile.mutations [--number N] [--seed S]: tries them and tells which of them harm.
+What nobody thought of ends in one clear line, or is a valid input, too.
+
+Usage: python -m tests.hostile.mutations [--number N] [--seed S]: tries them and tells which of them
+harm.
 """
 
 import argparse
@@ -67,7 +70,8 @@ def _flipped(text: str, rng: random.Random) -> str:
     return text[:at] + chr(rng.randrange(256)) + text[at + 1 :]
 
 
-CHANGES: dict[str, tuple[Change, bool]] = {  # what is done -> how, and whether the result cannot be valid
+# what is done -> how, and whether the result cannot be valid
+CHANGES: dict[str, tuple[Change, bool]] = {
     "a number is not a number": (_number(".nan"), True),
     "a number is infinite": (_number(".inf"), True),
     "a number is a text": (_number("heavy"), True),
@@ -81,7 +85,10 @@ CHANGES: dict[str, tuple[Change, bool]] = {  # what is done -> how, and whether 
     "a key is misspelt": (_misspelt, False),
     "a line is missing": (_line(lambda lines, n: lines[:n] + lines[n + 1 :]), False),
     "a line is there twice": (_line(lambda lines, n: lines[: n + 1] + lines[n:]), False),
-    "a line is indented": (_line(lambda lines, n: [*lines[:n], "   " + lines[n], *lines[n + 1 :]]), False),
+    "a line is indented": (
+        _line(lambda lines, n: [*lines[:n], "   " + lines[n], *lines[n + 1 :]]),
+        False,
+    ),
     "the end is missing": (_cut, False),
     "a character is another": (_flipped, False),
 }
@@ -113,13 +120,23 @@ def mutants(number: int, seed: int) -> Iterator[Mutant]:
         change, is_impossible = CHANGES[what]
         if kind == "people":
             what, change, is_impossible = rng.choice(
-                [("a number is not a number", _cell("nan"), True), ("a number is a text", _cell("x"), True)]
-                + [(name, CHANGES[name][0], False) for name in ("a line is missing", "the end is missing")]
+                [
+                    ("a number is not a number", _cell("nan"), True),
+                    ("a number is a text", _cell("x"), True),
+                ]
+                + [
+                    (name, CHANGES[name][0], False)
+                    for name in ("a line is missing", "the end is missing")
+                ]
                 + [("a character is another", _flipped, False)]
             )
         content = change(PEOPLE if kind == "people" else VALID[kind](), rng)
         command = _people if kind == "people" else COMMANDS[kind]
-        yield Mutant(f"{n} {kind}: {what}", is_impossible and kind not in FREE, _writes(command, content, kind))
+        yield Mutant(
+            f"{n} {kind}: {what}",
+            is_impossible and kind not in FREE,
+            _writes(command, content, kind),
+        )
 
 
 def _cell(value: str) -> Change:
@@ -133,7 +150,9 @@ def _cell(value: str) -> Change:
 
 
 def _people(folder: Path, file: Path) -> list[str]:
-    return run_arguments(folder, pedestrians=("--people", str(file.rename(file.with_suffix(".csv")))))
+    return run_arguments(
+        folder, pedestrians=("--people", str(file.rename(file.with_suffix(".csv"))))
+    )
 
 
 def _image(n: int, rng: random.Random) -> Mutant:
@@ -142,7 +161,9 @@ def _image(n: int, rng: random.Random) -> Mutant:
     if what == "the end is missing":
         image = image[: rng.randrange(len(image))]
     else:
-        image[rng.randrange(14) if "head" in what else rng.randrange(14, len(image))] = rng.randrange(256)
+        image[rng.randrange(14) if "head" in what else rng.randrange(14, len(image))] = (
+            rng.randrange(256)
+        )
 
     def make(folder: Path) -> list[str]:
         return run_arguments(folder, map_name=write_map(folder, map__pgm=bytes(image)))
@@ -164,7 +185,9 @@ def main() -> None:
     """Try them; 1 if any of them harms."""
     from .trial import try_mutants
 
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--number", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args()
@@ -174,7 +197,9 @@ def main() -> None:
     for each in results:
         if each.is_bad:
             sys.stdout.write(f"{each.title}: {each.verdict}: {each.said.strip()[-300:]}\n")
-    sys.stdout.write(", ".join(f"{count} {verdict}" for verdict, count in sorted(told.items())) + "\n")
+    sys.stdout.write(
+        ", ".join(f"{count} {verdict}" for verdict, count in sorted(told.items())) + "\n"
+    )
     sys.exit(any(each.is_bad for each in results))
 
 

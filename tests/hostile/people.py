@@ -46,9 +46,19 @@ def cases() -> Iterator[Case]:
         )
     for what, content in OBSMATS.items():
         yield Case(f"people: obsmat {what}", "obsmat.txt", _given(content, "obsmat.txt"))
-    yield Case("people: CSV does not exist", "people.csv", lambda folder: _arguments(folder, folder / "people.csv"))
-    yield Case("people: CSV is a pipe", "people.csv", lambda folder: _arguments(folder, pipe(folder / "people.csv")))
-    yield Case("people: CSV is a device", "/dev/zero", lambda folder: _arguments(folder, Path("/dev/zero")))
+    yield Case(
+        "people: CSV does not exist",
+        "people.csv",
+        lambda folder: _arguments(folder, folder / "people.csv"),
+    )
+    yield Case(
+        "people: CSV is a pipe",
+        "people.csv",
+        lambda folder: _arguments(folder, pipe(folder / "people.csv")),
+    )
+    yield Case(
+        "people: CSV is a device", "/dev/zero", lambda folder: _arguments(folder, Path("/dev/zero"))
+    )
 
 
 def _given(content: Callable[[], str | bytes], name: str) -> Make:

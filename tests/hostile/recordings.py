@@ -19,9 +19,13 @@ CHANGES: dict[str, Callable[[Arrays], object]] = {
     "has objects": lambda arrays: arrays.update(crowd=np.array([{"a": 1}] * ROWS, dtype=object)),
     "has one number for many": lambda arrays: arrays.update(pieces_lost=np.array(3)),
     "has a scan's time without dimension": lambda arrays: arrays.update(scan_stamp=np.array(3.0)),
-    "has sizes that are no whole numbers": lambda arrays: arrays.update(plan_size=np.array([2.5, 1.5])),
+    "has sizes that are no whole numbers": lambda arrays: arrays.update(
+        plan_size=np.array([2.5, 1.5])
+    ),
     "has sizes below zero": lambda arrays: arrays.update(plan_size=np.array([-4, 8])),
-    "has sizes whose sum overflows": lambda arrays: arrays.update(plan_size=np.array([2**63 - 1, 2**63 - 1, 6])),
+    "has sizes whose sum overflows": lambda arrays: arrays.update(
+        plan_size=np.array([2**63 - 1, 2**63 - 1, 6])
+    ),
     "runs backwards": lambda arrays: arrays.update(trace=arrays["trace"][::-1]),
     "has times that are no numbers": lambda arrays: arrays.update(plan_stamp=np.full(2, np.nan)),
     "has plans to infinity": lambda arrays: arrays.update(plan_xy=np.full((4, 2), np.inf)),
@@ -85,7 +89,10 @@ def _changed(change: Callable[[Arrays], object]) -> Callable[[Path], object]:
 def _with_vast_array(path: Path) -> None:
     """An array of which only the head is there."""
     path.write_bytes(_saved({name: array for name, array in valid().items() if name != "trace"}))
-    head = b"{'descr': '<f8', 'fortran_order': False, 'shape': (4000000000000, 11), }".ljust(117) + b"\n"
+    head = (
+        b"{'descr': '<f8', 'fortran_order': False, 'shape': (4000000000000, 11), }".ljust(117)
+        + b"\n"
+    )
     with zipfile.ZipFile(path, "a") as archive:
         archive.writestr("trace.npy", b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head)
 

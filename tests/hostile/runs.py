@@ -33,7 +33,13 @@ def valid_run(episodes: int) -> Path:
     root = Path(tempfile.mkdtemp(dir=Path.cwd().parent))  # beside the folders of the cases
     rules, world = put(root / "rules.yaml", RULES), write_map(root)
     study = make_study(
-        stacks=["parked"], episodes=2, map_name=str(world), pedestrians=0, rules=str(rules), start="2,2,0", goal="8,8,0"
+        stacks=["parked"],
+        episodes=2,
+        map_name=str(world),
+        pedestrians=0,
+        rules=str(rules),
+        start="2,2,0",
+        goal="8,8,0",
     )
     create_run(root / "run", about(study, ["navbench"]), parameters(study))
     study = load_study(root / "run", 1)
@@ -91,7 +97,9 @@ def _rows(name: str, **columns: Any) -> Change:
     def apply(run: Path) -> None:
         table = pq.read_table(run / name)
         for key, value in columns.items():
-            table = table.set_column(table.schema.get_field_index(key), key, pa.array([value] * len(table)))
+            table = table.set_column(
+                table.schema.get_field_index(key), key, pa.array([value] * len(table))
+            )
         pq.write_table(table, run / name)
 
     return apply
@@ -99,8 +107,15 @@ def _rows(name: str, **columns: Any) -> Change:
 
 def _many_rows(run: Path) -> None:
     """A small file that unpacks to three million rows."""
-    schema = pa.schema([(name, pa.type_for_alias(kind)) for name, kind in TABLES["episodes"].items()])
-    block = pa.table({name: pa.nulls(50_000, kind) for name, kind in zip(schema.names, schema.types, strict=True)})
+    schema = pa.schema(
+        [(name, pa.type_for_alias(kind)) for name, kind in TABLES["episodes"].items()]
+    )
+    block = pa.table(
+        {
+            name: pa.nulls(50_000, kind)
+            for name, kind in zip(schema.names, schema.types, strict=True)
+        }
+    )
     with pq.ParquetWriter(run / "episodes.parquet", schema, compression="zstd") as writer:
         for _ in range(60):
             writer.write_table(block)
@@ -111,7 +126,9 @@ def _long_texts(run: Path) -> None:
     table = pq.read_table(run / "episodes.parquet").take(pa.array([0] * 20_000))
     texts = pa.DictionaryArray.from_arrays(pa.array([0] * 20_000), pa.array(["x" * (1 << 22)]))
     place = table.schema.get_field_index("reason")
-    pq.write_table(table.set_column(place, "reason", texts), run / "episodes.parquet", compression="zstd")
+    pq.write_table(
+        table.set_column(place, "reason", texts), run / "episodes.parquet", compression="zstd"
+    )
 
 
 def _journal(old: str, new: str) -> Change:
@@ -131,7 +148,9 @@ def _time(value: float | None) -> Change:
         table = pq.read_table(run / "timings.parquet")
         place = table.schema.get_field_index("real_time_factor")
         factors = pa.array([value] * len(table), pa.float64())
-        pq.write_table(table.set_column(place, "real_time_factor", factors), run / "timings.parquet")
+        pq.write_table(
+            table.set_column(place, "real_time_factor", factors), run / "timings.parquet"
+        )
 
     return apply
 
@@ -145,14 +164,23 @@ MANIFESTS: dict[str, tuple[Change, str]] = {
     "is missing": (lambda run: (run / "run.json").unlink(), "run.json"),
     "is empty": (_text("run.json", ""), "run.json"),
     "is binary": (_text("run.json", bytes(range(256))), "run.json"),
-    "is cut off": (lambda run: put(run / "run.json", (run / "run.json").read_text()[:300]), "run.json"),
+    "is cut off": (
+        lambda run: put(run / "run.json", (run / "run.json").read_text()[:300]),
+        "run.json",
+    ),
     "is a list": (_text("run.json", "[]"), "run.json"),
     "is a number of 100 000 digits": (_text("run.json", "9" * 100_000), "run.json"),
     "is nested 100 000 deep": (_text("run.json", "[" * 100_000), "run.json"),
-    "has ten million characters": (_text("run.json", '{"a": "' + "x" * 10_000_000 + '"}'), "run.json"),
+    "has ten million characters": (
+        _text("run.json", '{"a": "' + "x" * 10_000_000 + '"}'),
+        "run.json",
+    ),
     "is a pipe": (_replaced("run.json", pipe), "run.json"),
     "is a device": (_replaced("run.json", lambda path: path.symlink_to("/dev/zero")), "run.json"),
-    "is a link to itself": (_replaced("run.json", lambda path: path.symlink_to(path.name)), "run.json"),
+    "is a link to itself": (
+        _replaced("run.json", lambda path: path.symlink_to(path.name)),
+        "run.json",
+    ),
     "has no versions": (_manifest(lambda m: m.pop("versions")), "run.json"),
     "has no stacks": (_manifest(lambda m: m.update(stacks=[])), "stacks"),
     "has numbers for stacks": (_manifest(lambda m: m.update(stacks=[1, 2])), "stacks"),
@@ -165,7 +193,10 @@ MANIFESTS: dict[str, tuple[Change, str]] = {
     "has no map": (_manifest(lambda m: m.pop("map_name")), "map_name"),
     "has a map that is a number": (_manifest(lambda m: m.update(map_name=5)), "map_name"),
     "has a map elsewhere": (_manifest(lambda m: m.update(map_name="/etc/passwd")), "passwd"),
-    "has a map that is a device": (_manifest(lambda m: m.update(map_name="/dev/zero")), "/dev/zero"),
+    "has a map that is a device": (
+        _manifest(lambda m: m.update(map_name="/dev/zero")),
+        "/dev/zero",
+    ),
     "has a map with a NUL": (_manifest(lambda m: m.update(map_name="a\x00.yaml")), "map"),
     "has an unknown map": (_manifest(lambda m: m.update(map_name="sidewlak")), "sidewalk"),
     "has another map's digest": (_manifest(lambda m: m.update(map_sha256="0" * 64)), "map"),
@@ -173,7 +204,10 @@ MANIFESTS: dict[str, tuple[Change, str]] = {
         _manifest(lambda m: m.update(start={"x": float("nan"), "y": 2, "yaw": 0})),
         "start",
     ),
-    "has a start beyond the sky": (_manifest(lambda m: m.update(start={"x": 1e300, "y": 2, "yaw": 0})), "start"),
+    "has a start beyond the sky": (
+        _manifest(lambda m: m.update(start={"x": 1e300, "y": 2, "yaw": 0})),
+        "start",
+    ),
     "has a goal that is a list": (_manifest(lambda m: m.update(goal=[1, 2])), "goal"),
     "has episodes of 400 digits": (_manifest(lambda m: m.update(episodes=int(_HUGE))), "episodes"),
     "has episodes below one": (_manifest(lambda m: m.update(episodes=0)), "episodes"),
@@ -203,12 +237,21 @@ TABLE_CHANGES: dict[str, tuple[Change, str]] = {
         lambda run: put(run / "episodes.parquet", (run / "episodes.parquet").read_bytes()[:-300]),
         "damaged",
     ),
-    "has damaged bytes": (lambda run: put(run / "episodes.parquet", _damaged(run / "episodes.parquet")), "damaged"),
+    "has damaged bytes": (
+        lambda run: put(run / "episodes.parquet", _damaged(run / "episodes.parquet")),
+        "damaged",
+    ),
     "is a pipe": (_replaced("episodes.parquet", pipe), "episodes.parquet"),
     "is a folder": (_replaced("episodes.parquet", lambda path: path.mkdir()), "episodes.parquet"),
-    "has no columns": (lambda run: pq.write_table(pa.table({"a": [1, 2]}), run / "episodes.parquet"), "run"),
+    "has no columns": (
+        lambda run: pq.write_table(pa.table({"a": [1, 2]}), run / "episodes.parquet"),
+        "run",
+    ),
     "has texts for numbers": (_rows("episodes.parquet", distance_m="far"), "run"),
-    "has distances that are no numbers": (_rows("episodes.parquet", distance_m=float("nan")), "distance_m"),
+    "has distances that are no numbers": (
+        _rows("episodes.parquet", distance_m=float("nan")),
+        "distance_m",
+    ),
     "has lists for texts": (_rows("episodes.parquet", outcome=["sla"]), "run"),
     "has a stack that is not there": (_rows("episodes.parquet", stack="nobody"), "run"),
     "has three million rows": (_many_rows, "run"),
@@ -235,8 +278,14 @@ def cases() -> Iterator[Case]:
     for what, (change, says) in TABLE_CHANGES.items():
         if what != "is missing":  # then the run begins anew
             yield Case(f"finished run to resume: table {what}", says, _finished(change))
-    yield Case("finished run to resume: a time is missing", "real_time_factor", _finished(_time(None)))
-    yield Case("finished run to resume: a time is no number", "real_time_factor", _finished(_time(float("nan"))))
+    yield Case(
+        "finished run to resume: a time is missing", "real_time_factor", _finished(_time(None))
+    )
+    yield Case(
+        "finished run to resume: a time is no number",
+        "real_time_factor",
+        _finished(_time(float("nan"))),
+    )
 
 
 def copy_of(folder: Path, episodes: int = 2) -> Path:
@@ -247,7 +296,8 @@ def copy_of(folder: Path, episodes: int = 2) -> Path:
 
 def _copy(folder: Path, change: Change, episodes: int) -> Path:
     run = copy_of(folder, episodes)
-    (run / CHECKSUMS).unlink()  # as a run of an earlier version: else that it was changed is all that is said
+    # as a run of an earlier version: else that it was changed is all that is said
+    (run / CHECKSUMS).unlink()
     change(run)
     return run
 

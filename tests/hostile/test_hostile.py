@@ -16,7 +16,10 @@ SAMPLE, SEED = 36, 20261125  # of random changes
 
 @pytest.fixture(scope="module")
 def records(tmp_path_factory: pytest.TempPathFactory) -> list[Record]:
-    """What every input led to. A worker that hangs or dies costs its input, and another one goes on."""
+    """What every input led to.
+
+    A worker that hangs or dies costs its input, and another one goes on.
+    """
     root = tmp_path_factory.mktemp("hostile")
     found: list[Record] = []
     compile_new(every_module())  # which is no input's fault
@@ -51,4 +54,6 @@ def test_random_changes_end_in_one_line_or_are_valid(tmp_path: Path) -> None:
     tried = try_mutants(SAMPLE, SEED, tmp_path)
     assert [f"{each.title}: {each.verdict}: {each.said}" for each in tried if each.is_bad] == []
     assert len({each.verdict for each in tried}) == 2, "all are refused, or none"
-    assert {each.title.partition(" ")[2].partition(":")[0] for each in mutants(SAMPLE, SEED)} > VALID.keys()
+    assert {
+        each.title.partition(" ")[2].partition(":")[0] for each in mutants(SAMPLE, SEED)
+    } > VALID.keys()

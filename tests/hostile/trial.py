@@ -1,4 +1,7 @@
-"""Tries inputs in a process of its own; one that hangs or dies costs its input, and another process goes on."""
+"""Tries inputs in a process of its own.
+
+One that hangs or dies costs its input, and another process goes on.
+"""
 
 import json
 import os
@@ -33,7 +36,12 @@ def work(first: int, root: Path, *more: str) -> list[Record]:
     path = os.pathsep.join((str(Path(__file__).parent.parent), os.environ.get("PYTHONPATH", "")))
     worker = subprocess.run(
         [sys.executable, "-m", "hostile.worker", str(first), str(root), *more],
-        env={**os.environ, "PYTHONPATH": path, "NAVSTACK_CACHE": str(root / "cache"), "OPENBLAS_NUM_THREADS": "1"},
+        env={
+            **os.environ,
+            "PYTHONPATH": path,
+            "NAVSTACK_CACHE": str(root / "cache"),
+            "OPENBLAS_NUM_THREADS": "1",
+        },
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,
@@ -49,7 +57,10 @@ def try_mutants(number: int, seed: int, root: Path) -> list[Tried]:
         done = work(len(found), root, str(number), str(seed))
         found += done if len(found) + len(done) == number else [*done, {"lost": True, "said": ""}]
     judged = zip(mutants(number, seed), found, strict=True)
-    return [Tried(each.title, _verdict(record, each.is_impossible), record["said"]) for each, record in judged]
+    return [
+        Tried(each.title, _verdict(record, each.is_impossible), record["said"])
+        for each, record in judged
+    ]
 
 
 def _verdict(record: Record, is_impossible: bool) -> str:

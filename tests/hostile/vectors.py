@@ -54,43 +54,75 @@ ARCHIVES: dict[str, Callable[[], bytes]] = {
     "is a pickle": lambda: b"cposix\nsystem\n(S'touch hacked'\ntR.",
     "is a single array": lambda: _header("(1,)", count=8),
     "is cut off": lambda: _archive(meta_json=_meta(), a=np.arange(1000.0))[:-200],
-    "has damaged bytes": lambda: _damaged(_archive(meta_json=_meta(), a=np.random.default_rng(1).random(1000))),
+    "has damaged bytes": lambda: _damaged(
+        _archive(meta_json=_meta(), a=np.random.default_rng(1).random(1000))
+    ),
     "has no meta_json": lambda: _archive(a=np.zeros(3)),
     "has a pickled meta_json": lambda: _archive(meta_json=np.array([_Evil()], dtype=object)),
-    "has a pickled array": lambda: _archive(meta_json=_meta(), navfn_costs=np.array([_Evil()], dtype=object)),
+    "has a pickled array": lambda: _archive(
+        meta_json=_meta(), navfn_costs=np.array([_Evil()], dtype=object)
+    ),
     "has a meta_json that is no JSON": lambda: _archive(meta_json=np.array("{")),
     "has a meta_json that is a list": lambda: _archive(meta_json=np.array("[1]")),
     "has a meta_json nested 100 000 deep": lambda: _archive(meta_json=np.array("[" * 100_000)),
-    "has a meta_json that unpacks to 512 MB": lambda: _raw(1 << 29, meta_json=_header(f"({1 << 29},)", "|u1")),
-    "has a meta_json that claims 10^18 numbers": lambda: _raw(meta_json=_header("(1000000000000000000,)")),
+    "has a meta_json that unpacks to 512 MB": lambda: _raw(
+        1 << 29, meta_json=_header(f"({1 << 29},)", "|u1")
+    ),
+    "has a meta_json that claims 10^18 numbers": lambda: _raw(
+        meta_json=_header("(1000000000000000000,)")
+    ),
     "has a meta_json of negative shape": lambda: _raw(meta_json=_header("(-5,)")),
-    "has a meta_json whose header runs a program": lambda: _raw(meta_json=_header("__import__('os').abort()")),
+    "has a meta_json whose header runs a program": lambda: _raw(
+        meta_json=_header("__import__('os').abort()")
+    ),
     "has no case": lambda: _archive(meta_json=_meta(), something=np.zeros(3)),
     "has a name that climbs": lambda: _raw(**{"../../evil": _header("(1,)", count=8)}),
 }
-UNATTRIBUTED = ("has no case", "has damaged bytes", "has a pickled array")  # arrays that belong to no case are not read
-SHAPES: dict[str, Callable[[dict[str, Any]], None]] = {  # changes to recorded vectors of the inflation layer
-    "are cut short": lambda arrays: arrays.update({name: value[:1] for name, value in arrays.items() if value.ndim}),
-    "are numbers for tables": lambda arrays: arrays.update({n: np.float64(1) for n, v in arrays.items() if v.ndim}),
-    "are texts": lambda arrays: arrays.update({n: v.astype(str) for n, v in arrays.items() if v.ndim}),
-    "are not numbers": lambda arrays: arrays.update({n: np.full(v.shape, np.nan) for n, v in arrays.items() if v.ndim}),
+# arrays that belong to no case are not read
+UNATTRIBUTED = ("has no case", "has damaged bytes", "has a pickled array")
+# changes to recorded vectors of the inflation layer
+SHAPES: dict[str, Callable[[dict[str, Any]], None]] = {
+    "are cut short": lambda arrays: arrays.update(
+        {name: value[:1] for name, value in arrays.items() if value.ndim}
+    ),
+    "are numbers for tables": lambda arrays: arrays.update(
+        {n: np.float64(1) for n, v in arrays.items() if v.ndim}
+    ),
+    "are texts": lambda arrays: arrays.update(
+        {n: v.astype(str) for n, v in arrays.items() if v.ndim}
+    ),
+    "are not numbers": lambda arrays: arrays.update(
+        {n: np.full(v.shape, np.nan) for n, v in arrays.items() if v.ndim}
+    ),
     "are empty": lambda arrays: arrays.update({n: v[:0] for n, v in arrays.items() if v.ndim}),
     "lack their facts": lambda arrays: arrays.update(meta_json=_meta()),
-    "have facts of the wrong kind": lambda arrays: arrays.update(meta_json=_meta(cases=[1], inflation={"a": "b"})),
+    "have facts of the wrong kind": lambda arrays: arrays.update(
+        meta_json=_meta(cases=[1], inflation={"a": "b"})
+    ),
 }
 
 
 def cases() -> Iterator[Case]:
     """Everything with ``navbench parity --golden``."""
     for what, content in ARCHIVES.items():
-        yield Case(f"golden file: {what}", "no parity" if what in UNATTRIBUTED else "vectors.npz", _given(content))
+        yield Case(
+            f"golden file: {what}",
+            "no parity" if what in UNATTRIBUTED else "vectors.npz",
+            _given(content),
+        )
     for what, change in SHAPES.items():
         for name in ("inflation", "navfn_small"):
             yield Case(f"golden vectors of {name}: {what}", "no parity", _changed(name, change))
     yield Case(
-        "golden folder: does not exist", "nowhere", lambda folder: ["parity", "--golden", str(folder / "nowhere")]
+        "golden folder: does not exist",
+        "nowhere",
+        lambda folder: ["parity", "--golden", str(folder / "nowhere")],
     )
-    yield Case("golden folder: is empty", "golden folder", lambda folder: ["parity", "--golden", str(folder)])
+    yield Case(
+        "golden folder: is empty",
+        "golden folder",
+        lambda folder: ["parity", "--golden", str(folder)],
+    )
     yield Case("golden folder: holds a pipe", "vectors.npz", _pipe)
 
 

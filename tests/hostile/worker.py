@@ -1,7 +1,9 @@
-"""Runs the malformed inputs one after another in this process, with a limit on memory; a line of JSON for each.
+"""Runs the malformed inputs one after another in this process, with a limit on memory.
 
-Usage: python -m hostile.worker FIRST ROOT [NUMBER SEED]: the index of the first input, and a folder; with NUMBER and
-SEED, so many random ones of :mod:`.mutations` instead of the corpus.
+A line of JSON for each.
+
+Usage: python -m hostile.worker FIRST ROOT [NUMBER SEED]: the index of the first input, and a
+folder; with NUMBER and SEED, so many random ones of :mod:`.mutations` instead of the corpus.
 """
 
 import contextlib
@@ -40,7 +42,10 @@ def attempt(arguments: list[str]) -> tuple[int | None, str, str]:
 
 
 def most_memory() -> int:
-    """Most memory [bytes] that this process has had; getrusage may tell that of the one which started it."""
+    """Most memory [bytes] that this process has had.
+
+    Getrusage may tell that of the one which started it.
+    """
     status = Path("/proc/self/status")
     if not status.exists():  # no Linux
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -68,10 +73,21 @@ def main() -> None:
         status, said, trace = attempt(arguments)
         seconds = time.monotonic() - began
         faulthandler.cancel_dump_traceback_later()
-        left = sorted(str(path.relative_to(folder)) for path in set(folder.rglob("*")) - before.keys())
+        left = sorted(
+            str(path.relative_to(folder)) for path in set(folder.rglob("*")) - before.keys()
+        )
         peak = most_memory()
-        harmed = [path.name for path in folder.glob("victim*") if path.stat().st_size != before[path]]
-        record = {"status": status, "said": said, "trace": trace, "seconds": seconds, "left": left, "harmed": harmed}
+        harmed = [
+            path.name for path in folder.glob("victim*") if path.stat().st_size != before[path]
+        ]
+        record = {
+            "status": status,
+            "said": said,
+            "trace": trace,
+            "seconds": seconds,
+            "left": left,
+            "harmed": harmed,
+        }
         sys.stdout.write(json.dumps({**record, "peak": peak if peak > highest else 0}) + "\n")
         sys.stdout.flush()
         highest = max(peak, highest)

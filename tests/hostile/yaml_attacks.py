@@ -57,13 +57,16 @@ def _stack(folder: Path, file: Path) -> list[str]:
 
 def _nav2(folder: Path, file: Path) -> list[str]:
     own = put(
-        folder / "mine.yaml", shipped_text("stacks", "nav2-gps").replace("nav2_file: gps_ekf", f"nav2_file: {file}")
+        folder / "mine.yaml",
+        shipped_text("stacks", "nav2-gps").replace("nav2_file: gps_ekf", f"nav2_file: {file}"),
     )
     return run_arguments(folder, stack=str(own))
 
 
 def _sensors(folder: Path, file: Path) -> list[str]:
-    own = put(folder / "mine.yaml", shipped_text("stacks", "nav2-gps").replace("rtk_good", str(file)))
+    own = put(
+        folder / "mine.yaml", shipped_text("stacks", "nav2-gps").replace("rtk_good", str(file))
+    )
     return run_arguments(folder, stack=str(own))
 
 
@@ -88,9 +91,17 @@ def cases() -> Iterator[Case]:
     for kind, command in COMMANDS.items():
         for what, content in (ATTACKS | (SLOW if kind in ONE_OF_EACH_READER else {})).items():
             yield Case(f"{kind}: {what}", "given.yaml", _writes(command, content))
-        yield Case(f"{kind}: does not exist", "given.yaml", lambda folder, c=command: c(folder, folder / "given.yaml"))
+        yield Case(
+            f"{kind}: does not exist",
+            "given.yaml",
+            lambda folder, c=command: c(folder, folder / "given.yaml"),
+        )
         yield Case(f"{kind}: is a folder", "given.yaml", _folder(command))
-        yield Case(f"{kind}: is a pipe", "given.yaml", lambda folder, c=command: c(folder, pipe(folder / "given.yaml")))
+        yield Case(
+            f"{kind}: is a pipe",
+            "given.yaml",
+            lambda folder, c=command: c(folder, pipe(folder / "given.yaml")),
+        )
 
 
 def _writes(command: Command, content: str | bytes) -> Callable[[Path], list[str]]:

@@ -44,7 +44,10 @@ def true_motion(seconds: float, straight: bool) -> tuple[BodyState, ...]:
         middle = t + 0.5 * dt
         speed = 1.2 * (1.0 - math.exp(-middle)) + 0.3 * math.sin(0.5 * middle)
         turn = (0.0 if straight else 0.4 * math.sin(0.25 * middle)) * dt
-        x, y = x + speed * dt * math.cos(yaw + 0.5 * turn), y + speed * dt * math.sin(yaw + 0.5 * turn)
+        x, y = (
+            x + speed * dt * math.cos(yaw + 0.5 * turn),
+            y + speed * dt * math.sin(yaw + 0.5 * turn),
+        )
         yaw += turn
     return tuple(states)
 
@@ -58,8 +61,14 @@ def preset(name: str) -> SensorParams:
 def drive(seed: int, seconds: float, sensors: str = "white_noise", straight: bool = False) -> Drive:
     """Measure the motion with the sensors of a preset, under open sky and without latency."""
     params, truth = preset(sensors), true_motion(seconds, straight)
-    wheels, unit, receiver = WheelOdometry(params.odometry), InertialUnit(params.imu), GpsReceiver(params.gps, None)
-    for sensor, rng in zip((wheels, unit, receiver), np.random.default_rng(seed).spawn(3), strict=True):
+    wheels, unit, receiver = (
+        WheelOdometry(params.odometry),
+        InertialUnit(params.imu),
+        GpsReceiver(params.gps, None),
+    )
+    for sensor, rng in zip(
+        (wheels, unit, receiver), np.random.default_rng(seed).spawn(3), strict=True
+    ):
         sensor.reset(truth[0], rng)
     observations = []
     for i, body in enumerate(truth):

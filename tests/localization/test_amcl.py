@@ -38,19 +38,28 @@ def room():
     """A room of 12 m x 8 m with a few things in it, no two sides alike."""
     cells = np.full((160, 240), FREE, dtype=np.int8)
     cells[0], cells[-1], cells[:, 0], cells[:, -1] = (OCCUPIED,) * 4
-    cells[40:60, 100] = cells[40, 100:120] = cells[120, 30:90] = cells[24, 180:] = cells[100:, 200] = OCCUPIED
+    cells[40:60, 100] = cells[40, 100:120] = cells[120, 30:90] = cells[24, 180:] = cells[
+        100:, 200
+    ] = OCCUPIED
     return OccupancyGrid(cells, RESOLUTION, Pose2D())
 
 
 @pytest.fixture(scope="module")
 def see(room):
     """Makes what a scanner at the base sees from a pose."""
-    clear = np.ceil(np.sqrt(squared_distances(np.pad(room.data != FREE, 1, constant_values=True), 100_000) / 2.0))
+    clear = np.ceil(
+        np.sqrt(
+            squared_distances(np.pad(room.data != FREE, 1, constant_values=True), 100_000) / 2.0
+        )
+    )
     bearings = np.linspace(-math.pi, math.pi, BEAMS, endpoint=False)
 
     def _see(pose, stamp):
-        sensor = np.array([[pose.x / RESOLUTION + 1.5, pose.y / RESOLUTION + 1.5, pose.yaw]])  # as AMCL takes cells
-        ranges = cast_rays(clear.astype(np.uint8), sensor, bearings, RANGE / RESOLUTION)[0] * RESOLUTION
+        # as AMCL takes cells
+        sensor = np.array([[pose.x / RESOLUTION + 1.5, pose.y / RESOLUTION + 1.5, pose.yaw]])
+        ranges = (
+            cast_rays(clear.astype(np.uint8), sensor, bearings, RANGE / RESOLUTION)[0] * RESOLUTION
+        )
         return LaserScan(stamp, ranges, -math.pi, 2.0 * math.pi / BEAMS, 0.05, RANGE)
 
     return _see
@@ -58,14 +67,19 @@ def see(room):
 
 @pytest.fixture
 def drive(see):
-    """Drives a circle with odometry that is 2 % short and starts elsewhere; gives beliefs and truths per tick."""
+    """Drives a circle with odometry that is 2 % short and starts elsewhere.
+
+    Gives beliefs and truths per tick.
+    """
 
     def _drive(localizer, seconds=12.0, start=START, noise=None):
         odom, truth, rows = Pose2D(7.0, -3.0, 2.0), start, []
         for tick in range(round(seconds * 30)):
             stamp = tick / 30.0
             odometry = Odometry(stamp, odom, Twist2D(0.6, 0.0, 0.3))
-            observation = Observation(stamp, odometry, scan=see(truth, stamp) if tick % 3 == 0 else None)
+            observation = Observation(
+                stamp, odometry, scan=see(truth, stamp) if tick % 3 == 0 else None
+            )
             rows.append((localizer.update(observation), truth))
             step = 0.6 / 30.0
             truth = compose(truth, Pose2D(step, 0.0, 0.3 / 30.0))
@@ -82,7 +96,9 @@ def started(grid, seed=0, belief=None, **params):
 
 
 def errors(rows):
-    return np.array([math.hypot(belief.pose.x - truth.x, belief.pose.y - truth.y) for belief, truth in rows])
+    return np.array(
+        [math.hypot(belief.pose.x - truth.x, belief.pose.y - truth.y) for belief, truth in rows]
+    )
 
 
 @pytest.mark.parametrize("model", ["likelihood_field", "likelihood_field_prob", "beam"])
@@ -113,19 +129,27 @@ def test_between_scans_it_moves_with_the_odometry(room):
     assert first.pose == START
     later = localizer.update(Observation(0.1, Odometry(0.1, Pose2D(2.0, 1.0, 0.3), Twist2D())))
     expected = compose(START, Pose2D(1.0, 0.0, 0.3))
-    assert (later.pose.x, later.pose.y, later.pose.yaw) == pytest.approx((expected.x, expected.y, expected.yaw))
+    assert (later.pose.x, later.pose.y, later.pose.yaw) == pytest.approx(
+        (expected.x, expected.y, expected.yaw)
+    )
 
 
 def test_it_does_not_look_while_it_stands(room, see):
     localizer = started(room, resample_interval=1)
     for tick in range(12):
-        localizer.update(Observation(tick / 10, Odometry(tick / 10, Pose2D(), Twist2D()), scan=see(START, tick / 10)))
+        localizer.update(
+            Observation(
+                tick / 10, Odometry(tick / 10, Pose2D(), Twist2D()), scan=see(START, tick / 10)
+            )
+        )
         if tick == 0:
             poses = localizer.particles.poses.copy()
     np.testing.assert_array_equal(localizer.particles.poses, poses)
     turned = Odometry(1.3, Pose2D(0.0, 0.0, 0.21), Twist2D())
     localizer.update(Observation(1.3, turned, scan=see(START, 1.3)))
-    assert len(localizer.particles.poses) != len(poses) or not np.array_equal(localizer.particles.poses, poses)
+    assert len(localizer.particles.poses) != len(poses) or not np.array_equal(
+        localizer.particles.poses, poses
+    )
 
 
 @pytest.mark.parametrize(
@@ -140,7 +164,9 @@ def test_it_does_not_look_while_it_stands(room, see):
         (4.0, -2.0, 3.1251 - 2.0 * math.pi, True),
     ],
 )
-def test_a_scan_counts_after_a_least_distance_along_an_axis_or_a_least_turn(room, x, y, yaw, counts):
+def test_a_scan_counts_after_a_least_distance_along_an_axis_or_a_least_turn(
+    room, x, y, yaw, counts
+):
     localizer = started(room, update_min_d=0.25, update_min_a=0.125)
     localizer._last_pose = Pose2D(4.0, -2.0, 3.0)
     assert localizer._has_moved(Pose2D(x, y, yaw)) == counts
@@ -150,7 +176,10 @@ def test_a_scan_counts_after_a_least_distance_along_an_axis_or_a_least_turn(room
 def test_ten_returns_tell_whether_they_are_explained(room, returns, health):
     localizer = started(room, belief=Belief(Pose2D(3.0, 4.0, 0.0), np.diag((1e-6, 1e-6, 1e-8))))
     scan = LaserScan(0.0, np.full(returns, 3.0), 0.0, 1e-9, 0.05, RANGE)  # where nothing stands
-    assert localizer.update(Observation(0.0, Odometry(0.0, Pose2D(), Twist2D()), scan=scan)).health is health
+    assert (
+        localizer.update(Observation(0.0, Odometry(0.0, Pose2D(), Twist2D()), scan=scan)).health
+        is health
+    )
 
 
 def test_a_scan_waits_for_the_odometry_of_its_time(room, see):
@@ -159,7 +188,9 @@ def test_a_scan_waits_for_the_odometry_of_its_time(room, see):
     localizer.update(Observation(0.1, Odometry(0.0, Pose2D(), Twist2D()), scan=see(START, 0.1)))
     np.testing.assert_array_equal(localizer.particles.poses, before)
     localizer.update(Observation(0.2, Odometry(0.2, Pose2D(), Twist2D())))
-    assert not np.array_equal(localizer.particles.poses[: len(before)], before[: len(localizer.particles.poses)])
+    assert not np.array_equal(
+        localizer.particles.poses[: len(before)], before[: len(localizer.particles.poses)]
+    )
 
 
 def test_odometry_is_interpolated():
@@ -181,7 +212,8 @@ def test_chance_comes_from_the_given_generator_or_the_seed(room, drive):
     localizer = started(room, 3)
     first = drive(localizer, seconds=3.0)[-1][0].pose
     localizer.reset(Belief(START), np.random.default_rng(3))
-    assert drive(localizer, seconds=3.0)[-1][0].pose == first  # nothing of the earlier drive is left
+    # nothing of the earlier drive is left
+    assert drive(localizer, seconds=3.0)[-1][0].pose == first
 
 
 def test_global_localization(room, drive):
@@ -195,18 +227,26 @@ def test_global_localization(room, drive):
 
 def test_lost_it_looks_again_where_it_stands(room, see):
     for candidates, finds in ((0, False), (5000, True)):
-        localizer = started(room, max_particles=8000, resample_interval=1, recovery_candidates=candidates)
+        localizer = started(
+            room, max_particles=8000, resample_interval=1, recovery_candidates=candidates
+        )
         localizer.localize_globally()
         for tick in range(600):
             stamp = tick / 30.0
             scan = see(START, stamp) if tick % 3 == 0 else None
-            belief = localizer.update(Observation(stamp, Odometry(stamp, Pose2D(), Twist2D()), scan=scan))
+            belief = localizer.update(
+                Observation(stamp, Odometry(stamp, Pose2D(), Twist2D()), scan=scan)
+            )
         assert (errors([(belief, START)])[0] < 0.2) == finds
         assert (belief.health is not Health.LOST) == finds
 
 
 def test_carried_away_it_says_so_and_finds_itself_again(room, drive):
-    recovery = {"recovery_alpha_slow": 0.001, "recovery_alpha_fast": 0.1, "recovery_candidates": 5000}
+    recovery = {
+        "recovery_alpha_slow": 0.001,
+        "recovery_alpha_fast": 0.1,
+        "recovery_candidates": 5000,
+    }
     for params, finds in (({}, False), (recovery, True)):
         localizer = started(room, **params)
         drive(localizer, seconds=8.0)
@@ -235,8 +275,13 @@ def test_a_scan_that_shows_nothing_changes_nothing_of_the_health(room):
 def test_of_sixteen_returns_so_many_must_be_explained(room, explained, health):
     """The wall is 8.95 m ahead, and nothing stands 3 m ahead."""
     localizer = started(room, belief=Belief(Pose2D(3.0, 4.0, 0.0), np.diag((1e-6, 1e-6, 1e-8))))
-    scan = LaserScan(0.0, np.repeat((8.9, 3.0), (explained, 16 - explained)), 0.0, 1e-9, 0.05, RANGE)
-    assert localizer.update(Observation(0.0, Odometry(0.0, Pose2D(), Twist2D()), scan=scan)).health is health
+    scan = LaserScan(
+        0.0, np.repeat((8.9, 3.0), (explained, 16 - explained)), 0.0, 1e-9, 0.05, RANGE
+    )
+    assert (
+        localizer.update(Observation(0.0, Odometry(0.0, Pose2D(), Twist2D()), scan=scan)).health
+        is health
+    )
 
 
 @pytest.mark.parametrize(
@@ -244,19 +289,25 @@ def test_of_sixteen_returns_so_many_must_be_explained(room, explained, health):
     [(513, Health.LOST), (512, Health.DEGRADED), (103, Health.DEGRADED), (102, Health.TRACKING)],
 )
 def test_half_of_the_weight_must_be_in_one_place(room, elsewhere, health):
-    localizer = started(room, resample_interval=2)  # the first belief is of the particles as they were spread
+    # the first belief is of the particles as they were spread
+    localizer = started(room, resample_interval=2)
     poses = np.tile((3.0, 4.0, 0.0), (1024, 1))
     poses[:elsewhere, 0] = np.where(np.arange(elsewhere) % 2, 5.0, 7.0)
     localizer.particles.poses, localizer.particles.weights = poses, np.full(1024, 1.0 / 1024.0)
     scan = LaserScan(0.0, np.full(16, 8.9), 0.0, 1e-9, 0.05, RANGE)
-    assert localizer.update(Observation(0.0, Odometry(0.0, Pose2D(), Twist2D()), scan=scan)).health is health
+    assert (
+        localizer.update(Observation(0.0, Odometry(0.0, Pose2D(), Twist2D()), scan=scan)).health
+        is health
+    )
 
 
 def test_it_is_built_from_a_nav2_file_by_name(room, tmp_path):
     from navstack.params.nav2_file.file import load_nav2
 
     file = tmp_path / "robot.yaml"
-    file.write_text("amcl: {ros__parameters: {max_particles: 700, robot_model_type: omnidirectional}}\n")
+    file.write_text(
+        "amcl: {ros__parameters: {max_particles: 700, robot_model_type: omnidirectional}}\n"
+    )
     localizer = build_localizer("amcl", load_nav2(file, False), room)
     assert len(localizer.particles.poses) == 700
 

@@ -1,7 +1,8 @@
 """Global localization on real scans: MRPT's localization demo.
 
-The map is drawn from scans at known poses; the robot starts anywhere in x -10..10 m, y -15..-5 m, with any heading, and
-drives 13 m along a corridor. It has found itself when it ends within 0.5 (m and rad together) of the known end.
+The map is drawn from scans at known poses; the robot starts anywhere in x -10..10 m, y -15..-5 m,
+with any heading, and drives 13 m along a corridor. It has found itself when it ends within 0.5 (m
+and rad together) of the known end.
 """
 
 import os
@@ -44,14 +45,20 @@ class Demo:
     def observations(self) -> Iterator[Observation]:
         """Odometry and a scan for each increment, a second apart."""
         pose = Pose2D()
-        for i, (increment, ranges) in enumerate(zip(self._data["odom_increment"], self._data["ranges"], strict=True)):
+        for i, (increment, ranges) in enumerate(
+            zip(self._data["odom_increment"], self._data["ranges"], strict=True)
+        ):
             pose = compose(pose, Pose2D(*increment))
-            yield Observation(float(i), Odometry(float(i), pose, Twist2D()), scan=self._scan(float(i), ranges))
+            yield Observation(
+                float(i), Odometry(float(i), pose, Twist2D()), scan=self._scan(float(i), ranges)
+            )
 
     def _scan(self, stamp: float, ranges: np.ndarray) -> LaserScan:
         angles = self._data["angles"]
         increment = float(angles[1] - angles[0])
-        return LaserScan(stamp, ranges.astype(float), float(angles[0]), increment, 0.0, NO_RETURN, self._sensor)
+        return LaserScan(
+            stamp, ranges.astype(float), float(angles[0]), increment, 0.0, NO_RETURN, self._sensor
+        )
 
     def map(self) -> OccupancyGrid:
         """Occupied where beams ended, free where they passed, unknown elsewhere and where the robot does not start."""
@@ -60,17 +67,22 @@ class Demo:
             sensor, returned = compose(Pose2D(*pose), self._sensor), ranges < NO_RETURN
             angles = sensor.yaw + self._data["angles"][returned]
             directions = np.column_stack((np.cos(angles), np.sin(angles)))
-            scans.append((sensor.x, sensor.y) + np.vstack((np.zeros(2), ranges[returned, None] * directions)))
+            scans.append(
+                (sensor.x, sensor.y) + np.vstack((np.zeros(2), ranges[returned, None] * directions))
+            )
         hits = np.concatenate([scan[1:] for scan in scans])
         origin = hits.min(axis=0) - 1.0
         width, height = np.ceil((hits.max(axis=0) + 1.0 - origin) / RESOLUTION).astype(int)
         image = Image.new("1", (int(width), int(height)))
         for scan in scans:
-            ImageDraw.Draw(image).polygon([tuple(point) for point in (scan - origin) / RESOLUTION], fill=1)
+            ImageDraw.Draw(image).polygon(
+                [tuple(point) for point in (scan - origin) / RESOLUTION], fill=1
+            )
         x, y = (origin[i] + RESOLUTION * np.arange(size) for i, size in enumerate((width, height)))
         starts = ((y > START[2]) & (y < START[3]))[:, None] & (x > START[0]) & (x < START[1])
         grid = np.where(np.array(image) & starts, np.int8(FREE), np.int8(UNKNOWN))
-        columns, rows = np.rint((hits - origin) / RESOLUTION).astype(int).T  # cells as AMCL takes them
+        # cells as AMCL takes them
+        columns, rows = np.rint((hits - origin) / RESOLUTION).astype(int).T
         grid[rows, columns] = OCCUPIED
         return OccupancyGrid(grid, RESOLUTION, Pose2D(*origin))
 
@@ -81,7 +93,11 @@ def finds_itself(localizer: AmclLocalizer, demo: Demo, seed: int) -> bool:
     localizer.localize_globally()
     for observation in demo.observations():
         believed = localizer.update(observation).pose
-    wrong = (believed.x - demo.end.x, believed.y - demo.end.y, normalize_angle(believed.yaw - demo.end.yaw))
+    wrong = (
+        believed.x - demo.end.x,
+        believed.y - demo.end.y,
+        normalize_angle(believed.yaw - demo.end.yaw),
+    )
     return float(np.linalg.norm(wrong)) < NEAR
 
 

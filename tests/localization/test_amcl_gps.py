@@ -17,7 +17,17 @@ from navstack.localization.amcl_kernels import cast_rays
 from navstack.params.amcl import AmclParams
 from navstack.params.amcl_gps import AmclGpsParams
 from navstack.params.nav2_file.file import load_nav2
-from navstack.types import Belief, GpsFix, Health, Imu, LaserScan, Observation, Odometry, Pose2D, Twist2D
+from navstack.types import (
+    Belief,
+    GpsFix,
+    Health,
+    Imu,
+    LaserScan,
+    Observation,
+    Odometry,
+    Pose2D,
+    Twist2D,
+)
 
 RESOLUTION = 0.05  # [m]
 BEAMS, RANGE = 180, 12.0  # of the scanner, [m]
@@ -40,7 +50,9 @@ def make_grid(pillars):
 def landmarks():
     """With pillars of which no stretch has the same."""
     rng = np.random.default_rng(4)
-    return make_grid([(int(rng.choice([12, 40, 150, 175])), column) for column in range(20, 780, 45)])
+    return make_grid(
+        [(int(rng.choice([12, 40, 150, 175])), column) for column in range(20, 780, 45)]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -51,19 +63,27 @@ def bare():
 
 def scanner(grid):
     """Makes what a scanner at the base sees from a pose."""
-    clear = np.ceil(np.sqrt(squared_distances(np.pad(grid.data != FREE, 1, constant_values=True), 100_000) / 2.0))
+    clear = np.ceil(
+        np.sqrt(
+            squared_distances(np.pad(grid.data != FREE, 1, constant_values=True), 100_000) / 2.0
+        )
+    )
     bearings = np.linspace(-math.pi, math.pi, BEAMS, endpoint=False)
 
     def see(pose, stamp):
         sensor = np.array([[pose.x / RESOLUTION + 1.5, pose.y / RESOLUTION + 1.5, pose.yaw]])
-        ranges = cast_rays(clear.astype(np.uint8), sensor, bearings, RANGE / RESOLUTION)[0] * RESOLUTION
+        ranges = (
+            cast_rays(clear.astype(np.uint8), sensor, bearings, RANGE / RESOLUTION)[0] * RESOLUTION
+        )
         ranges[ranges >= RANGE] = math.inf
         return LaserScan(stamp, ranges, -math.pi, 2.0 * math.pi / BEAMS, 0.05, RANGE)
 
     return see
 
 
-def drive(localizer, grid, seconds, fix_of=None, scale=1.0, late=0, heading=True, pushed=(math.inf, 0.0)):
+def drive(
+    localizer, grid, seconds, fix_of=None, scale=1.0, late=0, heading=True, pushed=(math.inf, 0.0)
+):
     """Drive along the corridor; the beliefs and truths of all ticks.
 
     Args:
@@ -108,7 +128,9 @@ def started(grid, at=START, seed=0, params=PARAMS, **gps):
 
 
 def errors(rows):
-    return np.array([math.hypot(belief.pose.x - truth.x, belief.pose.y - truth.y) for belief, truth in rows])
+    return np.array(
+        [math.hypot(belief.pose.x - truth.x, belief.pose.y - truth.y) for belief, truth in rows]
+    )
 
 
 def test_without_fixes_it_is_amcl(landmarks):
@@ -171,11 +193,15 @@ def test_fixes_without_numbers_or_of_unknown_times_are_no_fixes(landmarks):
         return GpsFix(stamp - 50.0 if known else stamp, 99.0 if known else math.nan, truth.y, 0.5)
 
     rows = drive(started(landmarks), landmarks, 4.0, unusable)
-    assert [b.pose for b, _ in rows] == [b.pose for b, _ in drive(started(landmarks), landmarks, 4.0)]
+    assert [b.pose for b, _ in rows] == [
+        b.pose for b, _ in drive(started(landmarks), landmarks, 4.0)
+    ]
 
 
 def test_without_a_fix_it_does_not_look_elsewhere(landmarks):
-    recovering = replace(PARAMS, recovery_alpha_slow=0.001, recovery_alpha_fast=0.1, recovery_candidates=2000)
+    recovering = replace(
+        PARAMS, recovery_alpha_slow=0.001, recovery_alpha_fast=0.1, recovery_candidates=2000
+    )
     for fixes, elsewhere in ((None, False), (exact(0.3), True)):
         localizer = started(landmarks, Pose2D(START.x + 4.6, START.y - 2.0), params=recovering)
         drive(localizer, landmarks, 1.0, fixes)
@@ -186,27 +212,35 @@ def test_a_fix_counts_as_the_share_of_an_independent_one(bare):
     localizer = started(bare, correlation_time=5.0)
     places = np.array(((5.0, 5.0), (6.0, 5.0)))
     first = GpsFix(1.0, 5.0, 5.0, 1.0)
-    of_one = (1.0 + 1.0 / 4.0) ** -3.0  # bivariate t-distribution of 4 degrees of freedom, one deviation away
+    # bivariate t-distribution of 4 degrees of freedom, one deviation away
+    of_one = (1.0 + 1.0 / 4.0) ** -3.0
     np.testing.assert_allclose(localizer._likelihoods(first, places), (1.0, of_one))
     localizer._last_fix = first
     for later, share in ((1.1, 0.01), (11.0, 1.0), (50.0, 1.0)):
         found = localizer._likelihoods(replace(first, stamp=later), places)
         np.testing.assert_allclose(found, (1.0, of_one**share))
     sure = localizer._likelihoods(GpsFix(60.0, 5.0, 5.0, 0.01), places)
-    np.testing.assert_allclose(sure, (1.0, (1.0 + 4.0 / 4.0) ** -3.0))  # not surer than the floor of 0.5 m
+    # not surer than the floor of 0.5 m
+    np.testing.assert_allclose(sure, (1.0, (1.0 + 4.0 / 4.0) ** -3.0))
     silent = localizer._likelihoods(GpsFix(60.0, 5.0, 5.0, 0.0), places)
     np.testing.assert_allclose(silent, (1.0, (1.0 + 0.25 / 4.0) ** -3.0))  # states none: 2 m
 
 
 def test_its_parameters_stand_in_a_node_of_their_own(landmarks, tmp_path):
     file = tmp_path / "robot.yaml"
-    file.write_text("amcl: {ros__parameters: {max_particles: 700}}\namcl_gps: {ros__parameters: {patience: 7}}\n")
+    file.write_text(
+        "amcl: {ros__parameters: {max_particles: 700}}\namcl_gps: {ros__parameters: {patience: 7}}\n"
+    )
     nav2 = load_nav2(file)
     assert nav2.read(AmclGpsParams, "amcl_gps") == AmclGpsParams(patience=7)
     assert isinstance(build_localizer("amcl-gps", nav2, landmarks), AmclGpsLocalizer)
     file.write_text("amcl_gps: {ros__parameters: {patiense: 7}}\n")
     with pytest.raises(ParameterError, match="patience"):
         load_nav2(file)
-    for given in ({"rejection_threshold": 0.0}, {"position_std": math.nan}, {"recovery_share": 1.5}):
+    for given in (
+        {"rejection_threshold": 0.0},
+        {"position_std": math.nan},
+        {"recovery_share": 1.5},
+    ):
         with pytest.raises(ParameterError, match=f"amcl_gps: {next(iter(given))}"):
             AmclGpsParams(**given)

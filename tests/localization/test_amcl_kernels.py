@@ -11,7 +11,14 @@ from scipy.stats import chi2, norm
 from navstack.costmap.distances import squared_distances
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.localization import amcl_kernels
-from navstack.localization.amcl_kernels import GROUP, _reach, beam_ends, cast_rays, count_agreeing, sum_over_beams
+from navstack.localization.amcl_kernels import (
+    GROUP,
+    _reach,
+    beam_ends,
+    cast_rays,
+    count_agreeing,
+    sum_over_beams,
+)
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.kld import (
     BIN_ANGLE,
@@ -44,8 +51,14 @@ def test_squared_distances_are_exact(share, farthest):
 def end_cells(pose, ends_x, ends_y, shape):
     """Row and column in which each beam ends, held at the border."""
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    columns = [min(max(pose[0] + cos * x - sin * y, 0.0), shape[1] - 1.0) for x, y in zip(ends_x, ends_y, strict=True)]
-    rows = [min(max(pose[1] + sin * x + cos * y, 0.0), shape[0] - 1.0) for x, y in zip(ends_x, ends_y, strict=True)]
+    columns = [
+        min(max(pose[0] + cos * x - sin * y, 0.0), shape[1] - 1.0)
+        for x, y in zip(ends_x, ends_y, strict=True)
+    ]
+    rows = [
+        min(max(pose[1] + sin * x + cos * y, 0.0), shape[0] - 1.0)
+        for x, y in zip(ends_x, ends_y, strict=True)
+    ]
     return [int(row) for row in rows], [int(column) for column in columns]
 
 
@@ -86,7 +99,10 @@ def test_nothing_is_written_beyond_the_last_particle(looked_up, monkeypatch):
     """Plain Python, in which that is an error, gives the same as compiled code."""
     codes, poses, ends = looked_up
     values, ends = np.random.default_rng(2).random(50), ends[:11]
-    compiled = sum_over_beams(codes, values, poses, ends, 1.0), count_agreeing(codes, values < 0.4, poses, ends)
+    compiled = (
+        sum_over_beams(codes, values, poses, ends, 1.0),
+        count_agreeing(codes, values < 0.4, poses, ends),
+    )
     for name in ("_take_group", "_end_cells", "_reach", "_add_all", "_add_last"):
         monkeypatch.setattr(amcl_kernels, name, getattr(amcl_kernels, name).py_func)
     assert np.array_equal(sum_over_beams.py_func(codes, values, poses, ends, 1.0), compiled[0])
@@ -111,7 +127,10 @@ def test_poses_are_told_in_cells_from_an_origin():
 
 def test_beam_ends_are_those_of_the_returns():
     rng = np.random.default_rng(3)
-    ranges, bearings = np.append(rng.uniform(0.0, 40.0, 50), (math.inf, 30.0)), rng.uniform(-4.0, 4.0, 52)
+    ranges, bearings = (
+        np.append(rng.uniform(0.0, 40.0, 50), (math.inf, 30.0)),
+        rng.uniform(-4.0, 4.0, 52),
+    )
     directions, returned = np.stack((np.cos(bearings), np.sin(bearings))), ranges < 30.0
     twin = (0.2, -0.1) + ranges[returned, None] * directions.T[returned]
     assert np.array_equal(beam_ends(ranges, directions, 30.0, 0.2, -0.1), twin)
@@ -145,10 +164,15 @@ def test_rays_visit_the_cells_of_bresenhams_line():
     is_free = rng.random((60, 80)) > 0.01
     is_free[[0, -1]] = is_free[:, [0, -1]] = False
     clear = np.ceil(np.sqrt(squared_distances(~is_free, 2 * 254**2) / 2.0)).astype(np.uint8)
-    sensors = np.column_stack((rng.uniform(0, 80, 60), rng.uniform(0, 60, 60), rng.uniform(-4, 4, 60)))
+    sensors = np.column_stack(
+        (rng.uniform(0, 80, 60), rng.uniform(0, 60, 60), rng.uniform(-4, 4, 60))
+    )
     bearings = np.linspace(-math.pi, math.pi, 23)
     for reach in (0.3, 15.0, 200.0):
-        twin = [[bresenham(is_free, x, y, yaw + bearing, reach) for bearing in bearings] for x, y, yaw in sensors]
+        twin = [
+            [bresenham(is_free, x, y, yaw + bearing, reach) for bearing in bearings]
+            for x, y, yaw in sensors
+        ]
         np.testing.assert_allclose(cast_rays(clear, sensors, bearings, reach), twin, rtol=1e-15)
 
 
@@ -166,7 +190,11 @@ def differential_twin(pose, yaw, dx, dy, yaw_after, draws):
     way = length - math.sqrt(a3 * (length * length) + a4 * off1 + a4 * off2) * draws[1]
     last = wrap(second - math.sqrt(a1 * off2 + a2 * (length * length)) * draws[2])
     heading = pose[2] + turn
-    return pose[0] + way * math.cos(heading), pose[1] + way * math.sin(heading), pose[2] + (turn + last)
+    return (
+        pose[0] + way * math.cos(heading),
+        pose[1] + way * math.sin(heading),
+        pose[2] + (turn + last),
+    )
 
 
 def omni_twin(pose, yaw, dx, dy, yaw_after, draws):
@@ -177,12 +205,24 @@ def omni_twin(pose, yaw, dx, dy, yaw_after, draws):
     across = math.sqrt(a4 * (turn * turn) + a5 * squared) * draws[2]
     cos, sin = math.cos(bearing + pose[2]), math.sin(bearing + pose[2])
     turned = turn + math.sqrt(a1 * (turn * turn) + a2 * squared) * draws[1]
-    return pose[0] + (along * cos + across * sin), pose[1] + (along * sin - across * cos), pose[2] + turned
+    return (
+        pose[0] + (along * cos + across * sin),
+        pose[1] + (along * sin - across * cos),
+        pose[2] + turned,
+    )
 
 
-@pytest.mark.parametrize(("kernel", "twin"), [(move_differential, differential_twin), (move_omni, omni_twin)])
 @pytest.mark.parametrize(
-    "motion", [(0.3, 0.25, 0.0, 0.3), (0.4, 0.0, 0.0, 1.1), (3.0, -0.3, 0.05, -3.1), (1.0, 0.004, 0.003, 0.5)]
+    ("kernel", "twin"), [(move_differential, differential_twin), (move_omni, omni_twin)]
+)
+@pytest.mark.parametrize(
+    "motion",
+    [
+        (0.3, 0.25, 0.0, 0.3),
+        (0.4, 0.0, 0.0, 1.1),
+        (3.0, -0.3, 0.05, -3.1),
+        (1.0, 0.004, 0.003, 0.5),
+    ],
 )
 def test_motion_models_move_each_particle_by_its_draws(kernel, twin, motion):
     rng = np.random.default_rng(5)
@@ -194,7 +234,10 @@ def test_motion_models_move_each_particle_by_its_draws(kernel, twin, motion):
 
 def bins_of(poses):
     return [
-        tuple(math.floor(value / size) for value, size in zip(pose, (BIN_LENGTH, BIN_LENGTH, BIN_ANGLE), strict=True))
+        tuple(
+            math.floor(value / size)
+            for value, size in zip(pose, (BIN_LENGTH, BIN_LENGTH, BIN_ANGLE), strict=True)
+        )
         for pose in poses
     ]
 
@@ -203,10 +246,16 @@ def test_resampling_draws_until_the_bins_have_enough():
     rng = np.random.default_rng(6)
     poses, weights = rng.normal(size=(200, 3)), rng.random(200)
     cumulative = np.cumsum(weights)
-    strays, is_stray, draws = rng.normal(size=(900, 3)) * 9.0, rng.random(900) < 0.1, rng.random(900)
+    strays, is_stray, draws = (
+        rng.normal(size=(900, 3)) * 9.0,
+        rng.random(900) < 0.1,
+        rng.random(900),
+    )
     expected = []
     for stray, is_it, draw in zip(strays, is_stray, draws, strict=True):
-        expected.append(stray if is_it else poses[np.flatnonzero(cumulative > draw * cumulative[-1])[0]])
+        expected.append(
+            stray if is_it else poses[np.flatnonzero(cumulative > draw * cumulative[-1])[0]]
+        )
         if len(expected) > sample_limit(len(set(bins_of(expected))), 20, 900, 0.2, 0.99):
             break
     drawn = resample(poses, cumulative, strays, is_stray, draws, 20, 0.2, 0.99)
@@ -226,7 +275,9 @@ def test_a_bin_begins_at_its_lower_end(axis, width):
 
 def test_clusters_are_bins_that_touch():
     rng = np.random.default_rng(7)
-    poses = np.concatenate([rng.normal(size=(60, 3)) * 0.3 + centre for centre in rng.uniform(-4, 4, size=(6, 3))])
+    poses = np.concatenate(
+        [rng.normal(size=(60, 3)) * 0.3 + centre for centre in rng.uniform(-4, 4, size=(6, 3))]
+    )
     bins = bins_of(poses)
     parent = {key: key for key in bins}
 
@@ -269,13 +320,23 @@ def test_a_field_knows_every_place_and_ends_with_the_map(tmp_path, monkeypatch):
     cells[10, 20], cells[5, 5] = OCCUPIED, UNKNOWN
     field = LikelihoodField.of_map(grid_of(cells), 1.0)
     at_obstacle = (-3.0 + 20 * 0.1, 2.0 + 10 * 0.1)
-    points = np.array((at_obstacle, (at_obstacle[0] + 0.3, at_obstacle[1] + 0.4), (1.9, 4.9), (9.0, 9.0), (-9.0, 2.0)))
+    points = np.array(
+        (
+            at_obstacle,
+            (at_obstacle[0] + 0.3, at_obstacle[1] + 0.4),
+            (1.9, 4.9),
+            (9.0, 9.0),
+            (-9.0, 2.0),
+        )
+    )
     np.testing.assert_allclose(field.at(points), (0.0, 0.5, 1.0, 1.0, 1.0), atol=1e-12)
     distances = field.distances[field.codes[1:-1, 1:-1]]
     exact = np.minimum(distance_transform_edt(cells != OCCUPIED) * 0.1, 1.0)
     np.testing.assert_allclose(distances, exact, atol=1e-12)
     known = LikelihoodField.of_distances(exact.astype(np.float32), 0.1, Pose2D(-3.0, 2.0), 1.0)
-    np.testing.assert_allclose(known.distances[known.codes], field.distances[field.codes], atol=1e-7)
+    np.testing.assert_allclose(
+        known.distances[known.codes], field.distances[field.codes], atol=1e-7
+    )
     thinned = field.thinned(5)
     assert np.array_equal(thinned.distances[thinned.codes[1:-1, 1:-1]], distances[::5, ::5])
     np.testing.assert_allclose(thinned.at(points[:1]), 0.0)
@@ -309,12 +370,19 @@ def test_free_space_gives_every_free_cell_alike():
 
 @pytest.mark.parametrize(
     ("ends", "reach"),
-    [([], 1.0), ([(3.0, -4.0)], 6.0), ([(-5.0, 12.0), (0.0, -1.0)], 14.0), ([(0.1, 0.0), (-8.0, 6.0)], 11.0)],
+    [
+        ([], 1.0),
+        ([(3.0, -4.0)], 6.0),
+        ([(-5.0, 12.0), (0.0, -1.0)], 14.0),
+        ([(0.1, 0.0), (-8.0, 6.0)], 11.0),
+    ],
 )
 def test_ends_reach_as_far_as_the_farthest_and_a_cell_more(ends, reach):
     assert _reach.py_func(np.array(ends, dtype=float).reshape(-1, 2)) == reach
 
 
-@pytest.mark.parametrize(("count", "size"), [(0, 2), (1, 2), (2, 4), (3, 8), (4, 8), (5, 16), (2000, 4096)])
+@pytest.mark.parametrize(
+    ("count", "size"), [(0, 2), (1, 2), (2, 4), (3, 8), (4, 8), (5, 16), (2000, 4096)]
+)
 def test_tables_have_the_next_power_of_two_that_is_at_least_twice_their_keys(count, size):
     assert _empty_table.py_func(count).tolist() == [-1] * size

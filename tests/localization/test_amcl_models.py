@@ -10,11 +10,20 @@ from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGr
 from navstack.errors import MapError, ParameterError
 from navstack.localization import amcl_recovery
 from navstack.localization.amcl_recovery import ScanGuide
-from navstack.localization.amcl_sensor_models import SENSOR_MODELS, BeamModel, LikelihoodFieldProbModel
+from navstack.localization.amcl_sensor_models import (
+    SENSOR_MODELS,
+    BeamModel,
+    LikelihoodFieldProbModel,
+)
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.likelihood_field import LikelihoodField
 from navstack.localization.motion_model import motion_model_of, move_differential, move_omni
-from navstack.localization.particle_filter import LEAST_FALL, ParticleFilter, cluster_particles, stand_close
+from navstack.localization.particle_filter import (
+    LEAST_FALL,
+    ParticleFilter,
+    cluster_particles,
+    stand_close,
+)
 from navstack.params.amcl import LASER_MODELS, AmclParams
 from navstack.types import LaserScan, Pose2D
 
@@ -33,12 +42,16 @@ def grid():
 
 def scan(ranges, increment=0.01, range_max=30.0):
     ranges = np.array(ranges, dtype=float)
-    return LaserScan(0.0, ranges, -0.5 * increment * (len(ranges) - 1), increment, 0.1, range_max, MOUNT)
+    return LaserScan(
+        0.0, ranges, -0.5 * increment * (len(ranges) - 1), increment, 0.1, range_max, MOUNT
+    )
 
 
 def model_of(name, grid, **params):
     given = AmclParams(laser_model_type=name, **params)
-    return SENSOR_MODELS[name](given, grid, LikelihoodField.of_map(grid, given.laser_likelihood_max_dist))
+    return SENSOR_MODELS[name](
+        given, grid, LikelihoodField.of_map(grid, given.laser_likelihood_max_dist)
+    )
 
 
 def test_every_model_that_parameters_may_name_exists(grid):
@@ -46,16 +59,21 @@ def test_every_model_that_parameters_may_name_exists(grid):
     at_wall, off = np.array([[4.0, 2.5, 0.0]]), np.array([[3.0, 2.5, 0.0]])
     for name in SENSOR_MODELS:
         model = model_of(name, grid)
-        likelihoods = model.likelihoods(np.concatenate((at_wall, off)), scan([WALL - 4.0 - MOUNT.x] * 5), False)
+        likelihoods = model.likelihoods(
+            np.concatenate((at_wall, off)), scan([WALL - 4.0 - MOUNT.x] * 5), False
+        )
         assert likelihoods.shape == (2,)
         assert likelihoods[0] > likelihoods[1]
 
 
 def test_beams_that_count(grid):
     ranges = [0.05, 3.0, np.nan, np.inf, 29.0, 12.0, 5.0]
-    beams = model_of("likelihood_field", grid, max_beams=7, laser_max_range=20.0).beams(scan(ranges))
+    beams = model_of("likelihood_field", grid, max_beams=7, laser_max_range=20.0).beams(
+        scan(ranges)
+    )
     assert beams.range_max == 20.0
-    np.testing.assert_array_equal(beams.ranges, [20.0, 3.0, np.inf, 29.0, 12.0, 5.0])  # the first is too near
+    # the first is too near
+    np.testing.assert_array_equal(beams.ranges, [20.0, 3.0, np.inf, 29.0, 12.0, 5.0])
     np.testing.assert_allclose(beams.bearings, np.array((-3, -2, 0, 1, 2, 3)) * 0.01)
     returned = beams.ends()
     assert len(returned) == 3
@@ -67,8 +85,10 @@ def test_beams_are_thinned_as_nav2_does(grid):
     for name, step in (("likelihood_field", 2), ("beam", 2), ("likelihood_field_prob", 2)):
         beams = model_of(name, grid, max_beams=360).beams(many)
         np.testing.assert_array_equal(beams.ranges[:3], 1.0 + step * np.arange(3))
-    assert len(model_of("likelihood_field", grid, max_beams=100).beams(many).ranges) == 103  # 719 // 99 = 7
-    assert len(model_of("likelihood_field_prob", grid, max_beams=100).beams(many).ranges) == 90  # ceil(720 / 100) = 8
+    # 719 // 99 = 7
+    assert len(model_of("likelihood_field", grid, max_beams=100).beams(many).ranges) == 103
+    # ceil(720 / 100) = 8
+    assert len(model_of("likelihood_field_prob", grid, max_beams=100).beams(many).ranges) == 90
 
 
 def pz(distance, range_max=30.0):
@@ -91,35 +111,52 @@ def test_beams_off_the_map_that_most_particles_see_are_skipped(grid):
     seen = scan([wall, somebody, wall, wall], increment=1e-9)
     given = AmclParams(do_beamskip=True, max_beams=4)
     model = LikelihoodFieldProbModel(given, LikelihoodField.of_map(grid, 2.0))
-    without = LikelihoodFieldProbModel(replace(given, do_beamskip=False), LikelihoodField.of_map(grid, 2.0))
+    without = LikelihoodFieldProbModel(
+        replace(given, do_beamskip=False), LikelihoodField.of_map(grid, 2.0)
+    )
     plain = without.likelihoods(poses, scan([wall] * 3, increment=1e-9), False)
     np.testing.assert_allclose(model.likelihoods(poses, seen, True), plain)
-    np.testing.assert_allclose(model.likelihoods(poses, seen, False), plain * pz(2.0))  # not before it has converged
+    # not before it has converged
+    np.testing.assert_allclose(model.likelihoods(poses, seen, False), plain * pz(2.0))
     ignoring, all_four = model.match(poses, seen, True), model.match(poses, seen, False)
-    assert ignoring.best == pytest.approx(pz(0.0) ** 3)  # what is ignored does not count for the best either
+    # what is ignored does not count for the best either
+    assert ignoring.best == pytest.approx(pz(0.0) ** 3)
     assert all_four.best == pytest.approx(pz(0.0) ** 4)
     assert ignoring.likelihoods.max() <= ignoring.best
     lost = scan([somebody] * 4, increment=1e-9)
-    np.testing.assert_allclose(model.likelihoods(poses, lost, True), np.full(21, pz(2.0) ** 4))  # too many to skip
+    # too many to skip
+    np.testing.assert_allclose(model.likelihoods(poses, lost, True), np.full(21, pz(2.0) ** 4))
 
 
 @pytest.mark.parametrize(
     ("distance", "end", "counts"),
-    [(0.5, 3.5, False), (0.500001, 3.5, True), (2.0, 1.0, False), (2.1, 1.0, True), (2.1, 8.0, False)],
+    [
+        (0.5, 3.5, False),
+        (0.500001, 3.5, True),
+        (2.0, 1.0, False),
+        (2.1, 1.0, True),
+        (2.1, 8.0, False),
+    ],
 )
 def test_beams_agree_with_the_map_nearer_than_a_distance(distance, end, counts):
     """One of three beams ends in the cell before the wall, farther before it, or off the map, where none agrees."""
     cells = np.full((9, 20), FREE, dtype=np.int8)
     cells[:, 16] = OCCUPIED
     given = AmclParams(do_beamskip=True, max_beams=3, beam_skip_distance=distance)
-    model = LikelihoodFieldProbModel(given, LikelihoodField.of_map(OccupancyGrid(cells, 0.5, Pose2D()), 2.0))
+    model = LikelihoodFieldProbModel(
+        given, LikelihoodField.of_map(OccupancyGrid(cells, 0.5, Pose2D()), 2.0)
+    )
     ahead = scan([4.0 - MOUNT.x, 4.0 - MOUNT.x, end - MOUNT.x], increment=1e-9)
     expected = pz(0.0) ** 2 * (pz(min(4.0 - end, 2.0)) if counts else 1.0)
-    np.testing.assert_allclose(model.likelihoods(np.array([[4.0, 2.0, 0.0]]), ahead, True), expected)
+    np.testing.assert_allclose(
+        model.likelihoods(np.array([[4.0, 2.0, 0.0]]), ahead, True), expected
+    )
 
 
 def test_the_candidates_that_fit_best_are_followed_up(grid, monkeypatch):
-    guide = ScanGuide(FreeSpace(grid), LikelihoodField.of_map(grid, 2.0), model_of("likelihood_field", grid), 400)
+    guide = ScanGuide(
+        FreeSpace(grid), LikelihoodField.of_map(grid, 2.0), model_of("likelihood_field", grid), 400
+    )
     monkeypatch.setattr(amcl_recovery, "STEPS", ())
     poses = np.column_stack((np.linspace(0.5, 7.5, 400), np.full((400, 2), (2.5, 0.0))))
     ahead = scan([WALL - 4.0 - MOUNT.x] * 5)
@@ -137,7 +174,9 @@ def test_the_beam_model_compares_with_the_range_on_the_map(grid):
     truth = WALL - 4.0 - MOUNT.x
     cases = {
         truth + 1e-9: 0.5 + 0.5 / 30.0,
-        truth - 0.5: 0.5 * math.exp(-(0.5**2) / 0.08) + 0.3 * 0.1 * math.exp(-0.1 * (truth - 0.5)) + 0.5 / 30.0,
+        truth - 0.5: 0.5 * math.exp(-(0.5**2) / 0.08)
+        + 0.3 * 0.1 * math.exp(-0.1 * (truth - 0.5))
+        + 0.5 / 30.0,
         truth + 0.4: 0.5 * math.exp(-(0.4**2) / 0.08) + 0.5 / 30.0,
         math.inf: 0.5 * math.exp(-((30.0 - truth) ** 2) / 0.08) + 0.1,
     }
@@ -174,7 +213,9 @@ def test_rotated_maps_are_refused(grid):
     ],
 )
 def test_motion_models_by_name(name, kernel):
-    params = AmclParams(robot_model_type=name, alpha1=0.1, alpha2=0.2, alpha3=0.3, alpha4=0.4, alpha5=0.5)
+    params = AmclParams(
+        robot_model_type=name, alpha1=0.1, alpha2=0.2, alpha3=0.3, alpha4=0.4, alpha5=0.5
+    )
     draws = np.random.default_rng(1).standard_normal((4, 3))
     poses = np.tile((1.0, 2.0, math.pi / 2), (4, 1))
     expected = poses.copy()
@@ -189,7 +230,10 @@ def test_motion_models_by_name(name, kernel):
         ({"max_beams": 1}, "max_beams 1 must be 2 or more"),
         ({"sigma_hit": 0.0}, "sigma_hit 0.0 must be more than 0"),
         ({"alpha3": -0.1}, "alpha3 -0.1 must be 0 or more"),
-        ({"laser_model_type": "laser"}, "must be one of beam, likelihood_field, likelihood_field_prob"),
+        (
+            {"laser_model_type": "laser"},
+            "must be one of beam, likelihood_field, likelihood_field_prob",
+        ),
         ({"robot_model_type": "diff"}, "nav2_amcl::OmniMotionModel, differential"),
     ],
 )
@@ -228,7 +272,8 @@ def test_weights_multiply_until_particles_are_drawn_anew(grid):
         particles.weigh(np.array((1.0, 3.0)), 3.0)
     np.testing.assert_allclose(particles.weights, (0.1, 0.9))
     particles.resample(rng, strays_at((9.0, 9.0, 0.0)))
-    assert set(map(tuple, particles.poses)) == {(0.0, 0.0, 0.0), (5.0, 0.0, 0.0)}  # no stray without recovery
+    # no stray without recovery
+    assert set(map(tuple, particles.poses)) == {(0.0, 0.0, 0.0), (5.0, 0.0, 0.0)}
     assert np.ptp(particles.weights) == 0.0
     particles.weigh(np.zeros(len(particles.poses)), 3.0)
     np.testing.assert_allclose(particles.weights.sum(), 1.0)  # nothing fits: all alike
@@ -271,7 +316,9 @@ def test_a_fall_of_the_weights_brings_strays_once(grid):
 
 
 def test_strays_that_the_scan_picks_come_as_long_as_it_fits_badly(grid):
-    particles = filter_of(grid, min_particles=4, max_particles=4, recovery_candidates=10, **RECOVERY)
+    particles = filter_of(
+        grid, min_particles=4, max_particles=4, recovery_candidates=10, **RECOVERY
+    )
     rng = np.random.default_rng(0)
     particles.spread_normal(Pose2D(), np.eye(3) * 1e-4, rng)
     for likelihood in (10.0, 30.0, 20.0):
@@ -296,11 +343,14 @@ def test_strays_that_the_scan_picks_come_as_long_as_it_fits_badly(grid):
 
 
 def test_clusters_have_weights_means_and_spreads():
-    poses = np.array(((0.1, 0.1, 3.1), (0.3, 0.3, 3.1), (9.0, 0.0, 0.0), (9.2, 0.0, 0.0), (9.2, 0.0, 0.1)))
+    poses = np.array(
+        ((0.1, 0.1, 3.1), (0.3, 0.3, 3.1), (9.0, 0.0, 0.0), (9.2, 0.0, 0.0), (9.2, 0.0, 0.1))
+    )
     weights = np.array((0.1, 0.1, 0.2, 0.4, 0.2))
     first, second = cluster_particles(poses, weights)
     assert (first.weight, second.weight) == pytest.approx((0.2, 0.8))
     assert (first.pose.x, first.pose.y, first.pose.yaw) == pytest.approx((0.2, 0.2, 3.1))
     assert second.pose.x == pytest.approx(9.15)
     np.testing.assert_allclose(first.covariance[:2, :2], np.full((2, 2), 0.01))
-    assert first.covariance[2, 2] == pytest.approx(-2.0 * math.log(0.2))  # Nav2's: the resultant of a light cluster
+    # Nav2's: the resultant of a light cluster
+    assert first.covariance[2, 2] == pytest.approx(-2.0 * math.log(0.2))

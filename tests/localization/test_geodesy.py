@@ -23,7 +23,9 @@ def test_the_heading_turns_the_axes(datum):
     longitude, latitude, _ = Geod(ellps="WGS84").fwd(datum[1], datum[0], 60.0, 900.0)
     bearing = math.radians(90.0 - 60.0) - 0.8  # counter-clockwise from the x axis
     expected = (900.0 * math.cos(bearing), 900.0 * math.sin(bearing))
-    assert LocalFrame(*datum, heading=0.8).to_local(latitude, longitude) == pytest.approx(expected, abs=1e-6)
+    assert LocalFrame(*datum, heading=0.8).to_local(latitude, longitude) == pytest.approx(
+        expected, abs=1e-6
+    )
 
 
 @pytest.mark.parametrize("given", [(91.0, 0.0), (0.0, 400.0), (math.nan, 0.0), (0.0, math.inf)])
@@ -37,7 +39,9 @@ def test_what_is_not_on_earth(given):
 def test_what_is_too_far():
     frame = LocalFrame(*DATUM)
     for far in ((0.0, 0.0), (-42.3758, 108.8526)):  # the second lies opposite
-        with pytest.raises(InputError, match=r"more than 100 km from the datum \(42.3758, -71.1474\)"):
+        with pytest.raises(
+            InputError, match=r"more than 100 km from the datum \(42.3758, -71.1474\)"
+        ):
             frame.to_local(*far)
     with pytest.raises(InputError, match="heading nan"):
         LocalFrame(0.0, 0.0, math.nan)

@@ -22,7 +22,9 @@ def test_poses_are_composed_and_taken_apart(frame, local, whole) -> None:
     assert (found.x, found.y, found.yaw) == pytest.approx(whole)
     back = relative_to(Pose2D(*frame), Pose2D(*whole))
     assert (back.x, back.y, back.yaw) == pytest.approx(local)
-    np.testing.assert_allclose(transform_points(Pose2D(*frame), np.array([local[:2]])), [whole[:2]], atol=1e-12)
+    np.testing.assert_allclose(
+        transform_points(Pose2D(*frame), np.array([local[:2]])), [whole[:2]], atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, -1.2, 2.0])

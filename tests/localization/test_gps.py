@@ -83,7 +83,10 @@ def test_without_an_absolute_heading_the_initial_one_stays_and_counts_as_unknown
     assert math.isclose(belief.covariance[2, 2], math.pi**2 / 3.0)
     assert belief.health is Health.DEGRADED
     assert localizer.update(Observation(20.0)).health is Health.LOST
-    assert localizer.update(Observation(20.1, gps=fix(20.1, 0.0, 0.0), imu=imu(20.1, 1.0))).health is Health.TRACKING
+    assert (
+        localizer.update(Observation(20.1, gps=fix(20.1, 0.0, 0.0), imu=imu(20.1, 1.0))).health
+        is Health.TRACKING
+    )
     localizer.update(Observation(20.2, imu=imu(20.2, math.nan)))
     localizer.reset(START, np.random.default_rng(0))
     assert localizer.update(Observation(0.0)).health is Health.TRACKING

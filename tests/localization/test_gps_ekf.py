@@ -22,15 +22,22 @@ RATE = 30.0
 def test_it_is_better_than_the_fixes(drive):
     observations, truth = drive(1, 60.0)
     beliefs = run(started(), observations)
-    raw = [math.hypot(o.gps.x - b.x, o.gps.y - b.y) for o, b in zip(observations, truth, strict=True) if o.gps]
+    raw = [
+        math.hypot(o.gps.x - b.x, o.gps.y - b.y)
+        for o, b in zip(observations, truth, strict=True)
+        if o.gps
+    ]
     assert rms(beliefs[300:], truth[300:]) < 0.5 * math.sqrt(np.mean(np.square(raw)))
-    assert max(turned(*pair) for pair in zip(beliefs[300:], truth[300:], strict=True)) < math.radians(5.0)
+    assert max(
+        turned(*pair) for pair in zip(beliefs[300:], truth[300:], strict=True)
+    ) < math.radians(5.0)
     assert all(belief.health is Health.TRACKING for belief in beliefs[60:])
 
 
 def test_late_fixes_count_as_if_they_had_come_in_time(drive):
     observations, _ = drive(2, 20.0)
-    delays = np.random.default_rng(3).integers(0, 25, len(observations))  # ticks: up to 0.8 s, so they overtake others
+    # ticks: up to 0.8 s, so they overtake others
+    delays = np.random.default_rng(3).integers(0, 25, len(observations))
     arrivals = {}
     for i, observation in enumerate(observations):
         if observation.gps is not None and i + delays[i] < len(observations) - 60:
@@ -86,7 +93,9 @@ def test_outliers_do_not_move_it(drive):
     assert rms(spoilt, truth) < 1.5 * rms(clean, truth) + 0.05
 
 
-@pytest.mark.parametrize("wrong", [Pose2D(30.0, -20.0, 0.0), Pose2D(0.0, 0.0, 2.5), Pose2D(5.0, 5.0, -1.5)])
+@pytest.mark.parametrize(
+    "wrong", [Pose2D(30.0, -20.0, 0.0), Pose2D(0.0, 0.0, 2.5), Pose2D(5.0, 5.0, -1.5)]
+)
 def test_it_gets_out_of_a_lock_out(drive, wrong):
     """Sure of a wrong start it refuses the truth at first, but not for ever."""
     observations, truth = drive(6, 60.0)
@@ -122,13 +131,20 @@ def test_after_a_lock_out_only_what_wheels_and_gyro_say_is_left(drive):
 
 
 def test_dead_reckoning_through_an_outage(drive):
-    """20 s without fixes, after 40 s with them: within 2 % of the distance, and the filter says what it risks."""
+    """20 s without fixes, after 40 s with them.
+
+    Within 2 % of the distance, and the filter says what it risks.
+    """
     drifts, squares = [], []
     for seed in range(20):
         observations, truth = drive(seed, 60.0, "rtk_good")
-        beliefs = run(started(), [o if i < 1200 else without(o, "gps") for i, o in enumerate(observations)])
+        beliefs = run(
+            started(), [o if i < 1200 else without(o, "gps") for i, o in enumerate(observations)]
+        )
         distance = sum(abs(body.vx) for body in truth[1200:]) / RATE
-        start = np.array((beliefs[1199].pose.x - truth[1199].x, beliefs[1199].pose.y - truth[1199].y))
+        start = np.array(
+            (beliefs[1199].pose.x - truth[1199].x, beliefs[1199].pose.y - truth[1199].y)
+        )
         end = np.array((beliefs[-1].pose.x - truth[-1].x, beliefs[-1].pose.y - truth[-1].y))
         drifts.append(np.linalg.norm(end - start) / distance)
         squares.append(end @ np.linalg.solve(beliefs[-1].covariance[:2, :2], end))
@@ -151,13 +167,20 @@ def test_health(drive):
     fix = GpsFix(last + params.lost_after + 1.0, beliefs[-1].pose.x, beliefs[-1].pose.y, 0.1)
     run(
         localizer,
-        [Observation(fix.stamp + 0.1 * i, gps=dataclasses.replace(fix, stamp=fix.stamp + 0.1 * i)) for i in range(60)],
+        [
+            Observation(
+                fix.stamp + 0.1 * i, gps=dataclasses.replace(fix, stamp=fix.stamp + 0.1 * i)
+            )
+            for i in range(60)
+        ],
     )
     assert localizer.update(Observation(fix.stamp + 6.0)).health is not Health.LOST
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 1.2, math.pi / 2.0, 2.5])
-@pytest.mark.parametrize(("std", "health"), [(0.9, Health.TRACKING), (1.1, Health.DEGRADED), (3.1, Health.LOST)])
+@pytest.mark.parametrize(
+    ("std", "health"), [(0.9, Health.TRACKING), (1.1, Health.DEGRADED), (3.1, Health.LOST)]
+)
 def test_health_is_that_of_the_worst_direction(angle, std, health):
     localizer = started()
     localizer.update(Observation(0.0, gps=GpsFix(0.0, 0.0, 0.0, 0.1)))
@@ -169,7 +192,12 @@ def test_health_is_that_of_the_worst_direction(angle, std, health):
 
 @pytest.mark.parametrize(
     ("age", "health"),
-    [(2.0, Health.TRACKING), (2.01, Health.DEGRADED), (60.0, Health.DEGRADED), (60.01, Health.LOST)],
+    [
+        (2.0, Health.TRACKING),
+        (2.01, Health.DEGRADED),
+        (60.0, Health.DEGRADED),
+        (60.01, Health.LOST),
+    ],
 )
 def test_health_falls_with_the_age_of_the_last_fix_that_was_let_in(age, health):
     localizer = started()
@@ -204,7 +232,8 @@ def test_a_slipping_wheel_counts_less():
 def test_wheels_and_orientation_without_gps(drive):
     observations, truth = drive(8, 60.0, "rtk_good")
     localizer = started(uses_fixes=False)
-    beliefs = run(localizer, [moved(o, 50.0, 50.0) for o in observations])  # fixes are not looked at
+    # fixes are not looked at
+    beliefs = run(localizer, [moved(o, 50.0, 50.0) for o in observations])
     distance = sum(abs(body.vx) for body in truth) / RATE
     assert off(beliefs[-1], truth[-1]) < 0.02 * distance
     assert turned(beliefs[-1], truth[-1]) < 0.02
@@ -243,7 +272,10 @@ def test_stamps_that_cannot_be(drive):
     for i, observation in enumerate(observations):
         stamp = observation.stamp + shift
         given = {
-            name: message and dataclasses.replace(message, stamp=stamp + (3e7 if i == 100 and name == "gps" else 0.0))
+            name: message
+            and dataclasses.replace(
+                message, stamp=stamp + (3e7 if i == 100 and name == "gps" else 0.0)
+            )
             for name in ("odometry", "imu", "gps")
             for message in [getattr(observation, name)]
         }
@@ -265,7 +297,9 @@ def test_a_reset_forgets_everything(drive):
 @pytest.mark.parametrize("name", ["gps-ekf", "odom_imu"])
 def test_it_is_chosen_by_name_and_reads_its_section(tmp_path, name):
     file = tmp_path / "robot.yaml"
-    file.write_text("gps_ekf: {ros__parameters: {gps0_lockout_count: 9, yaw_offset: 1.5}}\n", encoding="utf-8")
+    file.write_text(
+        "gps_ekf: {ros__parameters: {gps0_lockout_count: 9, yaw_offset: 1.5}}\n", encoding="utf-8"
+    )
     room = OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 1.0, Pose2D())
     localizer = build_localizer(name, load_nav2(file, False), room)
     assert isinstance(localizer, GpsEkfLocalizer)

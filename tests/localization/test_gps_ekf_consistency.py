@@ -14,7 +14,8 @@ from navstack.types import Belief, Pose2D
 
 SEEDS, SECONDS = 100, 30.0
 START = np.diag((0.5**2, 0.5**2, 0.1**2))
-# The preset's own: no systematic error, white fixes, accelerometers of 0.1 m/s2 at 30 Hz. The rest stand in messages.
+# The preset's own: no systematic error, white fixes, accelerometers of 0.1 m/s2 at 30 Hz. The rest
+# stand in messages.
 WHITE = dataclasses.replace(
     GpsEkfParams(),
     odom0_scale_std=0.0,
@@ -44,7 +45,9 @@ def squares(drive):
         for observation, body in zip(observations, truth, strict=True):
             belief = localizer.update(observation)
             pose = belief.pose
-            error = np.array((pose.x - body.x, pose.y - body.y, normalize_angle(pose.yaw - body.yaw)))
+            error = np.array(
+                (pose.x - body.x, pose.y - body.y, normalize_angle(pose.yaw - body.yaw))
+            )
             pose_errors.append(error @ np.linalg.solve(belief.covariance, error))
             if observation.gps is not None:
                 innovations.append(localizer.state.nis)

@@ -18,7 +18,9 @@ def test_an_unknown_heading_is_found_after_a_few_metres(drive, has_heading, turn
     observations, truth = drive(4, 30.0)
     localizer = started(belief=Belief(Pose2D(0.0, 0.0, turn), ANY_HEADING))
     for observation, body in zip(observations, truth, strict=True):
-        imu = dataclasses.replace(observation.imu, yaw=observation.imu.yaw + turn if has_heading else math.nan)
+        imu = dataclasses.replace(
+            observation.imu, yaw=observation.imu.yaw + turn if has_heading else math.nan
+        )
         belief = localizer.update(dataclasses.replace(observation, imu=imu))
         if not localizer.knows_heading:
             assert belief.health is Health.DEGRADED
@@ -67,8 +69,13 @@ def test_fixes_count_once_a_unit_tells_the_heading_after_the_first_of_them(drive
 
 def test_a_unit_that_is_wrongly_called_calibrated_is_found_out(drive):
     observations, truth = drive(4, 60.0)
-    localizer = started(dataclasses.replace(PARAMS, imu0_yaw_offset_std=0.05), Belief(Pose2D(), ANY_HEADING))
-    units = [dataclasses.replace(o, imu=dataclasses.replace(o.imu, yaw=o.imu.yaw + 2.0)) for o in observations]
+    localizer = started(
+        dataclasses.replace(PARAMS, imu0_yaw_offset_std=0.05), Belief(Pose2D(), ANY_HEADING)
+    )
+    units = [
+        dataclasses.replace(o, imu=dataclasses.replace(o.imu, yaw=o.imu.yaw + 2.0))
+        for o in observations
+    ]
     beliefs = run(localizer, units)
     assert turned(beliefs[30], truth[30]) > 1.0
     assert turned(beliefs[-1], truth[-1]) < math.radians(6.0)
@@ -80,7 +87,8 @@ def test_navsat_transforms_corrections_of_the_orientation(drive):
     params = dataclasses.replace(PARAMS, magnetic_declination_radians=0.3, yaw_offset=-1.0)
     localizer = started(params, Belief(Pose2D(), ANY_HEADING), uses_fixes=False)
     turned_units = [
-        dataclasses.replace(o, imu=dataclasses.replace(o.imu, yaw=o.imu.yaw + 0.7), gps=None) for o in observations
+        dataclasses.replace(o, imu=dataclasses.replace(o.imu, yaw=o.imu.yaw + 0.7), gps=None)
+        for o in observations
     ]
     assert turned(run(localizer, turned_units)[-1], truth[-1]) < 0.05
 
@@ -89,7 +97,10 @@ def test_an_orientation_relative_to_the_first(drive):
     observations, truth = drive(4, 20.0, "rtk_good")
     start = Belief(Pose2D(0.0, 0.0, truth[0].yaw), ANY_HEADING)
     localizer = started(dataclasses.replace(PARAMS, imu0_relative=True), start, uses_fixes=False)
-    units = [dataclasses.replace(o, imu=dataclasses.replace(o.imu, yaw=o.imu.yaw + 2.0)) for o in observations]
+    units = [
+        dataclasses.replace(o, imu=dataclasses.replace(o.imu, yaw=o.imu.yaw + 2.0))
+        for o in observations
+    ]
     for _ in range(2):  # a reset takes a new reference
         assert turned(run(localizer, units)[-1], truth[-1]) < 0.05
         localizer.reset(start, np.random.default_rng(0))

@@ -12,8 +12,13 @@ from navstack.types import GpsFix, Pose2D
 SHARE, TIME = 0.9, 20.0  # [-], [s] of the correlated error
 
 
-def fixes(rng: np.random.Generator, std: float, rest: int, count: int) -> tuple[HeadingAlignment, float, np.ndarray]:
-    """After a fix a second, at rest and at 1.5 m/s: the alignment, the true turn, the shared error's end."""
+def fixes(
+    rng: np.random.Generator, std: float, rest: int, count: int
+) -> tuple[HeadingAlignment, float, np.ndarray]:
+    """After a fix a second, at rest and at 1.5 m/s.
+
+    The alignment, the true turn, the shared error's end.
+    """
     turn, shared = rng.uniform(-math.pi, math.pi), math.sqrt(SHARE) * std * rng.standard_normal(2)
     alignment, decay = HeadingAlignment(SHARE, TIME), math.exp(-1.0 / TIME)
     for second in range(rest + count):
@@ -21,7 +26,10 @@ def fixes(rng: np.random.Generator, std: float, rest: int, count: int) -> tuple[
         here = np.array((along, 2.0 * math.sin(0.1 * along)))
         shared = decay * shared + std * math.sqrt(SHARE * (1.0 - decay**2)) * rng.standard_normal(2)
         error = shared + std * math.sqrt(1.0 - SHARE) * rng.standard_normal(2)
-        x, y = here[0] * math.cos(turn) - here[1] * math.sin(turn), here[0] * math.sin(turn) + here[1] * math.cos(turn)
+        x, y = (
+            here[0] * math.cos(turn) - here[1] * math.sin(turn),
+            here[0] * math.sin(turn) + here[1] * math.cos(turn),
+        )
         alignment.add(Pose2D(*here), GpsFix(float(second), x + error[0], y + error[1], std), std**2)
     return alignment, turn, shared
 
@@ -42,7 +50,9 @@ def test_its_errors_are_as_large_as_it_says(rest: int) -> None:
         x, y = fit.center_here
         cos, sin = math.cos(turn), math.sin(turn)
         mean = fit.center_there - (cos * x - sin * y, sin * x + cos * y)
-        errors.append((normalize_angle(fit.turn - turn), *mean, *shared, *(shared @ _turned(fit, turn),)))
+        errors.append(
+            (normalize_angle(fit.turn - turn), *mean, *shared, *(shared @ _turned(fit, turn),))
+        )
     errors_ = np.array(errors)
     spread = errors_.T @ errors_ / len(errors_)
     assert spread[0, 0] == pytest.approx(fit.turn_variance, rel=0.2)
@@ -59,7 +69,9 @@ def _turned(fit: Alignment, turn: float) -> np.ndarray:
     direction: np.ndarray = fit.shared_with_turn / np.linalg.norm(fit.shared_with_turn)
     back = turn - fit.turn
     cos, sin = math.cos(back), math.sin(back)
-    return np.array((cos * direction[0] - sin * direction[1], sin * direction[0] + cos * direction[1]))
+    return np.array(
+        (cos * direction[0] - sin * direction[1], sin * direction[0] + cos * direction[1])
+    )
 
 
 def test_fixes_at_rest_tell_no_direction_and_a_far_one_is_left_out() -> None:

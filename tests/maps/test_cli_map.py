@@ -40,9 +40,13 @@ def show(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
     return json.loads(capsys.readouterr().out)
 
 
-def test_a_users_map_is_measured_and_drawn(hall: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_users_map_is_measured_and_drawn(
+    hall: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     picture = tmp_path / "picture.png"
-    document = show(capsys, str(hall), "--samples", "20", "--out", str(picture), "--view", "navmesh")
+    document = show(
+        capsys, str(hall), "--samples", "20", "--out", str(picture), "--view", "navmesh"
+    )
     assert (document["schema"], document["map"], document["size_m"]) == (1, "hall", [20.0, 12.0])
     measured = document["measured"]
     assert measured["walkable_area_m2"] == pytest.approx(19.8 * 11.8 - 1.0)
@@ -56,7 +60,9 @@ def test_a_users_map_is_measured_and_drawn(hall: Path, tmp_path: Path, capsys: p
     assert Image.open(picture).size[0] == 1600
 
 
-def test_missions_of_both_samplings_are_those_of_the_seed(hall: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missions_of_both_samplings_are_those_of_the_seed(
+    hall: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     document = show(capsys, str(hall), "--samples", "15", "--seed", "4")
     for sampling, drawn in document["missions"].items():
         sampler, rng = MissionSampler(load_scene(hall).walkable, sampling), np.random.default_rng(4)
@@ -67,17 +73,30 @@ def test_missions_of_both_samplings_are_those_of_the_seed(hall: Path, capsys: py
     assert document["missions"]["published"] != document["missions"]["uniform"]
 
 
-def test_a_map_without_room_has_no_missions(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_map_without_room_has_no_missions(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     save_map(OccupancyGrid(np.zeros((12, 12), dtype=np.int8), 0.1, Pose2D()), tmp_path / "box.yaml")
-    assert show(capsys, str(tmp_path / "box.yaml"))["missions"] == {"published": None, "uniform": None}
+    assert show(capsys, str(tmp_path / "box.yaml"))["missions"] == {
+        "published": None,
+        "uniform": None,
+    }
     assert status("show", str(tmp_path / "box.yaml")) == 0
     assert "No room for missions" in capsys.readouterr().out
 
 
-def test_the_tables_show_the_papers_values_beside(hall: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_tables_show_the_papers_values_beside(
+    hall: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert status("show", str(hall), "--samples", "5") == 0
     text = capsys.readouterr().out
-    for words in ("Map hall, 20 x 12 m", "12,620", "Shortest path of 5 missions", "published", "uniform"):
+    for words in (
+        "Map hall, 20 x 12 m",
+        "12,620",
+        "Shortest path of 5 missions",
+        "published",
+        "uniform",
+    ):
         assert words in text
 
 
@@ -88,7 +107,10 @@ def test_the_tables_show_the_papers_values_beside(hall: Path, capsys: pytest.Cap
         (("new", "--name", "town_navmesh"), "does not end with _walkable or _navmesh"),
         (("new", "--name", "town", "--seed", "-1"), "--seed -1"),
         (("new", "--name", "sidewalk", "--out", "{maps}"), "exists already"),
-        (("new", "--name", "town", "--out", "{maps}/sidewalk.yaml"), "sidewalk.yaml' cannot be written"),
+        (
+            ("new", "--name", "town", "--out", "{maps}/sidewalk.yaml"),
+            "sidewalk.yaml' cannot be written",
+        ),
         (("show", "sidewolk"), "did you mean 'sidewalk'"),
         (("show", "sidewalk", "--samples", "1"), "at least 2 samples"),
         (("show", "sidewalk", "--view", "navmash"), "did you mean 'navmesh'"),

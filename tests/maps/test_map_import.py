@@ -1,4 +1,7 @@
-"""Two pictures of a place become a scene: roads, curbs, pavement and obstacles where they were drawn."""
+"""Two pictures of a place become a scene.
+
+Roads, curbs, pavement and obstacles where they were drawn.
+"""
 
 import os
 from pathlib import Path
@@ -32,7 +35,10 @@ def status(*arguments):
 
 
 def place():
-    """Mesh and geometry of 40 m x 40 m: pavements, a road of 8 m with a crossing, a house of 10 m x 10 m, a bin."""
+    """Mesh and geometry of 40 m x 40 m.
+
+    Pavements, a road of 8 m with a crossing, a house of 10 m x 10 m, a bin.
+    """
     mesh = np.full((400, 400), OCCUPIED, dtype=np.int8)
     mesh[2:160] = mesh[240:398] = FREE  # pavements south and north; the road runs between them
     mesh[160:240, 180:220] = FREE  # the crossing
@@ -70,7 +76,10 @@ def test_the_geometry_lies_in_the_frame_of_the_mesh(scene):
 
 def test_resampling_takes_what_lies_at_the_centre():
     fine = OccupancyGrid(np.array([[0, 100, 50, -1]] * 3, dtype=np.int8), 0.1, Pose2D(0.3, 0.0))
-    for corner, expected in ((0.05, [UNKNOWN, 0, 50, UNKNOWN, UNKNOWN]), (0.15, [UNKNOWN, 100, -1, UNKNOWN, UNKNOWN])):
+    for corner, expected in (
+        (0.05, [UNKNOWN, 0, 50, UNKNOWN, UNKNOWN]),
+        (0.15, [UNKNOWN, 100, -1, UNKNOWN, UNKNOWN]),
+    ):
         like = OccupancyGrid(np.zeros((1, 5), dtype=np.int8), 0.2, Pose2D(corner, 0.0))
         assert resampled(fine, like).data.tolist() == [expected]
 
@@ -80,7 +89,8 @@ def test_roads_lie_a_curb_lower_and_keep_the_margin_to_the_mesh(scene):
     level = lambda x, y: ground.level(ORIGIN.x + x, ORIGIN.y + y)  # noqa: E731
     assert level(10.0, 20.0) == level(30.0, 20.0) == -0.12
     assert level(20.0, 20.0) == 0.0  # the crossing
-    assert level(10.0, 16.0 + 0.25) == 0.0 and level(10.0, 16.0 + 0.35) == -0.12  # 0.3 m of pavement beyond the mesh
+    # 0.3 m of pavement beyond the mesh
+    assert level(10.0, 16.0 + 0.25) == 0.0 and level(10.0, 16.0 + 0.35) == -0.12
     assert level(10.0, 10.0) == level(30.3, 30.3) == 0.0  # house and bin
     assert {zone.kind for zone in scene.zones} <= {"road", "sidewalk"}
 
@@ -89,14 +99,18 @@ def test_walkable_is_the_pavement_up_to_curb_and_wall(scene):
     walkable, mesh = scene.walkable, scene.drawn_mesh
     assert mesh is not None and (walkable.data[mesh.data == FREE] == FREE).all()
     assert at(walkable, 10.0, 16.25) == FREE and at(walkable, 10.0, 16.35) == OCCUPIED  # curb
-    assert at(walkable, 4.95, 10.0) == FREE and at(walkable, 5.05, 10.0) == OCCUPIED  # the house's wall
+    # the house's wall
+    assert at(walkable, 4.95, 10.0) == FREE and at(walkable, 5.05, 10.0) == OCCUPIED
     assert at(walkable, 10.0, 10.0) == OCCUPIED  # inside it
-    assert at(walkable, 29.9, 30.3) == FREE and at(walkable, 30.3, 30.3) == OCCUPIED  # round the bin
+    # round the bin
+    assert at(walkable, 29.9, 30.3) == FREE and at(walkable, 30.3, 30.3) == OCCUPIED
 
 
 def test_what_is_occupied_stands_there(scene):
     solid = (scene.geometry.data == OCCUPIED).sum() * R * R
-    assert sum(polygon_area(obstacle.polygon) for obstacle in scene.obstacles) == pytest.approx(solid)
+    assert sum(polygon_area(obstacle.polygon) for obstacle in scene.obstacles) == pytest.approx(
+        solid
+    )
     assert {(obstacle.kind, obstacle.height) for obstacle in scene.obstacles} == {("unknown", 1.5)}
 
 
@@ -107,7 +121,9 @@ def test_without_curbs_the_ground_is_level():
 def test_an_island_in_a_road_is_pavement():
     mesh = OccupancyGrid(np.full((300, 300), OCCUPIED, dtype=np.int8), R, Pose2D())
     mesh.data[100:200, 100:200] = FREE
-    scene = import_scene("island", mesh, OccupancyGrid(np.zeros_like(mesh.data), R, Pose2D()), ImportSettings())
+    scene = import_scene(
+        "island", mesh, OccupancyGrid(np.zeros_like(mesh.data), R, Pose2D()), ImportSettings()
+    )
     ground = Elevation(scene.zones)
     assert ground.level(15.0, 15.0) == ground.level(9.75, 15.0) == 0.0
     assert ground.level(9.6, 15.0) == ground.level(2.0, 2.0) == -0.12
@@ -123,12 +139,19 @@ def test_the_command_makes_a_map_that_can_be_driven_on(tmp_path, capsys):
     command += ["--name", "town", "--out", str(tmp_path / "maps")]
     assert status(*command) == 0
     assert capsys.readouterr().out.strip() == str(tmp_path / "maps" / "town.yaml")
-    made, loaded = import_scene("town", mesh, geometry, ImportSettings()), load_scene(tmp_path / "maps" / "town.yaml")
+    made, loaded = (
+        import_scene("town", mesh, geometry, ImportSettings()),
+        load_scene(tmp_path / "maps" / "town.yaml"),
+    )
     for grid in ("geometry", "walkable", "drawn_mesh"):
         assert np.array_equal(getattr(made, grid).data, getattr(loaded, grid).data)
     assert [zone.elevation for zone in loaded.zones] == [zone.elevation for zone in made.zones]
     assert len(loaded.obstacles) == len(made.obstacles)
-    task = next(make_study(stacks=["parked"], episodes=1, map_name=f"{tmp_path}/maps/town.yaml", workers=1).tasks())
+    task = next(
+        make_study(
+            stacks=["parked"], episodes=1, map_name=f"{tmp_path}/maps/town.yaml", workers=1
+        ).tasks()
+    )
     parts, generators = Parts(task), task.generators()
     observation = parts.world().reset(parts.mission(generators["mission"]), generators)
     assert observation.scan is not None
@@ -153,27 +176,38 @@ def test_the_published_map_has_its_blocks_and_roads(tmp_path):
     grids = []
     for image, corner in (("sidewalk_navmesh", -100.875), ("sidewalk", -100.775)):
         file = tmp_path / f"{image}.yaml"
-        file.write_text(text.replace("IMAGE", f"{folder}/{image}.png").replace("AT", str(corner)), encoding="utf-8")
+        file.write_text(
+            text.replace("IMAGE", f"{folder}/{image}.png").replace("AT", str(corner)),
+            encoding="utf-8",
+        )
         grids.append(file)
     out = ["--name", "costnav", "--out", str(tmp_path)]
     assert status("--mesh", str(grids[0]), "--geometry", str(grids[1]), *out) == 0
     scene = load_scene(tmp_path / "costnav.yaml")
     is_mesh = scene.navigation_mesh.data == FREE
-    assert is_mesh.sum() * 0.05**2 == pytest.approx(12620, abs=1.0)  # [m2] as known of the published mesh
+    # [m2] as known of the published mesh
+    assert is_mesh.sum() * 0.05**2 == pytest.approx(12620, abs=1.0)
     assert (scene.walkable.data[is_mesh] == FREE).mean() > 0.998
     ground = Elevation(scene.zones)
     rows, columns = np.nonzero(is_mesh)
     some = np.random.default_rng(0).integers(len(rows), size=2000)
-    x, y = scene.geometry.origin.x + (columns[some] + 0.5) * 0.05, scene.geometry.origin.y + (rows[some] + 0.5) * 0.05
+    x, y = (
+        scene.geometry.origin.x + (columns[some] + 0.5) * 0.05,
+        scene.geometry.origin.y + (rows[some] + 0.5) * 0.05,
+    )
     assert {ground.level(float(a), float(b)) for a, b in zip(x, y, strict=True)} == {0.0}
     road = -sum(area.area for height, area in ground._regions.items() if height < 0.0)
     assert road < -5000.0
-    mission = MissionSampler(scene.navigation_mesh, "published", scene.walkable).sample(np.random.default_rng(1))
+    mission = MissionSampler(scene.navigation_mesh, "published", scene.walkable).sample(
+        np.random.default_rng(1)
+    )
     assert mission.shortest_path > 18.0
 
 
 @pytest.mark.parametrize(("cells", "kinds"), [((2, 2), ["road"]), ((1, 3), [])])
-def test_roads_of_less_than_a_square_metre_are_left_out(cells: tuple[int, int], kinds: list[str]) -> None:
+def test_roads_of_less_than_a_square_metre_are_left_out(
+    cells: tuple[int, int], kinds: list[str]
+) -> None:
     road = np.zeros((8, 8), dtype=np.bool_)
     road[2 : 2 + cells[0], 3 : 3 + cells[1]] = True
     zones = _zones(road, OccupancyGrid(np.zeros((8, 8), dtype=np.int8), 0.5, Pose2D()), 0.12)

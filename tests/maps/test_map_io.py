@@ -36,7 +36,9 @@ def write_yaml(folder: Path, **changes: str | None) -> Path:
 def write_pgm(folder: Path, values: np.ndarray, largest: int = 255) -> None:
     height, width = values.shape
     raw = values.astype(">u2" if largest > 255 else "u1").tobytes()
-    (folder / "m.pgm").write_bytes(b"P5\n# made by hand\n%d %d\n%d\n" % (width, height, largest) + raw)
+    (folder / "m.pgm").write_bytes(
+        b"P5\n# made by hand\n%d %d\n%d\n" % (width, height, largest) + raw
+    )
 
 
 def loaded(folder: Path, pixels: list[list[int]], **changes: str | None) -> list[list[int]]:
@@ -66,22 +68,28 @@ def test_geometry_and_first_row_on_top(tmp_path: Path) -> None:
         ({"mode": "raw", "negate": "1"}, [0, 89, 90, -1, -1, -1, -1]),
     ],
 )
-def test_modes_negate_and_thresholds(tmp_path: Path, changes: dict[str, str], expected: list[int]) -> None:
+def test_modes_negate_and_thresholds(
+    tmp_path: Path, changes: dict[str, str], expected: list[int]
+) -> None:
     assert loaded(tmp_path, [[0, 89, 90, 204, 205, 206, 255]], **changes) == [expected]
 
 
 def test_both_thresholds_are_strict(tmp_path: Path) -> None:
     # negated, occupancy is brightness: 50, 51, 153, 154 of 255 around 0.2 and 0.6
-    cells = loaded(tmp_path, [[50, 51, 153, 154]], negate="1", free_thresh="0.2", occupied_thresh="0.6")
+    cells = loaded(
+        tmp_path, [[50, 51, 153, 154]], negate="1", free_thresh="0.2", occupied_thresh="0.6"
+    )
     assert cells == [[0, -1, -1, 100]]
 
 
 def test_scale_rounds_half_to_even_and_keeps_16_bits(tmp_path: Path) -> None:
-    # thresholds 0 and 0.8 (negated): brightness 1/5, 1/51, and 0.018 + 0.004 k give 25, 2.45 and 2.25, 2.75 percent
+    # thresholds 0 and 0.8 (negated): brightness 1/5, 1/51, and 0.018 + 0.004 k give 25, 2.45 and
+    # 2.25, 2.75 percent
     write_pgm(tmp_path, np.array([[200, 17, 18, 20, 22, 28]]), 1000)
     wide = {"mode": "scale", "negate": "1", "free_thresh": "0.0", "occupied_thresh": "0.8"}
     assert load_map(write_yaml(tmp_path, **wide)).data.tolist() == [[25, 2, 2, 3, 3, 4]]
-    # thresholds 0 and 1, brightness 1/8 of a 16-bit image's 4-level scale: 12.5 percent exactly, to even
+    # thresholds 0 and 1, brightness 1/8 of a 16-bit image's 4-level scale: 12.5 percent exactly, to
+    # even
     write_pgm(tmp_path, np.array([[1, 3, 5]]), 8)
     cells = load_map(write_yaml(tmp_path, **{**wide, "occupied_thresh": "1.0"})).data
     # GraphicsMagick holds 8191.875 as 8192, 24575.625 as 24576 and 40959.375 as 40959 of 65535
@@ -89,10 +97,19 @@ def test_scale_rounds_half_to_even_and_keeps_16_bits(tmp_path: Path) -> None:
 
 
 def test_alpha_is_averaged_in_trinary_and_unknown_in_scale(tmp_path: Path) -> None:
-    pixels = [[(255, 255, 255, 255), (255, 255, 255, 0), (0, 0, 0, 255), (0, 0, 0, 0), (255, 255, 255, 254)]]
+    pixels = [
+        [
+            (255, 255, 255, 255),
+            (255, 255, 255, 0),
+            (0, 0, 0, 255),
+            (0, 0, 0, 0),
+            (255, 255, 255, 254),
+        ]
+    ]
     Image.fromarray(np.array(pixels, dtype=np.uint8)).save(tmp_path / "m.png")
     trinary = load_map(write_yaml(tmp_path, image="m.png", free_thresh="0.25"))
-    # mean brightness with alpha: 1, .75, .25, 0, .999; occupancy 0, .25 (not below .25), .75, 1, .001
+    # mean brightness with alpha: 1, .75, .25, 0, .999; occupancy 0, .25 (not below .25), .75, 1,
+    # .001
     assert trinary.data.tolist() == [[0, -1, 100, 100, 0]]
     scale = load_map(write_yaml(tmp_path, image="m.png", mode="scale"))
     assert scale.data.tolist() == [[0, -1, 100, -1, -1]]
@@ -101,7 +118,9 @@ def test_alpha_is_averaged_in_trinary_and_unknown_in_scale(tmp_path: Path) -> No
 
 
 def test_colours_are_averaged(tmp_path: Path) -> None:
-    pixels = np.array([[(255, 0, 0), (255, 255, 0), (205, 205, 205), (255, 255, 200)]], dtype=np.uint8)
+    pixels = np.array(
+        [[(255, 0, 0), (255, 255, 0), (205, 205, 205), (255, 255, 200)]], dtype=np.uint8
+    )
     Image.fromarray(pixels).save(tmp_path / "m.png")
     # mean brightness 1/3, 2/3, .804, .928: occupancy .667, .333, .196, .072
     assert load_map(write_yaml(tmp_path, image="m.png")).data.tolist() == [[100, -1, -1, 0]]
@@ -125,17 +144,23 @@ def test_palette_grey_alpha_16_bit_and_1_bit_png(tmp_path: Path) -> None:
 
 
 def test_ascii_pgm_with_comments_and_other_largest_values(tmp_path: Path) -> None:
-    (tmp_path / "m.pgm").write_bytes(b"P2 # ascii\n#second\n3 2\n# third\n15\n0 15\n12 # in between\n15 3 99\n")
+    (tmp_path / "m.pgm").write_bytes(
+        b"P2 # ascii\n#second\n3 2\n# third\n15\n0 15\n12 # in between\n15 3 99\n"
+    )
     # largest value 15: brightness 0, 1, .8 and 1, .2, and 99 counts as 15
     assert load_map(write_yaml(tmp_path)).data.tolist() == [[0, 100, 0], [100, 0, -1]]
     write_pgm(tmp_path, np.array([[0, 1000, 800]]), 1000)
     assert load_map(write_yaml(tmp_path)).data.tolist() == [[100, 0, -1]]
 
 
-def test_keys_beyond_nav2s_are_passed_over_and_image_paths_are_relative_to_the_yaml(tmp_path: Path) -> None:
+def test_keys_beyond_nav2s_are_passed_over_and_image_paths_are_relative_to_the_yaml(
+    tmp_path: Path,
+) -> None:
     (tmp_path / "sub").mkdir()
     write_pgm(tmp_path / "sub", np.array([[0, 255]]))
-    grid = load_map(write_yaml(tmp_path, image="./sub/m.pgm", map_type="occupancy", floor="{level: 3}"))
+    grid = load_map(
+        write_yaml(tmp_path, image="./sub/m.pgm", map_type="occupancy", floor="{level: 3}")
+    )
     assert grid.data.tolist() == [[100, 0]]
     absolute = load_map(write_yaml(tmp_path, image=str(tmp_path / "sub" / "m.pgm"), mode=None))
     assert absolute.data.tolist() == [[100, 0]]
@@ -148,7 +173,10 @@ def test_keys_beyond_nav2s_are_passed_over_and_image_paths_are_relative_to_the_y
         ({"origin": None}, "key 'origin' is missing"),
         ({"image": None}, "key 'image' is missing"),
         ({"negate": None}, "key 'negate' is missing"),
-        ({"free_thresh": None, "free_treshold": "0.2"}, "key 'free_thresh' is missing; the file has image, resolution"),
+        (
+            {"free_thresh": None, "free_treshold": "0.2"},
+            "key 'free_thresh' is missing; the file has image, resolution",
+        ),
         ({"resolution": "-0.05"}, "not positive"),
         ({"resolution": "0"}, "not positive"),
         ({"resolution": ".nan"}, "not a finite number"),
@@ -167,7 +195,9 @@ def test_keys_beyond_nav2s_are_passed_over_and_image_paths_are_relative_to_the_y
         ({"image": "m.yaml"}, "is not an image"),
     ],
 )
-def test_bad_yaml_values_are_one_clear_line(tmp_path: Path, changes: dict[str, str | None], words: str) -> None:
+def test_bad_yaml_values_are_one_clear_line(
+    tmp_path: Path, changes: dict[str, str | None], words: str
+) -> None:
     write_pgm(tmp_path, np.array([[0, 255]]))
     with pytest.raises(MapError) as error:
         load_map(write_yaml(tmp_path, **changes))
@@ -175,7 +205,9 @@ def test_bad_yaml_values_are_one_clear_line(tmp_path: Path, changes: dict[str, s
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize("content", ["image: [m.pgm", "- a\n- b\n", "just words", "", "a: b: c", "\x00"])
+@pytest.mark.parametrize(
+    "content", ["image: [m.pgm", "- a\n- b\n", "just words", "", "a: b: c", "\x00"]
+)
 def test_what_is_no_mapping_is_refused(tmp_path: Path, content: str) -> None:
     path = tmp_path / "m.yaml"
     path.write_text(content)
@@ -185,7 +217,9 @@ def test_what_is_no_mapping_is_refused(tmp_path: Path, content: str) -> None:
         load_map(tmp_path / "absent.yaml")
 
 
-@pytest.mark.parametrize(("resolution", "is_allowed"), [(1e-4, True), (1e3, True), (0.99e-4, False), (1.01e3, False)])
+@pytest.mark.parametrize(
+    ("resolution", "is_allowed"), [(1e-4, True), (1e3, True), (0.99e-4, False), (1.01e3, False)]
+)
 def test_cells_of_a_tenth_of_a_millimetre_to_a_kilometre_are_allowed(
     tmp_path: Path, resolution: float, is_allowed: bool
 ) -> None:
@@ -201,7 +235,11 @@ def png_header(width: int, height: int) -> bytes:
     body = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
     header = struct.pack(">I", 13) + body + struct.pack(">I", zlib.crc32(body))
     return (
-        b"\x89PNG\r\n\x1a\n" + header + struct.pack(">I", 4) + b"IDATabcd" + struct.pack(">I", zlib.crc32(b"IDATabcd"))
+        b"\x89PNG\r\n\x1a\n"
+        + header
+        + struct.pack(">I", 4)
+        + b"IDATabcd"
+        + struct.pack(">I", zlib.crc32(b"IDATabcd"))
     )
 
 
@@ -234,7 +272,9 @@ def test_bad_images_are_one_clear_line(tmp_path: Path, content: bytes, words: st
     assert "\n" not in str(error.value)
 
 
-def test_an_image_may_have_as_many_pixels_as_are_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_image_may_have_as_many_pixels_as_are_allowed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("navstack.costmap.map_image.MAX_PIXELS", 12)
     assert loaded(tmp_path, [[0] * 4] * 3) == [[100] * 4] * 3
     with pytest.raises(MapError, match="13 x 1 pixels; allowed: 1 to 12"):
@@ -285,7 +325,9 @@ def test_what_cannot_be_saved(tmp_path: Path) -> None:
         save_map(OccupancyGrid(cells, 1e4, Pose2D()), tmp_path / "m.yaml")
 
 
-REAL = {  # file stem: (height, width, unknown, free, occupied cells), counted from the pixels by the rules of map_io
+# file stem: (height, width, unknown, free, occupied cells), counted from the pixels by the rules of
+# map_io
+REAL = {
     "100by100_10": (2000, 2000, 0, 3586940, 413060),
     "map": (384, 384, 138683, 7903, 870),
     "epuck_world_map": (300, 300, 0, 89173, 827),
@@ -315,7 +357,10 @@ def test_real_maps_load() -> None:
 def test_nav2s_own_test_map() -> None:
     if "NAVSTACK_DATA" not in os.environ:
         pytest.skip("NAVSTACK_DATA is not set: real maps are not there")
-    file = Path(os.environ["NAVSTACK_DATA"], "ros_maps/ros-navigation__nav2_map_server_test_testmap/testmap.yaml")
+    file = Path(
+        os.environ["NAVSTACK_DATA"],
+        "ros_maps/ros-navigation__nav2_map_server_test_testmap/testmap.yaml",
+    )
     grid = load_map(file)
     assert grid.origin == Pose2D(2.0, 3.0, 1.0)
     pixels = np.asarray(Image.open(file.with_suffix(".png")).convert("RGB")).mean(axis=-1)[::-1]

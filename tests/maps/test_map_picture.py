@@ -17,7 +17,10 @@ from navstack.types import Pose2D
 
 def scene(with_zones: bool) -> Scene:
     grid = OccupancyGrid(np.zeros((100, 200), dtype=np.int8), 0.1, Pose2D(0.0, 0.0))
-    zones = (Zone("road", Rect(0, 0, 20, 10).polygon), Zone("crosswalk", Rect(8, 0, 11, 10).polygon))
+    zones = (
+        Zone("road", Rect(0, 0, 20, 10).polygon),
+        Zone("crosswalk", Rect(8, 0, 11, 10).polygon),
+    )
     obstacles = (
         Obstacle("building_glass", Rect(0, 6, 6, 10).polygon, 9.0),
         Obstacle("mailbox", box(15.0, 5.0, 0.0, 3.0, 3.0), 1.3),
@@ -39,7 +42,8 @@ def test_things_are_where_they_belong(tmp_path: Path) -> None:
     assert colour_at(3.0, 8.0, True, tmp_path) == (0xAA, 0xB4, 0xC0)  # building
     assert colour_at(15.0, 5.0, True, tmp_path) == (0x1F, 0x5F, 0xA8)  # mailbox
     assert colour_at(18.0, 9.0, True, tmp_path) == (0xD3, 0xD5, 0xD8)  # road
-    assert colour_at(18.0, 9.0, False, tmp_path) == (0xF6, 0xF3, 0xEA)  # walkable, when zones are not known
+    # walkable, when zones are not known
+    assert colour_at(18.0, 9.0, False, tmp_path) == (0xF6, 0xF3, 0xEA)
 
 
 def test_a_picture_is_written_as_wide_as_asked(tmp_path: Path) -> None:

@@ -27,7 +27,9 @@ def mesh() -> OccupancyGrid:
 @pytest.fixture(scope="module")
 def clearance(mesh: OccupancyGrid) -> FloatArray:
     """Distance [m] of cells' centres from what is not free."""
-    distance: FloatArray = ndimage.distance_transform_edt(np.pad(mesh.data == FREE, 1))[1:-1, 1:-1] * mesh.resolution
+    distance: FloatArray = (
+        ndimage.distance_transform_edt(np.pad(mesh.data == FREE, 1))[1:-1, 1:-1] * mesh.resolution
+    )
     return distance
 
 
@@ -42,7 +44,9 @@ def draw(mesh: OccupancyGrid, sampling: str) -> list[Mission]:
 
 
 @pytest.fixture(autouse=True)
-def cache_elsewhere(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+def cache_elsewhere(
+    tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path_factory.getbasetemp() / "mission-cache"))
 
 
@@ -78,7 +82,10 @@ def test_uniform_goals_are_farther_and_lie_anywhere(
     assert np.mean(lengths) > np.mean([mission.shortest_path for mission in missions])
     rows, columns = np.nonzero(clearance >= CLEARANCE)
     centre = np.array((columns.mean(), rows.mean())) * mesh.resolution - 100.0
-    for ends in ([(m.start.x, m.start.y) for m in uniform], [(m.goal.x, m.goal.y) for m in uniform]):
+    for ends in (
+        [(m.start.x, m.start.y) for m in uniform],
+        [(m.goal.x, m.goal.y) for m in uniform],
+    ):
         # four standard errors of a mean of places spread by 55 m
         assert np.mean(ends, axis=0) == pytest.approx(centre, abs=4.0 * 55.0 / math.sqrt(MISSIONS))
 
@@ -89,7 +96,9 @@ def test_a_goal_projected_to_the_nearest_walkable_point_lacks_the_clearance(
     """Why goals off the mesh are drawn anew instead of being projected first."""
     free = mesh.data == FREE
     off_mesh = np.argwhere(~free)
-    rows, columns = ndimage.distance_transform_edt(~free, return_distances=False, return_indices=True)
+    rows, columns = ndimage.distance_transform_edt(
+        ~free, return_distances=False, return_indices=True
+    )
     drawn = off_mesh[np.random.default_rng(0).integers(len(off_mesh), size=2000)].T
     assert clearance[rows[tuple(drawn)], columns[tuple(drawn)]].max() < 0.1 * CLEARANCE
 
@@ -127,7 +136,9 @@ def test_no_way_through_a_gap_narrower_than_the_robot() -> None:
     with pytest.raises(InputError, match=r"no path of 0\.8 m width"):
         MissionSampler(grid).mission(Pose2D(0.0, 8.0), Pose2D(6.0, 8.0))
     grid.data[40:51, 50] = 0  # 1.1 m
-    assert MissionSampler(grid).mission(Pose2D(0.0, 7.5), Pose2D(6.0, 7.5)).shortest_path == pytest.approx(6.0, abs=0.4)
+    assert MissionSampler(grid).mission(
+        Pose2D(0.0, 7.5), Pose2D(6.0, 7.5)
+    ).shortest_path == pytest.approx(6.0, abs=0.4)
 
 
 def test_small_rooms_have_missions_too() -> None:
@@ -149,9 +160,15 @@ def test_poses_that_users_give() -> None:
     grid.data[10:20, 10:20] = 100
     check_pose_free(grid, Pose2D(0.0, 3.5), "start")
     with pytest.raises(InputError) as error:
-        check_pose_free(grid, Pose2D(-0.65, 4.5), "goal")  # 0.35 m right of the block's left edge at x = -1
-    assert str(error.value) == "goal (-0.7, 4.5) m lies in an occupied cell; nearest free cell is 0.40 m away"
-    with pytest.raises(InputError, match=r"start \(9\.0, 9\.0\) m lies outside the map; allowed: x -2\.0\.\.3\.0"):
+        # 0.35 m right of the block's left edge at x = -1
+        check_pose_free(grid, Pose2D(-0.65, 4.5), "goal")
+    assert (
+        str(error.value)
+        == "goal (-0.7, 4.5) m lies in an occupied cell; nearest free cell is 0.40 m away"
+    )
+    with pytest.raises(
+        InputError, match=r"start \(9\.0, 9\.0\) m lies outside the map; allowed: x -2\.0\.\.3\.0"
+    ):
         check_pose_free(grid, Pose2D(9.0, 9.0), "start")
     with pytest.raises(InputError, match="finite"):
         check_pose_free(grid, Pose2D(math.nan, 0.0), "start")
@@ -166,8 +183,11 @@ def test_maps_without_room_are_refused() -> None:
 
 
 def test_no_drawn_delivery_is_over_before_it_begins(tmp_path: Path) -> None:
-    save_map(room(80, 80), tmp_path / "yard.yaml")  # 8 m x 8 m: of uniform draws one in six is within 2 m
-    tasks = make_study(stacks=["parked"], episodes=60, map_name=str(tmp_path / "yard.yaml"), missions="uniform").tasks()
+    # 8 m x 8 m: of uniform draws one in six is within 2 m
+    save_map(room(80, 80), tmp_path / "yard.yaml")
+    tasks = make_study(
+        stacks=["parked"], episodes=60, map_name=str(tmp_path / "yard.yaml"), missions="uniform"
+    ).tasks()
     for each in tasks:
         mission = Parts(each).mission(each.generators()["mission"])
         assert math.hypot(mission.goal.x - mission.start.x, mission.goal.y - mission.start.y) > 2.0

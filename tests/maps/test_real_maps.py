@@ -1,4 +1,7 @@
-"""Real map_server maps become worlds: what is occupied stands there, and a robot can be put into them."""
+"""Real map_server maps become worlds.
+
+What is occupied stands there, and a robot can be put into them.
+"""
 
 import os
 from pathlib import Path
@@ -20,10 +23,13 @@ from navstack.types import Pose2D, Twist2D
 
 DATA = os.environ.get("NAVSTACK_DATA")
 MAPS = sorted((Path(DATA) / "ros_maps").glob("*/*.yaml")) if DATA else []
-# Nowhere in these is a robot of 0.62 m x 0.89 m a metre away from walls: worlds of desk robots, and test images.
+# Nowhere in these is a robot of 0.62 m x 0.89 m a metre away from walls: worlds of desk robots, and
+# test images.
 WITHOUT_ROOM = {"map", "map_circular", "epuck_world_map", "testmap", "testmap2"}
 
-pytestmark = pytest.mark.skipif(not MAPS, reason="NAVSTACK_DATA is not set or has no ros_maps: real maps are not there")
+pytestmark = pytest.mark.skipif(
+    not MAPS, reason="NAVSTACK_DATA is not set or has no ros_maps: real maps are not there"
+)
 
 
 def parked_task(file: Path) -> EpisodeTask:
@@ -45,10 +51,14 @@ def test_what_is_occupied_stands_there(file: Path) -> None:
     assert scene.geometry.origin.yaw == 0.0
     assert scene.navigation_mesh is scene.walkable
     solid = (scene.geometry.data == OCCUPIED).sum() * scene.geometry.resolution**2
-    assert sum(polygon_area(obstacle.polygon) for obstacle in scene.obstacles) == pytest.approx(solid)
+    assert sum(polygon_area(obstacle.polygon) for obstacle in scene.obstacles) == pytest.approx(
+        solid
+    )
     assert {obstacle.kind for obstacle in scene.obstacles} == {"unknown"}
     measured, edges = measure(scene), measure_edges(scene)
-    assert measured.walkable_area == pytest.approx((scene.walkable.data == FREE).sum() * scene.geometry.resolution**2)
+    assert measured.walkable_area == pytest.approx(
+        (scene.walkable.data == FREE).sum() * scene.geometry.resolution**2
+    )
     assert measured.pieces == 0
     assert edges is not None and 0.0 <= edges.open_metre <= edges.open_half_metre <= 1.0
 

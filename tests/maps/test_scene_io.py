@@ -26,7 +26,10 @@ def small_scene() -> Scene:
     origin = Pose2D(-1.25, 2.5, 0.0)
     return Scene(
         "small",
-        (Obstacle("mailbox", box(-0.8, 2.8, 0.3, 0.4, 0.3), 1.3), Obstacle("bollard", octagon(1.0, 3.0, 0.15), 0.9)),
+        (
+            Obstacle("mailbox", box(-0.8, 2.8, 0.3, 0.4, 0.3), 1.3),
+            Obstacle("bollard", octagon(1.0, 3.0, 0.15), 0.9),
+        ),
         (
             Zone("road", Rect(-1.0, 2.5, 1.0, 3.5).polygon, -0.12),
             Zone("sidewalk", Rect(-1.0, 2.5, 1.0, 3.5).polygon),
@@ -61,7 +64,9 @@ def test_a_saved_scene_is_read_back_unchanged(tmp_path: Path) -> None:
     assert_same(scene, again)
 
 
-def test_cells_come_from_the_cache_until_the_map_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cells_come_from_the_cache_until_the_map_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path / "cache"))
     cells = np.zeros((4, 4), dtype=np.int8)
     for value in (FREE, OCCUPIED, OCCUPIED):
@@ -75,7 +80,10 @@ def test_ground_is_level_where_a_zone_says_nothing(tmp_path: Path) -> None:
     save_map(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
     ring = [[0, 0], [1, 0], [1, 1], [0, 0]]
     features = [
-        {"properties": {"role": "zone", "kind": kind, **more}, "geometry": {"type": "Polygon", "coordinates": [ring]}}
+        {
+            "properties": {"role": "zone", "kind": kind, **more},
+            "geometry": {"type": "Polygon", "coordinates": [ring]},
+        }
         for kind, more in (("plaza", {}), ("road", {"elevation": -0.15}))
     ]
     (tmp_path / "m.geojson").write_text(json.dumps({"features": features}))
@@ -83,12 +91,16 @@ def test_ground_is_level_where_a_zone_says_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("elevation", "is_allowed"), [(1000.0, True), (-1000.0, True), (1001.0, False), (-1001.0, False)]
+    ("elevation", "is_allowed"),
+    [(1000.0, True), (-1000.0, True), (1001.0, False), (-1001.0, False)],
 )
 def test_ground_lies_within_a_kilometre(tmp_path: Path, elevation: float, is_allowed: bool) -> None:
     save_map(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
     geometry = {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 0]]]}
-    feature = {"properties": {"role": "zone", "kind": "road", "elevation": elevation}, "geometry": geometry}
+    feature = {
+        "properties": {"role": "zone", "kind": "road", "elevation": elevation},
+        "geometry": geometry,
+    }
     (tmp_path / "m.geojson").write_text(json.dumps({"features": [feature]}))
     if is_allowed:
         assert load_scene(tmp_path / "m.yaml").zones[0].elevation == elevation
@@ -112,10 +124,15 @@ def test_no_corner_may_lie_beyond_the_farthest_place(tmp_path: Path, corner: lis
     [
         ([{}] * 20_001, "20001 features; at most 20000 are read"),
         ([{}] * 20_000, "is not a GeoJSON of obstacles and zones"),
-        ([{"properties": {"role": "tree"}}], "feature 0: role 'tree'; allowed are zone and obstacle"),
+        (
+            [{"properties": {"role": "tree"}}],
+            "feature 0: role 'tree'; allowed are zone and obstacle",
+        ),
     ],
 )
-def test_a_file_holds_at_most_20_000_zones_and_obstacles(tmp_path: Path, features: list[object], said: str) -> None:
+def test_a_file_holds_at_most_20_000_zones_and_obstacles(
+    tmp_path: Path, features: list[object], said: str
+) -> None:
     save_map(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
     (tmp_path / "m.geojson").write_text(json.dumps({"features": features}))
     with pytest.raises(MapError, match=said):
@@ -123,7 +140,9 @@ def test_a_file_holds_at_most_20_000_zones_and_obstacles(tmp_path: Path, feature
 
 
 @pytest.mark.parametrize("name", ["m.yaml", "m.yml", "./m.yaml"])
-def test_a_map_may_lie_in_the_folder_where_one_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+def test_a_map_may_lie_in_the_folder_where_one_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
     save_map(OccupancyGrid(np.zeros((4, 5), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
     (tmp_path / "m.yml").write_bytes((tmp_path / "m.yaml").read_bytes())
     monkeypatch.chdir(tmp_path)
@@ -147,7 +166,9 @@ def test_a_users_map_becomes_walls_and_walkable_ground(tmp_path: Path) -> None:
     assert scene.walkable.data.tolist() == [[0, 0, 100], [0, 100, 100], [100, 0, 0]]
     assert scene.navigation_mesh is scene.walkable
     assert {o.kind for o in scene.obstacles} == {"unknown"}
-    assert sorted((*o.polygon.min(axis=0), *o.polygon.max(axis=0), o.height) for o in scene.obstacles) == [
+    assert sorted(
+        (*o.polygon.min(axis=0), *o.polygon.max(axis=0), o.height) for o in scene.obstacles
+    ) == [
         (1.0, 3.0, 1.5, 3.5, WALL_HEIGHT),
         (2.0, 2.0, 2.5, 3.0, WALL_HEIGHT),
     ]
@@ -156,7 +177,9 @@ def test_a_users_map_becomes_walls_and_walkable_ground(tmp_path: Path) -> None:
 @pytest.mark.parametrize("part", ["walkable", "navmesh"])
 def test_a_part_of_another_size_is_refused(tmp_path: Path, part: str) -> None:
     save_map(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
-    save_map(OccupancyGrid(np.zeros((4, 5), dtype=np.int8), 0.5, Pose2D()), tmp_path / f"m_{part}.yaml")
+    save_map(
+        OccupancyGrid(np.zeros((4, 5), dtype=np.int8), 0.5, Pose2D()), tmp_path / f"m_{part}.yaml"
+    )
     with pytest.raises(MapError, match="size, resolution or origin differs"):
         load_scene(tmp_path / "m.yaml")
 

@@ -5,7 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from harness.world.shapes import Rect, bounds, box, fill_convex, grow, octagon, polygon_area, window_of
+from harness.world.shapes import (
+    Rect,
+    bounds,
+    box,
+    fill_convex,
+    grow,
+    octagon,
+    polygon_area,
+    window_of,
+)
 
 AREA = Rect(1.0, 2.0, 4.0, 7.0)
 
@@ -18,8 +27,12 @@ def test_a_rectangle_knows_its_sides() -> None:
     assert bounds(AREA.polygon) == AREA
 
 
-@pytest.mark.parametrize(("side", "point"), [(0, (1.25, 3.5)), (1, (2.5, 2.25)), (2, (3.75, 3.5)), (3, (2.5, 6.75))])
-def test_a_point_beside_a_side_counts_from_its_lower_or_left_end_inwards(side: int, point: tuple[float, float]) -> None:
+@pytest.mark.parametrize(
+    ("side", "point"), [(0, (1.25, 3.5)), (1, (2.5, 2.25)), (2, (3.75, 3.5)), (3, (2.5, 6.75))]
+)
+def test_a_point_beside_a_side_counts_from_its_lower_or_left_end_inwards(
+    side: int, point: tuple[float, float]
+) -> None:
     assert AREA.beside(side, 1.5, 0.25) == point
 
 
@@ -42,7 +55,12 @@ def test_rectangles_that_only_share_an_edge_do_not_overlap(other: Rect, expected
 
 def test_a_box_lies_along_its_yaw() -> None:
     yaw = math.radians(90.0)
-    expected = [(1.0 + 0.5, 2.0 - 2.0), (1.0 + 0.5, 2.0 + 2.0), (1.0 - 0.5, 2.0 + 2.0), (1.0 - 0.5, 2.0 - 2.0)]
+    expected = [
+        (1.0 + 0.5, 2.0 - 2.0),
+        (1.0 + 0.5, 2.0 + 2.0),
+        (1.0 - 0.5, 2.0 + 2.0),
+        (1.0 - 0.5, 2.0 - 2.0),
+    ]
     assert box(1.0, 2.0, yaw, 4.0, 1.0) == pytest.approx(np.array(expected))
     slanted = box(0.0, 0.0, math.atan2(3.0, 4.0), 10.0, 5.0)
     assert slanted[2] == pytest.approx((0.8 * 5.0 - 0.6 * 2.5, 0.6 * 5.0 + 0.8 * 2.5))
@@ -51,7 +69,15 @@ def test_a_box_lies_along_its_yaw() -> None:
 def test_an_octagon_has_a_flat_side_to_the_right() -> None:
     corners = octagon(3.0, -1.0, 2.0)
     half, far = 2.0 * math.sin(math.pi / 8.0), 2.0 * math.cos(math.pi / 8.0)
-    expected = [(far, half), (half, far), (-half, far), (-far, half), (-far, -half), (-half, -far), (half, -far)]
+    expected = [
+        (far, half),
+        (half, far),
+        (-half, far),
+        (-far, half),
+        (-far, -half),
+        (-half, -far),
+        (half, -far),
+    ]
     assert corners - (3.0, -1.0) == pytest.approx(np.array([*expected, (far, -half)]))
     assert polygon_area(corners) == pytest.approx(2.0 * math.sqrt(2.0) * 4.0)
 
@@ -66,7 +92,9 @@ def test_a_polygon_grows_by_its_margin_on_every_side() -> None:
     for polygon in (box(1.0, 2.0, 0.4, 1.7, 0.9), octagon(-3.0, 1.0, 0.2)):
         grown = grow(polygon, 0.3)
         edges, normals = np.roll(polygon, -1, axis=0) - polygon, np.roll(grown, -1, axis=0) - grown
-        across = (edges[:, 0] * (grown - polygon)[:, 1] - edges[:, 1] * (grown - polygon)[:, 0]) / np.hypot(*edges.T)
+        across = (
+            edges[:, 0] * (grown - polygon)[:, 1] - edges[:, 1] * (grown - polygon)[:, 0]
+        ) / np.hypot(*edges.T)
         assert across == pytest.approx(-0.3)
         assert edges[:, 0] * normals[:, 1] == pytest.approx(edges[:, 1] * normals[:, 0])
 
@@ -113,7 +141,9 @@ def test_the_window_around_a_polygon_holds_all_of_its_cells(corner: tuple[float,
         (Rect(-9.0, -9.0, 0.0, 0.0), (0, 0), (0, 0)),
     ],
 )
-def test_the_window_is_no_larger_than_needed(area: Rect, columns: tuple[int, int], rows: tuple[int, int]) -> None:
+def test_the_window_is_no_larger_than_needed(
+    area: Rect, columns: tuple[int, int], rows: tuple[int, int]
+) -> None:
     window, mask = window_of(area.polygon, (6, 8), 0.5, 10.0, 20.0)
     assert window == (slice(*rows), slice(*columns))
     assert mask.shape == (rows[1] - rows[0], columns[1] - columns[0])

@@ -7,7 +7,14 @@ import pytest
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from harness.task.shortest_paths import descend, distance_field, line_of_sight, path_length, shortest_path, string_pull
+from harness.task.shortest_paths import (
+    descend,
+    distance_field,
+    line_of_sight,
+    path_length,
+    shortest_path,
+    string_pull,
+)
 
 MOVES = [(y, x) for y in range(-2, 3) for x in range(-2, 3) if math.gcd(y, x) == 1]
 
@@ -17,7 +24,10 @@ def random_mask(seed: int, shape: tuple[int, int] = (40, 55), share: float = 0.3
 
 
 def touched(dy: int, dx: int) -> list[tuple[int, int]]:
-    """Cells whose closed square meets the segment from (0, 0) to (dy, dx): exact, by the sides of their corners."""
+    """Cells whose closed square meets the segment from (0, 0) to (dy, dx).
+
+    Exact, by the sides of their corners.
+    """
     cells = []
     for a in range(min(dy, 0), max(dy, 0) + 1):
         for b in range(min(dx, 0), max(dx, 0) + 1):
@@ -47,7 +57,9 @@ def scipy_field(free: np.ndarray, goal: tuple[int, int]) -> np.ndarray:
 def test_field_is_scipys_dijkstra(seed: int) -> None:
     free = random_mask(seed, share=0.15 + 0.05 * seed)
     goal = tuple(np.argwhere(free)[100 + seed])
-    np.testing.assert_allclose(distance_field(free, np.array(goal)), scipy_field(free, goal), rtol=1e-6)
+    np.testing.assert_allclose(
+        distance_field(free, np.array(goal)), scipy_field(free, goal), rtol=1e-6
+    )
 
 
 def test_field_of_several_goals_is_the_least(seed: int = 7) -> None:
@@ -97,7 +109,12 @@ def test_descent_takes_exactly_the_fields_length(seed: int) -> None:
 
 @pytest.mark.parametrize(
     ("goals", "end"),
-    [([(4, 0), (4, 8)], (4, 8)), ([(0, 4), (8, 4)], (8, 4)), ([(4, 0), (0, 4)], (4, 0)), ([(4, 0), (8, 4)], (8, 4))],
+    [
+        ([(4, 0), (4, 8)], (4, 8)),
+        ([(0, 4), (8, 4)], (8, 4)),
+        ([(4, 0), (0, 4)], (4, 0)),
+        ([(4, 0), (8, 4)], (8, 4)),
+    ],
 )
 def test_of_equally_near_goals_descent_takes_the_one_of_the_first_move(
     goals: list[tuple[int, int]], end: tuple[int, int]
@@ -139,7 +156,9 @@ def test_string_pull_goes_straight_where_it_can() -> None:
     path = shortest_path(free, (3, 4), (3, 81))
     assert path is not None
     best = 2 * math.hypot(50 - 3, 40 - 4)
-    assert best - 1 <= path_length(path) <= 1.02 * math.hypot(47, 36) + 1.02 * math.hypot(47, 41) + 3
+    assert (
+        best - 1 <= path_length(path) <= 1.02 * math.hypot(47, 36) + 1.02 * math.hypot(47, 41) + 3
+    )
 
 
 def test_line_of_sight_against_dense_sampling() -> None:

@@ -46,7 +46,8 @@ def digest(scene: Scene) -> str:
     return content.hexdigest()
 
 
-@pytest.mark.parametrize("name", ["sidewalk_1", "sidewalk_2"])  # the first: tests/maps/test_cli_map.py
+# the first: tests/maps/test_cli_map.py
+@pytest.mark.parametrize("name", ["sidewalk_1", "sidewalk_2"])
 def test_the_shipped_worlds_are_those_of_their_seeds(name: str) -> None:
     assert digest(generate(WORLDS[name])) == digest(load_scene(name))
 
@@ -63,29 +64,44 @@ def test_frame(scene: Scene) -> None:
 
 
 def test_a_world_is_like_the_papers(scene: Scene, capsys: pytest.CaptureFixture[str]) -> None:
-    """Area, widths of the ways, furniture and its spacing: each within 15 % of what was measured on the paper's map."""
+    """Area, widths of the ways, furniture and its spacing.
+
+    Each within 15 % of what was measured on the paper's map.
+    """
     measured = measure(scene)
     rows = table_rows(measured)
     with capsys.disabled():
         sys.stdout.write(f"\n{scene.name:>28}  this world  the paper's\n")
-        sys.stdout.writelines(f"{label:>28}{ours:>12.2f}{theirs:>13.2f}\n" for label, ours, theirs in rows)
+        sys.stdout.writelines(
+            f"{label:>28}{ours:>12.2f}{theirs:>13.2f}\n" for label, ours, theirs in rows
+        )
     assert len(rows) == 14
     for label, ours, theirs in rows:
         assert ours == pytest.approx(theirs, rel=0.15), label
     assert measured.connected_parts == 1
-    assert deviation(measured) == pytest.approx(max(abs(ours / theirs - 1.0) for _, ours, theirs in rows))
+    assert deviation(measured) == pytest.approx(
+        max(abs(ours / theirs - 1.0) for _, ours, theirs in rows)
+    )
 
 
 def table_rows(measured: MapStatistics) -> list[tuple[str, float, float]]:
-    """Label, measured and published value; the published ones are repeated here as the paper's map gave them."""
-    widths = dict(zip((5, 10, 25, 50, 75, 90, 95), (0.5, 0.8, 1.8, 2.9, 4.1, 7.0, 9.4), strict=True))
+    """Label, measured and published value.
+
+    The published ones are repeated here as the paper's map gave them.
+    """
+    widths = dict(
+        zip((5, 10, 25, 50, 75, 90, 95), (0.5, 0.8, 1.8, 2.9, 4.1, 7.0, 9.4), strict=True)
+    )
     spacings = dict(zip((10, 50, 90), (1.6, 3.1, 6.6), strict=True))
     return [
         ("walkable area [m2]", measured.walkable_area, 12_620.0),
         *((f"width {p} % [m]", w, widths[p]) for p, w in zip(widths, measured.widths, strict=True)),
         ("pieces of furniture", measured.pieces, 330),
         ("  share of 0.3-1 m2", measured.medium_share, 0.5),
-        *((f"  spacing {p} % [m]", d, spacings[p]) for p, d in zip(spacings, measured.spacings, strict=True)),
+        *(
+            (f"  spacing {p} % [m]", d, spacings[p])
+            for p, d in zip(spacings, measured.spacings, strict=True)
+        ),
         ("connected parts", measured.connected_parts, 1),
     ]
 
@@ -95,7 +111,10 @@ def furnished(*sizes: tuple[str, float, float]) -> Scene:
     mesh = np.full((10, 40), OCCUPIED, dtype=np.int8)
     mesh[4:7] = FREE
     grid = OccupancyGrid(mesh, 0.5, Pose2D())
-    things = (Obstacle(kind, Rect(3.0 * k, 0, 3.0 * k + x, y).polygon, 1.0) for k, (kind, x, y) in enumerate(sizes))
+    things = (
+        Obstacle(kind, Rect(3.0 * k, 0, 3.0 * k + x, y).polygon, 1.0)
+        for k, (kind, x, y) in enumerate(sizes)
+    )
     return Scene("made-up", tuple(things), (), grid, grid)
 
 
@@ -103,7 +122,12 @@ def test_measures_of_a_corridor_with_two_pieces_of_furniture() -> None:
     """A building, what is unknown, and what is too small or too large do not count."""
     measured = measure(
         furnished(
-            *(("trash_bin", 0.5, 0.5), ("building_glass", 1.0, 0.5), ("hydrant", 0.2, 0.2), ("mailbox", 0.5, 1.0)),
+            *(
+                ("trash_bin", 0.5, 0.5),
+                ("building_glass", 1.0, 0.5),
+                ("hydrant", 0.2, 0.2),
+                ("mailbox", 0.5, 1.0),
+            ),
             *(("unknown", 0.5, 1.0), ("bus_stop", 2.5, 4.1)),
         )
     )
@@ -113,8 +137,12 @@ def test_measures_of_a_corridor_with_two_pieces_of_furniture() -> None:
     assert measured.spacings == pytest.approx((math.hypot(9.0, 0.25),) * 3)
 
 
-@pytest.mark.parametrize(("sizes", "pieces", "share"), [((), 0, 0.0), ((("plant", 1.0, 1.0),), 1, 1.0)])
-def test_a_single_piece_has_no_spacing(sizes: tuple[tuple[str, float, float]], pieces: int, share: float) -> None:
+@pytest.mark.parametrize(
+    ("sizes", "pieces", "share"), [((), 0, 0.0), ((("plant", 1.0, 1.0),), 1, 1.0)]
+)
+def test_a_single_piece_has_no_spacing(
+    sizes: tuple[tuple[str, float, float]], pieces: int, share: float
+) -> None:
     measured = measure(furnished(*sizes))
     assert (measured.pieces, measured.medium_share, measured.spacings) == (pieces, share, ())
 
@@ -134,7 +162,11 @@ def test_the_mesh_stands_in_front_of_walls_and_at_the_curb(scene: Scene) -> None
     assert not (mesh & ~walkable).any()
     to_solid = ndimage.distance_transform_edt(~rasterise(scene.obstacles)) * 0.05 - 0.05
     assert to_solid[mesh].min() >= min(MARGINS) - 0.05
-    at_curb = walkable & ndimage.binary_dilation(~walkable) & (to_solid > math.sqrt(2.0) * max(MARGINS) + LEAST_WIDTH)
+    at_curb = (
+        walkable
+        & ndimage.binary_dilation(~walkable)
+        & (to_solid > math.sqrt(2.0) * max(MARGINS) + LEAST_WIDTH)
+    )
     assert at_curb.sum() > 20_000  # cells, 1 km
     assert mesh[at_curb].mean() > 0.99  # but for slivers, as beside roadworks
 
@@ -160,7 +192,10 @@ def test_kinds_and_zones(scene: Scene) -> None:
     assert min(o.height for o in scene.obstacles if o.kind == "building_glass") >= 6.0
     for obstacle in scene.obstacles:
         edges = np.roll(obstacle.polygon, -1, axis=0) - obstacle.polygon
-        turns = edges[:, 0] * np.roll(edges, -1, axis=0)[:, 1] - edges[:, 1] * np.roll(edges, -1, axis=0)[:, 0]
+        turns = (
+            edges[:, 0] * np.roll(edges, -1, axis=0)[:, 1]
+            - edges[:, 1] * np.roll(edges, -1, axis=0)[:, 0]
+        )
         assert (turns > 0).all()  # convex and counter-clockwise
         assert polygon_area(obstacle.polygon) > 0.04
 
@@ -196,9 +231,13 @@ def test_furniture_does_not_overlap(scene: Scene) -> None:
     for obstacle in furniture:
         column, row = ((obstacle.polygon.mean(axis=0) + 100.0) / 0.05).astype(int) - 120
         window = np.zeros((240, 240), dtype=bool)
-        fill_convex(window, obstacle.polygon, True, 0.05, -100.0 + column * 0.05, -100.0 + row * 0.05)
+        fill_convex(
+            window, obstacle.polygon, True, 0.05, -100.0 + column * 0.05, -100.0 + row * 0.05
+        )
         perimeter = np.hypot(*(np.roll(obstacle.polygon, 1, axis=0) - obstacle.polygon).T).sum()
-        assert window.sum() * 0.0025 == pytest.approx(polygon_area(obstacle.polygon), abs=0.03 * perimeter)
+        assert window.sum() * 0.0025 == pytest.approx(
+            polygon_area(obstacle.polygon), abs=0.03 * perimeter
+        )
         padded[row + 120 : row + 360, column + 120 : column + 360] += window
     assert padded.max() == 1
 

@@ -21,7 +21,8 @@ SCAN_PERIOD = 6  # [ticks]
 BEAMS = 240
 RANGE = 8.0  # [m]
 RESOLUTION = 0.05  # [m]
-FOOTPRINT = ((0.14, 0.25), (0.14, -0.25), (-0.607, -0.25), (-0.607, 0.25))  # [m] of the shipped files, unpadded
+# [m] of the shipped files, unpadded
+FOOTPRINT = ((0.14, 0.25), (0.14, -0.25), (-0.607, -0.25), (-0.607, 0.25))
 
 Solids = Callable[[float], np.ndarray]  # cells (height, width) that stop a beam at a time
 
@@ -54,7 +55,9 @@ def room() -> Callable[..., OccupancyGrid]:
     """Makes an empty room with walls; its lower left corner is the origin."""
 
     def _room(width: float = 16.0, height: float = 8.0) -> OccupancyGrid:
-        cells = np.full((round(height / RESOLUTION), round(width / RESOLUTION)), FREE, dtype=np.int8)
+        cells = np.full(
+            (round(height / RESOLUTION), round(width / RESOLUTION)), FREE, dtype=np.int8
+        )
         cells[:2] = cells[-2:] = OCCUPIED
         cells[:, :2] = cells[:, -2:] = OCCUPIED
         return OccupancyGrid(cells, RESOLUTION, Pose2D())
@@ -70,7 +73,9 @@ def make() -> Callable[..., tuple[Navigator, Knows]]:
         localizer = Knows()
         nav2 = load_nav2(shipped("params") / "nav2" / f"{name}.yaml")
         if changes:
-            nav2 = nav2.with_values({key.replace("__", "."): value for key, value in changes.items()})
+            nav2 = nav2.with_values(
+                {key.replace("__", "."): value for key, value in changes.items()}
+            )
         return build_navigator(nav2, localizer, grid, None), localizer
 
     return _make
@@ -91,7 +96,9 @@ def _drive(
     solid: Solids | np.ndarray | None = None,
     goes_on: bool = False,  # after arrival
 ) -> Drive:
-    navigator.reset(goal, Belief(start), Generators(*(np.random.default_rng(seed) for seed in range(3))))
+    navigator.reset(
+        goal, Belief(start), Generators(*(np.random.default_rng(seed) for seed in range(3)))
+    )
     pose, twist = start, Twist2D()
     result = Drive(start, seconds)
     for k in range(round(seconds / TICK)):
@@ -117,11 +124,22 @@ def _drive(
 
 
 def cast(cells: np.ndarray, pose: Pose2D) -> np.ndarray:
-    """Ranges (BEAMS,) of a scanner in the robot's origin among solid cells; inf: nothing within reach."""
+    """Ranges (BEAMS,) of a scanner in the robot's origin among solid cells.
+
+    Inf: nothing within reach.
+    """
     angles = pose.yaw - math.pi + 2.0 * math.pi / BEAMS * np.arange(BEAMS)
     along = np.arange(0.1, RANGE, 0.5 * RESOLUTION)
-    columns = ((pose.x + np.cos(angles)[:, None] * along) / RESOLUTION).astype(int).clip(0, cells.shape[1] - 1)
-    rows = ((pose.y + np.sin(angles)[:, None] * along) / RESOLUTION).astype(int).clip(0, cells.shape[0] - 1)
+    columns = (
+        ((pose.x + np.cos(angles)[:, None] * along) / RESOLUTION)
+        .astype(int)
+        .clip(0, cells.shape[1] - 1)
+    )
+    rows = (
+        ((pose.y + np.sin(angles)[:, None] * along) / RESOLUTION)
+        .astype(int)
+        .clip(0, cells.shape[0] - 1)
+    )
     hits = cells[rows, columns]
     return np.where(hits.any(axis=1), along[hits.argmax(axis=1)], math.inf)
 

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from navstack.action_codes import COMPUTE_PATH_TO_POSE, FOLLOW_PATH
-from navstack.behavior_tree import CONTROLLER_RECOVERY_HELPS, NUMBER_OF_RETRIES, PLANNER_RECOVERY_HELPS, NavigateToPose
+from navstack.behavior_tree import (
+    CONTROLLER_RECOVERY_HELPS,
+    NUMBER_OF_RETRIES,
+    PLANNER_RECOVERY_HELPS,
+    NavigateToPose,
+)
 from navstack.behaviors.behavior_server import BehaviorServer
 from navstack.behaviors.wait import Wait
 from navstack.costmap.costmap import Costmap
@@ -83,7 +88,11 @@ class Rig:
     def __init__(self, behaviors=None):
         self.planner, self.controller = FakePlanner(), FakeControllerServer()
         self.world, self.local = FakeCostmap(), FakeCostmap()
-        known = {"wait": Wait(BehaviorServerParams(), FOOTPRINT, None)} if behaviors is None else behaviors
+        known = (
+            {"wait": Wait(BehaviorServerParams(), FOOTPRINT, None)}
+            if behaviors is None
+            else behaviors
+        )
         server = BehaviorServer(known, self.local.master)
         self.tree = NavigateToPose(self.planner, self.controller, server, self.world, self.local)
         self.tree.reset(Pose2D(9.0, 5.0), np.random.default_rng(0), np.random.default_rng(1))
@@ -114,7 +123,9 @@ def test_the_path_is_computed_anew_every_second_while_it_is_followed() -> None:
     assert rig.controller.begun == 1
 
 
-def test_a_failed_plan_clears_the_global_costmap_and_is_tried_again_while_the_old_path_is_followed() -> None:
+def test_a_failed_plan_clears_the_global_costmap_and_is_tried_again_while_the_old_path_is_followed() -> (
+    None
+):
     rig = Rig()
     rig.tick(10)
     rig.plan_fails("NO_VALID_PATH", times=1)
@@ -193,7 +204,8 @@ def test_only_some_errors_of_following_lead_to_clearing_and_recovery(code: str) 
     helps = code in ("UNKNOWN", "PATIENCE_EXCEEDED", "FAILED_TO_MAKE_PROGRESS", "NO_VALID_CONTROL")
     assert (rig.tree.status is Status.RUNNING) == helps == (code in CONTROLLER_RECOVERY_HELPS)
     assert rig.tree.counts.failed_controls == (2 if helps else 1)
-    assert rig.local.cleared == (2 if helps else 0)  # once for the second attempt, once as a recovery
+    # once for the second attempt, once as a recovery
+    assert rig.local.cleared == (2 if helps else 0)
 
 
 def test_an_error_of_following_speaks_for_a_recovery_until_a_path_is_followed_again() -> None:
@@ -219,14 +231,24 @@ def test_after_six_recoveries_the_navigation_is_given_up() -> None:
     assert rig.tree.trouble.gave_up == "all retries are used up"
     counts = rig.tree.counts
     assert counts.recoveries == NUMBER_OF_RETRIES == 6
-    # clear | no spin, so wait | no backup, so clear | no spin, so wait | no backup, so clear | no spin, so wait
+    # clear | no spin, so wait | no backup, so clear | no spin, so wait | no backup, so clear | no
+    # spin, so wait
     assert (counts.clearings, counts.spins, counts.waits, counts.backups) == (3, 3, 3, 2)
     assert counts.failed_recoveries == 5
-    assert (rig.tree.trouble.recovery_error, rig.tree.trouble.recovery_error_code) == ("UNAVAILABLE", 0)
+    assert (rig.tree.trouble.recovery_error, rig.tree.trouble.recovery_error_code) == (
+        "UNAVAILABLE",
+        0,
+    )
     assert counts.failed_plans == 14  # two per attempt, of which the first is no retry
     history = rig.tree.trouble.history.split("; ")
-    assert history[:2] == ["0.0 s no plan (NO_VALID_PATH) (2 times until 0.1 s)", "0.1 s clear_costmaps begins"]
-    assert [line.split(" s ")[1] for line in history[1:-1:2]] == ["clear_costmaps begins", "wait begins"] * 3
+    assert history[:2] == [
+        "0.0 s no plan (NO_VALID_PATH) (2 times until 0.1 s)",
+        "0.1 s clear_costmaps begins",
+    ]
+    assert [line.split(" s ")[1] for line in history[1:-1:2]] == [
+        "clear_costmaps begins",
+        "wait begins",
+    ] * 3
     assert history[-1] == "16.0 s gave up: all retries are used up" and len(history) == 14
     assert len(rig.planner.stamps) == 14
     assert rig.tick(10) == Twist2D()
@@ -262,7 +284,10 @@ def test_arriving_ends_it() -> None:
     rig.controller.arrived = True
     assert rig.tick() == Twist2D()
     assert rig.tree.status is Status.SUCCEEDED
-    assert (rig.tree.trouble.gave_up, rig.tree.trouble.history) == ("", "0.3 s arrived where it believes the goal")
+    assert (rig.tree.trouble.gave_up, rig.tree.trouble.history) == (
+        "",
+        "0.3 s arrived where it believes the goal",
+    )
 
 
 def test_a_new_goal_forgets_retries_recoveries_and_errors() -> None:

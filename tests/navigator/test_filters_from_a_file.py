@@ -43,7 +43,8 @@ def nav2_with_mask(tmp_path):
 
     def _make(name, values, insert="", type=0, base=0.0, multiplier=1.0):
         (tmp_path / "masks").mkdir()
-        shades = np.where(values < 0, 255, values).astype(np.uint8)[::-1]  # 'raw': the values themselves
+        # 'raw': the values themselves
+        shades = np.where(values < 0, 255, values).astype(np.uint8)[::-1]
         Image.fromarray(shades).save(tmp_path / "masks" / f"{name}.png")
         (tmp_path / "masks" / f"{name}.yaml").write_text(MASK.format(name=name))
         text = (shipped("params") / "nav2" / "stock.yaml").read_text()
@@ -68,7 +69,9 @@ def test_a_keepout_mask_is_driven_around(room, make, drive, nav2_with_mask) -> N
     assert navigator.counts.failed_plans == 0
 
 
-def test_a_speed_mask_slows_the_robot_and_lets_it_go_again(room, make, drive, nav2_with_mask) -> None:
+def test_a_speed_mask_slows_the_robot_and_lets_it_go_again(
+    room, make, drive, nav2_with_mask
+) -> None:
     grid = room(30.0)
     _, localizer = make(grid)
     values = np.zeros((40, 150), dtype=np.int8)

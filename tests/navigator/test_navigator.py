@@ -1,4 +1,7 @@
-"""The tick and the tree, closed over an ideal robot on small maps: no physics, so that every cause is in the brain."""
+"""The tick and the tree, closed over an ideal robot on small maps.
+
+No physics, so that every cause is in the brain.
+"""
 
 import math
 
@@ -18,7 +21,8 @@ def test_it_arrives_and_says_so(room, make, drive, name: str) -> None:
     driven = drive(navigator, localizer, Pose2D(2.0, 2.0, math.pi), goal, 60.0)
     tolerance = 1.8 if name == "tuned" else 0.25
     assert math.hypot(driven.pose.x - goal.x, driven.pose.y - goal.y) <= tolerance + 0.1
-    if name == "stock":  # the tuned file's 1.8 m makes it turn to the goal's yaw on the spot, far from it
+    # the tuned file's 1.8 m makes it turn to the goal's yaw on the spot, far from it
+    if name == "stock":
         assert navigator.status is Status.SUCCEEDED
     assert navigator.counts.failed_plans == 0
     assert max(abs(command.linear_x) for command in driven.commands) <= 3.0
@@ -35,7 +39,9 @@ def test_a_goal_that_nothing_reaches_ends_after_nav2s_retries(room, make, drive)
     grid = room()
     grid.data[:, 150:160] = OCCUPIED
     navigator, localizer = make(grid)
-    driven = drive(navigator, localizer, Pose2D(2.0, 4.0), Pose2D(13.0, 4.0), 90.0, grid.data == OCCUPIED)
+    driven = drive(
+        navigator, localizer, Pose2D(2.0, 4.0), Pose2D(13.0, 4.0), 90.0, grid.data == OCCUPIED
+    )
     assert navigator.status is Status.FAILED
     assert (navigator.trouble.error, navigator.trouble.error_code) == ("NO_VALID_PATH", 208)
     assert navigator.trouble.gave_up == "all retries are used up"
@@ -44,7 +50,8 @@ def test_a_goal_that_nothing_reaches_ends_after_nav2s_retries(room, make, drive)
     assert (counts.clearings, counts.spins, counts.waits, counts.backups) == (2, 2, 1, 1)
     assert counts.failed_recoveries == 0
     assert counts.plans == 0
-    # 5 s of waiting, 2 s of backing up, two spins of at most 4 s, and 14 plans, one per update of the global costmap
+    # 5 s of waiting, 2 s of backing up, two spins of at most 4 s, and 14 plans, one per update of
+    # the global costmap
     assert 7.0 <= driven.seconds <= 5.0 + 2.0 + 2 * 4.0 + 14 * 1.0 + 1.0
     assert math.hypot(driven.pose.x - 2.0, driven.pose.y - 4.0) == pytest.approx(0.3, abs=0.05)
     assert driven.pose.yaw == pytest.approx(2 * 1.57, abs=0.4)

@@ -1,4 +1,7 @@
-"""Robots in trouble, from start to end: what they try, what helps, and what they say when nothing does."""
+"""Robots in trouble, from start to end.
+
+What they try, what helps, and what they say when nothing does.
+"""
 
 import math
 
@@ -30,16 +33,24 @@ def room_with_door(room) -> OccupancyGrid:
 
 
 @FILES
-def test_a_corridor_blocked_off_the_map_is_given_up_after_all_recoveries(room, make, drive, name: str) -> None:
+def test_a_corridor_blocked_off_the_map_is_given_up_after_all_recoveries(
+    room, make, drive, name: str
+) -> None:
     grid = room(16.0, 3.2)
     navigator, localizer = make(grid, name)
     blocked = with_boxes(grid, (8.0, 8.3, 0.0, 3.2))
     driven = drive(navigator, localizer, Pose2D(2.0, 1.6), Pose2D(13.0, 1.6), 90.0, blocked)
     assert navigator.status is Status.FAILED
-    assert (navigator.trouble.error, navigator.trouble.gave_up) == ("NO_VALID_PATH", "all retries are used up")
+    assert (navigator.trouble.error, navigator.trouble.gave_up) == (
+        "NO_VALID_PATH",
+        "all retries are used up",
+    )
     counts = navigator.counts
     assert counts.recoveries == NUMBER_OF_RETRIES
-    assert counts.clearings + counts.spins + counts.waits + counts.backups - counts.failed_recoveries == 6
+    assert (
+        counts.clearings + counts.spins + counts.waits + counts.backups - counts.failed_recoveries
+        == 6
+    )
     assert driven.seconds < 40.0
     assert not driven.touched
 
@@ -50,21 +61,37 @@ def test_somebody_in_a_doorway_is_waited_for(room, make, drive, name: str) -> No
     occupied, free = with_boxes(grid, (7.9, 8.3, 3.0, 5.0)), with_boxes(grid)
     navigator, localizer = make(grid, name)
     goal = Pose2D(13.0, 4.0)
-    driven = drive(navigator, localizer, Pose2D(3.0, 4.0), goal, 60.0, lambda now: occupied if now < 12.0 else free)
+    driven = drive(
+        navigator,
+        localizer,
+        Pose2D(3.0, 4.0),
+        goal,
+        60.0,
+        lambda now: occupied if now < 12.0 else free,
+    )
     assert navigator.status is Status.SUCCEEDED
     assert 1 <= navigator.counts.recoveries < NUMBER_OF_RETRIES
     assert navigator.counts.waits == 1
-    assert max(pose.x for pose, t in zip(driven.poses, np.arange(720) / 60.0, strict=False) if t < 12.0) < 7.9
+    assert (
+        max(
+            pose.x for pose, t in zip(driven.poses, np.arange(720) / 60.0, strict=False) if t < 12.0
+        )
+        < 7.9
+    )
     assert math.hypot(driven.pose.x - goal.x, driven.pose.y - goal.y) < 1.9
     assert not driven.touched
 
 
 @FILES
-def test_a_robot_with_its_nose_in_the_inflation_backs_out_of_it(room, make, drive, name: str) -> None:
+def test_a_robot_with_its_nose_in_the_inflation_backs_out_of_it(
+    room, make, drive, name: str
+) -> None:
     """The file has no spin, so that recovery fails and the next ones run."""
     grid = room()
     navigator, localizer = make(grid, name, behavior_server__behavior_plugins=["backup", "wait"])
-    driven = drive(navigator, localizer, Pose2D(15.6, 4.0), Pose2D(4.0, 4.0, math.pi), 60.0, with_boxes(grid))
+    driven = drive(
+        navigator, localizer, Pose2D(15.6, 4.0), Pose2D(4.0, 4.0, math.pi), 60.0, with_boxes(grid)
+    )
     assert navigator.status is Status.SUCCEEDED
     counts = navigator.counts
     assert (counts.clearings, counts.spins, counts.waits, counts.backups) == (1, 1, 1, 1)
@@ -75,15 +102,27 @@ def test_a_robot_with_its_nose_in_the_inflation_backs_out_of_it(room, make, driv
     assert sum(backing) / 60.0 == pytest.approx(-0.3, abs=0.03)
 
 
-def test_a_boxed_in_robot_breaks_off_its_spin_before_the_tail_meets_the_box(room, make, drive) -> None:
+def test_a_boxed_in_robot_breaks_off_its_spin_before_the_tail_meets_the_box(
+    room, make, drive
+) -> None:
     """The box is just wider than the footprint, with whose global padding the costmap is cleared."""
     grid = room()
     navigator, localizer = make(grid)
     sides = [(4.35, 6.05, 3.35, 3.4), (4.35, 6.05, 4.6, 4.65)]
     ends = [(4.35, 4.4, 3.35, 4.65), (6.0, 6.05, 3.35, 4.65)]
-    driven = drive(navigator, localizer, Pose2D(5.35, 4.0), Pose2D(13.0, 4.0), 8.0, with_boxes(grid, *sides, *ends))
+    driven = drive(
+        navigator,
+        localizer,
+        Pose2D(5.35, 4.0),
+        Pose2D(13.0, 4.0),
+        8.0,
+        with_boxes(grid, *sides, *ends),
+    )
     assert navigator.trouble.error_code == 208
-    assert (navigator.trouble.recovery_error, navigator.trouble.recovery_error_code) == ("COLLISION_AHEAD", 703)
+    assert (navigator.trouble.recovery_error, navigator.trouble.recovery_error_code) == (
+        "COLLISION_AHEAD",
+        703,
+    )
     counts = navigator.counts
     assert (counts.clearings, counts.spins, counts.waits, counts.backups) == (1, 1, 1, 0)
     assert (counts.recoveries, counts.failed_recoveries) == (2, 1)
@@ -105,11 +144,15 @@ def test_a_start_in_an_obstacle_is_given_up(room, make, drive, name: str) -> Non
 
 
 @FILES
-def test_a_goal_in_an_obstacle_is_approached_as_far_as_the_planner_may(room, make, drive, name: str) -> None:
+def test_a_goal_in_an_obstacle_is_approached_as_far_as_the_planner_may(
+    room, make, drive, name: str
+) -> None:
     grid = room()
     grid.data[78:82, 258:262] = OCCUPIED
     navigator, localizer = make(grid, name)
-    driven = drive(navigator, localizer, Pose2D(3.0, 4.0), Pose2D(13.0, 4.0), 60.0, with_boxes(grid))
+    driven = drive(
+        navigator, localizer, Pose2D(3.0, 4.0), Pose2D(13.0, 4.0), 60.0, with_boxes(grid)
+    )
     assert navigator.status is Status.SUCCEEDED
     reach = 0.5 * math.sqrt(2.0) + (
         1.8 if name == "tuned" else 0.25
@@ -119,13 +162,18 @@ def test_a_goal_in_an_obstacle_is_approached_as_far_as_the_planner_may(room, mak
 
 
 @FILES
-def test_a_goal_in_an_obstacle_without_tolerance_is_refused_at_once(room, make, drive, name: str) -> None:
+def test_a_goal_in_an_obstacle_without_tolerance_is_refused_at_once(
+    room, make, drive, name: str
+) -> None:
     grid = room()
     grid.data[78:82, 258:262] = OCCUPIED
     navigator, localizer = make(grid, name, planner_server__GridBased__tolerance=0.0)
     driven = drive(navigator, localizer, Pose2D(3.0, 4.0), Pose2D(13.0, 4.0), 10.0)
     assert navigator.status is Status.FAILED
-    assert (navigator.trouble.error_code, navigator.trouble.gave_up) == (206, "no recovery helps against this error")
+    assert (navigator.trouble.error_code, navigator.trouble.gave_up) == (
+        206,
+        "no recovery helps against this error",
+    )
     assert navigator.counts.recoveries == 0
     assert driven.seconds < 0.1
 
@@ -141,12 +189,16 @@ def test_what_a_behavior_commands_goes_through_the_smoother(room, make, drive) -
 
 
 @pytest.mark.parametrize(("polygons", "stops"), [(["FootprintApproach"], True), ([], False)])
-def test_the_collision_monitor_stops_a_robot_that_sees_nothing_any_more(room, make, drive, polygons, stops) -> None:
+def test_the_collision_monitor_stops_a_robot_that_sees_nothing_any_more(
+    room, make, drive, polygons, stops
+) -> None:
     grid = room()
     navigator, localizer = make(grid, "stock", collision_monitor__polygons=polygons)
     blind = _without_scans(navigator, after=3.0)
     driven = drive(blind, localizer, Pose2D(2.0, 4.0), Pose2D(13.0, 4.0), 6.0)
-    late = [command.linear_x for k, command in enumerate(driven.commands) if k / 60.0 > 3.0 + 1.0 + 0.2]
+    late = [
+        command.linear_x for k, command in enumerate(driven.commands) if k / 60.0 > 3.0 + 1.0 + 0.2
+    ]
     assert max(command.linear_x for command in driven.commands[: 3 * 60]) > 0.5
     assert (max(late) == 0.0) == stops
 

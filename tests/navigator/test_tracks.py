@@ -24,7 +24,9 @@ def walker(grid: OccupancyGrid):
 
 
 @pytest.mark.parametrize(("name", "is_seen"), [("mpc", True), ("tuned", False)])
-def test_a_walking_person_is_tracked_where_the_controller_asks_for_it(room, make, drive, name, is_seen) -> None:
+def test_a_walking_person_is_tracked_where_the_controller_asks_for_it(
+    room, make, drive, name, is_seen
+) -> None:
     grid = room()
     navigator, localizer = make(grid, name)
     drive(navigator, localizer, START, GOAL, 2.0, walker(grid))
@@ -42,7 +44,8 @@ def test_a_walking_person_is_tracked_where_the_controller_asks_for_it(room, make
 def test_the_controller_is_told_of_them(room, make, drive, monkeypatch) -> None:
     seen = []
     monkeypatch.setattr(
-        "navstack.behavior_tree.Surroundings", lambda *given: seen.append(given[1]) or Surroundings(*given)
+        "navstack.behavior_tree.Surroundings",
+        lambda *given: seen.append(given[1]) or Surroundings(*given),
     )
     grid = room()
     navigator, localizer = make(grid, "mpc")
@@ -53,14 +56,20 @@ def test_the_controller_is_told_of_them(room, make, drive, monkeypatch) -> None:
 def test_a_late_scan_counts_from_where_it_was_taken(room, make) -> None:
     """The robot turns; its scan of a post arrives 0.2 s late."""
     navigator, localizer = make(room())
-    navigator.reset(GOAL, Belief(START), Generators(*(np.random.default_rng(seed) for seed in range(3))))
+    navigator.reset(
+        GOAL, Belief(START), Generators(*(np.random.default_rng(seed) for seed in range(3)))
+    )
     ranges = np.full(360, math.inf)
     ranges[180] = 2.0  # straight ahead
     for k in range(31):
         now = k / 30.0
         localizer.pose = Pose2D(START.x, START.y, now)  # 1 rad/s
-        scan = LaserScan(now - 0.2, ranges, -math.pi, math.pi / 180.0, 0.05, 30.0) if k == 30 else None
-        navigator.tick(Observation(now, odometry=Odometry(now, localizer.pose, Twist2D()), scan=scan))
+        scan = (
+            LaserScan(now - 0.2, ranges, -math.pi, math.pi / 180.0, 0.05, 30.0) if k == 30 else None
+        )
+        navigator.tick(
+            Observation(now, odometry=Odometry(now, localizer.pose, Twist2D()), scan=scan)
+        )
     costmap = navigator._costmaps[0][0].master
     assert costmap.cost_at(START.x + 2.0 * math.cos(0.8), START.y + 2.0 * math.sin(0.8)) == 254
     assert costmap.cost_at(START.x + 2.0 * math.cos(1.0), START.y + 2.0 * math.sin(1.0)) < 254

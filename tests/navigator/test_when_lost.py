@@ -39,12 +39,17 @@ class LosesItself(Localizer):
 
     def update(self, observation):
         lost = self._begin <= observation.stamp < self._end
-        return Belief(self.pose, health=Health.LOST if lost else Health.TRACKING, stamp=observation.stamp)
+        return Belief(
+            self.pose, health=Health.LOST if lost else Health.TRACKING, stamp=observation.stamp
+        )
 
 
 @pytest.fixture
 def lost_drive(room, drive):
-    """Drives through a room with a localizer that is lost from ``begin`` to ``end``; stops when it is, or not."""
+    """Drives through a room with a localizer that is lost from ``begin`` to ``end``.
+
+    Stops when it is, or not.
+    """
 
     def _lost_drive(begin, end, stops, seconds):
         localizer = LosesItself(begin, end)
@@ -97,7 +102,8 @@ def test_what_the_stack_says_reaches_the_navigator(room, drive):
     for stops in (False, True):
         stack = dataclasses.replace(load_stack("nav2-gps"), when_lost="stop" if stops else "drive")
         navigator = navigator_on(scene, world, stack, load_nav2(Path(stack.nav2_file)))
-        driven = drive(navigator, SimpleNamespace(), START, GOAL, LOST_AFTER + 3.0)  # without any fix
+        # without any fix
+        driven = drive(navigator, SimpleNamespace(), START, GOAL, LOST_AFTER + 3.0)
         assert (max(speeds(driven, LOST_AFTER + STOPPED, LOST_AFTER + 3.0)) == 0.0) == stops
 
 

@@ -41,11 +41,18 @@ def test_a_good_file(run):
 
 
 def test_errors_and_warnings_as_text(run):
-    status, out, err = run(ROBOT.replace("acc_lim_x:", "acc_lim_xx:").replace("max_decel: [-2.5", "max_decel: [-1.0"))
+    status, out, err = run(
+        ROBOT.replace("acc_lim_x:", "acc_lim_xx:").replace("max_decel: [-2.5", "max_decel: [-1.0")
+    )
     assert status == 1
     assert err.count("\n") == 1
     assert "did you mean 'acc_lim_x'?" in err
-    assert out.index("Errors") < out.index("misspelt-key") < out.index("Warnings") < out.index("smoother-is-softer")
+    assert (
+        out.index("Errors")
+        < out.index("misspelt-key")
+        < out.index("Warnings")
+        < out.index("smoother-is-softer")
+    )
     assert "> max_decel: [-2.5, 0.0, -3.2]" in out
 
 
@@ -59,11 +66,16 @@ def test_the_document(run):
     assert list(document) == ["errors", "warnings", "ignored"]
     (error,) = document["errors"]
     assert list(error) == KEYS
-    assert (error["id"], error["path"]) == ("misspelt-key", "controller_server: FollowPath.acc_lim_xx")
+    assert (error["id"], error["path"]) == (
+        "misspelt-key",
+        "controller_server: FollowPath.acc_lim_xx",
+    )
     assert "acc_lim_xx" in changed.splitlines()[error["line"] - 1]
     warnings = {each["id"]: each for each in document["warnings"]}
     assert warnings["smoother-is-slower"]["advice"] == "smoothing_frequency: 20.0"
-    assert "amcl" in document["ignored"] or any(each.startswith("amcl: ") for each in document["ignored"])
+    assert "amcl" in document["ignored"] or any(
+        each.startswith("amcl: ") for each in document["ignored"]
+    )
 
 
 def test_a_key_that_nothing_is_spelt_like_is_a_warning_unless_strict(run):
@@ -110,7 +122,10 @@ def test_a_robot_to_hold_the_file_against(run):
     assert "segway_e1 sticks out" in warnings["larger-than-footprint"]["message"]
     assert robot_limits("segway_e1").max_speed == pytest.approx(3.56)
     assert not {"larger-than-footprint", "faster-than-robot"} & {
-        notice.id for notice in lint(load_nav2(shipped("params") / "nav2" / "tuned.yaml"), robot_limits("segway_e1"))
+        notice.id
+        for notice in lint(
+            load_nav2(shipped("params") / "nav2" / "tuned.yaml"), robot_limits("segway_e1")
+        )
     }
 
 

@@ -12,14 +12,26 @@ from navstack.params.gps_ekf import GpsEkfParams
 from navstack.params.registry import bindings, nodes
 
 HERE = Path(__file__).parent
-WORLD = ("gps_receiver", "inertial_unit", "lidar", "map_import", "outcome", "pedestrian_params", "wheel_odometry")
+WORLD = (
+    "gps_receiver",
+    "inertial_unit",
+    "lidar",
+    "map_import",
+    "outcome",
+    "pedestrian_params",
+    "wheel_odometry",
+)
 WORLD += ("robot", "scene", "sensors", "world_params")
 
 
 def classes() -> dict[str, type[Any]]:
     """Every dataclass that is read from a Nav2 file, with those in its fields, by name."""
     kinds = [entry.params for family in nodes.FAMILIES for entry in algorithms(family).values()]
-    waiting = [GpsEkfParams, *bindings.NODES.values(), *(kind for kind in kinds if kind is not None)]
+    waiting = [
+        GpsEkfParams,
+        *bindings.NODES.values(),
+        *(kind for kind in kinds if kind is not None),
+    ]
     found: dict[str, type[Any]] = {}
     while waiting:
         kind = waiting.pop()
@@ -33,8 +45,14 @@ def classes() -> dict[str, type[Any]]:
 def defaults(kind: type[Any]) -> dict[str, Any]:
     """Name and default of each field that has a plain one."""
     plain = (bool, int, float, str, tuple, type(None))
-    given = {field.name: field.default for field in dataclasses.fields(kind) if isinstance(field.default, plain)}
-    return {name: list(value) if isinstance(value, tuple) else value for name, value in given.items()}
+    given = {
+        field.name: field.default
+        for field in dataclasses.fields(kind)
+        if isinstance(field.default, plain)
+    }
+    return {
+        name: list(value) if isinstance(value, tuple) else value for name, value in given.items()
+    }
 
 
 def of_the_world() -> dict[str, type[Any]]:
@@ -46,7 +64,9 @@ def of_the_world() -> dict[str, type[Any]]:
         for each in vars(module).values()
         if getattr(each, "__module__", "") == module.__name__
     ]
-    return {kind.__name__: kind for kind in own if dataclasses.is_dataclass(kind) and defaults(kind)}
+    return {
+        kind.__name__: kind for kind in own if dataclasses.is_dataclass(kind) and defaults(kind)
+    }
 
 
 def test_defaults_are_as_they_were() -> None:

@@ -12,7 +12,14 @@ from navstack.build import build_localizer
 from navstack.control.dwb.critics import build_critics
 from navstack.errors import ParameterError
 from navstack.params.dwb import DwbParams, TwirlingParams
-from navstack.params.extensions import Extension, algorithms, extensions, localizers, plugin_packages, uses_map
+from navstack.params.extensions import (
+    Extension,
+    algorithms,
+    extensions,
+    localizers,
+    plugin_packages,
+    uses_map,
+)
 from navstack.params.nav2_file.file import Nav2File, inspect_nav2, load_nav2
 from navstack.params.nav2_file.views import read_controller
 
@@ -53,7 +60,9 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
         (folder / f"{name}-1.0.dist-info").mkdir(parents=True)
         (folder / f"{name}.py").write_text(module, encoding="utf-8")
         info = folder / f"{name}-1.0.dist-info"
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n", encoding="utf-8")
+        (info / "METADATA").write_text(
+            f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n", encoding="utf-8"
+        )
         lines = ["[navstack.plugins]", *(f"{point.lower()} = {name}:{point}" for point in points)]
         (info / "entry_points.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
         monkeypatch.syspath_prepend(str(folder))
@@ -78,7 +87,9 @@ def load(tmp_path: Path) -> Callable[[str], Nav2File]:
     return read
 
 
-def test_a_critic_of_another_package_scores_with_its_parameters(install: Install, load: Any) -> None:
+def test_a_critic_of_another_package_scores_with_its_parameters(
+    install: Install, load: Any
+) -> None:
     install("mine", "CRITIC")
     params = read_controller(load(DWB)).params
     assert list(build_critics(params)) == ["PathDist", "Calm", "mine::Calm"]
@@ -87,7 +98,9 @@ def test_a_critic_of_another_package_scores_with_its_parameters(install: Install
     assert (calm.params.scale, calm.params.limit, by_type.params.limit) == (2.0, 0.25, 0.5)
 
 
-def test_a_controller_of_another_package_is_read_and_written_merged(install: Install, load: Any) -> None:
+def test_a_controller_of_another_package_is_read_and_written_merged(
+    install: Install, load: Any
+) -> None:
     install("mine", "CONTROLLER")
     file = load(OWN)
     plugin = read_controller(file)
@@ -98,7 +111,9 @@ def test_a_controller_of_another_package_is_read_and_written_merged(install: Ins
     assert algorithms("controllers")["mine::Slow"].create(1, parts=parts) == (1, 2.0, 2.0, 2.0)
 
 
-def test_a_localizer_of_another_package_reads_its_node_and_drives_a_stack(install: Install, load: Any) -> None:
+def test_a_localizer_of_another_package_reads_its_node_and_drives_a_stack(
+    install: Install, load: Any
+) -> None:
     install("mine", "LOCALIZER")
     file = load("localizer: {ros__parameters: {limit: 0.125}}\n")
     grid = object()
@@ -111,12 +126,16 @@ def test_a_localizer_of_another_package_reads_its_node_and_drives_a_stack(instal
 def test_a_factory_that_fails_is_named_in_one_line(install: Install) -> None:
     install("mine", "CONTROLLER", module=MODULE.replace("lambda *given: given", "lambda: None"))
     parts = dict.fromkeys(("footprint", "control_frequency", "xy_goal_tolerance"), 2.0)
-    with pytest.raises(ParameterError, match="'mine::Slow' cannot be made .*TypeError.*; mend its package"):
+    with pytest.raises(
+        ParameterError, match="'mine::Slow' cannot be made .*TypeError.*; mend its package"
+    ):
         algorithms("controllers")["mine::Slow"].create(1, parts=parts)
 
 
 @pytest.mark.parametrize("text", [DWB.replace("limit", "limt"), OWN.replace("limit", "limt")])
-def test_a_misspelt_parameter_of_it_is_an_error_with_a_hint(install: Install, tmp_path: Path, text: str) -> None:
+def test_a_misspelt_parameter_of_it_is_an_error_with_a_hint(
+    install: Install, tmp_path: Path, text: str
+) -> None:
     install("mine", "CRITIC", "CONTROLLER")
     path = tmp_path / "robot.yaml"
     path.write_text(text, encoding="utf-8")
@@ -133,7 +152,10 @@ def test_without_the_package_its_types_are_unknown(load: Any) -> None:
 @pytest.mark.parametrize(
     ("module", "complaint"),
     [
-        ("import nowhere", r"'critic = mine:CRITIC' of package mine cannot be loaded \(ModuleNotFoundError.*uninstall"),
+        (
+            "import nowhere",
+            r"'critic = mine:CRITIC' of package mine cannot be loaded \(ModuleNotFoundError.*uninstall",
+        ),
         ("CRITIC = 3", "of package mine is int; it has to be an Extension"),
         (
             MODULE.replace("dwb_critics", "critics"),
@@ -141,7 +163,9 @@ def test_without_the_package_its_types_are_unknown(load: Any) -> None:
         ),
     ],
 )
-def test_a_package_that_cannot_be_used_is_one_line(install: Install, load: Any, module: str, complaint: str) -> None:
+def test_a_package_that_cannot_be_used_is_one_line(
+    install: Install, load: Any, module: str, complaint: str
+) -> None:
     install("mine", "CRITIC", module=module)
     with pytest.raises(ParameterError, match=complaint) as raised:
         load(DWB)
@@ -156,7 +180,9 @@ def test_two_packages_with_one_type_are_refused(install: Install, load: Any) -> 
         load(DWB)
 
 
-@pytest.mark.parametrize("name", ["Twirling", "dwb_core::DWBLocalPlanner", "Calm", "::Calm", "mine::"])
+@pytest.mark.parametrize(
+    "name", ["Twirling", "dwb_core::DWBLocalPlanner", "Calm", "::Calm", "mine::"]
+)
 def test_a_plug_in_has_a_name_of_its_own(name: str) -> None:
     family = "controllers" if "DWB" in name else "dwb_critics"
     with pytest.raises(ParameterError, match=r"give package::Class"):

@@ -63,9 +63,18 @@ def test_a_value_that_cannot_be(tmp_path, text, said):
 @pytest.mark.parametrize(("name", "base"), [("nav2-gps-ekf", "amcl"), ("rpp-gps-ekf", "rpp")])
 def test_the_stacks_files_differ_from_those_without_it_by_its_section_only(name, base):
     stack = load_stack(name)
-    assert (stack.localizer, stack.planning_map, stack.carries) == ("gps-ekf", "geometry", ("lidar", "gps"))
-    own, other = load_nav2(Path(stack.nav2_file)), load_nav2(shipped("params") / "nav2" / f"{base}.yaml")
-    calibrated = dataclasses.replace(GpsEkfParams(), imu0_yaw_offset_std=0.05, imu0_yaw_offset_walk=0.003)
+    assert (stack.localizer, stack.planning_map, stack.carries) == (
+        "gps-ekf",
+        "geometry",
+        ("lidar", "gps"),
+    )
+    own, other = (
+        load_nav2(Path(stack.nav2_file)),
+        load_nav2(shipped("params") / "nav2" / f"{base}.yaml"),
+    )
+    calibrated = dataclasses.replace(
+        GpsEkfParams(), imu0_yaw_offset_std=0.05, imu0_yaw_offset_walk=0.003
+    )
     assert own.read(GpsEkfParams, "gps_ekf") == calibrated
     merged, without = own.merged(), other.merged()
     del merged["gps_ekf"], without["gps_ekf"]

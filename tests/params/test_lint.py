@@ -22,7 +22,15 @@ from navstack.params.nav2_file.views import read_costmap
 from navstack.params.strict import load_yaml
 
 ROOT = Path(__file__).parents[2]
-BODY = RobotLimits("testbot", np.array([[0.2, 0.1], [0.2, -0.1], [-0.2, -0.1], [-0.2, 0.1]]), 1.0, 2.0, 3.0, 3.0, 4.0)
+BODY = RobotLimits(
+    "testbot",
+    np.array([[0.2, 0.1], [0.2, -0.1], [-0.2, -0.1], [-0.2, 0.1]]),
+    1.0,
+    2.0,
+    3.0,
+    3.0,
+    4.0,
+)
 READER = {each: meaning for meanings in MEANINGS.values() for each, meaning in meanings.items()}
 DATA = Path(__file__).parent / "lint"
 EXAMPLES = load_yaml(DATA / "examples.yaml")
@@ -39,7 +47,9 @@ def robot_with(tmp_path):
         tree = load_yaml(DATA / "robot.yaml")
         for name, value in changes.items():
             node, *parts = name.split(".")
-            _change(tree, (*default_path(node), "ros__parameters", *parts) if parts else (node,), value)
+            _change(
+                tree, (*default_path(node), "ros__parameters", *parts) if parts else (node,), value
+            )
         path = tmp_path / "robot.yaml"
         path.write_text(json.dumps(tree).replace("Infinity", ".inf").replace("NaN", ".nan"))
         return inspect_nav2(path)
@@ -79,7 +89,9 @@ def test_a_rule_fires_and_keeps_silent(robot_with, rule):
     assert notice.is_error == rule.is_error
     assert rule.why in notice.message
     assert notice.advice
-    assert notice.line > 0 or not notice.path.startswith(tuple(name.partition(".")[0] for name in changes))
+    assert notice.line > 0 or not notice.path.startswith(
+        tuple(name.partition(".")[0] for name in changes)
+    )
     assert rule.id not in found(robot_with(nearby))
 
 
@@ -117,7 +129,9 @@ def test_the_document_tells_how_many_real_files_are_left_alone():
         pytest.skip("NAVSTACK_DATA is not set: no real Nav2 files here")
     files = sorted((Path(os.environ["NAVSTACK_DATA"]) / "nav2_params").glob("*.yaml"))
     ids = {rule.id for rule in RULES}
-    silent = [path for path in files if not ids & {notice.id for notice in lint(inspect_nav2(path))}]
+    silent = [
+        path for path in files if not ids & {notice.id for notice in lint(inspect_nav2(path))}
+    ]
     assert (said[1], said[2]) == (NUMBERS[len(silent)], str(len(files)))
 
 
@@ -141,8 +155,17 @@ def test_the_published_tuned_file():
 
 
 def test_the_published_stock_file():
-    notices = {notice.id: notice for notice in lint(inspect_nav2(ROOT / "params" / "nav2" / "stock.yaml"))}
-    expected = {"beyond-the-plan", "beyond-the-window", "centre-only", "not-inflated", "never-cleared", "blind-drive"}
+    notices = {
+        notice.id: notice for notice in lint(inspect_nav2(ROOT / "params" / "nav2" / "stock.yaml"))
+    }
+    expected = {
+        "beyond-the-plan",
+        "beyond-the-window",
+        "centre-only",
+        "not-inflated",
+        "never-cleared",
+        "blind-drive",
+    }
     assert {*expected, "static-hides-scan"} <= set(notices)
     order = "plugins: [static_layer, voxel_layer, keepout_filter, inflation_layer]"
     assert notices["not-inflated"].advice == notices["static-hides-scan"].advice == order
@@ -151,7 +174,16 @@ def test_the_published_stock_file():
 
 def test_following_the_advice_silences_the_rule(robot_with):
     """The concrete values that are given are right."""
-    for rule in (*("beyond-the-plan", "flat-inflation", "smoother-is-slower", "sees-too-late", "short-horizon"), *MPPI):
+    for rule in (
+        *(
+            "beyond-the-plan",
+            "flat-inflation",
+            "smoother-is-slower",
+            "sees-too-late",
+            "short-horizon",
+        ),
+        *MPPI,
+    ):
         changes = EXAMPLES[rule]["fires"]
         notice = found(robot_with(changes))[rule]
         key, _, value = re.split(r"[,;( ]", notice.advice.replace(": ", "=", 1))[0].partition("=")
@@ -175,7 +207,10 @@ def test_a_named_critic_guards_against_obstacles_too(robot_with):
     ("values", "said"),
     [
         ({"amcl.min_particles": 3000}, "but min_particles 3000: Nav2 raises max_particles to 3000"),
-        ({"amcl.max_particles": 400}, "but min_particles 500 by default: Nav2 raises max_particles to 500"),
+        (
+            {"amcl.max_particles": 400},
+            "but min_particles 500 by default: Nav2 raises max_particles to 500",
+        ),
     ],
 )
 def test_crossed_particles_are_a_warning_as_nav2_goes_on(robot_with, values, said):
@@ -194,18 +229,28 @@ def test_crossed_particles_are_a_warning_as_nav2_goes_on(robot_with, values, sai
         ("bt_navigator.bt_loop_duration", 10.0, "decimal-number"),
     ],
 )
-def test_numbers_that_are_not_read_here_have_the_form_that_nav2_wants(robot_with, name, value, kind):
+def test_numbers_that_are_not_read_here_have_the_form_that_nav2_wants(
+    robot_with, name, value, kind
+):
     notice = found(robot_with({name: value}))[kind]
     assert not notice.is_error
     assert notice.path == name.replace(".", ": ", 1)
     assert notice.line > 0
-    assert kind not in found(robot_with({name: int(value) if kind == "decimal-number" else float(value)}))
+    assert kind not in found(
+        robot_with({name: int(value) if kind == "decimal-number" else float(value)})
+    )
 
 
-@pytest.mark.parametrize(("name", "value", "usual"), [("combination_method", 99, 1), ("group_connectivity_type", 6, 8)])
+@pytest.mark.parametrize(
+    ("name", "value", "usual"), [("combination_method", 99, 1), ("group_connectivity_type", 6, 8)]
+)
 def test_choices_that_nav2_replaces_are_replaced_with_a_notice(robot_with, name, value, usual):
     kind = "ObstacleLayer" if name == "combination_method" else "DenoiseLayer"
-    layer = f"local_costmap.obstacle_layer.{name}" if name == "combination_method" else f"local_costmap.extra.{name}"
+    layer = (
+        f"local_costmap.obstacle_layer.{name}"
+        if name == "combination_method"
+        else f"local_costmap.extra.{name}"
+    )
     changes = {
         "local_costmap.plugins": ["obstacle_layer", "extra", "inflation_layer"],
         "local_costmap.extra.plugin": f"nav2_costmap_2d::{kind}",
@@ -238,7 +283,12 @@ def test_a_file_that_cannot_run_here_is_an_error_only_where_it_matters(robot_wit
     old = "nav2_smac_planner::SmacPlanner"
     used = robot_with({"planner_server.GridBased.plugin": old})
     assert found(used)["unavailable-plugin"].is_error
-    spare = robot_with({"planner_server.planner_plugins": ["GridBased", "Other"], "planner_server.Other.plugin": old})
+    spare = robot_with(
+        {
+            "planner_server.planner_plugins": ["GridBased", "Other"],
+            "planner_server.Other.plugin": old,
+        }
+    )
     assert not [notice for notice in lint(spare) if notice.is_error]
 
 
@@ -282,13 +332,17 @@ ODD = [
     [1e30] * 3,
 ]
 CONTROLLERS = [{}] + [
-    EXAMPLES[rule]["fires"] for rule in ("shim-turns-too-fast", "mppi-steps-too-short", "blind-pursuit", *MPPI)
+    EXAMPLES[rule]["fires"]
+    for rule in ("shim-turns-too-fast", "mppi-steps-too-short", "blind-pursuit", *MPPI)
 ]
 
 
-@settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 @given(
-    st.sampled_from(CONTROLLERS), st.dictionaries(st.sampled_from(NAMES), st.sampled_from(ODD), min_size=1, max_size=4)
+    st.sampled_from(CONTROLLERS),
+    st.dictionaries(st.sampled_from(NAMES), st.sampled_from(ODD), min_size=1, max_size=4),
 )
 def test_no_values_make_the_linter_fail(robot_with, controller, values):
     lint(robot_with(controller | values), BODY)
@@ -299,7 +353,10 @@ def test_no_values_make_the_linter_fail(robot_with, controller, values):
     [
         {"controller_server.FollowPath.max_vel_x": math.inf},
         {"local_costmap.robot_radius": 0.0, "local_costmap.footprint_padding": 0.0},
-        {"local_costmap.footprint": "[[0, 0], [0, 0], [0, 0]]", "local_costmap.footprint_padding": 0.0},
+        {
+            "local_costmap.footprint": "[[0, 0], [0, 0], [0, 0]]",
+            "local_costmap.footprint_padding": 0.0,
+        },
     ],
 )
 def test_endless_speeds_and_robots_without_extent_are_linted(robot_with, values):
@@ -307,7 +364,8 @@ def test_endless_speeds_and_robots_without_extent_are_linted(robot_with, values)
 
 
 @pytest.mark.parametrize(
-    ("point", "distance"), [((0.0, 0.0), 0.0), ((1.0, 0.0), 0.5), ((0.8, 0.9), 0.5), ((0.4, 0.4), 0.0)]
+    ("point", "distance"),
+    [((0.0, 0.0), 0.0), ((1.0, 0.0), 0.5), ((0.8, 0.9), 0.5), ((0.4, 0.4), 0.0)],
 )
 def test_distance_outside_a_polygon(point, distance):
     square = np.array([[0.5, 0.5], [0.5, -0.5], [-0.5, -0.5], [-0.5, 0.5]])

@@ -22,7 +22,9 @@ from navstack.params.lint.subject import Drive, RobotLimits, Subject
 from navstack.params.mppi import MppiParams
 from navstack.params.safety import VelocitySmootherParams
 
-BODY = RobotLimits("testbot", np.array([[0.2, 0.1], [0.2, -0.1], [-0.2, 0.0]]), 1.0, 2.0, 3.0, 2.5, 4.0)
+BODY = RobotLimits(
+    "testbot", np.array([[0.2, 0.1], [0.2, -0.1], [-0.2, 0.0]]), 1.0, 2.0, 3.0, 2.5, 4.0
+)
 DRIVE = Drive("DWB", "FollowPath")
 AT_THE_LIMIT = DwbParams(
     max_vel_theta=MORE * 2.0,
@@ -39,12 +41,19 @@ AT_THE_LIMIT = DwbParams(
         ("acc_lim_x", 3.5, "3.5 m/s2, but testbot can do 3 m/s2", "acc_lim_x: 3.0"),
         ("decel_lim_x", -3.0, "-3 m/s2, but testbot can do -2.5 m/s2", "decel_lim_x: -2.5"),
         ("acc_lim_theta", 5.0, "5 rad/s2, but testbot can do 4 rad/s2", "acc_lim_theta: 4.0"),
-        ("decel_lim_theta", -4.5, "-4.5 rad/s2, but testbot can do -4 rad/s2", "decel_lim_theta: -4.0"),
+        (
+            "decel_lim_theta",
+            -4.5,
+            "-4.5 rad/s2, but testbot can do -4 rad/s2",
+            "decel_lim_theta: -4.0",
+        ),
     ],
 )
 def test_accelerations_are_held_against_the_robots(key, value, told, advice):
     assert not [*harder_than_robot.check(BODY, AT_THE_LIMIT, DRIVE)]
-    (finding,) = harder_than_robot.check(BODY, dataclasses.replace(AT_THE_LIMIT, **{key: value}), DRIVE)
+    (finding,) = harder_than_robot.check(
+        BODY, dataclasses.replace(AT_THE_LIMIT, **{key: value}), DRIVE
+    )
     assert (finding.name, finding.found, finding.advice) == (f"FollowPath.{key}", told, advice)
 
 
@@ -53,7 +62,17 @@ def test_accelerations_are_held_against_the_robots(key, value, told, advice):
     [
         (MORE, MORE * 2.0, []),
         (1.25, 2.0, [("speed", "1.25 m/s, but testbot can do 1 m/s", "speed: 1.0")]),
-        (1.0, 2.5, [("FollowPath.max_vel_theta", "2.5 rad/s, but testbot can do 2 rad/s", "max_vel_theta: 2.0")]),
+        (
+            1.0,
+            2.5,
+            [
+                (
+                    "FollowPath.max_vel_theta",
+                    "2.5 rad/s, but testbot can do 2 rad/s",
+                    "max_vel_theta: 2.0",
+                )
+            ],
+        ),
     ],
 )
 def test_speeds_are_held_against_the_robots(top_speed, yaw_rate, told):
@@ -86,7 +105,13 @@ def test_an_axis_that_moves_needs_three_samples(given, keys):
 
 @pytest.mark.parametrize(
     ("top_speed", "linear", "angular", "count"),
-    [(2.0, 0.5, 0.4, 0), (2.0, 0.51, 0.4, 1), (0.0, 0.51, 0.4, 0), (2.0, 0.5, 0.41, 1), (2.0, 0.6, 0.6, 2)],
+    [
+        (2.0, 0.5, 0.4, 0),
+        (2.0, 0.51, 0.4, 1),
+        (0.0, 0.51, 0.4, 0),
+        (2.0, 0.5, 0.41, 1),
+        (2.0, 0.6, 0.6, 2),
+    ],
 )
 def test_a_deadband_is_large_beyond_a_quarter_of_the_top_speed(top_speed, linear, angular, count):
     subject = SimpleNamespace(number=lambda node, name, usual: usual, has=lambda node: True)
@@ -115,8 +140,16 @@ def test_samples_are_as_many_as_fit_into_memory(axis):
 @pytest.mark.parametrize(
     ("reach", "window", "rolling", "marking", "speed", "told"),
     [
-        (2.25, 9.0, True, True, 2.0, None),  # 2^2 / (2 * 4) + 2 (1 / 4 + 1 / 2) + 0.25 to the bumper
-        (2.2, 9.0, True, True, 2.0, ("layer.scan.obstacle_max_range", "2.2", "obstacle_max_range: 3.0")),
+        # 2^2 / (2 * 4) + 2 (1 / 4 + 1 / 2) + 0.25 to the bumper
+        (2.25, 9.0, True, True, 2.0, None),
+        (
+            2.2,
+            9.0,
+            True,
+            True,
+            2.0,
+            ("layer.scan.obstacle_max_range", "2.2", "obstacle_max_range: 3.0"),
+        ),
         (9.0, 2.25, True, True, 2.0, None),
         (9.0, 2.2, True, True, 2.0, ("width", "2.2", "width: 6")),
         (9.0, 2.0, False, True, 2.0, None),
@@ -124,7 +157,9 @@ def test_samples_are_as_many_as_fit_into_memory(axis):
         (0.1, 9.0, True, True, 0.0, None),
     ],
 )
-def test_obstacles_are_seen_from_where_the_robot_can_still_brake(reach, window, rolling, marking, speed, told):
+def test_obstacles_are_seen_from_where_the_robot_can_still_brake(
+    reach, window, rolling, marking, speed, told
+):
     source = ObservationSourceParams(marking=marking, obstacle_max_range=reach)
     local = SimpleNamespace(
         sources=lambda: [("layer.scan", source)],
@@ -134,7 +169,9 @@ def test_obstacles_are_seen_from_where_the_robot_can_still_brake(reach, window, 
     )
     found = [*sees_too_late.check(local, 4.0, SimpleNamespace(controller_frequency=2.0), speed)]
     said = "m from the base, but stopping from 2 m/s at 4 m/s2 with 0.75 s delay takes 2.25 m"
-    expected = [] if told is None else [(told[0], f"obstacles are seen up to {told[1]} {said}", told[2])]
+    expected = (
+        [] if told is None else [(told[0], f"obstacles are seen up to {told[1]} {said}", told[2])]
+    )
     assert [(each.name, each.found, each.advice) for each in found] == expected
 
 
@@ -147,16 +184,30 @@ def test_obstacles_are_seen_from_where_the_robot_can_still_brake(reach, window, 
     ],
 )
 def test_a_costmap_is_late_from_the_timeout_on(timeout, advice):
-    subject = SimpleNamespace(number=lambda node, name, usual: timeout, value=lambda node, name: timeout)
+    subject = SimpleNamespace(
+        number=lambda node, name, usual: timeout, value=lambda node, name: timeout
+    )
     local = SimpleNamespace(params=SimpleNamespace(update_frequency=4.0))
     assert [each.advice for each in late_costmap.check(subject, local, None)] == advice
 
 
 def test_layers_are_put_in_order_with_the_last_inflation_behind_all_others():
-    kinds = {"near": INFLATION, "voxels": VOXEL, "map": STATIC, "far": INFLATION, "scans": VOXEL, "keepout": ""}
-    view = SimpleNamespace(layers=[SimpleNamespace(name=name, type=kind) for name, kind in kinds.items()])
+    kinds = {
+        "near": INFLATION,
+        "voxels": VOXEL,
+        "map": STATIC,
+        "far": INFLATION,
+        "scans": VOXEL,
+        "keepout": "",
+    }
+    view = SimpleNamespace(
+        layers=[SimpleNamespace(name=name, type=kind) for name, kind in kinds.items()]
+    )
     (finding,) = not_inflated.check(view)
-    assert (finding.found, finding.advice) == ("scans after far", "plugins: [map, voxels, scans, keepout, far]")
+    assert (finding.found, finding.advice) == (
+        "scans after far",
+        "plugins: [map, voxels, scans, keepout, far]",
+    )
 
 
 @pytest.mark.parametrize(
@@ -172,16 +223,29 @@ def test_layers_are_put_in_order_with_the_last_inflation_behind_all_others():
     ],
 )
 def test_noise_is_biased_where_unequal_limits_are_met(ax_max, ax_min, fires):
-    mppi = MppiParams(ax_max=ax_max, ax_min=ax_min, model_dt=0.0625, vx_std=0.25, critics=("PathFollowCritic",))
-    expected = [(f"{ax_min:g} m/s2, but ax_max is {ax_max:g} m/s2", f"ax_min: {-ax_max}; the velocity smoother may ")]
+    mppi = MppiParams(
+        ax_max=ax_max, ax_min=ax_min, model_dt=0.0625, vx_std=0.25, critics=("PathFollowCritic",)
+    )
+    expected = [
+        (
+            f"{ax_min:g} m/s2, but ax_max is {ax_max:g} m/s2",
+            f"ax_min: {-ax_max}; the velocity smoother may ",
+        )
+    ]
     found = [*mppi_biased_noise.check(mppi, DRIVE)]
-    assert [(each.found, each.advice[: len(expected[0][1])]) for each in found] == (expected if fires else [])
+    assert [(each.found, each.advice[: len(expected[0][1])]) for each in found] == (
+        expected if fires else []
+    )
 
 
-@pytest.mark.parametrize(("vx_max", "advice"), [(1.31, []), (1.32, ["vx_std: 0.26"]), (3.0, ["vx_std: 0.38"])])
+@pytest.mark.parametrize(
+    ("vx_max", "advice"), [(1.31, []), (1.32, ["vx_std: 0.26"]), (3.0, ["vx_std: 0.38"])]
+)
 def test_a_speed_is_capped_where_following_gains_less_than_control_costs(vx_max, advice):
     """5 / m x 0.0625 s x (0.25 m/s)^2 / 0.015 = 1.302 m/s, of which a hundredth may be missing."""
-    mppi = MppiParams(vx_max=vx_max, model_dt=0.0625, vx_std=0.25, gamma=0.015, critics=("PathFollowCritic",))
+    mppi = MppiParams(
+        vx_max=vx_max, model_dt=0.0625, vx_std=0.25, gamma=0.015, critics=("PathFollowCritic",)
+    )
     assert [each.advice for each in mppi_capped_speed.check(mppi, DRIVE)] == advice
 
 
@@ -194,7 +258,22 @@ def test_what_is_no_number_counts_as_the_default(value, number):
 
 
 def test_numbers_are_written_as_a_file_wants_them():
-    assert [decimal(value) for value in (2, 0.12345, -0.0001, -2.5)] == ["2.0", "0.123", "0.0", "-2.5"]
+    assert [decimal(value) for value in (2, 0.12345, -0.0001, -2.5)] == [
+        "2.0",
+        "0.123",
+        "0.0",
+        "-2.5",
+    ]
     assert [above(value) for value in (1.2, 1.21, -1.29)] == ["1.2", "1.3", "-1.2"]
-    assert [above(2.01, 0), below(2.99, 0), below(0.129), below(-0.121)] == ["3.0", "2.0", "0.12", "-0.13"]
-    assert [above(math.inf), below(1e300), whole_above(2.1), whole_above(1e300)] == ["inf", "1e+300", "3", f"{10**9}"]
+    assert [above(2.01, 0), below(2.99, 0), below(0.129), below(-0.121)] == [
+        "3.0",
+        "2.0",
+        "0.12",
+        "-0.13",
+    ]
+    assert [above(math.inf), below(1e300), whole_above(2.1), whole_above(1e300)] == [
+        "inf",
+        "1e+300",
+        "3",
+        f"{10**9}",
+    ]

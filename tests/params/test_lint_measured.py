@@ -24,7 +24,10 @@ CELL = 0.05  # [m]
 def cruising_speed(name, half_window, **changes):
     """The speed in [m/s] that DWB settles at on an endless straight plan, with a drive that does as it is told."""
     nav2 = load_nav2(SHIPPED / f"{name}.yaml")
-    params, frequency = replace(read_dwb(nav2), **changes), read_controller_server(nav2).controller_frequency
+    params, frequency = (
+        replace(read_dwb(nav2), **changes),
+        read_controller_server(nav2).controller_frequency,
+    )
     controller = DwbController(params, FOOTPRINT, frequency)
     poses = np.zeros((1000, 3))
     poses[:, 0] = np.arange(1000) * CELL

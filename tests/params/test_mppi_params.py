@@ -44,16 +44,28 @@ def with_line(tmp_path):
         ("ax_max: 0.0", "ax_max 0.0 must be 0.001 to 1000"),
         ("ax_min: 0.0", "ax_min 0.0 must be 0.001 to 1000, either sign"),
         ("az_max: 0.0", "az_max 0.0 must be 0.001 to 1000"),
-        ("iteration_count: 100", "1,000 x time_steps 56 x iteration_count 100 are 5,600,000 poses; at most 4,000,000"),
+        (
+            "iteration_count: 100",
+            "1,000 x time_steps 56 x iteration_count 100 are 5,600,000 poses; at most 4,000,000",
+        ),
         ("retry_attempt_limit: 1000000", "retry_attempt_limit 1000000 must be 0 to 100"),
         ("AckermannConstraints: {min_turning_r: .inf}", "min_turning_r inf must be 0 to 10000"),
         ("ConstraintCritic.cost_power: -1", "cost_power -1 must be 0 to 10"),
         ("ConstraintCritic: {cost_power: 500}", "cost_power 500 must be 0 to 10"),
         ("ConstraintCritic.cost_weight: .inf", "cost_weight inf must be 0 to 1e+06"),
-        ("CostCritic.trajectory_point_step: 1000000", "trajectory_point_step 1000000 must be 1 to 10000"),
-        ("PathAlignCritic.offset_from_furthest: 1000000", "offset_from_furthest 1000000 must be 0 to 10000"),
+        (
+            "CostCritic.trajectory_point_step: 1000000",
+            "trajectory_point_step 1000000 must be 1 to 10000",
+        ),
+        (
+            "PathAlignCritic.offset_from_furthest: 1000000",
+            "offset_from_furthest 1000000 must be 0 to 10000",
+        ),
         ("VelocityDeadbandCritic.deadband_velocities: [0.0, .inf, 0.0]", "must be finite numbers"),
-        ("GoalAngleCritic: 5", "GoalAngleCritic: 5 is not a section of keys; write its parameters below"),
+        (
+            "GoalAngleCritic: 5",
+            "GoalAngleCritic: 5 is not a section of keys; write its parameters below",
+        ),
         ("CostCritic: true", "CostCritic: True is not a section of keys"),
     ],
 )
@@ -78,7 +90,11 @@ def test_one_finding_gives_line_and_range(with_line, line, said):
     ],
 )
 def test_the_list_of_critics(with_line, critics, said):
-    errors = [notice for notice in lint(inspect_nav2(with_line("vx_max: 0.5", critics))) if notice.is_error]
+    errors = [
+        notice
+        for notice in lint(inspect_nav2(with_line("vx_max: 0.5", critics)))
+        if notice.is_error
+    ]
     assert [(notice.id, notice.line) for notice in errors] == [("bad-value", 5)], errors
     assert said in str(errors[0])
 
@@ -87,7 +103,9 @@ def test_dwb_wants_a_list_of_critics_too(tmp_path):
     path = tmp_path / "robot.yaml"
     text = 'plugin: "dwb_core::DWBLocalPlanner", critics: "PathDist GoalDist"'
     path.write_text(f"controller_server: {{ros__parameters: {{FollowPath: {{{text}}}}}}}")
-    with pytest.raises(ParameterError, match=r"FollowPath.critics: 'PathDist GoalDist' is not a list"):
+    with pytest.raises(
+        ParameterError, match=r"FollowPath.critics: 'PathDist GoalDist' is not a list"
+    ):
         load_nav2(path)
 
 
@@ -95,11 +113,15 @@ def test_an_unknown_critic_is_told_those_that_run_here(with_line):
     path = with_line("vx_max: 0.5", '["CostCritic", "BogusCritic"]')
     (unknown,) = (notice for notice in lint(inspect_nav2(path)) if notice.is_error)
     assert unknown.id == "unknown-plugin"
-    assert unknown.message.endswith("available: " + ", ".join(sorted(CRITICS))) and unknown.line == 5
+    assert (
+        unknown.message.endswith("available: " + ", ".join(sorted(CRITICS))) and unknown.line == 5
+    )
 
 
 def test_an_unknown_critic_is_refused_among_unknown_plugins_that_are_let_pass(with_line):
-    file = inspect_nav2(with_line("vx_max: 0.5", '["CostCritic", "BogusCritic"]'), allow_unknown=True)
+    file = inspect_nav2(
+        with_line("vx_max: 0.5", '["CostCritic", "BogusCritic"]'), allow_unknown=True
+    )
     assert [notice.id for notice in lint(file) if notice.is_error] == ["bad-value"]
 
 
@@ -119,7 +141,12 @@ def test_a_layer_of_no_costmap_is_told_only_of_critics_that_count(with_line):
     for critic in ("CostCritic", "ObstaclesCritic"):
         path = with_line(f'{critic}.inflation_layer_name: "bogus"')
         path.write_text(path.read_text() + costmap)
-        found[critic] = [notice for notice in lint(inspect_nav2(path)) if notice.id == "mppi-no-such-layer"]
+        found[critic] = [
+            notice for notice in lint(inspect_nav2(path)) if notice.id == "mppi-no-such-layer"
+        ]
     assert not found["ObstaclesCritic"]  # the list does not name it
-    assert "'bogus', but the inflation layers of local_costmap are: inflation_layer;" in found["CostCritic"][0].message
+    assert (
+        "'bogus', but the inflation layers of local_costmap are: inflation_layer;"
+        in found["CostCritic"][0].message
+    )
     assert found["CostCritic"][0].line == 6

@@ -41,18 +41,46 @@ def only_error(file):
 @pytest.mark.parametrize(
     ("text", "where", "nearest"),
     [
-        (DWB.replace("max_vel_x", "max_vel_xx"), "controller_server: FollowPath.max_vel_xx", "max_vel_x"),
+        (
+            DWB.replace("max_vel_x", "max_vel_xx"),
+            "controller_server: FollowPath.max_vel_xx",
+            "max_vel_x",
+        ),
         (DWB.replace("PathAlign.scale", "PathAlign.scal"), "FollowPath.PathAlign.scal", "scale"),
         (DWB.replace("PathAlign.scale", "PathAlgn.scale"), "FollowPath.PathAlgn", "PathAlign"),
-        (DWB.replace("controller_server:", "controler_server:"), "controler_server", "controller_server"),
-        (DWB.replace("controller_plugins", "controller_plugin"), "controller_plugin", "controller_plugins"),
-        (DWB.replace("    FollowPath:", "    FollowPth:"), "controller_server: FollowPth", "FollowPath"),
+        (
+            DWB.replace("controller_server:", "controler_server:"),
+            "controler_server",
+            "controller_server",
+        ),
+        (
+            DWB.replace("controller_plugins", "controller_plugin"),
+            "controller_plugin",
+            "controller_plugins",
+        ),
+        (
+            DWB.replace("    FollowPath:", "    FollowPth:"),
+            "controller_server: FollowPth",
+            "FollowPath",
+        ),
         (costmap("      robot_radus: 0.3\n"), "local_costmap: robot_radus", "robot_radius"),
-        (costmap(SOURCES.replace("clearing", "claering")), "obstacle_layer.scan.claering", "clearing"),
-        (costmap(SOURCES.replace("        scan:", "        scann:")), "obstacle_layer.scann", "scan"),
+        (
+            costmap(SOURCES.replace("clearing", "claering")),
+            "obstacle_layer.scan.claering",
+            "clearing",
+        ),
+        (
+            costmap(SOURCES.replace("        scan:", "        scann:")),
+            "obstacle_layer.scann",
+            "scan",
+        ),
         ("amcl: {ros__parameters: {initial_pose: {yaww: 0.0}}}", "amcl: initial_pose.yaww", "yaw"),
         ("amcl: {ros__parameters: {use_sim_tme: true}}", "amcl: use_sim_tme", "use_sim_time"),
-        ("planner_server: {ros__parameters: {GridBased: {toleranc: 0.1}}}", "GridBased.toleranc", "tolerance"),
+        (
+            "planner_server: {ros__parameters: {GridBased: {toleranc: 0.1}}}",
+            "GridBased.toleranc",
+            "tolerance",
+        ),
     ],
 )
 def test_misspelt_names_offer_the_nearest(inspect, text, where, nearest):
@@ -74,9 +102,21 @@ def test_errors_raise_with_file_and_line_and_soften_on_request(inspect, tmp_path
 @pytest.mark.parametrize(
     ("node", "line", "said"),
     [
-        ("controller_server", "FollowPath: 5", "FollowPath: 5 is not a section of keys; write its parameters below"),
-        ("controller_server", "controller_plugins: [Mine], Mine: true", "Mine: True is not a section of keys"),
-        ("planner_server", "planner_plugins: [GridBased], GridBased: a", "GridBased: 'a' is not a section of keys"),
+        (
+            "controller_server",
+            "FollowPath: 5",
+            "FollowPath: 5 is not a section of keys; write its parameters below",
+        ),
+        (
+            "controller_server",
+            "controller_plugins: [Mine], Mine: true",
+            "Mine: True is not a section of keys",
+        ),
+        (
+            "planner_server",
+            "planner_plugins: [GridBased], GridBased: a",
+            "GridBased: 'a' is not a section of keys",
+        ),
     ],
 )
 def test_a_value_where_a_section_belongs_is_told_as_such(inspect, node, line, said):
@@ -85,14 +125,22 @@ def test_a_value_where_a_section_belongs_is_told_as_such(inspect, node, line, sa
 
 def test_unknown_plugins_name_the_nearest_and_the_available(inspect):
     message = only_error(inspect(DWB.replace("DWBLocalPlanner", "DWBLocalPlaner")))
-    assert "unknown plugin 'dwb_core::DWBLocalPlaner'; did you mean 'dwb_core::DWBLocalPlanner'?" in message
+    assert (
+        "unknown plugin 'dwb_core::DWBLocalPlaner'; did you mean 'dwb_core::DWBLocalPlanner'?"
+        in message
+    )
     assert "available: dwb_core::DWBLocalPlanner" in message
 
 
 def test_real_plugins_that_are_not_available_are_named_when_used(inspect):
-    text = DWB + "    goal_checker_plugins: [near]\n    near: {plugin: nav2_controller/AxisGoalChecker}\n"
+    text = (
+        DWB
+        + "    goal_checker_plugins: [near]\n    near: {plugin: nav2_controller/AxisGoalChecker}\n"
+    )
     file = inspect(text)
-    expected = "nav2_controller::AxisGoalChecker is a Nav2 plugin that is not available here; available: "
+    expected = (
+        "nav2_controller::AxisGoalChecker is a Nav2 plugin that is not available here; available: "
+    )
     assert not file.errors
     assert any(expected in warning for warning in file.warnings)
     with pytest.raises(ParameterError, match="is a Nav2 plugin that is not available here"):
@@ -106,7 +154,9 @@ def test_a_layer_of_range_sensors_adds_nothing_and_legacy_inflation_is_inflation
       puff: {plugin: "nav2_costmap_2d::LegacyInflationLayer", inflation_radius: 0.7}
 """
     file = inspect(costmap(layers))
-    assert not file.errors and any("adds nothing: no robot here has range sensors" in each for each in file.warnings)
+    assert not file.errors and any(
+        "adds nothing: no robot here has range sensors" in each for each in file.warnings
+    )
     params = read_costmap(file, "local_costmap")
     assert params.layers["sonar"].observation_sources == ()
     assert params.layers["puff"] == InflationLayerParams(inflation_radius=0.7)
@@ -115,34 +165,56 @@ def test_a_layer_of_range_sensors_adds_nothing_and_legacy_inflation_is_inflation
 def test_a_footprint_that_is_a_list_is_read_as_the_text(inspect):
     for given in ("[[0.3, 0.2], [0.3, -0.2], [-0.3, 0]]", "[0.3, 0.2, 0.3, -0.2, -0.3, 0.0]"):
         file = inspect(costmap(f"      footprint: {given}\n"))
-        assert not file.errors and any("a list of numbers, read as the text" in each for each in file.warnings)
-        assert read_costmap(file, "local_costmap").footprint == "[[0.3, 0.2], [0.3, -0.2], [-0.3, 0.0]]"
+        assert not file.errors and any(
+            "a list of numbers, read as the text" in each for each in file.warnings
+        )
+        assert (
+            read_costmap(file, "local_costmap").footprint
+            == "[[0.3, 0.2], [0.3, -0.2], [-0.3, 0.0]]"
+        )
     assert "is not a text" in only_error(inspect(costmap("      footprint: [[0.3, 0.2], [0.3]]\n")))
 
 
 def test_a_pose_in_one_value_has_no_effect_as_in_nav2(inspect):
-    file = inspect("amcl: {ros__parameters: {initial_pose: [1.0, 2.0, 0.5], max_beams: 60}}", allow_unknown=True)
-    assert not file.errors and any("initial_pose" in each and "has no effect" in each for each in file.warnings)
+    file = inspect(
+        "amcl: {ros__parameters: {initial_pose: [1.0, 2.0, 0.5], max_beams: 60}}",
+        allow_unknown=True,
+    )
+    assert not file.errors and any(
+        "initial_pose" in each and "has no effect" in each for each in file.warnings
+    )
 
 
 def test_plugins_as_eloquent_lists_them(inspect):
-    text = DWB.replace("controller_plugins:", "controller_plugin_ids:").replace("      plugin: ", "      spare: ")
+    text = DWB.replace("controller_plugins:", "controller_plugin_ids:").replace(
+        "      plugin: ", "      spare: "
+    )
     text = text.replace(
-        "    FollowPath:", '    controller_plugin_types: ["dwb_core::DWBLocalPlanner"]\n    FollowPath:'
+        "    FollowPath:",
+        '    controller_plugin_types: ["dwb_core::DWBLocalPlanner"]\n    FollowPath:',
     )
     file = inspect(text, allow_unknown=True)
     assert not file.errors and any("is of Nav2 Eloquent" in each for each in file.warnings)
     assert read_controller(file).params.max_vel_x == 1.0
-    layers = '      plugin_names: ["wide"]\n      plugin_types: ["nav2_costmap_2d::InflationLayer"]\n'
-    params = read_costmap(inspect(costmap(layers + "      wide: {inflation_radius: 0.8}\n")), "local_costmap")
+    layers = (
+        '      plugin_names: ["wide"]\n      plugin_types: ["nav2_costmap_2d::InflationLayer"]\n'
+    )
+    params = read_costmap(
+        inspect(costmap(layers + "      wide: {inflation_radius: 0.8}\n")), "local_costmap"
+    )
     assert params.layers == {"wide": InflationLayerParams(inflation_radius=0.8)}
 
 
 def test_both_spellings_and_older_packages_of_plugins(inspect):
     text = "recoveries_server: {ros__parameters: {recovery_plugins: [spin], spin: {plugin: nav2_recoveries/Spin}}}\n"
-    file = inspect(text + "planner_server: {ros__parameters: {GridBased: {plugin: nav2_navfn_planner/NavfnPlanner}}}")
+    file = inspect(
+        text
+        + "planner_server: {ros__parameters: {GridBased: {plugin: nav2_navfn_planner/NavfnPlanner}}}"
+    )
     assert not file.errors
-    assert file.plugin("planner_server", "GridBased", "planners") == "nav2_navfn_planner::NavfnPlanner"
+    assert (
+        file.plugin("planner_server", "GridBased", "planners") == "nav2_navfn_planner::NavfnPlanner"
+    )
     assert file.value("behavior_server", "behavior_plugins") == ["spin"]
     assert any("recoveries_server: is an older name" in warning for warning in file.warnings)
 
@@ -155,16 +227,24 @@ def test_a_missing_type_is_an_error_but_for_nav2s_own_names(inspect):
 
 def test_rotation_shim_shares_its_namespace_with_the_primary_controller(inspect):
     shim = "nav2_rotation_shim_controller::RotationShimController"
-    text = DWB.replace('"dwb_core::DWBLocalPlanner"', f"{shim}\n      primary_controller: dwb_core::DWBLocalPlanner")
+    text = DWB.replace(
+        '"dwb_core::DWBLocalPlanner"',
+        f"{shim}\n      primary_controller: dwb_core::DWBLocalPlanner",
+    )
     assert not inspect(text).errors
-    assert "did you mean 'max_vel_x'" in only_error(inspect(text.replace("max_vel_x", "max_vel_xx")))
+    assert "did you mean 'max_vel_x'" in only_error(
+        inspect(text.replace("max_vel_x", "max_vel_xx"))
+    )
     assert "unknown plugin" in only_error(inspect(text.replace("r: dwb_core", "r: dwc_core")))
 
 
 def test_parameters_of_an_exchanged_plugin_are_ignored_not_unknown(inspect):
     file = inspect(DWB.replace("max_vel_x: 1.0", "forward_sampling_distance: 0.5"))
     assert not file.errors
-    assert any("FollowPath.forward_sampling_distance (of nav2_rotation_shim" in name for name in file.ignored)
+    assert any(
+        "FollowPath.forward_sampling_distance (of nav2_rotation_shim" in name
+        for name in file.ignored
+    )
 
 
 def test_sections_that_no_list_names_are_ignored(inspect):
@@ -172,7 +252,9 @@ def test_sections_that_no_list_names_are_ignored(inspect):
         "collision_monitor:\n  ros__parameters:\n    polygons: [Stop]\n"
         "    Stop: {type: circle, action_type: stop, radius: 0.3}\n"
         "    Limit: {type: polygon, linear_limit: 0.4}\n"
-        + costmap("      plugins: [inflation_layer]\n      static_layer: {map_subscribe_transient_local: true}\n")
+        + costmap(
+            "      plugins: [inflation_layer]\n      static_layer: {map_subscribe_transient_local: true}\n"
+        )
     )
     assert not file.errors
     assert "local_costmap: static_layer (no list names it)" in file.ignored
@@ -180,7 +262,8 @@ def test_sections_that_no_list_names_are_ignored(inspect):
 
 def test_what_has_no_effect_is_listed_once(inspect):
     file = inspect(
-        DWB + "    use_sim_time: true\n    odom_topic: odom\namcl: {ros__parameters: {use_sim_time: true}}\n"
+        DWB
+        + "    use_sim_time: true\n    odom_topic: odom\namcl: {ros__parameters: {use_sim_time: true}}\n"
     )
     assert file.ignored.count("use_sim_time") == 1
     assert "controller_server: odom_topic" in file.ignored
@@ -188,7 +271,9 @@ def test_what_has_no_effect_is_listed_once(inspect):
 
 
 def test_voxel_layer_runs_as_obstacle_layer_with_a_note(inspect):
-    file = inspect(costmap(SOURCES.replace("ObstacleLayer", "VoxelLayer") + "        z_voxels: 16\n"))
+    file = inspect(
+        costmap(SOURCES.replace("ObstacleLayer", "VoxelLayer") + "        z_voxels: 16\n")
+    )
     assert not file.errors
     assert any("VoxelLayer runs as an obstacle layer" in warning for warning in file.warnings)
     assert "local_costmap: obstacle_layer.z_voxels" in file.ignored
@@ -197,13 +282,31 @@ def test_voxel_layer_runs_as_obstacle_layer_with_a_note(inspect):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (DWB.replace("1.0", "fast"), "controller_server: FollowPath.max_vel_x: 'fast' is not a number"),
-        (DWB.replace('["PathAlign", "GoalDist"]', "3"), "controller_server: FollowPath.critics: 3 is not a list"),
-        (DWB.replace("1.0", "1.0\n      vx_samples: 2.5"), "FollowPath.vx_samples: 2.5 is not a whole number"),
-        (DWB.replace("1.0", "1.0\n      prune_plan: 1"), "FollowPath.prune_plan: 1 is not true or false"),
-        (DWB.replace("8.0", "[8.0]"), "controller_server: FollowPath.PathAlign.scale: [8.0] is not a number"),
+        (
+            DWB.replace("1.0", "fast"),
+            "controller_server: FollowPath.max_vel_x: 'fast' is not a number",
+        ),
+        (
+            DWB.replace('["PathAlign", "GoalDist"]', "3"),
+            "controller_server: FollowPath.critics: 3 is not a list",
+        ),
+        (
+            DWB.replace("1.0", "1.0\n      vx_samples: 2.5"),
+            "FollowPath.vx_samples: 2.5 is not a whole number",
+        ),
+        (
+            DWB.replace("1.0", "1.0\n      prune_plan: 1"),
+            "FollowPath.prune_plan: 1 is not true or false",
+        ),
+        (
+            DWB.replace("8.0", "[8.0]"),
+            "controller_server: FollowPath.PathAlign.scale: [8.0] is not a number",
+        ),
         (DWB.replace("8.0", ".nan"), "FollowPath.PathAlign.scale: nan is not a number"),
-        ("velocity_smoother: {ros__parameters: {max_accel: [1.0, 0.0]}}", "max_accel: [1.0, 0.0] has 2 entries"),
+        (
+            "velocity_smoother: {ros__parameters: {max_accel: [1.0, 0.0]}}",
+            "max_accel: [1.0, 0.0] has 2 entries",
+        ),
         (
             "planner_server: {ros__parameters: {GridBased: {tolerance: -1.0}}}",
             "GridBased: tolerance -1.0 must be 0 or more",
@@ -221,7 +324,9 @@ def test_values_of_the_wrong_kind_are_one_clear_line(inspect, text, message):
 
 
 def test_whole_numbers_where_nav2_insists_on_decimals_are_warned_of(inspect):
-    file = inspect(DWB.replace("max_vel_x: 1.0", "max_vel_x: 1") + costmap("      width: 3\n      height: 3\n"))
+    file = inspect(
+        DWB.replace("max_vel_x: 1.0", "max_vel_x: 1") + costmap("      width: 3\n      height: 3\n")
+    )
     assert [notice.path for notice in file.notices if notice.id == "whole-number"] == [
         "controller_server: FollowPath.max_vel_x"
     ]
@@ -246,4 +351,6 @@ def test_own_planner_keys_are_known(inspect):
     text = "planner_server: {ros__parameters: {GridBased: {plugin: navstack::OmplPlanner, algorithm: RRTstar}}}"
     assert not inspect(text).errors
     assert "did you mean 'algorithm'" in only_error(inspect(text.replace("algorithm", "algoritm")))
-    assert "unknown OMPL algorithm 'RRTsta'" in only_error(inspect(text.replace("RRTstar", "RRTsta")))
+    assert "unknown OMPL algorithm 'RRTsta'" in only_error(
+        inspect(text.replace("RRTstar", "RRTsta"))
+    )

@@ -83,14 +83,18 @@ def test_the_plugins_of_the_default_tree_drive_wherever_they_are_listed(inspect)
     nav2 = inspect(SEVERAL)
     assert (read_controller(nav2).name, read_planner(nav2).name) == ("FollowPath", "GridBased")
     assert not told(nav2, "tree-finds-no-plugin")
-    assert "0.7 m/s" in told(nav2, "smoother-caps")["velocity_smoother: max_velocity"].message  # lint looks at the same
+    # lint looks at the same
+    assert "0.7 m/s" in told(nav2, "smoother-caps")["velocity_smoother: max_velocity"].message
 
 
 def test_without_them_the_first_of_the_list_drives_and_that_is_told(inspect):
     nav2 = inspect(SEVERAL.replace("FollowPath", "Fast").replace("GridBased", "Round"))
     assert (read_controller(nav2).name, read_planner(nav2).name) == ("Docking", "Straight")
     notices = told(nav2, "tree-finds-no-plugin")
-    assert set(notices) == {"controller_server: controller_plugins", "planner_server: planner_plugins"}
+    assert set(notices) == {
+        "controller_server: controller_plugins",
+        "planner_server: planner_plugins",
+    }
     assert "asks for FollowPath" in notices["controller_server: controller_plugins"].message
     assert not any(notice.is_error for notice in notices.values())
 
@@ -99,7 +103,10 @@ def test_a_tree_of_the_files_own_may_ask_for_any_plugin(inspect):
     text = SEVERAL.replace("FollowPath", "Fast") + "bt_navigator: {ros__parameters: {%s: %s}}"
     key = "default_nav_to_pose_bt_xml"
     assert not told(inspect(text % (key, "my_tree.xml")), "tree-finds-no-plugin")
-    assert told(inspect(text % (key, "navigate_to_pose_w_replanning_and_recovery.xml")), "tree-finds-no-plugin")
+    assert told(
+        inspect(text % (key, "navigate_to_pose_w_replanning_and_recovery.xml")),
+        "tree-finds-no-plugin",
+    )
 
 
 @pytest.mark.parametrize("kind", ["goal", "progress"])
@@ -111,9 +118,13 @@ def test_several_checkers_are_told_and_the_first_is_read(inspect, kind):
     assert not told(inspect(text.replace("[a, b]", "[a]")), "ambiguous-checker")
 
 
-@pytest.mark.parametrize("head", [f'plugin: "{RPP}"', f'plugin: "{SHIM}", primary_controller: "{RPP}"'])
+@pytest.mark.parametrize(
+    "head", [f'plugin: "{RPP}"', f'plugin: "{SHIM}", primary_controller: "{RPP}"']
+)
 def test_rollings_name_of_pure_pursuits_speed(inspect, head):
-    nav2 = inspect(f"controller_server: {{ros__parameters: {{FollowPath: {{{head}, max_linear_vel: 1.3}}}}}}")
+    nav2 = inspect(
+        f"controller_server: {{ros__parameters: {{FollowPath: {{{head}, max_linear_vel: 1.3}}}}}}"
+    )
     plugin = read_controller(nav2)
     params = (read_primary_controller(nav2, plugin) if plugin.type == SHIM else plugin).params
     assert params.desired_linear_vel == 1.3
@@ -128,7 +139,9 @@ def test_of_two_names_jazzys_counts(inspect):
     body = f'{{plugin: "{RPP}", max_linear_vel: 1.3, desired_linear_vel: 0.4}}'
     nav2 = inspect(f"controller_server: {{ros__parameters: {{FollowPath: {body}}}}}")
     assert read_controller(nav2).params.desired_linear_vel == 0.4
-    assert "controller_server: FollowPath.max_linear_vel (desired_linear_vel is given)" in nav2.ignored
+    assert (
+        "controller_server: FollowPath.max_linear_vel (desired_linear_vel is given)" in nav2.ignored
+    )
 
 
 def test_polygons_as_lists_of_numbers(inspect):
@@ -143,7 +156,8 @@ def test_polygons_as_lists_of_numbers(inspect):
 
 
 @pytest.mark.parametrize(
-    "points", ["[0.4, 0.3, 0.4, -0.3, 0, -0.3]", "[1, 2, 3, 4, 5, 6, 7, 8, 9]", "[a, 1, 2, 3, 4, 5, 6, 7]"]
+    "points",
+    ["[0.4, 0.3, 0.4, -0.3, 0, -0.3]", "[1, 2, 3, 4, 5, 6, 7, 8, 9]", "[a, 1, 2, 3, 4, 5, 6, 7]"],
 )
 def test_lists_that_are_no_polygon_are_refused(inspect, points):
     nav2 = inspect(MONITOR.replace("[0.4, 0.3, 0.4, -0.3, 0, -0.3, 0, 0.3]", points))
@@ -155,20 +169,29 @@ def test_lists_that_are_no_polygon_are_refused(inspect, points):
 def test_sources_that_read_the_one_scan_instead_of_their_own_sensor(inspect):
     notices = told(inspect(LAYERS), "substitute")
     assert set(notices) == {"local_costmap: front.cloud", "local_costmap: rear.other"}
-    assert notices["local_costmap: front.cloud"].message == "a PointCloud2 runs on the robot's planar scan"
+    assert (
+        notices["local_costmap: front.cloud"].message
+        == "a PointCloud2 runs on the robot's planar scan"
+    )
     assert "'rear_scan' is that of 'scan' here" in notices["local_costmap: rear.other"].message
-    assert not told(inspect(LAYERS.replace("rear:", "rear:\n        enabled: false")), "substitute").keys() - {
-        "local_costmap: front.cloud"
-    }
+    assert not told(
+        inspect(LAYERS.replace("rear:", "rear:\n        enabled: false")), "substitute"
+    ).keys() - {"local_costmap: front.cloud"}
 
 
 @pytest.mark.parametrize(
     ("layer", "enabled", "told"),
-    [("ObstacleLayer", "true", ["cloud", "other"]), ("ObstacleLayer", "false", ["other"]), ("VoxelLayer", "true", [])],
+    [
+        ("ObstacleLayer", "true", ["cloud", "other"]),
+        ("ObstacleLayer", "false", ["other"]),
+        ("VoxelLayer", "true", []),
+    ],
 )
 def test_sources_of_enabled_obstacle_layers_are_looked_at(inspect, layer, enabled, told):
     """Where the first layer is left out, the second one's first topic is the robot's scan."""
-    text = LAYERS.replace("max_obstacle_height: 1.5", f"enabled: {enabled}").replace("ObstacleLayer", layer)
+    text = LAYERS.replace("max_obstacle_height: 1.5", f"enabled: {enabled}").replace(
+        "ObstacleLayer", layer
+    )
     notices = source_notices(inspect(text).parameters)
     assert [notice.path.rpartition(".")[2] for notice in notices] == told
     assert [text.splitlines()[notice.line - 1].split(":")[0].strip() for notice in notices] == told
@@ -177,37 +200,49 @@ def test_sources_of_enabled_obstacle_layers_are_looked_at(inspect, layer, enable
 def test_heights_of_a_layer_have_no_effect(inspect):
     nav2 = inspect(LAYERS)
     assert "local_costmap: front.max_obstacle_height" in nav2.ignored
-    assert read_costmap(nav2, "local_costmap").layers["front"].max_obstacle_height == 1.5  # for points with heights
+    # for points with heights
+    assert read_costmap(nav2, "local_costmap").layers["front"].max_obstacle_height == 1.5
 
 
 def test_a_threshold_that_further_scans_or_a_point_cloud_may_reach(inspect):
-    voxel = LAYERS.replace("ObstacleLayer", "VoxelLayer").replace("max_obstacle_height: 1.5", "mark_threshold: 1")
+    voxel = LAYERS.replace("ObstacleLayer", "VoxelLayer").replace(
+        "max_obstacle_height: 1.5", "mark_threshold: 1"
+    )
     assert not told(inspect(voxel), "unreached-threshold")
     assert not told(inspect(voxel.replace("PointCloud2", "LaserScan")), "unreached-threshold")
     cloud = voxel.replace("observation_sources: scan cloud", "observation_sources: cloud")
     assert not told(inspect(cloud), "unreached-threshold")
     single = voxel.replace("observation_sources: scan cloud", "observation_sources: scan")
-    assert set(told(inspect(single), "unreached-threshold")) == {"local_costmap: front.mark_threshold"}
+    assert set(told(inspect(single), "unreached-threshold")) == {
+        "local_costmap: front.mark_threshold"
+    }
 
 
 def test_a_costmap_that_comes_within_a_longer_timeout(inspect):
     text = LAYERS.replace("plugins:", "update_frequency: 2.0\n      plugins:", 1)
     slow = "controller_server: {ros__parameters: {costmap_update_timeout: %s}}"
-    advice = told(inspect(text + slow % 0.5), "late-costmap")["local_costmap: update_frequency"].advice
-    assert advice == "update_frequency: 3.0, or costmap_update_timeout: 1.0 in the controller server"
-    assert not told(inspect(text + slow % 0.6), "late-costmap")
-    assert told(inspect(text + slow % 0.0), "late-costmap")["local_costmap: update_frequency"].advice.startswith(
-        "costmap_"
+    advice = told(inspect(text + slow % 0.5), "late-costmap")[
+        "local_costmap: update_frequency"
+    ].advice
+    assert (
+        advice == "update_frequency: 3.0, or costmap_update_timeout: 1.0 in the controller server"
     )
+    assert not told(inspect(text + slow % 0.6), "late-costmap")
+    assert told(inspect(text + slow % 0.0), "late-costmap")[
+        "local_costmap: update_frequency"
+    ].advice.startswith("costmap_")
 
 
 def test_parameters_of_spin_and_wait_have_no_effect(inspect):
     nav2 = inspect(BEHAVIORS)
-    assert {"behavior_server: spin.max_rotational_vel", "behavior_server: spin.simulate_ahead_time"} <= set(
-        nav2.ignored
-    )
+    assert {
+        "behavior_server: spin.max_rotational_vel",
+        "behavior_server: spin.simulate_ahead_time",
+    } <= set(nav2.ignored)
     assert not {
-        name for name in nav2.ignored if name.endswith("plugin") or name == "behavior_server: max_rotational_vel"
+        name
+        for name in nav2.ignored
+        if name.endswith("plugin") or name == "behavior_server: max_rotational_vel"
     }
     misspelt = inspect(BEHAVIORS.replace("spin: {", "spin: {simulate_ahed_time: 1.0, "))
     assert len(misspelt.errors) == 1

@@ -24,7 +24,9 @@ def changed_lines(before, after):
 
 def test_a_changed_value_is_the_only_changed_line():
     nav2 = load_nav2(TUNED)
-    after = nav2.with_values({"controller_server.FollowPath.max_vel_x": 2, "velocity_smoother.max_velocity": [2, 0, 1]})
+    after = nav2.with_values(
+        {"controller_server.FollowPath.max_vel_x": 2, "velocity_smoother.max_velocity": [2, 0, 1]}
+    )
     assert read_dwb(after).max_vel_x == 2.0
     assert read_velocity_smoother(after).max_velocity == (2.0, 0.0, 1.0)
     assert changed_lines(nav2.document.text, after.document.text) == [
@@ -45,7 +47,9 @@ def test_dotted_names_and_comments_are_kept(inspect):
 
 def test_line_ends_of_other_systems_are_kept(tmp_path):
     path = tmp_path / "robot.yaml"
-    path.write_bytes(b"amcl:\r\n  ros__parameters:\r\n    alpha1: 0.1  # odometry\r\n    alpha2: 0.2\r\n")
+    path.write_bytes(
+        b"amcl:\r\n  ros__parameters:\r\n    alpha1: 0.1  # odometry\r\n    alpha2: 0.2\r\n"
+    )
     nav2 = load_nav2(path)
     nav2.with_values({"amcl.alpha1": 0.3}).dump(path)
     assert path.read_bytes() == nav2.document.text.replace("0.1", "0.3").encode()
@@ -55,7 +59,9 @@ def test_line_ends_of_other_systems_are_kept(tmp_path):
 def test_added_lines_end_as_the_others(tmp_path):
     path = tmp_path / "robot.yaml"
     path.write_bytes(b"amcl:\r\n  ros__parameters:\r\n    alpha1: 0.1  # odometry\r\n")
-    nav2 = load_nav2(path).with_values({"amcl.alpha2": 0.3, "velocity_smoother.velocity_timeout": 2.0})
+    nav2 = load_nav2(path).with_values(
+        {"amcl.alpha2": 0.3, "velocity_smoother.velocity_timeout": 2.0}
+    )
     assert nav2.document.text.count("\n") == nav2.document.text.count("\r\n") == 8
     assert "\r\r" not in nav2.document.text
     assert nav2.value("amcl", "alpha2") == 0.3
@@ -102,10 +108,15 @@ def test_absent_parameters_are_added_in_their_namespace(inspect):
 
 
 def entries_by_node(text):
-    return {node.path: {name: e.value for name, e in node.entries.items()} for node in parse_document(text, "f").nodes}
+    return {
+        node.path: {name: e.value for name, e in node.entries.items()}
+        for node in parse_document(text, "f").nodes
+    }
 
 
-@pytest.mark.parametrize("path", [*SHIPPED, *(REAL or [None])], ids=lambda path: path.name if path else "real files")
+@pytest.mark.parametrize(
+    "path", [*SHIPPED, *(REAL or [None])], ids=lambda path: path.name if path else "real files"
+)
 def test_a_parameter_can_be_added_to_every_section_of_a_file(path):
     if path is None:
         pytest.skip("NAVSTACK_DATA is not set: no real Nav2 files here")
@@ -142,9 +153,13 @@ def test_many_changes_at_once_are_those_made_one_after_the_other():
 def test_lines_added_at_one_place_go_to_their_sections_in_the_order_given():
     text = "n:\n  ros__parameters:\n    a:\n      b:\n        c: 1\nm:\n  ros__parameters: {d: 1}\n"
     names = ["x", "a.x", "a.b.x", "a.b.y", "a.y", "y"]
-    after = set_values(text, [*((("n",), name, 2) for name in names), (("m",), "x", 2), (("m",), "d", 3)], "f")
+    after = set_values(
+        text, [*((("n",), name, 2) for name in names), (("m",), "x", 2), (("m",), "d", 3)], "f"
+    )
     nested = "      b:\n        c: 1\n        x: 2\n        y: 2\n      x: 2\n      y: 2\n    x: 2\n    y: 2\n"
-    assert after == f"n:\n  ros__parameters:\n    a:\n{nested}m:\n  ros__parameters: {{x: 2, d: 3}}\n"
+    assert (
+        after == f"n:\n  ros__parameters:\n    a:\n{nested}m:\n  ros__parameters: {{x: 2, d: 3}}\n"
+    )
 
 
 def test_a_line_added_behind_a_block_list_stays_in_its_section():
@@ -165,7 +180,9 @@ def test_the_line_end_behind_a_text_block_stays(style):
 
 def test_a_value_added_within_braces_is_not_swallowed_by_a_comment():
     text = "n:\n  ros__parameters: {\n    a: 1,  # first\n    b: 2  # second\n  }\n"
-    assert entries_by_node(set_value(text, ("n",), "c", 3, "f")) == {("n",): {"a": 1, "b": 2, "c": 3}}
+    assert entries_by_node(set_value(text, ("n",), "c", 3, "f")) == {
+        ("n",): {"a": 1, "b": 2, "c": 3}
+    }
 
 
 def test_a_value_added_beside_an_alias_stays_in_its_section():
@@ -176,7 +193,9 @@ def test_a_value_added_beside_an_alias_stays_in_its_section():
 
 def test_the_last_of_two_duplicates_is_changed(inspect):
     nav2 = inspect("amcl:\n  ros__parameters:\n    alpha1: 0.1\n    alpha1: 0.2\n")
-    assert nav2.with_values({"amcl.alpha1": 0.3}).document.text.endswith("    alpha1: 0.1\n    alpha1: 0.3\n")
+    assert nav2.with_values({"amcl.alpha1": 0.3}).document.text.endswith(
+        "    alpha1: 0.1\n    alpha1: 0.3\n"
+    )
 
 
 def test_block_lists_are_replaced(inspect):
@@ -191,7 +210,9 @@ def test_block_lists_are_replaced(inspect):
 
 
 def test_a_value_behind_an_alias_is_not_changed(inspect):
-    nav2 = inspect("amcl:\n  ros__parameters:\n    alpha1: &noise 0.1\n    alpha2: *noise\n    alpha3: 0.3\n")
+    nav2 = inspect(
+        "amcl:\n  ros__parameters:\n    alpha1: &noise 0.1\n    alpha2: *noise\n    alpha3: 0.3\n"
+    )
     with pytest.raises(ParameterError, match="line 4: alpha2 is a YAML alias"):
         nav2.with_values({"amcl.alpha2": 0.2})
     assert nav2.with_values({"amcl.alpha3": 0.2}).value("amcl", "alpha3") == 0.2
@@ -218,7 +239,10 @@ SCALARS = st.one_of(
     st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs")), max_size=12),
 )
 NAMES = st.lists(
-    st.sampled_from("alpha beta gamma delta eps zeta eta theta".split()), min_size=1, max_size=6, unique=True
+    st.sampled_from("alpha beta gamma delta eps zeta eta theta".split()),
+    min_size=1,
+    max_size=6,
+    unique=True,
 )
 COMMENTS = st.sampled_from(["", "  # by hand", " # 0.5 was too fast: [a, b]"])
 SPACINGS = st.sampled_from(["", "\n", "    # what follows is tuned\n", "\n  # off: 1\n\n"])
@@ -260,7 +284,8 @@ def test_one_changed_value_is_one_changed_line(file, value, data):
     expected = float(value) if was_decimal and type(value) is int else value
     assert (entries[name].value, type(entries[name].value)) == (expected, type(expected))
     removed, added = (_lines(text, after, sign) for sign in "-+")
-    assert len(added) == len(removed) <= 1 or (len(removed), len(added)) == (2, 1)  # a block list becomes one line
+    # a block list becomes one line
+    assert len(added) == len(removed) <= 1 or (len(removed), len(added)) == (2, 1)
 
 
 @settings(max_examples=100, deadline=None)

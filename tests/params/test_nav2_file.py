@@ -27,11 +27,19 @@ from navstack.params.registry.block import Block
 SHIPPED = Path(__file__).parents[2] / "params" / "nav2"
 FOLDER = os.environ.get("NAVSTACK_DATA")
 REAL = sorted((Path(FOLDER) / "nav2_params").glob("*.yaml")) if FOLDER else []
-real_files = pytest.mark.parametrize("path", REAL or [None], ids=lambda path: path.name if path else "none")
+real_files = pytest.mark.parametrize(
+    "path", REAL or [None], ids=lambda path: path.name if path else "none"
+)
 
 
 def views(nav2):
-    parts = (read_controller_server, read_controller, read_planner, read_goal_checker, read_progress_checker)
+    parts = (
+        read_controller_server,
+        read_controller,
+        read_planner,
+        read_goal_checker,
+        read_progress_checker,
+    )
     costmaps = [read_costmap(nav2, node) for node in ("local_costmap", "global_costmap")]
     return [*(part(nav2) for part in parts), read_velocity_smoother(nav2), *costmaps]
 
@@ -60,9 +68,13 @@ def test_shipped_files_have_nothing_unknown(name, tmp_path):
     assert views(load_nav2(tmp_path / "merged.yaml")) == views(nav2)
 
 
-@pytest.mark.parametrize("text", ["on", "y", "No", "0x1F", "010", "1e3", ".inf", "true", "3", "a b", "~", ""])
+@pytest.mark.parametrize(
+    "text", ["on", "y", "No", "0x1F", "010", "1e3", ".inf", "true", "3", "a b", "~", ""]
+)
 def test_texts_that_look_like_other_values_stay_texts_in_the_merged_file(text, tmp_path, inspect):
-    nav2 = inspect(f'amcl:\n  ros__parameters:\n    scan_topic: "{text}"\n    base_frame_id: base_link\n')
+    nav2 = inspect(
+        f'amcl:\n  ros__parameters:\n    scan_topic: "{text}"\n    base_frame_id: base_link\n'
+    )
     (tmp_path / "merged.yaml").write_text(nav2.dump_merged())
     merged = load_nav2(tmp_path / "merged.yaml")
     assert merged.value("amcl", "scan_topic") == text
@@ -73,16 +85,40 @@ def test_tuned_file_has_the_published_values():
     nav2 = load_nav2(SHIPPED / "tuned.yaml")
     shim, dwb = read_controller(nav2).params, read_dwb(nav2)
     assert read_primary_controller(nav2, read_controller(nav2)).params == dwb
-    assert (shim.angular_dist_threshold, shim.angular_disengage_threshold, shim.closed_loop) == (1.0472, 0.1745, False)
-    assert (dwb.max_vel_x, dwb.max_vel_theta, dwb.min_speed_theta, dwb.sim_time) == (3.0, 1.2, 0.3, 1.0)
-    scales = (dwb.BaseObstacle, dwb.PathAlign, dwb.GoalAlign, dwb.PathDist, dwb.GoalDist, dwb.RotateToGoal)
+    assert (shim.angular_dist_threshold, shim.angular_disengage_threshold, shim.closed_loop) == (
+        1.0472,
+        0.1745,
+        False,
+    )
+    assert (dwb.max_vel_x, dwb.max_vel_theta, dwb.min_speed_theta, dwb.sim_time) == (
+        3.0,
+        1.2,
+        0.3,
+        1.0,
+    )
+    scales = (
+        dwb.BaseObstacle,
+        dwb.PathAlign,
+        dwb.GoalAlign,
+        dwb.PathDist,
+        dwb.GoalDist,
+        dwb.RotateToGoal,
+    )
     assert [critic.scale for critic in scales] == [0.05, 16.0, 12.0, 16.0, 12.0, 32.0]
     assert dwb.PathAlign.forward_point_distance == 0.1
     local, world = read_costmap(nav2, "local_costmap"), read_costmap(nav2, "global_costmap")
-    assert (local.width, local.resolution, local.update_frequency, local.footprint_padding) == (24.0, 0.05, 30.0, 0.05)
+    assert (local.width, local.resolution, local.update_frequency, local.footprint_padding) == (
+        24.0,
+        0.05,
+        30.0,
+        0.05,
+    )
     assert local.plugins == ("static_layer", "obstacle_layer", "keepout_filter", "inflation_layer")
     assert local.layers["inflation_layer"].inflation_radius == 1.5
-    assert (world.footprint_padding, world.layers["inflation_layer"].cost_scaling_factor) == (0.25, 0.3)
+    assert (world.footprint_padding, world.layers["inflation_layer"].cost_scaling_factor) == (
+        0.25,
+        0.3,
+    )
     assert robot_footprint(local).min() == pytest.approx(-0.607, abs=1e-7)
     assert read_velocity_smoother(nav2).max_velocity == (3.0, 0.0, 1.2)
     assert read_goal_checker(nav2).params.xy_goal_tolerance == 1.8
@@ -137,10 +173,16 @@ def test_a_wildcard_parameter_that_no_node_has_is_unknown(inspect):
     (error,) = inspect('"/**": {ros__parameters: {controler_frequency: 15.0}}').errors
     assert error.startswith("line 1: /**: controler_frequency: unknown to Nav2")
     several = inspect('"/**": {ros__parameters: {controler_frequency: 15.0, wheel_diameter: 0.2}}')
-    assert [notice.path for notice in several.notices] == ["/**: controler_frequency", "/**: wheel_diameter"]
+    assert [notice.path for notice in several.notices] == [
+        "/**: controler_frequency",
+        "/**: wheel_diameter",
+    ]
     assert not inspect('"/**/local_costmap": {ros__parameters: {width: 3}}').errors
-    (error,) = inspect('"/**/local_costmap": {ros__parameters: {widht: 3}}').errors  # of a single node
-    assert error.startswith("line 1: /**/local_costmap: widht: unknown to Nav2; did you mean 'width'?")
+    # of a single node
+    (error,) = inspect('"/**/local_costmap": {ros__parameters: {widht: 3}}').errors
+    assert error.startswith(
+        "line 1: /**/local_costmap: widht: unknown to Nav2; did you mean 'width'?"
+    )
 
 
 def test_what_a_file_leaves_out_has_no_line():
@@ -151,13 +193,24 @@ def test_what_a_file_leaves_out_has_no_line():
 def test_absent_nodes_have_nav2s_defaults(inspect):
     nav2 = inspect("amcl: {ros__parameters: {max_beams: 60}}")
     assert read_costmap(nav2, "global_costmap") == CostmapParams()
-    scales = {"PathAlign": 32.0, "PathDist": 32.0, "GoalAlign": 24.0, "GoalDist": 24.0, "ObstacleFootprint": 0.01}
-    critics = {name: replace(getattr(DwbParams(), name), scale=scale) for name, scale in scales.items()}
+    scales = {
+        "PathAlign": 32.0,
+        "PathDist": 32.0,
+        "GoalAlign": 24.0,
+        "GoalDist": 24.0,
+        "ObstacleFootprint": 0.01,
+    }
+    critics = {
+        name: replace(getattr(DwbParams(), name), scale=scale) for name, scale in scales.items()
+    }
     assert read_dwb(nav2) == DwbParams(**critics)
     assert read_planner(nav2).type == "nav2_navfn_planner::NavfnPlanner"
     merged = nav2.merged()
     assert merged["local_costmap"]["local_costmap"]["ros__parameters"]["resolution"] == 0.1
-    assert merged["controller_server"]["ros__parameters"]["FollowPath"]["plugin"] == "dwb_core::DWBLocalPlanner"
+    assert (
+        merged["controller_server"]["ros__parameters"]["FollowPath"]["plugin"]
+        == "dwb_core::DWBLocalPlanner"
+    )
     assert merged["amcl"]["ros__parameters"]["max_beams"] == 60
     assert merged["amcl"]["ros__parameters"]["sigma_hit"] == 0.2
 
@@ -184,17 +237,24 @@ def test_a_merged_file_merges_to_itself_where_nav2_chooses_the_critics(inspect):
 
 def test_a_layer_that_is_not_available_refuses_the_costmap(inspect):
     layer = "{plugin: nav2_costmap_2d::AsymmetricInflationLayer, inflation_radius: 1.2}"
-    nav2 = inspect(f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [puff], puff: {layer}}}}}}}")
+    nav2 = inspect(
+        f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [puff], puff: {layer}}}}}}}"
+    )
     assert not nav2.errors
     with pytest.raises(
-        ParameterError, match="local_costmap: puff: .* not available here; available: nav2_costmap_2d::"
+        ParameterError,
+        match="local_costmap: puff: .* not available here; available: nav2_costmap_2d::",
     ):
         read_costmap(nav2, "local_costmap")
 
 
-@pytest.mark.parametrize("text", ["[[1, 2], [3", "[[1, 2], [3, 4]]", "[[a, b], [1, 2], [2, 3]]", "__import__('os')"])
+@pytest.mark.parametrize(
+    "text", ["[[1, 2], [3", "[[1, 2], [3, 4]]", "[[a, b], [1, 2], [2, 3]]", "__import__('os')"]
+)
 def test_a_bad_footprint_is_one_clear_line(inspect, text):
-    nav2 = inspect(f'local_costmap: {{local_costmap: {{ros__parameters: {{footprint: "{text}"}}}}}}')
+    nav2 = inspect(
+        f'local_costmap: {{local_costmap: {{ros__parameters: {{footprint: "{text}"}}}}}}'
+    )
     with pytest.raises(ParameterError, match="^robot.yaml: local_costmap: footprint"):
         read_costmap(nav2, "local_costmap")
 
@@ -203,4 +263,6 @@ def test_a_bad_value_names_file_node_and_parameter(inspect):
     nav2 = inspect("controller_server: {ros__parameters: {FollowPath: {max_vel_x: fast}}}")
     with pytest.raises(ParameterError) as error:
         read_dwb(nav2)
-    assert str(error.value) == ("robot.yaml: controller_server: FollowPath.max_vel_x: 'fast' is not a number (line 1)")
+    assert str(error.value) == (
+        "robot.yaml: controller_server: FollowPath.max_vel_x: 'fast' is not a number (line 1)"
+    )

@@ -35,8 +35,12 @@ def test_layers_and_filters_stand_in_their_order(inspect):
     params = read_costmap(nav2, "global_costmap")
     assert tuple(params.enabled_layers(params.plugins)) == params.plugins
     assert params.plugins == ("static_layer", "keepout", "denoise_layer", "inflation_layer")
-    assert params.enabled_layers(params.filters) == {"speed": SpeedFilterParams(filter_info_topic="speed_info")}
-    assert params.layers["keepout"] == KeepoutFilterParams(filter_info_topic="/keepout_info", override_lethal_cost=True)
+    assert params.enabled_layers(params.filters) == {
+        "speed": SpeedFilterParams(filter_info_topic="speed_info")
+    }
+    assert params.layers["keepout"] == KeepoutFilterParams(
+        filter_info_topic="/keepout_info", override_lethal_cost=True
+    )
     assert params.layers["denoise_layer"].minimal_group_size == 5
     assert "global_costmap: speed.speed_limit_topic" in nav2.ignored
 
@@ -44,18 +48,28 @@ def test_layers_and_filters_stand_in_their_order(inspect):
 def test_masks_are_found_by_their_topics(inspect, tmp_path):
     nav2 = inspect(COSTMAP + SPEED + KEEPOUT)
     assert not nav2.errors
-    assert find_mask(nav2.parameters, "/speed_info") == MaskSource("speed_filter_info_server", "masks/speed.yaml")
+    assert find_mask(nav2.parameters, "/speed_info") == MaskSource(
+        "speed_filter_info_server", "masks/speed.yaml"
+    )
     masks = read_masks(nav2, read_costmap(nav2, "global_costmap"))
     assert str(masks["keepout"].path) == "/maps/keepout.yaml"
     assert masks["speed"].path == tmp_path / "masks" / "speed.yaml"
-    assert (masks["speed"].info.type, masks["speed"].info.base, masks["speed"].info.multiplier) == (1, 100.0, -1.0)
+    assert (masks["speed"].info.type, masks["speed"].info.base, masks["speed"].info.multiplier) == (
+        1,
+        100.0,
+        -1.0,
+    )
     assert keepout_filters_without_mask(nav2.parameters) == []
     assert not [name for name in nav2.ignored if "server" in name]
 
 
 @pytest.mark.parametrize(
     "servers",
-    ["", SPEED.replace("topic_name: masks/speed", "topic_name: other"), SPEED.partition("speed_mask")[0]],
+    [
+        "",
+        SPEED.replace("topic_name: masks/speed", "topic_name: other"),
+        SPEED.partition("speed_mask")[0],
+    ],
     ids=["no server", "another mask", "no mask server"],
 )
 def test_a_speed_filter_without_mask_is_said_to_do_nothing(inspect, servers):
@@ -68,9 +82,16 @@ def test_a_speed_filter_without_mask_is_said_to_do_nothing(inspect, servers):
 
 
 def test_an_info_that_does_not_fit_its_filter_is_noted(inspect):
-    nav2 = inspect(COSTMAP + SPEED.replace("type: 1", "type: 3") + KEEPOUT.replace("type: 0", "type: 0, base: 2.0"))
+    nav2 = inspect(
+        COSTMAP
+        + SPEED.replace("type: 1", "type: 3")
+        + KEEPOUT.replace("type: 0", "type: 0, base: 2.0")
+    )
     notices = {notice.id: str(notice) for notice in nav2.notices}
-    assert "its info is of type 3: it has no effect; give 1 (percent) or 2 (m/s)" in notices["filter-type"]
+    assert (
+        "its info is of type 3: it has no effect; give 1 (percent) or 2 (m/s)"
+        in notices["filter-type"]
+    )
     assert "keepout filter does not use base and multiplier" in notices["filter-scale"]
 
 
@@ -82,8 +103,15 @@ def test_bad_values_are_one_clear_line(inspect):
 
 
 def test_filters_that_do_not_exist_here_refuse_the_costmap(inspect):
-    nav2 = inspect(COSTMAP.replace("SpeedFilter", "BinaryFilter").replace("speed_limit_topic", "binary_state_topic"))
-    with pytest.raises(ParameterError, match="speed: nav2_costmap_2d::BinaryFilter is a Nav2 plugin that is not avail"):
+    nav2 = inspect(
+        COSTMAP.replace("SpeedFilter", "BinaryFilter").replace(
+            "speed_limit_topic", "binary_state_topic"
+        )
+    )
+    with pytest.raises(
+        ParameterError,
+        match="speed: nav2_costmap_2d::BinaryFilter is a Nav2 plugin that is not avail",
+    ):
         read_costmap(nav2, "global_costmap")
     nav2 = inspect(COSTMAP.replace("SpeedFilter", "SpeedFilters"))
     assert any("did you mean 'nav2_costmap_2d::SpeedFilter'" in error for error in nav2.errors)

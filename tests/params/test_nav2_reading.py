@@ -18,7 +18,8 @@ from navstack.params.nav2_file.views import (
 SHIM = "nav2_rotation_shim_controller::RotationShimController"
 HEAD = "controller_server:\n  ros__parameters:\n    FollowPath:\n"
 CRITICS = (
-    HEAD + "      max_vel_x: 0.5\n      critics: [Narrow, 'dwb_critics::GoalDistCritic', PathDist]\n"
+    HEAD
+    + "      max_vel_x: 0.5\n      critics: [Narrow, 'dwb_critics::GoalDistCritic', PathDist]\n"
     "      Narrow: {class: 'dwb_critics::PathAlign', scale: 7.0, forward_point_distance: 0.6}\n"
     "      dwb_critics::GoalDistCritic.scale: 3.0\n"
 )
@@ -49,11 +50,15 @@ def test_two_critics_of_one_kind(inspect):
 
 def test_misspelt_parameters_of_a_named_critic(inspect):
     assert "did you mean 'scale'" in only_error(inspect(CRITICS.replace("scale: 7.0", "scle: 7.0")))
-    assert "Narrow.scale: 'big' is not a number" in only_error(inspect(CRITICS.replace("scale: 7.0", "scale: big")))
+    assert "Narrow.scale: 'big' is not a number" in only_error(
+        inspect(CRITICS.replace("scale: 7.0", "scale: big"))
+    )
 
 
 def test_critics_of_other_packages_are_not_taken_for_nav2s(inspect):
-    error = only_error(inspect(CRITICS.replace("dwb_critics::PathAlign", "their_critics::PathAlign")))
+    error = only_error(
+        inspect(CRITICS.replace("dwb_critics::PathAlign", "their_critics::PathAlign"))
+    )
     assert "unknown plugin 'their_critics::PathAlign'" in error
 
 
@@ -77,11 +82,18 @@ def test_primary_controller_as_in_jazzy_and_as_in_main(inspect):
     assert "FollowPath.primary_controller.max_vel_xx" in only_error(misspelt)
 
 
-@pytest.mark.parametrize("rest", ["", "      max_angular_accel: 1.0\n", "      primary_controller: {max_vel_x: 1.0}\n"])
+@pytest.mark.parametrize(
+    "rest", ["", "      max_angular_accel: 1.0\n", "      primary_controller: {max_vel_x: 1.0}\n"]
+)
 def test_a_missing_primary_controller_is_named(inspect, rest):
     nav2 = inspect(f"{HEAD}      plugin: {SHIM}\n{rest}")
-    assert "FollowPath.primary_controller: is missing; name the plugin that does the work" in only_error(nav2)
-    with pytest.raises(ParameterError, match=r"primary_controller is missing; .* e.g. dwb_core::DWBLocalPlanner"):
+    assert (
+        "FollowPath.primary_controller: is missing; name the plugin that does the work"
+        in only_error(nav2)
+    )
+    with pytest.raises(
+        ParameterError, match=r"primary_controller is missing; .* e.g. dwb_core::DWBLocalPlanner"
+    ):
         read_primary_controller(nav2, read_controller(nav2))
 
 
@@ -97,7 +109,10 @@ def test_a_shim_cannot_be_its_own_primary_controller(inspect):
         (HEAD + "      smoothing_frequency: 20.0\n", "velocity_smoother"),
         ("controller_server: {ros__parameters: {max_vel_x: 0.5}}", "dwb_core::DWBLocalPlanner"),
         ("amcl: {ros__parameters: {inflation_radius: 0.5}}", "nav2_costmap_2d::InflationLayer"),
-        ("local_costmap: {local_costmap: {ros__parameters: {raytrace_max_range: 3.0}}}", "(its observation_sources)"),
+        (
+            "local_costmap: {local_costmap: {ros__parameters: {raytrace_max_range: 3.0}}}",
+            "(its observation_sources)",
+        ),
     ],
 )
 def test_misplaced_parameters_are_told_where_they_belong(inspect, text, home):
@@ -107,14 +122,21 @@ def test_misplaced_parameters_are_told_where_they_belong(inspect, text, home):
 
 
 def test_names_of_eloquent_are_told_what_to_become(inspect):
-    message = only_error(inspect("planner_server: {ros__parameters: {planner_plugin_ids: [GridBased]}}"))
+    message = only_error(
+        inspect("planner_server: {ros__parameters: {planner_plugin_ids: [GridBased]}}")
+    )
     assert "is of Nav2 Eloquent; since Foxy it is a list planner_plugins" in message
 
 
 def test_nodes_of_other_packages_are_left_alone(inspect):
-    nav2 = inspect("gazebo: {ros__parameters: {publish_rate: 100.0}}\namcl: {ros__parameters: {alpha1: 0.1}}")
+    nav2 = inspect(
+        "gazebo: {ros__parameters: {publish_rate: 100.0}}\namcl: {ros__parameters: {alpha1: 0.1}}"
+    )
     assert not nav2.errors
-    assert any("gazebo: no node of Nav2; its parameters are not read" in warning for warning in nav2.warnings)
+    assert any(
+        "gazebo: no node of Nav2; its parameters are not read" in warning
+        for warning in nav2.warnings
+    )
     assert "did you mean 'amcl'" in only_error(inspect("acml: {ros__parameters: {alpha1: 0.1}}"))
 
 
@@ -127,7 +149,10 @@ def test_plugins_of_other_packages_do_not_keep_a_file_from_loading(inspect):
     assert not nav2.errors
     unknown = [notice.path for notice in nav2.notices if notice.id == "unknown-plugin"]
     assert unknown == ["controller_server: FollowPath", "planner_server: A", "local_costmap: g"]
-    with pytest.raises(ParameterError, match="unknown plugin 'teb_local_planner::TebLocalPlannerROS'; .*available: "):
+    with pytest.raises(
+        ParameterError,
+        match="unknown plugin 'teb_local_planner::TebLocalPlannerROS'; .*available: ",
+    ):
         read_controller(nav2)
     assert [notice.id for notice in lint(nav2) if notice.is_error] == ["unknown-plugin"] * 3
 
@@ -137,7 +162,10 @@ def test_placeholders_of_launch_files(inspect):
     head = "<robot_namespace>:\n  local_costmap:\n    local_costmap:\n     ros__parameters:\n"
     nav2 = inspect(head + "      plugins: [obstacle_layer]\n" + layer % "OBSTACLES_ENABLED")
     assert not nav2.errors
-    assert any("'OBSTACLES_ENABLED' is left to a launch file; Nav2's default is read" in text for text in nav2.warnings)
+    assert any(
+        "'OBSTACLES_ENABLED' is left to a launch file; Nav2's default is read" in text
+        for text in nav2.warnings
+    )
     assert read_costmap(nav2, "local_costmap").layers["obstacle_layer"].enabled
     for value in ("$(var speed)", "<speed>", "MAX_SPEED"):
         error = only_error(inspect(f"{HEAD}      max_vel_x: {value}\n"))
@@ -152,8 +180,14 @@ def test_all_bad_values_of_a_section_are_reported(inspect):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("amcl: {ros__parameters: {save_pose_rate: often}}", "amcl: save_pose_rate: 'often' is not a number"),
-        ("amcl: {ros__parameters: {tf_broadcast: 1}}", "amcl: tf_broadcast: 1 is not true or false"),
+        (
+            "amcl: {ros__parameters: {save_pose_rate: often}}",
+            "amcl: save_pose_rate: 'often' is not a number",
+        ),
+        (
+            "amcl: {ros__parameters: {tf_broadcast: 1}}",
+            "amcl: tf_broadcast: 1 is not true or false",
+        ),
         (
             "map_server: {ros__parameters: {use_sim_time: 'true'}}",
             "map_server: use_sim_time: 'true' is not true or false",
@@ -162,7 +196,9 @@ def test_all_bad_values_of_a_section_are_reported(inspect):
 )
 def test_wrong_kinds_are_found_in_what_is_not_read_here(inspect, text, message):
     assert message in only_error(inspect(text))
-    assert not inspect("amcl: {ros__parameters: {use_sim_time: $(var use_sim_time), max_beams: 60}}").errors
+    assert not inspect(
+        "amcl: {ros__parameters: {use_sim_time: $(var use_sim_time), max_beams: 60}}"
+    ).errors
 
 
 def test_names_of_the_last_duplicate_count(inspect):
@@ -172,7 +208,9 @@ def test_names_of_the_last_duplicate_count(inspect):
 
 
 def test_values_are_coerced_as_ros_does(inspect):
-    nav2 = inspect(f"{HEAD}      max_vel_x: 1\n      prune_plan: off\n      vx_samples: 0x10\n      sim_time: 1e0\n")
+    nav2 = inspect(
+        f"{HEAD}      max_vel_x: 1\n      prune_plan: off\n      vx_samples: 0x10\n      sim_time: 1e0\n"
+    )
     dwb = read_dwb(nav2)
     assert (dwb.max_vel_x, dwb.prune_plan, dwb.vx_samples, dwb.sim_time) == (1.0, False, 16, 1.0)
     assert [notice.path for notice in nav2.notices if notice.id == "whole-number"] == [

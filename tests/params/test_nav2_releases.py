@@ -1,7 +1,7 @@
 """Parameters that Nav2's own files set, release by release; every name is known in its place.
 
-Sources: nav2_bringup's ``nav2_params.yaml`` of each release (github.com/ros-navigation/navigation2, Apache-2.0), its
-names only; a value is not part of this list.
+Sources: nav2_bringup's ``nav2_params.yaml`` of each release (github.com/ros-navigation/navigation2,
+Apache-2.0), its names only; a value is not part of this list.
 """
 
 import json
@@ -99,7 +99,9 @@ FOXY = (
     *(AMCL, BT, GROOT, "bt_navigator/default_bt_xml_filename", "amcl_map_client/use_sim_time"),
     *("amcl_rclcpp_node/use_sim_time", "bt_navigator_rclcpp_node/use_sim_time"),
     f"{SERVER} progress_checker_plugin goal_checker_plugin {below('goal_checker', GOAL)} {below('FollowPath', DWB)}",
-    *costmaps(f"{below('voxel_layer', VOXEL)} voxel_layer.observation_sources {below('voxel_layer.scan', SCAN)}"),
+    *costmaps(
+        f"{below('voxel_layer', VOXEL)} voxel_layer.observation_sources {below('voxel_layer.scan', SCAN)}"
+    ),
     *(
         "map_server/yaml_filename",
         SAVER,
@@ -116,8 +118,14 @@ _SCANS = (
 )
 _SIMPLE = below("simple_smoother", "plugin tolerance max_its do_refinement")
 HUMBLE = (
-    *(AMCL, f"{BT} bt_loop_duration default_server_timeout wait_for_service_timeout plugin_lib_names"),
-    *(f"bt_navigator_navigate_{how}_rclcpp_node/use_sim_time" for how in ("to_pose", "through_poses")),
+    *(
+        AMCL,
+        f"{BT} bt_loop_duration default_server_timeout wait_for_service_timeout plugin_lib_names",
+    ),
+    *(
+        f"bt_navigator_navigate_{how}_rclcpp_node/use_sim_time"
+        for how in ("to_pose", "through_poses")
+    ),
     f"{SERVER} failure_tolerance progress_checker_plugin goal_checker_plugins {below('general_goal_checker', GOAL)} "
     f"{below('FollowPath', DWB)}",
     *costmaps(_SCANS),
@@ -133,11 +141,18 @@ _NAVIGATORS = (
 )
 _TOPICS = "local_costmap_topic global_costmap_topic local_footprint_topic global_footprint_topic local_frame"
 JAZZY = (
-    *(AMCL, f"{BT} bt_loop_duration default_server_timeout wait_for_service_timeout {_NAVIGATORS} error_code_names"),
+    *(
+        AMCL,
+        f"{BT} bt_loop_duration default_server_timeout wait_for_service_timeout {_NAVIGATORS} error_code_names",
+    ),
     f"{SERVER} failure_tolerance costmap_update_timeout progress_checker_plugins goal_checker_plugins "
     f"use_realtime_priority {below('general_goal_checker', GOAL)} {below('FollowPath', MPPI)}",
     *costmaps(_SCANS),
-    *("map_server/yaml_filename", SAVER, f"{PLANNER} costmap_update_timeout {below('GridBased', NAVFN)}"),
+    *(
+        "map_server/yaml_filename",
+        SAVER,
+        f"{PLANNER} costmap_update_timeout {below('GridBased', NAVFN)}",
+    ),
     f"smoother_server/smoother_plugins {_SIMPLE}",
     f"behavior_server/{_TOPICS} behavior_plugins backup.plugin drive_on_heading.plugin assisted_teleop.plugin "
     f"transform_tolerance {BEHAVIOR}",
@@ -170,7 +185,8 @@ ROLLING = (
     "controller.footprint_topic controller.transform_tolerance controller.projection_time controller.simulation_step "
     "controller.dock_collision_threshold",
 )
-# Lists that name sections, and the types of these sections; all other values are of no interest here.
+# Lists that name sections, and the types of these sections; all other values are of no interest
+# here.
 LISTS = {
     "controller_plugins": ["FollowPath"],
     "planner_plugins": ["GridBased"],
@@ -213,7 +229,14 @@ TYPES = {
 }
 DWB_TYPE, MPPI_TYPE = "dwb_core::DWBLocalPlanner", "nav2_mppi_controller::MPPIController"
 NAVFN_TYPE, HYBRID_TYPE = "nav2_navfn_planner/NavfnPlanner", "nav2_smac_planner::SmacPlannerHybrid"
-UNKNOWN = {"unknown-key", "misspelt-key", "unknown-node", "unknown-plugin", "missing-plugin", "foreign-node"}
+UNKNOWN = {
+    "unknown-key",
+    "misspelt-key",
+    "unknown-node",
+    "unknown-plugin",
+    "missing-plugin",
+    "foreign-node",
+}
 
 
 def text_of(release, types):
@@ -229,7 +252,9 @@ def text_of(release, types):
             if last == "observation_sources":
                 place[name] = ["scan"]
     wrapped = {
-        node: {node: {"ros__parameters": values}} if node.endswith("_costmap") else {"ros__parameters": values}
+        node: {node: {"ros__parameters": values}}
+        if node.endswith("_costmap")
+        else {"ros__parameters": values}
         for node, values in nodes.items()
     }
     return json.dumps(wrapped)
@@ -250,5 +275,7 @@ def test_the_names_of_a_release_are_known(inspect, release, controller, planner)
     assert text.count(":") > 200  # names were written
     nav2 = inspect(text)
     assert not [str(notice) for notice in nav2.notices if notice.id in UNKNOWN]
-    misspelt = inspect(text.replace('"inflation_layer.inflation_radius"', '"inflation_layer.inflation_radios"'))
+    misspelt = inspect(
+        text.replace('"inflation_layer.inflation_radius"', '"inflation_layer.inflation_radios"')
+    )
     assert len([notice for notice in misspelt.notices if notice.id == "misspelt-key"]) == 2

@@ -1,4 +1,7 @@
-"""Our two files of the published robot beside the published ones: every difference is known (docs/calibration.md)."""
+"""Our two files of the published robot beside the published ones.
+
+Every difference is known (docs/calibration.md).
+"""
 
 import dataclasses
 import os
@@ -18,10 +21,15 @@ from navstack.params.safety import VelocitySmootherParams
 
 DATA = os.environ.get("NAVSTACK_DATA")
 FOLDER = Path(DATA or "") / "costnav"
-pytestmark = pytest.mark.skipif(not DATA, reason="NAVSTACK_DATA is not set: the published files are not there")
+pytestmark = pytest.mark.skipif(
+    not DATA, reason="NAVSTACK_DATA is not set: the published files are not there"
+)
 
 NAMES = {  # ours -> published, of plugins and sources
-    "tuned": {"static_layer": "static_map_layer", "local_costmap.obstacle_layer": "local_costmap.front_3d_lidar_layer"},
+    "tuned": {
+        "static_layer": "static_map_layer",
+        "local_costmap.obstacle_layer": "local_costmap.front_3d_lidar_layer",
+    },
     "stock": {
         "static_layer": "static_map_layer",
         "local_costmap.voxel_layer.points": "local_costmap.front_3d_lidar_layer.hesai_mark",
@@ -49,13 +57,22 @@ IGNORED = (  # by Nav2 itself: names that the plugin does not have
 )
 KEEPOUT = r"(local|global)_costmap\.keepout_filter\..*"  # ours; without effect on the published map
 DEFAULTS = {  # stated on one side, Nav2's default on the other
-    **{"amcl.always_reset_initial_pose": False, "amcl.beam_skip_distance": 0.5, "amcl.beam_skip_error_threshold": 0.9},
+    **{
+        "amcl.always_reset_initial_pose": False,
+        "amcl.beam_skip_distance": 0.5,
+        "amcl.beam_skip_error_threshold": 0.9,
+    },
     **{"amcl.beam_skip_threshold": 0.3, "amcl.do_beamskip": False, "amcl.first_map_only": False},
     **{"amcl.laser_min_range": -1.0, "collision_monitor.base_shift_correction": True},
     "controller_server.FollowPath.short_circuit_trajectory_evaluation": True,
     "velocity_smoother.deadband_velocity": [0.0, 0.0, 0.0],
-    **dict.fromkeys(("global_costmap.obstacle_layer.enabled", "local_costmap.inflation_layer.enabled"), True),
-    **dict.fromkeys((f"local_costmap.{name}.enabled" for name in ("front_3d_lidar_layer", "static_map_layer")), True),
+    **dict.fromkeys(
+        ("global_costmap.obstacle_layer.enabled", "local_costmap.inflation_layer.enabled"), True
+    ),
+    **dict.fromkeys(
+        (f"local_costmap.{name}.enabled" for name in ("front_3d_lidar_layer", "static_map_layer")),
+        True,
+    ),
     "local_costmap.front_3d_lidar_layer.combination_method": 1,
     "local_costmap.front_3d_lidar_layer.footprint_clearing_enabled": True,
     "local_costmap.front_3d_lidar_layer.origin_z": 0.0,
@@ -86,14 +103,18 @@ def flat(file: Path) -> dict[str, Any]:
             found[prefix[:-1]] = value.replace(" ", "") if isinstance(value, str) else value
 
     walk("", YAML(typ="safe", pure=True).load(file.read_text(encoding="utf-8")))
-    return {re.sub(r"^(local|global)_costmap\.\1", r"\1", key): value for key, value in found.items()}
+    return {
+        re.sub(r"^(local|global)_costmap\.\1", r"\1", key): value for key, value in found.items()
+    }
 
 
 def ours(name: str) -> dict[str, Any]:
     """Our file under the published names."""
     renamed: dict[str, Any] = {}
     for key, value in flat(shipped("params") / "nav2" / f"{name}.yaml").items():
-        key = key.replace("controller_server.goal_checker.", "controller_server.general_goal_checker.")
+        key = key.replace(
+            "controller_server.goal_checker.", "controller_server.general_goal_checker."
+        )
         for mine, theirs in NAMES[name].items():
             if "." in mine or key.startswith("local_costmap."):
                 key = key.replace(mine, theirs)
@@ -108,7 +129,10 @@ def test_every_difference_is_known(name: str, published: str) -> None:
     for key in sorted(theirs.keys() | mine.keys()):
         sides = theirs.get(key), mine.get(key)
         given = [side for side in sides if side is not None]
-        known = any(re.fullmatch(each, key) for each in (NOT_HERE, WIRING, WAITING, IGNORED, KEEPOUT, INITIAL_POSE))
+        known = any(
+            re.fullmatch(each, key)
+            for each in (NOT_HERE, WIRING, WAITING, IGNORED, KEEPOUT, INITIAL_POSE)
+        )
         known |= len(given) == 1 and key in DEFAULTS and given[0] == DEFAULTS[key]
         if not known and sides[0] != sides[1]:
             unknown[key] = sides
@@ -116,7 +140,10 @@ def test_every_difference_is_known(name: str, published: str) -> None:
 
 
 def test_what_counts_as_a_default_is_one() -> None:
-    """Of our parameter classes, which tests/params/defaults.yaml holds; what no class reads has no effect here."""
+    """Of our parameter classes, which tests/params/defaults.yaml holds.
+
+    What no class reads has no effect here.
+    """
     layers = ObservationSourceParams, ObstacleLayerParams
     classes = (AmclParams, CollisionMonitorParams, DwbParams, VelocitySmootherParams, *layers)
     known = {field.name: field.default for each in classes for field in dataclasses.fields(each)}

@@ -3,7 +3,12 @@ import math
 import pytest
 
 from navstack.errors import ParameterError
-from navstack.params.nav2_file.ros_yaml import MAX_BYTES, load_document, parse_document, parse_scalar
+from navstack.params.nav2_file.ros_yaml import (
+    MAX_BYTES,
+    load_document,
+    parse_document,
+    parse_scalar,
+)
 
 
 @pytest.mark.parametrize(
@@ -42,30 +47,54 @@ def test_scalars_read_as_rcl_reads_them(text, value):
 
 def test_quoted_scalars_stay_texts():
     assert parse_scalar("5", quoted=True) == "5"
-    entries = parse_document('a: {ros__parameters: {p: "yes", q: yes, r: [1.0, 2]}}', "f").nodes[0].entries
+    entries = (
+        parse_document('a: {ros__parameters: {p: "yes", q: yes, r: [1.0, 2]}}', "f")
+        .nodes[0]
+        .entries
+    )
     assert entries["p"].value == "yes"
     assert entries["q"].value is True
     assert entries["r"].value == [1.0, 2]
 
 
 def test_dotted_and_nested_names_are_the_same():
-    dotted = parse_document("n:\n  ros__parameters:\n    a.b.c: 1\n    a.d: 2\n", "f").nodes[0].entries
-    nested = parse_document("n:\n  ros__parameters:\n    a:\n      b: {c: 1}\n      d: 2\n", "f").nodes[0].entries
-    assert {k: v.value for k, v in dotted.items()} == {k: v.value for k, v in nested.items()} == {"a.b.c": 1, "a.d": 2}
+    dotted = (
+        parse_document("n:\n  ros__parameters:\n    a.b.c: 1\n    a.d: 2\n", "f").nodes[0].entries
+    )
+    nested = (
+        parse_document("n:\n  ros__parameters:\n    a:\n      b: {c: 1}\n      d: 2\n", "f")
+        .nodes[0]
+        .entries
+    )
+    assert (
+        {k: v.value for k, v in dotted.items()}
+        == {k: v.value for k, v in nested.items()}
+        == {"a.b.c": 1, "a.d": 2}
+    )
 
 
 def test_duplicates_last_one_wins_across_both_spellings():
-    document = parse_document("n:\n  ros__parameters:\n    p: 1\n    p: 2\n    a.b: 3\n    a: {b: 4}\n", "f")
+    document = parse_document(
+        "n:\n  ros__parameters:\n    p: 1\n    p: 2\n    a.b: 3\n    a: {b: 4}\n", "f"
+    )
     entries = document.nodes[0].entries
     assert (entries["p"].value, entries["a.b"].value) == (2, 4)
-    assert [(kind, line) for kind, line, _ in document.remarks] == [("duplicate", 4), ("duplicate", 6)]
+    assert [(kind, line) for kind, line, _ in document.remarks] == [
+        ("duplicate", 4),
+        ("duplicate", 6),
+    ]
     assert "n: p is given twice, in lines 3 and 4" in document.remarks[0][2]
 
 
 def test_aliases_and_merge_keys_are_resolved_with_a_remark():
     text = "n:\n  ros__parameters:\n    a: &a {x: 1, y: 2}\n    b: {<<: *a, y: 3}\n"
     document = parse_document(text, "f")
-    assert {k: v.value for k, v in document.nodes[0].entries.items()} == {"a.x": 1, "a.y": 2, "b.x": 1, "b.y": 3}
+    assert {k: v.value for k, v in document.nodes[0].entries.items()} == {
+        "a.x": 1,
+        "a.y": 2,
+        "b.x": 1,
+        "b.y": 3,
+    }
     assert {kind for kind, _, _ in document.remarks} == {"alias"}
 
 
@@ -111,12 +140,18 @@ def test_unusable_files_are_one_clear_line(tmp_path):
     binary, huge = tmp_path / "binary.yaml", tmp_path / "huge.yaml"
     binary.write_bytes(bytes(range(256)))
     huge.write_text("#" * (MAX_BYTES + 1))
-    for path, part in ((binary, "not a text file"), (huge, "at most"), (tmp_path / "none.yaml", "cannot be read")):
+    for path, part in (
+        (binary, "not a text file"),
+        (huge, "at most"),
+        (tmp_path / "none.yaml", "cannot be read"),
+    ):
         with pytest.raises(ParameterError, match=part):
             load_document(path)
 
 
 def test_empty_values_are_remarked():
-    document = parse_document("amcl:\n  ros__parameters:\n    alpha1:\n    alpha2: 0.1\nmap_server:\n", "f")
+    document = parse_document(
+        "amcl:\n  ros__parameters:\n    alpha1:\n    alpha2: 0.1\nmap_server:\n", "f"
+    )
     assert [line for kind, line, _ in document.remarks if kind == "empty"] == [3, 5]
     assert list(document.nodes[0].entries) == ["alpha2"]

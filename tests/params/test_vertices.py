@@ -23,13 +23,25 @@ def test_commas_and_blanks_are_the_same(text):
     assert np.allclose(parse_polygon(text), CORNERS)
 
 
-@pytest.mark.parametrize(("text", "lists"), [("", []), ("[]", []), ("[[]]", [[]]), ("[[1 2 3]]", [[1.0, 2.0, 3.0]])])
+@pytest.mark.parametrize(
+    ("text", "lists"), [("", []), ("[]", []), ("[[]]", [[]]), ("[[1 2 3]]", [[1.0, 2.0, 3.0]])]
+)
 def test_lists_of_any_length_are_read(text, lists):
     assert parse_vertices(text) == lists
 
 
 @pytest.mark.parametrize(
-    "text", ["0.3", "[0.3, 0.2]", "[[[1, 2]]]", "[[1, 2]", "[[1, 2]]]", "[[1, x]]", "[(1, 2), (3, 4)]", "[[1, nan]]"]
+    "text",
+    [
+        "0.3",
+        "[0.3, 0.2]",
+        "[[[1, 2]]]",
+        "[[1, 2]",
+        "[[1, 2]]]",
+        "[[1, x]]",
+        "[(1, 2), (3, 4)]",
+        "[[1, nan]]",
+    ],
 )
 def test_what_nav2_cannot_read_is_not_read(text):
     assert parse_vertices(text) is None

@@ -34,7 +34,8 @@ def run(job: dict[str, Any]) -> list[str]:
     finally:
         if file and times:
             file.write_text(before, encoding="utf-8")
-            os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))  # compiled code of the unchanged file stays valid
+            # compiled code of the unchanged file stays valid
+            os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))
 
 
 def _wrong(job: dict[str, Any]) -> list[str]:
@@ -44,14 +45,16 @@ def _wrong(job: dict[str, Any]) -> list[str]:
     from navstack import jit
 
     content, copy = jit._content, Path(job["copy"]).resolve()
-    # Compiled code is known as that of the unchanged sources: no constant that is changed with compiled kernels is in
-    # them, and what others have compiled is not thrown away.
+    # Compiled code is known as that of the unchanged sources: no constant that is changed with
+    # compiled kernels is in them, and what others have compiled is not thrown away.
     jit._content = lambda source: content(Path(job["sources"]) / source.relative_to(copy))
     from harness.parity import certificate
     from harness.parity.golden import read_folder
 
     for module in (navstack, certificate):
-        assert module.__file__ is not None and module.__file__.startswith(job["copy"]), module.__file__
+        assert module.__file__ is not None and module.__file__.startswith(job["copy"]), (
+            module.__file__
+        )
     cases = certificate.discover(read_folder(Path(job["golden"])))
     found = [(part, case) for part, case in cases if [part.name, case.name] in job["cases"]]
     assert len(found) == len(job["cases"]), f"{len(found)} cases are called {job['cases']}"

@@ -14,7 +14,8 @@ CASES = discover(read_folder(GOLDEN))
 
 
 @pytest.mark.parametrize(
-    ("part", "case"), [pytest.param(part, case, id=f"{part.name}-{case.title}") for part, case in CASES]
+    ("part", "case"),
+    [pytest.param(part, case, id=f"{part.name}-{case.title}") for part, case in CASES],
 )
 def test_navstack_computes_what_nav2_computes(part: Part, case: Case) -> None:
     if part.check is None:

@@ -26,7 +26,10 @@ OUTPUTS = {
     "inflation_curves": ("curve_local", "curve_local_cost curve_local_cost_cells footprint_local"),
     "inflation": ("border", "border_out_legacy"),
     "inflation_main": ("border", "border_out_exact_sqrt"),
-    "obstacle_layer": ("roll120_nofp", "roll120_nofp_s3_{obst_grid,master,map_origin,bounds_x0_xn_y0_yn}"),
+    "obstacle_layer": (
+        "roll120_nofp",
+        "roll120_nofp_s3_{obst_grid,master,map_origin,bounds_x0_xn_y0_yn}",
+    ),
     "navfn": ("near_goal_astar", "near_goal_astar_{potential,navfn_cost,path,navfn_path_cells}"),
     "simple_smoother": ("sm_short5", "sm_short5_out"),
     "dwb": (
@@ -34,7 +37,10 @@ OUTPUTS = {
         "goal_slowing_{vel,raw,total,illegal_critic,npose,last_pose,poses,times,grid_GoalAlign,grid_PathAlign,"
         "grid_PathDist,grid_GoalDist}",
     ),
-    "dwb_jazzy": ("corridor", "corridor_s1_{transformed_plan,vel,raw,total,illegal_critic,npose,last_pose,poses}"),
+    "dwb_jazzy": (
+        "corridor",
+        "corridor_s1_{transformed_plan,vel,raw,total,illegal_critic,npose,last_pose,poses}",
+    ),
     "dwb_velocities": ("twists_hol_lim_1", "twists_hol_lim_1"),
     "dwb_plan": ("adjust_gap3", "adjust_gap3_out"),
     "rpp": ("arc", "arc_cmd"),
@@ -60,14 +66,20 @@ class Altered(GoldenFile):
 
     def __getitem__(self, name: str) -> np.ndarray:
         array = super().__getitem__(name)
-        return np.where(array > 0, array - 1, array + 1).astype(array.dtype) if name == self.altered else array
+        return (
+            np.where(array > 0, array - 1, array + 1).astype(array.dtype)
+            if name == self.altered
+            else array
+        )
 
 
 def outputs() -> list[tuple[str, str, str]]:
     found = []
     for part, (case, names) in OUTPUTS.items():
         stem, brace, listed = names.partition("{")
-        parts = [stem + suffix for suffix in listed.rstrip("}").split(",")] if brace else names.split()
+        parts = (
+            [stem + suffix for suffix in listed.rstrip("}").split(",")] if brace else names.split()
+        )
         found += [(part, case, array) for array in parts]
     return found
 
@@ -95,13 +107,18 @@ def test_a_path_of_navfn_is_compared_pose_by_pose() -> None:
             return array
 
     part = next(part for part in PARTS if part.name == "navfn")
-    case = next(case for case in part.find(Displaced(GOLDEN / "navfn_small.npz")) if case.name == "empty60_dijkstra")
+    case = next(
+        case
+        for case in part.find(Displaced(GOLDEN / "navfn_small.npz"))
+        if case.name == "empty60_dijkstra"
+    )
     (wrong,) = compare(part, case).wrong
     assert wrong.startswith("positions [m]: 1 of 206 differ, first at [50, 0]")
 
 
 def test_parts_that_can_be_compared_are_all_listed_above() -> None:
-    from_facts = {"collision_monitor_overflow", "amcl_moments", "amcl_spread"}  # no array holds what was recorded
+    # no array holds what was recorded
+    from_facts = {"collision_monitor_overflow", "amcl_moments", "amcl_spread"}
     assert set(OUTPUTS) | from_facts == {part.name for part in PARTS if part.check is not None}
 
 
@@ -120,15 +137,31 @@ def store(path: Path, meta: object = None, **arrays: np.ndarray) -> Path:
 
 
 def test_arrays_of_no_part_and_halves_of_cases_are_reported(tmp_path: Path) -> None:
-    store(tmp_path / "odd.npz", {"a": {}}, a_out_legacy=np.zeros(3), riddle=np.zeros(3), costmap480=np.zeros(3))
+    store(
+        tmp_path / "odd.npz",
+        {"a": {}},
+        a_out_legacy=np.zeros(3),
+        riddle=np.zeros(3),
+        costmap480=np.zeros(3),
+    )
     (result,) = certify(read_folder(tmp_path))
-    assert (result.part, result.cases, result.equal, result.largest_deviation) == (UNATTRIBUTED, 2, 0, None)
+    assert (result.part, result.cases, result.equal, result.largest_deviation) == (
+        UNATTRIBUTED,
+        2,
+        0,
+        None,
+    )
     assert [deviation.case for deviation in result.deviations] == ["odd/a_out_legacy", "odd/riddle"]
     assert not passes([result])
 
 
 def test_a_case_whose_facts_are_incomplete_counts_as_not_compared(tmp_path: Path) -> None:
-    store(tmp_path / "half.npz", {"a": {"inflation_radius": 1.0}}, a_in=np.zeros((3, 3)), a_out=np.zeros((3, 3)))
+    store(
+        tmp_path / "half.npz",
+        {"a": {"inflation_radius": 1.0}},
+        a_in=np.zeros((3, 3)),
+        a_out=np.zeros((3, 3)),
+    )
     (result,) = certify(read_folder(tmp_path))
     (deviation,) = result.deviations
     assert "cannot be compared (KeyError" in deviation.why
@@ -141,7 +174,12 @@ def test_a_case_whose_facts_are_incomplete_counts_as_not_compared(tmp_path: Path
 def test_numbers_beyond_single_precision_are_neither_equal_nor_different(tmp_path: Path) -> None:
     source = GoldenFile(GOLDEN / "inflation.npz")
     facts = {**source.facts("border"), "cost_scaling_factor": -1e300}
-    store(tmp_path / "far.npz", {"a": facts}, a_in=source["border_in"], a_out_legacy=source["border_out_legacy"])
+    store(
+        tmp_path / "far.npz",
+        {"a": facts},
+        a_in=source["border_in"],
+        a_out_legacy=source["border_out_legacy"],
+    )
     clusters = GoldenFile(GOLDEN / "amcl.npz")
     poses, weights = np.full_like(clusters["cluster_poses"], 1e300), clusters["cluster_w"]
     store(
@@ -158,27 +196,45 @@ def test_numbers_beyond_single_precision_are_neither_equal_nor_different(tmp_pat
 
 def test_a_window_and_missing_facts_of_inflation_are_understood(tmp_path: Path) -> None:
     source = GoldenFile(GOLDEN / "inflation.npz")
-    facts = {key: value for key, value in source.facts("single").items() if not key.startswith("inflate_")}
+    facts = {
+        key: value
+        for key, value in source.facts("single").items()
+        if not key.startswith("inflate_")
+    }
     whole, given = source["single_out_legacy"], source["single_in"]
     part = given.copy()
     part[10:60, 20:70] = whole[10:60, 20:70]
     both = {"whole": facts, "part": {**facts, "window": [20, 10, 70, 60]}}
-    arrays = {"whole_in": given, "whole_out_legacy": whole, "part_in": given, "part_out_legacy": part}
+    arrays = {
+        "whole_in": given,
+        "whole_out_legacy": whole,
+        "part_in": given,
+        "part_out_legacy": part,
+    }
     store(tmp_path / "windows.npz", both, **arrays)
     (result,) = certify(read_folder(tmp_path))
     assert (result.part, result.cases, result.equal) == ("inflation", 2, 2)
 
 
 @pytest.mark.parametrize("rounding", [round, math.floor, lambda cells: math.ceil(cells) + 1])
-def test_a_radius_that_is_not_rounded_up_is_noticed(rounding: Callable[[float], int], monkeypatch) -> None:
+def test_a_radius_that_is_not_rounded_up_is_noticed(
+    rounding: Callable[[float], int], monkeypatch
+) -> None:
     assert not _inflation_failures()
-    monkeypatch.setattr(inflation, "cell_distance", lambda distance, resolution: rounding(distance / resolution))
+    monkeypatch.setattr(
+        inflation, "cell_distance", lambda distance, resolution: rounding(distance / resolution)
+    )
     assert len(_inflation_failures()) > 5
 
 
 def _inflation_failures() -> list[str]:
     results = certify([GoldenFile(GOLDEN / "inflation.npz")])
-    found = [deviation for result in results for deviation in result.deviations if not deviation.is_explained]
+    found = [
+        deviation
+        for result in results
+        for deviation in result.deviations
+        if not deviation.is_explained
+    ]
     return [deviation.case for deviation in found]
 
 
@@ -208,7 +264,11 @@ def test_a_cost_that_is_an_integer_but_for_rounding_is_named_as_such(tmp_path: P
 
 def test_cases_are_found_by_content_whatever_files_and_scenes_are_called(tmp_path: Path) -> None:
     source = GoldenFile(GOLDEN / "dwb_a.npz")
-    arrays = {name.replace("rest_straight", "x_grid"): source[name] for name in source.names if "rest" in name}
+    arrays = {
+        name.replace("rest_straight", "x_grid"): source[name]
+        for name in source.names
+        if "rest" in name
+    }
     meta = {**source.meta, "x_grid": source.meta["rest_straight"]}
     store(tmp_path / "whatever.npz", meta, **arrays)
     cases = discover(read_folder(tmp_path))
@@ -241,8 +301,12 @@ def complaint(capsys: pytest.CaptureFixture[str], folder: Path) -> str:
     return captured.err
 
 
-def test_folders_and_files_that_cannot_be_used(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "nowhere' is not a folder; give a folder of .npz files" in complaint(capsys, tmp_path / "nowhere")
+def test_folders_and_files_that_cannot_be_used(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "nowhere' is not a folder; give a folder of .npz files" in complaint(
+        capsys, tmp_path / "nowhere"
+    )
     assert "holds no .npz file" in complaint(capsys, tmp_path)
     file = tmp_path / "a.npz"
     whole = (GOLDEN / "inflation.npz").read_bytes()
@@ -262,14 +326,29 @@ def test_folders_and_files_that_cannot_be_used(tmp_path: Path, capsys: pytest.Ca
     assert "holds no case" in complaint(capsys, tmp_path)
 
 
-def test_facts_of_the_wrong_kind_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_facts_of_the_wrong_kind_are_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     start = np.zeros((2, 3))
     moved = "motion_seq_end_seed1_alphas_a_pose0_0_0_delta1_0_0"
     store(tmp_path / "amcl.npz", {"motion_moments": 5}, motion_seq_start=start, **{moved: start})
-    assert "holds facts in which no case of amcl_moments can be looked for" in complaint(capsys, tmp_path)
-    unusable = ([7], {"set": 1}, [{"set": "a"}], [{"set": "a", "alphas": "wide"}], [{"set": "a", "alphas": [0.1] * 9}])
+    assert "holds facts in which no case of amcl_moments can be looked for" in complaint(
+        capsys, tmp_path
+    )
+    unusable = (
+        [7],
+        {"set": 1},
+        [{"set": "a"}],
+        [{"set": "a", "alphas": "wide"}],
+        [{"set": "a", "alphas": [0.1] * 9}],
+    )
     for facts in unusable:
-        store(tmp_path / "amcl.npz", {"motion_moments": facts}, motion_seq_start=start, **{moved: start})
+        store(
+            tmp_path / "amcl.npz",
+            {"motion_moments": facts},
+            motion_seq_start=start,
+            **{moved: start},
+        )
         with pytest.raises(SystemExit) as leaving:
             main(["parity", "--golden", str(tmp_path), "--json"])
         assert leaving.value.code == 1

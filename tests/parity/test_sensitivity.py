@@ -1,6 +1,7 @@
 """A test of the tests: with any documented constant halved or doubled, the parity check fails.
 
-The sources are copied, one constant is changed in the text, and the case that depends on it is run on the copy.
+The sources are copied, one constant is changed in the text, and the case that depends on it is run
+on the copy.
 """
 
 import compileall
@@ -22,7 +23,8 @@ GOLDEN = ROOT / "tests" / "golden"
 PACKAGES = ("navstack", "harness")
 BOTH = (0.5, 2.0)
 UNCHANGED = "unchanged"
-HALF_WRITTEN = shutil.ignore_patterns("*.tmp.*", "*.pyc.*")  # by other processes, into the folders of compiled code
+# by other processes, into the folders of compiled code
+HALF_WRITTEN = shutil.ignore_patterns("*.tmp.*", "*.pyc.*")
 
 pytestmark = pytest.mark.slow
 
@@ -37,7 +39,8 @@ class Constant:
     part: str
     case: str
     factors: tuple[float, ...] = BOTH  # only one where the recordings do not depend on the other
-    jit: bool = True  # False: run the kernels as plain Python, for files whose kernels hold the constant
+    # False: run the kernels as plain Python, for files whose kernels hold the constant
+    jit: bool = True
 
     def changed(self, factor: float) -> str:
         """The text with the value multiplied."""
@@ -81,7 +84,13 @@ CONSTANTS = (
         "inflation_curves",
         "curve_local",
     ),
-    Constant("navstack/control/dwb/critics/map_grid.py", "SCALE_PER_METRE = {} ", 0.5, "dwb", "rest_straight"),
+    Constant(
+        "navstack/control/dwb/critics/map_grid.py",
+        "SCALE_PER_METRE = {} ",
+        0.5,
+        "dwb",
+        "rest_straight",
+    ),
     Constant(
         "navstack/control/dwb/critics/align.py",
         "super().__init__(params.scale, params.aggregation_type, {})",
@@ -89,13 +98,37 @@ CONSTANTS = (
         "dwb",
         "rest_straight",
     ),
-    Constant("navstack/control/plan_handling.py", "LONGEST_GAP = {} ", 2.0, "dwb_plan", "adjust_gap3", jit=False),
+    Constant(
+        "navstack/control/plan_handling.py",
+        "LONGEST_GAP = {} ",
+        2.0,
+        "dwb_plan",
+        "adjust_gap3",
+        jit=False,
+    ),
     Constant(DWB_PARAMS, "    forward_prune_distance: float = {} ", 2.0, "dwb_jazzy", "curve"),
-    # Nothing of the recorded plans lies farther behind than the default, nor does any command lie just beyond 0.05.
-    Constant(DWB_PARAMS, "    prune_distance: float = {} ", 2.0, "dwb_jazzy", "corridor", factors=(0.5,)),
-    Constant(DWB_PARAMS, "    x_only_threshold: float = {} ", 0.05, "dwb", "oscillation", factors=(0.5,)),
-    Constant(SHIM, "math.sqrt({} * p.max_angular_accel * abs(error))", 2.0, "rotation_shim", "rsj_rotate_once"),
-    Constant(SHIM, "change = {} * self._period", "p.max_angular_accel", "rotation_shim", "rsj_rotate_once"),
+    # Nothing of the recorded plans lies farther behind than the default, nor does any command lie
+    # just beyond 0.05.
+    Constant(
+        DWB_PARAMS, "    prune_distance: float = {} ", 2.0, "dwb_jazzy", "corridor", factors=(0.5,)
+    ),
+    Constant(
+        DWB_PARAMS, "    x_only_threshold: float = {} ", 0.05, "dwb", "oscillation", factors=(0.5,)
+    ),
+    Constant(
+        SHIM,
+        "math.sqrt({} * p.max_angular_accel * abs(error))",
+        2.0,
+        "rotation_shim",
+        "rsj_rotate_once",
+    ),
+    Constant(
+        SHIM,
+        "change = {} * self._period",
+        "p.max_angular_accel",
+        "rotation_shim",
+        "rsj_rotate_once",
+    ),
     Constant(
         "navstack/params/safety.py",
         "max_accel: UpTriple = ({}, 0.0, 3.2)",
@@ -110,8 +143,20 @@ CONSTANTS = (
         "velocity_smoother",
         "vs_costnav_default_accel",
     ),
-    Constant("navstack/params/smoothers.py", "w_data: NotNegative = {} ", 0.2, "simple_smoother", "sm_empty60"),
-    Constant("navstack/params/smoothers.py", "w_smooth: NotNegative = {} ", 0.3, "simple_smoother", "sm_empty60"),
+    Constant(
+        "navstack/params/smoothers.py",
+        "w_data: NotNegative = {} ",
+        0.2,
+        "simple_smoother",
+        "sm_empty60",
+    ),
+    Constant(
+        "navstack/params/smoothers.py",
+        "w_smooth: NotNegative = {} ",
+        0.3,
+        "simple_smoother",
+        "sm_empty60",
+    ),
     Constant(
         "navstack/params/smoothers.py",
         "neighbours\n    do_refinement: bool = True  # smooth the smoothed path again\n"
@@ -124,7 +169,9 @@ CONSTANTS = (
     Constant(RPP_PARAMS, "    lookahead_dist: Positive = {} ", 0.6, *STRAIGHT),
     Constant(RPP_PARAMS, "    approach_velocity_scaling_dist: NotNegative = {} ", 0.6, *STRAIGHT),
     Constant(RPP_PARAMS, "    max_angular_accel: Positive = {} ", 3.2, *STRAIGHT),
-    Constant(RPP_PARAMS, "    regulated_linear_scaling_min_radius: Positive = {} ", 0.9, "rpp", "arc"),
+    Constant(
+        RPP_PARAMS, "    regulated_linear_scaling_min_radius: Positive = {} ", 0.9, "rpp", "arc"
+    ),
     Constant(FIELD_MODEL, "self._of_returns(range_max) ** {}\n", 3, *WEIGHTS),
     Constant(FIELD_MODEL, "ends, beams.range_max, {})\n        return Match", 1.0, *WEIGHTS),
     Constant(FIELD_MODEL, "self._field.distances / given.sigma_hit) ** 2) / {})", 2.0, *WEIGHTS),
@@ -140,8 +187,12 @@ CONSTANTS = (
     Constant(MOTION, "distance_std = math.sqrt({} * squared", "alphas[2]", *MOVED, jit=False),
     Constant(KLD, "BIN_LENGTH = {} ", 0.5, "amcl_clusters", "cluster", jit=False),
     Constant(KLD, "math.radians({})", 10.0, "amcl_clusters", "cluster", jit=False),
-    Constant(KLD, "b = {} / (9.0 * (bins - 1))", 2.0, "amcl_limits", "kld_limit_raw_err01_z3", jit=False),
-    Constant(KLD, "(bins - 1) / ({} * error)", 2.0, "amcl_limits", "kld_limit_raw_err01_z3", jit=False),
+    Constant(
+        KLD, "b = {} / (9.0 * (bins - 1))", 2.0, "amcl_limits", "kld_limit_raw_err01_z3", jit=False
+    ),
+    Constant(
+        KLD, "(bins - 1) / ({} * error)", 2.0, "amcl_limits", "kld_limit_raw_err01_z3", jit=False
+    ),
 )
 CHANGES = [(constant, factor) for constant in CONSTANTS for factor in constant.factors]
 
@@ -156,7 +207,8 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("sources")
     for package in PACKAGES:
         shutil.copytree(ROOT / package, folder / package, ignore=HALF_WRITTEN)
-    compileall.compile_dir(folder, quiet=1, invalidation_mode=PycInvalidationMode.CHECKED_HASH)  # once for all changes
+    # once for all changes
+    compileall.compile_dir(folder, quiet=1, invalidation_mode=PycInvalidationMode.CHECKED_HASH)
     return folder
 
 
@@ -165,7 +217,13 @@ def wrong(copy: Path) -> dict[str, list[str]]:
     """What is wrong with each change, and with none (before and after all changes)."""
     every = sorted({(constant.part, constant.case, constant.jit) for constant in CONSTANTS})
     unchanged = [
-        {"file": "", "old": "", "new": "", "cases": [[*case] for *case, jit in every if jit is which], "jit": which}
+        {
+            "file": "",
+            "old": "",
+            "new": "",
+            "cases": [[*case] for *case, jit in every if jit is which],
+            "jit": which,
+        }
         for which in (False, True)
     ]
     changed = [
@@ -182,10 +240,18 @@ def wrong(copy: Path) -> dict[str, list[str]]:
         job | {"copy": str(copy), "sources": str(ROOT), "golden": str(GOLDEN)}
         for job in (*unchanged, *changed, *unchanged)
     ]
-    environment = {key: value for key, value in os.environ.items() if key not in ("NUMBA_CACHE_DIR", "PYTHONPATH")}
+    environment = {
+        key: value
+        for key, value in os.environ.items()
+        if key not in ("NUMBA_CACHE_DIR", "PYTHONPATH")
+    }
     config: Any = numba.config
-    if config.CPU_NAME:  # as navstack has set it, before numba makes itself ready: compiled code is known by it, too
-        environment |= {"NUMBA_CPU_NAME": config.CPU_NAME, "NUMBA_CPU_FEATURES": config.CPU_FEATURES or ""}
+    # as navstack has set it, before numba makes itself ready: compiled code is known by it, too
+    if config.CPU_NAME:
+        environment |= {
+            "NUMBA_CPU_NAME": config.CPU_NAME,
+            "NUMBA_CPU_FEATURES": config.CPU_FEATURES or "",
+        }
     program = subprocess.run(
         [sys.executable, str(Path(__file__).with_name("changed_sources.py"))],
         input=json.dumps(jobs),
@@ -213,8 +279,13 @@ def test_every_constant_stands_once_in_the_sources(constant: Constant) -> None:
     assert (ROOT / constant.file).read_text(encoding="utf-8").count(constant.text) == 1
 
 
-@pytest.mark.parametrize(("constant", "factor"), CHANGES, ids=[label(*change) for change in CHANGES])
-def test_a_changed_constant_is_noticed(constant: Constant, factor: float, wrong: dict[str, list[str]]) -> None:
+@pytest.mark.parametrize(
+    ("constant", "factor"), CHANGES, ids=[label(*change) for change in CHANGES]
+)
+def test_a_changed_constant_is_noticed(
+    constant: Constant, factor: float, wrong: dict[str, list[str]]
+) -> None:
     found = wrong[label(constant, factor)]
     assert found != []
-    assert not any("cannot be run" in each for each in found)  # it computes something else, it does not break down
+    # it computes something else, it does not break down
+    assert not any("cannot be run" in each for each in found)

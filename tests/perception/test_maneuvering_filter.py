@@ -38,7 +38,9 @@ def filterpys(place: tuple[float, float], variance: float) -> IMMEstimator:
 
 def test_it_equals_filterpys() -> None:
     rng = np.random.default_rng(2)
-    ours = ManeuveringFilter(TrackFilter(STRAIGHT, 1.0), TrackFilter(TURNING, 1.0), BETWEEN, LASTING)
+    ours = ManeuveringFilter(
+        TrackFilter(STRAIGHT, 1.0), TrackFilter(TURNING, 1.0), BETWEEN, LASTING
+    )
     variance = 0.05**2
     path = np.cumsum(rng.normal((0.12, 0.0), 0.03, (40, 2)), axis=0)
     path[20:, 1] += 0.12 * np.arange(20)  # turns
@@ -56,13 +58,16 @@ def test_it_equals_filterpys() -> None:
 
 def test_the_noise_of_a_step_is_filterpys() -> None:
     for duration in (0.0, 0.1, 0.37):
-        expected = Q_discrete_white_noise(2, duration, STRAIGHT**2, block_size=2, order_by_dim=False)
+        expected = Q_discrete_white_noise(
+            2, duration, STRAIGHT**2, block_size=2, order_by_dim=False
+        )
         assert np.array_equal(motion_of(duration, STRAIGHT**2)[1], expected)
 
 
 def test_bodies_do_not_mix() -> None:
     alone, among = (
-        ManeuveringFilter(TrackFilter(STRAIGHT, 1.0), TrackFilter(TURNING, 1.0), BETWEEN, LASTING) for _ in range(2)
+        ManeuveringFilter(TrackFilter(STRAIGHT, 1.0), TrackFilter(TURNING, 1.0), BETWEEN, LASTING)
+        for _ in range(2)
     )
     places, noise = np.array(((0.0, 0.0), (5.0, 5.0), (9.0, 1.0))), np.full(3, 0.01)
     alone.add(places[1:2], noise[:1])
@@ -80,8 +85,14 @@ def test_bodies_do_not_mix() -> None:
 
 
 def test_a_sharp_turn_is_seen_sooner_and_straight_walks_are_as_exact(watch) -> None:
-    """A person of 1.3 m/s turns by 75 degrees within 0.2 s; errors of the place one second ahead in the 2 s after."""
-    one, two = watch(TrackerParams()), watch(TrackerParams(turning_acceleration_std=TURNING, min_hits=2))
+    """A person of 1.3 m/s turns by 75 degrees within 0.2 s.
+
+    Errors of the place one second ahead in the 2 s after.
+    """
+    one, two = (
+        watch(TrackerParams()),
+        watch(TrackerParams(turning_acceleration_std=TURNING, min_hits=2)),
+    )
     assert two.ahead < 0.6 * one.ahead
     assert two.straight < 1.3 * one.straight
 
@@ -96,7 +107,10 @@ def test_parameters_of_a_turn_are_checked() -> None:
 
 @pytest.fixture
 def watch():
-    """Lets a tracker watch somebody who turns; mean errors of the velocity before, and one second ahead after."""
+    """Lets a tracker watch somebody who turns.
+
+    Mean errors of the velocity before, and one second ahead after.
+    """
 
     class Errors:
         def __init__(self, straight: float, ahead: float) -> None:
@@ -105,7 +119,12 @@ def watch():
     def _watch(params: TrackerParams) -> Errors:
         straight, ahead = [], []
         for seed in range(6):
-            rng, tracker, place, heading = np.random.default_rng(seed), None, np.array((-3.0, 3.0)), 0.0
+            rng, tracker, place, heading = (
+                np.random.default_rng(seed),
+                None,
+                np.array((-3.0, 3.0)),
+                0.0,
+            )
             tracker = Tracker(params, scans.empty_map())
             for k in range(40):
                 if k in (20, 21):
@@ -115,7 +134,11 @@ def watch():
                 scan = scans.scan_of(k / scans.RATE, Pose2D(), [tuple(place)])
                 noisy = scan.ranges + rng.normal(0.0, 0.02, len(scan.ranges))
                 tracker.observe(dataclasses.replace(scan, ranges=noisy), Pose2D(), Pose2D())
-                found = [t for t in tracker.tracks(k / scans.RATE) if math.hypot(t.x - place[0], t.y - place[1]) < 0.5]
+                found = [
+                    t
+                    for t in tracker.tracks(k / scans.RATE)
+                    if math.hypot(t.x - place[0], t.y - place[1]) < 0.5
+                ]
                 if k < 10 or not found:
                     continue
                 off = np.array((found[0].vx, found[0].vy)) - velocity

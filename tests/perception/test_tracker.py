@@ -28,7 +28,9 @@ def empty_map(*walls: tuple[slice, slice]) -> OccupancyGrid:
     return OccupancyGrid(data, 0.05, Pose2D(-10.0, -10.0, 0.0))
 
 
-def scan_of(stamp: float, base: Pose2D, circles: list[tuple[float, float]], wall_x: float = math.inf) -> LaserScan:
+def scan_of(
+    stamp: float, base: Pose2D, circles: list[tuple[float, float]], wall_x: float = math.inf
+) -> LaserScan:
     """What a lidar sees of circles of 0.3 m and of a wall along the y axis, from its true pose."""
     sensor = compose(base, MOUNT)
     angles = -math.pi + INCREMENT * np.arange(BEAMS) + sensor.yaw
@@ -45,7 +47,9 @@ def scan_of(stamp: float, base: Pose2D, circles: list[tuple[float, float]], wall
     return LaserScan(stamp, ranges, -math.pi, INCREMENT, 0.05, 30.0, MOUNT)
 
 
-def follow(tracker: Tracker, seconds: float, place_of, base_of=lambda t: Pose2D(), **scene) -> list[Track]:
+def follow(
+    tracker: Tracker, seconds: float, place_of, base_of=lambda t: Pose2D(), **scene
+) -> list[Track]:
     """Let the tracker watch bodies; ``place_of`` gives their centres at a time."""
     tracks: list[Track] = []
     for k in range(round(seconds * RATE) + 1):
@@ -57,7 +61,9 @@ def follow(tracker: Tracker, seconds: float, place_of, base_of=lambda t: Pose2D(
 
 
 def test_a_walking_person_is_followed_with_its_velocity() -> None:
-    tracks = follow(Tracker(TrackerParams(), empty_map()), 4.0, lambda t: [(-3.0 + 1.2 * t, 3.0 - 0.5 * t)])
+    tracks = follow(
+        Tracker(TrackerParams(), empty_map()), 4.0, lambda t: [(-3.0 + 1.2 * t, 3.0 - 0.5 * t)]
+    )
     assert len(tracks) == 1
     track = tracks[0]
     assert math.hypot(track.x - 1.8, track.y - 1.0) < 0.08
@@ -68,7 +74,10 @@ def test_a_walking_person_is_followed_with_its_velocity() -> None:
 
 def test_a_standing_person_has_no_speed_though_the_robot_turns_and_drives() -> None:
     tracks = follow(
-        Tracker(TrackerParams(), empty_map()), 4.0, lambda t: [(4.0, 1.0)], lambda t: Pose2D(0.6 * t, 0.0, 0.8 * t)
+        Tracker(TrackerParams(), empty_map()),
+        4.0,
+        lambda t: [(4.0, 1.0)],
+        lambda t: Pose2D(0.6 * t, 0.0, 0.8 * t),
     )
     assert len(tracks) == 1
     assert math.hypot(tracks[0].vx, tracks[0].vy) < 0.15
@@ -78,7 +87,9 @@ def test_what_the_map_shows_is_no_body() -> None:
     wall = (slice(None), slice(260, 264))  # x = 3 m
     scene = {"wall_x": 3.05}
     assert follow(Tracker(TrackerParams(), empty_map(wall)), 1.0, lambda t: [], **scene) == []
-    seen = follow(Tracker(TrackerParams(), empty_map(wall)), 1.0, lambda t: [(1.5, 0.2 * t)], **scene)
+    seen = follow(
+        Tracker(TrackerParams(), empty_map(wall)), 1.0, lambda t: [(1.5, 0.2 * t)], **scene
+    )
     assert [round(track.x, 1) for track in seen] == [1.5]
     # A wall that no map shows is too wide for a body.
     assert follow(Tracker(TrackerParams(), empty_map()), 1.0, lambda t: [], **scene) == []
@@ -184,7 +195,9 @@ def test_the_filter_is_consistent() -> None:
         truth[:, :2] += truth[:, 2:] * 0.1 + 0.5 * acceleration * 0.01
         truth[:, 2:] += acceleration * 0.1
         ours.predict(0.1)
-        ours.update(np.arange(count), truth[:, :2] + std * rng.standard_normal((count, 2)), variances)
+        ours.update(
+            np.arange(count), truth[:, :2] + std * rng.standard_normal((count, 2)), variances
+        )
     errors = ours.states - truth
     nees = np.einsum("ni,nij,nj->n", errors, np.linalg.inv(ours.covariances), errors)
     assert 3.5 < nees.mean() < 4.5  # 4 +- 2.58 sqrt(8 / 200)
@@ -201,8 +214,14 @@ def test_parameters_that_cannot_be_are_refused() -> None:
     ("first", "is_closed", "hidden"),
     [(0, False, 1.0), (44, False, 1.0), (20, False, 0.0), (0, True, 0.0), (44, True, 0.0)],
 )
-def test_a_body_at_the_end_of_an_open_scan_may_not_be_wholly_seen(first: int, is_closed: bool, hidden: float) -> None:
-    ranges, foreground, bodies = np.full(50, np.inf), np.zeros(50, dtype=np.bool_), np.empty((50, 3))
+def test_a_body_at_the_end_of_an_open_scan_may_not_be_wholly_seen(
+    first: int, is_closed: bool, hidden: float
+) -> None:
+    ranges, foreground, bodies = (
+        np.full(50, np.inf),
+        np.zeros(50, dtype=np.bool_),
+        np.empty((50, 3)),
+    )
     ranges[first : first + 6], foreground[first : first + 6] = 3.0, True
     assert find_bodies(ranges, foreground, 0.02, is_closed, 0.25, 2, 1.0, 0.3, bodies) == 1
     assert bodies[0].tolist() == [first + 2.5, 3.3, hidden]
@@ -213,17 +232,28 @@ def test_a_body_at_the_end_of_an_open_scan_may_not_be_wholly_seen(first: int, is
 def test_what_is_wider_than_a_body_is_none_whichever_way_the_beams_turn(
     increment: float, beams: int, found: int
 ) -> None:
-    ranges, foreground, bodies = np.full(50, np.inf), np.zeros(50, dtype=np.bool_), np.empty((50, 3))
+    ranges, foreground, bodies = (
+        np.full(50, np.inf),
+        np.zeros(50, dtype=np.bool_),
+        np.empty((50, 3)),
+    )
     ranges[20 : 20 + beams], foreground[20 : 20 + beams] = 3.0, True
     assert find_bodies(ranges, foreground, increment, False, 0.25, 2, 1.0, 0.3, bodies) == found
 
 
 @pytest.mark.parametrize("increment", [0.01, -0.01])
 def test_neighbours_may_differ_by_the_gap_and_twice_the_arc_between_them(increment: float) -> None:
-    for near, far, expected in ((10.0, 10.29, True), (10.0, 10.31, False), (5.0, 5.19, True), (5.0, 5.21, False)):
+    for near, far, expected in (
+        (10.0, 10.29, True),
+        (10.0, 10.31, False),
+        (5.0, 5.19, True),
+        (5.0, 5.21, False),
+    ):
         assert belongs(near, far, increment, 0.1) == belongs(far, near, increment, 0.1) == expected
 
 
-@pytest.mark.parametrize(("beside", "expected"), [(1.49, True), (1.5, False), (3.0, False), (math.inf, False)])
+@pytest.mark.parametrize(
+    ("beside", "expected"), [(1.49, True), (1.5, False), (3.0, False), (math.inf, False)]
+)
 def test_a_group_may_go_on_behind_what_is_nearer_by_more_than_the_gap(beside, expected):
     assert is_hidden(np.array((beside, 2.0)), 0, 2.0, 0.5) == expected

@@ -15,7 +15,9 @@ REACH = float(np.hypot(*BODY.T).max())
 
 
 def poses(rng, count):
-    return np.column_stack((rng.uniform(-6.0, 6.0, (count, 2)), rng.uniform(-math.pi, math.pi, count)))
+    return np.column_stack(
+        (rng.uniform(-6.0, 6.0, (count, 2)), rng.uniform(-math.pi, math.pi, count))
+    )
 
 
 def placed(pose):
@@ -37,7 +39,9 @@ def test_lengths_equal_ompl(radius):
             state.setX(float(values[0]))
             state.setY(float(values[1]))
             state.setYaw(float(values[2]))
-        assert sum(shortest_word(start, end, radius)[1:]) == pytest.approx(space.distance(*states), abs=1e-9)
+        assert sum(shortest_word(start, end, radius)[1:]) == pytest.approx(
+            space.distance(*states), abs=1e-9
+        )
 
 
 def test_curves_reach_their_end_and_keep_the_radius():
@@ -57,12 +61,18 @@ def test_curves_reach_their_end_and_keep_the_radius():
 
 def test_overlaps_equal_shapely():
     rng = np.random.default_rng(3)
-    for x, y, yaw in np.column_stack((rng.uniform(-9.0, 9.0, (2000, 2)), rng.uniform(-math.pi, math.pi, 2000))):
+    for x, y, yaw in np.column_stack(
+        (rng.uniform(-9.0, 9.0, (2000, 2)), rng.uniform(-math.pi, math.pi, 2000))
+    ):
         corners = placed((x, y, yaw))
-        assert overlaps_cell(corners, 0, 0) == shapely.Polygon(corners).intersects(shapely.box(0.0, 0.0, 1.0, 1.0))
+        assert overlaps_cell(corners, 0, 0) == shapely.Polygon(corners).intersects(
+            shapely.box(0.0, 0.0, 1.0, 1.0)
+        )
 
 
-@pytest.mark.parametrize(("x", "y"), [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, -1.0)])
+@pytest.mark.parametrize(
+    ("x", "y"), [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, -1.0)]
+)
 def test_a_square_that_touches_a_cell_has_a_point_in_common_with_it(x, y):
     square = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)))
     assert overlaps_cell(square + (7.0 + x, 3.0 + y), 7, 3)
@@ -75,9 +85,13 @@ def test_a_footprint_stands_free_where_no_lethal_square_touches_it():
     squares = shapely.MultiPolygon([shapely.box(c, r, c + 1, r + 1) for r, c in np.argwhere(costs)])
     blocked = blocked_table(252, True)
     found = set()
-    for pose in np.column_stack((rng.uniform(8.0, 52.0, (500, 2)), rng.uniform(-math.pi, math.pi, 500))):
+    for pose in np.column_stack(
+        (rng.uniform(8.0, 52.0, (500, 2)), rng.uniform(-math.pi, math.pi, 500))
+    ):
         free = stands_free(costs, blocked, BODY, REACH, True, pose)
         assert free == (not shapely.Polygon(placed(pose)).intersects(squares))
         found.add(bool(free))
     assert found == {True, False}
-    assert not is_curve_free(costs, blocked, BODY, REACH, True, np.array(((1.0, 1.0, 0.0), (-5.0, 1.0, 0.0))))
+    assert not is_curve_free(
+        costs, blocked, BODY, REACH, True, np.array(((1.0, 1.0, 0.0), (-5.0, 1.0, 0.0)))
+    )

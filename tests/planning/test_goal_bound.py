@@ -41,7 +41,9 @@ def test_the_path_is_the_same_among_new_obstacles(seed: int) -> None:
     for step in range(4):
         costs = floor.copy()
         for x, y in rng.integers(5, 396, size=(30, 2)):
-            costs[y - 3 : y + 4, x - 3 : x + 4] = np.maximum(costs[y - 3 : y + 4, x - 3 : x + 4], 200)
+            costs[y - 3 : y + 4, x - 3 : x + 4] = np.maximum(
+                costs[y - 3 : y + 4, x - 3 : x + 4], 200
+            )
         start = crossing(step, 1)
         with_bound = bounded.plan(start, goal, costmap(costs, floor))
         without = free.plan(start, goal, costmap(costs, None))
@@ -67,7 +69,9 @@ def test_another_map_or_goal_renews_the_bound() -> None:
     for seed, column in ((0, 8), (0, 2), (1, 2)):
         floor = city(seed)
         path = planner.plan(crossing(0, 0), crossing(column, 5), costmap(floor, floor))
-        fresh = NavfnPlanner(NavfnParams()).plan(crossing(0, 0), crossing(column, 5), costmap(floor, None))
+        fresh = NavfnPlanner(NavfnParams()).plan(
+            crossing(0, 0), crossing(column, 5), costmap(floor, None)
+        )
         np.testing.assert_allclose(path.poses, fresh.poses, atol=0.05)
 
 

@@ -37,9 +37,9 @@ def path_cost(path, costmap):
     points = path.poses[:, :2] / RESOLUTION
     along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
     at = np.linspace(0.0, along[-1], int(along[-1] * 10))
-    cells = np.floor(np.stack((np.interp(at, along, points[:, 0]), np.interp(at, along, points[:, 1]))) + 0.5).astype(
-        int
-    )
+    cells = np.floor(
+        np.stack((np.interp(at, along, points[:, 0]), np.interp(at, along, points[:, 1]))) + 0.5
+    ).astype(int)
     return crossing[costmap.data[cells[1], cells[0]]].mean() * along[-1]
 
 
@@ -125,7 +125,8 @@ def test_a_detour_may_lead_where_the_field_was_not_spread_anew(closed_row):
     start, empty = Pose2D(1.0, 1.0), streets(1)
     planner = IncrementalNavfn(IncrementalNavfnParams(change_radius=8.0))
     path = planner.plan(start, GOAL, empty)
-    for k in range(6):  # somebody who walks along leaves most of the field to be forgotten and only a part spread anew
+    # somebody who walks along leaves most of the field to be forgotten and only a part spread anew
+    for k in range(6):
         start = Pose2D(*path.poses[min(20, len(path) - 2)])
         costmap = Costmap(empty.data.copy(), RESOLUTION, 0.0, 0.0)
         ahead = path.poses[min(60, len(path) - 2), :2] / RESOLUTION
@@ -173,7 +174,9 @@ def test_robot_that_recedes_among_obstacles_extends_it_step_by_step():
                 put_disc(costmap.data, column + dx, row + dy)
         path = planner.plan(Pose2D(x, y), GOAL, costmap)
         assert not crosses_obstacle(path, costmap)
-        assert path_cost(path, costmap) <= 1.01 * path_cost(fresh_plan(Pose2D(x, y), costmap), costmap)
+        assert path_cost(path, costmap) <= 1.01 * path_cost(
+            fresh_plan(Pose2D(x, y), costmap), costmap
+        )
 
 
 def test_new_goal_and_new_map_start_afresh():
@@ -211,20 +214,36 @@ def test_the_field_answers_for_cells_beside_the_border(monkeypatch, column, row)
 @pytest.mark.parametrize(
     ("sound", "gap_limit", "spread", "calls"),
     [
-        (10509.0, 12000.0, [], []),  # the robot's 10000 and 508 lie below what is sound, 2000 more cost no gap's way
+        # the robot's 10000 and 508 lie below what is sound, 2000 more cost no gap's way
+        (10509.0, 12000.0, [], []),
         (10508.0, 12000.0, [(11000.0, 13000.0)], [(10508.0, 14000.0)]),
         (10509.0, 11999.0, [(11000.0, 13000.0)], [(3000.0, 14000.0)]),
         (2500.0, 11999.0, [(11000.0, 13000.0)], [(2500.0, 14000.0)]),
-        (9000.0, 12000.0, [(11001.0, 13000.0), (15000.0, 14000.0)], [(9000.0, 14000.0), (3000.0, 15001.0)]),
+        (
+            9000.0,
+            12000.0,
+            [(11001.0, 13000.0), (15000.0, 14000.0)],
+            [(9000.0, 14000.0), (3000.0, 15001.0)],
+        ),
         (9000.0, 12000.0, [None], [(9000.0, 14000.0)]),
         (9000.0, 12000.0, [(11001.0, 13000.0), None], [(9000.0, 14000.0), (3000.0, 15001.0)]),
     ],
 )
-def test_a_field_is_spread_anew_as_far_as_ways_over_its_gaps_may_matter(sound, gap_limit, spread, calls):
-    """``spread``: the robot's potential and the limit afterwards, each time; None: the field has to be renewed."""
+def test_a_field_is_spread_anew_as_far_as_ways_over_its_gaps_may_matter(
+    sound, gap_limit, spread, calls
+):
+    """``spread``: the robot's potential and the limit afterwards, each time.
+
+    None: the field has to be renewed.
+    """
     planner, asked, results = IncrementalNavfn(IncrementalNavfnParams()), [], iter(spread)
     planner._field = SimpleNamespace(flat=np.full(600, 10000.0))
-    planner._robot, planner._sound_below, planner._gap_level, planner._gap_limit = 310, sound, 3000.0, gap_limit
+    planner._robot, planner._sound_below, planner._gap_level, planner._gap_limit = (
+        310,
+        sound,
+        3000.0,
+        gap_limit,
+    )
 
     def resume(robot, source, costmap, limit):
         asked.append((planner._sound_below, limit))
@@ -282,9 +301,12 @@ def test_what_is_forgotten_and_where_the_wave_begins_again_equal_slow_twins():
     height, width, level = 37, 53, 900.0  # the last block is not a whole one
     crossing, gain = cost_tables(True)
     for share in (0.0, 0.2, 0.6):
-        costs = rng.choice(np.array((0, 90, 254), dtype=np.uint8), height * width, p=(0.6, 0.3, 0.1))
+        costs = rng.choice(
+            np.array((0, 90, 254), dtype=np.uint8), height * width, p=(0.6, 0.3, 0.1)
+        )
         hills = (
-            20.0 * np.add.outer(np.arange(height), np.arange(width)) + rng.uniform(0, 200, (height, width))
+            20.0 * np.add.outer(np.arange(height), np.arange(width))
+            + rng.uniform(0, 200, (height, width))
         ).ravel()
         is_unreached = (rng.random(height * width) < share) | (costs == 254)
         potential = np.where(is_unreached, POT_HIGH, hills).astype(np.float32)
@@ -297,7 +319,9 @@ def test_what_is_forgotten_and_where_the_wave_begins_again_equal_slow_twins():
         np.testing.assert_array_equal(potential, expected)
         highest = [max((p for p in part if p < level), default=0.0) for part in _blocks(expected)]
         np.testing.assert_array_equal(tops[: len(highest)], highest)
-        np.testing.assert_array_equal(edge[:blocks], [i for i, top in enumerate(highest) if top >= level - 254.0])
+        np.testing.assert_array_equal(
+            edge[:blocks], [i for i, top in enumerate(highest) if top >= level - 254.0]
+        )
         set_border(potential, costs, gain, width, -POT_HIGH)
         twin, waiting = potential.copy(), []
         for n in range(width, potential.size - width):
@@ -333,6 +357,8 @@ def test_changes_in_a_window_are_taken_in(columns):
             if inside and costs[n] != known[n] and not (only_cheaper and dearer):
                 expected[n] = costs[n]
                 level = min(level, *potential[[n, n - 1, n + 1, n - width, n + width]])
-        found = take_in_changes(potential, costs, known, crossing, width, (*columns, 2, 28), only_cheaper)
+        found = take_in_changes(
+            potential, costs, known, crossing, width, (*columns, 2, 28), only_cheaper
+        )
         assert found == level
         np.testing.assert_array_equal(known, expected)

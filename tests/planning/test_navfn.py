@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 
 from navstack.costmap.costmap import Costmap
-from navstack.errors import GoalOccupiedError, GoalOutsideMapError, NoPathFoundError, StartOutsideMapError
+from navstack.errors import (
+    GoalOccupiedError,
+    GoalOutsideMapError,
+    NoPathFoundError,
+    StartOutsideMapError,
+)
 from navstack.params.planners import NavfnParams
 from navstack.planning.navfn import NavfnPlanner
 from navstack.planning.navfn_descent import (
@@ -42,7 +47,11 @@ class SlowWave:
         crossing, _ = cost_tables(allow_unknown=True)
         cost = crossing[costs]
         cost[0], cost[-1], cost[:, 0], cost[:, -1] = 254, 254, 254, 254
-        self.width, self.cost, self.potential = costs.shape[1], cost.ravel(), np.full(costs.size, POT_HIGH)
+        self.width, self.cost, self.potential = (
+            costs.shape[1],
+            cost.ravel(),
+            np.full(costs.size, POT_HIGH),
+        )
         self.waiting = set()
 
     def sides(self, n):
@@ -127,7 +136,10 @@ def test_second_plan_does_not_remember_the_first(use_astar):
     planner.plan(START, GOAL, costmap)
     costmap.data[:40, 20] = 254
     costmap.data[5:, 60] = 254
-    again, fresh_planner = planner.plan(GOAL, START, costmap), NavfnPlanner(NavfnParams(use_astar=use_astar))
+    again, fresh_planner = (
+        planner.plan(GOAL, START, costmap),
+        NavfnPlanner(NavfnParams(use_astar=use_astar)),
+    )
     fresh = fresh_planner.plan(GOAL, START, costmap)
     np.testing.assert_array_equal(again.poses, fresh.poses)
     np.testing.assert_array_equal(planner.potential, fresh_planner.potential)
@@ -278,7 +290,8 @@ def test_willow_regression(start, use_astar):
 def test_street_maps_against_optimal_lengths(name):
     folder = FilePath(DATA) / "movingai"
     rows = (folder / f"{name}.map").read_text().splitlines()[4:]
-    costs = np.full((258, 258), 254, dtype=np.uint8)  # a rim, for NavFn never enters the border of a map
+    # a rim, for NavFn never enters the border of a map
+    costs = np.full((258, 258), 254, dtype=np.uint8)
     costs[1:-1, 1:-1] = [[0 if tile in ".GS" else 254 for tile in row] for row in rows]
     costmap, planner = Costmap(costs, 1.0, -1.0, -1.0), NavfnPlanner(NavfnParams(tolerance=0.0))
     ratios = []

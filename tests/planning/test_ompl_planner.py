@@ -35,10 +35,12 @@ from navstack.planning.ompl_search import ALGORITHMS, Budget
 from navstack.planning.planner import RobotShape
 from navstack.types import Path, Pose2D
 
-LONG = RobotShape(np.array(((0.15, 0.25), (0.15, -0.25), (-0.6, -0.25), (-0.6, 0.25))), 0.05)  # costs: contact alone
+# costs: contact alone
+LONG = RobotShape(np.array(((0.15, 0.25), (0.15, -0.25), (-0.6, -0.25), (-0.6, 0.25))), 0.05)
 START, GOAL = Pose2D(-1.0, 2.0, 0.3), Pose2D(5.0, 2.5, 1.1)
 CORNER_LEFT, CORNER_RIGHT = (1.975, 6.0), (2.125, 6.0)  # of the gap in the wall
-SHORTEST = np.hypot(3.0, 4.0) + 0.1 + np.hypot(2.9, 3.5)  # [m] around the wall's top, to within some cells
+# [m] around the wall's top, to within some cells
+SHORTEST = np.hypot(3.0, 4.0) + 0.1 + np.hypot(2.9, 3.5)
 
 
 def room():
@@ -50,7 +52,9 @@ def room():
 
 def make(algorithm="RRTConnect", seed=1, iterations=1500, shape=None, **values):
     given = {"patience": 1000, "fruitless_searches": 0, "smooth": False, **values}
-    planner = OmplPlanner(OmplParams(algorithm=algorithm, max_iterations=iterations, **given), shape)
+    planner = OmplPlanner(
+        OmplParams(algorithm=algorithm, max_iterations=iterations, **given), shape
+    )
     planner.reset(np.random.default_rng(seed))
     return planner
 
@@ -58,7 +62,10 @@ def make(algorithm="RRTConnect", seed=1, iterations=1500, shape=None, **values):
 def is_valid(path, costmap):
     blocked = blocked_table(252, True)
     cells = (path.poses[:, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
-    return all(is_line_free(costmap.data, blocked, *a, *b) for a, b in zip(cells[:-1], cells[1:], strict=True))
+    return all(
+        is_line_free(costmap.data, blocked, *a, *b)
+        for a, b in zip(cells[:-1], cells[1:], strict=True)
+    )
 
 
 def test_every_algorithm_named_is_there():
@@ -90,7 +97,9 @@ def test_same_seed_same_path_whatever_came_before(algorithm):
     costmap = room()
     first = make(algorithm, iterations=600).plan(START, GOAL, costmap)
     make("RRTstar", seed=5, iterations=200).plan(GOAL, START, costmap)
-    np.testing.assert_array_equal(make(algorithm, iterations=600).plan(START, GOAL, costmap).poses, first.poses)
+    np.testing.assert_array_equal(
+        make(algorithm, iterations=600).plan(START, GOAL, costmap).poses, first.poses
+    )
     assert not np.array_equal(make(algorithm, 2, 600).plan(START, GOAL, costmap).poses, first.poses)
 
 
@@ -104,7 +113,9 @@ def test_same_seed_same_path_in_another_process():
         "path = planner.plan(Pose2D(-1.0, 2.0, 0.3), Pose2D(5.0, 2.5, 1.1), Costmap(costs, 0.1, -2.0, 1.0))\n"
         "print(path.poses.tobytes().hex())"
     )
-    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    answer = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
     here = make("InformedRRTstar", iterations=500).plan(START, GOAL, room())
     assert answer.stdout.strip() == here.poses.tobytes().hex()
     assert answer.stderr == ""
@@ -117,7 +128,9 @@ def test_cost_weight_keeps_clear_of_costly_cells():
     costmap.data[5:30, 20:60] = 250  # costly, not forbidden, on the straight line
     short = make("RRTstar", iterations=3000, cost_weight=0.0).plan(START, GOAL, costmap)
     clear = make("RRTstar", iterations=3000, cost_weight=5.0).plan(START, GOAL, costmap)
-    mean_cost = [np.mean([costmap.cost_at(x, y) for x, y, _ in path.poses]) for path in (short, clear)]
+    mean_cost = [
+        np.mean([costmap.cost_at(x, y) for x, y, _ in path.poses]) for path in (short, clear)
+    ]
     assert mean_cost[0] > 100 > 40 > mean_cost[1]
     assert short.length < clear.length
 
@@ -148,7 +161,9 @@ def test_why_there_is_no_path():
     costmap.data[:50, 40] = 0
     costmap.data[:, 40] = 254
     costmap.data[55, 40] = 0  # a gap that samples hardly ever hit
-    with pytest.raises(NoPathFoundError, match="within 5 iterations, though free cells connect them; raise max_it"):
+    with pytest.raises(
+        NoPathFoundError, match="within 5 iterations, though free cells connect them; raise max_it"
+    ):
         make(iterations=5).plan(START, GOAL, costmap)
     with pytest.raises(NoPathFoundError, match="within 0.05 s, .* raise max_planning_time"):
         make(iterations=10**9, max_planning_time=0.05, shape=LONG).plan(START, GOAL, costmap)
@@ -176,7 +191,12 @@ def test_the_body_touches_nothing_turns_included(algorithm):
 def test_poses_on_dubins_curves_keep_the_body_free_and_the_radius(algorithm):
     costmap = room()
     planner = make(
-        algorithm, shape=LONG, iterations=500, cost_weight=0.0, state_space="SE2", minimum_turning_radius=0.4
+        algorithm,
+        shape=LONG,
+        iterations=500,
+        cost_weight=0.0,
+        state_space="SE2",
+        minimum_turning_radius=0.4,
     )
     path = planner.plan(START, GOAL, costmap)
     np.testing.assert_allclose(path.poses[0], START.as_array())
@@ -201,7 +221,8 @@ def test_the_best_path_gets_better_and_patience_ends_the_search():
     assert len(hasty.improvement) < len(costs)
 
 
-@pytest.mark.parametrize("goal", [GOAL, Pose2D(4.94, 2.65, 1.1)])  # in cells and back: the same, and not quite
+# in cells and back: the same, and not quite
+@pytest.mark.parametrize("goal", [GOAL, Pose2D(4.94, 2.65, 1.1)])
 def test_a_path_that_is_still_free_is_kept(goal):
     planner, costmap = make("InformedRRTstar", iterations=500), room()
     first = planner.plan(START, goal, costmap)
@@ -245,7 +266,8 @@ def test_a_corner_is_rounded_where_there_is_room():
     away = distance_transform_edt(costmap.data == 0) * costmap.resolution
     costmap.data[:] = np.where(away == 0.0, 254, 250.0 * np.exp(-2.0 * away))
     sharp, round_ = (
-        make("BITstar", smooth=smooth, cost_weight=20.0).plan(START, GOAL, costmap) for smooth in (False, True)
+        make("BITstar", smooth=smooth, cost_weight=20.0).plan(START, GOAL, costmap)
+        for smooth in (False, True)
     )
     turns = [np.abs(np.diff(np.unwrap(path.poses[:-1, 2]))).max() for path in (sharp, round_)]
     assert turns[1] < 0.7 * turns[0]
@@ -253,7 +275,10 @@ def test_a_corner_is_rounded_where_there_is_room():
 
 
 def test_a_kept_path_of_poses_is_tried_with_the_body():
-    planner, costmap = make(shape=LONG, state_space="SE2", minimum_turning_radius=0.4, iterations=8000), room()
+    planner, costmap = (
+        make(shape=LONG, state_space="SE2", minimum_turning_radius=0.4, iterations=8000),
+        room(),
+    )
     first = planner.plan(START, GOAL, costmap)
     rest = planner.plan(Pose2D(*first.poses[10]), GOAL, costmap)
     np.testing.assert_array_equal(rest.poses, first.poses[10:])
@@ -268,7 +293,9 @@ def test_a_kept_path_needs_room_at_its_turns():
     planner, costmap = make(shape=LONG), room()
     costmap.data[:] = 0
     up, across = np.arange(2.5, 5.0, 0.1), np.arange(-1.0, 5.0, 0.1)
-    turn_at_the_top = [(-1.0, y, np.pi / 2) for y in up] + [(x, 5.0, 0.0) for x in across] + [GOAL.as_array()]
+    turn_at_the_top = (
+        [(-1.0, y, np.pi / 2) for y in up] + [(x, 5.0, 0.0) for x in across] + [GOAL.as_array()]
+    )
     planner._kept = Path(np.array(turn_at_the_top))
     start = Pose2D(-1.0, 2.5, np.pi / 2)
     kept = planner.plan(start, GOAL, costmap)
@@ -281,7 +308,10 @@ def test_a_kept_path_needs_room_at_its_turns():
 
 
 def test_a_robot_beside_its_path_of_poses_does_not_jump_onto_it():
-    planner, costmap = make(shape=LONG, state_space="SE2", minimum_turning_radius=0.4, iterations=8000), room()
+    planner, costmap = (
+        make(shape=LONG, state_space="SE2", minimum_turning_radius=0.4, iterations=8000),
+        room(),
+    )
     x, y, yaw = planner.plan(START, GOAL, costmap).poses[10]
     for aside, turned in ((0.3, 0.0), (0.0, 0.5)):
         there = Pose2D(x + aside * np.sin(yaw), y - aside * np.cos(yaw), yaw + turned)
@@ -296,7 +326,9 @@ def test_a_robot_beside_its_path_of_poses_does_not_jump_onto_it():
 def test_a_query_is_in_cells():
     planner = make(shape=LONG, state_space="SE2", minimum_turning_radius=0.4, cost_weight=3.0)
     query = planner._query(START, GOAL, room())
-    np.testing.assert_allclose(np.sort(query.footprint, axis=0), np.sort(LONG.footprint / 0.1, axis=0))
+    np.testing.assert_allclose(
+        np.sort(query.footprint, axis=0), np.sort(LONG.footprint / 0.1, axis=0)
+    )
     np.testing.assert_allclose((query.first, query.last), ((10.0, 10.0, 0.3), (70.0, 15.0, 1.1)))
     assert (query.turning_radius, query.cost_weight) == pytest.approx((4.0, 3.0))
     assert query.room == pytest.approx((2.5, np.hypot(6.0, 2.5), True))
@@ -321,7 +353,12 @@ def test_parameters_are_checked():
         OmplParams(algorithm="BITstar", state_space="SE2")
     for values in (
         *({"max_iterations": 0}, {"range": 0.0}, {"tolerance": -1.0}, {"max_allowed_cost": 253}),
-        *({"patience": -1}, {"max_planning_time": -1.0}, {"fruitless_searches": -1}, {"minimum_turning_radius": 0.0}),
+        *(
+            {"patience": -1},
+            {"max_planning_time": -1.0},
+            {"fruitless_searches": -1},
+            {"minimum_turning_radius": 0.0},
+        ),
     ):
         with pytest.raises(ParameterError):
             OmplParams(**values)
@@ -381,7 +418,9 @@ def test_polyline_cost_weighs_costs():
     costs[:] = 10 * np.arange(20)
     at_half_cells = np.array((0, 0, 10, 10, 20, 20, 30))  # from 0.25 to 3.25
     line = np.array(((0.25, 2.5), (3.25, 2.5)))
-    assert polyline_cost(costs, line, 2.0) == pytest.approx(3.0 * (1.0 + 2.0 * at_half_cells.mean() / 252.0))
+    assert polyline_cost(costs, line, 2.0) == pytest.approx(
+        3.0 * (1.0 + 2.0 * at_half_cells.mean() / 252.0)
+    )
 
 
 @pytest.mark.parametrize(("row", "is_open"), [(4, False), (5, True)])
@@ -393,7 +432,13 @@ def test_a_corridor_needs_room_all_along(row, is_open):
 
 @pytest.mark.parametrize(
     ("x", "yaw", "is_on"),
-    [(0.0625, 0.125, True), (0.0625, -0.125, True), (0.063, 0.0, False), (0.0, 0.126, False), (0.0, 6.2, True)],
+    [
+        (0.0625, 0.125, True),
+        (0.0625, -0.125, True),
+        (0.063, 0.0, False),
+        (0.0, 0.126, False),
+        (0.0, 6.2, True),
+    ],
 )
 def test_a_car_is_on_a_path_within_a_cell_and_its_turning(x, yaw, is_on):
     planner = make(shape=LONG, state_space="SE2", minimum_turning_radius=0.5)
@@ -404,7 +449,14 @@ def test_a_car_is_on_a_path_within_a_cell_and_its_turning(x, yaw, is_on):
 
 @pytest.mark.parametrize(
     ("x", "y", "is_on"),
-    [(1.0, 0.0, True), (0.0, -1.0, True), (-1.1, 0.0, False), (0.0, 1.1, False), (0.7, -0.7, True), (0.8, 0.7, False)],
+    [
+        (1.0, 0.0, True),
+        (0.0, -1.0, True),
+        (-1.1, 0.0, False),
+        (0.0, 1.1, False),
+        (0.7, -0.7, True),
+        (0.8, 0.7, False),
+    ],
 )
 def test_a_robot_that_turns_on_the_spot_joins_a_path_within_a_metre(x, y, is_on):
     start = Pose2D(4.0, -2.0, 1.0)
@@ -412,8 +464,11 @@ def test_a_robot_that_turns_on_the_spot_joins_a_path_within_a_metre(x, y, is_on)
 
 
 @pytest.mark.parametrize(("inscribed", "corridor"), [(0.39, 2.5), (0.4, 0.0)])
-def test_a_strip_needs_no_room_where_costs_keep_the_centre_off_by_its_half_and_a_cells_diagonal(inscribed, corridor):
-    room = make(shape=RobotShape(LONG.footprint, inscribed), allow_unknown=False)._room(0.1)  # 0.25 + 0.141 m
+def test_a_strip_needs_no_room_where_costs_keep_the_centre_off_by_its_half_and_a_cells_diagonal(
+    inscribed, corridor
+):
+    # 0.25 + 0.141 m
+    room = make(shape=RobotShape(LONG.footprint, inscribed), allow_unknown=False)._room(0.1)
     assert room == pytest.approx((corridor, np.hypot(6.0, 2.5), False))
     assert make()._room(0.1) == (0.0, 0.0, True)
 
@@ -434,7 +489,9 @@ def test_places_along_a_polyline():
     path = np.array(((1.0, 2.0), (4.0, 6.0), (4.0, 12.0)))
     along = cumulative_length.py_func(path)
     assert along.tolist() == [0.0, 5.0, 11.0]
-    found = [point_at.py_func(path, along, distance).tolist() for distance in (0.0, 2.5, 5.0, 8.0, 12.0)]
+    found = [
+        point_at.py_func(path, along, distance).tolist() for distance in (0.0, 2.5, 5.0, 8.0, 12.0)
+    ]
     assert found == [[1.0, 2.0], [2.5, 4.0], [4.0, 6.0], [4.0, 9.0], [4.0, 12.0]]
 
 
@@ -449,10 +506,13 @@ def test_places_along_a_polyline():
         (60, {50: 5.0, 100: 4.994}, 160, [5.0, 4.994]),
         (60, {50: 5.0, 100: 6.0}, 110, [5.0]),
         (60, {50: np.inf, 100: 5.0}, 160, [5.0]),
-        (60, {49: 9.0, 50: 5.0, 51: 1.0, 100: 5.0}, 110, [5.0]),  # every fifty checks it is looked at
+        # every fifty checks it is looked at
+        (60, {49: 9.0, 50: 5.0, 51: 1.0, 100: 5.0}, 110, [5.0]),
     ],
 )
-def test_a_search_ends_after_its_checks_or_without_an_improvement_worth_it(patience, costs, asked, lowest):
+def test_a_search_ends_after_its_checks_or_without_an_improvement_worth_it(
+    patience, costs, asked, lowest
+):
     budget, count = Budget(250, 0.0, patience), 0
     assert not (budget.has_time_limit or budget.is_late)
     budget.best_cost = lambda: costs.get(count + 1, np.inf)
@@ -464,7 +524,13 @@ def test_a_search_ends_after_its_checks_or_without_an_improvement_worth_it(patie
 
 def test_fmt_against_the_clock_keeps_the_first_of_the_cheapest_ways(monkeypatch):
     """With twice the samples each time."""
-    answers = [None, *(np.array(((0.0, 0.0), (length, place))) for length, place in ((5.0, 0), (3.0, 4), (3.0, 0)))]
+    answers = [
+        None,
+        *(
+            np.array(((0.0, 0.0), (length, place)))
+            for length, place in ((5.0, 0), (3.0, 4), (3.0, 0))
+        ),
+    ]
     answers += [np.array(((0.0, 0.0), (0.0, 3.0))), np.array(((0.0, 0.0), (9.0, 0.0)))]
     now, samples = [0.0], []
 

@@ -6,7 +6,12 @@ import pytest
 from navstack.costmap.costmap import Costmap
 from navstack.errors import GoalOutsideMapError, NoPathFoundError, StartOutsideMapError
 from navstack.params.extensions import algorithms
-from navstack.params.planners import IncrementalNavfnParams, NavfnParams, OmplParams, ThetaStarParams
+from navstack.params.planners import (
+    IncrementalNavfnParams,
+    NavfnParams,
+    OmplParams,
+    ThetaStarParams,
+)
 from navstack.params.smac import Smac2DParams, SmacHybridParams, SmacLatticeParams
 from navstack.planning.planner import Planner
 from navstack.types import Pose2D
@@ -32,7 +37,9 @@ def room():
 @pytest.fixture(params=sorted(algorithms("planners")))
 def make(request):
     def planner() -> Planner:
-        made = algorithms("planners")[request.param].create(PARAMS[request.param], parts={"robot_shape": None})
+        made = algorithms("planners")[request.param].create(
+            PARAMS[request.param], parts={"robot_shape": None}
+        )
         made.reset(np.random.default_rng(4))
         return made
 
@@ -72,7 +79,9 @@ def test_reset_forgets_what_came_before(make):
     used.plan(START, GOAL, detour)
     used.plan(GOAL, START, costmap)
     used.reset(np.random.default_rng(4))
-    np.testing.assert_array_equal(used.plan(START, GOAL, costmap).poses, make().plan(START, GOAL, costmap).poses)
+    np.testing.assert_array_equal(
+        used.plan(START, GOAL, costmap).poses, make().plan(START, GOAL, costmap).poses
+    )
 
 
 def test_costmap_is_only_read(make):

@@ -9,7 +9,12 @@ from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.errors import ParameterError
 from navstack.params.smoothers import SimpleSmootherParams
 from navstack.planning.simple_smoother import SimpleSmoother
-from navstack.planning.simple_smoother_kernels import face_along, meets_obstacle, relax, stretch_ends
+from navstack.planning.simple_smoother_kernels import (
+    face_along,
+    meets_obstacle,
+    relax,
+    stretch_ends,
+)
 from navstack.types import Path
 
 
@@ -52,7 +57,9 @@ def slow_relax(given, w_data, w_smooth, tolerance, max_its):
     return last
 
 
-@pytest.mark.parametrize(("tolerance", "max_its"), [(1e-10, 1000), (1e-3, 1000), (1e-10, 7), (1e-10, 8)])
+@pytest.mark.parametrize(
+    ("tolerance", "max_its"), [(1e-10, 1000), (1e-3, 1000), (1e-10, 7), (1e-10, 8)]
+)
 def test_kernel_equals_slow_twin(tolerance, max_its):
     given = np.random.default_rng(3).normal(size=(30, 2)).cumsum(axis=0) * 0.05
     ours, costmap = given.copy(), free()
@@ -72,13 +79,17 @@ def test_it_stops_before_an_obstacle():
     assert not np.array_equal(kept.poses[:, :2], smooth.poses[:, :2])
 
 
-@pytest.mark.parametrize(("x", "y"), [(-4.95, 0.0), (4.95, 0.0), (0.0, -4.95), (0.0, 4.95), (-5.0, -5.0)])
+@pytest.mark.parametrize(
+    ("x", "y"), [(-4.95, 0.0), (4.95, 0.0), (0.0, -4.95), (0.0, 4.95), (-5.0, -5.0)]
+)
 def test_obstacles_at_the_maps_edges_count_and_places_beyond_meet_none(x, y):
     costmap = free()
     costmap.data[[0, -1]] = costmap.data[:, [0, -1]] = LETHAL_OBSTACLE
     for at, meets in (((x, y), True), ((1.03 * x, 1.03 * y), False), ((0.9 * x, 0.9 * y), False)):
         places = np.array((at, at, at)).T.copy()
-        assert meets_obstacle(places, costmap.data, costmap.grid, np.empty(3, dtype=np.int64)) == meets
+        assert (
+            meets_obstacle(places, costmap.data, costmap.grid, np.empty(3, dtype=np.int64)) == meets
+        )
 
 
 def test_a_path_driven_backwards_keeps_its_headings():
@@ -103,13 +114,24 @@ def test_a_path_is_driven_backwards_where_its_poses_look_more_back_than_ahead(di
     ("poses", "ends"),
     [
         (
-            [(0, 0, 0), (1, 0, 0), (2, 0, 0), (2, 1, 1), (2, 2, 1), (2, 1.5, 1), (2, 1, 1), (2, 1, 2), (3, 1, 2)],
+            [
+                (0, 0, 0),
+                (1, 0, 0),
+                (2, 0, 0),
+                (2, 1, 1),
+                (2, 2, 1),
+                (2, 1.5, 1),
+                (2, 1, 1),
+                (2, 1, 2),
+                (3, 1, 2),
+            ],
             [4, 6, 8],
         ),
         ([(0, 0, 0), (1, 0, 0), (0.5, 0, 0), (0, 0, 0)], [1, 3]),
         ([(0, 0, 1), (0, 0.5, 1), (-0.1, 0.4, 1)], [1, 2]),
         ([(0, 0, 1), (0, 0.5, 1), (-0.1, 0.6, 1), (-0.2, 0.7, 1)], [3]),
-        ([(0, 0, 0.1), (1, 0, 0.1), (1, 0, 0.1 + 2.0 * math.pi), (2, 0, 0.1)], [3]),  # a whole turn is none
+        # a whole turn is none
+        ([(0, 0, 0.1), (1, 0, 0.1), (1, 0, 0.1 + 2.0 * math.pi), (2, 0, 0.1)], [3]),
         ([(0, 0, 3), (1, 0, 3), (1.00005, 0.00005, -3), (2, 0, -3)], [1, 3]),
         ([(0, 0, 3), (1, 0, 3), (1, 0.0002, -3), (2, 0.0002, -3)], [3]),
         ([(0, 0, 3), (1, 0, 3), (1.0002, 0, -3), (2, 0, -3)], [3]),
@@ -121,7 +143,9 @@ def test_a_stretch_ends_where_the_path_turns_back_or_on_the_spot(poses, ends):
 
 @pytest.mark.parametrize("backwards", [False, True])
 def test_poses_look_at_the_next_one_or_away_from_it(backwards):
-    poses = np.array([(0, 0, 9), (1, 0, 9), (4, 4, 9), (4, 4.00005, 9), (4, 0, 9), (0, 0, 9)], dtype=float)
+    poses = np.array(
+        [(0, 0, 9), (1, 0, 9), (4, 4, 9), (4, 4.00005, 9), (4, 0, 9), (0, 0, 9)], dtype=float
+    )
     ahead = (0.0, math.atan2(4, 3), 9.0, -math.pi / 2, math.pi, 9.0)
     back = (math.pi, math.atan2(4, 3) - math.pi, 9.0, math.pi / 2, 0.0, 9.0)
     places = poses[:, :2].copy()
@@ -136,7 +160,9 @@ def test_a_turn_on_the_spot_stays_where_it_is():
     np.testing.assert_array_equal(poses[10, :2], turn)
     smooth = SimpleSmoother(SimpleSmootherParams()).smooth(Path(poses), free())
     np.testing.assert_array_equal(smooth.poses[9, :2], turn)
-    through = SimpleSmoother(SimpleSmootherParams(enforce_path_inversion=False)).smooth(Path(poses), free())
+    through = SimpleSmoother(SimpleSmootherParams(enforce_path_inversion=False)).smooth(
+        Path(poses), free()
+    )
     assert not np.array_equal(through.poses[9, :2], turn)
 
 

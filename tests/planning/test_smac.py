@@ -26,7 +26,16 @@ from navstack.planning.planner import RobotShape
 from navstack.planning.smac.common import downsampled, smoothed
 from navstack.planning.smac.grid_kernels import NEIGHBOURS, Limits, search_grid, trace_back
 from navstack.planning.smac.heuristic_kernels import make_field, way_to_goal
-from navstack.planning.smac.motions import HEADINGS, IN_PLACE, LEFT, RIGHT, STRAIGHT, arcs, lattice, read_lattice
+from navstack.planning.smac.motions import (
+    HEADINGS,
+    IN_PLACE,
+    LEFT,
+    RIGHT,
+    STRAIGHT,
+    arcs,
+    lattice,
+    read_lattice,
+)
 from navstack.planning.smac.pose_kernels import step_cost
 from navstack.planning.smac.pose_planner import SmacHybrid, SmacLattice
 from navstack.planning.smac.pose_problem import Goal, Ground, Penalties
@@ -48,7 +57,10 @@ def make_costs(rng, height=40, width=50):
 
 
 def ways_from(costs, place, multiplier, allow_unknown, reverse=False):
-    """The cost of the cheapest way from a cell (column, row) to all cells, by scipy; reverse: to it."""
+    """The cost of the cheapest way from a cell (column, row) to all cells, by scipy.
+
+    Reverse: to it.
+    """
     height, width = costs.shape
     first, second, weights = [], [], []
     for row in range(height):
@@ -76,7 +88,14 @@ def test_the_grid_search_finds_the_cheapest_way(allow_unknown):
         came_by = np.empty(costs.size, dtype=np.uint8)
         last = costs.shape[1] - 1, costs.shape[0] - 1
         reached = search_grid(
-            costs, blocked_table(252, allow_unknown), (0, 0), last, 2.0, Limits(0.0, 10**6, 10), travelled, came_by
+            costs,
+            blocked_table(252, allow_unknown),
+            (0, 0),
+            last,
+            2.0,
+            Limits(0.0, 10**6, 10),
+            travelled,
+            came_by,
         )
         if not np.isfinite(expected[-1]):
             assert reached == -1
@@ -109,7 +128,9 @@ def test_the_heuristic_is_the_cheapest_way_wherever_it_is_asked(coarse):
     square = (int(goal.pose[0]) // coarse, int(goal.pose[1]) // coarse)
     expected = ways_from(low, square, 2.0, True).reshape(low.shape)
     blocked = blocked_table(252, True)
-    ground = Ground(costs, blocked, np.zeros((3, 2)), 0.0, True, np.zeros(costs.shape, dtype=np.uint8))
+    ground = Ground(
+        costs, blocked, np.zeros((3, 2)), 0.0, True, np.zeros(costs.shape, dtype=np.uint8)
+    )
     places = np.random.default_rng(0).uniform((0.0, 0.0), costs.shape[::-1], (60, 2))
     right = [coarse * expected[int(y) // coarse, int(x) // coarse] for x, y in places]
     np.testing.assert_allclose(ask(ground, goal, places), right, rtol=1e-4)
@@ -119,12 +140,17 @@ def test_the_heuristic_is_the_cheapest_way_wherever_it_is_asked(coarse):
 @pytest.mark.parametrize("coarse", [1, 2])
 @pytest.mark.parametrize("axis", [0, 1])
 def test_the_heuristic_knows_no_way_round_the_maps_edge(axis, coarse):
-    """A wall from edge to edge parts it; in plain Python, in which a place beyond an array's end is an error."""
+    """A wall from edge to edge parts it.
+
+    In plain Python, in which a place beyond an array's end is an error.
+    """
     low = np.zeros((7, 7), dtype=np.uint8)
     low[(3, ...) if axis == 0 else (..., 3)] = 254
     costs = low.repeat(coarse, axis=0).repeat(coarse, axis=1)
     goal = Goal(np.array((1.5 * coarse, 1.5 * coarse, 0.0)), 0, 0.0, 10**6, 10, coarse, 0.0, 1.0)
-    ground = Ground(costs, blocked_table(252, True), np.zeros((3, 2)), 0.0, True, np.zeros_like(costs))
+    ground = Ground(
+        costs, blocked_table(252, True), np.zeros((3, 2)), 0.0, True, np.zeros_like(costs)
+    )
     field, waiting = make_field.py_func(ground, np.array((0.5, 0.5, 0.0)), goal)
     for place in np.ndindex(7, 7):
         aside, ahead = sorted(abs(k - 1) for k in place)
@@ -150,7 +176,9 @@ def test_arcs_leave_their_cell_and_turn_by_whole_bins():
         for k in range(6):
             x, y, yaw = motions.poses[b, k, motions.counts[b, k] - 1]
             assert math.hypot(x, y) >= math.sqrt(2.0) - 1e-9
-            assert (yaw - motions.ends[b, k] * size + math.pi) % (2.0 * math.pi) == pytest.approx(math.pi, abs=1e-9)
+            assert (yaw - motions.ends[b, k] * size + math.pi) % (2.0 * math.pi) == pytest.approx(
+                math.pi, abs=1e-9
+            )
             ahead = x * math.cos(b * size) + y * math.sin(b * size)
             aside = y * math.cos(b * size) - x * math.sin(b * size)
             assert (ahead < 0.0) == bool(motions.is_reverse[b, k])
@@ -178,9 +206,13 @@ def test_a_lattice_leads_from_cell_centre_to_cell_centre_along_arcs_that_are_wid
             assert steps.sum() == pytest.approx(motions.lengths[b, k], rel=0.01)
             assert (turns <= steps / 10.0 * 1.001 + 1e-9).all()
             along = np.arctan2(*np.diff(way[:, :2], axis=0).T[::-1])
-            middle = way[:-1, 2] + ((np.diff(way[:, 2]) + math.pi) % (2.0 * math.pi) - math.pi) / 2.0
+            middle = (
+                way[:-1, 2] + ((np.diff(way[:, 2]) + math.pi) % (2.0 * math.pi) - math.pi) / 2.0
+            )
             assert np.cos(along - middle).min() > 0.999
-    quarter = motions.poses[4, :, :, :2] - motions.poses[0, :, :, :2] @ np.array(((0.0, 1.0), (-1.0, 0.0)))
+    quarter = motions.poses[4, :, :, :2] - motions.poses[0, :, :, :2] @ np.array(
+        ((0.0, 1.0), (-1.0, 0.0))
+    )
     assert np.abs(quarter).max() < 1e-9
 
 
@@ -207,12 +239,17 @@ def street(gap=1.2):
 def squares(costmap):
     """The obstacles' cells as a shape."""
     rows, columns = np.nonzero(costmap.data == 254)
-    x, y = costmap.origin_x + columns * costmap.resolution, costmap.origin_y + rows * costmap.resolution
+    x, y = (
+        costmap.origin_x + columns * costmap.resolution,
+        costmap.origin_y + rows * costmap.resolution,
+    )
     return shapely.union_all(shapely.box(x, y, x + costmap.resolution, y + costmap.resolution))
 
 
 def placed(pose):
-    turn = np.array(((math.cos(pose[2]), math.sin(pose[2])), (-math.sin(pose[2]), math.cos(pose[2]))))
+    turn = np.array(
+        ((math.cos(pose[2]), math.sin(pose[2])), (-math.sin(pose[2]), math.cos(pose[2])))
+    )
     return shapely.Polygon(BOX.footprint @ turn + pose[:2])
 
 
@@ -221,7 +258,12 @@ def placed(pose):
     [
         SmacHybrid(SmacHybridParams(minimum_turning_radius=0.6, **RAW), BOX),
         SmacHybrid(SmacHybridParams(minimum_turning_radius=0.6), BOX),
-        SmacHybrid(SmacHybridParams(minimum_turning_radius=0.6, motion_model_for_search=REEDS_SHEPP, **RAW), BOX),
+        SmacHybrid(
+            SmacHybridParams(
+                minimum_turning_radius=0.6, motion_model_for_search=REEDS_SHEPP, **RAW
+            ),
+            BOX,
+        ),
         SmacLattice(SmacLatticeParams(**RAW), BOX),
     ],
 )
@@ -254,7 +296,9 @@ def test_hybrid_keeps_to_its_radius_and_is_hardly_longer_than_the_shortest_curve
 def test_hybrid_turns_within_no_less_than_a_cell():
     start, goal = Pose2D(3.05, 3.05, 0.5), Pose2D(9.05, 0.05, -1.2)
     plans = [
-        SmacHybrid(SmacHybridParams(minimum_turning_radius=radius), BOX).plan(start, goal, street()).poses
+        SmacHybrid(SmacHybridParams(minimum_turning_radius=radius), BOX)
+        .plan(start, goal, street())
+        .poses
         for radius in (0.02, 0.1, 0.15)
     ]
     np.testing.assert_array_equal(plans[0], plans[1])
@@ -287,7 +331,9 @@ def test_a_goal_in_an_obstacle_is_refused_or_approached():
     poses = Smac2D(Smac2DParams(tolerance=0.5)).plan(start, goal, costmap).poses
     assert 0.0 < math.hypot(poses[-1, 0] - goal.x, poses[-1, 1] - goal.y) <= 0.5
     poses = Smac2D(Smac2DParams(tolerance=0.5, **RAW)).plan(start, goal, costmap).poses
-    assert np.hypot(*np.diff(poses[1:, :2], axis=0).T).min() == pytest.approx(0.1), "cell by cell, to the last"
+    assert np.hypot(*np.diff(poses[1:, :2], axis=0).T).min() == pytest.approx(0.1), (
+        "cell by cell, to the last"
+    )
     for kind, params in ((SmacHybrid, SmacHybridParams), (SmacLattice, SmacLatticeParams)):
         poses = kind(params(tolerance=0.5)).plan(start, goal, costmap).poses
         assert 0.3 < math.hypot(poses[-1, 0] - goal.x, poses[-1, 1] - goal.y) <= 0.5
@@ -297,8 +343,13 @@ def test_a_goal_in_an_obstacle_is_refused_or_approached():
 
 def test_a_goal_without_a_heading_is_looked_at_along_the_map():
     start = Pose2D(3.05, 1.05, 0.0)
-    assert Smac2D(Smac2DParams()).plan(start, Pose2D(9.05, -0.95, math.nan), street()).poses[-1, 2] == 0.0
-    assert Smac2D(Smac2DParams()).plan(start, Pose2D(9.05, -0.95, 2.0), street()).poses[-1, 2] == 2.0
+    assert (
+        Smac2D(Smac2DParams()).plan(start, Pose2D(9.05, -0.95, math.nan), street()).poses[-1, 2]
+        == 0.0
+    )
+    assert (
+        Smac2D(Smac2DParams()).plan(start, Pose2D(9.05, -0.95, 2.0), street()).poses[-1, 2] == 2.0
+    )
 
 
 def test_a_search_ends_after_max_iterations():
@@ -331,7 +382,11 @@ def test_smoothing_shortens_what_the_grid_made_crooked():
     costmap = street()
     start, goal = Pose2D(3.05, 3.05, 0.0), Pose2D(9.05, 0.05, 0.0)
     raw, smooth = (
-        np.hypot(*np.diff(Smac2D(Smac2DParams(smooth_path=on)).plan(start, goal, costmap).poses[:, :2], axis=0).T).sum()
+        np.hypot(
+            *np.diff(
+                Smac2D(Smac2DParams(smooth_path=on)).plan(start, goal, costmap).poses[:, :2], axis=0
+            ).T
+        ).sum()
         for on in (False, True)
     )
     assert smooth < 0.99 * raw
@@ -359,10 +414,14 @@ def test_a_lattice_file_of_nav2_is_read(tmp_path):
     )  # fmt: skip
     metadata = {"grid_resolution": 0.1, "heading_angles": motions.headings.tolist()}
     path = tmp_path / "lattice.json"
-    path.write_text(json.dumps({"lattice_metadata": metadata, "primitives": primitives}), encoding="utf-8")
+    path.write_text(
+        json.dumps({"lattice_metadata": metadata, "primitives": primitives}), encoding="utf-8"
+    )
     read = read_lattice(path, 0.1)
     assert read.ends.shape == (16, 4)
-    np.testing.assert_allclose(read.poses[:, :3, : motions.poses.shape[2]], motions.poses, atol=1e-9)
+    np.testing.assert_allclose(
+        read.poses[:, :3, : motions.poses.shape[2]], motions.poses, atol=1e-9
+    )
     assert read.kinds[0, 3] == IN_PLACE
     planner = SmacLattice(SmacLatticeParams(lattice_filepath=str(path)), BOX)
     assert len(planner.plan(Pose2D(3.05, 3.05, 0.0), Pose2D(9.05, 0.05, 0.0), street()).poses) > 50
@@ -378,11 +437,20 @@ def test_a_lattice_file_of_nav2_is_read(tmp_path):
     ("make", "message"),
     [
         (lambda: SmacHybridParams(motion_model_for_search="CAR"), "motion_model_for_search"),
-        (lambda: SmacHybridParams(minimum_turning_radius=0.0), "minimum_turning_radius 0.0 must be more than 0"),
-        (lambda: SmacHybridParams(angle_quantization_bins=0), "angle_quantization_bins 0 must be more than 0"),
+        (
+            lambda: SmacHybridParams(minimum_turning_radius=0.0),
+            "minimum_turning_radius 0.0 must be more than 0",
+        ),
+        (
+            lambda: SmacHybridParams(angle_quantization_bins=0),
+            "angle_quantization_bins 0 must be more than 0",
+        ),
         (lambda: Smac2DParams(tolerance=-0.1), "tolerance -0.1 must be 0 or more"),
         (lambda: Smac2DParams(downsampling_factor=0), "downsampling_factor 0 must be more than 0"),
-        (lambda: SmacLatticeParams(analytic_expansion_ratio=0.0), "analytic_expansion_ratio 0.0 must be more than 0"),
+        (
+            lambda: SmacLatticeParams(analytic_expansion_ratio=0.0),
+            "analytic_expansion_ratio 0.0 must be more than 0",
+        ),
     ],
 )
 def test_parameters_that_cannot_be_are_refused(make, message):

@@ -23,7 +23,14 @@ BODY = np.array(((2.0, 1.0), (2.0, -1.0), (-2.0, -1.0), (-2.0, 1.0)))
 
 
 def ground_of(costs):
-    return Ground(costs, blocked_table(252, True), BODY, math.sqrt(5.0), True, np.zeros(costs.shape, dtype=np.uint8))
+    return Ground(
+        costs,
+        blocked_table(252, True),
+        BODY,
+        math.sqrt(5.0),
+        True,
+        np.zeros(costs.shape, dtype=np.uint8),
+    )
 
 
 def search(costs, start, goal):
@@ -37,7 +44,10 @@ def octile(dx, dy):
 
 
 def test_each_pose_of_a_search_has_its_cost_and_a_bound_of_the_way_on():
-    motions, goal = arcs(72, 8.0, False), Goal(np.array((30.3, 12.7, 0.6)), 7, 0.0, 4, 10, 1, 7.5, 8.0)
+    motions, goal = (
+        arcs(72, 8.0, False),
+        Goal(np.array((30.3, 12.7, 0.6)), 7, 0.0, 4, 10, 1, 7.5, 8.0),
+    )
     _, found = search(np.zeros((30, 40), dtype=np.uint8), np.array((20.5, 10.5, 0.26)), goal)
     nodes, near = found.nodes, []
     assert (found.node, found.iterations) == (-1, 4)
@@ -46,7 +56,11 @@ def test_each_pose_of_a_search_has_its_cost_and_a_bound_of_the_way_on():
     for n in range(1, count):
         (x, y), parent, k = nodes.places[n], nodes.parents[n], nodes.by[n]
         b = nodes.headings[parent]
-        before = -1 if parent == 0 else motions.kinds[nodes.headings[nodes.parents[parent]], nodes.by[parent]]
+        before = (
+            -1
+            if parent == 0
+            else motions.kinds[nodes.headings[nodes.parents[parent]], nodes.by[parent]]
+        )
         way = step_cost(PENALTIES, motions.lengths[b, k], 0, motions.kinds[b, k], 0, before)
         assert nodes.travelled[n] == pytest.approx(nodes.travelled[parent] + way)
         end = motions.poses[b, k, motions.counts[b, k] - 1, :2]
@@ -88,7 +102,9 @@ def test_a_cell_is_roomy_where_no_obstacle_is_within_the_bodys_reach():
 )
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("backwards", [False, True])
-def test_a_curve_to_the_goal_is_short_cheap_and_free(cost, row, most, longest, count, axis, backwards):
+def test_a_curve_to_the_goal_is_short_cheap_and_free(
+    cost, row, most, longest, count, axis, backwards
+):
     costs, yaw = np.zeros((20, 30), dtype=np.uint8), 0.5 * math.pi * axis
     costs[row, 10] = cost
     start, goal = np.array((5.5, 8.5, yaw)), np.array((14.5, 8.5, yaw))
@@ -105,14 +121,21 @@ def test_a_curve_to_the_goal_is_short_cheap_and_free(cost, row, most, longest, c
     ("ratio", "longest", "iterations", "by_curve"),
     [(3.5, 10.0, 18, True), (3.5, 15.0, 13, True), (3.5, 14.9, 18, True), (10.0, 15.0, 20, False)],
 )
-def test_curves_are_tried_the_more_often_the_nearer_the_goal_is(ratio, longest, iterations, by_curve):
+def test_curves_are_tried_the_more_often_the_nearer_the_goal_is(
+    ratio, longest, iterations, by_curve
+):
     """The first time at once, then after 40 / 3.5 steps of 2.09 cells, after 15 / 3.5, and each fourth one.
 
     With a ratio of 10 each tenth step: the goal, 20 steps off, is nearer than that when a curve is too long last.
     """
     goal = Goal(np.array((45.5, 10.5, 0.0)), 0, 0.0, 2000, 10, 1, 0.0, 8.0)
-    ground, way = ground_of(np.zeros((20, 60), dtype=np.uint8)), Expansion(ratio, longest, 200, 8.0, False)
-    found = search_poses(ground, arcs(72, 8.0, False), np.array((5.5, 10.5, 0.0)), 0, goal, PENALTIES, way)
+    ground, way = (
+        ground_of(np.zeros((20, 60), dtype=np.uint8)),
+        Expansion(ratio, longest, 200, 8.0, False),
+    )
+    found = search_poses(
+        ground, arcs(72, 8.0, False), np.array((5.5, 10.5, 0.0)), 0, goal, PENALTIES, way
+    )
     assert (found.iterations, len(found.curve) > 0) == (iterations, by_curve)
 
 
@@ -124,7 +147,9 @@ def test_a_point_finds_its_way_along_the_maps_edge(side):
     rows, columns = np.nonzero(costs == 0)
     yaw = 0.0 if side in ("below", "above") else 0.5 * math.pi
     start, goal = (Pose2D(columns[n] + 0.4, rows[n] + 0.4, yaw) for n in (2, 37))
-    params = SmacHybridParams(minimum_turning_radius=8.0, analytic_expansion_max_length=0.0, smooth_path=False)
+    params = SmacHybridParams(
+        minimum_turning_radius=8.0, analytic_expansion_max_length=0.0, smooth_path=False
+    )
     path = SmacHybrid(params).plan(start, goal, Costmap(costs, 1.0, 0.0, 0.0))
     np.testing.assert_allclose(path.poses[[0, -1]], (start.as_array(), goal.as_array()), atol=1e-9)
     assert path.length == pytest.approx(35.0)
@@ -144,15 +169,21 @@ def test_a_search_on_the_grid_keeps_its_limits(goal_cost, limits, reached):
     costs = np.zeros((1, 10), dtype=np.uint8)
     costs[0, 9] = goal_cost
     room = np.full(10, np.inf, dtype=np.float32), np.zeros(10, dtype=np.uint8)
-    assert search_grid(costs, blocked_table(252, True), (0, 0), (9, 0), 2.0, limits, *room) == reached
+    assert (
+        search_grid(costs, blocked_table(252, True), (0, 0), (9, 0), 2.0, limits, *room) == reached
+    )
 
 
-@pytest.mark.parametrize(("start", "goal"), [((0, 0), (3, 19)), ((3, 19), (0, 0)), ((3, 0), (0, 19))])
+@pytest.mark.parametrize(
+    ("start", "goal"), [((0, 0), (3, 19)), ((3, 19), (0, 0)), ((3, 0), (0, 19))]
+)
 def test_a_search_on_the_grid_leads_from_any_corner_to_any_other(start, goal):
     costs = np.zeros((20, 4), dtype=np.uint8)
     travelled, came_by = np.full(80, np.inf, dtype=np.float32), np.zeros(80, dtype=np.uint8)
     limits = Limits(0.0, 1000, 10)
-    reached = search_grid(costs, blocked_table(252, True), start, goal, 2.0, limits, travelled, came_by)
+    reached = search_grid(
+        costs, blocked_table(252, True), start, goal, 2.0, limits, travelled, came_by
+    )
     assert reached == goal[1] * 4 + goal[0]
     assert travelled[reached] == pytest.approx(16.0 + 3.0 * math.sqrt(2.0))
 
@@ -169,13 +200,21 @@ def test_poses_along_pieces_are_evenly_spread():
     np.testing.assert_allclose(_along(0.0, ((0.8, 0.0),)), [(0.8, 0.0, 0.0)])
     quarter = 0.5 * math.pi
     poses = _along(quarter, ((2.0, 0.0), (2.0 * quarter, 0.5), (4.0 - math.pi, 0.0)))
-    side, ahead = 2.0 - 2.0 * np.cos(np.array((0.5, 1.0, 1.5))), 2.0 * np.sin(np.array((0.5, 1.0, 1.5)))
+    side, ahead = (
+        2.0 - 2.0 * np.cos(np.array((0.5, 1.0, 1.5))),
+        2.0 * np.sin(np.array((0.5, 1.0, 1.5))),
+    )
     expected = [(0.0, 1.0, quarter), (0.0, 2.0, quarter)]
-    expected += [(-x, 2.0 + y, quarter + turn) for x, y, turn in zip(side, ahead, (0.5, 1.0, 1.5), strict=True)]
+    expected += [
+        (-x, 2.0 + y, quarter + turn)
+        for x, y, turn in zip(side, ahead, (0.5, 1.0, 1.5), strict=True)
+    ]
     np.testing.assert_allclose(poses, [*expected, (math.pi - 6.0, 4.0, math.pi)], atol=1e-12)
 
 
-@pytest.mark.parametrize(("last", "is_taken"), [((6.0, 8.0), True), ((6.0, 8.01), False), ((5.2, 6.7), True)])
+@pytest.mark.parametrize(
+    ("last", "is_taken"), [((6.0, 8.0), True), ((6.0, 8.01), False), ((5.2, 6.7), True)]
+)
 def test_a_path_ends_at_the_goal_where_it_comes_within_a_cell(last, is_taken):
     nodes = make_nodes(1)
     nodes.parents[0] = -1

@@ -54,7 +54,8 @@ def test_in_the_open_the_path_is_the_straight_line_but_for_cells():
     costmap = Costmap(np.zeros((100, 100), dtype=np.uint8), 0.1, 0.0, 0.0)
     start, goal = Pose2D(1.0, 2.0), Pose2D(8.3, 6.1, 0.5)
     path = ThetaStarPlanner(ThetaStarParams()).plan(start, goal, costmap)
-    assert math.hypot(7.3, 4.1) <= path.length < 1.01 * math.hypot(7.3, 4.1)  # it bends at cells' centres
+    # it bends at cells' centres
+    assert math.hypot(7.3, 4.1) <= path.length < 1.01 * math.hypot(7.3, 4.1)
     away = (path.poses[:, 0] - 1.0) * 4.1 - (path.poses[:, 1] - 2.0) * 7.3
     assert np.abs(away).max() / math.hypot(7.3, 4.1) < 0.3
     assert path.poses[-1, 2] == 0.5
@@ -64,9 +65,12 @@ def test_around_a_corner_it_is_hardly_longer_than_the_tight_string():
     costmap = Costmap(np.zeros((100, 100), dtype=np.uint8), 0.1, 0.0, 0.0)
     costmap.data[:60, 50] = 254
     start, goal = Pose2D(2.05, 2.05), Pose2D(8.05, 2.05)
-    tight = math.hypot(2.95, 3.95) + 0.1 + math.hypot(2.95, 3.95)  # over both corners of the wall's end
+    # over both corners of the wall's end
+    tight = math.hypot(2.95, 3.95) + 0.1 + math.hypot(2.95, 3.95)
     for corners in (4, 8):
-        path = ThetaStarPlanner(ThetaStarParams(how_many_corners=corners)).plan(start, goal, costmap)
+        path = ThetaStarPlanner(ThetaStarParams(how_many_corners=corners)).plan(
+            start, goal, costmap
+        )
         assert tight <= path.length < 1.02 * tight
         columns, rows = (path.poses[:, :2] / 0.1).astype(int).T
         assert not (costmap.data[rows, columns] == 254).any()
@@ -77,7 +81,8 @@ def test_costs_are_avoided_as_they_are_weighted():
     costmap.data[10:50, 45:55] = 240
     start, goal = Pose2D(1.0, 3.0), Pose2D(9.0, 3.0)
     through, around = (
-        ThetaStarPlanner(ThetaStarParams(w_traversal_cost=weight)).plan(start, goal, costmap) for weight in (0.0, 10.0)
+        ThetaStarPlanner(ThetaStarParams(w_traversal_cost=weight)).plan(start, goal, costmap)
+        for weight in (0.0, 10.0)
     )
     assert 8.0 <= through.length < 8.1
     assert np.abs(around.poses[:, 1] - 3.0).max() > 1.9
@@ -92,7 +97,12 @@ def test_ends_in_obstacles_are_refused():
         planner.plan(Pose2D(1.05, 3.05), Pose2D(5.0, 3.0), costmap)
     with pytest.raises(GoalOccupiedError):
         planner.plan(Pose2D(5.0, 3.0), Pose2D(8.05, 3.05), costmap)
-    assert ThetaStarPlanner(ThetaStarParams()).plan(Pose2D(5.0, 3.0), Pose2D(8.05, 3.05), costmap).length > 3.0
+    assert (
+        ThetaStarPlanner(ThetaStarParams())
+        .plan(Pose2D(5.0, 3.0), Pose2D(8.05, 3.05), costmap)
+        .length
+        > 3.0
+    )
     with pytest.raises(ParameterError, match="w_euc_cost -1.0 must be 0 or more"):
         ThetaStarParams(w_euc_cost=-1.0)
 

@@ -1,4 +1,7 @@
-"""Policies of the user's drive, each in a process of its own; one that fails costs its own deliveries only."""
+"""Policies of the user's drive, each in a process of its own.
+
+One that fails costs its own deliveries only.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -45,7 +48,9 @@ def test_a_policy_drives_by_velocities_or_waypoints(name: str, stack: Write, tas
 
 
 def test_a_policy_is_shown_pictures(stack: Write, task_of: Task) -> None:
-    row = run_episode(task_of(stack("Looks", more=", camera: {width: 40, height: 30}"), pedestrians=3)).row
+    row = run_episode(
+        task_of(stack("Looks", more=", camera: {width: 40, height: 30}"), pedestrians=3)
+    ).row
     assert row["distance_m"] > 1.5
 
 
@@ -60,7 +65,9 @@ def test_one_that_fails_is_an_error_row_and_nothing_else_is_lost(
 ) -> None:
     stacks = [str(stack(name, limit=2.0)) for name in (*ENDS, "Steer")]
     rules = str(tmp_path / "rules.yaml")
-    run = navbench.run(stacks, 2, map=str(hall), pedestrians=0, rules=rules, workers=1, out=tmp_path / "run")
+    run = navbench.run(
+        stacks, 2, map=str(hall), pedestrians=0, rules=rules, workers=1, out=tmp_path / "run"
+    )
     rows = run.table().to_pylist()
     assert len(rows) == 2 * len(stacks)
     for row in rows:
@@ -128,10 +135,17 @@ def test_a_stack_that_names_no_policy(change: tuple[str, str], told: str, stack:
         load_stack(str(path))
 
 
-def test_collected_data_are_paid_for(stack: Write, hall: Path, in_process: None, tmp_path: Path) -> None:
+def test_collected_data_are_paid_for(
+    stack: Write, hall: Path, in_process: None, tmp_path: Path
+) -> None:
     path = stack("Along", more=", data_collection: true")
     run = navbench.run(
-        str(path), 1, map=str(hall), pedestrians=0, rules=str(tmp_path / "rules.yaml"), out=tmp_path / "run"
+        str(path),
+        1,
+        map=str(hall),
+        pedestrians=0,
+        rules=str(tmp_path / "rules.yaml"),
+        out=tmp_path / "run",
     )
     economics, prices = run.valuations["along"].economics, run.stored.prices()
     collected = prices.data_collector_wage.value * prices.data_collection_time.value
@@ -143,8 +157,21 @@ def test_a_changed_policy_is_noted_when_a_run_goes_on(
     stack: Write, hall: Path, in_process: None, tmp_path: Path
 ) -> None:
     path = stack("Along")
-    navbench.run(str(path), 1, map=str(hall), pedestrians=0, rules=str(tmp_path / "rules.yaml"), out=tmp_path / "run")
-    assert load_study(tmp_path / "run").template.stack.navigator == f"{tmp_path / 'policies.py'}:Along"
+    navbench.run(
+        str(path),
+        1,
+        map=str(hall),
+        pedestrians=0,
+        rules=str(tmp_path / "rules.yaml"),
+        out=tmp_path / "run",
+    )
+    assert (
+        load_study(tmp_path / "run").template.stack.navigator == f"{tmp_path / 'policies.py'}:Along"
+    )
     assert version_notes(tmp_path / "run") == []
-    (tmp_path / "policies.py").write_text((tmp_path / "policies.py").read_text() + "# another version\n")
-    assert version_notes(tmp_path / "run") == ["the run began with other files of its policy: further rows may differ"]
+    (tmp_path / "policies.py").write_text(
+        (tmp_path / "policies.py").read_text() + "# another version\n"
+    )
+    assert version_notes(tmp_path / "run") == [
+        "the run began with other files of its policy: further rows may differ"
+    ]

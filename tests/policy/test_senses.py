@@ -18,8 +18,11 @@ def straight(length: float) -> Path:
 
 def test_the_route_ahead_in_the_robots_frame() -> None:
     ahead = Route(straight(20.0)).ahead(Pose2D(3.0, 1.0, math.pi / 2.0))
-    # one metre to the left of the route, facing away from it: the route lies behind, from left to right
-    assert ahead == pytest.approx(np.column_stack((np.full(10, -1.0), -np.arange(1.0, 11.0))), abs=1e-9)
+    # one metre to the left of the route, facing away from it: the route lies behind, from left to
+    # right
+    assert ahead == pytest.approx(
+        np.column_stack((np.full(10, -1.0), -np.arange(1.0, 11.0))), abs=1e-9
+    )
 
 
 def test_beyond_its_end_the_route_stays_there() -> None:
@@ -69,7 +72,8 @@ def test_waypoints_are_reached_wherever_the_robot_stands() -> None:
 
 
 def test_an_arc_of_waypoints_is_driven_as_its_circle() -> None:
-    # pure pursuit of a point on a circle through the robot, tangent to its heading: that circle (curvature 2 y / d2)
+    # pure pursuit of a point on a circle through the robot, tangent to its heading: that circle
+    # (curvature 2 y / d2)
     angle = np.linspace(0.05, 1.5, 40)
     follower = WaypointFollower(1.0)
     follower.take(np.column_stack((4.0 * np.sin(angle), 4.0 * (1.0 - np.cos(angle)))), Pose2D())

@@ -49,10 +49,16 @@ def drive(slope: float, seed: int = 0) -> tuple[list[Entry], tuple[float, float,
         force = axes.T @ (SPEED * (after[:, 0] - axes[:, 0]) / STEP + np.array((0.0, 0.0, GRAVITY)))
         unit = imu(START + t, yaw, 0.0)
         unit.fields["orientation"] = dict(zip("xyzw", quaternion_of(axes), strict=True))
-        unit.fields["angular_velocity"] = dict(zip("xyz", rates + 0.002 * rng.standard_normal(3), strict=True))
-        unit.fields["linear_acceleration"] = dict(zip("xyz", force + 0.05 * rng.standard_normal(3), strict=True))
+        unit.fields["angular_velocity"] = dict(
+            zip("xyz", rates + 0.002 * rng.standard_normal(3), strict=True)
+        )
+        unit.fields["linear_acceleration"] = dict(
+            zip("xyz", force + 0.05 * rng.standard_normal(3), strict=True)
+        )
         wheels = odometry(START + t, Pose2D(), SPEED + 0.01 * rng.standard_normal(), rates[2])
         entries += [wheels, unit]
         if round(t / STEP) % 50 == 0:
-            entries.append(fix(START + t, at_x + rng.standard_normal(), at_y + rng.standard_normal(), std=1.0))
+            entries.append(
+                fix(START + t, at_x + rng.standard_normal(), at_y + rng.standard_normal(), std=1.0)
+            )
     return entries, (x, y, SPEED * DURATION)

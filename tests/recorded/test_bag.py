@@ -22,7 +22,9 @@ DATA = os.environ.get("NAVSTACK_DATA")
 def entries(count: int = 300) -> list[Entry]:
     """Odometry and IMU in turn, every 10 ms; the forward position is the number."""
     return [
-        odometry(START + 0.01 * i, Pose2D(float(i)), 1.0, 0.0) if i % 3 == 0 else imu(START + 0.01 * i, 0.001 * i, 0.0)
+        odometry(START + 0.01 * i, Pose2D(float(i)), 1.0, 0.0)
+        if i % 3 == 0
+        else imu(START + 0.01 * i, 0.001 * i, 0.0)
         for i in range(count)
     ]
 
@@ -41,7 +43,9 @@ def test_every_format_gives_every_message_once_and_in_order(tmp_path, form):
         assert bag.counts() == {"/odom": 100, "/imu/data": 200}
         read = [bag.read(place) for place in bag.places({"/odom", "/imu/data"})]
         assert [message.topic.name for message in read] == [entry.topic for entry in written]
-        assert [message.arrival for message in read] == pytest.approx([entry.stamp for entry in written], abs=1e-6)
+        assert [message.arrival for message in read] == pytest.approx(
+            [entry.stamp for entry in written], abs=1e-6
+        )
         only = [decode(bag.read(place)).pose.pose.position.x for place in bag.places({"/odom"})]
         assert only == [float(i) for i in range(0, 300, 3)]
 
@@ -59,12 +63,17 @@ def test_messages_come_in_the_order_of_arrival_however_they_are_written(tmp_path
 def test_a_real_bag_reads_as_rosbags_own_reader_reads_it():
     path = Path(str(DATA)) / "robot_localization" / "test1.bag"
     with AnyReader([path]) as reader:
-        expected = [(connection.topic, time, bytes(raw)) for connection, time, raw in reader.messages()]
+        expected = [
+            (connection.topic, time, bytes(raw)) for connection, time, raw in reader.messages()
+        ]
     with Bag([path], TYPES) as bag:
         ours = [(name, round(arrival * 1e9), content) for name, arrival, content in contents(bag)]
     assert len(ours) == 16806
-    assert [(name, content) for name, _, content in ours] == [(name, content) for name, _, content in expected]
-    assert max(abs(a - b) for (_, a, _), (_, b, _) in zip(ours, expected, strict=True)) < 1000  # [ns]
+    assert [(name, content) for name, _, content in ours] == [
+        (name, content) for name, _, content in expected
+    ]
+    # [ns]
+    assert max(abs(a - b) for (_, a, _), (_, b, _) in zip(ours, expected, strict=True)) < 1000
 
 
 @pytest.mark.parametrize("form", ["ros1", "ros1-bz2", "ros1-lz4", "mcap", "mcap-zstd", "sqlite3"])
@@ -100,12 +109,18 @@ def test_a_bag_that_was_never_closed_says_so(tmp_path):
 
 def test_a_connection_of_3_gb_is_not_read(tmp_path):
     path = write(tmp_path / "log", entries(3), "ros1")
-    fields = b"".join(struct.pack("<I", len(field)) + field for field in (b"op=\x07", b"conn=\x09\0\0\0", b"topic=/x"))
+    fields = b"".join(
+        struct.pack("<I", len(field)) + field
+        for field in (b"op=\x07", b"conn=\x09\0\0\0", b"topic=/x")
+    )
     with path.open("ab") as stream:
         stream.write(struct.pack("<I", len(fields)) + fields + struct.pack("<I", 3_000_000_000))
         stream.truncate(stream.tell() + 3_000_000_000)  # a file of holes
     with Bag([path], TYPES) as bag:
-        assert str(bag.damage) == f"{path}: has a connection of 3000000000 bytes; at most 10000000 are read"
+        assert (
+            str(bag.damage)
+            == f"{path}: has a connection of 3000000000 bytes; at most 10000000 are read"
+        )
         assert bag.counts() == {"/odom": 1, "/imu/data": 2}
 
 
@@ -149,7 +164,9 @@ def test_a_block_with_another_checksum_is_not_read(tmp_path):
 def test_a_type_that_only_has_the_name_of_a_known_one_is_refused(tmp_path):
     path = write(tmp_path / "log", entries(3), "ros1")
     content = path.read_bytes()
-    path.write_bytes(content.replace(b"md5sum=6a62c6daae103f4ff57a132d6f95cec2", b"md5sum=" + b"0" * 32))
+    path.write_bytes(
+        content.replace(b"md5sum=6a62c6daae103f4ff57a132d6f95cec2", b"md5sum=" + b"0" * 32)
+    )
     with Bag([path], TYPES) as bag:
         places = bag.places({"/imu/data"})
         with pytest.raises(DamageError, match="another definition of sensor_msgs/msg/Imu"):

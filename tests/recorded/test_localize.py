@@ -19,7 +19,18 @@ from navstack.localization.amcl import AmclLocalizer
 from navstack.types import Pose2D
 
 from . import hill
-from .writing import DATUM, FROM, START, Entry, fix, imu, odometry, sidewalk_drive, transforms, write
+from .writing import (
+    DATUM,
+    FROM,
+    START,
+    Entry,
+    fix,
+    imu,
+    odometry,
+    sidewalk_drive,
+    transforms,
+    write,
+)
 
 DATA = os.environ.get("NAVSTACK_DATA")
 HUSKY_MOUNTING = ("--static-tf", "base_link imu_link 0 -0.3 0.52 1.570796327 0 -1.570796327")
@@ -38,7 +49,9 @@ def complaint(capsys, *arguments: object) -> str:
     """What a command that must fail with status 1 says in its last line."""
     assert localize(*arguments) == 1
     said = capsys.readouterr().err.splitlines()
-    assert said[-1].startswith("navbench: ") and all(line.startswith("warning: ") for line in said[:-1])
+    assert said[-1].startswith("navbench: ") and all(
+        line.startswith("warning: ") for line in said[:-1]
+    )
     return said[-1]
 
 
@@ -46,7 +59,21 @@ def replay(bag: Path, localizer: str, *more: object) -> dict:
     """The document of a replay beside the bag, without a map."""
     out = bag.parent / "out.tum"
     with contextlib.redirect_stdout(io.StringIO()) as said:
-        assert localize("--bag", bag, "--params", "stock", "--localizer", localizer, "--out", out, "--json", *more) == 0
+        assert (
+            localize(
+                "--bag",
+                bag,
+                "--params",
+                "stock",
+                "--localizer",
+                localizer,
+                "--out",
+                out,
+                "--json",
+                *more,
+            )
+            == 0
+        )
     return json.loads(said.getvalue())
 
 
@@ -74,12 +101,19 @@ def test_amcl_finds_a_drive_through_the_sidewalk(tmp_path, capsys, form):
     assert status == 0 and captured.err == ""
     document = json.loads(captured.out)
     assert set(document) == {"poses", "final", "ape", "rpe", "out"} and document["out"] == str(out)
-    assert document["ape"]["n"] == 100 and document["ape"]["median_m"] < 0.1 and document["ape"]["max_m"] < 0.3
+    assert (
+        document["ape"]["n"] == 100
+        and document["ape"]["median_m"] < 0.1
+        and document["ape"]["max_m"] < 0.3
+    )
     assert document["rpe"]["median_m"] < 0.05  # of 1.5 m in an interval; the odometry alone: 0.03
     written = read_tum(out)
-    assert len(written) == document["poses"] and written.poses[-1] == pytest.approx(document["final"], abs=1e-5)
+    assert len(written) == document["poses"] and written.poses[-1] == pytest.approx(
+        document["final"], abs=1e-5
+    )
     _, last = sidewalk_drive().truth[-1]
-    assert math.hypot(document["final"][0] - last.x, document["final"][1] - last.y) < 0.6  # 0.2 s later
+    # 0.2 s later
+    assert math.hypot(document["final"][0] - last.x, document["final"][1] - last.y) < 0.6
 
 
 def test_odometry_may_stand_in_tf_alone(tmp_path, capsys):
@@ -94,7 +128,20 @@ def test_odometry_may_stand_in_tf_alone(tmp_path, capsys):
             entry = Entry("/tf", entry.type, entry.stamp, entry.fields)
         entries.append(entry)
     bag, out = write(tmp_path / "drive", entries, "ros1"), tmp_path / "out.tum"
-    assert localize("--bag", bag, *ON_SIDEWALK, *AT_THE_START, "--out", out, "--reference", "/truth", "--json") == 0
+    assert (
+        localize(
+            "--bag",
+            bag,
+            *ON_SIDEWALK,
+            *AT_THE_START,
+            "--out",
+            out,
+            "--reference",
+            "/truth",
+            "--json",
+        )
+        == 0
+    )
     captured = capsys.readouterr()
     assert captured.err.splitlines() == [
         "warning: there is no topic of odometry: it is taken from odom -> base_link in /tf"
@@ -106,7 +153,9 @@ def test_a_seed_gives_the_same_bytes(tmp_path):
     bag = write(tmp_path / "drive", sidewalk_drive().entries[:400], "mcap")
     texts = []
     for seed in (3, 3, 4):
-        localize("--bag", bag, *ON_SIDEWALK, *AT_THE_START, "--out", tmp_path / "out.tum", "--seed", seed)
+        localize(
+            "--bag", bag, *ON_SIDEWALK, *AT_THE_START, "--out", tmp_path / "out.tum", "--seed", seed
+        )
         texts.append((tmp_path / "out.tum").read_bytes())
     assert texts[0] == texts[1] != texts[2]
 
@@ -123,13 +172,28 @@ def test_a_laser_upside_down_is_understood(tmp_path, capsys):
             entry = Entry(entry.topic, entry.type, entry.stamp, fields, entry.frame)
         entries.append(entry)
     bag, out = write(tmp_path / "drive", entries, "ros1"), tmp_path / "out.tum"
-    assert localize("--bag", bag, *ON_SIDEWALK, *AT_THE_START, "--out", out, "--reference", "/truth", "--json") == 0
+    assert (
+        localize(
+            "--bag",
+            bag,
+            *ON_SIDEWALK,
+            *AT_THE_START,
+            "--out",
+            out,
+            "--reference",
+            "/truth",
+            "--json",
+        )
+        == 0
+    )
     assert json.loads(capsys.readouterr().out)["ape"]["median_m"] < 0.1
 
 
 def test_fixes_take_away_the_error_of_the_wheels(tmp_path):
     bag = write(tmp_path / "straight", straight(1500), "sqlite3")
-    by_wheels, with_fixes = (replay(bag, localizer)["final"][0] for localizer in ("odom_imu", "gps-ekf"))
+    by_wheels, with_fixes = (
+        replay(bag, localizer)["final"][0] for localizer in ("odom_imu", "gps-ekf")
+    )
     assert by_wheels == pytest.approx(0.9 * 29.98, abs=0.1)
     assert with_fixes == pytest.approx(29.98, abs=1.0)
 
@@ -137,7 +201,8 @@ def test_fixes_take_away_the_error_of_the_wheels(tmp_path):
 def test_the_datum_is_the_origin(tmp_path):
     bag = write(tmp_path / "straight", straight(100), "mcap")
     east, north = (
-        replay(bag, "gps", "--datum", datum)["final"] for datum in ("37.4,-122.1", "37.4,-122.1,1.5707963267948966")
+        replay(bag, "gps", "--datum", datum)["final"]
+        for datum in ("37.4,-122.1", "37.4,-122.1,1.5707963267948966")
     )
     assert east[0] == pytest.approx(1.8, abs=0.8) and east[2] == pytest.approx(0.0, abs=1e-6)
     assert north == pytest.approx((east[1], -east[0], -math.pi / 2), abs=1e-6)
@@ -173,7 +238,9 @@ def test_unset_stamps_of_a_busy_topic_spoil_no_other(tmp_path, capsys, stuck):
     for entry in entries:
         if entry.topic == "/imu/data":
             entry.arrival, entry.stamp = entry.stamp, stuck
-    entries = sorted(entries, key=lambda entry: (entry.arrival or entry.stamp, entry.topic != "/imu/data"))
+    entries = sorted(
+        entries, key=lambda entry: (entry.arrival or entry.stamp, entry.topic != "/imu/data")
+    )
     more = [Entry(e.topic, e.type, stuck, e.fields, e.frame, e.arrival + 0.005 * k)
             for e in entries if e.topic == "/imu/data" for k in (1, 2, 3)]  # fmt: skip
     bag = write(tmp_path / "straight", entries + more, "ros1")
@@ -182,7 +249,9 @@ def test_unset_stamps_of_a_busy_topic_spoil_no_other(tmp_path, capsys, stuck):
     assert said == ["warning: 1200 messages of /imu/data have stamps that are unset or of another time; "
                     "taken as measured when they arrived"]  # fmt: skip
     written = read_tum(tmp_path / "out.tum")
-    assert written.stamps[0] == pytest.approx(START) and written.stamps[-1] == pytest.approx(START + 5.995, abs=0.01)
+    assert written.stamps[0] == pytest.approx(START) and written.stamps[-1] == pytest.approx(
+        START + 5.995, abs=0.01
+    )
     assert written.poses[-1, 0] == pytest.approx(0.9 * 5.98, abs=0.1)
 
 
@@ -197,14 +266,31 @@ def test_amcl_tells_poses_of_the_odometrys_times_alone(tmp_path):
 
 def test_global_localization_with_fixes_needs_a_datum(tmp_path, capsys):
     bag = write(tmp_path / "drive", sidewalk_drive().entries[:60], "mcap")
-    base = ("--bag", bag, "--map", "sidewalk", "--params", "amcl", "--localizer", "amcl-gps", "--out", tmp_path / "o")
+    base = (
+        "--bag",
+        bag,
+        "--map",
+        "sidewalk",
+        "--params",
+        "amcl",
+        "--localizer",
+        "amcl-gps",
+        "--out",
+        tmp_path / "o",
+    )
     line = complaint(capsys, *base, "--global")
-    assert "--global without --datum: localizer amcl-gps would place the first fix at a start that nobody knows" in line
+    assert (
+        "--global without --datum: localizer amcl-gps would place the first fix at a start that nobody knows"
+        in line
+    )
     assert "give --datum LAT,LON[,HEADING], or --initial-pose in place of --global" in line
     assert localize(*base, "--global", "--datum", "37.4,-122.1") == 0
     assert "nobody says where the robot" not in capsys.readouterr().err
     assert localize(*base) == 0
-    assert "taken to be at 0,0,0, and fixes are placed from there; give --initial-pose" in capsys.readouterr().err
+    assert (
+        "taken to be at 0,0,0, and fixes are placed from there; give --initial-pose"
+        in capsys.readouterr().err
+    )
 
 
 def test_a_reference_from_a_file(tmp_path, capsys):
@@ -212,7 +298,16 @@ def test_a_reference_from_a_file(tmp_path, capsys):
     stamps = START + np.arange(0.0, 4.0, 0.1)
     poses = np.column_stack((0.9 * (stamps - START), np.zeros(40), np.zeros(40)))
     write_tum(tmp_path / "ref.tum", Trajectory(stamps, poses))
-    base = ("--bag", bag, "--params", "stock", "--localizer", "odom_imu", "--out", tmp_path / "o.tum")
+    base = (
+        "--bag",
+        bag,
+        "--params",
+        "stock",
+        "--localizer",
+        "odom_imu",
+        "--out",
+        tmp_path / "o.tum",
+    )
     assert localize(*base, "--reference", tmp_path / "ref.tum") == 0
     said = capsys.readouterr().out
     assert "APE against" in said and "n 40" in said and "RPE over 1 s: median 0.00" in said
@@ -225,9 +320,14 @@ def test_a_damaged_bag_keeps_what_was_computed(tmp_path, capsys):
     content = bag.read_bytes()
     bag.write_bytes(content[: len(content) // 2])
     out = tmp_path / "out.tum"
-    line = complaint(capsys, "--bag", bag, "--params", "stock", "--localizer", "gps-ekf", "--out", out)
+    line = complaint(
+        capsys, "--bag", bag, "--params", "stock", "--localizer", "gps-ekf", "--out", out
+    )
     kept = len(read_tum(out))
-    assert f"is cut off at byte {len(content) // 2}; the {kept} poses until then are kept in {out}" in line
+    assert (
+        f"is cut off at byte {len(content) // 2}; the {kept} poses until then are kept in {out}"
+        in line
+    )
     assert kept > 1000
 
 
@@ -236,7 +336,9 @@ def test_a_message_of_garbage_ends_the_replay_there(tmp_path, capsys):
     with sqlite3.connect(next(folder.glob("*.db3"))) as database:
         database.execute("UPDATE messages SET data = x'0001' WHERE id IN (150, 151)")
     out = tmp_path / "out.tum"
-    line = complaint(capsys, "--bag", folder, "--params", "stock", "--localizer", "odom_imu", "--out", out)
+    line = complaint(
+        capsys, "--bag", folder, "--params", "stock", "--localizer", "odom_imu", "--out", out
+    )
     assert "a message of /" in line and " is no " in line and "poses until then are kept" in line
     assert 60 < len(read_tum(out)) < 80
 
@@ -270,7 +372,9 @@ def test_an_interrupt_keeps_what_was_computed(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(Replay, "_take", interrupted)
     bag = write(tmp_path / "straight", straight(), "mcap")
     out = tmp_path / "out.tum"
-    assert localize("--bag", bag, "--params", "stock", "--localizer", "odom_imu", "--out", out) == 130
+    assert (
+        localize("--bag", bag, "--params", "stock", "--localizer", "odom_imu", "--out", out) == 130
+    )
     assert "interrupted after 50% of the messages" in capsys.readouterr().err
     assert read_tum(out).stamps[-1] == pytest.approx(START + 5.0, abs=0.03)
 
@@ -278,22 +382,43 @@ def test_an_interrupt_keeps_what_was_computed(tmp_path, capsys, monkeypatch):
 def test_what_is_missing_is_one_line(tmp_path, capsys):
     bag = write(tmp_path / "straight", straight(20), "ros1")
     base = ("--bag", bag, "--params", "stock", "--out", tmp_path / "o.tum", "--localizer")
-    assert "has no topic of sensor_msgs/msg/LaserScan (usually /scan), which localizer amcl needs" in complaint(
-        capsys, *base, "amcl", "--map", "sidewalk"
+    assert (
+        "has no topic of sensor_msgs/msg/LaserScan (usually /scan), which localizer amcl needs"
+        in complaint(capsys, *base, "amcl", "--map", "sidewalk")
     )
     assert "unknown localizer 'ground_truth'" in complaint(capsys, *base, "ground_truth")
     assert "--global: localizer gps cannot" in complaint(capsys, *base, "gps", "--global")
     assert "the type sensor_msgs/msg/Imu, not sensor_msgs/msg/NavSatFix" in complaint(
         capsys, *base, "gps", "--remap", "/fix:=/imu/data"
     )
-    assert "--initial-pose '1,2' is not x,y,yaw" in complaint(capsys, *base, "gps", "--initial-pose", "1,2")
-    assert "reference /imu/data is of the type" in complaint(capsys, *base, "gps", "--reference", "/imu/data")
+    assert "--initial-pose '1,2' is not x,y,yaw" in complaint(
+        capsys, *base, "gps", "--initial-pose", "1,2"
+    )
+    assert "reference /imu/data is of the type" in complaint(
+        capsys, *base, "gps", "--reference", "/imu/data"
+    )
     drive = write(tmp_path / "drive", sidewalk_drive().entries[:30], "ros1")
     assert "needs a map; give --map" in complaint(
-        capsys, "--bag", drive, "--params", "stock", "--out", tmp_path / "o.tum", "--localizer", "amcl"
+        capsys,
+        "--bag",
+        drive,
+        "--params",
+        "stock",
+        "--out",
+        tmp_path / "o.tum",
+        "--localizer",
+        "amcl",
     )
     line = complaint(
-        capsys, "--bag", bag, "--params", "stock", "--localizer", "gps", "--out", tmp_path / "no" / "o.tum"
+        capsys,
+        "--bag",
+        bag,
+        "--params",
+        "stock",
+        "--localizer",
+        "gps",
+        "--out",
+        tmp_path / "no" / "o.tum",
     )
     assert "--out" in line and "its folder does not exist" in line
     assert not (tmp_path / "o.tum").exists()
@@ -323,7 +448,9 @@ class TestTheHusky:
         return replay(link, localizer, *HUSKY_MOUNTING, *more)
 
 
-def test_what_is_read_is_never_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_read_is_never_overwritten(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     bag = tmp_path / "drive.bag"
     bag.write_bytes(b"#ROSBAG V2.0\n")
     given = ("--bag", bag, "--params", "stock", "--localizer", "odom_imu", "--out", bag)

@@ -27,20 +27,26 @@ def ros(entry: writing.Entry, encoding: str = "cdr") -> Plain:
 
 def ends(scan) -> np.ndarray:
     """Where the beams end (n, 2) in the base frame."""
-    angles = scan.sensor_pose.yaw + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+    angles = (
+        scan.sensor_pose.yaw + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+    )
     return (scan.sensor_pose.x, scan.sensor_pose.y) + scan.ranges[:, None] * np.column_stack(
         (np.cos(angles), np.sin(angles))
     )
 
 
 @pytest.mark.parametrize("step", [0.1, -0.1])
-@pytest.mark.parametrize("angles", [(0.0, 0.0, 0.7), (math.pi, 0.0, 0.7), (0.0, math.pi, -2.0), (math.pi, 0.0, 0.0)])
+@pytest.mark.parametrize(
+    "angles", [(0.0, 0.0, 0.7), (math.pi, 0.0, 0.7), (0.0, math.pi, -2.0), (math.pi, 0.0, 0.0)]
+)
 def test_beams_end_where_the_mounted_sensor_sees_them(step, angles):
     ranges = np.linspace(1.0, 5.0, 20)
     mounting = Transform(from_angles(*angles), np.array((0.3, -0.1, 0.5)))
     scan = messages.laser_scan(ros(writing.scan(5.0, ranges, -0.4, step)), 5.0, mounting)
     bearings = -0.4 + step * np.arange(20)
-    in_sensor = np.column_stack((ranges * np.cos(bearings), ranges * np.sin(bearings), np.zeros(20)))
+    in_sensor = np.column_stack(
+        (ranges * np.cos(bearings), ranges * np.sin(bearings), np.zeros(20))
+    )
     expected = (in_sensor @ mounting.rotation.T + mounting.translation)[:, :2]
     ours = ends(scan)
     assert scan.angle_increment > 0.0 and scan.stamp == 5.0
@@ -109,7 +115,10 @@ def test_a_unit_without_orientation_has_no_heading():
 
 def test_covariances_that_are_not_stated_are_no_deviation():
     entry = writing.imu(0.0, 1.0, 0.1)
-    entry.fields |= {"orientation_covariance": [0.0] * 9, "angular_velocity_covariance": [math.nan] * 9}
+    entry.fields |= {
+        "orientation_covariance": [0.0] * 9,
+        "angular_velocity_covariance": [math.nan] * 9,
+    }
     imu = messages.imu(ros(entry), 0.0, IDENTITY)
     assert (imu.yaw_std, imu.yaw_rate_std) == (0.0, 0.0)
 
@@ -121,7 +130,9 @@ def test_odometry_of_another_frame_is_taken_to_the_base():
     at = Pose2D(1.0 + c * 0.5 - s * 0.2, 2.0 + s * 0.5 + c * 0.2, 0.3 + math.pi / 2)
     in_base = np.array((1.0 - 0.4 * 0.2, 0.4 * 0.5, 0.0))
     entry = writing.odometry(0.0, at, 0.0, 0.4)
-    entry.fields["twist"]["twist"]["linear"] = dict(zip("xyz", child.rotation.T @ in_base, strict=True))
+    entry.fields["twist"]["twist"]["linear"] = dict(
+        zip("xyz", child.rotation.T @ in_base, strict=True)
+    )
     odometry = messages.odometry(ros(entry), 3.0, child)
     assert odometry.pose.as_array() == pytest.approx((1.0, 2.0, 0.3))
     assert (odometry.twist.linear_x, odometry.twist.linear_y) == pytest.approx((1.0, 0.0))
@@ -144,20 +155,26 @@ def test_a_pose_of_tf_tells_a_velocity_only_where_it_is_newer_than_the_last():
     assert [each and each.stamp for each in told] == [None, 0.02, None, None, 0.04, None, 5.04]
     assert [each.twist.linear_x for each in told if each] == pytest.approx([1.5, 1.5, 1.5])
     assert not receiver.left_out
-    assert in_tf(receiver, 6.0, Pose2D(math.nan, 0.0, 0.0)) is None and receiver.left_out == {TRANSFORMS: 1}
+    assert in_tf(receiver, 6.0, Pose2D(math.nan, 0.0, 0.0)) is None and receiver.left_out == {
+        TRANSFORMS: 1
+    }
 
 
 def test_odometry_of_tf_is_taken_to_the_base_frame():
     said: list[str] = []
     mountings = Mountings()
     mountings.give(f"base_footprint base_link 0.5 0.2 {math.pi / 2}")
-    receiver = Receiver(mountings, "base_link", "base_footprint", None, 0.0, said.append, ("odom", "base_footprint"))
+    receiver = Receiver(
+        mountings, "base_link", "base_footprint", None, 0.0, said.append, ("odom", "base_footprint")
+    )
     # The footprint turns on the spot by 0.4 rad/s.
     assert in_tf(receiver, 0.0, Pose2D(1.0, 2.0, -0.001)) is None
     odometry = in_tf(receiver, 0.005, Pose2D(1.0, 2.0, 0.001))
     assert odometry.pose.as_array() == pytest.approx((1.5, 2.2, math.pi / 2), abs=2e-3)
     twist = odometry.twist
-    assert (twist.linear_x, twist.linear_y, twist.angular_z) == pytest.approx((0.2, 0.08, 0.4), abs=1e-3)
+    assert (twist.linear_x, twist.linear_y, twist.angular_z) == pytest.approx(
+        (0.2, 0.08, 0.4), abs=1e-3
+    )
     assert not said
 
 
@@ -167,8 +184,11 @@ def test_fixes_are_metres_of_the_base_from_the_antenna():
     mountings.give("base_link gps 1.0 0 0")
     frame = LocalFrame(*writing.DATUM)
     receiver = Receiver(mountings, None, "base_link", frame, 0.0, said.append)
-    fix = receiver.convert(FIX, ros(writing.fix(1.0, 30.0, -10.0, std=0.7)), 1.0, Pose2D(0.0, 0.0, math.pi / 2))
-    assert (fix.x, fix.y) == pytest.approx((30.0, -11.0), abs=0.2)  # a sphere's metres against the ellipsoid's
+    fix = receiver.convert(
+        FIX, ros(writing.fix(1.0, 30.0, -10.0, std=0.7)), 1.0, Pose2D(0.0, 0.0, math.pi / 2)
+    )
+    # a sphere's metres against the ellipsoid's
+    assert (fix.x, fix.y) == pytest.approx((30.0, -11.0), abs=0.2)
     assert fix.position_std == pytest.approx(0.7) and not said
 
 
@@ -196,19 +216,25 @@ def test_an_unknown_covariance_is_no_deviation():
     assert messages.gps_fix(ros(entry), 0.0, (1.0, 2.0), np.zeros(3), 0.0).position_std == 0.0
 
 
-@pytest.mark.parametrize("mounting", [IDENTITY, Transform(from_angles(0.3, -0.2, 1.0), np.zeros(3))])
+@pytest.mark.parametrize(
+    "mounting", [IDENTITY, Transform(from_angles(0.3, -0.2, 1.0), np.zeros(3))]
+)
 def test_a_unit_on_a_slope_is_without_gravity_and_turns_about_the_vertical(mounting):
     base = from_angles(0.08, -0.15, 0.6)  # rolled, and uphill
     up, along = base[2], np.array((0.4, -0.3, 0.1))
     turning = np.linalg.solve(base, (0.0, 0.0, 0.5))  # about the vertical, in the base's axes
     for gravity in (9.81, 0.0):  # some drivers take it away themselves
         entry = writing.imu(0.0, 0.0, 0.0)
-        entry.fields["orientation"] = dict(zip("xyzw", writing.quaternion_of(base @ mounting.rotation), strict=True))
+        entry.fields["orientation"] = dict(
+            zip("xyzw", writing.quaternion_of(base @ mounting.rotation), strict=True)
+        )
         force, rate = mounting.rotation.T @ (along + gravity * up), mounting.rotation.T @ turning
         entry.fields["linear_acceleration"] = dict(zip("xyz", force, strict=True))
         entry.fields["angular_velocity"] = dict(zip("xyz", rate, strict=True))
         imu = messages.imu(ros(entry), 0.0, mounting)
-        assert (imu.linear_acceleration_x, imu.linear_acceleration_y) == pytest.approx(along[:2], abs=1e-3)
+        assert (imu.linear_acceleration_x, imu.linear_acceleration_y) == pytest.approx(
+            along[:2], abs=1e-3
+        )
         assert imu.angular_velocity_z == pytest.approx(0.5) and imu.yaw == pytest.approx(0.6)
         assert imu.pitch == pytest.approx(-0.15)
     entry.fields["orientation_covariance"] = np.array([-1.0, *[0.0] * 8])
@@ -245,14 +271,18 @@ def test_a_base_frame_with_another_usual_name_is_found():
     receiver = Receiver(mountings, None, "base_footprint", None, 0.0, said.append)
     scan = receiver.convert(SCAN, ros(writing.scan(0.0, [1.0] * 5, 0.0, 0.1)), 0.0, Pose2D())
     assert scan.sensor_pose == Pose2D(0.3, 0.0, 0.0)
-    odometry = receiver.convert(ODOMETRY, ros(writing.odometry(0.0, Pose2D(), 1.0, 0.0, "")), 0.0, Pose2D())
+    odometry = receiver.convert(
+        ODOMETRY, ros(writing.odometry(0.0, Pose2D(), 1.0, 0.0, "")), 0.0, Pose2D()
+    )
     assert odometry.pose == Pose2D() and not said
 
 
 def test_bytes_of_another_type_are_one_line():
     content = writing.content(writing.imu(0.0, 0.0, 0.0), False)
     for cut in (0, 3, 10, len(content) // 2):
-        with pytest.raises(DamageError, match="a message of /scan is no sensor_msgs/msg/LaserScan") as caught:
+        with pytest.raises(
+            DamageError, match="a message of /scan is no sensor_msgs/msg/LaserScan"
+        ) as caught:
             decode(Message(Topic("/scan", SCAN, "cdr"), 0.0, content[:cut]))
         assert "\n" not in str(caught.value)
 
@@ -261,7 +291,8 @@ def test_the_clock_follows_the_stamps_and_not_the_recording():
     clock = Clock(offset=-1000.0)
     assert clock.take("/a", 1000.0, 0.5) == 0.5
     assert clock.take("/b", 1000.1, 0.6) == 0.6 and clock.now == 0.6
-    assert clock.take("/a", 1000.2, 0.3) == 0.3 and clock.now == 0.6  # late: keeps its stamp, time does not go back
+    # late: keeps its stamp, time does not go back
+    assert clock.take("/a", 1000.2, 0.3) == 0.3 and clock.now == 0.6
     assert clock.take("/c", 1000.3, 1e9) == pytest.approx(0.7)  # of another clock
     assert clock.take("/c", 1000.4, math.nan) == pytest.approx(0.8)
     assert clock.take("/a", 1030.4, 30.8) == 30.8  # a gap in the recording
@@ -271,7 +302,8 @@ def test_the_clock_follows_the_stamps_and_not_the_recording():
 
 def test_an_unset_stamp_is_replaced_even_where_it_could_be_one():
     clock = Clock(0.0, {"/b": 3.0})
-    assert [clock.take("/a", each, 0.0) for each in (0.05, 5.0)] == [0.0, pytest.approx(4.95)]  # simulated time begins
+    # simulated time begins
+    assert [clock.take("/a", each, 0.0) for each in (0.05, 5.0)] == [0.0, pytest.approx(4.95)]
     assert clock.take("/b", 6.0, 3.0) == pytest.approx(5.95)  # stands still
     assert clock.take("/b", 6.1, 6.0) == 6.0
     assert clock.replaced == {"/a": 1, "/b": 1}

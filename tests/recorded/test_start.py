@@ -36,7 +36,9 @@ def test_deviations_of_the_start_become_its_covariance(tmp_path):
     assert not start_belief("1,2,3", nav2(tmp_path), "amcl").covariance.any()
 
 
-@pytest.mark.parametrize("text", ["", "1,2", "1,2,3,4", "1,2,x", "1,2,nan", "1,2,3,-1,1", "1,2,1e300"])
+@pytest.mark.parametrize(
+    "text", ["", "1,2", "1,2,3,4", "1,2,x", "1,2,nan", "1,2,3,-1,1", "1,2,1e300"]
+)
 def test_another_start_is_an_error(tmp_path, text):
     with pytest.raises(InputError, match="--initial-pose"):
         start_belief(text, nav2(tmp_path), "amcl")

@@ -20,7 +20,10 @@ def test_the_only_topic_of_a_type_is_taken_whatever_its_name():
 def test_of_several_the_usual_name_is_taken_also_in_a_namespace():
     assert topics(__imu__data=IMU, __imu__data_raw=IMU).find(IMU, None) == "/imu/data"
     assert topics(__r1__scan=SCAN, __r1__scan_filtered=SCAN).find(SCAN, None) == "/r1/scan"
-    with pytest.raises(InputError, match="several topics .*: /left/scan, /right/scan; choose one with --remap /scan:="):
+    with pytest.raises(
+        InputError,
+        match="several topics .*: /left/scan, /right/scan; choose one with --remap /scan:=",
+    ):
         topics(__left__scan=SCAN, __right__scan=SCAN).find(SCAN, None)
 
 
@@ -42,11 +45,18 @@ def test_wrong_remappings_are_one_line():
         topics("/scam:=/front", __front=SCAN)
     with pytest.raises(InputError, match="'/frond' is not in the bag; did you mean '/front'"):
         topics("/scan:=/frond", __front=SCAN)
-    with pytest.raises(InputError, match="topic /fix is of the type sensor_msgs/msg/NavSatFix, not sensor_msgs"):
+    with pytest.raises(
+        InputError, match="topic /fix is of the type sensor_msgs/msg/NavSatFix, not sensor_msgs"
+    ):
         topics("/scan:=/fix", __fix=FIX).find(SCAN, None)
 
 
 def test_frames_come_from_the_usual_topics_or_remapped_ones():
-    assert topics(__tf=TRANSFORMS, __tf_static=TRANSFORMS).transforms() == [("/tf", False), ("/tf_static", True)]
-    assert topics(__r1__tf_static=TRANSFORMS, __other=TRANSFORMS).transforms() == [("/r1/tf_static", True)]
+    assert topics(__tf=TRANSFORMS, __tf_static=TRANSFORMS).transforms() == [
+        ("/tf", False),
+        ("/tf_static", True),
+    ]
+    assert topics(__r1__tf_static=TRANSFORMS, __other=TRANSFORMS).transforms() == [
+        ("/r1/tf_static", True)
+    ]
     assert topics("/tf_static:=/frames", __frames=TRANSFORMS).transforms() == [("/frames", True)]

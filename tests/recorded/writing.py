@@ -22,7 +22,16 @@ from navstack.types import Pose2D
 START = 1_700_000_000.0  # [s] of the first message
 FROM = Pose2D(31.15, -44.1, 3.0)  # where the drive begins: 2.9 m from anything all the way
 DATUM = (37.4, -122.1)  # [deg]
-FORMATS = ("ros1", "ros1-bz2", "ros1-lz4", "sqlite3", "mcap", "mcap-zstd", "sqlite3-message", "sqlite3-file")
+FORMATS = (
+    "ros1",
+    "ros1-bz2",
+    "ros1-lz4",
+    "sqlite3",
+    "mcap",
+    "mcap-zstd",
+    "sqlite3-message",
+    "sqlite3-file",
+)
 
 
 @dataclass
@@ -56,7 +65,9 @@ def make(store: Any, kind: str, **given: Any) -> Any:
             inner = about[0]
             if int(inner[0]) == 1:
                 size = about[1] if int(node) == 3 else 0
-                values[name] = np.array(np.zeros(size) if value is None else value, dtype=inner[1][0])
+                values[name] = np.array(
+                    np.zeros(size) if value is None else value, dtype=inner[1][0]
+                )
             else:
                 values[name] = [make(store, inner[1], **item) for item in value or []]
         else:
@@ -76,16 +87,24 @@ def write(path: Path, entries: Sequence[Entry], form: str) -> Path:
         plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
         writer = Writer2(path, version=9, storage_plugin=plugin)
         if extra:
-            mode = {"zstd": CompressionMode.STORAGE, "message": CompressionMode.MESSAGE, "file": CompressionMode.FILE}
+            mode = {
+                "zstd": CompressionMode.STORAGE,
+                "message": CompressionMode.MESSAGE,
+                "file": CompressionMode.FILE,
+            }
             writer.set_compression(mode[extra], CompressionFormat.ZSTD)
     store = _store(kind == "ros1")
     with writer:
         connections: dict[str, Any] = {}
         for entry in entries:
             if entry.topic not in connections:
-                connections[entry.topic] = writer.add_connection(entry.topic, entry.type, typestore=store)
+                connections[entry.topic] = writer.add_connection(
+                    entry.topic, entry.type, typestore=store
+                )
             arrival = entry.stamp if entry.arrival is None else entry.arrival
-            writer.write(connections[entry.topic], round(arrival * 1e9), content(entry, kind == "ros1"))
+            writer.write(
+                connections[entry.topic], round(arrival * 1e9), content(entry, kind == "ros1")
+            )
     return path
 
 
@@ -95,21 +114,31 @@ def content(entry: Entry, is_ros1: bool) -> bytes:
     if entry.type != TRANSFORMS:
         given["header"] = header(entry.stamp, entry.frame)
     message = make(store, entry.type, **given)
-    raw = store.serialize_ros1(message, entry.type) if is_ros1 else store.serialize_cdr(message, entry.type)
+    raw = (
+        store.serialize_ros1(message, entry.type)
+        if is_ros1
+        else store.serialize_cdr(message, entry.type)
+    )
     return bytes(raw)
 
 
 def header(stamp: float, frame: str) -> dict[str, Any]:
     """The fields of a std_msgs/Header."""
     seconds = math.floor(stamp)
-    return {"stamp": {"sec": seconds, "nanosec": round((stamp - seconds) * 1e9) % 10**9}, "frame_id": frame}
+    return {
+        "stamp": {"sec": seconds, "nanosec": round((stamp - seconds) * 1e9) % 10**9},
+        "frame_id": frame,
+    }
 
 
 @cache
 def _store(is_ros1: bool) -> Any:
     store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE)
-    if TRANSFORMS not in store.fielddefs:  # tf2_msgs is not among the types that rosbags has of ROS 1
-        store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS))
+    # tf2_msgs is not among the types that rosbags has of ROS 1
+    if TRANSFORMS not in store.fielddefs:
+        store.register(
+            get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS)
+        )
     return store
 
 
@@ -121,7 +150,11 @@ def quaternion(yaw: float) -> dict[str, float]:
 def quaternion_of(rotation: np.ndarray) -> tuple[float, float, float, float]:
     """x, y, z, w of a rotation whose trace is not -1."""
     w = math.sqrt(1.0 + np.trace(rotation)) / 2.0
-    x, y, z = (rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1])
+    x, y, z = (
+        rotation[2, 1] - rotation[1, 2],
+        rotation[0, 2] - rotation[2, 0],
+        rotation[1, 0] - rotation[0, 1],
+    )
     return x / (4 * w), y / (4 * w), z / (4 * w), w
 
 
@@ -130,9 +163,14 @@ def pose(at: Pose2D) -> dict[str, Any]:
     return {"position": {"x": at.x, "y": at.y, "z": 0.0}, "orientation": quaternion(at.yaw)}
 
 
-def odometry(stamp: float, at: Pose2D, speed: float, turn: float, child: str = "base_link") -> Entry:
+def odometry(
+    stamp: float, at: Pose2D, speed: float, turn: float, child: str = "base_link"
+) -> Entry:
     """A nav_msgs/Odometry."""
-    twist = {"twist": {"linear": {"x": speed}, "angular": {"z": turn}}, "covariance": np.diag([0.01] * 6).ravel()}
+    twist = {
+        "twist": {"linear": {"x": speed}, "angular": {"z": turn}},
+        "covariance": np.diag([0.01] * 6).ravel(),
+    }
     fields = {"child_frame_id": child, "pose": {"pose": pose(at)}, "twist": twist}
     return Entry("/odom", ODOMETRY, stamp, fields, "odom")
 
@@ -150,7 +188,10 @@ def imu(stamp: float, yaw: float, turn: float, topic: str = "/imu/data") -> Entr
 
 
 def fix(stamp: float, x: float, y: float, std: float = 0.5) -> Entry:
-    """A sensor_msgs/NavSatFix at metres east and north of DATUM (a sphere's metres: good to 0.5 %)."""
+    """A sensor_msgs/NavSatFix at metres east and north of DATUM (a sphere's metres.
+
+    Good to 0.5 %).
+    """
     latitude = DATUM[0] + math.degrees(y / 6_371_000.0)
     longitude = DATUM[1] + math.degrees(x / (6_371_000.0 * math.cos(math.radians(DATUM[0]))))
     fields = {
@@ -173,7 +214,9 @@ def scan(stamp: float, ranges: Iterable[float], start: float, step: float, **mor
     return Entry("/scan", SCAN, stamp, {**fields, **more}, "laser")
 
 
-def transforms(stamp: float, *mountings: tuple[str, str, tuple[float, ...]], topic: str = "/tf_static") -> Entry:
+def transforms(
+    stamp: float, *mountings: tuple[str, str, tuple[float, ...]], topic: str = "/tf_static"
+) -> Entry:
     """A tf2_msgs/TFMessage: parent, child, (x, y, z, qx, qy, qz, qw) of each."""
     fields = [
         {
@@ -191,9 +234,12 @@ def transforms(stamp: float, *mountings: tuple[str, str, tuple[float, ...]], top
 
 @cache
 def sidewalk_drive(duration: float = 20.0) -> Drive:
-    """A drive at 1.5 m/s along a gentle bend of maps/sidewalk: laser at 10 Hz, odometry at 25 Hz, truth at 5 Hz.
+    """A drive at 1.5 m/s along a gentle bend of maps/sidewalk.
 
-    The laser stands 0.3 m ahead of the base and is turned by 0.2 rad. The odometry begins at 0 and drifts by 2 %.
+    Laser at 10 Hz, odometry at 25 Hz, truth at 5 Hz.
+
+    The laser stands 0.3 m ahead of the base and is turned by 0.2 rad. The odometry begins at 0 and
+    drifts by 2 %.
     """
     grid = static_map("sidewalk", "amcl")
     mount = Pose2D(0.3, 0.0, 0.2)
@@ -202,7 +248,9 @@ def sidewalk_drive(duration: float = 20.0) -> Drive:
     rng = np.random.default_rng(1)
     drive, at, in_odom = Drive(), FROM, Pose2D()
     drive.entries.append(
-        transforms(START, ("base_link", "laser", (0.3, 0.0, 0.4, 0.0, 0.0, math.sin(0.1), math.cos(0.1))))
+        transforms(
+            START, ("base_link", "laser", (0.3, 0.0, 0.4, 0.0, 0.0, math.sin(0.1), math.cos(0.1)))
+        )
     )
     dt = 0.02
     for number in range(round(duration / dt)):
@@ -217,7 +265,9 @@ def sidewalk_drive(duration: float = 20.0) -> Drive:
         if number % 10 == 0:
             drive.truth.append((stamp, at))
             drive.entries.append(Entry("/truth", POSE, stamp, {"pose": pose(at)}, "map"))
-            drive.entries.append(fix(stamp, at.x + 0.3 * rng.standard_normal(), at.y + 0.3 * rng.standard_normal()))
+            drive.entries.append(
+                fix(stamp, at.x + 0.3 * rng.standard_normal(), at.y + 0.3 * rng.standard_normal())
+            )
         at = compose(at, Pose2D(speed * dt, 0.0, turn * dt))
         in_odom = compose(in_odom, Pose2D(1.02 * speed * dt, 0.0, turn * dt))
     return drive

@@ -27,7 +27,9 @@ STANDSTILL = Twist2D()
 SCAN = {"scan": MonitorSourceParams()}
 
 
-def scan_of(*points: tuple[float, float], stamp: float = 0.0, mount: Pose2D | None = None) -> LaserScan:
+def scan_of(
+    *points: tuple[float, float], stamp: float = 0.0, mount: Pose2D | None = None
+) -> LaserScan:
     """Four beams at right angles; each point must lie on one of them."""
     ranges = np.full(4, math.inf)
     for x, y in points:
@@ -40,14 +42,18 @@ def zone(action: str, **given: object) -> PolygonParams:
     return PolygonParams(action_type=action, **values)  # type: ignore[arg-type]
 
 
-def monitor(sources: dict[str, MonitorSourceParams] = SCAN, **zones: PolygonParams) -> CollisionMonitor:
+def monitor(
+    sources: dict[str, MonitorSourceParams] = SCAN, **zones: PolygonParams
+) -> CollisionMonitor:
     params = CollisionMonitorParams(
         polygons=tuple(zones), observation_sources=tuple(sources), zones=zones, sources=sources
     )
     return CollisionMonitor(params, FOOTPRINT)
 
 
-def process(made: CollisionMonitor, *points: tuple[float, float], command: Twist2D = FORWARD) -> Twist2D:
+def process(
+    made: CollisionMonitor, *points: tuple[float, float], command: Twist2D = FORWARD
+) -> Twist2D:
     made.receive(scan_of(*points))
     return made.process(command, 0.0)
 
@@ -58,7 +64,10 @@ def process(made: CollisionMonitor, *points: tuple[float, float], command: Twist
         (zone("stop"), STANDSTILL),
         (zone("slowdown", slowdown_ratio=0.3), Twist2D(0.3, 0.0, 0.12)),
         (zone("limit", linear_limit=0.5, angular_limit=0.3), Twist2D(0.5, 0.0, 0.3)),
-        (zone("limit", linear_limit=0.5, angular_limit=0.3, limit_keeps_curvature=True), Twist2D(0.5, 0.0, 0.2)),
+        (
+            zone("limit", linear_limit=0.5, angular_limit=0.3, limit_keeps_curvature=True),
+            Twist2D(0.5, 0.0, 0.2),
+        ),
         (zone("approach", time_before_collision=2.0, simulation_time_step=0.1), STANDSTILL),
     ],
 )
@@ -66,7 +75,8 @@ def test_each_action(given: PolygonParams, expected: Twist2D) -> None:
     made = monitor(zone=given)
     driven = process(made, (0.9, 0.0))
     np.testing.assert_allclose(
-        (driven.linear_x, driven.linear_y, driven.angular_z), (expected.linear_x, 0.0, expected.angular_z)
+        (driven.linear_x, driven.linear_y, driven.angular_z),
+        (expected.linear_x, 0.0, expected.angular_z),
     )
     assert made.action == MonitorAction(given.action_type, "zone")
     assert process(made, (1.1, 0.0)) == FORWARD or given.action_type == "approach"
@@ -79,7 +89,9 @@ def test_none_does_nothing() -> None:
 
 
 def test_approach_keeps_the_time_to_the_collision_with_the_footprint() -> None:
-    made = monitor(near=zone("approach", points=None, time_before_collision=2.0, simulation_time_step=0.1))
+    made = monitor(
+        near=zone("approach", points=None, time_before_collision=2.0, simulation_time_step=0.1)
+    )
     driven = process(made, (1.25, 0.0), command=Twist2D(1.0))
     # the front, 0.2 m ahead, is past 1.25 m after eleven steps, so that the collision is put at ten
     assert driven.linear_x == pytest.approx(1.0 / 2.0)
@@ -87,20 +99,31 @@ def test_approach_keeps_the_time_to_the_collision_with_the_footprint() -> None:
 
 
 def test_the_slowest_outcome_wins_and_a_stop_ends_the_search() -> None:
-    zones = {"half": zone("slowdown", slowdown_ratio=0.5), "tenth": zone("slowdown", slowdown_ratio=0.1)}
+    zones = {
+        "half": zone("slowdown", slowdown_ratio=0.5),
+        "tenth": zone("slowdown", slowdown_ratio=0.1),
+    }
     assert process(made := monitor(**zones), (0.5, 0.0)) == Twist2D(0.1, 0.0, pytest.approx(0.04))
     assert made.action.polygon == "tenth"
     zones = dict(reversed(zones.items()))
     process(made := monitor(**zones), (0.5, 0.0))
     assert made.action.polygon == "tenth"
-    assert process(made := monitor(**zones, stop=zone("stop"), later=zone("stop")), (0.5, 0.0)) == STANDSTILL
+    assert (
+        process(made := monitor(**zones, stop=zone("stop"), later=zone("stop")), (0.5, 0.0))
+        == STANDSTILL
+    )
     assert made.action == MonitorAction("stop", "stop")
 
 
 def test_turning_on_the_spot_counts_as_moving() -> None:
     turn = Twist2D(angular_z=1.0)
-    assert process(monitor(zone=zone("slowdown")), (0.5, 0.0), command=turn) == Twist2D(angular_z=0.5)
-    assert process(made := monitor(zone=zone("slowdown")), (0.5, 0.0), command=STANDSTILL) == STANDSTILL
+    assert process(monitor(zone=zone("slowdown")), (0.5, 0.0), command=turn) == Twist2D(
+        angular_z=0.5
+    )
+    assert (
+        process(made := monitor(zone=zone("slowdown")), (0.5, 0.0), command=STANDSTILL)
+        == STANDSTILL
+    )
     assert made.action == MonitorAction("none", "")
 
 
@@ -110,7 +133,8 @@ def test_min_points_are_enough_and_max_points_one_too_few() -> None:
     assert process(monitor(zone=zone("stop", min_points=3)), *two) == FORWARD
     assert process(monitor(zone=zone("stop", min_points=1, max_points=2)), *two) == FORWARD
     assert process(monitor(zone=zone("stop", max_points=1)), *two) == STANDSTILL
-    assert process(monitor(zone=zone("stop", min_points=3_000_000_000))) == STANDSTILL  # negative in 32 bits
+    # negative in 32 bits
+    assert process(monitor(zone=zone("stop", min_points=3_000_000_000))) == STANDSTILL
 
 
 def test_circles_and_disabled_zones() -> None:
@@ -119,7 +143,9 @@ def test_circles_and_disabled_zones() -> None:
     assert process(monitor(zone=circle), (0.5, 0.0)) == FORWARD
     assert process(monitor(zone=replace(circle, enabled=False)), (0.1, 0.0)) == FORWARD
     near = replace(circle, action_type="approach", time_before_collision=1.0)
-    assert process(monitor(zone=near), (1.05, 0.0), command=Twist2D(1.0)).linear_x == pytest.approx(0.5)
+    assert process(monitor(zone=near), (1.05, 0.0), command=Twist2D(1.0)).linear_x == pytest.approx(
+        0.5
+    )
 
 
 def test_a_limit_is_half_a_metre_and_half_a_radian_per_second_if_none_is_given() -> None:
@@ -128,7 +154,9 @@ def test_a_limit_is_half_a_metre_and_half_a_radian_per_second_if_none_is_given()
 
 
 def test_a_velocity_polygon_without_polygons_is_refused() -> None:
-    with pytest.raises(ParameterError, match=r"velocity_polygons \(\) must be the names of one polygon or more"):
+    with pytest.raises(
+        ParameterError, match=r"velocity_polygons \(\) must be the names of one polygon or more"
+    ):
         zone("stop", type="velocity_polygon", points=None)
 
 
@@ -139,21 +167,35 @@ def test_velocity_polygons_follow_the_command_and_the_last_one_stays() -> None:
         "slow": VelocityPolygonParams(BOX, -0.5, 0.5, -1.0, 1.0),
     }
     made = monitor(
-        zone=zone("stop", type="velocity_polygon", points=None, velocity_polygons=("slow", "fast"), shapes=shapes)
+        zone=zone(
+            "stop",
+            type="velocity_polygon",
+            points=None,
+            velocity_polygons=("slow", "fast"),
+            shapes=shapes,
+        )
     )
     assert process(made, (2.0, 0.0), command=Twist2D(3.0)) == Twist2D(3.0)  # no polygon yet
     assert process(made, (2.0, 0.0), command=Twist2D(1.0)) == STANDSTILL
     assert process(made, (2.0, 0.0), command=Twist2D(3.0)) == STANDSTILL  # the fast one stays
     assert process(made, (2.0, 0.0), command=Twist2D(0.2)) == Twist2D(0.2)
     made.reset()
-    assert process(made, (0.0, 0.0), command=Twist2D(3.0)) == Twist2D(3.0)  # nothing is left of what was driven before
+    # nothing is left of what was driven before
+    assert process(made, (0.0, 0.0), command=Twist2D(3.0)) == Twist2D(3.0)
 
 
 @pytest.mark.parametrize(
     ("start", "end", "y", "covered"),
-    [(-0.5, 0.5, 0.0, True), (-0.5, 0.5, 0.6, False), (2.0, -2.0, 0.0, False), (0.5, -0.5, 0.6, True)],
+    [
+        (-0.5, 0.5, 0.0, True),
+        (-0.5, 0.5, 0.6, False),
+        (2.0, -2.0, 0.0, False),
+        (0.5, -0.5, 0.6, True),
+    ],
 )
-def test_holonomic_robots_are_asked_for_their_direction(start: float, end: float, y: float, covered: bool) -> None:
+def test_holonomic_robots_are_asked_for_their_direction(
+    start: float, end: float, y: float, covered: bool
+) -> None:
     params = VelocityPolygonParams(BOX, 0.0, 1.0, -1.0, 1.0, start, end)
     assert params.covers(0.5, y, 0.0, is_holonomic=True) is covered
     assert params.covers(0.5, y, 0.0, is_holonomic=False)
@@ -188,9 +230,15 @@ def test_which_sources_see_the_scan() -> None:
     blind = {"sonar": MonitorSourceParams("range")}
     assert process(monitor(blind, zone=zone("stop")), (0.5, 0.0)) == FORWARD
     both = SCAN | {"cloud": MonitorSourceParams("pointcloud")} | blind
-    assert process(monitor(both, zone=zone("stop", min_points=2)), (0.5, 0.0)) == FORWARD  # counted once
-    assert process(monitor(both, zone=zone("stop", sources_names=("cloud",))), (0.5, 0.0)) == STANDSTILL
-    assert process(monitor(both, zone=zone("stop", sources_names=("sonar",))), (0.5, 0.0)) == FORWARD
+    # counted once
+    assert process(monitor(both, zone=zone("stop", min_points=2)), (0.5, 0.0)) == FORWARD
+    assert (
+        process(monitor(both, zone=zone("stop", sources_names=("cloud",))), (0.5, 0.0))
+        == STANDSTILL
+    )
+    assert (
+        process(monitor(both, zone=zone("stop", sources_names=("sonar",))), (0.5, 0.0)) == FORWARD
+    )
     with pytest.raises(UnknownNameError, match="sonra"):
         monitor(both, zone=zone("stop", sources_names=("sonra",)))
 
@@ -201,11 +249,17 @@ def test_points_stand_in_the_base_frame_and_move_with_the_odometry() -> None:
     for x, driven in ((1.4, FORWARD), (0.4, STANDSTILL)):
         made.receive(scan_of((x, 0.0), mount=mounted))
         assert made.process(FORWARD, 0.0) == driven
-    scan, before, after = scan_of((1.2, 0.0)), Pose2D(5.0, 1.0, 0.5), Pose2D(5.0 + 0.3 * math.cos(0.5), 1.3, 0.5)
+    scan, before, after = (
+        scan_of((1.2, 0.0)),
+        Pose2D(5.0, 1.0, 0.5),
+        Pose2D(5.0 + 0.3 * math.cos(0.5), 1.3, 0.5),
+    )
     made.receive(scan, before)
     assert made.process(FORWARD, 0.0, before) == FORWARD
     assert made.process(FORWARD, 0.1, after) == STANDSTILL
-    params = CollisionMonitorParams(False, 2.0, False, ("zone",), ("scan",), {"zone": zone("stop")}, SCAN)
+    params = CollisionMonitorParams(
+        False, 2.0, False, ("zone",), ("scan",), {"zone": zone("stop")}, SCAN
+    )
     unmoved = CollisionMonitor(replace(params, enabled=True), FOOTPRINT)
     unmoved.receive(scan, before)
     assert unmoved.process(FORWARD, 0.1, after) == FORWARD
@@ -249,7 +303,12 @@ def test_kernel_equals_slow_twin() -> None:
 
 
 def test_the_points_within_reach_come_first() -> None:
-    points = np.vstack((np.random.default_rng(3).uniform(-8.0, 8.0, (60, 2)), ((3.0, -4.0), (-3.0, 4.01), (0.0, 5.0))))
+    points = np.vstack(
+        (
+            np.random.default_rng(3).uniform(-8.0, 8.0, (60, 2)),
+            ((3.0, -4.0), (-3.0, 4.01), (0.0, 5.0)),
+        )
+    )
     near, count = within_reach(points, 5.0)
     np.testing.assert_array_equal(near[:count], points[np.hypot(*points.T) <= 5.0])
     assert 10 < count < 50
@@ -298,8 +357,19 @@ def test_a_file_is_read(tmp_path: Path) -> None:
     assert params.zones["Speed"].shapes["ahead"].linear_max == 1.0
     assert [params.timeout_of(source) for source in params.sources.values()] == [0.5, 0.5, 0.1]
     assert process(CollisionMonitor(params, FOOTPRINT), (0.0, 0.3)) == FORWARD
-    assert sum("depth: a pointcloud runs on the robot's planar scan" in warning for warning in file.warnings) == 1
-    assert sum("sonar: there is no sensor of type 'range' here" in warning for warning in file.warnings) == 1
+    assert (
+        sum(
+            "depth: a pointcloud runs on the robot's planar scan" in warning
+            for warning in file.warnings
+        )
+        == 1
+    )
+    assert (
+        sum(
+            "sonar: there is no sensor of type 'range' here" in warning for warning in file.warnings
+        )
+        == 1
+    )
     again = load(tmp_path, file.dump_merged())
     assert read_collision_monitor(again) == params
 
@@ -322,7 +392,9 @@ def test_a_file_without_a_monitor_has_no_zones(tmp_path: Path) -> None:
         ('["Near", "Speed"]', '["Near", "Speed", "Far"]', "Far"),
     ],
 )
-def test_mistakes_in_a_file_are_refused(tmp_path: Path, wrong: str, right: str, message: str) -> None:
+def test_mistakes_in_a_file_are_refused(
+    tmp_path: Path, wrong: str, right: str, message: str
+) -> None:
     assert FILE.count(wrong) == 1
     with pytest.raises(ParameterError, match=message):
         load(tmp_path, FILE.replace(wrong, right))

@@ -11,7 +11,9 @@ STANDING = Twist2D()
 
 
 def test_scaling_keeps_the_direction_of_the_change() -> None:
-    params = VelocitySmootherParams(scale_velocities=True, max_velocity=(3.0, 0.0, 2.0), max_accel=(1.0, 0.0, 100.0))
+    params = VelocitySmootherParams(
+        scale_velocities=True, max_velocity=(3.0, 0.0, 2.0), max_accel=(1.0, 0.0, 100.0)
+    )
     sent = VelocitySmoother(params).smooth(Twist2D(1.6, 0.0, 1.2), STANDING, 0.0)
     assert sent.linear_x == pytest.approx(1.0 / 20.0)
     assert sent.angular_z == pytest.approx(1.2 / 1.6 / 20.0)
@@ -19,7 +21,9 @@ def test_scaling_keeps_the_direction_of_the_change() -> None:
 
 def test_scaling_asks_no_more_of_an_axis_that_cannot_follow_at_all() -> None:
     """As Nav2, whose share of 0 counts as none."""
-    params = VelocitySmootherParams(scale_velocities=True, max_velocity=(3.0, 1.0, 2.0), max_accel=(1.0, 0.0, 100.0))
+    params = VelocitySmootherParams(
+        scale_velocities=True, max_velocity=(3.0, 1.0, 2.0), max_accel=(1.0, 0.0, 100.0)
+    )
     sent = VelocitySmoother(params).smooth(Twist2D(1.6, 0.5, 1.2), STANDING, 0.0)
     assert (sent.linear_x, sent.linear_y) == pytest.approx((1.0 / 20.0, 0.0))
     assert sent.angular_z == pytest.approx(1.2 / 1.6 / 20.0)
@@ -53,14 +57,18 @@ def test_without_commands_the_robot_is_brought_to_a_stop_and_starts_again() -> N
 
 
 def test_without_commands_nothing_is_sent_after_a_standstill_however_the_robot_rolls() -> None:
-    smoother = VelocitySmoother(VelocitySmootherParams(velocity_timeout=0.2, feedback="CLOSED_LOOP"))
+    smoother = VelocitySmoother(
+        VelocitySmootherParams(velocity_timeout=0.2, feedback="CLOSED_LOOP")
+    )
     assert smoother.smooth(STANDING, STANDING, 0.0) == STANDING
     assert smoother.smooth(None, Twist2D(0.5, 0.0, 0.5), 0.3) == STANDING
 
 
 @pytest.mark.parametrize("wrong", [Twist2D(math.nan), Twist2D(0.3, 0.0, math.inf)])
 def test_a_command_that_is_not_finite_is_as_none(wrong: Twist2D) -> None:
-    smoother, undisturbed = (VelocitySmoother(VelocitySmootherParams(velocity_timeout=0.2)) for _ in range(2))
+    smoother, undisturbed = (
+        VelocitySmoother(VelocitySmootherParams(velocity_timeout=0.2)) for _ in range(2)
+    )
     assert smoother.smooth(wrong, STANDING, 0.0) == STANDING
     for k, command in enumerate((Twist2D(0.3), wrong, Twist2D(0.4), *[wrong] * 10)):
         stamp = 0.05 * (k + 1)

@@ -46,7 +46,11 @@ def seen_at(x: float) -> BodyState:
         ("{arrives_within: 10.0}", "{}", "checks: none is given"),
         ("checks:", "expect: known_to_fail\nchecks:", "go with 'expect: known_to_fail'"),
         ("checks:", "reason: because\nchecks:", "go with 'expect: known_to_fail'"),
-        ("checks:", "expect: known_to_fail\nreason: x\nfails: [no_collision]\nchecks:", "is not among its checks"),
+        (
+            "checks:",
+            "expect: known_to_fail\nreason: x\nfails: [no_collision]\nchecks:",
+            "is not among its checks",
+        ),
         ("metres.", "metres", "is not a sentence"),
         ("drawing:", "map: sidewalk\ndrawing:", "either 'map' or 'drawing'"),
         ("checks:", "things: [{box: [1, 1, 0, 2]}]\nchecks:", "x0 < x1"),
@@ -65,9 +69,20 @@ def test_a_drawing_becomes_ground_and_walls() -> None:
     assert (scene.geometry.data[10:, :10] == OCCUPIED).all()
     assert (scene.geometry.data[:10] == FREE).all() and (scene.geometry.data[:, 10:] == FREE).all()
     assert (scene.walkable.data == FREE).sum() == 200
-    corners = {zone.kind: [*zone.polygon.min(axis=0), *zone.polygon.max(axis=0)] for zone in scene.zones}
-    assert corners["road"] == [10.0, 20.0, 10.5, 20.5] and corners["crosswalk"] == [10.5, 20.0, 11.0, 20.5]
-    assert {zone.kind: zone.elevation for zone in scene.zones} == {"sidewalk": 0.0, "crosswalk": 0.0, "road": -0.12}
+    corners = {
+        zone.kind: [*zone.polygon.min(axis=0), *zone.polygon.max(axis=0)] for zone in scene.zones
+    }
+    assert corners["road"] == [10.0, 20.0, 10.5, 20.5] and corners["crosswalk"] == [
+        10.5,
+        20.0,
+        11.0,
+        20.5,
+    ]
+    assert {zone.kind: zone.elevation for zone in scene.zones} == {
+        "sidewalk": 0.0,
+        "crosswalk": 0.0,
+        "road": -0.12,
+    }
 
 
 def test_things_are_solid_and_leave_the_ground_as_it_is() -> None:
@@ -88,7 +103,9 @@ def test_people_follow_their_scripts() -> None:
     people.reset(np.random.default_rng(0), Pose2D())
     for _ in range(100):
         people.step(0.01)
-    np.testing.assert_allclose(people.states[:, :2], [[0.01, 0.0], [5.0, 0.0], [9.0, 9.0]], atol=0.011)
+    np.testing.assert_allclose(
+        people.states[:, :2], [[0.01, 0.0], [5.0, 0.0], [9.0, 9.0]], atol=0.011
+    )
     people.see_robot(seen_at(4.0))
     for _ in range(300):
         people.step(0.01)
@@ -104,7 +121,11 @@ def test_a_check_that_fails_and_a_failure_that_passes_are_reported(
 ) -> None:
     path = write(tmp_path, SHORT)
     first, second = run_scenario(path), run_scenario(path)
-    assert first.as_expected and first.findings == second.findings and first.duration == second.duration
+    assert (
+        first.as_expected
+        and first.findings == second.findings
+        and first.duration == second.duration
+    )
     for text, passed in (
         (SHORT.replace("arrives_within: 10.0", "arrives_within: 0.1"), False),
         (SHORT + "expect: known_to_fail\nfails: [arrives_within]\nreason: it cannot\n", True),
@@ -120,9 +141,13 @@ def test_a_check_that_fails_and_a_failure_that_passes_are_reported(
 
 def test_a_belief_is_held_against_the_truth_of_the_same_moment(tmp_path: Path) -> None:
     given = (shipped("params") / "stacks" / "nav2-gps.yaml").read_text()
-    (tmp_path / "told.yaml").write_text(f"{given}localizer: ground_truth\n".replace("localizer: gps\n", ""))
+    (tmp_path / "told.yaml").write_text(
+        f"{given}localizer: ground_truth\n".replace("localizer: gps\n", "")
+    )
     result = run_scenario(
-        write(tmp_path, f"{SHORT}stack: told.yaml\n".replace("{arr", "{believes_within: 1.0e-9, arr"))
+        write(
+            tmp_path, f"{SHORT}stack: told.yaml\n".replace("{arr", "{believes_within: 1.0e-9, arr")
+        )
     )
     assert result.holds, result.findings
 

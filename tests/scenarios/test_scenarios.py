@@ -1,4 +1,7 @@
-"""Every scenario file, driven: passes, or fails as it says; what is known to fail and passes is an error."""
+"""Every scenario file, driven: passes, or fails as it says.
+
+What is known to fail and passes is an error.
+"""
 
 from pathlib import Path
 
@@ -18,7 +21,9 @@ def test_scenario(path: Path, request: pytest.FixtureRequest) -> None:
     if scenario.fails and not broken.keys() <= set(scenario.fails):
         pytest.fail(f"{scenario.title} It fails in more than is known: {broken}")
     if scenario.expect == "known_to_fail":
-        request.applymarker(pytest.mark.xfail(strict=True, raises=AssertionError, reason=scenario.reason))
+        request.applymarker(
+            pytest.mark.xfail(strict=True, raises=AssertionError, reason=scenario.reason)
+        )
     assert not broken, f"{scenario.title} {broken}"
 
 

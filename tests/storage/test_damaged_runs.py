@@ -24,7 +24,14 @@ Record = dict[str, Any]
 
 
 def record(episode: int) -> Record:
-    row = {"stack": "mine", "stack_number": 0, "seed": 0, "episode": episode, "map": "hall", "outcome": "sla"}
+    row = {
+        "stack": "mine",
+        "stack_number": 0,
+        "seed": 0,
+        "episode": episode,
+        "map": "hall",
+        "outcome": "sla",
+    }
     row |= {"distance_m": 10.0, "duration_s": 8.0, "average_speed_mps": 1.25}
     event = {"stack": "mine", "episode": episode, "type": "contact_event", "impulse_ns": 3.0}
     timing = {"stack": "mine", "episode": episode, "wall_s": 0.5, "real_time_factor": 16.0}
@@ -69,18 +76,28 @@ def with_value(part: str, key: str, value: object) -> Record:
         (with_value("row", "distance_m", "x" * 10_000), "episode: distance_m 'xxx"),
     ],
 )
-def test_a_line_with_wrong_values_is_passed_over_wherever_it_stands(tmp_path: Path, first: Record, says: str) -> None:
+def test_a_line_with_wrong_values_is_passed_over_wherever_it_stands(
+    tmp_path: Path, first: Record, says: str
+) -> None:
     for name, lines in (("first", (first, record(1))), ("last", (record(1), first))):
         with RunFolder(begun(tmp_path / name, *lines), TABLES, TOTAL) as folder:
             (note,) = folder.notes
-            assert f"line {1 + (name == 'last')} is damaged: {says}" in note and "\n" not in note and len(note) < 600
+            assert (
+                f"line {1 + (name == 'last')} is damaged: {says}" in note
+                and "\n" not in note
+                and len(note) < 600
+            )
             assert folder.finished == {(0, 1)}
 
 
 @pytest.mark.parametrize(
     ("kind", "right", "wrong"),
     [
-        ("double", (-1e300, 0, 2.5), (-math.inf, math.inf, math.nan, 1.01e300, -(10**301), True, "1.0")),
+        (
+            "double",
+            (-1e300, 0, 2.5),
+            (-math.inf, math.inf, math.nan, 1.01e300, -(10**301), True, "1.0"),
+        ),
         ("int64", (1 - 2**63, 0, 2**63 - 1), (2**63, -(2**64), 1.0, False, "1")),
         ("string", ("", "1"), (1, True)),
         ("bool", (True, False), (0, "true")),
@@ -94,7 +111,8 @@ def test_a_column_takes_values_of_its_kind_only(
 
 
 @pytest.mark.parametrize(
-    ("value", "is_odd"), [(1e12, False), (-1e12, False), (1.001e12, True), (-1.001e12, True), (10**13, True)]
+    ("value", "is_odd"),
+    [(1e12, False), (-1e12, False), (1.001e12, True), (-1.001e12, True), (10**13, True)],
 )
 def test_numbers_up_to_a_million_millions_are_measurements(value: float, is_odd: bool) -> None:
     said = f"x_m {value!r} is no measurement" if is_odd else ""
@@ -102,13 +120,17 @@ def test_numbers_up_to_a_million_millions_are_measurements(value: float, is_odd:
     assert trouble_with({"n": int(value)}, {"n": "int64"}) == "", "a whole number counts"
 
 
-@pytest.mark.parametrize("tail", ['{"row": {"stack_num', "\x00" * 9, json.dumps(record(1)), '{"row": {}}\n'])
+@pytest.mark.parametrize(
+    "tail", ['{"row": {"stack_num', "\x00" * 9, json.dumps(record(1)), '{"row": {}}\n']
+)
 def test_a_last_line_that_was_cut_off_goes_away(tmp_path: Path, tail: str) -> None:
     path = begun(tmp_path / "run", record(0), tail=tail)
     with RunFolder(path, TABLES, TOTAL) as folder:
         assert folder.finished == {(0, 0)}
         folder.add(record(1))
-    assert [record_of(line) for line in (path / JOURNAL).read_bytes().splitlines(keepends=True)] == [
+    assert [
+        record_of(line) for line in (path / JOURNAL).read_bytes().splitlines(keepends=True)
+    ] == [
         record(0),
         record(1),
     ]
@@ -117,7 +139,11 @@ def test_a_last_line_that_was_cut_off_goes_away(tmp_path: Path, tail: str) -> No
 
 def test_what_a_row_lacks_is_null_and_an_error_needs_no_time(tmp_path: Path) -> None:
     lost = {"stack": "mine", "stack_number": 0, "seed": 0, "episode": 1, "error": "lost"}
-    path = begun(tmp_path / "run", record(0), {"row": lost, "events": [], "timing": {"stack": "mine", "episode": 1}})
+    path = begun(
+        tmp_path / "run",
+        record(0),
+        {"row": lost, "events": [], "timing": {"stack": "mine", "episode": 1}},
+    )
     with RunFolder(path, TABLES, TOTAL) as folder:
         assert folder.rows.values("error") == [None, "lost"]
         assert set(folder.rows[1]) == set(TABLES["episodes"])
@@ -150,7 +176,9 @@ def replace(path: Path, column: str, value: object) -> None:
         ("episodes", "average_speed_mps", None),
     ],
 )
-def test_tables_that_lack_a_value_are_refused(finished: Path, table: str, column: str, value: object) -> None:
+def test_tables_that_lack_a_value_are_refused(
+    finished: Path, table: str, column: str, value: object
+) -> None:
     replace(finished / f"{table}.parquet", column, value)
     line = complaint(finished, 2)
     assert "damaged tables: row 1" in line and column in line
@@ -181,7 +209,9 @@ def test_a_folder_in_a_run_that_is_a_link_is_refused(tmp_path: Path, name: str) 
     (tmp_path / "elsewhere").mkdir()
     (path / name).symlink_to(tmp_path / "elsewhere")
     line = complaint(path)
-    assert f"'{path / name}' is a symbolic link" in line and "put a real folder in its place" in line
+    assert (
+        f"'{path / name}' is a symbolic link" in line and "put a real folder in its place" in line
+    )
     assert not list((tmp_path / "elsewhere").iterdir())
     (path / name).unlink()
     (path / name).symlink_to(tmp_path / "nowhere")
@@ -198,7 +228,9 @@ def test_a_run_may_be_given_by_a_link_and_have_folders_of_its_own(tmp_path: Path
     assert len(list((tmp_path / "run" / "recordings").iterdir())) == 2
 
 
-@pytest.mark.parametrize("write", [lambda path: extend_run(path, 5), lambda path: RunFolder(path, TABLES, TOTAL)])
+@pytest.mark.parametrize(
+    "write", [lambda path: extend_run(path, 5), lambda path: RunFolder(path, TABLES, TOTAL)]
+)
 @pytest.mark.parametrize("name", [CELL, "figures"])
 def test_a_folder_of_a_suite_that_is_a_link_is_refused(
     tmp_path: Path, write: Callable[[Path], object], name: str
@@ -235,9 +267,12 @@ def test_a_run_beside_a_suites_file_is_none_of_its_cells(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    "journal", [bytes(range(256)) * 9, b'{"a": 1}\n{"b": 2}\n', b"[" * 100_000 + b"\n{}\n", b"\n" * 50]
+    "journal",
+    [bytes(range(256)) * 9, b'{"a": 1}\n{"b": 2}\n', b"[" * 100_000 + b"\n{}\n", b"\n" * 50],
 )
-def test_a_journal_that_is_none_has_no_deliveries_and_one_note(tmp_path: Path, journal: bytes) -> None:
+def test_a_journal_that_is_none_has_no_deliveries_and_one_note(
+    tmp_path: Path, journal: bytes
+) -> None:
     path = begun(tmp_path / "run")
     (path / JOURNAL).write_bytes(journal)
     with RunFolder(path, TABLES, TOTAL) as folder:

@@ -15,7 +15,9 @@ ACCESS = os.access
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A program in a folder that cannot be written, for a user whose own folder cannot be made."""
     (tmp_path / "file").write_text("")
-    monkeypatch.setattr(resources.os, "access", lambda path, mode: path != resources._PACKAGE and ACCESS(path, mode))
+    monkeypatch.setattr(
+        resources.os, "access", lambda path, mode: path != resources._PACKAGE and ACCESS(path, mode)
+    )
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path / "file" / "cache"))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
@@ -49,5 +51,9 @@ def test_code_that_others_may_have_put_there_is_never_loaded(
         monkeypatch.setattr(resources.os, "getuid", lambda: uid + 1)
         folder.rename(tmp_path / f"navbench-{uid + 1}")
     other = kept().parent
-    assert other.parent == tmp_path and other.name.startswith("navbench-") and other.stat().st_mode & 0o777 == 0o700
+    assert (
+        other.parent == tmp_path
+        and other.name.startswith("navbench-")
+        and other.stat().st_mode & 0o777 == 0o700
+    )
     assert not other.name.endswith(f"-{os.getuid()}")

@@ -12,7 +12,12 @@ COLUMNS = {"stack": "string", "episode": "int64", "margin": "double", "is_late":
 
 def row(number: int) -> Row:
     margin = None if number % 5 == 0 else number / 3.0
-    return {"stack": f"stack{number % 2}", "episode": number, "margin": margin, "is_late": number % 3 == 0}
+    return {
+        "stack": f"stack{number % 2}",
+        "episode": number,
+        "margin": margin,
+        "is_late": number % 3 == 0,
+    }
 
 
 @pytest.fixture(params=[0, 1, 3, 4, 11])

@@ -11,7 +11,14 @@ import pytest
 
 from harness.storage.checksums import CHECKSUMS
 from harness.storage.documents import write_document, write_file
-from harness.storage.files import LOCK, locked, replacing, require_folder, require_writable, write_text
+from harness.storage.files import (
+    LOCK,
+    locked,
+    replacing,
+    require_folder,
+    require_writable,
+    write_text,
+)
 from harness.storage.journal import line_of, record_of
 from harness.storage.run_folder import JOURNAL, MANIFEST, RunFolder, count_finished, create_run
 from navstack.errors import InputError
@@ -87,7 +94,11 @@ def test_an_interrupt_while_the_disk_works_loses_and_forgets_nothing(
     def interrupted(descriptor: int) -> None:
         raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt), RunFolder(tmp_path / "run", TABLES, 4) as folder, monkeypatch.context() as m:
+    with (
+        pytest.raises(KeyboardInterrupt),
+        RunFolder(tmp_path / "run", TABLES, 4) as folder,
+        monkeypatch.context() as m,
+    ):
         m.setattr("harness.storage.run_folder.os.fsync", interrupted)
         folder.add(record(0, 0))
     assert len(folder.rows) == count_finished(tmp_path / "run") == 1
@@ -96,7 +107,9 @@ def test_an_interrupt_while_the_disk_works_loses_and_forgets_nothing(
 
 @pytest.mark.parametrize("cut", range(5))
 @pytest.mark.parametrize("tail", [b"", b'{"row": {"stack_num', b'{"row": {}}\n', b"\x00" * 64])
-def test_a_run_cut_off_anywhere_goes_on_to_the_same_tables(tmp_path: Path, cut: int, tail: bytes) -> None:
+def test_a_run_cut_off_anywhere_goes_on_to_the_same_tables(
+    tmp_path: Path, cut: int, tail: bytes
+) -> None:
     write_run(tmp_path / "whole", ORDER)
     create_run(tmp_path / "cut", {"command": ["x"]}, {"a.yaml": "x: 1\n"})
     lines = b"".join(json.dumps(record(*key)).encode() + b"\n" for key in ORDER[:cut])
@@ -130,7 +143,9 @@ def test_a_damaged_line_costs_its_delivery_only(tmp_path: Path, damaged: str | N
     (tmp_path / "run" / JOURNAL).write_bytes(b"".join(lines))
     with RunFolder(tmp_path / "run", TABLES, len(ORDER)) as folder:
         (note,) = folder.notes
-        assert "journal.jsonl: line 2 is damaged" in note and note.endswith("; what they told of is driven again")
+        assert "journal.jsonl: line 2 is damaged" in note and note.endswith(
+            "; what they told of is driven again"
+        )
         assert folder.finished == {ORDER[0], ORDER[2]}
         folder.add(record(*ORDER[1]))
         folder.add(record(*ORDER[3]))
@@ -140,7 +155,9 @@ def test_a_damaged_line_costs_its_delivery_only(tmp_path: Path, damaged: str | N
 def test_a_sealed_line_is_told_from_a_changed_one() -> None:
     line = line_of(record(0, 1))
     assert record_of(line) == record(0, 1)
-    assert record_of(json.dumps(record(0, 1)).encode() + b"\n") == record(0, 1), "as earlier versions wrote them"
+    assert record_of(json.dumps(record(0, 1)).encode() + b"\n") == record(0, 1), (
+        "as earlier versions wrote them"
+    )
     for place in range(len(line) - 1):
         for bit in (0, 3, 6):
             changed = bytearray(line)
@@ -167,7 +184,9 @@ def test_a_lock_whose_holder_died_does_not_hold(tmp_path: Path) -> None:
     go_on(tmp_path / "run", ORDER)
 
 
-def test_a_full_disk_ends_in_one_clear_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_ends_in_one_clear_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def full(descriptor: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
@@ -178,13 +197,17 @@ def test_a_full_disk_ends_in_one_clear_line(tmp_path: Path, monkeypatch: pytest.
             patch.setattr(os, "fsync", full)
             folder.add(record(0, 1))
     line = str(complaint.value)
-    assert "No space left" in line and "1 finished" in line and "--resume" in line and "\n" not in line
+    assert (
+        "No space left" in line and "1 finished" in line and "--resume" in line and "\n" not in line
+    )
     with RunFolder(tmp_path / "run", TABLES, 4) as folder:
         assert (0, 0) in folder.finished
     assert not list((tmp_path / "run").glob("*.partial"))
 
 
-def test_a_file_that_is_being_replaced_is_the_old_one_until_the_new_one_is_whole(tmp_path: Path) -> None:
+def test_a_file_that_is_being_replaced_is_the_old_one_until_the_new_one_is_whole(
+    tmp_path: Path,
+) -> None:
     path = tmp_path / "file"
     path.write_bytes(b"old")
     with pytest.raises(KeyboardInterrupt), replacing(path) as stream:
@@ -197,19 +220,28 @@ def test_a_file_that_is_being_replaced_is_the_old_one_until_the_new_one_is_whole
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_file_can_be_written_where_its_folder_exists(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_can_be_written_where_its_folder_exists(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     for file in (tmp_path / "page.html", Path("page.html"), tmp_path / "PAGE.HTML"):
         require_writable("page", file, (".html", ".md"))
     (tmp_path / "folder.md").mkdir()
-    for name, why in (("no/page.md", "its folder does not exist"), ("folder.md", "it is a folder"), ("page", "ends")):
+    for name, why in (
+        ("no/page.md", "its folder does not exist"),
+        ("folder.md", "it is a folder"),
+        ("page", "ends"),
+    ):
         with pytest.raises(InputError, match=why):
             require_writable("page", tmp_path / name, (".html", ".md"))
 
 
 def test_no_episodes_still_gives_readable_tables(tmp_path: Path) -> None:
     write_run(tmp_path / "run", [])
-    assert pq.read_table(tmp_path / "run" / "events.parquet").column_names == ["episode", "impulse_ns"]
+    assert pq.read_table(tmp_path / "run" / "events.parquet").column_names == [
+        "episode",
+        "impulse_ns",
+    ]
 
 
 def test_a_folder_in_use_is_refused(tmp_path: Path) -> None:
@@ -235,7 +267,9 @@ def test_latest_points_to_the_newest_run(tmp_path: Path) -> None:
 
 def test_latest_is_there_from_the_beginning(tmp_path: Path) -> None:
     create_run(tmp_path / "results" / "one", {}, {})
-    assert (tmp_path / "results" / "latest" / MANIFEST).is_file(), "a killed run is resumed from there"
+    assert (tmp_path / "results" / "latest" / MANIFEST).is_file(), (
+        "a killed run is resumed from there"
+    )
 
 
 @pytest.mark.parametrize("killed_at", ["a.yaml", "b.yaml", MANIFEST])
@@ -251,7 +285,9 @@ def test_a_program_that_is_killed_while_it_makes_a_folder_leaves_one_to_use(
         patched.setattr("harness.storage.run_folder.write_text", killed)
         create_run(tmp_path / "run", {"command": ["x"]}, {"a.yaml": "x: 1\n", "b.yaml": "y: 1\n"})
     create_run(tmp_path / "run", {"command": ["x"]}, {"a.yaml": "x: 2\n"})
-    files = sorted(str(file.relative_to(tmp_path / "run")) for file in (tmp_path / "run").rglob("*"))
+    files = sorted(
+        str(file.relative_to(tmp_path / "run")) for file in (tmp_path / "run").rglob("*")
+    )
     assert files == [CHECKSUMS, "params", "params/a.yaml", MANIFEST]
     with pytest.raises(InputError, match="not empty"):
         create_run(tmp_path / "run", {}, {})

@@ -10,12 +10,16 @@ from harness.storage import tables
 from navstack.errors import InputError
 
 
-@pytest.mark.parametrize(("most", "rows"), [(40, 10_000), (4, 10_000), (0.4, 1000), (4e-3, 10), (4e-6, 1)])
+@pytest.mark.parametrize(
+    ("most", "rows"), [(40, 10_000), (4, 10_000), (0.4, 1000), (4e-3, 10), (4e-6, 1)]
+)
 def test_long_texts_are_unpacked_in_few_rows_at_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, most: float, rows: int
 ) -> None:
     pq.write_table(
-        pa.table({"error": ["a" * 900, "b"], "episode": [1, 2]}), tmp_path / "a.parquet", use_dictionary=False
+        pa.table({"error": ["a" * 900, "b"], "episode": [1, 2]}),
+        tmp_path / "a.parquet",
+        use_dictionary=False,
     )
     metadata = pq.ParquetFile(tmp_path / "a.parquet").metadata
     size = metadata.row_group(0).column(0).total_uncompressed_size
@@ -35,5 +39,8 @@ def test_a_table_may_unpack_to_as_many_bytes_as_are_allowed(
     if is_read:
         assert len(tables.read_rows(path, columns)) == 20_000
     else:
-        with pytest.raises(InputError, match=f"its columns hold more than any run; at most {unpacked - 1} bytes are"):
+        with pytest.raises(
+            InputError,
+            match=f"its columns hold more than any run; at most {unpacked - 1} bytes are",
+        ):
             tables.read_rows(path, columns)

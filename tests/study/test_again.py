@@ -26,14 +26,25 @@ def study(tmp_path: Path) -> Study:
 
 
 def drive(tmp_path: Path, name: str, *options: str) -> list[dict[str, object]]:
-    fixed = ("--stack", "parked", "--rules", str(tmp_path / "short.yaml"), "--pedestrians", "2", "--workers", "1")
+    fixed = (
+        "--stack",
+        "parked",
+        "--rules",
+        str(tmp_path / "short.yaml"),
+        "--pedestrians",
+        "2",
+        "--workers",
+        "1",
+    )
     with pytest.raises(SystemExit) as ended:
         main(["run", *fixed, "--out", str(tmp_path / name), *options])
     assert ended.value.code == 0
     return list(load_run(str(tmp_path / name)).stacks[0].rows)
 
 
-def test_a_delivery_by_its_number_is_the_one_of_the_whole_run(study: Study, in_process: None, tmp_path: Path) -> None:
+def test_a_delivery_by_its_number_is_the_one_of_the_whole_run(
+    study: Study, in_process: None, tmp_path: Path
+) -> None:
     whole = drive(tmp_path, "whole", "--episodes", "5")
     some = drive(tmp_path, "some", "--only", "4", "--only", "1", "--only", "4")
     assert some == [whole[1], whole[4]]
@@ -44,14 +55,19 @@ def test_a_delivery_by_its_number_is_the_one_of_the_whole_run(study: Study, in_p
     assert list(load_run(str(tmp_path / "some")).stacks[0].rows) == some
 
 
-def test_a_manifest_that_contradicts_itself_is_refused(study: Study, in_process: None, tmp_path: Path) -> None:
+def test_a_manifest_that_contradicts_itself_is_refused(
+    study: Study, in_process: None, tmp_path: Path
+) -> None:
     from harness.storage.checksums import write_checksums
     from harness.study.manifest import load_study
 
     drive(tmp_path, "some", "--only", "1", "--only", "3")
     file = tmp_path / "some" / "run.json"
     content = json.loads(file.read_text())
-    for only, said in (([1], "has 1 deliveries, but episodes says 2"), (["1", 3], "not a list of numbers")):
+    for only, said in (
+        ([1], "has 1 deliveries, but episodes says 2"),
+        (["1", 3], "not a list of numbers"),
+    ):
         file.write_text(json.dumps({**content, "only": only}))
         write_checksums(tmp_path / "some")
         with pytest.raises(InputError, match=said):
@@ -63,16 +79,24 @@ def test_numbers_out_of_range_are_refused() -> None:
         make_study(stacks=["parked"], episodes=5, only=[3, -1])
 
 
-def test_what_is_recorded_again_is_the_same_and_is_driven_once(study: Study, in_process: None, tmp_path: Path) -> None:
+def test_what_is_recorded_again_is_the_same_and_is_driven_once(
+    study: Study, in_process: None, tmp_path: Path
+) -> None:
     whole = drive(tmp_path, "whole", "--episodes", "5")
     parent = tmp_path / PARTINGS
     with Workers(1) as workers:
         folder = record_again(parent, "these", study.stacks, study.template, (3, 0), workers)
         assert list(load_run(str(folder)).stacks[0].rows) == [whole[0], whole[3]]
-        recordings = {file.name: file.stat().st_mtime_ns for file in (folder / "recordings").glob("*.npz")}
+        recordings = {
+            file.name: file.stat().st_mtime_ns for file in (folder / "recordings").glob("*.npz")
+        }
         assert set(recordings) == {"parked-0.npz", "parked-3.npz"}
-        assert record_again(parent, "these", study.stacks, study.template, (3, 0), workers) == folder
-        assert recordings == {file.name: file.stat().st_mtime_ns for file in (folder / "recordings").glob("*.npz")}
+        assert (
+            record_again(parent, "these", study.stacks, study.template, (3, 0), workers) == folder
+        )
+        assert recordings == {
+            file.name: file.stat().st_mtime_ns for file in (folder / "recordings").glob("*.npz")
+        }
         other = record_again(parent, "these", study.stacks, study.template, (2,), workers)
     assert list(load_run(str(other)).stacks[0].rows) == [whole[2]]
     assert not folder.exists() and list(recorded_again(parent)) == [other]
@@ -81,10 +105,15 @@ def test_what_is_recorded_again_is_the_same_and_is_driven_once(study: Study, in_
 def test_other_parameters_are_driven_anew(study: Study, in_process: None, tmp_path: Path) -> None:
     fewer = dataclasses.replace(study.template, pedestrians=0)
     with Workers(1) as workers:
-        first = record_again(tmp_path / PARTINGS, "these", study.stacks, study.template, (1,), workers)
+        first = record_again(
+            tmp_path / PARTINGS, "these", study.stacks, study.template, (1,), workers
+        )
         crowd = np.load(first / "recordings" / "parked-1.npz")["crowd"]
         other = record_again(tmp_path / PARTINGS, "these", study.stacks, fewer, (1,), workers)
-    assert crowd.shape[1] == 2 and np.load(other / "recordings" / "parked-1.npz")["crowd"].shape[1] == 0
+    assert (
+        crowd.shape[1] == 2
+        and np.load(other / "recordings" / "parked-1.npz")["crowd"].shape[1] == 0
+    )
 
 
 def test_arms_of_an_ablation_drive_the_chosen_deliveries() -> None:

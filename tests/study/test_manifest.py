@@ -14,7 +14,10 @@ WALK = "id,t,x,y\n1,0,-60,-70\n1,9,-50,-70\n"
     ("arguments", "typed"),
     [
         (["/home/me/.venv/bin/navbench", "run"], ["navbench", "run"]),
-        (["/home/me/navbench/benchmarks/calibrate.py", "verify"], ["python", "benchmarks/calibrate.py", "verify"]),
+        (
+            ["/home/me/navbench/benchmarks/calibrate.py", "verify"],
+            ["python", "benchmarks/calibrate.py", "verify"],
+        ),
         (["-c", "run"], ["navbench", "run"]),
         ([], ["navbench"]),
     ],
@@ -27,4 +30,7 @@ def test_a_recording_is_named_without_the_folder_that_it_came_from(tmp_path: Pat
     (tmp_path / "walk.csv").write_text(WALK)
     study = make_study(stacks=["parked"], episodes=1, people=str(tmp_path / "walk.csv"))
     assert about(study, [])["people"] == "walk.csv"
-    assert about(make_study(stacks=["parked"], episodes=1, people="social_force"), [])["people"] == "social_force"
+    assert (
+        about(make_study(stacks=["parked"], episodes=1, people="social_force"), [])["people"]
+        == "social_force"
+    )

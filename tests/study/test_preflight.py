@@ -23,18 +23,24 @@ from navstack.types import Pose2D
 def test_errors_that_buildings_make_are_missed_on_a_map_without_them(preset: str) -> None:
     stack, scene = load_stack("nav2-gps", sensors=preset), load_scene("sidewalk_1")
     assert sensor_notes(stack, scene) == []
-    flat = dataclasses.replace(scene, obstacles=extrude(scene.geometry, scene.geometry.data >= OCCUPIED))
+    flat = dataclasses.replace(
+        scene, obstacles=extrude(scene.geometry, scene.geometry.data >= OCCUPIED)
+    )
     (note,) = sensor_notes(stack, flat)
     assert all(words in note for words in ("hides satellites", "of glass", preset))
     assert sensor_notes(load_stack("nav2-gps", sensors="rtk_good"), flat) == []
 
 
-def test_bad_input_is_found_before_kernels_are_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bad_input_is_found_before_kernels_are_compiled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     compiled: list[object] = []
     monkeypatch.setattr(preflight, "compile_ahead", compiled.append)
     stock = Path(load_stack("nav2-stock").nav2_file).read_text()
     vast = tmp_path / "vast.yaml"
-    vast.write_text(stock.replace("width: 6", "width: 1000000").replace("height: 6", "height: 1000000"))
+    vast.write_text(
+        stock.replace("width: 6", "width: 1000000").replace("height: 6", "height: 1000000")
+    )
     with pytest.raises(NavstackError, match="costmap"):
         preflight.check(make_study(stacks=[str(vast)], episodes=1, seed=0, workers=1))
     assert not compiled
@@ -52,5 +58,8 @@ def test_a_crowded_map_is_told(tmp_path: Path) -> None:
         return crowd_notes(study, Parts(study.template))
 
     (note,) = notes(map_name=str(tmp_path / "hall.yaml"))
-    assert note.startswith("on this map 20 people share 300 m2, 42 times as densely") and "--pedestrians 1 " in note
+    assert (
+        note.startswith("on this map 20 people share 300 m2, 42 times as densely")
+        and "--pedestrians 1 " in note
+    )
     assert notes(map_name=str(tmp_path / "hall.yaml"), pedestrians=20) == [] == notes()

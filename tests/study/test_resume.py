@@ -34,7 +34,9 @@ RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.7
 class Shuffled(Workers):
     """Takes the tasks in another order."""
 
-    def run(self, function: Callable[[Any], Any], tasks: Iterable[Any]) -> Generator[Finished[Any, Any], None, None]:
+    def run(
+        self, function: Callable[[Any], Any], tasks: Iterable[Any]
+    ) -> Generator[Finished[Any, Any], None, None]:
         """Shuffle first."""
         shuffled = list(tasks)
         random.Random(1).shuffle(shuffled)
@@ -55,7 +57,10 @@ def begin(path: Path, study: Study) -> Path:
 
 
 def go_on(path: Path, stop_after: int = EPISODES, workers: Workers | None = None) -> Path:
-    """Drive what a folder lacks, in this process, until as many deliveries are finished; then interrupt."""
+    """Drive what a folder lacks, in this process, until as many deliveries are finished.
+
+    Then interrupt.
+    """
     study = load_study(path, 1)
 
     def on_finished(finished: object, record: object) -> None:
@@ -94,7 +99,9 @@ def whole(study: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return go_on(begin(tmp_path_factory.mktemp("whole") / "run", study))
 
 
-def test_interrupted_twice_it_ends_as_uninterrupted(study: Study, whole: Path, tmp_path: Path) -> None:
+def test_interrupted_twice_it_ends_as_uninterrupted(
+    study: Study, whole: Path, tmp_path: Path
+) -> None:
     path = begin(tmp_path / "run", study)
     for stop_after in (2, 5, EPISODES):
         go_on(path, stop_after)
@@ -118,9 +125,29 @@ def test_the_folder_alone_tells_what_to_drive(whole: Path, tmp_path: Path) -> No
 def test_killed_with_its_workers_it_goes_on_with_a_cold_cache(whole: Path, tmp_path: Path) -> None:
     path = tmp_path / "run"
     given = options(tmp_path)
-    arguments = ["--stack", "parked", "--episodes", str(EPISODES), "--seed", "3", "--pedestrians", "4"]
-    arguments += ["--rules", given["rules"], "--world", given["world"], "--out", str(path), "--workers", "2"]
-    process = subprocess.Popen([*NAVBENCH, "run", *arguments], start_new_session=True, stderr=subprocess.PIPE)
+    arguments = [
+        "--stack",
+        "parked",
+        "--episodes",
+        str(EPISODES),
+        "--seed",
+        "3",
+        "--pedestrians",
+        "4",
+    ]
+    arguments += [
+        "--rules",
+        given["rules"],
+        "--world",
+        given["world"],
+        "--out",
+        str(path),
+        "--workers",
+        "2",
+    ]
+    process = subprocess.Popen(
+        [*NAVBENCH, "run", *arguments], start_new_session=True, stderr=subprocess.PIPE
+    )
     deadline = time.monotonic() + 120.0
     while not (path / JOURNAL).exists() or not (path / JOURNAL).stat().st_size:
         assert time.monotonic() < deadline and process.poll() is None
@@ -142,7 +169,9 @@ def test_killed_with_its_workers_it_goes_on_with_a_cold_cache(whole: Path, tmp_p
     assert same(path) == same(whole)
 
 
-def test_a_finished_run_says_so_and_prints_its_tables(whole: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_finished_run_says_so_and_prints_its_tables(
+    whole: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     before = same(whole)
     with pytest.raises(SystemExit) as leaving:
         main(["run", "--resume", str(whole), "--json"])
@@ -153,17 +182,25 @@ def test_a_finished_run_says_so_and_prints_its_tables(whole: Path, capsys: pytes
     assert same(whole) == before
 
 
-@pytest.mark.parametrize("others", [["--seed", "4"], ["--stack", "parked"], ["--out", "x"], ["--strict"]])
-def test_a_resumed_run_takes_no_other_study(whole: Path, capsys: pytest.CaptureFixture[str], others: list[str]) -> None:
+@pytest.mark.parametrize(
+    "others", [["--seed", "4"], ["--stack", "parked"], ["--out", "x"], ["--strict"]]
+)
+def test_a_resumed_run_takes_no_other_study(
+    whole: Path, capsys: pytest.CaptureFixture[str], others: list[str]
+) -> None:
     line = complain(capsys, "--resume", str(whole), "--workers", "1", *others)
     assert f"leave out {others[0]}" in line
 
 
 def test_a_resumed_run_needs_a_worker(whole: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "--workers 0 is out of range" in complain(capsys, "--resume", str(whole), "--workers", "0")
+    assert "--workers 0 is out of range" in complain(
+        capsys, "--resume", str(whole), "--workers", "0"
+    )
 
 
-def test_a_folder_without_a_run_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_folder_without_a_run_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert f"'{tmp_path}' holds no run" in complain(capsys, "--resume", str(tmp_path))
 
 
@@ -206,13 +243,15 @@ def test_a_stack_cannot_lead_out_of_the_folder(study: Study, tmp_path: Path) -> 
 @pytest.mark.parametrize("stack", ["nav2-gps", "nav2-stock", "paper-gps", "rpp-gps"])
 def test_stored_parameters_are_those_that_were_given(stack: str, tmp_path: Path) -> None:
     """Written, read back and written again, the parameters of a run are the same."""
-    given = make_study(stacks=[stack], episodes=1, pedestrians=7, people="social_force", start="1,2,0.5")
+    given = make_study(
+        stacks=[stack], episodes=1, pedestrians=7, people="social_force", start="1,2,0.5"
+    )
     path = begin(tmp_path / "run", given)
     stored = load_study(path)
     files = [name for name in parameters(given) if name.endswith(".yaml")]
     assert len(files) == 6
     assert all(parameters(stored)[name] == parameters(given)[name] for name in files)
     unlike = ("stack", "world", "rules", "prices", "pedestrians", "people")
-    assert dataclasses.replace(stored.template, **{key: getattr(given.template, key) for key in unlike}) == (
-        given.template
-    )
+    assert dataclasses.replace(
+        stored.template, **{key: getattr(given.template, key) for key in unlike}
+    ) == (given.template)

@@ -86,9 +86,13 @@ def test_the_published_study_has_every_stack_on_three_maps() -> None:
     suite = load_suite(shipped("params") / "suites" / "published.yaml")
     shipped_stacks = names(shipped("params") / "stacks")
     fresh = [name for name in shipped_stacks if name.startswith("evasive")]  # seed 4000's
-    second = [name for name in shipped_stacks if name.endswith("-seen")]  # for the second version of the world
-    barn = [name for name in shipped_stacks if name.startswith("jackal")]  # for another robot, in a suite of its own
-    assert sorted((*suite.stacks, *fresh, *second, *barn)) == shipped_stacks, "published.yaml lacks a stack"
+    # for the second version of the world
+    second = [name for name in shipped_stacks if name.endswith("-seen")]
+    # for another robot, in a suite of its own
+    barn = [name for name in shipped_stacks if name.startswith("jackal")]
+    assert sorted((*suite.stacks, *fresh, *second, *barn)) == shipped_stacks, (
+        "published.yaml lacks a stack"
+    )
     assert (len(suite.maps), suite.episodes, len(suite.seeds)) == (3, 400, 1)
 
 
@@ -102,16 +106,25 @@ def test_a_portion_takes_some_stacks_on_some_maps() -> None:
     assert portion.options == " --stack parked --stack paper-gps --map sidewalk_2"
 
 
-def test_a_suite_is_driven_cut_off_and_driven_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_suite_is_driven_cut_off_and_driven_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     out = tmp_path / "out"
-    status, document, _ = navbench(capsys, str(suite_file(tmp_path)), "--out", str(out), "--workers", "1", "--json")
+    status, document, _ = navbench(
+        capsys, str(suite_file(tmp_path)), "--out", str(out), "--workers", "1", "--json"
+    )
     assert status == 0
     rows = json.loads(document)["rows"]
     assert [(row["stack"], row["pedestrians"], row["seeds"], row["episodes"]) for row in rows] == [
         ("parked", 0, [0, 1], 4),
         ("parked", 3, [0, 1], 4),
     ]
-    assert rows[0]["outcomes"]["sla"] | {"high": None} == {"value": 0.0, "low": 0.0, "high": None, "n": 4}
+    assert rows[0]["outcomes"]["sla"] | {"high": None} == {
+        "value": 0.0,
+        "low": 0.0,
+        "high": None,
+        "n": 4,
+    }
     assert rows[0]["economics"]["contribution_margin"] == pytest.approx(-3.49)
     runs = [cell.name for cell in cells(load_suite(out / "suite.yaml"))]
     assert [count_finished(out / name) for name in runs] == [2, 2, 2, 2]
@@ -130,16 +143,22 @@ def test_a_suite_is_driven_cut_off_and_driven_on(tmp_path: Path, capsys: pytest.
     assert {name: (out / name / "episodes.parquet").read_bytes() for name in runs} == kept
 
 
-def test_a_piece_of_cells_that_were_begun_whole_is_a_piece(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_piece_of_cells_that_were_begun_whole_is_a_piece(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """As after an interrupt of the whole suite."""
     file, out = suite_file(tmp_path, TWO_STACKS), tmp_path / "out"
     suite = load_suite(file)
     declare(out, suite)
     for cell in cells(suite):
         begin(out, suite, cell, suite.episodes, ["navbench"])
-    _, _, said = navbench(capsys, "--resume", str(out), "--episodes", "1", "--workers", "1", "--json")
+    _, _, said = navbench(
+        capsys, "--resume", str(out), "--episodes", "1", "--workers", "1", "--json"
+    )
     assert [count_finished(out / cell.name) for cell in cells(suite)] == [1, 1]
-    _, _, said = navbench(capsys, "--resume", str(out), "--episodes", "2", "--workers", "1", "--json")
+    _, _, said = navbench(
+        capsys, "--resume", str(out), "--episodes", "2", "--workers", "1", "--json"
+    )
     assert "going on after 2 of 4 deliveries" in said
     assert [count_finished(out / cell.name) for cell in cells(suite)] == [2, 2]
 
@@ -150,12 +169,17 @@ def test_a_suite_in_pieces_has_the_rows_of_one_driven_at_once(
     file, whole, out = suite_file(tmp_path, TWO_STACKS), tmp_path / "whole", tmp_path / "pieces"
     at_once = ("--workers", "1", "--json")
     assert navbench(capsys, str(file), "--out", str(whole), *at_once)[0] == 0
-    _, document, _ = navbench(capsys, str(file), "--out", str(out), "--stack", "parked", "--episodes", "1", *at_once)
-    assert [(row["stack"], row["episodes"], row["declared"]) for row in json.loads(document)["rows"]] == [
-        ("parked", 1, 3)
-    ]
+    _, document, _ = navbench(
+        capsys, str(file), "--out", str(out), "--stack", "parked", "--episodes", "1", *at_once
+    )
+    assert [
+        (row["stack"], row["episodes"], row["declared"]) for row in json.loads(document)["rows"]
+    ] == [("parked", 1, 3)]
     page = " ".join((out / "index.md").read_text(encoding="utf-8").split())
-    assert "**Not complete: 1 of 6 declared deliveries are driven.**" in page and "1 of 2 cells have none" in page
+    assert (
+        "**Not complete: 1 of 6 declared deliveries are driven.**" in page
+        and "1 of 2 cells have none" in page
+    )
     assert "1 of 3" in page and "standing" in page and "not driven" in page
     (kept,) = out.glob("*-parked/run.json")
     assert json.loads(kept.read_text(encoding="utf-8"))["episodes"] == 1
@@ -164,14 +188,21 @@ def test_a_suite_in_pieces_has_the_rows_of_one_driven_at_once(
     assert navbench(capsys, str(file), "--out", str(out), *at_once)[0] == 0
     for cell in cells(load_suite(whole / "suite.yaml")):
         for table in ("episodes.parquet", "events.parquet", "summary.json"):
-            assert (out / cell.name / table).read_bytes() == (whole / cell.name / table).read_bytes(), table
+            assert (out / cell.name / table).read_bytes() == (
+                whole / cell.name / table
+            ).read_bytes(), table
         assert not (out / cell.name / JOURNAL).exists()
     for made in ("suite.json", "table.parquet"):
         assert (out / made).read_bytes() == (whole / made).read_bytes(), made
     assert "Complete: all 6 deliveries" in (out / "index.md").read_text(encoding="utf-8")
-    pieces = [json.loads(line) for line in (out / "pieces.jsonl").read_text(encoding="utf-8").splitlines()]
+    pieces = [
+        json.loads(line) for line in (out / "pieces.jsonl").read_text(encoding="utf-8").splitlines()
+    ]
     assert [piece["deliveries"] for piece in pieces] == [1, 3, 2]
-    own = [{name.rpartition("-")[2]: count for name, count in piece["cells"].items()} for piece in pieces]
+    own = [
+        {name.rpartition("-")[2]: count for name, count in piece["cells"].items()}
+        for piece in pieces
+    ]
     assert own == [{"parked": 1}, {"parked": 1, "standing": 2}, {"parked": 1, "standing": 1}]
     assert "program" in page and "(hall: parked 1)" in page
 
@@ -186,7 +217,10 @@ def test_a_suite_in_pieces_has_the_rows_of_one_driven_at_once(
     ],
 )
 def test_a_portion_that_a_suite_has_not_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], words: tuple[str, ...]
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    arguments: tuple[str, ...],
+    words: tuple[str, ...],
 ) -> None:
     out = ("--out", str(tmp_path / "out"))
     status, _, line = navbench(capsys, str(suite_file(tmp_path)), *out, *arguments)
@@ -202,7 +236,11 @@ def test_a_cell_that_was_driven_with_other_parameters_is_not_added_to(
     assert navbench(capsys, str(file), "--out", str(out), *portion)[0] == 0
     (tmp_path / "short.yaml").write_text(RULES.replace("timeout: 1.0", "timeout: 1.5"))
     status, _, line = navbench(capsys, str(file), "--out", str(out), *portion)
-    assert status == 1 and "another rules.yaml than today's; remove the folder" in line and line.count("\n") == 1
+    assert (
+        status == 1
+        and "another rules.yaml than today's; remove the folder" in line
+        and line.count("\n") == 1
+    )
     assert navbench(capsys, "--resume", str(out), *portion)[0] == 0
 
 
@@ -215,7 +253,11 @@ def test_a_cell_is_not_begun_in_another_world_than_its_neighbours(
     (tmp_path / "short.yaml").write_text(RULES.replace("timeout: 1.0", "timeout: 1.5"))
     rules_of.cache_clear()  # as in a new process
     status, _, line = navbench(capsys, "--resume", str(out), *at_once)
-    assert status == 1 and "would be driven with another rules.yaml than" in line and line.count("\n") == 1
+    assert (
+        status == 1
+        and "would be driven with another rules.yaml than" in line
+        and line.count("\n") == 1
+    )
     assert [path.parent.name.endswith("parked") for path in out.glob("*/run.json")] == [True]
 
 
@@ -230,7 +272,9 @@ def test_a_folder_keeps_its_suite(tmp_path: Path, capsys: pytest.CaptureFixture[
     ):
         file.write_text(text)
         status, _, line = navbench(capsys, str(file), "--out", str(out), *portion)
-        assert status == 1 and words in line and "'Two that stand'" in line and line.count("\n") == 1, line
+        assert (
+            status == 1 and words in line and "'Two that stand'" in line and line.count("\n") == 1
+        ), line
         assert (out / "suite.yaml").read_bytes() == declared
 
 
@@ -280,7 +324,10 @@ def begun_only(path: Path) -> None:
         (SUITE.replace("seeds: [0, 1]", "seeds: [0, one]"), ("seeds[1]", "'one'", "whole number")),
         (SUITE.replace("seeds: [0, 1]", "seeds: []"), ("seeds", "at least one")),
         (SUITE.replace("seeds: [0, 1]", "seeds: [1, 1]"), ("two cells", "seed1")),
-        (SUITE.replace("pedestrians: [0, 3]", f"pedestrians: {list(range(1999))}"), ("3998 cells", "2000")),
+        (
+            SUITE.replace("pedestrians: [0, 3]", f"pedestrians: {list(range(1999))}"),
+            ("3998 cells", "2000"),
+        ),
         (SUITE.replace("title: Nobody and somebody\n", ""), ("title", "missing")),
         ("just a text", ("not a mapping",)),
     ],
@@ -288,7 +335,9 @@ def begun_only(path: Path) -> None:
 def test_what_is_no_suite_is_refused(tmp_path: Path, text: str, words: tuple[str, ...]) -> None:
     with pytest.raises(ParameterError) as complaint:
         load_suite(suite_file(tmp_path, text))
-    assert all(word in str(complaint.value) for word in (*words, "suite.yaml")), str(complaint.value)
+    assert all(word in str(complaint.value) for word in (*words, "suite.yaml")), str(
+        complaint.value
+    )
 
 
 @pytest.mark.parametrize(
@@ -302,12 +351,16 @@ def test_what_is_no_suite_is_refused(tmp_path: Path, text: str, words: tuple[str
 def test_a_cell_that_cannot_be_run_is_refused_before_anything_starts(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, words: tuple[str, ...]
 ) -> None:
-    status, out, line = navbench(capsys, str(suite_file(tmp_path, text)), "--out", str(tmp_path / "out"))
+    status, out, line = navbench(
+        capsys, str(suite_file(tmp_path, text)), "--out", str(tmp_path / "out")
+    )
     assert status == 1 and out == "" and line.count("\n") == 1
     assert all(word in line for word in words), line
     assert not (tmp_path / "out").exists()
 
 
-def test_a_folder_without_a_suite_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_folder_without_a_suite_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     status, _, line = navbench(capsys, "--resume", str(tmp_path))
     assert status == 1 and "holds no suite" in line

@@ -34,13 +34,23 @@ def quick(in_process: None) -> None:
 
 @pytest.fixture(scope="module")
 def driven(
-    tmp_path_factory: pytest.TempPathFactory, driven_in_process: Callable[[], AbstractContextManager[None]]
+    tmp_path_factory: pytest.TempPathFactory,
+    driven_in_process: Callable[[], AbstractContextManager[None]],
 ) -> Path:
     """A run of three short deliveries of a robot that stands."""
     folder = tmp_path_factory.mktemp("verified")
     rules = (shipped("params") / "rules" / "costnav.yaml").read_text(encoding="utf-8")
     (folder / "short.yaml").write_text(rules.replace("timeout: 241.0", "timeout: 3.0"))
-    options = ["--episodes", "3", "--pedestrians", "2", "--workers", "1", "--rules", str(folder / "short.yaml")]
+    options = [
+        "--episodes",
+        "3",
+        "--pedestrians",
+        "2",
+        "--workers",
+        "1",
+        "--rules",
+        str(folder / "short.yaml"),
+    ]
     with pytest.raises(SystemExit) as leaving, driven_in_process():
         main(["run", "--stack", "parked", "--out", str(folder / "run"), *options])
     assert not leaving.value.code
@@ -60,17 +70,24 @@ def test_a_run_as_it_was_written_repeats(run: Path, capsys: pytest.CaptureFixtur
     assert (len(found["repeated"]), found["changed"], found["other"]) == (2, [], {})
 
 
-def test_a_delivery_that_comes_out_otherwise_is_told(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_delivery_that_comes_out_otherwise_is_told(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     table = pq.read_table(run / "episodes.parquet")
     place = table.schema.get_field_index("shortest_path_m")
-    pq.write_table(table.set_column(place, "shortest_path_m", pa.array([1.0, 2.0, 3.0])), run / "episodes.parquet")
+    pq.write_table(
+        table.set_column(place, "shortest_path_m", pa.array([1.0, 2.0, 3.0])),
+        run / "episodes.parquet",
+    )
     (run / CHECKSUMS).unlink()  # as a run of an earlier version has none
     status, out, _ = navbench(capsys, "verify", str(run), "--sample", "3")
     assert status == 1 and out.count("comes out otherwise: shortest_path_m") == 3
 
 
 @pytest.mark.parametrize("number", range(EDITS))
-def test_a_random_edit_is_noticed(run: Path, capsys: pytest.CaptureFixture[str], number: int) -> None:
+def test_a_random_edit_is_noticed(
+    run: Path, capsys: pytest.CaptureFixture[str], number: int
+) -> None:
     rng = np.random.default_rng(number)
     files = sorted(file for file in run.rglob("*") if file.is_file())
     file = files[rng.integers(len(files))]
@@ -80,7 +97,8 @@ def test_a_random_edit_is_noticed(run: Path, capsys: pytest.CaptureFixture[str],
         content[rng.integers(len(content))] ^= 1 << int(rng.integers(8))
         file.write_bytes(content)
     elif what == "removed":
-        file = file if file.name != CHECKSUMS else run / "run.json"  # without it the run is one of an earlier version
+        # without it the run is one of an earlier version
+        file = file if file.name != CHECKSUMS else run / "run.json"
         file.unlink()
     elif what == "another":
         (run / "params" / "people.csv").write_text("id,t,x,y\n1,0,0,0\n")
@@ -90,13 +108,17 @@ def test_a_random_edit_is_noticed(run: Path, capsys: pytest.CaptureFixture[str],
     assert status == 1 and (out + error).count("\n") >= 1, (what, file.name)
 
 
-def test_a_changed_run_goes_on_only_when_that_is_forced(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_changed_run_goes_on_only_when_that_is_forced(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     rules = run / "params" / "rules.yaml"
     rules.write_text(rules.read_text().replace("timeout: 3.0", "timeout: 4.0"))
     status, _, error = navbench(capsys, "run", "--resume", str(run))
     assert status == 1 and error.count("\n") == 1 and "params/rules.yaml; restore it" in error
     status, _, error = navbench(capsys, "run", "--resume", str(run), "--force")
-    assert status == 0 and json.loads((run / "run.json").read_text())["mixed"] == ["params/rules.yaml"]
+    assert status == 0 and json.loads((run / "run.json").read_text())["mixed"] == [
+        "params/rules.yaml"
+    ]
     _, _, error = navbench(capsys, "price", str(run))
     assert "is mixed: params/rules.yaml were changed after it had begun" in error
     assert navbench(capsys, "run", "--resume", str(run))[0] == 0, "said once, it is as it is"

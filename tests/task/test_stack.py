@@ -1,4 +1,7 @@
-"""What a stack's file names is looked for beside that file; what a user names, where the user is."""
+"""What a stack's file names is looked for beside that file.
+
+What a user names, where the user is.
+"""
 
 import dataclasses
 import os
@@ -14,13 +17,20 @@ from harness.task.study import make_study
 from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass
 
-FILES = {"nav2_file": ("nav2", "tuned"), "sensors": ("sensors", "rtk_urban"), "robot": ("robots", "segway_e1")}
+FILES = {
+    "nav2_file": ("nav2", "tuned"),
+    "sensors": ("sensors", "rtk_urban"),
+    "robot": ("robots", "segway_e1"),
+}
 SHIPPED = load_stack("nav2-gps")
 
 
 @pytest.fixture
 def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a stack and what it names; files of the same names, but damaged, are where the user is."""
+    """A folder with a stack and what it names.
+
+    Files of the same names, but damaged, are where the user is.
+    """
     for folder in ("mine", "mine/parts", "here", "here/parts"):
         (tmp_path / folder).mkdir()
     for kind, name in FILES.values():
@@ -57,17 +67,29 @@ def test_names_are_those_of_the_program(mine: Path) -> None:
     assert files_of(load_stack(str(write(mine)))) == files_of(SHIPPED)
 
 
-@pytest.mark.parametrize(("key", "what"), [("sensors", "sensor preset"), ("robot", "robot"), ("nav2_file", "Nav2")])
-def test_a_file_that_is_only_where_the_user_is_is_not_the_stacks(mine: Path, key: str, what: str) -> None:
+@pytest.mark.parametrize(
+    ("key", "what"), [("sensors", "sensor preset"), ("robot", "robot"), ("nav2_file", "Nav2")]
+)
+def test_a_file_that_is_only_where_the_user_is_is_not_the_stacks(
+    mine: Path, key: str, what: str
+) -> None:
     (mine.parent / "here" / "only.yaml").write_text("x: 1\n")
-    with pytest.raises(InputError, match=f"{what} file '{mine / 'only.yaml'}' does not exist; give a YAML file or one"):
+    with pytest.raises(
+        InputError,
+        match=f"{what} file '{mine / 'only.yaml'}' does not exist; give a YAML file or one",
+    ):
         load_stack(str(write(mine, **{key: "only.yaml"})))
 
 
 def test_what_the_user_names_is_where_the_user_is(mine: Path) -> None:
     here = mine.parent / "here"
-    stack = load_stack(str(write(mine, robot="gone.yaml")), robot="robots.yaml", sensors="parts/sensors.yaml")
-    assert (stack.robot, stack.sensors) == (str(here / "robots.yaml"), str(here / "parts" / "sensors.yaml"))
+    stack = load_stack(
+        str(write(mine, robot="gone.yaml")), robot="robots.yaml", sensors="parts/sensors.yaml"
+    )
+    assert (stack.robot, stack.sensors) == (
+        str(here / "robots.yaml"),
+        str(here / "parts" / "sensors.yaml"),
+    )
     assert load_stack("../mine/nav2.yaml").nav2_file == str(mine / "nav2.yaml")
 
 
@@ -80,4 +102,6 @@ def test_a_run_goes_on_from_its_own_copies(mine: Path) -> None:
         (mine / "parts" / f"{kind}.yaml").unlink()
     stored = load_study(mine / "run")
     assert all(str(mine / "run" / "params") in each for each in files_of(stored.stacks[0]))
-    assert all(parameters(stored)[name] == text for name, text in texts.items() if name.endswith(".yaml"))
+    assert all(
+        parameters(stored)[name] == text for name, text in texts.items() if name.endswith(".yaml")
+    )

@@ -41,7 +41,10 @@ def test_a_substitute_keeps_what_the_file_says_and_takes_the_rest_from_a_shipped
 def test_several_plugins_may_be_put_in(foreign):
     given = [f"FollowPath={DWB}", "GridBased=navstack::IncrementalNavfn"]
     study = make_study(stacks=[str(foreign)], episodes=1, substitutes=given)
-    assert read_planner(load_nav2(Path(study.stacks[0].nav2_file), True)).type == "navstack::IncrementalNavfn"
+    assert (
+        read_planner(load_nav2(Path(study.stacks[0].nav2_file), True)).type
+        == "navstack::IncrementalNavfn"
+    )
 
 
 def test_the_refusal_of_a_foreign_controller_names_the_way_on(foreign):

@@ -85,10 +85,18 @@ def laboratory(
 
 def restart(world: PyBulletWorld, start: Pose2D) -> None:
     """Begin a new episode."""
-    world.reset(Mission(start, start, 0.0), {name: np.random.default_rng(1) for name in ("pedestrians", "cargo")})
+    world.reset(
+        Mission(start, start, 0.0),
+        {name: np.random.default_rng(1) for name in ("pedestrians", "cargo")},
+    )
 
 
-def fling(world: PyBulletWorld, vx: float, vy: float = 0.0, spin: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
+def fling(
+    world: PyBulletWorld,
+    vx: float,
+    vy: float = 0.0,
+    spin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> None:
     """Set the robot in motion without its drive: velocity [m/s] and spin [rad/s], map frame."""
     bullet.resetBaseVelocity(world._body, (vx, vy, 0.0), spin, physicsClientId=world._client)
     world._read_robot()
@@ -101,7 +109,10 @@ def coasting(robot: RobotParams) -> RobotParams:
 
 def stepping_at(params: WorldParams, rate: float) -> WorldParams:
     """The world with a physics rate [Hz], without popcorn."""
-    physics, cargo = dataclasses.replace(params.physics, rate=rate), dataclasses.replace(params.cargo, pieces=0)
+    physics, cargo = (
+        dataclasses.replace(params.physics, rate=rate),
+        dataclasses.replace(params.cargo, pieces=0),
+    )
     return dataclasses.replace(params, physics=physics, cargo=cargo)
 
 
@@ -111,7 +122,11 @@ def bollard(x: float, height: float) -> Obstacle:
 
 
 def collide(
-    robot: RobotParams, params: WorldParams, speed: float, obstacles: Iterable[Obstacle], people: Iterable[Person]
+    robot: RobotParams,
+    params: WorldParams,
+    speed: float,
+    obstacles: Iterable[Obstacle],
+    people: Iterable[Person],
 ) -> Contact:
     """Let the coasting robot, thrown forward with ``speed`` [m/s], hit the one thing within 1.5 m ahead of it."""
     with laboratory(coasting(robot), params, obstacles, people) as world:
@@ -122,7 +137,9 @@ def collide(
     return contact
 
 
-def greatest_tilt(robot: RobotParams, params: WorldParams, speed: float, obstacle: Obstacle) -> float:
+def greatest_tilt(
+    robot: RobotParams, params: WorldParams, speed: float, obstacle: Obstacle
+) -> float:
     """How far [rad] the coasting robot leans when it hits something within 1 m ahead with ``speed`` [m/s]."""
     greatest = 0.0
     with laboratory(coasting(robot), params, [obstacle]) as world:
@@ -135,8 +152,12 @@ def greatest_tilt(robot: RobotParams, params: WorldParams, speed: float, obstacl
     return greatest
 
 
-def tipping_speed(robot: RobotParams, params: WorldParams, obstacle: Obstacle, tilt: float = 0.5) -> float:
-    """Speed [m/s] from which hitting something tips the coasting robot by more than ``tilt`` [rad]; by bisection.
+def tipping_speed(
+    robot: RobotParams, params: WorldParams, obstacle: Obstacle, tilt: float = 0.5
+) -> float:
+    """Speed [m/s] from which hitting something tips the coasting robot by more than ``tilt`` [rad].
+
+    By bisection.
 
     inf if 5 m/s does not.
     """
@@ -152,7 +173,9 @@ def tipping_speed(robot: RobotParams, params: WorldParams, obstacle: Obstacle, t
     return 0.5 * (low + high)
 
 
-def drive(world: PyBulletWorld, steps: int, speed: float = 0.0, yaw_rate: float = 0.0) -> list[Truth]:
+def drive(
+    world: PyBulletWorld, steps: int, speed: float = 0.0, yaw_rate: float = 0.0
+) -> list[Truth]:
     """Command a speed [m/s] and a yaw rate [rad/s]; returns the truth after each tick."""
     truths: list[Truth] = []
     for _ in range(steps):

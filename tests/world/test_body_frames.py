@@ -46,7 +46,9 @@ def pair(server, robot, params, yaw=0.0):
     body = add_robot(client, robot)
     ahead, height = robot.center[0] - robot.center_of_mass_x, robot.center_of_mass_height
     place = -ahead * math.cos(yaw), -ahead * math.sin(yaw), height
-    bullet.resetBasePositionAndOrientation(body, place, bullet.getQuaternionFromEuler((0.0, 0.0, yaw)), client)
+    bullet.resetBasePositionAndOrientation(
+        body, place, bullet.getQuaternionFromEuler((0.0, 0.0, yaw)), client
+    )
     person = add_person(client, person_shape(client, RADIUS, 1.7, robot.height), 1e6, 0.0)
     return BodyFrames(client, params), body, person, robot.half_size[0] + RADIUS
 
@@ -58,7 +60,9 @@ def state(server, body):
     return np.array(place), np.array(velocity)
 
 
-@pytest.mark.parametrize(("way", "shown", "speed"), [(0.999, 2.0, 119.88), (1.0, 3.0, 0.0), (1.4, 3.4, 0.0)])
+@pytest.mark.parametrize(
+    ("way", "shown", "speed"), [(0.999, 2.0, 119.88), (1.0, 3.0, 0.0), (1.4, 3.4, 0.0)]
+)
 def test_who_goes_a_metre_in_a_frame_appears_there(robot, params, way, shown, speed):
     server = Server()
     frames, _, person, _ = pair(server, robot, framed(params))
@@ -66,17 +70,24 @@ def test_who_goes_a_metre_in_a_frame_appears_there(robot, params, way, shown, sp
     assert frames.show(person, 2.0 + way, 5.0, 0) == pytest.approx((shown, 5.0))
     place, velocity = state(server, person)
     assert (*place, *velocity) == pytest.approx((shown, 5.0, 0.0, speed, 0.0, 0.0))
-    assert frames.show(person, 9.0, 5.0, 3) == pytest.approx((2.0 + way, 5.0))  # until the next frame
+    # until the next frame
+    assert frames.show(person, 9.0, 5.0, 3) == pytest.approx((2.0 + way, 5.0))
     assert state(server, person)[1].tolist() == [0.0, 0.0, 0.0]
     server.close()
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -2.0])
 @pytest.mark.parametrize(
-    ("gap", "parting", "closing"), [(0.01, 1.0, 1.2), (-0.002, 1.0, -0.192), (-0.02, 1.0, -1.0), (0.01, 0.0, 1.2)]
+    ("gap", "parting", "closing"),
+    [(0.01, 1.0, 1.2), (-0.002, 1.0, -0.192), (-0.02, 1.0, -1.0), (0.01, 0.0, 1.2)],
 )
-def test_who_may_be_reached_is_put_in_touch_and_comes_no_nearer(robot, params, gap, parting, closing, yaw):
-    """The gap over the step comes off the way in; who overlaps parts with 0.8 of it, at most with the speed allowed."""
+def test_who_may_be_reached_is_put_in_touch_and_comes_no_nearer(
+    robot, params, gap, parting, closing, yaw
+):
+    """The gap over the step comes off the way in.
+
+    Who overlaps parts with 0.8 of it, at most with the speed allowed.
+    """
     server = Server()
     frames, body, person, touching = pair(server, robot, framed(params, parting=parting), yaw)
     x, y = ((touching + gap) * math.cos(yaw), (touching + gap) * math.sin(yaw))
@@ -130,7 +141,9 @@ def test_a_walker_acts_with_four_times_the_speed_for_one_step_and_then_stands(la
             (body,) = world._crowd.touchable
             speeds.append(bullet.getBaseVelocity(body, world._client)[0][0])
             places.append(bullet.getBasePositionAndOrientation(body, world._client)[0][0])
-    assert speeds == pytest.approx([0.0, 0.0, 0.0, 0.0, -4.0, 0.0, 0.0, 0.0, -4.0, 0.0, 0.0, 0.0], abs=1e-6)
+    assert speeds == pytest.approx(
+        [0.0, 0.0, 0.0, 0.0, -4.0, 0.0, 0.0, 0.0, -4.0, 0.0, 0.0, 0.0], abs=1e-6
+    )
     shown = 0.94 - np.repeat((0.0, FRAME, 2 * FRAME), 4)
     assert places == pytest.approx(shown, abs=1e-6)
 
@@ -141,7 +154,9 @@ def test_an_impact_brings_the_bodies_to_touch_at_the_steps_end(lab, robot, param
     """PhysX: a point's closing speed after a step is at most its gap over the step."""
     people = [ahead(gap + WALK * FRAME, yaw)]  # the first frame leaves the gap, the second strikes
     ice = lab.without_drive(robot)
-    with lab.world(ice, framed(params, per="partner"), people=people, steps_per_tick=1, start=Pose2D(yaw=yaw)) as world:
+    with lab.world(
+        ice, framed(params, per="partner"), people=people, steps_per_tick=1, start=Pose2D(yaw=yaw)
+    ) as world:
         for _ in range(9):
             world.step(Twist2D())
         given = momentum(world, ice)
@@ -149,14 +164,19 @@ def test_an_impact_brings_the_bodies_to_touch_at_the_steps_end(lab, robot, param
     theory = ice.mass * (4.0 * WALK - gap * 120.0)
     assert given == pytest.approx(theory, abs=0.5)
     assert event.impulse == pytest.approx(theory, abs=0.5)
-    assert event.partner_speed == pytest.approx(WALK, rel=1e-6)  # what is told of people is how they walk
+    # what is told of people is how they walk
+    assert event.partner_speed == pytest.approx(WALK, rel=1e-6)
 
 
-def test_driving_into_somebody_who_stands_gives_the_same_momentum_as_without_frames(lab, robot, params):
+def test_driving_into_somebody_who_stands_gives_the_same_momentum_as_without_frames(
+    lab, robot, params
+):
     ice = lab.without_drive(robot)
     impulses = []
     for frame_steps in (1, 4):
-        with lab.world(ice, framed(params, frame_steps), people=[ahead(0.303, speed=0.0)], steps_per_tick=1) as world:
+        with lab.world(
+            ice, framed(params, frame_steps), people=[ahead(0.303, speed=0.0)], steps_per_tick=1
+        ) as world:
             lab.fling(world, 1.5)
             for _ in range(60):
                 world.step(Twist2D())
@@ -165,12 +185,16 @@ def test_driving_into_somebody_who_stands_gives_the_same_momentum_as_without_fra
     assert impulses == pytest.approx([ice.mass * 1.5] * 2, rel=0.02)
 
 
-def test_no_point_gives_more_than_the_limit_and_the_robot_gets_what_the_points_give(lab, robot, params):
+def test_no_point_gives_more_than_the_limit_and_the_robot_gets_what_the_points_give(
+    lab, robot, params
+):
     ice = lab.without_drive(robot)
     free, capped = (framed(params, most=most, per="point") for most in (0.0, 100.0))
     counted, given, merged = [], [], []
     for settings in (free, capped):
-        with lab.world(ice, settings, people=[ahead(0.0005 + WALK * FRAME)], steps_per_tick=1) as world:
+        with lab.world(
+            ice, settings, people=[ahead(0.0005 + WALK * FRAME)], steps_per_tick=1
+        ) as world:
             for _ in range(9):
                 world.step(Twist2D())
             counted.append(world.truth.counted_contacts[0].impulse)
@@ -184,7 +208,9 @@ def test_no_point_gives_more_than_the_limit_and_the_robot_gets_what_the_points_g
 
 def test_the_limit_takes_back_the_way_made_in_the_step_too(lab, robot, params):
     ice = lab.without_drive(robot)
-    with lab.world(ice, framed(params, most=100.0), people=[ahead(0.0005 + WALK * FRAME)], steps_per_tick=1) as world:
+    with lab.world(
+        ice, framed(params, most=100.0), people=[ahead(0.0005 + WALK * FRAME)], steps_per_tick=1
+    ) as world:
         for _ in range(8):
             world.step(Twist2D())
         before, _ = bullet.getBasePositionAndOrientation(world._body, world._client)
@@ -194,20 +220,29 @@ def test_the_limit_takes_back_the_way_made_in_the_step_too(lab, robot, params):
     assert after[0] - before[0] == pytest.approx(vx / 120.0, rel=1e-6)
 
 
-@pytest.mark.parametrize(("overlap", "speed"), [(0.002, 0.192), (0.005, 0.48), (0.05, 1.0), (0.15, 1.0)])
-def test_bodies_that_overlap_part_by_physx_share_and_no_faster_than_allowed(lab, robot, params, overlap, speed):
+@pytest.mark.parametrize(
+    ("overlap", "speed"), [(0.002, 0.192), (0.005, 0.48), (0.05, 1.0), (0.15, 1.0)]
+)
+def test_bodies_that_overlap_part_by_physx_share_and_no_faster_than_allowed(
+    lab, robot, params, overlap, speed
+):
     """0.8 of the overlap per step, at most 1 m/s (DyContactPrep, maxDepenetrationVelocity)."""
     ice = lab.without_drive(robot)
-    with lab.world(ice, framed(params), people=[ahead(-overlap, speed=0.0)], steps_per_tick=1) as world:
+    with lab.world(
+        ice, framed(params), people=[ahead(-overlap, speed=0.0)], steps_per_tick=1
+    ) as world:
         world.step(Twist2D())
         assert momentum(world, ice) / ice.mass == pytest.approx(speed, abs=0.01)
 
 
 def test_without_a_limit_overlaps_part_by_the_engines_share(lab, robot, params):
     ice = lab.without_drive(robot)
-    with lab.world(ice, framed(params, parting=0.0), people=[ahead(-0.02, speed=0.0)], steps_per_tick=1) as world:
+    with lab.world(
+        ice, framed(params, parting=0.0), people=[ahead(-0.02, speed=0.0)], steps_per_tick=1
+    ) as world:
         world.step(Twist2D())
-        assert momentum(world, ice) / ice.mass == pytest.approx(0.01 * 0.02 * 120.0, abs=0.005)  # contact_erp
+        # contact_erp
+        assert momentum(world, ice) / ice.mass == pytest.approx(0.01 * 0.02 * 120.0, abs=0.005)
 
 
 def test_frames_do_not_hang_on_the_tick(lab, robot, params):
@@ -215,7 +250,9 @@ def test_frames_do_not_hang_on_the_tick(lab, robot, params):
     events = []
     for steps in (1, 2, 4):
         people = [ahead(0.4), (-1.5, 0.3, 1.1, 0.0)]
-        with lab.world(robot, framed(params, most=100.0), people=people, steps_per_tick=steps) as world:
+        with lab.world(
+            robot, framed(params, most=100.0), people=people, steps_per_tick=steps
+        ) as world:
             for _ in range(240 // steps):
                 world.step(Twist2D())
             events.append(world.close_episode().contacts)
@@ -223,9 +260,12 @@ def test_frames_do_not_hang_on_the_tick(lab, robot, params):
 
 
 def test_who_appears_elsewhere_does_not_fly_there(lab, robot, params):
-    with lab.world(robot, framed(params), people=[ahead(0.5, speed=0.0)], steps_per_tick=1) as world:
+    with lab.world(
+        robot, framed(params), people=[ahead(0.5, speed=0.0)], steps_per_tick=1
+    ) as world:
         world.step(Twist2D())
-        world._pedestrians._states = np.array([(-1.5, 0.0, 0.0, 0.0)])  # 2.4 m away, beyond the robot
+        # 2.4 m away, beyond the robot
+        world._pedestrians._states = np.array([(-1.5, 0.0, 0.0, 0.0)])
         for _ in range(8):
             world.step(Twist2D())
         assert world.close_episode().contacts == ()
@@ -252,7 +292,19 @@ def test_version_2_has_the_published_frames_and_limits(robot):
     world = load_dataclass(WorldParams, shipped("params") / "worlds" / "published_2.yaml")
     bodies = world.pedestrian_bodies
     assert bodies.frame_steps / world.physics.rate == pytest.approx(FRAME)
-    assert (bodies.max_contact_impulse, bodies.max_depenetration_speed, world.contacts.per) == (100.0, 1.0, "point")
-    assert (world.people.goals, world.people.goal_choice, world.people.beginning) == (200, "in_turn", "stationary")
+    assert (bodies.max_contact_impulse, bodies.max_depenetration_speed, world.contacts.per) == (
+        100.0,
+        1.0,
+        "point",
+    )
+    assert (world.people.goals, world.people.goal_choice, world.people.beginning) == (
+        200,
+        "in_turn",
+        "stationary",
+    )
     corner = max(math.hypot(x, y) for x, y in robot.footprint)
-    assert corner + world.people.radius < world.people.start_clearance < corner + world.people.radius + 0.1
+    assert (
+        corner + world.people.radius
+        < world.people.start_clearance
+        < corner + world.people.radius + 0.1
+    )

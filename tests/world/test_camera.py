@@ -39,10 +39,15 @@ def test_a_box_is_where_the_pinhole_puts_it():
     image = Camera(scene(box), PARAMS, 0.3, 1.7).picture(Pose2D(), NOBODY)
     assert image.shape == (120, 160, 3) and image.dtype == np.uint8
     rows, columns = np.nonzero(has_hue(image, COLORS["plant"]))
-    left, right = 80.0 * (1.0 - 2.5 / 4.0), 80.0 * (1.0 - 1.5 / 5.0)  # its near left, its far right edge
-    assert columns.min() == pytest.approx(left, abs=1.5) and columns.max() == pytest.approx(right, abs=1.5)
+    # its near left, its far right edge
+    left, right = 80.0 * (1.0 - 2.5 / 4.0), 80.0 * (1.0 - 1.5 / 5.0)
+    assert columns.min() == pytest.approx(left, abs=1.5) and columns.max() == pytest.approx(
+        right, abs=1.5
+    )
     top, bottom = 60.0 - 80.0 * (2.0 - 1.0) / 4.0, 60.0 + 80.0 * 1.0 / 4.0
-    assert rows.min() == pytest.approx(top, abs=1.5) and rows.max() == pytest.approx(bottom, abs=1.5)
+    assert rows.min() == pytest.approx(top, abs=1.5) and rows.max() == pytest.approx(
+        bottom, abs=1.5
+    )
 
 
 def test_it_turns_and_moves_with_the_robot():
@@ -67,8 +72,12 @@ def test_people_are_where_they_are_and_nowhere_else():
     assert columns.mean() == pytest.approx(79.5, abs=1.0)
     assert columns.max() - columns.min() + 1 == pytest.approx(160.0 * 0.3 / 3.0, abs=2.5)
     assert not has_hue(image, CLOTHES[1]).any()
-    rows, (head, across) = np.nonzero(has_hue(image, CLOTHES[0]))[0], np.nonzero(has_hue(image, SKIN))
-    assert rows.min() == pytest.approx(60.0 - 80.0 * (1.48 - 1.0) / 2.7, abs=1.5)  # the head is 0.22 m high
+    rows, (head, across) = (
+        np.nonzero(has_hue(image, CLOTHES[0]))[0],
+        np.nonzero(has_hue(image, SKIN)),
+    )
+    # the head is 0.22 m high
+    assert rows.min() == pytest.approx(60.0 - 80.0 * (1.48 - 1.0) / 2.7, abs=1.5)
     assert rows.max() == pytest.approx(60.0 + 80.0 * 1.0 / 2.7, abs=2.0)
     assert head.min() == pytest.approx(60.0 - 80.0 * (1.7 - 1.0) / 3.0, abs=1.5)
     assert across.max() - across.min() + 1 == pytest.approx(160.0 * 0.11 / 3.0, abs=1.5)
@@ -91,7 +100,24 @@ def test_the_projection_is_that_of_a_pinhole_between_two_planes():
     params = CameraParams(width=160, height=120, fov=1.2, range=20.0)
     across, near, far = math.tan(0.6), 0.05, 20.0
     depth = -(far + near) / (far - near), -2.0 * far * near / (far - near)
-    expected = [1.0 / across, 0, 0, 0, 0, 160 / 120 / across, 0, 0, 0, 0, depth[0], -1.0, 0, 0, depth[1], 0]
+    expected = [
+        1.0 / across,
+        0,
+        0,
+        0,
+        0,
+        160 / 120 / across,
+        0,
+        0,
+        0,
+        0,
+        depth[0],
+        -1.0,
+        0,
+        0,
+        depth[1],
+        0,
+    ]
     assert Camera(scene(), params, 0.3, 1.7)._projection == pytest.approx(expected, rel=1e-4)
 
 
@@ -105,15 +131,24 @@ def test_the_ground_goes_on_beyond_the_map_and_below_the_zones(monkeypatch):
     assert around.tolist() == [[-55.0, -40.0], [60.0, -40.0], [60.0, 75.0], [-55.0, 75.0]]
     assert below == pytest.approx([-0.62, -0.121]) and color == OTHER
     assert [each[0].tolist() for each in others] == [zone.polygon.tolist() for zone in zones]
-    assert [each[1:3] for each in others] == [pytest.approx((-0.62, -0.12)), pytest.approx((-0.62, 0.0005))]
+    assert [each[1:3] for each in others] == [
+        pytest.approx((-0.62, -0.12)),
+        pytest.approx((-0.62, 0.0005)),
+    ]
     assert [each[3] for each in others] == [COLORS["road"], COLORS["plaza"]]
 
 
 def test_a_prism_is_closed_but_for_its_bottom_and_looks_outwards(monkeypatch):
-    """An L of 5 m2 and a perimeter of 12 m, 2 m high: its volume by the divergence theorem, from within its bottom."""
+    """An L of 5 m2 and a perimeter of 12 m, 2 m high.
+
+    Its volume by the divergence theorem, from within its bottom.
+    """
     made = []
     monkeypatch.setattr(bullet, "createVisualShape", lambda kind, **given: made.append(given) or 4)
-    corners = np.array(((0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0))) + (10.0, 20.0)
+    corners = np.array(((0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0))) + (
+        10.0,
+        20.0,
+    )
     camera = SimpleNamespace(_client=6, _body=lambda *given: given)
     shape, place = Camera._prism(camera, corners, -0.5, 1.5, (0.1, 0.2, 0.3))
     assert shape == 4 and place == pytest.approx((*corners.mean(axis=0), 0.0))
@@ -124,20 +159,38 @@ def test_a_prism_is_closed_but_for_its_bottom_and_looks_outwards(monkeypatch):
     }
     a, b, c = triangles.transpose(1, 0, 2)
     areas = 0.5 * np.cross(b - a, c - a)  # with their directions
-    volume, of_sides = (areas * (a - (10.2, 20.2, -0.5))).sum() / 3.0, np.hypot(*areas[:, :2].T).sum()
+    volume, of_sides = (
+        (areas * (a - (10.2, 20.2, -0.5))).sum() / 3.0,
+        np.hypot(*areas[:, :2].T).sum(),
+    )
     assert (volume, of_sides) == pytest.approx((10.0, 24.0))
     assert (areas[:, 2] >= -1e-12).all() and areas.sum(axis=0) == pytest.approx((0.0, 0.0, 5.0))
 
 
 def test_policies_see_the_colours_that_they_have_learned_from():
-    hexadecimal = {kind: "".join(f"{round(255 * part):02x}" for part in color) for kind, color in COLORS.items()}
+    hexadecimal = {
+        kind: "".join(f"{round(255 * part):02x}" for part in color)
+        for kind, color in COLORS.items()
+    }
     assert hexadecimal == {
-        **{"building_glass": "8c9eb2", "mailbox": "1a40a6", "trash_bin": "335940", "plant": "33802e"},
+        **{
+            "building_glass": "8c9eb2",
+            "mailbox": "1a40a6",
+            "trash_bin": "335940",
+            "plant": "33802e",
+        },
         **{"fence": "735940", "bollard": "bfa626", "hydrant": "bf1f1a", "barrier": "e6731a"},
-        **{"traffic_light": "262626", "road": "404045", "sidewalk": "a8a69e", "crosswalk": "d9d9d9"},
+        **{
+            "traffic_light": "262626",
+            "road": "404045",
+            "sidewalk": "a8a69e",
+            "crosswalk": "d9d9d9",
+        },
         **{"plaza": "b2a894", "lawn": "598c40", "construction": "998059"},
     }
-    others = ["".join(f"{round(255 * part):02x}" for part in color) for color in (OTHER, SKIN, *CLOTHES)]
+    others = [
+        "".join(f"{round(255 * part):02x}" for part in color) for color in (OTHER, SKIN, *CLOTHES)
+    ]
     assert others == ["808080", "d9a680", "bf3333", "334cb2", "d9bf4c", "404047"]
 
 

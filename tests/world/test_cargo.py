@@ -50,7 +50,9 @@ def surface_height(heap, radius):
     axis = (np.arange(40) + 0.5) / 40 * PARAMS.bucket_width - 0.5 * PARAMS.bucket_width
     x, y = np.meshgrid(axis, axis)
     squared = (x[..., None] - heap[:, 0]) ** 2 + (y[..., None] - heap[:, 1]) ** 2
-    tops = np.where(squared < radius**2, heap[:, 2] + np.sqrt(np.maximum(radius**2 - squared, 0.0)), 0.0)
+    tops = np.where(
+        squared < radius**2, heap[:, 2] + np.sqrt(np.maximum(radius**2 - squared, 0.0)), 0.0
+    )
     return tops.max(axis=-1).mean()
 
 
@@ -58,7 +60,9 @@ def test_the_bucket_is_filled_as_asked():
     heap, radius = _settle(PARAMS, GRAVITY, DT, 0), PARAMS.piece_radius
     assert heap.shape == (PARAMS.pieces, 3)
     assert is_inside(heap, PARAMS).all()
-    assert surface_height(heap, radius) / PARAMS.bucket_height == pytest.approx(PARAMS.fill, abs=0.06)
+    assert surface_height(heap, radius) / PARAMS.bucket_height == pytest.approx(
+        PARAMS.fill, abs=0.06
+    )
     distances = np.linalg.norm(heap[:, None] - heap[None], axis=-1)[np.triu_indices(len(heap), 1)]
     assert distances.min() > 1.9 * radius  # pieces hardly overlap
     assert heap[:, 2].min() > 0.9 * radius
@@ -66,7 +70,9 @@ def test_the_bucket_is_filled_as_asked():
 
 def test_a_heap_settles_under_its_weight_in_a_bucket_that_stands(monkeypatch):
     steps = []
-    monkeypatch.setattr("harness.world.heap.step_with", lambda client, bucket, *given: steps.append(given))
+    monkeypatch.setattr(
+        "harness.world.heap.step_with", lambda client, bucket, *given: steps.append(given)
+    )
     _settle(dataclasses.replace(PARAMS, pieces=1), GRAVITY, DT, 0)
     assert steps == [((0.0, 0.0, -GRAVITY), LEVEL, STILL, DT)] * 360
 
@@ -88,11 +94,16 @@ def test_it_wakes_when_shaken_and_rests_again(cargo):
 
 @pytest.mark.parametrize(("width", "per_row"), [(0.12, 3), (0.0309, 1), (0.2, 6)])
 def test_layers_of_a_square_lattice_are_poured_about_the_middle(width, per_row):
-    """Seen from its corner, each layer is the same lattice; its corner lies where the walls leave room."""
+    """Seen from its corner, each layer is the same lattice.
+
+    Its corner lies where the walls leave room.
+    """
     radius, pitch = PARAMS.piece_radius, 2.1 * PARAMS.piece_radius
     poured = _poured(dataclasses.replace(PARAMS, bucket_width=width), 5)
     slack = 0.5 * width - radius - 0.5 * (per_row - 1) * pitch
-    shifts = slack * np.random.default_rng(5).uniform(-0.9, 0.9, (-(-PARAMS.pieces // per_row**2), 2))
+    shifts = slack * np.random.default_rng(5).uniform(
+        -0.9, 0.9, (-(-PARAMS.pieces // per_row**2), 2)
+    )
     half = 0.5 * (per_row - 1)
     lattice = [
         (pitch * (column - half) + x, pitch * (row - half) + y, radius + layer * pitch)
@@ -109,20 +120,32 @@ def test_normal_and_emergency_braking_spill_nothing_at_this_fill(cargo):
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -2.0])
-def test_pieces_are_pulled_by_their_weight_and_against_the_buckets_acceleration(cargo, monkeypatch, yaw):
-    """In the frame that turns with the bucket's heading where it woke: R(-yaw) (g - a); and so its lean and spin."""
+def test_pieces_are_pulled_by_their_weight_and_against_the_buckets_acceleration(
+    cargo, monkeypatch, yaw
+):
+    """In the frame that turns with the bucket's heading where it woke: R(-yaw) (g - a).
+
+    And so its lean and spin.
+    """
     steps = []
-    monkeypatch.setattr("harness.world.cargo.step_with", lambda client, bucket, *given: steps.append(given))
+    monkeypatch.setattr(
+        "harness.world.cargo.step_with", lambda client, bucket, *given: steps.append(given)
+    )
     acceleration, spin = np.array((2.0, -5.0, 3.5)), (0.3, -0.2, 0.7)
     lean, turned = Rotation.from_euler("yx", (0.1, -0.2)), Rotation.from_euler("z", yaw)
     cargo.reset(np.random.default_rng(0))
     cargo.step(tuple(acceleration.tolist()), tuple((turned * lean).as_quat().tolist()), spin)
     assert len(cargo.positions) == PARAMS.pieces  # which asks for the motion
     ((pull, orientation, own_spin, dt),) = steps
-    woken = turned * Rotation.from_euler("z", lean.as_euler("ZYX")[0])  # what leans has a heading of its own, too
-    np.testing.assert_allclose(pull, woken.inv().apply((0.0, 0.0, -GRAVITY) - acceleration), atol=1e-12)
+    # what leans has a heading of its own, too
+    woken = turned * Rotation.from_euler("z", lean.as_euler("ZYX")[0])
+    np.testing.assert_allclose(
+        pull, woken.inv().apply((0.0, 0.0, -GRAVITY) - acceleration), atol=1e-12
+    )
     np.testing.assert_allclose(own_spin, woken.inv().apply(spin), atol=1e-12)
-    assert Rotation.from_quat(orientation).as_matrix() == pytest.approx((woken.inv() * turned * lean).as_matrix())
+    assert Rotation.from_quat(orientation).as_matrix() == pytest.approx(
+        (woken.inv() * turned * lean).as_matrix()
+    )
     assert dt == DT
 
 
@@ -216,9 +239,13 @@ def test_the_eight_images_of_a_heap_are_different_and_inside():
     images = [turned(heap, which) for which in range(8)]
     assert all(is_inside(image, PARAMS).all() for image in images)
     assert len({image.round(9).tobytes() for image in images}) == 8
-    for which, image in enumerate(images):  # in complex numbers: mirrored for the latter four, then turned
+    # in complex numbers: mirrored for the latter four, then turned
+    for which, image in enumerate(images):
         flat = heap[:, 0] + 1j * heap[:, 1] * (-1.0 if which > 3 else 1.0)
-        assert np.array_equal(image[:, 0] + 1j * image[:, 1], flat * 1j**which) and (image[:, 2] == heap[:, 2]).all()
+        assert (
+            np.array_equal(image[:, 0] + 1j * image[:, 1], flat * 1j**which)
+            and (image[:, 2] == heap[:, 2]).all()
+        )
 
 
 class Places(SimpleNamespace):
@@ -230,13 +257,29 @@ class Places(SimpleNamespace):
 
 
 def test_pieces_beyond_the_buckets_surroundings_are_lost_for_good(monkeypatch):
-    """A bucket of 0.2 m by 0.25 m: what is farther off than 1 m, or 0.125 m below its floor; two were lost before."""
+    """A bucket of 0.2 m by 0.25 m: what is farther off than 1 m, or 0.125 m below its floor.
+
+    Two were lost before.
+    """
     params = SimpleNamespace(bucket_width=0.2, bucket_height=0.25)
-    kept = [(0.0, 0.0, 0.1), (0.1, -0.1, 0.25), (0.11, 0.0, 0.1), (1.0, -1.0, 1.0), (0.0, 0.0, -0.125)]
+    kept = [
+        (0.0, 0.0, 0.1),
+        (0.1, -0.1, 0.25),
+        (0.11, 0.0, 0.1),
+        (1.0, -1.0, 1.0),
+        (0.0, 0.0, -0.125),
+    ]
     gone = [(1.01, 0.0, 0.0), (0.0, -1.01, 0.0), (0.0, 0.0, 1.01), (0.0, 0.0, -0.13)]
     removed, pieces = [], list(range(9))
     monkeypatch.setattr(bullet, "removeBody", lambda piece, physicsClientId: removed.append(piece))
-    own = Places(places=[*gone[:2], *kept, *gone[2:]], params=params, _pieces=pieces, _client=0, _lost=2, _at_start=11)
+    own = Places(
+        places=[*gone[:2], *kept, *gone[2:]],
+        params=params,
+        _pieces=pieces,
+        _client=0,
+        _lost=2,
+        _at_start=11,
+    )
     Cargo._look(own)
     assert (sorted(removed), pieces, own._lost) == ([0, 1, 7, 8], [2, 3, 4, 5, 6], 6)
     assert (own.state.pieces_at_start, own.state.pieces_outside) == (11, 9)
@@ -253,16 +296,28 @@ def test_in_frame_takes_the_heading_off():
 
 ALWAYS = -1.0  # [m/s2] of mean shaking that is harmless: none, so every step is simulated at once
 SMOOTH = dataclasses.replace(  # as in the world "published"
-    PARAMS, piece_radius=0.014, bucket_width=0.16, friction=0.2, restitution=0.5, rolling_friction=0.0
+    PARAMS,
+    piece_radius=0.014,
+    bucket_width=0.16,
+    friction=0.2,
+    restitution=0.5,
+    rolling_friction=0.0,
 )
 
 
 def harmless(params, kind, seed):
-    """Accelerations (n, 3) [m/s2], just harmless: one shock, a long pull, or one that turns over and over."""
+    """Accelerations (n, 3) [m/s2], just harmless.
+
+    One shock, a long pull, or one that turns over and over.
+    """
     heap = settled_heap(params, GRAVITY, DT, int(np.random.default_rng(seed).integers(16)))
     most = 0.999 * harmless_jolt(heap, params, GRAVITY)
     direction = np.random.default_rng((7, seed)).uniform(-math.pi, math.pi)
-    sizes = {"shock": [0.2 / DT], "pull": np.ones(120), "shaking": np.where(np.arange(240) % 60 < 30, 1.0, -1.0)}[kind]
+    sizes = {
+        "shock": [0.2 / DT],
+        "pull": np.ones(120),
+        "shaking": np.where(np.arange(240) % 60 < 30, 1.0, -1.0),
+    }[kind]
     return most * np.outer(sizes, (math.cos(direction), math.sin(direction), 0.0))
 
 
@@ -275,7 +330,10 @@ def test_what_counts_as_harmless_spills_nothing(monkeypatch, params, kind):
     monkeypatch.setattr("harness.world.cargo.harmless_jolt", lambda *given: ALWAYS)
     bucket = Cargo(dataclasses.replace(params, wake_acceleration=0.01), GRAVITY, DT)
     try:
-        lost = [shake(bucket, each, seed, calm=0.3).pieces_outside for seed, each in enumerate(accelerations)]
+        lost = [
+            shake(bucket, each, seed, calm=0.3).pieces_outside
+            for seed, each in enumerate(accelerations)
+        ]
     finally:
         bucket.close()
     assert lost == [0] * 6
@@ -292,14 +350,21 @@ def test_what_counts_as_harmless_spills_nothing(monkeypatch, params, kind):
     ],
 )
 def test_the_harmless_shaking_is_that_of_a_liquid(height, changes, most):
-    params = SimpleNamespace(**{"bucket": "fixed", "bucket_height": 0.1, "bucket_width": 0.2} | changes)
+    params = SimpleNamespace(
+        **{"bucket": "fixed", "bucket_height": 0.1, "bucket_width": 0.2} | changes
+    )
     heap = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, height]])
     assert harmless_jolt(heap, params, GRAVITY) == pytest.approx(most)
 
 
 def test_pieces_simulated_late_are_where_they_would_be(cargo, monkeypatch):
-    """Harmless shakes, rests between them, then a shock that spills: nothing, then everything is simulated."""
-    motion = np.concatenate((braking(4.9, 0.3), np.zeros((90, 3)), braking(5.5, 0.1), shock(4.0), braking(5.0, 0.2)))
+    """Harmless shakes, rests between them, then a shock that spills.
+
+    Nothing, then everything is simulated.
+    """
+    motion = np.concatenate(
+        (braking(4.9, 0.3), np.zeros((90, 3)), braking(5.5, 0.1), shock(4.0), braking(5.0, 0.2))
+    )
     late = [shake(cargo, motion[:n], seed=2) for n in (36, 138, 139, len(motion))]
     places = cargo.positions
     monkeypatch.setattr("harness.world.cargo.harmless_jolt", lambda *given: ALWAYS)

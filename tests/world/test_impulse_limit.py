@@ -27,7 +27,8 @@ def limit(points, robot):
 
 
 @pytest.mark.parametrize(
-    ("partner", "impulse"), [(Partner.PEDESTRIAN, 9.9), (Partner.PEDESTRIAN, MOST), (Partner.PROPERTY, 50.0)]
+    ("partner", "impulse"),
+    [(Partner.PEDESTRIAN, 9.9), (Partner.PEDESTRIAN, MOST), (Partner.PROPERTY, 50.0)],
 )
 def test_weak_contacts_and_those_with_things_stay_as_they_are(robot, partner, impulse):
     given = [point(partner, impulse)]
@@ -59,8 +60,12 @@ def test_what_is_cut_off_is_taken_from_the_robots_momentum_and_spin():
 def test_a_shove_acts_as_if_from_the_steps_beginning(turn):
     """The way and the turn of a step of 0.02 s with the changes of velocity and spin are made up for."""
     server = Server()
-    shape = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=0.5, physicsClientId=server.client)
-    body = bullet.createMultiBody(2.0, shape, useMaximalCoordinates=1, physicsClientId=server.client)
+    shape = bullet.createCollisionShape(
+        bullet.GEOM_SPHERE, radius=0.5, physicsClientId=server.client
+    )
+    body = bullet.createMultiBody(
+        2.0, shape, useMaximalCoordinates=1, physicsClientId=server.client
+    )
     bullet.resetBasePositionAndOrientation(body, CENTRE, LEAN.as_quat().tolist(), server.client)
     bullet.resetBaseVelocity(body, (0.5, 0.0, -1.0), (0.0, 0.25, 1.0), server.client)
     shove(server.client, body, np.array((1.0, -2.0, 4.0)), np.array(turn), 0.02)
@@ -69,6 +74,8 @@ def test_a_shove_acts_as_if_from_the_steps_beginning(turn):
     server.close()
     assert position == pytest.approx((1.02, 1.96, 0.38))
     turned = Rotation.from_rotvec(0.02 * np.array(turn)) * LEAN
-    assert Rotation.from_quat(orientation).as_matrix() == pytest.approx(turned.as_matrix(), abs=1e-6)
+    assert Rotation.from_quat(orientation).as_matrix() == pytest.approx(
+        turned.as_matrix(), abs=1e-6
+    )
     assert velocity == pytest.approx((1.5, -2.0, 3.0))
     assert spin == pytest.approx((turn[0], turn[1] + 0.25, turn[2] + 1.0))

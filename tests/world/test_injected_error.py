@@ -7,7 +7,11 @@ import pytest
 
 from harness.storage.shipped import shipped
 from harness.task.stack import TRUTH, InjectedError, load_stack
-from harness.world.ground_truth import GroundTruthLocalizer, GroundTruthTracker, InjectedErrorLocalizer
+from harness.world.ground_truth import (
+    GroundTruthLocalizer,
+    GroundTruthTracker,
+    InjectedErrorLocalizer,
+)
 from navstack.errors import InputError, ParameterError
 from navstack.types import Belief, Health, Observation, Pose2D
 
@@ -65,13 +69,21 @@ def test_the_belief_tells_its_own_uncertainty():
     localizer.reset(Belief(TRUE), np.random.default_rng(0))
     belief = localizer.update(Observation(0.25))
     np.testing.assert_allclose(belief.covariance, np.diag((0.02, 0.02, math.radians(3.0) ** 2)))
-    assert belief.stamp == 0.25 and belief.health is Health.TRACKING and -math.pi <= belief.pose.yaw <= math.pi
+    assert (
+        belief.stamp == 0.25
+        and belief.health is Health.TRACKING
+        and -math.pi <= belief.pose.yaw <= math.pi
+    )
     assert localizer.update(Observation(0.25)).pose == belief.pose  # no time, no drift
 
 
-@pytest.mark.parametrize("values", [(-0.1, 0.0, 1.0), (0.0, math.nan, 1.0), (0.0, 1.0, 0.0), (math.inf, 0.0, 1.0)])
+@pytest.mark.parametrize(
+    "values", [(-0.1, 0.0, 1.0), (0.0, math.nan, 1.0), (0.0, 1.0, 0.0), (math.inf, 0.0, 1.0)]
+)
 def test_what_is_no_error_is_refused(values):
-    with pytest.raises(ParameterError, match=r"injected error: \w+ .* is out of range; give a number"):
+    with pytest.raises(
+        ParameterError, match=r"injected error: \w+ .* is out of range; give a number"
+    ):
         InjectedError(*values)
 
 
@@ -85,7 +97,8 @@ def test_what_is_certain_cannot_be_made_uncertain_by_who_reads_it():
 
 
 def test_who_knows_the_people_tells_of_them_as_they_are_now():
-    people = np.array([(1.0, 2.0, 0.5, -0.5), (8.0, 9.0, 0.0, 1.3), (np.nan,) * 4])  # the last is not there
+    # the last is not there
+    people = np.array([(1.0, 2.0, 0.5, -0.5), (8.0, 9.0, 0.0, 1.3), (np.nan,) * 4])
     tracker = GroundTruthTracker(lambda: people, 0.3)
     people += (1.0, 0.0, 0.0, 0.0)
     told = tracker.tracks(7.0)
@@ -93,7 +106,9 @@ def test_who_knows_the_people_tells_of_them_as_they_are_now():
         (0, 2.0, 2.0, 0.5, -0.5),
         (1, 9.0, 9.0, 0.0, 1.3),
     ]
-    assert all(each.stamp == 7.0 and each.radius == 0.3 and not each.covariance.any() for each in told)
+    assert all(
+        each.stamp == 7.0 and each.radius == 0.3 and not each.covariance.any() for each in told
+    )
 
 
 def test_a_stack_file_may_ask_for_it_and_for_nothing_else(tmp_path):

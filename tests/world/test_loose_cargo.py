@@ -30,13 +30,23 @@ def place(cargo):
     return np.array(cargo._pose()[0]) / SCALE
 
 
-@pytest.mark.parametrize(("friction", "factor"), [(0.25, 0.6), (0.0, 0.0)])  # Bullet multiplies it and the root
-def test_the_bucket_and_the_deck_have_their_thicknesses_below_and_outside(monkeypatch, robot, friction, factor):
-    """Ten times as large: floor 0.01 m, walls 0.02 m, deck 0.1 m; the deck is the robot's body about the bucket."""
+# Bullet multiplies it and the root
+@pytest.mark.parametrize(("friction", "factor"), [(0.25, 0.6), (0.0, 0.0)])
+def test_the_bucket_and_the_deck_have_their_thicknesses_below_and_outside(
+    monkeypatch, robot, friction, factor
+):
+    """Ten times as large: floor 0.01 m, walls 0.02 m, deck 0.1 m.
+
+    The deck is the robot's body about the bucket.
+    """
     params = dataclasses.replace(FREE, bucket_width=0.2, friction=friction, bucket_friction=0.3)
     made, height = [], 10.0 * params.bucket_height
-    monkeypatch.setattr("harness.world.loose_cargo.add_boxes", lambda *given: made.append(given) or 5)
-    monkeypatch.setattr("harness.world.loose_cargo.set_dynamics", lambda *given, **more: made.append(more))
+    monkeypatch.setattr(
+        "harness.world.loose_cargo.add_boxes", lambda *given: made.append(given) or 5
+    )
+    monkeypatch.setattr(
+        "harness.world.loose_cargo.set_dynamics", lambda *given, **more: made.append(more)
+    )
     monkeypatch.setattr("harness.world.loose_cargo.hold", lambda *given: made.append(given) or 6)
     moved = dataclasses.replace(robot, bucket=(-0.1335, 0.05, 0.8))
     assert LooseCargo(params, GRAVITY, DT, moved)._make_deck_and_bucket(3, params) == 6
@@ -48,7 +58,10 @@ def test_the_bucket_and_the_deck_have_their_thicknesses_below_and_outside(monkey
     expected += [(1.0, 0.1, 0.5 * height, 0.0, sign * 1.1, 0.5 * height) for sign in (1.0, -1.0)]
     assert np.array(sorted(map(flat, sides))) == pytest.approx(np.array(sorted(expected)))
     assert flat(deck) == pytest.approx([3.735, 2.5, 0.5, -1.0, -0.5, -0.1 - 0.5])
-    assert dynamics == {"lateralFriction": math.sqrt(friction), "restitution": math.sqrt(params.restitution)}
+    assert dynamics == {
+        "lateralFriction": math.sqrt(friction),
+        "restitution": math.sqrt(params.restitution),
+    }
     assert of_deck == pytest.approx(factor)
 
 
@@ -70,8 +83,15 @@ def test_a_fixed_bucket_has_its_floor_below_and_its_walls_outside(monkeypatch):
 
 def test_what_is_held_is_heavy_and_fills_its_boxes(monkeypatch):
     server, told = Server(), []
-    monkeypatch.setattr("harness.world.bucket.set_dynamics", lambda *given, **more: told.append((given, more)))
-    held = hold(server.client, [((1.0, 2.0, 0.5), (0.0, 1.0, 0.0)), ((0.5, 0.5, 2.0), (3.0, 0.0, 1.0))], 0.3, 0.49)
+    monkeypatch.setattr(
+        "harness.world.bucket.set_dynamics", lambda *given, **more: told.append((given, more))
+    )
+    held = hold(
+        server.client,
+        [((1.0, 2.0, 0.5), (0.0, 1.0, 0.0)), ((0.5, 0.5, 2.0), (3.0, 0.0, 1.0))],
+        0.3,
+        0.49,
+    )
     low, high = bullet.getAABB(held, physicsClientId=server.client)
     server.close()
     ((given, more),) = told
@@ -81,14 +101,19 @@ def test_what_is_held_is_heavy_and_fills_its_boxes(monkeypatch):
 
 
 def test_pieces_weigh_rub_and_roll_as_asked():
-    """As PyBullet tells of them: mass, friction, rolling friction; their radius is 0.154 in its lengths."""
+    """As PyBullet tells of them: mass, friction, rolling friction.
+
+    Their radius is 0.154 in its lengths.
+    """
     params, server = CargoParams(pieces=2, friction=0.36, rolling_friction=0.1), Server()
     heap = np.array(((0.0, 0.0, 0.05), (0.01, -0.02, 0.1)))
     _, pieces = build(server.client, params, heap, DT)
     for piece, place in zip(pieces, heap, strict=True):
         told = bullet.getDynamicsInfo(piece, -1, server.client)
         assert [told[k] for k in (0, 1, 6)] == pytest.approx([0.001, 0.6, 0.1 * 0.154])
-        assert bullet.getBasePositionAndOrientation(piece, server.client)[0] == pytest.approx(tuple(10.0 * place))
+        assert bullet.getBasePositionAndOrientation(piece, server.client)[0] == pytest.approx(
+            tuple(10.0 * place)
+        )
     server.close()
 
 
@@ -111,7 +136,10 @@ def test_it_slides_by_coulombs_law(robot, friction, acceleration):
 
 
 def test_with_enough_friction_it_tips_where_gravity_no_longer_holds_it(robot):
-    """Over the edge of its floor once a h > g b; h: centre of mass above the deck, b: half the floor's width."""
+    """Over the edge of its floor once a h > g b.
+
+    H: centre of mass above the deck, b: half the floor's width.
+    """
     tall = dataclasses.replace(FREE, bucket_friction=20.0, bucket_width=0.04, piece_mass=1e-9)
     limit = GRAVITY * 0.02 / 0.01
     for acceleration, tips in ((0.8 * limit, False), (1.3 * limit, True)):

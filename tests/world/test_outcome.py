@@ -31,7 +31,8 @@ def rules() -> Rules:
 
 def counted(*impulses: float) -> tuple[CountedContact, ...]:
     return tuple(
-        CountedContact(1.0, Partner.PEDESTRIAN, "pedestrian", 0, 0.0, 0.0, impulse, 1.0, 1.0) for impulse in impulses
+        CountedContact(1.0, Partner.PEDESTRIAN, "pedestrian", 0, 0.0, 0.0, impulse, 1.0, 1.0)
+        for impulse in impulses
     )
 
 
@@ -41,7 +42,8 @@ def counted(*impulses: float) -> tuple[CountedContact, ...]:
         ({}, None),
         ({"pose": Pose2D(8.0, 0.0)}, Outcome.SLA),
         ({"pose": Pose2D(7.99, 0.0)}, None),
-        ({"pose": Pose2D(9.0, 0.0), "cargo": CargoState(40, 2)}, Outcome.SLA),  # exactly 5 % is not more than 5 %
+        # exactly 5 % is not more than 5 %
+        ({"pose": Pose2D(9.0, 0.0), "cargo": CargoState(40, 2)}, Outcome.SLA),
         ({"pose": Pose2D(9.0, 0.0), "cargo": CargoState(40, 3)}, Outcome.SPOILED),
         ({"pose": Pose2D(9.0, 0.0), "cargo": None}, Outcome.ARRIVED),
         ({"stamp": 241.0}, Outcome.TIMEOUT),
@@ -50,7 +52,10 @@ def counted(*impulses: float) -> tuple[CountedContact, ...]:
         ({"tilt": 0.49}, None),
         ({"counted_contacts": counted(177.7)}, None),
         ({"counted_contacts": counted(100.0, 77.8)}, Outcome.PHYSICAL_ASSISTANCE),
-        ({"counted_contacts": counted(100.0, 77.8), "pose": Pose2D(9.0, 0.0)}, Outcome.PHYSICAL_ASSISTANCE),
+        (
+            {"counted_contacts": counted(100.0, 77.8), "pose": Pose2D(9.0, 0.0)},
+            Outcome.PHYSICAL_ASSISTANCE,
+        ),
     ],
 )
 def test_rules(rules: Rules, changes: dict[str, object], expected: Outcome | None) -> None:

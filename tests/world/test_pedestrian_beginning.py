@@ -1,4 +1,7 @@
-"""People who are somewhere along their errands when a delivery begins, against renewal theory; goals taken in turn."""
+"""People who are somewhere along their errands when a delivery begins, against renewal theory.
+
+Goals taken in turn.
+"""
 
 import dataclasses
 
@@ -15,7 +18,12 @@ from navstack.types import Pose2D
 AWAY = Pose2D(1000.0, 1000.0)
 PAUSES = 2.0, 5.0  # [s]
 WALK = PedestrianParams(
-    count=1500, goals=12, speed_std=0.0, goal_choice="in_turn", beginning="stationary", start_clearance=1.0
+    count=1500,
+    goals=12,
+    speed_std=0.0,
+    goal_choice="in_turn",
+    beginning="stationary",
+    start_clearance=1.0,
 )
 
 
@@ -54,10 +62,15 @@ def test_people_pause_for_their_share_of_the_time(crowd):
 
 
 def test_long_errands_are_met_in_proportion_to_their_duration(crowd):
-    """Mean of the errand that is going on: E[D^2] / E[D]; of what is left of it: half as much (inspection paradox)."""
+    """Mean of the errand that is going on: E[D^2] / E[D].
+
+    Of what is left of it: half as much (inspection paradox).
+    """
     ways, (low, high) = leg_lengths(crowd) / WALK.speed, PAUSES
     mean = ways.mean() + 0.5 * (low + high)
-    square = (ways**2).mean() + (low + high) * ways.mean() + (low * low + low * high + high * high) / 3.0
+    square = (
+        (ways**2).mean() + (low + high) * ways.mean() + (low * low + low * high + high * high) / 3.0
+    )
     left = crowd._errands.time_left(crowd.states[:, :2])
     deviation = left.std() / np.sqrt(WALK.count)
     assert left.mean() == pytest.approx(0.5 * square / mean, abs=3.0 * deviation)
@@ -96,7 +109,9 @@ def test_everybody_stands_or_walks_on_the_way(crowd):
     errands = crowd._errands
     for i, (x, y, vx, vy) in enumerate(crowd.states):
         if vx == vy == 0.0:
-            assert (x, y) == pytest.approx(tuple(errands.network.positions(errands._cells[i : i + 1])[0]))
+            assert (x, y) == pytest.approx(
+                tuple(errands.network.positions(errands._cells[i : i + 1])[0])
+            )
             assert 0.0 < errands.pauses[i] <= PAUSES[1]
         else:
             ahead = errands.points[i, errands.next_point[i]] - (x, y)
@@ -125,7 +140,8 @@ def test_goals_are_taken_in_turn_by_all():
     order = [listed.index(goal) for goal in taken]
     steps = np.diff(order) % 7
     assert len(order) > 30
-    assert (steps == 1).mean() > 0.7 and set(steps.tolist()) <= {1, 2}  # 2: one who stood at the next goal took another
+    # 2: one who stood at the next goal took another
+    assert (steps == 1).mean() > 0.7 and set(steps.tolist()) <= {1, 2}
 
 
 def test_the_next_goal_is_taken_though_it_is_in_the_same_row_or_column():
@@ -152,11 +168,18 @@ class Drawn:
 
 
 def test_an_errand_is_accepted_in_proportion_to_what_it_lasts():
-    """Goals in a row, 2 m and 4 m apart, walked at 0.5 m/s: the first draw is refused, the second one is not."""
+    """Goals in a row, 2 m and 4 m apart, walked at 0.5 m/s.
+
+    The first draw is refused, the second one is not.
+    """
     field = OccupancyGrid(np.zeros((60, 60), dtype=np.int8), 0.2, Pose2D())
     people = RandomWalkPedestrians(dataclasses.replace(WALK, count=1, agent_radius=0.0), field)
     errands, own = people._errands, Drawn(10.0, 3.0, 15.0, 9.9, 2.5, 6.4, 4.2)
-    errands.goals, errands._rngs, errands.speeds[0] = np.array(((10, 5), (10, 15), (10, 35))), [own], 0.5
+    errands.goals, errands._rngs, errands.speeds[0] = (
+        np.array(((10, 5), (10, 15), (10, 35))),
+        [own],
+        0.5,
+    )
     pairs, bounds = np.array((1, 2, 3, 5, 6, 7)), np.array((10.0, 20.0, 10.0, 10.0, 20.0, 10.0))
     assert errands._draw_errand(0, pairs, bounds, np.cumsum(bounds)) == 4.2
     again = [(0.0, 80.0), PAUSES, (0.0, 10.0), (0.0, pytest.approx(4.0 + 2.5))]
@@ -166,7 +189,12 @@ def test_an_errand_is_accepted_in_proportion_to_what_it_lasts():
 
 @pytest.mark.parametrize(
     ("time", "place", "corner", "pause"),
-    [(0.0, (1.0, 1.0), 1, 4.0), (3.0, (2.5, 1.0), 1, 4.0), (9.0, (4.0, 2.5), 2, 4.0), (15.0, (4.0, 5.0), 3, 3.0)],
+    [
+        (0.0, (1.0, 1.0), 1, 4.0),
+        (3.0, (2.5, 1.0), 1, 4.0),
+        (9.0, (4.0, 2.5), 2, 4.0),
+        (15.0, (4.0, 5.0), 3, 3.0),
+    ],
 )
 def test_somebody_on_the_way_is_as_far_as_the_speed_says(time, place, corner, pause):
     """A path of 3 m and 4 m at 0.5 m/s, and the pause at its end."""
@@ -179,7 +207,9 @@ def test_somebody_on_the_way_is_as_far_as_the_speed_says(time, place, corner, pa
 
 
 def test_the_same_seed_begins_alike_whatever_was_before():
-    one, other = (RandomWalkPedestrians(dataclasses.replace(WALK, count=20), town()) for _ in range(2))
+    one, other = (
+        RandomWalkPedestrians(dataclasses.replace(WALK, count=20), town()) for _ in range(2)
+    )
     other.reset(np.random.default_rng(9), AWAY)
     other.steps(0.1, 500)
     for people in (one, other):
@@ -191,7 +221,9 @@ def test_the_same_seed_begins_alike_whatever_was_before():
 def test_a_single_goal_and_a_single_cell_work():
     cell = np.full((9, 9), 100, dtype=np.int8)
     cell[4, 4] = 0
-    people = RandomWalkPedestrians(dataclasses.replace(WALK, count=3), OccupancyGrid(cell, 1.0, Pose2D()))
+    people = RandomWalkPedestrians(
+        dataclasses.replace(WALK, count=3), OccupancyGrid(cell, 1.0, Pose2D())
+    )
     people.reset(np.random.default_rng(0), Pose2D(4.5, 4.5))
     people.steps(0.1, 200)
     assert (people.states == (4.5, 4.5, 0.0, 0.0)).all()

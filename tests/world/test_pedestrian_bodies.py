@@ -33,7 +33,9 @@ def world_of(robot, params):
         kind = dataclasses.replace(params.pedestrian_bodies, kind=bodies)
         settings = dataclasses.replace(params, people=who, pedestrian_bodies=kind)
         scene = Scene("test", (), (), WALKABLE, WALKABLE)
-        world = PyBulletWorld(scene, robot, settings, make_pedestrians(who, WALKABLE, robot), NoSensors(), 2)
+        world = PyBulletWorld(
+            scene, robot, settings, make_pedestrians(who, WALKABLE, robot), NoSensors(), 2
+        )
         made.append(world)
         restart(world)
         return world
@@ -68,7 +70,9 @@ def test_a_model_that_takes_pushes_goes_on_from_where_its_body_is(world_of):
     """The social forces are off here, so that nobody makes way and only the body yields."""
     world = world_of(model="social_force", count=1)
     model = world._pedestrians
-    model._forces = model._forces._replace(person_strength=0.0, body_stiffness=0.0, wall_strength=0.0)
+    model._forces = model._forces._replace(
+        person_strength=0.0, body_stiffness=0.0, wall_strength=0.0
+    )
     stand(world, 6.0, 4.0)
     truths = drive(world, 3.0, speed=1.0)
     body, modelled = truths[-1].pedestrians[0], model.states[0]
@@ -76,16 +80,22 @@ def test_a_model_that_takes_pushes_goes_on_from_where_its_body_is(world_of):
     assert np.hypot(*(body[:2] - modelled[:2])) < 0.03
     assert len(world.close_episode().contacts) >= 1
     let_go = drive(world, 2.0, speed=-1.0)[-1].pedestrians[0, 0]
-    assert drive(world, 2.0, speed=-1.0)[-1].pedestrians[0, 0] == pytest.approx(let_go, abs=0.01)  # it stays there
+    # it stays there
+    assert drive(world, 2.0, speed=-1.0)[-1].pedestrians[0, 0] == pytest.approx(let_go, abs=0.01)
 
 
 def test_a_body_follows_its_model_as_long_as_nobody_pushes(world_of):
     """The same walk with and without bodies: a robot that nobody touches makes no difference."""
-    with_bodies, without = world_of(model="social_force", count=12), world_of(model="social_force", count=12)
+    with_bodies, without = (
+        world_of(model="social_force", count=12),
+        world_of(model="social_force", count=12),
+    )
     for world in (with_bodies, without):
         restart(world, seed=4)
     without._crowd.ACTIVE_RADIUS = 0.0
-    ours, theirs = (np.array([t.pedestrians for t in drive(world, 8.0)]) for world in (with_bodies, without))
+    ours, theirs = (
+        np.array([t.pedestrians for t in drive(world, 8.0)]) for world in (with_bodies, without)
+    )
     near = np.hypot(*(theirs[..., :2] - (5.0, 4.0)).transpose(2, 0, 1)) < Crowd.ACTIVE_RADIUS
     assert near.any()
     assert not with_bodies.close_episode().contacts
@@ -97,16 +107,22 @@ def test_a_body_that_nothing_can_push_does_not_hurry_its_model(world_of):
     for world in (with_bodies, without):
         restart(world, seed=4)
     without._crowd.ACTIVE_RADIUS = 0.0
-    ours, theirs = (np.array([t.pedestrians for t in drive(world, 2.0)]) for world in (with_bodies, without))
-    assert (np.hypot(*(theirs[..., :2] - (5.0, 4.0)).transpose(2, 0, 1)) < Crowd.ACTIVE_RADIUS).any()
+    ours, theirs = (
+        np.array([t.pedestrians for t in drive(world, 2.0)]) for world in (with_bodies, without)
+    )
+    assert (
+        np.hypot(*(theirs[..., :2] - (5.0, 4.0)).transpose(2, 0, 1)) < Crowd.ACTIVE_RADIUS
+    ).any()
     np.testing.assert_allclose(ours, theirs, atol=1e-9)
 
 
 @pytest.mark.parametrize(
     ("behind", "push_force", "force"),
     [
-        ((0.1, -0.05, 0.0), 1e6, (900.0 * (0.6 + 0.2), 900.0 * (0.8 - 0.1), 0.0)),  # makes it up in 0.5 s
-        ((1.2, 1.6, 0.1), 1e6, (900.0 * 1.2, 900.0 * 1.6, 900.0 * 0.2)),  # at most at twice the walking speed
+        # makes it up in 0.5 s
+        ((0.1, -0.05, 0.0), 1e6, (900.0 * (0.6 + 0.2), 900.0 * (0.8 - 0.1), 0.0)),
+        # at most at twice the walking speed
+        ((1.2, 1.6, 0.1), 1e6, (900.0 * 1.2, 900.0 * 1.6, 900.0 * 0.2)),
         ((1.2, 1.6, 0.1), 300.0, (180.0, 240.0, 180.0)),  # and with the force allowed
     ],
 )
@@ -124,7 +140,9 @@ def test_a_body_off_its_way_is_pushed_back(world_of, monkeypatch, behind, push_f
     pushes = []
     monkeypatch.setattr(bullet, "applyExternalForce", lambda *given, **more: pushes.append(given))
     assert crowd._steer(body, x, y, 0.6, 0.8) == pytest.approx((*place[:2], 0.0, 0.0))
-    assert pushes == [(body, -1, pytest.approx(force, abs=1e-6), pytest.approx(place), bullet.WORLD_FRAME)]
+    assert pushes == [
+        (body, -1, pytest.approx(force, abs=1e-6), pytest.approx(place), bullet.WORLD_FRAME)
+    ]
 
 
 @pytest.mark.parametrize(
@@ -133,7 +151,8 @@ def test_a_body_off_its_way_is_pushed_back(world_of, monkeypatch, behind, push_f
         (0.5, False, False, True, False),
         (-0.1, False, False, True, True),
         (-0.1, False, False, False, False),
-        (-0.1, True, False, False, True),  # leaning or in contact it may touch what its outline does not
+        # leaning or in contact it may touch what its outline does not
+        (-0.1, True, False, False, True),
         (-0.1, False, True, False, True),
     ],
 )
@@ -152,11 +171,20 @@ def test_a_body_is_given_up_far_from_the_robot_once_it_is_back_on_its_way(world_
     crowd, (x, y, vx, vy) = world._crowd, world._pedestrians.states[0].tolist()
     assert crowd.follow(x, y)
     (body,) = crowd.touchable
-    assert bullet.getBasePositionAndOrientation(body, world._client)[0] == pytest.approx((x, y, 0.0))
-    assert bullet.getBaseVelocity(body, world._client) == (pytest.approx((vx, vy, 0.0)), (0.0, 0.0, 0.0))
-    bullet.resetBasePositionAndOrientation(body, (x + 0.04, y - 0.04, 0.0), (0.0, 0.0, 0.0, 1.0), world._client)
+    assert bullet.getBasePositionAndOrientation(body, world._client)[0] == pytest.approx(
+        (x, y, 0.0)
+    )
+    assert bullet.getBaseVelocity(body, world._client) == (
+        pytest.approx((vx, vy, 0.0)),
+        (0.0, 0.0, 0.0),
+    )
+    bullet.resetBasePositionAndOrientation(
+        body, (x + 0.04, y - 0.04, 0.0), (0.0, 0.0, 0.0, 1.0), world._client
+    )
     assert crowd.follow(x + 10.0, y)
-    bullet.resetBasePositionAndOrientation(body, (x + 0.03, y - 0.03, 0.0), (0.0, 0.0, 0.0, 1.0), world._client)
+    bullet.resetBasePositionAndOrientation(
+        body, (x + 0.03, y - 0.03, 0.0), (0.0, 0.0, 0.0, 1.0), world._client
+    )
     assert not crowd.follow(x + 10.0, y)
 
 
@@ -167,13 +195,17 @@ def test_a_body_five_centimetres_off_its_way_is_not_yet_back(world_of, off, may_
     crowd.follow(x, y)
     (body,) = crowd.touchable
     crowd._model = SimpleNamespace(states=np.array([(0.0, 4.0, 0.0, 0.0)]))
-    bullet.resetBasePositionAndOrientation(body, (off, 4.0, 0.0), (0.0, 0.0, 0.0, 1.0), world._client)
+    bullet.resetBasePositionAndOrientation(
+        body, (off, 4.0, 0.0), (0.0, 0.0, 0.0, 1.0), world._client
+    )
     assert crowd._may_go(0) is may_go
 
 
 @pytest.mark.parametrize(("frame_steps", "more"), [(1, 0.0), (4, 1.0)])  # [m] of the way in a frame
 @pytest.mark.parametrize(("excess", "is_near"), [(-1e-6, True), (1e-6, False)])
-def test_somebody_is_near_within_what_is_closed_in_a_step(lab, robot, params, frame_steps, more, excess, is_near):
+def test_somebody_is_near_within_what_is_closed_in_a_step(
+    lab, robot, params, frame_steps, more, excess, is_near
+):
     bodies = dataclasses.replace(params.pedestrian_bodies, frame_steps=frame_steps)
     distance = robot.reach + params.people.radius + 0.1 + more + excess
     settings = dataclasses.replace(params, pedestrian_bodies=bodies)
@@ -194,21 +226,30 @@ def test_a_robot_whose_middle_lies_aside_begins_where_its_mission_does(lab, robo
         pose, (x, y, z) = world.truth.pose, world._position
         cos, sin = np.cos(0.7), np.sin(0.7)
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((1.0, 2.0, 0.7))
-    assert (x, y, z) == pytest.approx((1.0 - 0.2 * cos + 0.05 * sin, 2.0 - 0.2 * sin - 0.05 * cos, 0.45))
+    assert (x, y, z) == pytest.approx(
+        (1.0 - 0.2 * cos + 0.05 * sin, 2.0 - 0.2 * sin - 0.05 * cos, 0.45)
+    )
 
 
-@pytest.mark.parametrize(("bodies", "model"), [("dynamic", "social_force"), ("kinematic", "random_walk")])
+@pytest.mark.parametrize(
+    ("bodies", "model"), [("dynamic", "social_force"), ("kinematic", "random_walk")]
+)
 def test_a_body_that_its_model_follows_or_moves_is_given_up_at_once(world_of, bodies, model):
     world = world_of(bodies, model=model, count=1)
     crowd, (x, y) = world._crowd, world._pedestrians.states[0, :2].tolist()
     assert crowd.follow(x, y)
     (body,) = crowd.touchable
-    bullet.resetBasePositionAndOrientation(body, (x + 0.3, y, 0.0), (0.0, 0.0, 0.0, 1.0), world._client)
+    bullet.resetBasePositionAndOrientation(
+        body, (x + 0.3, y, 0.0), (0.0, 0.0, 0.0, 1.0), world._client
+    )
     assert not crowd.follow(x + 10.0, y)
 
 
 def test_people_with_social_forces_touch_a_standing_robot_less(world_of):
-    """Than people who walk on whatever they hit, in the same narrow and crowded place; and none of them hard."""
+    """Than people who walk on whatever they hit, in the same narrow and crowded place.
+
+    And none of them hard.
+    """
     counts = {}
     middle = Pose2D(15.0, 4.0, 0.3)
     for model in ("random_walk", "social_force"):
@@ -258,10 +299,13 @@ def test_pushes_are_news_to_models_that_take_them_only():
     assert not blind.takes_pushes and (blind.states == 0.0).all()
 
 
-@pytest.mark.parametrize(("people", "robot", "together"), [(0.5, 0.4, 0.45), (0.2, 0.8, 0.5), (0.0, 0.4, 0.2)])
+@pytest.mark.parametrize(
+    ("people", "robot", "together"), [(0.5, 0.4, 0.45), (0.2, 0.8, 0.5), (0.0, 0.4, 0.2)]
+)
 def test_frictions_are_averaged_as_physx_does(people: float, robot: float, together: float) -> None:
     bodies = PedestrianBodyParams(friction=people, friction_combine="average")
-    assert friction_factor(bodies, robot) * robot == pytest.approx(together)  # Bullet multiplies the two
+    # Bullet multiplies the two
+    assert friction_factor(bodies, robot) * robot == pytest.approx(together)
     assert friction_factor(PedestrianBodyParams(friction=people), robot) == people
 
 

@@ -1,11 +1,20 @@
-"""The edges of the walkable area on a grid: where they are, where they lead away, and that nobody crosses them."""
+"""The edges of the walkable area on a grid.
+
+Where they are, where they lead away, and that nobody crosses them.
+"""
 
 import math
 
 import numpy as np
 import pytest
 
-from harness.world.pedestrian_edges import Edges, away_from_edge, cell_of, edge_distance, keep_inside
+from harness.world.pedestrian_edges import (
+    Edges,
+    away_from_edge,
+    cell_of,
+    edge_distance,
+    keep_inside,
+)
 
 FRAME = np.array((-6.0, -6.0, 1.0, 0.0, 0.2))
 CENTRES = 0.2 * (np.arange(60) + 0.5)  # [m] from the grid's corner, along its rows or columns
@@ -17,11 +26,16 @@ def test_a_grid_may_be_turned(yaw):
     frame = np.array((3.0, -2.0, math.cos(yaw), math.sin(yaw), 0.2))
     edges = Edges(np.add.outer(2.0 * CENTRES, CENTRES), EVERYWHERE, frame)
     along, up = 4.37, 7.15  # [m] in the grid
-    x, y = 3.0 + along * math.cos(yaw) - up * math.sin(yaw), -2.0 + along * math.sin(yaw) + up * math.cos(yaw)
+    x, y = (
+        3.0 + along * math.cos(yaw) - up * math.sin(yaw),
+        -2.0 + along * math.sin(yaw) + up * math.cos(yaw),
+    )
     assert cell_of(x, y, edges) == (35, 21)
     assert edge_distance(x, y, edges) == pytest.approx(along + 2.0 * up)
     to_x, to_y = math.cos(yaw) - 2.0 * math.sin(yaw), math.sin(yaw) + 2.0 * math.cos(yaw)
-    assert away_from_edge(x, y, edges) == pytest.approx((to_x / math.sqrt(5.0), to_y / math.sqrt(5.0)))
+    assert away_from_edge(x, y, edges) == pytest.approx(
+        (to_x / math.sqrt(5.0), to_y / math.sqrt(5.0))
+    )
 
 
 @pytest.mark.parametrize(
@@ -42,12 +56,14 @@ def test_a_point_off_the_grid_is_in_the_nearest_cell(x, y, cell):
     ],
 )
 def test_who_is_in_a_corner_gets_out_or_stands(velocity, after):
-    edges = Edges(np.minimum.outer(CENTRES, CENTRES), EVERYWHERE, FRAME)  # walls at the lower and left ends
+    # walls at the lower and left ends
+    edges = Edges(np.minimum.outer(CENTRES, CENTRES), EVERYWHERE, FRAME)
     assert keep_inside(-5.5, -5.5, *velocity, 0.1, 0.6, edges) == pytest.approx(after, abs=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("x", "y", "expected"), [(-99.0, 0.0, 0.1), (99.0, 0.0, 11.8998), (0.0, -99.0, 100.1), (0.0, 99.0, 111.8998)]
+    ("x", "y", "expected"),
+    [(-99.0, 0.0, 0.1), (99.0, 0.0, 11.8998), (0.0, -99.0, 100.1), (0.0, 99.0, 111.8998)],
 )
 def test_off_the_grid_the_distance_is_that_of_its_last_cells(x, y, expected):
     along_x = Edges(np.tile(CENTRES, (60, 1)), EVERYWHERE, FRAME)
@@ -69,12 +85,16 @@ def test_who_runs_into_a_slanting_edge_slides_along_it(velocity, expected):
     edges = Edges(np.add.outer(0.8 * (CENTRES - 6.0), 0.6 * (CENTRES - 6.0)), EVERYWHERE, FRAME)
     x, y = 0.6 * 0.45 - 0.8, 0.8 * 0.45 + 0.6
     after = keep_inside(x, y, *velocity, 0.1, 0.445, edges)
-    assert after == pytest.approx((x + 0.1 * expected[0], y + 0.1 * expected[1], *expected), abs=1e-9)
+    assert after == pytest.approx(
+        (x + 0.1 * expected[0], y + 0.1 * expected[1], *expected), abs=1e-9
+    )
 
 
 @pytest.mark.parametrize(("vx", "expected"), [(-0.5, (-6.1, 0.0)), (0.5, (-6.05, 0.5))])
 def test_who_is_beyond_an_edge_only_gets_back(vx, expected):
-    edges = Edges(np.tile(CENTRES - 0.2, (60, 1)), EVERYWHERE, np.array((-6.2, -6.0, 1.0, 0.0, 0.2)))
+    edges = Edges(
+        np.tile(CENTRES - 0.2, (60, 1)), EVERYWHERE, np.array((-6.2, -6.0, 1.0, 0.0, 0.2))
+    )
     x, y, vx, vy = keep_inside(-6.1, 0.0, vx, 0.0, 0.1, 0.3, edges)
     assert (x, vx) == pytest.approx(expected, abs=1e-9)
     assert (y, vy) == (0.0, 0.0)

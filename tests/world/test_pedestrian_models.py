@@ -11,7 +11,12 @@ from harness.storage.shipped import shipped
 from harness.task.study import make_study
 from harness.world.body_state import BodyState
 from harness.world.pedestrian_models import PEDESTRIAN_MODELS, make_pedestrians
-from harness.world.pedestrian_params import MODEL_NAMES, PedestrianParams, ReplayParams, SocialForceParams
+from harness.world.pedestrian_params import (
+    MODEL_NAMES,
+    PedestrianParams,
+    ReplayParams,
+    SocialForceParams,
+)
 from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError, ParameterError, UnknownNameError
@@ -72,7 +77,9 @@ def test_velocities_are_those_of_the_motion(model):
     there = np.isfinite(states).all(axis=2)
     states[~there] = np.nan
     moved = np.diff(states[..., :2], axis=0)
-    steady = (np.abs(np.diff(states[..., 2:], axis=0)) < change).all(axis=2) & there[1:] & there[:-1]
+    steady = (
+        (np.abs(np.diff(states[..., 2:], axis=0)) < change).all(axis=2) & there[1:] & there[:-1]
+    )
     assert steady.sum() > 100
     np.testing.assert_allclose(moved[steady], states[1:][steady][:, 2:] * DT, atol=change * DT)
 
@@ -105,7 +112,10 @@ def test_the_social_world_makes_way_and_can_be_pushed():
     ("make", "message"),
     [
         (lambda: PedestrianParams(model="walk"), "did you mean 'random_walk'"),
-        (lambda: SocialForceParams(relaxation_time=0.0), "relaxation_time 0.0; allowed is more than 0"),
+        (
+            lambda: SocialForceParams(relaxation_time=0.0),
+            "relaxation_time 0.0; allowed is more than 0",
+        ),
         (lambda: SocialForceParams(body_stiffness=1e6), "allowed is 0 to 10000"),
         (lambda: SocialForceParams(wall_strength=-1.0), "wall_strength -1.0; allowed is 0 or more"),
         (lambda: ReplayParams(frame_rate=0.0), "frame_rate 0.0; allowed is more than 0"),
@@ -139,7 +149,9 @@ def test_people_are_chosen_on_the_command_line(tmp_path):
 def test_a_recording_is_found_beside_its_world_file(tmp_path, monkeypatch):
     (tmp_path / "people.csv").write_text(PARALLEL)
     world = tmp_path / "mine.yaml"
-    world.write_text("people: {model: replay, replay: {file: people.csv, placement: {x: 1.0, y: 2.0, yaw: 0.0}}}\n")
+    world.write_text(
+        "people: {model: replay, replay: {file: people.csv, placement: {x: 1.0, y: 2.0, yaw: 0.0}}}\n"
+    )
     replayed = chosen(world=str(world))
     assert Path(replayed.replay.file) == tmp_path / "people.csv"
     assert replayed.replay.placement == Pose2D(1.0, 2.0)
@@ -155,15 +167,23 @@ def test_a_run_folder_holds_the_recording(tmp_path):
         (folder / name).write_text(text)
     again = world_params(str(folder / "world.yaml"), None).people
     assert Path(again.replay.file).read_text() == PARALLEL
-    assert dataclasses.replace(again.replay, file="") == dataclasses.replace(world.people.replay, file="")
+    assert dataclasses.replace(again.replay, file="") == dataclasses.replace(
+        world.people.replay, file=""
+    )
 
 
 @pytest.mark.parametrize(
     ("choices", "message"),
     [
-        ({"people": "socialforce"}, "unknown model of people 'socialforce'; did you mean 'social_force'"),
+        (
+            {"people": "socialforce"},
+            "unknown model of people 'socialforce'; did you mean 'social_force'",
+        ),
         ({"world": "socal"}, "unknown world 'socal'; did you mean 'social'"),
-        ({"people": "some.csv", "pedestrians": 3}, "--pedestrians 3 cannot be had from a recording"),
+        (
+            {"people": "some.csv", "pedestrians": 3},
+            "--pedestrians 3 cannot be had from a recording",
+        ),
     ],
 )
 def test_bad_choices_are_refused_in_one_line(choices, message):

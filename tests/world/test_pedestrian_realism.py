@@ -21,7 +21,9 @@ def real(comparison):
     data = os.environ.get("NAVSTACK_DATA")
     if not data:
         pytest.skip("NAVSTACK_DATA is not set: no ucy_zara01")
-    return comparison.measure([load_recording(ReplayParams(str(Path(data) / "ucy_zara01" / "obsmat.txt")))])
+    return comparison.measure(
+        [load_recording(ReplayParams(str(Path(data) / "ucy_zara01" / "obsmat.txt")))]
+    )
 
 
 @pytest.fixture(scope="module")

@@ -134,7 +134,15 @@ def test_the_lidar_sees_only_who_is_there():
     angles = np.linspace(-math.pi, math.pi, 360, endpoint=False)
     ranges, alone = np.full(360, 30.0), np.full(360, 30.0)
     here = np.array([(3.0, 0.0, 0.0, 0.0)])
-    beams = (0.3, 0.0, 0.0, 0.4, np.column_stack((np.cos(angles), np.sin(angles))), -math.pi, angles[1] - angles[0])
+    beams = (
+        0.3,
+        0.0,
+        0.0,
+        0.4,
+        np.column_stack((np.cos(angles), np.sin(angles))),
+        -math.pi,
+        angles[1] - angles[0],
+    )
     cast_circles(np.vstack((ABSENT, here, ABSENT)), *beams, 30.0, ranges)
     cast_circles(here, *beams, 30.0, alone)
     assert np.array_equal(ranges, alone) and ranges.min() == pytest.approx(2.7, abs=0.01)
@@ -150,7 +158,11 @@ def test_the_lidar_sees_only_who_is_there():
         ("a.csv", "id,t,x,y\n1,0,nan,1\n", "line 2: x 'nan'; a finite number"),
         ("a.csv", "id,t,x,y\n1,0,1\n", "line 2: 3 columns; 4 are needed"),
         ("a.csv", "id,t,x,y\n1,0,1,1\n1,0,2,1\n", "id 1 has two samples at the time 0 s"),
-        ("a.csv", "id,t,x,y\n1,0,1,-1.1e8\n", r"line 2: y '-1\.1e8'; a finite number is needed, at most 1e\+08"),
+        (
+            "a.csv",
+            "id,t,x,y\n1,0,1,-1.1e8\n",
+            r"line 2: y '-1\.1e8'; a finite number is needed, at most 1e\+08",
+        ),
         ("a.txt", "1 2 3\n", "line 1: 3 columns; 8 are needed"),
         ("a.txt", "\n1 2 3 0 z 0 0 0\n", "line 2: y 'z'; a finite number is needed"),
     ],
@@ -163,13 +175,19 @@ def test_a_bad_file_is_refused_in_one_line(tmp_path, name, text, message):
 
 def test_a_sample_may_be_as_far_as_can_be(tmp_path):
     found = load_recording(ReplayParams(write(tmp_path, "y,id,t,x\n-1e8,1,0,1e8\n7,1e8,1e8,5\n")))
-    assert found.positions.tolist() == [[1e8, -1e8], [5.0, 7.0]] and found.times.tolist() == [0.0, 1e8]
+    assert found.positions.tolist() == [[1e8, -1e8], [5.0, 7.0]] and found.times.tolist() == [
+        0.0,
+        1e8,
+    ]
 
 
 def test_a_data_set_counts_frames_and_has_x_and_y_in_its_third_and_fifth_column(tmp_path):
     file = write(tmp_path, "30 1 3 9 4 0 0 0\n\n0 1 5 9 6 0 0 0\n", "a.txt")
     found = load_recording(ReplayParams(file, frame_rate=15.0))
-    assert found.positions.tolist() == [[5.0, 6.0], [3.0, 4.0]] and found.times.tolist() == [0.0, 2.0]
+    assert found.positions.tolist() == [[5.0, 6.0], [3.0, 4.0]] and found.times.tolist() == [
+        0.0,
+        2.0,
+    ]
 
 
 def test_ten_thousand_people_are_read_and_no_more():
@@ -193,7 +211,10 @@ def test_files_that_cannot_be_read_are_refused(tmp_path):
 def test_a_recording_off_the_map_is_refused(tmp_path):
     file = write(tmp_path, TWO)
     people(file, placement=Pose2D(38.0, 0.0))  # some of it is on the map
-    with pytest.raises(InputError, match=r"walk at x 100\.0\.\.105\.0, y 0\.0\.\.5\.0 m, off the map of 60 m x 60 m"):
+    with pytest.raises(
+        InputError,
+        match=r"walk at x 100\.0\.\.105\.0, y 0\.0\.\.5\.0 m, off the map of 60 m x 60 m",
+    ):
         people(file, placement=Pose2D(100.0, 0.0))
 
 
@@ -241,7 +262,9 @@ def test_a_run_keeps_a_recording_of_any_size_that_is_read_as_it_is(tmp_path):
         with_recording(WorldParams(people=asked))
 
 
-@pytest.mark.parametrize("text", [TWO, "\ufeff" + TWO, TWO.replace("\n", "\r\n"), TWO.replace("\n", "\r")])
+@pytest.mark.parametrize(
+    "text", [TWO, "\ufeff" + TWO, TWO.replace("\n", "\r\n"), TWO.replace("\n", "\r")]
+)
 def test_marks_and_line_ends_do_not_matter(tmp_path, text):
     file = tmp_path / "people.csv"
     file.write_text(text, encoding="utf-8", newline="")

@@ -60,8 +60,12 @@ class Walkers:
 
     def __init__(self, robot, states, goals, free=None, **changes):
         """``states`` (n, 4) and ``goals`` (n, 2) [m]; everybody likes to walk at 1.34 m/s."""
-        people = dataclasses.replace(SOCIAL, count=len(states), speed_std=0.0, start_clearance=0.0, **changes)
-        self.model = SocialForcePedestrians(people, grid_of(strip() if free is None else free), robot)
+        people = dataclasses.replace(
+            SOCIAL, count=len(states), speed_std=0.0, start_clearance=0.0, **changes
+        )
+        self.model = SocialForcePedestrians(
+            people, grid_of(strip() if free is None else free), robot
+        )
         self.model.reset(np.random.default_rng(0), AWAY)
         errands = self.model._errands
         for i, ((x, y, vx, vy), goal) in enumerate(zip(states, goals, strict=True)):
@@ -101,7 +105,9 @@ def test_the_force_is_minus_the_gradient_of_the_published_potential(r, velocity)
     for heading in ((1.0, 0.0), (0.0, 1.0), (-0.6, -0.8)):
         seen = np.dot(heading, -force) >= np.linalg.norm(force) * math.cos(math.radians(100.0))
         expected = force if seen else 0.5 * force
-        assert from_person(FORCES, *r, *heading, 0.0, 0.0, *velocity) == pytest.approx(expected, rel=1e-5)
+        assert from_person(FORCES, *r, *heading, 0.0, 0.0, *velocity) == pytest.approx(
+            expected, rel=1e-5
+        )
 
 
 def test_edges_push_as_published():
@@ -125,18 +131,28 @@ def test_bodies_that_overlap_are_pressed_apart():
 def test_two_who_meet_exactly_head_on_keep_right():
     """There the gradient jumps; one rule for both, so that they do not dodge to the same side."""
     assert from_person(FORCES, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.3, 0.0) == pytest.approx((0.0, 7.0))
-    assert from_person(FORCES, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.3, 0.0) == pytest.approx((0.0, -7.0))
+    assert from_person(FORCES, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.3, 0.0) == pytest.approx(
+        (0.0, -7.0)
+    )
 
 
 def test_the_robot_is_a_person_of_its_size_with_a_rectangular_body():
     robot = np.array((0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
     circle = math.hypot(0.37, 0.25)
     force = 7.0 * math.exp(-(1.2 - (circle - 0.3)) / 0.3)
-    assert from_robot(FORCES, 1.2, 0.0, 0.0, 0.0, -1.0, 0.0, robot, True) == pytest.approx((force, 0.0))
-    for (x, y), direction in (((0.6, 0.1), (1.0, 0.0)), ((0.1, -0.5), (0.0, -1.0)), ((0.3, 0.0), (1.0, 0.0))):
+    assert from_robot(FORCES, 1.2, 0.0, 0.0, 0.0, -1.0, 0.0, robot, True) == pytest.approx(
+        (force, 0.0)
+    )
+    for (x, y), direction in (
+        ((0.6, 0.1), (1.0, 0.0)),
+        ((0.1, -0.5), (0.0, -1.0)),
+        ((0.3, 0.0), (1.0, 0.0)),
+    ):
         push = from_robot(FORCES, x, y, *np.zeros(4), robot, True)
         soft = from_robot(FORCES._replace(body_stiffness=0.0), x, y, *np.zeros(4), robot, True)
-        assert np.subtract(push, soft) / np.linalg.norm(np.subtract(push, soft)) == pytest.approx(direction)
+        assert np.subtract(push, soft) / np.linalg.norm(np.subtract(push, soft)) == pytest.approx(
+            direction
+        )
     assert from_robot(FORCES, 0.6, 0.1, *np.zeros(4), robot, True)[0] > 1500.0 * (0.37 + 0.3 - 0.6)
 
 
@@ -162,7 +178,10 @@ def test_its_body_presses_out_by_the_nearest_side(place, direction, overlap, yaw
 
 def test_what_counts_of_the_robot_is_its_relative_motion():
     """Walking towards it is as its coming."""
-    still, coming = np.array((0.0, 0.0, 1.0, 0.0, 0.0, 0.0)), np.array((0.0, 0.0, 1.0, 0.0, 1.2, 0.3))
+    still, coming = (
+        np.array((0.0, 0.0, 1.0, 0.0, 0.0, 0.0)),
+        np.array((0.0, 0.0, 1.0, 0.0, 1.2, 0.3)),
+    )
     assert from_robot(FORCES, 2.0, 0.4, -1.2, -0.3, -1.0, 0.0, still, True) == pytest.approx(
         from_robot(FORCES, 2.0, 0.4, 0.0, 0.0, -1.0, 0.0, coming, True)
     )
@@ -175,7 +194,9 @@ def test_from_every_side_it_is_noticed_at_the_same_distance(turn):
     forces = []
     for c, s in ((1.0, 0.0), (cos, sin)):
         coming = np.array((-4.0 * c, -4.0 * s, c, s, 1.5 * c, 1.5 * s))
-        fx, fy = from_robot(FORCES._replace(robot_range=0.2), 0.0, 0.0, 0.0, 0.0, -c, -s, coming, True)
+        fx, fy = from_robot(
+            FORCES._replace(robot_range=0.2), 0.0, 0.0, 0.0, 0.0, -c, -s, coming, True
+        )
         forces.append((c * fx + s * fy, c * fy - s * fx))
     assert math.hypot(*forces[0]) > 0.0
     assert forces[1] == pytest.approx(forces[0], rel=1e-9)
@@ -183,7 +204,9 @@ def test_from_every_side_it_is_noticed_at_the_same_distance(turn):
 
 def test_the_robots_middle_and_velocity_are_seen_in_the_map(robot):
     """Complex numbers: turned by the yaw, its middle is 0.1 m behind its base and 0.05 m to the right."""
-    aside = dataclasses.replace(robot, footprint=((0.5, 0.2), (0.5, -0.3), (-0.7, -0.3), (-0.7, 0.2)))
+    aside = dataclasses.replace(
+        robot, footprint=((0.5, 0.2), (0.5, -0.3), (-0.7, -0.3), (-0.7, 0.2))
+    )
     model = SocialForcePedestrians(dataclasses.replace(SOCIAL, count=1), grid_of(strip()), aside)
     model.see_robot(BodyState(3.0, 2.0, 0.7, 1.1, -0.4))
     turn = cmath.exp(0.7j)
@@ -207,18 +230,24 @@ def test_the_measured_forces_are_those_of_the_fit():
         for heading in ((1.0, 0.0), (-0.6, 0.8)):
             weight = 0.4 + 0.6 * (1.0 - np.dot(heading, away)) / 2.0
             expected = 2.0 * math.exp((0.6 - distance) / 0.89) * weight * away
-            assert from_person(forces, *r, *heading, 0.0, 0.0, 0.4, -1.1) == pytest.approx(expected, rel=1e-3)
+            assert from_person(forces, *r, *heading, 0.0, 0.0, 0.4, -1.1) == pytest.approx(
+                expected, rel=1e-3
+            )
             robot = np.array((0.0, 0.0, 1.0, 0.0, 1.5, 0.2))
             both = 0.3 + math.hypot(0.37, 0.25)
             expected = 7.93 * math.exp((both - distance) / 0.99) * away
-            assert from_robot(forces, *r, -0.8, 0.5, *heading, robot, True) == pytest.approx(expected, rel=1e-3)
+            assert from_robot(forces, *r, -0.8, 0.5, *heading, robot, True) == pytest.approx(
+                expected, rel=1e-3
+            )
 
 
 def test_who_does_not_notice_the_robot_is_only_pushed_by_it():
     _, forces = measured()
     robot = np.array((0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
     assert from_robot(forces, 1.2, 0.0, -1.0, 0.0, -1.0, 0.0, robot, False) == (0.0, 0.0)
-    assert from_robot(forces, 0.6, 0.0, -1.0, 0.0, -1.0, 0.0, robot, False) == pytest.approx((1500.0 * 0.07, 0.0))
+    assert from_robot(forces, 0.6, 0.0, -1.0, 0.0, -1.0, 0.0, robot, False) == pytest.approx(
+        (1500.0 * 0.07, 0.0)
+    )
 
 
 def test_the_share_of_people_who_notice_nothing(robot):
@@ -250,7 +279,11 @@ def twin(forces, robot, corners, speeds, states, edges):
         for j, other in enumerate(states):
             if j != i:
                 total = total + from_person(forces, x, y, *e, *other)
-        total = total + from_robot(forces, x, y, vx, vy, *e, robot, True) + from_edge(forces, x, y, edges)
+        total = (
+            total
+            + from_robot(forces, x, y, vx, vy, *e, robot, True)
+            + from_edge(forces, x, y, edges)
+        )
         velocity = np.array((vx, vy)) + DT * total
         speed = np.linalg.norm(velocity)
         velocity *= min(1.0, forces.top_speed * speeds[i] / speed)
@@ -271,7 +304,9 @@ def test_the_kernel_equals_a_slow_twin():
     walks = Walks(corners[:, None].copy(), counts, zeros, np.zeros(n), speeds)
     aware = np.ones(n, dtype=np.bool_)
     walk_among_others(DT, FORCES, robot, aware, walks, np.ones(n), states, edges, after, needs)
-    np.testing.assert_allclose(after, twin(FORCES, robot, corners, speeds, states, edges), rtol=1e-12)
+    np.testing.assert_allclose(
+        after, twin(FORCES, robot, corners, speeds, states, edges), rtol=1e-12
+    )
     assert (needs == 0).all()
 
 
@@ -305,10 +340,19 @@ def test_corners_and_the_goal_are_reached_from_a_distance(begun, place, corner, 
     ],
 )
 def test_what_somebody_needs(next_point, pause, look, is_open, need, after):
-    """A wall between the person and the corner, or none; looks are half a second apart, a step takes 0.1 s."""
+    """A wall between the person and the corner, or none.
+
+    Looks are half a second apart, a step takes 0.1 s.
+    """
     walkable = np.ones((60, 60), dtype=np.bool_)
     walkable[:, 30] = is_open
-    walks = Walks(np.array((((2.0, 0.1),),)), np.ones(1, int), np.array((next_point,)), np.array((pause,)), np.ones(1))
+    walks = Walks(
+        np.array((((2.0, 0.1),),)),
+        np.ones(1, int),
+        np.array((next_point,)),
+        np.array((pause,)),
+        np.ones(1),
+    )
     looks, edges = np.array((look,)), Edges(np.ones((60, 60)), walkable, FRAME)
     assert _need.py_func(0, 0.1, walks, looks, np.array(((-2.0, 0.1, 0.0, 0.0),)), edges) == need
     assert (walks.pauses[0], looks[0]) == pytest.approx(after, abs=1e-12)
@@ -323,7 +367,9 @@ def test_alone_in_the_open_everybody_walks_at_the_own_speed(robot):
 
 
 def test_two_who_meet_pass_without_touching(robot):
-    walkers = Walkers(robot, [(5.0, 2.0, 1.34, 0.0), (25.0, 2.0, -1.34, 0.0)], [(28.0, 2.0), (2.0, 2.0)])
+    walkers = Walkers(
+        robot, [(5.0, 2.0, 1.34, 0.0), (25.0, 2.0, -1.34, 0.0)], [(28.0, 2.0), (2.0, 2.0)]
+    )
     states = walkers.walk(15.0)
     assert np.hypot(*(states[:, 0, :2] - states[:, 1, :2]).T).min() > 0.59
     assert states[-1, 0, 0] > 20.0 and states[-1, 1, 0] < 10.0
@@ -362,7 +408,10 @@ def test_nobody_leaves_the_walkable_ground_or_gets_stuck(robot, count):
         states.append(model.states)
     states = np.array(states)
     assert np.isfinite(states).all()
-    columns, rows = np.floor(states[..., 0] / 0.1).astype(int), np.floor(states[..., 1] / 0.1).astype(int)
+    columns, rows = (
+        np.floor(states[..., 0] / 0.1).astype(int),
+        np.floor(states[..., 1] / 0.1).astype(int),
+    )
     assert free[rows, columns].all()
     assert np.hypot(states[..., 2], states[..., 3]).max() <= 1.3 * 1.5 * 1.34 + 1e-9
     moved = np.hypot(*(states[-1, :, :2] - states[:-1, :, :2]).transpose(2, 0, 1)).max(axis=0)
@@ -389,11 +438,18 @@ def test_crowds_do_not_push_anybody_through_an_edge(robot):
 
 def test_it_is_stable_at_the_physics_rate(robot):
     """Half the step changes little until people have met; overlapping bodies do not fly apart."""
-    meet = [(5.0, 2.1, 1.34, 0.0), (12.0, 1.9, -1.34, 0.0), (8.0, 2.0, 0.0, 0.0), (8.3, 2.0, 0.0, 0.0)]
+    meet = [
+        (5.0, 2.1, 1.34, 0.0),
+        (12.0, 1.9, -1.34, 0.0),
+        (8.0, 2.0, 0.0, 0.0),
+        (8.3, 2.0, 0.0, 0.0),
+    ]
     goals = [(28.0, 2.0), (2.0, 2.0), (8.0, 2.0), (8.3, 2.0)]
     coarse = Walkers(robot, meet, goals).walk(6.0)
     fine = Walkers(robot, meet, goals).walk(6.0, dt=DT / 4)[::4]
-    np.testing.assert_allclose(coarse[: round(2.0 / DT), :, :2], fine[: round(2.0 / DT), :, :2], atol=0.05)
+    np.testing.assert_allclose(
+        coarse[: round(2.0 / DT), :, :2], fine[: round(2.0 / DT), :, :2], atol=0.05
+    )
     assert np.hypot(coarse[..., 2], coarse[..., 3]).max() <= 1.3 * 1.34 + 1e-9
     assert np.hypot(*(coarse[-1, 2, :2] - coarse[-1, 3, :2])) > 0.59
 

@@ -6,7 +6,14 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from harness.task.shortest_paths import distance_field, path_length
-from harness.world.pedestrian_kernels import BLOCKED, Walks, _least_length, count_near, find_path, walk
+from harness.world.pedestrian_kernels import (
+    BLOCKED,
+    Walks,
+    _least_length,
+    count_near,
+    find_path,
+    walk,
+)
 from harness.world.pedestrian_params import PedestrianParams
 from harness.world.pedestrian_routes import WalkingNetwork
 from harness.world.pedestrians import PedestrianModel, RandomWalkPedestrians
@@ -58,7 +65,10 @@ def record(crowd, seconds, seed=0, dt=DT, robot=AWAY):
 
 
 def test_the_least_length_between_two_cells_is_the_largest_difference_to_a_landmark():
-    a, b = np.array([3.0, 9.0, 5.0, 2.0], dtype=np.float32), np.array([3.25, 9.0, 5.0, 2.5], dtype=np.float32)
+    a, b = (
+        np.array([3.0, 9.0, 5.0, 2.0], dtype=np.float32),
+        np.array([3.25, 9.0, 5.0, 2.5], dtype=np.float32),
+    )
     assert (_least_length(a, a), _least_length(a, b), _least_length(b, a)) == (0.0, 0.5, 0.5)
     assert (_least_length(a[:2], b[:2]), _least_length(a[2:], b[2:])) == (0.25, 0.5)
     here, farther = np.ones((2, 6), dtype=np.float32), np.eye(6, dtype=np.float32)
@@ -74,8 +84,14 @@ def test_those_nearer_than_a_radius_are_counted(radius, number):
 def test_walking_stops_after_the_step_in_which_somebody_becomes_restless():
     """One walks round a corner at 2 m/s, another stands for three steps of 0.5 s."""
     points = np.array((((1.5, 0.0), (1.5, 9.0)), ((7.0, 8.0), (7.0, 8.0))))
-    walks = Walks(points, np.array((2, 2)), np.array((0, 2)), np.array((9.0, 1.5)), np.array((2.0, 1.0)))
-    positions, states, restless = np.array(((0.0, 0.0), (7.0, 8.0))), np.empty((2, 4)), np.ones(2, dtype=np.bool_)
+    walks = Walks(
+        points, np.array((2, 2)), np.array((0, 2)), np.array((9.0, 1.5)), np.array((2.0, 1.0))
+    )
+    positions, states, restless = (
+        np.array(((0.0, 0.0), (7.0, 8.0))),
+        np.empty((2, 4)),
+        np.ones(2, dtype=np.bool_),
+    )
     assert walk(0.5, 2, walks, positions, states, restless) == (2, 0)
     assert states.tolist() == [[1.5, 0.5, 0.0, 2.0], [7.0, 8.0, 0.0, 0.0]]
     assert restless.tolist() == [False, False]
@@ -95,7 +111,8 @@ def test_routes_along_a_line_cannot_exceed_its_length_and_a_hundredth():
 
 def test_edge_distances_are_those_of_the_cells_centres():
     network = WalkingNetwork(grid_of(np.ones((9, 30), dtype=np.bool_), 0.2), 0.0)
-    middle = [-0.3, -0.1, 0.1, 0.3, 0.5, 0.7]  # [m] from the closed cells to those four cells from the next edge
+    # [m] from the closed cells to those four cells from the next edge
+    middle = [-0.3, -0.1, 0.1, 0.3, 0.5, 0.7]
     assert network.edge_distances()[6, :6] == pytest.approx(middle)
 
 
@@ -140,11 +157,15 @@ def test_routes_are_straightened_and_keep_the_distance(network):
         corners = network.route(a, b)
         np.testing.assert_allclose(corners[[0, -1]], network.positions(np.array((a, b))))
         dense = np.concatenate(
-            [np.linspace(p, q, 2 + int(20 * math.dist(p, q))) for p, q in zip(corners, corners[1:], strict=False)]
+            [
+                np.linspace(p, q, 2 + int(20 * math.dist(p, q)))
+                for p, q in zip(corners, corners[1:], strict=False)
+            ]
             or [corners]
         )
         mx, my = np.floor((dense - (-5.0, 3.0)) / 0.05).astype(int).T
-        assert clearance[my, mx].min() > 0.5 - 0.2  # between cell centres the path may cut half a cell of 0.2 m
+        # between cell centres the path may cut half a cell of 0.2 m
+        assert clearance[my, mx].min() > 0.5 - 0.2
         exact = float(distance_field(network._free, b)[a[0], a[1]]) * 0.2
         assert np.hypot(*np.diff(corners, axis=0).T).sum() <= 1.01 * exact + 1e-6
 
@@ -161,7 +182,8 @@ def test_everybody_stays_on_the_walkable_area(crowd):
     free = town()
     states = record(crowd, 120.0).reshape(-1, 4)
     mx, my = np.floor((states[:, :2] - (-5.0, 3.0)) / 0.05).astype(int).T
-    assert distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1][my, mx].min() * 0.05 > 0.3  # nobody touches a wall
+    # nobody touches a wall
+    assert distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1][my, mx].min() * 0.05 > 0.3
 
 
 def test_people_walk_at_their_speed_or_stand(crowd):
@@ -179,7 +201,9 @@ def test_people_walk_at_their_speed_or_stand(crowd):
 
 
 def test_speeds_are_spread_as_stated():
-    people = RandomWalkPedestrians(PedestrianParams(count=400, speed_std=0.1), grid_of(np.ones((200, 200), np.bool_)))
+    people = RandomWalkPedestrians(
+        PedestrianParams(count=400, speed_std=0.1), grid_of(np.ones((200, 200), np.bool_))
+    )
     people.reset(np.random.default_rng(0), AWAY)
     speeds = people._errands.speeds
     assert abs(speeds.mean() - 1.0) < 3 * 0.1 / 20
@@ -205,7 +229,9 @@ def test_people_stand_at_shared_goals(crowd):
     goals = crowd._errands.network.positions(crowd._errands.goals)
     assert len(np.unique(crowd._errands.goals, axis=0)) == 60
     standing = states[(states[..., 2:] == 0.0).all(axis=2)][:, :2]
-    distance = np.hypot(*(np.unique(standing, axis=0)[:, None] - goals).transpose(2, 0, 1)).min(axis=1)
+    distance = np.hypot(*(np.unique(standing, axis=0)[:, None] - goals).transpose(2, 0, 1)).min(
+        axis=1
+    )
     assert distance.max() < 1e-9
 
 
@@ -242,7 +268,9 @@ def test_states_given_away_do_not_change(crowd):
 
 
 def test_nobody_is_possible():
-    people = RandomWalkPedestrians(PedestrianParams(count=0), grid_of(np.ones((100, 100), np.bool_)))
+    people = RandomWalkPedestrians(
+        PedestrianParams(count=0), grid_of(np.ones((100, 100), np.bool_))
+    )
     assert record(people, 1.0).shape == (61, 0, 4)
 
 
@@ -263,7 +291,9 @@ def test_only_the_largest_part_is_used():
 
 
 def test_coarse_maps_and_a_single_cell_work():
-    people = RandomWalkPedestrians(PedestrianParams(count=3), grid_of(np.ones((20, 20), np.bool_), resolution=1.0))
+    people = RandomWalkPedestrians(
+        PedestrianParams(count=3), grid_of(np.ones((20, 20), np.bool_), resolution=1.0)
+    )
     assert np.isfinite(record(people, 10.0)).all()
     one = np.zeros((9, 9), dtype=np.bool_)
     one[4, 4] = True
@@ -277,7 +307,9 @@ def test_a_map_without_walkable_cells_is_an_error():
         RandomWalkPedestrians(PedestrianParams(), grid_of(np.zeros((50, 50), np.bool_)))
 
 
-@pytest.mark.parametrize("change", [{"count": -1}, {"goals": 0}, {"speed": 0.0}, {"pause_min": 6.0}, {"radius": 0.0}])
+@pytest.mark.parametrize(
+    "change", [{"count": -1}, {"goals": 0}, {"speed": 0.0}, {"pause_min": 6.0}, {"radius": 0.0}]
+)
 def test_impossible_people_are_refused(change):
     with pytest.raises(ParameterError, match="pedestrians"):
         dataclasses.replace(PedestrianParams(), **change)

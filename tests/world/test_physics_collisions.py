@@ -12,14 +12,23 @@ from harness.world.shapes import box, octagon
 from harness.world.truth import Partner
 from navstack.types import Pose2D, Twist2D
 
-from .laboratory import bollard, collide, greatest_tilt, mechanical_energy, stepping_at, tipping_speed
+from .laboratory import (
+    bollard,
+    collide,
+    greatest_tilt,
+    mechanical_energy,
+    stepping_at,
+    tipping_speed,
+)
 
 FRONT = 0.14  # [m] of the robot's body ahead of the base origin
 PERSON_RADIUS = 0.3  # [m]
 
 
 def wall(x, yaw=0.0, height=1.5):
-    return Obstacle("building_glass", box(x + 0.5 * math.cos(yaw), 0.5 * math.sin(yaw), yaw, 1.0, 4.0), height)
+    return Obstacle(
+        "building_glass", box(x + 0.5 * math.cos(yaw), 0.5 * math.sin(yaw), yaw, 1.0, 4.0), height
+    )
 
 
 def post(x, y=0.0, height=0.9, radius=0.1):
@@ -53,7 +62,9 @@ def test_the_impulse_on_something_fixed_is_the_lost_momentum(lab, robot, params,
 def test_a_wall_ahead_is_met_by_the_front_wherever_the_robot_looks(lab, robot, params, yaw):
     cos, sin, speed, farthest = math.cos(yaw), math.sin(yaw), 1.0, 0.0
     ahead = Obstacle("building_glass", box(1.5 * cos, 1.5 * sin, yaw, 1.0, 4.0), 1.5)
-    with lab.world(lab.without_drive(robot), params, [ahead], steps_per_tick=1, start=Pose2D(0.0, 0.0, yaw)) as world:
+    with lab.world(
+        lab.without_drive(robot), params, [ahead], steps_per_tick=1, start=Pose2D(0.0, 0.0, yaw)
+    ) as world:
         lab.fling(world, speed * cos, speed * sin)
         for _ in range(150):
             world.step(Twist2D())
@@ -67,19 +78,31 @@ def test_a_contact_point_tells_how_far_apart_the_bodies_were(lab, robot, params,
     told = []
     with lab.world(robot, params, [wall(0.3)], steps_per_tick=1) as world:
         make = world._contact_points
-        monkeypatch.setattr(world, "_contact_points", lambda contacts: told.extend(found := make(contacts)) or found)
+        monkeypatch.setattr(
+            world, "_contact_points", lambda contacts: told.extend(found := make(contacts)) or found
+        )
         lab.drive(world, 120, v=0.5)
     assert max(point.impulse for point in told) > 1.0
     assert max(abs(point.distance) for point in told) < 0.03
 
 
 def partners(params, kind):
-    """World, obstacles, people and the mass [kg] that the partner lends to the impact (inf: it cannot give way)."""
+    """World, obstacles, people and the mass [kg] that the partner lends to the impact (inf.
+
+    It cannot give way).
+    """
     if kind in ("kinematic", "dynamic"):
         # A dynamic person's steering is all but off: what acts is the impact.
-        bodies = dataclasses.replace(params.pedestrian_bodies, kind=kind, push_force=1e-6, friction=0.0)
+        bodies = dataclasses.replace(
+            params.pedestrian_bodies, kind=kind, push_force=1e-6, friction=0.0
+        )
         mass = bodies.mass if kind == "dynamic" else math.inf
-        return dataclasses.replace(params, pedestrian_bodies=bodies), (), ((1.303, 0.0, 0.0, 0.0),), mass
+        return (
+            dataclasses.replace(params, pedestrian_bodies=bodies),
+            (),
+            ((1.303, 0.0, 0.0, 0.0),),
+            mass,
+        )
     furniture = Obstacle("mailbox", box(1.257, 0.0, 0.0, 0.5, 0.5), 1.2)
     return params, {"wall": (wall(1.003),), "furniture": (furniture,)}[kind], (), math.inf
 
@@ -91,7 +114,8 @@ def test_impacts_are_those_of_mechanics_whatever_the_step(any_robot, params, kin
     world, obstacles, people, mass = partners(params, kind)
     theory = speed / (1.0 / any_robot.mass + 1.0 / mass)
     impulse, halved = (
-        collide(any_robot, stepping_at(world, rate), speed, obstacles, people).impulse for rate in (120.0, 240.0)
+        collide(any_robot, stepping_at(world, rate), speed, obstacles, people).impulse
+        for rate in (120.0, 240.0)
     )
     assert impulse == pytest.approx(theory, rel=0.03)
     assert halved == pytest.approx(impulse, rel=0.03)
@@ -99,12 +123,17 @@ def test_impacts_are_those_of_mechanics_whatever_the_step(any_robot, params, kin
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 1.57, 3.14])
 def test_being_walked_into_does_not_hang_on_the_step(lab, robot, params, angle):
-    """The robot holds its place by its wheels, the person walks on: the push is long, the impact the same."""
+    """The robot holds its place by its wheels, the person walks on.
+
+    The push is long, the impact the same.
+    """
     x, cos, sin = robot.center_of_mass_x, math.cos(angle), math.sin(angle)
     person = (x + 1.2 * cos, 1.2 * sin, -cos, -sin)
     impulses = []
     for rate in (120.0, 240.0):
-        with lab.world(robot, stepping_at(params, rate), people=[person], steps_per_tick=1) as world:
+        with lab.world(
+            robot, stepping_at(params, rate), people=[person], steps_per_tick=1
+        ) as world:
             lab.drive(world, round(1.5 * rate))
             (event,) = world.close_episode().contacts
         impulses.append(event.impulse)
@@ -126,14 +155,18 @@ def test_an_oblique_wall_takes_the_momentum_along_its_normal(lab, robot, params)
     assert after[1] == pytest.approx(before[1], abs=1e-3)  # frictionless: nothing along the wall
     assert event.impulse == pytest.approx(robot.mass * (before[0] - after[0]), rel=0.03)
     a, b = robot.half_size
-    lever = a * math.sin(1.0) - b * math.cos(1.0)  # [m] of the touching corner beside the centre of mass
-    effective_mass = 1.0 / (1.0 / robot.mass + lever**2 / robot.inertia[2])  # off-centre impact, textbook
+    # [m] of the touching corner beside the centre of mass
+    lever = a * math.sin(1.0) - b * math.cos(1.0)
+    # off-centre impact, textbook
+    effective_mass = 1.0 / (1.0 / robot.mass + lever**2 / robot.inertia[2])
     assert event.impulse == pytest.approx(effective_mass * before[0], rel=0.03)
 
 
 def test_momentum_is_conserved_with_a_dynamic_person(lab, robot, params):
     # The person's steering is all but off: what acts is the impact.
-    bodies = dataclasses.replace(params.pedestrian_bodies, kind="dynamic", push_force=1e-6, friction=0.0)
+    bodies = dataclasses.replace(
+        params.pedestrian_bodies, kind="dynamic", push_force=1e-6, friction=0.0
+    )
     speed = 1.2
     with lab.world(
         lab.without_drive(robot),
@@ -148,7 +181,9 @@ def test_momentum_is_conserved_with_a_dynamic_person(lab, robot, params):
         robot_after, person_after = world._velocity[0], truth.pedestrians[0, 2]
     total = robot.mass + bodies.mass
     common = robot.mass * speed / total
-    assert robot.mass * robot_after + bodies.mass * person_after == pytest.approx(robot.mass * speed, rel=1e-3)
+    assert robot.mass * robot_after + bodies.mass * person_after == pytest.approx(
+        robot.mass * speed, rel=1e-3
+    )
     assert person_after == pytest.approx(common, rel=0.03)
     assert event.impulse == pytest.approx(bodies.mass * common, rel=0.03)
     assert event.partner is Partner.PEDESTRIAN
@@ -162,17 +197,21 @@ def test_a_kinematic_person_walks_into_the_standing_robot(lab, robot, params):
     assert event.stamp == pytest.approx(0.5, abs=0.03)
     assert event.robot_speed == pytest.approx(0.0, abs=1e-3)
     assert event.partner_speed == pytest.approx(1.0, abs=1e-3)
-    # Nothing stops the person: the robot is taken along, and the first impact gives it the person's speed.
+    # Nothing stops the person: the robot is taken along, and the first impact gives it the person's
+    # speed.
     assert truths[-1].twist.linear_x == pytest.approx(-1.0, abs=0.1)
     assert truths[-1].pedestrians[0, 0] == pytest.approx(start_x - 2.0, abs=1e-6)
-    assert event.impulse == pytest.approx(50.0, rel=0.03)  # the wheels' resistance during the impact included
+    # the wheels' resistance during the impact included
+    assert event.impulse == pytest.approx(50.0, rel=0.03)
     assert event.duration > 1.0
 
 
 def test_a_dynamic_person_gives_way_and_returns_to_the_way(lab, robot, params):
     bodies = dataclasses.replace(params.pedestrian_bodies, kind="dynamic")
     people = [(2.0, 0.1, 0.0, 0.0)]
-    with lab.world(robot, dataclasses.replace(params, pedestrian_bodies=bodies), people=people) as world:
+    with lab.world(
+        robot, dataclasses.replace(params, pedestrian_bodies=bodies), people=people
+    ) as world:
         truths = lab.drive(world, 100, v=1.5)
         pushed = max(t.pedestrians[0, 0] for t in truths)
         back = lab.drive(world, 240, v=-1.5)[-1].pedestrians[0]
@@ -189,12 +228,16 @@ def test_a_hard_hit_counts_once_until_the_cool_down_is_over(lab, robot, params):
     assert counted.partner is Partner.PEDESTRIAN and counted.partner_id == 0
     assert counted.impulse == pytest.approx(event.peak_step_impulse)
     assert counted.impulse == pytest.approx(robot.mass * 1.8, rel=0.03)
-    assert counted.partner_speed == pytest.approx(1.8) and counted.robot_speed == pytest.approx(0.0, abs=1e-6)
+    assert counted.partner_speed == pytest.approx(1.8) and counted.robot_speed == pytest.approx(
+        0.0, abs=1e-6
+    )
     assert (counted.x, counted.y) == pytest.approx((FRONT, 0.0), abs=0.05)
 
 
 @pytest.mark.parametrize(("speed", "contacts"), [(0.9, 0), (1.1, 1)])
-def test_somebody_walking_into_the_standing_robot_counts_from_1_mps(lab, robot, params, speed, contacts):
+def test_somebody_walking_into_the_standing_robot_counts_from_1_mps(
+    lab, robot, params, speed, contacts
+):
     """50 kg x 1 m/s is the least that counts (published)."""
     start_x = FRONT + PERSON_RADIUS + 0.3
     with lab.world(robot, params, people=[(start_x, 0.0, -speed, 0.0)]) as world:
@@ -262,7 +305,10 @@ def test_it_stands_still_on_level_ground(lab, robot, params):
 
 
 def test_it_tips_over_a_low_edge_when_fast_and_not_when_slow(lab, robot, params):
-    """A step of 0.12 m trips the body; the threshold is the lever of the centre of mass (textbook)."""
+    """A step of 0.12 m trips the body.
+
+    The threshold is the lever of the centre of mass (textbook).
+    """
     kerb = wall(1.0, height=0.12)
     tilts = {}
     for speed in (0.5, 3.5):
@@ -297,13 +343,19 @@ def test_a_push_high_up_tips_it_and_a_low_one_does_not(lab, robot, params):
 
 
 def test_tipping_does_not_hang_on_the_time_step(lab, robot, params):
-    tilts = [greatest_tilt(robot, stepping_at(params, rate), 1.5, wall(1.0, height=0.12)) for rate in (120.0, 240.0)]
+    tilts = [
+        greatest_tilt(robot, stepping_at(params, rate), 1.5, wall(1.0, height=0.12))
+        for rate in (120.0, 240.0)
+    ]
     assert tilts[0] == pytest.approx(tilts[1], rel=0.2)
 
 
 @pytest.mark.parametrize("height", [0.15, 0.3])
 def test_the_speed_that_tips_it_over_a_low_bollard_is_that_of_a_fine_step(robot, params, height):
-    coarse, fine = (tipping_speed(robot, stepping_at(params, rate), bollard(1.0, height)) for rate in (120.0, 960.0))
+    coarse, fine = (
+        tipping_speed(robot, stepping_at(params, rate), bollard(1.0, height))
+        for rate in (120.0, 960.0)
+    )
     assert coarse == pytest.approx(fine, rel=0.03)
 
 

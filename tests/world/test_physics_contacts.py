@@ -47,7 +47,12 @@ def test_partners_are_not_added_to_each_other(book):
 def test_the_first_strong_partner_of_a_step_counts_alone(book):
     feed(book, [[point(20.0), point(30.0), point(90.0, MAILBOX)]])
     (counted,) = book.counted
-    assert (counted.impulse, counted.kind, counted.partner_id, counted.stamp) == (50.0, "pedestrian", 3, DT)
+    assert (counted.impulse, counted.kind, counted.partner_id, counted.stamp) == (
+        50.0,
+        "pedestrian",
+        3,
+        DT,
+    )
 
 
 def test_steps_below_the_threshold_never_add_up(book):
@@ -87,8 +92,14 @@ def test_an_event_sums_the_impact_and_not_the_push_after_it(book):
 
 
 def test_an_impact_lasts_until_the_bodies_touch(book):
-    """The engine brakes bodies that would meet within the step to just meet; they still come together in the next."""
-    feed(book, [[point(30.0, distance=0.004)], [point(12.0, distance=0.0)], [point(3.0, distance=-1e-5)]])
+    """The engine brakes bodies that would meet within the step to just meet.
+
+    They still come together in the next.
+    """
+    feed(
+        book,
+        [[point(30.0, distance=0.004)], [point(12.0, distance=0.0)], [point(3.0, distance=-1e-5)]],
+    )
     book.close_all()
     (event,) = book.finished
     assert (event.impulse, event.impacts) == (pytest.approx(42.0), 1)
@@ -107,7 +118,12 @@ def test_the_weakest_push_is_an_event_and_a_touch_without_force_is_none(book):
     assert book.is_waiting
     book.close_all()
     (event,) = book.finished
-    assert (event.kind, event.peak_step_impulse, event.impulse, event.impacts) == ("mailbox", 0.25, 0.0, 0)
+    assert (event.kind, event.peak_step_impulse, event.impulse, event.impacts) == (
+        "mailbox",
+        0.25,
+        0.0,
+        0,
+    )
     assert event.duration == pytest.approx(DT)
 
 
@@ -135,7 +151,10 @@ def test_an_event_ends_after_a_quarter_second_apart_and_then_begins_anew(book):
 def test_partners_have_events_of_their_own(book):
     feed(book, [[point(30.0), point(11.0, MAILBOX)], [point(1.0, MAILBOX)]])
     book.close_all()
-    assert {event.kind: event.impulse for event in book.finished} == {"pedestrian": 30.0, "mailbox": 11.0}
+    assert {event.kind: event.impulse for event in book.finished} == {
+        "pedestrian": 30.0,
+        "mailbox": 11.0,
+    }
 
 
 def test_it_says_who_moved_into_whom(book):
@@ -161,13 +180,18 @@ def test_spin_about_any_axis_moves_the_surface():
 
 def test_per_point_the_threshold_looks_at_single_points():
     book = ContactBook(ContactParams(per="point"), DT, robot_mass=50.0)
-    feed(book, [[point(20.0), point(49.9)], [point(45.0, MAILBOX), point(60.0), point(90.0, MAILBOX)]])
+    feed(
+        book,
+        [[point(20.0), point(49.9)], [point(45.0, MAILBOX), point(60.0), point(90.0, MAILBOX)]],
+    )
     (counted,) = book.counted
     assert (counted.impulse, counted.kind, counted.stamp) == (60.0, "pedestrian", 2 * DT)
 
 
 def test_events_are_the_same_whatever_counts():
-    books = [ContactBook(ContactParams(per=per), DT, robot_mass=50.0) for per in ("partner", "point")]
+    books = [
+        ContactBook(ContactParams(per=per), DT, robot_mass=50.0) for per in ("partner", "point")
+    ]
     for each in books:
         feed(each, [[point(30.0), point(40.0)], [point(5.0)]])
         each.close_all()

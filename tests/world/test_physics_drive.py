@@ -32,7 +32,10 @@ def robot():
 
 
 def quaternion(axis, angle):
-    return (*(math.sin(0.5 * angle) * np.asarray(axis, dtype=float)).tolist(), math.cos(0.5 * angle))
+    return (
+        *(math.sin(0.5 * angle) * np.asarray(axis, dtype=float)).tolist(),
+        math.cos(0.5 * angle),
+    )
 
 
 def matrix(q):
@@ -41,7 +44,9 @@ def matrix(q):
     return np.eye(3) + 2.0 * w * skew + 2.0 * skew @ skew
 
 
-def wrench(robot, v=(0.0, 0.0), w=0.0, command=(0.0, 0.0), q=(0.0, 0.0, 0.0, 1.0), loads=(LEVEL, LEVEL)):
+def wrench(
+    robot, v=(0.0, 0.0), w=0.0, command=(0.0, 0.0), q=(0.0, 0.0, 0.0, 1.0), loads=(LEVEL, LEVEL)
+):
     """Force, torque and power."""
     constants = drive_constants(robot, GRAVITY, DT)
     force, torque, power = drive_forces(q, (*v, 0.0), (0.0, 0.0, w), *loads, *command, constants)
@@ -54,13 +59,20 @@ def sticky(robot):
 
 
 def test_a_robot_is_a_box_on_four_feet(robot):
-    """By hand: a box of 1.2 m x 0.5 m x 2 m and 24 kg; its middle is 0.1 m behind the axle, 0.05 m to the right."""
+    """By hand: a box of 1.2 m x 0.5 m x 2 m and 24 kg.
+
+    Its middle is 0.1 m behind the axle, 0.05 m to the right.
+    """
     footprint = ((0.5, 0.2), (0.5, -0.3), (-0.7, -0.3), (-0.7, 0.2))
-    made = dataclasses.replace(robot, footprint=footprint, mass=24.0, height=2.0, center_of_mass_x=-0.22)
+    made = dataclasses.replace(
+        robot, footprint=footprint, mass=24.0, height=2.0, center_of_mass_x=-0.22
+    )
     assert made.half_size == pytest.approx((0.6, 0.25))
     assert made.center == pytest.approx((-0.1, -0.05))
     assert made.center_of_mass == pytest.approx((-0.22, -0.05, 0.45))
-    assert made.inertia == pytest.approx((2.0 * (0.25 + 4.0), 2.0 * (1.44 + 4.0), 2.0 * (1.44 + 0.25)))
+    assert made.inertia == pytest.approx(
+        (2.0 * (0.25 + 4.0), 2.0 * (1.44 + 4.0), 2.0 * (1.44 + 0.25))
+    )
     assert made.reach == pytest.approx(math.hypot(0.72, 0.25))
     assert made.max_drive_force == pytest.approx(400.0)
     assert made.axle_share == pytest.approx(0.6)
@@ -76,7 +88,9 @@ def test_a_robot_is_a_box_on_four_feet(robot):
         ({"height": 0.46, "ground_clearance": 0.46}, "and ground_clearance"),
     ],
 )
-def test_a_robot_whose_weight_lies_on_the_edge_of_its_feet_or_body_is_refused(robot, change, message):
+def test_a_robot_whose_weight_lies_on_the_edge_of_its_feet_or_body_is_refused(
+    robot, change, message
+):
     with pytest.raises(ParameterError, match=message):
         dataclasses.replace(robot, **change)
 
@@ -119,7 +133,8 @@ def test_each_wheel_stays_within_its_own_circle_of_friction(robot):
     ("asked", "loads", "friction", "given"),
     [
         ((3.0, 0.0, 8.0), (50.0, 150.0), 1.0, (3.0, 2.0, 0.0, 6.0)),  # sideways as the loads are
-        ((40.0, -120.0, 120.0), (100.0, 300.0), 0.25, (20.0, 15.0, -60.0, 45.0)),  # 3-4-5: 50 N into 25, 150 into 75
+        # 3-4-5: 50 N into 25, 150 into 75
+        ((40.0, -120.0, 120.0), (100.0, 300.0), 0.25, (20.0, 15.0, -60.0, 45.0)),
         ((0.6, 0.0, 0.0), (0.5, 0.5), 0.8, (0.4, 0.0, 0.0, 0.0)),  # however small
         ((0.0, -0.6, 0.0), (0.5, 0.5), 0.8, (0.0, 0.0, -0.4, 0.0)),
         ((5.0, 5.0, 6.0), (0.0, 100.0), 1.0, (0.0, 0.0, 5.0, 6.0)),  # the left one in the air
@@ -136,7 +151,9 @@ def test_off_level_ground_the_treads_are_held_though_the_body_rolls(robot):
     half = 0.5 * robot.mass * GRAVITY
     force, torque, _ = wrench(sticky(robot), v=(1.0, 0.3), command=(1.0, 0.0), loads=(half, half))
     rolling = DT * torque[0] / robot.inertia[0]  # [rad/s]
-    assert 0.3 + DT * force[1] / robot.mass + rolling * robot.center_of_mass_height == pytest.approx(0.0, abs=1e-12)
+    assert 0.3 + DT * force[
+        1
+    ] / robot.mass + rolling * robot.center_of_mass_height == pytest.approx(0.0, abs=1e-12)
     assert (force[0], torque[2]) == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
@@ -152,7 +169,9 @@ def test_a_free_step_leads_to_the_servos_next_speed_without_slip(robot):
     heading = yaw + DT * turn_after
     axle = after + turn_after * lever * np.array((-math.sin(heading), math.cos(heading)))
     assert turn_after == pytest.approx(0.4 + 0.05 * DT / robot.servo_time_constant)
-    assert axle @ (math.cos(heading), math.sin(heading)) == pytest.approx(1.0 + 0.1 * DT / robot.servo_time_constant)
+    assert axle @ (math.cos(heading), math.sin(heading)) == pytest.approx(
+        1.0 + 0.1 * DT / robot.servo_time_constant
+    )
     assert axle @ (-math.sin(heading), math.cos(heading)) == pytest.approx(0.0, abs=1e-12)
 
 
@@ -166,7 +185,8 @@ def test_wheels_in_the_air_pull_nothing(robot):
 def test_a_wheel_alone_on_the_ground_pulls_at_its_own_place(robot):
     force, torque, _ = wrench(robot, command=(3.0, 0.0), loads=(0.0, 200.0))
     assert math.hypot(*force[:2]) <= 0.8 * 200.0 + 1e-9
-    lever = np.array((-robot.center_of_mass_x, -0.5 * robot.track, -robot.center_of_mass_height))  # right wheel
+    # right wheel
+    lever = np.array((-robot.center_of_mass_x, -0.5 * robot.track, -robot.center_of_mass_height))
     assert torque == pytest.approx(np.cross(lever, (force[0], force[1], 0.0)))
 
 
@@ -183,13 +203,20 @@ def test_a_weak_motor_limits_each_wheel():
 
 
 def test_weak_motors_leave_the_axle_without_slip(robot):
-    """One explicit step of the rigid body: what the motors cannot turn, the ground still holds sideways."""
+    """One explicit step of the rigid body.
+
+    What the motors cannot turn, the ground still holds sideways.
+    """
     weak = dataclasses.replace(sticky(robot), max_wheel_torque=1e-9)
     lever = abs(robot.center_of_mass_x)
     velocity, turn = np.array((1.0, 0.3)), 0.7
     force, torque, _ = wrench(weak, velocity, turn, (2.0, -1.5))
-    after, turn_after = velocity + DT * force[:2] / robot.mass, turn + DT * torque[2] / robot.inertia[2]
-    assert after[1] + turn_after * lever == pytest.approx(0.0, abs=0.02)  # to first order in the step
+    after, turn_after = (
+        velocity + DT * force[:2] / robot.mass,
+        turn + DT * torque[2] / robot.inertia[2],
+    )
+    # to first order in the step
+    assert after[1] + turn_after * lever == pytest.approx(0.0, abs=0.02)
     assert force[0] == pytest.approx(0.0, abs=1e-6)
     before = 0.5 * robot.mass * velocity @ velocity + 0.5 * robot.inertia[2] * turn**2
     assert 0.5 * robot.mass * after @ after + 0.5 * robot.inertia[2] * turn_after**2 <= before
@@ -207,13 +234,20 @@ def test_power_is_force_times_speed_and_rolling_resistance_and_braking_gives_not
 @pytest.mark.parametrize(
     ("forces", "motion", "along", "power"),
     [
-        ((10.0, -1.0), (1.0, 2.0), 4.0, 10.0 * 0.5 + 5.0 * 0.5 - 2.5 + 5.0 * 2.5),  # wheels at 0.5 and 2.5 m/s
+        # wheels at 0.5 and 2.5 m/s
+        ((10.0, -1.0), (1.0, 2.0), 4.0, 10.0 * 0.5 + 5.0 * 0.5 - 2.5 + 5.0 * 2.5),
         ((-10.0, 0.0), (1.0, 2.0), 4.0, 5.0 * 2.5),  # the left one brakes
-        ((-6.0, -20.0), (-1.0, 2.0), -4.0, 6.0 * 2.5 + 5.0 * 2.5 + 20.0 * 0.5 + 5.0 * 0.5),  # backwards
+        # backwards
+        ((-6.0, -20.0), (-1.0, 2.0), -4.0, 6.0 * 2.5 + 5.0 * 2.5 + 20.0 * 0.5 + 5.0 * 0.5),
     ],
 )
-def test_each_wheel_takes_its_force_and_half_of_the_rolling_resistance(forces, motion, along, power):
-    """By hand: 2 kg, steps of 0.5 s, wheels 1 m apart, 5 N of resistance each; the middle of the step counts."""
+def test_each_wheel_takes_its_force_and_half_of_the_rolling_resistance(
+    forces, motion, along, power
+):
+    """By hand: 2 kg, steps of 0.5 s, wheels 1 m apart, 5 N of resistance each.
+
+    The middle of the step counts.
+    """
     constants = np.full(15, np.nan)
     constants[[0, 1, 5, 6, 9]] = 0.5, 2.0, 100.0, 0.5, 0.1
     assert mechanical_power(*forces, *motion, along, constants) == pytest.approx(power)
@@ -244,7 +278,9 @@ def test_motion_kernels_equal_matrix_algebra():
         rotation = matrix(q)
         expected = velocity + np.cross(spin, rotation @ offset)
         assert point_velocity(q, velocity, spin, *offset) == pytest.approx(expected)
-        state = BodyState(*base_state(position, q, velocity, spin, offset, before.yaw, before.vx, before.vy, 0.02))
+        state = BodyState(
+            *base_state(position, q, velocity, spin, offset, before.yaw, before.vx, before.vy, 0.02)
+        )
         yaw = state.yaw
         assert (state.x, state.y) == pytest.approx((position + rotation @ offset)[:2])
         assert yaw == pytest.approx(math.atan2(rotation[1, 0], rotation[0, 0]))

@@ -18,7 +18,9 @@ FRONT = 0.14  # [m] of the robot's body ahead of the base origin
 
 
 def wall(x, yaw=0.0, height=1.5):
-    return Obstacle("building_glass", box(x + 0.5 * math.cos(yaw), 0.5 * math.sin(yaw), yaw, 1.0, 4.0), height)
+    return Obstacle(
+        "building_glass", box(x + 0.5 * math.cos(yaw), 0.5 * math.sin(yaw), yaw, 1.0, 4.0), height
+    )
 
 
 def post(x, y=0.0, height=0.9, radius=0.1):
@@ -41,7 +43,9 @@ def test_it_reaches_and_holds_the_commanded_speed_on_a_straight_line(lab, any_ro
     acceleration, lag = GENTLE, robot.servo_time_constant
     ramp = 1.5 / acceleration - lag
     missed = 1.5 * ramp - 0.5 * acceleration * ramp**2 + acceleration * lag**2
-    assert math.hypot(truth.pose.x - 3.0, truth.pose.y + 2.0) == pytest.approx(1.5 * 4.0 - missed, abs=0.01)
+    assert math.hypot(truth.pose.x - 3.0, truth.pose.y + 2.0) == pytest.approx(
+        1.5 * 4.0 - missed, abs=0.01
+    )
 
 
 def test_it_turns_in_place_about_the_axle(lab, any_robot, params):
@@ -64,7 +68,9 @@ def test_it_drives_the_commanded_circle(lab, robot, params):
 
 @pytest.mark.parametrize("friction", [None, 0.2])
 def test_braking_is_limited_by_the_drive_and_by_friction(lab, any_robot, params, friction):
-    robot = any_robot if friction is None else dataclasses.replace(any_robot, wheel_friction=friction)
+    robot = (
+        any_robot if friction is None else dataclasses.replace(any_robot, wheel_friction=friction)
+    )
     expected = robot.max_deceleration
     if friction is not None:
         expected = friction * params.physics.gravity
@@ -119,7 +125,8 @@ def test_wheels_resist_a_sideways_shove_by_friction_only(lab, robot, params):
     with lab.world(robot, params) as world:
         lab.fling(world, 0.0, vy=1.0)
         truths = lab.drive(world, 60)
-    # Friction mu g stops the slide of the axle within mu g t = v; 0.3 s is ample, and 0.02 s would be a rail.
+    # Friction mu g stops the slide of the axle within mu g t = v; 0.3 s is ample, and 0.02 s would
+    # be a rail.
     assert abs(truths[0].twist.linear_y) > 0.5
     assert abs(truths[30].twist.linear_y) < 0.02
 
@@ -131,11 +138,19 @@ def test_two_fresh_worlds_agree_bit_for_bit(lab, robot, params):
 
     def journey(world):
         return [
-            (*dataclasses.astuple(t.pose), t.tilt, *dataclasses.astuple(t.twist), t.cargo.pieces_outside)
+            (
+                *dataclasses.astuple(t.pose),
+                t.tilt,
+                *dataclasses.astuple(t.twist),
+                t.cargo.pieces_outside,
+            )
             for t in lab.drive(world, 150, v=1.8, w=0.2)
         ], world.close_episode()
 
-    with lab.world(robot, loaded, obstacles, people) as first, lab.world(robot, loaded, obstacles, people) as second:
+    with (
+        lab.world(robot, loaded, obstacles, people) as first,
+        lab.world(robot, loaded, obstacles, people) as second,
+    ):
         trace, truth = journey(first)
         again, truth_again = journey(second)
         lab.restart(first, Pose2D())  # nothing is left of an earlier episode

@@ -43,7 +43,9 @@ def test_the_clearance_is_the_distance_to_the_nearest_step():
 
 
 def test_the_pieces_around_a_place_are_convex_and_fill_the_window():
-    ground = Elevation((ROAD, SIDEWALK, CROSSING, Zone("plaza", Rect(-5.0, -5.0, -2.0, -2.0).polygon, 0.3)))
+    ground = Elevation(
+        (ROAD, SIDEWALK, CROSSING, Zone("plaza", Rect(-5.0, -5.0, -2.0, -2.0).polygon, 0.3))
+    )
     pieces = ground.around(0.5, 0.5, 5.0)
     assert list(pieces) == [-CURB, 0.0, 0.3]
     area = 0.0
@@ -60,11 +62,20 @@ def test_the_pieces_around_a_place_are_convex_and_fill_the_window():
 
 @pytest.mark.parametrize(
     ("moved", "reach", "free"),
-    [(0.0, 2.0, 0.0), (0.0, 1.5, 0.5), (0.0, 0.5, 1.0), (0.75, 1.0, 0.25), (0.75, 0.5, 0.25), (0.75, 1.25, 0.0)],
+    [
+        (0.0, 2.0, 0.0),
+        (0.0, 1.5, 0.5),
+        (0.0, 0.5, 1.0),
+        (0.75, 1.0, 0.25),
+        (0.75, 0.5, 0.25),
+        (0.75, 1.25, 0.0),
+    ],
 )
 def test_far_from_steps_the_ground_is_a_plane_and_says_how_far_it_will_do(moved, reach, free):
     """The next step is 2 m away, and is looked up anew after 1 m."""
-    made = SimpleNamespace(clearance=lambda x, y: 2.0, level=lambda x, y: 0.5, around=lambda *window: {0.5: []})
+    made = SimpleNamespace(
+        clearance=lambda x, y: 2.0, level=lambda x, y: 0.5, around=lambda *window: {0.5: []}
+    )
     server = Server()
     ground = Ground(server.client, made, 3.0, 4.0)
     assert ground.follow(3.0 + moved, 4.0, reach) == free
@@ -78,7 +89,10 @@ def test_plane_and_slabs_have_no_friction(lab, robot, params):
     slanting = Zone("plaza", np.array(((1.0, 0.0), (2.0, -1.0), (1.6, 1.4))), 0.05)
     with lab.world(robot, params, zones=(*EDGE, slanting), start=Pose2D(0.9, 0.0)) as world:
         lab.drive(world, 2)
-        frictions = [bullet.getDynamicsInfo(body, -1, world._client)[1] for body in sorted(world._ground.bodies)]
+        frictions = [
+            bullet.getDynamicsInfo(body, -1, world._client)[1]
+            for body in sorted(world._ground.bodies)
+        ]
     assert frictions == [0.0] * 3
 
 
@@ -94,11 +108,16 @@ def test_flat_zones_leave_everything_as_it_is(lab, robot, params):
 def test_along_a_curb_it_drives_as_on_a_plane(lab, any_robot, params):
     """The body's side is 0.05 m from the step: the ground is slabs all the way, seam after seam."""
     start = Pose2D(0.7, -6.0, 0.5 * math.pi)
-    with lab.world(any_robot, params, zones=STREET, start=start) as world, lab.world(any_robot, params) as plane:
+    with (
+        lab.world(any_robot, params, zones=STREET, start=start) as world,
+        lab.world(any_robot, params) as plane,
+    ):
         along_curb, on_plane = lab.drive(world, 480, v=1.5), lab.drive(plane, 480, v=1.5)
     assert max(t.tilt for t in along_curb) < 1e-3
     driven = [(t.pose.y + 6.0, 0.7 - t.pose.x, t.pose.yaw - 0.5 * math.pi) for t in along_curb]
-    assert np.array(driven) == pytest.approx(np.array([(t.pose.x, t.pose.y, t.pose.yaw) for t in on_plane]), abs=5e-3)
+    assert np.array(driven) == pytest.approx(
+        np.array([(t.pose.x, t.pose.y, t.pose.yaw) for t in on_plane]), abs=5e-3
+    )
 
 
 def test_on_the_road_it_stands_a_curb_lower(lab, robot, params):
@@ -140,7 +159,10 @@ def test_a_curb_stops_it_on_the_way_up(lab, any_robot, params, speed):
 
 
 def test_touched_by_something_its_wheels_grip_with_what_the_axle_carries(robot, params):
-    """Balance of moments about the casters (textbook); free of touch, the drive's assumption holds."""
+    """Balance of moments about the casters (textbook).
+
+    Free of touch, the drive's assumption holds.
+    """
     feet, gravity = Feet(robot, params.physics.gravity), params.physics.gravity
     touched = feet.level_footing(is_touched=True)
     axle = robot.mass * gravity * (robot.wheelbase + robot.center_of_mass_x) / robot.wheelbase
@@ -159,23 +181,37 @@ def test_the_weight_stands_on_four_feet(lab, robot, params):
 
 
 def leaning(robot, *points):
-    """Contacts with the ground, as PyBullet lists them: body-frame places from the base, distances and loads."""
+    """Contacts with the ground, as PyBullet lists them.
+
+    Body-frame places from the base, distances and loads.
+    """
     orientation, position = bullet.getQuaternionFromEuler((0.1, -0.05, 0.7)), (3.0, -2.0, 0.4)
     contacts = [[None] * 10 for _ in points]
     for contact, (place, distance, load) in zip(contacts, points, strict=True):
         offset = bullet.rotateVector(orientation, np.subtract(place, robot.center_of_mass).tolist())
-        contact[5], contact[8], contact[9] = tuple(np.add(position, offset).tolist()), distance, load
+        contact[5], contact[8], contact[9] = (
+            tuple(np.add(position, offset).tolist()),
+            distance,
+            load,
+        )
     return contacts, position, orientation
 
 
 @pytest.mark.parametrize(
     ("left", "right", "is_whole"),
-    [(0.0, 0.9e-3, True), (0.9e-3, 0.0, True), (1e-3, 0.0, False), (0.0, 1e-3, False), (0.01, 0.01, False)],
+    [
+        (0.0, 0.9e-3, True),
+        (0.9e-3, 0.0, True),
+        (1e-3, 0.0, False),
+        (0.0, 1e-3, False),
+        (0.01, 0.01, False),
+    ],
 )
 def test_a_wheel_stands_on_the_ground_below_a_millimetre(robot, params, left, right, is_whole):
     feet = [(*foot, 0.0) for foot in robot.feet]
     nearest = zip(feet, (left, right, 0.0, 0.0), (10.0, 20.0, 30.0, 40.0), strict=True)
-    given = leaning(robot, *nearest, *((foot, 0.5, 1.0) for foot in feet))  # and one of each far above the ground
+    # and one of each far above the ground
+    given = leaning(robot, *nearest, *((foot, 0.5, 1.0) for foot in feet))
     footing = Feet(robot, params.physics.gravity).footing(*given)
     assert footing == Footing(11.0, 21.0, (), is_whole)
 
@@ -193,7 +229,9 @@ def test_a_wheel_stands_on_the_ground_below_a_millimetre(robot, params, left, ri
 def test_what_is_no_foot_scrapes_where_it_carries_something(robot, params, shift, load, is_foot):
     """Feet of all four stand; the point in question lies beside the left caster."""
     feet = [(*foot, 0.0) for foot in robot.feet]
-    given = leaning(robot, *((foot, 0.0, 10.0) for foot in feet), (np.add(feet[2], shift), 0.0, load))
+    given = leaning(
+        robot, *((foot, 0.0, 10.0) for foot in feet), (np.add(feet[2], shift), 0.0, load)
+    )
     footing = Feet(robot, params.physics.gravity).footing(*given)
     scrapes = (Scrape(given[0][-1][5], 5.0),) if is_foot is False else ()
     assert footing == Footing(10.0, 10.0, scrapes, not scrapes)

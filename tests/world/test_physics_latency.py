@@ -20,7 +20,9 @@ def paths(lab, robot, params, ticks=60):
         return [truth.pose.x for truth in lab.drive(world, ticks, v=1.0)]
 
 
-@pytest.mark.parametrize(("latency", "steps"), [(0.0, 0), (1e-9, 0), (DT, 1), (0.05, 6), (0.051, 7), (0.1, 12)])
+@pytest.mark.parametrize(
+    ("latency", "steps"), [(0.0, 0), (1e-9, 0), (DT, 1), (0.05, 6), (0.051, 7), (0.1, 12)]
+)
 def test_latency_is_rounded_up_to_whole_steps(latency, steps):
     line = CommandDelay(latency, DT)
     line.send(1.0, 0.5, step=4)

@@ -37,7 +37,9 @@ def rectangle(x, y, yaw):
 def random_polygons(rng, number):
     polygons = []
     while len(polygons) < number:
-        hull = shapely.MultiPoint(rng.normal(size=(6, 2)) * 0.5 + rng.uniform(-2.5, 2.5, 2)).convex_hull
+        hull = shapely.MultiPoint(
+            rng.normal(size=(6, 2)) * 0.5 + rng.uniform(-2.5, 2.5, 2)
+        ).convex_hull
         polygons.append(shapely.geometry.polygon.orient(hull))
     return polygons
 
@@ -46,7 +48,9 @@ def asked(polygons, x, y, yaw):
     corners = [np.array(polygon.exterior.coords)[:-1] for polygon in polygons]
     first = np.cumsum([0, *(len(each) for each in corners)])
     flat = np.concatenate(corners) if corners else np.empty((0, 2))
-    return may_touch(x, y, math.cos(yaw), math.sin(yaw), HALF_LENGTH, HALF_WIDTH, MARGIN, flat, first)
+    return may_touch(
+        x, y, math.cos(yaw), math.sin(yaw), HALF_LENGTH, HALF_WIDTH, MARGIN, flat, first
+    )
 
 
 def test_nothing_within_the_margin_is_missed_and_little_else_is_asked_for():
@@ -82,13 +86,18 @@ def test_without_obstacles_and_with_repeated_corners():
     assert not asked([], 0.0, 0.0, 0.0)
     square = np.array(((1.0, -0.5), (2.0, -0.5), (2.0, 0.5), (2.0, 0.5), (1.0, 0.5)))
     for x, expected in ((0.4, False), (0.5, True)):  # its front at 0.8 m and 0.9 m
-        assert may_touch(x, 0.0, 1.0, 0.0, HALF_LENGTH, HALF_WIDTH, MARGIN, square, np.array((0, 5))) == expected
+        assert (
+            may_touch(x, 0.0, 1.0, 0.0, HALF_LENGTH, HALF_WIDTH, MARGIN, square, np.array((0, 5)))
+            == expected
+        )
 
 
 def test_obstacles_are_found_by_their_distance():
     rng = np.random.default_rng(9)
     polygons = random_polygons(rng, 30)
-    index = StaticIndex(tuple(Obstacle("bench", np.array(each.exterior.coords)[:-1], 1.0) for each in polygons))
+    index = StaticIndex(
+        tuple(Obstacle("bench", np.array(each.exterior.coords)[:-1], 1.0) for each in polygons)
+    )
     found = 0
     for x, y, radius in rng.uniform((-4, -4, 0.1), (4, 4, 2.0), (500, 3)).tolist():
         distances = shapely.distance(np.array(polygons, dtype=object), shapely.Point(x, y))
@@ -119,7 +128,9 @@ def test_collision_groups_have_no_bit_in_common():
     assert ROBOT & FIXED == ROBOT & PERSON == FIXED & PERSON == 0
 
 
-@pytest.mark.parametrize("corners", [((0, 0), (2, -1), (3, 0), (1, 1.5)), ((0, -1), (3, -1), (3, 1.5), (0, 1.5))])
+@pytest.mark.parametrize(
+    "corners", [((0, 0), (2, -1), (3, 0), (1, 1.5)), ((0, -1), (3, -1), (3, 1.5), (0, 1.5))]
+)
 def test_a_prism_reaches_as_far_as_its_polygon_and_its_height(corners):
     server = Server()
     prism = make_prism(server.client, np.array(corners, dtype=float), 0.6)
@@ -153,10 +164,17 @@ def test_obstacles_say_how_far_the_robot_may_go(robot, clearance, moved, reach, 
 
 def test_bodies_stand_for_the_obstacles_within_three_and_a_half_metres(robot):
     rects = [Rect(x, -0.5, x + 1.0, 0.5) for x in (1.0, 3.0, 5.0)]
-    index = StaticIndex(tuple(Obstacle(f"kind {x}", rect.polygon, 0.8) for x, rect in enumerate(rects)))
+    index = StaticIndex(
+        tuple(Obstacle(f"kind {x}", rect.polygon, 0.8) for x, rect in enumerate(rects))
+    )
     server = Server()
     obstacles = NearObstacles(server.client, index, 0.6, robot)
-    for x, numbers, free in ((0.0, [0, 1], 0.5), (7.0, [1, 2], 0.5), (30.0, [], 1.0), (0.0, [0, 1], 0.5)):
+    for x, numbers, free in (
+        (0.0, [0, 1], 0.5),
+        (7.0, [1, 2], 0.5),
+        (30.0, [], 1.0),
+        (0.0, [0, 1], 0.5),
+    ):
         assert obstacles.follow(x, 0.0, 0.5) == free
         assert sorted(touched.number for touched in obstacles.touchable.values()) == numbers
         assert bullet.getNumBodies(server.client) == len(numbers)
@@ -172,8 +190,13 @@ def test_bodies_stand_for_the_obstacles_within_three_and_a_half_metres(robot):
 
 @pytest.mark.parametrize(("gap", "can_touch"), [(0.15 - 1e-6, True), (0.15 + 1e-6, False)])
 @pytest.mark.parametrize("side", [(1, 0), (-1, 0), (0, 1), (0, -1)])
-def test_what_is_nearer_than_the_margin_to_the_robots_box_may_be_touched(robot, side, gap, can_touch):
-    """Its centre of mass is 0.1 m ahead of its middle; the obstacle is a box of 1 m turned as the robot is."""
+def test_what_is_nearer_than_the_margin_to_the_robots_box_may_be_touched(
+    robot, side, gap, can_touch
+):
+    """Its centre of mass is 0.1 m ahead of its middle.
+
+    The obstacle is a box of 1 m turned as the robot is.
+    """
     robot = dataclasses.replace(robot, center_of_mass_x=robot.center[0] + 0.1)
     yaw, cos, sin = -2.0, math.cos(-2.0), math.sin(-2.0)
     along, across = np.multiply(side, np.add(robot.half_size, gap + 0.5)) - (0.1, 0.0)

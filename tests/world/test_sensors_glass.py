@@ -51,7 +51,9 @@ def angles():
 
 def assert_share(hits, trials, expected):
     """A binomial count within four standard errors."""
-    assert abs(hits / trials - expected) < 4.0 * math.sqrt(expected * (1.0 - expected) / trials), hits / trials
+    assert abs(hits / trials - expected) < 4.0 * math.sqrt(expected * (1.0 - expected) / trials), (
+        hits / trials
+    )
 
 
 @pytest.mark.parametrize("transmission", [0.4, 0.9])
@@ -93,7 +95,8 @@ def test_without_anything_behind_a_passing_beam_returns_nothing():
 @pytest.mark.parametrize("side", [0.0, 0.5, 1.0, 1.5])
 def test_a_pane_at_the_maps_edge_lets_beams_through_too(side):
     cos, sin = math.cos(side * math.pi), math.sin(side * math.pi)
-    pane = box(9.975 * cos, 9.975 * sin, side * math.pi, 0.03, 16.0)  # within the outermost row or column
+    # within the outermost row or column
+    pane = box(9.975 * cos, 9.975 * sin, side * math.pi, 0.03, 16.0)
     lidar = make_lidar(glass=(pane,), solid=(), glass_transmission=1.0, glass_visible_angle=0.2)
     off = np.abs((angles() - side * math.pi + math.pi) % (2.0 * math.pi) - math.pi)
     exact, found = lidar.exact_ranges(Pose2D(), NOBODY), scans(lidar, n=1)[0]
@@ -114,7 +117,10 @@ def test_what_stands_before_the_glass_is_always_seen_and_so_are_people_behind_it
 
 def test_beams_that_meet_nothing_or_pass_no_glass_stay_as_they_are():
     """Not compiled, where the cell of an infinite range is an error."""
-    numbers, behind = np.ones((4, 40), dtype=np.int64), clearance_field(np.zeros((4, 40), dtype=np.bool_))
+    numbers, behind = (
+        np.ones((4, 40), dtype=np.int64),
+        clearance_field(np.zeros((4, 40), dtype=np.bool_)),
+    )
     pane, edges = np.array((0, 2)), np.array(((-1.0, 0.0, 0.0), (1.0, 0.0, 40.0)))
     ranges, limits = np.array((math.inf, 1.0)), np.array((0.5, -1.0))
     sensor, directions = (0.0, 0.1, 1.0, 0.0), np.tile((1.0, 0.0), (2, 1))
@@ -136,7 +142,10 @@ def test_beams_that_meet_nothing_or_pass_no_glass_stay_as_they_are():
     ],
 )
 def test_a_beam_meets_the_edge_whose_line_is_nearest(place, edges, cosine):
-    """Of a pane from (1, 0) to (5, 2), one of whose corners is there twice; the beam goes along (0.6, 0.8)."""
+    """Of a pane from (1, 0) to (5, 2), one of whose corners is there twice.
+
+    The beam goes along (0.6, 0.8).
+    """
     corners = np.array(((1.0, 0.0), (5.0, 0.0), (5.0, 0.0), (5.0, 2.0), (1.0, 2.0)))
     lines = _edges(_distinct(corners))
     assert lines.tolist() == [[0.0, -1.0, 0.0], [1.0, 0.0, 5.0], [0.0, 1.0, 2.0], [-1.0, 0.0, -1.0]]

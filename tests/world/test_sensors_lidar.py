@@ -123,7 +123,8 @@ def test_a_wall_is_hit_where_its_cell_begins_whatever_the_frames():
     angles = -math.pi + np.arange(360) * 2.0 * math.pi / 360 + math.pi / 2
     ahead = np.cos(angles) > 0.5
     np.testing.assert_allclose(ranges[ahead], 3.6 / np.cos(angles[ahead]), rtol=1e-9)
-    turned = OccupancyGrid(grid.data, grid.resolution, Pose2D(10.0, -10.0, math.pi / 2))  # the wall is now y = 5 m
+    # the wall is now y = 5 m
+    turned = OccupancyGrid(grid.data, grid.resolution, Pose2D(10.0, -10.0, math.pi / 2))
     ranges = make_lidar(turned).exact_ranges(Pose2D(0.0, 1.0, math.pi / 2), NOBODY)
     assert ranges[180] == pytest.approx(4.0)
 
@@ -151,7 +152,9 @@ def circle_range(px, py, radius, angle):
     return b - math.sqrt(b * b - c) if b > 0 and b * b >= c else math.inf
 
 
-@pytest.mark.parametrize(("beams", "view"), [(360, 2.0 * math.pi), (722, 2.0 * math.pi), (181, 4.0), (7, 1.0)])
+@pytest.mark.parametrize(
+    ("beams", "view"), [(360, 2.0 * math.pi), (722, 2.0 * math.pi), (181, 4.0), (7, 1.0)]
+)
 def test_people_are_circles(beams, view):
     rng = np.random.default_rng(3)
     lidar = make_lidar(empty_grid(), beams=beams, field_of_view=view)
@@ -159,9 +162,15 @@ def test_people_are_circles(beams, view):
         base = Pose2D(*rng.uniform(-3.0, 3.0, 2), rng.uniform(-4.0, 4.0))
         people = np.zeros((5, 4))
         bearing, distance = rng.uniform(-math.pi, math.pi, 5), rng.uniform(0.31, 6.0, 5)
-        people[:, 0], people[:, 1] = base.x + distance * np.cos(bearing), base.y + distance * np.sin(bearing)
+        people[:, 0], people[:, 1] = (
+            base.x + distance * np.cos(bearing),
+            base.y + distance * np.sin(bearing),
+        )
         angles = base.yaw - view / 2 + np.arange(beams) * view / beams
-        exact = [min(circle_range(x - base.x, y - base.y, 0.3, a) for x, y in people[:, :2]) for a in angles]
+        exact = [
+            min(circle_range(x - base.x, y - base.y, 0.3, a) for x, y in people[:, :2])
+            for a in angles
+        ]
         np.testing.assert_allclose(lidar.exact_ranges(base, people), exact, rtol=1e-9)
 
 
@@ -189,10 +198,15 @@ def test_a_wall_hides_a_person_and_a_person_hides_the_wall():
 def test_a_lidar_that_does_not_see_people_sees_what_stands_behind_them():
     data = np.zeros((400, 400), dtype=np.int8)
     data[:, 300:] = 100
-    geometry, person = OccupancyGrid(data, 0.05, Pose2D(-10.0, -10.0)), np.array([[2.0, 0.0, 0.0, 0.0]])
+    geometry, person = (
+        OccupancyGrid(data, 0.05, Pose2D(-10.0, -10.0)),
+        np.array([[2.0, 0.0, 0.0, 0.0]]),
+    )
     blind = make_lidar(geometry, sees_people=False)
     scan = blind.measure(BodyState(), person, 0.0)
-    np.testing.assert_array_equal(scan.ranges, make_lidar(geometry).measure(BodyState(), NOBODY, 0.0).ranges)
+    np.testing.assert_array_equal(
+        scan.ranges, make_lidar(geometry).measure(BodyState(), NOBODY, 0.0).ranges
+    )
     assert blind.exact_ranges(Pose2D(), person)[180] == pytest.approx(1.7)  # the truth knows them
 
 
@@ -205,16 +219,22 @@ def test_a_sensor_inside_a_person_sees_nothing():
 def test_somebody_touching_the_robot_vanishes_from_the_scan():
     box = SelfFilter(-0.7, 0.2, -0.4, 0.4)
     lidar = make_lidar(empty_grid(), self_filter=box, mount=Pose2D(-0.23, 0.0))
-    beside = np.array([[-0.23, 0.65, 0.0, 0.0]])  # nearest point 0.35 m from the axis, inside the box
+    # nearest point 0.35 m from the axis, inside the box
+    beside = np.array([[-0.23, 0.65, 0.0, 0.0]])
     apart = np.array([[-0.23, 0.75, 0.0, 0.0]])  # nearest point 0.45 m from the axis, outside
     assert np.isinf(lidar.measure(BodyState(), beside, 0.0).ranges[270])
     assert lidar.measure(BodyState(), apart, 0.0).ranges[270] == pytest.approx(0.45)
 
 
-@pytest.mark.parametrize(("direction", "border"), [((1, 0), 1.0), ((-1, 0), 0.75), ((0, 1), 0.5), ((0, -1), 0.25)])
+@pytest.mark.parametrize(
+    ("direction", "border"), [((1, 0), 1.0), ((-1, 0), 0.75), ((0, 1), 0.5), ((0, -1), 0.25)]
+)
 def test_what_lies_on_the_robots_own_outline_is_dropped(direction, border):
     box = np.array((-0.75, 1.0, -0.25, 0.5))
-    ranges, directions = np.array((border, np.nextafter(border, 9.0))), np.array((direction, direction), dtype=float)
+    ranges, directions = (
+        np.array((border, np.nextafter(border, 9.0))),
+        np.array((direction, direction), dtype=float),
+    )
     finish_scan(ranges, np.zeros(2), 0.0, 9.0, directions, 0.0, 0.0, box)
     assert ranges.tolist() == [math.inf, np.nextafter(border, 9.0)]
 
@@ -235,7 +255,9 @@ def test_noise_has_the_stated_deviation():
     lidar = make_lidar(grid, noise_std=0.03)
     exact = lidar.exact_ranges(Pose2D(), NOBODY)
     seen = np.isfinite(exact)
-    errors = np.concatenate([lidar.measure(BodyState(), NOBODY, 0.0).ranges[seen] - exact[seen] for _ in range(200)])
+    errors = np.concatenate(
+        [lidar.measure(BodyState(), NOBODY, 0.0).ranges[seen] - exact[seen] for _ in range(200)]
+    )
     n = len(errors)
     assert abs(errors.mean()) < 3.0 * 0.03 / math.sqrt(n)
     assert abs(errors.std() - 0.03) < 3.0 * 0.03 / math.sqrt(2 * n)
@@ -243,13 +265,19 @@ def test_noise_has_the_stated_deviation():
 
 def test_scan_describes_itself():
     scan = make_lidar(empty_grid(), mount=Pose2D(0.1, 0.2, 0.3)).measure(BodyState(), NOBODY, 1.5)
-    assert (scan.stamp, scan.range_min, scan.range_max, scan.sensor_pose) == (1.5, 0.05, 30.0, Pose2D(0.1, 0.2, 0.3))
+    assert (scan.stamp, scan.range_min, scan.range_max, scan.sensor_pose) == (
+        1.5,
+        0.05,
+        30.0,
+        Pose2D(0.1, 0.2, 0.3),
+    )
     assert scan.angle_min == -math.pi
     assert scan.angle_increment * len(scan.ranges) == pytest.approx(2.0 * math.pi)
 
 
 @pytest.mark.parametrize(
-    "changes", [{"beams": 0}, {"field_of_view": 7.0}, {"range_min": 40.0}, {"noise_std": -0.1}, {"rate": 0.0}]
+    "changes",
+    [{"beams": 0}, {"field_of_view": 7.0}, {"range_min": 40.0}, {"noise_std": -0.1}, {"rate": 0.0}],
 )
 def test_impossible_lidars_are_refused(changes):
     with pytest.raises(ParameterError, match=next(iter(changes))):

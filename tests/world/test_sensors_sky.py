@@ -31,12 +31,20 @@ def hidden_by_walls(walls):
 
 
 @pytest.mark.parametrize(
-    "walls", [[(2.0, 3.0)], [(4.0, 12.0)], [(10.0, 20.0)], [(5.0, 15.0), (-3.0, 9.0)], [(1.0, 20.0), (-1.0, 20.0)]]
+    "walls",
+    [
+        [(2.0, 3.0)],
+        [(4.0, 12.0)],
+        [(10.0, 20.0)],
+        [(5.0, 15.0), (-3.0, 9.0)],
+        [(1.0, 20.0), (-1.0, 20.0)],
+    ],
 )
 def test_the_sky_between_walls_is_that_of_the_formula(walls):
     far = 300.0
     obstacles = [
-        wall(min(d, d + math.copysign(2.0, d)), -far, max(d, d + math.copysign(2.0, d)), far, h) for d, h in walls
+        wall(min(d, d + math.copysign(2.0, d)), -far, max(d, d + math.copysign(2.0, d)), far, h)
+        for d, h in walls
     ]
     found = np.mean([Sky(obstacles, AREA).hidden(x, 0.1) for x in (-0.25, 0.25)])
     assert found == pytest.approx(hidden_by_walls(walls), abs=0.03)
@@ -65,11 +73,15 @@ def test_the_shipped_city_has_open_places_and_canyons():
     sky, mesh = Sky(scene.obstacles, Rect(-100.0, -100.0, 100.0, 100.0)), scene.navigation_mesh
     rows, columns = np.nonzero(mesh.data == 0)
     chosen = np.random.default_rng(0).choice(len(rows), 500, replace=False)
-    xs, ys = mesh.origin.x + columns[chosen] * mesh.resolution, mesh.origin.y + rows[chosen] * mesh.resolution
+    xs, ys = (
+        mesh.origin.x + columns[chosen] * mesh.resolution,
+        mesh.origin.y + rows[chosen] * mesh.resolution,
+    )
     shares = np.array([sky.hidden(x, y) for x, y in zip(xs, ys, strict=True)])
     assert 0.0 <= shares.min() < 0.3
     assert 0.8 < shares.max() < 1.0
-    assert [sky.hidden(x, y) for x, y in zip(xs, ys, strict=True)] == shares.tolist()  # worked out once
+    # worked out once
+    assert [sky.hidden(x, y) for x, y in zip(xs, ys, strict=True)] == shares.tolist()
 
 
 def test_a_huge_map_gets_coarse_heights_and_what_stands_outside_hides_nothing():

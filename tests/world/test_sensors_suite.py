@@ -59,7 +59,10 @@ def circle_drive(n, speed=1.2, yaw_rate=0.5, dt=1 / 60):
     """Exact motion on a circle of constant speed."""
     radius = speed / yaw_rate
     yaws = yaw_rate * dt * np.arange(n)
-    return [BodyState(radius * math.sin(a), radius * (1 - math.cos(a)), a, speed, 0.0, yaw_rate) for a in yaws]
+    return [
+        BodyState(radius * math.sin(a), radius * (1 - math.cos(a)), a, speed, 0.0, yaw_rate)
+        for a in yaws
+    ]
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -118,28 +121,38 @@ def test_other_rates_are_met_on_average_and_faster_ones_at_every_tick():
 def test_between_measurements_the_fields_are_empty():
     observations = run(preset("rtk_good"), [BodyState()] * 601)
     counts = {
-        field: sum(getattr(o, field) is not None for o in observations) for field in ("odometry", "imu", "gps", "scan")
+        field: sum(getattr(o, field) is not None for o in observations)
+        for field in ("odometry", "imu", "gps", "scan")
     }
     assert counts == {"odometry": 301, "imu": 301, "gps": 101, "scan": 101}
     assert all(o.gps.stamp == o.stamp for o in observations if o.gps is not None)
 
 
 def with_latencies(params, **latencies):
-    changes = {name: dataclasses.replace(getattr(params, name), latency=value) for name, value in latencies.items()}
+    changes = {
+        name: dataclasses.replace(getattr(params, name), latency=value)
+        for name, value in latencies.items()
+    }
     return dataclasses.replace(params, **changes)
 
 
 def test_late_messages_are_those_of_the_past_with_their_own_stamps():
     bodies = circle_drive(300)
     prompt = run(preset("rtk_good"), bodies)
-    late = run(with_latencies(preset("rtk_good"), gps=0.25, imu=0.1, odometry=0.05, lidar=0.05), bodies)
+    late = run(
+        with_latencies(preset("rtk_good"), gps=0.25, imu=0.1, odometry=0.05, lidar=0.05), bodies
+    )
     for field, delay in (("gps", 15), ("imu", 6), ("odometry", 3), ("scan", 3)):
         for now, before in zip(late[delay:], prompt[:-delay], strict=True):
             given, expected = getattr(now, field), getattr(before, field)
             assert (given is None) == (expected is None)
             if given is not None:
                 assert given.stamp == expected.stamp == pytest.approx(now.stamp - delay / 60)
-                assert np.array_equal(given.ranges, expected.ranges) if field == "scan" else given == expected
+                assert (
+                    np.array_equal(given.ranges, expected.ranges)
+                    if field == "scan"
+                    else given == expected
+                )
         assert all(getattr(o, field) is None for o in late[:delay])
 
 
@@ -148,7 +161,8 @@ def test_of_messages_that_arrive_together_the_newest_counts_and_none_outlives_it
     suite = make_suite(params)
     for stamp in (0.0, 0.1, 0.2):
         assert suite.measure(BodyState(), NOBODY, stamp).gps is None
-    assert suite.measure(BodyState(), NOBODY, 0.45).gps.stamp == 0.1  # that of 0.0 came at the same tick
+    # that of 0.0 came at the same tick
+    assert suite.measure(BodyState(), NOBODY, 0.45).gps.stamp == 0.1
     assert suite.measure(BodyState(), NOBODY, 0.46).gps is None
     suite.reset(BodyState(), generators())
     assert suite.measure(BodyState(), NOBODY, 0.0).gps is None
@@ -156,8 +170,12 @@ def test_of_messages_that_arrive_together_the_newest_counts_and_none_outlives_it
 
 
 def test_the_map_decides_where_satellites_are_hidden():
-    params = dataclasses.replace(preset("rtk_urban"), gps=dataclasses.replace(preset("rtk_urban").gps, latency=0.0))
-    walls = [Obstacle("building_glass", Rect(x, -60.0, x + 5.0, 60.0).polygon, 20.0) for x in (-6.5, 1.5)]
+    params = dataclasses.replace(
+        preset("rtk_urban"), gps=dataclasses.replace(preset("rtk_urban").gps, latency=0.0)
+    )
+    walls = [
+        Obstacle("building_glass", Rect(x, -60.0, x + 5.0, 60.0).polygon, 20.0) for x in (-6.5, 1.5)
+    ]
     grid = np.zeros((200, 200), dtype=np.int8)
     canyon = SensorSuite(params, scene_of(grid, walls), 0.3)
     open_sky = SensorSuite(params, scene_of(grid), 0.3)
@@ -193,7 +211,10 @@ def test_an_arc_is_undone_by_the_wheels_across_the_angle_seam():
 def test_odometry_errors_have_the_stated_size():
     """Straight drive of 10 m: the error of the distance is scale error and a random walk."""
     params = dataclasses.replace(
-        preset("rtk_good").odometry, linear_scale_std=0.01, linear_noise=0.02, yaw_noise_per_distance=0.0
+        preset("rtk_good").odometry,
+        linear_scale_std=0.01,
+        linear_noise=0.02,
+        yaw_noise_per_distance=0.0,
     )
     params = dataclasses.replace(preset("rtk_good"), odometry=params)
     bodies = [BodyState(x=10.0 * k / 60, vx=10.0) for k in range(61)]
@@ -210,7 +231,8 @@ def test_heading_drifts_with_the_root_of_the_distance():
     params = preset("white_noise")
     bodies = [BodyState(x=10.0 * k / 60, vx=10.0) for k in range(61)]
     yaws = [
-        [o.odometry for o in run(params, bodies, seed) if o.odometry is not None][-1].pose.yaw for seed in range(300)
+        [o.odometry for o in run(params, bodies, seed) if o.odometry is not None][-1].pose.yaw
+        for seed in range(300)
     ]
     expected = params.odometry.yaw_noise_per_distance * math.sqrt(10.0)
     assert abs(np.std(yaws) - expected) < 3.0 * expected / math.sqrt(600)
@@ -269,7 +291,9 @@ def test_the_same_seed_gives_the_same_numbers_also_on_a_second_episode():
         return [suite.measure(body, NOBODY, k / 60) for k, body in enumerate(bodies)]
 
     first, other, again = episode(1), episode(2), episode(1)
-    assert [(o.odometry, o.imu, o.gps) for o in first] == [(o.odometry, o.imu, o.gps) for o in again]
+    assert [(o.odometry, o.imu, o.gps) for o in first] == [
+        (o.odometry, o.imu, o.gps) for o in again
+    ]
     assert first[0].gps != other[0].gps
     for a, b in zip(first, again, strict=True):
         assert (a.scan is None) == (b.scan is None)
@@ -293,6 +317,9 @@ def test_the_published_rows_come_with_and_without_people_in_the_scan(localizer):
     stacks = [load_stack(f"paper-{localizer}{variant}") for variant in ("", "-seen")]
     blind, seeing = (load_dataclass(SensorParams, Path(stack.sensors)) for stack in stacks)
     assert (blind.lidar.sees_people, seeing.lidar.sees_people) == (False, True)
-    assert dataclasses.replace(blind, lidar=dataclasses.replace(blind.lidar, sees_people=True)) == seeing
+    assert (
+        dataclasses.replace(blind, lidar=dataclasses.replace(blind.lidar, sees_people=True))
+        == seeing
+    )
     same = [dataclasses.replace(stack, title="", name="", sensors="") for stack in stacks]
     assert same[0] == same[1]

@@ -1,4 +1,7 @@
-"""What the figures of a page rest on: deliveries, seeds, world, prices, versions, and what they do not say."""
+"""What the figures of a page rest on.
+
+Deliveries, seeds, world, prices, versions, and what they do not say.
+"""
 
 import hashlib
 import json
@@ -57,11 +60,15 @@ def _run(run: StoredRun, entries: Sequence[Entry]) -> Json:
 
 
 def _people(run: StoredRun, people: Mapping[str, Any]) -> str:
-    """How many walk by which model, or which recording of them is replayed; it has people of its own."""
+    """How many walk by which model, or which recording of them is replayed.
+
+    It has people of its own.
+    """
     if people.get("model") != "replay":
         return f"{people.get('count', '?')} ({people.get('model', '?')})"
     replay, asked = people.get("replay"), run.about.get("people")
-    stored = replay.get("file") if isinstance(replay, Mapping) else None  # under a name of the run folder's own
+    # under a name of the run folder's own
+    stored = replay.get("file") if isinstance(replay, Mapping) else None
     name = asked if isinstance(asked, str) and is_recording(asked) else stored
     return f"replayed from {Path(str(name)).name}"
 

@@ -40,16 +40,21 @@ def recording_of(entry: Entry, episode: int) -> Path:
 def delivery_list(entries: Sequence[Entry]) -> Json:
     """All deliveries, column by column."""
     columns: dict[str, list[Any]] = {
-        name: [] for name in ("entry", "episode", "outcome", "reason", "property", "touched", *MONEY, *FACTS)
+        name: []
+        for name in ("entry", "episode", "outcome", "reason", "property", "touched", *MONEY, *FACTS)
     }
     for number, entry in enumerate(entries):
         rows = entry.stack.rows
         columns["entry"] += [number] * len(rows)
         for name in ("episode", "outcome", "reason"):
             columns[name] += [row[name] for row in rows]
-        columns["property"] += [sum(row[f"{kind}_contacts"] or 0 for kind in PRICED_PROPERTY) for row in rows]
+        columns["property"] += [
+            sum(row[f"{kind}_contacts"] or 0 for kind in PRICED_PROPERTY) for row in rows
+        ]
         own = (entry.events[row["episode"]] for row in rows)
-        columns["touched"] += [any(event["type"] in (COUNTED, EVENT) for event in events) for events in own]
+        columns["touched"] += [
+            any(event["type"] in (COUNTED, EVENT) for event in events) for events in own
+        ]
         for name, key in FACTS.items():
             columns[name] += [rounded(row[key]) for row in rows]
         for name, term in MONEY.items():
@@ -58,7 +63,10 @@ def delivery_list(entries: Sequence[Entry]) -> Json:
 
 
 def money_of(entry: Entry, term: str) -> list[float | None]:
-    """What each delivery comes to in one term of the cost model [USD]; None where it is undefined."""
+    """What each delivery comes to in one term of the cost model [USD].
+
+    None where it is undefined.
+    """
     values = getattr(entry.running, term)
     if values is None:
         return [None] * len(entry.stack.rows)
@@ -106,7 +114,10 @@ def contacts(events: Sequence[Row]) -> list[list[Any]]:
 
 
 def trajectory(trace: FloatArray) -> list[int]:
-    """Where a recorded delivery drove: x and y in turn, in centimetres, each less the one before."""
+    """Where a recorded delivery drove.
+
+    X and y in turn, in centimetres, each less the one before.
+    """
     whole = np.rint(100.0 * simplified(trace[:, 1:3], PATH_TOLERANCE)).astype(np.int64)
     steps: list[int] = np.diff(whole, axis=0, prepend=0).ravel().tolist()
     return steps

@@ -1,7 +1,8 @@
 """The page as one HTML text: template, style, scripts and data, nothing fetched from anywhere.
 
-Every text from a run goes through JSON (with ``<`` escaped) into DOM text nodes; the content security policy lets the
-browser execute only the scripts of this package, by their hashes, and request nothing.
+Every text from a run goes through JSON (with ``<`` escaped) into DOM text nodes; the content
+security policy lets the browser execute only the scripts of this package, by their hashes, and
+request nothing.
 """
 
 import base64
@@ -33,8 +34,24 @@ Json = dict[str, Any]
 MOST_REPLAYS = 40  # of a study's page
 
 SCRIPTS = (
-    *("core.js", "charts.js", "profit_charts.js", "tables.js", "episodes.js", "scenery.js", "overview.js"),
-    *("replay_code.js", "replay_view.js", "replay_strip.js", "replay_reasons.js", "replay.js", "study.js", "main.js"),
+    *(
+        "core.js",
+        "charts.js",
+        "profit_charts.js",
+        "tables.js",
+        "episodes.js",
+        "scenery.js",
+        "overview.js",
+    ),
+    *(
+        "replay_code.js",
+        "replay_view.js",
+        "replay_strip.js",
+        "replay_reasons.js",
+        "replay.js",
+        "study.js",
+        "main.js",
+    ),
 )
 
 
@@ -56,7 +73,9 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
     notes += notes_of(runs)
     left = len(readable) - len(replays)
     if left:
-        notes.append(f"{left} more recorded deliveries are not in this page: navbench replay RUN EPISODE shows them.")
+        notes.append(
+            f"{left} more recorded deliveries are not in this page: navbench replay RUN EPISODE shows them."
+        )
     return _page(
         "report",
         " · ".join(dict.fromkeys(entry.label for entry in entries)),
@@ -78,7 +97,8 @@ def write_study_page(markdown: Path, runs: Sequence[StoredRun], date: str) -> Pa
 
     Args:
         markdown: the page, beside its pictures.
-        runs: with recorded deliveries, of which the page carries :data:`MOST_REPLAYS`; none: no replays.
+        runs: with recorded deliveries, of which the page carries :data:`MOST_REPLAYS`; none: no
+            replays.
         date: of today, as the page says it.
 
     Raises:
@@ -103,15 +123,22 @@ def replay_page(recorded: Recorded, date: str) -> str:
     scenery, notes = sceneries([entry])
     label = f"{entry.label}, episode {recorded.row['episode']}"
     known = basis([entry], notes)
-    return _page("replay", label, date, [entry], [replay(recorded, FINE)], scenery=scenery, basis=known)
+    return _page(
+        "replay", label, date, [entry], [replay(recorded, FINE)], scenery=scenery, basis=known
+    )
 
 
-def _page(kind: str, title: str, date: str, entries: Sequence[Entry], replays: Sequence[Json], **more: Any) -> str:
+def _page(
+    kind: str, title: str, date: str, entries: Sequence[Entry], replays: Sequence[Json], **more: Any
+) -> str:
     """The HTML text; ``more``: what a page of this kind shows."""
     labels = [{"label": entry.label} for entry in entries]
     shown = [{**each, "data": None} for each in replays]
     data = {"kind": kind, "title": title, "date": date, "entries": labels, **more, "replays": shown}
-    style, script = _asset("page.css"), "(() => {\n'use strict';\n" + "\n".join(map(_asset, SCRIPTS)) + "\n})();"
+    style, script = (
+        _asset("page.css"),
+        "(() => {\n'use strict';\n" + "\n".join(map(_asset, SCRIPTS)) + "\n})();",
+    )
     policy = (
         f"default-src 'none'; img-src data:; style-src '{_hash(style)}'; script-src '{_hash(script)}'; "
         "base-uri 'none'; form-action 'none'"

@@ -6,7 +6,14 @@ from dataclasses import dataclass
 from harness.analysis.compare import Side
 from harness.economics.cost_model import Running, running
 from harness.economics.prices import Prices
-from harness.economics.valuation import Valuation, deliveries, missions, profit_draws, tells_of_rare, value
+from harness.economics.valuation import (
+    Valuation,
+    deliveries,
+    missions,
+    profit_draws,
+    tells_of_rare,
+    value,
+)
 from harness.metrics.columns import Row
 from harness.report.tables import Column, own_column
 from harness.study.stored_run import StoredRun, StoredStack
@@ -19,7 +26,8 @@ class Entry:
     """One stack of one run."""
 
     label: str  # unlike every other on the page
-    map_label: str  # of the run's map: its name, and its version where another map of the page has that name, too
+    # of the run's map: its name, and its version where another map of the page has that name, too
+    map_label: str
     run: StoredRun
     stack: StoredStack
     prices: Prices
@@ -34,7 +42,10 @@ class Entry:
 
     @property
     def margin(self) -> FloatArray | None:
-        """What each delivery earns less what it costs [USD], shape (n,); None: the cargo was not simulated."""
+        """What each delivery earns less what it costs [USD], shape (n,).
+
+        None: the cargo was not simulated.
+        """
         margin: FloatArray | None = self.running.contribution_margin
         return margin
 
@@ -44,7 +55,10 @@ class Entry:
         return own_column(self.label, self.valuation, len(self.stack.rows))
 
     def mean_draws(self) -> FloatArray | None:
-        """Bootstrap draws of the mean margin [USD/run]; None: undefined, or too few or too much alike to tell."""
+        """Bootstrap draws of the mean margin [USD/run].
+
+        None: undefined, or too few or too much alike to tell.
+        """
         clusters = missions(self.stack.rows)
         if self.margin is None or not tells_of_rare(self.margin, clusters):
             return None
@@ -70,7 +84,10 @@ def entries_of(runs: Sequence[StoredRun]) -> list[Entry]:
         for number, label in enumerate(labels)
     ]
     maps = _map_labels([run for run, _ in pairs])
-    return [_entry(label, maps[_map_of(run)], run, stack) for label, (run, stack) in zip(unlike, pairs, strict=True)]
+    return [
+        _entry(label, maps[_map_of(run)], run, stack)
+        for label, (run, stack) in zip(unlike, pairs, strict=True)
+    ]
 
 
 def _map_labels(runs: Sequence[StoredRun]) -> dict[tuple[str, str], str]:
@@ -90,7 +107,11 @@ def _map_of(run: StoredRun) -> tuple[str, str]:
 def notes_of(runs: Sequence[StoredRun]) -> list[str]:
     """What is to be said of stacks that have not driven all that their run asks for, or of which nothing is shown."""
     told = ((run, stack, _missing(run, stack)) for run in runs for stack in run.stacks)
-    return [f"{run.folder.resolve().name}: {stack.name} {missing}" for run, stack, missing in told if missing]
+    return [
+        f"{run.folder.resolve().name}: {stack.name} {missing}"
+        for run, stack, missing in told
+        if missing
+    ]
 
 
 def _missing(run: StoredRun, stack: StoredStack) -> str:
@@ -112,4 +133,13 @@ def _entry(label: str, map_label: str, run: StoredRun, stack: StoredStack) -> En
     for event in run.events:
         if event["stack"] == stack.name and event["episode"] in events:
             events[event["episode"]].append(event)
-    return Entry(label, map_label, run, stack, prices, value(stack.rows, stack, prices, run.seed), each, events)
+    return Entry(
+        label,
+        map_label,
+        run,
+        stack,
+        prices,
+        value(stack.rows, stack, prices, run.seed),
+        each,
+        events,
+    )

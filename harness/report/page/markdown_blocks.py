@@ -1,4 +1,7 @@
-"""A page in Markdown as plain values that the browser makes elements of: sections of blocks, blocks of spans."""
+"""A page in Markdown as plain values that the browser makes elements of.
+
+Sections of blocks, blocks of spans.
+"""
 
 import base64
 from collections.abc import Iterator
@@ -16,7 +19,9 @@ LISTS = ("bullet_list_open", "ordered_list_open")
 
 
 def sections(text: str, folder: Path) -> tuple[str, list[Json]]:
-    """The title of a page, and its sections: a heading and blocks each; what comes first has no heading.
+    """The title of a page, and its sections: a heading and blocks each.
+
+    What comes first has no heading.
 
     Args:
         text: the page, with headings of three levels, paragraphs, lists, tables, pictures and code.

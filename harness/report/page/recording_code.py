@@ -1,9 +1,10 @@
 """Recordings as a page carries them: whole numbers, differences along time, gzip, base64.
 
-A recording becomes a list of fields. Each is an array (columns, n) of whole numbers times a scale, stored as the first
-entry of every column and the differences after it, in the smallest of Int8, Int16 and Int32 that holds them. The bytes
-are the length of the JSON head (4 bytes, little-endian), the head, and the fields' numbers one after the other, all
-little-endian, gzipped; ``replay_code.js`` reads them.
+A recording becomes a list of fields. Each is an array (columns, n) of whole numbers times a scale,
+stored as the first entry of every column and the differences after it, in the smallest of Int8,
+Int16 and Int32 that holds them. The bytes are the length of the JSON head (4 bytes, little-endian),
+the head, and the fields' numbers one after the other, all little-endian, gzipped;
+``replay_code.js`` reads them.
 """
 
 import base64
@@ -28,15 +29,35 @@ from navstack.types import FloatArray
 CENTIMETRE, MILLIRADIAN = 0.01, 0.001
 FAR = 1e7  # scaled numbers are cut off here: whoever is absent stands there
 MOST_BYTES = 100_000_000  # of a recording, packed or not; an hour of driving has some 40 MB
-BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error, NotImplementedError, OverflowError)
+BROKEN = (
+    OSError,
+    ValueError,
+    EOFError,
+    KeyError,
+    zipfile.BadZipFile,
+    zlib.error,
+    NotImplementedError,
+    OverflowError,
+)
 PLAN_TOLERANCE = 0.05  # [m] of a plan on a page
-SHAPES: dict[str, tuple[int | str, ...]] = {  # of the arrays of a recording; equal words are equal lengths
-    **{"trace": ("rows", 11), "crowd": ("rows", "people", 2), "pieces_lost": ("rows",), "odometry": ("rows", 5)},
+# of the arrays of a recording; equal words are equal lengths
+SHAPES: dict[str, tuple[int | str, ...]] = {
+    **{
+        "trace": ("rows", 11),
+        "crowd": ("rows", "people", 2),
+        "pieces_lost": ("rows",),
+        "odometry": ("rows", 5),
+    },
     **{"belief_covariance": ("rows", 3), "motion_energy_j": ("rows",)},
     **{"track_count": ("rows",), "tracks": ("tracks", 6)},
     **{"scan_stamp": ("scans",), "scan_mm": ("scans", "beams"), "scan_geometry": (7,)},
     **{"plan_stamp": ("plans",), "plan_size": ("plans",), "plan_xy": ("corners", 2)},
-    **{"option_count": ("rows",), "option_total": ("options",), "option_size": ("options",), "option_xy": ("ways", 2)},
+    **{
+        "option_count": ("rows",),
+        "option_total": ("options",),
+        "option_size": ("options",),
+        "option_xy": ("ways", 2),
+    },
 }
 # Those of them that hold whole numbers from 0 on.
 WHOLE = ("pieces_lost", "scan_mm", *(name for name in SHAPES if name.endswith(("_count", "_size"))))
@@ -72,7 +93,9 @@ def load_recording(path: Path) -> dict[str, Any]:
             if "option_count" not in arrays:  # made before options were kept
                 arrays |= _without_options(len(np.atleast_1d(arrays.get("trace", ()))))
     except (*BROKEN, MemoryError) as error:  # an array that says it is larger than any memory
-        raise InputError(f"{path}: is damaged ({error}); make the run again with --record full") from None
+        raise InputError(
+            f"{path}: is damaged ({error}); make the run again with --record full"
+        ) from None
     trouble = _trouble_with(arrays)
     if trouble:
         raise InputError(f"{path}: {trouble}; make the run again with --record full")
@@ -112,7 +135,10 @@ def _match(arrays: Mapping[str, Any]) -> bool:
         if len(found) != len(shape):
             return False
         own = zip(shape, found, strict=True)
-        if any(lengths.setdefault(each, each if isinstance(each, int) else length) != length for each, length in own):
+        if any(
+            lengths.setdefault(each, each if isinstance(each, int) else length) != length
+            for each, length in own
+        ):
             return False
     counts = (
         (arrays["track_count"], arrays["tracks"]),
@@ -122,10 +148,15 @@ def _match(arrays: Mapping[str, Any]) -> bool:
     )
     return (
         all(arrays[name].dtype.kind in "iu" and (arrays[name] >= 0).all() for name in WHOLE)
-        and all((sizes <= len(what)).all() and int(sizes.sum()) == len(what) for sizes, what in counts)
+        and all(
+            (sizes <= len(what)).all() and int(sizes.sum()) == len(what) for sizes, what in counts
+        )
         and _is_rising(arrays["scan_stamp"])
         and _is_rising(arrays["plan_stamp"])
-        and all(bool(np.isfinite(arrays[name]).all()) for name in ("scan_geometry", "plan_xy", "option_xy"))
+        and all(
+            bool(np.isfinite(arrays[name]).all())
+            for name in ("scan_geometry", "plan_xy", "option_xy")
+        )
     )
 
 
@@ -143,7 +174,8 @@ def encode(arrays: Mapping[str, Any], fineness: Fineness) -> str:
     fields = [
         _field("t", trace[:, 0], 0.001),
         _field("pose", _with_yaw(trace[:, 1:4]), pose),
-        _field("motion", trace[:, (4, 5, 9, 10)], CENTIMETRE),  # speed, yaw rate, and both as commanded
+        # speed, yaw rate, and both as commanded
+        _field("motion", trace[:, (4, 5, 9, 10)], CENTIMETRE),
         _field("crowd", arrays["crowd"].reshape(len(trace), -1), CENTIMETRE),
         _field("lost", arrays["pieces_lost"], 1.0),
         _field("energy", arrays["motion_energy_j"], 1.0),
@@ -183,19 +215,31 @@ def _with_yaw(poses: FloatArray) -> FloatArray:
     return np.column_stack((poses[:, :2], yaws))
 
 
-def _field(name: str, values: Any, scale: float | tuple[float, ...], unit: float = 1.0) -> tuple[dict[str, Any], bytes]:
+def _field(
+    name: str, values: Any, scale: float | tuple[float, ...], unit: float = 1.0
+) -> tuple[dict[str, Any], bytes]:
     """Head and numbers of an array (n,) or (n, columns) of ``unit`` in steps of ``scale``, one for all or for each."""
     table = np.asarray(values)
     table = table[:, np.newaxis] if table.ndim == 1 else table
     scales = scale if isinstance(scale, tuple) else (scale,) * table.shape[1]
     first: list[int] = []
     steps: npt.NDArray[np.int32] = np.zeros(table.T.shape, dtype=np.int32)
-    for column, own, step in zip(table.T, steps, scales, strict=True):  # one at a time: scans are large
+    # one at a time: scans are large
+    for column, own, step in zip(table.T, steps, scales, strict=True):
         scaled = np.nan_to_num(column.astype(np.float64) * (unit / step), nan=FAR)
         whole = np.rint(np.clip(scaled, -FAR, FAR)).astype(np.int32)
         first += whole[:1].tolist()
         own[1:] = np.diff(whole)
     largest = max(int(steps.max()), -int(steps.min())) if steps.size else 0
-    size = 1 if largest < 2**7 else 2 if largest < 2**15 else 4  # bytes of the smallest number that holds them all
-    head = {"name": name, "columns": steps.shape[0], "n": steps.shape[1], "bytes": size, "first": first}
-    return {**head, "scales": scale if isinstance(scale, tuple) else (scale,)}, steps.astype(f"<i{size}").tobytes()
+    # bytes of the smallest number that holds them all
+    size = 1 if largest < 2**7 else 2 if largest < 2**15 else 4
+    head = {
+        "name": name,
+        "columns": steps.shape[0],
+        "n": steps.shape[1],
+        "bytes": size,
+        "first": first,
+    }
+    return {**head, "scales": scale if isinstance(scale, tuple) else (scale,)}, steps.astype(
+        f"<i{size}"
+    ).tobytes()

@@ -53,12 +53,16 @@ def recorded_of(entries: Sequence[Entry]) -> list[Recorded]:
         Recorded(number, entry, index, path)
         for number, entry in enumerate(entries)
         for index, row in enumerate(entry.stack.rows)
-        if Path(entry.stack.name).name == entry.stack.name and (path := recording_of(entry, row["episode"])).is_file()
+        if Path(entry.stack.name).name == entry.stack.name
+        and (path := recording_of(entry, row["episode"])).is_file()
     ]
 
 
 def chosen(recorded: Sequence[Recorded], most: int) -> list[Recorded]:
-    """At most that many of them: stacks take turns, each with its costliest first; then in the page's order."""
+    """At most that many of them: stacks take turns, each with its costliest first.
+
+    Then in the page's order.
+    """
     queues: dict[int, list[Recorded]] = {}
     for each in sorted(recorded, key=lambda each: (-each.loss, each.row["episode"])):
         queues.setdefault(each.number, []).append(each)
@@ -69,7 +73,10 @@ def chosen(recorded: Sequence[Recorded], most: int) -> list[Recorded]:
 
 
 def replay(recorded: Recorded, fineness: Fineness = COARSE) -> Json:
-    """What the page needs to show a delivery: its facts, contacts, costs, their reasons, and the recording itself."""
+    """What the page needs to show a delivery.
+
+    Its facts, contacts, costs, their reasons, and the recording itself.
+    """
     entry, row, arrays = recorded.entry, recorded.row, load_recording(recorded.path)
     robot, radius = bodies(entry)
     return {
@@ -95,7 +102,9 @@ def replay(recorded: Recorded, fineness: Fineness = COARSE) -> Json:
 
 
 def _reasons(entry: Entry, row: Row, arrays: Mapping[str, Any]) -> list[Json]:
-    """Each event of a delivery that cost something, in the words of ``navbench explain``: when [s], cost [USD], words.
+    """Each event of a delivery that cost something, in the words of ``navbench explain``.
+
+    When [s], cost [USD], words.
 
     Args:
         entry: whose delivery it is.
@@ -105,21 +114,28 @@ def _reasons(entry: Entry, row: Row, arrays: Mapping[str, Any]) -> list[Json]:
     Returns:
         Times rounded as those of contacts. Nothing where no event cost anything.
     """
-    # what explains can also drive a delivery again: simulator and brain are imported only where there is a recording
+    # what explains can also drive a delivery again: simulator and brain are imported only where
+    # there is a recording
     from harness.explain.document import explained
     from harness.explain.evidence import decisions_file, events_of, recorded
     from harness.explain.moments import is_costly, moments_of
     from harness.explain.seconds import seconds_before
 
     run, episode = dataclasses.replace(entry.run, stacks=(entry.stack,)), row["episode"]
-    needed = (decisions_file(run, episode), run.folder / "params" / f"{entry.stack.name}-robot.yaml")
+    needed = (
+        decisions_file(run, episode),
+        run.folder / "params" / f"{entry.stack.name}-robot.yaml",
+    )
     if not is_costly(row, events_of(run, episode)) or not all(file.is_file() for file in needed):
         return []
     try:
         evidence = recorded(run, episode, arrays)
-        moments = moments_of(evidence, load_dataclass(Rules, run.folder / "params" / "rules.yaml"), entry.prices)
+        moments = moments_of(
+            evidence, load_dataclass(Rules, run.folder / "params" / "rules.yaml"), entry.prices
+        )
         told = explained(evidence, [seconds_before(evidence, moment, BEFORE) for moment in moments])
-    except InputError:  # a damaged table of decisions, or a delivery that was over at once: the replay stands without
+    # a damaged table of decisions, or a delivery that was over at once: the replay stands without
+    except InputError:
         return []
     return [
         {"time": rounded(moment.stamp, 2), "cost": moment.cost, "words": each.words}
@@ -136,7 +152,9 @@ def one_recorded(run: StoredRun, episode: int) -> Recorded:
     stack = side_of(run).stack.name
     entry = entries_of([run])[0]
     if all(row["episode"] != episode for row in entry.stack.rows):
-        raise InputError(f"{run.folder}: {stack} finished no episode {episode}; it has {len(entry.stack.rows)} others")
+        raise InputError(
+            f"{run.folder}: {stack} finished no episode {episode}; it has {len(entry.stack.rows)} others"
+        )
     known = {each.row["episode"]: each for each in recorded_of([entry])}
     if episode not in known:
         have = ", ".join(map(str, list(known)[:10])) or "none"
@@ -166,7 +184,9 @@ def shown(recorded: Recorded) -> Replay:
 def bodies(entry: Entry) -> tuple[RobotParams, float]:
     """The robot, and the radius of people [m], as the run has them."""
     own = entry.run.folder / "params" / f"{entry.stack.name}-robot.yaml"
-    robot = _loaded(RobotParams, own if own.is_file() else shipped("params") / "robots" / "segway_e1.yaml")
+    robot = _loaded(
+        RobotParams, own if own.is_file() else shipped("params") / "robots" / "segway_e1.yaml"
+    )
     return robot, _loaded(WorldParams, entry.run.folder / "params" / "world.yaml").people.radius
 
 

@@ -46,7 +46,9 @@ def scene_of_run(run: StoredRun) -> Scene:
     """
     scene = load_scene(str(run.about["map_name"]))
     if map_digest(scene) != run.about.get("map_sha256"):
-        raise InputError(f"map '{run.map_name}' has changed since the run; restore it, or make the run again")
+        raise InputError(
+            f"map '{run.map_name}' has changed since the run; restore it, or make the run again"
+        )
     return scene
 
 
@@ -59,8 +61,12 @@ def draw(scene: Scene) -> Json:
     return {
         "bounds": [round(edge, 3) for edge in bounds],
         "zones": [[zone.kind, _corners(zone.polygon)] for zone in scene.zones],
-        "obstacles": [[each.kind, _corners(each.polygon)] for each in scene.obstacles] if polygons else [],
-        "picture": None if scene.zones and polygons else _picture(scene, with_obstacles=not polygons),
+        "obstacles": [[each.kind, _corners(each.polygon)] for each in scene.obstacles]
+        if polygons
+        else [],
+        "picture": None
+        if scene.zones and polygons
+        else _picture(scene, with_obstacles=not polygons),
     }
 
 

@@ -1,4 +1,7 @@
-"""The figures of a page as plain values: headline, tables, waterfall, outcomes, profit, break-even, comparisons."""
+"""The figures of a page as plain values.
+
+Headline, tables, waterfall, outcomes, profit, break-even, comparisons.
+"""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -33,8 +36,20 @@ CURVE_POINTS = 150
 BINS = 28  # of the break-even distribution
 EVERY_PAIR_UP_TO = 4  # stacks; more are held against the first with the same missions only
 FOREMOST = (
-    *("contribution_margin", "opex", "pedestrian_safety", "property_damage", "service_compensation"),
-    *("sla", "avg_runtime_h", "avg_distance_km", "avg_pedestrian_contacts", "avg_localization_error_mean_m"),
+    *(
+        "contribution_margin",
+        "opex",
+        "pedestrian_safety",
+        "property_damage",
+        "service_compensation",
+    ),
+    *(
+        "sla",
+        "avg_runtime_h",
+        "avg_distance_km",
+        "avg_pedestrian_contacts",
+        "avg_localization_error_mean_m",
+    ),
 )
 
 
@@ -68,7 +83,9 @@ def headline(entries: Sequence[Entry], known: Accounted) -> Json:
             {
                 **_headline(entry.column, entry),
                 "atFault": _interval(each[AT_FAULT]) if AT_FAULT in each else None,
-                "unseen": _interval(unseen) if (unseen := margin_with_unseen(entry.run, entry.stack)) else None,
+                "unseen": _interval(unseen)
+                if (unseen := margin_with_unseen(entry.run, entry.stack))
+                else None,
             }
             for entry, each in zip(entries, known, strict=True)
         ],
@@ -87,13 +104,19 @@ def _headline(column: Column, entry: Entry | None = None) -> Json:
         "opex": _quantity(column, "opex"),
         "breakEvenRuns": column.values["break_even_runs"],
         "probability": risk.break_even_probability if risk else None,
-        "worst": _interval(risk.opex_cvar95_usd_per_run) if risk and risk.opex_cvar95_usd_per_run else None,
+        "worst": _interval(risk.opex_cvar95_usd_per_run)
+        if risk and risk.opex_cvar95_usd_per_run
+        else None,
     }
 
 
 def _quantity(column: Column, key: str) -> Json:
     interval = column.interval(key)
-    return {"v": column.values[key], "lo": None, "hi": None} if interval is None else _interval(interval)
+    return (
+        {"v": column.values[key], "lo": None, "hi": None}
+        if interval is None
+        else _interval(interval)
+    )
 
 
 def _interval(interval: Interval) -> Json:
@@ -110,7 +133,9 @@ def tables(entries: Sequence[Entry]) -> Json:
     """Both tables as text, formatted as they are printed."""
     columns = [*(entry.column for entry in entries), *_published(entries)]
     return {
-        "columns": [{"title": each.title, "n": each.n, "paper": each.published} for each in columns],
+        "columns": [
+            {"title": each.title, "n": each.n, "paper": each.published} for each in columns
+        ],
         "beside": PUBLISHED_BESIDE,
         "layouts": [
             {
@@ -127,7 +152,10 @@ def tables(entries: Sequence[Entry]) -> Json:
 
 
 def _row(row: Row, columns: Sequence[Column]) -> Json:
-    cells = [[number_text(each.values[row.key], row), span_text(each.interval(row.key), row)] for each in columns]
+    cells = [
+        [number_text(each.values[row.key], row), span_text(each.interval(row.key), row)]
+        for each in columns
+    ]
     return {"label": row.label, "bold": row.bold, "cells": cells}
 
 
@@ -146,14 +174,23 @@ def waterfall(entries: Sequence[Entry]) -> list[Json]:
 
 
 def accountings(entries: Sequence[Entry], known: Accounted) -> Json | None:
-    """A row for each accounting, a cell for each stack; None where all are alike, or margins are undefined."""
+    """A row for each accounting, a cell for each stack.
+
+    None where all are alike, or margins are undefined.
+    """
     if not any(each[name] != each[PUBLISHED] for each in known if each for name in TITLES):
         return None
     rows = [
-        {"title": title, "cells": [each[name].as_json() if name in each else None for each in known]}
+        {
+            "title": title,
+            "cells": [each[name].as_json() if name in each else None for each in known],
+        }
         for name, title in TITLES.items()
     ]
-    lines = [f"{entry.label}: {forgiven(each.get(FORGIVEN))}." for entry, each in zip(entries, known, strict=True)]
+    lines = [
+        f"{entry.label}: {forgiven(each.get(FORGIVEN))}."
+        for entry, each in zip(entries, known, strict=True)
+    ]
     return {"notes": [*notes("accountings"), *lines], "rows": rows}
 
 
@@ -163,16 +200,30 @@ def outcomes(entries: Sequence[Entry]) -> list[Json]:
     for entry in entries:
         found = [row["outcome"] for row in entry.stack.rows]
         counts = {name: found.count(name) / len(found) for name in (*OUTCOMES, ARRIVED)}
-        own.append({"label": entry.label, "n": len(found), "shares": counts, "errors": entry.stack.errors})
+        own.append(
+            {"label": entry.label, "n": len(found), "shares": counts, "errors": entry.stack.errors}
+        )
     paper = _published(entries)[0]
     shares = {name: paper.values[name] or 0.0 for name in OUTCOMES}
-    return [*own, {"label": f"{paper.title} (paper)", "n": paper.n, "shares": shares, "errors": 0, "paper": True}]
+    return [
+        *own,
+        {
+            "label": f"{paper.title} (paper)",
+            "n": paper.n,
+            "shares": shares,
+            "errors": 0,
+            "paper": True,
+        },
+    ]
 
 
 def profit(entries: Sequence[Entry]) -> list[Json]:
     """Profit summed up over the deliveries as they were driven, with the band in which resampled ones lie."""
     return [
-        {"label": entry.label, **profit_curve(entry.margin, missions(entry.stack.rows), entry.run.seed)}
+        {
+            "label": entry.label,
+            **profit_curve(entry.margin, missions(entry.stack.rows), entry.run.seed),
+        }
         for entry in entries
         if entry.margin is not None
     ]
@@ -189,10 +240,14 @@ def profit_curve(margin: FloatArray, clusters: Any, seed: int) -> Json:
         seed: of the resamples.
     """
     count = int(clusters.max()) + 1
-    totals = np.bincount(clusters, weights=margin, minlength=count)  # missions in the order of their first delivery
+    # missions in the order of their first delivery
+    totals = np.bincount(clusters, weights=margin, minlength=count)
     shown = np.unique(np.linspace(0, count - 1, min(count, CURVE_POINTS)).round().astype(int))
     per_mission = len(margin) / count
-    curve = {"k": _rounded((shown + 1) * per_mission, 1), "sum": _rounded(totals.cumsum()[shown], 2)}
+    curve = {
+        "k": _rounded((shown + 1) * per_mission, 1),
+        "sum": _rounded(totals.cumsum()[shown], 2),
+    }
     if np.ptp(totals) <= CENT:
         return {**curve, "low": None, "high": None}
     draws = max(200, min(DRAWS, MOST_DRAWN // count))
@@ -230,20 +285,37 @@ def break_even_histogram(means: FloatArray, capex: float) -> Json:
     middle, half = (low + high) / 2.0, max((high - low) / 2.0, 0.02)
     edges = np.linspace(middle - half, middle + half, BINS + 1)
     counts, _ = np.histogram(np.clip(runs, edges[0], edges[-1]), edges)
-    return {"edges": _rounded(10.0**edges, 2), "shares": _rounded(counts / len(means), 5), "never": never}
+    return {
+        "edges": _rounded(10.0**edges, 2),
+        "shares": _rounded(counts / len(means), 5),
+        "never": never,
+    }
 
 
 def comparisons(entries: Sequence[Entry]) -> list[Json]:
     """Stacks on the missions that they have in common; pairs without one are left out."""
-    pairs = itertools.combinations(entries, 2) if len(entries) <= EVERY_PAIR_UP_TO else _against_first(entries)
-    return [_comparison(first, second) for first, second in pairs if have_common_missions(first.side, second.side)]
+    pairs = (
+        itertools.combinations(entries, 2)
+        if len(entries) <= EVERY_PAIR_UP_TO
+        else _against_first(entries)
+    )
+    return [
+        _comparison(first, second)
+        for first, second in pairs
+        if have_common_missions(first.side, second.side)
+    ]
 
 
 def _against_first(entries: Sequence[Entry]) -> list[tuple[Entry, Entry]]:
-    """Each entry with the first that drove its missions: on a page of several maps each map has a first one."""
+    """Each entry with the first that drove its missions.
+
+    On a page of several maps each map has a first one.
+    """
     pairs = []
     for number, entry in enumerate(entries):
-        first = next((each for each in entries[:number] if have_common_missions(each.side, entry.side)), None)
+        first = next(
+            (each for each in entries[:number] if have_common_missions(each.side, entry.side)), None
+        )
         if first is not None:
             pairs.append((first, entry))
     return pairs
@@ -252,7 +324,9 @@ def _against_first(entries: Sequence[Entry]) -> list[tuple[Entry, Entry]]:
 def _comparison(first: Entry, second: Entry) -> Json:
     result = compare(first.side, second.side)
     known = [key for key, entry in result.differences.items() if entry.differs]
-    order = [key for key in FOREMOST if key in known] + [key for key in known if key not in FOREMOST]
+    order = [key for key in FOREMOST if key in known] + [
+        key for key in known if key not in FOREMOST
+    ]
     rows, titles = [], metric_titles()
     for key in order:
         entry = result.differences[key]
@@ -286,8 +360,14 @@ def metric_titles() -> dict[str, str]:
     """What the metrics of a comparison are called, with their units."""
     named = [(metric.key, metric) for metric in RUN_METRICS]
     named += [(metric.mean_key, metric) for metric in EPISODE_METRICS if metric.mean_key]
-    titles = {key: f"{metric.title} [{unit}]" if (unit := _unit(metric)) else metric.title for key, metric in named}
-    return {**titles, **{term: f"{term.replace('_', ' ').capitalize()} [USD/run]" for term in DOLLARS}}
+    titles = {
+        key: f"{metric.title} [{unit}]" if (unit := _unit(metric)) else metric.title
+        for key, metric in named
+    }
+    return {
+        **titles,
+        **{term: f"{term.replace('_', ' ').capitalize()} [USD/run]" for term in DOLLARS},
+    }
 
 
 def _unit(metric: Metric) -> str:

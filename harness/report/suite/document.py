@@ -9,7 +9,13 @@ from harness.report.markdown import wrapped
 from harness.report.suite.figures import FOLDER, MOST_PANELS, draw_figures
 from harness.report.suite.other_prices import at_other_prices, template
 from harness.report.suite.results import Results, Standing
-from harness.report.suite.tables import counts, margins, margins_under, of_condition, write_quantities
+from harness.report.suite.tables import (
+    counts,
+    margins,
+    margins_under,
+    of_condition,
+    write_quantities,
+)
 from harness.storage.files import write_text, writing
 from harness.study.stored_run import StoredRun
 from harness.study.suite import Condition, cells
@@ -42,7 +48,9 @@ def page(results: Results) -> str:
         f"# {results.suite.title}",
         _progress(results),
         "## How much it rests on",
-        "Finished deliveries per stack and condition" + _seeds(results) + "; – where nothing has been driven:",
+        "Finished deliveries per stack and condition"
+        + _seeds(results)
+        + "; – where nothing has been driven:",
         counts(results),
     ]
     if any(each.valuation for each in results.standings):
@@ -64,23 +72,36 @@ def _progress(results: Results) -> str:
     if partial:
         text += f" {len(partial)} of {len(standings)} cells have some of theirs; every figure says how many."
     if missing:
+        names = _names(results, missing)
         text += (
-            f" {len(missing)} of {len(standings)} cells have none and are missing below: {_names(results, missing)}."
+            f" {len(missing)} of {len(standings)} cells have none and are missing below: {names}."
         )
     return f"{text} `navbench suite --resume DIR`, DIR being the suite's folder, goes on."
 
 
 def _names(results: Results, standings: Sequence[Standing]) -> str:
     """Cells in words; a stack that drove nowhere is named once."""
-    own = {each.stack: [other for other in standings if other.stack == each.stack] for each in standings}
-    places = {stack: " and ".join(results.label(other.condition) for other in each) for stack, each in own.items()}
+    own = {
+        each.stack: [other for other in standings if other.stack == each.stack]
+        for each in standings
+    }
+    places = {
+        stack: " and ".join(results.label(other.condition) for other in each)
+        for stack, each in own.items()
+    }
     everywhere = len(results.conditions)
-    return "; ".join(stack if len(own[stack]) == everywhere else f"{stack} on {places[stack]}" for stack in own)
+    return "; ".join(
+        stack if len(own[stack]) == everywhere else f"{stack} on {places[stack]}" for stack in own
+    )
 
 
 def _seeds(results: Results) -> str:
     seeds = results.suite.seeds
-    return f", seed {seeds[0]}" if len(seeds) == 1 else f", seeds {', '.join(map(str, seeds))} together"
+    return (
+        f", seed {seeds[0]}"
+        if len(seeds) == 1
+        else f", seeds {', '.join(map(str, seeds))} together"
+    )
 
 
 def _found(results: Results) -> str:
@@ -89,11 +110,17 @@ def _found(results: Results) -> str:
     conditions: list[str] = []
     for each in results.conditions:
         if any(standing.valuation for standing in results.under(each)):
-            conditions += [f"### {results.label(each)}", of_condition(results, each), *_warnings(results, each)]
+            conditions += [
+                f"### {results.label(each)}",
+                of_condition(results, each),
+                *_warnings(results, each),
+            ]
     text = template("page.md").substitute(
         margins=margins(results),
         figures=FOLDER,
-        cut=f"The figures show the first {MOST_PANELS} of {shown} conditions." if shown > MOST_PANELS else "",
+        cut=f"The figures show the first {MOST_PANELS} of {shown} conditions."
+        if shown > MOST_PANELS
+        else "",
         liability=_liability(results),
         prices=at_other_prices(results),
         first=Path(results.suite.stacks[0]).stem,
@@ -103,24 +130,37 @@ def _found(results: Results) -> str:
 
 
 def _liability(results: Results) -> str:
-    """What the robot would earn if it paid for other contacts; nothing where that changes nothing."""
+    """What the robot would earn if it paid for other contacts.
+
+    Nothing where that changes nothing.
+    """
     known = [each for each in results.accounted.values() if each]
     if not any(each[name] != each[PUBLISHED] for each in known for name in ACCOUNTINGS):
         return ""
-    return template("liability.md").substitute({name: margins_under(results, name) for name in known[0]})
+    return template("liability.md").substitute(
+        {name: margins_under(results, name) for name in known[0]}
+    )
 
 
 def _warnings(results: Results, condition: Condition) -> list[str]:
     """What else than the stack may be behind a difference under a condition."""
-    known = [(stack, each) for (where, stack), each in results.differences.items() if where == condition]
+    known = [
+        (stack, each) for (where, stack), each in results.differences.items() if where == condition
+    ]
     lines = [f"- `{stack}`: {warning}" for stack, each in known for warning in each.warnings]
-    return ["Beside the stack, these differ from the first in:\n\n" + "\n".join(lines)] if lines else []
+    return (
+        ["Beside the stack, these differ from the first in:\n\n" + "\n".join(lines)]
+        if lines
+        else []
+    )
 
 
 def _basis(results: Results) -> list[str]:
     """Conditions, versions, and when what was driven."""
     suite, runs = results.suite, results.runs
-    people = ", ".join("the world's own number" if n is None else str(n) for n in suite.pedestrians or (None,))
+    people = ", ".join(
+        "the world's own number" if n is None else str(n) for n in suite.pedestrians or (None,)
+    )
     lines = [
         f"- worlds {', '.join(Path(world).stem for world in suite.worlds)}; people: {people}; missions: "
         f"{suite.missions}; rules {Path(suite.rules).stem}; prices {Path(suite.prices).stem}",
@@ -130,7 +170,9 @@ def _basis(results: Results) -> list[str]:
     lines += [f"- map {name}: SHA-256 {digest}" for name, digest in _maps(runs)]
     lines += [f"- versions: {text}" for text in _versions(results.sessions)]
     if results.strangers:
-        lines.append(f"- run folders here that are not of this suite, and not shown: {', '.join(results.strangers)}")
+        lines.append(
+            f"- run folders here that are not of this suite, and not shown: {', '.join(results.strangers)}"
+        )
     return ["\n".join(lines), *_log(results)]
 
 
@@ -138,16 +180,24 @@ def _but(sessions: Sequence[Session]) -> str:
     """What limits a comparison of stacks that several states of the program drove."""
     if len({session.program for session in sessions}) < 2:
         return ""
-    return "; where different states of the program drove two stacks, that is in their difference, too"
+    return (
+        "; where different states of the program drove two stacks, that is in their difference, too"
+    )
 
 
 def _maps(runs: Sequence[StoredRun]) -> list[tuple[str, str]]:
-    return sorted({(run.map_name, str(run.about.get("map_sha256", "unknown"))[:DIGITS]) for run in runs})
+    return sorted(
+        {(run.map_name, str(run.about.get("map_sha256", "unknown"))[:DIGITS]) for run in runs}
+    )
 
 
 def _versions(sessions: Sequence[Session]) -> list[str]:
     """Every set of versions that drove some of it, once."""
-    return list(dict.fromkeys(", ".join(f"{name} {text}" for name, text in each.versions.items()) for each in sessions))
+    return list(
+        dict.fromkeys(
+            ", ".join(f"{name} {text}" for name, text in each.versions.items()) for each in sessions
+        )
+    )
 
 
 def _log(results: Results) -> list[str]:
@@ -172,7 +222,10 @@ def _log(results: Results) -> list[str]:
 
 
 def _driven(results: Results, session: Session) -> str:
-    """Of which cells a session has deliveries: by condition the stacks; empty: it was not noted down."""
+    """Of which cells a session has deliveries: by condition the stacks.
+
+    Empty: it was not noted down.
+    """
     found: dict[str, dict[str, int]] = {}
     for cell in cells(results.suite):
         if count := session.cells.get(cell.name):

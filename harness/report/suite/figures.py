@@ -17,16 +17,20 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FOLDER = "figures"
-WIDTH_INCH, LINE_INCH, FRAME_INCH = 7.2, 0.2, 0.75  # of a page; of a stack; of what surrounds a panel's lines
+# of a page; of a stack; of what surrounds a panel's lines
+WIDTH_INCH, LINE_INCH, FRAME_INCH = 7.2, 0.2, 0.75
 PANELS_PER_ROW = 3
 MOST_PANELS = 24
 SMALL = 6.5  # [pt] of numbers beside the lines
-EARNS, LOSES, OPEN = "#0072b2", "#d55e00", "#8a8a8a"  # Okabe and Ito's colours, which most eyes tell apart
+# Okabe and Ito's colours, which most eyes tell apart
+EARNS, LOSES, OPEN = "#0072b2", "#d55e00", "#8a8a8a"
 PALETTE = ("#0072b2", "#e69f00", "#8a8a8a", "#d55e00", "#56b4e9")
 OUTCOME_COLOURS = ("#009e73", "#e69f00", "#8a8a8a", "#d55e00")
-FAR, LINEAR = -100.0, 10.0  # [USD] a margin below the first makes the axis logarithmic beyond the second
+# [USD] a margin below the first makes the axis logarithmic beyond the second
+FAR, LINEAR = -100.0, 10.0
 DECADES = (-1000.0, -100.0, -10.0, 0.0, 10.0, 100.0, 1000.0)  # [USD] that such an axis names
-STRETCH = 20.0  # a stack whose value is so many times the median's is cut, and its value stands beside it
+# a stack whose value is so many times the median's is cut, and its value stands beside it
+STRETCH = 20.0
 
 Line = Callable[["Axes", int, Standing], None]
 
@@ -44,14 +48,19 @@ def draw_figures(results: Results, folder: Path) -> list[Path]:
     height = rows * (FRAME_INCH + LINE_INCH * len(results.suite.stacks)) + 0.3
     paths = []
     for name, draw in FIGURES.items():
-        paths += save_panels(folder / FOLDER / name, (WIDTH_INCH, height), partial(draw, results=results))
+        paths += save_panels(
+            folder / FOLDER / name, (WIDTH_INCH, height), partial(draw, results=results)
+        )
     return paths
 
 
 def _panels(
     figure: "Figure", results: Results, line: Line, beside: Callable[[Standing], str], title: str
 ) -> "list[Axes]":
-    """A panel for each condition; ``line`` draws one stack into it, ``beside`` is the text to its right."""
+    """A panel for each condition.
+
+    ``line`` draws one stack into it, ``beside`` is the text to its right.
+    """
     shown = results.conditions[:MOST_PANELS]
     columns = min(PANELS_PER_ROW, len(shown))
     rows = -(-len(shown) // columns)
@@ -69,7 +78,9 @@ def _panels(
                 continue
             line(axes, place, each)
             text = beside(each) if len(numbers) == 1 else f"{beside(each)} ({each.n})"
-            axes.text(1.02, place, text, transform=axes.get_yaxis_transform(), va="center", fontsize=SMALL)
+            axes.text(
+                1.02, place, text, transform=axes.get_yaxis_transform(), va="center", fontsize=SMALL
+            )
         n = "n in brackets" if len(numbers) > 1 else f"n = {max(numbers, default=0)}"
         axes.set_title(f"{results.label(condition)} ({n})", fontsize=8, loc="left")
         axes.set_yticks(range(len(names)), names)
@@ -98,7 +109,9 @@ def _margin(figure: "Figure", results: Results) -> None:
     lowest, highest = min(ends, default=0.0), max(ends, default=0.0)
     scale = f", logarithmic beyond {LINEAR:g}" if lowest < FAR else ""
     title = f"contribution margin [USD/delivery], 95 % interval{scale} (blue: above 0, red: below, hollow: neither)"
-    panels = _panels(figure, results, line, lambda each: _number(each.interval(MARGIN).value), title)
+    panels = _panels(
+        figure, results, line, lambda each: _number(each.interval(MARGIN).value), title
+    )
     if lowest < FAR:
         panels[0].set_xscale("symlog", linthresh=LINEAR, linscale=1.5)
         panels[0].set_xticks(DECADES, [_number(each, 0) for each in DECADES])
@@ -110,14 +123,29 @@ def _margin(figure: "Figure", results: Results) -> None:
 
 
 def _costs(figure: "Figure", results: Results) -> None:
-    totals = sorted(each.valuation.economics.opex or 0.0 for each in results.standings if each.valuation)
+    totals = sorted(
+        each.valuation.economics.opex or 0.0 for each in results.standings if each.valuation
+    )
     median = totals[len(totals) // 2]
     end = totals[-1] if totals[-1] <= STRETCH * median or median <= 0.0 else STRETCH * median
 
     def line(axes: "Axes", place: int, standing: Standing) -> None:
         assert standing.valuation is not None
-        if _stack(axes, place, [getattr(standing.valuation.economics, key) for key in COSTS], PALETTE) > end:
-            axes.plot(end * 1.03, place, ">", color="white", markeredgecolor="black", markersize=4, clip_on=False)
+        if (
+            _stack(
+                axes, place, [getattr(standing.valuation.economics, key) for key in COSTS], PALETTE
+            )
+            > end
+        ):
+            axes.plot(
+                end * 1.03,
+                place,
+                ">",
+                color="white",
+                markeredgecolor="black",
+                markersize=4,
+                clip_on=False,
+            )
 
     def total(each: Standing) -> str:
         return _number(None if each.valuation is None else each.valuation.economics.opex)
@@ -135,7 +163,9 @@ def _outcomes(figure: "Figure", results: Results) -> None:
         share = each.interval("sla").value
         return "" if share is None else f"{share:.3f}"
 
-    panels = _panels(figure, results, line, compliance, "share of deliveries; beside each: in time and intact")
+    panels = _panels(
+        figure, results, line, compliance, "share of deliveries; beside each: in time and intact"
+    )
     panels[0].set_xlim(0.0, 1.0)
     _legend(figure, panels[0], tuple(OUTCOMES.values()), OUTCOME_COLOURS)
 
@@ -154,17 +184,23 @@ def _break_even(figure: "Figure", results: Results) -> None:
         chance = probability(each)
         return "unknown" if chance is None else f"{chance:.2f}"
 
-    panels = _panels(figure, results, line, beside, "probability that the robot pays for itself within its life")
+    panels = _panels(
+        figure, results, line, beside, "probability that the robot pays for itself within its life"
+    )
     panels[0].set_xlim(-0.02, 1.02)
     for axes in panels:
         axes.grid(axis="x", color="#dddddd", linewidth=0.5, zorder=0)
 
 
-def _stack(axes: "Axes", place: int, parts: Sequence[float | None], colours: Sequence[str]) -> float:
+def _stack(
+    axes: "Axes", place: int, parts: Sequence[float | None], colours: Sequence[str]
+) -> float:
     """A bar of parts one after the other; returns its end."""
     widths = np.array([part or 0.0 for part in parts])
     ends = widths.cumsum()
-    axes.barh([place] * len(parts), widths, left=ends - widths, height=0.66, color=colours, linewidth=0)
+    axes.barh(
+        [place] * len(parts), widths, left=ends - widths, height=0.66, color=colours, linewidth=0
+    )
     return float(ends[-1])
 
 
@@ -172,7 +208,9 @@ def _legend(figure: "Figure", axes: "Axes", names: Sequence[str], colours: Seque
     from matplotlib.patches import Patch
 
     handles = [Patch(color=colour, label=name) for name, colour in zip(names, colours, strict=True)]
-    figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), frameon=False, fontsize=7)
+    figure.legend(
+        handles=handles, loc="outside upper center", ncols=len(handles), frameon=False, fontsize=7
+    )
 
 
 def _number(value: float | None, decimals: int = 2) -> str:

@@ -1,4 +1,7 @@
-"""What a suite comes to at other prices: who is ahead in which price set, and who earns under which injury curve."""
+"""What a suite comes to at other prices.
+
+Who is ahead in which price set, and who earns under which injury curve.
+"""
 
 from collections.abc import Mapping
 from importlib.resources import files
@@ -22,13 +25,19 @@ def template(name: str) -> Template:
 
 
 def at_other_prices(results: Results) -> str:
-    """The section of the page; empty as long as no stack has driven under every condition, with cargo."""
+    """The section of the page.
+
+    Empty as long as no stack has driven under every condition, with cargo.
+    """
     parts = {stack: own for stack in results.ranked if (own := _parts(results, stack))}
     if not parts:
         return ""
     first = next(iter(parts.values()))[0][0]
     sets = {name: choose(first, name, (), ()) for name in price_sets()}
-    money = {name: {stack: money_of(own, choices) for stack, own in parts.items()} for name, choices in sets.items()}
+    money = {
+        name: {stack: money_of(own, choices) for stack, own in parts.items()}
+        for name, choices in sets.items()
+    }
     if any(each.margin.value is None for own in money.values() for each in own.values()):
         return ""
     curves = {stack: under_curves(own) for stack, own in parts.items()}
@@ -43,7 +52,10 @@ def at_other_prices(results: Results) -> str:
 
 
 def _parts(results: Results, stack: str) -> Parts:
-    """A stack in all of its runs; nothing unless it has finished deliveries under every condition."""
+    """A stack in all of its runs.
+
+    Nothing unless it has finished deliveries under every condition.
+    """
     own = [each for each in results.standings if each.stack == stack]
     if any(each.n == 0 for each in own):
         return []
@@ -60,7 +72,10 @@ def _sets_table(money: Mapping[str, Mapping[str, Money]]) -> str:
     rows = [
         [
             f"`{stack}`",
-            *(f"{places[name].index(stack) + 1}. {interval_text(own[stack].profit)}" for name, own in money.items()),
+            *(
+                f"{places[name].index(stack) + 1}. {interval_text(own[stack].profit)}"
+                for name, own in money.items()
+            ),
         ]
         for stack in next(iter(money.values()))
     ]
@@ -82,7 +97,8 @@ def _moves(money: Mapping[str, Mapping[str, Money]], name: str) -> str:
 
 def _curves_table(parts: Mapping[str, Parts], curves: Mapping[str, Mapping[str, Interval]]) -> str:
     rows = [
-        [f"`{stack}`", *(_earned(own[name]) for name in CURVES), _beyond(parts[stack])] for stack, own in curves.items()
+        [f"`{stack}`", *(_earned(own[name]) for name in CURVES), _beyond(parts[stack])]
+        for stack, own in curves.items()
     ]
     return table(["stack", *CURVES, "ISO/TS 15066"], rows)
 

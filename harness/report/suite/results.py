@@ -1,4 +1,7 @@
-"""What a suite folder holds so far: every stack under every condition, its seeds together, driven or not."""
+"""What a suite folder holds so far.
+
+Every stack under every condition, its seeds together, driven or not.
+"""
 
 import dataclasses
 from collections.abc import Sequence
@@ -49,7 +52,11 @@ class Standing:
 
     def interval(self, key: str) -> Interval:
         """A quantity of the valuation with its interval; undefined where there is none."""
-        return NO_INTERVAL if self.valuation is None else self.valuation.intervals.get(key, NO_INTERVAL)
+        return (
+            NO_INTERVAL
+            if self.valuation is None
+            else self.valuation.intervals.get(key, NO_INTERVAL)
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,42 +108,61 @@ class Results:
         if len({each.world for each in self.conditions}) > 1:
             parts.append(Path(condition.world).stem)
         if len({each.pedestrians for each in self.conditions}) > 1:
-            parts.append("own people" if condition.pedestrians is None else f"{condition.pedestrians} people")
+            parts.append(
+                "own people" if condition.pedestrians is None else f"{condition.pedestrians} people"
+            )
         return ", ".join(parts)
 
     @property
     def ranked(self) -> list[str]:
-        """Stacks by their mean margin over the conditions under which they drove; those that did not come last."""
+        """Stacks by their mean margin over the conditions under which they drove.
+
+        Those that did not come last.
+        """
         margins: dict[str, list[float]] = {Path(stack).stem: [] for stack in self.suite.stacks}
         for each in self.standings:
             if (margin := each.interval(MARGIN).value) is not None:
                 margins[each.stack].append(margin)
-        known = sorted((name for name in margins if margins[name]), key=lambda name: -fmean(margins[name]))
+        known = sorted(
+            (name for name in margins if margins[name]), key=lambda name: -fmean(margins[name])
+        )
         return known + [name for name in margins if not margins[name]]
 
     @cached_property
     def differences(self) -> dict[tuple[Condition, str], Difference]:
-        """Margins less the first stack's, by condition and stack; left out where they share no mission."""
+        """Margins less the first stack's, by condition and stack.
+
+        Left out where they share no mission.
+        """
         found: dict[tuple[Condition, str], Difference] = {}
         for condition in self.conditions:
             own = _against_first(self.under(condition))
             paired = [comparison.differences[MARGIN].paired for _, comparison in own]
             adjusted = holm([each.p for each in paired])
             for (stack, comparison), each, p in zip(own, paired, adjusted, strict=True):
-                found[condition, stack] = Difference(comparison.pairs, each, float(p), tuple(comparison.warnings))
+                found[condition, stack] = Difference(
+                    comparison.pairs, each, float(p), tuple(comparison.warnings)
+                )
         return found
 
     @property
     def partings(self) -> list[Parting]:
-        """The conditions whose stacks part ways most, with the missions on which they do; widest first."""
-        found = [_parting([each for each in self.under(where) if each.n]) for where in self.conditions]
+        """The conditions whose stacks part ways most, with the missions on which they do.
+
+        Widest first.
+        """
+        found = [
+            _parting([each for each in self.under(where) if each.n]) for where in self.conditions
+        ]
         return sorted(filter(None, found), key=lambda each: -each.spread)[:PARTED_CONDITIONS]
 
     @cached_property
     def accounted(self) -> dict[tuple[Condition, str], dict[str, Interval]]:
         """Margins by condition and stack under every one of :data:`harness.economics.accountings.ACCOUNTINGS`."""
         return {
-            (each.condition, each.stack): accounted_margins(each.side.run, [(run, run.stacks[0]) for run in each.runs])
+            (each.condition, each.stack): accounted_margins(
+                each.side.run, [(run, run.stacks[0]) for run in each.runs]
+            )
             for each in self.standings
             if each.side is not None and each.valuation is not None
         }
@@ -181,7 +207,11 @@ def _row(standing: Standing, suite: Suite) -> Row:
 
 def _standing(path: Path, suite: Suite, own: Sequence[Cell]) -> Standing:
     """The cells of one stack under one condition, which differ in their seeds only."""
-    begun = [cell for cell in own if is_begun(path, cell) and (path / cell.name / "episodes.parquet").is_file()]
+    begun = [
+        cell
+        for cell in own
+        if is_begun(path, cell) and (path / cell.name / "episodes.parquet").is_file()
+    ]
     runs = tuple(load_run(str(path / cell.name)) for cell in begun)
     first, declared = own[0], suite.episodes * len(own)
     if not runs:
@@ -214,12 +244,23 @@ def _parting(standings: Sequence[Standing]) -> Parting | None:
         assert each.side is not None
         rows = each.side.stack.rows
         known = margins(rows, each.side.run.prices())
-        for row, margin in zip(rows, () if known is None else known.tolist(), strict=known is not None):
+        for row, margin in zip(
+            rows, () if known is None else known.tolist(), strict=known is not None
+        ):
             earned.setdefault((row["seed"], row["episode"]), []).append(margin)
-    spread = {mission: max(of_all) - min(of_all) for mission, of_all in earned.items() if len(of_all) == len(standings)}
-    widest = sorted((mission for mission in spread if spread[mission] >= CENT), key=lambda each: (-spread[each], each))
+    spread = {
+        mission: max(of_all) - min(of_all)
+        for mission, of_all in earned.items()
+        if len(of_all) == len(standings)
+    }
+    widest = sorted(
+        (mission for mission in spread if spread[mission] >= CENT),
+        key=lambda each: (-spread[each], each),
+    )
     if len(standings) < 2 or not widest:
         return None
     seed = widest[0][0]
     episodes = tuple(episode for its_seed, episode in widest if its_seed == seed)[:PARTED_MISSIONS]
-    return Parting(spread[widest[0]], seed, episodes, tuple(run for each in standings for run in each.runs))
+    return Parting(
+        spread[widest[0]], seed, episodes, tuple(run for each in standings for run in each.runs)
+    )

@@ -19,7 +19,13 @@ from harness.study.suite import Condition
 
 TABLE = "table.parquet"
 COLUMNS = {
-    **{"map": "string", "world": "string", "pedestrians": "int64", "stack": "string", "quantity": "string"},
+    **{
+        "map": "string",
+        "world": "string",
+        "pedestrians": "int64",
+        "stack": "string",
+        "quantity": "string",
+    },
     **{"value": "double", "low": "double", "high": "double", "n": "int64"},
 }
 MEANS = {  # of a valuation -> title, decimals
@@ -46,7 +52,9 @@ def margins(results: Results) -> str:
 def margins_under(results: Results, accounting: str) -> str:
     """The same under one of :data:`harness.economics.accountings.ACCOUNTINGS`, stacks in the same order."""
     known = results.accounted
-    return _by_condition(results, lambda each: known[each.condition, each.stack].get(accounting, NO_INTERVAL))
+    return _by_condition(
+        results, lambda each: known[each.condition, each.stack].get(accounting, NO_INTERVAL)
+    )
 
 
 def _with_unseen(standing: Standing) -> str:
@@ -61,7 +69,10 @@ def _by_condition(
     margin_of: Callable[[Standing], Interval],
     beside: Callable[[Standing], str] = lambda _: "",
 ) -> str:
-    """A row for each stack, a column for each condition; ``margin_of`` is asked of cells with deliveries."""
+    """A row for each stack, a column for each condition.
+
+    ``margin_of`` is asked of cells with deliveries.
+    """
 
     def cell(standing: Standing) -> str:
         if standing.valuation is None:
@@ -69,7 +80,8 @@ def _by_condition(
         return f"{interval_text(margin_of(standing), 2)}{beside(standing)}, n = {standing.n}"
 
     rows = [
-        [f"`{stack}`", *(cell(each) for each in results.standings if each.stack == stack)] for stack in results.ranked
+        [f"`{stack}`", *(cell(each) for each in results.standings if each.stack == stack)]
+        for stack in results.ranked
     ]
     return table(["stack", *map(results.label, results.conditions)], rows)
 
@@ -95,7 +107,9 @@ def _line(results: Results, standing: Standing) -> list[str]:
     if difference is not None:
         against = [interval_text(difference.paired.difference, 2), p_text(difference.p_holm)]
     chance = number_text(standing.valuation.risk.break_even_probability, 2)
-    means = [number_text(standing.interval(key).value, decimals) for key, (_, decimals) in MEANS.items()]
+    means = [
+        number_text(standing.interval(key).value, decimals) for key, (_, decimals) in MEANS.items()
+    ]
     return [*shares, interval_text(standing.interval(MARGIN), 2), *against, chance, *means]
 
 
@@ -103,7 +117,11 @@ def _count(standing: Standing) -> str:
     if standing.side is None:
         return "–"
     errors = f", {standing.errors} errors" if standing.errors else ""
-    return f"{standing.n}{errors}" if standing.is_complete else f"{standing.n} of {standing.declared}{errors}"
+    return (
+        f"{standing.n}{errors}"
+        if standing.is_complete
+        else f"{standing.n} of {standing.declared}{errors}"
+    )
 
 
 def write_quantities(results: Results, folder: Path) -> Path:
@@ -114,7 +132,9 @@ def write_quantities(results: Results, folder: Path) -> Path:
     """
     path = folder / TABLE
     with writing(path):
-        write_table(path, COLUMNS, [row for each in results.standings for row in _quantities(results, each)])
+        write_table(
+            path, COLUMNS, [row for each in results.standings for row in _quantities(results, each)]
+        )
     return path
 
 
@@ -129,14 +149,24 @@ def _quantities(results: Results, standing: Standing) -> Sequence[Row]:
         "pedestrians": standing.condition.pedestrians,
         "stack": standing.stack,
     }
-    risk, accounted = valuation.risk, results.accounted.get((standing.condition, standing.stack), {})
+    risk, accounted = (
+        valuation.risk,
+        results.accounted.get((standing.condition, standing.stack), {}),
+    )
     intervals: dict[str, Interval | None] = {
         **dict(sorted(valuation.intervals.items())),
         **{f"{MARGIN}_{name}": each for name, each in accounted.items() if name != PUBLISHED},
         "opex_cvar95_usd_per_run": risk.opex_cvar95_usd_per_run,
     }
-    others = {**dataclasses.asdict(valuation.economics), "break_even_probability": risk.break_even_probability}
-    rows = [{**where, "quantity": key, **each.as_json()} for key, each in intervals.items() if each is not None]
+    others = {
+        **dataclasses.asdict(valuation.economics),
+        "break_even_probability": risk.break_even_probability,
+    }
+    rows = [
+        {**where, "quantity": key, **each.as_json()}
+        for key, each in intervals.items()
+        if each is not None
+    ]
     rows += [
         {**where, "quantity": key, "value": value, "n": standing.n}
         for key, value in others.items()

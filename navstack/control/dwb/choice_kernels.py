@@ -1,4 +1,7 @@
-"""The inner loops of :mod:`.scoring`: the best trajectory, from where trajectories end and what critics score."""
+"""The inner loops of :mod:`.scoring`.
+
+The best trajectory, from where trajectories end and what critics score.
+"""
 
 import math
 from typing import NamedTuple
@@ -6,7 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.control.dwb.end_kernels import end_poses
-from navstack.control.dwb.end_score import CELL_COST, GOAL_DISTANCE, OUTLINE_COST, PATH_ALIGNMENT, PATH_DISTANCE
+from navstack.control.dwb.end_score import (
+    CELL_COST,
+    GOAL_DISTANCE,
+    OUTLINE_COST,
+    PATH_ALIGNMENT,
+    PATH_DISTANCE,
+)
 from navstack.control.dwb.end_score_kernels import Surface, Terms, goal_cells, score_ends
 from navstack.control.dwb.kernels import CellArray, add_weighted, nearest, sine_cosine, step_counts
 from navstack.control.dwb.velocity_samples import combine, project_velocity
@@ -23,7 +32,8 @@ class Sampling(NamedTuple):
     axes: FloatArray  # (3, 4) as velocity_samples.combine wants it, and so
     counts: IntArray  # (3,) and
     speeds: FloatArray  # (3,)
-    times: FloatArray  # (4,) [s] of acceleration, [s] simulated, and the granularities [m] and [rad]
+    # (4,) [s] of acceleration, [s] simulated, and the granularities [m] and [rad]
+    times: FloatArray
     limits: FloatArray  # (3, 2) as kernels.roll_out wants it
 
 
@@ -67,7 +77,8 @@ def best_command(
         goal: [m] x and y where the whole plan ends.
         surface: costmap and outline.
         guess: index of a sample that is likely to be good.
-        command: (3,) room for its vx, vy and yaw rate; written, for numba takes microseconds to return an array.
+        command: (3,) room for its vx, vy and yaw rate; written, for numba takes microseconds to
+            return an array.
     """
     times = sampling.times
     commands = combine(robot[3:], sampling.axes, sampling.counts, sampling.speeds, times[0])
@@ -76,7 +87,13 @@ def best_command(
     goals, are_known = goal_cells(robot, terms, plan, seeds, goal, surface)
     if len(commands) == 0 or not are_known:
         return -1, np.float32(math.inf)
-    drive = Drive(robot, commands, step_counts(commands, times[1], times[2], times[3]), sampling.limits, times[1])
+    drive = Drive(
+        robot,
+        commands,
+        step_counts(commands, times[1], times[2], times[3]),
+        sampling.limits,
+        times[1],
+    )
     ends = end_poses(robot, commands, drive.steps, drive.limits, drive.sim_time)
     cells = np.empty((len(terms.kinds), 2, len(commands)), dtype=np.int32)
     raw = score_ends(ends, terms, given, goals, surface, cells)
@@ -100,9 +117,9 @@ def choose(
 ) -> tuple[int, np.float32]:
     """Index and total of the best trajectory, the first of equals; -1: none is legal.
 
-    Each is examined only as long as it may win: first with what its end (``ends``) costs at least (``raw``), then with
-    its distance to the plan and the cost under its outline, then whether all its poses are legal. Totals are rounded to
-    float32 critic by critic, which keeps bounds bounds.
+    Each is examined only as long as it may win: first with what its end (``ends``) costs at least
+    (``raw``), then with its distance to the plan and the cost under its outline, then whether all
+    its poses are legal. Totals are rounded to float32 critic by critic, which keeps bounds bounds.
     """
     kinds, scales = terms.kinds, terms.scales
     seeds_x, seeds_y = seeds[:, 0].astype(np.int32), seeds[:, 1].astype(np.int32)
@@ -138,7 +155,12 @@ def is_legal(drive: Drive, k: int, kinds: IntArray, surface: Surface) -> bool:
     for kind in kinds:
         avoids |= kind == CELL_COST
         fits |= kind == OUTLINE_COST
-        stays |= kind == CELL_COST or kind == OUTLINE_COST or kind == PATH_DISTANCE or kind == GOAL_DISTANCE
+        stays |= (
+            kind == CELL_COST
+            or kind == OUTLINE_COST
+            or kind == PATH_DISTANCE
+            or kind == GOAL_DISTANCE
+        )
     dt = drive.sim_time / drive.steps[k]
     x, y, yaw, vx, rate = robot[0], robot[1], robot[2], robot[3], robot[5]
     sine, cosine = math.sin(robot[2]), math.cos(robot[2])
@@ -159,13 +181,19 @@ def is_legal(drive: Drive, k: int, kinds: IntArray, surface: Surface) -> bool:
         if rate != turned_at:
             turn_sine, turn_cosine = sine_cosine(rate * dt)
             turned_at = rate
-        sine, cosine = sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine
+        sine, cosine = (
+            sine * turn_cosine + cosine * turn_sine,
+            cosine * turn_cosine - sine * turn_sine,
+        )
     return True
 
 
 @njit()
 def outline_score(x: float, y: float, yaw: float, surface: Surface) -> float:
-    """The greatest cost 0..253 under the outline at a pose; inf where it is illegal or the pose is off the map."""
+    """The greatest cost 0..253 under the outline at a pose.
+
+    Inf where it is illegal or the pose is off the map.
+    """
     costs, grid = surface.costs, surface.grid
     fx, fy = (x - grid[0]) / grid[2], (y - grid[1]) / grid[2]
     if not (fx >= 0.0 and fy >= 0.0 and fx < costs.shape[1] and fy < costs.shape[0]):

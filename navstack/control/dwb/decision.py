@@ -12,8 +12,8 @@ from navstack.control.dwb.scoring import Scores, Scoring
 class Decision:
     """How one cycle was decided.
 
-    The choice is made for good. What else there is to tell is found when it is asked for, which must be before the
-    next cycle.
+    The choice is made for good. What else there is to tell is found when it is asked for, which
+    must be before the next cycle.
     """
 
     def __init__(self, scoring: Scoring, scene: Scene) -> None:
@@ -41,7 +41,11 @@ class Decision:
     def record(self) -> DecisionRecord:
         """The decision in short."""
         scores, rejections = self.scores, self.scores.rejections()
-        told = self._told(self.choice.index) if self.is_legal else [(name, None, None) for name in scores.critics]
+        told = (
+            self._told(self.choice.index)
+            if self.is_legal
+            else [(name, None, None) for name in scores.critics]
+        )
         return DecisionRecord(
             self._scene.stamp,
             "DWBLocalPlanner",
@@ -49,18 +53,26 @@ class Decision:
             samples=len(scores.totals),
             rejected=sum(rejections.values()),
             total=self.choice.total if self.is_legal else None,
-            scores=tuple(CriticScore(name, raw, share, rejections.get(name, 0)) for name, raw, share in told),
+            scores=tuple(
+                CriticScore(name, raw, share, rejections.get(name, 0)) for name, raw, share in told
+            ),
         )
 
     def alternatives(self) -> tuple[Alternative, ...]:
-        """The best of the other legal trajectories, and of those at most half as fast; none where all are illegal."""
+        """The best of the other legal trajectories, and of those at most half as fast.
+
+        None where all are illegal.
+        """
         if not self.is_legal:
             return ()
         totals = self.scores.totals.astype(np.float64)
         totals[self.choice.index] = np.inf
         speeds = np.abs(self.scores.rollouts.commands[:, 0])
         is_slower = speeds <= 0.5 * abs(self.command.linear_x)
-        best = {RUNNER_UP: int(totals.argmin()), SLOWER: int(np.where(is_slower, totals, np.inf).argmin())}
+        best = {
+            RUNNER_UP: int(totals.argmin()),
+            SLOWER: int(np.where(is_slower, totals, np.inf).argmin()),
+        }
         return tuple(
             Alternative(
                 kind,

@@ -1,4 +1,7 @@
-"""The dynamic window approach of Nav2: sample velocities, simulate them, let critics score, take the best."""
+"""The dynamic window approach of Nav2.
+
+Sample velocities, simulate them, let critics score, take the best.
+"""
 
 from collections.abc import Mapping
 
@@ -19,9 +22,10 @@ from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
 class DwbController(Controller):
     """``dwb_core::DWBLocalPlanner`` of Nav2 Jazzy.
 
-    Nav2 stops scoring a trajectory once it is worse than the best so far (``short_circuit_trajectory_evaluation``);
-    that never changes the winner. Here every critic scores all trajectories at once, and shipped ones only where these
-    end, as far as that tells the winner.
+    Nav2 stops scoring a trajectory once it is worse than the best so far
+    (``short_circuit_trajectory_evaluation``); that never changes the winner. Here every critic
+    scores all trajectories at once, and shipped ones only where these end, as far as that tells the
+    winner.
     """
 
     def __init__(
@@ -48,7 +52,10 @@ class DwbController(Controller):
         self.wants_tracks = any(critic.wants_tracks for critic in self._critics.values())
         self._scoring = Scoring(self._generator, self._critics)
         self._window = PlanWindow(
-            params.prune_plan, params.prune_distance, params.forward_prune_distance, params.shorten_transformed_plan
+            params.prune_plan,
+            params.prune_distance,
+            params.forward_prune_distance,
+            params.shorten_transformed_plan,
         )
         self._plan: Path | None = None
         self._goal = Pose2D()  # the plan's last pose
@@ -70,10 +77,15 @@ class DwbController(Controller):
         return () if self.last_decision is None else self.last_decision.alternatives()
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
-        """Sample within the limit; see :meth:`~navstack.control.dwb.rollouts.RolloutGenerator.limit_speed`."""
+        """Sample within the limit.
+
+        See :meth:`~navstack.control.dwb.rollouts.RolloutGenerator.limit_speed`.
+        """
         self._generator.limit_speed(limit, is_percentage)
 
-    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+    def compute_velocity(
+        self, state: RobotState, plan: Path, surroundings: Surroundings
+    ) -> Twist2D:
         """The best sampled velocity.
 
         Raises:
@@ -88,10 +100,14 @@ class DwbController(Controller):
             raise NoLegalVelocity(decision.scores.rejections())
         return decision.command
 
-    def decide(self, state: RobotState, near: FloatArray, goal: Pose2D, surroundings: Surroundings) -> Decision:
+    def decide(
+        self, state: RobotState, near: FloatArray, goal: Pose2D, surroundings: Surroundings
+    ) -> Decision:
         """Choose among all samples by the plan ``near`` the robot (N, 3) and remember the decision."""
         costmap, tracks = surroundings.costmap, surroundings.tracks
-        scene = Scene(state.pose, state.twist, state.stamp, goal, near, costmap, self._footprint, tracks)
+        scene = Scene(
+            state.pose, state.twist, state.stamp, goal, near, costmap, self._footprint, tracks
+        )
         for critic in self._critics.values():
             critic.prepare(scene)
         decision = Decision(self._scoring, scene)

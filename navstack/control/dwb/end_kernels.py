@@ -1,4 +1,7 @@
-"""Where trajectories end, all at once, without the poses in between: the inner loops behind :mod:`.choice_kernels`."""
+"""Where trajectories end, all at once, without the poses in between.
+
+The inner loops behind :mod:`.choice_kernels`.
+"""
 
 import math
 
@@ -8,10 +11,13 @@ from navstack.control.dwb.kernels import SMALL_TURN
 from navstack.jit import njit
 from navstack.types import FloatArray, IntArray
 
-TILE = 64  # trajectories that are driven side by side; a constant, so that the loops over them use vector instructions
+# trajectories that are driven side by side; a constant, so that the loops over them use vector
+# instructions
+TILE = 64
 # Where in the buffer of a tile the values of its trajectories stand.
 X, Y, YAW, SINE, COSINE, DT, TURN, TURN_SINE, TURN_COSINE, VX = (TILE * i for i in range(10))
-RATE = VX + 4 * TILE  # after each of both velocities: its change per step, its least and its greatest value
+# after each of both velocities: its change per step, its least and its greatest value
+RATE = VX + 4 * TILE
 BUFFER_SIZE = 17 * TILE
 LANES = 4  # a multiple of them is driven on, so that no loop has a rest
 
@@ -20,10 +26,13 @@ LANES = 4  # a multiple of them is driven on, so that no loop has a rest
 def end_poses(
     robot: FloatArray, commands: FloatArray, steps: IntArray, limits: FloatArray, sim_time: float
 ) -> FloatArray:
-    """Last poses (5, K) of the trajectories of ``commands`` (K, 3): x, y, yaw, and the yaw's sine and cosine.
+    """Last poses (5, K) of the trajectories of ``commands`` (K, 3).
 
-    To the last bit what :func:`~navstack.control.dwb.kernels.roll_out` makes of the same arguments, for robots that
-    do not move sideways; sine and cosine are those of its recurrence. ``robot`` (6,): pose and velocity.
+    X, y, yaw, and the yaw's sine and cosine.
+
+    To the last bit what :func:`~navstack.control.dwb.kernels.roll_out` makes of the same arguments,
+    for robots that do not move sideways; sine and cosine are those of its recurrence. ``robot``
+    (6,): pose and velocity.
     """
     count = len(commands)
     ends = np.empty((5, count))
@@ -76,7 +85,13 @@ def start_tile(
     sine, cosine = math.sin(robot[2]), math.cos(robot[2])
     for i in range(TILE):
         k = order[min(first + i, len(order) - 1)]
-        b[X + i], b[Y + i], b[YAW + i], b[SINE + i], b[COSINE + i] = robot[0], robot[1], robot[2], sine, cosine
+        b[X + i], b[Y + i], b[YAW + i], b[SINE + i], b[COSINE + i] = (
+            robot[0],
+            robot[1],
+            robot[2],
+            sine,
+            cosine,
+        )
         b[DT + i] = sim_time / steps[k]
         _load_axis(b, VX + i, robot[3], commands[k, 0], limits[0], b[DT + i])
         _load_axis(b, RATE + i, robot[5], commands[k, 2], limits[2], b[DT + i])
@@ -84,7 +99,10 @@ def start_tile(
 
 @njit()
 def step_tile(b: FloatArray, active: int, changes: tuple[bool, bool]) -> tuple[bool, bool]:
-    """Drive the first ``active`` trajectories one step; whether speeds and turns may differ in later steps."""
+    """Drive the first ``active`` trajectories one step.
+
+    Whether speeds and turns may differ in later steps.
+    """
     lanes = (active + LANES - 1) // LANES * LANES
     speeds_change, turns_change = changes
     if speeds_change:
@@ -97,8 +115,13 @@ def step_tile(b: FloatArray, active: int, changes: tuple[bool, bool]) -> tuple[b
 
 
 @njit()
-def _load_axis(b: FloatArray, at: int, now: float, wanted: float, limits: FloatArray, dt: float) -> None:
-    """Put an axis of a trajectory into a buffer: velocity, change per step, and the command as bound on one side."""
+def _load_axis(
+    b: FloatArray, at: int, now: float, wanted: float, limits: FloatArray, dt: float
+) -> None:
+    """Put an axis of a trajectory into a buffer.
+
+    Velocity, change per step, and the command as bound on one side.
+    """
     rises = now < wanted
     b[at], b[at + TILE] = now, limits[0 if rises else 1] * dt
     b[at + 2 * TILE] = -math.inf if rises else wanted
@@ -107,7 +130,9 @@ def _load_axis(b: FloatArray, at: int, now: float, wanted: float, limits: FloatA
 
 @njit()
 def _speed_up(b: FloatArray, axis: int, count: int) -> bool:
-    """Find the next velocities of the first ``count`` trajectories; whether any later step's may differ.
+    """Find the next velocities of the first ``count`` trajectories.
+
+    Whether any later step's may differ.
 
     ``axis``: VX or RATE, which their steps and bounds follow in the buffer.
     """
@@ -131,7 +156,10 @@ def _turn(b: FloatArray, count: int) -> None:
         wide += abs(turn) > SMALL_TURN
         s = turn * turn  # as in kernels.sine_cosine
         b[TURN_SINE + i] = turn * (
-            1.0 - s * (1.0 / 6.0) * (1.0 - s * 0.05 * (1.0 - s * (1.0 / 42.0) * (1.0 - s * (1.0 / 72.0))))
+            1.0
+            - s
+            * (1.0 / 6.0)
+            * (1.0 - s * 0.05 * (1.0 - s * (1.0 / 42.0) * (1.0 - s * (1.0 / 72.0))))
         )
         b[TURN_COSINE + i] = 1.0 - s * 0.5 * (
             1.0 - s * (1.0 / 12.0) * (1.0 - s * (1.0 / 30.0) * (1.0 - s * (1.0 / 56.0)))

@@ -5,14 +5,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from navstack.control.dwb.end_score import CELL_COST, GIVEN, GOAL_ALIGNMENT, GOAL_DISTANCE, OUTLINE_COST
+from navstack.control.dwb.end_score import (
+    CELL_COST,
+    GIVEN,
+    GOAL_ALIGNMENT,
+    GOAL_DISTANCE,
+    OUTLINE_COST,
+)
 from navstack.control.dwb.kernels import CellArray
 from navstack.control.plan_handling import cells_of_points, densify
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Grid
 from navstack.jit import njit
 from navstack.types import ByteArray, Float32Array, FloatArray, IntArray
 
-BORDER = 1e-6  # [cells] next to a cell's border the sine and cosine of the recurrence are not good enough
+# [cells] next to a cell's border the sine and cosine of the recurrence are not good enough
+BORDER = 1e-6
 
 
 class Terms(NamedTuple):
@@ -33,9 +40,17 @@ class Surface(NamedTuple):
 
 @njit()
 def goal_cells(
-    robot: FloatArray, terms: Terms, plan: FloatArray, seeds: IntArray, goal: tuple[float, float], surface: Surface
+    robot: FloatArray,
+    terms: Terms,
+    plan: FloatArray,
+    seeds: IntArray,
+    goal: tuple[float, float],
+    surface: Surface,
 ) -> tuple[IntArray, bool]:
-    """The cell (C, 2) as (mx, my) that each critic measures from, unless it needs none; whether all are on the map."""
+    """The cell (C, 2) as (mx, my) that each critic measures from, unless it needs none.
+
+    Whether all are on the map.
+    """
     kinds, numbers, grid = terms.kinds, terms.numbers, surface.grid
     goals = np.zeros((len(kinds), 2), dtype=np.int64)
     bearing = math.atan2(goal[1] - robot[1], goal[0] - robot[0])
@@ -55,9 +70,16 @@ def goal_cells(
 
 @njit()
 def score_ends(
-    ends: FloatArray, terms: Terms, given: FloatArray, goals: IntArray, surface: Surface, cells: CellArray
+    ends: FloatArray,
+    terms: Terms,
+    given: FloatArray,
+    goals: IntArray,
+    surface: Surface,
+    cells: CellArray,
 ) -> FloatArray:
-    """Raw scores (C, K) of the ends, 0 for distances to the plan and outlines; inf: the end is illegal.
+    """Raw scores (C, K) of the ends, 0 for distances to the plan and outlines.
+
+    Inf: the end is illegal.
 
     The cells (C, 2, K) that critics look at are written, those of equal points once.
     """
@@ -84,8 +106,13 @@ def score_ends(
 
 
 @njit()
-def score_cells(kind: int, cells: CellArray, goal: IntArray, costs: ByteArray, raw: FloatArray) -> None:
-    """Write the scores (K,) of the cells (2, K): their cost, their distance to ``goal``, or 0 for one to the plan."""
+def score_cells(
+    kind: int, cells: CellArray, goal: IntArray, costs: ByteArray, raw: FloatArray
+) -> None:
+    """Write the scores (K,) of the cells (2, K).
+
+    Their cost, their distance to ``goal``, or 0 for one to the plan.
+    """
     mx, my = cells[0], cells[1]
     goal_x, goal_y = np.int32(goal[0]), np.int32(goal[1])
     for k in range(len(raw)):
@@ -101,7 +128,9 @@ def score_cells(kind: int, cells: CellArray, goal: IntArray, costs: ByteArray, r
 
 
 @njit()
-def locate(ends: FloatArray, ahead: float, width: int, height: int, grid: Grid, cells: CellArray) -> None:
+def locate(
+    ends: FloatArray, ahead: float, width: int, height: int, grid: Grid, cells: CellArray
+) -> None:
     """Write the cells (2, K) of the points ``ahead`` [m] of the ends; -1 off the map.
 
     Next to a cell's border the ends' sine and cosine are made exact first.

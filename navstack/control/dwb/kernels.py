@@ -15,9 +15,12 @@ SMALL_TURN = 0.05  # [rad] up to which the series below are exact to the last bi
 
 @njit()
 def step_counts(commands: FloatArray, sim_time: float, linear: float, angular: float) -> IntArray:
-    """Steps (K,) of the commands' (K, 3) trajectories: at most ``linear`` [m] and ``angular`` [rad] each.
+    """Steps (K,) of the commands' (K, 3) trajectories.
 
-    ``StandardTrajectoryGenerator::getTimeSteps``: the command decides, not the speed that the robot reaches.
+    At most ``linear`` [m] and ``angular`` [rad] each.
+
+    ``StandardTrajectoryGenerator::getTimeSteps``: the command decides, not the speed that the robot
+    reaches.
     """
     steps = np.empty(len(commands), dtype=np.int64)
     distance = 0.0
@@ -31,12 +34,20 @@ def step_counts(commands: FloatArray, sim_time: float, linear: float, angular: f
 
 @njit()
 def sine_cosine(angle: float) -> tuple[float, float]:
-    """Sine and cosine; a Taylor series to the ninth and eighth power for the small angles of one step."""
+    """Sine and cosine.
+
+    A Taylor series to the ninth and eighth power for the small angles of one step.
+    """
     if abs(angle) > SMALL_TURN:
         return math.sin(angle), math.cos(angle)
     s = angle * angle
-    sine = angle * (1.0 - s * (1.0 / 6.0) * (1.0 - s * 0.05 * (1.0 - s * (1.0 / 42.0) * (1.0 - s * (1.0 / 72.0)))))
-    cosine = 1.0 - s * 0.5 * (1.0 - s * (1.0 / 12.0) * (1.0 - s * (1.0 / 30.0) * (1.0 - s * (1.0 / 56.0))))
+    sine = angle * (
+        1.0
+        - s * (1.0 / 6.0) * (1.0 - s * 0.05 * (1.0 - s * (1.0 / 42.0) * (1.0 - s * (1.0 / 72.0))))
+    )
+    cosine = 1.0 - s * 0.5 * (
+        1.0 - s * (1.0 / 12.0) * (1.0 - s * (1.0 / 30.0) * (1.0 - s * (1.0 / 56.0)))
+    )
     return sine, cosine
 
 
@@ -82,7 +93,10 @@ def roll_out(
             if w != turned_at:
                 turn_sine, turn_cosine = sine_cosine(w * dt)
                 turned_at = w
-            sine, cosine = sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine
+            sine, cosine = (
+                sine * turn_cosine + cosine * turn_sine,
+                cosine * turn_cosine - sine * turn_sine,
+            )
         for t in range(steps[k] + 1, length):
             x[k, t], y[k, t], yaw[k, t] = px, py, angle
 
@@ -108,7 +122,9 @@ def nearest_seed(cells: CellArray, width: int, seeds: IntArray) -> FloatArray:
     distances = np.empty(len(cells))
     for i in range(len(cells)):
         off_map = cells[i] < 0
-        distances[i] = math.inf if off_map else nearest(cells[i] % width, cells[i] // width, seeds_x, seeds_y)
+        distances[i] = (
+            math.inf if off_map else nearest(cells[i] % width, cells[i] // width, seeds_x, seeds_y)
+        )
     return distances
 
 

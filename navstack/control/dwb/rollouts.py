@@ -20,9 +20,12 @@ GENERATORS = (STANDARD, LIMITED_ACCEL)
 
 
 class Rollouts:
-    """K trajectories of at most T poses in the map frame; a shorter one repeats its last pose to the end of its row.
+    """K trajectories of at most T poses in the map frame.
 
-    They are driven when the first pose is asked for. The arrays are reused: they hold until the next cycle.
+    A shorter one repeats its last pose to the end of its row.
+
+    They are driven when the first pose is asked for. The arrays are reused: they hold until the
+    next cycle.
     """
 
     def __init__(
@@ -34,9 +37,11 @@ class Rollouts:
         drive: Callable[[], tuple[FloatArray, FloatArray, FloatArray]],
     ) -> None:
         """Trajectories whose poses ``drive`` makes: x, y and yaw."""
-        self.commands = commands  # (K, 3) vx [m/s], vy [m/s], yaw rate [rad/s]: commanded if the trajectory wins
+        # (K, 3) vx [m/s], vy [m/s], yaw rate [rad/s]: commanded if the trajectory wins
+        self.commands = commands
         self.steps = steps  # (K,) steps of simulated time
-        self.lengths = lengths  # (K,) poses: the start, one per step, and (if so set) the last one again
+        # (K,) poses: the start, one per step, and (if so set) the last one again
+        self.lengths = lengths
         self.sim_time = sim_time  # [s] that each trajectory lasts
         self._drive = drive
 
@@ -111,7 +116,9 @@ class RolloutGenerator:
             np.array(axes, dtype=np.float64),
             np.array((p.vx_samples, p.vy_samples, p.vtheta_samples)),
             np.array((p.min_speed_xy, p.max_speed_xy, p.min_speed_theta), dtype=np.float64),
-            np.array((reach, p.sim_time, p.linear_granularity, p.angular_granularity), dtype=np.float64),
+            np.array(
+                (reach, p.sim_time, p.linear_granularity, p.angular_granularity), dtype=np.float64
+            ),
             np.array(limits, dtype=np.float64),
         )
         stays_in_line = p.min_vel_y == p.max_vel_y == 0.0
@@ -122,8 +129,8 @@ class RolloutGenerator:
     def limit_speed(self, limit: float, is_percentage: bool) -> None:
         """Scale the largest velocities of all axes alike (``KinematicsHandler::setSpeedLimit``).
 
-        As upstream an absolute limit [m/s] that is not below ``max_speed_xy`` changes nothing: an earlier limit stays.
-        A ``limit`` of 0 takes every limit back.
+        As upstream an absolute limit [m/s] that is not below ``max_speed_xy`` changes nothing: an
+        earlier limit stays. A ``limit`` of 0 takes every limit back.
         """
         p = self._params
         most = np.array((p.max_vel_x, p.max_vel_y, p.max_vel_theta, p.max_speed_xy))
@@ -162,7 +169,18 @@ class RolloutGenerator:
         def drive() -> tuple[FloatArray, FloatArray, FloatArray]:
             x, y, yaw = (self._buffer[i, :count] for i in range(3))
             start = np.array((velocity.linear_x, velocity.linear_y, velocity.angular_z))
-            roll_out(pose.as_array(), start, samples, self.sampling.limits, steps, p.sim_time, x, y, yaw, first)
+            roll_out(
+                pose.as_array(),
+                start,
+                samples,
+                self.sampling.limits,
+                steps,
+                p.sim_time,
+                x,
+                y,
+                yaw,
+                first,
+            )
             return x, y, yaw
 
         rollouts = Rollouts(samples, steps, steps + 1 + p.include_last_point, p.sim_time, drive)

@@ -45,8 +45,14 @@ class Scene:
 
 
 def cells_of(x: FloatArray, y: FloatArray, costmap: Costmap) -> CellArray:
-    """Index of the cell of each point in the flattened costmap; -1 off the map (``Costmap2D::worldToMap``)."""
-    fx, fy = (x - costmap.origin_x) / costmap.resolution, (y - costmap.origin_y) / costmap.resolution
+    """Index of the cell of each point in the flattened costmap.
+
+    -1 off the map (``Costmap2D::worldToMap``).
+    """
+    fx, fy = (
+        (x - costmap.origin_x) / costmap.resolution,
+        (y - costmap.origin_y) / costmap.resolution,
+    )
     inside = (fx >= 0.0) & (fy >= 0.0) & (fx < costmap.size_x) & (fy < costmap.size_y)
     mx, my = (np.where(inside, each, 0.0).astype(np.int32) for each in (fx, fy))
     return np.where(inside, my * np.int32(costmap.size_x) + mx, np.int32(-1))

@@ -1,8 +1,10 @@
 """What the critics say of the trajectories of a cycle, and which of them is the best.
 
-A critic is a class that scores all trajectories, for records, alternatives and other packages; the kinds of
-:mod:`.end_score` are the shipped ones once more in the compiled search, which finds the same choice in a third of the
-time, and in which any other critic takes part with the costs that its class gives.
+A critic is a class that scores all trajectories, for records, alternatives and other packages; the
+kinds of
+:mod:`.end_score` are the shipped ones once more in the compiled search, which finds the same choice
+in a third of the time, and in which any other critic takes part with the costs that its class
+gives.
 """
 
 from collections.abc import Mapping
@@ -51,15 +53,22 @@ class Scores:
         return Twist2D(*self.rollouts.commands[index].tolist())
 
     def rejections(self) -> dict[str, int]:
-        """Trajectories per critic, of which the first that objects counts; without critics that reject none."""
-        illegal = np.isinf(self.raw[:, ~np.isfinite(self.totals)])  # the others have no infinite score
+        """Trajectories per critic, of which the first that objects counts.
+
+        Without critics that reject none.
+        """
+        # the others have no infinite score
+        illegal = np.isinf(self.raw[:, ~np.isfinite(self.totals)])
         first = illegal.argmax(axis=0)[illegal.any(axis=0)]
         counts = np.bincount(first, minlength=len(self.critics)).tolist()
         return {name: count for name, count in zip(self.critics, counts, strict=True) if count}
 
 
 class Scoring:
-    """Has the critics score the trajectories: all of them in full, or as far as it takes to find the best."""
+    """Has the critics score the trajectories.
+
+    All of them in full, or as far as it takes to find the best.
+    """
 
     def __init__(self, generator: RolloutGenerator, critics: Mapping[str, Critic]) -> None:
         self._generator = generator
@@ -79,7 +88,10 @@ class Scoring:
         return Scores(tuple(self._critics), scales, raw, add_weighted(raw, scales), rollouts)
 
     def best(self, scene: Scene) -> Choice | None:
-        """The choice that all scores make, many times faster; None: it takes them, or no trajectory is legal."""
+        """The choice that all scores make, many times faster.
+
+        None: it takes them, or no trajectory is legal.
+        """
         pose, velocity, costmap = scene.pose, scene.velocity, scene.costmap
         if not self._generator.ends_suffice or velocity.linear_y != 0.0:
             return None
@@ -122,7 +134,9 @@ class Scoring:
             if score.kind != NOTHING:
                 counted.append((score.kind, score.number, scale))
         table = np.array(counted, dtype=np.float64).reshape(-1, 3)
-        terms = Terms(table[:, 0].astype(np.int64), table[:, 1].copy(), table[:, 2].astype(np.float32))
+        terms = Terms(
+            table[:, 0].astype(np.int64), table[:, 1].copy(), table[:, 2].astype(np.float32)
+        )
         return terms, np.array(given, dtype=np.float64) if given else np.empty((0, 0))
 
     def _drive(self, scene: Scene) -> Rollouts:

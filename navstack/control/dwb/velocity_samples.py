@@ -12,8 +12,13 @@ EPSILON = 1e-5  # [m/s, rad/s] tolerance of all comparisons in one_d_velocity_it
 
 
 @njit()
-def project_velocity(start: float, acceleration: float, deceleration: float, dt: float, target: float) -> float:
-    """The velocity ``dt`` seconds after ``start`` on the way to ``target``; the deceleration is negative."""
+def project_velocity(
+    start: float, acceleration: float, deceleration: float, dt: float, target: float
+) -> float:
+    """The velocity ``dt`` seconds after ``start`` on the way to ``target``.
+
+    The deceleration is negative.
+    """
     if start < target:
         return min(target, start + acceleration * dt)
     return max(target, start + deceleration * dt)
@@ -32,14 +37,20 @@ def axis_samples(current: float, limits: FloatArray, count: int, time: float) ->
     increment = 1.0
     if abs(low - high) >= EPSILON:
         increment = (high - low) / (max(2, count) - 1)
-    samples = np.empty(int((high - low + EPSILON) / increment) + 3)  # the tolerance may let some more through
+    # the tolerance may let some more through
+    samples = np.empty(int((high - low + EPSILON) / increment) + 3)
     n = 0
     value = low
     zero_due = True
     while value <= high + EPSILON:
         samples[n] = value
         n += 1
-        if zero_due and value < 0.0 and value + increment > 0.0 and value + increment <= high + EPSILON:
+        if (
+            zero_due
+            and value < 0.0
+            and value + increment > 0.0
+            and value + increment <= high + EPSILON
+        ):
             samples[n] = 0.0
             n += 1
             zero_due = False
@@ -49,7 +60,11 @@ def axis_samples(current: float, limits: FloatArray, count: int, time: float) ->
 
 @njit()
 def combine(
-    current: FloatArray, limits: FloatArray, counts: IntArray, speeds: FloatArray, acceleration_time: float
+    current: FloatArray,
+    limits: FloatArray,
+    counts: IntArray,
+    speeds: FloatArray,
+    acceleration_time: float,
 ) -> FloatArray:
     """All combinations (K, 3) of the axes' samples that are neither standstill nor too fast nor too slow.
 
@@ -66,9 +81,13 @@ def combine(
             squared = vx * vx + vy * vy
             if speeds[1] >= 0.0 and squared > speeds[1] * speeds[1] + EPSILON:
                 continue
-            crawls = speeds[0] >= 0.0 and squared + EPSILON < speeds[0] * speeds[0] and speeds[2] >= 0.0
+            crawls = (
+                speeds[0] >= 0.0 and squared + EPSILON < speeds[0] * speeds[0] and speeds[2] >= 0.0
+            )
             for yaw_rate in thetas:
-                if (crawls and abs(yaw_rate) + EPSILON < speeds[2]) or (squared == 0.0 and yaw_rate == 0.0):
+                if (crawls and abs(yaw_rate) + EPSILON < speeds[2]) or (
+                    squared == 0.0 and yaw_rate == 0.0
+                ):
                     continue
                 samples[n, 0] = vx
                 samples[n, 1] = vy

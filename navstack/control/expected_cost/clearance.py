@@ -1,4 +1,7 @@
-"""How far it is to whatever does not move: signed distances from the map, and from what the scans show beyond it."""
+"""How far it is to whatever does not move.
+
+Signed distances from the map, and from what the scans show beyond it.
+"""
 
 import math
 from typing import NamedTuple
@@ -19,10 +22,14 @@ _AROUND = 0.25  # [m] beside a person's body whose returns are the person's
 
 
 class Clearance(NamedTuple):
-    """Distances [m] to the nearest obstacle, negative inside of one; the lesser of two grids of square cells counts."""
+    """Distances [m] to the nearest obstacle, negative inside of one.
+
+    The lesser of two grids of square cells counts.
+    """
 
     mapped: Float32Array  # (height, width) of the map
-    mapped_grid: tuple[float, float, float]  # x, y of its lower left corner [m], and its cells' size [m]
+    # x, y of its lower left corner [m], and its cells' size [m]
+    mapped_grid: tuple[float, float, float]
     seen: Float32Array  # (height, width) of what the map does not show; empty: nothing
     seen_grid: tuple[float, float, float]
 
@@ -34,10 +41,15 @@ CLEARANCE = (
 
 
 def map_clearance(world: Costmap) -> Clearance:
-    """The clearance on the map of a global costmap; FAR everywhere where that costmap does not know its map."""
+    """The clearance on the map of a global costmap.
+
+    FAR everywhere where that costmap does not know its map.
+    """
     nothing = np.zeros((0, 0), dtype=np.float32)
     grid = (world.origin_x, world.origin_y, world.resolution)
-    metres = nothing if world.floor is None else _kept_distances(world.floor >= LETHAL_OBSTACLE, grid[2])
+    metres = (
+        nothing if world.floor is None else _kept_distances(world.floor >= LETHAL_OBSTACLE, grid[2])
+    )
     metres.flags.writeable = False
     return Clearance(metres, grid, nothing, grid)
 
@@ -51,7 +63,11 @@ def _kept_distances(lethal: BoolArray, cell: float) -> Float32Array:
 
 
 def with_obstacles(
-    mapped: Clearance, local: Costmap, world: Costmap, place: tuple[float, float], people: FloatArray
+    mapped: Clearance,
+    local: Costmap,
+    world: Costmap,
+    place: tuple[float, float],
+    people: FloatArray,
 ) -> Clearance:
     """The map's clearance together with what a local costmap shows beyond the map, up to ``_LOOKED_AT`` away.
 
@@ -107,8 +123,15 @@ def unmapped_blocks(
             if costs[row, column] != LETHAL_OBSTACLE:
                 continue
             x, y = grid[0] + (column + 0.5) * grid[2], grid[1] + (row + 0.5) * grid[2]
-            r, c = int((y - floor_grid[1]) / floor_grid[2]), int((x - floor_grid[0]) / floor_grid[2])
-            if 0 <= r < floor.shape[0] and 0 <= c < floor.shape[1] and floor[r, c] >= LETHAL_OBSTACLE:
+            r, c = (
+                int((y - floor_grid[1]) / floor_grid[2]),
+                int((x - floor_grid[0]) / floor_grid[2]),
+            )
+            if (
+                0 <= r < floor.shape[0]
+                and 0 <= c < floor.shape[1]
+                and floor[r, c] >= LETHAL_OBSTACLE
+            ):
                 continue
             is_person = False
             for p in range(len(people)):
@@ -120,7 +143,9 @@ def unmapped_blocks(
 
 @njit(ahead="bool[:, ::1], float64")
 def signed_distances(blocked: BoolArray, cell: float) -> Float32Array:
-    """Distances [m] from cells' middles to the nearest blocked cell, negative within one: to the nearest free cell.
+    """Distances [m] from cells' middles to the nearest blocked cell, negative within one.
+
+    To the nearest free cell.
 
     Half a cell less than between the middles of both; no more than FAR.
     """
@@ -131,12 +156,16 @@ def signed_distances(blocked: BoolArray, cell: float) -> Float32Array:
         for row in range(blocked.shape[0]):
             for column in range(blocked.shape[1]):
                 if blocked[row, column] == (sign < 0.0):
-                    metres[row, column] = sign * min(FAR, cell * (math.sqrt(np.float32(squared[row, column])) - 0.5))
+                    metres[row, column] = sign * min(
+                        FAR, cell * (math.sqrt(np.float32(squared[row, column])) - 0.5)
+                    )
     return metres
 
 
 @njit(inline="always")
-def distance_at(metres: Float32Array, grid: tuple[float, float, float], beyond: float, x: float, y: float) -> float:
+def distance_at(
+    metres: Float32Array, grid: tuple[float, float, float], beyond: float, x: float, y: float
+) -> float:
     """The distance [m] that a grid has for a point of the map frame; ``beyond`` off it."""
     column, row = int((x - grid[0]) / grid[2]), int((y - grid[1]) / grid[2])
     height, width = metres.shape

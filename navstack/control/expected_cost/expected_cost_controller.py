@@ -73,7 +73,9 @@ class ExpectedCostController(Controller):
             cost_to_go: makes it.
             prices: take the place of those in ``params``; None: those hold.
         """
-        self._params = given = dataclasses.replace(params, **dataclasses.asdict(prices)) if prices else params
+        self._params = given = (
+            dataclasses.replace(params, **dataclasses.asdict(prices)) if prices else params
+        )
         self._period = 1.0 / controller_frequency  # [s]
         self._world = world
         self._cost_to_go = cost_to_go
@@ -94,7 +96,8 @@ class ExpectedCostController(Controller):
         """See the base class."""
         self._rng = rng
         self._began: float | None = None  # [s] the first cycle towards the goal
-        self._nearest, self._got_on = math.inf, 0.0  # least cost to go so far [m], and when it was reached [s]
+        # least cost to go so far [m], and when it was reached [s]
+        self._nearest, self._got_on = math.inf, 0.0
         self._field: Field | None = None
         self._goal = Pose2D()
         self._field_stamp = -math.inf  # [s] when the field was made
@@ -111,9 +114,14 @@ class ExpectedCostController(Controller):
         self._make_motions()
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
-        """Drive no faster than ``limit`` [m/s], or [%] of the largest speed, from now on; 0 lifts the limit."""
+        """Drive no faster than ``limit`` [m/s], or [%] of the largest speed, from now on.
+
+        0 lifts the limit.
+        """
         largest = self._params.max_speed
-        self._limits = self._limits._replace(max_speed=min(largest, limited_speed(largest, limit, is_percentage)))
+        self._limits = self._limits._replace(
+            max_speed=min(largest, limited_speed(largest, limit, is_percentage))
+        )
         self._make_motions()
 
     def _make_motions(self) -> None:
@@ -121,7 +129,9 @@ class ExpectedCostController(Controller):
         self._few = library.few(limits.max_speed)
         self._many = library.many(limits.max_speed, limits.max_reverse_speed, limits.max_yaw_rate)
 
-    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+    def compute_velocity(
+        self, state: RobotState, plan: Path, surroundings: Surroundings
+    ) -> Twist2D:
         """The first step of the cheapest motion.
 
         Raises:
@@ -146,12 +156,21 @@ class ExpectedCostController(Controller):
             raise InvalidPathError("the plan has no poses; ask the planner for another one")
         self._plan = plan
         goal = Pose2D(*plan.poses[-1].tolist())
-        is_new = self._field is None or math.hypot(goal.x - self._goal.x, goal.y - self._goal.y) > _GOAL_MOVED
+        is_new = (
+            self._field is None
+            or math.hypot(goal.x - self._goal.x, goal.y - self._goal.y) > _GOAL_MOVED
+        )
         corridor = self._params.corridor
         if is_new or corridor > 0.0 or self._is_out_of_date(plan, state):
-            shown = self._world.floor if is_new and self._world.floor is not None else self._world.data
-            known = Costmap(shown, self._world.resolution, self._world.origin_x, self._world.origin_y)
-            self._field = make_field(known, goal, self._params.cell, self._cost_to_go, corridor, plan)
+            shown = (
+                self._world.floor if is_new and self._world.floor is not None else self._world.data
+            )
+            known = Costmap(
+                shown, self._world.resolution, self._world.origin_x, self._world.origin_y
+            )
+            self._field = make_field(
+                known, goal, self._params.cell, self._cost_to_go, corridor, plan
+            )
             self._goal, self._field_stamp = goal, state.stamp
             if is_new or corridor == 0.0:
                 self._nearest = math.inf
@@ -161,20 +180,35 @@ class ExpectedCostController(Controller):
         assert self._field is not None
         if state.stamp - self._field_stamp < _PATIENCE:
             return False
-        ahead = cost_at(self._field, state.pose.x, state.pose.y)  # dearer metres: never less than the way
+        # dearer metres: never less than the way
+        ahead = cost_at(self._field, state.pose.x, state.pose.y)
         return plan.length > self._params.replan_length_ratio * ahead + _SLACK
 
     def _scene(self, state: RobotState, surroundings: Surroundings) -> Scene:
         given = self._params
-        people = nearest(surroundings.tracks, state.pose, state.stamp, given.max_tracks, given.range)
+        people = nearest(
+            surroundings.tracks, state.pose, state.stamp, given.max_tracks, given.range
+        )
         if self._clearance is None or state.stamp - self._seen >= given.clearance_period - 1e-9:
-            around = np.array([(each.x, each.y, each.radius) for each in surroundings.tracks]).reshape(-1, 3)
+            around = np.array(
+                [(each.x, each.y, each.radius) for each in surroundings.tracks]
+            ).reshape(-1, 3)
             place = (state.pose.x, state.pose.y)
-            self._clearance = with_obstacles(self._map_clearance, surroundings.costmap, self._world, place, around)
+            self._clearance = with_obstacles(
+                self._map_clearance, surroundings.costmap, self._world, place, around
+            )
             self._seen = state.stamp
         assert self._field is not None
         start = self._start(state)
-        predicted = predict(people, state.pose.x, state.pose.y, given.steps, given.step, self._spread, self._clearance)
+        predicted = predict(
+            people,
+            state.pose.x,
+            state.pose.y,
+            given.steps,
+            given.step,
+            self._spread,
+            self._clearance,
+        )
         return Scene(
             start,
             self._field,
@@ -192,24 +226,35 @@ class ExpectedCostController(Controller):
         )
 
     def _start(self, state: RobotState) -> FloatArray:
-        """The state (5,) from which to decide: the pose believed and the motion commanded, which no noise disturbs.
+        """The state (5,) from which to decide.
 
-        Where odometry says something very different, or the robot was driven by someone else, that counts.
+        The pose believed and the motion commanded, which no noise disturbs.
+
+        Where odometry says something very different, or the robot was driven by someone else, that
+        counts.
         """
         v, w = self._motion
         measured = state.twist
         off = abs(measured.linear_x - v) > _OFF[0] or abs(measured.angular_z - w) > _OFF[1]
         if off or not state.stamp - self._stamp < _STALE:
-            v, w = (each if math.isfinite(each) else 0.0 for each in (measured.linear_x, measured.angular_z))
+            v, w = (
+                each if math.isfinite(each) else 0.0
+                for each in (measured.linear_x, measured.angular_z)
+            )
         return np.array((state.pose.x, state.pose.y, state.pose.yaw, v, w))
 
     def _sure_speed(self, state: RobotState) -> float:
-        """The largest speed [m/s] that suits how sure the believed place is: half of it at ``unsure_std``."""
+        """The largest speed [m/s] that suits how sure the believed place is.
+
+        Half of it at ``unsure_std``.
+        """
         unsure = state.position_std / self._params.unsure_std
         return self._limits.max_speed / (1.0 + unsure * unsure)
 
     def _second_usd(self, state: RobotState) -> float:
-        """What a second of delay costs [USD/s]: its own price, and by how much it makes being late more likely.
+        """What a second of delay costs [USD/s].
+
+        Its own price, and by how much it makes being late more likely.
 
         The longer the robot has come no nearer to the goal, the less it hopes that waiting helps.
         """
@@ -253,12 +298,17 @@ class ExpectedCostController(Controller):
     ) -> tuple[FloatArray, FloatArray]:
         """Compare variations of the best motions, too; returns all motions and their costs."""
         order = np.argsort(costs, kind="stable")[:best]
-        return self._price_more(motions, costs, self._varied(motions[order], count), float(costs[order[0]]), scene)
+        return self._price_more(
+            motions, costs, self._varied(motions[order], count), float(costs[order[0]]), scene
+        )
 
     def _price_more(
         self, motions: FloatArray, costs: FloatArray, more: FloatArray, bound: float, scene: Scene
     ) -> tuple[FloatArray, FloatArray]:
-        """Price more motions, which have to cost less than ``bound`` [USD]; returns all motions and their costs."""
+        """Price more motions, which have to cost less than ``bound`` [USD].
+
+        Returns all motions and their costs.
+        """
         priced, risks = np.empty(len(more)), np.empty(len(more))
         price_all(more, scene, bound, priced, risks)
         return np.concatenate((motions, more)), np.concatenate((costs, priced))

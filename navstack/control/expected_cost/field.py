@@ -10,7 +10,8 @@ from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.jit import njit
 from navstack.types import FloatArray, Path, Pose2D
 
-CostToGo = Callable[[Costmap, Pose2D], FloatArray]  # of each cell (height, width) [m]; infinite: no way leads there
+# of each cell (height, width) [m]; infinite: no way leads there
+CostToGo = Callable[[Costmap, Pose2D], FloatArray]
 NO_PLAN = Path(np.empty((0, 3)))
 _UPHILL = 4.0  # metres of cost per metre into what no way leads through
 _SMOOTHED = 1.0  # [cells] standard deviation over which directions are averaged
@@ -31,12 +32,17 @@ FIELD = "NamedTuple((float64[:, ::1], float64[:, ::1], float64[:, ::1], float64,
 
 
 def make_field(
-    costmap: Costmap, goal: Pose2D, cell: float, cost_to_go: CostToGo, corridor: float = 0.0, plan: Path = NO_PLAN
+    costmap: Costmap,
+    goal: Pose2D,
+    cell: float,
+    cost_to_go: CostToGo,
+    corridor: float = 0.0,
+    plan: Path = NO_PLAN,
 ) -> Field:
     """The field of a goal on every n-th cell of a costmap, about ``cell`` [m] apart.
 
-    Where no way leads, the field rises steeply from the nearest place with one. With a ``corridor`` ways lead only
-    within so many metres of a plan, along x and along y.
+    Where no way leads, the field rises steeply from the nearest place with one. With a ``corridor``
+    ways lead only within so many metres of a plan, along x and along y.
     """
     every = max(1, round(cell / costmap.resolution))
     first = every // 2
@@ -50,7 +56,10 @@ def make_field(
     elif unreached.any():
         away, (rows, columns) = ndimage.distance_transform_edt(unreached, return_indices=True)
         metres = metres[rows, columns] + away * (size * _UPHILL)
-    down_y, down_x = (ndimage.gaussian_filter(np.clip(-each, -1.0, 1.0), _SMOOTHED) for each in np.gradient(metres))
+    down_y, down_x = (
+        ndimage.gaussian_filter(np.clip(-each, -1.0, 1.0), _SMOOTHED)
+        for each in np.gradient(metres)
+    )
     return Field(metres, down_x, down_y, costmap.origin_x, costmap.origin_y, size)
 
 
@@ -58,9 +67,13 @@ def _within(costmap: Costmap, plan: Path, width: float) -> Costmap:
     """A costmap that is free within ``width`` [m] of a plan only."""
     size, reach = costmap.resolution, round(width / costmap.resolution)
     walled = np.full_like(costmap.data, LETHAL_OBSTACLE)
-    places = np.floor((plan.poses[:, :2] - (costmap.origin_x, costmap.origin_y)) / size).astype(np.int64)
+    places = np.floor((plan.poses[:, :2] - (costmap.origin_x, costmap.origin_y)) / size).astype(
+        np.int64
+    )
     for column, row in np.unique(places, axis=0).tolist():
-        near = np.s_[max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1]
+        near = np.s_[
+            max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1
+        ]
         walled[near] = costmap.data[near]
     return Costmap(walled, size, costmap.origin_x, costmap.origin_y)
 

@@ -1,7 +1,8 @@
 """What a motion is expected to cost, in US dollars: the compiled heart of the controller.
 
-A motion is rolled out with the robot's limits, and every step is held against people, obstacles and the cost-to-go
-field. Terms only ever grow along the way, so that a motion is given up as soon as it cannot become the best any more.
+A motion is rolled out with the robot's limits, and every step is held against people, obstacles and
+the cost-to-go field. Terms only ever grow along the way, so that a motion is given up as soon as it
+cannot become the best any more.
 """
 
 import math
@@ -9,7 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from navstack.control.contact_risk import BODY, UNLIKELY, Body, ContactRates, chance, gap_to, touch_price
+from navstack.control.contact_risk import (
+    BODY,
+    UNLIKELY,
+    Body,
+    ContactRates,
+    chance,
+    gap_to,
+    touch_price,
+)
 from navstack.control.expected_cost.clearance import CLEARANCE, FAR, OFF_MAP, Clearance, distance_at
 from navstack.control.expected_cost.field import FIELD, Field, blend, corner_of
 from navstack.control.expected_cost.motions import (
@@ -29,11 +38,14 @@ from navstack.control.expected_cost.people import PEOPLE, People
 from navstack.jit import njit
 from navstack.types import Float32Array, FloatArray
 
-TERMS = ("contact", "squeeze", "wall", "inside", "shake", "delay")  # of a motion's cost, all in [USD]
+# of a motion's cost, all in [USD]
+TERMS = ("contact", "squeeze", "wall", "inside", "shake", "delay")
 CONTACT, SQUEEZE, WALL, INSIDE, SHAKE, DELAY = range(6)
-X, Y, YAW, V, OMEGA, COS, SIN = range(7)  # of a row of states: [m], [rad], [m/s], [rad/s]; of the yaw
+# of a row of states: [m], [rad], [m/s], [rad/s]; of the yaw
+X, Y, YAW, V, OMEGA, COS, SIN = range(7)
 _NEAR = 3.0  # [m] between centres beyond which nobody is touched
-_OVERTURN = 1.3  # of the lateral limit: what a turn that is under way may have while the robot slows down for it
+# of the lateral limit: what a turn that is under way may have while the robot slows down for it
+_OVERTURN = 1.3
 _HEADSTART = 0.3  # [s] of driving on that speed at the end is worth
 _AFTERWARDS = 0.1  # of the way back to the goal that counts after arrival
 _AT_GOAL = 3.0  # [m] of cost to go below which the direction at the end counts less
@@ -73,7 +85,8 @@ class Scene(NamedTuple):
     clearance: Clearance
     people: People
     body: Body
-    circles: FloatArray  # (C,) [m] centres on the base frame's x axis of circles that cover the robot
+    # (C,) [m] centres on the base frame's x axis of circles that cover the robot
+    circles: FloatArray
     circle_radius: float  # [m]
     limits: Limits
     rates: Rates
@@ -108,7 +121,9 @@ def limited(speed: float, turn: float, limits: Limits) -> tuple[float, float]:
 
 
 @njit(inline="always")
-def step_of(v: float, omega: float, speed: float, turn: float, limits: Limits, dt: float) -> tuple[float, float]:
+def step_of(
+    v: float, omega: float, speed: float, turn: float, limits: Limits, dt: float
+) -> tuple[float, float]:
     """By how much speed and yaw rate change within a step towards what is wanted."""
     dv = speed - v
     most = (limits.max_acceleration if dv * v >= 0.0 else limits.max_deceleration) * dt
@@ -132,13 +147,20 @@ def turned(cos: float, sin: float, angle: float) -> tuple[float, float]:
 
 @njit()
 def roll_out(
-    motion: FloatArray, start: FloatArray, field: Field, limits: Limits, dt: float, states: FloatArray
+    motion: FloatArray,
+    start: FloatArray,
+    field: Field,
+    limits: Limits,
+    dt: float,
+    states: FloatArray,
 ) -> float:
     """Roll a motion out; returns what its accelerations shake [m2/s3].
 
-    ``states`` (N, 7) receives x, y [m], yaw [rad], v [m/s], omega [rad/s], cosine and sine of the yaw after each step.
+    ``states`` (N, 7) receives x, y [m], yaw [rad], v [m/s], omega [rad/s], cosine and sine of the
+    yaw after each step.
     """
-    slope_x, slope_y = field.slope_x, field.slope_y  # arrays taken out of tuples in the loop cost as much as the rest
+    # arrays taken out of tuples in the loop cost as much as the rest
+    slope_x, slope_y = field.slope_x, field.slope_y
     origin_x, origin_y, cell, gain = field.origin_x, field.origin_y, field.cell, limits.turn_gain
     x, y, yaw, v, w = start[0], start[1], start[2], start[3], start[4]
     first, second = motion[TIME], motion[TIME] + motion[TIME_2]
@@ -174,9 +196,12 @@ def roll_out(
 
 @njit()
 def time_left(states: FloatArray, field: Field, limits: Limits, dt: float) -> float:
-    """Seconds from the end of a motion to the goal: more where the robot looks elsewhere, less at speed.
+    """Seconds from the end of a motion to the goal.
 
-    Who is at the goal earlier has as much time less; where that motion ends afterwards hardly counts.
+    More where the robot looks elsewhere, less at speed.
+
+    Who is at the goal earlier has as much time less; where that motion ends afterwards hardly
+    counts.
     """
     cost, slope_x, slope_y = field.cost, field.slope_x, field.slope_y
     last = len(states) - 1
@@ -192,16 +217,24 @@ def time_left(states: FloatArray, field: Field, limits: Limits, dt: float) -> fl
     if left > _AT_GOAL + limits.max_speed * dt * len(states):
         return float(least)
     for k in range(len(states)):
-        row, column, up, right = corner_of(cost, field.origin_x, field.origin_y, field.cell, states[k, X], states[k, Y])
+        row, column, up, right = corner_of(
+            cost, field.origin_x, field.origin_y, field.cell, states[k, X], states[k, Y]
+        )
         there = blend(cost, row, column, up, right)
         if there <= limits.goal_radius:
-            return float(min(least, (there + _AFTERWARDS * left) / limits.max_speed - (last - k) * dt))
+            return float(
+                min(least, (there + _AFTERWARDS * left) / limits.max_speed - (last - k) * dt)
+            )
     return float(least)
 
 
 @njit(inline="always")
 def least_distance(
-    state: FloatArray, circles: FloatArray, metres: Float32Array, grid: tuple[float, float, float], beyond: float
+    state: FloatArray,
+    circles: FloatArray,
+    metres: Float32Array,
+    grid: tuple[float, float, float],
+    beyond: float,
 ) -> float:
     """Distance [m] that a grid has from the middles of the circles that cover the robot."""
     least = math.inf
@@ -227,7 +260,9 @@ def closing_speed(
 
 
 @njit()
-def risk_of(states: FloatArray, scene: Scene, total: float, bound: float, terms: FloatArray) -> float:
+def risk_of(
+    states: FloatArray, scene: Scene, total: float, bound: float, terms: FloatArray
+) -> float:
     """Add what people and obstacles may cost on the way.
 
     Args:
@@ -241,8 +276,14 @@ def risk_of(states: FloatArray, scene: Scene, total: float, bound: float, terms:
         All that it costs [USD]; infinite where it is given up.
     """
     body, rates, touch, dt = scene.body, scene.rates, scene.touch, scene.step
-    circles, care, contact_usd = scene.circles, scene.care, scene.contact_usd  # out of their tuples, as above
-    motion, std, weight, radius = scene.people.motion, scene.people.std, scene.people.weight, scene.people.radius
+    # out of their tuples, as above
+    circles, care, contact_usd = scene.circles, scene.care, scene.contact_usd
+    motion, std, weight, radius = (
+        scene.people.motion,
+        scene.people.std,
+        scene.people.weight,
+        scene.people.radius,
+    )
     mapped, mapped_grid = scene.clearance.mapped, scene.clearance.mapped_grid
     seen, seen_grid = scene.clearance.seen, scene.clearance.seen_grid
     off_map = OFF_MAP if len(mapped) else FAR
@@ -253,7 +294,9 @@ def risk_of(states: FloatArray, scene: Scene, total: float, bound: float, terms:
         state = states[k]
         room = least_distance(state, circles, mapped, mapped_grid, off_map) - scene.circle_radius
         if len(seen):
-            room = min(room, least_distance(state, circles, seen, seen_grid, FAR) - scene.circle_radius)
+            room = min(
+                room, least_distance(state, circles, seen, seen_grid, FAR) - scene.circle_radius
+            )
         if room < UNLIKELY * rates.wall_std:
             worse = max(0.0, care[k] * rates.wall_usd * chance(room / rates.wall_std) - terms[WALL])
             deeper = care[k] * rates.inside_usd * max(0.0, -room) * dt
@@ -262,7 +305,10 @@ def risk_of(states: FloatArray, scene: Scene, total: float, bound: float, terms:
             total += worse + deeper
         for h in range(len(weight)):
             dx, dy = motion[h, k, 0] - state[X], motion[h, k, 1] - state[Y]
-            rx, ry = state[COS] * dx + state[SIN] * dy - body.centre, state[COS] * dy - state[SIN] * dx
+            rx, ry = (
+                state[COS] * dx + state[SIN] * dy - body.centre,
+                state[COS] * dy - state[SIN] * dx,
+            )
             if rx * rx + ry * ry > _NEAR * _NEAR:
                 continue
             gap, nx, ny = gap_to(rx, ry, body.half_length, body.half_width)
@@ -285,7 +331,9 @@ def risk_of(states: FloatArray, scene: Scene, total: float, bound: float, terms:
 
 
 @njit()
-def follow(motion: FloatArray, scene: Scene, bound: float, terms: FloatArray, states: FloatArray) -> float:
+def follow(
+    motion: FloatArray, scene: Scene, bound: float, terms: FloatArray, states: FloatArray
+) -> float:
     """Roll a motion out and price it.
 
     Args:
@@ -306,15 +354,20 @@ def follow(motion: FloatArray, scene: Scene, bound: float, terms: FloatArray, st
 
 
 @njit(ahead=f"float64[:, ::1], {SCENE}, float64, float64[::1], float64[::1]")
-def price_all(motions: FloatArray, scene: Scene, bound: float, costs: FloatArray, risks: FloatArray) -> int:
-    """Price motions (M, FIELDS) one after the other; returns the best one's number, the first among equals; -1: none.
+def price_all(
+    motions: FloatArray, scene: Scene, bound: float, costs: FloatArray, risks: FloatArray
+) -> int:
+    """Price motions (M, FIELDS) one after the other.
+
+    Returns the best one's number, the first among equals; -1: none.
 
     Args:
         motions: to price.
         scene: what they are held against.
         bound: [USD] which the best has to go below.
         costs: (M,) output [USD]; infinite: given up as no better than the best so far.
-        risks: (M,) output [USD] what people and walls make of each cost, of those that are not given up.
+        risks: (M,) output [USD] what people and walls make of each cost, of those that are not
+            given up.
     """
     terms, states, best = np.empty(len(TERMS)), np.empty((len(scene.care), 7)), -1
     for i in range(len(motions)):
@@ -327,5 +380,8 @@ def price_all(motions: FloatArray, scene: Scene, bound: float, costs: FloatArray
 
 @njit(ahead=f"float64[::1], {SCENE}, float64[::1], float64[:, ::1]")
 def price_one(motion: FloatArray, scene: Scene, terms: FloatArray, states: FloatArray) -> float:
-    """The cost [USD] of one motion; ``terms`` (6,) and ``states`` (N, 7) are written as by :func:`follow`."""
+    """The cost [USD] of one motion.
+
+    ``terms`` (6,) and ``states`` (N, 7) are written as by :func:`follow`.
+    """
     return follow(motion, scene, math.inf, terms, states)

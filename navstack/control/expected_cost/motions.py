@@ -10,7 +10,8 @@ import numpy as np
 
 from navstack.types import FloatArray
 
-KIND, SPEED, TURN, TIME, KIND_2, SPEED_2, TURN_2, TIME_2, SPEED_3 = range(9)  # [-], [m/s], [rad] or [rad/s], [s], ...
+# [-], [m/s], [rad] or [rad/s], [s], ...
+KIND, SPEED, TURN, TIME, KIND_2, SPEED_2, TURN_2, TIME_2, SPEED_3 = range(9)
 FIELDS = 9
 WAY, TWIST = 0.0, 1.0
 _LONG = 99.0  # [s] longer than any horizon
@@ -23,7 +24,10 @@ def _both(values: FloatArray) -> list[float]:
 
 
 def few(max_speed: float) -> FloatArray:
-    """Motions (n, FIELDS) for an empty street: along the field, or a little beside it, at four speeds."""
+    """Motions (n, FIELDS) for an empty street.
+
+    Along the field, or a little beside it, at four speeds.
+    """
     speeds = (0.0, 0.35 * max_speed, 0.7 * max_speed, max_speed)
     angles = np.radians((-30.0, -10.0, 0.0, 10.0, 30.0))
     return np.array([(WAY, v, a, 0.8, WAY, v, 0.0, _LONG, v) for v in speeds for a in angles])
@@ -44,7 +48,11 @@ def many(max_speed: float, max_reverse_speed: float, max_yaw_rate: float) -> Flo
             for time in (0.7, 1.4, 2.2, 3.2)
             for angle in (-_ANGLES[3], 0.0, _ANGLES[3])
         ]
-    backward = [-share * max_reverse_speed for share in (1.0, 0.65, 0.35)] if max_reverse_speed > 0.0 else []
+    backward = (
+        [-share * max_reverse_speed for share in (1.0, 0.65, 0.35)]
+        if max_reverse_speed > 0.0
+        else []
+    )
     for v in (*backward, 0.0, 0.35 * max_speed, 0.7 * max_speed, max_speed):
         for turn in max_yaw_rate * np.array((-1.0, -0.5, -0.22, 0.0, 0.22, 0.5, 1.0)):
             for time in (0.5, 1.0, 1.8):
@@ -57,7 +65,11 @@ def many(max_speed: float, max_reverse_speed: float, max_yaw_rate: float) -> Flo
 
 
 def varied(
-    motions: FloatArray, count: int, max_speed: float, max_reverse_speed: float, rng: np.random.Generator
+    motions: FloatArray,
+    count: int,
+    max_speed: float,
+    max_reverse_speed: float,
+    rng: np.random.Generator,
 ) -> FloatArray:
     """``count`` random variations of each of some motions (n, FIELDS), as (n * count, FIELDS)."""
     new = np.repeat(motions, count, axis=0)

@@ -1,4 +1,7 @@
-"""Where people may be in the seconds to come: hypotheses of each, with a weight and a growing spread."""
+"""Where people may be in the seconds to come.
+
+Hypotheses of each, with a weight and a growing spread.
+"""
 
 import math
 from typing import NamedTuple
@@ -44,9 +47,17 @@ class People(NamedTuple):
 PEOPLE = "NamedTuple((float64[:, :, ::1], float64[:, ::1], float64[::1], float64[::1]), People)"
 
 
-@njit(ahead=f"float64[:, ::1], float64, float64, int64, float64, NamedUniTuple(float64, 6, Spread), {CLEARANCE}")
+@njit(
+    ahead=f"float64[:, ::1], float64, float64, int64, float64, NamedUniTuple(float64, 6, Spread), {CLEARANCE}"
+)
 def predict(
-    people: FloatArray, x: float, y: float, steps: int, step: float, spread: Spread, clearance: Clearance
+    people: FloatArray,
+    x: float,
+    y: float,
+    steps: int,
+    step: float,
+    spread: Spread,
+    clearance: Clearance,
 ) -> People:
     """The hypotheses of people (n, 7), rows of ``contact_risk.nearest``, seen from a robot at (x, y).
 
@@ -80,7 +91,12 @@ def predict(
 
 @njit()
 def go_on(
-    person: FloatArray, step: float, spread: Spread, clearance: Clearance, motion: FloatArray, std: FloatArray
+    person: FloatArray,
+    step: float,
+    spread: Spread,
+    clearance: Clearance,
+    motion: FloatArray,
+    std: FloatArray,
 ) -> None:
     """Predict one person straight on: ``motion`` (N, 4) and ``std`` (N,) are written."""
     stands = math.hypot(person[2], person[3]) < spread.standing_speed
@@ -110,7 +126,10 @@ def go_on(
 
 @njit()
 def corner_ahead(person: FloatArray, motion: FloatArray, clearance: Clearance) -> tuple[int, float]:
-    """The step at which somebody comes nearest to an edge beside the way, and the side it is on; -1: none does."""
+    """The step at which somebody comes nearest to an edge beside the way, and the side it is on.
+
+    -1: none does.
+    """
     before = FAR
     here = clearance_at(clearance, person[0], person[1])
     for k in range(min(len(motion) - 8, _CORNER_STEPS)):

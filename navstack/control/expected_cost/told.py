@@ -4,7 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from navstack.control.decision import RUNNER_UP, SLOWER, Alternative, CriticScore, DecisionRecord, Option
+from navstack.control.decision import (
+    RUNNER_UP,
+    SLOWER,
+    Alternative,
+    CriticScore,
+    DecisionRecord,
+    Option,
+)
 from navstack.control.expected_cost.motion_cost import TERMS, Scene, V, Y, price_one
 from navstack.control.expected_cost.motions import name_of
 from navstack.types import FloatArray, Twist2D
@@ -25,10 +32,15 @@ class Cycle(NamedTuple):
 
 
 def record(cycle: Cycle) -> DecisionRecord:
-    """The decision; its scores are the chosen motion's terms [USD], its status says what kind of motion that is."""
+    """The decision.
+
+    Its scores are the chosen motion's terms [USD], its status says what kind of motion that is.
+    """
     total, scores, _ = _priced(cycle.chosen, cycle.scene)
     kind = name_of(cycle.chosen)
-    return DecisionRecord(cycle.stamp, NAME, cycle.command, len(cycle.motions), 0, total, scores, kind)
+    return DecisionRecord(
+        cycle.stamp, NAME, cycle.command, len(cycle.motions), 0, total, scores, kind
+    )
 
 
 def alternatives(cycle: Cycle) -> tuple[Alternative, ...]:
@@ -43,7 +55,10 @@ def alternatives(cycle: Cycle) -> tuple[Alternative, ...]:
         SLOWER: [each for each in priced if abs(each[2].linear_x) <= 0.5 * abs(first.linear_x)],
     }
     best = {kind: min(found, key=lambda each: each[0]) for kind, found in others.items() if found}
-    return tuple(Alternative(kind, command, total, scores) for kind, (total, scores, command, _) in best.items())
+    return tuple(
+        Alternative(kind, command, total, scores)
+        for kind, (total, scores, command, _) in best.items()
+    )
 
 
 def options(cycle: Cycle) -> tuple[Option, ...]:
@@ -65,5 +80,7 @@ def _priced(motion: FloatArray, scene: Scene) -> tuple[float, tuple[CriticScore,
     """A motion's cost [USD], its terms, and its velocity after the first step."""
     terms, states = np.empty(len(TERMS)), np.empty((len(scene.care), 7))
     total = price_one(motion, scene, terms, states)
-    scores = tuple(CriticScore(name, usd, usd, 0) for name, usd in zip(TERMS, terms.tolist(), strict=True))
+    scores = tuple(
+        CriticScore(name, usd, usd, 0) for name, usd in zip(TERMS, terms.tolist(), strict=True)
+    )
     return float(total), scores, Twist2D(float(states[0, V]), 0.0, float(states[0, V + 1]))

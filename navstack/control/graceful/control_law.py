@@ -79,7 +79,9 @@ def is_blocked(x: float, y: float, yaw: float, ground: Ground) -> bool:
     cosine, sine = math.cos(ground.pose[2]), math.sin(ground.pose[2])
     map_x = ground.pose[0] + cosine * x - sine * y
     map_y = ground.pose[1] + sine * x + cosine * y
-    return is_occupied(ground.costs, ground.grid, ground.footprint, map_x, map_y, ground.pose[2] + yaw)
+    return is_occupied(
+        ground.costs, ground.grid, ground.footprint, map_x, map_y, ground.pose[2] + yaw
+    )
 
 
 _GROUND = "NamedTuple((uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], UniTuple(float64, 3)), Ground)"
@@ -87,7 +89,12 @@ _GROUND = "NamedTuple((uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], Uni
 
 @njit(ahead=f"UniTuple(float64, 3), bool, bool, bool, NamedUniTuple(float64, 11, Law), {_GROUND}")
 def drive_to(
-    target: tuple[float, float, float], backward: bool, turns_first: bool, looks: bool, law: Law, ground: Ground
+    target: tuple[float, float, float],
+    backward: bool,
+    turns_first: bool,
+    looks: bool,
+    law: Law,
+    ground: Ground,
 ) -> tuple[bool, float, float]:
     """Drive to a target pose (x, y, yaw) of the base frame in thought, a cell of the costmap at a time.
 

@@ -33,7 +33,8 @@ class GracefulController(Controller):
             params: its parameters.
             footprint: padded polygon (V, 2) in [m], base frame.
             controller_frequency: control cycles per second, in [Hz]; nothing here depends on it.
-            xy_goal_tolerance: of the goal checker in [m], within which the robot turns to the goal's yaw.
+            xy_goal_tolerance: of the goal checker in [m], within which the robot turns to the
+                goal's yaw.
         """
         self._params = params
         self._footprint = footprint
@@ -55,11 +56,22 @@ class GracefulController(Controller):
         return self._decision
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
-        """Limit the speed to ``limit`` [m/s], or [%] of the largest; 0 lifts the limit. Turns slow down alike."""
-        share = 1.0 if limit == 0.0 else limit / 100.0 if is_percentage else limit / self._params.v_linear_max
+        """Limit the speed to ``limit`` [m/s], or [%] of the largest; 0 lifts the limit.
+
+        Turns slow down alike.
+        """
+        share = (
+            1.0
+            if limit == 0.0
+            else limit / 100.0
+            if is_percentage
+            else limit / self._params.v_linear_max
+        )
         self._law = _law(self._params, share)
 
-    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+    def compute_velocity(
+        self, state: RobotState, plan: Path, surroundings: Surroundings
+    ) -> Twist2D:
         """The command towards a pose on the path, or a turn on the spot.
 
         Raises:
@@ -76,11 +88,18 @@ class GracefulController(Controller):
         ground = Ground(costmap.data, costmap.grid, self._footprint, pose)
         command, tried = self._turn_at_goal(path, float(lengths.sum()), ground), 0
         if command is None:
-            command, tried = self._drive(path, np.cumsum([math.hypot(*path[0, :2]), *lengths]), ground)
+            command, tried = self._drive(
+                path, np.cumsum([math.hypot(*path[0, :2]), *lengths]), ground
+            )
         rejected = max(tried - 1, 0) if command is not None else tried
         check = CriticScore(COLLISION_AHEAD, None, None, rejected)
         self._decision = DecisionRecord(
-            state.stamp, "GracefulController", command or Twist2D(), max(tried, 1), rejected, scores=(check,)
+            state.stamp,
+            "GracefulController",
+            command or Twist2D(),
+            max(tried, 1),
+            rejected,
+            scores=(check,),
         )
         if command is None:
             raise NoLegalVelocity({COLLISION_AHEAD: rejected})
@@ -97,7 +116,9 @@ class GracefulController(Controller):
             return None
         return Twist2D(angular_z=turn_on_the_spot(angle, self._law))
 
-    def _drive(self, path: FloatArray, distances: FloatArray, ground: Ground) -> tuple[Twist2D | None, int]:
+    def _drive(
+        self, path: FloatArray, distances: FloatArray, ground: Ground
+    ) -> tuple[Twist2D | None, int]:
         """The command to the farthest pose (N, 3) in reach, ``distances`` (N,) [m] along the path, and the poses tried.
 
         None: there is an obstacle on the way to each, or no pose is far enough away.
@@ -121,7 +142,12 @@ class GracefulController(Controller):
             tried += 1
             turns_first = self._turns_first and params.initial_rotation
             is_free, speed, turn = drive_to(
-                (x, y, yaw), backward, turns_first, params.use_collision_detection, self._law, ground
+                (x, y, yaw),
+                backward,
+                turns_first,
+                params.use_collision_detection,
+                self._law,
+                ground,
             )
             if is_free:
                 return Twist2D(speed, 0.0, turn), tried
@@ -130,8 +156,13 @@ class GracefulController(Controller):
 
 def add_orientations(path: FloatArray) -> None:
     """Point each pose (N, 3) at the next one, in place, where all between the first and the last have the same yaw."""
-    turns = np.array([normalize_angle(path[1, 2] - yaw) for yaw in path[2:-1, 2]]) if len(path) > 2 else None
-    if turns is None or (turns > SAME_YAW).any():  # as upstream: a turn the other way does not count
+    turns = (
+        np.array([normalize_angle(path[1, 2] - yaw) for yaw in path[2:-1, 2]])
+        if len(path) > 2
+        else None
+    )
+    # as upstream: a turn the other way does not count
+    if turns is None or (turns > SAME_YAW).any():
         return
     steps = np.diff(path[:, :2], axis=0)
     path[:-1, 2] = np.arctan2(steps[:, 1], steps[:, 0])

@@ -21,10 +21,12 @@ from navstack.costmap.costmap import LETHAL_OBSTACLE
 from navstack.jit import njit
 from navstack.types import FloatArray
 
-STRAIGHTEN, KEEP_CURVE = 0, 1  # how a stop treats the yaw rate: to 0 as fast as can be, or together with the speed
+# how a stop treats the yaw rate: to 0 as fast as can be, or together with the speed
+STRAIGHTEN, KEEP_CURVE = 0, 1
 _LOOK = 0.1  # [s] between two looks for people along a stop
 _SHARES = (0.0, 0.25, 0.5, 0.75)  # of the stop that is mixed in, in this order
-_STANDING = 1e-3  # [m/s] of the fastest point of the footprint, below which a person who comes is not run into
+# [m/s] of the fastest point of the footprint, below which a person who comes is not run into
+_STANDING = 1e-3
 _ROUNDING = 1e-9
 
 
@@ -64,9 +66,18 @@ def guarded(
         body: the robot's.
         people: (n, FIELDS).
     """
-    j = min(j, highest_jerk(state[3], state[5], limits[at.MAX_SPEED], limits[at.MAX_ACCELERATION], limits[3], period))
+    j = min(
+        j,
+        highest_jerk(
+            state[3], state[5], limits[at.MAX_SPEED], limits[at.MAX_ACCELERATION], limits[3], period
+        ),
+    )
     j = max(j, lowest_jerk(state[3], state[5], 0.0, limits[at.MAX_DECELERATION], limits[3], period))
-    rate, turn, twist = limits[at.MAX_YAW_RATE], limits[at.MAX_YAW_ACCELERATION], limits[at.MAX_YAW_JERK]
+    rate, turn, twist = (
+        limits[at.MAX_YAW_RATE],
+        limits[at.MAX_YAW_ACCELERATION],
+        limits[at.MAX_YAW_JERK],
+    )
     ja = min(ja, highest_jerk(state[4], state[6], rate, turn, twist, period))
     ja = max(ja, lowest_jerk(state[4], state[6], -rate, turn, twist, period))
     wanted = np.array(
@@ -92,7 +103,9 @@ def guarded(
 
 
 @njit()
-def stopped(v: float, omega: float, a: float, alpha: float, kind: int, limits: FloatArray, time: float) -> FloatArray:
+def stopped(
+    v: float, omega: float, a: float, alpha: float, kind: int, limits: FloatArray, time: float
+) -> FloatArray:
     """The motion (v, omega, a, alpha) ``time`` [s] after a stop began."""
     motion = np.empty(4)
     deceleration, jerk = limits[at.MAX_DECELERATION], limits[at.MAX_JERK]
@@ -148,7 +161,9 @@ def stop_is_safe(
     body: Body,
     people: FloatArray,
 ) -> bool:
-    """Whether a stop from the state ``start`` (7,) keeps all limits and meets nothing; see :func:`guarded`.
+    """Whether a stop from the state ``start`` (7,) keeps all limits and meets nothing.
+
+    See :func:`guarded`.
 
     Between two looks for static obstacles no point of the footprint moves farther than a cell.
     """
@@ -200,7 +215,9 @@ def _reach(footprint: FloatArray) -> float:
 @njit()
 def _touches(x: float, y: float, yaw: float, field: Field, footprint: FloatArray) -> bool:
     """Whether the footprint's outline lies on an obstacle."""
-    worst = walk_outline(field.costs, field.grid, footprint, x, y, math.cos(yaw), math.sin(yaw), False)
+    worst = walk_outline(
+        field.costs, field.grid, footprint, x, y, math.cos(yaw), math.sin(yaw), False
+    )
     return bool(worst == LETHAL_OBSTACLE)
 
 
@@ -211,6 +228,9 @@ def _runs_into(x: float, y: float, yaw: float, time: float, body: Body, people: 
     for person in people:
         px, py, _ = predicted(person, time)
         for offset in body.circles:
-            if math.hypot(x + offset * cosine - px, y + offset * sine - py) < body.radius + person[4]:
+            if (
+                math.hypot(x + offset * cosine - px, y + offset * sine - py)
+                < body.radius + person[4]
+            ):
                 return True
     return False

@@ -1,10 +1,11 @@
 """CasADi functions as compiled C, kept on disk between runs.
 
 The library's name is a hash of the generated source, the compiler and its flags, in the folder of
-:func:`~navstack.costmap.field_cache.cache_folder`. Any number of processes may start at once: each compiles into a file
-of its own and renames it, which replaces an equal one. A library is loaded only where it and its folder are this user's
-and nobody else can write them: else each process compiles for itself. Whatever goes wrong, there is no library, and
-CasADi's virtual machine runs the function instead.
+:func:`~navstack.costmap.field_cache.cache_folder`. Any number of processes may start at once: each
+compiles into a file of its own and renames it, which replaces an equal one. A library is loaded
+only where it and its folder are this user's and nobody else can write them: else each process
+compiles for itself. Whatever goes wrong, there is no library, and CasADi's virtual machine runs the
+function instead.
 """
 
 import atexit
@@ -38,7 +39,14 @@ def compiled(function: ca.Function) -> ca.Function | None:
     generator = ca.CodeGenerator(f"{name}.c")
     generator.add(function)
     source = generator.dump()
-    key = content_key("casadi-c-1", source, compiler, " ".join(_FLAGS), platform.platform(), ca.CasadiMeta.version())
+    key = content_key(
+        "casadi-c-1",
+        source,
+        compiler,
+        " ".join(_FLAGS),
+        platform.platform(),
+        ca.CasadiMeta.version(),
+    )
     library = _folder() / f"{key}{_EXTENSION}"
     loaded = _load(name, library)
     if loaded is None and _compile(compiler, source, library):

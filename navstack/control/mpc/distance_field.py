@@ -1,7 +1,8 @@
 """How far static obstacles are, and in which direction, read from the inflated local costmap.
 
-Inflation writes a function of the distance to the nearest obstacle into every cell; its inverse is a distance field
-that costs nothing. Below the inscribed radius, where the cost says no more, the nearest lethal cell is looked for.
+Inflation writes a function of the distance to the nearest obstacle into every cell; its inverse is
+a distance field that costs nothing. Below the inscribed radius, where the cost says no more, the
+nearest lethal cell is looked for.
 """
 
 import math
@@ -36,9 +37,14 @@ FIELD = "NamedTuple((uint8[:, ::1], UniTuple(float64, 3), float64[::1], float64)
 
 
 def distance_table(inscribed_radius: float, cost_scaling_factor: float) -> FloatArray:
-    """The distance (256,) in [m] that each cost stands for (the inverse of ``inflation_cost``); free is as 1."""
+    """The distance (256,) in [m] that each cost stands for (the inverse of ``inflation_cost``).
+
+    Free is as 1.
+    """
     costs = np.arange(256).clip(1, HIGHEST_FALLING_COST)
-    table: FloatArray = inscribed_radius - np.log(costs / HIGHEST_FALLING_COST) / cost_scaling_factor
+    table: FloatArray = (
+        inscribed_radius - np.log(costs / HIGHEST_FALLING_COST) / cost_scaling_factor
+    )
     table[FREE_SPACE] = table[NO_INFORMATION] = table[1]  # unknown cells are no obstacles
     table[LETHAL_OBSTACLE] = 0.0
     return table
@@ -77,7 +83,9 @@ def distance_at(field: Field, cx: float, cy: float) -> float:
 
 
 @njit()
-def distance_and_gradient(field: Field, x: float, y: float, farthest: float) -> tuple[float, float, float]:
+def distance_and_gradient(
+    field: Field, x: float, y: float, farthest: float
+) -> tuple[float, float, float]:
     """Distance [m] to the nearest obstacle cell and its gradient (at most 1 long) at a point of the map frame.
 
     Beyond ``farthest`` [m] the gradient is 0.

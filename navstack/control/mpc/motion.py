@@ -19,8 +19,12 @@ def advance(state: FloatArray, j: float, ja: float, dt: float, out: FloatArray) 
     v_end = v + dt * (a + half * j)
     yaw_mid = yaw + half * (omega + half * (alpha / 2.0 + half * ja / 6.0))
     yaw_end = yaw + dt * (omega + dt * (alpha / 2.0 + dt * ja / 6.0))
-    out[0] = state[0] + dt / 6.0 * (v * math.cos(yaw) + 4.0 * v_mid * math.cos(yaw_mid) + v_end * math.cos(yaw_end))
-    out[1] = state[1] + dt / 6.0 * (v * math.sin(yaw) + 4.0 * v_mid * math.sin(yaw_mid) + v_end * math.sin(yaw_end))
+    out[0] = state[0] + dt / 6.0 * (
+        v * math.cos(yaw) + 4.0 * v_mid * math.cos(yaw_mid) + v_end * math.cos(yaw_end)
+    )
+    out[1] = state[1] + dt / 6.0 * (
+        v * math.sin(yaw) + 4.0 * v_mid * math.sin(yaw_mid) + v_end * math.sin(yaw_end)
+    )
     out[2] = yaw_end
     out[3] = v_end
     out[4] = omega + dt * (alpha + half * ja)
@@ -40,7 +44,10 @@ def rollout(start: FloatArray, jerks: FloatArray, steps: FloatArray) -> FloatArr
 
 @njit(ahead="float64[:, ::1], float64[::1], float64")
 def shifted(jerks: FloatArray, steps: FloatArray, elapsed: float) -> FloatArray:
-    """The jerks (N, 2) on the same grid, ``elapsed`` [s] later: each step takes the mean over its time; 0 beyond."""
+    """The jerks (N, 2) on the same grid, ``elapsed`` [s] later.
+
+    Each step takes the mean over its time; 0 beyond.
+    """
     count = len(jerks)
     moved = np.zeros_like(jerks)
     begin = elapsed

@@ -31,7 +31,8 @@ from navstack.types import FloatArray, Path, RobotState, Twist2D
 
 NAME = "JerkLimitedMPC"
 _BOUND_SPEED = 2 + V  # place of the speed in the bounds: the jerks come first
-_BEHIND, _BEYOND = 10, 30  # segments of the line before and behind the robot's, in which it is looked for
+# segments of the line before and behind the robot's, in which it is looked for
+_BEHIND, _BEYOND = 10, 30
 _SIGHT = 0.5  # [m] ahead on the line, whose direction decides about a turn on the spot
 _AT_END = 0.02  # [m] left of the line, within which the robot has arrived
 _STALE = 0.5  # [s] after which the last solution is of no use
@@ -51,14 +52,18 @@ class _Cycle(NamedTuple):
 class JerkLimitedMpcController(Controller):
     """Plans three seconds of jerk along the path in every cycle and commands the first of them.
 
-    What is commanded lies within all limits, and the robot can stop from it (:mod:`command_guard`). Where the solver
-    fails the robot brakes as its limits allow; :attr:`failures` counts that.
+    What is commanded lies within all limits, and the robot can stop from it (:mod:`command_guard`).
+    Where the solver fails the robot brakes as its limits allow; :attr:`failures` counts that.
     """
 
     wants_tracks = True
 
     def __init__(
-        self, params: MpcParams, footprint: FloatArray, controller_frequency: float, xy_goal_tolerance: float = 0.25
+        self,
+        params: MpcParams,
+        footprint: FloatArray,
+        controller_frequency: float,
+        xy_goal_tolerance: float = 0.25,
     ) -> None:
         """Make the controller.
 
@@ -66,9 +71,11 @@ class JerkLimitedMpcController(Controller):
             params: its parameters.
             footprint: padded polygon (V, 2) in [m], base frame.
             controller_frequency: control cycles per second, in [Hz].
-            xy_goal_tolerance: of the goal checker in [m], within half of which the robot turns to the goal's yaw.
+            xy_goal_tolerance: of the goal checker in [m], within half of which the robot turns to
+                the goal's yaw.
         """
-        from navstack.control.mpc.mpc_problem import MpcProblem  # CasADi takes a quarter of a second to load
+        # CasADi takes a quarter of a second to load
+        from navstack.control.mpc.mpc_problem import MpcProblem
 
         self._params = params
         self._footprint = np.ascontiguousarray(footprint)
@@ -83,7 +90,9 @@ class JerkLimitedMpcController(Controller):
         sizes = Sizes(params.horizon, params.footprint_circles, params.max_tracks)
         times = np.full(sizes.steps, params.step)  # [s]
         times[0] = self._period
-        shared = np.concatenate((weights_of(params), (params.max_lateral_acceleration,), self._circles))
+        shared = np.concatenate(
+            (weights_of(params), (params.max_lateral_acceleration,), self._circles)
+        )
         self._horizon = Horizon(np.zeros((sizes.steps, sizes.stage)), times, shared)
         self._solver = MpcProblem(sizes, params.generated_code)
         self._speed = params.max_speed  # [m/s] within the speed limit
@@ -108,28 +117,42 @@ class JerkLimitedMpcController(Controller):
 
     @property
     def decision(self) -> DecisionRecord | None:
-        """See the base class: the cost terms of the solution, raw and weighted; a stop mixed in is a rejection."""
+        """See the base class: the cost terms of the solution, raw and weighted.
+
+        A stop mixed in is a rejection.
+        """
         cycle = self._cycle
         if cycle is None:
             return None
         rejected = int(cycle.share > 0.0)
         if cycle.jerks is None:
-            return DecisionRecord(self._stamp, NAME, cycle.command, 1, rejected, status=cycle.status)
-        raw = cost_terms(rollout(cycle.start, cycle.jerks, self._horizon.times), cycle.jerks, self._horizon)
+            return DecisionRecord(
+                self._stamp, NAME, cycle.command, 1, rejected, status=cycle.status
+            )
+        raw = cost_terms(
+            rollout(cycle.start, cycle.jerks, self._horizon.times), cycle.jerks, self._horizon
+        )
         weighted = raw * self._horizon.shared[: len(raw)]
         scores = tuple(
             CriticScore(name, float(one), float(other), 0)
             for name, one, other in zip(at.TERMS, raw, weighted, strict=True)
         )
         total = float(weighted.sum())
-        return DecisionRecord(self._stamp, NAME, cycle.command, 1, rejected, total, scores, cycle.status)
+        return DecisionRecord(
+            self._stamp, NAME, cycle.command, 1, rejected, total, scores, cycle.status
+        )
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
-        """Want no more than ``limit`` [m/s], or [%] of the largest speed, from now on; 0 lifts the limit."""
+        """Want no more than ``limit`` [m/s], or [%] of the largest speed, from now on.
+
+        0 lifts the limit.
+        """
         largest = self._params.max_speed
         self._speed = min(largest, limited_speed(largest, limit, is_percentage))
 
-    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+    def compute_velocity(
+        self, state: RobotState, plan: Path, surroundings: Surroundings
+    ) -> Twist2D:
         """The first motion of the best trajectory, or of a stop.
 
         Raises:
@@ -139,20 +162,31 @@ class JerkLimitedMpcController(Controller):
             self._take(plan, state)
         start = self._start(state)
         self._limit_speed(start)
-        people = nearest_people(surroundings.tracks, state.pose, state.stamp, self._params.max_tracks)
-        field = Field(surroundings.costmap.data, surroundings.costmap.grid, self._table, self._inscribed_radius)
+        people = nearest_people(
+            surroundings.tracks, state.pose, state.stamp, self._params.max_tracks
+        )
+        field = Field(
+            surroundings.costmap.data,
+            surroundings.costmap.grid,
+            self._table,
+            self._inscribed_radius,
+        )
         line = self._line
         assert line is not None
         wishes = self._wishes(start, line)
         jerks = self._solve(start, line, wishes, field, people, state.stamp)
         if jerks is None:
             self.failures += 1
-            motion = stopped(start[3], start[4], start[5], start[6], self._stop, self._limits, self._period)
+            motion = stopped(
+                start[3], start[4], start[5], start[6], self._stop, self._limits, self._period
+            )
             share, status = 1.0, "failed"
         else:
             body = Body(self._footprint, self._circles, self._keep.radius)
             wanted = (jerks[0, 0], jerks[0, 1], self._period)
-            motion, self._stop, share = guarded(start, *wanted, self._limits, self._stop, field, body, people)
+            motion, self._stop, share = guarded(
+                start, *wanted, self._limits, self._stop, field, body, people
+            )
             status = "solved" if share == 0.0 else "guarded"
         self._jerks = np.zeros_like(self._jerks) if jerks is None else jerks
         self._motion, self._stamp = motion, state.stamp
@@ -169,16 +203,21 @@ class JerkLimitedMpcController(Controller):
         self._segment, _ = project(self._line, state.pose.x, state.pose.y, 0, len(self._line.x))
 
     def _start(self, state: RobotState) -> FloatArray:
-        """The state (7,) from which to plan: the pose believed and the motion commanded, which no noise disturbs.
+        """The state (7,) from which to plan.
 
-        Where the odometry says something very different, or the robot has been driven by someone else, that counts;
-        what is not finite of it is 0.
+        The pose believed and the motion commanded, which no noise disturbs.
+
+        Where the odometry says something very different, or the robot has been driven by someone
+        else, that counts; what is not finite of it is 0.
         """
         v, omega, a, alpha = self._motion.tolist()
         measured = state.twist
         off = max(abs(measured.linear_x - v), abs(measured.angular_z - omega))
         if off > self._params.velocity_mismatch or not state.stamp - self._stamp < _STALE:
-            v, omega = (each if math.isfinite(each) else 0.0 for each in (measured.linear_x, measured.angular_z))
+            v, omega = (
+                each if math.isfinite(each) else 0.0
+                for each in (measured.linear_x, measured.angular_z)
+            )
             v = min(max(v, 0.0), self._params.max_speed)
             omega = min(max(omega, -self._params.max_yaw_rate), self._params.max_yaw_rate)
             lateral = self._params.max_lateral_acceleration
@@ -204,7 +243,10 @@ class JerkLimitedMpcController(Controller):
         s = between(line.s, self._segment, share)
         goal_x, goal_y, goal_yaw = (float(value) for value in self._plan.poses[-1])
         distance = math.hypot(goal_x - x, goal_y - y)
-        self._at_goal = line.s[-1] - s < _AT_END or distance < (2.0 if self._at_goal else 1.0) * self._goal_radius
+        self._at_goal = (
+            line.s[-1] - s < _AT_END
+            or distance < (2.0 if self._at_goal else 1.0) * self._goal_radius
+        )
         if self._at_goal:
             return Wishes(self._speed, goal_yaw, self._params.max_lag)
         segment, share = at_distance(line, s + _SIGHT)
@@ -213,11 +255,21 @@ class JerkLimitedMpcController(Controller):
         return Wishes(0.0 if self._turning else self._speed, math.nan, self._params.max_lag)
 
     def _solve(
-        self, start: FloatArray, line: PathLine, wishes: Wishes, field: Field, people: FloatArray, stamp: float
+        self,
+        start: FloatArray,
+        line: PathLine,
+        wishes: Wishes,
+        field: Field,
+        people: FloatArray,
+        stamp: float,
     ) -> FloatArray | None:
         """The jerks (N, 2) of the best trajectory found; None: the solver failed."""
         is_fresh, times = stamp - self._stamp < _STALE, self._horizon.times
-        jerks = shifted(self._jerks, times, stamp - self._stamp) if is_fresh else np.zeros_like(self._jerks)
+        jerks = (
+            shifted(self._jerks, times, stamp - self._stamp)
+            if is_fresh
+            else np.zeros_like(self._jerks)
+        )
         for _ in range(1 if is_fresh else _FIRST_STEPS):
             states = rollout(start, jerks, times)
             fill_stages(self._horizon, states, line, self._segment, wishes, self._limits)

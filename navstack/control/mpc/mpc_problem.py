@@ -1,8 +1,10 @@
-"""One Gauss-Newton step of the tracking problem in CasADi: linearise, then solve the quadratic program with HPIPM.
+"""One Gauss-Newton step of the tracking problem in CasADi.
 
-The cost is a sum of squares of residuals, see docs/mpc.md; limits of jerks, accelerations and velocities are bounds of
-the quadratic program, everything else is soft. The linearisation is generated as C and compiled where a compiler
-exists (:mod:`~navstack.control.mpc.compiled`).
+Linearise, then solve the quadratic program with HPIPM.
+
+The cost is a sum of squares of residuals, see docs/mpc.md; limits of jerks, accelerations and
+velocities are bounds of the quadratic program, everything else is soft. The linearisation is
+generated as C and compiled where a compiler exists (:mod:`~navstack.control.mpc.compiled`).
 """
 
 from functools import lru_cache
@@ -20,10 +22,12 @@ from navstack.types import FloatArray
 
 _X, _U = robot_model.STATES, robot_model.INPUTS
 _ROW = _U + _X  # variables of a step: its input, then the state at its end
-_REGULARISATION = 1e-6  # on the diagonal of every Hessian block, so that the program is strictly convex
+# on the diagonal of every Hessian block, so that the program is strictly convex
+_REGULARISATION = 1e-6
 _ACCELERATION = _U + 5  # of a row
 _TOLERANCE = 1e-4  # of bounds and model in a solution
-_SLACK = 1e-4  # by which bounds of states are wider than the limits, for rounding; the output keeps the limits
+# by which bounds of states are wider than the limits, for rounding; the output keeps the limits
+_SLACK = 1e-4
 
 
 class MpcProblem:
@@ -38,19 +42,36 @@ class MpcProblem:
         """
         function, self.is_compiled = _gauss_newton_step(sizes, generated_code)
         steps = sizes.steps
-        self._states, self._ends, self._jerks = np.zeros((steps, _X)), np.zeros((steps, _X)), np.zeros((steps, _U))
+        self._states, self._ends, self._jerks = (
+            np.zeros((steps, _X)),
+            np.zeros((steps, _X)),
+            np.zeros((steps, _U)),
+        )
         self._stages, self._shared = np.zeros((steps, sizes.stage)), np.zeros(sizes.shared)
         self._times = np.zeros(steps)
         self._low, self._high = np.zeros((steps, _ROW)), np.zeros((steps, _ROW))
         self._change = np.zeros((steps, _ROW))
         self._buffer, self._evaluate = function.buffer()
-        inputs = (self._states, self._jerks, self._ends, self._stages, self._times, self._shared, self._low, self._high)
+        inputs = (
+            self._states,
+            self._jerks,
+            self._ends,
+            self._stages,
+            self._times,
+            self._shared,
+            self._low,
+            self._high,
+        )
         for i, array in enumerate(inputs):
             self._buffer.set_arg(i, memoryview(array.reshape(-1)))  # type: ignore[call-arg, arg-type]
         self._buffer.set_res(0, memoryview(self._change.reshape(-1)))  # type: ignore[call-arg, arg-type]
 
-    def step(self, states: FloatArray, jerks: FloatArray, horizon: Horizon, limits: FloatArray) -> FloatArray | None:
-        """The jerks (N, 2) on the way to the minimum of the problem linearised about a trajectory; None: it failed.
+    def step(
+        self, states: FloatArray, jerks: FloatArray, horizon: Horizon, limits: FloatArray
+    ) -> FloatArray | None:
+        """The jerks (N, 2) on the way to the minimum of the problem linearised about a trajectory.
+
+        None: it failed.
 
         Args:
             states: the trajectory's (N + 1, 7), a rollout of ``jerks``.
@@ -60,10 +81,17 @@ class MpcProblem:
         """
         self._states[:], self._ends[:], self._jerks[:] = states[:-1], states[1:], jerks
         self._stages[:], self._times[:], self._shared[:] = horizon
-        for bounds, limit, slack in ((self._low, limits[0], -_SLACK), (self._high, limits[1], _SLACK)):
+        for bounds, limit, slack in (
+            (self._low, limits[0], -_SLACK),
+            (self._high, limits[1], _SLACK),
+        ):
             bounds[:, :_U] = limit[:_U] - jerks
             bounds[:, _U:] = limit[_U:] + slack - states[1:]
-        is_sound = np.isfinite(horizon.stages).all() and np.isfinite(states).all() and (self._low <= self._high).all()
+        is_sound = (
+            np.isfinite(horizon.stages).all()
+            and np.isfinite(states).all()
+            and (self._low <= self._high).all()
+        )
         self._change[:] = np.nan
         if is_sound:  # or CasADi prints the whole problem
             self._evaluate()
@@ -74,10 +102,15 @@ class MpcProblem:
         return improved
 
     def _is_solved(self) -> bool:
-        """Whether what came back is a solution; HPIPM's own verdict does not get through to here."""
+        """Whether what came back is a solution.
+
+        HPIPM's own verdict does not get through to here.
+        """
         change, times = self._change, self._times
-        within = (change >= self._low - _TOLERANCE) & (change <= self._high + _TOLERANCE)  # false for nan
-        faster = np.diff(change[:, _ACCELERATION], prepend=0.0) - times * change[:, 0]  # 0 if the model holds
+        # false for nan
+        within = (change >= self._low - _TOLERANCE) & (change <= self._high + _TOLERANCE)
+        # 0 if the model holds
+        faster = np.diff(change[:, _ACCELERATION], prepend=0.0) - times * change[:, 0]
         return bool(within.all() and np.abs(faster).max() < _TOLERANCE)
 
 
@@ -114,12 +147,17 @@ def residuals(state: ca.SX, stage: ca.SX, shared: ca.SX, sizes: Sizes) -> list[c
 def linearisation(sizes: Sizes) -> ca.Function:
     """Of one step: Jacobians of the model, gradients and Gauss-Newton Hessians of the cost, all dense."""
     state, end, jerk = ca.SX.sym("state", _X), ca.SX.sym("end", _X), ca.SX.sym("jerk", _U)
-    stage, shared, dt = ca.SX.sym("stage", sizes.stage), ca.SX.sym("shared", sizes.shared), ca.SX.sym("dt")
+    stage, shared, dt = (
+        ca.SX.sym("stage", sizes.stage),
+        ca.SX.sym("shared", sizes.shared),
+        ca.SX.sym("dt"),
+    )
     after = robot_model.step(state, jerk, dt)
     terms = residuals(end, stage, shared, sizes)
     weighted = ca.vertcat(*(ca.sqrt(dt * shared[i]) * term for i, term in enumerate(terms)))
     efforts = ca.vertcat(
-        ca.sqrt(dt * shared[at.W_JERK]) * (jerk[0] - stage[at.JERK]), ca.sqrt(dt * shared[at.W_YAW_JERK]) * jerk[1]
+        ca.sqrt(dt * shared[at.W_JERK]) * (jerk[0] - stage[at.JERK]),
+        ca.sqrt(dt * shared[at.W_YAW_JERK]) * jerk[1],
     )
     slope, effort_slope = ca.jacobian(weighted, end), ca.jacobian(efforts, jerk)
     outputs = [
@@ -142,12 +180,19 @@ def _gauss_newton_step(sizes: Sizes, generated_code: bool) -> tuple[ca.Function,
     linearise = compiled(mapped) if generated_code else None
     symbols = [ca.MX.sym(f"i{k}", *size) for k, size in enumerate(_input_sizes(sizes))]
     low, high = ca.MX.sym("low", _ROW * steps), ca.MX.sym("high", _ROW * steps)
-    by_state, by_jerk, slope, curvature, jerk_slope, jerk_curvature = (linearise or mapped)(*symbols)
+    by_state, by_jerk, slope, curvature, jerk_slope, jerk_curvature = (linearise or mapped)(
+        *symbols
+    )
     a_pattern, a_order = _dynamics_pattern(steps)
     h_pattern, h_order = _hessian_pattern(steps)
     dynamics = ca.MX(a_pattern, ca.vertcat(ca.vec(by_state), ca.vec(by_jerk), -1.0)[a_order])
     hessian = ca.MX(h_pattern, ca.vertcat(ca.vec(curvature), ca.vec(jerk_curvature))[h_order])
-    structure = {"N": steps, "nx": [0] + [_X] * steps, "nu": [_U] * steps + [0], "ng": [0] * (steps + 1)}
+    structure = {
+        "N": steps,
+        "nx": [0] + [_X] * steps,
+        "nu": [_U] * steps + [0],
+        "ng": [0] * (steps + 1),
+    }
     options: dict[str, Any] = {"hpipm": {"mode": "speed_abs"}, "error_on_fail": False, **structure}
     solver = ca.conic("program", "hpipm", {"h": h_pattern, "a": a_pattern}, options)
     zero = ca.DM.zeros(_X * steps)
@@ -168,7 +213,14 @@ def _gauss_newton_step(sizes: Sizes, generated_code: bool) -> tuple[ca.Function,
 
 def _input_sizes(sizes: Sizes) -> list[tuple[int, int]]:
     steps = sizes.steps
-    return [(_X, steps), (_U, steps), (_X, steps), (sizes.stage, steps), (1, steps), (sizes.shared, 1)]
+    return [
+        (_X, steps),
+        (_U, steps),
+        (_X, steps),
+        (sizes.stage, steps),
+        (1, steps),
+        (sizes.shared, 1),
+    ]
 
 
 def _dynamics_pattern(steps: int) -> tuple[ca.Sparsity, list[int]]:
@@ -178,7 +230,8 @@ def _dynamics_pattern(steps: int) -> tuple[ca.Sparsity, list[int]]:
     by_jerk = ca.horzsplit(_numbers(states, _X, _U * steps), _U)
     minus_one = (states + jerks) * ca.DM.eye(_X)
     here = ca.diagcat(*(ca.horzcat(block, minus_one) for block in by_jerk))
-    before = ca.diagcat(*(ca.horzcat(ca.DM(_X, _U), block) for block in by_state[1:]))  # of the first step: fixed
+    # of the first step: fixed
+    before = ca.diagcat(*(ca.horzcat(ca.DM(_X, _U), block) for block in by_state[1:]))
     return _ordered(here + ca.diagcat(ca.DM(_X, 0), before, ca.DM(0, _ROW)))
 
 
@@ -186,7 +239,9 @@ def _hessian_pattern(steps: int) -> tuple[ca.Sparsity, list[int]]:
     """Sparsity of the block-diagonal Hessian, and where each entry stands in (curvature, jerk_curvature)."""
     by_state = ca.horzsplit(_numbers(0, _X, _X * steps), _X)
     by_jerk = ca.horzsplit(_numbers(_X * _X * steps, _U, _U * steps), _U)
-    return _ordered(ca.diagcat(*(block for pair in zip(by_jerk, by_state, strict=True) for block in pair)))
+    return _ordered(
+        ca.diagcat(*(block for pair in zip(by_jerk, by_state, strict=True) for block in pair))
+    )
 
 
 def _numbers(first: int, rows: int, columns: int) -> ca.DM:

@@ -10,9 +10,11 @@ from navstack.jit import njit
 from navstack.types import FloatArray
 
 SPACING = 0.1  # [m] of the line's points
-_SMOOTHED = 3  # points on either side over which positions are averaged: plans follow the cells of a grid
+# points on either side over which positions are averaged: plans follow the cells of a grid
+_SMOOTHED = 3
 _CURVED = 3  # points on either side over which curvature is measured
-_SHARE = 0.8  # of the limits that the wanted speed uses in curves and before them; the rest is the controller's
+# of the limits that the wanted speed uses in curves and before them; the rest is the controller's
+_SHARE = 0.8
 
 
 class PathLine(NamedTuple):
@@ -36,10 +38,17 @@ def make_line(poses: FloatArray, limits: FloatArray) -> PathLine:
     if length < 1e-3:  # nowhere to go: a line through the goal along its yaw
         goal_x, goal_y, yaw = (float(value) for value in poses[-1])
         ahead = np.array((-1e-3, 0.0))
-        x_line, y_line, s = goal_x + ahead * math.cos(yaw), goal_y + ahead * math.sin(yaw), ahead + 1e-3
+        x_line, y_line, s = (
+            goal_x + ahead * math.cos(yaw),
+            goal_y + ahead * math.sin(yaw),
+            ahead + 1e-3,
+        )
         return PathLine(x_line, y_line, s, np.full(2, yaw), np.full(2, limits[at.MAX_SPEED]))
     even = np.linspace(0.0, length, max(2, math.ceil(length / SPACING) + 1))
-    x_line, y_line = smoothed(np.interp(even, travelled, x)), smoothed(np.interp(even, travelled, y))
+    x_line, y_line = (
+        smoothed(np.interp(even, travelled, x)),
+        smoothed(np.interp(even, travelled, y)),
+    )
     dx, dy = np.diff(x_line), np.diff(y_line)
     s = np.concatenate(((0.0,), np.cumsum(np.hypot(dx, dy))))
     along = np.unwrap(np.arctan2(dy, dx))

@@ -8,7 +8,9 @@ import numpy as np
 from navstack.jit import njit
 from navstack.types import FloatArray, Pose2D, Track
 
-FIELDS = 8  # x, y [m], vx, vy [m/s], radius [m], and the variance per axis: now [m2], per s [m2/s], per s2 [m2/s2]
+# x, y [m], vx, vy [m/s], radius [m], and the variance per axis: now [m2], per s [m2/s], per s2
+# [m2/s2]
+FIELDS = 8
 
 
 def nearest_people(tracks: Sequence[Track], pose: Pose2D, stamp: float, most: int) -> FloatArray:

@@ -31,4 +31,6 @@ def bounds_of(params: MpcParams) -> FloatArray:
     high = (params.max_speed, rate, params.max_acceleration, turn)
     jerk = (params.max_jerk, params.max_yaw_jerk)
     free = (math.inf,) * 3  # the pose
-    return np.array(((-jerk[0], -jerk[1], -free[0], -free[1], -free[2], *low), (*jerk, *free, *high)))
+    return np.array(
+        ((-jerk[0], -jerk[1], -free[0], -free[1], -free[2], *low), (*jerk, *free, *high))
+    )

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 from navstack.types import FloatArray
 
-# Of every step: the point of the path that the step's end is held against, and what is wanted there.
+# Of every step: the point of the path that the step's end is held against, and what is wanted
+# there.
 FOOT_X, FOOT_Y = 0, 1  # [m] map frame
 TANGENT_X, TANGENT_Y = 2, 3  # unit vector along the path
 HEADING = 4  # [rad] wanted yaw, on the turn nearest to the predicted one
@@ -12,7 +13,8 @@ LEAD = 5  # [m] wanted progress beyond the foot point
 SPEED = 6  # [m/s] wanted
 JERK = 7  # [m/s3] of the wanted progress
 CONTOUR = 8  # [-] factor of the contour weight
-BASE = 9  # then 3 numbers per circle of the footprint: gradient x, y and offset [m] of its half-plane
+# then 3 numbers per circle of the footprint: gradient x, y and offset [m] of its half-plane
+BASE = 9
 # and then 3 per person: x, y [m] and the distance [m] below which a circle's centre costs
 
 # Of the whole horizon.

@@ -15,10 +15,12 @@ from navstack.control.mpc.stop_profile import progress_jerk
 from navstack.jit import njit
 from navstack.types import FloatArray
 
-_BACK, _AHEAD = 5, 40  # segments of the line before and behind a step's one, in which the next one's is looked for
+# segments of the line before and behind a step's one, in which the next one's is looked for
+_BACK, _AHEAD = 5, 40
 STEP_SHARES = (1.0, 0.5, 0.25)  # of a Gauss-Newton step
 _CROSSING = 0.3  # [m/s] across the line, from which on somebody crosses it
-_OWN = 0.4  # [m] around a tracked person's body: obstacle cells there are the person's, and move with the track
+# [m] around a tracked person's body: obstacle cells there are the person's, and move with the track
+_OWN = 0.4
 
 
 class Wishes(NamedTuple):
@@ -30,7 +32,10 @@ class Wishes(NamedTuple):
 
 
 class Clearances(NamedTuple):
-    """How far from obstacles the footprint's circles should stay; fields but the first as in ``MpcParams``."""
+    """How far from obstacles the footprint's circles should stay.
+
+    Fields but the first as in ``MpcParams``.
+    """
 
     radius: float  # [m] of the circles
     obstacle_margin: float  # [m] beyond their rim
@@ -47,9 +52,16 @@ def sizes_of(horizon: Horizon) -> tuple[int, int]:
     return circles, (horizon.stages.shape[1] - at.BASE) // 3 - circles
 
 
-@njit(ahead=f"{HORIZON}, float64[:, ::1], {LINE}, int64, NamedUniTuple(float64, 3, Wishes), float64[::1]")
+@njit(
+    ahead=f"{HORIZON}, float64[:, ::1], {LINE}, int64, NamedUniTuple(float64, 3, Wishes), float64[::1]"
+)
 def fill_stages(
-    horizon: Horizon, states: FloatArray, line: PathLine, segment: int, wishes: Wishes, limits: FloatArray
+    horizon: Horizon,
+    states: FloatArray,
+    line: PathLine,
+    segment: int,
+    wishes: Wishes,
+    limits: FloatArray,
 ) -> None:
     """Write foot points, headings, and the fastest progress along the line that can stop at its end.
 
@@ -62,7 +74,11 @@ def fill_stages(
         limits: (8,).
     """
     stages, times, _ = horizon
-    acceleration, deceleration, jerk = limits[at.MAX_ACCELERATION], limits[at.MAX_DECELERATION], limits[at.MAX_JERK]
+    acceleration, deceleration, jerk = (
+        limits[at.MAX_ACCELERATION],
+        limits[at.MAX_DECELERATION],
+        limits[at.MAX_JERK],
+    )
     first, share = project(line, states[0, 0], states[0, 1], segment, segment)
     s, v, a = between(line.s, first, share), states[0, 3], states[0, 5]
     end = line.s[-1]
@@ -72,7 +88,10 @@ def fill_stages(
         first, share = project(line, state[0], state[1], max(0, first - _BACK), first + _AHEAD)
         foot = between(line.s, first, share)
         heading = between(line.heading, first, share)
-        stage[at.FOOT_X], stage[at.FOOT_Y] = between(line.x, first, share), between(line.y, first, share)
+        stage[at.FOOT_X], stage[at.FOOT_Y] = (
+            between(line.x, first, share),
+            between(line.y, first, share),
+        )
         stage[at.TANGENT_X], stage[at.TANGENT_Y] = math.cos(heading), math.sin(heading)
         stage[at.CONTOUR] = 1.0
         if not math.isnan(wishes.heading):
@@ -89,11 +108,16 @@ def fill_stages(
         stage[at.SPEED], stage[at.JERK] = v, j
 
 
-@njit(ahead=f"{HORIZON}, float64[:, ::1], {FIELD}, float64[:, ::1], NamedUniTuple(float64, 6, Clearances)")
-def fill_obstacles(horizon: Horizon, states: FloatArray, field: Field, people: FloatArray, keep: Clearances) -> None:
+@njit(
+    ahead=f"{HORIZON}, float64[:, ::1], {FIELD}, float64[:, ::1], NamedUniTuple(float64, 6, Clearances)"
+)
+def fill_obstacles(
+    horizon: Horizon, states: FloatArray, field: Field, people: FloatArray, keep: Clearances
+) -> None:
     """Write each circle's half-plane at the nearest static obstacle; see :func:`fill_stages`."""
     stages, circles = horizon.stages, horizon.shared[at.CIRCLES :]
-    clear = keep.radius + keep.obstacle_margin + 0.5 * field.grid[2]  # distances are to cells' centres
+    # distances are to cells' centres
+    clear = keep.radius + keep.obstacle_margin + 0.5 * field.grid[2]
     for k in range(len(stages)):
         state = states[k + 1]
         cosine, sine = math.cos(state[2]), math.sin(state[2])
@@ -102,7 +126,9 @@ def fill_obstacles(horizon: Horizon, states: FloatArray, field: Field, people: F
             x, y = state[0] + circles[i] * cosine, state[1] + circles[i] * sine
             distance, gx, gy = distance_and_gradient(field, x, y, 2.0 * clear)
             stages[k, place], stages[k, place + 1], stages[k, place + 2] = 0.0, 0.0, -1.0
-            if distance < 2.0 * clear and not _belongs_to_person(x - distance * gx, y - distance * gy, people):
+            if distance < 2.0 * clear and not _belongs_to_person(
+                x - distance * gx, y - distance * gy, people
+            ):
                 stages[k, place], stages[k, place + 1] = gx, gy
                 stages[k, place + 2] = clear - distance + gx * x + gy * y
 
@@ -141,7 +167,10 @@ def fill_people(horizon: Horizon, people: FloatArray, keep: Clearances) -> None:
 
 @njit()
 def cost_terms(states: FloatArray, jerks: FloatArray, horizon: Horizon) -> FloatArray:
-    """The unweighted cost terms (10,) of a trajectory, in the order of the weights: sums of dt times squares."""
+    """The unweighted cost terms (10,) of a trajectory, in the order of the weights.
+
+    Sums of dt times squares.
+    """
     terms = np.zeros(10)
     stages, times, shared = horizon
     circles, people = sizes_of(horizon)
@@ -161,7 +190,10 @@ def cost_terms(states: FloatArray, jerks: FloatArray, horizon: Horizon) -> Float
         terms[at.W_YAW_JERK] += dt * jerks[k, 1] ** 2
         cosine, sine = math.cos(state[2]), math.sin(state[2])
         for i in range(circles):
-            cx, cy = state[0] + shared[at.CIRCLES + i] * cosine, state[1] + shared[at.CIRCLES + i] * sine
+            cx, cy = (
+                state[0] + shared[at.CIRCLES + i] * cosine,
+                state[1] + shared[at.CIRCLES + i] * sine,
+            )
             plane = at.BASE + 3 * i
             inside = stage[plane + 2] - stage[plane] * cx - stage[plane + 1] * cy
             if inside > 0.0:
@@ -189,7 +221,9 @@ def is_far(state: FloatArray, stage: FloatArray, place: int, shared: FloatArray)
 
 
 @njit(ahead=f"float64[::1], float64[:, ::1], float64[:, ::1], {HORIZON}")
-def best_between(start: FloatArray, jerks: FloatArray, wanted: FloatArray, horizon: Horizon) -> FloatArray:
+def best_between(
+    start: FloatArray, jerks: FloatArray, wanted: FloatArray, horizon: Horizon
+) -> FloatArray:
     """The cheapest of the trajectories from ``start`` (7,) after ``STEP_SHARES`` of the way to the wanted jerks."""
     best, least = wanted, math.inf
     for share in STEP_SHARES:

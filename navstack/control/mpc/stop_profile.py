@@ -14,7 +14,9 @@ _CLOSE = 1e-8  # [m] by which a stop may end too early
 
 
 @njit()
-def stop_phases(v: float, a: float, deceleration: float, jerk: float) -> tuple[float, float, float, float]:
+def stop_phases(
+    v: float, a: float, deceleration: float, jerk: float
+) -> tuple[float, float, float, float]:
     """The fastest stop: sign s and durations t1, t2, t3 in [s] of jerk -s J, 0 and +s J."""
     sign = 1.0 if v + a * abs(a) / (2.0 * jerk) >= 0.0 else -1.0
     v, a = sign * v, sign * a
@@ -34,8 +36,13 @@ def stop_time(v: float, a: float, deceleration: float, jerk: float) -> float:
 
 
 @njit()
-def stop_after(v: float, a: float, deceleration: float, jerk: float, time: float) -> tuple[float, float, float]:
-    """Distance, rate and its derivative ``time`` [s] after the fastest stop began; (end, 0, 0) once it is over."""
+def stop_after(
+    v: float, a: float, deceleration: float, jerk: float, time: float
+) -> tuple[float, float, float]:
+    """Distance, rate and its derivative ``time`` [s] after the fastest stop began.
+
+    (end, 0, 0) once it is over.
+    """
     sign, t1, t2, t3 = stop_phases(v, a, deceleration, jerk)
     distance = 0.0
     for phase in range(3):
@@ -63,11 +70,13 @@ def stop_distance(v: float, a: float, deceleration: float, jerk: float) -> float
 
 
 @njit()
-def highest_jerk(v: float, a: float, rate_limit: float, acceleration: float, jerk: float, dt: float) -> float:
+def highest_jerk(
+    v: float, a: float, rate_limit: float, acceleration: float, jerk: float, dt: float
+) -> float:
     """The largest jerk for ``dt`` [s] after which ``v <= rate_limit`` can be kept for ever.
 
-    The next derivative b obeys b <= acceleration and, where it is positive, v + dt (a + b) / 2 + b^2 / (2 J) <=
-    rate_limit. At least -J is returned, so from outside the limits it leads back.
+    The next derivative b obeys b <= acceleration and, where it is positive, v + dt (a + b) / 2 +
+    b^2 / (2 J) <= rate_limit. At least -J is returned, so from outside the limits it leads back.
     """
     room = rate_limit - v - 0.5 * dt * a
     half = 0.5 * jerk * dt
@@ -76,14 +85,23 @@ def highest_jerk(v: float, a: float, rate_limit: float, acceleration: float, jer
 
 
 @njit()
-def lowest_jerk(v: float, a: float, rate_limit: float, deceleration: float, jerk: float, dt: float) -> float:
+def lowest_jerk(
+    v: float, a: float, rate_limit: float, deceleration: float, jerk: float, dt: float
+) -> float:
     """The smallest jerk for ``dt`` [s] after which ``v >= rate_limit`` can be kept for ever."""
     return -highest_jerk(-v, -a, -rate_limit, deceleration, jerk, dt)
 
 
 @njit()
 def progress_jerk(
-    v: float, a: float, remaining: float, speed: float, acceleration: float, deceleration: float, jerk: float, dt: float
+    v: float,
+    a: float,
+    remaining: float,
+    speed: float,
+    acceleration: float,
+    deceleration: float,
+    jerk: float,
+    dt: float,
 ) -> float:
     """The jerk in [m/s3] that gains most way in ``dt`` [s] and still can stop within ``remaining`` [m].
 
@@ -116,7 +134,11 @@ def progress_jerk(
 
 
 @njit()
-def _overshoot(v: float, a: float, j: float, remaining: float, deceleration: float, jerk: float, dt: float) -> float:
+def _overshoot(
+    v: float, a: float, j: float, remaining: float, deceleration: float, jerk: float, dt: float
+) -> float:
     """How far beyond ``remaining`` [m] the fastest stop ends after jerk ``j`` for ``dt`` [s]."""
     way = dt * (v + dt * (a / 2.0 + dt * j / 6.0))
-    return way + stop_distance(v + dt * (a + 0.5 * dt * j), a + dt * j, deceleration, jerk) - remaining
+    return (
+        way + stop_distance(v + dt * (a + 0.5 * dt * j), a + dt * j, deceleration, jerk) - remaining
+    )

@@ -1,7 +1,8 @@
 """Whether the robot's outline touches an obstacle, answered quickly.
 
-The answer is that of :func:`navstack.control.footprint_cost.outline_cost`. Where the costmap is inflated, a cost tells
-how far the nearest lethal cell is at least: mostly one look per circle around a part of the body is enough.
+The answer is that of :func:`navstack.control.footprint_cost.outline_cost`. Where the costmap is
+inflated, a cost tells how far the nearest lethal cell is at least: mostly one look per circle
+around a part of the body is enough.
 """
 
 import math
@@ -18,8 +19,10 @@ from navstack.params.mppi import LocalCosts
 from navstack.types import ByteArray, FloatArray
 
 _CIRCLES = (4, 2)  # along and across the body
-_SLACK = 2.0  # [cells] between the body's edge and the outline's cells, and between a point and its cell's centre
-OUTLINE_SLACK = 2.5  # [cells] twice between the body's edge and the outline's cells: at one pose and at a later one
+# [cells] between the body's edge and the outline's cells, and between a point and its cell's centre
+_SLACK = 2.0
+# [cells] twice between the body's edge and the outline's cells: at one pose and at a later one
+OUTLINE_SLACK = 2.5
 ALWAYS = 0.0  # check_from: the outline counts everywhere
 
 
@@ -38,13 +41,19 @@ class Body(NamedTuple):
 
 
 def make_body(
-    footprint: FloatArray, uses_outline: bool, costs: LocalCosts, layer: InflationLayerParams | None, resolution: float
+    footprint: FloatArray,
+    uses_outline: bool,
+    costs: LocalCosts,
+    layer: InflationLayerParams | None,
+    resolution: float,
 ) -> Body:
     """The body of a ``footprint`` (V, 2) [m], padded, on a local costmap of a ``resolution`` [m]."""
     inscribed, circumscribed = footprint_radii(footprint)
     centres, half = _cover(footprint)
     inflates_all = layer is not None and costs.ends_inflated and layer is costs.inflation("")
-    bound = _least_distances(layer, inscribed) if layer is not None and inflates_all else np.zeros(256)
+    bound = (
+        _least_distances(layer, inscribed) if layer is not None and inflates_all else np.zeros(256)
+    )
     check_from = ALWAYS
     if layer is not None and layer.inflation_radius >= circumscribed:
         check_from = float(inflation_cost(circumscribed, inscribed, layer.cost_scaling_factor))
@@ -76,7 +85,10 @@ def _least_distances(layer: InflationLayerParams, inscribed_radius: float) -> Fl
     costs = np.arange(256.0)
     bound = np.full(256, layer.inflation_radius)
     if layer.cost_scaling_factor > 0.0:
-        falling = inscribed_radius - np.log((costs + 1.0) / HIGHEST_FALLING_COST) / layer.cost_scaling_factor
+        falling = (
+            inscribed_radius
+            - np.log((costs + 1.0) / HIGHEST_FALLING_COST) / layer.cost_scaling_factor
+        )
         bound = np.minimum(bound, falling)
     else:
         bound[1:] = min(inscribed_radius, layer.inflation_radius)
@@ -97,7 +109,9 @@ def clearance(
     radius: float,
     reach: FloatArray,
 ) -> float:
-    """How far in cells a body at (cx, cy) may move at least before its outline touches anything; negative: unknown.
+    """How far in cells a body at (cx, cy) may move at least before its outline touches anything.
+
+    Negative: unknown.
 
     Lengths in cells; see :class:`Body`.
     """

@@ -29,7 +29,10 @@ class ExpectedContactCritic(Critic):
             return None
         people[:, :2] -= (scene.pose.x, scene.pose.y)  # trajectories are relative to the robot
         people[:, :2] += self._dt * people[:, 2:4]  # and begin a step from now
-        x, y, yaw, v, w = (self._rows(each) for each in (rollouts.x, rollouts.y, rollouts.yaw, rollouts.v, rollouts.w))
+        x, y, yaw, v, w = (
+            self._rows(each)
+            for each in (rollouts.x, rollouts.y, rollouts.yaw, rollouts.v, rollouts.w)
+        )
         lengths, steps = np.full(len(x), x.shape[1]), np.full(len(x), self._every * self._dt)
         prices = (self._pricing.rates, self._pricing.contact_usd)
         costs = expected_contacts(x, y, yaw, lengths, steps, v, w, people, self._body, *prices)

@@ -15,7 +15,9 @@ _LANES = 16  # partial sums, so that the processor adds several at once
 
 
 @njit(ahead="float32[:, ::1], float32[::1], float32, float32[::1]")
-def add_control_costs(controls: Float32Array, sequence: Float32Array, factor: np.float32, costs: Float32Array) -> None:
+def add_control_costs(
+    controls: Float32Array, sequence: Float32Array, factor: np.float32, costs: Float32Array
+) -> None:
     """Add ``factor`` times the samples' (rows 1..T of ``controls``) distance from ``sequence`` (T,), along it."""
     for t in range(len(sequence)):
         wanted = sequence[t]
@@ -24,14 +26,19 @@ def add_control_costs(controls: Float32Array, sequence: Float32Array, factor: np
 
 
 @njit()
-def _add_deviation(row: Float32Array, wanted: np.float32, factor: np.float32, costs: Float32Array) -> None:
+def _add_deviation(
+    row: Float32Array, wanted: np.float32, factor: np.float32, costs: Float32Array
+) -> None:
     for b in range(len(costs)):
         costs[b] += factor * (row[b] - wanted)
 
 
 @njit(ahead="float32[::1], float32")
 def softmax(costs: Float32Array, temperature: np.float32) -> Float32Array:
-    """Shares (B,) of the trajectories in the next sequence, which sum up to 1: the cheaper, the more."""
+    """Shares (B,) of the trajectories in the next sequence, which sum up to 1.
+
+    The cheaper, the more.
+    """
     least = costs[0]
     for b in range(len(costs)):
         least = min(least, costs[b])
@@ -69,7 +76,9 @@ def _dot(a: Float32Array, b: Float32Array) -> np.float32:
 
 
 @njit(ahead="float32[::1], float32, float32, float32, float32")
-def limit(sequence: Float32Array, least: np.float32, most: np.float32, fall: np.float32, rise: np.float32) -> None:
+def limit(
+    sequence: Float32Array, least: np.float32, most: np.float32, fall: np.float32, rise: np.float32
+) -> None:
     """Keep a sequence (T,) within [``least``, ``most``], and its changes from one value to the next in [fall, rise]."""
     last = min(most, max(sequence[0], least))
     sequence[0] = last
@@ -87,7 +96,9 @@ def limit_curvature(v: Float32Array, w: Float32Array, radius: np.float32) -> Non
 
 @njit(ahead="float32[::1], float32[::1]")
 def smooth(sequence: Float32Array, history: Float32Array) -> None:
-    """Smooth a sequence (T,) that follows on ``history`` (4,), the commands of late; a short one stays as it is.
+    """Smooth a sequence (T,) that follows on ``history`` (4,), the commands of late.
+
+    A short one stays as it is.
 
     The last value stays, too; beyond it the filter sees it repeated (``savitskyGolayFilter``).
     """

@@ -39,5 +39,6 @@ class Critic(ABC):
         costs: Float32Array = raw * raw.dtype.type(self.weight)
         if self.power <= 1:
             return costs
-        with np.errstate(over="ignore"):  # an infinite cost counts as such; where all are, there is no legal velocity
+        # an infinite cost counts as such; where all are, there is no legal velocity
+        with np.errstate(over="ignore"):
             return costs**self.power

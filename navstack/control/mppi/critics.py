@@ -6,7 +6,9 @@ from navstack.params.mppi import MppiParams
 from navstack.types import FloatArray
 
 
-def build_critics(params: MppiParams, footprint: FloatArray, xy_goal_tolerance: float) -> list[Critic]:
+def build_critics(
+    params: MppiParams, footprint: FloatArray, xy_goal_tolerance: float
+) -> list[Critic]:
     """The enabled critics in the file's order.
 
     Args:
@@ -14,6 +16,9 @@ def build_critics(params: MppiParams, footprint: FloatArray, xy_goal_tolerance: 
         footprint: padded polygon (V, 2) in [m], base frame.
         xy_goal_tolerance: of the goal checker in [m].
     """
-    parts, table = {"footprint": footprint, "xy_goal_tolerance": xy_goal_tolerance}, algorithms("mppi_critics")
+    parts, table = (
+        {"footprint": footprint, "xy_goal_tolerance": xy_goal_tolerance},
+        algorithms("mppi_critics"),
+    )
     enabled = [name for name in params.critics if getattr(params, name).enabled]
     return [table[name].create(name, params, parts=parts) for name in enabled]

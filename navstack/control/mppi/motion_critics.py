@@ -13,25 +13,38 @@ from navstack.types import Float32Array
 
 
 class ConstraintCritic(Critic):
-    """Speeds beyond the limits, times their durations (``constraint_critic.cpp``); an Ackermann's tight curves, too.
+    """Speeds beyond the limits, times their durations (``constraint_critic.cpp``).
 
-    The limits are those of the parameters, whatever a speed filter says, and ``vy_max`` widens them for every robot.
+    An Ackermann's tight curves, too.
+
+    The limits are those of the parameters, whatever a speed filter says, and ``vy_max`` widens them
+    for every robot.
     """
 
     def __init__(self, name: str, params: MppiParams) -> None:
         super().__init__(name, params)
         self._most = np.float32(math.hypot(params.vx_max, params.vy_max))
-        self._least = np.float32(math.copysign(math.hypot(params.vx_min, params.vy_max), params.vx_min or -1.0))
-        self._radius = params.AckermannConstraints.min_turning_r if params.motion_model == "Ackermann" else 0.0
+        self._least = np.float32(
+            math.copysign(math.hypot(params.vx_min, params.vy_max), params.vx_min or -1.0)
+        )
+        self._radius = (
+            params.AckermannConstraints.min_turning_r if params.motion_model == "Ackermann" else 0.0
+        )
         self._dt = np.float32(params.model_dt)
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores:
         """See the base class."""
         steps = len(rollouts.x)
-        speeds = rollouts.v if rollouts.vy is None else np.copysign(np.hypot(rollouts.v, rollouts.vy), rollouts.v)
+        speeds = (
+            rollouts.v
+            if rollouts.vy is None
+            else np.copysign(np.hypot(rollouts.v, rollouts.vy), rollouts.v)
+        )
         outside = sum_outside(speeds, steps, self._least, self._most)
         if self._radius > 0.0:
-            outside += sum_too_tight(rollouts.v[:steps], rollouts.w[:steps], np.float32(self._radius))
+            outside += sum_too_tight(
+                rollouts.v[:steps], rollouts.w[:steps], np.float32(self._radius)
+            )
         return Scores(outside * self._dt)
 
 
@@ -46,7 +59,9 @@ class PreferForwardCritic(Critic):
         """See the base class."""
         if scene.goal_distance < self._own.threshold_to_consider:
             return None
-        return Scores(sum_outside(rollouts.v, len(rollouts.x), np.float32(0.0), np.float32(np.inf)) * self._dt)
+        return Scores(
+            sum_outside(rollouts.v, len(rollouts.x), np.float32(0.0), np.float32(np.inf)) * self._dt
+        )
 
 
 class TwirlingCritic(Critic):

@@ -7,7 +7,9 @@ from navstack.types import Float32Array
 
 
 @njit(ahead="float32[:, ::1], int64, float32, float32")
-def sum_outside(values: Float32Array, steps: int, least: np.float32, most: np.float32) -> Float32Array:
+def sum_outside(
+    values: Float32Array, steps: int, least: np.float32, most: np.float32
+) -> Float32Array:
     """By how much the first ``steps`` rows lie outside [``least``, ``most``], in all (B,)."""
     total = np.zeros(values.shape[1], dtype=np.float32)
     for t in range(steps):
@@ -16,7 +18,9 @@ def sum_outside(values: Float32Array, steps: int, least: np.float32, most: np.fl
 
 
 @njit()
-def _add_outside(row: Float32Array, least: np.float32, most: np.float32, total: Float32Array) -> None:
+def _add_outside(
+    row: Float32Array, least: np.float32, most: np.float32, total: Float32Array
+) -> None:
     zero = np.float32(0.0)
     for b in range(len(total)):
         total[b] += max(row[b] - most, zero) + max(least - row[b], zero)

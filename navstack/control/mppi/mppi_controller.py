@@ -27,10 +27,17 @@ class _Cycle(NamedTuple):
 
 
 class MppiController(Controller):
-    """``nav2_mppi_controller::MPPIController`` of Nav2 Jazzy. Where it differs from Jazzy: docs/mppi.md."""
+    """``nav2_mppi_controller::MPPIController`` of Nav2 Jazzy.
+
+    Where it differs from Jazzy: docs/mppi.md.
+    """
 
     def __init__(
-        self, params: MppiParams, footprint: FloatArray, controller_frequency: float, xy_goal_tolerance: float = 0.25
+        self,
+        params: MppiParams,
+        footprint: FloatArray,
+        controller_frequency: float,
+        xy_goal_tolerance: float = 0.25,
     ) -> None:
         """Make the controller.
 
@@ -70,24 +77,45 @@ class MppiController(Controller):
         scene, solution, colliding = self._cycle
         rejected = max(colliding.values(), default=0)
         if solution is None:
-            nothing = tuple(CriticScore(name, None, None, colliding.get(name, 0)) for name in self._critics)
+            nothing = tuple(
+                CriticScore(name, None, None, colliding.get(name, 0)) for name in self._critics
+            )
             return DecisionRecord(
-                scene.stamp, NAME, Twist2D(), self._params.batch_size, rejected, scores=nothing, status="failed"
+                scene.stamp,
+                NAME,
+                Twist2D(),
+                self._params.batch_size,
+                rejected,
+                scores=nothing,
+                status="failed",
             )
         told = self._optimizer.score_alone(solution, scene)
         scores = tuple(
-            CriticScore(critic.name, raw, weighted, colliding.get(critic.name, 0)) for critic, raw, weighted in told
+            CriticScore(critic.name, raw, weighted, colliding.get(critic.name, 0))
+            for critic, raw, weighted in told
         )
         total = sum(score.weighted for score in scores if score.weighted is not None)
         return DecisionRecord(
-            scene.stamp, NAME, solution.command, self._params.batch_size, rejected, total, scores, "solved"
+            scene.stamp,
+            NAME,
+            solution.command,
+            self._params.batch_size,
+            rejected,
+            total,
+            scores,
+            "solved",
         )
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
-        """Lower the largest velocities in the ratio of ``limit`` to ``vx_max``, or to [%]; 0 lifts the limit."""
+        """Lower the largest velocities in the ratio of ``limit`` to ``vx_max``, or to [%].
+
+        0 lifts the limit.
+        """
         self._optimizer.limit_speed(limit, is_percentage)
 
-    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+    def compute_velocity(
+        self, state: RobotState, plan: Path, surroundings: Surroundings
+    ) -> Twist2D:
         """The command from the mean of the sampled sequences.
 
         Raises:

@@ -30,12 +30,17 @@ class _ObstacleCritic(Critic):
         """The robot's body in cells of the costmap, made once."""
         if self._body is None:
             outline = self._own.consider_footprint
-            self._body = make_body(self._footprint, outline, self._costs, self._layer, scene.grid[2])
+            self._body = make_body(
+                self._footprint, outline, self._costs, self._layer, scene.grid[2]
+            )
         return self._body
 
 
 class CostCritic(_ObstacleCritic):
-    """The costs under the trajectory; a collision makes it all but impossible (``cost_critic.cpp``)."""
+    """The costs under the trajectory.
+
+    A collision makes it all but impossible (``cost_critic.cpp``).
+    """
 
     def __init__(self, name: str, params: MppiParams, footprint: FloatArray) -> None:
         super().__init__(name, params, footprint)
@@ -78,7 +83,11 @@ class ObstaclesCritic(_ObstacleCritic):
         own, layer = self._own, self._layer
         reach = math.inf  # no distances
         if layer is not None and layer.inflation_radius > 0.0 and layer.cost_scaling_factor > 0.0:
-            reach = -math.inf if scene.goal_distance < own.near_goal_distance else layer.inflation_radius
+            reach = (
+                -math.inf
+                if scene.goal_distance < own.near_goal_distance
+                else layer.inflation_radius
+            )
         near, repulsion, hits = obstacle_scores(
             rollouts,
             scene.costs,

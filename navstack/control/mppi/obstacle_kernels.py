@@ -8,7 +8,12 @@ import numpy.typing as npt
 from navstack.control.footprint_cost import outline_cost, walk_outline
 from navstack.control.mppi.body import OUTLINE_SLACK, Body, clearance
 from navstack.control.mppi.rollouts import ROLLOUTS, Rollouts
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Grid
+from navstack.costmap.costmap import (
+    INSCRIBED_INFLATED_OBSTACLE,
+    LETHAL_OBSTACLE,
+    NO_INFORMATION,
+    Grid,
+)
 from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 
@@ -27,8 +32,8 @@ def pose_costs(
 ) -> None:
     """Find the costs (n,) of the cells under points (n,); NO_INFORMATION off the map.
 
-    ``frame``: x and y of the costmap's origin [m], and cells per [m]; ``cells`` (n,) receives their indices in the
-    flattened costmap, -1 off the map.
+    ``frame``: x and y of the costmap's origin [m], and cells per [m]; ``cells`` (n,) receives their
+    indices in the flattened costmap, -1 off the map.
     """
     height, width = np.int32(costs.shape[0]), np.int32(costs.shape[1])
     zero, outside = np.float32(0.0), np.int32(-1)
@@ -67,9 +72,10 @@ def touch_outlines(
 ) -> None:
     """Add to ``hits`` (B,) the trajectories whose outlines collide at their poses ``t``, of (T, B).
 
-    Looked at is where the costs of the centres, ``found``, are ``check_from`` or more. Each look tells how far the body
-    may move before it can touch anything: ``room`` in cells from the pose ``seen``; both are renewed. Every question is
-    asked of all bodies before the next one is, without branches: they would be guessed wrong too often.
+    Looked at is where the costs of the centres, ``found``, are ``check_from`` or more. Each look
+    tells how far the body may move before it can touch anything: ``room`` in cells from the pose
+    ``seen``; both are renewed. Every question is asked of all bodies before the next one is,
+    without branches: they would be guessed wrong too often.
     """
     _, x, y, yaw, cosine, sine = rollouts
     _, corners, circles, free_radius, radius, reach, _, _, tracks_unknown = body
@@ -83,7 +89,11 @@ def touch_outlines(
     left = 0
     for i in range(count):
         b = asked[i]
-        dx, dy, turned = x[t, b] - x[seen[b], b], y[t, b] - y[seen[b], b], yaw[t, b] - yaw[seen[b], b]
+        dx, dy, turned = (
+            x[t, b] - x[seen[b], b],
+            y[t, b] - y[seen[b], b],
+            yaw[t, b] - yaw[seen[b], b],
+        )
         asked[left] = b
         left += not math.sqrt(dx * dx + dy * dy) * scale + abs(turned) * radius <= room[b]
     count, left = left, 0
@@ -92,7 +102,9 @@ def touch_outlines(
         cx, cy = (x[t, b] - grid[0]) * scale, (y[t, b] - grid[1]) * scale
         seen[b], room[b] = t, np.float32(-1.0)
         if not has_unknown:
-            room[b] = clearance(costs, cx, cy, cosine[t, b], sine[t, b], circles, free_radius, radius, reach)
+            room[b] = clearance(
+                costs, cx, cy, cosine[t, b], sine[t, b], circles, free_radius, radius, reach
+            )
         asked[left] = b
         left += room[b] < np.float32(0.0)
     for i in range(left):
@@ -107,7 +119,11 @@ def touch_outlines(
 
 @njit()
 def _add_costs(
-    found: ByteArray, near: np.float32, critical: np.float32, share: np.float32, scores: Float32Array
+    found: ByteArray,
+    near: np.float32,
+    critical: np.float32,
+    share: np.float32,
+    scores: Float32Array,
 ) -> None:
     """Add costs (n,) to scores: ``critical`` from a cost of ``near`` on, below it this ``share`` of the cost."""
     for b in range(len(found)):
@@ -150,10 +166,14 @@ def cost_scores(
         _add_costs(found, near, critical_cost, share, scores)
         if not body.uses_outline:
             for b in range(count):
-                if found[b] >= INSCRIBED_INFLATED_OBSTACLE and is_collision(found[b], False, body.tracks_unknown):
+                if found[b] >= INSCRIBED_INFLATED_OBSTACLE and is_collision(
+                    found[b], False, body.tracks_unknown
+                ):
                     hits[b] = True
             continue
-        touch_outlines(t, rollouts, found, look_from, costs, grid, body, has_unknown, room, seen, hits)
+        touch_outlines(
+            t, rollouts, found, look_from, costs, grid, body, has_unknown, room, seen, hits
+        )
     for b in range(count):
         if hits[b]:
             scores[b] = collision_cost

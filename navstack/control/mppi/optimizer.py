@@ -14,7 +14,8 @@ from navstack.errors import NoLegalVelocity, ParameterError
 from navstack.params.mppi import OMNI, MppiParams
 from navstack.types import Float32Array, Twist2D
 
-_SAME_PERIOD = 1e-6  # [s] by which model_dt and control period may differ where they are meant to be equal
+# [s] by which model_dt and control period may differ where they are meant to be equal
+_SAME_PERIOD = 1e-6
 _FLOAT = np.float32
 
 
@@ -22,9 +23,11 @@ _FLOAT = np.float32
 class Solution:
     """What came out of a cycle."""
 
-    sequences: Float32Array  # (A, T) chosen, of each axis; the command is one of their first two values
+    # (A, T) chosen, of each axis; the command is one of their first two values
+    sequences: Float32Array
     command: Twist2D
-    colliding: dict[str, int]  # trajectories of the last update, by the critics that found them in collision
+    # trajectories of the last update, by the critics that found them in collision
+    colliding: dict[str, int]
 
 
 class Noise(NamedTuple):
@@ -75,7 +78,8 @@ class Optimizer:
                 f"MPPI: model_dt {params.model_dt:g} s is shorter than a control period ({period:g} s); make it as long"
             )
         self._params, self._critics = params, critics
-        self._shifts = abs(params.model_dt - period) < _SAME_PERIOD  # one value of the sequence is used per cycle
+        # one value of the sequence is used per cycle
+        self._shifts = abs(params.model_dt - period) < _SAME_PERIOD
         self._axes = axes_of(params)
         self._rollouts = Rollouts.empty(params.time_steps, params.batch_size, len(self._axes))
         self._single = Rollouts.empty(params.time_steps, 1, len(self._axes))
@@ -91,11 +95,15 @@ class Optimizer:
     def reset(self) -> None:
         """Forget the sequences and the noise."""
         self._sequences = np.zeros((len(self._axes), self._params.time_steps), dtype=_FLOAT)
-        self._history = np.zeros((len(self._axes), control_sequence.HISTORY), dtype=_FLOAT)  # commands of late
+        # commands of late
+        self._history = np.zeros((len(self._axes), control_sequence.HISTORY), dtype=_FLOAT)
         self._noise: Noise | None = None
 
     def limit_speed(self, limit: float, is_percentage: bool) -> None:
-        """Lower the largest velocities, the yaw rate too, to ``limit`` [m/s] or [%]; 0 lifts the limit."""
+        """Lower the largest velocities, the yaw rate too, to ``limit`` [m/s] or [%].
+
+        0 lifts the limit.
+        """
         share = limit / 100.0 if is_percentage else limit / self._params.vx_max
         self._share = min(share, 1.0) if limit != 0.0 else 1.0
 
@@ -103,7 +111,8 @@ class Optimizer:
         """The command of this cycle.
 
         Raises:
-            NoLegalVelocity: all trajectories collide, in every attempt, or state or costs are no finite numbers.
+            NoLegalVelocity: all trajectories collide, in every attempt, or state or costs are no
+                finite numbers.
         """
         for _ in range(self._params.retry_attempt_limit + 1):
             colliding = self._optimize(scene)
@@ -112,8 +121,13 @@ class Optimizer:
             self.reset()
         raise NoLegalVelocity(colliding)
 
-    def score_alone(self, solution: Solution, scene: Scene) -> list[tuple[Critic, float | None, float | None]]:
-        """Raw and weighted score of the chosen sequence per critic; None: the critic did not count."""
+    def score_alone(
+        self, solution: Solution, scene: Scene
+    ) -> list[tuple[Critic, float | None, float | None]]:
+        """Raw and weighted score of the chosen sequence per critic.
+
+        None: the critic did not count.
+        """
         rollouts = self._roll_out(self._single, solution.sequences, self._no_noise, scene)
         told: list[tuple[Critic, float | None, float | None]] = []
         for critic in self._critics:
@@ -127,7 +141,8 @@ class Optimizer:
     def _optimize(self, scene: Scene) -> dict[str, int]:
         """Update the sequence; the answer counts the trajectories in collision by critic.
 
-        Costs add up over the updates of a cycle, and a critic in whose eyes all collide is the last to be asked.
+        Costs add up over the updates of a cycle, and a critic in whose eyes all collide is the last
+        to be asked.
         """
         params = self._params
         costs = np.zeros(params.batch_size, dtype=_FLOAT)
@@ -151,7 +166,9 @@ class Optimizer:
         """The same until the next reset, or new."""
         params = self._params
         if self._noise is None or params.regenerate_noises:
-            assert self._rng is not None, "an MPPI controller is given its generator before its first cycle"
+            assert self._rng is not None, (
+                "an MPPI controller is given its generator before its first cycle"
+            )
             shape = (len(self._axes), params.time_steps, params.batch_size)
             values = self._rng.standard_normal(shape, dtype=_FLOAT)
             for row, axis in zip(values, self._axes, strict=True):
@@ -159,13 +176,20 @@ class Optimizer:
             self._noise = Noise(values, float(np.abs(values[1]).max()))
         return self._noise
 
-    def _roll_out(self, into: Rollouts, sequences: Float32Array, noise: Noise, scene: Scene) -> Rollouts:
+    def _roll_out(
+        self, into: Rollouts, sequences: Float32Array, noise: Noise, scene: Scene
+    ) -> Rollouts:
         """Drive noisy sequences from the measured velocity."""
         dt, now = self._params.model_dt, scene.velocity
         measured = (now.linear_x, now.angular_z, now.linear_y)
         for i, axis in enumerate(self._axes):
             add_noise(sequences[i], noise.values[i], into.controls[i])
-            limit_changes(into.controls[i], _FLOAT(measured[i]), _FLOAT(axis.rise * dt), _FLOAT(axis.fall * dt))
+            limit_changes(
+                into.controls[i],
+                _FLOAT(measured[i]),
+                _FLOAT(axis.rise * dt),
+                _FLOAT(axis.fall * dt),
+            )
         largest = max(abs(now.angular_z), float(np.abs(sequences[1]).max()) + noise.largest_w)
         roll_out(into, _FLOAT(scene.yaw), _FLOAT(dt), _FLOAT(largest * dt))
         if into.vy is not None:
@@ -173,11 +197,19 @@ class Optimizer:
         return into
 
     def _update(self, rollouts: Rollouts, costs: Float32Array) -> bool:
-        """Make the samples' mean by merit the new sequence, within the limits; False: it cannot be told."""
+        """Make the samples' mean by merit the new sequence, within the limits.
+
+        False: it cannot be told.
+        """
         params = self._params
-        for controls, sequence, axis in zip(rollouts.controls, self._sequences, self._axes, strict=True):
-            control_sequence.add_control_costs(controls, sequence, _FLOAT(params.gamma / axis.std**2), costs)
-        if not np.isfinite(costs.min()):  # nan in one of them, or inf in all: limits would make full speed of that
+        for controls, sequence, axis in zip(
+            rollouts.controls, self._sequences, self._axes, strict=True
+        ):
+            control_sequence.add_control_costs(
+                controls, sequence, _FLOAT(params.gamma / axis.std**2), costs
+            )
+        # nan in one of them, or inf in all: limits would make full speed of that
+        if not np.isfinite(costs.min()):
             return False
         shares = control_sequence.softmax(costs, _FLOAT(params.temperature))
         for controls, sequence in zip(rollouts.controls, self._sequences, strict=True):
@@ -189,10 +221,14 @@ class Optimizer:
         params, dt, share = self._params, self._params.model_dt, self._share
         for sequence, axis in zip(sequences, self._axes, strict=True):
             least, most = _FLOAT(axis.least * share), _FLOAT(axis.most * share)
-            control_sequence.limit(sequence, least, most, _FLOAT(axis.fall * dt), _FLOAT(axis.rise * dt))
+            control_sequence.limit(
+                sequence, least, most, _FLOAT(axis.fall * dt), _FLOAT(axis.rise * dt)
+            )
         if params.motion_model == "Ackermann" and params.AckermannConstraints.min_turning_r > 0.0:
             v, w = sequences
-            control_sequence.limit_curvature(v, w, _FLOAT(params.AckermannConstraints.min_turning_r))
+            control_sequence.limit_curvature(
+                v, w, _FLOAT(params.AckermannConstraints.min_turning_r)
+            )
 
     def _conclude(self, colliding: dict[str, int]) -> Solution:
         """Smooth the sequences, take the command from them and prepare for the next cycle."""

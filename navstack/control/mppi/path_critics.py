@@ -22,7 +22,11 @@ class GoalCritic(Critic):
         """See the base class."""
         if not scene.goal_distance < self._own.threshold_to_consider:
             return None
-        return Scores(mean_distance(rollouts.x, rollouts.y, np.float32(scene.goal[0]), np.float32(scene.goal[1])))
+        return Scores(
+            mean_distance(
+                rollouts.x, rollouts.y, np.float32(scene.goal[0]), np.float32(scene.goal[1])
+            )
+        )
 
 
 class GoalAngleCritic(Critic):
@@ -73,7 +77,9 @@ class PathAngleCritic(Critic):
         x, y, yaw = float(scene.path_x[i]), float(scene.path_y[i]), float(scene.path_yaw[i])
         if self._error_now(scene.yaw, math.atan2(y, x), yaw) < self._own.max_angle_to_furthest:
             return None
-        return Scores(bearing_errors(rollouts.x[-1], rollouts.y[-1], rollouts.yaw[-1], x, y, self._mode, yaw))
+        return Scores(
+            bearing_errors(rollouts.x[-1], rollouts.y[-1], rollouts.yaw[-1], x, y, self._mode, yaw)
+        )
 
     def _error_now(self, heading: float, bearing: float, path_yaw: float) -> float:
         """The angle in [rad] between the robot and the point."""

@@ -12,10 +12,12 @@ from navstack.types import FloatArray, Path, Pose2D
 
 
 class PathHandler:
-    """Cuts the plan from the pose nearest to the robot to ``prune_distance`` ahead; what lies behind is forgotten.
+    """Cuts the plan from the pose nearest to the robot to ``prune_distance`` ahead.
 
-    Plan and costmap share the map frame. With ``enforce_path_inversion`` the plan ends at its next cusp until the robot
-    has got there.
+    What lies behind is forgotten.
+
+    Plan and costmap share the map frame. With ``enforce_path_inversion`` the plan ends at its next
+    cusp until the robot has got there.
     """
 
     def __init__(self, params: MppiParams) -> None:
@@ -41,7 +43,9 @@ class PathHandler:
         search = params.max_robot_pose_search_dist
         if search is None:
             search = 0.5 * max(costmap.size_x, costmap.size_y) * costmap.resolution
-        self._begin, end = window(plan.poses[: self._end], self._begin, pose.x, pose.y, search, params.prune_distance)
+        self._begin, end = window(
+            plan.poses[: self._end], self._begin, pose.x, pose.y, search, params.prune_distance
+        )
         width, height = costmap.size_x * costmap.resolution, costmap.size_y * costmap.resolution
         grid = (costmap.origin_x, costmap.origin_y, width, height)
         seen = plan.poses[self._begin : on_grid(plan.poses, self._begin, end, grid)]
@@ -54,7 +58,11 @@ class PathHandler:
         return seen
 
     def _next_end(self, plan: Path) -> int:
-        return int(first_cusp(plan.poses, self._begin)) if self._params.enforce_path_inversion else len(plan)
+        return (
+            int(first_cusp(plan.poses, self._begin))
+            if self._params.enforce_path_inversion
+            else len(plan)
+        )
 
     def _pass_cusp(self, plan: Path, pose: Pose2D) -> None:
         """Show what comes behind the cusp from the next cycle on, if the robot is there."""
@@ -62,7 +70,11 @@ class PathHandler:
             return
         x, y, yaw = (float(value) for value in plan.poses[self._end - 1])
         is_near = math.hypot(pose.x - x, pose.y - y) <= self._params.inversion_xy_tolerance
-        if is_near and abs(shortest_angular_distance(pose.yaw, yaw)) <= self._params.inversion_yaw_tolerance:
+        if (
+            is_near
+            and abs(shortest_angular_distance(pose.yaw, yaw))
+            <= self._params.inversion_yaw_tolerance
+        ):
             self._begin = self._end
             self._end = self._next_end(plan)
 
@@ -87,7 +99,9 @@ def window(
 
 
 @njit(ahead="float64[:, ::1], int64, int64, UniTuple(float64, 4)")
-def on_grid(poses: FloatArray, begin: int, end: int, grid: tuple[float, float, float, float]) -> int:
+def on_grid(
+    poses: FloatArray, begin: int, end: int, grid: tuple[float, float, float, float]
+) -> int:
     """The first pose from ``begin`` on that is off the grid (origin x and y, width, height in [m]), or ``end``."""
     origin_x, origin_y, width, height = grid
     for i in range(begin, end):

@@ -5,7 +5,12 @@ import math
 import numpy as np
 
 from navstack.control.mppi.rollouts import ROLLOUTS, Rollouts
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Grid
+from navstack.costmap.costmap import (
+    INSCRIBED_INFLATED_OBSTACLE,
+    LETHAL_OBSTACLE,
+    NO_INFORMATION,
+    Grid,
+)
 from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, IntArray
 
@@ -17,8 +22,8 @@ _ROUNDING = 0.999  # share of a gap between distances that single precision sure
 def furthest_point(px: Float32Array, py: Float32Array, x: Float32Array, y: Float32Array) -> int:
     """The furthest of the path's points that is nearest to some trajectory's last position (B,).
 
-    Each trajectory looks from the furthest point so far on (``findPathFurthestReachedPoint``). Points that the triangle
-    inequality excludes are skipped.
+    Each trajectory looks from the furthest point so far on (``findPathFurthestReachedPoint``).
+    Points that the triangle inequality excludes are skipped.
     """
     longest = 0.0
     for i in range(1, len(px)):
@@ -43,7 +48,9 @@ def furthest_point(px: Float32Array, py: Float32Array, x: Float32Array, y: Float
 
 
 @njit(ahead="float32[::1], float32[::1], uint8[:, ::1], UniTuple(float64, 3), bool")
-def free_points(px: Float32Array, py: Float32Array, costs: ByteArray, grid: Grid, tracks_unknown: bool) -> BoolArray:
+def free_points(
+    px: Float32Array, py: Float32Array, costs: ByteArray, grid: Grid, tracks_unknown: bool
+) -> BoolArray:
     """Which points (N - 1,), all but the last, lie in cells where the robot's centre may be (``findPathCosts``)."""
     height, width = costs.shape
     free = np.zeros(max(0, len(px) - 1), dtype=np.bool_)
@@ -100,7 +107,11 @@ def mean_misalignment(
 
 @njit()
 def _add_distances(
-    x: Float32Array, last_x: Float32Array, y: Float32Array, last_y: Float32Array, driven: Float32Array
+    x: Float32Array,
+    last_x: Float32Array,
+    y: Float32Array,
+    last_y: Float32Array,
+    driven: Float32Array,
 ) -> None:
     for b in range(len(driven)):
         dx, dy = x[b] - last_x[b], y[b] - last_y[b]
@@ -110,7 +121,8 @@ def _add_distances(
 @njit()
 def nearest_table(length: Float32Array) -> tuple[Float32Array, IntArray, np.float32]:
     """What :func:`nearest_along` needs of the points' lengths (N,) along the path."""
-    middle = np.empty(len(length), dtype=np.float32)  # from where on a point is no longer the nearest
+    # from where on a point is no longer the nearest
+    middle = np.empty(len(length), dtype=np.float32)
     for i in range(len(length) - 1):
         middle[i] = np.float32(0.5) * (length[i] + length[i + 1])
     middle[-1] = np.float32(np.nan)  # nothing is beyond it, not even inf
@@ -126,10 +138,13 @@ def nearest_table(length: Float32Array) -> tuple[Float32Array, IntArray, np.floa
 
 
 @njit()
-def nearest_along(driven: np.float32, middle: Float32Array, table: IntArray, scale: np.float32) -> int:
+def nearest_along(
+    driven: np.float32, middle: Float32Array, table: IntArray, scale: np.float32
+) -> int:
     """The point whose length along the path is nearest to the length ``driven`` (``findClosestPathPt``)."""
     place = driven * scale
-    i = int(table[int(place) if place < np.float32(len(table) - 1) else len(table) - 1])  # nan: the last
+    # nan: the last
+    i = int(table[int(place) if place < np.float32(len(table) - 1) else len(table) - 1])
     while middle[i] <= driven:  # seldom: the table is fine
         i += 1
     return i
@@ -144,17 +159,28 @@ def angle_between(start: np.float32, end: np.float32) -> np.float32:
 
 @njit(ahead="float32[::1], float32[::1], float32[::1], float64, float64, int64, float64")
 def bearing_errors(
-    x: Float32Array, y: Float32Array, yaw: Float32Array, target_x: float, target_y: float, mode: int, target_yaw: float
+    x: Float32Array,
+    y: Float32Array,
+    yaw: Float32Array,
+    target_x: float,
+    target_y: float,
+    mode: int,
+    target_yaw: float,
 ) -> Float32Array:
     """Angles (B,) between last poses (B,) and the bearing of a point (``path_angle_critic.cpp``).
 
-    ``mode`` 0: of the robot's front; 1: of its front or back; 2: of that end with which the path goes on at the point.
+    ``mode`` 0: of the robot's front; 1: of its front or back; 2: of that end with which the path
+    goes on at the point.
     """
     errors = np.empty(len(x), dtype=np.float32)
     for b in range(len(x)):
         bearing = np.float32(math.atan2(np.float32(target_y) - y[b], np.float32(target_x) - x[b]))
-        backwards = mode == 2 and abs(angle_between(np.float32(target_yaw), bearing)) >= 0.5 * math.pi
-        backwards = backwards or (mode == 1 and abs(angle_between(yaw[b], bearing)) >= 0.5 * math.pi)
+        backwards = (
+            mode == 2 and abs(angle_between(np.float32(target_yaw), bearing)) >= 0.5 * math.pi
+        )
+        backwards = backwards or (
+            mode == 1 and abs(angle_between(yaw[b], bearing)) >= 0.5 * math.pi
+        )
         if backwards:
             bearing += np.float32(math.pi)
         errors[b] = abs(angle_between(yaw[b], bearing))
@@ -162,7 +188,9 @@ def bearing_errors(
 
 
 @njit(ahead="float32[:, ::1], float32[:, ::1], float32, float32")
-def mean_distance(x: Float32Array, y: Float32Array, goal_x: np.float32, goal_y: np.float32) -> Float32Array:
+def mean_distance(
+    x: Float32Array, y: Float32Array, goal_x: np.float32, goal_y: np.float32
+) -> Float32Array:
     """Mean distance (B,) in [m] of the poses (T, B) to a point."""
     total = np.zeros(x.shape[1], dtype=np.float32)
     for t in range(len(x)):

@@ -1,7 +1,8 @@
 """Noisy control sequences and the trajectories that they make.
 
-All arrays are single precision, as in Nav2, and have a row per time and a column per trajectory, so that inner loops
-run over trajectories. Positions are relative to the robot's, along the axes of the map frame.
+All arrays are single precision, as in Nav2, and have a row per time and a column per trajectory, so
+that inner loops run over trajectories. Positions are relative to the robot's, along the axes of the
+map frame.
 """
 
 import math
@@ -13,11 +14,15 @@ from navstack.jit import njit
 from navstack.types import Float32Array
 
 _BLOCK = 256  # trajectories rolled out together: their last poses stay in the fastest cache
-_SMALL_TURN = np.float32(0.7)  # [rad] in one step, up to which the series below are exact to single precision
+# [rad] in one step, up to which the series below are exact to single precision
+_SMALL_TURN = np.float32(0.7)
 
 
 class Rollouts(NamedTuple):
-    """T poses of each of B trajectories; row 0 is reached after one step at the measured velocity."""
+    """T poses of each of B trajectories.
+
+    Row 0 is reached after one step at the measured velocity.
+    """
 
     controls: Float32Array  # (A, T + 1, B) v, w and, of a robot that drives sideways, vy: see there
     x: Float32Array  # (T, B) [m] from the robot
@@ -34,7 +39,10 @@ class Rollouts(NamedTuple):
 
     @property
     def v(self) -> Float32Array:
-        """(T + 1, B) [m/s] rows 0..T-1: velocities; rows 1..T: the controls, the last one not limited."""
+        """(T + 1, B) [m/s] rows 0..T-1: velocities.
+
+        Rows 1..T: the controls, the last one not limited.
+        """
         v: Float32Array = self.controls[0]
         return v
 
@@ -63,7 +71,9 @@ def add_noise(sequence: Float32Array, noise: Float32Array, controls: Float32Arra
 
 
 @njit(ahead="float32[:, ::1], float32, float32, float32")
-def limit_changes(controls: Float32Array, start: np.float32, rise: np.float32, fall: np.float32) -> None:
+def limit_changes(
+    controls: Float32Array, start: np.float32, rise: np.float32, fall: np.float32
+) -> None:
     """Limit the changes of controls (T + 1, B) per step to [``fall``, ``rise``], from ``start`` on (row 0).
 
     The last row stays as it is, as in ``MotionModel::predict``: no pose depends on it.
@@ -77,17 +87,22 @@ def limit_changes(controls: Float32Array, start: np.float32, rise: np.float32, f
 
 
 @njit(ahead=f"{ROLLOUTS}, float32, float32, float32")
-def roll_out(rollouts: Rollouts, start_yaw: np.float32, dt: np.float32, largest_turn: np.float32) -> None:
+def roll_out(
+    rollouts: Rollouts, start_yaw: np.float32, dt: np.float32, largest_turn: np.float32
+) -> None:
     """Drive forward and turning velocities, rows 0..T-1 of the controls; the poses are written.
 
-    All begin at the same velocity. Each step is a straight line along the heading with which it begins
-    (``Optimizer::integrateStateVelocities``). Heading's cosine and sine follow by rotation, in steps of at most
-    ``largest_turn`` [rad].
+    All begin at the same velocity. Each step is a straight line along the heading with which it
+    begins (``Optimizer::integrateStateVelocities``). Heading's cosine and sine follow by rotation,
+    in steps of at most ``largest_turn`` [rad].
     """
     controls, x, y, yaw, cosine, sine = rollouts
     v, w = controls[0], controls[1]
     steps, count = x.shape
-    x[0], y[0] = v[0, 0] * np.float32(math.cos(start_yaw)) * dt, v[0, 0] * np.float32(math.sin(start_yaw)) * dt
+    x[0], y[0] = (
+        v[0, 0] * np.float32(math.cos(start_yaw)) * dt,
+        v[0, 0] * np.float32(math.sin(start_yaw)) * dt,
+    )
     yaw[0] = start_yaw + w[0, 0] * dt
     cosine[0], sine[0] = np.float32(math.cos(yaw[0, 0])), np.float32(math.sin(yaw[0, 0]))
     for begin in range(0, count, _BLOCK):
@@ -97,10 +112,20 @@ def roll_out(rollouts: Rollouts, start_yaw: np.float32, dt: np.float32, largest_
             advance(y[t - 1, part], v[t, part], sine[t - 1, part], dt, y[t, part])
             turn(yaw[t - 1, part], w[t, part], dt, yaw[t, part])
             if largest_turn <= _SMALL_TURN:
-                rotate(cosine[t - 1, part], sine[t - 1, part], w[t, part], dt, cosine[t, part], sine[t, part])
+                rotate(
+                    cosine[t - 1, part],
+                    sine[t - 1, part],
+                    w[t, part],
+                    dt,
+                    cosine[t, part],
+                    sine[t, part],
+                )
             else:
                 for b in range(begin, min(count, begin + _BLOCK)):
-                    cosine[t, b], sine[t, b] = np.float32(math.cos(yaw[t, b])), np.float32(math.sin(yaw[t, b]))
+                    cosine[t, b], sine[t, b] = (
+                        np.float32(math.cos(yaw[t, b])),
+                        np.float32(math.sin(yaw[t, b])),
+                    )
 
 
 @njit(ahead=f"{ROLLOUTS}, float32, float32")
@@ -121,7 +146,13 @@ def drift(rollouts: Rollouts, start_yaw: np.float32, dt: np.float32) -> None:
 
 
 @njit()
-def advance(last: Float32Array, speed: Float32Array, share: Float32Array, dt: np.float32, after: Float32Array) -> None:
+def advance(
+    last: Float32Array,
+    speed: Float32Array,
+    share: Float32Array,
+    dt: np.float32,
+    after: Float32Array,
+) -> None:
     """A coordinate (n,) after ``dt`` at the ``share`` of a speed that lies along it."""
     for b in range(len(after)):
         after[b] = last[b] + speed[b] * share[b] * dt
@@ -157,7 +188,11 @@ def _small_cosine_sine(angle: np.float32) -> tuple[np.float32, np.float32]:
     one = np.float32(1.0)
     q = angle * angle
     cosine = one - q * np.float32(1 / 2) * (
-        one - q * np.float32(1 / 12) * (one - q * np.float32(1 / 30) * (one - q * np.float32(1 / 56)))
+        one
+        - q * np.float32(1 / 12) * (one - q * np.float32(1 / 30) * (one - q * np.float32(1 / 56)))
     )
-    sine = angle * (one - q * np.float32(1 / 6) * (one - q * np.float32(1 / 20) * (one - q * np.float32(1 / 42))))
+    sine = angle * (
+        one
+        - q * np.float32(1 / 6) * (one - q * np.float32(1 / 20) * (one - q * np.float32(1 / 42)))
+    )
     return cosine, sine

@@ -12,7 +12,10 @@ from navstack.types import BoolArray, Float32Array, FloatArray, Pose2D, RobotSta
 
 
 class Scene:
-    """One control cycle, seen from the robot: positions are relative to its own, along the axes of the map frame."""
+    """One control cycle, seen from the robot.
+
+    Positions are relative to its own, along the axes of the map frame.
+    """
 
     def __init__(
         self,
@@ -60,5 +63,7 @@ class Scene:
     def furthest(self, rollouts: Rollouts) -> int:
         """The furthest of the path's points that the cycle's first trajectories reach."""
         if self._furthest is None:
-            self._furthest = int(furthest_point(self.path_x, self.path_y, rollouts.x[-1], rollouts.y[-1]))
+            self._furthest = int(
+                furthest_point(self.path_x, self.path_y, rollouts.x[-1], rollouts.y[-1])
+            )
         return self._furthest

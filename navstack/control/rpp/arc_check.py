@@ -15,21 +15,36 @@ SLOWEST_TURN = 0.01  # [rad/s] ... if they turn faster than this
 class ArcCheck:
     """Moves the footprint along the commanded arc, one cell at a time."""
 
-    def __init__(self, params: RppParams, footprint: FloatArray, circumscribed_radius: float) -> None:
-        """``footprint`` is the padded polygon (V, 2) in [m], base frame; ``circumscribed_radius`` its own, in [m]."""
+    def __init__(
+        self, params: RppParams, footprint: FloatArray, circumscribed_radius: float
+    ) -> None:
+        """``footprint`` is the padded polygon (V, 2) in [m], base frame.
+
+        ``circumscribed_radius`` its own, in [m].
+        """
         self._params = params
         self._footprint = footprint
         self._radius = circumscribed_radius
 
-    def collides(self, command: Twist2D, pose: Pose2D, carrot_distance: float, costmap: Costmap) -> bool:
+    def collides(
+        self, command: Twist2D, pose: Pose2D, carrot_distance: float, costmap: Costmap
+    ) -> bool:
         """Whether the robot stands in an obstacle or would meet one on its way, at most up to the carrot [m]."""
         start = (pose.x, pose.y, pose.yaw)
         speeds = (command.linear_x, command.angular_z)
-        times = (self._time_step(command, costmap.resolution), *self._horizon(command.linear_x, carrot_distance))
-        return bool(arc_collides(costmap.data, costmap.grid, self._footprint, start, speeds, *times))
+        times = (
+            self._time_step(command, costmap.resolution),
+            *self._horizon(command.linear_x, carrot_distance),
+        )
+        return bool(
+            arc_collides(costmap.data, costmap.grid, self._footprint, start, speeds, *times)
+        )
 
     def _time_step(self, command: Twist2D, resolution: float) -> float:
-        """Time in [s] in which no point of the robot moves farther than one cell; inf at standstill."""
+        """Time in [s] in which no point of the robot moves farther than one cell.
+
+        Inf at standstill.
+        """
         if abs(command.linear_x) < SLOWEST_DRIVE and abs(command.angular_z) > SLOWEST_TURN:
             return 2.0 * math.sin(resolution / 2.0 / self._radius) / abs(command.angular_z)
         return resolution / abs(command.linear_x) if command.linear_x != 0.0 else math.inf
@@ -40,9 +55,15 @@ class ArcCheck:
         duration, distance = params.max_allowed_time_to_collision_up_to_carrot, carrot_distance
         if params.min_distance_to_obstacle > 0.0:
             slowest = max(abs(speed), params.min_approach_linear_velocity)
-            duration = max(duration, params.min_distance_to_obstacle / slowest) if slowest > 0.0 else math.inf
+            duration = (
+                max(duration, params.min_distance_to_obstacle / slowest)
+                if slowest > 0.0
+                else math.inf
+            )
             if params.use_velocity_scaled_lookahead_dist:
-                distance = min(max(distance, params.min_distance_to_obstacle), params.max_lookahead_dist)
+                distance = min(
+                    max(distance, params.min_distance_to_obstacle), params.max_lookahead_dist
+                )
         return duration, distance
 
 

@@ -33,8 +33,12 @@ def reachable(velocity: Twist2D, params: RppParams, period: float) -> Window:
         params: limits of velocities and accelerations.
         period: of the control cycle [s].
     """
-    v = _range(velocity.linear_x, params.max_linear_accel * period, params.max_linear_decel * period)
-    w = _range(velocity.angular_z, params.max_angular_accel * period, params.max_angular_decel * period)
+    v = _range(
+        velocity.linear_x, params.max_linear_accel * period, params.max_linear_decel * period
+    )
+    w = _range(
+        velocity.angular_z, params.max_angular_accel * period, params.max_angular_decel * period
+    )
     return Window(
         max(v[0], params.min_linear_vel),
         min(v[1], params.desired_linear_vel),
@@ -74,12 +78,20 @@ def best_velocity(window: Window, curvature: float, direction: float) -> Twist2D
         return Twist2D(v, 0.0, min(max(0.0, window.min_w), window.max_w))
     on_arc = [(v, curvature * v) for v in (window.min_v, window.max_v)]
     on_arc += [(w / curvature, w) for w in (window.min_w, window.max_w)]
-    inside = [(v, w) for v, w in on_arc if window.min_v <= v <= window.max_v and window.min_w <= w <= window.max_w]
+    inside = [
+        (v, w)
+        for v, w in on_arc
+        if window.min_v <= v <= window.max_v and window.min_w <= w <= window.max_w
+    ]
     if inside:
         v, w = max(inside, key=lambda point: point[0] * direction)
         return Twist2D(v, 0.0, w)
     corners = [(v, w) for v in (window.min_v, window.max_v) for w in (window.min_w, window.max_w)]
     distances = [abs(curvature * v - w) / math.hypot(curvature, 1.0) for v, w in corners]
-    near = [corner for corner, distance in zip(corners, distances, strict=True) if distance <= min(distances) + TIE]
+    near = [
+        corner
+        for corner, distance in zip(corners, distances, strict=True)
+        if distance <= min(distances) + TIE
+    ]
     v, w = max(near, key=lambda point: point[0] * direction)
     return Twist2D(v, 0.0, w)

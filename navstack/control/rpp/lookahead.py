@@ -1,6 +1,7 @@
 """Points on a path (N, 3) that is given in the base frame.
 
-The carrot as Nav2 main measures it (``controller_utils.cpp``) and as the Jazzy branch did before; Jazzy's cusps.
+The carrot as Nav2 main measures it (``controller_utils.cpp``) and as the Jazzy branch did before;
+Jazzy's cusps.
 """
 
 import math
@@ -15,7 +16,8 @@ SAME_HEADING = 1e-4  # [rad]
 def lookahead_point(path: FloatArray, distance: float, beyond_end: bool) -> tuple[float, float]:
     """The point ``distance`` [m] along the path, as (x, y).
 
-    On a path that is shorter: its end, or with ``beyond_end`` the point that its last direction leads to.
+    On a path that is shorter: its end, or with ``beyond_end`` the point that its last direction
+    leads to.
     """
     travelled = 0.0
     for i in range(1, len(path)):
@@ -34,7 +36,9 @@ def lookahead_point(path: FloatArray, distance: float, beyond_end: bool) -> tupl
 
 
 @njit()
-def lookahead_point_on_circle(path: FloatArray, distance: float, beyond_end: bool) -> tuple[float, float]:
+def lookahead_point_on_circle(
+    path: FloatArray, distance: float, beyond_end: bool
+) -> tuple[float, float]:
     """The point where the path leaves the circle of radius ``distance`` [m] about the robot, as (x, y).
 
     Of a path that begins outside, its first pose; of one that stays inside as in :func:`lookahead_point`.
@@ -47,7 +51,10 @@ def lookahead_point_on_circle(path: FloatArray, distance: float, beyond_end: boo
     if not beyond_end:
         return x, y
     direction = math.atan2(y - path[-2, 1], x - path[-2, 0])
-    far_x, far_y = x + 2.0 * distance * math.cos(direction), y + 2.0 * distance * math.sin(direction)
+    far_x, far_y = (
+        x + 2.0 * distance * math.cos(direction),
+        y + 2.0 * distance * math.sin(direction),
+    )
     return leave_circle(x, y, far_x, far_y, distance)
 
 
@@ -66,12 +73,17 @@ def leave_circle(x0: float, y0: float, x1: float, y1: float, radius: float) -> t
 
 @njit()
 def distance_to_cusp(path: FloatArray) -> float:
-    """The straight distance in [m] to where the path turns back or turns on the spot; inf if it does not."""
+    """The straight distance in [m] to where the path turns back or turns on the spot.
+
+    Inf if it does not.
+    """
     for i in range(1, len(path) - 1):
         ax, ay = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
         bx, by = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
         turn = abs(path[i, 2] - path[i - 1, 2]) % (2.0 * math.pi)
-        turns_on_the_spot = ax == 0.0 and ay == 0.0 and min(turn, 2.0 * math.pi - turn) > SAME_HEADING
+        turns_on_the_spot = (
+            ax == 0.0 and ay == 0.0 and min(turn, 2.0 * math.pi - turn) > SAME_HEADING
+        )
         if ax * bx + ay * by < 0.0 or turns_on_the_spot:
             return math.hypot(path[i, 0], path[i, 1])
     return math.inf

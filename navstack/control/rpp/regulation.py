@@ -1,4 +1,7 @@
-"""The heuristics that slow regulated pure pursuit down (``regulation_functions.hpp``; Macenski et al. 2023)."""
+"""The heuristics that slow regulated pure pursuit down (``regulation_functions.hpp``.
+
+Macenski et al. 2023).
+"""
 
 import math
 
@@ -14,7 +17,9 @@ def speed_in_curve(speed: float, curvature: float, min_radius: float) -> float:
     return speed * (1.0 - (min_radius - radius) / min_radius) if radius < min_radius else speed
 
 
-def speed_near_obstacle(speed: float, cost: int, inscribed_radius: float, params: RppParams) -> float:
+def speed_near_obstacle(
+    speed: float, cost: int, inscribed_radius: float, params: RppParams
+) -> float:
     """``speed`` [m/s], reduced by the distance to the nearest obstacle that the ``cost`` under the robot stands for."""
     if cost in (NO_INFORMATION, FREE_SPACE):
         return speed

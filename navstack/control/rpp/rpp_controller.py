@@ -1,4 +1,7 @@
-"""Regulated pure pursuit, after nav2_regulated_pure_pursuit_controller (Jazzy); Macenski et al., arXiv:2305.20026."""
+"""Regulated pure pursuit, after nav2_regulated_pure_pursuit_controller (Jazzy).
+
+Macenski et al., arXiv:2305.20026.
+"""
 
 import math
 
@@ -30,7 +33,11 @@ class RegulatedPurePursuitController(Controller):
     """
 
     def __init__(
-        self, params: RppParams, footprint: FloatArray, controller_frequency: float, xy_goal_tolerance: float = 0.25
+        self,
+        params: RppParams,
+        footprint: FloatArray,
+        controller_frequency: float,
+        xy_goal_tolerance: float = 0.25,
     ) -> None:
         """Make the controller.
 
@@ -38,15 +45,20 @@ class RegulatedPurePursuitController(Controller):
             params: its parameters.
             footprint: padded polygon (V, 2) in [m], base frame.
             controller_frequency: control cycles per second, in [Hz].
-            xy_goal_tolerance: of the goal checker in [m], within which the robot turns to the goal's yaw.
+            xy_goal_tolerance: of the goal checker in [m], within which the robot turns to the
+                goal's yaw.
         """
         self._params = params
         self._period = 1.0 / controller_frequency  # [s]
         self._xy_goal_tolerance = xy_goal_tolerance
         self._inscribed_radius, circumscribed_radius = footprint_radii(footprint)
         self._arc_check = ArcCheck(params, footprint, circumscribed_radius)
-        self._beyond_goal = params.use_fixed_curvature_lookahead and params.interpolate_curvature_after_goal
-        self._window = PathWindow(params.max_robot_pose_search_dist, fewest_poses=2 if self._beyond_goal else 1)
+        self._beyond_goal = (
+            params.use_fixed_curvature_lookahead and params.interpolate_curvature_after_goal
+        )
+        self._window = PathWindow(
+            params.max_robot_pose_search_dist, fewest_poses=2 if self._beyond_goal else 1
+        )
         self._speed = params.desired_linear_vel  # [m/s] within the speed limit
         self.reset()
 
@@ -66,7 +78,9 @@ class RegulatedPurePursuitController(Controller):
         """Limit the speed to ``limit`` [m/s], or [%] of the desired one; 0 lifts the limit."""
         self._speed = limited_speed(self._params.desired_linear_vel, limit, is_percentage)
 
-    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+    def compute_velocity(
+        self, state: RobotState, plan: Path, surroundings: Surroundings
+    ) -> Twist2D:
         """The command towards the carrot, or a turn on the spot.
 
         Raises:
@@ -81,10 +95,14 @@ class RegulatedPurePursuitController(Controller):
         carrot, steering_point = self._points(path, state.twist.linear_x)
         direction = -1.0 if self._params.allow_reversing and carrot[0] < 0.0 else 1.0
         carrot_distance = math.hypot(*carrot)
-        command = self._turn_on_the_spot(path, carrot_distance, steering_point, direction, state.twist.angular_z)
+        command = self._turn_on_the_spot(
+            path, carrot_distance, steering_point, direction, state.twist.angular_z
+        )
         if command is None:
             curvature = arc_curvature(*steering_point)
-            speed = direction * self._regulated_speed(curvature, path, state.pose, surroundings.costmap)
+            speed = direction * self._regulated_speed(
+                curvature, path, state.pose, surroundings.costmap
+            )
             command = Twist2D(speed, 0.0, speed * curvature)
             if self._params.use_dynamic_window:
                 command = self._reachable(command, curvature, direction, state.twist)
@@ -96,13 +114,17 @@ class RegulatedPurePursuitController(Controller):
         self._decision, self._commanded = _record(state.stamp, command, rejected=0), command
         return command
 
-    def _reachable(self, wanted: Twist2D, curvature: float, direction: float, measured: Twist2D) -> Twist2D:
+    def _reachable(
+        self, wanted: Twist2D, curvature: float, direction: float, measured: Twist2D
+    ) -> Twist2D:
         """The command that the robot can follow within a cycle and that keeps to the arc best."""
         now = self._commanded if self._params.velocity_feedback == "OPEN_LOOP" else measured
         window = regulated(reachable(now, self._params, self._period), wanted.linear_x)
         return best_velocity(window, curvature, direction)
 
-    def _points(self, path: FloatArray, speed: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    def _points(
+        self, path: FloatArray, speed: float
+    ) -> tuple[tuple[float, float], tuple[float, float]]:
         """The carrot and the point that gives the curvature, which are the same unless that one is fixed."""
         params = self._params
         lookahead, fixed = params.lookahead_dist, params.curvature_lookahead_dist
@@ -126,7 +148,10 @@ class RegulatedPurePursuitController(Controller):
         direction: float,
         yaw_rate: float,
     ) -> Twist2D | None:
-        """The turn to the goal's yaw at the goal, or to a path far off the heading; None: it is to drive."""
+        """The turn to the goal's yaw at the goal, or to a path far off the heading.
+
+        None: it is to drive.
+        """
         params = self._params
         if not params.use_rotate_to_heading:
             return None
@@ -137,7 +162,11 @@ class RegulatedPurePursuitController(Controller):
         bearing = math.atan2(steering_point[1], steering_point[0])
         if direction < 0.0:
             bearing = normalize_angle(bearing + math.pi)
-        return self._turn(bearing, yaw_rate) if abs(bearing) > params.rotate_to_heading_min_angle else None
+        return (
+            self._turn(bearing, yaw_rate)
+            if abs(bearing) > params.rotate_to_heading_min_angle
+            else None
+        )
 
     def _turn(self, error: float, yaw_rate: float) -> Twist2D:
         """The turn by ``error`` [rad] within the limits, slow enough to stop in time."""
@@ -149,7 +178,9 @@ class RegulatedPurePursuitController(Controller):
         stoppable = math.sqrt(2.0 * params.max_angular_accel * abs(error))
         return Twist2D(angular_z=sign * stoppable if abs(wanted) > stoppable else wanted)
 
-    def _regulated_speed(self, curvature: float, path: FloatArray, pose: Pose2D, costmap: Costmap) -> float:
+    def _regulated_speed(
+        self, curvature: float, path: FloatArray, pose: Pose2D, costmap: Costmap
+    ) -> float:
         """The speed in [m/s], 0 or more, that curve, obstacles, approach and speed limit leave."""
         params = self._params
         cost = self._cost_under_robot(pose, costmap)
@@ -157,7 +188,9 @@ class RegulatedPurePursuitController(Controller):
         if params.use_regulated_linear_velocity_scaling:
             speed = speed_in_curve(speed, curvature, params.regulated_linear_scaling_min_radius)
         if params.regulates_by_cost:
-            speed = min(speed, speed_near_obstacle(self._speed, cost, self._inscribed_radius, params))
+            speed = min(
+                speed, speed_near_obstacle(self._speed, cost, self._inscribed_radius, params)
+            )
         speed = max(speed, params.regulated_linear_scaling_min_speed)
         speed = speed_on_approach(speed, path, params)
         return min(abs(speed), self._speed)
@@ -175,5 +208,10 @@ def _record(stamp: float, command: Twist2D, rejected: int) -> DecisionRecord:
     """A cycle with its one arc."""
     check = CriticScore(COLLISION_AHEAD, None, None, rejected)
     return DecisionRecord(
-        stamp, "RegulatedPurePursuitController", command, samples=1, rejected=rejected, scores=(check,)
+        stamp,
+        "RegulatedPurePursuitController",
+        command,
+        samples=1,
+        rejected=rejected,
+        scores=(check,),
     )

@@ -1,1 +1,4 @@
-"""Combinations of Nav2 parameters that will cause trouble: one small function per rule, listed in ``rules.py``."""
+"""Combinations of Nav2 parameters that will cause trouble.
+
+One small function per rule, listed in ``rules.py``.
+"""

@@ -1,4 +1,7 @@
-"""One costmap of a file as the lint rules see it; layers that are not available here are seen, too."""
+"""One costmap of a file as the lint rules see it.
+
+Layers that are not available here are seen, too.
+"""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -6,7 +9,12 @@ from functools import cached_property
 
 from navstack.errors import ParameterError
 from navstack.geometry import footprint_radii, pad_footprint
-from navstack.params.costmap import CostmapParams, InflationLayerParams, ObservationSourceParams, robot_footprint
+from navstack.params.costmap import (
+    CostmapParams,
+    InflationLayerParams,
+    ObservationSourceParams,
+    robot_footprint,
+)
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import names_in
@@ -46,7 +54,10 @@ class CostmapView:
 
     @cached_property
     def footprint(self) -> FloatArray:
-        """The padded polygon (N, 2) in [m], base frame; Nav2 falls back on robot_radius if it cannot read the text."""
+        """The padded polygon (N, 2) in [m], base frame.
+
+        Nav2 falls back on robot_radius if it cannot read the text.
+        """
         params = replace(self.params, footprint="[]") if self.footprint_error else self.params
         return pad_footprint(robot_footprint(params), params.footprint_padding)
 
@@ -87,7 +98,9 @@ def view_costmap(nav2: Nav2File, node: str) -> CostmapView:
     enabled = [name for name in names if nav2.value(node, f"{name}.enabled", True) is not False]
     layers = tuple(_layer(nav2, node, name) for name in enabled)
     inflations = {
-        layer.name: nav2.read(InflationLayerParams, node, layer.name) for layer in layers if layer.type == INFLATION
+        layer.name: nav2.read(InflationLayerParams, node, layer.name)
+        for layer in layers
+        if layer.type == INFLATION
     }
     try:
         robot_footprint(params)
@@ -99,5 +112,11 @@ def view_costmap(nav2: Nav2File, node: str) -> CostmapView:
 def _layer(nav2: Nav2File, node: str, name: str) -> LayerView:
     default = DEFAULT_LAYERS.get(name, "")
     kind = plugin_type(nav2.value(node, f"{name}.plugin", default))
-    sources = names_in(nav2.value(node, f"{name}.observation_sources")) if kind in SENSOR_LAYERS else ()
-    return LayerView(name, kind, {source: nav2.read(ObservationSourceParams, node, name, source) for source in sources})
+    sources = (
+        names_in(nav2.value(node, f"{name}.observation_sources")) if kind in SENSOR_LAYERS else ()
+    )
+    return LayerView(
+        name,
+        kind,
+        {source: nav2.read(ObservationSourceParams, node, name, source) for source in sources},
+    )

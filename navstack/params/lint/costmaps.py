@@ -18,7 +18,8 @@ RULES = RuleGroup("Costmaps and frames", "local_costmap")
 def unreadable_footprint(view: CostmapView) -> Iterator[Finding]:
     """Nav2 cannot read the footprint.
 
-    Why: Nav2 logs it and goes on with robot_radius, 0.1 m by default: the robot drives into everything.
+    Why: Nav2 logs it and goes on with robot_radius, 0.1 m by default: the robot drives into
+    everything.
     """
     if view.footprint_error:
         yield Finding(
@@ -50,7 +51,11 @@ def two_shapes(subject: Subject, view: CostmapView) -> Iterator[Finding]:
     Why: the footprint wins silently; who changes the radius later changes nothing.
     """
     radius = subject.number(view.node, "robot_radius", 0.0)
-    if radius > 0.0 and not view.footprint_error and view.params.footprint.strip() not in NO_FOOTPRINT:
+    if (
+        radius > 0.0
+        and not view.footprint_error
+        and view.params.footprint.strip() not in NO_FOOTPRINT
+    ):
         yield Finding(
             "robot_radius",
             f"{radius:g} m beside a footprint that reaches {view.circumscribed:.2f} m",
@@ -59,10 +64,13 @@ def two_shapes(subject: Subject, view: CostmapView) -> Iterator[Finding]:
 
 
 @RULES.warning
-def planner_robot_is_smaller(subject: Subject, local: CostmapView, world: CostmapView) -> Iterator[Finding]:
+def planner_robot_is_smaller(
+    subject: Subject, local: CostmapView, world: CostmapView
+) -> Iterator[Finding]:
     """The planner's robot is smaller than the controller's.
 
-    Why: paths lead through gaps that the controller refuses: the robot stands in front of them and recovers in vain.
+    Why: paths lead through gaps that the controller refuses: the robot stands in front of them and
+    recovers in vain.
     """
     if world.inscribed < SMALLER * local.inscribed:
         name = "footprint" if subject.value(world.node, "footprint") else "robot_radius"
@@ -108,8 +116,8 @@ def world_without_map(world: CostmapView) -> Iterator[Finding]:
 def local_in_map_frame(subject: Subject, local: CostmapView) -> Iterator[Finding]:
     """The local costmap lives in the map frame.
 
-    Why: every correction of the localization shifts the robot against what it has marked: obstacles smear, and free
-    ground is blocked.
+    Why: every correction of the localization shifts the robot against what it has marked: obstacles
+    smear, and free ground is blocked.
     """
     if not local.params.rolling_window or not local.has(*SENSOR_LAYERS):
         return
@@ -123,7 +131,8 @@ def local_in_map_frame(subject: Subject, local: CostmapView) -> Iterator[Finding
 def large_cells(view: CostmapView) -> Iterator[Finding]:
     """A cell is larger than the robot's inscribed radius.
 
-    Why: one marked cell is wider than the robot: doors close and the footprint check is a matter of luck.
+    Why: one marked cell is wider than the robot: doors close and the footprint check is a matter of
+    luck.
     """
     if view.params.resolution > view.inscribed:
         yield Finding(
@@ -146,7 +155,10 @@ def sees_too_late(
         return
     farthest = max(ranges)
     seen = min(farthest, local.half_window) if local.params.rolling_window else farthest
-    speed, delay = top_speed, 1.0 / local.params.update_frequency + 1.0 / server.controller_frequency
+    speed, delay = (
+        top_speed,
+        1.0 / local.params.update_frequency + 1.0 / server.controller_frequency,
+    )
     needed = speed * speed / (2.0 * braking) + speed * delay + float(local.footprint[:, 0].max())
     if seen < needed:
         what = "width" if seen < farthest else "obstacle_max_range"
@@ -155,21 +167,29 @@ def sees_too_late(
             "width" if what == "width" else f"{place}.obstacle_max_range",
             f"obstacles are seen up to {seen:g} m from the base, but stopping from {speed:g} m/s at "
             f"{braking:g} m/s2 with {delay:.2f} s delay takes {needed:.2f} m",
-            f"{what}: {whole_above(2.4 * needed)}" if what == "width" else f"{what}: {above(1.2 * needed, 0)}",
+            f"{what}: {whole_above(2.4 * needed)}"
+            if what == "width"
+            else f"{what}: {above(1.2 * needed, 0)}",
         )
 
 
 @RULES.warning
-def late_costmap(subject: Subject, local: CostmapView, server: ControllerServerParams) -> Iterator[Finding]:
+def late_costmap(
+    subject: Subject, local: CostmapView, server: ControllerServerParams
+) -> Iterator[Finding]:
     """The controller server gives up before a cleared local costmap is updated.
 
-    Why: after each clearing Nav2 waits for the next update; where that comes too late, CONTROLLER_TIMED_OUT ends the
-    navigation, for no recovery of the default tree answers it.
+    Why: after each clearing Nav2 waits for the next update; where that comes too late,
+    CONTROLLER_TIMED_OUT ends the navigation, for no recovery of the default tree answers it.
     """
     timeout = subject.number(CONTROLLER, "costmap_update_timeout", COSTMAP_UPDATE_TIMEOUT)
     frequency = local.params.update_frequency
     if 1.0 / frequency >= timeout:
-        given = "" if subject.value(CONTROLLER, "costmap_update_timeout") is not None else " (Nav2's default)"
+        given = (
+            ""
+            if subject.value(CONTROLLER, "costmap_update_timeout") is not None
+            else " (Nav2's default)"
+        )
         oftener = f"update_frequency: {above(1.5 / timeout)}, or " if timeout > 0.0 else ""
         yield Finding(
             "update_frequency",
@@ -183,7 +203,8 @@ def late_costmap(subject: Subject, local: CostmapView, server: ControllerServerP
 def unknown_is_free(subject: Subject, world: CostmapView) -> Iterator[Finding]:
     """The planner must avoid unknown space, but its costmap has none.
 
-    Why: without track_unknown_space unknown cells are free: paths lead through unmapped ground all the same.
+    Why: without track_unknown_space unknown cells are free: paths lead through unmapped ground all
+    the same.
     """
     if world.params.track_unknown_space:
         return
@@ -201,17 +222,30 @@ def unknown_is_free(subject: Subject, world: CostmapView) -> Iterator[Finding]:
 def frames_disagree(subject: Subject) -> Iterator[Finding]:
     """Nodes disagree about a frame.
 
-    Why: the parts of Nav2 mean different points by the robot's position: goals are missed and recoveries look in the
-    wrong place (base_link and base_footprint may be mixed: they differ in height only).
+    Why: the parts of Nav2 mean different points by the robot's position: goals are missed and
+    recoveries look in the wrong place (base_link and base_footprint may be mixed: they differ in
+    height only).
     """
     groups = (
-        ("robot_base_frame", ("bt_navigator", "global_costmap", "local_costmap", "behavior_server")),
+        (
+            "robot_base_frame",
+            ("bt_navigator", "global_costmap", "local_costmap", "behavior_server"),
+        ),
         ("global_frame", ("bt_navigator", "global_costmap")),
     )
     for key, node_names in groups:
-        given = {node: str(subject.value(node, key)).strip("/") for node in node_names if subject.value(node, key)}
+        given = {
+            node: str(subject.value(node, key)).strip("/")
+            for node in node_names
+            if subject.value(node, key)
+        }
         frames = set(given.values())
         if len(frames) > 1 and not frames <= {"base_link", "base_footprint"}:
             node, frame = list(given.items())[-1]
             others = ", ".join(f"{other} {name}" for other, name in given.items() if name != frame)
-            yield Finding(key, f"{frame}, but {others}", f"{key}: {next(iter(given.values()))} everywhere", node)
+            yield Finding(
+                key,
+                f"{frame}, but {others}",
+                f"{key}: {next(iter(given.values()))} everywhere",
+                node,
+            )

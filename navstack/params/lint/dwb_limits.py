@@ -36,19 +36,36 @@ def no_motion(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
 def crossed_limits(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
     """A lower limit of DWB lies above its upper one.
 
-    Why: no velocity satisfies both, and Nav2 does not check: DWB fails in every cycle or drives at one end only.
+    Why: no velocity satisfies both, and Nav2 does not check: DWB fails in every cycle or drives at
+    one end only.
     """
     pairs = (
         ("min_vel_x", dwb.min_vel_x, "max_vel_x", dwb.max_vel_x),
         ("min_vel_y", dwb.min_vel_y, "max_vel_y", dwb.max_vel_y),
         ("max_vel_theta", 0.0, "max_vel_theta", dwb.max_vel_theta),
-        ("min_speed_xy", dwb.min_speed_xy, "max_speed_xy", dwb.max_speed_xy if dwb.max_speed_xy > 0.0 else 1e9),
-        ("min_speed_theta", dwb.min_speed_theta, "max_vel_theta", dwb.max_vel_theta if dwb.max_vel_theta > 0 else 1e9),
+        (
+            "min_speed_xy",
+            dwb.min_speed_xy,
+            "max_speed_xy",
+            dwb.max_speed_xy if dwb.max_speed_xy > 0.0 else 1e9,
+        ),
+        (
+            "min_speed_theta",
+            dwb.min_speed_theta,
+            "max_vel_theta",
+            dwb.max_vel_theta if dwb.max_vel_theta > 0 else 1e9,
+        ),
     )
     for low_name, low, high_name, high in pairs:
         if low > high:
-            found = f"{low_name} {low:g} is above {high_name} {high:g}" if low_name != high_name else f"{high:g} rad/s"
-            yield Finding(f"{drive.name}.{low_name}", found, f"{high_name}: {decimal(max(low, 0.1))} or more")
+            found = (
+                f"{low_name} {low:g} is above {high_name} {high:g}"
+                if low_name != high_name
+                else f"{high:g} rad/s"
+            )
+            yield Finding(
+                f"{drive.name}.{low_name}", found, f"{high_name}: {decimal(max(low, 0.1))} or more"
+            )
 
 
 @RULES.error
@@ -61,14 +78,17 @@ def wrong_sign(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
         for key, sign in ((f"acc_lim_{axis}", 1.0), (f"decel_lim_{axis}", -1.0)):
             value = getattr(dwb, key)
             if value * sign < 0.0:
-                yield Finding(f"{drive.name}.{key}", f"{key} is {value:g}", f"{key}: {decimal(-value)}")
+                yield Finding(
+                    f"{drive.name}.{key}", f"{key} is {value:g}", f"{key}: {decimal(-value)}"
+                )
 
 
 @RULES.warning
 def no_acceleration(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
     """DWB may move along an axis but not change its velocity.
 
-    Why: only velocities that the robot has already are sampled: from standstill it never starts, and it never brakes.
+    Why: only velocities that the robot has already are sampled: from standstill it never starts,
+    and it never brakes.
     """
     axes = (("x", dwb.max_vel_x, 2.5), ("y", dwb.max_vel_y, 2.5), ("theta", dwb.max_vel_theta, 3.2))
     for axis, speed, usual in axes:
@@ -99,8 +119,8 @@ def capped_speed(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
 def idle_minimum(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
     """Only one of min_speed_xy and min_speed_theta is set.
 
-    Why: Nav2 drops a sample only if it is slower than both, and nothing is slower than 0: this minimum has no effect,
-    and the drive is asked for turns in its deadband.
+    Why: Nav2 drops a sample only if it is slower than both, and nothing is slower than 0: this
+    minimum has no effect, and the drive is asked for turns in its deadband.
     """
     linear, angular = dwb.min_speed_xy, dwb.min_speed_theta
     if angular > 0.0 and linear == 0.0:
@@ -121,12 +141,15 @@ def idle_minimum(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
 def short_reach(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
     """sim_time x acceleration does not span DWB's speeds.
 
-    Why: the samples end where the acceleration leads within sim_time: from standstill the top speed is not among them
-    and the start is hesitant, and from the top speed a stop is not.
+    Why: the samples end where the acceleration leads within sim_time: from standstill the top speed
+    is not among them and the start is hesitant, and from the top speed a stop is not.
     """
     if dwb.trajectory_generator_name.endswith("LimitedAccelGenerator"):
         return
-    for key, what in (("acc_lim_x", "from standstill at most"), ("decel_lim_x", "from full speed at least")):
+    for key, what in (
+        ("acc_lim_x", "from standstill at most"),
+        ("decel_lim_x", "from full speed at least"),
+    ):
         reach = abs(getattr(dwb, key)) * dwb.sim_time  # [m/s]
         if 0.0 < reach < 0.999 * dwb.max_vel_x:
             speed = reach if key == "acc_lim_x" else dwb.max_vel_x - reach
@@ -151,4 +174,6 @@ def few_samples(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
     for key, count, moves in axes:
         if moves and count <= FEW_SAMPLES:
             usual = getattr(DwbParams(), key)
-            yield Finding(f"{drive.name}.{key}", f"{key} is {count}", f"{key}: {usual} (Nav2's default)")
+            yield Finding(
+                f"{drive.name}.{key}", f"{key} is {count}", f"{key}: {usual} (Nav2's default)"
+            )

@@ -1,4 +1,7 @@
-"""Rules about DWB's trajectories and critics: does it see far enough, and does it score what matters?"""
+"""Rules about DWB's trajectories and critics.
+
+Does it see far enough, and does it score what matters?
+"""
 
 import math
 from collections.abc import Iterator
@@ -10,7 +13,8 @@ from navstack.params.lint.subject import CONTROLLER, Drive
 from navstack.params.servers import ControllerServerParams
 
 HIGHEST_SOFT_COST = 252.0  # of a cell that may still be entered
-LONG_RATIO, LONG_MARGIN = 1.5, 0.1  # a footprint is far from round from here on (a square has 1.41); [m]
+# a footprint is far from round from here on (a square has 1.41); [m]
+LONG_RATIO, LONG_MARGIN = 1.5, 0.1
 OBSTACLE_CRITICS = ("BaseObstacle", "ObstacleFootprint")
 SLACK = 1.05  # a limit is exceeded by more than rounding
 
@@ -18,13 +22,19 @@ RULES = RuleGroup("DWB: trajectories and critics", CONTROLLER)
 
 
 @RULES.warning
-def beyond_the_plan(dwb: DwbParams, local: CostmapView, drive: Drive, top_speed: float) -> Iterator[Finding]:
+def beyond_the_plan(
+    dwb: DwbParams, local: CostmapView, drive: Drive, top_speed: float
+) -> Iterator[Finding]:
     """DWB's trajectories are longer than the piece of the plan that it is shown.
 
-    Why: Nav2 cuts the plan at forward_prune_distance along the straight line, and GoalDist and PathDist punish
-    trajectories that end beyond it: the robot never reaches max_vel_x, whatever the limits say.
+    Why: Nav2 cuts the plan at forward_prune_distance along the straight line, and GoalDist and
+    PathDist punish trajectories that end beyond it: the robot never reaches max_vel_x, whatever the
+    limits say.
     """
-    scores_the_end = {critic.rpartition("::")[2] for critic in dwb.critics} & {"GoalDist", "PathDist"}
+    scores_the_end = {critic.rpartition("::")[2] for critic in dwb.critics} & {
+        "GoalDist",
+        "PathDist",
+    }
     if not dwb.shorten_transformed_plan or dwb.forward_prune_distance <= 0.0 or not scores_the_end:
         return
     shown = min(dwb.forward_prune_distance, local.half_window)
@@ -40,7 +50,9 @@ def beyond_the_plan(dwb: DwbParams, local: CostmapView, drive: Drive, top_speed:
 
 
 @RULES.warning
-def beyond_the_window(dwb: DwbParams, local: CostmapView, drive: Drive, top_speed: float) -> Iterator[Finding]:
+def beyond_the_window(
+    dwb: DwbParams, local: CostmapView, drive: Drive, top_speed: float
+) -> Iterator[Finding]:
     """DWB's trajectories leave the local costmap.
 
     Why: a trajectory that leaves the costmap is rejected, so the high speeds are never driven.
@@ -76,10 +88,13 @@ def short_horizon(
 
 
 @RULES.warning
-def coarse_steps(dwb: DwbParams, local: CostmapView, drive: Drive, top_speed: float) -> Iterator[Finding]:
+def coarse_steps(
+    dwb: DwbParams, local: CostmapView, drive: Drive, top_speed: float
+) -> Iterator[Finding]:
     """DWB's scored poses are farther apart than a wall is thick.
 
-    Why: obstacles are looked up at these poses only: a trajectory can step over a wall and counts as free.
+    Why: obstacles are looked up at these poses only: a trajectory can step over a wall and counts
+    as free.
     """
     key = "time_granularity" if dwb.discretize_by_time else "linear_granularity"
     step = top_speed * dwb.time_granularity if dwb.discretize_by_time else dwb.linear_granularity
@@ -99,7 +114,8 @@ def coarse_steps(dwb: DwbParams, local: CostmapView, drive: Drive, top_speed: fl
 def no_obstacle_critic(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
     """No critic of DWB looks at obstacles.
 
-    Why: trajectories through people and walls score as well as free ones; a scale of 0 switches a critic off.
+    Why: trajectories through people and walls score as well as free ones; a scale of 0 switches a
+    critic off.
     """
     if not _obstacle_critics(dwb):
         yield Finding(
@@ -113,7 +129,8 @@ def no_obstacle_critic(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
 def centre_only(dwb: DwbParams, local: CostmapView, drive: Drive) -> Iterator[Finding]:
     """BaseObstacle is the only obstacle critic of a long or off-centre footprint.
 
-    Why: it looks at the cell under the base only; corners beyond the inscribed circle hit what they swing past.
+    Why: it looks at the cell under the base only; corners beyond the inscribed circle hit what they
+    swing past.
     """
     if _obstacle_critics(dwb) != {"BaseObstacle"}:
         return
@@ -131,13 +148,16 @@ def centre_only(dwb: DwbParams, local: CostmapView, drive: Drive) -> Iterator[Fi
 def drowned_obstacles(dwb: DwbParams, local: CostmapView, drive: Drive) -> Iterator[Finding]:
     """The path critics outweigh BaseObstacle.
 
-    Why: the robot cuts through inflated cells rather than leave the path by a cell: inflation has no effect on driving,
-    only contact is avoided.
+    Why: the robot cuts through inflated cells rather than leave the path by a cell: inflation has
+    no effect on driving, only contact is avoided.
     """
     if _obstacle_critics(dwb) != {"BaseObstacle"}:
         return
-    per_metre = 0.5 * sum(getattr(dwb, critic).scale for critic in ("PathDist", "PathAlign") if critic in dwb.critics)
-    worth = dwb.BaseObstacle.scale * HIGHEST_SOFT_COST / per_metre if per_metre > 0.0 else math.inf  # [m]
+    per_metre = 0.5 * sum(
+        getattr(dwb, critic).scale for critic in ("PathDist", "PathAlign") if critic in dwb.critics
+    )
+    # [m]
+    worth = dwb.BaseObstacle.scale * HIGHEST_SOFT_COST / per_metre if per_metre > 0.0 else math.inf
     cell = local.params.resolution
     if worth < cell:
         yield Finding(
@@ -152,7 +172,8 @@ def drowned_obstacles(dwb: DwbParams, local: CostmapView, drive: Drive) -> Itera
 def long_nose(dwb: DwbParams, local: CostmapView, drive: Drive) -> Iterator[Finding]:
     """An alignment critic scores a point far ahead of the robot.
 
-    Why: this point is pulled onto the path regardless of obstacles, so that the robot itself swings inside at corners.
+    Why: this point is pulled onto the path regardless of obstacles, so that the robot itself swings
+    inside at corners.
     """
     longest = max(2.0 * local.circumscribed, 0.325)  # Nav2's default
     for critic in ("PathAlign", "GoalAlign"):
@@ -168,6 +189,10 @@ def long_nose(dwb: DwbParams, local: CostmapView, drive: Drive) -> Iterator[Find
 
 def _obstacle_critics(dwb: DwbParams) -> set[str]:
     """The obstacle critics that have a weight, by type."""
-    scales = {each.type: each.params.scale for each in dwb.named_critics.values() if "Obstacle" in each.type}
+    scales = {
+        each.type: each.params.scale
+        for each in dwb.named_critics.values()
+        if "Obstacle" in each.type
+    }
     scales |= {name: getattr(dwb, name).scale for name in OBSTACLE_CRITICS if name in dwb.critics}
     return {name for name, scale in scales.items() if scale > 0.0}

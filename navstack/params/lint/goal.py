@@ -1,4 +1,7 @@
-"""Rules about reaching the goal and being seen to get there: tolerances, progress, turns on the spot."""
+"""Rules about reaching the goal and being seen to get there.
+
+Tolerances, progress, turns on the spot.
+"""
 
 import math
 from collections.abc import Iterator
@@ -20,11 +23,13 @@ RULES = RuleGroup("Goal, progress and turning on the spot", CONTROLLER)
 
 
 @RULES.warning
-def stops_outside(dwb: DwbParams, drive: Drive, goal_checker: Named[SimpleGoalCheckerParams]) -> Iterator[Finding]:
+def stops_outside(
+    dwb: DwbParams, drive: Drive, goal_checker: Named[SimpleGoalCheckerParams]
+) -> Iterator[Finding]:
     """DWB turns on the spot before the goal checker is satisfied.
 
-    Why: from its own tolerance on RotateToGoal slows down and then allows turns only: the robot stops short of the goal
-    checker's tolerance, turns, and is aborted for lack of progress.
+    Why: from its own tolerance on RotateToGoal slows down and then allows turns only: the robot
+    stops short of the goal checker's tolerance, turns, and is aborted for lack of progress.
     """
     name, checker = goal_checker
     if "RotateToGoal" in dwb.critics and dwb.RotateToGoal.scale > 0.0:
@@ -37,17 +42,22 @@ def stops_outside(dwb: DwbParams, drive: Drive, goal_checker: Named[SimpleGoalCh
 
 
 @RULES.warning
-def far_goal(subject: Subject, local: CostmapView, goal_checker: Named[SimpleGoalCheckerParams]) -> Iterator[Finding]:
+def far_goal(
+    subject: Subject, local: CostmapView, goal_checker: Named[SimpleGoalCheckerParams]
+) -> Iterator[Finding]:
     """The goal tolerance is larger than the robot.
 
-    Why: the robot counts as arrived on the wrong side of a kerb or a door, and turns to the goal's yaw there.
+    Why: the robot counts as arrived on the wrong side of a kerb or a door, and turns to the goal's
+    yaw there.
     """
     name, checker = goal_checker
     size = local.circumscribed
     if size <= 0.0 or checker.xy_goal_tolerance <= max(FAR_GOAL, size):
         return
     stops = subject.dwb is not None and "RotateToGoal" in subject.dwb.critics
-    from_there = ", and RotateToGoal forbids to speed up from there and turns on the spot" if stops else ""
+    from_there = (
+        ", and RotateToGoal forbids to speed up from there and turns on the spot" if stops else ""
+    )
     yield Finding(
         f"{name}.xy_goal_tolerance",
         f"{checker.xy_goal_tolerance:g} m, {checker.xy_goal_tolerance / size:.1f} times the robot's outer radius of "
@@ -62,7 +72,8 @@ def goal_below_a_cell(
 ) -> Iterator[Finding]:
     """The goal tolerance is finer than a cell of the local costmap.
 
-    Why: GoalDist is 0 all over the goal's cell, so nothing pulls the robot nearer; it circles until it is aborted.
+    Why: GoalDist is 0 all over the goal's cell, so nothing pulls the robot nearer; it circles until
+    it is aborted.
     """
     name, checker = goal_checker
     cell = local.params.resolution
@@ -79,14 +90,18 @@ def goal_below_a_cell(
 def impatient(subject: Subject, server: ControllerServerParams, drive: Drive) -> Iterator[Finding]:
     """One failed control cycle aborts following.
 
-    Why: a single scan in which every trajectory touches something clears the local costmap, obstacles that are out of
-    sight included, and starts the recoveries.
+    Why: a single scan in which every trajectory touches something clears the local costmap,
+    obstacles that are out of sight included, and starts the recoveries.
     """
     if subject.is_of_foxy:
         return  # Foxy has no such parameter
     tolerance, period = server.failure_tolerance, 1.0 / server.controller_frequency
     if 0.0 <= tolerance < period:
-        given = "" if subject.value(CONTROLLER, "failure_tolerance") is not None else " (Nav2's default)"
+        given = (
+            ""
+            if subject.value(CONTROLLER, "failure_tolerance") is not None
+            else " (Nav2's default)"
+        )
         yield Finding(
             "failure_tolerance",
             f"{tolerance:g} s{given}, less than a control period of {period:g} s",
@@ -95,10 +110,13 @@ def impatient(subject: Subject, server: ControllerServerParams, drive: Drive) ->
 
 
 @RULES.warning
-def demanding_progress(progress_checker: Named[SimpleProgressCheckerParams], top_speed: float) -> Iterator[Finding]:
+def demanding_progress(
+    progress_checker: Named[SimpleProgressCheckerParams], top_speed: float
+) -> Iterator[Finding]:
     """The progress checker asks for more than half the top speed.
 
-    Why: waiting for a pedestrian or creeping through a door counts as stuck and starts the recoveries.
+    Why: waiting for a pedestrian or creeping through a door counts as stuck and starts the
+    recoveries.
     """
     name, checker = progress_checker
     if top_speed <= 0.0:
@@ -117,10 +135,13 @@ def demanding_progress(progress_checker: Named[SimpleProgressCheckerParams], top
 
 
 @RULES.warning
-def turn_counts_as_stuck(subject: Subject, progress_checker: Named[SimpleProgressCheckerParams]) -> Iterator[Finding]:
+def turn_counts_as_stuck(
+    subject: Subject, progress_checker: Named[SimpleProgressCheckerParams]
+) -> Iterator[Finding]:
     """Half a turn takes longer than the robot may stay in one place.
 
-    Why: SimpleProgressChecker sees positions only: turning on the spot counts as stuck and is aborted half way.
+    Why: SimpleProgressChecker sees positions only: turning on the spot counts as stuck and is
+    aborted half way.
     """
     name, checker = progress_checker
     if hasattr(checker, "required_movement_angle"):
@@ -139,7 +160,8 @@ def turn_counts_as_stuck(subject: Subject, progress_checker: Named[SimpleProgres
 def shim_hands_over_at_once(shim: Named[RotationShimParams]) -> Iterator[Finding]:
     """The rotation shim disengages at a larger heading error than it engages at.
 
-    Why: in the range between them each turn ends in the cycle after it began; the robot twitches and drives off askew.
+    Why: in the range between them each turn ends in the cycle after it began; the robot twitches
+    and drives off askew.
     """
     name, params = shim
     if params.angular_disengage_threshold >= params.angular_dist_threshold:
@@ -152,10 +174,13 @@ def shim_hands_over_at_once(shim: Named[RotationShimParams]) -> Iterator[Finding
 
 
 @RULES.warning
-def shim_turns_blind(shim: Named[RotationShimParams], server: ControllerServerParams) -> Iterator[Finding]:
+def shim_turns_blind(
+    shim: Named[RotationShimParams], server: ControllerServerParams
+) -> Iterator[Finding]:
     """The rotation shim does not look ahead.
 
-    Why: no step of the turn is simulated, so corners of the robot sweep into whatever stands beside it.
+    Why: no step of the turn is simulated, so corners of the robot sweep into whatever stands beside
+    it.
     """
     name, params = shim
     if params.simulate_ahead_time < 1.0 / server.controller_frequency:
@@ -167,10 +192,13 @@ def shim_turns_blind(shim: Named[RotationShimParams], server: ControllerServerPa
 
 
 @RULES.warning
-def shim_turns_too_fast(shim: Named[RotationShimParams], smoother: VelocitySmootherParams) -> Iterator[Finding]:
+def shim_turns_too_fast(
+    shim: Named[RotationShimParams], smoother: VelocitySmootherParams
+) -> Iterator[Finding]:
     """The rotation shim plans with more than the velocity smoother lets through.
 
-    Why: it computes its last moment to brake with its own limits; the smoother brakes later and the turn overshoots.
+    Why: it computes its last moment to brake with its own limits; the smoother brakes later and the
+    turn overshoots.
     """
     name, params = shim
     if params.rotate_to_heading_angular_vel > smoother.max_velocity[2]:

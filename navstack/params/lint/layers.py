@@ -3,7 +3,14 @@
 import math
 from collections.abc import Iterator
 
-from navstack.params.lint.costmap_view import INFLATION, MARKING_LAYERS, SENSOR_LAYERS, STATIC, VOXEL, CostmapView
+from navstack.params.lint.costmap_view import (
+    INFLATION,
+    MARKING_LAYERS,
+    SENSOR_LAYERS,
+    STATIC,
+    VOXEL,
+    CostmapView,
+)
 from navstack.params.lint.rule import Finding, RuleGroup, above, decimal
 from navstack.params.lint.subject import Subject
 
@@ -22,12 +29,14 @@ RULES = RuleGroup("Costmap layers")
 def narrow_inflation(view: CostmapView) -> Iterator[Finding]:
     """The inflation radius is smaller than the robot.
 
-    Why: cells where the robot would touch cost nothing, so paths are planned through them (for a robot that is not
-    round its outer radius counts: its corners swing that far).
+    Why: cells where the robot would touch cost nothing, so paths are planned through them (for a
+    robot that is not round its outer radius counts: its corners swing that far).
     """
     for name, params in view.inflations.items():
         is_round = view.circumscribed <= ROUND * view.inscribed
-        needed, which = (view.inscribed, "inscribed") if is_round else (view.circumscribed, "circumscribed")
+        needed, which = (
+            (view.inscribed, "inscribed") if is_round else (view.circumscribed, "circumscribed")
+        )
         if params.inflation_radius < needed - view.params.resolution:
             yield Finding(
                 f"{name}.inflation_radius",
@@ -40,8 +49,8 @@ def narrow_inflation(view: CostmapView) -> Iterator[Finding]:
 def flat_inflation(view: CostmapView) -> Iterator[Finding]:
     """The inflated cost hardly falls up to its edge.
 
-    Why: the slope is too weak to keep the robot off: paths cut corners at the inscribed radius, where every error of
-    localization is a contact.
+    Why: the slope is too weak to keep the robot off: paths cut corners at the inscribed radius,
+    where every error of localization is a contact.
     """
     for name, params in view.inflations.items():
         width = params.inflation_radius - view.inscribed
@@ -63,7 +72,11 @@ def steep_inflation(view: CostmapView) -> Iterator[Finding]:
     """
     for name, params in view.inflations.items():
         width = params.inflation_radius - view.inscribed
-        reach = math.log(HIGHEST_SOFT_COST) / params.cost_scaling_factor if params.cost_scaling_factor else math.inf
+        reach = (
+            math.log(HIGHEST_SOFT_COST) / params.cost_scaling_factor
+            if params.cost_scaling_factor
+            else math.inf
+        )
         if reach < STEEP and width > STEEP:
             yield Finding(
                 f"{name}.cost_scaling_factor",
@@ -77,9 +90,13 @@ def steep_inflation(view: CostmapView) -> Iterator[Finding]:
 def not_inflated(view: CostmapView) -> Iterator[Finding]:
     """A layer marks obstacles after the inflation layer.
 
-    Why: what it marks is not inflated: planner and BaseObstacle see no need to keep the robot's width away from it.
+    Why: what it marks is not inflated: planner and BaseObstacle see no need to keep the robot's
+    width away from it.
     """
-    last = max((i for i, layer in enumerate(view.layers) if layer.type == INFLATION), default=len(view.layers))
+    last = max(
+        (i for i, layer in enumerate(view.layers) if layer.type == INFLATION),
+        default=len(view.layers),
+    )
     late = [layer.name for layer in view.layers[last + 1 :] if layer.type in MARKING_LAYERS]
     if late:
         yield Finding(
@@ -93,8 +110,8 @@ def not_inflated(view: CostmapView) -> Iterator[Finding]:
 def static_hides_scan(view: CostmapView) -> Iterator[Finding]:
     """A StaticLayer without use_maximum stands behind a layer that marks obstacles.
 
-    Why: it overwrites every cell of the map, free ones included: of what the sensors see there nothing is left, and the
-    robot drives into it.
+    Why: it overwrites every cell of the map, free ones included: of what the sensors see there
+    nothing is left, and the robot drives into it.
     """
     last = max((i for i, layer in enumerate(view.layers) if layer.type == STATIC), default=0)
     hidden = [layer.name for layer in view.layers[:last] if layer.marks_what_is_seen]
@@ -112,7 +129,11 @@ def no_inflation(subject: Subject, view: CostmapView) -> Iterator[Finding]:
 
     Why: the centre of the robot may go up to the wall.
     """
-    if view.has(*MARKING_LAYERS) and not view.has(INFLATION) and _takes_robot_for_a_point(subject, view):
+    if (
+        view.has(*MARKING_LAYERS)
+        and not view.has(INFLATION)
+        and _takes_robot_for_a_point(subject, view)
+    ):
         yield Finding(
             "plugins",
             "no enabled InflationLayer",
@@ -128,7 +149,11 @@ def short_clearing(view: CostmapView) -> Iterator[Finding]:
     Why: what was marked beyond the clearing range stays for good: ghosts that block the way.
     """
     for name, source in view.sources():
-        if source.marking and source.clearing and source.raytrace_max_range < source.obstacle_max_range:
+        if (
+            source.marking
+            and source.clearing
+            and source.raytrace_max_range < source.obstacle_max_range
+        ):
             yield Finding(
                 f"{name}.raytrace_max_range",
                 f"clears up to {source.raytrace_max_range:g} m, but marks up to {source.obstacle_max_range:g} m",
@@ -140,14 +165,21 @@ def short_clearing(view: CostmapView) -> Iterator[Finding]:
 def never_cleared(view: CostmapView) -> Iterator[Finding]:
     """A layer marks obstacles and never clears them.
 
-    Why: whoever walked past stays in the costmap until it leaves the window or a recovery clears everything.
+    Why: whoever walked past stays in the costmap until it leaves the window or a recovery clears
+    everything.
     """
     for layer in view.layers:
         marking = [name for name, source in layer.sources.items() if source.marking]
-        if layer.type in SENSOR_LAYERS and marking and not any(each.clearing for each in layer.sources.values()):
+        if (
+            layer.type in SENSOR_LAYERS
+            and marking
+            and not any(each.clearing for each in layer.sources.values())
+        ):
             yield Finding(
                 f"{layer.name}.{marking[0]}.clearing",
-                f"{', '.join(marking)} of {layer.name} only mark" if marking[1:] else f"{marking[0]} only marks",
+                f"{', '.join(marking)} of {layer.name} only mark"
+                if marking[1:]
+                else f"{marking[0]} only marks",
                 f"{layer.name}.{marking[0]}.clearing: true",
             )
 
@@ -156,7 +188,8 @@ def never_cleared(view: CostmapView) -> Iterator[Finding]:
 def blind_source(subject: Subject, view: CostmapView) -> Iterator[Finding]:
     """An observation source without a max_obstacle_height above 0.
 
-    Why: Nav2 drops every point above it: on the robot the source neither marks nor clears, while here it does.
+    Why: Nav2 drops every point above it: on the robot the source neither marks nor clears, while
+    here it does.
     """
     for name, source in view.sources():
         highest = subject.number(view.node, f"{name}.max_obstacle_height", 0.0)
@@ -164,7 +197,9 @@ def blind_source(subject: Subject, view: CostmapView) -> Iterator[Finding]:
             is_given = subject.value(view.node, f"{name}.max_obstacle_height") is not None
             yield Finding(
                 f"{name}.max_obstacle_height",
-                f"{highest:g} m" if is_given else "absent, and Nav2's default for a source is 0.0 m",
+                f"{highest:g} m"
+                if is_given
+                else "absent, and Nav2's default for a source is 0.0 m",
                 "max_obstacle_height: 2.0",
             )
 
@@ -177,7 +212,10 @@ def unreached_threshold(subject: Subject, view: CostmapView) -> Iterator[Finding
     """
     for layer in view.layers:
         marking = [name for name, source in layer.sources.items() if source.marking]
-        kinds = {subject.value(view.node, f"{layer.name}.{name}.data_type", "LaserScan") for name in marking}
+        kinds = {
+            subject.value(view.node, f"{layer.name}.{name}.data_type", "LaserScan")
+            for name in marking
+        }
         threshold = subject.number(view.node, f"{layer.name}.mark_threshold", 0.0)
         if layer.type == VOXEL and kinds == {"LaserScan"} and threshold >= len(marking):
             scans = "a LaserScan marks" if len(marking) == 1 else f"{len(marking)} LaserScans mark"
@@ -224,7 +262,11 @@ def long_memory(view: CostmapView) -> Iterator[Finding]:
 def _right_order(view: CostmapView) -> str:
     """The names of the layers, maps first and the last inflation behind all others."""
     maps, others, inflations = (
-        [layer.name for layer in view.layers if (layer.type == STATIC, layer.type == INFLATION) == kind]
+        [
+            layer.name
+            for layer in view.layers
+            if (layer.type == STATIC, layer.type == INFLATION) == kind
+        ]
         for kind in ((True, False), (False, False), (False, True))
     )
     return ", ".join((*maps, *others, *inflations[-1:]))
@@ -234,6 +276,11 @@ def _takes_robot_for_a_point(subject: Subject, view: CostmapView) -> bool:
     """Whether whoever uses a costmap looks at the cost of the robot's centre only."""
     if view is subject.world:
         planners = subject.names("planner_server", "planner_plugins") or ("GridBased",)
-        kinds = [str(subject.value("planner_server", f"{name}.plugin", "NavfnPlanner")) for name in planners]
-        return all(kind.endswith(("NavfnPlanner", "SmacPlanner2D", "ThetaStarPlanner")) for kind in kinds)
+        kinds = [
+            str(subject.value("planner_server", f"{name}.plugin", "NavfnPlanner"))
+            for name in planners
+        ]
+        return all(
+            kind.endswith(("NavfnPlanner", "SmacPlanner2D", "ThetaStarPlanner")) for kind in kinds
+        )
     return subject.dwb is not None and "ObstacleFootprint" not in subject.dwb.critics

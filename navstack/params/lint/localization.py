@@ -17,10 +17,13 @@ RULES = RuleGroup("AMCL", AMCL)
 def crossed_particles(subject: Subject) -> Iterator[Finding]:
     """AMCL's min_particles lies above max_particles.
 
-    Why: AMCL always has this one number of particles, more than the file allows, and never gets quicker once it knows
-    where it is.
+    Why: AMCL always has this one number of particles, more than the file allows, and never gets
+    quicker once it knows where it is.
     """
-    low, high = subject.number(AMCL, "min_particles", 500.0), subject.number(AMCL, "max_particles", 2000.0)
+    low, high = (
+        subject.number(AMCL, "min_particles", 500.0),
+        subject.number(AMCL, "max_particles", 2000.0),
+    )
     if subject.has(AMCL) and low > high:
         is_given = subject.value(AMCL, "min_particles") is not None
         yield Finding(
@@ -71,7 +74,9 @@ def rare_corrections(subject: Subject) -> Iterator[Finding]:
     """
     distance = subject.number(AMCL, "update_min_d", 0.25)
     if subject.has(AMCL) and distance > LONGEST_DRIFT:
-        yield Finding("update_min_d", f"{distance:g} m between two corrections", "update_min_d: 0.25")
+        yield Finding(
+            "update_min_d", f"{distance:g} m between two corrections", "update_min_d: 0.25"
+        )
 
 
 @RULES.warning

@@ -19,7 +19,8 @@ RULES = RuleGroup("MPPI", CONTROLLER)
 def mppi_capped_speed(mppi: MppiParams, drive: Drive) -> Iterator[Finding]:
     """MPPI's vx_std is too small for vx_max.
 
-    Why: the control cost outweighs what PathFollowCritic gains: the robot never gets near vx_max, whatever it says.
+    Why: the control cost outweighs what PathFollowCritic gains: the robot never gets near vx_max,
+    whatever it says.
     """
     follow = mppi.PathFollowCritic
     if "PathFollowCritic" not in mppi.critics or not follow.enabled or follow.cost_power > 1:
@@ -41,8 +42,8 @@ def mppi_capped_speed(mppi: MppiParams, drive: Drive) -> Iterator[Finding]:
 def mppi_biased_noise(mppi: MppiParams, drive: Drive) -> Iterator[Finding]:
     """MPPI may brake harder than speed up, or the other way round.
 
-    Why: each sample changes by no more per step, which pulls the samples towards the larger limit: the robot creeps or
-    hurries.
+    Why: each sample changes by no more per step, which pulls the samples towards the larger limit:
+    the robot creeps or hurries.
     """
     weaker, stronger = sorted((mppi.ax_max, abs(mppi.ax_min)))
     if stronger > UNEQUAL * weaker and weaker * mppi.model_dt < RARELY_MET * mppi.vx_std:
@@ -54,7 +55,9 @@ def mppi_biased_noise(mppi: MppiParams, drive: Drive) -> Iterator[Finding]:
 
 
 @RULES.warning
-def mppi_outruns_window(subject: Subject, drive: Drive, local: CostmapView, top_speed: float) -> Iterator[Finding]:
+def mppi_outruns_window(
+    subject: Subject, drive: Drive, local: CostmapView, top_speed: float
+) -> Iterator[Finding]:
     """MPPI's horizon reaches beyond the local costmap.
 
     Why: the far end of every trajectory counts as unknown space, and obstacles there are not seen.
@@ -75,7 +78,9 @@ def mppi_outruns_window(subject: Subject, drive: Drive, local: CostmapView, top_
 
 
 @RULES.error
-def mppi_steps_too_short(subject: Subject, drive: Drive, server: ControllerServerParams) -> Iterator[Finding]:
+def mppi_steps_too_short(
+    subject: Subject, drive: Drive, server: ControllerServerParams
+) -> Iterator[Finding]:
     """MPPI's model_dt is shorter than a control period.
 
     Why: Nav2 refuses to configure the controller.
@@ -96,15 +101,22 @@ def mppi_steps_too_short(subject: Subject, drive: Drive, server: ControllerServe
 def mppi_no_such_layer(mppi: MppiParams, local: CostmapView, drive: Drive) -> Iterator[Finding]:
     """A critic of MPPI names an inflation layer that the local costmap does not have.
 
-    Why: costs then tell no distances: CostCritic walks along the outline of every pose, and ObstaclesCritic misjudges
-    them.
+    Why: costs then tell no distances: CostCritic walks along the outline of every pose, and
+    ObstaclesCritic misjudges them.
     """
     layers = list(local.inflations)
     for critic in ("CostCritic", "ObstaclesCritic"):
         layer = getattr(mppi, critic).inflation_layer_name
-        if critic in mppi.critics and getattr(mppi, critic).enabled and layer and layer not in layers:
+        if (
+            critic in mppi.critics
+            and getattr(mppi, critic).enabled
+            and layer
+            and layer not in layers
+        ):
             yield Finding(
                 f"{drive.name}.{critic}.inflation_layer_name",
                 f"'{layer}', but the inflation layers of local_costmap are: {', '.join(layers) or 'none'}",
-                f'inflation_layer_name: "{layers[-1]}"' if layers else "an inflation layer in local_costmap's plugins",
+                f'inflation_layer_name: "{layers[-1]}"'
+                if layers
+                else "an inflation layer in local_costmap's plugins",
             )

@@ -29,10 +29,16 @@ OWN: Mapping[Params, str] = dict(_own_plugins())
 def not_in_nav2(subject: Subject) -> Iterator[Finding]:
     """A plugin is this program's own.
 
-    Why: Nav2 has no class of this name, so the server that lists it does not start on a robot; here it runs.
+    Why: Nav2 has no class of this name, so the server that lists it does not start on a robot; here
+    it runs.
     """
     for node, visits in subject.nav2.visits.items():
         for visit in visits:
             if visit.params in OWN:
                 kind, name = OWN[visit.params], visit.prefix.removesuffix(".")
-                yield Finding(name, f"{kind} is this program's own", "on a robot, one of Nav2's in its place", node)
+                yield Finding(
+                    name,
+                    f"{kind} is this program's own",
+                    "on a robot, one of Nav2's in its place",
+                    node,
+                )

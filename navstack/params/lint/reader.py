@@ -12,17 +12,23 @@ from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import Notice, is_told
 
 # What each of the reader's findings means, by title and id; the rules have others.
-MEANINGS: dict[str, dict[str, str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+MEANINGS: dict[str, dict[str, str]] = tomllib.loads(
+    Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
+)
 
 
 def reader_notices(nav2: Nav2File, others: Iterable[Notice] = ()) -> list[Notice]:
-    """What the reader found; an unavailable plugin is an error if the file cannot be used without it.
+    """What the reader found.
+
+    An unavailable plugin is an error if the file cannot be used without it.
 
     Why a file cannot be used is not said again where ``others`` say it.
     """
     notices = list(nav2.notices)
     for message in dict.fromkeys(_refusals(nav2)):
-        known = [i for i, notice in enumerate(notices) if notice.message.partition(" (")[0] in message]
+        known = [
+            i for i, notice in enumerate(notices) if notice.message.partition(" (")[0] in message
+        ]
         for i in known:
             notices[i] = replace(notices[i], is_error=True)
         if known or is_told(message, notices):

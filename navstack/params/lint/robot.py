@@ -27,7 +27,13 @@ def faster_than_robot(subject: Subject, robot: RobotLimits, top_speed: float) ->
         yield _exceeds(subject.speed_name, top_speed, robot.max_speed, "m/s", robot.name)
     drive, dwb = subject.drive, subject.dwb
     if drive is not None and dwb is not None and dwb.max_vel_theta > MORE * robot.max_yaw_rate:
-        yield _exceeds(f"{drive.name}.max_vel_theta", dwb.max_vel_theta, robot.max_yaw_rate, "rad/s", robot.name)
+        yield _exceeds(
+            f"{drive.name}.max_vel_theta",
+            dwb.max_vel_theta,
+            robot.max_yaw_rate,
+            "rad/s",
+            robot.name,
+        )
 
 
 @RULES.warning
@@ -49,7 +55,9 @@ def harder_than_robot(robot: RobotLimits, dwb: DwbParams, drive: Drive) -> Itera
 
 
 @RULES.warning
-def larger_than_footprint(subject: Subject, robot: RobotLimits, view: CostmapView) -> Iterator[Finding]:
+def larger_than_footprint(
+    subject: Subject, robot: RobotLimits, view: CostmapView
+) -> Iterator[Finding]:
     """The robot is larger than its footprint in the file.
 
     Why: what sticks out is not checked for collisions.

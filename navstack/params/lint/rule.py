@@ -1,8 +1,8 @@
 """What a rule is and what it finds.
 
-A rule is one function. Its name is its id, its docstring has title and reason. Its parameters are parts of the file by
-the names that :class:`Subject` gives them: it is asked only about a file that has them all, and for each costmap if
-it takes a ``view``.
+A rule is one function. Its name is its id, its docstring has title and reason. Its parameters are
+parts of the file by the names that :class:`Subject` gives them: it is asked only about a file that
+has them all, and for each costmap if it takes a ``view``.
 """
 
 import inspect
@@ -19,7 +19,8 @@ HUGE = 1e9  # larger values are mistakes that other findings name
 class Finding:
     """One place where a rule applies."""
 
-    name: str  # dotted name of the parameter; of one that the file leaves out, the name it would have
+    # dotted name of the parameter; of one that the file leaves out, the name it would have
+    name: str
     found: str  # with the numbers, e.g. "3.0 m/s x 1.0 s = 3.0 m"
     advice: str  # with a concrete value
     node: str = ""  # empty: the costmap that the rule looks at, else the node of its group
@@ -32,12 +33,16 @@ def decimal(value: float, digits: int = 3) -> str:
 
 def above(value: float, digits: int = 1) -> str:
     """The next value of so many digits, as a Nav2 file wants it."""
-    return decimal(math.ceil(value * 10**digits) / 10**digits if abs(value) < HUGE else value, digits)
+    return decimal(
+        math.ceil(value * 10**digits) / 10**digits if abs(value) < HUGE else value, digits
+    )
 
 
 def below(value: float, digits: int = 2) -> str:
     """The last value of so many digits, as a Nav2 file wants it."""
-    return decimal(math.floor(value * 10**digits) / 10**digits if abs(value) < HUGE else value, digits)
+    return decimal(
+        math.floor(value * 10**digits) / 10**digits if abs(value) < HUGE else value, digits
+    )
 
 
 def whole_above(value: float) -> str:
@@ -57,7 +62,10 @@ class Rule:
     is_error: bool  # no robot can work so, as opposed to: it works badly
 
     def findings(self, subject: Subject) -> Iterator[tuple[str, Finding]]:
-        """What the rule finds in a file, each with its node; nothing where a part is missing that it looks at."""
+        """What the rule finds in a file, each with its node.
+
+        Nothing where a part is missing that it looks at.
+        """
         names = [*inspect.signature(self.check).parameters]
         parts = {name: getattr(subject, name) for name in names if name not in ("subject", "view")}
         if any(part is None for part in parts.values()):
@@ -89,5 +97,7 @@ class RuleGroup:
     def _add(self, check: Callable[..., Iterator[Finding]], is_error: bool) -> Rule:
         title, _, why = (inspect.getdoc(check) or "").partition(".\n\nWhy: ")
         rule_id = check.__name__.replace("_", "-")
-        self.rules.append(Rule(rule_id, title, " ".join(why.split())[:-1], check, self.node, is_error))
+        self.rules.append(
+            Rule(rule_id, title, " ".join(why.split())[:-1], check, self.node, is_error)
+        )
         return self.rules[-1]

@@ -22,7 +22,20 @@ from navstack.params.lint.subject import RobotLimits, Subject
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import Notice
 
-_MODULES = (tree, plugins, dwb_limits, dwb_scoring, mppi, goal, speed, safety, layers, costmaps, localization, robot)
+_MODULES = (
+    tree,
+    plugins,
+    dwb_limits,
+    dwb_scoring,
+    mppi,
+    goal,
+    speed,
+    safety,
+    layers,
+    costmaps,
+    localization,
+    robot,
+)
 GROUPS: tuple[RuleGroup, ...] = tuple(module.RULES for module in _MODULES)
 RULES: tuple[Rule, ...] = tuple(rule for group in GROUPS for rule in group.rules)
 
@@ -35,7 +48,12 @@ def lint(nav2: Nav2File, limits: RobotLimits | None = None) -> tuple[Notice, ...
         limits: the robot's body, to hold the file against; None: not asked for.
     """
     found = list(_rule_notices(Subject(nav2, limits)))
-    return tuple(sorted([*reader_notices(nav2, found), *found], key=lambda notice: (not notice.is_error, notice.line)))
+    return tuple(
+        sorted(
+            [*reader_notices(nav2, found), *found],
+            key=lambda notice: (not notice.is_error, notice.line),
+        )
+    )
 
 
 def catalog() -> str:
@@ -59,4 +77,6 @@ def _rule_notices(subject: Subject) -> Iterator[Notice]:
     for rule in RULES:
         for node, finding in rule.findings(subject):
             message, line = f"{finding.found}; {rule.why}", subject.line(node, finding.name)
-            yield Notice(rule.id, f"{node}: {finding.name}", message, finding.advice, line, rule.is_error)
+            yield Notice(
+                rule.id, f"{node}: {finding.name}", message, finding.advice, line, rule.is_error
+            )

@@ -41,14 +41,19 @@ def monitor_all_disabled(subject: Subject) -> Iterator[Finding]:
     Why: commands pass through it unchanged.
     """
     if subject.has(MONITOR) and not list(_zones(subject)):
-        yield Finding("polygons", "no polygon is both listed and enabled", "enable one, e.g. FootprintApproach")
+        yield Finding(
+            "polygons",
+            "no polygon is both listed and enabled",
+            "enable one, e.g. FootprintApproach",
+        )
 
 
 @RULES.warning
 def late_approach(subject: Subject, braking: float, top_speed: float) -> Iterator[Finding]:
     """An approach zone asks for more deceleration than there is.
 
-    Why: the monitor lowers the speed so that time_before_collision remains, but the robot cannot follow and touches.
+    Why: the monitor lowers the speed so that time_before_collision remains, but the robot cannot
+    follow and touches.
     """
     for name in _zones(subject, "approach"):
         time = subject.number(MONITOR, f"{name}.time_before_collision", 2.0)
@@ -137,7 +142,10 @@ def _shape(subject: Subject, name: str) -> str:
 
 
 def _reach_ahead(subject: Subject, name: str) -> float | None:
-    """How far a fixed zone reaches ahead of the base, in [m]; None: it is not fixed, or not readable."""
+    """How far a fixed zone reaches ahead of the base, in [m].
+
+    None: it is not fixed, or not readable.
+    """
     if subject.value(MONITOR, f"{name}.type") == "circle":
         return subject.number(MONITOR, f"{name}.radius", 0.0)
     points = subject.value(MONITOR, f"{name}.points")

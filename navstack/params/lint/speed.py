@@ -5,7 +5,15 @@ from collections.abc import Iterator
 from navstack.params.dwb import DwbParams
 from navstack.params.lint.costmap_view import CostmapView
 from navstack.params.lint.rule import Finding, RuleGroup, above, decimal
-from navstack.params.lint.subject import BEHAVIORS, CONTROLLER, MONITOR, PURSUIT, SMOOTHER, Drive, Subject
+from navstack.params.lint.subject import (
+    BEHAVIORS,
+    CONTROLLER,
+    MONITOR,
+    PURSUIT,
+    SMOOTHER,
+    Drive,
+    Subject,
+)
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import ControllerServerParams
 
@@ -17,10 +25,13 @@ RULES = RuleGroup("Speed: smoother, recoveries, rates", SMOOTHER)
 
 
 @RULES.warning
-def smoother_caps(subject: Subject, smoother: VelocitySmootherParams, top_speed: float) -> Iterator[Finding]:
+def smoother_caps(
+    subject: Subject, smoother: VelocitySmootherParams, top_speed: float
+) -> Iterator[Finding]:
     """The velocity smoother allows less speed than the controller commands.
 
-    Why: the robot is slower than simulated: DWB turns in curves that the robot does not drive, and never learns of it.
+    Why: the robot is slower than simulated: DWB turns in curves that the robot does not drive, and
+    never learns of it.
     """
     dwb = subject.dwb
     if top_speed > 1.01 * smoother.max_velocity[0]:
@@ -45,7 +56,8 @@ def smoother_is_softer(
 ) -> Iterator[Finding]:
     """The velocity smoother changes speed more gently than DWB simulates.
 
-    Why: DWB trusts in brakes that it does not have: stops end later and curves wider than the trajectories it checked.
+    Why: DWB trusts in brakes that it does not have: stops end later and curves wider than the
+    trajectories it checked.
     """
     limits = (("max_accel", 0, "acc_lim_x", "m/s2"), ("max_decel", 0, "decel_lim_x", "m/s2"),
               ("max_accel", 2, "acc_lim_theta", "rad/s2"), ("max_decel", 2, "decel_lim_theta", "rad/s2"))  # fmt: skip
@@ -56,10 +68,13 @@ def smoother_is_softer(
 
 
 @RULES.warning
-def smoother_is_slower(smoother: VelocitySmootherParams, server: ControllerServerParams) -> Iterator[Finding]:
+def smoother_is_slower(
+    smoother: VelocitySmootherParams, server: ControllerServerParams
+) -> Iterator[Finding]:
     """The velocity smoother runs less often than the controller.
 
-    Why: it drops commands and adds up to a period of delay, so the controller corrects what it does not see.
+    Why: it drops commands and adds up to a period of delay, so the controller corrects what it does
+    not see.
     """
     ours, theirs = smoother.smoothing_frequency, server.controller_frequency
     if ours < 0.99 * theirs:
@@ -71,11 +86,13 @@ def smoother_is_slower(smoother: VelocitySmootherParams, server: ControllerServe
 
 
 @RULES.warning
-def large_deadband(subject: Subject, smoother: VelocitySmootherParams, top_speed: float) -> Iterator[Finding]:
+def large_deadband(
+    subject: Subject, smoother: VelocitySmootherParams, top_speed: float
+) -> Iterator[Finding]:
     """The deadband swallows commands that are needed.
 
-    Why: slow commands are sent as 0: the robot stops in front of the goal or in its turn and stays there until it is
-    aborted.
+    Why: slow commands are sent as 0: the robot stops in front of the goal or in its turn and stays
+    there until it is aborted.
     """
     linear, _, angular = smoother.deadband_velocity
     if top_speed > 0.0 and linear > LARGE_DEADBAND * top_speed:
@@ -103,7 +120,8 @@ def no_way_back(subject: Subject, smoother: VelocitySmootherParams) -> Iterator[
         return
     reverses = subject.dwb is not None and subject.dwb.min_vel_x < 0.0
     kinds = (
-        str(subject.value(BEHAVIORS, f"{name}.plugin", "")) for name in subject.names(BEHAVIORS, "behavior_plugins")
+        str(subject.value(BEHAVIORS, f"{name}.plugin", ""))
+        for name in subject.names(BEHAVIORS, "behavior_plugins")
     )
     if reverses or any(kind.endswith("BackUp") for kind in kinds):
         who = "DWB's min_vel_x is negative" if reverses else "the BackUp recovery is listed"
@@ -189,15 +207,26 @@ def blind_pursuit(subject: Subject, drive: Drive) -> Iterator[Finding]:
     Why: nothing between the planner's last path and the wheels looks at obstacles.
     """
     name = f"{drive.name}.use_collision_detection"
-    if drive.type == PURSUIT and not subject.has(MONITOR) and subject.value(CONTROLLER, name, True) is False:
+    if (
+        drive.type == PURSUIT
+        and not subject.has(MONITOR)
+        and subject.value(CONTROLLER, name, True) is False
+    ):
         advice = "use_collision_detection: true"
         yield Finding(name, "false, and the file has no collision_monitor", advice, CONTROLLER)
 
 
 def _limit(subject: Subject, key: str, axis: int, other: str, wanted: float, unit: str) -> Finding:
     value = getattr(subject.smoother, key)[axis]
-    given = "" if subject.value(SMOOTHER, key) is not None else ", Nav2's default as the file leaves it out"
-    triple = [decimal(wanted if i == axis else each) for i, each in enumerate(getattr(subject.smoother, key))]
+    given = (
+        ""
+        if subject.value(SMOOTHER, key) is not None
+        else ", Nav2's default as the file leaves it out"
+    )
+    triple = [
+        decimal(wanted if i == axis else each)
+        for i, each in enumerate(getattr(subject.smoother, key))
+    ]
     return Finding(
         key,
         f"{value:g} {unit}{given}, but the controller counts on {other} {wanted:g} {unit}",

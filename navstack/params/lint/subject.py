@@ -1,4 +1,7 @@
-"""A parameter file as the lint rules see it: typed views of what stands in it, None for what does not."""
+"""A parameter file as the lint rules see it.
+
+Typed views of what stands in it, None for what does not.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -28,7 +31,8 @@ SHIM = "nav2_rotation_shim_controller::RotationShimController"
 PURSUIT = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 MPPI = "nav2_mppi_controller::MPPIController"
 
-# The parameters that hold a controller's highest forward speed [m/s], and the fields that have Nav2's default.
+# The parameters that hold a controller's highest forward speed [m/s], and the fields that have
+# Nav2's default.
 _SPEEDS: dict[str, tuple[str, type[Any]]] = {
     DWB: ("max_vel_x", DwbParams),
     PURSUIT: ("desired_linear_vel", RppParams),
@@ -68,7 +72,10 @@ class Drive:
 
 
 class Subject:
-    """What the rules look at. A part is None if the file leaves it out or its values cannot be read."""
+    """What the rules look at.
+
+    A part is None if the file leaves it out or its values cannot be read.
+    """
 
     def __init__(self, nav2: Nav2File, robot: RobotLimits | None = None) -> None:
         self.nav2 = nav2
@@ -85,7 +92,11 @@ class Subject:
     def number(self, node: str, name: str, default: float) -> float:
         """One parameter as a number; the default where it is none."""
         value = self.value(node, name, default)
-        return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else default
+        return (
+            float(value)
+            if isinstance(value, int | float) and not isinstance(value, bool)
+            else default
+        )
 
     def names(self, node: str, name: str) -> tuple[str, ...]:
         """The names in a list parameter."""
@@ -94,15 +105,26 @@ class Subject:
     @property
     def is_of_foxy(self) -> bool:
         """Whether the file has the one goal checker of Foxy."""
-        return any(notice.path == f"{CONTROLLER}: goal_checker_plugin" for notice in self.nav2.notices)
+        return any(
+            notice.path == f"{CONTROLLER}: goal_checker_plugin" for notice in self.nav2.notices
+        )
 
     def line(self, node: str, name: str) -> int:
-        """The line of a parameter, or of the first one beside it where the file leaves it out; 0: none."""
-        entries = {name: entry for name, entry in self.nav2.parameters.get(node, {}).items() if entry.line}
+        """The line of a parameter, or of the first one beside it where the file leaves it out.
+
+        0: none.
+        """
+        entries = {
+            name: entry for name, entry in self.nav2.parameters.get(node, {}).items() if entry.line
+        }
         if name in entries:
             return entries[name].line
         prefix = name.rpartition(".")[0]
-        lines = [entry.line for each, entry in entries.items() if each.startswith(f"{prefix}." if prefix else "")]
+        lines = [
+            entry.line
+            for each, entry in entries.items()
+            if each.startswith(f"{prefix}." if prefix else "")
+        ]
         return min(lines, default=0)
 
     @cached_property
@@ -116,7 +138,9 @@ class Subject:
         name = self._driving_controller
         if name is None or self._type_of(name) != SHIM:
             return None
-        params = self._read(CONTROLLER, lambda nav2: nav2.read(RotationShimParams, CONTROLLER, name))
+        params = self._read(
+            CONTROLLER, lambda nav2: nav2.read(RotationShimParams, CONTROLLER, name)
+        )
         return None if params is None else Named(name, params)
 
     @cached_property
@@ -143,7 +167,10 @@ class Subject:
 
     @cached_property
     def mppi(self) -> MppiParams | None:
-        """Parameters of MPPI, itself or below a rotation shim; without what the local costmap tells."""
+        """Parameters of MPPI, itself or below a rotation shim.
+
+        Without what the local costmap tells.
+        """
         drive = self.drive
         if drive is None or drive.type != MPPI:
             return None
@@ -153,7 +180,11 @@ class Subject:
     def top_speed(self) -> float:
         """The highest forward speed that the controller asks for, in [m/s]; 0: unknown."""
         if self.dwb is not None:
-            return self.dwb.max_vel_x if self.dwb.max_speed_xy < 0.0 else min(self.dwb.max_vel_x, self.dwb.max_speed_xy)
+            return (
+                self.dwb.max_vel_x
+                if self.dwb.max_speed_xy < 0.0
+                else min(self.dwb.max_vel_x, self.dwb.max_speed_xy)
+            )
         if self.drive is None or self.drive.type not in _SPEEDS:
             return 0.0
         key, kind = _SPEEDS[self.drive.type]
@@ -164,11 +195,18 @@ class Subject:
     def speed_name(self) -> str:
         """The parameter that gives the top speed."""
         drive = self.drive
-        return f"{drive.name}.{_SPEEDS.get(drive.type, _SPEEDS[DWB])[0]}" if drive else "FollowPath.max_vel_x"
+        return (
+            f"{drive.name}.{_SPEEDS.get(drive.type, _SPEEDS[DWB])[0]}"
+            if drive
+            else "FollowPath.max_vel_x"
+        )
 
     @cached_property
     def braking(self) -> float | None:
-        """The deceleration [m/s2] that is left of the controller's, the smoother's and the robot's; None: unknown."""
+        """The deceleration [m/s2] that is left of the controller's, the smoother's and the robot's.
+
+        None: unknown.
+        """
         limits = (
             -self.dwb.decel_lim_x if self.dwb is not None else 0.0,
             -self.smoother.max_decel[0] if self.smoother is not None else 0.0,
@@ -212,12 +250,18 @@ class Subject:
         return next(iter(views.preferred(views.DEFAULT_CONTROLLER, names)), None)
 
     def _type_of(self, name: str) -> str:
-        return plugin_type(self.value(CONTROLLER, f"{name}.plugin", DWB if name == "FollowPath" else ""))
+        return plugin_type(
+            self.value(CONTROLLER, f"{name}.plugin", DWB if name == "FollowPath" else "")
+        )
 
     def _plugin(self, view: Callable[[Nav2File], views.Plugin], kind: type[T]) -> Named[T] | None:
         """A plugin of the controller server, if its parameters are of a kind."""
         plugin = self._read(CONTROLLER, view)
-        return Named(plugin.name, plugin.params) if plugin is not None and isinstance(plugin.params, kind) else None
+        return (
+            Named(plugin.name, plugin.params)
+            if plugin is not None and isinstance(plugin.params, kind)
+            else None
+        )
 
     def _read(self, node: str, view: Callable[[Nav2File], T]) -> T | None:
         if not self.has(node):

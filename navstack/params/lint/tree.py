@@ -16,7 +16,8 @@ RULES = RuleGroup("Behavior tree", CONTROLLER)
 def tree_finds_no_plugin(subject: Subject) -> Iterator[Finding]:
     """A server lacks the plugin that Nav2's default tree asks for.
 
-    Why: Nav2 refuses every goal, since the server knows no plugin of this name; here the first of the list runs.
+    Why: Nav2 refuses every goal, since the server knows no plugin of this name; here the first of
+    the list runs.
     """
     if not _runs_default_tree(subject):
         return
@@ -39,7 +40,8 @@ def tree_finds_no_plugin(subject: Subject) -> Iterator[Finding]:
 def ambiguous_checker(subject: Subject) -> Iterator[Finding]:
     """Several goal or progress checkers are listed, and Nav2's default tree names none.
 
-    Why: Nav2 takes the only checker or none at all: every goal is aborted; here the first of the list runs.
+    Why: Nav2 takes the only checker or none at all: every goal is aborted; here the first of the
+    list runs.
     """
     if not _runs_default_tree(subject):
         return

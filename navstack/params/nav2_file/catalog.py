@@ -17,14 +17,21 @@ class Catalog:
     """Blocks by node and by plugin type, and the plugins that are available."""
 
     families: Mapping[str, Mapping[str, Entry]]  # of Nav2 and of this program, by type
-    available: Mapping[str, Mapping[str, Params | None]]  # those that run here, with their parameters
+    # those that run here, with their parameters
+    available: Mapping[str, Mapping[str, Params | None]]
 
     @staticmethod
     def build() -> "Catalog":
         """The catalog of this program's plugins and of installed packages' (``navstack.plugins``)."""
-        families = {family: {**types, **algorithms(family)} for family, types in nodes.FAMILIES.items()}
+        families = {
+            family: {**types, **algorithms(family)} for family, types in nodes.FAMILIES.items()
+        }
         available = {
-            family: {kind: entry.params for kind, entry in types.items() if _has_own_params(family, entry)}
+            family: {
+                kind: entry.params
+                for kind, entry in types.items()
+                if _has_own_params(family, entry)
+            }
             for family, types in families.items()
         }
         return Catalog(families, {family: types for family, types in available.items() if types})
@@ -45,7 +52,10 @@ class Catalog:
         return short if name not in known and short in known else name
 
     def refusal(self, family: str, plugin: str) -> str:
-        """Why a plugin type cannot be had, in one line without a subject's path; empty if it can."""
+        """Why a plugin type cannot be had, in one line without a subject's path.
+
+        Empty if it can.
+        """
         if self.is_available(family, plugin):
             return ""
         here = ", ".join(sorted(self._running(family))) or "none"
@@ -64,7 +74,10 @@ class Catalog:
 
 
 def _has_own_params(family: str, entry: Entry) -> bool:
-    """Whether an algorithm runs here; the parameters of this program's critics are fields of their controller's."""
+    """Whether an algorithm runs here.
+
+    The parameters of this program's critics are fields of their controller's.
+    """
     return entry.is_available and (entry.params is not None or family not in bindings.CRITICS)
 
 
@@ -75,7 +88,10 @@ def plugin_type(value: Any) -> str:
 
 
 def node_kind(name: str) -> str | None:
-    """The node of Nav2 whose parameters a node has, by its name in the file; None: Nav2 has no such node."""
+    """The node of Nav2 whose parameters a node has, by its name in the file.
+
+    None: Nav2 has no such node.
+    """
     if name in nodes.NODES:
         return name
     known = [target for begin, target in nodes.NODE_PREFIXES.items() if name.startswith(begin)]

@@ -3,7 +3,14 @@
 from dataclasses import replace
 
 from navstack.params.nav2_file.catalog import Catalog, plugin_type
-from navstack.params.nav2_file.findings import MISSPELT, UNKNOWN_KEY, Findings, Notice, Section, Visit
+from navstack.params.nav2_file.findings import (
+    MISSPELT,
+    UNKNOWN_KEY,
+    Findings,
+    Notice,
+    Section,
+    Visit,
+)
 from navstack.params.nav2_file.hints import nearly_equal, unknown_name
 from navstack.params.nav2_file.place import Place, joined, type_of
 from navstack.params.nav2_file.ros_yaml import Entry, is_placeholder
@@ -52,7 +59,12 @@ class Checker:
             self.findings.notices += form_notices(key, f"{self._node}: {place.prefix}{key}", entry)
             expected = wrong_kind(key, entry.value)
             if expected and not is_placeholder(entry.value):
-                self._error("bad-value", f"{place.prefix}{key}", f"{entry.value!r} is not {expected}", entry.line)
+                self._error(
+                    "bad-value",
+                    f"{place.prefix}{key}",
+                    f"{entry.value!r} is not {expected}",
+                    entry.line,
+                )
         self._check_sections(place)
 
     def _check_sections(self, place: Place) -> None:
@@ -83,7 +95,8 @@ class Checker:
             return
         known = self._catalog.families.get(plugins.family, {})
         if kind not in known:
-            is_ours = plugins.name_is_type and bool(place.params)  # a critic, without which its controller cannot run
+            # a critic, without which its controller cannot run
+            is_ours = plugins.name_is_type and bool(place.params)
             line = child.first_line() or place.line_of(key)
             self._unknown_plugin(plugins.family, kind, where, line, is_ours)
             return
@@ -105,9 +118,16 @@ class Checker:
         """A plugin that does not run here, or that runs without parameters of its own."""
         if self._catalog.is_available(plugins.family, kind):
             known = self._catalog.families[plugins.family][kind].keys.own_keys - {plugins.selector}
-            self.findings.ignored += [f"{self._node}: {where}.{key}" for key in child.values if key in known]
+            self.findings.ignored += [
+                f"{self._node}: {where}.{key}" for key in child.values if key in known
+            ]
         elif plugins.family in self._catalog.available:
-            self._warn("unavailable-plugin", where, self._catalog.refusal(plugins.family, kind), child.first_line())
+            self._warn(
+                "unavailable-plugin",
+                where,
+                self._catalog.refusal(plugins.family, kind),
+                child.first_line(),
+            )
         else:
             self.findings.ignored.append(f"{self._node}: {where} ({kind})")
 
@@ -115,16 +135,23 @@ class Checker:
         """A sub-namespace that a list such as observation_sources names."""
         child = place.section.sections.get(name, Section())
         params = place.nested_params.get(key)
-        self._check(Place(inner, child, f"{place.prefix}{name}.", () if params is None else (params,)))
+        self._check(
+            Place(inner, child, f"{place.prefix}{name}.", () if params is None else (params,))
+        )
 
     def _check_unlisted(self, place: Place, name: str, child: Section) -> None:
-        """A sub-namespace that no list names: of fixed name, left over from another setup, or unknown."""
+        """A sub-namespace that no list names.
+
+        Of fixed name, left over from another setup, or unknown.
+        """
         prefix = f"{place.prefix}{name}."
         if name in place.block.groups:
             params = place.nested_params.get(name)
             if place.params and params is None:
                 self.findings.ignored.append(f"{self._node}: {place.prefix}{name}")
-            self._check(Place(place.block.groups[name], child, prefix, () if params is None else (params,)))
+            self._check(
+                Place(place.block.groups[name], child, prefix, () if params is None else (params,))
+            )
             return
         left_over = self._left_over(place, name, child)
         if left_over is None or place.misspells(name):
@@ -154,10 +181,14 @@ class Checker:
                 self._require_delegate(place, key)
                 continue
             where = f"{place.prefix}{key}"
-            block, params = self._delegate(place, family, where, plugin_type(entry.value), entry.line)
+            block, params = self._delegate(
+                place, family, where, plugin_type(entry.value), entry.line
+            )
             if block.is_open:  # its own lists, such as MPPI's critics, share the namespace
                 return replace(place, block=block)
-            place = replace(place, block=joined(place.block, block), params=(*place.params, *params))
+            place = replace(
+                place, block=joined(place.block, block), params=(*place.params, *params)
+            )
         return place
 
     def _delegate(
@@ -178,7 +209,9 @@ class Checker:
         section = place.section.sections.get(key)
         if place.params and (section is None or "plugin" not in section.values):
             message = f"is missing; name the plugin that does the work, e.g. {EXAMPLES[key]}"
-            self._error("missing-plugin", f"{place.prefix}{key}", message, place.section.first_line())
+            self._error(
+                "missing-plugin", f"{place.prefix}{key}", message, place.section.first_line()
+            )
 
     def _check_delegate(self, place: Place, key: str, child: Section) -> None:
         """A delegate in a namespace of its own, as Nav2 main has it."""
@@ -186,20 +219,29 @@ class Checker:
         if entry is None:
             return  # reported as missing
         kind = plugin_type(entry.value)
-        block, params = self._delegate(place, place.block.delegates[key], f"{prefix}plugin", kind, entry.line)
+        block, params = self._delegate(
+            place, place.block.delegates[key], f"{prefix}plugin", kind, entry.line
+        )
         self._check(Place(block, child, prefix, params))
 
     def _note_renames(self, place: Place) -> None:
-        """Parameters under the name of another release; where today's name is given, too, the other has no effect."""
+        """Parameters under the name of another release.
+
+        Where today's name is given, too, the other has no effect.
+        """
         names = [(*pair, "is an older name") for pair in place.block.renamed.items()]
         names += [(*pair, "is a name of Nav2 Rolling") for pair in place.block.newer.items()]
         for other, name, what in names:
             entry = place.section.values.get(other)
             if entry is not None and name in place.section.values:
-                self.findings.ignored.append(f"{self._node}: {place.prefix}{other} ({name} is given)")
+                self.findings.ignored.append(
+                    f"{self._node}: {place.prefix}{other} ({name} is given)"
+                )
             elif entry is not None:
                 self.findings.renames[f"{place.prefix}{other}"] = f"{place.prefix}{name}"
-                self._warn("renamed", f"{place.prefix}{other}", f"{what}; read as '{name}'", entry.line)
+                self._warn(
+                    "renamed", f"{place.prefix}{other}", f"{what}; read as '{name}'", entry.line
+                )
 
     def _unknown_value(self, place: Place, key: str, entry: Entry) -> None:
         """A key that Nav2 does not have here, or the name of a section with a value of its own."""
@@ -223,15 +265,22 @@ class Checker:
         kind = MISSPELT if misspelt or nearly_equal(name, known) else UNKNOWN_KEY
         self._error(kind, f"{place.prefix}{name}", message, line)
 
-    def _unknown_plugin(self, family: str, kind: str, where: str, line: int, is_error: bool) -> None:
-        """A misspelt type is an error; one of another package is refused only where the file needs it."""
+    def _unknown_plugin(
+        self, family: str, kind: str, where: str, line: int, is_error: bool
+    ) -> None:
+        """A misspelt type is an error.
+
+        One of another package is refused only where the file needs it.
+        """
         is_error = is_error or bool(nearly_equal(kind, self._catalog.families.get(family, {})))
         report = self._error if is_error else self._warn
         report("unknown-plugin", where, self._catalog.refusal(family, kind), line)
 
     def _critics(self, place: Place) -> set[str]:
         """Names of the sub-namespaces whose name alone gives their type."""
-        families = [plugins.family for plugins in place.block.plugins.values() if plugins.name_is_type]
+        families = [
+            plugins.family for plugins in place.block.plugins.values() if plugins.name_is_type
+        ]
         return {name for family in families for name in self._catalog.families[family]}
 
     def _sibling_with(self, place: Place, name: str) -> str:
@@ -240,10 +289,19 @@ class Checker:
         kind = plugin_type(entry.value) if entry else ""
         types = next((types for types in self._catalog.families.values() if kind in types), {})
         blocks = {other: entry.keys for other, entry in types.items()}
-        return next((other for other, block in blocks.items() if name in block.own_keys | set(block.groups)), "")
+        return next(
+            (
+                other
+                for other, block in blocks.items()
+                if name in block.own_keys | set(block.groups)
+            ),
+            "",
+        )
 
     def _error(self, kind: str, path: str, message: str, line: int) -> None:
-        self.findings.notices.append(Notice(kind, f"{self._node}: {path}", message, line=line, is_error=True))
+        self.findings.notices.append(
+            Notice(kind, f"{self._node}: {path}", message, line=line, is_error=True)
+        )
 
     def _warn(self, kind: str, path: str, message: str, line: int) -> None:
         self.findings.notices.append(Notice(kind, f"{self._node}: {path}", message, line=line))

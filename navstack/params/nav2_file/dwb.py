@@ -21,7 +21,8 @@ def fallback_scales(entries: Mapping[str, Entry], prefix: str) -> dict[str, Entr
     found = {}
     for critic, (older, scale) in FALLBACK_SCALES.items():
         bias = entries[f"{prefix}{older}"].value if f"{prefix}{older}" in entries else scale
-        if isinstance(bias, int | float) and not isinstance(bias, bool):  # anything else is reported where it stands
+        # anything else is reported where it stands
+        if isinstance(bias, int | float) and not isinstance(bias, bool):
             found[f"{prefix}{critic}.scale"] = Entry(float(bias), 0, 0, 0, 0)
     return {name: entry for name, entry in found.items() if name not in entries}
 

@@ -1,4 +1,7 @@
-"""Changing single values in the text of a parameter file; everything else stays as it is, comments included."""
+"""Changing single values in the text of a parameter file.
+
+Everything else stays as it is, comments included.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -36,13 +39,14 @@ def set_values(text: str, changes: Sequence[tuple[tuple[str, ...], str, Value]],
 
     Args:
         text: a parameter file.
-        changes: of each parameter namespaces and name of its node, as nested in the file, its own dotted name, and the
-            new value; a whole number stays a decimal where the file has one, and of a list what is between its entries
-            stays, where there are as many as before.
+        changes: of each parameter namespaces and name of its node, as nested in the file, its own
+            dotted name, and the new value; a whole number stays a decimal where the file has one,
+            and of a list what is between its entries stays, where there are as many as before.
         where: begins error messages.
 
     Raises:
-        ParameterError: a value stands elsewhere, behind a YAML alias, or such an alias refers to it.
+        ParameterError: a value stands elsewhere, behind a YAML alias, or such an alias refers to
+            it.
     """
     document = parse_document(text, where)
     replaced: dict[int, _Edit] = {}  # by where the old text begins
@@ -69,7 +73,9 @@ def _new_node(text: str, path: tuple[str, ...], parameters: Mapping[str, Value])
     """The lines of a node that a text does not have yet."""
     indented = "".join(f"{'  ' * depth}{part}:\n" for depth, part in enumerate((*path, PARAMETERS)))
     indent, separator = "  " * (len(path) + 1), "" if not text or text.endswith("\n") else "\n"
-    lines = "".join(f"{indent}{name}: {format_value(value)}\n" for name, value in parameters.items())
+    lines = "".join(
+        f"{indent}{name}: {format_value(value)}\n" for name, value in parameters.items()
+    )
     return f"{separator}\n{indented}{lines}".replace("\n", _line_end(text))
 
 
@@ -77,22 +83,33 @@ def _replacement(document: Document, node: NodeText, name: str, value: Value, wh
     """Another value for a parameter that the node has."""
     entry = node.entries[name]
     if entry.start < entry.name_end:
-        raise ParameterError(f"{where}: line {entry.line}: {name} is a YAML alias; write its value out to change it")
+        raise ParameterError(
+            f"{where}: line {entry.line}: {name} is a YAML alias; write its value out to change it"
+        )
     if document.text[entry.start] == "&":
         advice = "which ROS refuses; write its value out to change it"
         raise ParameterError(f"{where}: line {entry.line}: {name} has a YAML anchor, {advice}")
     kept = _kept_decimal(value, entry.value)
-    return _Edit(entry.start, entry.end, _replaced(document.text[entry.start : entry.end], kept, entry.value))
+    return _Edit(
+        entry.start, entry.end, _replaced(document.text[entry.start : entry.end], kept, entry.value)
+    )
 
 
 def _replaced(old: str, value: Value, known: Value) -> str:
-    """The text of a value with another in its place; ``old`` of a block list begins behind the colon."""
+    """The text of a value with another in its place.
+
+    ``old`` of a block list begins behind the colon.
+    """
     root = compose_text(old) if isinstance(value, list) and "*" not in old else None
     if isinstance(root, SequenceNode) and isinstance(value, list) and isinstance(known, list):
         if len(value) == len(known) and all(isinstance(item, ScalarNode) for item in root.value):
             for item, new, before in reversed(list(zip(root.value, value, known, strict=True))):
                 if new != before:
-                    old = old[: item.start_mark.index] + format_value(new) + old[item.end_mark.index :]
+                    old = (
+                        old[: item.start_mark.index]
+                        + format_value(new)
+                        + old[item.end_mark.index :]
+                    )
             return old
     blank = " " if old[:1].isspace() or not old else ""
     return blank + format_value(value)
@@ -120,7 +137,11 @@ def format_value(value: Value) -> str:
 def _kept_decimal(new: Value, old: Value) -> Value:
     if isinstance(old, float) and isinstance(new, int) and not isinstance(new, bool):
         return float(new)
-    if isinstance(old, list) and isinstance(new, list) and any(isinstance(item, float) for item in old):
+    if (
+        isinstance(old, list)
+        and isinstance(new, list)
+        and any(isinstance(item, float) for item in old)
+    ):
         return [_kept_decimal(item, 0.0) for item in new]
     return new
 

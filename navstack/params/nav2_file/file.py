@@ -33,7 +33,14 @@ from navstack.params.nav2_file.nodes import (
     sections_of,
     tree_notices,
 )
-from navstack.params.nav2_file.ros_yaml import Document, Entry, Value, load_document, parse_document, parse_scalar
+from navstack.params.nav2_file.ros_yaml import (
+    Document,
+    Entry,
+    Value,
+    load_document,
+    parse_document,
+    parse_scalar,
+)
 from navstack.params.nav2_file.sources import source_notices
 from navstack.params.nav2_file.values import INTEGERS, read_values, value_notices
 from navstack.params.registry import nodes
@@ -54,8 +61,8 @@ SUBSTITUTES = {  # family -> the plugin that does what is wanted of most of them
 class Nav2File:
     """A Nav2 parameter file, held against Nav2's schema.
 
-    ``notices`` are the findings that a user should see, errors among them only if they were asked for;
-    ``ignored`` names what is real Nav2 but has no effect here.
+    ``notices`` are the findings that a user should see, errors among them only if they were asked
+    for; ``ignored`` names what is real Nav2 but has no effect here.
     """
 
     path: Path
@@ -64,7 +71,8 @@ class Nav2File:
         str, Mapping[str, Entry]
     ]  # node -> dotted name -> entry; wildcards and other releases' names applied
     visits: Mapping[str, tuple[Visit, ...]]
-    renames: Mapping[str, Mapping[str, str]]  # node -> today's dotted name -> the one that the file has
+    # node -> today's dotted name -> the one that the file has
+    renames: Mapping[str, Mapping[str, str]]
     notices: tuple[Notice, ...]
     ignored: tuple[str, ...]
     catalog: Catalog
@@ -85,10 +93,13 @@ class Nav2File:
         return default if entry is None else entry.value
 
     def read(self, cls: type[T], node: str, *prefix: str, **given: Any) -> T:
-        """A dataclass filled from a node's parameters below a prefix; ``given`` fields are taken as they are.
+        """A dataclass filled from a node's parameters below a prefix.
+
+        ``given`` fields are taken as they are.
 
         Raises:
-            ParameterError: a value of the wrong kind or out of range; one line names the file, node and parameter.
+            ParameterError: a value of the wrong kind or out of range; one line names the file, node
+                and parameter.
         """
         dotted = "".join(f"{part}." for part in prefix)
         try:
@@ -105,14 +116,21 @@ class Nav2File:
         value = self.value(node, f"{name}.plugin")
         lists = nodes.NODES[node].plugins.values()
         defaults = {
-            key: kind for plugins in lists if plugins.family == family for key, kind in plugins.defaults.items()
+            key: kind
+            for plugins in lists
+            if plugins.family == family
+            for key, kind in plugins.defaults.items()
         }
         if value is None and name not in defaults:
-            raise ParameterError(f"{self.path.name}: {node}: {name}.plugin is missing; give the plugin's type")
+            raise ParameterError(
+                f"{self.path.name}: {node}: {name}.plugin is missing; give the plugin's type"
+            )
         kind = defaults[name] if value is None else plugin_type(value)
         refusal = self.catalog.refusal(family, kind)
         if refusal:
-            raise ParameterError(f"{self.path.name}: {node}: {name}: {refusal}{_way_on(family, name)}")
+            raise ParameterError(
+                f"{self.path.name}: {node}: {name}: {refusal}{_way_on(family, name)}"
+            )
         return kind
 
     def merged(self) -> dict[str, Any]:
@@ -145,7 +163,9 @@ class Nav2File:
         return stream.getvalue()
 
     def with_values(self, changes: Mapping[str, Value], allow_unknown: bool = False) -> "Nav2File":
-        """A copy with parameters set, named ``node.dotted_name``; the rest of the text stays as it is.
+        """A copy with parameters set, named ``node.dotted_name``.
+
+        The rest of the text stays as it is.
 
         A number that the file has under another release's name is set under that name.
 
@@ -160,7 +180,9 @@ class Nav2File:
         for name, value in changes.items():
             node, _, dotted = name.partition(".")
             if not dotted:
-                raise ParameterError(f"'{name}' is not node.parameter, e.g. controller_server.FollowPath.max_vel_x")
+                raise ParameterError(
+                    f"'{name}' is not node.parameter, e.g. controller_server.FollowPath.max_vel_x"
+                )
             if not isinstance(value, list):
                 dotted = self.renames.get(node, {}).get(dotted, dotted)
             found.append((self._owner_of(node, dotted), dotted, value))
@@ -172,7 +194,10 @@ class Nav2File:
         path.write_text(self.document.text, encoding="utf-8")
 
     def _owner_of(self, node: str, dotted: str) -> tuple[str, ...]:
-        """Where in the file a parameter stands, or should: the section that wins, else the node's own."""
+        """Where in the file a parameter stands, or should.
+
+        The section that wins, else the node's own.
+        """
         sections = sections_of(self.document, node)
         holding = [text for text in sections if dotted in text.entries]
         own = [text for text in sections if not is_wildcard(text)]
@@ -184,10 +209,12 @@ def load_nav2(path: Path, allow_unknown: bool = False) -> Nav2File:
 
     Args:
         path: the file.
-        allow_unknown: parameters and plugins unknown to Nav2 are warnings instead of errors, as Nav2 ignores them.
+        allow_unknown: parameters and plugins unknown to Nav2 are warnings instead of errors, as
+            Nav2 ignores them.
 
     Raises:
-        ParameterError: the file cannot be read, or has errors; the message is one line with the first of them.
+        ParameterError: the file cannot be read, or has errors; the message is one line with the
+            first of them.
     """
     file = inspect_nav2(path, allow_unknown)
     errors = file.errors
@@ -244,18 +271,43 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
         parameters[node], found[node] = entries, findings
     visits = {node: tuple(findings.visits) for node, findings in found.items()}
     notices = [Notice(kind, "", text, line=line) for kind, line, text in document.remarks]
-    notices += [*node_notices(document), *joined_notices(document, found), *tree_notices(parameters)]
-    notices += [*filter_notices(parameters), *monitor_notices(parameters), *source_notices(parameters)]
+    notices += [
+        *node_notices(document),
+        *joined_notices(document, found),
+        *tree_notices(parameters),
+    ]
+    notices += [
+        *filter_notices(parameters),
+        *monitor_notices(parameters),
+        *source_notices(parameters),
+    ]
     for node, entries in parameters.items():
         notices += value_notices(node, entries, visits[node])
     notices.sort(key=lambda notice: (not notice.is_error, notice.line))
     if allow_unknown:
-        notices = [replace(notice, is_error=notice.is_error and notice.id == "bad-value") for notice in notices]
-    notices = [notice for notice in notices if notice.id != "bad-value" or not is_told(notice.message, notices)]
-    ignored = [name for node, findings in found.items() if in_file(document, node) for name in findings.ignored]
+        notices = [
+            replace(notice, is_error=notice.is_error and notice.id == "bad-value")
+            for notice in notices
+        ]
+    notices = [
+        notice
+        for notice in notices
+        if notice.id != "bad-value" or not is_told(notice.message, notices)
+    ]
+    ignored = [
+        name
+        for node, findings in found.items()
+        if in_file(document, node)
+        for name in findings.ignored
+    ]
     unique = tuple(dict.fromkeys(ignored))
-    renames = {node: {new: old for old, new in findings.renames.items()} for node, findings in found.items()}
-    return Nav2File(path, document, parameters, visits, renames, tuple(dict.fromkeys(notices)), unique, catalog)
+    renames = {
+        node: {new: old for old, new in findings.renames.items()}
+        for node, findings in found.items()
+    }
+    return Nav2File(
+        path, document, parameters, visits, renames, tuple(dict.fromkeys(notices)), unique, catalog
+    )
 
 
 def _way_on(family: str, name: str) -> str:
@@ -289,9 +341,16 @@ def _nested(values: Mapping[str, Value]) -> dict[str, Any]:
 
 
 def _quoted(value: Any) -> Any:
-    """A value whose texts are marked to be quoted where ROS would read something else: ruamel writes YAML 1.2."""
+    """A value whose texts are marked to be quoted where ROS would read something else.
+
+    Ruamel writes YAML 1.2.
+    """
     if isinstance(value, dict):
         return {name: _quoted(item) for name, item in value.items()}
     if isinstance(value, list):
         return [_quoted(item) for item in value]
-    return DoubleQuotedScalarString(value) if isinstance(value, str) and parse_scalar(value) != value else value
+    return (
+        DoubleQuotedScalarString(value)
+        if isinstance(value, str) and parse_scalar(value) != value
+        else value
+    )

@@ -1,13 +1,18 @@
 """Where the masks of a Nav2 file's costmap filters come from.
 
-In ROS a filter waits for its info on one topic and for its mask on another; here the nodes that publish them are looked
-up in the same file. Topics are compared without a leading slash.
+In ROS a filter waits for its info on one topic and for its mask on another; here the nodes that
+publish them are looked up in the same file. Topics are compared without a leading slash.
 """
 
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from navstack.params.filters import SPEED_ABSOLUTE, SPEED_PERCENT, FilterInfoServerParams, MaskServerParams
+from navstack.params.filters import (
+    SPEED_ABSOLUTE,
+    SPEED_PERCENT,
+    FilterInfoServerParams,
+    MaskServerParams,
+)
 from navstack.params.nav2_file.catalog import node_kind, plugin_type
 from navstack.params.nav2_file.findings import Notice, names_of, value_of
 from navstack.params.nav2_file.nodes import COSTMAPS
@@ -39,7 +44,9 @@ class _Filter(NamedTuple):
 
 def find_mask(parameters: Parameters, info_topic: str) -> MaskSource | None:
     """The mask behind a ``filter_info_topic``; None: the file names none."""
-    for info_node in _publishers(parameters, "costmap_filter_info_server", "filter_info_topic", info_topic):
+    for info_node in _publishers(
+        parameters, "costmap_filter_info_server", "filter_info_topic", info_topic
+    ):
         mask_topic = str(value_of(parameters[info_node], "mask_topic", _INFO.mask_topic))
         for mask_node in _publishers(parameters, "filter_mask_server", "topic_name", mask_topic):
             yaml_filename = str(value_of(parameters[mask_node], "yaml_filename", ""))
@@ -50,7 +57,11 @@ def find_mask(parameters: Parameters, info_topic: str) -> MaskSource | None:
 
 def keepout_filters_without_mask(parameters: Parameters) -> list[str]:
     """The enabled keepout filters, as ``costmap: name``, for which the file names no mask."""
-    return [each.path for each in _filters(parameters) if each.type == KEEPOUT_FILTER and each.mask is None]
+    return [
+        each.path
+        for each in _filters(parameters)
+        if each.type == KEEPOUT_FILTER and each.mask is None
+    ]
 
 
 def filter_notices(parameters: Parameters) -> list[Notice]:
@@ -64,10 +75,21 @@ def filter_notices(parameters: Parameters) -> list[Notice]:
             notices.append(Notice("no-mask", each.path, "has no mask and no effect", advice))
         elif each.type == SPEED_FILTER and kind not in (SPEED_PERCENT, SPEED_ABSOLUTE):
             advice = f"give {SPEED_PERCENT} (percent) or {SPEED_ABSOLUTE} (m/s)"
-            notices.append(Notice("filter-type", each.path, f"its info is of type {kind}: it has no effect", advice))
+            notices.append(
+                Notice(
+                    "filter-type",
+                    each.path,
+                    f"its info is of type {kind}: it has no effect",
+                    advice,
+                )
+            )
         scale = (value_of(info, "base", _INFO.base), value_of(info, "multiplier", _INFO.multiplier))
         if each.type == KEEPOUT_FILTER and scale != (_INFO.base, _INFO.multiplier):
-            notices.append(Notice("filter-scale", each.path, "a keepout filter does not use base and multiplier"))
+            notices.append(
+                Notice(
+                    "filter-scale", each.path, "a keepout filter does not use base and multiplier"
+                )
+            )
     return notices
 
 
@@ -77,7 +99,9 @@ def _filters(parameters: Parameters) -> Iterator[_Filter]:
         entries = parameters.get(node, {})
         for name in (*names_of(entries, "plugins"), *names_of(entries, "filters")):
             kind = plugin_type(value_of(entries, f"{name}.plugin", ""))
-            if kind in (KEEPOUT_FILTER, SPEED_FILTER) and value_of(entries, f"{name}.enabled", True):
+            if kind in (KEEPOUT_FILTER, SPEED_FILTER) and value_of(
+                entries, f"{name}.enabled", True
+            ):
                 topic = str(value_of(entries, f"{name}.filter_info_topic", ""))
                 yield _Filter(node, name, kind, find_mask(parameters, topic))
 
@@ -86,5 +110,7 @@ def _publishers(parameters: Parameters, kind: str, key: str, topic: str) -> Iter
     """The nodes of a kind that publish on a topic."""
     default = _INFO.filter_info_topic if key == "filter_info_topic" else _MASK.topic_name
     for node, entries in parameters.items():
-        if node_kind(node) == kind and str(value_of(entries, key, default)).lstrip("/") == topic.lstrip("/"):
+        if node_kind(node) == kind and str(value_of(entries, key, default)).lstrip(
+            "/"
+        ) == topic.lstrip("/"):
             yield node

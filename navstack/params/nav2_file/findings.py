@@ -8,7 +8,8 @@ from navstack.params.registry.entry import Params
 
 UNKNOWN = "unknown-plugin"  # ids of notices
 UNKNOWN_KEY, MISSPELT = "unknown-key", "misspelt-key"
-IGNORED_BY_NAV2 = (MISSPELT, UNKNOWN_KEY, "unknown-node")  # Nav2 does not look at what they name, and does not complain
+# Nav2 does not look at what they name, and does not complain
+IGNORED_BY_NAV2 = (MISSPELT, UNKNOWN_KEY, "unknown-node")
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +71,17 @@ class Findings:
     notices: list[Notice] = field(default_factory=list)
     ignored: list[str] = field(default_factory=list)
     visits: list[Visit] = field(default_factory=list)
-    renames: dict[str, str] = field(default_factory=dict)  # dotted name in the file -> today's dotted name
+    # dotted name in the file -> today's dotted name
+    renames: dict[str, str] = field(default_factory=dict)
 
 
 def is_told(message: str, notices: Iterable[Notice]) -> bool:
     """Whether what a controller says of its critics is of one that is refused as an unknown plugin already."""
-    refused = (notice.path.rpartition(".")[2] for notice in notices if notice.id == UNKNOWN and notice.is_error)
+    refused = (
+        notice.path.rpartition(".")[2]
+        for notice in notices
+        if notice.id == UNKNOWN and notice.is_error
+    )
     return any(f"critics: '{name}' is not available" in message for name in refused)
 
 
@@ -84,7 +90,9 @@ def value_of(entries: Mapping[str, Entry], name: str, default: Value) -> Value:
     return entries[name].value if name in entries else default
 
 
-def names_of(entries: Mapping[str, Entry], name: str, default: Iterable[str] = ()) -> tuple[str, ...]:
+def names_of(
+    entries: Mapping[str, Entry], name: str, default: Iterable[str] = ()
+) -> tuple[str, ...]:
     """The names in a list parameter of a node."""
     return names_in(value_of(entries, name, list(default)))
 

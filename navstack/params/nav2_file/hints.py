@@ -28,7 +28,9 @@ def nearly_equal(name: str, known: Iterable[str], similarity: float = NEARLY_EQU
     return difflib.get_close_matches(name, list(known), n=1, cutoff=similarity)
 
 
-def unknown_name(catalog: Catalog, name: str, missing: list[str], known: Iterable[str], shown: Iterable[str]) -> str:
+def unknown_name(
+    catalog: Catalog, name: str, missing: list[str], known: Iterable[str], shown: Iterable[str]
+) -> str:
     """The message about a name unknown to Nav2 in its place.
 
     Args:

@@ -21,7 +21,14 @@ def monitor_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notic
             continue
         path = f"{NODE}: {name}"
         if kind.value == "pointcloud":
-            notices.append(Notice("substitute", path, "a pointcloud runs on the robot's planar scan", line=kind.line))
+            notices.append(
+                Notice(
+                    "substitute",
+                    path,
+                    "a pointcloud runs on the robot's planar scan",
+                    line=kind.line,
+                )
+            )
         elif kind.value in OTHER_SOURCES:
             message = f"there is no sensor of type '{kind.value}' here: it sees nothing and never grows stale"
             notices.append(Notice("substitute", path, message, line=kind.line))
@@ -29,7 +36,10 @@ def monitor_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notic
 
 
 def convert_polygons(entries: dict[str, Entry]) -> list[Notice]:
-    """Turn polygons that are lists of numbers, as up to Nav2 Iron, into today's texts; tells which."""
+    """Turn polygons that are lists of numbers, as up to Nav2 Iron, into today's texts.
+
+    Tells which.
+    """
     notices = []
     for name in names_of(entries, "polygons"):
         entry = entries.get(f"{name}.points")
@@ -37,7 +47,15 @@ def convert_polygons(entries: dict[str, Entry]) -> list[Notice]:
         if entry is not None and pairs:
             entries[f"{name}.points"] = replace(entry, value=str(pairs))
             message = "a list of numbers, as up to Nav2 Iron; read as today's text, which newer releases insist on"
-            notices.append(Notice("older-form", f"{NODE}: {name}.points", message, f'points: "{pairs}"', entry.line))
+            notices.append(
+                Notice(
+                    "older-form",
+                    f"{NODE}: {name}.points",
+                    message,
+                    f'points: "{pairs}"',
+                    entry.line,
+                )
+            )
     return notices
 
 
@@ -49,11 +67,16 @@ def convert_footprint(node: str, entries: dict[str, Entry]) -> list[Notice]:
         return []
     entries["footprint"] = replace(entry, value=str(pairs))
     message = "a list of numbers, read as the text that Nav2 insists on"
-    return [Notice("older-form", f"{node}: footprint", message, f'footprint: "{pairs}"', entry.line)]
+    return [
+        Notice("older-form", f"{node}: footprint", message, f'footprint: "{pairs}"', entry.line)
+    ]
 
 
 def _pairs(value: Value, fewest: int) -> list[list[float]]:
-    """At least so many vertices of ``[x, y, x, y, ...]`` or ``[[x, y], ...]``; none if it is something else."""
+    """At least so many vertices of ``[x, y, x, y, ...]`` or ``[[x, y], ...]``.
+
+    None if it is something else.
+    """
     numbers = value if isinstance(value, list) else []
     if numbers and all(isinstance(pair, list) and len(pair) == 2 for pair in numbers):
         numbers = [number for pair in numbers if isinstance(pair, list) for number in pair]

@@ -13,7 +13,10 @@ from navstack.params.registry.block import OPEN
 
 COSTMAPS = ("local_costmap", "global_costmap")  # each in a namespace of its own name
 LIKE_A_NODE = 0.75  # similarity from which an unknown node is taken for a misspelt one
-DEFAULT_TREES = ("navigate_to_pose_w_replanning_and_recovery.xml", "navigate_w_replanning_and_recovery.xml")
+DEFAULT_TREES = (
+    "navigate_to_pose_w_replanning_and_recovery.xml",
+    "navigate_w_replanning_and_recovery.xml",
+)
 
 
 def is_wildcard(text: NodeText) -> bool:
@@ -32,7 +35,9 @@ def default_path(node: str) -> tuple[str, ...]:
 
 
 def sections_of(document: Document, node: str) -> list[NodeText]:
-    """The sections that set parameters of a node, in the order of the file; in ROS 2 the last one wins.
+    """The sections that set parameters of a node, in the order of the file.
+
+    In ROS 2 the last one wins.
 
     A section under today's name hides those under an older one.
     """
@@ -40,7 +45,11 @@ def sections_of(document: Document, node: str) -> list[NodeText]:
     current = [text for text in own if text.path[-1] == node]
     own = current or own
     full_name = "/" + "/".join(own[-1].path if own else default_path(node))
-    return [text for text in document.nodes if text in own or (is_wildcard(text) and _stands_for(text, full_name))]
+    return [
+        text
+        for text in document.nodes
+        if text in own or (is_wildcard(text) and _stands_for(text, full_name))
+    ]
 
 
 def entries_of(document: Document, node: str) -> dict[str, Entry]:
@@ -52,7 +61,10 @@ def entries_of(document: Document, node: str) -> dict[str, Entry]:
 
 
 def nodes_to_check(document: Document) -> list[str]:
-    """The nodes of the file and those that this program reads; with a wildcard, every node of Nav2."""
+    """The nodes of the file and those that this program reads.
+
+    With a wildcard, every node of Nav2.
+    """
     in_file = [node_name(text) for text in document.nodes if not is_wildcard(text)]
     every = nodes.NODES if any(is_wildcard(text) for text in document.nodes) else ()
     return list(dict.fromkeys([*in_file, *bindings.NODES, *every]))
@@ -75,10 +87,14 @@ def node_notices(document: Document) -> list[Notice]:
             notices.append(_unknown_node(text))
             continue
         if name != text.path[-1]:
-            notices.append(Notice("renamed", path, f"is an older name; read as '{name}'", line=text.line))
+            notices.append(
+                Notice("renamed", path, f"is an older name; read as '{name}'", line=text.line)
+            )
         if name in COSTMAPS and len(text.path) == 1:
             message = f"Nav2 reads this node at {name}: {name}: ros__parameters"
-            notices.append(Notice("costmap-namespace", path, message, "nest it twice", line=text.line))
+            notices.append(
+                Notice("costmap-namespace", path, message, "nest it twice", line=text.line)
+            )
         if name in seen:
             message = f"{name} is given as {'/'.join(seen[name].path)} and as {path}; the last one is read"
             notices.append(Notice("several-namespaces", path, message, line=text.line))
@@ -92,7 +108,9 @@ def _unknown_node(text: NodeText) -> Notice:
     if nearly_equal(name, [*nodes.NODES, *nodes.NODE_ALIASES], LIKE_A_NODE):
         hint = did_you_mean(name, node_names())
         return Notice("unknown-node", path, f"no node of Nav2{hint}", line=text.line, is_error=True)
-    return Notice("foreign-node", path, "no node of Nav2; its parameters are not read", line=text.line)
+    return Notice(
+        "foreign-node", path, "no node of Nav2; its parameters are not read", line=text.line
+    )
 
 
 def tree_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice]:
@@ -107,25 +125,41 @@ def tree_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice]:
 
 
 def joined_notices(document: Document, found: Mapping[str, Findings]) -> list[Notice]:
-    """The findings of all nodes; one about a wildcard's line counts only if every node it stands for has it."""
+    """The findings of all nodes.
+
+    One about a wildcard's line counts only if every node it stands for has it.
+    """
     notices: list[Notice] = []
-    wildcards = {entry.line: text for text in document.nodes if is_wildcard(text) for entry in text.entries.values()}
+    wildcards = {
+        entry.line: text
+        for text in document.nodes
+        if is_wildcard(text)
+        for entry in text.entries.values()
+    }
     matched = {text.path: _matched(document, text, found) for text in wildcards.values()}
     for node, findings in found.items():
         for notice in findings.notices:
             text = wildcards.get(notice.line)
             if text is None:
                 notices.append(notice)
-            elif node == matched[text.path][0] and _all_have(notice, [found[other] for other in matched[text.path]]):
+            elif node == matched[text.path][0] and _all_have(
+                notice, [found[other] for other in matched[text.path]]
+            ):
                 path = "/" + "/".join(text.path) + ":" + notice.path.partition(":")[2]
-                notices.append(Notice(notice.id, path, notice.message, notice.advice, notice.line, notice.is_error))
+                notices.append(
+                    Notice(
+                        notice.id, path, notice.message, notice.advice, notice.line, notice.is_error
+                    )
+                )
     return notices
 
 
 def _matched(document: Document, text: NodeText, found: Iterable[str]) -> list[str]:
     """The nodes that a wildcard stands for and whose parameters are known."""
     known = [node for node in found if not (node_block(node) or OPEN).is_open]
-    return [node for node in known if any(text is section for section in sections_of(document, node))]
+    return [
+        node for node in known if any(text is section for section in sections_of(document, node))
+    ]
 
 
 def _all_have(notice: Notice, findings: Iterable[Findings]) -> bool:
@@ -133,7 +167,10 @@ def _all_have(notice: Notice, findings: Iterable[Findings]) -> bool:
 
 
 def _same(one: Notice, other: Notice) -> bool:
-    """Whether two findings are the same but for their node; what one node takes for misspelt, another may not know."""
+    """Whether two findings are the same but for their node.
+
+    What one node takes for misspelt, another may not know.
+    """
     first, second = (
         (UNKNOWN_KEY if each.id == MISSPELT else each.id, each.line, each.path.partition(":")[2])
         for each in (one, other)

@@ -13,7 +13,10 @@ from navstack.params.registry.entry import Params
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A namespace, what Nav2 declares there, and the dataclasses that read it (none: all of it is ignored)."""
+    """A namespace, what Nav2 declares there, and the dataclasses that read it (none.
+
+    All of it is ignored).
+    """
 
     block: Block
     section: Section
@@ -24,12 +27,26 @@ class Place:
     def used_keys(self) -> frozenset[str]:
         """The parameters that have an effect here."""
         block = self.block
-        structure = {*block.plugins, *block.named, *block.renamed, *block.newer, *block.delegates, "plugin", "class"}
-        return frozenset(structure).union(*(field_names(params) - self._idle(params) for params in self.params))
+        structure = {
+            *block.plugins,
+            *block.named,
+            *block.renamed,
+            *block.newer,
+            *block.delegates,
+            "plugin",
+            "class",
+        }
+        return frozenset(structure).union(
+            *(field_names(params) - self._idle(params) for params in self.params)
+        )
 
     def _idle(self, params: Params) -> frozenset[str]:
         """Fields that do nothing, at all or because the parameter is given that they stand in for."""
-        replaced = [names for key, names in ONLY_WITHOUT.get(params, {}).items() if key in self.section.values]
+        replaced = [
+            names
+            for key, names in ONLY_WITHOUT.get(params, {}).items()
+            if key in self.section.values
+        ]
         return NO_EFFECT.get(params, frozenset()).union(*replaced)
 
     @property
@@ -43,7 +60,9 @@ class Place:
     def listed_names(self, key: str) -> tuple[str, ...]:
         """The names in a list parameter, or Nav2's default names where it is absent."""
         others = [other for other, name in self.block.renamed.items() if name == key]
-        entries = [self.section.values[name] for name in (key, *others) if name in self.section.values]
+        entries = [
+            self.section.values[name] for name in (key, *others) if name in self.section.values
+        ]
         if entries:
             return names_in(entries[0].value)
         plugins = self.block.plugins.get(key)
@@ -52,7 +71,11 @@ class Place:
     @property
     def all_listed(self) -> set[str]:
         """The names in all of its lists, each of which wants a section."""
-        return {name for key in (*self.block.plugins, *self.block.named) for name in self.listed_names(key)}
+        return {
+            name
+            for key in (*self.block.plugins, *self.block.named)
+            for name in self.listed_names(key)
+        }
 
     def line_of(self, key: str) -> int:
         """The line of a parameter; 0: the file leaves it out."""
@@ -62,12 +85,16 @@ class Place:
     def misspells(self, name: str) -> list[str]:
         """The names that a list gives, that have no section, and that ``name`` all but spells."""
         sections = self.section.sections
-        missing = [each for key in self._lists() for each in self.listed_names(key) if each not in sections]
+        missing = [
+            each for key in self._lists() for each in self.listed_names(key) if each not in sections
+        ]
         return nearly_equal(name, missing)
 
     def _lists(self) -> list[str]:
         """The list parameters whose names need a section; a critic needs none."""
-        return [key for key, each in self.block.plugins.items() if not each.name_is_type] + [*self.block.named]
+        return [key for key, each in self.block.plugins.items() if not each.name_is_type] + [
+            *self.block.named
+        ]
 
 
 def type_of(catalog: Catalog, plugins: PluginList, name: str, child: Section) -> str | None:

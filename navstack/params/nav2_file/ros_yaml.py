@@ -1,6 +1,9 @@
-"""Parameter files as ROS 2 reads them (rcl_yaml_param_parser): nodes, dotted names, YAML 1.1 scalars.
+"""Parameter files as ROS 2 reads them (rcl_yaml_param_parser).
 
-The text is parsed into marked values, so that messages name lines and edits leave everything else untouched.
+Nodes, dotted names, YAML 1.1 scalars.
+
+The text is parsed into marked values, so that messages name lines and edits leave everything else
+untouched.
 """
 
 import re
@@ -90,11 +93,14 @@ def load_document(path: Path) -> Document:
     """Read a parameter file.
 
     Raises:
-        ParameterError: the file is not readable, not YAML, or not a mapping of nodes to ``ros__parameters``.
+        ParameterError: the file is not readable, not YAML, or not a mapping of nodes to
+            ``ros__parameters``.
     """
     text = read_text(path)
     if len(text) > MAX_BYTES:
-        raise ParameterError(f"{path}: {len(text)} characters; a Nav2 parameter file has at most {MAX_BYTES}")
+        raise ParameterError(
+            f"{path}: {len(text)} characters; a Nav2 parameter file has at most {MAX_BYTES}"
+        )
     return parse_document(text, str(path))
 
 
@@ -116,7 +122,9 @@ class _Reader:
         if root is None or (isinstance(root, ScalarNode) and not root.value):
             raise ParameterError(f"{self._where}: is empty; nodes with {PARAMETERS} are expected")
         if not isinstance(root, MappingNode):
-            raise ParameterError(f"{self._where}: line 1: a mapping of nodes to {PARAMETERS} is expected")
+            raise ParameterError(
+                f"{self._where}: line 1: a mapping of nodes to {PARAMETERS} is expected"
+            )
         self._read_nodes((), root)
         if not self._document.nodes:
             raise ParameterError(f"{self._where}: no node with {PARAMETERS} in it")
@@ -131,7 +139,9 @@ class _Reader:
             elif isinstance(value, MappingNode):
                 self._read_nodes(here, value)
             elif _is_empty(value):
-                self._remark("empty", line, f"{'/'.join(here)} has no content; ROS refuses such a file")
+                self._remark(
+                    "empty", line, f"{'/'.join(here)} has no content; ROS refuses such a file"
+                )
             else:
                 hint = did_you_mean(path[-1], [PARAMETERS]) if path else ""
                 raise ParameterError(
@@ -141,35 +151,52 @@ class _Reader:
 
     def _read_parameters(self, path: tuple[str, ...], value: Node, line: int) -> None:
         if not path:
-            raise ParameterError(f"{self._where}: line {line}: {PARAMETERS} stands without a node name above it")
+            raise ParameterError(
+                f"{self._where}: line {line}: {PARAMETERS} stands without a node name above it"
+            )
         entries: dict[str, Entry] = {}
         if isinstance(value, MappingNode):
             self._flatten("", value, entries, "/".join(path))
         elif _is_empty(value):
-            self._remark("empty", line, f"{'/'.join(path)} has no parameters; ROS refuses such a file")
+            self._remark(
+                "empty", line, f"{'/'.join(path)} has no parameters; ROS refuses such a file"
+            )
         else:
-            raise ParameterError(f"{self._where}: line {line}: {PARAMETERS} of {'/'.join(path)} is not a mapping")
+            raise ParameterError(
+                f"{self._where}: line {line}: {PARAMETERS} of {'/'.join(path)} is not a mapping"
+            )
         mapping = value if isinstance(value, MappingNode) else None
         self._document.nodes.append(NodeText(path, entries, line, mapping))
 
-    def _flatten(self, prefix: str, mapping: MappingNode, entries: dict[str, Entry], node: str) -> None:
+    def _flatten(
+        self, prefix: str, mapping: MappingNode, entries: dict[str, Entry], node: str
+    ) -> None:
         for name, key, value in self._pairs(mapping, f"{node}: {prefix}"):
             dotted, line = f"{prefix}{name}", key.start_mark.line + 1
             if isinstance(value, MappingNode):
                 self._flatten(f"{dotted}.", value, entries, node)
             elif _is_empty(value):
-                self._remark("empty", line, f"{node}: {dotted} has no value; ROS refuses such a file")
+                self._remark(
+                    "empty", line, f"{node}: {dotted} has no value; ROS refuses such a file"
+                )
             else:
                 if dotted in entries:
                     self._duplicate(f"{node}: {dotted}", line, entries.pop(dotted).line)
                 is_block_list = isinstance(value, SequenceNode) and not value.flow_style
-                start = key.end_mark.index + 1 if is_block_list and not is_alias(key, value) else value.start_mark.index
+                start = (
+                    key.end_mark.index + 1
+                    if is_block_list and not is_alias(key, value)
+                    else value.start_mark.index
+                )
                 read = self._value(value, f"{node}: {dotted}")
                 end = end_index(value, self._document.text)
                 entries[dotted] = Entry(read, line, start, end, key.end_mark.index)
 
     def _pairs(self, mapping: MappingNode, prefix: str) -> Iterator[tuple[str, ScalarNode, Node]]:
-        """The last occurrence of each key of a mapping, merge keys resolved; ``prefix`` begins the names in remarks."""
+        """The last occurrence of each key of a mapping, merge keys resolved.
+
+        ``prefix`` begins the names in remarks.
+        """
         self._meet(mapping)
         last: dict[str, tuple[ScalarNode, Node]] = {}
         merged: list[tuple[str, ScalarNode, Node]] = []
@@ -181,7 +208,9 @@ class _Reader:
                 merged += self._pairs(value, prefix)
                 continue
             if key.value in last:
-                self._duplicate(f"{prefix}{key.value}", line, last[key.value][0].start_mark.line + 1)
+                self._duplicate(
+                    f"{prefix}{key.value}", line, last[key.value][0].start_mark.line + 1
+                )
             last[key.value] = (key, value)
         yield from ((name, key, value) for name, key, value in merged if name not in last)
         yield from ((name, key, value) for name, (key, value) in last.items())
@@ -192,16 +221,26 @@ class _Reader:
             return parse_scalar(node.value, quoted=node.style is not None)
         if isinstance(node, SequenceNode):
             return [self._value(item, where) for item in node.value]
-        raise ParameterError(f"{self._where}: line {node.start_mark.line + 1}: {where} is a list of mappings")
+        raise ParameterError(
+            f"{self._where}: line {node.start_mark.line + 1}: {where} is a list of mappings"
+        )
 
     def _meet(self, node: Node) -> None:
         """Note a visit, and a second one as an alias."""
         if id(node) in self._met:
-            self._remark("alias", node.start_mark.line + 1, "YAML aliases are in use; ROS's own reader refuses them")
+            self._remark(
+                "alias",
+                node.start_mark.line + 1,
+                "YAML aliases are in use; ROS's own reader refuses them",
+            )
         self._met.add(id(node))
 
     def _duplicate(self, name: str, line: int, before: int) -> None:
-        self._remark("duplicate", line, f"{name} is given twice, in lines {before} and {line}; the last one is read")
+        self._remark(
+            "duplicate",
+            line,
+            f"{name} is given twice, in lines {before} and {line}; the last one is read",
+        )
 
     def _remark(self, kind: str, line: int, text: str) -> None:
         if (kind, line, text) not in self._document.remarks:
@@ -209,12 +248,17 @@ class _Reader:
 
 
 def end_index(node: Node, text: str) -> int:
-    """One past the text of a node; marks of block styles lie behind the line ends, blank lines and comments after it.
+    """One past the text of a node.
+
+    Marks of block styles lie behind the line ends, blank lines and comments after it.
 
     Aliases within a block mapping count with their names: what they refer to stands elsewhere.
     """
     if isinstance(node, MappingNode) and not node.flow_style and node.value:
-        return max(key.end_mark.index if is_alias(key, child) else end_index(child, text) for key, child in node.value)
+        return max(
+            key.end_mark.index if is_alias(key, child) else end_index(child, text)
+            for key, child in node.value
+        )
     if isinstance(node, SequenceNode) and not node.flow_style and node.value:
         return end_index(node.value[-1], text)
     start, end = int(node.start_mark.index), int(node.end_mark.index)

@@ -12,7 +12,10 @@ OBSTACLE_LAYER = "nav2_costmap_2d::ObstacleLayer"  # a VoxelLayer is told as a w
 
 
 def source_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice]:
-    """Point clouds, and scans of other topics than the first one's; topics without a leading slash."""
+    """Point clouds, and scans of other topics than the first one's.
+
+    Topics without a leading slash.
+    """
     first, notices = "", []
     for node, layer, name in _sources(parameters):
         entries, source = parameters[node], f"{layer}.{name}"
@@ -25,7 +28,9 @@ def source_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice
         else:
             message = f"the scan of topic '{topic}' is that of '{first}' here: the robot has one planar scan"
         given = entries.get(f"{source}.data_type") or entries.get(f"{source}.topic")
-        notices.append(Notice("substitute", f"{node}: {source}", message, line=given.line if given else 0))
+        notices.append(
+            Notice("substitute", f"{node}: {source}", message, line=given.line if given else 0)
+        )
     return notices
 
 
@@ -36,4 +41,7 @@ def _sources(parameters: Mapping[str, Mapping[str, Entry]]) -> Iterator[tuple[st
         for layer in names_of(entries, "plugins", DEFAULT_LAYERS):
             kind = plugin_type(value_of(entries, f"{layer}.plugin", DEFAULT_LAYERS.get(layer, "")))
             if kind == OBSTACLE_LAYER and value_of(entries, f"{layer}.enabled", True):
-                yield from ((node, layer, name) for name in names_of(entries, f"{layer}.observation_sources"))
+                yield from (
+                    (node, layer, name)
+                    for name in names_of(entries, f"{layer}.observation_sources")
+                )

@@ -24,17 +24,22 @@ LISTS_ONLY = ("critics",)  # lists of names that no release of Nav2 takes as one
 PLUGIN_KEYS = ("plugin", "primary_controller")  # parameters whose value is a plugin type
 
 LARGEST = 1e9  # of any number with a decimal point
-ENDLESS = ("_range", "_height", "path_length_tolerance")  # ends of names whose values may be as large as they like
+# ends of names whose values may be as large as they like
+ENDLESS = ("_range", "_height", "path_length_tolerance")
 
 
-def read_values(cls: type[T], entries: Mapping[str, Entry], prefix: str, given: Mapping[str, Any]) -> T:
+def read_values(
+    cls: type[T], entries: Mapping[str, Entry], prefix: str, given: Mapping[str, Any]
+) -> T:
     """Fill a dataclass from the parameters below a dotted prefix (ending in a dot, or empty).
 
-    A field that is a dataclass is filled from the sub-namespace of its name; a mapping of dataclasses keeps its default
-    unless ``given``. An absent parameter keeps the field's default, which is Nav2's.
+    A field that is a dataclass is filled from the sub-namespace of its name; a mapping of
+    dataclasses keeps its default unless ``given``. An absent parameter keeps the field's default,
+    which is Nav2's.
 
     Raises:
-        ParameterError: a value of the wrong kind; the message begins with the parameter's dotted name.
+        ParameterError: a value of the wrong kind; the message begins with the parameter's dotted
+            name.
     """
     values = dict(given)
     for name, kind in _read_fields(cls, given):
@@ -43,12 +48,16 @@ def read_values(cls: type[T], entries: Mapping[str, Entry], prefix: str, given: 
         elif f"{prefix}{name}" in entries and not _is_left_open(kind, entries[f"{prefix}{name}"]):
             values[name] = _field_value(name, kind, entries[f"{prefix}{name}"], prefix)
     try:
-        made = cls(**{f"{name}_" if iskeyword(name) else name: value for name, value in values.items()})
+        made = cls(
+            **{f"{name}_" if iskeyword(name) else name: value for name, value in values.items()}
+        )
     except InputError as error:
         raise _OutOfRangeError(cls, prefix, str(error)) from None
     for name, value in values.items():  # what the dataclass itself takes at any size
         if isinstance(value, float) and abs(value) > LARGEST and not name.endswith(ENDLESS):
-            raise _OutOfRangeError(cls, prefix, f"{name} {value!r} is out of range; at most {LARGEST:g} is allowed")
+            raise _OutOfRangeError(
+                cls, prefix, f"{name} {value!r} is out of range; at most {LARGEST:g} is allowed"
+            )
     return made
 
 
@@ -56,8 +65,12 @@ def value_notices(node: str, entries: Mapping[str, Entry], visits: Iterable[Visi
     """Values of the wrong kind or out of range, and whole numbers or decimals where Nav2 insists on the other."""
     notices: list[Notice] = []
     for visit in visits:
-        given: dict[str, Any] = {"plugins": (), "filters": (), "layers": {}} if visit.params is CostmapParams else {}
-        notices += _wrong_kinds(node, entries, visit, given) or _out_of_range(node, entries, visit, given)
+        given: dict[str, Any] = (
+            {"plugins": (), "filters": (), "layers": {}} if visit.params is CostmapParams else {}
+        )
+        notices += _wrong_kinds(node, entries, visit, given) or _out_of_range(
+            node, entries, visit, given
+        )
         for name, kind in _hints(visit.params).items():
             if f"{visit.prefix}{name}" in entries:
                 path, entry = f"{node}: {visit.prefix}{name}", entries[f"{visit.prefix}{name}"]
@@ -81,7 +94,10 @@ def _warnings_of(name: str, kind: Any, path: str, entry: Entry) -> Iterator[Noti
 
 
 def form_notices(name: str, path: str, entry: Entry) -> list[Notice]:
-    """The same for a parameter that this program does not read; nothing where its name does not tell its form."""
+    """The same for a parameter that this program does not read.
+
+    Nothing where its name does not tell its form.
+    """
     if name in DECIMALS and type(entry.value) is int:
         return [_whole_number(path, entry)]
     if name in WHOLE_NUMBERS and isinstance(entry.value, float):
@@ -99,7 +115,9 @@ def _decimal_number(path: str, entry: Entry) -> Notice:
     return Notice("decimal-number", path, message, "write 3 instead of 3.0", entry.line)
 
 
-def _wrong_kinds(node: str, entries: Mapping[str, Entry], visit: Visit, given: Mapping[str, Any]) -> list[Notice]:
+def _wrong_kinds(
+    node: str, entries: Mapping[str, Entry], visit: Visit, given: Mapping[str, Any]
+) -> list[Notice]:
     """All values of one namespace that are of the wrong kind."""
     notices = []
     for name, kind in _read_fields(visit.params, given):
@@ -109,19 +127,37 @@ def _wrong_kinds(node: str, entries: Mapping[str, Entry], visit: Visit, given: M
         try:
             _field_value(name, kind, entry, visit.prefix)
         except _WrongKindError as error:
-            notices.append(Notice("bad-value", f"{node}: {error.path}", error.reason, line=entry.line, is_error=True))
+            notices.append(
+                Notice(
+                    "bad-value",
+                    f"{node}: {error.path}",
+                    error.reason,
+                    line=entry.line,
+                    is_error=True,
+                )
+            )
     return notices
 
 
-def _out_of_range(node: str, entries: Mapping[str, Entry], visit: Visit, given: Mapping[str, Any]) -> list[Notice]:
+def _out_of_range(
+    node: str, entries: Mapping[str, Entry], visit: Visit, given: Mapping[str, Any]
+) -> list[Notice]:
     """What a dataclass says about values that are of the right kind."""
     try:
         read_values(visit.params, entries, visit.prefix, given)
     except _WrongKindError as error:  # in a sub-namespace, e.g. of a critic that no list names
-        return [Notice("bad-value", f"{node}: {error.path}", error.reason, line=error.line, is_error=True)]
+        return [
+            Notice(
+                "bad-value", f"{node}: {error.path}", error.reason, line=error.line, is_error=True
+            )
+        ]
     except _OutOfRangeError as error:  # perhaps in a sub-namespace, whose own visit says the same
         named = {name for name in _hints(error.params) if re.search(rf"\b{name}\b", error.reason)}
-        lines = [entries[f"{error.prefix}{name}"].line for name in named if f"{error.prefix}{name}" in entries]
+        lines = [
+            entries[f"{error.prefix}{name}"].line
+            for name in named
+            if f"{error.prefix}{name}" in entries
+        ]
         path = f"{node}: {error.where}" if error.where else node
         return [Notice("bad-value", path, error.reason, line=min(lines, default=0), is_error=True)]
     return []
@@ -186,9 +222,13 @@ def _convert(kind: Any, value: Any, path: str, line: int) -> Any:
         return float(value)
     if kind is not float and isinstance(value, kind) and isinstance(value, bool) == (kind is bool):
         return value
-    expected = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}[kind]
+    expected = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}[
+        kind
+    ]
     if is_placeholder(value):
-        raise _WrongKindError(path, f"{_shown(value)} is left to a launch file; write {expected}", line)
+        raise _WrongKindError(
+            path, f"{_shown(value)} is left to a launch file; write {expected}", line
+        )
     raise _WrongKindError(path, f"{_shown(value)} is not {expected}", line)
 
 
@@ -205,7 +245,9 @@ def _convert_list(kinds: tuple[Any, ...], value: Any, path: str, line: int) -> t
     if not isinstance(value, list):
         raise _WrongKindError(path, f"{_shown(value)} is not a list", line)
     if kinds[-1] is not Ellipsis and len(value) != len(kinds):
-        raise _WrongKindError(path, f"{_shown(value)} has {len(value)} entries; expected {len(kinds)}", line)
+        raise _WrongKindError(
+            path, f"{_shown(value)} has {len(value)} entries; expected {len(kinds)}", line
+        )
     return tuple(_convert(kinds[0], item, f"{path}[{i}]", line) for i, item in enumerate(value))
 
 

@@ -2,14 +2,19 @@
 
 import re
 
-_TOKEN = re.compile(r"(?P<blank>[, \t])|(?P<bracket>[\[\]])|\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)")
+_TOKEN = re.compile(
+    r"(?P<blank>[, \t])|(?P<bracket>[\[\]])|\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
+)
 DEPTH = 2  # of the brackets around numbers
 
 
 def parse_vertices(text: str) -> list[list[float]] | None:
-    """The lists of numbers in a text such as ``[[0.3, 0.2], [0.3, -0.2], [-0.3, 0.0]]``; None: Nav2 cannot read it.
+    """The lists of numbers in a text such as ``[[0.3, 0.2], [0.3, -0.2], [-0.3, 0.0]]``.
 
-    As in Nav2's ``parseVVF`` commas count as blanks: ``[[0.3 0.2] [0.3 -0.2] [-0.3 0.0]]`` is the same.
+    None: Nav2 cannot read it.
+
+    As in Nav2's ``parseVVF`` commas count as blanks: ``[[0.3 0.2] [0.3 -0.2] [-0.3 0.0]]`` is the
+    same.
     """
     found: list[list[float]] = []
     depth = place = 0

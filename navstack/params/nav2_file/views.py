@@ -33,7 +33,8 @@ from navstack.params.spatio_temporal import SpatioTemporalLayerParams
 
 CONTROLLER, PLANNER, BEHAVIORS = "controller_server", "planner_server", "behavior_server"
 MONITOR, SMOOTHER = "collision_monitor", "smoother_server"
-DEFAULT_CONTROLLER, DEFAULT_PLANNER = "FollowPath", "GridBased"  # those that Nav2's default tree asks for
+# those that Nav2's default tree asks for
+DEFAULT_CONTROLLER, DEFAULT_PLANNER = "FollowPath", "GridBased"
 _FOR_EXAMPLE = "e.g. dwb_core::DWBLocalPlanner"
 
 
@@ -62,9 +63,14 @@ def read_behavior_server(nav2: Nav2File) -> BehaviorServerParams:
 
 
 def read_behaviors(nav2: Nav2File) -> list[Plugin]:
-    """The behaviors that the file lists and that are available here; the check of the file warns of the others."""
+    """The behaviors that the file lists and that are available here.
+
+    The check of the file warns of the others.
+    """
     names = read_behavior_server(nav2).behavior_plugins
-    return [_plugin(nav2, BEHAVIORS, "behaviors", name) for name in names if _has_behavior(nav2, name)]
+    return [
+        _plugin(nav2, BEHAVIORS, "behaviors", name) for name in names if _has_behavior(nav2, name)
+    ]
 
 
 def _has_behavior(nav2: Nav2File, name: str) -> bool:
@@ -96,17 +102,28 @@ def _read_zone(nav2: Nav2File, name: str) -> PolygonParams:
 
 def read_planner(nav2: Nav2File) -> Plugin:
     """The planner that drives: GridBased, for which Nav2's default tree asks, or else the first one listed."""
-    return _first(nav2, PLANNER, "planners", preferred(DEFAULT_PLANNER, read_planner_server(nav2).planner_plugins))
+    return _first(
+        nav2,
+        PLANNER,
+        "planners",
+        preferred(DEFAULT_PLANNER, read_planner_server(nav2).planner_plugins),
+    )
 
 
 def read_planners(nav2: Nav2File) -> list[Plugin]:
     """All planners that the file lists."""
-    return [_plugin(nav2, PLANNER, "planners", name) for name in read_planner_server(nav2).planner_plugins]
+    return [
+        _plugin(nav2, PLANNER, "planners", name)
+        for name in read_planner_server(nav2).planner_plugins
+    ]
 
 
 def read_smoothers(nav2: Nav2File) -> list[Plugin]:
     """All path smoothers that the file lists; Nav2's default tree uses none."""
-    return [_plugin(nav2, SMOOTHER, "smoothers", name) for name in names_in(nav2.value(SMOOTHER, "smoother_plugins"))]
+    return [
+        _plugin(nav2, SMOOTHER, "smoothers", name)
+        for name in names_in(nav2.value(SMOOTHER, "smoother_plugins"))
+    ]
 
 
 def read_controller(nav2: Nav2File) -> Plugin:
@@ -118,8 +135,9 @@ def read_controller(nav2: Nav2File) -> Plugin:
 def read_primary_controller(nav2: Nav2File, shim: Plugin) -> Plugin:
     """The controller below a rotation shim.
 
-    As in Jazzy, its parameters share the shim's namespace and ``primary_controller`` is its type; where the file has
-    ``primary_controller.plugin``, as Nav2 main wants it, they stand in that namespace.
+    As in Jazzy, its parameters share the shim's namespace and ``primary_controller`` is its type;
+    where the file has ``primary_controller.plugin``, as Nav2 main wants it, they stand in that
+    namespace.
 
     Raises:
         ParameterError: the shim names none, itself, or one that is not available here.
@@ -130,7 +148,9 @@ def read_primary_controller(nav2: Nav2File, shim: Plugin) -> Plugin:
     where = f"{nav2.path.name}: {CONTROLLER}: {key}"
     value = nav2.value(CONTROLLER, key)
     if value is None:
-        raise ParameterError(f"{where} is missing; name the controller that follows the path, {_FOR_EXAMPLE}")
+        raise ParameterError(
+            f"{where} is missing; name the controller that follows the path, {_FOR_EXAMPLE}"
+        )
     kind = plugin_type(value)
     if kind == shim.type:
         raise ParameterError(
@@ -143,13 +163,23 @@ def read_primary_controller(nav2: Nav2File, shim: Plugin) -> Plugin:
 
 
 def read_goal_checker(nav2: Nav2File) -> Plugin:
-    """The goal checker: the first one listed. Nav2's default tree names none, and Nav2 takes the only one or fails."""
-    return _first(nav2, CONTROLLER, "goal_checkers", read_controller_server(nav2).goal_checker_plugins)
+    """The goal checker: the first one listed.
+
+    Nav2's default tree names none, and Nav2 takes the only one or fails.
+    """
+    return _first(
+        nav2, CONTROLLER, "goal_checkers", read_controller_server(nav2).goal_checker_plugins
+    )
 
 
 def read_progress_checker(nav2: Nav2File) -> Plugin:
-    """The progress checker: the first one listed; as for the goal checker, Nav2 takes the only one or fails."""
-    return _first(nav2, CONTROLLER, "progress_checkers", read_controller_server(nav2).progress_checker_plugins)
+    """The progress checker: the first one listed.
+
+    As for the goal checker, Nav2 takes the only one or fails.
+    """
+    return _first(
+        nav2, CONTROLLER, "progress_checkers", read_controller_server(nav2).progress_checker_plugins
+    )
 
 
 def read_dwb(nav2: Nav2File, name: str = "FollowPath") -> DwbParams:
@@ -158,7 +188,9 @@ def read_dwb(nav2: Nav2File, name: str = "FollowPath") -> DwbParams:
     own, named = nested_params(DwbParams), {}
     types = {**nav2.catalog.available.get("dwb_critics", {}), **own}
     for critic in params.critics:
-        kind = nav2.catalog.critic_type("dwb_critics", nav2.value(CONTROLLER, f"{name}.{critic}.class", critic))
+        kind = nav2.catalog.critic_type(
+            "dwb_critics", nav2.value(CONTROLLER, f"{name}.{critic}.class", critic)
+        )
         read = types.get(kind)
         if read is not None and (kind != critic or kind not in own):
             named[critic] = NamedCritic(kind, nav2.read(read, CONTROLLER, name, critic))
@@ -171,9 +203,13 @@ def read_mppi(nav2: Nav2File, name: str = "FollowPath") -> MppiParams:
     Raises:
         ParameterError: a critic considers the footprint of a robot that is given by its radius.
     """
-    params = nav2.read(MppiParams, CONTROLLER, name, local_costs=_local_costs(read_costmap(nav2, "local_costmap")))
+    params = nav2.read(
+        MppiParams, CONTROLLER, name, local_costs=_local_costs(read_costmap(nav2, "local_costmap"))
+    )
     for critic in params.critics:
-        if params.local_costs.is_round and getattr(getattr(params, critic), "consider_footprint", False):
+        if params.local_costs.is_round and getattr(
+            getattr(params, critic), "consider_footprint", False
+        ):
             raise ParameterError(
                 f"{nav2.path.name}: {CONTROLLER}: {name}.{critic}.consider_footprint is true, but local_costmap has no "
                 "footprint; give it one, or set this to false"
@@ -186,7 +222,8 @@ def _local_costs(costmap: CostmapParams) -> LocalCosts:
     layers = list(costmap.enabled_layers((*costmap.plugins, *costmap.filters)).items())
     inflation = {name: layer for name, layer in layers if isinstance(layer, InflationLayerParams)}
     is_round = costmap.footprint.strip() in ("", "[]")
-    marking = [name for name, layer in layers if not isinstance(layer, SpeedFilterParams)]  # all others write costs
+    # all others write costs
+    marking = [name for name, layer in layers if not isinstance(layer, SpeedFilterParams)]
     ends_inflated = bool(marking) and marking[-1] in inflation
     return LocalCosts(inflation, costmap.track_unknown_space, is_round, ends_inflated)
 
@@ -195,7 +232,8 @@ def read_costmap(nav2: Nav2File, node: str) -> CostmapParams:
     """A costmap with its layers, in their order; ``node`` is local_costmap or global_costmap.
 
     Raises:
-        ParameterError: a layer or filter that is not available here, or a value that cannot be used.
+        ParameterError: a layer or filter that is not available here, or a value that cannot be
+            used.
     """
     names = names_in(nav2.value(node, "plugins", list(CostmapParams().plugins)))
     filters = names_in(nav2.value(node, "filters"))
@@ -235,8 +273,11 @@ def _read_layer(nav2: Nav2File, node: str, name: str) -> LayerParams:
         return layer
     sources = names_in(nav2.value(node, f"{name}.observation_sources"))
     described_by = NAMED_SECTIONS[params]["observation_sources"]
-    given: dict[str, Any] = {"sources": {source: nav2.read(described_by, node, name, source) for source in sources}}
-    if params is SpatioTemporalLayerParams:  # the layer takes the costmap's setting where it has none of its own
+    given: dict[str, Any] = {
+        "sources": {source: nav2.read(described_by, node, name, source) for source in sources}
+    }
+    # the layer takes the costmap's setting where it has none of its own
+    if params is SpatioTemporalLayerParams:
         unknown = nav2.value(node, "track_unknown_space", CostmapParams().track_unknown_space)
         given["track_unknown_space"] = nav2.value(node, f"{name}.track_unknown_space", unknown)
     layer = nav2.read(params, node, name, **given)

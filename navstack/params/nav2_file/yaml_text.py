@@ -71,7 +71,10 @@ def _values_of(text: str) -> Any:
 
 @lru_cache(maxsize=8)  # files; what edits one reads the same text again
 def compose_text(text: str) -> Node | None:
-    """The nodes of a YAML text, with their places, which nobody changes; to be called within :func:`guarded`."""
+    """The nodes of a YAML text, with their places, which nobody changes.
+
+    To be called within :func:`guarded`.
+    """
     node: Node | None = _reader().compose(text)
     return node
 
@@ -86,9 +89,15 @@ def guarded(read: Callable[[], T], where: str) -> T:
         return read()
     except MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else "?"
-        raise ParameterError(f"{where}: line {line} is not valid YAML: {error.problem or error.context}") from None
+        raise ParameterError(
+            f"{where}: line {line} is not valid YAML: {error.problem or error.context}"
+        ) from None
     except (YAMLError, ValueError) as error:
-        reason = "a number with thousands of digits" if str(error).startswith(_DIGITS) else _first_line(error)
+        reason = (
+            "a number with thousands of digits"
+            if str(error).startswith(_DIGITS)
+            else _first_line(error)
+        )
         raise ParameterError(f"{where}: is not valid YAML: {reason}") from None
 
 

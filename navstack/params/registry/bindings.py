@@ -39,7 +39,8 @@ NODES: Mapping[str, Params] = {
     "collision_monitor": CollisionMonitorParams,
 }
 
-# Nodes of which a file may hold several, each under a name of its own, by the node whose parameters they have.
+# Nodes of which a file may hold several, each under a name of its own, by the node whose parameters
+# they have.
 FILTER_NODES: Mapping[str, Params] = {
     "costmap_filter_info_server": FilterInfoServerParams,
     "filter_mask_server": MaskServerParams,
@@ -68,7 +69,10 @@ ONLY_WITHOUT: Mapping[Params, Mapping[str, frozenset[str]]] = {
 
 
 def parameter_of(field: str) -> str:
-    """The parameter that a field of a dataclass holds: a keyword of Python has an underscore after it there."""
+    """The parameter that a field of a dataclass holds.
+
+    A keyword of Python has an underscore after it there.
+    """
     return field.rstrip("_")
 
 
@@ -80,12 +84,21 @@ def field_names(params: Params) -> frozenset[str]:
 def parameters(params: Params) -> frozenset[str]:
     """The parameters that the fields of a dataclass hold, without those that are namespaces."""
     return frozenset(
-        parameter_of(each.name) for each in dataclasses.fields(params) if each.default_factory is dataclasses.MISSING
+        parameter_of(each.name)
+        for each in dataclasses.fields(params)
+        if each.default_factory is dataclasses.MISSING
     )
 
 
 def nested_params(params: Params) -> dict[str, Params]:
-    """The dataclasses of a dataclass's sub-namespaces, by field; for named ones by the list that names them."""
+    """The dataclasses of a dataclass's sub-namespaces, by field.
+
+    For named ones by the list that names them.
+    """
     hints = typing.get_type_hints(params)
-    nested = {name: kind for name, kind in hints.items() if dataclasses.is_dataclass(kind) and isinstance(kind, type)}
+    nested = {
+        name: kind
+        for name, kind in hints.items()
+        if dataclasses.is_dataclass(kind) and isinstance(kind, type)
+    }
     return {**nested, **NAMED_SECTIONS.get(params, {})}

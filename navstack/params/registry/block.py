@@ -14,7 +14,8 @@ class PluginList:
     """A parameter that names sub-namespaces, each holding one plugin."""
 
     family: str  # key of FAMILIES
-    defaults: Mapping[str, str] = field(default_factory=dict)  # Nav2's names and types where the list is absent
+    # Nav2's names and types where the list is absent
+    defaults: Mapping[str, str] = field(default_factory=dict)
     selector: str = "plugin"  # parameter of the sub-namespace that gives the type
     name_is_type: bool = False  # without the selector, the name itself is the type (critics)
 
@@ -25,11 +26,16 @@ class Block:
 
     keys: frozenset[str] = frozenset()
     groups: Mapping[str, "Block"] = field(default_factory=dict)  # sub-namespaces of fixed name
-    plugins: Mapping[str, PluginList] = field(default_factory=dict)  # list parameter -> what it names
-    named: Mapping[str, "Block"] = field(default_factory=dict)  # list parameter -> block of each named sub-namespace
-    renamed: Mapping[str, str] = field(default_factory=dict)  # older name -> today's name, same meaning
-    newer: Mapping[str, str] = field(default_factory=dict)  # name of a later release -> Jazzy's name, same meaning
-    delegates: Mapping[str, str] = field(default_factory=dict)  # parameter naming a plugin that shares this namespace
+    # list parameter -> what it names
+    plugins: Mapping[str, PluginList] = field(default_factory=dict)
+    # list parameter -> block of each named sub-namespace
+    named: Mapping[str, "Block"] = field(default_factory=dict)
+    # older name -> today's name, same meaning
+    renamed: Mapping[str, str] = field(default_factory=dict)
+    # name of a later release -> Jazzy's name, same meaning
+    newer: Mapping[str, str] = field(default_factory=dict)
+    # parameter naming a plugin that shares this namespace
+    delegates: Mapping[str, str] = field(default_factory=dict)
     is_open: bool = False  # any parameter is accepted
 
     @property

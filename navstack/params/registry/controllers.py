@@ -63,11 +63,17 @@ MPPI_CRITICS = family(
     },
 )
 
-_CONTROL = ("footprint", "control_frequency", "xy_goal_tolerance")  # padded polygon (V, 2) in [m], [Hz], [m]
+# padded polygon (V, 2) in [m], [Hz], [m]
+_CONTROL = ("footprint", "control_frequency", "xy_goal_tolerance")
 
 
-def _controller(make: str, params: Params, kernels: str, needs: tuple[str, ...] = _CONTROL) -> Entry:
-    """A controller of ``navstack.control``; ``kernels``: modules of ``navstack``, with blanks between."""
+def _controller(
+    make: str, params: Params, kernels: str, needs: tuple[str, ...] = _CONTROL
+) -> Entry:
+    """A controller of ``navstack.control``.
+
+    ``kernels``: modules of ``navstack``, with blanks between.
+    """
     modules = tuple(f"navstack.{module}" for module in kernels.split())
     return Entry(make=f"navstack.control.{make}", params=params, needs=needs, kernels=modules)
 

@@ -25,7 +25,9 @@ LAYERS = family(
     {
         "nav2_costmap_2d::StaticLayer": Entry(params=StaticLayerParams, kernels=_MAP),
         "nav2_costmap_2d::ObstacleLayer": Entry(params=ObstacleLayerParams, kernels=_BEAMS),
-        "nav2_costmap_2d::VoxelLayer": Entry(params=ObstacleLayerParams, kernels=_BEAMS, note=_PLANAR),
+        "nav2_costmap_2d::VoxelLayer": Entry(
+            params=ObstacleLayerParams, kernels=_BEAMS, note=_PLANAR
+        ),
         "nav2_costmap_2d::InflationLayer": _INFLATION,
         "nav2_costmap_2d::LegacyInflationLayer": _INFLATION,
         "nav2_costmap_2d::RangeSensorLayer": Entry(

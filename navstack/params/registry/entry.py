@@ -12,12 +12,17 @@ Params = type[Any]  # a frozen dataclass whose fields are named like the paramet
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """An algorithm by its type in a Nav2 file. One without ``make`` and ``params`` is Nav2's and not available here."""
+    """An algorithm by its type in a Nav2 file.
+
+    One without ``make`` and ``params`` is Nav2's and not available here.
+    """
 
     keys: Block = Block()  # what Nav2 declares, in any release
-    make: str | Callable[..., Any] = ""  # "module:name", imported when it is asked for; empty for a layer
+    # "module:name", imported when it is asked for; empty for a layer
+    make: str | Callable[..., Any] = ""
     params: Params | None = None  # None: it has none
-    needs: tuple[str, ...] = ()  # what ``make`` takes behind the parameters: names of :data:`build`'s parts
+    # what ``make`` takes behind the parameters: names of :data:`build`'s parts
+    needs: tuple[str, ...] = ()
     kernels: tuple[str, ...] = ()  # modules of compiled functions that it calls
     note: str = ""  # in what it is less than Nav2's
 

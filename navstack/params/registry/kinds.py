@@ -4,7 +4,8 @@ from navstack.params.registry.block import words
 from navstack.params.registry.nav2 import NAV2
 
 SWITCHES, DECIMALS, WHOLE_NUMBERS, _EITHER = (
-    words(NAV2["kinds"][kind]) for kind in ("switches", "decimals", "whole_numbers", "either_number")
+    words(NAV2["kinds"][kind])
+    for kind in ("switches", "decimals", "whole_numbers", "either_number")
 )
 NUMBERS = DECIMALS | WHOLE_NUMBERS | _EITHER
 

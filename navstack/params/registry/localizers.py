@@ -30,7 +30,9 @@ class LocalizerEntry(Entry):
 
 
 LOCALIZERS: Mapping[str, LocalizerEntry] = {
-    "gps": LocalizerEntry(make="navstack.localization.gps:GpsLocalizer", inputs=(FIX,), uses=(IMU,)),
+    "gps": LocalizerEntry(
+        make="navstack.localization.gps:GpsLocalizer", inputs=(FIX,), uses=(IMU,)
+    ),
     "gps-ekf": LocalizerEntry(
         make="navstack.localization.gps_ekf:GpsEkfLocalizer",
         kernels=_EKF_KERNELS,

@@ -11,7 +11,8 @@ from navstack.params.registry.block import Block, PluginList, words
 from navstack.params.registry.entry import Entry, Family, Params
 
 NAV2 = tomllib.loads(Path(__file__).with_name("nav2.toml").read_text(encoding="utf-8"))
-_SELECTORS = {"dwb_critics": "class", "mppi_critics": ""}  # parameter that gives a plugin's type, if not "plugin"
+# parameter that gives a plugin's type, if not "plugin"
+_SELECTORS = {"dwb_critics": "class", "mppi_critics": ""}
 
 
 def family(name: str, here: Mapping[str, Entry]) -> Family:
@@ -28,14 +29,18 @@ def family(name: str, here: Mapping[str, Entry]) -> Family:
     selector = words(_SELECTORS.get(name, "plugin"))
     return {
         kind: replace(
-            here.get(kind, Entry()), keys=block if block.is_open else replace(block, keys=block.keys | selector)
+            here.get(kind, Entry()),
+            keys=block if block.is_open else replace(block, keys=block.keys | selector),
         )
         for kind, block in declared.items()
     }
 
 
 def blocks(tables: Mapping[str, Any], read: Mapping[str, Params]) -> dict[str, Block]:
-    """The blocks of tables that stand beside each other, by name; ``read`` are the dataclasses that read them."""
+    """The blocks of tables that stand beside each other, by name.
+
+    ``read`` are the dataclasses that read them.
+    """
     return {
         name: block_of({**tables.get(table.get("as_in"), {}), **table}, read.get(name))
         for name, table in tables.items()

@@ -18,11 +18,14 @@ _HERE: Mapping[str, Family] = {  # those of which this program has some
     "progress_checkers": tasks.PROGRESS_CHECKERS,
     "behaviors": tasks.BEHAVIORS,
 }
-FAMILIES: Mapping[str, Family] = {name: _HERE.get(name) or family(name, {}) for name in NAV2["families"]}
+FAMILIES: Mapping[str, Family] = {
+    name: _HERE.get(name) or family(name, {}) for name in NAV2["families"]
+}
 
 COMMON = block_of(NAV2["common"])  # parameters of every node
 NODES = blocks(NAV2["nodes"], {**bindings.NODES, **bindings.FILTER_NODES})
-DEFAULT_LAYERS = NODES["local_costmap"].plugins["plugins"].defaults  # of a costmap whose section names none
+# of a costmap whose section names none
+DEFAULT_LAYERS = NODES["local_costmap"].plugins["plugins"].defaults
 
 _NAMES = NAV2["names"]
 RENAMED_PACKAGES: Mapping[str, str] = _NAMES["renamed_packages"]

@@ -1,6 +1,11 @@
 """Planners and path smoothers that run here."""
 
-from navstack.params.planners import IncrementalNavfnParams, NavfnParams, OmplParams, ThetaStarParams
+from navstack.params.planners import (
+    IncrementalNavfnParams,
+    NavfnParams,
+    OmplParams,
+    ThetaStarParams,
+)
 from navstack.params.registry.entry import Entry
 from navstack.params.registry.nav2 import family
 from navstack.params.smac import Smac2DParams, SmacHybridParams, SmacLatticeParams
@@ -13,9 +18,13 @@ PLANNERS = family(
         "nav2_navfn_planner::NavfnPlanner": Entry(
             make="navstack.planning.navfn:NavfnPlanner", params=NavfnParams, kernels=_NAVFN
         ),
-        "nav2_smac_planner::SmacPlanner2D": Entry(make="navstack.planning.smac.smac_2d:Smac2D", params=Smac2DParams),
+        "nav2_smac_planner::SmacPlanner2D": Entry(
+            make="navstack.planning.smac.smac_2d:Smac2D", params=Smac2DParams
+        ),
         "nav2_smac_planner::SmacPlannerHybrid": Entry(
-            make="navstack.planning.smac.pose_planner:SmacHybrid", params=SmacHybridParams, needs=("robot_shape",)
+            make="navstack.planning.smac.pose_planner:SmacHybrid",
+            params=SmacHybridParams,
+            needs=("robot_shape",),
         ),
         "nav2_smac_planner::SmacPlannerLattice": Entry(
             make="navstack.planning.smac.pose_planner:SmacLattice",
@@ -32,7 +41,9 @@ PLANNERS = family(
             kernels=(*_NAVFN, "navstack.planning.incremental_kernels"),
         ),
         "navstack::OmplPlanner": Entry(
-            make="navstack.planning.ompl_planner:OmplPlanner", params=OmplParams, needs=("robot_shape",)
+            make="navstack.planning.ompl_planner:OmplPlanner",
+            params=OmplParams,
+            needs=("robot_shape",),
         ),
     },
 )

@@ -34,7 +34,10 @@ GOAL_CHECKERS = _checkers(
 )
 PROGRESS_CHECKERS = _checkers(
     "progress_checker",
-    {"SimpleProgressChecker": SimpleProgressCheckerParams, "PoseProgressChecker": PoseProgressCheckerParams},
+    {
+        "SimpleProgressChecker": SimpleProgressCheckerParams,
+        "PoseProgressChecker": PoseProgressCheckerParams,
+    },
 )
 
 BEHAVIORS = family(
@@ -42,7 +45,9 @@ BEHAVIORS = family(
     {
         "nav2_behaviors::Spin": Entry(make="navstack.behaviors.spin:Spin"),
         "nav2_behaviors::BackUp": Entry(make="navstack.behaviors.drive:BackUp", params=DriveParams),
-        "nav2_behaviors::DriveOnHeading": Entry(make="navstack.behaviors.drive:DriveOnHeading", params=DriveParams),
+        "nav2_behaviors::DriveOnHeading": Entry(
+            make="navstack.behaviors.drive:DriveOnHeading", params=DriveParams
+        ),
         "nav2_behaviors::Wait": Entry(make="navstack.behaviors.wait:Wait"),
     },
 )

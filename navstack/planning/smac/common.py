@@ -6,7 +6,12 @@ import numpy as np
 
 from navstack.costmap.costmap import Costmap
 from navstack.errors import NoPathFoundError
-from navstack.params.smac import Smac2DParams, SmacHybridParams, SmacLatticeParams, SmacSmootherParams
+from navstack.params.smac import (
+    Smac2DParams,
+    SmacHybridParams,
+    SmacLatticeParams,
+    SmacSmootherParams,
+)
 from navstack.planning.endpoints import goal_occupied, no_path
 from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.types import BoolArray, FloatArray, Path, Pose2D
@@ -15,7 +20,10 @@ FEWEST = 10  # poses of a path that is smoothed
 
 
 def searched(
-    costmap: Costmap, goal: Pose2D, params: Smac2DParams | SmacHybridParams | SmacLatticeParams, blocked: BoolArray
+    costmap: Costmap,
+    goal: Pose2D,
+    params: Smac2DParams | SmacHybridParams | SmacLatticeParams,
+    blocked: BoolArray,
 ) -> Costmap:
     """The costmap over which a path is searched, of larger cells where that is wanted.
 
@@ -42,8 +50,14 @@ def downsampled(costmap: Costmap, factor: int) -> Costmap:
 
 
 def in_cells(pose: Pose2D, costmap: Costmap) -> FloatArray:
-    """A pose (3,) in [cells, cells, rad] from the costmap's corner; what rounds to the last cell's end lies in it."""
-    x, y = (pose.x - costmap.origin_x) / costmap.resolution, (pose.y - costmap.origin_y) / costmap.resolution
+    """A pose (3,) in [cells, cells, rad] from the costmap's corner.
+
+    What rounds to the last cell's end lies in it.
+    """
+    x, y = (
+        (pose.x - costmap.origin_x) / costmap.resolution,
+        (pose.y - costmap.origin_y) / costmap.resolution,
+    )
     beyond = np.nextafter((costmap.size_x, costmap.size_y), 0.0)
     return np.array((min(x, beyond[0]), min(y, beyond[1]), pose.yaw))
 
@@ -65,4 +79,6 @@ def smoothed(poses: FloatArray, costmap: Costmap, params: SmacSmootherParams) ->
 
 def no_way(start: Pose2D, goal: Pose2D) -> NoPathFoundError:
     """The error that a search ended without a path."""
-    return no_path(start, goal, or_else=", or whether max_iterations or max_planning_time is too low")
+    return no_path(
+        start, goal, or_else=", or whether max_iterations or max_planning_time is too low"
+    )

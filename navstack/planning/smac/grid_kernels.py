@@ -11,7 +11,9 @@ from navstack.planning.endpoints import way_back
 from navstack.types import BoolArray, ByteArray, Float32Array, IntArray
 
 FULL_COST = 252.0  # the highest cost that is no contact
-NEIGHBOURS = np.array(((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)), dtype=np.int64)
+NEIGHBOURS = np.array(
+    ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)), dtype=np.int64
+)
 
 
 class Limits(NamedTuple):
@@ -46,7 +48,8 @@ def search_grid(
 
     Args:
         costs: (height, width).
-        blocked: (256,) costs that the way must not have; unknown cells that are open are so at full cost.
+        blocked: (256,) costs that the way must not have; unknown cells that are open are so at full
+            cost.
         start: its own cost does not matter.
         goal: where to.
         multiplier: cost_travel_multiplier.

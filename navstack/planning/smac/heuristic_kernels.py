@@ -1,4 +1,7 @@
-"""The cost of the way to the goal on the grid, however the robot is turned: the heuristic of searches over poses."""
+"""The cost of the way to the goal on the grid, however the robot is turned.
+
+The heuristic of searches over poses.
+"""
 
 import heapq
 import math
@@ -32,16 +35,23 @@ class Field(NamedTuple):
     towards_y: int
     goal_x: int  # the goal's square
     goal_y: int
-    buried: float  # [squares] about an occupied goal that the way may lead through what is occupied; free: less than 0
+    # [squares] about an occupied goal that the way may lead through what is occupied; free: less
+    # than 0
+    buried: float
     ways: Float32Array  # (rows * columns,) [squares]
     is_known: BoolArray  # (rows * columns,)
 
 
 @njit()
-def make_field(ground: Ground, start: FloatArray, goal: Goal) -> tuple[Field, list[tuple[float, int]]]:
+def make_field(
+    ground: Ground, start: FloatArray, goal: Goal
+) -> tuple[Field, list[tuple[float, int]]]:
     """A field in which only the goal's square is waiting."""
     coarse = goal.coarse
-    columns, rows = (ground.costs.shape[1] + coarse - 1) // coarse, (ground.costs.shape[0] + coarse - 1) // coarse
+    columns, rows = (
+        (ground.costs.shape[1] + coarse - 1) // coarse,
+        (ground.costs.shape[0] + coarse - 1) // coarse,
+    )
     ways = np.full(columns * rows, np.inf, dtype=np.float32)
     goal_x, goal_y = int(goal.pose[0]) // coarse, int(goal.pose[1]) // coarse
     target = goal_y * columns + goal_x
@@ -50,18 +60,25 @@ def make_field(ground: Ground, start: FloatArray, goal: Goal) -> tuple[Field, li
     is_buried = ground.blocked[lowest_cost(ground.costs, goal_x, goal_y, coarse)]
     buried = goal.tolerance / coarse if is_buried else -1.0
     towards_x, towards_y = int(start[0]) // coarse, int(start[1]) // coarse
-    field = Field(coarse, columns, rows, towards_x, towards_y, goal_x, goal_y, buried, ways, is_known)
+    field = Field(
+        coarse, columns, rows, towards_x, towards_y, goal_x, goal_y, buried, ways, is_known
+    )
     return field, [(0.0, target)]
 
 
 @njit()
 def way_to_goal(
-    ground: Ground, field: Field, waiting: list[tuple[float, int]], cost_penalty: float, x: float, y: float
+    ground: Ground,
+    field: Field,
+    waiting: list[tuple[float, int]],
+    cost_penalty: float,
+    x: float,
+    y: float,
 ) -> float:
     """The cost of the way from a place to the goal, [cells]; inf: there is none.
 
-    The search from the goal goes on, in A*'s order towards the robot, until the square of the place is known: what is
-    known stays known, whichever is asked for next.
+    The search from the goal goes on, in A*'s order towards the robot, until the square of the place
+    is known: what is known stays known, whichever is asked for next.
     """
     wanted = int(y) // field.coarse * field.columns + int(x) // field.coarse
     while not field.is_known[wanted] and len(waiting) > 0:
@@ -83,7 +100,9 @@ def way_to_goal(
                     continue
                 cost = 0  # nobody drives there: the way tells how far from the goal the robot is
             length = math.sqrt(2.0) if k >= 4 else 1.0
-            way = field.ways[n] + length * (1.0 + cost_penalty * min(float(cost), FULL_COST) / FULL_COST)
+            way = field.ways[n] + length * (
+                1.0 + cost_penalty * min(float(cost), FULL_COST) / FULL_COST
+            )
             if way < field.ways[m]:
                 field.ways[m] = way
                 heapq.heappush(waiting, (way + octile(u - field.towards_x, v - field.towards_y), m))

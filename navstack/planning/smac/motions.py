@@ -44,7 +44,9 @@ class _Motion(NamedTuple):
 
 @lru_cache(maxsize=4)
 def arcs(bins: int, radius: float, reverses: bool) -> Motions:
-    """Hybrid-A*'s motions (``node_hybrid.cpp``): straight on and arcs to both sides, each just out of its cell.
+    """Hybrid-A*'s motions (``node_hybrid.cpp``).
+
+    Straight on and arcs to both sides, each just out of its cell.
 
     Args:
         bins: headings, evenly spread.
@@ -63,12 +65,16 @@ def arcs(bins: int, radius: float, reverses: bool) -> Motions:
             found.append(_arc(b, b, size, 0.0, sign * chord, STRAIGHT, sign < 0))
             for side, kind in ((1, LEFT), (-1, RIGHT)):
                 end = (b + sign * side * turns) % bins
-                found.append(_arc(b, end, size, side / radius, sign * radius * angle, kind, sign < 0))
+                found.append(
+                    _arc(b, end, size, side / radius, sign * radius * angle, kind, sign < 0)
+                )
         table.append(found)
     return _table(np.arange(bins, dtype=np.float64) * size, table)
 
 
-def _arc(start: int, end: int, size: float, curvature: float, length: float, kind: int, is_reverse: bool) -> _Motion:
+def _arc(
+    start: int, end: int, size: float, curvature: float, length: float, kind: int, is_reverse: bool
+) -> _Motion:
     """A motion of signed length [cells] at a curvature [1/cells]."""
     count = max(1, math.ceil(abs(length) / STEP - 1e-9))
     at = length * np.arange(1, count + 1) / count
@@ -83,10 +89,12 @@ def _arc(start: int, end: int, size: float, curvature: float, length: float, kin
 
 @lru_cache(maxsize=4)
 def lattice(radius: float) -> Motions:
-    """A lattice of 16 headings whose motions end at cells: straight on, and to the next heading on both sides.
+    """A lattice of 16 headings whose motions end at cells.
 
-    A turn is an arc between two straight pieces, of which one has no length: the shortest whose radius is not below
-    ``radius`` [cells], as Nav2's lattice generator makes them.
+    Straight on, and to the next heading on both sides.
+
+    A turn is an arc between two straight pieces, of which one has no length: the shortest whose
+    radius is not below ``radius`` [cells], as Nav2's lattice generator makes them.
     """
     headings = np.array([math.atan2(y, x) for x, y in HEADINGS]) % (2.0 * math.pi)
     table = []
@@ -105,10 +113,19 @@ def _shortest_turn(headings: FloatArray, b: int, end: int, radius: float) -> _Mo
         ((x, y) for x in range(-reach, reach + 1) for y in range(-reach, reach + 1) if x or y),
         key=lambda place: (math.hypot(*place), place),
     )
-    return next((m for place in places if (m := _line_and_arc(headings, b, end, place, radius)) is not None), None)
+    return next(
+        (
+            m
+            for place in places
+            if (m := _line_and_arc(headings, b, end, place, radius)) is not None
+        ),
+        None,
+    )
 
 
-def _line_and_arc(headings: FloatArray, b: int, end: int, place: tuple[int, int], radius: float) -> _Motion | None:
+def _line_and_arc(
+    headings: FloatArray, b: int, end: int, place: tuple[int, int], radius: float
+) -> _Motion | None:
     """The motion from (0, 0) to a place [cells], where one straight piece and one arc of enough radius lead there."""
     first, last = float(headings[b]), float(headings[end])
     turn = (last - first + math.pi) % (2.0 * math.pi) - math.pi
@@ -116,8 +133,15 @@ def _line_and_arc(headings: FloatArray, b: int, end: int, place: tuple[int, int]
     if turn == 0.0:
         length = math.hypot(x, y)
         at = np.linspace(0.0, 1.0, max(1, math.ceil(length / STEP)) + 1)[1:]
-        return _Motion(end, STRAIGHT, False, length, np.stack((at * x, at * y, np.full(len(at), first)), axis=1))
-    # the two headings' lines through start and end meet at ``before`` cells from the start, ``after`` before the end
+        return _Motion(
+            end,
+            STRAIGHT,
+            False,
+            length,
+            np.stack((at * x, at * y, np.full(len(at), first)), axis=1),
+        )
+    # the two headings' lines through start and end meet at ``before`` cells from the start,
+    # ``after`` before the end
     sine = math.sin(turn)
     before = (x * math.sin(last) - y * math.cos(last)) / sine
     after = (y * math.cos(first) - x * math.sin(first)) / sine
@@ -125,10 +149,16 @@ def _line_and_arc(headings: FloatArray, b: int, end: int, place: tuple[int, int]
     if tangent <= 0.0 or tangent / math.tan(abs(turn) / 2.0) < radius - 1e-9:
         return None
     bend = tangent / math.tan(abs(turn) / 2.0)
-    pieces = ((before - tangent, 0.0), (bend * abs(turn), math.copysign(1.0 / bend, turn)), (after - tangent, 0.0))
+    pieces = (
+        (before - tangent, 0.0),
+        (bend * abs(turn), math.copysign(1.0 / bend, turn)),
+        (after - tangent, 0.0),
+    )
     poses = _along(first, pieces)
     poses[-1] = (x, y, last)
-    return _Motion(end, LEFT if turn > 0.0 else RIGHT, False, sum(length for length, _ in pieces), poses)
+    return _Motion(
+        end, LEFT if turn > 0.0 else RIGHT, False, sum(length for length, _ in pieces), poses
+    )
 
 
 def _along(yaw: float, pieces: tuple[tuple[float, float], ...]) -> FloatArray:
@@ -138,18 +168,28 @@ def _along(yaw: float, pieces: tuple[tuple[float, float], ...]) -> FloatArray:
     poses, x, y = [], 0.0, 0.0
     begin = 0.0
     for length, curvature in pieces:
-        inside = [total * i / count for i in range(1, count + 1) if begin < total * i / count <= begin + length + 1e-9]
+        inside = [
+            total * i / count
+            for i in range(1, count + 1)
+            if begin < total * i / count <= begin + length + 1e-9
+        ]
         poses += [_ahead(x, y, yaw, at - begin, curvature) for at in inside]
         x, y, yaw = _ahead(x, y, yaw, length, curvature)
         begin += length
     return np.array(poses)
 
 
-def _ahead(x: float, y: float, yaw: float, length: float, curvature: float) -> tuple[float, float, float]:
+def _ahead(
+    x: float, y: float, yaw: float, length: float, curvature: float
+) -> tuple[float, float, float]:
     if curvature == 0.0:
         return x + length * math.cos(yaw), y + length * math.sin(yaw), yaw
     end = yaw + curvature * length
-    return x + (math.sin(end) - math.sin(yaw)) / curvature, y + (math.cos(yaw) - math.cos(end)) / curvature, end
+    return (
+        x + (math.sin(end) - math.sin(yaw)) / curvature,
+        y + (math.cos(yaw) - math.cos(end)) / curvature,
+        end,
+    )
 
 
 @lru_cache(maxsize=4)
@@ -162,16 +202,22 @@ def read_lattice(path: Path, resolution: float) -> Motions:
     try:
         content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         made_for = float(content["lattice_metadata"]["grid_resolution"])
-        headings = np.array(content["lattice_metadata"]["heading_angles"], dtype=np.float64) % (2.0 * math.pi)
+        headings = np.array(content["lattice_metadata"]["heading_angles"], dtype=np.float64) % (
+            2.0 * math.pi
+        )
         primitives = [_stored(primitive, made_for) for primitive in content["primitives"]]
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
         raise ParameterError(f"lattice file {path}: is none of Nav2's: {error!r}") from None
     if not math.isclose(made_for, resolution, rel_tol=1e-3):
-        raise ParameterError(f"lattice file {path}: is for {made_for:g} m per cell, the costmap has {resolution:g} m")
+        raise ParameterError(
+            f"lattice file {path}: is for {made_for:g} m per cell, the costmap has {resolution:g} m"
+        )
     table: list[list[_Motion]] = [[] for _ in headings]
     for start, motion in primitives:
         if not (0 <= start < len(table) and 0 <= motion.end < len(table)):
-            raise ParameterError(f"lattice file {path}: a primitive's heading is none of its {len(table)}")
+            raise ParameterError(
+                f"lattice file {path}: a primitive's heading is none of its {len(table)}"
+            )
         table[start].append(motion)
     return _table(headings, table)
 
@@ -195,7 +241,9 @@ def _table(headings: FloatArray, table: list[list[_Motion]]) -> Motions:
     shape = (len(table), max(len(found) for found in table))
     most = max(len(motion.poses) for _, _, motion in _each(table))
     ends, kinds, is_reverse, counts = (np.zeros(shape, dtype=np.int64) for _ in range(4))
-    motions = Motions(headings, ends, kinds, is_reverse, np.zeros(shape), np.zeros((*shape, most, 3)), counts)
+    motions = Motions(
+        headings, ends, kinds, is_reverse, np.zeros(shape), np.zeros((*shape, most, 3)), counts
+    )
     for b, k, motion in _each(table):
         motions.ends[b, k], motions.kinds[b, k] = motion.end, motion.kind
         motions.is_reverse[b, k], motions.lengths[b, k] = motion.is_reverse, motion.length

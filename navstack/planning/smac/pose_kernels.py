@@ -18,7 +18,9 @@ from navstack.types import FloatArray
 
 
 @njit()
-def step_cost(penalties: Penalties, length: float, cost: int, kind: int, backwards: int, before: int) -> float:
+def step_cost(
+    penalties: Penalties, length: float, cost: int, kind: int, backwards: int, before: int
+) -> float:
     """What a motion costs, [cells] (NodeHybrid::getTraversalCost).
 
     Args:
@@ -41,12 +43,18 @@ def step_cost(penalties: Penalties, length: float, cost: int, kind: int, backwar
 
 
 @njit()
-def curve_to(ground: Ground, expansion: Expansion, start: FloatArray, goal: FloatArray) -> FloatArray:
-    """Poses (n, 3) of a free curve from pose to pose that is short and cheap enough; none: (0, 3)."""
+def curve_to(
+    ground: Ground, expansion: Expansion, start: FloatArray, goal: FloatArray
+) -> FloatArray:
+    """Poses (n, 3) of a free curve from pose to pose that is short and cheap enough.
+
+    None: (0, 3).
+    """
     best, shortest = np.empty((0, 3)), expansion.max_length
     for backwards in range(2 if expansion.reverses else 1):
         first, last = start.copy(), goal.copy()
-        if backwards:  # a way driven backwards is the way forwards of a robot that looks the other way
+        # a way driven backwards is the way forwards of a robot that looks the other way
+        if backwards:
             first[2] += math.pi
             last[2] += math.pi
         _, t, p, q = shortest_word(first, last, expansion.radius)
@@ -55,7 +63,14 @@ def curve_to(ground: Ground, expansion: Expansion, start: FloatArray, goal: Floa
         poses = curve(first, last, expansion.radius, 1.0)
         if backwards:
             poses[:, 2] -= math.pi
-        if not is_curve_free(ground.costs, ground.blocked, ground.footprint, ground.reach, ground.allow_unknown, poses):
+        if not is_curve_free(
+            ground.costs,
+            ground.blocked,
+            ground.footprint,
+            ground.reach,
+            ground.allow_unknown,
+            poses,
+        ):
             continue
         dearest = 0
         for i in range(len(poses)):
@@ -81,7 +96,9 @@ def expand(
 ) -> int:
     """Take in where the motions from node ``n`` lead; returns how many nodes there are now."""
     x, y, b = nodes.places[n, 0], nodes.places[n, 1], nodes.headings[n]
-    before = -1 if nodes.parents[n] < 0 else motions.kinds[nodes.headings[nodes.parents[n]], nodes.by[n]]
+    before = (
+        -1 if nodes.parents[n] < 0 else motions.kinds[nodes.headings[nodes.parents[n]], nodes.by[n]]
+    )
     height, width = ground.costs.shape
     bins, each = motions.ends.shape
     for k in range(each):
@@ -96,7 +113,9 @@ def expand(
         at = slot(nodes.keys, key)
         m = nodes.numbers[at] if nodes.keys[at] == key else -1
         cost, kind = ground.costs[int(end_y), int(end_x)], motions.kinds[b, k]
-        way = step_cost(penalties, motions.lengths[b, k], cost, kind, motions.is_reverse[b, k], before)
+        way = step_cost(
+            penalties, motions.lengths[b, k], cost, kind, motions.is_reverse[b, k], before
+        )
         total = nodes.travelled[n] + way
         if m >= 0 and (nodes.is_done[m] or total >= nodes.travelled[m]):
             continue
@@ -121,7 +140,10 @@ def expand(
 
 @njit()
 def is_roomy(ground: Ground, x: float, y: float) -> bool:
-    """Whether the robot stands free at a place however it is turned; kept per cell, to the safe side."""
+    """Whether the robot stands free at a place however it is turned.
+
+    Kept per cell, to the safe side.
+    """
     if not is_free(ground.costs, ground.blocked, x, y):
         return False
     column, row = int(x), int(y)
@@ -140,7 +162,9 @@ def is_motion_free(ground: Ground, x: float, y: float, poses: FloatArray) -> boo
         pose[0], pose[1], pose[2] = x + poses[i, 0], y + poses[i, 1], poses[i, 2]
         if is_roomy(ground, pose[0], pose[1]):
             continue
-        if not stands_free(ground.costs, ground.blocked, ground.footprint, ground.reach, ground.allow_unknown, pose):
+        if not stands_free(
+            ground.costs, ground.blocked, ground.footprint, ground.reach, ground.allow_unknown, pose
+        ):
             return False
     return True
 
@@ -156,12 +180,19 @@ class Found(NamedTuple):
 
 @njit()
 def search_poses(
-    ground: Ground, motions: Motions, start: FloatArray, heading: int, goal: Goal, penalties: Penalties, way: Expansion
+    ground: Ground,
+    motions: Motions,
+    start: FloatArray,
+    heading: int,
+    goal: Goal,
+    penalties: Penalties,
+    way: Expansion,
 ) -> Found:
     """A* from a pose (3,) [cells, cells, rad] with the number of its heading, over motions, to a goal."""
     bins, each = motions.ends.shape
     field, waiting = make_field(ground, start, goal)
-    count, nothing = int(np.int64(1)), np.empty((0, 3))  # for a literal numba would compile what takes it once more
+    # for a literal numba would compile what takes it once more
+    count, nothing = int(np.int64(1)), np.empty((0, 3))
     nodes = make_nodes(count << 12)
     nodes.places[0], nodes.headings[0], nodes.parents[0] = start[:2], heading, -1
     nodes.by[0], nodes.travelled[0] = -1, 0.0

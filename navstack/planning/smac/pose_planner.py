@@ -33,18 +33,24 @@ class _PosePlanner(Planner):
     iterations.
     """
 
-    def __init__(self, params: SmacHybridParams | SmacLatticeParams, shape: RobotShape | None = None) -> None:
+    def __init__(
+        self, params: SmacHybridParams | SmacLatticeParams, shape: RobotShape | None = None
+    ) -> None:
         """``shape`` None: the costs alone say where the robot can be."""
         self._params = params
         self._blocked = blocked_table(INSCRIBED_INFLATED_OBSTACLE - 1, params.allow_unknown)
-        self._hull = POINT if shape is None else shape.footprint[ConvexHull(shape.footprint).vertices]
+        self._hull = (
+            POINT if shape is None else shape.footprint[ConvexHull(shape.footprint).vertices]
+        )
 
     @abstractmethod
     def _motions(self, costmap: Costmap) -> tuple[Motions, float, bool]:
         """The motions, the turning radius [cells], and whether some lead backwards."""
 
     def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
-        """A path from ``start`` to ``goal`` that the robot can drive as it stands; see :class:`Planner`.
+        """A path from ``start`` to ``goal`` that the robot can drive as it stands.
+
+        See :class:`Planner`.
 
         Raises:
             PlanningError: a pose outside the map, an occupied goal with tolerance 0, or no path.
@@ -57,7 +63,10 @@ class _PosePlanner(Planner):
         motions, radius, reverses = self._motions(used)
         first, last = in_cells(start, used), in_cells(goal, used)
         target = self._goal(last, motions, radius, reverses, used.resolution)
-        heading, way = nearest_heading(motions, start.yaw), self._expansion(radius, reverses, used.resolution)
+        heading, way = (
+            nearest_heading(motions, start.yaw),
+            self._expansion(radius, reverses, used.resolution),
+        )
         found = search_poses(ground, motions, first, heading, target, self._penalties(), way)
         if found.node < 0:
             raise no_way(start, goal)
@@ -72,7 +81,9 @@ class _PosePlanner(Planner):
         room = np.zeros(costmap.data.shape, dtype=np.uint8)
         return Ground(costmap.data, self._blocked, hull, reach, self._params.allow_unknown, room)
 
-    def _goal(self, pose: FloatArray, motions: Motions, radius: float, reverses: bool, resolution: float) -> Goal:
+    def _goal(
+        self, pose: FloatArray, motions: Motions, radius: float, reverses: bool, resolution: float
+    ) -> Goal:
         params = self._params
         return Goal(
             pose,
@@ -92,10 +103,16 @@ class _PosePlanner(Planner):
         params = self._params
         longest = params.analytic_expansion_max_length / resolution
         return Expansion(
-            params.analytic_expansion_ratio, longest, int(params.analytic_expansion_max_cost), radius, reverses
+            params.analytic_expansion_ratio,
+            longest,
+            int(params.analytic_expansion_max_cost),
+            radius,
+            reverses,
         )
 
-    def _poses(self, found: Found, motions: Motions, first: FloatArray, last: FloatArray) -> FloatArray:
+    def _poses(
+        self, found: Found, motions: Motions, first: FloatArray, last: FloatArray
+    ) -> FloatArray:
         """The way (n, 3) [cells], every pose of its motions, with the goal as its end where it was reached."""
         nodes, chain = found.nodes, [found.node]
         while nodes.parents[chain[-1]] >= 0:
@@ -118,7 +135,12 @@ class _PosePlanner(Planner):
         better = smoothed(poses, costmap, self._params.smoother)
         cells = to_cells(better, costmap)
         is_free = is_curve_free(
-            ground.costs, ground.blocked, ground.footprint, ground.reach, ground.allow_unknown, cells[1:]
+            ground.costs,
+            ground.blocked,
+            ground.footprint,
+            ground.reach,
+            ground.allow_unknown,
+            cells[1:],
         )
         return better if is_free else poses
 
@@ -129,7 +151,8 @@ class SmacHybrid(_PosePlanner):
     _params: SmacHybridParams
 
     def _motions(self, costmap: Costmap) -> tuple[Motions, float, bool]:
-        radius = max(self._params.minimum_turning_radius / costmap.resolution, 1.0)  # a cell at least, as upstream
+        # a cell at least, as upstream
+        radius = max(self._params.minimum_turning_radius / costmap.resolution, 1.0)
         reverses = self._params.motion_model_for_search == REEDS_SHEPP
         return arcs(self._params.angle_quantization_bins, radius, reverses), radius, reverses
 

@@ -15,7 +15,8 @@ class Ground(NamedTuple):
     footprint: FloatArray  # (N, 2) convex
     reach: float  # its circumscribed radius
     allow_unknown: bool
-    room: ByteArray  # (height, width) whether a cell's surroundings are free: 0 not yet asked, else ROOMY or NARROW
+    # (height, width) whether a cell's surroundings are free: 0 not yet asked, else ROOMY or NARROW
+    room: ByteArray
 
 
 class Penalties(NamedTuple):

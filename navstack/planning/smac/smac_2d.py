@@ -17,8 +17,8 @@ from navstack.types import FloatArray, Path, Pose2D
 class Smac2D(Planner):
     """Eight neighbours, steps that cost more in inflated cells, then Smac's smoother.
 
-    Where Jazzy differs: the heuristic is the way on eight directions, not the straight line, so that fewer cells are
-    looked at and the way is as short; there is no limit of time.
+    Where Jazzy differs: the heuristic is the way on eight directions, not the straight line, so
+    that fewer cells are looked at and the way is as short; there is no limit of time.
     """
 
     def __init__(self, params: Smac2DParams) -> None:
@@ -26,7 +26,9 @@ class Smac2D(Planner):
         self._blocked = blocked_table(INSCRIBED_INFLATED_OBSTACLE - 1, params.allow_unknown)
 
     def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
-        """A path from ``start`` to ``goal``, each pose looking at the next one; see :class:`Planner`.
+        """A path from ``start`` to ``goal``, each pose looking at the next one.
+
+        See :class:`Planner`.
 
         Raises:
             PlanningError: a pose outside the map, an occupied goal with tolerance 0, or no path.
@@ -50,9 +52,20 @@ class Smac2D(Planner):
         travelled = np.full(costmap.data.size, np.inf, dtype=np.float32)
         came_by = np.empty(costmap.data.size, dtype=np.uint8)
         params, width = self._params, costmap.size_x
-        limits = Limits(params.tolerance / costmap.resolution, params.max_iterations, params.max_on_approach_iterations)
+        limits = Limits(
+            params.tolerance / costmap.resolution,
+            params.max_iterations,
+            params.max_on_approach_iterations,
+        )
         reached = search_grid(
-            costmap.data, self._blocked, begin, end, params.cost_travel_multiplier, limits, travelled, came_by
+            costmap.data,
+            self._blocked,
+            begin,
+            end,
+            params.cost_travel_multiplier,
+            limits,
+            travelled,
+            came_by,
         )
         if reached < 0:
             raise no_way(start, goal)
@@ -60,5 +73,7 @@ class Smac2D(Planner):
         is_goal = reached == end[1] * width + end[0]
         places = np.vstack((first[:2], cells[1:-1], last[:2] if is_goal else cells[-1]))
         steps = np.diff(places, axis=0)
-        yaws = np.append(np.arctan2(steps[:, 1], steps[:, 0]), goal.yaw if math.isfinite(goal.yaw) else 0.0)
+        yaws = np.append(
+            np.arctan2(steps[:, 1], steps[:, 0]), goal.yaw if math.isfinite(goal.yaw) else 0.0
+        )
         return in_metres(np.column_stack((places, yaws)), costmap)

@@ -21,12 +21,20 @@ def folder(write_run: Callable[..., Path]) -> Path:
     """A run of two deliveries: the first recorded and with a contact that cost something, the second without cost."""
 
     def change(row: dict[str, Any]) -> None:
-        row |= {"outcome": "sla", "reason": "arrived", "duration_s": END, "pieces_at_start": 50, "pieces_lost": 3}
+        row |= {
+            "outcome": "sla",
+            "reason": "arrived",
+            "duration_s": END,
+            "pieces_at_start": 50,
+            "pieces_lost": 3,
+        }
 
     made = write_run("run", episodes=2, crowd=0.0, change=change)
     robot = (shipped("params") / "robots" / "segway_e1.yaml").read_text(encoding="utf-8")
     (made / "params" / "mine-robot.yaml").write_text(robot, encoding="utf-8")
-    write_table(made / "events.parquet", EVENT_COLUMNS, [contact(HIT, 20.0), contact(15.0, 30.0, 0)])
+    write_table(
+        made / "events.parquet", EVENT_COLUMNS, [contact(HIT, 20.0), contact(15.0, 30.0, 0)]
+    )
     (made / "recordings").mkdir()
     np.savez_compressed(made / "recordings" / "mine-0.npz", **arrays())
     critics = {f"{name}_{end}": kind for name in CRITICS for end, kind in CRITIC_COLUMNS.items()}

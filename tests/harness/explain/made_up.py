@@ -24,7 +24,12 @@ CRITICS = {"PathDist": (2.0, 1.0, 0), "BaseObstacle": (10.0, 0.2, 7)}  # raw, we
 def decision(stamp: float, **more: Any) -> dict[str, Any]:
     """A cycle in which DWB kept to 1 m/s."""
     row = {**dict.fromkeys(DECISION_COLUMNS), "stamp_s": stamp, "decided_by": "DWBLocalPlanner"}
-    row |= {"wanted_linear_x_mps": 1.0, "wanted_angular_z_radps": 0.0, "monitor_action": "none", "health": "tracking"}
+    row |= {
+        "wanted_linear_x_mps": 1.0,
+        "wanted_angular_z_radps": 0.0,
+        "monitor_action": "none",
+        "health": "tracking",
+    }
     row |= {"command_linear_x_mps": 1.0, "command_angular_z_radps": 0.0, "status": ""}
     row |= {"believed_x_m": stamp + OFF[0], "believed_y_m": OFF[1], "believed_yaw_rad": 0.0}
     row |= {"samples": 100, "rejected": 7, "total_score": 1.2}
@@ -35,13 +40,25 @@ def decision(stamp: float, **more: Any) -> dict[str, Any]:
 
 def contact(stamp: float, cost: float, person: int = 1) -> dict[str, Any]:
     row = {**dict.fromkeys(EVENT_COLUMNS), "stack": "mine", "episode": 0, "type": "counted_contact"}
-    row |= {"stamp_s": stamp, "cost_usd": cost, "partner": "pedestrian", "kind": "pedestrian", "partner_id": person}
+    row |= {
+        "stamp_s": stamp,
+        "cost_usd": cost,
+        "partner": "pedestrian",
+        "kind": "pedestrian",
+        "partner_id": person,
+    }
     speeds = {"robot_speed_mps": 1.0, "partner_speed_mps": 0.5}
-    return row | speeds | {"impulse_ns": 80.0, "x_m": stamp + 0.5, "y_m": 0.0, "fault": "robot_into_person"}
+    return (
+        row
+        | speeds
+        | {"impulse_ns": 80.0, "x_m": stamp + 0.5, "y_m": 0.0, "fault": "robot_into_person"}
+    )
 
 
 def arrays() -> dict[str, Any]:
-    """Along x at 1 m/s; person 1 comes at 0.5 m/s and is met at 8 s, person 0 stands 30 m aside; a tracker sees him
+    """Along x at 1 m/s; person 1 comes at 0.5 m/s and is met at 8 s, person 0 stands 30 m aside.
+
+    A tracker sees him
     from 5 s on, where the robot believes him to be."""
     rows = len(STAMPS)
     x = STAMPS
@@ -76,8 +93,20 @@ def arrays() -> dict[str, Any]:
 
 def evidence(**more: Any) -> Evidence:
     given = arrays()
-    row = {**dict.fromkeys(EPISODE_COLUMNS, 0.0), "stack": "mine", "map": "sidewalk", "seed": 0, "episode": 0}
-    row |= {"outcome": "sla", "reason": "arrived", "duration_s": END, "pieces_at_start": 50, "pieces_lost": 3}
+    row = {
+        **dict.fromkeys(EPISODE_COLUMNS, 0.0),
+        "stack": "mine",
+        "map": "sidewalk",
+        "seed": 0,
+        "episode": 0,
+    }
+    row |= {
+        "outcome": "sla",
+        "reason": "arrived",
+        "duration_s": END,
+        "pieces_at_start": 50,
+        "pieces_lost": 3,
+    }
     row |= {"goal_x_m": 40.0, "goal_y_m": 0.0, "distance_m": END, "average_speed_mps": 1.0}
     made = Evidence(
         row=row | more.pop("row", {}),

@@ -28,26 +28,49 @@ def test_the_command_tells_and_draws_a_recorded_delivery(
     assert "it hit person 1 with 80 N s" in " ".join(printed.split())
     head = next(line for line in printed.splitlines() if "v [m/s]" in line)
     assert "belief off [m]" in head
-    assert len([line for line in printed.splitlines() if "DWBLocalPlanner" in line and line.startswith(" ")]) == 22
-    names = {"explanation.json", "explanation.txt", *(f"event-{n}.{kind}" for n in (1, 2) for kind in ("png", "pdf"))}
+    assert (
+        len(
+            [
+                line
+                for line in printed.splitlines()
+                if "DWBLocalPlanner" in line and line.startswith(" ")
+            ]
+        )
+        == 22
+    )
+    names = {
+        "explanation.json",
+        "explanation.txt",
+        *(f"event-{n}.{kind}" for n in (1, 2) for kind in ("png", "pdf")),
+    }
     assert {path.name for path in out.iterdir()} == names
     assert all(path.stat().st_size > 500 for path in out.iterdir())
     assert "event 2: contact" in plot.read_text(encoding="utf-8")
     document = json.loads((out / "explanation.json").read_text(encoding="utf-8"))
     assert [event["cost_usd"] for event in document["events"]] == [20.0, 30.0]
     first = document["events"][0]["instants"][0]
-    assert (first["time_to_event_s"], first["distance_m"]) == (pytest.approx(-5.0), pytest.approx(7.5, abs=0.6))
+    assert (first["time_to_event_s"], first["distance_m"]) == (
+        pytest.approx(-5.0),
+        pytest.approx(7.5, abs=0.6),
+    )
     assert first["track_error_m"] is None
 
 
 def test_a_map_that_has_changed_is_not_drawn_behind_a_figure(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    folder: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     scenes = []
-    monkeypatch.setattr("harness.cli.explain_delivery.draw_seconds", lambda *given: scenes.append(given[2]))
+    monkeypatch.setattr(
+        "harness.cli.explain_delivery.draw_seconds", lambda *given: scenes.append(given[2])
+    )
     about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     for digest in (about["map_sha256"], map_digest(load_scene("sidewalk"))):
-        (folder / "run.json").write_text(json.dumps({**about, "map_sha256": digest}), encoding="utf-8")
+        (folder / "run.json").write_text(
+            json.dumps({**about, "map_sha256": digest}), encoding="utf-8"
+        )
         assert explain(str(folder), "0", "--event", "1", "--plot", str(tmp_path / "a.png")) == 0
     err = capsys.readouterr().err
     assert err.count("note: the figure has no map: map 'sidewalk' has changed since the run") == 1
@@ -62,7 +85,9 @@ def test_one_event_as_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert document["rewind"] is None
 
 
-def test_a_delivery_that_cost_nothing_points_to_others(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_delivery_that_cost_nothing_points_to_others(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert explain(str(folder), "1") == 0
     out = capsys.readouterr().out
     assert out == "episode 1 of mine has no event that cost anything; episodes that have some: 0\n"
@@ -92,7 +117,9 @@ def test_what_cannot_be_explained_is_said_in_one_line(
         assert (said in err, err.count("\n")) == (True, 1), err
 
 
-def test_recordings_that_are_damaged_are_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_recordings_that_are_damaged_are_named(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (folder / "recordings" / "mine-0-decisions.parquet").write_bytes(b"nothing")
     assert explain(str(folder), "0") == 1
     err = capsys.readouterr().err

@@ -1,4 +1,7 @@
-"""Rewinding: nothing changed, nothing happens; something changed, and only what comes after differs."""
+"""Rewinding: nothing changed, nothing happens.
+
+Something changed, and only what comes after differs.
+"""
 
 import dataclasses
 import json
@@ -30,7 +33,10 @@ START, GOAL = "10,20,0", "50,22,0"  # in the hall
 Here = Callable[[], AbstractContextManager[None]]
 SECONDS = 5.0  # [s] of every delivery here
 MOMENT = 2.0  # [s]
-SPEED, SCALE = "controller_server.FollowPath.max_vel_x", "controller_server.FollowPath.BaseObstacle.scale"
+SPEED, SCALE = (
+    "controller_server.FollowPath.max_vel_x",
+    "controller_server.FollowPath.BaseObstacle.scale",
+)
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +60,9 @@ def value_of(task: EpisodeTask, path: str) -> Any:
 
 
 @pytest.mark.parametrize("stack", ["nav2-gps", "nav2-amcl"])
-def test_with_nothing_changed_everything_comes_out_as_it_was(stack: str, rules: Path, hall: Path) -> None:
+def test_with_nothing_changed_everything_comes_out_as_it_was(
+    stack: str, rules: Path, hall: Path
+) -> None:
     task = task_for(stack, rules, hall)
     as_it_was = run_episode(task)
     forget()  # three brains at once are 1.5 GB
@@ -66,7 +74,11 @@ def test_with_nothing_changed_everything_comes_out_as_it_was(stack: str, rules: 
     for name, array in as_it_was.recording.items():
         np.testing.assert_array_equal(rewound.delivery.recording[name], array, err_msg=name)
     take_over = rewound.take_over
-    assert (take_over.before, take_over.status, take_over.recoveries) == (take_over.after, Status.RUNNING, 0)
+    assert (take_over.before, take_over.status, take_over.recoveries) == (
+        take_over.after,
+        Status.RUNNING,
+        0,
+    )
     assert take_over.stamp == pytest.approx(MOMENT, abs=0.05)
 
 
@@ -85,13 +97,19 @@ def test_to_be_asked_for_alternatives_changes_nothing(rules: Path, hall: Path) -
         row = scored[stamp]
         for other in alternatives:
             assert other.total >= row["total_score"]
-            assert other.total == pytest.approx(sum(score.weighted for score in other.scores), rel=1e-5)
-            assert other.kind == RUNNER_UP or abs(other.command.linear_x) <= 0.5 * abs(row["wanted_linear_x_mps"])
+            assert other.total == pytest.approx(
+                sum(score.weighted for score in other.scores), rel=1e-5
+            )
+            assert other.kind == RUNNER_UP or abs(other.command.linear_x) <= 0.5 * abs(
+                row["wanted_linear_x_mps"]
+            )
 
 
 def test_a_change_acts_from_its_moment_on_and_not_before(rules: Path, hall: Path) -> None:
     task = task_for("nav2-gps", rules, hall)
-    same, slow = (drive_changed(task, [f"{SPEED}={speed}"], MOMENT) for speed in (value_of(task, SPEED), 0.5))
+    same, slow = (
+        drive_changed(task, [f"{SPEED}={speed}"], MOMENT) for speed in (value_of(task, SPEED), 0.5)
+    )
     trace, other = (each.delivery.recording["trace"] for each in (same, slow))
     before = trace[:, 0] < slow.take_over.stamp - 1e-6
     np.testing.assert_array_equal(other[: before.sum()], trace[before])
@@ -108,9 +126,15 @@ def test_a_change_acts_from_its_moment_on_and_not_before(rules: Path, hall: Path
         ((f"{SPEED}=fast",), "'fast' is not a finite number"),
         ((f"{SPEED}=inf",), "'inf' is not a finite number"),
         ((f"{SPEED}=1.0", f"{SPEED}=2.0"), "is given twice"),
-        (("controller_server.FollowPath.max_vel=1.0",), "did you mean 'controller_server.FollowPath.max_vel"),
+        (
+            ("controller_server.FollowPath.max_vel=1.0",),
+            "did you mean 'controller_server.FollowPath.max_vel",
+        ),
         (("controler_server.FollowPath.max_vel_x=1.0",), "did you mean 'controller_server'"),
-        (("controller_server.FollowPath.debug_trajectory_details=perhaps",), "FollowPath.debug_trajectory_details"),
+        (
+            ("controller_server.FollowPath.debug_trajectory_details=perhaps",),
+            "FollowPath.debug_trajectory_details",
+        ),
         (("controller_server.controller_frequency=37.0",), "ticks of another length"),
         (("controller_server.FollowPath.vx_samples=2.5",), "'2.5' is not a whole number"),
     ],
@@ -125,7 +149,9 @@ def test_what_cannot_be_changed_is_said_in_one_line(
 
 
 def test_a_moment_after_the_last_decision_is_refused(rules: Path, hall: Path) -> None:
-    with pytest.raises(InputError, match="nothing is decided from 5.00 s on; give a larger --before"):
+    with pytest.raises(
+        InputError, match="nothing is decided from 5.00 s on; give a larger --before"
+    ):
         drive_changed(task_for("nav2-gps", rules, hall), [f"{SPEED}=1.0"], SECONDS)
 
 
@@ -135,11 +161,34 @@ def test_who_is_parked_has_nothing_to_change(rules: Path, hall: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory, rules: Path, hall: Path, driven_in_process: Here) -> Path:
+def folder(
+    tmp_path_factory: pytest.TempPathFactory, rules: Path, hall: Path, driven_in_process: Here
+) -> Path:
     """A run of one delivery that ran out of time, with nothing recorded."""
     path = tmp_path_factory.mktemp("runs") / "run"
-    arguments = ["run", "--stack", "nav2-gps", "--episodes", "1", "--pedestrians", "3", "--workers", "1"]
-    arguments += ["--map", str(hall), "--start", START, "--goal", GOAL, "--rules", str(rules), "--out", str(path)]
+    arguments = [
+        "run",
+        "--stack",
+        "nav2-gps",
+        "--episodes",
+        "1",
+        "--pedestrians",
+        "3",
+        "--workers",
+        "1",
+    ]
+    arguments += [
+        "--map",
+        str(hall),
+        "--start",
+        START,
+        "--goal",
+        GOAL,
+        "--rules",
+        str(rules),
+        "--out",
+        str(path),
+    ]
     with pytest.raises(SystemExit) as ended, driven_in_process():
         main(arguments)
     assert ended.value.code == 0
@@ -152,7 +201,9 @@ def explain(*arguments: str) -> Any:
     return ended.value.code
 
 
-def test_an_unrecorded_delivery_is_driven_again_and_rewound(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unrecorded_delivery_is_driven_again_and_rewound(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     capsys.readouterr()
     assert explain(str(folder), "0", "--before", "2", "--rewind", f"{SPEED}=0.5", "--json") == 0
     captured = capsys.readouterr()
@@ -163,7 +214,10 @@ def test_an_unrecorded_delivery_is_driven_again_and_rewound(folder: Path, capsys
     assert (event["kind"], event["stamp_s"]) == ("timeout", pytest.approx(SECONDS, abs=0.05))
     assert "still on its way" in event["words"]
     assert {each["kind"] for each in event["alternatives"]} == {"runner_up", "slower"}
-    assert min(each["total_score"] for each in event["alternatives"]) >= event["decision"]["total_score"]
+    assert (
+        min(each["total_score"] for each in event["alternatives"])
+        >= event["decision"]["total_score"]
+    )
     rewound = told["rewind"]
     assert rewound["changes"] == [{"path": SPEED, "from": 3.0, "to": 0.5}]
     assert rewound["take_over"]["stamp_s"] == pytest.approx(SECONDS - 2.0, abs=0.1)

@@ -23,9 +23,12 @@ def test_the_seconds_before_hold_what_was_done_met_seen_and_believed() -> None:
     np.testing.assert_allclose(seconds.distance, -1.5 * seconds.at, atol=1e-9)
     np.testing.assert_allclose(seconds.closing, 1.5, atol=1e-6)
     np.testing.assert_allclose(seconds.position_error, 0.5, atol=1e-9)
-    np.testing.assert_allclose(seconds.track_error[seconds.at > -2.9], 0.0, atol=1e-5)  # belief's error taken out
+    # belief's error taken out
+    np.testing.assert_allclose(seconds.track_error[seconds.at > -2.9], 0.0, atol=1e-5)
     assert seconds.tracked_since == pytest.approx(2.9, abs=0.11)
-    assert [round(float(seconds.at[place]), 1) for place in seconds.instants()] == [-0.5 * k for k in range(10, -1, -1)]
+    assert [round(float(seconds.at[place]), 1) for place in seconds.instants()] == [
+        -0.5 * k for k in range(10, -1, -1)
+    ]
     assert seconds.telling is not None
     assert seconds.telling["stamp_s"] == pytest.approx(HIT - 1.0)
 
@@ -49,10 +52,14 @@ def test_a_belief_that_is_turned_still_sees_the_person_where_he_is() -> None:
     trace[:, 8] = turn
     rotation = np.array(((np.cos(turn), np.sin(turn)), (-np.sin(turn), np.cos(turn))))
     tracks = tuple(
-        np.column_stack((one[:, :1], (crowd[1:] - row[1:3]) @ rotation + row[6:8], one[:, 3:])) if len(one) else one
+        np.column_stack((one[:, :1], (crowd[1:] - row[1:3]) @ rotation + row[6:8], one[:, 3:]))
+        if len(one)
+        else one
         for one, crowd, row in zip(given.tracks, given.crowd, trace, strict=True)
     )
-    seconds = seconds_before(dataclasses.replace(given, trace=trace, tracks=tracks), moment_at(), 2.0)
+    seconds = seconds_before(
+        dataclasses.replace(given, trace=trace, tracks=tracks), moment_at(), 2.0
+    )
     np.testing.assert_allclose(seconds.track_error, 0.0, atol=1e-9)
 
 
@@ -75,13 +82,17 @@ def test_a_timeout_is_told_since_the_robot_was_stuck_or_from_its_end() -> None:
     trace = evidence().trace.copy()
     trace[trace[:, 0] > 6.0, 1] = 6.0
     (stuck,) = moments_of(evidence(events=(), row=late, trace=trace), RULES, prices)
-    assert stuck.stamp == pytest.approx(4.0, abs=0.11)  # when it came to within 2 m of where it stayed
+    # when it came to within 2 m of where it stayed
+    assert stuck.stamp == pytest.approx(4.0, abs=0.11)
     assert stuck.cost == pytest.approx(prices.delivery_fee.value)
 
 
 @pytest.mark.parametrize("outcome", ["timeout", "physical_assistance"])
 def test_without_cargo_what_depends_on_it_has_no_cost(outcome: str) -> None:
-    prices, row = load_prices("costnav"), {"outcome": outcome, "reason": "timeout", "pieces_at_start": None}
+    prices, row = (
+        load_prices("costnav"),
+        {"outcome": outcome, "reason": "timeout", "pieces_at_start": None},
+    )
     told = evidence(events=(), row=row)
     (moment,) = moments_of(told, RULES, prices)
     assert moment.cost is None
@@ -93,7 +104,9 @@ def test_without_cargo_what_depends_on_it_has_no_cost(outcome: str) -> None:
 
 def test_needing_help_costs_the_fee_and_the_repair() -> None:
     prices = load_prices("costnav")
-    hit = evidence(row={"outcome": "physical_assistance", "reason": "impulse", "collision_impulse_ns": 180.0})
+    hit = evidence(
+        row={"outcome": "physical_assistance", "reason": "impulse", "collision_impulse_ns": 180.0}
+    )
     both = moments_of(hit, RULES, prices)
     assert [each.kind for each in both] == ["contact", "physical_assistance"]
     money = costs_of(hit.row, prices)

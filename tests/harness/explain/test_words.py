@@ -43,7 +43,11 @@ def test_the_words_follow_other_records() -> None:
     )
     told = dataclasses.replace(braking, tracks=none, decisions=illegal)
     words = paragraph(told, seconds_before(told, moment_at(), 5.0))
-    for said in ("in the last second braked", "This stack tracked nothing that moves", "no trajectory was legal"):
+    for said in (
+        "in the last second braked",
+        "This stack tracked nothing that moves",
+        "no trajectory was legal",
+    ):
         assert said in words, words
     assert "found nothing legal (BaseObstacle 7)" in words
     assert "Collision monitor: slowdown in 101" in words
@@ -63,7 +67,10 @@ def test_less_than_a_second_is_not_called_one(stamp: float, before: float) -> No
 
 
 def alternative(kind: str, speed: float, path: float, obstacle: float) -> Alternative:
-    scores = (CriticScore("PathDist", path, path, 0), CriticScore("BaseObstacle", obstacle, obstacle, 0))
+    scores = (
+        CriticScore("PathDist", path, path, 0),
+        CriticScore("BaseObstacle", obstacle, obstacle, 0),
+    )
     return Alternative(kind, Twist2D(speed), path + obstacle, scores)
 
 
@@ -77,10 +84,15 @@ def test_what_decided_are_the_critics_that_speak_against_slower_most_first() -> 
     stamp = given.decisions[140]["stamp_s"]
     given = dataclasses.replace(given, weighed={stamp: (second, slower)})
     words = paragraph(given, seconds_before(given, moment_at(), 5.0))
-    assert "at most half as fast (0.40 m/s) would have scored 0.8 more; what decided: BaseObstacle +0.7, Path" in words
+    assert (
+        "at most half as fast (0.40 m/s) would have scored 0.8 more; what decided: BaseObstacle +0.7, Path"
+        in words
+    )
     assert "Second came 0.90 m/s" in words
     only = dataclasses.replace(given, weighed={stamp: (second,)})
-    assert "Nothing legal was at most half as fast" in paragraph(only, seconds_before(only, moment_at(), 5.0))
+    assert "Nothing legal was at most half as fast" in paragraph(
+        only, seconds_before(only, moment_at(), 5.0)
+    )
 
 
 def test_shares_and_rejections_come_largest_first() -> None:
@@ -92,13 +104,24 @@ def test_shares_and_rejections_come_largest_first() -> None:
 def test_controllers_without_scores_or_samples_are_told_as_they_are() -> None:
     plain = {f"{name}_{end}": None for name in CRITICS for end in CRITIC_COLUMNS}
     for row, said in (
-        ({"samples": 1, "rejected": 0}, "RegulatedPurePursuitController chose 1.00 m/s, +0.00 rad/s. It"),
-        ({"samples": 1, "rejected": 1, "CollisionAhead_rejected": 1}, "found nothing legal (CollisionAhead 1)"),
-        ({"samples": 1, "rejected": 1, "status": "failed"}, "found nothing legal (its optimiser failed)"),
+        (
+            {"samples": 1, "rejected": 0},
+            "RegulatedPurePursuitController chose 1.00 m/s, +0.00 rad/s. It",
+        ),
+        (
+            {"samples": 1, "rejected": 1, "CollisionAhead_rejected": 1},
+            "found nothing legal (CollisionAhead 1)",
+        ),
+        (
+            {"samples": 1, "rejected": 1, "status": "failed"},
+            "found nothing legal (its optimiser failed)",
+        ),
         ({"samples": 1, "rejected": 1, "status": "failed"}, "Optimiser: failed in 101."),
     ):
         row = {**plain, "total_score": None, "decided_by": "RegulatedPurePursuitController", **row}
-        told = evidence(decisions=tuple(decision(stamp, **row) for stamp in np.arange(0.0, END, 0.05)))
+        told = evidence(
+            decisions=tuple(decision(stamp, **row) for stamp in np.arange(0.0, END, 0.05))
+        )
         assert said in paragraph(told, seconds_before(told, moment_at(), 5.0))
 
 
@@ -114,5 +137,8 @@ def test_of_a_navigation_that_was_given_up_no_critic_is_blamed() -> None:
     row = {"outcome": "timeout", "reason": "timeout", "gave_up": "all retries are used up"}
     given = evidence(row={**row, "navigator_error": "NO_VALID_PATH", "goal_distance_m": 12.0})
     words = paragraph(given, seconds_before(given, moment_at(kind="timeout"), 5.0))
-    assert f"the navigator gave up: all retries are used up (NO_VALID_PATH); at {END:.0f} s time was up" in words
+    assert (
+        f"the navigator gave up: all retries are used up (NO_VALID_PATH); at {END:.0f} s time was up"
+        in words
+    )
     assert "Cycles decided" not in words and "PathDist" not in words

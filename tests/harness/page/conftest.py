@@ -20,20 +20,30 @@ CRITIC = {f"PathDist_{end}": kind for end, kind in CRITIC_COLUMNS.items()}
 HITS = (4.0, 9.0)  # [s] of two contacts that cost something
 
 
-def arrays_of(row: dict[str, Any], seed: int = 0, beams: int = 36, people: int = 5) -> dict[str, Any]:
+def arrays_of(
+    row: dict[str, Any], seed: int = 0, beams: int = 36, people: int = 5
+) -> dict[str, Any]:
     """A recording of a drive along a bent line from start to goal, with everything that a replay shows."""
     rng = np.random.default_rng(seed)
     stamps = np.arange(0.1, row["duration_s"], 0.1)
     share = stamps / row["duration_s"]
     x = row["start_x_m"] + share * (row["goal_x_m"] - row["start_x_m"])
-    y = row["start_y_m"] + share * (row["goal_y_m"] - row["start_y_m"]) + 3.0 * np.sin(np.pi * share)
+    y = (
+        row["start_y_m"]
+        + share * (row["goal_y_m"] - row["start_y_m"])
+        + 3.0 * np.sin(np.pi * share)
+    )
     yaw = np.arctan2(np.gradient(y), np.gradient(x))
     speed, rows = np.hypot(np.gradient(x), np.gradient(y)) * 10.0, len(stamps)
     believed = np.column_stack((x, y, yaw)) + rng.normal(0.0, 0.05, (rows, 3))
     motion = np.column_stack((speed, np.zeros(rows)))
-    crowd = np.column_stack((x, y))[:, None, :] + rng.uniform(-8.0, 8.0, people * 2).reshape(1, people, 2)
+    crowd = np.column_stack((x, y))[:, None, :] + rng.uniform(-8.0, 8.0, people * 2).reshape(
+        1, people, 2
+    )
     plans = [np.column_stack((x, y))[k::10].astype(np.float32) for k in range(0, rows, 50)]
-    tracks = np.column_stack((np.full(rows, 7.0), crowd[:, 0], np.zeros((rows, 2)), np.full(rows, 0.3)))
+    tracks = np.column_stack(
+        (np.full(rows, 7.0), crowd[:, 0], np.zeros((rows, 2)), np.full(rows, 0.3))
+    )
     ranges = rng.integers(2000, 12000, (rows, beams)).astype(np.uint16)
     ranges[:, 0] = 65535
     return {
@@ -48,7 +58,9 @@ def arrays_of(row: dict[str, Any], seed: int = 0, beams: int = 36, people: int =
         "option_count": np.full(rows, 2, dtype=np.int32),
         "option_total": np.tile((1.25, 2.5), rows),
         "option_size": np.full(2 * rows, 3, dtype=np.int32),
-        "option_xy": (np.column_stack((x, y)).repeat(6, axis=0) + np.tile(np.arange(6.0), rows)[:, None]).astype("f4"),
+        "option_xy": (
+            np.column_stack((x, y)).repeat(6, axis=0) + np.tile(np.arange(6.0), rows)[:, None]
+        ).astype("f4"),
         "scan_stamp": stamps,
         "scan_mm": ranges,
         "scan_geometry": np.array((-np.pi, 2.0 * np.pi / beams, 0.15, 12.0, -0.2, 0.0, 0.0)),
@@ -60,7 +72,12 @@ def arrays_of(row: dict[str, Any], seed: int = 0, beams: int = 36, people: int =
 
 def decision(stamp: float) -> dict[str, Any]:
     """A cycle in which DWB kept to 1 m/s."""
-    row = {**dict.fromkeys(DECISION_COLUMNS), "stamp_s": stamp, "decided_by": "DWBLocalPlanner", "samples": 100}
+    row = {
+        **dict.fromkeys(DECISION_COLUMNS),
+        "stamp_s": stamp,
+        "decided_by": "DWBLocalPlanner",
+        "samples": 100,
+    }
     row |= {f"{kind}_linear_x_mps": 1.0 for kind in ("wanted", "command")}
     row |= {f"{kind}_angular_z_radps": 0.0 for kind in ("wanted", "command")}
     row |= dict.fromkeys(("believed_x_m", "believed_y_m", "believed_yaw_rad"), 0.0)
@@ -85,7 +102,11 @@ def record() -> Callable[..., None]:
                 name = f"{stack}-{row['episode']}"
                 np.savez_compressed(folder / "recordings" / f"{name}.npz", **arrays)
                 rows = [decision(float(stamp)) for stamp in arrays["trace"][:, 0]]
-                write_table(folder / "recordings" / f"{name}-decisions.parquet", DECISION_COLUMNS | CRITIC, rows)
+                write_table(
+                    folder / "recordings" / f"{name}-decisions.parquet",
+                    DECISION_COLUMNS | CRITIC,
+                    rows,
+                )
         robot = (shipped("params") / "robots" / "segway_e1.yaml").read_text(encoding="utf-8")
         (folder / "params" / f"{stack}-robot.yaml").write_text(robot, encoding="utf-8")
         place_events(folder)
@@ -101,14 +122,19 @@ def folder(write_run: Callable[..., Path], record: Callable[..., None]) -> Path:
     def short(row: dict[str, Any]) -> None:
         row["duration_s"] = 20.0
 
-    made = write_run("one", episodes=4, crowd=3.0, change=short, map_sha256=map_digest(load_scene("sidewalk")))
+    made = write_run(
+        "one", episodes=4, crowd=3.0, change=short, map_sha256=map_digest(load_scene("sidewalk"))
+    )
     record(made, "mine", range(1, 2))
     return made
 
 
 def place_events(folder: Path) -> None:
     """Contacts happen on the way, a few seconds apart."""
-    ends = {(row["stack"], row["episode"]): row for row in read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)}
+    ends = {
+        (row["stack"], row["episode"]): row
+        for row in read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)
+    }
     events = list(read_rows(folder / "events.parquet", EVENT_COLUMNS))
     for event in events:
         row = ends[event["stack"], event["episode"]]
@@ -125,6 +151,8 @@ def rename_map() -> Callable[[Path, str], None]:
         about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
         (folder / "run.json").write_text(json.dumps({**about, "map_name": name}), encoding="utf-8")
         rows = read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)
-        write_table(folder / "episodes.parquet", EPISODE_COLUMNS, [{**row, "map": name} for row in rows])
+        write_table(
+            folder / "episodes.parquet", EPISODE_COLUMNS, [{**row, "map": name} for row in rows]
+        )
 
     return rename

@@ -13,7 +13,9 @@ def wait(browser: Any, condition: str) -> Any:
     """What a JavaScript expression gives once it is true."""
     from selenium.webdriver.support.ui import WebDriverWait
 
-    return WebDriverWait(browser, SOON, 0.05).until(lambda each: each.execute_script(f"return {condition}"))
+    return WebDriverWait(browser, SOON, 0.05).until(
+        lambda each: each.execute_script(f"return {condition}")
+    )
 
 
 def choose(browser: Any, select: str, value: str) -> None:
@@ -35,5 +37,7 @@ def shown(browser: Any) -> list[list[str]]:
 
 def picture(browser: Any) -> str:
     """What the replay's canvas shows."""
-    content: str = browser.execute_script("return document.querySelector('#player canvas').toDataURL()")
+    content: str = browser.execute_script(
+        "return document.querySelector('#player canvas').toDataURL()"
+    )
     return content

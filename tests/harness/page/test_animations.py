@@ -17,7 +17,14 @@ from navstack.errors import InputError
 
 ROW = {"duration_s": 5.0, "start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 8.0, "goal_y_m": 0.0}
 CORNERS = np.array([[0.1, 0.2], [0.1, -0.2], [-0.6, -0.2], [-0.6, 0.2]])
-HIT = {"stamp": 1.0, "partner": Partner.PEDESTRIAN, "kind": "pedestrian", "partner_id": 3, "x": 0.3, "y": 0.0}
+HIT = {
+    "stamp": 1.0,
+    "partner": Partner.PEDESTRIAN,
+    "kind": "pedestrian",
+    "partner_id": 3,
+    "x": 0.3,
+    "y": 0.0,
+}
 SPEEDS = {"robot_speed": 1.0, "partner_speed": 0.5}
 
 
@@ -27,7 +34,10 @@ class Stopped(Exception):
 
 @pytest.mark.parametrize("shown", [0, 3])
 def test_an_animation_that_ends_early_leaves_the_old_one(
-    shown: int, tmp_path: Path, make_arrays: Callable[..., dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+    shown: int,
+    tmp_path: Path,
+    make_arrays: Callable[..., dict[str, Any]],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     times: list[float] = []
 
@@ -44,7 +54,9 @@ def test_an_animation_that_ends_early_leaves_the_old_one(
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("d.gif", b"old")]
 
 
-def test_contacts_are_marked_from_when_they_happened(make_arrays: Callable[..., dict[str, Any]]) -> None:
+def test_contacts_are_marked_from_when_they_happened(
+    make_arrays: Callable[..., dict[str, Any]],
+) -> None:
     hit = {"x_m": 2.0, "y_m": 1.0, "type": "counted_contact", "cost_usd": 0.0, "partner_id": 3}
     person = {**hit, "stamp_s": 2.0, "kind": "pedestrian", "partner": "pedestrian"}
     thing = {**hit, "stamp_s": 3.0, "kind": "mailbox", "partner": "property", "cost_usd": 4.5}
@@ -64,6 +76,8 @@ def test_an_animation_that_cannot_be_written_leaves_nothing_and_is_said_in_one_l
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Image.Image, "save", full)
-    with pytest.raises(InputError, match=r"d\.gif' cannot be written \(No space left on device\); make room"):
+    with pytest.raises(
+        InputError, match=r"d\.gif' cannot be written \(No space left on device\); make room"
+    ):
         write_gif(tmp_path / "d.gif", Replay("", "", make_arrays(ROW), [], CORNERS, 0.3), None)
     assert list(tmp_path.iterdir()) == []

@@ -35,7 +35,8 @@ def requested(browser: Any) -> set[str]:
     """Where the page asked for something, by scheme."""
     messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
     sent = [each["params"] for each in messages if each["method"] == "Network.requestWillBeSent"]
-    own = [each["request"]["url"] for each in sent if not each["documentURL"].startswith("chrome")]  # the empty tab's
+    # the empty tab's
+    own = [each["request"]["url"] for each in sent if not each["documentURL"].startswith("chrome")]
     return {url.split(":", 1)[0] for url in own}
 
 
@@ -43,7 +44,11 @@ def requested(browser: Any) -> set[str]:
 def page(write_run: Callable[..., Path], record: Callable[..., None], tmp_path: Path) -> Path:
     """Two stacks of 30 deliveries, three of them recorded."""
     folder = write_run(
-        "one", stacks=("mine", EVIL), episodes=30, crowd=1.5, map_sha256=map_digest(load_scene("sidewalk"))
+        "one",
+        stacks=("mine", EVIL),
+        episodes=30,
+        crowd=1.5,
+        map_sha256=map_digest(load_scene("sidewalk")),
     )
     record(folder, "mine", range(2), beams=360, people=20)
     record(folder, EVIL, range(1))
@@ -60,10 +65,12 @@ def test_a_report_works_from_a_file(page: Path, browse: Browse, width: int) -> N
     wait(browser, "document.querySelector('#player').dataset.ready")
     assert opening(browser) < INTERACTIVE_MS
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
-    assert browser.execute_script("return document.scripts.length") == 1 + 1 + 3  # data, program, recordings
+    # data, program, recordings
+    assert browser.execute_script("return document.scripts.length") == 1 + 1 + 3
     assert EVIL in browser.execute_script("return document.querySelector('.cards').textContent")
     labels = (
-        "return [...document.querySelectorAll('.figure > svg, canvas')].map(each => each.getAttribute('aria-label'))"
+        "return [...document.querySelectorAll('.figure > svg, canvas')]"
+        ".map(each => each.getAttribute('aria-label'))"
     )
     charts = browser.execute_script(labels)
     assert len(charts) >= 6 and all(charts)
@@ -75,7 +82,10 @@ def test_a_report_works_from_a_file(page: Path, browse: Browse, width: int) -> N
 
 
 def opening(browser: Any) -> float:
-    """How long the page took to be ready [ms]: the quickest of some times, for others may be using the machine."""
+    """How long the page took to be ready [ms].
+
+    The quickest of some times, for others may be using the machine.
+    """
     took = []
     for _ in range(TRIES):
         took.append(float(wait(browser, "document.documentElement.dataset.ready")))
@@ -91,7 +101,9 @@ def _check_who_pays(browser: Any) -> None:
     rows_of = "[...document.querySelectorAll('#liability tbody tr')]"
     cells = f"return {rows_of}.map(row => [...row.cells].map(cell => cell.textContent))"
     rows = browser.execute_script(cells)
-    cards = browser.execute_script("return [...document.querySelectorAll('.cards .big')].map(c => c.textContent)")
+    cards = browser.execute_script(
+        "return [...document.querySelectorAll('.cards .big')].map(c => c.textContent)"
+    )
     assert len(rows) == len(TITLES) and [row[0] for row in rows] == list(TITLES.values())
     assert len(rows[0]) == len(cards) > 1, "the last card is a published stack's"
     assert all(text.startswith(card) for text, card in zip(rows[0][1:], cards[:-1], strict=True))
@@ -136,7 +148,10 @@ def _check_replay(browser: Any) -> None:
         facts = replay_facts(browser, number)
         paid = [hit[2] for hit in facts["contacts"] if hit[5] > 0]
         stop = min(paid + [why["time"] for why in facts["reasons"]])
-        assert browser.execute_script("return document.querySelector('#player').dataset.time") == f"{stop - 2.0:.2f}"
+        assert (
+            browser.execute_script("return document.querySelector('#player').dataset.time")
+            == f"{stop - 2.0:.2f}"
+        )
     _check_reasons(browser, move)
     _check_end(browser, number, move)
     drawing = (
@@ -156,12 +171,18 @@ def _check_end(browser: Any, number: str, move: str) -> None:
     )
     told = browser.execute_script(f"return {facts}['costs so far']")
     assert told == f"${replay_facts(browser, number)['money']['opex']:,.2f}"
-    assert browser.execute_script("return document.querySelectorAll('#player .costs .later').length") == 0
+    assert (
+        browser.execute_script("return document.querySelectorAll('#player .costs .later').length")
+        == 0
+    )
     assert browser.execute_script(f"return {facts}['ended']")
 
 
 def _check_reasons(browser: Any, move: str) -> None:
-    """Why an event cost what it cost opens as it comes near, or when it is chosen; its text fits."""
+    """Why an event cost what it cost opens as it comes near, or when it is chosen.
+
+    Its text fits.
+    """
     browser.execute_script(move, 0.0)
     opened = "return [...document.querySelectorAll('#player .why details')].map(each => each.open)"
     reasons = browser.execute_script(opened)
@@ -175,9 +196,12 @@ def _check_reasons(browser: Any, move: str) -> None:
     browser.execute_script(f"{first}.querySelector('summary').click()")
     assert browser.execute_script(opened)[0]
     assert (
-        browser.execute_script("return document.querySelector('#player').dataset.time") == f"{max(stamp - 2.0, 0):.2f}"
+        browser.execute_script("return document.querySelector('#player').dataset.time")
+        == f"{max(stamp - 2.0, 0):.2f}"
     )
-    told = browser.execute_script("return document.querySelector('#player .why details[open] p').textContent")
+    told = browser.execute_script(
+        "return document.querySelector('#player .why details[open] p').textContent"
+    )
     assert len(told) > 40 and "undefined" not in told
     assert browser.execute_script(
         "const box = document.querySelector('#player .why').getBoundingClientRect();"
@@ -188,13 +212,18 @@ def _check_reasons(browser: Any, move: str) -> None:
 def test_a_large_report_is_quick(
     write_run: Callable[..., Path], record: Callable[..., None], browse: Browse, tmp_path: Path
 ) -> None:
-    """Three stacks of 100 deliveries, 20 of them with a replay: soon there, and 30 pictures a second and more."""
+    """Three stacks of 100 deliveries, 20 of them with a replay.
+
+    Soon there, and 30 pictures a second and more.
+    """
 
     def long(row: dict[str, Any]) -> None:
         row["duration_s"] = 120.0
 
     digest = map_digest(load_scene("sidewalk"))
-    folder = write_run("large", stacks=("a", "b", "c"), episodes=100, change=long, map_sha256=digest)
+    folder = write_run(
+        "large", stacks=("a", "b", "c"), episodes=100, change=long, map_sha256=digest
+    )
     for stack, count in (("a", 7), ("b", 7), ("c", 6)):
         record(folder, stack, range(count), beams=360, people=20)
     with pytest.raises(SystemExit):
@@ -222,7 +251,9 @@ def test_keys_play_and_the_theme_can_be_chosen(page: Path, browse: Browse) -> No
     browser = browse(page, 1440)
     wait(browser, "document.querySelector('#player').dataset.ready")
     canvas = browser.find_element(By.CSS_SELECTOR, "#player canvas")
-    browser.execute_script("arguments[0].scrollIntoView({behavior: 'instant'}); arguments[0].focus()", canvas)
+    browser.execute_script(
+        "arguments[0].scrollIntoView({behavior: 'instant'}); arguments[0].focus()", canvas
+    )
     canvas.send_keys(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT)
     assert browser.execute_script("return document.querySelector('#player').dataset.time") == "2.00"
     canvas.send_keys(" ")
@@ -231,10 +262,15 @@ def test_keys_play_and_the_theme_can_be_chosen(page: Path, browse: Browse) -> No
     slider.send_keys(Keys.HOME, Keys.ARROW_RIGHT, " ")  # it plays, and stops
     time = "return document.querySelector('#player').dataset.time"
     assert float(browser.execute_script(time)) < 2.0
-    assert browser.execute_script("return document.querySelector('#player .play').textContent") == "▶ Play"
+    assert (
+        browser.execute_script("return document.querySelector('#player .play').textContent")
+        == "▶ Play"
+    )
     before = browser.execute_script("return getComputedStyle(document.body).backgroundColor")
     browser.execute_script("document.querySelector('#theme').click()")
-    assert browser.execute_script("return getComputedStyle(document.body).backgroundColor") != before
+    assert (
+        browser.execute_script("return getComputedStyle(document.body).backgroundColor") != before
+    )
     assert [entry["message"] for entry in browser.get_log("browser")] == []
 
 
@@ -244,13 +280,21 @@ def test_a_replay_alone_works_from_a_file(page: Path, browse: Browse, tmp_path: 
     assert ended.value.code == 0
     browser = browse(tmp_path / "replay.html", 390)
     wait(browser, "document.querySelector('#player').dataset.ready")
-    assert browser.execute_script("return document.querySelector('h1').textContent") == "mine, episode 1"
+    assert (
+        browser.execute_script("return document.querySelector('h1').textContent")
+        == "mine, episode 1"
+    )
     assert browser.execute_script("return document.documentElement.scrollWidth") <= 390
     assert [entry["message"] for entry in browser.get_log("browser")] == []
 
 
-def test_the_head_tells_what_all_runs_rest_on(write_run: Callable[..., Path], browse: Browse, tmp_path: Path) -> None:
-    folders = [str(write_run(name, stacks=(name,), episodes=4, seed=seed)) for name, seed in (("one", 3), ("two", 5))]
+def test_the_head_tells_what_all_runs_rest_on(
+    write_run: Callable[..., Path], browse: Browse, tmp_path: Path
+) -> None:
+    folders = [
+        str(write_run(name, stacks=(name,), episodes=4, seed=seed))
+        for name, seed in (("one", 3), ("two", 5))
+    ]
     with pytest.raises(SystemExit) as ended:
         main(["report", *folders, "--out", str(tmp_path / "report.html")])
     assert ended.value.code == 0
@@ -260,7 +304,9 @@ def test_the_head_tells_what_all_runs_rest_on(write_run: Callable[..., Path], br
     assert "8 deliveries · map sidewalk · seed 3, 5 · people" in head
 
 
-def test_a_replay_opened_from_the_list_takes_the_keys_and_follows(page: Path, browse: Browse) -> None:
+def test_a_replay_opened_from_the_list_takes_the_keys_and_follows(
+    page: Path, browse: Browse
+) -> None:
     from selenium.webdriver.common.keys import Keys
 
     browser = browse(page, 1440)
@@ -287,19 +333,32 @@ def test_paper_is_light_and_shows_what_is_folded(page: Path, browse: Browse) -> 
     )
     choose(browser, "by-outcome", "timeout")
     dark = picture(browser)
-    folded = browser.execute_script("return document.querySelectorAll('details:not([open])').length")
+    folded = browser.execute_script(
+        "return document.querySelectorAll('details:not([open])').length"
+    )
     browser.execute_script("dispatchEvent(new Event('beforeprint'))")
     assert browser.execute_script("return document.documentElement.dataset.theme") == "light"
     assert picture(browser) != dark  # drawn anew at once: the printer does not wait
-    assert folded and browser.execute_script("return document.querySelectorAll('details:not([open])').length") == 0
-    assert "too late" in browser.execute_script("return document.querySelector('.printonly').textContent")
+    assert (
+        folded
+        and browser.execute_script("return document.querySelectorAll('details:not([open])').length")
+        == 0
+    )
+    assert "too late" in browser.execute_script(
+        "return document.querySelector('.printonly').textContent"
+    )
     browser.execute_script("dispatchEvent(new Event('afterprint'))")
     assert browser.execute_script("return document.documentElement.dataset.theme") == "dark"
-    assert browser.execute_script("return document.querySelectorAll('details:not([open])').length") == folded
+    assert (
+        browser.execute_script("return document.querySelectorAll('details:not([open])').length")
+        == folded
+    )
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_two_stacks_drive_the_same_mission_in_one_replay(page: Path, browse: Browse, width: int) -> None:
+def test_two_stacks_drive_the_same_mission_in_one_replay(
+    page: Path, browse: Browse, width: int
+) -> None:
     browser = browse(page, width)
     wait(browser, "document.querySelector('#player').dataset.ready")
     numbers = browser.execute_script(

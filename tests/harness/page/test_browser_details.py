@@ -35,7 +35,10 @@ MOVE = "const s = document.querySelector('#player .seek'); s.value = arguments[0
 
 
 def opened(
-    browse: Browse, path: Path, folders: list[Path], change: Callable[[dict[str, Any]], None] | None = None
+    browse: Browse,
+    path: Path,
+    folders: list[Path],
+    change: Callable[[dict[str, Any]], None] | None = None,
 ) -> Any:
     """A browser that shows the report of some runs, its data perhaps changed."""
     page = report_page([load_run(str(folder)) for folder in folders], 20, "")
@@ -44,7 +47,9 @@ def opened(
     data = json.loads(found[2])
     if change is not None:
         change(data)
-    path.write_text(page[: found.start(2)] + json.dumps(data) + page[found.end(2) :], encoding="utf-8")
+    path.write_text(
+        page[: found.start(2)] + json.dumps(data) + page[found.end(2) :], encoding="utf-8"
+    )
     browser = browse(path, 1440)
     wait(browser, "document.documentElement.dataset.ready")
     if data["replays"]:
@@ -64,7 +69,14 @@ def test_the_ticks_of_a_waterfall_are_told_apart(
 ) -> None:
     def narrow(data: dict[str, Any]) -> None:
         margin = {"v": -0.2 * reach, "lo": None, "hi": None}
-        data["waterfall"] = [{"label": "mine", "revenue": 0.8 * reach, "terms": [["refunds", reach]], "margin": margin}]
+        data["waterfall"] = [
+            {
+                "label": "mine",
+                "revenue": 0.8 * reach,
+                "terms": [["refunds", reach]],
+                "margin": margin,
+            }
+        ]
 
     browser = opened(browse, tmp_path / "r.html", [write_run("one", episodes=3)], narrow)
     wait(browser, "document.querySelector('#waterfall svg')")
@@ -88,7 +100,9 @@ def test_one_delivery_has_no_interval_and_prices_are_told_exactly(
     write_run: Callable[..., Path], browse: Browse, tmp_path: Path
 ) -> None:
     browser = opened(
-        browse, tmp_path / "r.html", [write_run(name, episodes=n) for name, n in (("one", 1), ("many", 9))]
+        browse,
+        tmp_path / "r.html",
+        [write_run(name, episodes=n) for name, n in (("one", 1), ("many", 9))],
     )
     one, many = texts(browser, "#profit .legend > span")
     assert "after 1" in one and "95 %" not in one
@@ -103,20 +117,29 @@ def test_the_chooser_names_the_map_that_is_drawn(
     write_run: Callable[..., Path], browse: Browse, tmp_path: Path
 ) -> None:
     digest = map_digest(load_scene("sidewalk"))
-    folders = [write_run(name, episodes=2, map_sha256=known) for name, known in (("a", "0" * 64), ("b", digest))]
+    folders = [
+        write_run(name, episodes=2, map_sha256=known)
+        for name, known in (("a", "0" * 64), ("b", digest))
+    ]
     browser = opened(browse, tmp_path / "r.html", folders)
     labels = ["sidewalk (000000000000)", f"sidewalk ({digest[:12]})"]
     assert texts(browser, "#which-map option") == labels
     assert browser.execute_script("return document.querySelector('#which-map').value") == labels[1]
 
 
-def test_what_a_tip_tells_needs_no_mouse(write_run: Callable[..., Path], browse: Browse, tmp_path: Path) -> None:
+def test_what_a_tip_tells_needs_no_mouse(
+    write_run: Callable[..., Path], browse: Browse, tmp_path: Path
+) -> None:
     def tip_over(row: dict[str, Any]) -> None:
         row["reason"] = "arrived" if row["outcome"] == "sla" else "orientation"
-        things = (name for name in row if name.endswith("_contacts") and name != "pedestrian_contacts")
+        things = (
+            name for name in row if name.endswith("_contacts") and name != "pedestrian_contacts"
+        )
         row |= dict.fromkeys(things, 0)
 
-    folders = [write_run(name, stacks=(name,), episodes=20, change=tip_over) for name in ("one", "two")]
+    folders = [
+        write_run(name, stacks=(name,), episodes=20, change=tip_over) for name in ("one", "two")
+    ]
     browser = opened(browse, tmp_path / "r.html", folders)
     assert {row[5] for row in shown(browser)} >= {"in time", "assistanceorientation"}
     head = "document.querySelector('th[data-key=soft] button')"
@@ -129,9 +152,15 @@ def test_what_a_tip_tells_needs_no_mouse(write_run: Callable[..., Path], browse:
     tap = "document.querySelector('#waterfall rect').dispatchEvent(new PointerEvent('pointerdown', {bubbles: true}))"
     wait(browser, "document.querySelector('#waterfall rect')")
     browser.execute_script(tap)
-    assert "per delivery" in browser.execute_script("return document.querySelector('#tip').textContent")
+    assert "per delivery" in browser.execute_script(
+        "return document.querySelector('#tip').textContent"
+    )
     assert "needed" in texts(browser, "#comparison thead th")
-    touching = {(event["stack"], event["episode"]) for folder in folders for event in load_run(str(folder)).events}
+    touching = {
+        (event["stack"], event["episode"])
+        for folder in folders
+        for event in load_run(str(folder)).events
+    }
     choose(browser, "by-cost", "contact")
     assert {(row[1], int(row[2])) for row in shown(browser)} == touching
 
@@ -152,7 +181,9 @@ def test_the_nearest_person_is_as_far_as_the_bodies_are_apart(
     for row in (0, 50, 120):
         browser.execute_script(MOVE, float(arrays["trace"][row, 0]))
         told = browser.execute_script(f"return {FACTS}['nearest person']")
-        body = shapely.Polygon(transform_points(Pose2D(*arrays["trace"][row, 1:4].tolist()), outline))
+        body = shapely.Polygon(
+            transform_points(Pose2D(*arrays["trace"][row, 1:4].tolist()), outline)
+        )
         apart = float(np.min(shapely.distance(body, shapely.points(arrays["crowd"][row])))) - radius
         assert float(told.removesuffix(" m")) == pytest.approx(max(apart, 0.0), abs=0.08)
 
@@ -180,5 +211,11 @@ def test_of_two_quick_choices_the_last_is_shown_and_no_listeners_pile_up(
     assert texts(browser, "#player .side > h3:first-child") == [f"mine, episode {last}"]
     assert browser.execute_script("return window.added") == 0
     canvas = "document.querySelector('#player canvas')"
-    assert browser.execute_script(f"return {canvas}.getAttribute('aria-label')") == f"Replay of mine, episode {last}"
-    assert browser.execute_script("return document.querySelector('#player').hasAttribute('aria-busy')") is False
+    assert (
+        browser.execute_script(f"return {canvas}.getAttribute('aria-label')")
+        == f"Replay of mine, episode {last}"
+    )
+    assert (
+        browser.execute_script("return document.querySelector('#player').hasAttribute('aria-busy')")
+        is False
+    )

@@ -22,7 +22,9 @@ def colours(theme: str) -> dict[str, str]:
 def luminance(colour: str) -> float:
     """Relative luminance (WCAG 2.1)."""
     shares = [int(colour[place : place + 2], 16) / 255.0 for place in (1, 3, 5)]
-    linear = [each / 12.92 if each <= 0.04045 else ((each + 0.055) / 1.055) ** 2.4 for each in shares]
+    linear = [
+        each / 12.92 if each <= 0.04045 else ((each + 0.055) / 1.055) ** 2.4 for each in shares
+    ]
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
@@ -38,4 +40,6 @@ def test_every_text_stands_out(theme: str) -> None:
 def test_there_are_as_many_tints_as_the_program_takes() -> None:
     program = (files("harness.report.page") / "assets" / "core.js").read_text(encoding="utf-8")
     assert f"const TINTS = {TINTS};" in program
-    assert all(f"s{number}" in colours(theme) for theme in ("light", "dark") for number in range(TINTS))
+    assert all(
+        f"s{number}" in colours(theme) for theme in ("light", "dark") for number in range(TINTS)
+    )

@@ -25,7 +25,8 @@ from harness.study.stored_run import StoredStack, load_run
 from harness.world.scene_io import load_scene
 
 EVIL = "<script>alert(1)"
-NO_CONTACT = ("the food", "from here on", "it was still", "the robot needed help")  # words of other events
+# words of other events
+NO_CONTACT = ("the food", "from here on", "it was still", "the robot needed help")
 MOST_BYTES = 15_000_000  # of three stacks with 100 deliveries each and 20 recordings
 
 
@@ -37,27 +38,37 @@ def data_of(page: str) -> dict[str, Any]:
     return data
 
 
-def test_a_report_holds_the_figures_of_its_runs(write_run: Callable[..., Path], record: Callable[..., None]) -> None:
-    folder = write_run("one", stacks=("mine", "other"), episodes=30, map_sha256=map_digest(load_scene("sidewalk")))
+def test_a_report_holds_the_figures_of_its_runs(
+    write_run: Callable[..., Path], record: Callable[..., None]
+) -> None:
+    folder = write_run(
+        "one", stacks=("mine", "other"), episodes=30, map_sha256=map_digest(load_scene("sidewalk"))
+    )
     record(folder, "mine", range(3))
     run = load_run(str(folder))
     data = data_of(report_page([run], 2, "2026-01-01"))
     assert [entry["label"] for entry in data["entries"]] == ["mine", "other"]
     assert len(data["deliveries"]["entry"]) == 60
     listed = data["deliveries"]
-    profits = [value for value, entry in zip(listed["profit"], listed["entry"], strict=True) if entry == 0]
+    profits = [
+        value for value, entry in zip(listed["profit"], listed["entry"], strict=True) if entry == 0
+    ]
     margin = data["headline"]["stacks"][0]["margin"]
     assert margin["lo"] < margin["v"] < margin["hi"]
     assert np.mean(profits) == pytest.approx(margin["v"], abs=1e-3)
     assert data["profit"][0]["sum"][-1] == pytest.approx(sum(profits), abs=0.01)
     steps = data["waterfall"][0]
-    assert steps["revenue"] - sum(cost for _, cost in steps["terms"]) == pytest.approx(steps["margin"]["v"])
+    assert steps["revenue"] - sum(cost for _, cost in steps["terms"]) == pytest.approx(
+        steps["margin"]["v"]
+    )
     assert data["tables"]["columns"][2] == {"title": "Nav2 w/ GPS", "n": 100, "paper": True}
     assert len(data["tables"]["columns"]) == 2 + 8
     assert (data["comparisons"][0]["a"], data["comparisons"][0]["pairs"]) == ("mine", 30)
     assert len(data["scenery"]["sidewalk"]["obstacles"]) == len(load_scene("sidewalk").obstacles)
     assert data["basis"]["runs"][0]["seed"] == 0
-    assert any(price["key"] == "delivery_fee" and price["source"] for price in data["basis"]["prices"])
+    assert any(
+        price["key"] == "delivery_fee" and price["source"] for price in data["basis"]["prices"]
+    )
     assert (len(data["replays"]), len(data["trajectories"])) == (2, 3)
     assert "1 more recorded deliveries are not in this page" in data["basis"]["notes"][0]
 
@@ -67,15 +78,18 @@ def test_a_replay_tells_why_in_the_words_of_explain(
 ) -> None:
     folder = write_run("one", episodes=6, crowd=1.0)
     record(folder, "mine", range(6))
-    told, shown = {each["episode"]: each["reasons"] for each in data_of(page_of(folder))["replays"]}, []
+    told, shown = (
+        {each["episode"]: each["reasons"] for each in data_of(page_of(folder))["replays"]},
+        [],
+    )
     for episode in range(6):
         with pytest.raises(SystemExit), contextlib.redirect_stdout(io.StringIO()) as out:
             main(["explain", str(folder), str(episode), "--json"])
         events = json.loads(out.getvalue())["events"]
         shown.append(len(events))
-        assert [(round(each["stamp_s"], 2), each["cost_usd"], each["words"]) for each in events] == [
-            (each["time"], each["cost"], each["words"]) for each in told[episode]
-        ]
+        assert [
+            (round(each["stamp_s"], 2), each["cost_usd"], each["words"]) for each in events
+        ] == [(each["time"], each["cost"], each["words"]) for each in told[episode]]
     assert max(shown) > 1
     (folder / "recordings" / "mine-0-decisions.parquet").write_bytes(b"nothing")
     costly = next(number for number in range(1, 6) if shown[number])
@@ -88,7 +102,9 @@ def page_of(folder: Path) -> str:
     return report_page([load_run(str(folder))], 20, "")
 
 
-def test_the_costliest_recordings_are_carried(write_run: Callable[..., Path], record: Callable[..., None]) -> None:
+def test_the_costliest_recordings_are_carried(
+    write_run: Callable[..., Path], record: Callable[..., None]
+) -> None:
     folder = write_run("one", episodes=30)
     record(folder, "mine", range(30))
     data = data_of(report_page([load_run(str(folder))], 3, ""))
@@ -135,11 +151,16 @@ def test_a_map_that_one_of_two_runs_still_finds_is_drawn_for_both(
     assert {mission[2] for mission in data["missions"]} == {"sidewalk"}
 
 
-def test_recorded_people_are_told_by_their_recording_and_not_by_a_number(write_run: Callable[..., Path]) -> None:
+def test_recorded_people_are_told_by_their_recording_and_not_by_a_number(
+    write_run: Callable[..., Path],
+) -> None:
     folder = write_run("one", episodes=2)
     world, manifest = folder / "params" / "world.yaml", folder / "run.json"
     told = [data_of(page_of(folder))["basis"]["runs"][0]["people"]]
-    text, replayed = world.read_text(encoding="utf-8"), "replay: {file: people.csv}\n  model: replay"
+    text, replayed = (
+        world.read_text(encoding="utf-8"),
+        "replay: {file: people.csv}\n  model: replay",
+    )
     world.write_text(text.replace("model: random_walk", replayed), encoding="utf-8")
     about = json.loads(manifest.read_text(encoding="utf-8"))
     for asked in (None, "/data/plaza.csv"):
@@ -159,8 +180,11 @@ def test_a_run_that_is_given_by_two_ways_is_one_run_with_all_its_stacks(
 
 
 def test_a_delivery_that_touched_anything_is_listed_as_such(write_run: Callable[..., Path]) -> None:
-    def forget(row: dict[str, Any]) -> None:  # as after a counted contact with something that has no price
-        things = (name for name in row if name.endswith("_contacts") and name != "pedestrian_contacts")
+    # as after a counted contact with something that has no price
+    def forget(row: dict[str, Any]) -> None:
+        things = (
+            name for name in row if name.endswith("_contacts") and name != "pedestrian_contacts"
+        )
         row |= dict.fromkeys(things, 0)
 
     folder = write_run("one", episodes=40, change=forget)
@@ -168,18 +192,30 @@ def test_a_delivery_that_touched_anything_is_listed_as_such(write_run: Callable[
     touching = {event["episode"] for event in run.events}
     people = {event["episode"] for event in run.events if event["kind"] == "pedestrian"}
     assert 0 < len(people) < len(touching) < 40
-    assert data_of(page_of(folder))["deliveries"]["touched"] == [number in touching for number in range(40)]
+    assert data_of(page_of(folder))["deliveries"]["touched"] == [
+        number in touching for number in range(40)
+    ]
 
 
-def test_an_event_and_its_contact_have_one_time(write_run: Callable[..., Path], record: Callable[..., None]) -> None:
+def test_an_event_and_its_contact_have_one_time(
+    write_run: Callable[..., Path], record: Callable[..., None]
+) -> None:
     folder = write_run("one", episodes=6, crowd=1.0)
     record(folder, "mine", range(6))
     events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
-    write_table(folder / "events.parquet", EVENT_COLUMNS, [{**e, "stamp_s": e["stamp_s"] + 0.0167} for e in events])
+    write_table(
+        folder / "events.parquet",
+        EVENT_COLUMNS,
+        [{**e, "stamp_s": e["stamp_s"] + 0.0167} for e in events],
+    )
     shared = 0
     for each in data_of(page_of(folder))["replays"]:
         stamps = {hit[2] for hit in each["contacts"] if hit[5] > 0}
-        told = {why["time"] for why in each["reasons"] if not why["words"].split(": ")[1].startswith(NO_CONTACT)}
+        told = {
+            why["time"]
+            for why in each["reasons"]
+            if not why["words"].split(": ")[1].startswith(NO_CONTACT)
+        }
         assert told == stamps
         shared += len(told)
     assert shared > 0
@@ -192,21 +228,30 @@ def test_who_pays_is_what_price_says(write_run: Callable[..., Path]) -> None:
     assert sum("the published rule forgives" in note for note in told["notes"]) == len(run.stacks)
     assert [row["title"] for row in told["rows"]] == list(TITLES.values())
     for number, name in enumerate(TITLES):
-        margins = [each.accountings[name].intervals["contribution_margin"].as_json() for each in expected]
+        margins = [
+            each.accountings[name].intervals["contribution_margin"].as_json() for each in expected
+        ]
         assert told["rows"][number]["cells"] == margins, name
 
 
-def test_where_nobody_was_touched_the_page_does_not_ask_who_pays(write_run: Callable[..., Path]) -> None:
+def test_where_nobody_was_touched_the_page_does_not_ask_who_pays(
+    write_run: Callable[..., Path],
+) -> None:
     assert data_of(page_of(write_run("one", episodes=5, crowd=0.0)))["accountings"] is None
 
 
 def test_the_same_stack_of_two_runs_has_two_names(write_run: Callable[..., Path]) -> None:
     runs = [load_run(str(write_run(name, episodes=5))) for name in ("before", "after")]
-    assert [each["label"] for each in data_of(report_page(runs, 0, ""))["entries"]] == ["before:mine", "after:mine"]
+    assert [each["label"] for each in data_of(report_page(runs, 0, ""))["entries"]] == [
+        "before:mine",
+        "after:mine",
+    ]
 
 
 def test_texts_of_runs_stay_texts(
-    write_run: Callable[..., Path], record: Callable[..., None], rename_map: Callable[[Path, str], None]
+    write_run: Callable[..., Path],
+    record: Callable[..., None],
+    rename_map: Callable[[Path, str], None],
 ) -> None:
     folder = write_run("evil", stacks=(EVIL,), episodes=4)
     record(folder, EVIL, range(2))
@@ -233,7 +278,9 @@ def test_a_page_asks_nobody_for_anything(write_run: Callable[..., Path]) -> None
     assert not re.search(r"\.innerHTML|document\.write|\beval\(|new Function", page)
 
 
-def test_a_large_report_is_small_enough(write_run: Callable[..., Path], record: Callable[..., None]) -> None:
+def test_a_large_report_is_small_enough(
+    write_run: Callable[..., Path], record: Callable[..., None]
+) -> None:
     def long(row: dict[str, Any]) -> None:
         row["duration_s"] = 120.0
 
@@ -245,11 +292,15 @@ def test_a_large_report_is_small_enough(write_run: Callable[..., Path], record: 
     assert len(page.encode()) < MOST_BYTES
 
 
-def test_without_cargo_the_money_is_undefined_and_the_page_says_so(write_run: Callable[..., Path]) -> None:
+def test_without_cargo_the_money_is_undefined_and_the_page_says_so(
+    write_run: Callable[..., Path],
+) -> None:
     def arrive(row: dict[str, Any]) -> None:
         row |= {"outcome": "arrived", "pieces_lost": None, "pieces_at_start": None}
 
-    data = data_of(report_page([load_run(str(write_run("bare", episodes=5, change=arrive)))], 0, ""))
+    data = data_of(
+        report_page([load_run(str(write_run("bare", episodes=5, change=arrive)))], 0, "")
+    )
     assert data["headline"]["stacks"][0]["margin"]["v"] is None
     assert (data["profit"], data["breakEven"]) == ([], [])
     assert data["outcomes"][0]["shares"]["arrived"] == 1.0
@@ -275,7 +326,9 @@ def test_a_margin_that_is_not_positive_never_breaks_even() -> None:
     found = break_even_histogram(np.array([-1.0, 0.0, 1.0, 2.0]), 1000.0)
     assert found["never"] == 0.5
     assert sum(found["shares"]) == pytest.approx(0.5)
-    assert found["edges"][0] == pytest.approx(500.0, rel=0.01) and found["edges"][-1] == pytest.approx(1000.0, rel=0.01)
+    assert found["edges"][0] == pytest.approx(500.0, rel=0.01) and found["edges"][
+        -1
+    ] == pytest.approx(1000.0, rel=0.01)
     assert break_even_histogram(np.array([-1.0]), 1.0) == {"edges": [], "shares": [], "never": 1.0}
 
 
@@ -302,13 +355,17 @@ def test_a_stack_of_errors_only_is_named(write_run: Callable[..., Path]) -> None
     run = load_run(str(write_run("one", episodes=3)))
     broken = StoredStack("broken", run.stacks[0].carries, run.stacks[0].localizer, 3, ())
     page = report_page([dataclasses.replace(run, stacks=(*run.stacks, broken))], 0, "2026-01-01")
-    assert "one: broken is left out: all of its 3 deliveries ended in an error" in data_of(page)["basis"]["notes"]
+    assert (
+        "one: broken is left out: all of its 3 deliveries ended in an error"
+        in data_of(page)["basis"]["notes"]
+    )
 
 
 def test_what_a_run_has_not_driven_is_said(write_run: Callable[..., Path]) -> None:
     run = load_run(str(write_run("one", stacks=("some", "none"), episodes=3)))
     some, none = (
-        dataclasses.replace(each, rows=each.rows[:kept]) for each, kept in zip(run.stacks, (2, 0), strict=True)
+        dataclasses.replace(each, rows=each.rows[:kept])
+        for each, kept in zip(run.stacks, (2, 0), strict=True)
     )
     page = report_page([dataclasses.replace(run, stacks=(some, none))], 0, "2026-01-01")
     assert data_of(page)["basis"]["notes"][-2:] == [
@@ -317,15 +374,25 @@ def test_what_a_run_has_not_driven_is_said(write_run: Callable[..., Path]) -> No
     ]
 
 
-def test_nothing_is_told_of_breaking_even_where_all_earned_the_same(write_run: Callable[..., Path]) -> None:
+def test_nothing_is_told_of_breaking_even_where_all_earned_the_same(
+    write_run: Callable[..., Path],
+) -> None:
     def alike(row: dict[str, Any]) -> None:
         row |= {"outcome": "sla", "distance_m": 50.0, "motion_energy_wh": 1.0}
 
-    quiet, lively = write_run("quiet", episodes=9, crowd=0.0, change=alike), write_run("lively", episodes=9)
-    assert [break_even(entries_of([load_run(str(each))])) != [] for each in (quiet, lively)] == [False, True]
+    quiet, lively = (
+        write_run("quiet", episodes=9, crowd=0.0, change=alike),
+        write_run("lively", episodes=9),
+    )
+    assert [break_even(entries_of([load_run(str(each))])) != [] for each in (quiet, lively)] == [
+        False,
+        True,
+    ]
 
 
-def test_texts_that_utf_8_does_not_have_do_no_harm(write_run: Callable[..., Path], tmp_path: Path) -> None:
+def test_texts_that_utf_8_does_not_have_do_no_harm(
+    write_run: Callable[..., Path], tmp_path: Path
+) -> None:
     folder = write_run("one", episodes=2)
     about = json.loads((folder / "run.json").read_text())
     (folder / "run.json").write_text(json.dumps({**about, "command": ["navbench", "\ud800"]}))

@@ -27,10 +27,14 @@ def decoded(text: str) -> dict[str, np.ndarray]:
     position, fields = 4 + size, {}
     for head in json.loads(content[4 : 4 + size]):
         shape = (head["columns"], head["n"])
-        steps = np.frombuffer(content, f"<i{head['bytes']}", shape[0] * shape[1], position).reshape(shape)
+        steps = np.frombuffer(content, f"<i{head['bytes']}", shape[0] * shape[1], position).reshape(
+            shape
+        )
         position += steps.nbytes
         first = np.array(head["first"] or [0] * head["columns"]).reshape(-1, 1)
-        fields[head["name"]] = (first + steps.cumsum(axis=1)) * np.array(head["scales"])[:, np.newaxis]
+        fields[head["name"]] = (first + steps.cumsum(axis=1)) * np.array(head["scales"])[
+            :, np.newaxis
+        ]
     assert position == len(content)
     return fields
 
@@ -42,7 +46,9 @@ def test_what_is_decoded_is_what_was_recorded(make_arrays: Callable[..., Arrays]
     np.testing.assert_allclose(fields["t"][0], trace[:, 0], atol=6e-4)
     np.testing.assert_allclose(fields["pose"][:2].T, trace[:, 1:3], atol=6e-3)
     np.testing.assert_allclose(fields["belief"][2], np.unwrap(trace[:, 8]), atol=6e-4)
-    np.testing.assert_allclose(fields["crowd"].T, arrays["crowd"].reshape(len(trace), -1), atol=6e-3)
+    np.testing.assert_allclose(
+        fields["crowd"].T, arrays["crowd"].reshape(len(trace), -1), atol=6e-3
+    )
     np.testing.assert_array_equal(fields["lost"][0], arrays["pieces_lost"])
     np.testing.assert_allclose(fields["tracks"][1:].T, arrays["tracks"][:, 1:5], atol=6e-3)
     scans = arrays["scan_mm"] / 1000.0
@@ -54,8 +60,12 @@ def test_what_is_decoded_is_what_was_recorded(make_arrays: Callable[..., Arrays]
     np.testing.assert_allclose(fields["options"].T, arrays["option_xy"], atol=6e-3)
 
 
-def test_a_recording_without_options_has_none(make_arrays: Callable[..., Arrays], tmp_path: Path) -> None:
-    arrays = {name: array for name, array in make_arrays(ROW).items() if not name.startswith("option")}
+def test_a_recording_without_options_has_none(
+    make_arrays: Callable[..., Arrays], tmp_path: Path
+) -> None:
+    arrays = {
+        name: array for name, array in make_arrays(ROW).items() if not name.startswith("option")
+    }
     np.savez_compressed(tmp_path / "r.npz", **arrays)
     found = load_recording(tmp_path / "r.npz")
     assert found["option_count"].tolist() == [0] * len(arrays["trace"])
@@ -86,7 +96,9 @@ def test_a_robot_that_does_not_localize_has_no_belief(make_arrays: Callable[...,
     assert "belief" not in decoded(encode(arrays, FINE))
 
 
-def test_a_belief_that_begins_later_is_absent_until_then(make_arrays: Callable[..., Arrays]) -> None:
+def test_a_belief_that_begins_later_is_absent_until_then(
+    make_arrays: Callable[..., Arrays],
+) -> None:
     arrays = make_arrays(ROW)
     arrays["trace"][:20, 6:9] = np.nan
     believed = decoded(encode(arrays, FINE))["belief"]
@@ -104,12 +116,19 @@ def test_a_long_recording_takes_little_memory(make_arrays: Callable[..., Arrays]
     assert peak < 8 * arrays["scan_mm"].nbytes
 
 
-def test_an_array_larger_than_any_memory_is_refused(make_arrays: Callable[..., Arrays], tmp_path: Path) -> None:
-    np.savez_compressed(tmp_path / "r.npz", **{k: v for k, v in make_arrays(ROW).items() if k != "trace"})
+def test_an_array_larger_than_any_memory_is_refused(
+    make_arrays: Callable[..., Arrays], tmp_path: Path
+) -> None:
+    np.savez_compressed(
+        tmp_path / "r.npz", **{k: v for k, v in make_arrays(ROW).items() if k != "trace"}
+    )
     head = b"{'descr': '<f8', 'fortran_order': False, 'shape': (4000000000000, 11), }"
     size = 118
     with zipfile.ZipFile(tmp_path / "r.npz", "a") as archive:
-        archive.writestr("trace.npy", b"\x93NUMPY\x01\x00" + struct.pack("<H", size) + head.ljust(size - 1) + b"\n")
+        archive.writestr(
+            "trace.npy",
+            b"\x93NUMPY\x01\x00" + struct.pack("<H", size) + head.ljust(size - 1) + b"\n",
+        )
     with pytest.raises(InputError, match="is damaged"):
         load_recording(tmp_path / "r.npz")
 
@@ -117,9 +136,15 @@ def test_an_array_larger_than_any_memory_is_refused(make_arrays: Callable[..., A
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda arrays: arrays.pop("crowd"), "is no recording of a delivery, or an older one: it lacks crowd"),
+        (
+            lambda arrays: arrays.pop("crowd"),
+            "is no recording of a delivery, or an older one: it lacks crowd",
+        ),
         (lambda arrays: arrays.update(trace=arrays["trace"][:, :5]), "do not match"),
-        (lambda arrays: arrays.update(trace=np.full_like(arrays["trace"], np.nan)), "no sound trajectory"),
+        (
+            lambda arrays: arrays.update(trace=np.full_like(arrays["trace"], np.nan)),
+            "no sound trajectory",
+        ),
         (lambda arrays: arrays.update(crowd=arrays["crowd"][1:]), "do not match"),
         (lambda arrays: arrays.update(track_count=arrays["track_count"] * 2), "do not match"),
         (lambda arrays: arrays.update(plan_size=arrays["plan_size"][1:]), "do not match"),
@@ -127,10 +152,16 @@ def test_an_array_larger_than_any_memory_is_refused(make_arrays: Callable[..., A
         (lambda arrays: arrays.pop("scan_mm"), "lacks scan_mm"),
         (lambda arrays: arrays.update(trace=arrays["trace"][::-1]), "has no sound trajectory"),
         (lambda arrays: arrays.update(pieces_lost=np.array(3)), "do not match"),
-        (lambda arrays: arrays.update(scan_stamp=np.full(len(arrays["trace"]), np.nan)), "do not match"),
+        (
+            lambda arrays: arrays.update(scan_stamp=np.full(len(arrays["trace"]), np.nan)),
+            "do not match",
+        ),
         (lambda arrays: arrays.update(plan_size=arrays["plan_size"] * 1.0), "do not match"),
         (lambda arrays: arrays.update(track_count=arrays["track_count"] - 2), "do not match"),
-        (lambda arrays: arrays.update(plan_xy=np.full_like(arrays["plan_xy"], np.inf)), "do not match"),
+        (
+            lambda arrays: arrays.update(plan_xy=np.full_like(arrays["plan_xy"], np.inf)),
+            "do not match",
+        ),
     ],
 )
 def test_a_damaged_recording_is_refused(

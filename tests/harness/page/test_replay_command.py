@@ -79,7 +79,9 @@ def test_rosbags_reads_the_messages_back(
     arrays = make_arrays(read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)[1], 1)
     found = read(tmp_path / "d.mcap")
     trace = arrays["trace"]
-    truth = np.array([(time, m.pose.position.x, m.pose.position.y) for time, m in found["/ground_truth"]])
+    truth = np.array(
+        [(time, m.pose.position.x, m.pose.position.y) for time, m in found["/ground_truth"]]
+    )
     np.testing.assert_allclose(truth, trace[:, :3], atol=1e-9)
     stamps = [m.header.stamp.sec + m.header.stamp.nanosec * 1e-9 for _, m in found["/scan"]]
     np.testing.assert_allclose(stamps, arrays["scan_stamp"], atol=1e-9)
@@ -95,14 +97,24 @@ def test_rosbags_reads_the_messages_back(
     grid = found["/map"][0][1]
     assert len(grid.data) == grid.info.width * grid.info.height > 0
     assert grid.info.resolution == pytest.approx(load_scene("sidewalk").geometry.resolution)
-    events = [each for each in read_rows(folder / "events.parquet", EVENT_COLUMNS) if each["episode"] == 1]
-    assert [time for time, _ in found["/contacts"]] == pytest.approx([e["stamp_s"] for e in contacts_shown(events)])
+    events = [
+        each for each in read_rows(folder / "events.parquet", EVENT_COLUMNS) if each["episode"] == 1
+    ]
+    assert [time for time, _ in found["/contacts"]] == pytest.approx(
+        [e["stamp_s"] for e in contacts_shown(events)]
+    )
 
 
 def test_a_person_who_was_hit_is_red_whatever_the_price(
     make_arrays: Callable[..., dict[str, Any]], tmp_path: Path
 ) -> None:
-    event = {"x_m": 1.0, "y_m": 0.0, "impulse_ns": 2727.0, "type": "counted_contact", "cost_usd": 0.0}
+    event = {
+        "x_m": 1.0,
+        "y_m": 0.0,
+        "impulse_ns": 2727.0,
+        "type": "counted_contact",
+        "cost_usd": 0.0,
+    }
     person = {"kind": "pedestrian", "partner": "pedestrian", "partner_id": 3}
     thing = {"kind": "mailbox", "partner": "property", "partner_id": 1}
     later = {"type": "contact_event", "cost_usd": None, "duration_s": 0.5}
@@ -110,14 +122,22 @@ def test_a_person_who_was_hit_is_red_whatever_the_price(
         {**event, **person, "stamp_s": 3.0},
         {**event, **thing, "stamp_s": 2.0, "cost_usd": 4.5},
         {**event, **thing, "stamp_s": 1.0},
-        {**event, **person, **later, "stamp_s": 2.8},  # the same contact as a whole: not shown twice
+        # the same contact as a whole: not shown twice
+        {**event, **person, **later, "stamp_s": 2.8},
         {**event, **person, **later, "stamp_s": 4.0},
         {**event, **person, "stamp_s": None},
     ]
-    write_bag(tmp_path / "d.mcap", Replay("", "", make_arrays(ROW), contacts_shown(hits), CORNERS, 0.3), None)
+    write_bag(
+        tmp_path / "d.mcap",
+        Replay("", "", make_arrays(ROW), contacts_shown(hits), CORNERS, 0.3),
+        None,
+    )
     with AnyReader([tmp_path / "d.mcap"]) as reader:
         contacts = [c for c in reader.connections if c.topic == "/contacts"]
-        found = [reader.deserialize(content, c.msgtype) for c, _, content in reader.messages(connections=contacts)]
+        found = [
+            reader.deserialize(content, c.msgtype)
+            for c, _, content in reader.messages(connections=contacts)
+        ]
     colours = [(m.markers[0].color.r, m.markers[0].color.g, m.markers[0].color.b) for m in found]
     np.testing.assert_allclose(colours, [GREY, RED, RED, GREY], rtol=1e-6)
 
@@ -128,7 +148,8 @@ def test_an_animation_shows_the_whole_delivery(folder: Path, tmp_path: Path) -> 
     with Image.open(tmp_path / "d.gif") as animation:
         assert (animation.format, speed, times[-1]) == ("GIF", SPEED, 20.0)
         duration = sum(_shown(animation, k) for k in range(animation.n_frames))
-        assert duration == pytest.approx(1000.0 * len(times) / FRAMES_PER_SECOND)  # [ms]; alike frames are joined
+        # [ms]; alike frames are joined
+        assert duration == pytest.approx(1000.0 * len(times) / FRAMES_PER_SECOND)
         pictures = []
         for k in (0, animation.n_frames // 2):
             animation.seek(k)
@@ -141,39 +162,58 @@ def _shown(animation: Image.Image, number: int) -> float:
     return float(animation.info["duration"])
 
 
-def test_headings_of_a_plan_point_to_the_next_pose_and_the_last_one_stays(folder: Path, tmp_path: Path) -> None:
+def test_headings_of_a_plan_point_to_the_next_pose_and_the_last_one_stays(
+    folder: Path, tmp_path: Path
+) -> None:
     assert run(str(folder), "1", "--mcap", str(tmp_path / "d.mcap")) == 0
     poses = read(tmp_path / "d.mcap")["/plan"][0][1].poses
     last, before = poses[-1].pose.orientation, poses[-2].pose.orientation
     assert (last.z, last.w) == (before.z, before.w)
 
 
-def test_a_map_that_has_changed_is_in_no_file(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_map_that_has_changed_is_in_no_file(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-    (folder / "run.json").write_text(json.dumps({**about, "map_sha256": "0" * 64}), encoding="utf-8")
+    (folder / "run.json").write_text(
+        json.dumps({**about, "map_sha256": "0" * 64}), encoding="utf-8"
+    )
     write_checksums(folder)
     assert run(str(folder), "1", "--mcap", str(tmp_path / "d.mcap")) == 0
     err = capsys.readouterr().err
-    assert "note: the replay has no map: map 'sidewalk' has changed since the run" in err and err.count("\n") == 1
+    assert (
+        "note: the replay has no map: map 'sidewalk' has changed since the run" in err
+        and err.count("\n") == 1
+    )
     with AnyReader([tmp_path / "d.mcap"]) as reader:
         assert "/map" not in {connection.topic for connection in reader.connections}
 
 
-def test_a_way_off_the_map_has_no_map(make_arrays: Callable[..., dict[str, Any]], tmp_path: Path) -> None:
-    arrays, grid = make_arrays({**ROW, "start_x_m": 900.0, "goal_x_m": 908.0}), load_scene("sidewalk").geometry
+def test_a_way_off_the_map_has_no_map(
+    make_arrays: Callable[..., dict[str, Any]], tmp_path: Path
+) -> None:
+    arrays, grid = (
+        make_arrays({**ROW, "start_x_m": 900.0, "goal_x_m": 908.0}),
+        load_scene("sidewalk").geometry,
+    )
     assert grid_around(grid, arrays["trace"]) is None
     write_bag(tmp_path / "d.mcap", Replay("", "", arrays, [], CORNERS, 0.3), grid)
     with AnyReader([tmp_path / "d.mcap"]) as reader:
         assert "/map" not in {connection.topic for connection in reader.connections}
 
 
-def test_the_absent_stand_nowhere(make_arrays: Callable[..., dict[str, Any]], tmp_path: Path) -> None:
+def test_the_absent_stand_nowhere(
+    make_arrays: Callable[..., dict[str, Any]], tmp_path: Path
+) -> None:
     arrays = make_arrays({**ROW, "duration_s": 2.0})
     arrays["crowd"][:10, 1] = np.inf
     write_bag(tmp_path / "d.mcap", Replay("", "", arrays, [], CORNERS, 0.3), None)
     with AnyReader([tmp_path / "d.mcap"]) as reader:
         people = [c for c in reader.connections if c.topic == "/people"]
-        messages = [reader.deserialize(content, c.msgtype) for c, _, content in reader.messages(connections=people)]
+        messages = [
+            reader.deserialize(content, c.msgtype)
+            for c, _, content in reader.messages(connections=people)
+        ]
     shown = [[marker.id for marker in message.markers] for message in messages]
     assert shown == [[0, 2, 3, 4]] * 10 + [[0, 1, 2, 3, 4]] * (len(arrays["trace"]) - 10)
 
@@ -198,10 +238,16 @@ def test_what_cannot_be_shown_is_said_in_one_line(
         ((str(two), "0", *page), "has 2 stacks; choose one of"),
         ((f"{two}:c", "0", *page), "'c'"),
         ((str(folder), "1", "--mcap", str(tmp_path / "d.bag")), "give a name that ends with .mcap"),
-        ((str(folder), "1", "--mcap", str(tmp_path / "no" / "d.mcap")), "its folder does not exist"),
+        (
+            (str(folder), "1", "--mcap", str(tmp_path / "no" / "d.mcap")),
+            "its folder does not exist",
+        ),
         ((str(folder), "1", "--mcap", str(tmp_path / "d.mcap")), "it is a folder; give a file"),
         ((str(folder), "1", "--gif", str(tmp_path / "d.png")), "give a name that ends with .gif"),
-        ((str(folder), "1", *page, "--mcap", str(tmp_path / "no" / "d.mcap")), "its folder does not exist"),
+        (
+            (str(folder), "1", *page, "--mcap", str(tmp_path / "no" / "d.mcap")),
+            "its folder does not exist",
+        ),
     ):
         assert run(*arguments) == 1
         err = capsys.readouterr().err

@@ -19,7 +19,13 @@ def deliveries() -> dict[str, Delivery]:
     """The same short delivery, recorded and not."""
     studies = {
         record: make_study(
-            stacks=["evasive-gps-ekf"], episodes=1, start=START, goal=GOAL, pedestrians=4, workers=1, record=record
+            stacks=["evasive-gps-ekf"],
+            episodes=1,
+            start=START,
+            goal=GOAL,
+            pedestrians=4,
+            workers=1,
+            record=record,
         )
         for record in ("events", "full")
     }
@@ -42,7 +48,9 @@ def test_every_row_of_the_trace_has_what_was_seen(deliveries: dict[str, Delivery
     for name in ("pieces_lost", "motion_energy_j", "odometry", "belief_covariance", "track_count"):
         assert len(arrays[name]) == rows
     assert arrays["pieces_lost"][-1] <= delivery.row["pieces_at_start"]
-    assert arrays["motion_energy_j"][-1] == pytest.approx(delivery.row["motion_energy_kwh"] * 3.6e6, rel=0.05)
+    assert arrays["motion_energy_j"][-1] == pytest.approx(
+        delivery.row["motion_energy_kwh"] * 3.6e6, rel=0.05
+    )
     assert (np.diff(arrays["motion_energy_j"]) >= 0.0).all()
     assert arrays["track_count"].sum() == len(arrays["tracks"])
     driven = np.hypot(*np.diff(arrays["odometry"][:, :2], axis=0).T).sum()
@@ -66,11 +74,15 @@ def test_scans_and_plans_are_those_of_the_delivery(deliveries: dict[str, Deliver
     assert len(returned) and returned.max() <= arrays["scan_geometry"][3] + 0.5
     assert arrays["plan_size"].sum() == len(arrays["plan_xy"]) > 0
     assert len(arrays["plan_stamp"]) >= deliveries["full"].row["plans"]
-    last = arrays["plan_xy"][-1] if arrays["plan_size"][-1] else arrays["plan_xy"].reshape(-1, 2)[-1]
+    last = (
+        arrays["plan_xy"][-1] if arrays["plan_size"][-1] else arrays["plan_xy"].reshape(-1, 2)[-1]
+    )
     assert math.hypot(last[0] + 67.875, last[1] + 66.0) < 0.5
 
 
-def test_options_are_the_motions_weighed_the_chosen_one_first(deliveries: dict[str, Delivery]) -> None:
+def test_options_are_the_motions_weighed_the_chosen_one_first(
+    deliveries: dict[str, Delivery],
+) -> None:
     arrays = deliveries["full"].recording
     assert arrays is not None
     counts, totals = arrays["option_count"], arrays["option_total"]
@@ -82,18 +94,30 @@ def test_options_are_the_motions_weighed_the_chosen_one_first(deliveries: dict[s
         chosen, others = totals[first[row]], totals[first[row] + 1 : first[row] + counts[row]]
         assert (np.diff(others) >= 0.0).all() and (others >= chosen - 0.1 - 0.5 * abs(chosen)).all()
         begins = np.array([way[0] for way in ways[first[row] : first[row] + counts[row]]])
-        np.testing.assert_allclose(begins, arrays["trace"][row, 6:8] * np.ones((counts[row], 1)), atol=0.3)
+        np.testing.assert_allclose(
+            begins, arrays["trace"][row, 6:8] * np.ones((counts[row], 1)), atol=0.3
+        )
 
 
 def test_ranges_become_millimetres() -> None:
     given = np.array([0.0, 1.2344, math.inf, math.nan, 65.534, 65.535, 80.0])
-    assert millimetres(given).tolist() == [0, 1234, NO_RETURN, NO_RETURN, 65534, NO_RETURN, NO_RETURN]
+    assert millimetres(given).tolist() == [
+        0,
+        1234,
+        NO_RETURN,
+        NO_RETURN,
+        65534,
+        NO_RETURN,
+        NO_RETURN,
+    ]
 
 
 def test_a_scan_between_two_rows_is_seen_from_where_the_robot_was_then(
     make_arrays: Callable[..., dict[str, Any]],
 ) -> None:
-    arrays = make_arrays({"duration_s": 5.0, "start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 8.0, "goal_y_m": 0.0})
+    arrays = make_arrays(
+        {"duration_s": 5.0, "start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 8.0, "goal_y_m": 0.0}
+    )
     arrays["trace"][:2, 1:4] = (0.0, 0.0, 3.1), (0.2, 0.0, -3.1)
     arrays["scan_stamp"][0] = arrays["trace"][:2, 0].mean()
     arrays["scan_mm"][0] = 65535

@@ -34,11 +34,15 @@ def tables_of(path: Path) -> dict[str, pa.Table]:
 
 
 def times(table: pa.Table) -> list[float]:
-    return [value / 1e9 for value in table.column(replay_rerun.TIMELINE).cast(pa.int64()).to_pylist()]
+    return [
+        value / 1e9 for value in table.column(replay_rerun.TIMELINE).cast(pa.int64()).to_pylist()
+    ]
 
 
 @pytest.fixture
-def shown(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], dict[str, pa.Table]]:
+def shown(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[[], dict[str, pa.Table]]:
     """Drives ``navbench replay --rerun`` on the recorded delivery; what the viewer would show."""
     pytest.importorskip("rerun", reason="rerun-sdk is not installed")
     path = tmp_path / "one.rrd"
@@ -54,7 +58,9 @@ def shown(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Call
 
 
 def test_the_viewer_is_given_the_whole_delivery(
-    shown: Callable[[], dict[str, pa.Table]], folder: Path, make_arrays: Callable[..., dict[str, Any]]
+    shown: Callable[[], dict[str, pa.Table]],
+    folder: Path,
+    make_arrays: Callable[..., dict[str, Any]],
 ) -> None:
     found = shown()
     arrays = make_arrays(read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)[1], 1)
@@ -66,19 +72,25 @@ def test_the_viewer_is_given_the_whole_delivery(
     people = np.array(found["/people"].column("Points3D:positions").to_pylist())
     np.testing.assert_allclose(people[:, :, :2], arrays["crowd"], atol=1e-4)
     outline = np.array(found["/robot"].column("LineStrips3D:strips").to_pylist())[:, 0]
-    assert np.all(np.hypot(*(outline[:, :, :2] - trace[:, None, 1:3]).T) < 1.5), "the robot is drawn where it was"
+    assert np.all(np.hypot(*(outline[:, :, :2] - trace[:, None, 1:3]).T) < 1.5), (
+        "the robot is drawn where it was"
+    )
     speeds = [values[0] for values in found["/speed"].column("Scalars:scalars").to_pylist()]
     np.testing.assert_allclose(speeds, trace[:, 4])
 
 
-def test_contacts_and_their_costs_are_shown(shown: Callable[[], dict[str, pa.Table]], folder: Path) -> None:
+def test_contacts_and_their_costs_are_shown(
+    shown: Callable[[], dict[str, pa.Table]], folder: Path
+) -> None:
     found = shown()
     rows = read_rows(folder / "events.parquet", EVENT_COLUMNS)
     expected = contacts_shown([each for each in rows if each["episode"] == 1])
     grave = [is_grave(each) for each in expected]
     assert any(grave) and sum(each["cost_usd"] or 0.0 for each in expected) > 0.0
     touched = [found[f"/contacts/{number}"] for number in range(len(expected))]
-    np.testing.assert_allclose([times(each)[0] for each in touched], [each["stamp_s"] for each in expected])
+    np.testing.assert_allclose(
+        [times(each)[0] for each in touched], [each["stamp_s"] for each in expected]
+    )
     places = [each.column("Points3D:positions").to_pylist()[0][0][:2] for each in touched]
     np.testing.assert_allclose(places, [(each["x_m"], each["y_m"]) for each in expected], rtol=1e-5)
     colours = [each.column("Points3D:colors").to_pylist()[0][0] for each in touched]
@@ -86,20 +98,32 @@ def test_contacts_and_their_costs_are_shown(shown: Callable[[], dict[str, pa.Tab
     for each, event in zip(touched, expected, strict=True):
         if is_grave(event):
             (label,) = each.column("Points3D:labels").to_pylist()[0]
-            assert label == f"{event['kind']}, {event['impulse_ns']:.0f} N s, {event['cost_usd']:.2f} $"
-    costs = [values[0] for values in found["/cost_of_contacts"].column("Scalars:scalars").to_pylist()]
-    assert (costs[0], costs[-1]) == (0.0, pytest.approx(sum(each["cost_usd"] or 0.0 for each in expected)))
+            assert (
+                label
+                == f"{event['kind']}, {event['impulse_ns']:.0f} N s, {event['cost_usd']:.2f} $"
+            )
+    costs = [
+        values[0] for values in found["/cost_of_contacts"].column("Scalars:scalars").to_pylist()
+    ]
+    assert (costs[0], costs[-1]) == (
+        0.0,
+        pytest.approx(sum(each["cost_usd"] or 0.0 for each in expected)),
+    )
 
 
 def test_the_map_lies_where_it_is(shown: Callable[[], dict[str, pa.Table]]) -> None:
     ground = shown()["/map"]
     corners, texture_places = (
-        np.array(ground.column(f"Mesh3D:{name}").to_pylist()[0]) for name in ("vertex_positions", "vertex_texcoords")
+        np.array(ground.column(f"Mesh3D:{name}").to_pylist()[0])
+        for name in ("vertex_positions", "vertex_texcoords")
     )
     width, height = (
-        int(ground.column("Mesh3D:albedo_texture_format").to_pylist()[0][0][key]) for key in ("width", "height")
+        int(ground.column("Mesh3D:albedo_texture_format").to_pylist()[0][0][key])
+        for key in ("width", "height")
     )
-    picture = np.array(ground.column("Mesh3D:albedo_texture_buffer").to_pylist()[0][0], dtype=np.uint8)
+    picture = np.array(
+        ground.column("Mesh3D:albedo_texture_buffer").to_pylist()[0][0], dtype=np.uint8
+    )
     shades = picture.reshape(height, width, 3)[:, :, 0]
     grid = load_scene("sidewalk").geometry
     low, high = corners[0, :2], corners[2, :2]
@@ -115,11 +139,16 @@ def test_a_map_that_has_changed_is_left_out_with_a_note(
     shown: Callable[[], dict[str, pa.Table]], folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-    (folder / "run.json").write_text(json.dumps({**about, "map_sha256": "0" * 64}), encoding="utf-8")
+    (folder / "run.json").write_text(
+        json.dumps({**about, "map_sha256": "0" * 64}), encoding="utf-8"
+    )
     write_checksums(folder)
     assert "/map" not in shown()
     err = capsys.readouterr().err
-    assert "note: the replay has no map: map 'sidewalk' has changed since the run" in err and err.count("\n") == 1
+    assert (
+        "note: the replay has no map: map 'sidewalk' has changed since the run" in err
+        and err.count("\n") == 1
+    )
 
 
 @pytest.mark.skipif(find_spec("rerun") is None, reason="rerun-sdk is not installed")
@@ -137,10 +166,17 @@ def test_without_a_screen_it_ends_with_one_line(
 
 @pytest.mark.parametrize(
     ("installed", "said"),
-    [(None, "pip install 'navbench[rerun]'"), ("0.22.1", "needs rerun-sdk 0.41 or newer, and 0.22.1 is installed")],
+    [
+        (None, "pip install 'navbench[rerun]'"),
+        ("0.22.1", "needs rerun-sdk 0.41 or newer, and 0.22.1 is installed"),
+    ],
 )
 def test_a_missing_or_old_viewer_is_said_in_one_line(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, installed: str | None, said: str
+    folder: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    installed: str | None,
+    said: str,
 ) -> None:
     def version(name: str) -> str:
         if installed is None:

@@ -65,7 +65,11 @@ def test_markdown_becomes_plain_values(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("width", [1440, 390])
 def test_it_shows_everything_and_plays_two_beside_each_other(
-    write_run: Callable[..., Path], record: Callable[..., None], browse: Browse, tmp_path: Path, width: int
+    write_run: Callable[..., Path],
+    record: Callable[..., None],
+    browse: Browse,
+    tmp_path: Path,
+    width: int,
 ) -> None:
     folder = write_run("partings", stacks=("original", "tuned"), episodes=3)
     record(folder, "original", range(2))
@@ -77,14 +81,25 @@ def test_it_shows_everything_and_plays_two_beside_each_other(
     browser: Any = browse(page, width)
     wait(browser, "document.querySelector('#player').dataset.ready")
     text = browser.execute_script("return document.body.textContent")
-    for said in ("What <b>two</b> files earn", "<script>alert(1)</script>", "+new", "two, with code", "2026-11-25"):
+    for said in (
+        "What <b>two</b> files earn",
+        "<script>alert(1)</script>",
+        "+new",
+        "two, with code",
+        "2026-11-25",
+    ):
         assert said in text
     assert browser.execute_script("return document.querySelector('figure img').naturalWidth") == 400
-    assert browser.execute_script("return getComputedStyle(document.querySelector('td.n')).textAlign") == "right"
+    assert (
+        browser.execute_script("return getComputedStyle(document.querySelector('td.n')).textAlign")
+        == "right"
+    )
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
     choose(browser, "which", "0")
     wait(browser, "document.querySelector('#player').dataset.ready === '0'")
-    other = browser.execute_script("return [...document.querySelectorAll('#beside option')].map(each => each.text)")
+    other = browser.execute_script(
+        "return [...document.querySelectorAll('#beside option')].map(each => each.text)"
+    )
     assert other == ["nobody", "tuned, episode 0"]
     assert [entry["message"] for entry in browser.get_log("browser")] == []
 

@@ -11,7 +11,14 @@ import pytest
 
 from harness.economics.prices import load_prices
 from harness.metrics.columns import Row
-from harness.tuning.evaluation import EVENTS, MARGIN, Candidate, Value, seed_and_episode, unseen_missions
+from harness.tuning.evaluation import (
+    EVENTS,
+    MARGIN,
+    Candidate,
+    Value,
+    seed_and_episode,
+    unseen_missions,
+)
 from harness.tuning.result import COMPLETE, PRUNED, StudyResult, Trial
 from harness.tuning.space import Parameter, Space
 from harness.tuning.stack_evaluator import margin_of
@@ -21,9 +28,23 @@ SPACE = Space(
     "made-up",
     "A made-up controller",
     (
-        Parameter("clearance", ("controller_server.FollowPath.clearance",), 0.2, 0.05, 1.0, is_log=True, unit="m"),
+        Parameter(
+            "clearance",
+            ("controller_server.FollowPath.clearance",),
+            0.2,
+            0.05,
+            1.0,
+            is_log=True,
+            unit="m",
+        ),
         Parameter("horizon", ("controller_server.FollowPath.horizon",), 1.0, 0.5, 3.0, unit="s"),
-        Parameter("speed", ("controller_server.FollowPath.max_vel_x", "velocity_smoother.max"), 2.0, 0.5, 2.5),
+        Parameter(
+            "speed",
+            ("controller_server.FollowPath.max_vel_x", "velocity_smoother.max"),
+            2.0,
+            0.5,
+            2.5,
+        ),
         Parameter("samples", ("controller_server.FollowPath.samples",), 20, 5.0, 40.0, is_int=True),
         Parameter("stop", ("collision_monitor.stop",), "off", choices=("off", "slow", "stop")),
         Parameter("idle", ("controller_server.FollowPath.idle",), 0.5, 0.0, 1.0),
@@ -61,7 +82,9 @@ class MadeUpEvaluator:
             if (candidate.key, mission) not in self._known:
                 self.driven.append((candidate.name, mission))
                 self._known[candidate.key, mission] = self._drive(candidate, mission)
-        return [{**self._known[candidate.key, mission], "stack": candidate.name} for mission in missions]
+        return [
+            {**self._known[candidate.key, mission], "stack": candidate.name} for mission in missions
+        ]
 
     def _drive(self, candidate: Candidate, mission: int) -> Row:
         point = dict(SPACE.original)
@@ -69,7 +92,9 @@ class MadeUpEvaluator:
             point[parameter.name] = candidate.values.get(parameter.paths[0], parameter.original)
         seed, episode = seed_and_episode(SEED, mission)
         rng = np.random.default_rng((seed, episode))
-        row = self._module._drawn_row(rng, episode, float(rng.uniform(20.0, 190.0)), float(point["speed"]), 0.0, 1.0)
+        row = self._module._drawn_row(
+            rng, episode, float(rng.uniform(20.0, 190.0)), float(point["speed"]), 0.0, 1.0
+        )
         lot, strength = rng.random(), float(rng.uniform(60.0, 120.0))
         if lot < touch_rate(point):
             row[EVENTS] = [self._module.new_event(self._module.PERSON, strength, 0.85 * strength)]
@@ -88,10 +113,16 @@ def evaluator(auditor_studies: ModuleType) -> MadeUpEvaluator:
 def make_study(evaluator: MadeUpEvaluator) -> Callable[..., StudyResult]:
     """Make a finished study: random trials, and a tuned point that is good."""
 
-    def make(trials: int = 60, train: int = 40, test: int = 200, tuned: Mapping[str, Value] = TUNED) -> StudyResult:
+    def make(
+        trials: int = 60, train: int = 40, test: int = 200, tuned: Mapping[str, Value] = TUNED
+    ) -> StudyResult:
         rng = np.random.default_rng(SEED)
         train_missions, test_missions = tuple(range(train)), unseen_missions(test)
-        points = [SPACE.original, *(_random_point(rng) for _ in range(trials - 2)), dict(SPACE.original) | dict(tuned)]
+        points = [
+            SPACE.original,
+            *(_random_point(rng) for _ in range(trials - 2)),
+            dict(SPACE.original) | dict(tuned),
+        ]
         found = []
         for number, point in enumerate(points):
             name = f"trial-{number}" if number else "original"
@@ -100,8 +131,15 @@ def make_study(evaluator: MadeUpEvaluator) -> Callable[..., StudyResult]:
             rows = evaluator.rows(candidate, train_missions[:count])
             value = (float(np.mean([row[MARGIN] for row in rows])),)
             state = COMPLETE if count == train else PRUNED
-            found.append(Trial(number, candidate, point, state, train_missions[:count], value, value, None, ""))
-        original, incumbent = Candidate("original", {}), Candidate("incumbent", SPACE.values(points[-1]))
+            found.append(
+                Trial(
+                    number, candidate, point, state, train_missions[:count], value, value, None, ""
+                )
+            )
+        original, incumbent = (
+            Candidate("original", {}),
+            Candidate("incumbent", SPACE.values(points[-1])),
+        )
         sides = [
             tuple(tuple(evaluator.rows(each, missions)) for each in (original, incumbent))
             for missions in (train_missions, test_missions)

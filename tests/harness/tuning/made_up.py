@@ -1,4 +1,7 @@
-"""A made-up world for tests of the search: no simulation, known optimum. And pairs for those of the auditor."""
+"""A made-up world for tests of the search: no simulation, known optimum.
+
+And pairs for those of the auditor.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -48,7 +51,9 @@ class MadeUp:
         return self.driven[key]
 
     def _new(self, candidate: Candidate, mission: int) -> Row:
-        point = SPACE.original | {path.removeprefix("node."): value for path, value in candidate.values.items()}
+        point = SPACE.original | {
+            path.removeprefix("node."): value for path, value in candidate.values.items()
+        }
         off = abs(float(point["x"]) - 0.3) + abs(np.log10(float(point["scale"])) - 1.0) / 2.0
         off += abs(float(point["count"]) - 6.0) / 8.0 + (0.0 if point["fast"] else 0.3)
         danger = float(np.random.default_rng(mission).random())
@@ -68,9 +73,13 @@ class Sure(Pairs):
 
     p: float = 0.0
 
-    def compare(self, what: str, unit: str, original: Any, incumbent: Any, clusters: object = None) -> Evidence:
+    def compare(
+        self, what: str, unit: str, original: Any, incumbent: Any, clusters: object = None
+    ) -> Evidence:
         before, after = float(original.mean()), float(incumbent.mean())
-        return Evidence(what, unit, before, after, Interval(after - before, None, None, len(original)), self.p)
+        return Evidence(
+            what, unit, before, after, Interval(after - before, None, None, len(original)), self.p
+        )
 
 
 def score(value: float, high: float | None = None, p: float | None = 0.0) -> Evidence:

@@ -24,8 +24,26 @@ from harness.tuning.result import StudyResult, trial_table
 PRICES = load_prices("costnav")
 MISSIONS = 200
 KEYS = (
-    *("softened", "left_standing", "ended_early", "frozen", "edge", "over_the_cliff", "squeezed", "pushed_long"),
-    *("scratches", "called_for_help", "timed_out", "half_pace", "waited", "close_by", "braked", "computes"),
+    *(
+        "softened",
+        "left_standing",
+        "ended_early",
+        "frozen",
+        "edge",
+        "over_the_cliff",
+        "squeezed",
+        "pushed_long",
+    ),
+    *(
+        "scratches",
+        "called_for_help",
+        "timed_out",
+        "half_pace",
+        "waited",
+        "close_by",
+        "braked",
+        "computes",
+    ),
 )
 Deliveries = dict[str, list[dict[str, Any]]]
 
@@ -83,7 +101,9 @@ def test_hard_missions_are_hard_for_both(auditor_studies: ModuleType, stacks: De
     for number, pair in enumerate(zip(*study.test_rows, strict=True)):
         for side, row in zip(sides, pair if number % 2 else pair[::-1], strict=True):
             side.append(row)
-    assert "dodging" not in {check.key for check in audit(dataclasses.replace(study, test_rows=sides), PRICES).flagged}
+    assert "dodging" not in {
+        check.key for check in audit(dataclasses.replace(study, test_rows=sides), PRICES).flagged
+    }
 
 
 def test_an_original_without_timeouts_is_told_of(exploiting: Callable[[str], StudyResult]) -> None:
@@ -96,29 +116,42 @@ def test_an_original_without_timeouts_is_told_of(exploiting: Callable[[str], Stu
     assert '"original": null' in document and "timeout" in {check.key for check in found.flagged}
 
 
-@pytest.mark.parametrize(("way", "gain", "is_flagged"), [(0.9, 1.0, True), (0.9, 0.0, False), (0.1, 0.0, True)])
+@pytest.mark.parametrize(
+    ("way", "gain", "is_flagged"), [(0.9, 1.0, True), (0.9, 0.0, False), (0.1, 0.0, True)]
+)
 def test_more_timeouts_are_flagged_where_the_robot_stood_or_earns_by_them(
     exploiting: Callable[[str], StudyResult], way: float, gain: float, is_flagged: bool
 ) -> None:
     study = exploiting("left_standing")
     original, incumbent = study.test_rows
-    rows = [{**row, "shortest_path_m": 100.0, "goal_distance_m": 100.0 * (1.0 - way)} for row in incumbent]
+    rows = [
+        {**row, "shortest_path_m": 100.0, "goal_distance_m": 100.0 * (1.0 - way)}
+        for row in incumbent
+    ]
     pairs = pair_up(original, rows, PRICES, 0)
-    score = Evidence("margin", "USD/run", 0.0, gain, Interval(gain, gain, gain, pairs.n), 0.0 if gain else 1.0)
+    score = Evidence(
+        "margin", "USD/run", 0.0, gain, Interval(gain, gain, gain, pairs.n), 0.0 if gain else 1.0
+    )
     assert timeouts(pairs, {"published": score}).is_flagged == is_flagged
 
 
-def test_a_value_at_the_end_of_its_range_is_to_be_looked_at(auditor_studies: ModuleType, stacks: Deliveries) -> None:
+def test_a_value_at_the_end_of_its_range_is_to_be_looked_at(
+    auditor_studies: ModuleType, stacks: Deliveries
+) -> None:
     _, study = auditor_studies.honest_study(stacks, 0, MISSIONS, PRICES, 0)
     parameter = next(each for each in study.space.parameters if not each.choices)
     near = parameter.high - 0.02 * (parameter.high - parameter.low)
     values = dict(study.incumbent.values) | {path: near for path in parameter.paths}
-    check = audit(dataclasses.replace(study, incumbent=Candidate("incumbent", values)), PRICES).checks[-1]
+    check = audit(
+        dataclasses.replace(study, incumbent=Candidate("incumbent", values)), PRICES
+    ).checks[-1]
     assert (check.state, check.is_flagged) == ("look", False)
     assert f"{parameter.name} = {near:g} is 2 % of its range from the upper end" in check.look
 
 
-def test_honest_studies_raise_at_most_one_alarm(auditor_studies: ModuleType, stacks: Deliveries) -> None:
+def test_honest_studies_raise_at_most_one_alarm(
+    auditor_studies: ModuleType, stacks: Deliveries
+) -> None:
     alarms = 0
     for number in range(0, 18, 3):  # of each kind two
         _, study = auditor_studies.honest_study(stacks, number, MISSIONS, PRICES, 0)
@@ -126,7 +159,9 @@ def test_honest_studies_raise_at_most_one_alarm(auditor_studies: ModuleType, sta
     assert alarms == 0
 
 
-def test_softened_contacts_gain_nothing_without_the_threshold(exploiting: Callable[[str], StudyResult]) -> None:
+def test_softened_contacts_gain_nothing_without_the_threshold(
+    exploiting: Callable[[str], StudyResult],
+) -> None:
     scores = audit(exploiting("softened"), PRICES).scores
     assert scores["published"].difference.value == pytest.approx(
         scores["published"].incumbent - scores["published"].original
@@ -135,18 +170,28 @@ def test_softened_contacts_gain_nothing_without_the_threshold(exploiting: Callab
     assert (scores["no_threshold"].difference.value or 0.0) == pytest.approx(0.0)
 
 
-def test_a_file_held_against_itself_passes_every_check(auditor_studies: ModuleType, stacks: Deliveries) -> None:
+def test_a_file_held_against_itself_passes_every_check(
+    auditor_studies: ModuleType, stacks: Deliveries
+) -> None:
     _, study = auditor_studies.honest_study(stacks, 0, MISSIONS, PRICES, 0)
     same = dataclasses.replace(study, test_rows=(study.test_rows[0], study.test_rows[0]))
     found = audit(same, PRICES)
     assert [check.key for check in found.checks] == list(GAPS)
-    assert all(check.is_examined and not check.is_flagged for check in found.checks if check.key not in OF_PARAMETERS)
+    assert all(
+        check.is_examined and not check.is_flagged
+        for check in found.checks
+        if check.key not in OF_PARAMETERS
+    )
 
 
-def test_what_cannot_find_anything_does_not_say_that_it_passed(auditor_studies: ModuleType, stacks: Deliveries) -> None:
+def test_what_cannot_find_anything_does_not_say_that_it_passed(
+    auditor_studies: ModuleType, stacks: Deliveries
+) -> None:
     _, study = auditor_studies.honest_study(stacks, 0, MISSIONS, PRICES, 0)
     unchanged = dataclasses.replace(study, incumbent=Candidate("incumbent", {}))
-    few = dataclasses.replace(study, test_rows=tuple(rows[:9] for rows in study.test_rows), trials=study.trials[:5])
+    few = dataclasses.replace(
+        study, test_rows=tuple(rows[:9] for rows in study.test_rows), trials=study.trials[:5]
+    )
     for each, said in ((unchanged, "unchanged"), (few, "9 missions are too few")):
         checks = audit(each, PRICES).checks
         assert {check.state for check in checks} == {"not examined"} and said in checks[0].says
@@ -172,7 +217,8 @@ def test_missions_without_result_are_an_early_end(exploiting: Callable[[str], St
 def test_without_events_what_needs_them_says_so(exploiting: Callable[[str], StudyResult]) -> None:
     study = exploiting("left_standing")
     bare = tuple(
-        [{key: value for key, value in row.items() if key != EVENTS} for row in rows] for rows in study.test_rows
+        [{key: value for key, value in row.items() if key != EVENTS} for row in rows]
+        for rows in study.test_rows
     )
     found = audit(dataclasses.replace(study, test_rows=bare), PRICES)
     states = {check.key: check.state for check in found.checks}
@@ -186,7 +232,11 @@ def test_nothing_finished_by_both_is_not_examined(exploiting: Callable[[str], St
     broken = [{**row, "error": "the controller died"} for row in study.test_rows[1]]
     found = audit(dataclasses.replace(study, test_rows=(study.test_rows[0], broken)), PRICES)
     assert found.missions == 0
-    assert not any(check.is_examined or check.is_flagged for check in found.checks if check.key not in OF_PARAMETERS)
+    assert not any(
+        check.is_examined or check.is_flagged
+        for check in found.checks
+        if check.key not in OF_PARAMETERS
+    )
 
 
 def test_rows_of_different_missions_are_refused(exploiting: Callable[[str], StudyResult]) -> None:
@@ -195,7 +245,9 @@ def test_rows_of_different_missions_are_refused(exploiting: Callable[[str], Stud
         pair_up(first, second[::-1], PRICES, 0)
 
 
-def test_training_rows_are_audited_where_there_is_no_test(exploiting: Callable[[str], StudyResult]) -> None:
+def test_training_rows_are_audited_where_there_is_no_test(
+    exploiting: Callable[[str], StudyResult],
+) -> None:
     study = exploiting("left_standing")
     found = audit(dataclasses.replace(study, train_rows=study.test_rows, test_rows=()), PRICES)
     assert not found.unseen
@@ -204,17 +256,34 @@ def test_training_rows_are_audited_where_there_is_no_test(exploiting: Callable[[
 
 
 def test_the_tests_share_the_level_of_the_family() -> None:
-    tests = {"threshold": 2, "accounting": 1, "timeout": 1, "early_end": 2, "freezing": 3, "edge": 1, "compute": 0}
+    tests = {
+        "threshold": 2,
+        "accounting": 1,
+        "timeout": 1,
+        "early_end": 2,
+        "freezing": 3,
+        "edge": 1,
+        "compute": 0,
+    }
     tests |= {"harm": 1, "property": 2, "nearness": 1, "dodging": 1, "fault": 1}
     assert tests.keys() == GAPS.keys()
-    assert sum(tests.values()) * LEVEL == pytest.approx(FAMILY_LEVEL) == 0.02, "an alarm in 1 of 50 honest studies"
+    assert sum(tests.values()) * LEVEL == pytest.approx(FAMILY_LEVEL) == 0.02, (
+        "an alarm in 1 of 50 honest studies"
+    )
 
 
-def test_touches_of_property_are_those_of_anything_but_people(exploiting: Callable[[str], StudyResult]) -> None:
+def test_touches_of_property_are_those_of_anything_but_people(
+    exploiting: Callable[[str], StudyResult],
+) -> None:
     study = exploiting("scratches")
     found = next(check for check in audit(study, PRICES).checks if check.key == "property")
     touches = [
-        sum(event["type"] == EVENT and event["kind"] != PERSON for row in rows for event in row[EVENTS]) / len(rows)
+        sum(
+            event["type"] == EVENT and event["kind"] != PERSON
+            for row in rows
+            for event in row[EVENTS]
+        )
+        / len(rows)
         for rows in study.test_rows
     ]
     told = found.evidence[0]
@@ -238,22 +307,33 @@ def test_a_touch_is_close_from_seven_tenths_of_the_threshold(
 ) -> None:
     event = {"type": EVENT, "kind": kind, "episode": 4, "fault": "unknown"}
     event |= {"impulse_ns": impulse, "peak_step_impulse_ns": step}
-    assert Side(({"episode": 3}, {"episode": 4}), (event,)).close_touches(50.0).tolist() == [0, is_close]
+    assert Side(({"episode": 3}, {"episode": 4}), (event,)).close_touches(50.0).tolist() == [
+        0,
+        is_close,
+    ]
 
 
 def test_what_needs_single_contacts_is_not_examined_where_nobody_kept_them(
     exploiting: Callable[[str], StudyResult],
 ) -> None:
     study = exploiting("squeezed")
-    rows = tuple([{key: row[key] for key in row if key != EVENTS} for row in side] for side in study.test_rows)
+    rows = tuple(
+        [{key: row[key] for key in row if key != EVENTS} for row in side]
+        for side in study.test_rows
+    )
     without = audit(dataclasses.replace(study, test_rows=rows), PRICES).checks
     unknown = {check.key for check in without if check.says == UNKNOWN}
     assert unknown == {"accounting", "harm", "property", "fault"}
-    assert not any(check.is_examined or check.is_flagged for check in without if check.key in unknown)
+    assert not any(
+        check.is_examined or check.is_flagged for check in without if check.key in unknown
+    )
     with_events = audit(study, PRICES).checks
     assert all(check.is_examined for check in with_events if check.key in unknown)
     below = "impulse exchanged with people below the threshold"
-    told = [any(each.what == below for check in checks for each in check.evidence) for checks in (without, with_events)]
+    told = [
+        any(each.what == below for check in checks for each in check.evidence)
+        for checks in (without, with_events)
+    ]
     assert told == [False, True]
 
 
@@ -277,5 +357,7 @@ def test_the_least_deliveries_and_the_published_threshold(
     study = exploiting("edge")
     ten = tuple(rows[:10] for rows in study.test_rows)
     checks = audit(dataclasses.replace(study, objectives=objectives, test_rows=ten), PRICES).checks
-    assert all(check.is_examined for check in checks if check.key not in OF_PARAMETERS) and asked == [by_fault]
+    assert all(
+        check.is_examined for check in checks if check.key not in OF_PARAMETERS
+    ) and asked == [by_fault]
     assert checks[0].says.startswith("touches close to 50 N s: ")

@@ -9,7 +9,14 @@ from harness.economics.accountings import EVENT, PERSON
 from harness.economics.contact_costs import injury_costs
 from harness.economics.prices import load_prices
 from harness.statistics.interval import Interval
-from harness.tuning.audit_checks import another_accounting, early_ends, freezing, not_lower, pushing, timeouts
+from harness.tuning.audit_checks import (
+    another_accounting,
+    early_ends,
+    freezing,
+    not_lower,
+    pushing,
+    timeouts,
+)
 from harness.tuning.audit_findings import Check, Evidence
 from harness.tuning.audit_pairs import NEAR, Side
 
@@ -21,8 +28,20 @@ Change = dict[str, Any]
 
 
 def delivery(number: int, **changes: Any) -> Change:
-    row = {"episode": number, "outcome": "sla", "gave_up": "", "shortest_path_m": 200.0, "goal_distance_m": 0.0}
-    row |= {"duration_s": 100.0, "average_speed_mps": 2.0, "pedestrian_contacts": 0, "soft_contacts": 0, NEAR: 1.0}
+    row = {
+        "episode": number,
+        "outcome": "sla",
+        "gave_up": "",
+        "shortest_path_m": 200.0,
+        "goal_distance_m": 0.0,
+    }
+    row |= {
+        "duration_s": 100.0,
+        "average_speed_mps": 2.0,
+        "pedestrian_contacts": 0,
+        "soft_contacts": 0,
+        NEAR: 1.0,
+    }
     return {**row, **changes}
 
 
@@ -43,7 +62,10 @@ def pairs(
     lost: int = 0,
     p: float = 0.0,
 ) -> Sure:
-    sides = [side(n, events, changes or {}) for events, changes in zip(touches, (before, after), strict=True)]
+    sides = [
+        side(n, events, changes or {})
+        for events, changes in zip(touches, (before, after), strict=True)
+    ]
     abandoned = np.zeros(n), np.where(np.arange(n) < lost, 1.0, 0.0)
     return Sure(sides[0], sides[1], np.arange(n), abandoned, PRICES, 0, p)
 
@@ -56,7 +78,8 @@ def same(number: int, **changes: Any) -> dict[int, Change]:
     return dict.fromkeys(range(number), changes)
 
 
-CLOSE = (touch(0, 40.0, 40.0), touch(1, 40.0, 40.0))  # two in a hundred deliveries: exactly the least
+# two in a hundred deliveries: exactly the least
+CLOSE = (touch(0, 40.0, 40.0), touch(1, 40.0, 40.0))
 
 
 @pytest.mark.parametrize(
@@ -80,7 +103,9 @@ def test_more_close_touches_are_pushing_where_half_of_the_gain_rests_on_them(
     check = pushing(pairs(100, touches=((), CLOSE)), scores(*gains), 50.0)
     told = "touches close to 50 N s: 0 -> 0.02"
     if len(gains) > 1 and is_flagged:
-        told += f"; of the gain of {gains[0]:.2f} USD/run {gains[1]:.2f} is left without the threshold"
+        told += (
+            f"; of the gain of {gains[0]:.2f} USD/run {gains[1]:.2f} is left without the threshold"
+        )
     assert (check.is_flagged, check.says) == (is_flagged, told)
     assert not pushing(pairs(100, touches=((), CLOSE[:1])), scores(*gains), 50.0).is_flagged
 
@@ -88,7 +113,8 @@ def test_more_close_touches_are_pushing_where_half_of_the_gain_rests_on_them(
 @pytest.mark.parametrize(
     ("closer", "counted", "is_flagged"),
     [
-        ((0, 2), (50, 0), True),  # Fisher's exact test: 2 of 52, of which both are the incumbent's, p = 1 / 1326
+        # Fisher's exact test: 2 of 52, of which both are the incumbent's, p = 1 / 1326
+        ((0, 2), (50, 0), True),
         ((0, 2), (0, 0), False),
         ((2, 2), (200, 0), False),  # p = 0.0003, but not more of them
         ((0, 1), (800, 0), False),  # half of what is large, p = 1 / 801
@@ -101,23 +127,40 @@ def test_touches_that_are_close_rather_than_counted_are_pushing(
     held = pairs(100, before, after, (CLOSE[: closer[0]], CLOSE[: closer[1]]), p=1.0)
     check = pushing(held, scores(1.0, 0.0, 1.0, 0.0), 50.0)
     assert check.is_flagged is is_flagged
-    assert (check.evidence[1].original, check.evidence[1].incumbent) == (counted[0] / 100, counted[1] / 100)
+    assert (check.evidence[1].original, check.evidence[1].incumbent) == (
+        counted[0] / 100,
+        counted[1] / 100,
+    )
 
 
 def test_what_is_exchanged_below_the_threshold_is_told() -> None:
     wall = touch(0, 500.0, 10.0, "wall")
-    held = pairs(2, touches=((touch(0, 30.0, 20.0), touch(1, 70.0, 50.0), wall), (touch(0, 45.0, 45.0), wall)))
+    held = pairs(
+        2,
+        touches=((touch(0, 30.0, 20.0), touch(1, 70.0, 50.0), wall), (touch(0, 45.0, 45.0), wall)),
+    )
     *_, without, share = pushing(held, scores(1.0, 0.5), 50.0).evidence
-    assert share.original == pytest.approx(0.3) and (share.incumbent, share.difference.n) == (1.0, 2)
+    assert share.original == pytest.approx(0.3) and (share.incumbent, share.difference.n) == (
+        1.0,
+        2,
+    )
     assert without.difference.value == 0.5
     assert pushing(pairs(2), {}, 50.0).evidence[-1].incumbent == 0.0
 
 
 def test_without_single_contacts_each_soft_one_costs_the_softest_touch() -> None:
-    """A quarter of a touch more per delivery is pushing; 60 more cost 60 times an impulse of 1 N s."""
+    """A quarter of a touch more per delivery is pushing.
+
+    60 more cost 60 times an impulse of 1 N s.
+    """
     nobody = (None, None)
     for more, is_flagged in ((1, True), (0, False)):
-        held = pairs(4, same(4, soft_contacts=1), {**same(4, soft_contacts=1), 0: {"soft_contacts": 1 + more}}, nobody)
+        held = pairs(
+            4,
+            same(4, soft_contacts=1),
+            {**same(4, soft_contacts=1), 0: {"soft_contacts": 1 + more}},
+            nobody,
+        )
         assert pushing(held, {}, 50.0).is_flagged is is_flagged
     held = pairs(4, same(4, soft_contacts=400), same(4, soft_contacts=1000), nobody)
     left = 1.0 - 600.0 * float(injury_costs(1.0, PRICES))
@@ -144,14 +187,23 @@ def test_a_gain_that_turns_into_a_loss_is_one_of_the_accounting(
 ) -> None:
     told = scores(published, free, 0.0, shared)
     check = another_accounting(told)
-    assert (check.is_flagged, check.is_examined, check.evidence) == (is_flagged, True, tuple(told.values()))
-    assert check.says.startswith(f"difference of the margin [USD/run]: published {published:+.2f}, no_threshold ")
+    assert (check.is_flagged, check.is_examined, check.evidence) == (
+        is_flagged,
+        True,
+        tuple(told.values()),
+    )
+    assert check.says.startswith(
+        f"difference of the margin [USD/run]: published {published:+.2f}, no_threshold "
+    )
 
 
 @pytest.mark.parametrize(
-    ("told", "said"), [({}, "the margin is undefined"), (scores(1.0), "single contacts are not known")]
+    ("told", "said"),
+    [({}, "the margin is undefined"), (scores(1.0), "single contacts are not known")],
 )
-def test_without_other_accountings_there_is_nothing_to_hold_against(told: dict[str, Evidence], said: str) -> None:
+def test_without_other_accountings_there_is_nothing_to_hold_against(
+    told: dict[str, Evidence], said: str
+) -> None:
     assert another_accounting(told) == Check("accounting", False, said, is_examined=False)
 
 
@@ -164,7 +216,9 @@ def test_without_other_accountings_there_is_nothing_to_hold_against(told: dict[s
         (0, 0.49, (1.0,), False),
     ],
 )
-def test_one_timeout_in_twenty_is_standing(late: int, way: float, gains: tuple[float, ...], is_flagged: bool) -> None:
+def test_one_timeout_in_twenty_is_standing(
+    late: int, way: float, gains: tuple[float, ...], is_flagged: bool
+) -> None:
     ended = {"outcome": "timeout", "goal_distance_m": 200.0 * (1.0 - way)}
     check = timeouts(pairs(20, after=same(late, **ended)), scores(*gains))
     assert check.is_flagged is is_flagged
@@ -173,7 +227,10 @@ def test_one_timeout_in_twenty_is_standing(late: int, way: float, gains: tuple[f
 
 def test_how_far_those_came_that_ran_out_of_time() -> None:
     before = {0: {"outcome": "timeout", "goal_distance_m": 150.0}}
-    after = {number: {"outcome": "timeout", "goal_distance_m": left} for number, left in ((1, 50.0), (2, 150.0))}
+    after = {
+        number: {"outcome": "timeout", "goal_distance_m": left}
+        for number, left in ((1, 50.0), (2, 150.0))
+    }
     check = timeouts(pairs(4, before, after), {})
     nothing = Interval(None, None, None, 2)
     assert check.evidence[1] == Evidence("way made good in those", "share", 0.25, 0.5, nothing)
@@ -227,11 +284,17 @@ def test_what_freezing_rests_on() -> None:
     told = [(each.unit, each.original, each.incumbent) for each in found]
     pace, near = ("m/s", 2.0, 1.925), ("%", 1.0, 1.1)
     stands, contacts = [("share", 0.0, 0.05), ("of the time", 0.0, 0.075)], ("1/run", 0.0, 0.05)
-    assert [(unit, *map(pytest.approx, numbers)) for unit, *numbers in (pace, *stands, contacts, near)] == told
-    assert len(freezing(pairs(20, after={0: {NEAR: None}}), {}).evidence) == 4, "nobody to be near to"
+    assert [
+        (unit, *map(pytest.approx, numbers)) for unit, *numbers in (pace, *stands, contacts, near)
+    ] == told
+    assert len(freezing(pairs(20, after={0: {NEAR: None}}), {}).evidence) == 4, (
+        "nobody to be near to"
+    )
 
 
-@pytest.mark.parametrize(("high", "is_kept"), [(None, True), (-0.01, False), (0.0, True), (0.5, True)])
+@pytest.mark.parametrize(
+    ("high", "is_kept"), [(None, True), (-0.01, False), (0.0, True), (0.5, True)]
+)
 def test_a_margin_is_lower_where_its_whole_interval_is(high: float | None, is_kept: bool) -> None:
     assert not_lower({"published": score(-1.0, high)}) is is_kept
     assert not_lower({})

@@ -20,9 +20,17 @@ Change = dict[str, Any]
 
 
 def side(n: int, events: tuple[Change, ...] | None, changes: dict[int, Change]) -> Side:
-    row = {"outcome": "sla", "pedestrian_injury_usd": 0.0, NEAR: 0.0, "plant_contacts": None, "fence_contacts": None}
+    row = {
+        "outcome": "sla",
+        "pedestrian_injury_usd": 0.0,
+        NEAR: 0.0,
+        "plant_contacts": None,
+        "fence_contacts": None,
+    }
     row |= {f"{kind}_contacts": 0 for kind in ("mailbox", "trash_bin", "building_glass", "bollard")}
-    return Side(tuple({"episode": number, **row, **changes.get(number, {})} for number in range(n)), events)
+    return Side(
+        tuple({"episode": number, **row, **changes.get(number, {})} for number in range(n)), events
+    )
 
 
 def pairs(
@@ -31,7 +39,10 @@ def pairs(
     after: dict[int, Change] | None = None,
     touches: tuple[tuple[Change, ...] | None, tuple[Change, ...] | None] = ((), ()),
 ) -> Sure:
-    sides = [side(n, events, changes or {}) for events, changes in zip(touches, (before, after), strict=True)]
+    sides = [
+        side(n, events, changes or {})
+        for events, changes in zip(touches, (before, after), strict=True)
+    ]
     return Sure(sides[0], sides[1], np.arange(n), (np.zeros(n), np.zeros(n)), PRICES, 0)
 
 
@@ -89,9 +100,17 @@ def test_one_touch_in_fifty_or_harder_ones_that_cost_nothing_are_a_gap(
 
 @pytest.mark.parametrize(
     ("near", "is_flagged"),
-    [((2.0, 3.0), True), ((2.0, 2.75), False), ((0.0, 0.5), True), ((0.0, 0.25), False), ((0.5, 1.0), True)],
+    [
+        ((2.0, 3.0), True),
+        ((2.0, 2.75), False),
+        ((0.0, 0.5), True),
+        ((0.0, 0.25), False),
+        ((0.5, 1.0), True),
+    ],
 )
-def test_half_as_long_again_beside_people_is_nearness(near: tuple[float, float], is_flagged: bool) -> None:
+def test_half_as_long_again_beside_people_is_nearness(
+    near: tuple[float, float], is_flagged: bool
+) -> None:
     held = pairs(1, {0: {NEAR: near[0]}}, {0: {NEAR: near[1]}})
     assert nearness(held, {}).is_flagged is is_flagged and not nearness(held, LOWER).is_flagged
 
@@ -116,8 +135,15 @@ HELPED: Change = {"outcome": "physical_assistance"}
 
 
 def test_costly_deliveries_that_end_otherwise_are_dodged() -> None:
-    """12 of 12 with injuries end without arrival and none of 27 others: sign test 2^-12, Fisher's 1 / C(39, 12)."""
-    before = {**dict.fromkeys(range(12), HURT), 12: {"pedestrian_injury_usd": 0.01}, 13: {**HURT, **LATE}}
+    """12 of 12 with injuries end without arrival and none of 27 others.
+
+    Sign test 2^-12, Fisher's 1 / C(39, 12).
+    """
+    before = {
+        **dict.fromkeys(range(12), HURT),
+        12: {"pedestrian_injury_usd": 0.01},
+        13: {**HURT, **LATE},
+    }
     after = {**dict.fromkeys(range(6), LATE), **dict.fromkeys(range(6, 12), HELPED)}
     check = dodging(pairs(40, before, after), {})
     (found,) = check.evidence
@@ -138,7 +164,11 @@ def test_a_twentieth_of_the_costly_deliveries_is_the_least_that_is_dodged() -> N
 
 
 def contacts(robots: int, others: int, impulse: float) -> tuple[Change, ...]:
-    return (touch(impulse, fault=ROBOTS),) * robots + (touch(impulse, fault=OTHERS),) * others + (touch(9.0, "fence"),)
+    return (
+        (touch(impulse, fault=ROBOTS),) * robots
+        + (touch(impulse, fault=OTHERS),) * others
+        + (touch(9.0, "fence"),)
+    )
 
 
 @pytest.mark.parametrize(
@@ -171,7 +201,9 @@ def test_as_many_contacts_of_which_fewer_are_the_robots_fault(
 
 def test_touches_without_any_impulse_are_as_hard_as_before() -> None:
     scores = {"robot_at_fault": score(1.0), "published": score(0.0)}
-    assert moved_fault(pairs(1, touches=(contacts(10, 0, 0.0), contacts(0, 10, 0.0))), scores, False).is_flagged
+    assert moved_fault(
+        pairs(1, touches=(contacts(10, 0, 0.0), contacts(0, 10, 0.0))), scores, False
+    ).is_flagged
 
 
 @pytest.mark.parametrize(("p", "is_flagged"), [(0.0, True), (None, False)])

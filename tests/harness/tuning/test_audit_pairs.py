@@ -28,13 +28,22 @@ def pairs(before: Side, after: Side) -> Pairs:
     return Pairs(before, after, np.arange(n), (np.zeros(n), np.zeros(n)), PRICES, 0)
 
 
-def touch(number: int, impulse: float, step: float | None, kind: str = PERSON, **more: str) -> dict[str, Any]:
-    event = {"type": EVENT, "kind": kind, "episode": 7 + number, "fault": "person_into_robot", **more}
+def touch(
+    number: int, impulse: float, step: float | None, kind: str = PERSON, **more: str
+) -> dict[str, Any]:
+    event = {
+        "type": EVENT,
+        "kind": kind,
+        "episode": 7 + number,
+        "fault": "person_into_robot",
+        **more,
+    }
     return {**event, "impulse_ns": impulse, "peak_step_impulse_ns": step}
 
 
 def test_progress_and_pace_are_along_the_shortest_path() -> None:
-    ways = ((100.0, 25.0, 50.0), (40.0, 50.0, 10.0), (80.0, 0.0, 40.0))  # the second ends farther off than it began
+    # the second ends farther off than it began
+    ways = ((100.0, 25.0, 50.0), (40.0, 50.0, 10.0), (80.0, 0.0, 40.0))
     own = side(*({"shortest_path_m": a, "goal_distance_m": b, "duration_s": c} for a, b, c in ways))
     assert own.progress.tolist() == [0.75, 0.0, 1.0]
     assert own.pace.tolist() == [1.5, 0.0, 2.0]
@@ -48,8 +57,12 @@ def test_progress_and_pace_are_along_the_shortest_path() -> None:
         ((0.0125,), (0.0,)),
     ],
 )
-def test_who_drives_more_slowly_than_usual_stands(speeds: tuple[float, ...], standing: tuple[float, ...]) -> None:
-    assert side(*({"average_speed_mps": speed} for speed in speeds)).standing.tolist() == pytest.approx(standing)
+def test_who_drives_more_slowly_than_usual_stands(
+    speeds: tuple[float, ...], standing: tuple[float, ...]
+) -> None:
+    assert side(
+        *({"average_speed_mps": speed} for speed in speeds)
+    ).standing.tolist() == pytest.approx(standing)
 
 
 def test_deliveries_that_ended_so() -> None:
@@ -61,7 +74,16 @@ def test_deliveries_that_ended_so() -> None:
 def test_touches_are_events_of_people_or_of_anything_else() -> None:
     into = {"fault": "robot_into_person"}
     counted = {**touch(0, 90.0, 80.0), "type": COUNTED}
-    own = side({}, {}, events=(touch(1, 9.0, None), touch(1, 6.0, 8.0, **into), counted, touch(0, 5.0, 4.0, "fence")))
+    own = side(
+        {},
+        {},
+        events=(
+            touch(1, 9.0, None),
+            touch(1, 6.0, 8.0, **into),
+            counted,
+            touch(0, 5.0, 4.0, "fence"),
+        ),
+    )
     people, things = own.touches(of_people=True), own.touches(of_people=False)
     assert [column.tolist() for column in people] == [[1, 1], [9.0, 6.0], [9.0, 8.0], [False, True]]
     assert [column.tolist() for column in things] == [[0], [5.0], [4.0], [False]]
@@ -71,14 +93,20 @@ def test_touches_are_events_of_people_or_of_anything_else() -> None:
 
 
 def test_property_is_paid_for_at_its_price() -> None:
-    others = dict.fromkeys((f"{kind}_contacts" for kind in ("mailbox", "trash_bin", "plant", "building_glass")), 0)
-    own = side({**others, "bollard_contacts": 2, "fence_contacts": None}, {**others, "bollard_contacts": 0})
+    others = dict.fromkeys(
+        (f"{kind}_contacts" for kind in ("mailbox", "trash_bin", "plant", "building_glass")), 0
+    )
+    own = side(
+        {**others, "bollard_contacts": 2, "fence_contacts": None}, {**others, "bollard_contacts": 0}
+    )
     own.rows[1]["fence_contacts"] = 1
     damage = PRICES.property_damage
     assert own.property_usd(PRICES).tolist() == [2.0 * damage.bollard.value, damage.fence.value]
 
 
-@pytest.mark.parametrize(("before", "after", "is_known"), [((), (), True), ((), None, False), (None, (), False)])
+@pytest.mark.parametrize(
+    ("before", "after", "is_known"), [((), (), True), ((), None, False), (None, (), False)]
+)
 def test_single_contacts_are_known_where_both_kept_them(
     before: tuple[()] | None, after: tuple[()] | None, is_known: bool
 ) -> None:
@@ -133,24 +161,41 @@ def test_margins_are_those_of_an_accounting(evaluator: Any) -> None:
     without = pair_up(bare, bare, PRICES, 0).margins("no_threshold")
     assert without is not None and without[0] == pytest.approx(published + hurt)
     unknown = [{**row, "outcome": "arrived"} for row in rows]
-    assert pair_up(rows, unknown, PRICES, 0).margins("published") is None, "nobody modelled the cargo"
+    assert pair_up(rows, unknown, PRICES, 0).margins("published") is None, (
+        "nobody modelled the cargo"
+    )
 
 
 def finished(number: int, error: str | None = None, **more: Any) -> dict[str, Any]:
-    return {"seed": 3, "episode": number, "stack": "own", "error": error, EVENTS: [], **PLACE, **more}
+    return {
+        "seed": 3,
+        "episode": number,
+        "stack": "own",
+        "error": error,
+        EVENTS: [],
+        **PLACE,
+        **more,
+    }
 
 
 def test_pairs_are_missions_that_both_finished() -> None:
     died = "its worker died"
     before = [
-        finished(number, died if number in (1, 5) else None, start_x_m=float(number)) for number in (0, 1, 2, 4, 5)
+        finished(number, died if number in (1, 5) else None, start_x_m=float(number))
+        for number in (0, 1, 2, 4, 5)
     ]
-    after = [finished(number, died if number < 2 else None, start_x_m=float(number)) for number in (0, 1, 2, 4, 5)]
+    after = [
+        finished(number, died if number < 2 else None, start_x_m=float(number))
+        for number in (0, 1, 2, 4, 5)
+    ]
     before[3] |= {EVENTS: [{"type": EVENT, "kind": PERSON}]}
     found = pair_up(before, after, PRICES, 5)
     assert [[row["episode"] for row in each.rows] for each in found.sides] == [[2, 4], [2, 4]]
     assert found.sides[0].rows[0] is before[2] and found.sides[1].rows[0] is after[2]
-    assert [lost.tolist() for lost in found.abandoned] == [[0.0, 1.0, 0.0, 0.0, 1.0], [1.0, 1.0, 0.0, 0.0, 0.0]]
+    assert [lost.tolist() for lost in found.abandoned] == [
+        [0.0, 1.0, 0.0, 0.0, 1.0],
+        [1.0, 1.0, 0.0, 0.0, 0.0],
+    ]
     assert (found.n, found.clusters.tolist(), found.seed) == (2, [0, 1], 5)
     assert found.original.events == ({"type": EVENT, "kind": PERSON, "stack": "own", "episode": 4},)
     assert found.incumbent.events == ()
@@ -184,7 +229,9 @@ def evidence(value: float | None, p: float | None = 0.0) -> Evidence:
         (0.5, None, 0.5, False),
     ],
 )
-def test_a_rise_is_large_and_sure(value: float | None, p: float | None, least: float, is_more: bool) -> None:
+def test_a_rise_is_large_and_sure(
+    value: float | None, p: float | None, least: float, is_more: bool
+) -> None:
     found, mirrored = evidence(value, p), evidence(None if value is None else -value, p)
     assert found.rises(least) is mirrored.falls(least) is is_more
     assert not found.falls(0.3) and not mirrored.rises(0.3)
@@ -193,7 +240,11 @@ def test_a_rise_is_large_and_sure(value: float | None, p: float | None, least: f
 def test_a_change_is_told_with_its_interval() -> None:
     assert evidence(0.5).change == "1 -> 1.5"
     assert dataclasses.replace(evidence(0.5), original=None).change == "none -> 1.5"
-    for low, high, told in ((0.25, 0.75, " (difference [0.25, 0.75])"), (None, 0.75, ""), (0.25, None, "")):
+    for low, high, told in (
+        (0.25, 0.75, " (difference [0.25, 0.75])"),
+        (None, 0.75, ""),
+        (0.25, None, ""),
+    ):
         found = dataclasses.replace(evidence(0.5), difference=Interval(0.5, low, high, 10))
         assert found.change == f"1 -> 1.5{told}"
     assert Evidence.unsampled("it", SHARE, 2.0, 0.5, 3) == Evidence(

@@ -1,4 +1,7 @@
-"""The auditor's checks on the search: what a tuned file computes, and values at the edge of their range."""
+"""The auditor's checks on the search.
+
+What a tuned file computes, and values at the edge of their range.
+"""
 
 import dataclasses
 import math
@@ -28,7 +31,9 @@ def searched(parameter: Parameter, value: Any, slope: float, trials: int = 60) -
             else float(rng.uniform(parameter.low, parameter.high))
         )
         own = round(own) if parameter.is_int else own
-        told = (slope * float(own) if not isinstance(own, str) else 0.0) + float(rng.normal(0.0, 0.2))
+        told = (slope * float(own) if not isinstance(own, str) else 0.0) + float(
+            rng.normal(0.0, 0.2)
+        )
         point = {parameter.name: own, "other": float(rng.random())}
         candidate = Candidate(f"trial-{number}", {})
         found.append(Trial(number, candidate, point, COMPLETE, (0,), (told,), (told,), None, ""))
@@ -80,7 +85,9 @@ def test_edges(parameter: Parameter, value: Any, slope: float, is_flagged: bool)
         (NUMBER, 0.8, 1.0),
     ],
 )
-def test_how_likely_an_arbitrary_value_is_so_near_to_an_end(parameter: Parameter, distance: float, p: float) -> None:
+def test_how_likely_an_arbitrary_value_is_so_near_to_an_end(
+    parameter: Parameter, distance: float, p: float
+) -> None:
     study = searched(parameter, parameter.original, 0.0)
     assert _p_near(trial_table(study.space, study.trials), 0, distance) == pytest.approx(p)
 
@@ -107,7 +114,9 @@ BOTH = Parameter("gain", ("node.gain", "node.same"), 0.5, 0.0, 1.0)
 
 
 def test_the_evidence_of_an_edge_is_both_of_its_p_by_fishers_method() -> None:
-    assert Edge(NUMBER, 1.0, 0.0, True, 0.1, 0.2).p == pytest.approx(0.02 * (1.0 - math.log(0.02)), rel=1e-12)
+    assert Edge(NUMBER, 1.0, 0.0, True, 0.1, 0.2).p == pytest.approx(
+        0.02 * (1.0 - math.log(0.02)), rel=1e-12
+    )
     assert Edge(NUMBER, 1.0, 0.0, True, 0.0, 0.2).p == 0.0
     assert Edge(NUMBER, 1.0, 0.0, True, 1.0, 1.0).p == 1.0
 
@@ -122,7 +131,9 @@ def test_the_evidence_of_an_edge_is_both_of_its_p_by_fishers_method() -> None:
         ({"a.sim_time": 0.625}, 1.25),
     ],
 )
-def test_what_the_controller_computes_is_the_product_of_what_multiplies(values: dict[str, Any], times: float) -> None:
+def test_what_the_controller_computes_is_the_product_of_what_multiplies(
+    values: dict[str, Any], times: float
+) -> None:
     odd_ones: tuple[Any, ...] = (True, 0, "many")
     parameters = (
         Parameter("samples", ("a.vx_samples", "b.vx_samples"), 20, 5.0, 200.0, is_int=True),
@@ -159,19 +170,31 @@ def test_what_an_edge_rests_on() -> None:
     table = trial_table(study.space, study.trials)
     p = Edge(NUMBER, 0.95, 0.05, True, 0.1, _p_of_trend(table, 0, True)).p
     (told,) = edges(study).evidence
-    assert told == Evidence.unsampled("gain", "", 0.5, 0.95, 1, told.p) and told.p == pytest.approx(p, rel=1e-9)
+    assert told == Evidence.unsampled("gain", "", 0.5, 0.95, 1, told.p) and told.p == pytest.approx(
+        p, rel=1e-9
+    )
 
 
 def test_tuned_values_share_the_level(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of two near their ends only one rises towards it; a text has no end, and one path is enough to be tuned."""
-    study = tuned(searched(NUMBER, 0.95, 2.0), {"node.same": 0.95, "node.other": 0.08, "node.kind": "c"}, BOTH, OTHER)
+    """Of two near their ends only one rises towards it.
+
+    A text has no end, and one path is enough to be tuned.
+    """
+    study = tuned(
+        searched(NUMBER, 0.95, 2.0),
+        {"node.same": 0.95, "node.other": 0.08, "node.kind": "c"},
+        BOTH,
+        OTHER,
+    )
     p = edges(study).evidence[0].p
     assert p is not None
     for level, is_flagged in ((2.0 * p, True), (1.99 * p, False)):
         monkeypatch.setattr(audit_search, "LEVEL", level)
         check = edges(study)
         assert check.is_flagged is is_flagged
-        assert [each.what for each in check.evidence] == (["gain"] if is_flagged else ["gain", "other"])
+        assert [each.what for each in check.evidence] == (
+            ["gain"] if is_flagged else ["gain", "other"]
+        )
         assert check.says.count(" end ") == len(check.evidence)
     text = Parameter("kind", ("node.kind",), "a", choices=("a", "b", "c"))
     alone = tuned(searched(text, "c", 0.0), {"node.kind": "c"})
@@ -190,9 +213,17 @@ def test_a_trend_needs_ten_trials_beyond_two_for_each_other_parameter(
 
 def made(parameter: Parameter, places: Any, objective: Any = None) -> TrialTable:
     columns = np.asarray(places, dtype=np.float64).reshape(len(places), -1)
-    names = (parameter, *(dataclasses.replace(OTHER, name=f"other_{n}") for n in range(columns.shape[1] - 1)))
+    names = (
+        parameter,
+        *(dataclasses.replace(OTHER, name=f"other_{n}") for n in range(columns.shape[1] - 1)),
+    )
     trials = searched(parameter, parameter.original, 0.0, len(places)).trials
-    return TrialTable(names, trials, columns, np.zeros(len(places)) if objective is None else np.asarray(objective))
+    return TrialTable(
+        names,
+        trials,
+        columns,
+        np.zeros(len(places)) if objective is None else np.asarray(objective),
+    )
 
 
 @pytest.mark.parametrize(
@@ -206,26 +237,41 @@ def made(parameter: Parameter, places: Any, objective: Any = None) -> TrialTable
         (Parameter("pair", ("node.pair",), 1, choices=(1, 2, 3, 4)), 3, 2.0 / 4.0),
     ],
 )
-def test_levels_of_a_grid_are_those_that_were_tried_twice(parameter: Parameter, levels: int, p: float) -> None:
+def test_levels_of_a_grid_are_those_that_were_tried_twice(
+    parameter: Parameter, levels: int, p: float
+) -> None:
     places = np.linspace(0.0, 1.0, levels)[np.arange(60) % levels]
     assert _p_near(made(parameter, places), 0, 0.0) == pytest.approx(p)
 
 
 @pytest.mark.parametrize("is_high", [True, False])
 def test_a_trend_is_that_of_a_response_surface(is_high: bool) -> None:
-    """By the normal equations, with a column of its own for everything; the last parameter does not vary."""
+    """By the normal equations, with a column of its own for everything.
+
+    The last parameter does not vary.
+    """
     rng = np.random.default_rng(4)
     places = np.column_stack((rng.random((20, 3)), np.full(20, 0.5)))
-    objective = places[:, 0] - places[:, 0] ** 2 + 2.0 * places[:, 1] ** 2 + rng.normal(0.0, 0.3, 20)
+    objective = (
+        places[:, 0] - places[:, 0] ** 2 + 2.0 * places[:, 1] ** 2 + rng.normal(0.0, 0.3, 20)
+    )
     objective = (objective - objective.min()) / np.ptp(objective)
     own = 1.0 - places[:, 0] if is_high else places[:, 0]
-    columns = [own**0, own, own**2, *(places[:, number] ** power for number in (1, 2) for power in (1, 2))]
+    columns = [
+        own**0,
+        own,
+        own**2,
+        *(places[:, number] ** power for number in (1, 2) for power in (1, 2)),
+    ]
     design, ranks = np.stack(columns, axis=1), rankdata(objective)
     inverse = np.linalg.inv(design.T @ design)
     solution = inverse @ design.T @ ranks
     variance = ((ranks - design @ solution) ** 2).sum() / 13.0 * inverse[1, 1]
     p = _p_of_trend(made(NUMBER, places, objective), 0, is_high)
-    assert p == pytest.approx(t.cdf(solution[1] / math.sqrt(variance), 13), rel=1e-6) and 0.01 < p < 0.99
+    assert (
+        p == pytest.approx(t.cdf(solution[1] / math.sqrt(variance), 13), rel=1e-6)
+        and 0.01 < p < 0.99
+    )
 
 
 def test_a_trend_without_any_noise_is_sure() -> None:

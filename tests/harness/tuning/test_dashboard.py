@@ -10,7 +10,9 @@ from harness.tuning.dashboard import DASHBOARD, NAME, write_dashboard
 from harness.tuning.result import COMPLETE, FAILED, StudyResult
 
 
-def test_optuna_reads_the_trials_back(make_study: Callable[..., StudyResult], tmp_path: Path) -> None:
+def test_optuna_reads_the_trials_back(
+    make_study: Callable[..., StudyResult], tmp_path: Path
+) -> None:
     result = make_study(trials=30)
     for _ in range(2):  # a second time replaces the first
         path = write_dashboard(result, tmp_path)

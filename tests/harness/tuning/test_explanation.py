@@ -37,7 +37,10 @@ MakeStudy = Callable[..., StudyResult]
 
 
 class Counting:
-    """An evaluator that tells whom it was asked for; missions of ``broken`` have no result for mixtures."""
+    """An evaluator that tells whom it was asked for.
+
+    Missions of ``broken`` have no result for mixtures.
+    """
 
     def __init__(self, inner: object, broken: Sequence[int] = ()) -> None:
         self._inner, self._broken = inner, broken
@@ -47,7 +50,10 @@ class Counting:
         self.names.append(candidate.name)
         rows: list[Row] = self._inner.rows(candidate, missions)  # type: ignore[attr-defined]
         broken = [m in self._broken and candidate.name.startswith("mixture") for m in missions]
-        return [{**row, "error": "lost"} if is_broken else row for row, is_broken in zip(rows, broken, strict=True)]
+        return [
+            {**row, "error": "lost"} if is_broken else row
+            for row, is_broken in zip(rows, broken, strict=True)
+        ]
 
 
 def test_the_steps_add_up_to_the_difference(make_study: MakeStudy, evaluator: object) -> None:
@@ -57,13 +63,17 @@ def test_the_steps_add_up_to_the_difference(make_study: MakeStudy, evaluator: ob
     assert found is not None
     before, after = ([row[MARGIN] for row in rows[:MISSIONS]] for rows in study.test_rows)
     assert found.total.value == pytest.approx((sum(after) - sum(before)) / MISSIONS)
-    assert sum(step.gain_usd_per_run.value or 0.0 for step in found.steps) == pytest.approx(found.total.value)
+    assert sum(step.gain_usd_per_run.value or 0.0 for step in found.steps) == pytest.approx(
+        found.total.value
+    )
     assert found.steps[0].player == "clearance"
     assert found.unseen
     assert found.episodes == 32 * MISSIONS
 
 
-def test_every_mixture_is_driven_once_on_the_same_missions(make_study: MakeStudy, evaluator: object) -> None:
+def test_every_mixture_is_driven_once_on_the_same_missions(
+    make_study: MakeStudy, evaluator: object
+) -> None:
     study, counting = make_study(), Counting(evaluator)
     waterfall(study, counting, study.test_missions[:2], players(study, []))
     assert len(counting.names) == len(set(counting.names)) == 32
@@ -82,7 +92,9 @@ def test_without_margins_no_mixture_is_driven(make_study: MakeStudy, evaluator: 
     assert counting.names == ["original"]
 
 
-def test_a_mission_that_a_mixture_lost_is_left_out(make_study: MakeStudy, evaluator: object) -> None:
+def test_a_mission_that_a_mixture_lost_is_left_out(
+    make_study: MakeStudy, evaluator: object
+) -> None:
     study = make_study()
     missions = study.test_missions[:5]
     found = waterfall(study, Counting(evaluator, missions[:2]), missions, players(study, []))
@@ -122,11 +134,15 @@ def test_partings_are_the_largest_differences(make_study: MakeStudy) -> None:
     found = partings(*study.test_rows)
     back = partings(*study.test_rows[::-1])
     assert [each.difference_usd for each in back] == [-each.difference_usd for each in found]
-    differences = sorted((abs(b[MARGIN] - a[MARGIN]) for a, b in zip(*study.test_rows, strict=True)), reverse=True)
+    differences = sorted(
+        (abs(b[MARGIN] - a[MARGIN]) for a, b in zip(*study.test_rows, strict=True)), reverse=True
+    )
     assert [abs(each.difference_usd) for each in found] == pytest.approx(differences[:3])
     assert "1 counted" in sentence(found[0])
     first = found[0]
-    assert first.replay(COMMAND).endswith(f"--seed {first.seed} --only {first.episode} --record full")
+    assert first.replay(COMMAND).endswith(
+        f"--seed {first.seed} --only {first.episode} --record full"
+    )
     assert partings(study.test_rows[0], study.test_rows[0]) == ()
 
 
@@ -136,7 +152,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def explained(make_study: MakeStudy, evaluator: object, folder: Path) -> tuple[StudyResult, Explanation]:
+def explained(
+    make_study: MakeStudy, evaluator: object, folder: Path
+) -> tuple[StudyResult, Explanation]:
     study = make_study()
     return study, explain(study, Counting(evaluator), folder, PRICES, waterfall_missions=MISSIONS)
 
@@ -149,7 +167,9 @@ def test_components_add_up_to_the_margin(explained: tuple[StudyResult, Explanati
     assert margin.difference.low is not None
     assert margin.difference.low > 0.0
     optimism = found.optimism_usd_per_run
-    assert optimism is not None and (optimism.low or 0.0) < (optimism.value or 0.0) < (optimism.high or 0.0)
+    assert optimism is not None and (optimism.low or 0.0) < (optimism.value or 0.0) < (
+        optimism.high or 0.0
+    )
     assert not found.audit.flagged
 
 
@@ -158,15 +178,25 @@ def test_history_rises_from_the_original(explained: tuple[StudyResult, Explanati
     assert found.history[0].number == 0
     values = [each.score.value or 0.0 for each in found.history]
     assert values == sorted(values)
-    assert all(each.score.low is not None and each.score.low <= (each.score.value or 0.0) for each in found.history)
+    assert all(
+        each.score.low is not None and each.score.low <= (each.score.value or 0.0)
+        for each in found.history
+    )
 
 
-def test_the_report_tells_everything(explained: tuple[StudyResult, Explanation], folder: Path) -> None:
+def test_the_report_tells_everything(
+    explained: tuple[StudyResult, Explanation], folder: Path
+) -> None:
     study, found = explained
     scores = scores_document(study)
     (folder / DIFF).write_text("-old: 1\n+new: 2\n", encoding="utf-8")
-    report = write_tuning(study, scores, found, COMMAND, folder, "again", LINT).read_text(encoding="utf-8")
-    assert "```diff\n-old: 1\n+new: 2\n```" in report and "- 0 errors, 2 warnings\n- new: short-horizon" in report
+    report = write_tuning(study, scores, found, COMMAND, folder, "again", LINT).read_text(
+        encoding="utf-8"
+    )
+    assert (
+        "```diff\n-old: 1\n+new: 2\n```" in report
+        and "- 0 errors, 2 warnings\n- new: short-horizon" in report
+    )
     assert report.endswith("```\nagain\n```\n")
     for heading in (
         "What it brings",
@@ -193,7 +223,12 @@ def test_no_file_earns_more_than_the_fee(explained: tuple[StudyResult, Explanati
     study, found = explained
     margins = [row[MARGIN] for row in study.test_rows[1]]
     room = found.room_usd_per_run
-    assert room is not None and room.value is not None and room.low is not None and room.high is not None
+    assert (
+        room is not None
+        and room.value is not None
+        and room.low is not None
+        and room.high is not None
+    )
     assert room.value == pytest.approx(PRICES.delivery_fee.value - sum(margins) / len(margins))
     assert 0.0 <= room.low < room.value
     assert room.high > room.value + 1.0, "a loss that has not happened yet is admitted"
@@ -205,7 +240,11 @@ def test_no_file_earns_more_than_the_fee(explained: tuple[StudyResult, Explanati
 def test_every_new_value_is_set_back_alone(explained: tuple[StudyResult, Explanation]) -> None:
     study, found = explained
     names = {name for step in found.set_back for name in step.changes}
-    assert names == {each.name for each in study.space.parameters if set(each.paths) & set(study.incumbent.values)}
+    assert names == {
+        each.name
+        for each in study.space.parameters
+        if set(each.paths) & set(study.incumbent.values)
+    }
     gains = {step.player: step.gain_usd_per_run for step in found.set_back}
     assert (gains["clearance"].value or 0.0) > (gains["idle"].value or 0.0) == pytest.approx(0.0)
     assert [step.gain_usd_per_run.value for step in found.set_back] == sorted(
@@ -213,7 +252,9 @@ def test_every_new_value_is_set_back_alone(explained: tuple[StudyResult, Explana
     )[::-1]
 
 
-def test_the_best_of_the_search_are_scored_under_every_accounting(explained: tuple[StudyResult, Explanation]) -> None:
+def test_the_best_of_the_search_are_scored_under_every_accounting(
+    explained: tuple[StudyResult, Explanation],
+) -> None:
     study, found = explained
     assert all(set(each.margins) == set(ACCOUNTINGS) for each in found.history)
     original = found.history[0]
@@ -223,8 +264,12 @@ def test_the_best_of_the_search_are_scored_under_every_accounting(explained: tup
 
 def test_a_front_is_shown(make_study: MakeStudy, evaluator: object, tmp_path: Path) -> None:
     study = make_study(trials=10, test=0)
-    trials = tuple(dataclasses.replace(each, values=(each.values[0], -each.values[0])) for each in study.trials)
-    both = dataclasses.replace(study, objectives=("margin", "-duration_s"), trials=trials, front=(0, 3))
+    trials = tuple(
+        dataclasses.replace(each, values=(each.values[0], -each.values[0])) for each in study.trials
+    )
+    both = dataclasses.replace(
+        study, objectives=("margin", "-duration_s"), trials=trials, front=(0, 3)
+    )
     found = explain(both, Counting(evaluator), tmp_path, PRICES, waterfall_missions=0)
     (tmp_path / DIFF).write_text("", encoding="utf-8")
     scores = {"train": {}, "test": {}}
@@ -232,13 +277,17 @@ def test_a_front_is_shown(make_study: MakeStudy, evaluator: object, tmp_path: Pa
     assert "## The Pareto front" in report and "| trial 3 |" in report and "(front.png)" in report
 
 
-def test_a_study_without_improvement_is_told_of(make_study: MakeStudy, evaluator: object, tmp_path: Path) -> None:
+def test_a_study_without_improvement_is_told_of(
+    make_study: MakeStudy, evaluator: object, tmp_path: Path
+) -> None:
     study = make_study(trials=10, test=0, tuned={})
     found = explain(study, Counting(evaluator), tmp_path, PRICES)
     assert found.waterfall is None and found.set_back == ()
     assert found.optimism_usd_per_run is None
     (tmp_path / DIFF).write_text("", encoding="utf-8")
-    report = write_tuning(study, scores_document(study), found, COMMAND, tmp_path, "again", LINT).read_text("utf-8")
+    report = write_tuning(
+        study, scores_document(study), found, COMMAND, tmp_path, "again", LINT
+    ).read_text("utf-8")
     assert "stays as it is" in report
 
 
@@ -246,14 +295,22 @@ def test_what_is_undefined_on_the_test_is_left_out_of_the_scores(make_study: Mak
     study = dataclasses.replace(make_study(trials=10), objectives=("margin", "spl"))
     train = tuple([{**row, "spl": 0.5} for row in rows] for rows in study.train_rows)
     first, second = (
-        [{**row, "spl": spl} for row in rows] for rows, spl in zip(study.test_rows, (0.5, None), strict=True)
+        [{**row, "spl": spl} for row in rows]
+        for rows, spl in zip(study.test_rows, (0.5, None), strict=True)
     )
-    scores = scores_document(dataclasses.replace(study, train_rows=train, test_rows=(first, second)))
-    assert set(scores["train"]) == {"margin", "spl", "sla"} and set(scores["test"]) == {"margin", "sla"}
+    scores = scores_document(
+        dataclasses.replace(study, train_rows=train, test_rows=(first, second))
+    )
+    assert set(scores["train"]) == {"margin", "spl", "sla"} and set(scores["test"]) == {
+        "margin",
+        "sla",
+    }
     assert set(scores["optimism"]) == {"margin", "sla"}
 
 
-def test_a_flag_stands_in_the_report(explained: tuple[StudyResult, Explanation], auditor_studies: ModuleType) -> None:
+def test_a_flag_stands_in_the_report(
+    explained: tuple[StudyResult, Explanation], auditor_studies: ModuleType
+) -> None:
     study, found = explained
     stacks = auditor_studies.drawn_deliveries(np.random.default_rng(3), 60)
     _, exploiting = auditor_studies.exploiting_study(stacks, "left_standing", 100, PRICES, 0)
@@ -261,12 +318,20 @@ def test_a_flag_stands_in_the_report(explained: tuple[StudyResult, Explanation],
     assert any("THE AUDITOR FLAGS" in line and "standing still" in line for line in lines)
 
 
-def test_a_full_disk_is_one_line_for_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("harness.report.figures.replacing", lambda path: open("/dev/full", "wb", buffering=0))
-    with pytest.raises(InputError, match="cannot be written \\(No space left on device\\); make room"):
+def test_a_full_disk_is_one_line_for_figures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "harness.report.figures.replacing", lambda path: open("/dev/full", "wb", buffering=0)
+    )
+    with pytest.raises(
+        InputError, match="cannot be written \\(No space left on device\\); make room"
+    ):
         save_figure(tmp_path / "a", 1.0, lambda axes: None)
     monkeypatch.undo()
-    assert [path.read_bytes()[:4] for path in save_figure(tmp_path / "a", 1.0, lambda axes: None)] == [
+    assert [
+        path.read_bytes()[:4] for path in save_figure(tmp_path / "a", 1.0, lambda axes: None)
+    ] == [
         b"%PDF",
         b"\x89PNG",
     ]
@@ -290,7 +355,9 @@ def test_a_gain_is_called_one_if_no_unseen_loss_could_undo_it(
     said: str,
 ) -> None:
     study, found = explained
-    margin = dataclasses.replace(found.components["contribution_margin"], difference=Interval(0.0, *difference, 40))
+    margin = dataclasses.replace(
+        found.components["contribution_margin"], difference=Interval(0.0, *difference, 40)
+    )
     changed = dataclasses.replace(
         found,
         components={**found.components, "contribution_margin": margin},

@@ -30,7 +30,11 @@ def test_labels_of_a_waterfall_lie_within_the_figure() -> None:
     _waterfall(axes, Waterfall(steps, 0.0, 3.0, Interval(3.0, 1.0, 5.0, 20), 20, True, 640))
     figure.draw_without_rendering()
     labels = axes.get_yticklabels()
-    assert [label.get_text() for label in labels[1:4]] == ["approach_points\n6e9 -> 4", "4 together", "the rest (13)"]
+    assert [label.get_text() for label in labels[1:4]] == [
+        "approach_points\n6e9 -> 4",
+        "4 together",
+        "the rest (13)",
+    ]
     assert all(label.get_window_extent().x0 >= 0.0 for label in labels)
 
 

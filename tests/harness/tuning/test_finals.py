@@ -37,7 +37,9 @@ class Noisy:
         }
 
 
-def trial(number: int, value: float, state: str = COMPLETE, values: dict[str, float] | None = None) -> Trial:
+def trial(
+    number: int, value: float, state: str = COMPLETE, values: dict[str, float] | None = None
+) -> Trial:
     changed = {"node.x": float(number)} if values is None else values
     candidate = Candidate(f"trial-{number}" if number else "original", changed if number else {})
     return Trial(number, candidate, {}, state, TRAINING, (value,), (value,), None, "")
@@ -50,14 +52,19 @@ def world(**truth: float) -> Noisy:
 def test_rounds_halve_the_field_and_double_the_missions() -> None:
     assert schedule(5, 128) == ((32, 3), (64, 2), (128, 1))
     assert schedule(2, 128) == ((128, 1),) and schedule(8, 4) == ((1, 4), (2, 2), (4, 1))
-    assert most_episodes(4, 128) == 128 + 4 * 64 + 2 * 64 and most_episodes(0, 128) == most_episodes(4, 0) == 0
+    assert (
+        most_episodes(4, 128) == 128 + 4 * 64 + 2 * 64
+        and most_episodes(0, 128) == most_episodes(4, 0) == 0
+    )
 
 
 def test_the_lucky_one_of_the_search_loses() -> None:
     trials = [trial(0, -5.0), trial(1, 3.4), trial(2, 1.0), trial(3, 3.4, PRUNED), trial(4, 0.5)]
     noisy = world(original=-5.0, trial_1=-3.0, trial_2=1.0, trial_4=0.0)
     found = decide(trials, 2, FINAL, MARGIN_ONLY, noisy)
-    assert [each.number for each in found] == [2, 0, 1], "the best two that drove all missions, and the original"
+    assert [each.number for each in found] == [2, 0, 1], (
+        "the best two that drove all missions, and the original"
+    )
     assert [each.missions for each in found] == [128, 128, 128]
     driven = {mission for _, mission in noisy.driven} - set(TRAINING)
     assert driven == set(FINAL) and len(noisy.driven) - len(TRAINING) * 4 == most_episodes(2, 128)
@@ -79,11 +86,19 @@ def test_an_original_without_luck_on_the_first_missions_is_not_given_up() -> Non
     trials = [trial(0, 1.0), *(trial(number, 2.0) for number in range(1, 5))]
     truth = {"original": 15.0, **{f"trial-{number}": 2.0 + number / 10.0 for number in range(1, 5)}}
     found = decide(trials, 4, FINAL, MARGIN_ONLY, Unlucky(truth, shared=True))
-    assert [each.number for each in found[:2]] == [0, 4], "15 - 40 / 4 on all missions is more than 2.4"
+    assert [each.number for each in found[:2]] == [0, 4], (
+        "15 - 40 / 4 on all missions is more than 2.4"
+    )
 
 
 def test_who_drives_alike_meets_once_and_who_cannot_be_driven_comes_last() -> None:
-    trials = [trial(0, 0.0), trial(1, 3.0), trial(2, 2.9, values={"node.x": 1.0}), trial(3, 1.0), trial(4, 2.0)]
+    trials = [
+        trial(0, 0.0),
+        trial(1, 3.0),
+        trial(2, 2.9, values={"node.x": 1.0}),
+        trial(3, 1.0),
+        trial(4, 2.0),
+    ]
     noisy = world(original=0.0, trial_1=3.0, trial_2=3.0, trial_3=1.0, trial_4=math.nan)
     found = decide(trials, 3, FINAL, MARGIN_ONLY, noisy)
     assert [each.number for each in found] == [1, 0, 3, 4]
@@ -101,7 +116,10 @@ def test_the_side_condition_comes_first() -> None:
 
     class Late(Noisy):
         def _row(self, name: str, mission: int) -> Row:
-            return {**super()._row(name, mission), "outcome": "timeout" if name == "trial-1" else "sla"}
+            return {
+                **super()._row(name, mission),
+                "outcome": "timeout" if name == "trial-1" else "sla",
+            }
 
     late = Late({"original": 0.0, "trial-1": 50.0, "trial-2": 1.0}, shared=True)
     found = decide([trial(0, 0.0), trial(1, 50.0), trial(2, 1.0)], 2, FINAL, objective, late)
@@ -126,7 +144,9 @@ def test_a_lost_delivery_counts_for_nobody() -> None:
     found = decide(trials, 2, FINAL, MARGIN_ONLY, Losing(truth, {("original", 105)}))
     assert [(each.number, each.missions) for each in found] == [(0, 127), (1, 127), (2, 128)]
     truth |= {"trial-1": 9.0}
-    found = decide(trials, 2, FINAL, MARGIN_ONLY, Losing(truth, {("trial-1", 105), ("trial-2", 107)}))
+    found = decide(
+        trials, 2, FINAL, MARGIN_ONLY, Losing(truth, {("trial-1", 105), ("trial-2", 107)})
+    )
     assert [(each.number, each.missions) for each in found] == [(1, 127), (0, 127), (2, 126)]
 
 

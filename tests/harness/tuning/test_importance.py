@@ -18,18 +18,29 @@ from harness.tuning.ped_anova import PedAnova
 from harness.tuning.result import COMPLETE, FAILED, Trial, TrialTable, trial_table
 from harness.tuning.space import Parameter, Space
 
-PARAMETERS = tuple(Parameter(name, (f"node.{name}",), 0.5, 0.0, 1.0) for name in ("strong", "left", "right", "none"))
-SPACE = Space("made-up", "", (*PARAMETERS, Parameter("kind", ("node.kind",), "a", choices=("a", "b"))))
+PARAMETERS = tuple(
+    Parameter(name, (f"node.{name}",), 0.5, 0.0, 1.0)
+    for name in ("strong", "left", "right", "none")
+)
+SPACE = Space(
+    "made-up", "", (*PARAMETERS, Parameter("kind", ("node.kind",), "a", choices=("a", "b")))
+)
 
 
 def table(trials: int, strong: float, product: float) -> TrialTable:
     rng = np.random.default_rng(11)
     found = []
     for number in range(trials):
-        point = {each.name: float(rng.random()) for each in PARAMETERS} | {"kind": str(rng.choice(["a", "b"]))}
-        value = strong * -((point["strong"] - 0.3) ** 2) + product * (point["left"] - 0.5) * (point["right"] - 0.5)
+        point = {each.name: float(rng.random()) for each in PARAMETERS} | {
+            "kind": str(rng.choice(["a", "b"]))
+        }
+        value = strong * -((point["strong"] - 0.3) ** 2) + product * (point["left"] - 0.5) * (
+            point["right"] - 0.5
+        )
         value += float(rng.normal(0.0, 0.1))
-        found.append(Trial(number, Candidate("", {}), point, COMPLETE, (0,), (value,), (value,), None, ""))
+        found.append(
+            Trial(number, Candidate("", {}), point, COMPLETE, (0,), (value,), (value,), None, "")
+        )
     return trial_table(SPACE, found)
 
 
@@ -44,15 +55,21 @@ def test_the_parameter_that_matters_comes_first_and_is_more_than_chance() -> Non
 def test_shares_are_those_of_a_study_of_optuna() -> None:
     trials = table(40, 4.0, 0.0)
     study = optuna.create_study(direction="maximize")
-    floats = {each.name: FloatDistribution(0.0, 1.0) for each in trials.parameters if each.is_ordered}
+    floats = {
+        each.name: FloatDistribution(0.0, 1.0) for each in trials.parameters if each.is_ordered
+    }
     kinds = {"kind": CategoricalDistribution((0.0, 1.0))}
     chosen = np.random.default_rng(2).integers(0, 40, 40)
     for number in chosen:
         point = dict(zip([*floats, *kinds], trials.places[number].tolist(), strict=True))
         value = float(trials.objective[number])
         study.add_trial(create_trial(params=point, distributions={**floats, **kinds}, value=value))
-    expected = get_param_importances(study, evaluator=PedAnovaImportanceEvaluator(target_quantile=0.25))
-    found = PedAnova(trials.parameters, trials.places, 0.25).shares(chosen, trials.objective[chosen])
+    expected = get_param_importances(
+        study, evaluator=PedAnovaImportanceEvaluator(target_quantile=0.25)
+    )
+    found = PedAnova(trials.parameters, trials.places, 0.25).shares(
+        chosen, trials.objective[chosen]
+    )
     assert dict(zip([*floats, *kinds], found.tolist(), strict=True)) == expected
 
 
@@ -66,7 +83,9 @@ def test_a_product_is_found_and_a_sum_is_none() -> None:
 def test_two_parameters_are_enough() -> None:
     every = table(40, 4.0, 0.0)
     for count in (1, 2):
-        few = dataclasses.replace(every, parameters=every.parameters[:count], places=every.places[:, :count])
+        few = dataclasses.replace(
+            every, parameters=every.parameters[:count], places=every.places[:, :count]
+        )
         assert len(importances(few)) == (0 if count == 1 else 2)
 
 
@@ -78,7 +97,15 @@ def test_too_few_trials_say_nothing() -> None:
 
 def test_failed_trials_are_left_out() -> None:
     failed = Trial(
-        1, Candidate("", {}), {each.name: 0.5 for each in PARAMETERS} | {"kind": "a"}, FAILED, (), (), (), None, ""
+        1,
+        Candidate("", {}),
+        {each.name: 0.5 for each in PARAMETERS} | {"kind": "a"},
+        FAILED,
+        (),
+        (),
+        (),
+        None,
+        "",
     )
     assert len(trial_table(SPACE, [failed]).trials) == 0
 
@@ -94,7 +121,9 @@ def test_a_share_is_told_apart_beyond_chance(share: float | None, is_told_apart:
     assert Importance("a", Interval(share, None, None, 9), 0.25).is_told_apart is is_told_apart
 
 
-def test_shares_stand_beside_resampled_trials_and_shuffled_objectives(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_shares_stand_beside_resampled_trials_and_shuffled_objectives(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """With a correlation in place of PED-ANOVA, by the same draws of a slow loop."""
 
     trials = table(30, 4.0, 0.0)
@@ -110,22 +139,35 @@ def test_shares_stand_beside_resampled_trials_and_shuffled_objectives(monkeypatc
     chance = [shares(None, every, rng.permutation(trials.objective)) for _ in range(100)]
     found = {each.name: each for each in importances(trials)}
     for number, parameter in enumerate(trials.parameters):
-        told, low_high = found[parameter.name], np.quantile(spread, (0.025, 0.975), axis=0)[:, number]
+        told, low_high = (
+            found[parameter.name],
+            np.quantile(spread, (0.025, 0.975), axis=0)[:, number],
+        )
         assert told.share.value == shares(None, every, trials.objective)[number]
-        assert (told.share.low, told.share.high, told.share.n) == (*map(pytest.approx, low_high), 30)
+        assert (told.share.low, told.share.high, told.share.n) == (
+            *map(pytest.approx, low_high),
+            30,
+        )
         assert told.chance == pytest.approx(np.quantile(chance, 0.95, axis=0)[number])
     told_shares = [each.share.value or 0.0 for each in found.values()]
     assert told_shares == sorted(told_shares, reverse=True)
 
 
 def test_what_one_more_term_explains(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A slope takes 24.2 of 26 off; with two degrees of freedom p is one less the root of that share."""
+    """A slope takes 24.2 of 26 off.
+
+    With two degrees of freedom p is one less the root of that share.
+    """
     ones, term, answer = np.ones((4, 1)), np.arange(4.0), np.array([1.0, 2.0, 6.0, 7.0])
     share, p = _gain_of_term(ones, term, answer)
     assert share == pytest.approx(24.2 / 26.0) and p == pytest.approx(1.0 - math.sqrt(24.2 / 26.0))
     assert _gain_of_term(ones, ones[:, 0], answer) == (0.0, 1.0)
     assert _gain_of_term(ones, term, np.full(4, 3.0)) == (0.0, 1.0)
-    assert _gain_of_term(ones[:2], term[:2], answer[:2]) == (0.0, 1.0), "nothing is left to tell it by"
+    assert _gain_of_term(ones[:2], term[:2], answer[:2]) == (0.0, 1.0), (
+        "nothing is left to tell it by"
+    )
     left = iter((26.0, 0.0))
-    monkeypatch.setattr(importance, "least_squares", lambda design, answer: (None, next(left), design.shape[1]))
+    monkeypatch.setattr(
+        importance, "least_squares", lambda design, answer: (None, next(left), design.shape[1])
+    )
     assert _gain_of_term(ones, term, answer) == (1.0, 0.0)

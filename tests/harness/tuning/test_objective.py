@@ -19,8 +19,15 @@ from navstack.errors import InputError
 CONTROLLERS = Path(__file__).parents[3] / "results" / "baseline" / "controllers"
 RNG = np.random.default_rng(3)
 ROWS: list[dict[str, Any]] = [
-    {MARGIN: float(margin), "outcome": "sla" if margin > 0.0 else "timeout", "duration_s": 10.0 + number, "spl": None}
-    for number, margin in enumerate(np.where(RNG.random(40) < 0.2, RNG.uniform(-45.0, -27.0, 40), 3.49))
+    {
+        MARGIN: float(margin),
+        "outcome": "sla" if margin > 0.0 else "timeout",
+        "duration_s": 10.0 + number,
+        "spl": None,
+    }
+    for number, margin in enumerate(
+        np.where(RNG.random(40) < 0.2, RNG.uniform(-45.0, -27.0, 40), 3.49)
+    )
 ]
 MARGINS = np.array([row[MARGIN] for row in ROWS])
 
@@ -40,7 +47,9 @@ def test_values_are_their_formulas() -> None:
     assert value("sla") == pytest.approx(share)
     assert value("margin@sla>=0.1") == pytest.approx(MARGINS.mean())
     assert (
-        parse_objectives("margin")[0].shortfall(ROWS) == 0.0 < parse_objectives("margin@sla>=0.99")[0].shortfall(ROWS)
+        parse_objectives("margin")[0].shortfall(ROWS)
+        == 0.0
+        < parse_objectives("margin@sla>=0.99")[0].shortfall(ROWS)
     )
     assert value("margin@sla>=0.99") == pytest.approx(MARGINS.mean() - 1000.0 * (0.99 - share))
 
@@ -50,7 +59,9 @@ def test_a_lower_bound_needs_two_deliveries() -> None:
     bound = parse_objectives("lower_bound")[0]
     rows = [{**ROWS[0], MARGIN: 3.0}, {**ROWS[0], MARGIN: 1.0}]
     assert bound.value(rows[:1], 1) == 3.0
-    assert bound.value(rows, 2) == pytest.approx(2.0 - 6.3138 * np.sqrt(2.0) / np.sqrt(2.0), abs=1e-3)
+    assert bound.value(rows, 2) == pytest.approx(
+        2.0 - 6.3138 * np.sqrt(2.0) / np.sqrt(2.0), abs=1e-3
+    )
 
 
 def test_scores_have_the_objective_as_their_mean() -> None:
@@ -64,7 +75,9 @@ def test_scores_have_the_objective_as_their_mean() -> None:
 def test_side_condition_is_hopeless_only_when_it_is() -> None:
     objective = parse_objectives("margin@sla>=0.9")[0]
     late = [{**ROWS[0], "outcome": "timeout"}] * 8
-    assert objective.is_hopeless(late) and not objective.is_hopeless([{**ROWS[0], "outcome": "sla"}] * 8)
+    assert objective.is_hopeless(late) and not objective.is_hopeless(
+        [{**ROWS[0], "outcome": "sla"}] * 8
+    )
 
 
 @pytest.mark.parametrize(
@@ -93,23 +106,39 @@ def test_undefined_values_are_said_to_be() -> None:
 def test_expected_gain_is_that_of_the_normal_distribution() -> None:
     values = list(np.random.default_rng(0).normal(0.0, 1.0, 2000))
     later = np.array(values[1000:])
-    draws = np.random.default_rng(1).normal(later.mean(), later.std(ddof=1), (200_000, 10)).max(axis=1)
-    assert expected_gain(values, 1.5, 0.0, 10) == pytest.approx(np.maximum(draws - 1.5, 0.0).mean(), rel=0.02)
-    only = np.maximum(np.random.default_rng(1).normal(later.mean(), later.std(ddof=1), 400_000) - 0.5, 0.0).mean()
+    draws = (
+        np.random.default_rng(1).normal(later.mean(), later.std(ddof=1), (200_000, 10)).max(axis=1)
+    )
+    assert expected_gain(values, 1.5, 0.0, 10) == pytest.approx(
+        np.maximum(draws - 1.5, 0.0).mean(), rel=0.02
+    )
+    only = np.maximum(
+        np.random.default_rng(1).normal(later.mean(), later.std(ddof=1), 400_000) - 0.5, 0.0
+    ).mean()
     assert expected_gain(values, 0.5, 0.0, 1) == pytest.approx(only, rel=0.02)
     for scale in (0.1, 10.0):
         scaled = [scale * value for value in values]
         gain = expected_gain(scaled, 1.5 * scale, 0.0, 10)
         assert gain == pytest.approx(scale * (expected_gain(values, 1.5, 0.0, 10) or 0.0), rel=1e-6)
-    assert expected_gain(values[:9], 1.5, 0.0, 10) is None and expected_gain(values[:10], 1.5, 0.0, 10) is not None
-    assert expected_gain(values[:5], 1.5, 0.0, 10) is None and expected_gain(values, 1.5, 0.0, 0) == 0.0
+    assert (
+        expected_gain(values[:9], 1.5, 0.0, 10) is None
+        and expected_gain(values[:10], 1.5, 0.0, 10) is not None
+    )
+    assert (
+        expected_gain(values[:5], 1.5, 0.0, 10) is None
+        and expected_gain(values, 1.5, 0.0, 0) == 0.0
+    )
     assert (expected_gain(values, 1.5, 2.0, 10) or 0.0) == 0.0, "all of the spread is noise"
 
 
 def test_capped_margins_count_no_delivery_for_more_than_the_cap() -> None:
     rows = [{MARGIN: margin, SHARED_MARGIN: margin - 20.0} for margin in (3.49, -900.0, -40.0)]
-    assert parse_objectives("capped_margin")[0].value(rows, 3) == pytest.approx((3.49 - 100.0 - 40.0) / 3.0)
-    assert parse_objectives("shared_margin")[0].value(rows, 3) == pytest.approx((-16.51 - 100.0 - 60.0) / 3.0)
+    assert parse_objectives("capped_margin")[0].value(rows, 3) == pytest.approx(
+        (3.49 - 100.0 - 40.0) / 3.0
+    )
+    assert parse_objectives("shared_margin")[0].value(rows, 3) == pytest.approx(
+        (-16.51 - 100.0 - 60.0) / 3.0
+    )
     with pytest.raises(UndefinedError, match="'shared_margin' needs a margin"):
         parse_objectives("shared_margin")[0].value([{MARGIN: None, SHARED_MARGIN: None}], 1)
 
@@ -120,7 +149,12 @@ def test_shared_margin_pays_for_soft_contacts_by_the_share_of_the_fault() -> Non
     row |= {"pedestrian_injury_usd": 0.0, "pedestrian_contacts": 0, "outcome": "sla"}
     row[MARGIN] = margin_of(row, prices)
     assert row[MARGIN] is not None
-    touch = {"type": "contact_event", "kind": "pedestrian", "impulse_ns": 20.0, "fault": "robot_into_person"}
+    touch = {
+        "type": "contact_event",
+        "kind": "pedestrian",
+        "impulse_ns": 20.0,
+        "fault": "robot_into_person",
+    }
     touch |= {"robot_speed_mps": 1.5, "partner_speed_mps": 0.5}
     standing = {**touch, "fault": "person_into_standing_robot", "robot_speed_mps": 0.0}
     cost = float(injury_costs(20.0, prices))
@@ -128,4 +162,7 @@ def test_shared_margin_pays_for_soft_contacts_by_the_share_of_the_fault() -> Non
         row[MARGIN] - 0.75 * cost
     )
     assert margin_of({**row, EVENTS: []}, prices, SHARED_FAULT) == pytest.approx(row[MARGIN])
-    assert margin_of({"error": "its worker died", MARGIN: None, EVENTS: []}, prices, SHARED_FAULT) is None
+    assert (
+        margin_of({"error": "its worker died", MARGIN: None, EVENTS: []}, prices, SHARED_FAULT)
+        is None
+    )

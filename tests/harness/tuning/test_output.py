@@ -11,7 +11,16 @@ from harness.storage.tables import read_rows
 from harness.task.stack import Stack, load_stack
 from harness.tuning.declaration import Declaration
 from harness.tuning.evaluation import Candidate, Value, unseen_seed
-from harness.tuning.output import DIFF, FRONT, STACK, TRIALS, TUNED, run_command, study_document, write_files
+from harness.tuning.output import (
+    DIFF,
+    FRONT,
+    STACK,
+    TRIALS,
+    TUNED,
+    run_command,
+    study_document,
+    write_files,
+)
 from harness.tuning.output import test_command as command_of_the_test
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, Finalist, StudyResult, Trial
 from harness.tuning.space import Parameter, Space
@@ -19,7 +28,10 @@ from harness.tuning.space_file import OF_TRIAL
 from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.params.strict import load_dataclass
 
-SCALE, SAMPLES = "controller_server.FollowPath.PathAlign.scale", "controller_server.FollowPath.vx_samples"
+SCALE, SAMPLES = (
+    "controller_server.FollowPath.PathAlign.scale",
+    "controller_server.FollowPath.vx_samples",
+)
 SPACE = Space(
     "own",
     "",
@@ -29,7 +41,16 @@ SPACE = Space(
     ),
 )
 DECLARATION = Declaration(
-    *("stock.yaml", "own", "margin", "tpe"), 2, 8, 4, True, 0, None, "lidar", "segway", ("--strict", "--map", "hall")
+    *("stock.yaml", "own", "margin", "tpe"),
+    2,
+    8,
+    4,
+    True,
+    0,
+    None,
+    "lidar",
+    "segway",
+    ("--strict", "--map", "hall"),
 )
 
 
@@ -37,7 +58,15 @@ def trial(number: int, state: str, missions: int, told: float | None, **point: V
     candidate = Candidate(f"trial-{number}", SPACE.values({**SPACE.original, **point}))
     values = () if told is None else (told, -50.0)
     return Trial(
-        *(number, candidate, {**SPACE.original, **point}, state, tuple(range(missions)), values, values[:1]),
+        *(
+            number,
+            candidate,
+            {**SPACE.original, **point},
+            state,
+            tuple(range(missions)),
+            values,
+            values[:1],
+        ),
         *(0.25 if state == PRUNED else None, "it died" if state == FAILED else ""),
     )
 
@@ -52,9 +81,26 @@ TRIALS_DRIVEN = (
 
 def result(*objectives: str) -> StudyResult:
     incumbent = Candidate("incumbent", TRIALS_DRIVEN[2].candidate.values)
-    original, rows, final = Candidate("original", {}), ((), ()), (Finalist(2, incumbent, 16, 1.75, 0.0),)
+    original, rows, final = (
+        Candidate("original", {}),
+        ((), ()),
+        (Finalist(2, incumbent, 16, 1.75, 0.0),),
+    )
     missions = tuple(range(8))
-    return StudyResult(original, incumbent, objectives, SPACE, TRIALS_DRIVEN, (0, 2), 3, missions, (), rows, (), final)
+    return StudyResult(
+        original,
+        incumbent,
+        objectives,
+        SPACE,
+        TRIALS_DRIVEN,
+        (0, 2),
+        3,
+        missions,
+        (),
+        rows,
+        (),
+        final,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -79,9 +125,18 @@ def test_the_tuned_file_its_stack_and_the_front(folder: Path, stock: Nav2File) -
     assert len(changed) == 2 and changed[1].strip("+ ") == "PathAlign.scale: 7.5"
     driven = load_dataclass(Stack, folder / STACK)
     title = f"{stack.title}; tuned for margin in the space own"
-    own: dict[str, Any] = {"name": "", "title": title, "nav2_file": TUNED, "sensors": "lidar", "robot": "segway"}
+    own: dict[str, Any] = {
+        "name": "",
+        "title": title,
+        "nav2_file": TUNED,
+        "sensors": "lidar",
+        "robot": "segway",
+    }
     assert driven == dataclasses.replace(stack, **own)
-    assert {file.name for file in (folder / FRONT).iterdir()} == {"trial-0.nav2.yaml", "trial-2.nav2.yaml"}
+    assert {file.name for file in (folder / FRONT).iterdir()} == {
+        "trial-0.nav2.yaml",
+        "trial-2.nav2.yaml",
+    }
     assert (folder / FRONT / "trial-0.nav2.yaml").read_text() == stock.document.text
     assert (folder / FRONT / "trial-2.nav2.yaml").read_text() == tuned
 
@@ -93,7 +148,11 @@ def test_one_objective_has_no_front(tmp_path: Path, stock: Nav2File) -> None:
 
 def test_the_table_of_the_trials(folder: Path) -> None:
     objectives = {"objective_margin": "double", "objective_-duration_s": "double"}
-    rows = list(read_rows(folder / TRIALS, {**OF_TRIAL, **objectives, "scale": "double", "samples": "double"}))
+    rows = list(
+        read_rows(
+            folder / TRIALS, {**OF_TRIAL, **objectives, "scale": "double", "samples": "double"}
+        )
+    )
     assert [tuple(row.values()) for row in rows] == [
         (0, "complete", 8, 1.0, None, "", 1.0, -50.0, 32.0, 20.0),
         (1, "pruned", 4, 0.5, 0.25, "", 0.5, -50.0, 32.0, 10.0),
@@ -104,15 +163,25 @@ def test_the_table_of_the_trials(folder: Path) -> None:
 
 def test_the_document(stock: Nav2File) -> None:
     folder = Path("there")
-    found = study_document(result("margin", "-duration_s"), stock, DECLARATION, {"train": 1}, {"errors": 0}, folder)
+    found = study_document(
+        result("margin", "-duration_s"), stock, DECLARATION, {"train": 1}, {"errors": 0}, folder
+    )
     scale = {"low": 1.0, "high": 64.0, "log": True, "step": None}
     command = command_of_the_test(DECLARATION, 3, folder)
-    assert command == f"navbench run --stack there/tuned.yaml --strict --map hall --seed {unseen_seed(3)} --episodes 4"
+    assert (
+        command
+        == f"navbench run --stack there/tuned.yaml --strict --map hall --seed {unseen_seed(3)} --episodes 4"
+    )
     untested = dataclasses.replace(DECLARATION, test_episodes=0)
     assert command_of_the_test(untested, 3, folder).endswith(" --seed 3 --episodes 8")
     assert run_command(DECLARATION, folder)[-2:] == ("--map", "hall")
     assert found == {
-        **{"schema": 1, "stack": "stock.yaml", "objectives": ["margin", "-duration_s"], "sampler": "tpe"},
+        **{
+            "schema": 1,
+            "stack": "stock.yaml",
+            "objectives": ["margin", "-duration_s"],
+            "sampler": "tpe",
+        },
         "space": {
             "name": "own",
             "parameters": [

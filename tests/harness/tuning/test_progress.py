@@ -63,11 +63,16 @@ def drive(progress: Progress, clock: Clock, episodes: int) -> None:
 def trial(number: int, missions: int, value: float, *more: float, p: float | None = None) -> Trial:
     state, values = (COMPLETE if missions == 8 else PRUNED), (value, *more)
     name = f"trial-{number}" if number else "original"
-    return Trial(number, Candidate(name, {}), {}, state, tuple(range(missions)), values, values, p, "")
+    return Trial(
+        number, Candidate(name, {}), {}, state, tuple(range(missions)), values, values, p, ""
+    )
 
 
 def searched(budget: float | None = None, extra: int = 0) -> tuple[Progress, Clock]:
-    """After the original's eight episodes, four of the first trial, and some of the second: each takes 2 s."""
+    """After the original's eight episodes, four of the first trial, and some of the second.
+
+    Each takes 2 s.
+    """
     progress, clock = begun(budget=budget)
     original = trial(0, 8, 1.5)
     for each in (original, trial(1, 4, 0.5, p=0.25)):
@@ -129,7 +134,10 @@ def test_nothing_comes_later_unless_said() -> None:
 
 def test_what_is_told_before_the_original_has_been_driven() -> None:
     progress, clock = begun()
-    assert (progress.text, progress.when) == ("search: 0 episodes driven", "while the original was driven")
+    assert (progress.text, progress.when) == (
+        "search: 0 episodes driven",
+        "while the original was driven",
+    )
     drive(progress, clock, 3)
     assert (progress.text, progress.gain) == ("search: 3 episodes driven", None)
     progress.begin("test")
@@ -156,7 +164,8 @@ def test_the_best_is_told_with_its_interval(objectives: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "error"), [(0.2, 0.9, 0.7 / 3.92), (None, 0.9, 0.0), (0.2, None, 0.0), (None, None, 0.0)]
+    ("low", "high", "error"),
+    [(0.2, 0.9, 0.7 / 3.92), (None, 0.9, 0.0), (0.2, None, 0.0), (None, None, 0.0)],
 )
 def test_what_is_left_to_gain(low: float | None, high: float | None, error: float) -> None:
     progress, _ = begun(trials=30)
@@ -172,14 +181,21 @@ def test_what_is_left_to_gain(low: float | None, high: float | None, error: floa
 def test_the_live_table_has_the_last_eight_trials() -> None:
     progress, _ = begun(trials=30)
     trials = [
-        trial(number, 8 - 4 * (number % 2), 0.25 * number, p=0.125 if number == 9 else None) for number in range(10)
+        trial(number, 8 - 4 * (number % 2), 0.25 * number, p=0.125 if number == 9 else None)
+        for number in range(10)
     ]
     for number, each in enumerate(trials):
         progress.trial(each, trials[8 if number > 8 else 0], Known())
     progress.trials.append(dataclasses.replace(trial(10, 8, 0.0), told=()))
     table = progress.__rich__()
     columns = [list(column.cells) for column in table.columns]
-    assert [column.justify for column in table.columns] == ["right", "left", "right", "right", "right"]
+    assert [column.justify for column in table.columns] == [
+        "right",
+        "left",
+        "right",
+        "right",
+        "right",
+    ]
     assert columns[0] == ["3", "4", "5", "6", "7", "*8", "9", "10"]
     assert columns[2] == ["4", "8", "4", "8", "4", "8", "4", "8"]
     assert columns[3] == ["0.75", "1.00", "1.25", "1.50", "1.75", "2.00", "2.25", ""]
@@ -192,7 +208,9 @@ VALUES = (5.0, 9.0, -3.0, 4.0, 7.0, 1.0, 2.5, 1.5, 3.0, 0.5, 2.0)  # of which th
 
 @pytest.mark.parametrize("error", [0.0, 0.5])
 @pytest.mark.parametrize("best", [2.5, -20.0])
-def test_one_more_trial_gains_what_a_normal_number_is_above_the_best(best: float, error: float) -> None:
+def test_one_more_trial_gains_what_a_normal_number_is_above_the_best(
+    best: float, error: float
+) -> None:
     """The expected excess of a normal number over a level z is its density less z times its tail there."""
     later = np.array(VALUES[5:])
     deviation = math.sqrt(((later - 1.75) ** 2).sum() / 5.0 - error**2)
@@ -204,7 +222,9 @@ def test_one_more_trial_gains_what_a_normal_number_is_above_the_best(best: float
 def test_further_trials_gain_the_largest_of_as_many() -> None:
     """The largest of two normal numbers lies their deviation over the root of pi above the mean."""
     deviation = float(np.std(VALUES[5:], ddof=1))
-    assert expected_gain(VALUES, -20.0, 0.0, 2) == pytest.approx(21.75 + deviation / math.sqrt(math.pi), rel=1e-6)
+    assert expected_gain(VALUES, -20.0, 0.0, 2) == pytest.approx(
+        21.75 + deviation / math.sqrt(math.pi), rel=1e-6
+    )
 
 
 @pytest.mark.parametrize(("best", "gain"), [(1.25, 0.5), (2.0, 0.0)])
@@ -215,21 +235,35 @@ def test_where_all_spread_is_noise_the_mean_is_what_comes(best: float, gain: flo
 
 
 @pytest.mark.parametrize("name", ["margin", "-duration_s"])
-def test_the_best_grow_by_more_than_the_objectives_resolution(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Complete trials only, each against the last of them; the first one counts whatever it earns."""
+def test_the_best_grow_by_more_than_the_objectives_resolution(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Complete trials only, each against the last of them.
+
+    The first one counts whatever it earns.
+    """
     objective, at = parse_objectives(name)[0], (-3.0, -3.0, -2.5, 0.0, 0.0, 0.25, -1.0)
     step = objective.resolution
-    values = [value + more * step for value, more in zip(at, (0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0), strict=True)]
+    values = [
+        value + more * step
+        for value, more in zip(at, (0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0), strict=True)
+    ]
     trials = [trial(number, 8, value) for number, value in enumerate(values)]
     trials.insert(1, trial(7, 4, 99.0))
     study = SimpleNamespace(objectives=(name, "spl"), trials=trials, seed=5)
     scores = {"published": SimpleNamespace(incumbent=1.25)}
     paired: list[Any] = []
-    monkeypatch.setattr(history, "pair_up", lambda *given: paired.append(given) or SimpleNamespace(scores=scores))
+    monkeypatch.setattr(
+        history, "pair_up", lambda *given: paired.append(given) or SimpleNamespace(scores=scores)
+    )
     prices = object()
     found = history.history(cast(Any, study), cast(Any, Known()), cast(Any, prices))
     numbers = [0, 2, 3, 5]
     assert [each.number for each in found] == numbers
     assert found[1] == Best(2, score_interval(objective, -2.5, ROWS, 5), {"published": 1.25})
     assert paired == [(ROWS, ROWS, prices, 5)] * 4
-    assert found[1].as_json() == {"trial": 2, **found[1].score.as_json(), "accountings": {"published": 1.25}}
+    assert found[1].as_json() == {
+        "trial": 2,
+        **found[1].score.as_json(),
+        "accountings": {"published": 1.25},
+    }

@@ -21,10 +21,14 @@ KIND = Parameter("kind", ("node.kind",), "a", choices=("a", "b"))
 
 def space(*parameters: Parameter, constraint: str = "") -> Space:
     names = [each.name for each in parameters]
-    return Space("own", "", parameters, (parse_constraint(constraint, names, "own"),) if constraint else ())
+    return Space(
+        "own", "", parameters, (parse_constraint(constraint, names, "own"),) if constraint else ()
+    )
 
 
-def points(trials: int, *parameters: Parameter, constraint: str = "", seed: int = 0) -> list[tuple[Any, ...]]:
+def points(
+    trials: int, *parameters: Parameter, constraint: str = "", seed: int = 0
+) -> list[tuple[Any, ...]]:
     sampler = make_sampler("grid", space(*parameters, constraint=constraint), seed, trials, 1)
     return [tuple(point.values()) for point in iter(sampler.ask, None) if point is not None]
 
@@ -50,7 +54,10 @@ def test_what_lies_between_the_steps_goes_to_the_nearest() -> None:
         "even": 4,
         "kind": "b",
     }
-    assert possible_point(space(STEPS, EVEN), {"steps": -9.0, "even": 1}) == {"steps": 0.25, "even": 2}
+    assert possible_point(space(STEPS, EVEN), {"steps": -9.0, "even": 1}) == {
+        "steps": 0.25,
+        "even": 2,
+    }
 
 
 @pytest.mark.parametrize(
@@ -62,9 +69,13 @@ def test_what_lies_between_the_steps_goes_to_the_nearest() -> None:
         (32, ((0.0, 0.3333, 0.6667, 1.0), (0.01, 0.2154, 4.642, 100.0), ("a", "b"))),
     ],
 )
-def test_a_grid_is_as_fine_as_the_trials_let_it_be(trials: int, levels: tuple[tuple[Any, ...], ...]) -> None:
+def test_a_grid_is_as_fine_as_the_trials_let_it_be(
+    trials: int, levels: tuple[tuple[Any, ...], ...]
+) -> None:
     found = points(trials, GAIN, SCALE, KIND)
-    assert set(found) == set(itertools.product(*levels)) - {(0.5, 1.0, "a")}, "the original is driven anyway"
+    assert set(found) == set(itertools.product(*levels)) - {(0.5, 1.0, "a")}, (
+        "the original is driven anyway"
+    )
     assert len(found) == len(set(found)) and found == points(trials, GAIN, SCALE, KIND)
     assert found != points(trials, GAIN, SCALE, KIND, seed=1)
 
@@ -78,7 +89,9 @@ def test_a_grid_of_whole_numbers_and_steps_has_each_once_and_keeps_the_constrain
 def test_a_grid_of_far_more_points_than_trials_is_refused() -> None:
     many = [Parameter(f"p{number}", (f"node.p{number}",), 0.5, 0.0, 1.0) for number in range(9)]
     assert len(points(6, *many)) == 512, "up to a hundred times as many may be left"
-    with pytest.raises(InputError, match="9 parameters make 512 points even with two levels each, for 5 trials"):
+    with pytest.raises(
+        InputError, match="9 parameters make 512 points even with two levels each, for 5 trials"
+    ):
         make_sampler("grid", space(*many), 0, 5, 1)
     letters = Parameter("letters", ("node.letters",), "0", choices=tuple(map(str, range(150))))
     assert len(points(1, letters)) == 149

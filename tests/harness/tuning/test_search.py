@@ -24,7 +24,13 @@ from .made_up import SPACE, MadeUp
 RANGES = dataclasses.replace(SPACE, parameters=SPACE.parameters[:3])  # cmaes takes no choices
 
 
-def search(world: MadeUp, kind: str = "tpe", trials: int = 30, objective: str = "margin", raced: bool = True) -> Search:
+def search(
+    world: MadeUp,
+    kind: str = "tpe",
+    trials: int = 30,
+    objective: str = "margin",
+    raced: bool = True,
+) -> Search:
     objectives = parse_objectives(objective)
     space = RANGES if kind == "cmaes" else SPACE
     plan = Plan(space, objectives, tuple(range(32)), trials, raced)
@@ -67,7 +73,9 @@ def test_search_improves_and_racing_saves_episodes() -> None:
     assert len(raced.driven) < 0.7 * len(plain.driven)
     assert all(len(trial.missions) == 32 for trial in unraced.trials)
     pruned = [trial for trial in best.trials if trial.state == "pruned"]
-    assert pruned and all(trial.p is not None and trial.p < 0.3 and trial.reason for trial in pruned)
+    assert pruned and all(
+        trial.p is not None and trial.p < 0.3 and trial.reason for trial in pruned
+    )
     assert {len(trial.missions) for trial in pruned} <= {8, 16, 24}
 
 
@@ -88,7 +96,8 @@ def test_incumbent_is_the_best_complete_trial() -> None:
 def test_a_gain_of_less_than_a_cent_is_none() -> None:
     world = MadeUp()
     world.rows = lambda candidate, missions: [  # type: ignore[method-assign]
-        {"error": None, "outcome": "sla", MARGIN: 3.49 + 1e-6 * len(candidate.values)} for _ in missions
+        {"error": None, "outcome": "sla", MARGIN: 3.49 + 1e-6 * len(candidate.values)}
+        for _ in missions
     ]
     found = search(world, trials=5)
     found.run()
@@ -97,7 +106,15 @@ def test_a_gain_of_less_than_a_cent_is_none() -> None:
 
 def test_a_failed_trial_does_not_end_the_study() -> None:
     trials = driven(world=MadeUp(failing="trial-3"), trials=6)
-    assert [trial.state == "failed" for trial in trials] == [False, False, False, True, False, False, False]
+    assert [trial.state == "failed" for trial in trials] == [
+        False,
+        False,
+        False,
+        True,
+        False,
+        False,
+        False,
+    ]
     assert trials[3].reason == "its worker died" and trials[3].told == ()
 
 
@@ -112,7 +129,10 @@ def test_pareto_front_holds_what_nothing_beats() -> None:
     assert all(len(trial.missions) == 32 for trial in trials)
     for number in front:
         own = trials[number].values
-        assert not any(all(a >= b for a, b in zip(t.values, own, strict=True)) and t.values != own for t in trials)
+        assert not any(
+            all(a >= b for a, b in zip(t.values, own, strict=True)) and t.values != own
+            for t in trials
+        )
     assert set(range(len(trials))) - set(front), "some trial is beaten"
 
 
@@ -122,7 +142,9 @@ def test_side_condition_comes_before_the_margin() -> None:
     found.run()
     objective = parse_objectives("margin@sla>=0.99")[0]
     shortfalls = [
-        objective.shortfall(world.rows(each.candidate, range(32))) for each in found.trials if each.state == "complete"
+        objective.shortfall(world.rows(each.candidate, range(32)))
+        for each in found.trials
+        if each.state == "complete"
     ]
     own = objective.shortfall(world.rows(found.incumbent.candidate, range(32)))
     assert own == min(shortfalls)
@@ -138,7 +160,9 @@ def test_a_metric_that_some_missions_lack_can_be_raced(missing: int) -> None:
     ]
     found = search(world, objective="spl", trials=12)
     found.run()
-    assert {trial.state for trial in found.trials} <= {"complete", "pruned"} and len(found.trials) == 13
+    assert {trial.state for trial in found.trials} <= {"complete", "pruned"} and len(
+        found.trials
+    ) == 13
     assert all(np.isfinite(trial.told).all() and trial.told for trial in found.trials)
     assert found.incumbent.values[0] >= found.trials[0].values[0]
 
@@ -164,16 +188,22 @@ def test_rungs_and_strata() -> None:
     assert rungs(64) == (8, 16, 24, 32, 48, 64) and rungs(4) == (4,) and rungs(31) == (31,)
     lengths = {number: float((number * 37) % 64) for number in range(64)}
     order = stratified(lengths, 1)
-    assert sorted(order) == list(range(64)) and order == stratified(lengths, 1) != stratified(lengths, 2)
+    assert sorted(order) == list(range(64)) and order == stratified(lengths, 1) != stratified(
+        lengths, 2
+    )
     for begin in range(0, 64, 8):  # each rung's worth has one mission of each eighth
-        assert sorted(int(lengths[mission] // 8) for mission in order[begin : begin + 8]) == list(range(8))
+        assert sorted(int(lengths[mission] // 8) for mission in order[begin : begin + 8]) == list(
+            range(8)
+        )
 
 
 def test_looks_drop_one_as_good_as_rarely_as_they_say() -> None:
     rng = np.random.default_rng(0)
     p_values = []
     for _ in range(400):
-        own, other = (3.49 - 40.0 * (rng.random(16) < 0.4) * rng.uniform(0.8, 1.2, 16) for _ in range(2))
+        own, other = (
+            3.49 - 40.0 * (rng.random(16) < 0.4) * rng.uniform(0.8, 1.2, 16) for _ in range(2)
+        )
         p_values.append(p_no_worse(own, other))
     assert 0.2 < np.mean(np.array(p_values) < 0.3) < 0.36
     assert p_no_worse(np.full(8, 3.49), np.full(8, 3.48)) == 1.0, "a cent is no difference"
@@ -190,15 +220,23 @@ def test_control_variate_takes_off_half_of_the_noise_where_missions_decide() -> 
         better.append(adjusted(own[:16], other[:16], float(other.mean())) - own.mean())
     assert np.std(better) < 0.6 * np.std(plain)
     with_gaps = [np.append(scores[:16], np.nan) for scores in (own, other)]
-    assert adjusted(*with_gaps, float(other.mean())) == adjusted(own[:16], other[:16], float(other.mean()))
+    assert adjusted(*with_gaps, float(other.mean())) == adjusted(
+        own[:16], other[:16], float(other.mean())
+    )
 
 
 @pytest.mark.parametrize(("factor", "slope"), [(-1.0, 0.0), (0.5, 0.5), (2.0, 1.0)])
-def test_the_coefficient_of_the_control_variate_is_held_to_0_to_1(factor: float, slope: float) -> None:
+def test_the_coefficient_of_the_control_variate_is_held_to_0_to_1(
+    factor: float, slope: float
+) -> None:
     other = np.random.default_rng(2).normal(0.0, 10.0, 16)
     own = factor * other + 3.0
-    assert adjusted(own, other, 7.0) == pytest.approx(own.mean() - slope * (other.mean() - 7.0), rel=1e-12)
-    assert adjusted(own, np.full(16, 2.0), 7.0) == own.mean(), "an incumbent that always earns the same tells nothing"
+    assert adjusted(own, other, 7.0) == pytest.approx(
+        own.mean() - slope * (other.mean() - 7.0), rel=1e-12
+    )
+    assert adjusted(own, np.full(16, 2.0), 7.0) == own.mean(), (
+        "an incumbent that always earns the same tells nothing"
+    )
 
 
 def test_live_table_tells_the_best_what_was_saved_and_what_may_come(tmp_path: Path) -> None:
@@ -242,7 +280,9 @@ def test_time_left_is_counted_in_episodes_of_search_and_what_comes_after(tmp_pat
                 progress.episode(candidate, row)
 
         def trial(number: int, candidate: Candidate, count: int) -> Trial:
-            return Trial(number, candidate, {}, "complete", tuple(range(count)), (1.0,), (1.0,), None, "")
+            return Trial(
+                number, candidate, {}, "complete", tuple(range(count)), (1.0,), (1.0,), None, ""
+            )
 
         assert progress.when == "while the original was driven"
         drive(original, range(8))
@@ -253,7 +293,9 @@ def test_time_left_is_counted_in_episodes_of_search_and_what_comes_after(tmp_pat
         progress.trial(trial(1, other, 4), best, world)
         assert progress.remaining == pytest.approx(2.0 * (3 * 4 + 10))
         drive(Candidate("trial-2", {"node.x": 0.6}), range(3))
-        assert progress.remaining == pytest.approx(2.0 * (3 * 4 - 3 + 10)), "it falls while a trial is driven"
+        assert progress.remaining == pytest.approx(2.0 * (3 * 4 - 3 + 10)), (
+            "it falls while a trial is driven"
+        )
         now[0] += 1.5
         assert progress.remaining == pytest.approx(2.0 * (3 * 4 - 3 + 10) - 1.5)
         progress.begin("final choice and test")
@@ -261,28 +303,44 @@ def test_time_left_is_counted_in_episodes_of_search_and_what_comes_after(tmp_pat
         now[0] -= 1.5
         drive(Candidate("incumbent", {"node.x": 0.6}), range(8, 12))
         assert progress.remaining == pytest.approx(2.0 * (10 - 4))
-        assert progress.text == "final choice and test: 4 of at most 10 episodes driven, at most about 12 s left"
+        assert (
+            progress.text
+            == "final choice and test: 4 of at most 10 episodes driven, at most about 12 s left"
+        )
 
 
-@pytest.mark.parametrize("name", ["margin", "lower_bound", "cvar", "margin@sla>=0.9", "-duration_s"])
+@pytest.mark.parametrize(
+    "name", ["margin", "lower_bound", "cvar", "margin@sla>=0.9", "-duration_s"]
+)
 def test_the_live_interval_is_that_of_the_objective(tmp_path: Path, name: str) -> None:
     world, objectives = MadeUp(), parse_objectives(name)
     plan = Plan(SPACE, objectives, tuple(range(48)), 3)
     with Journal(tmp_path) as journal:
         progress = Progress(plan, journal, None)
-        Search(plan, make_sampler("random", SPACE, 5, 3, 1), world, lambda a, b: progress.trial(a, b, world)).run()
+        Search(
+            plan,
+            make_sampler("random", SPACE, 5, 3, 1),
+            world,
+            lambda a, b: progress.trial(a, b, world),
+        ).run()
     interval, best = progress.interval, progress.best
     assert best is not None and interval.value == best.values[0]
-    assert interval.low is None or (interval.high is not None and interval.low <= best.values[0] <= interval.high)
+    assert interval.low is None or (
+        interval.high is not None and interval.low <= best.values[0] <= interval.high
+    )
     text = f"{best.values[0]:.4g}" if name == "-duration_s" else f"{best.values[0]:.2f}"
     assert f"best {text} " in progress.text
 
 
 def test_a_gain_of_no_more_than_a_cent_is_none() -> None:
     (objective,) = parse_objectives("margin")
-    plan, evaluator = SimpleNamespace(objectives=[objective], missions=()), SimpleNamespace(rows=lambda *given: [])
+    plan, evaluator = (
+        SimpleNamespace(objectives=[objective], missions=()),
+        SimpleNamespace(rows=lambda *given: []),
+    )
     asked = SimpleNamespace(_plan=plan, _evaluator=evaluator)
     cent, more, zero = (
-        SimpleNamespace(values=(value,), candidate=None) for value in (objective.resolution, 0.011, 0.0)
+        SimpleNamespace(values=(value,), candidate=None)
+        for value in (objective.resolution, 0.011, 0.0)
     )
     assert not Search._is_better(asked, cent, zero) and Search._is_better(asked, more, zero)

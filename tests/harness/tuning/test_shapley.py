@@ -38,10 +38,16 @@ SPACE = Space("", "", tuple(Parameter(name, (f"node.{name}",), 1.0, 0.0, 9.0) fo
 
 
 class Adding:
-    """Every value is worth itself times the mission's number; the last mission has no result with a alone."""
+    """Every value is worth itself times the mission's number.
+
+    The last mission has no result with a alone.
+    """
 
     def rows(self, candidate: Candidate, missions: Sequence[int]) -> list[Row]:
-        point = {each.name: candidate.values.get(each.paths[0], each.original) for each in SPACE.parameters}
+        point = {
+            each.name: candidate.values.get(each.paths[0], each.original)
+            for each in SPACE.parameters
+        }
         worth = sum(float(value) for value in point.values())
         lost = set(candidate.values) == {"node.a"}
         return [
@@ -58,17 +64,33 @@ def changed(**values: float) -> StudyResult:
 
 def test_each_of_two_is_set_back_alone() -> None:
     found = set_back(changed(a=3.0, b=8.0), Adding(), (1, 2, 3))
-    assert [(step.player, step.changes) for step in found] == [("b", {"b": (1.0, 8.0)}), ("a", {"a": (1.0, 3.0)})]
+    assert [(step.player, step.changes) for step in found] == [
+        ("b", {"b": (1.0, 8.0)}),
+        ("a", {"a": (1.0, 3.0)}),
+    ]
     assert [step.gain_usd_per_run.value for step in found] == pytest.approx([7.0 * 1.5, 2.0 * 2.0])
-    assert [step.gain_usd_per_run.n for step in found] == [2, 3], "without b the last mission is lost"
-    assert set_back(changed(a=3.0), Adding(), (1, 2)) == set_back(changed(a=3.0, b=8.0), Adding(), ()) == ()
+    assert [step.gain_usd_per_run.n for step in found] == [2, 3], (
+        "without b the last mission is lost"
+    )
+    assert (
+        set_back(changed(a=3.0), Adding(), (1, 2))
+        == set_back(changed(a=3.0, b=8.0), Adding(), ())
+        == ()
+    )
 
 
 def test_a_waterfall_adds_up_on_missions_that_every_mixture_finished() -> None:
     study = changed(a=3.0, b=8.0)
     found = waterfall(study, Adding(), (1, 2, 3), players(study, ("b",)))
     assert found is not None
-    assert [(step.player, step.gain_usd_per_run.value) for step in found.steps] == [("b", 10.5), ("a", 3.0)]
+    assert [(step.player, step.gain_usd_per_run.value) for step in found.steps] == [
+        ("b", 10.5),
+        ("a", 3.0),
+    ]
     assert (found.original, found.incumbent, found.total.value) == (4.5, 18.0, 13.5)
     assert (found.missions, found.episodes, found.unseen) == (2, 12, False)
-    assert waterfall(study, Adding(), (), players(study, ())) is waterfall(study, Adding(), (1,), ()) is None
+    assert (
+        waterfall(study, Adding(), (), players(study, ()))
+        is waterfall(study, Adding(), (1,), ())
+        is None
+    )

@@ -1,4 +1,7 @@
-"""Search spaces and paths into Nav2 files: what is found, what is refused, and what a point writes."""
+"""Search spaces and paths into Nav2 files.
+
+What is found, what is refused, and what a point writes.
+"""
 
 from functools import cache
 from pathlib import Path
@@ -66,7 +69,9 @@ def complaint(folder: Path, text: str) -> str:
 
 
 def test_every_space_that_comes_with_the_program_is_tried_here() -> None:
-    assert {path.stem for path in (shipped("params") / "search_spaces").glob("*.yaml")} == set(SPACES)
+    assert {path.stem for path in (shipped("params") / "search_spaces").glob("*.yaml")} == set(
+        SPACES
+    )
 
 
 @pytest.mark.parametrize("name", SPACES)
@@ -89,15 +94,24 @@ def test_points_of_every_space_make_files_that_load(name: str) -> None:
 
 def test_only_tuned_values_change_in_the_text() -> None:
     file = nav2("stock")
-    values = {"controller_server.FollowPath.PathAlign.scale": 7.5, "velocity_smoother.max_velocity[0]": 1.25}
+    values = {
+        "controller_server.FollowPath.PathAlign.scale": 7.5,
+        "velocity_smoother.max_velocity[0]": 1.25,
+    }
     before, after = (each.document.text.splitlines() for each in (file, with_values(file, values)))
     changed = [(a, b) for a, b in zip(before, after, strict=True) if a != b]
-    assert [b.strip() for _, b in changed] == ["PathAlign.scale: 7.5", "max_velocity: [1.25, 0.0, 1.5]"]
+    assert [b.strip() for _, b in changed] == [
+        "PathAlign.scale: 7.5",
+        "max_velocity: [1.25, 0.0, 1.5]",
+    ]
 
 
 def test_a_text_with_commas_is_a_list_where_the_parameter_is_one() -> None:
     assert [is_list(value) for value in ("a, b", "a", 3, True)] == [True, False, False, False]
-    values = {"controller_server.FollowPath.critics": "Oscillation, GoalDist", "controller_server.note": "one, two"}
+    values = {
+        "controller_server.FollowPath.critics": "Oscillation, GoalDist",
+        "controller_server.note": "one, two",
+    }
     changed = with_values(nav2("stock"), values, allow_unknown=True)
     assert changed.value("controller_server", "FollowPath.critics") == ["Oscillation", "GoalDist"]
     assert changed.value("controller_server", "note") == "one, two"
@@ -105,11 +119,17 @@ def test_a_text_with_commas_is_a_list_where_the_parameter_is_one() -> None:
 
 def test_a_plugin_is_found_by_its_type_also_below_a_rotation_shim() -> None:
     for name in ("stock", "tuned"):
-        assert locate(nav2(name), f"{DWB}.PathAlign.scale").path == "controller_server.FollowPath.PathAlign.scale"
+        assert (
+            locate(nav2(name), f"{DWB}.PathAlign.scale").path
+            == "controller_server.FollowPath.PathAlign.scale"
+        )
 
 
 def test_paths_may_stand_as_in_the_file_and_absent_ones_have_nav2s_default() -> None:
-    place = locate(nav2("stock"), "local_costmap.local_costmap.ros__parameters.inflation_layer.inflation_radius")
+    place = locate(
+        nav2("stock"),
+        "local_costmap.local_costmap.ros__parameters.inflation_layer.inflation_radius",
+    )
     assert (place.path, place.value) == ("local_costmap.inflation_layer.inflation_radius", 0.8)
     assert locate(nav2("stock"), f"{DWB}.prune_distance").value == 2.0
 
@@ -118,9 +138,15 @@ def test_paths_may_stand_as_in_the_file_and_absent_ones_have_nav2s_default() -> 
     ("path", "said"),
     [
         (f"{DWB}.PathAlign.scales", "did you mean 'controller_server.FollowPath.PathAlign.scale'?"),
-        ("controler_server.FollowPath.max_vel_x", "no node 'controler_server' that has an effect; did you mean "),
+        (
+            "controler_server.FollowPath.max_vel_x",
+            "no node 'controler_server' that has an effect; did you mean ",
+        ),
         (f"{DWB}.Twirling.scale", "has no such parameter"),
-        ("controller_server.{dwb_core::DWBLocalPlaner}.sim_time", "did you mean 'dwb_core::DWBLocalPlanner'?"),
+        (
+            "controller_server.{dwb_core::DWBLocalPlaner}.sim_time",
+            "did you mean 'dwb_core::DWBLocalPlanner'?",
+        ),
         (
             "controller_server.{navstack::JerkLimitedMPC}.max_speed",
             "has no navstack::JerkLimitedMPC in controller_server",
@@ -143,7 +169,9 @@ def test_absent_ones_are_left_out_only_where_the_space_says_so(tmp_path: Path) -
     assert [each.name for each in space.parameters] == ["sim_time"] and space.notes == (
         "own: left out, as stock.yaml has nothing of the kind: twirling",
     )
-    assert "no such parameter" in complaint(tmp_path, f"parameters:\n  twirling: {entry}}}\n{other}")
+    assert "no such parameter" in complaint(
+        tmp_path, f"parameters:\n  twirling: {entry}}}\n{other}"
+    )
 
 
 @pytest.mark.parametrize(
@@ -161,7 +189,9 @@ def test_absent_ones_are_left_out_only_where_the_space_says_so(tmp_path: Path) -
     ],
 )
 def test_bad_entries_are_refused_in_one_line(tmp_path: Path, entry: str, said: str) -> None:
-    assert said in complaint(tmp_path, f"parameters:\n  sim_time: {{path: '{DWB}.sim_time', {entry}}}\n")
+    assert said in complaint(
+        tmp_path, f"parameters:\n  sim_time: {{path: '{DWB}.sim_time', {entry}}}\n"
+    )
 
 
 def test_the_original_is_always_possible(tmp_path: Path) -> None:
@@ -180,13 +210,25 @@ NUMBERS = f"parameters:\n  sim_time: {{path: '{DWB}.sim_time', low: 0.5, high: 5
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (f"{NUMBERS}  again: {{path: controller_server.FollowPath.sim_time, low: 1, high: 2}}\n", "both set"),
+        (
+            f"{NUMBERS}  again: {{path: controller_server.FollowPath.sim_time, low: 1, high: 2}}\n",
+            "both set",
+        ),
         (f"{NUMBERS}reads: {{sim_time: local_costmap.width}}\n", "in both parameters and reads"),
-        (f"{NUMBERS}reads: {{width: local_costmap.widht}}\n", "own: width: path 'local_costmap.widht'"),
+        (
+            f"{NUMBERS}reads: {{width: local_costmap.widht}}\n",
+            "own: width: path 'local_costmap.widht'",
+        ),
         (f"{NUMBERS}reads: {{kind: velocity_smoother.feedback}}\n", "constraints are of numbers"),
         (f"{NUMBERS}  told: {{path: '{DWB}.acc_lim_x', low: 1, high: 2}}\n", "'told' is no name"),
-        (f'{NUMBERS}  "\\e[31m": {{path: "{DWB}.acc_lim_x", low: 1, high: 2}}\n', "is no name for a parameter"),
-        (f"parameters:\n  n: {{path: '{DWB}.vx_samples', low: 1, high: 9, step: 0.5}}\n", "0.5 is no whole number"),
+        (
+            f'{NUMBERS}  "\\e[31m": {{path: "{DWB}.acc_lim_x", low: 1, high: 2}}\n',
+            "is no name for a parameter",
+        ),
+        (
+            f"parameters:\n  n: {{path: '{DWB}.vx_samples', low: 1, high: 9, step: 0.5}}\n",
+            "0.5 is no whole number",
+        ),
         (
             f"parameters:\n  speed: {{path: '{DWB}.max_vel_x', also: ['{DWB}.vx_samples'], low: 1, high: 2}}\n",
             "of another kind",
@@ -215,7 +257,9 @@ def test_levels_stand_in_order_each_once_and_whole_steps_stay_whole(tmp_path: Pa
 def test_a_space_is_tried_before_anything_is_driven(tmp_path: Path) -> None:
     text = "constraints: [sim_time <= 0.1]\n"
     space = space_of(tmp_path, f"{NUMBERS}{text}")
-    with pytest.raises(InputError, match="no point was found beside the file's own that keeps the constraints"):
+    with pytest.raises(
+        InputError, match="no point was found beside the file's own that keeps the constraints"
+    ):
         check_space(space, nav2("stock"), make_sampler("tpe", space, 0, 5, 1))
     anchored = nav2("stock").document.text.replace("sim_time: 1.7", "sim_time: &time 1.7")
     (tmp_path / "anchored.yaml").write_text(anchored)
@@ -232,7 +276,9 @@ def test_what_a_space_does_beside_is_told(tmp_path: Path) -> None:
         f"low: 1, high: 2}}\n  gone: {{path: '{DWB}.Twirling.scale', low: 1, high: 2, optional: true}}\n"
         "constraints: [speed <= gone]\n"
     )
-    notes = fit_space(*read_spaces([tmp_path / "own.yaml"]), load_nav2(tmp_path / "slow.yaml")).notes
+    notes = fit_space(
+        *read_spaces([tmp_path / "own.yaml"]), load_nav2(tmp_path / "slow.yaml")
+    ).notes
     assert any("a change sets velocity_smoother.max_velocity[0], now 1.5" in note for note in notes)
     assert any("constraint speed <= gone is left out" in note for note in notes)
 
@@ -275,11 +321,15 @@ def test_grid_has_levels_for_the_trials() -> None:
 
 
 def test_relative_masks_are_found_from_anywhere(tmp_path: Path) -> None:
-    text = nav2("stock").document.text.replace('yaml_filename: ""', 'yaml_filename: "maps/a.yaml"  # mine')
+    text = nav2("stock").document.text.replace(
+        'yaml_filename: ""', 'yaml_filename: "maps/a.yaml"  # mine'
+    )
     mask = '\nfilter_mask_server:\n  ros__parameters:\n    yaml_filename: "maps/b.yaml"\n'
     (tmp_path / "own.yaml").write_text(text + mask)
     moved = with_absolute_files(load_nav2(tmp_path / "own.yaml"))
-    assert moved.value("filter_mask_server", "yaml_filename") == str(tmp_path.resolve() / "maps" / "b.yaml")
+    assert moved.value("filter_mask_server", "yaml_filename") == str(
+        tmp_path.resolve() / "maps" / "b.yaml"
+    )
     assert moved.document.text.startswith(text), "a map that is not read here stays as it is"
 
 
@@ -299,9 +349,17 @@ def test_spaces_are_searched_together_and_agree_on_what_both_have() -> None:
     joint = space("dwb_critics", "dwb_obstacles", "local_layers")
     names = [each.name for each in joint.parameters]
     assert joint.name == "dwb_critics+dwb_obstacles+local_layers" and joint.title.count(";") == 2
-    assert len(names) == len(set(names)) and {"path_align", "layer_order", "obstacle_critic"} <= set(names)
-    again = load_dataclass_text(dump_dataclass(read_spaces(paths("dwb_critics", "local_layers"))[1]))
-    assert again == read_spaces(paths("dwb_critics", "local_layers"))[1], "as the study's folder keeps it"
+    assert len(names) == len(set(names)) and {
+        "path_align",
+        "layer_order",
+        "obstacle_critic",
+    } <= set(names)
+    again = load_dataclass_text(
+        dump_dataclass(read_spaces(paths("dwb_critics", "local_layers"))[1])
+    )
+    assert again == read_spaces(paths("dwb_critics", "local_layers"))[1], (
+        "as the study's folder keeps it"
+    )
 
 
 def load_dataclass_text(text: str) -> SpaceFile:
@@ -310,12 +368,22 @@ def load_dataclass_text(text: str) -> SpaceFile:
 
 def test_spaces_that_contradict_each_other_are_refused(tmp_path: Path) -> None:
     one, other = tmp_path / "one.yaml", tmp_path / "other.yaml"
-    one.write_text(f"title: one\nparameters:\n  speed: {{path: '{DWB}.max_vel_x', low: 1.0, high: 2.0}}\n")
-    other.write_text(f"title: other\nparameters:\n  speed: {{path: '{DWB}.max_vel_x', low: 1.0, high: 3.0}}\n")
-    with pytest.raises(ParameterError, match="--space one and other differ in 'speed'; give spaces that agree"):
+    one.write_text(
+        f"title: one\nparameters:\n  speed: {{path: '{DWB}.max_vel_x', low: 1.0, high: 2.0}}\n"
+    )
+    other.write_text(
+        f"title: other\nparameters:\n  speed: {{path: '{DWB}.max_vel_x', low: 1.0, high: 3.0}}\n"
+    )
+    with pytest.raises(
+        ParameterError, match="--space one and other differ in 'speed'; give spaces that agree"
+    ):
         fit_space(*read_spaces([one, other]), nav2("stock"))
-    other.write_text(f"title: other\nparameters:\n  fast: {{path: '{DWB}.max_vel_x', low: 1.0, high: 2.0}}\n")
-    with pytest.raises(ParameterError, match="speed and fast both set controller_server.FollowPath.max_vel_x"):
+    other.write_text(
+        f"title: other\nparameters:\n  fast: {{path: '{DWB}.max_vel_x', low: 1.0, high: 2.0}}\n"
+    )
+    with pytest.raises(
+        ParameterError, match="speed and fast both set controller_server.FollowPath.max_vel_x"
+    ):
         fit_space(*read_spaces([one, other]), nav2("stock"))
     with pytest.raises(ParameterError, match="one is given twice"):
         fit_space(*read_spaces([one, one]), nav2("stock"))
@@ -361,20 +429,35 @@ def test_a_critic_that_is_added_comes_last_and_brings_its_parameters() -> None:
     assert changed.value("controller_server", "FollowPath.critics") == str(new).split(", ")
     assert locate(changed, f"{DWB}.ExpectedContact.scale").value == 50.0
     place = locate_list(changed, f"{DWB}.critics")
-    assert edited_list(changed, place, ListEdit(add=("GoalDist", "Twirling"))) == f"{new}, Twirling", (
-        "no name comes twice"
-    )
+    assert (
+        edited_list(changed, place, ListEdit(add=("GoalDist", "Twirling"))) == f"{new}, Twirling"
+    ), "no name comes twice"
 
 
 @pytest.mark.parametrize(
     ("entry", "said"),
     [
-        (f"path: '{DWB}.critics', lists: [{{order: [GoalDist], replace: {{PathDist: GoalDist}}}}]", "has one of order"),
-        (f"path: '{DWB}.critics', lists: [{{replace: {{PathDist: GoalDist}}, add: [Twirling]}}]", "has one of order"),
+        (
+            f"path: '{DWB}.critics', lists: [{{order: [GoalDist], replace: {{PathDist: GoalDist}}}}]",
+            "has one of order",
+        ),
+        (
+            f"path: '{DWB}.critics', lists: [{{replace: {{PathDist: GoalDist}}, add: [Twirling]}}]",
+            "has one of order",
+        ),
         (f"path: '{DWB}.critics', lists: [{{}}]", "has one of order, replace and add"),
-        (f"path: '{DWB}.critics', lists: [{{add: [GoalDist]}}]", "none of the lists changes anything"),
-        (f"path: '{DWB}.critics', lists: [{{replace: {{Twirling: GoalDist}}}}]", "none of the lists changes anything"),
-        (f"path: '{DWB}.sim_time', lists: [{{replace: {{a: b}}}}]", "give the path of a list of names"),
+        (
+            f"path: '{DWB}.critics', lists: [{{add: [GoalDist]}}]",
+            "none of the lists changes anything",
+        ),
+        (
+            f"path: '{DWB}.critics', lists: [{{replace: {{Twirling: GoalDist}}}}]",
+            "none of the lists changes anything",
+        ),
+        (
+            f"path: '{DWB}.sim_time', lists: [{{replace: {{a: b}}}}]",
+            "give the path of a list of names",
+        ),
         (f"path: '{DWB}.critics', lists: [{{replace: {{GoalDist: GoalDits}}}}]", "GoalDits"),
     ],
 )
@@ -390,7 +473,9 @@ def edited(folder: Path, old: str, new: str) -> Nav2File:
     return load_nav2(folder / "edited.yaml")
 
 
-def test_an_entry_of_a_list_that_the_file_leaves_out_is_set_in_nav2s_default(tmp_path: Path) -> None:
+def test_an_entry_of_a_list_that_the_file_leaves_out_is_set_in_nav2s_default(
+    tmp_path: Path,
+) -> None:
     file = edited(tmp_path, "    max_velocity: [2.0, 0.0, 1.5]\n", "")
     assert locate(file, "velocity_smoother.max_velocity[2]").value == 2.5
     changed = with_values(file, {"velocity_smoother.max_velocity[2]": 1.0})
@@ -398,7 +483,9 @@ def test_an_entry_of_a_list_that_the_file_leaves_out_is_set_in_nav2s_default(tmp
 
 
 def test_a_critic_that_the_file_has_already_takes_no_others_place(tmp_path: Path) -> None:
-    critics = COMMA.join(f'"{name}"' for name in nav2("stock").value("controller_server", "FollowPath.critics"))
+    critics = COMMA.join(
+        f'"{name}"' for name in nav2("stock").value("controller_server", "FollowPath.critics")
+    )
     both = edited(tmp_path, f"[{critics}]", f'[{critics}, "ObstacleFootprint"]')
     place = locate_list(both, f"{DWB}.critics")
     for old, new in (("BaseObstacle", "ObstacleFootprint"), ("ObstacleFootprint", "BaseObstacle")):
@@ -406,12 +493,22 @@ def test_a_critic_that_the_file_has_already_takes_no_others_place(tmp_path: Path
 
 
 def test_dwb_samples_what_the_costmap_shows_and_the_smoother_passes() -> None:
-    space = fit_space(*read_spaces([shipped("params") / "search_spaces" / "dwb_sampling.yaml"]), nav2("stock"))
+    space = fit_space(
+        *read_spaces([shipped("params") / "search_spaces" / "dwb_sampling.yaml"]), nav2("stock")
+    )
     good = {**space.original, "sim_time": 1.4, "max_vel_theta": 1.5}
-    assert space.allows(good), "2.8 m of the 3 m that lie ahead; turns to the right pass at 1.5 rad/s"
-    assert not space.allows({**good, "sim_time": 1.6}) and not space.allows({**good, "max_vel_theta": 1.6})
+    assert space.allows(good), (
+        "2.8 m of the 3 m that lie ahead; turns to the right pass at 1.5 rad/s"
+    )
+    assert not space.allows({**good, "sim_time": 1.6}) and not space.allows(
+        {**good, "max_vel_theta": 1.6}
+    )
 
 
 def test_the_mpc_plans_no_turn_that_the_smoother_cuts() -> None:
-    space = fit_space(*read_spaces([shipped("params") / "search_spaces" / "mpc_limits.yaml"]), nav2("mpc"))
-    assert space.allows(space.original) and not space.allows({**space.original, "max_yaw_rate": 1.3})
+    space = fit_space(
+        *read_spaces([shipped("params") / "search_spaces" / "mpc_limits.yaml"]), nav2("mpc")
+    )
+    assert space.allows(space.original) and not space.allows(
+        {**space.original, "max_yaw_rate": 1.3}
+    )

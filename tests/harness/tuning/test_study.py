@@ -23,7 +23,14 @@ from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows
 from harness.task.study import EpisodeTask, make_generators, make_study
 from harness.tuning.declaration import Declaration, parse_duration, sizes
-from harness.tuning.evaluation import EVENTS, FIRST_TEST, MARGIN, Candidate, seed_and_episode, unseen_seed
+from harness.tuning.evaluation import (
+    EVENTS,
+    FIRST_TEST,
+    MARGIN,
+    Candidate,
+    seed_and_episode,
+    unseen_seed,
+)
 from harness.tuning.journal import Journal
 from harness.tuning.output import DOCUMENT, TRIALS, TUNED, _difference
 from harness.tuning.space_file import OF_TRIAL
@@ -49,8 +56,13 @@ def task(tmp_path: Path, hall: Path) -> EpisodeTask:
     return study.template
 
 
-def rows(folder: Path, task: EpisodeTask, asked: list[tuple[Candidate, list[int]]], most: int = 99) -> list[Any]:
-    """The rows of candidates, and how many episodes were driven for them; interrupted after ``most``."""
+def rows(
+    folder: Path, task: EpisodeTask, asked: list[tuple[Candidate, list[int]]], most: int = 99
+) -> list[Any]:
+    """The rows of candidates, and how many episodes were driven for them.
+
+    Interrupted after ``most``.
+    """
     driven: list[str] = []
 
     def on_episode(candidate: Candidate, row: dict[str, Any]) -> None:
@@ -63,7 +75,9 @@ def rows(folder: Path, task: EpisodeTask, asked: list[tuple[Candidate, list[int]
         return [*(evaluator.rows(*each) for each in asked), len(driven)]
 
 
-def test_nothing_is_driven_twice_and_an_interrupt_changes_nothing(tmp_path: Path, task: EpisodeTask) -> None:
+def test_nothing_is_driven_twice_and_an_interrupt_changes_nothing(
+    tmp_path: Path, task: EpisodeTask
+) -> None:
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     whole.mkdir()
     cut.mkdir()
@@ -71,10 +85,14 @@ def test_nothing_is_driven_twice_and_an_interrupt_changes_nothing(tmp_path: Path
     first, second, driven = rows(whole, task, asked)
     assert driven == 4 and [row["episode"] for row in first] == [1, 0]
     assert [row["seed"] for row in second] == [3, unseen_seed(3)]
-    assert {row["stack"] for row in first} == {"original"} and all(row[MARGIN] < 0.0 for row in first)
+    assert {row["stack"] for row in first} == {"original"} and all(
+        row[MARGIN] < 0.0 for row in first
+    )
     assert all(isinstance(row[EVENTS], list) for row in first)
     assert {row["outcome"] for row in first} == {"timeout"}
-    assert margin_of({**first[0], "pieces_at_start": None}, load_prices("costnav")) is None, "no cargo, no margin"
+    assert margin_of({**first[0], "pieces_at_start": None}, load_prices("costnav")) is None, (
+        "no cargo, no margin"
+    )
     assert rows(whole, task, asked) == [first, second, 0]
     with pytest.raises(KeyboardInterrupt):
         rows(cut, task, asked, 3)
@@ -98,7 +116,13 @@ def test_values_that_cannot_be_had_are_refused(tmp_path: Path, task: EpisodeTask
 
 
 def test_a_damaged_journal_is_refused(tmp_path: Path) -> None:
-    good = {"values": {}, "mission": 0, "row": {"stack": "a", "outcome": "sla"}, EVENTS: [], "elapsed_s": 2.0}
+    good = {
+        "values": {},
+        "mission": 0,
+        "row": {"stack": "a", "outcome": "sla"},
+        EVENTS: [],
+        "elapsed_s": 2.0,
+    }
     (tmp_path / JOURNAL).write_text("nonsense\n" + json.dumps(good) + "\n")
     with pytest.raises(InputError, match="line 1 is damaged"):
         Journal(tmp_path)
@@ -118,7 +142,12 @@ def test_training_and_test_missions_share_no_generator() -> None:
 
 
 def test_budgets() -> None:
-    assert [parse_duration(text) for text in ("90s", "30m", "1h30m", "1.5h")] == [90.0, 1800.0, 5400.0, 5400.0]
+    assert [parse_duration(text) for text in ("90s", "30m", "1h30m", "1.5h")] == [
+        90.0,
+        1800.0,
+        5400.0,
+        5400.0,
+    ]
     for text in ("", "0s", "30", "half an hour", "-5m"):
         with pytest.raises(InputError, match="--budget"):
             parse_duration(text)
@@ -168,7 +197,12 @@ def test_bad_input_is_one_line(
 def arguments(task: EpisodeTask, workers: int, more: list[str]) -> list[str]:
     options = ["tune", "--json", "--workers", str(workers)]
     if "--resume" not in more:
-        options += ["--stack", str(shipped("params") / "nav2" / "stock.yaml"), "--localizer", "ground_truth"]
+        options += [
+            "--stack",
+            str(shipped("params") / "nav2" / "stock.yaml"),
+            "--localizer",
+            "ground_truth",
+        ]
         options += ["--map", task.map_name, "--rules", task.rules, "--pedestrians", "4"]
         options += ["--trials", "14", "--episodes", "2"]
         options += ["--test-episodes", "2", "--waterfall", "0", "--objective", "+distance_m"]
@@ -195,7 +229,9 @@ def told(text: str, folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]
     document = json.loads(text)
     assert json.loads((folder / DOCUMENT).read_text())["folder"] == str(folder)
     plain = {key: value for key, value in document.items() if key not in ("folder", "command")}
-    return plain, list(read_rows(folder / TRIALS, {**OF_TRIAL, "path_align": "double", "forward_point": "double"}))
+    return plain, list(
+        read_rows(folder / TRIALS, {**OF_TRIAL, "path_align": "double", "forward_point": "double"})
+    )
 
 
 @pytest.mark.slow
@@ -228,12 +264,20 @@ def test_a_study_with_a_lost_delivery_says_so_and_ends_with_3(
     lines = (folder / JOURNAL).read_text().splitlines(keepends=True)
     lost = json.loads(lines[2])  # the first of the first trial, which the second followed
     del lost["crc"]
-    lost["row"] |= {"error": "its worker was lost 2 times", MARGIN: None, "outcome": None, "distance_m": None}
+    lost["row"] |= {
+        "error": "its worker was lost 2 times",
+        MARGIN: None,
+        "outcome": None,
+        "distance_m": None,
+    }
     (folder / JOURNAL).write_text("".join((*lines[:2], json.dumps(lost) + "\n", *lines[3:])))
     with pytest.raises(SystemExit) as leaving:
         main(["tune", "--resume", str(folder), "--workers", "1"])
     assert leaving.value.code == 3
-    assert "episodes that ended in an error: 1, e.g. its worker was lost 2 times" in capsys.readouterr().err
+    assert (
+        "episodes that ended in an error: 1, e.g. its worker was lost 2 times"
+        in capsys.readouterr().err
+    )
 
 
 def test_the_explanation_takes_no_time_of_the_budget(tmp_path: Path) -> None:
@@ -276,11 +320,15 @@ def test_a_lost_delivery_of_a_trial_that_others_followed_stays_lost(tmp_path: Pa
         journal.add(last, 0, row)
     with Journal(tmp_path, searched=4) as journal:
         assert (journal.get(OTHER, 0) or {})["error"] and journal.errors == [lost["error"]]
-        assert journal.get(OTHER, FIRST_TEST) is None and journal.get(last, 1) is None, "these are driven again"
+        assert journal.get(OTHER, FIRST_TEST) is None and journal.get(last, 1) is None, (
+            "these are driven again"
+        )
         assert within_budget(0.0, 0, journal)(OTHER, (0,)), "it has begun before"
 
 
-def test_a_trial_that_no_file_can_have_is_gone_through_again(tmp_path: Path, task: EpisodeTask) -> None:
+def test_a_trial_that_no_file_can_have_is_gone_through_again(
+    tmp_path: Path, task: EpisodeTask
+) -> None:
     bad = Candidate("trial-1", {"controller_server.FollowPath.vx_samples": 1_000_000})
     with pytest.raises(ParameterError):
         rows(tmp_path, task, [(bad, [2, 0])])
@@ -288,7 +336,9 @@ def test_a_trial_that_no_file_can_have_is_gone_through_again(tmp_path: Path, tas
     with Journal(tmp_path, searched=4) as journal:
         assert within_budget(0.0, 0, journal)(bad, (2, 0)) and journal.errors == []
         known = [journal.get(bad, mission) or {} for mission in (2, 0)]
-        assert all("at most 100,000 are allowed" in row["error"] for row in known), "nothing is added the next time"
+        assert all("at most 100,000 are allowed" in row["error"] for row in known), (
+            "nothing is added the next time"
+        )
     with pytest.raises(ParameterError, match="at most 100,000 are allowed"):
         rows(tmp_path, task, [(bad, [2, 0])])
 
@@ -310,7 +360,10 @@ def test_the_pace_is_that_of_the_search(tmp_path: Path) -> None:
 def test_notes_tell_what_one_might_not_expect() -> None:
     declaration = Declaration("a", "b", "margin", "tpe", 9, 31, 9, True, 0, None, "", "", ())
     both = notes_before(declaration, {"start": "0,0,0", "goal": "9,0,0"})
-    assert ["the same way" in both[0], "no trial is dropped early: 31 --episodes" in both[1]] == [True, True]
+    assert ["the same way" in both[0], "no trial is dropped early: 31 --episodes" in both[1]] == [
+        True,
+        True,
+    ]
     whole = dataclasses.replace(declaration, episodes=32)
     assert notes_before(whole, {"start": None, "goal": "9,0,0"}) == []
     assert len(notes_before(dataclasses.replace(whole, is_raced=False, episodes=31), {})) == 0
@@ -321,26 +374,44 @@ def test_notes_tell_what_one_might_not_expect() -> None:
     [
         (9, False, None, 50.0, []),
         (9, False, 100.0, 40.0, []),
-        (9, False, 100.0, 50.0, ["note: the 20 deliveries of final choice and test may take 10 s longer"]),
+        (
+            9,
+            False,
+            100.0,
+            50.0,
+            ["note: the 20 deliveries of final choice and test may take 10 s longer"],
+        ),
         (7, False, 100.0, 40.0, ["the budget of 100 s cut off 2 of 9 trials; --resume"]),
         (7, True, 100.0, 40.0, ["after 7 of 9 trials there is no further point"]),
-        (9, True, 100.0, 70.0, ["after 9 of 9 trials there is no further point", "note: the 20 deliveries"]),
+        (
+            9,
+            True,
+            100.0,
+            70.0,
+            ["after 9 of 9 trials there is no further point", "note: the 20 deliveries"],
+        ),
     ],
 )
 def test_notes_after_the_search(
     driven: int, is_exhausted: bool, budget: float | None, elapsed: float, told: list[str]
 ) -> None:
     """Twenty deliveries of 3 s follow."""
-    study: Any = SimpleNamespace(declaration=SimpleNamespace(trials=9, budget=budget), episodes_after_search=20)
+    study: Any = SimpleNamespace(
+        declaration=SimpleNamespace(trials=9, budget=budget), episodes_after_search=20
+    )
     search: Any = SimpleNamespace(trials=[None] * (driven + 1), is_exhausted=is_exhausted)
     journal: Any = SimpleNamespace(pace=3.0, elapsed=elapsed)
     notes = notes_after_search(study, search, journal)
-    assert [note.startswith(begin) for note, begin in zip(notes, told, strict=True)] == [True] * len(told)
+    assert [note.startswith(begin) for note, begin in zip(notes, told, strict=True)] == [
+        True
+    ] * len(told)
 
 
 def test_a_folder_without_a_declaration_is_no_tuning_study(tmp_path: Path) -> None:
     nothing: Any = None
-    with pytest.raises(InputError, match=r"is no tuning study: params/tuning\.yaml is missing; use navbench run"):
+    with pytest.raises(
+        InputError, match=r"is no tuning study: params/tuning\.yaml is missing; use navbench run"
+    ):
         load_tuning(tmp_path, nothing, None)
     (tmp_path / "params").mkdir()
     (tmp_path / "params" / TUNING).write_text("speed: 3\n")
@@ -353,7 +424,10 @@ def test_a_tuning_study_is_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[
     (tmp_path / "params" / TUNING).touch()
     with pytest.raises(SystemExit):
         main(["run", "--resume", str(tmp_path)])
-    assert f"is a tuning study; go on with navbench tune --resume {tmp_path}" in capsys.readouterr().err
+    assert (
+        f"is a tuning study; go on with navbench tune --resume {tmp_path}"
+        in capsys.readouterr().err
+    )
 
 
 def test_a_full_disk_is_told_of_and_loses_nothing(tmp_path: Path) -> None:
@@ -363,7 +437,9 @@ def test_a_full_disk_is_told_of_and_loses_nothing(tmp_path: Path) -> None:
         journal._file.close()
         journal._file = open("/dev/full", "ab")
         journal._open.callback(journal._file.close)
-        with pytest.raises(InputError, match="1 finished episodes are kept; make room and go on with --resume"):
+        with pytest.raises(
+            InputError, match="1 finished episodes are kept; make room and go on with --resume"
+        ):
             journal.add(ORIGINAL, 1, row)
     with Journal(tmp_path) as journal:
         assert len(journal) == 1 and journal.get(ORIGINAL, 1) is None

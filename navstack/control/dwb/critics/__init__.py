@@ -10,8 +10,8 @@ from navstack.params.registry.controllers import DWB_CRITICS
 def build_critics(params: DwbParams) -> dict[str, Critic]:
     """The critics that ``params.critics`` names, in its order.
 
-    A name may carry one of the default namespaces and the suffix ``Critic``, as in ``dwb_critics::PathDistCritic``, or
-    be one of ``params.named_critics``.
+    A name may carry one of the default namespaces and the suffix ``Critic``, as in
+    ``dwb_critics::PathDistCritic``, or be one of ``params.named_critics``.
 
     Raises:
         UnknownNameError: a name stands for no critic.
@@ -25,7 +25,9 @@ def build_critics(params: DwbParams) -> dict[str, Critic]:
             continue
         namespace, _, bare = given.rpartition("::")
         name = bare.removesuffix("Critic")
-        if name not in DWB_CRITICS or (namespace and namespace not in params.default_critic_namespaces):
+        if name not in DWB_CRITICS or (
+            namespace and namespace not in params.default_critic_namespaces
+        ):
             raise UnknownNameError("critic", given, DWB_CRITICS)
         critics[name] = table[name].create(getattr(params, name), parts={"dwb": params})
     return critics

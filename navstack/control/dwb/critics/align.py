@@ -15,7 +15,10 @@ from navstack.types import IntArray
 
 
 class _AlignCritic(MapGridCritic):
-    """Scores a point ahead of the robot; with "last" only the last pose is looked at (``alignment_util.cpp``)."""
+    """Scores a point ahead of the robot.
+
+    With "last" only the last pose is looked at (``alignment_util.cpp``).
+    """
 
     def __init__(self, params: AlignParams, dwb: DwbParams) -> None:
         super().__init__(params.scale, params.aggregation_type, params.forward_point_distance)

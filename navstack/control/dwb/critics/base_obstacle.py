@@ -22,9 +22,13 @@ class BaseObstacleCritic(Critic):
 
     def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
         """The cost 0..252 under the last pose, or the sum over all poses."""
-        costs = np.where(scene.cells < 0, NO_INFORMATION, scene.costmap.data.reshape(-1)[scene.cells])
+        costs = np.where(
+            scene.cells < 0, NO_INFORMATION, scene.costmap.data.reshape(-1)[scene.cells]
+        )
         is_illegal = (costs >= INSCRIBED_INFLATED_OBSTACLE).any(axis=1)
-        total = np.where(rollouts.is_pose, costs, 0).sum(axis=1) if self._sum_scores else costs[:, -1]
+        total = (
+            np.where(rollouts.is_pose, costs, 0).sum(axis=1) if self._sum_scores else costs[:, -1]
+        )
         return np.where(is_illegal, np.inf, total)
 
     def end_score(self, scene: Scene) -> EndScore | None:

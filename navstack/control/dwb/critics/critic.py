@@ -9,10 +9,13 @@ from navstack.types import FloatArray, Twist2D
 
 
 class Critic(ABC):
-    """Scores trajectories; the raw score is kept apart from its weight, so that a decision can be explained.
+    """Scores trajectories.
 
-    Each cycle it is shown the scene once (:meth:`prepare`) and told the command (:meth:`debrief`). The raw costs may
-    be asked for at any time before the next scene, so that they must not depend on the command.
+    The raw score is kept apart from its weight, so that a decision can be explained.
+
+    Each cycle it is shown the scene once (:meth:`prepare`) and told the command (:meth:`debrief`).
+    The raw costs may be asked for at any time before the next scene, so that they must not depend
+    on the command.
     """
 
     wants_tracks = False  # whether it looks at what moves about
@@ -35,7 +38,9 @@ class Critic(ABC):
         """One cost >= 0 per trajectory, (K, T) -> (K,); inf is the only "illegal"."""
 
     def end_score(self, scene: Scene) -> EndScore | None:
-        """The same in short, where the ends of the trajectories tell it in this cycle: they need not be driven then.
+        """The same in short, where the ends of the trajectories tell it in this cycle.
+
+        They need not be driven then.
 
         None: :meth:`raw_costs` are asked.
         """

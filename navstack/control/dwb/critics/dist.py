@@ -12,7 +12,10 @@ from navstack.types import FloatArray, IntArray
 
 
 class _DistCritic(MapGridCritic):
-    """Scores the poses themselves; every pose must be on the map and reachable (``stop_on_failure``)."""
+    """Scores the poses themselves.
+
+    Every pose must be on the map and reachable (``stop_on_failure``).
+    """
 
     def __init__(self, params: DistParams, dwb: DwbParams) -> None:
         super().__init__(params.scale, params.aggregation_type, 0.0)

@@ -27,6 +27,9 @@ class ExpectedContactCritic(Critic):
             return np.zeros(len(rollouts.commands))
         r = rollouts
         poses = (r.x, r.y, r.yaw, r.lengths, r.sim_time / r.steps)
-        speeds, turns = np.ascontiguousarray(r.commands[:, :1]), np.ascontiguousarray(r.commands[:, 2:])
+        speeds, turns = (
+            np.ascontiguousarray(r.commands[:, :1]),
+            np.ascontiguousarray(r.commands[:, 2:]),
+        )
         prices = (self._pricing.rates, self._pricing.contact_usd)
         return expected_contacts(*poses, speeds, turns, people, body_of(scene.footprint), *prices)

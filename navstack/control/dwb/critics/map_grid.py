@@ -1,4 +1,7 @@
-"""Distance of the trajectories' poses to some cells, in cells; the base of the Dist and Align critics."""
+"""Distance of the trajectories' poses to some cells, in cells.
+
+The base of the Dist and Align critics.
+"""
 
 from abc import abstractmethod
 
@@ -57,7 +60,8 @@ class MapGridCritic(Critic):
     def distances(self, cells: CellArray, scene: Scene) -> FloatArray:
         """Distance [cells] of flat cell indices to the nearest seed; inf off the map.
 
-        Without seeds it is the score of an unreachable cell, one more than there are cells in the map.
+        Without seeds it is the score of an unreachable cell, one more than there are cells in the
+        map.
         """
         seeds = self.seeds(scene)
         if len(seeds) == 0:

@@ -16,7 +16,9 @@ from navstack.types import FloatArray, IntArray
 
 
 class ObstacleFootprintCritic(Critic):
-    """After ``obstacle_footprint.cpp``: illegal wherever the outline meets a lethal or unknown cell or leaves the map.
+    """After ``obstacle_footprint.cpp``.
+
+    Illegal wherever the outline meets a lethal or unknown cell or leaves the map.
 
     Dearer than BaseObstacle: it walks the outline of every pose of all trajectories that may win.
     """
@@ -42,9 +44,17 @@ class ObstacleFootprintCritic(Critic):
 
 @njit()
 def outline_costs(
-    x: FloatArray, y: FloatArray, yaw: FloatArray, lengths: IntArray, surface: Surface, sum_scores: bool
+    x: FloatArray,
+    y: FloatArray,
+    yaw: FloatArray,
+    lengths: IntArray,
+    surface: Surface,
+    sum_scores: bool,
 ) -> FloatArray:
-    """Greatest cost (K,) under the outline at the last of the poses (K, T), or its sum over all; inf if illegal."""
+    """Greatest cost (K,) under the outline at the last of the poses (K, T), or its sum over all.
+
+    Inf if illegal.
+    """
     result = np.empty(len(x))
     for k in range(len(x)):
         total, last = 0.0, 0.0

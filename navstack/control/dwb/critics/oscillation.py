@@ -31,7 +31,10 @@ class _CommandTrend:
 
 
 class OscillationCritic(Critic):
-    """After ``oscillation.cpp``; the restriction ends by distance, angle or time from where it was last imposed."""
+    """After ``oscillation.cpp``.
+
+    The restriction ends by distance, angle or time from where it was last imposed.
+    """
 
     def __init__(self, params: OscillationParams, dwb: DwbParams) -> None:
         super().__init__(params.scale)
@@ -84,5 +87,8 @@ class OscillationCritic(Critic):
         far = p.oscillation_reset_dist >= 0.0 and squared > p.oscillation_reset_dist**2
         turn = abs(scene.pose.yaw - origin.yaw)  # not wrapped, as in Nav2
         turned = p.oscillation_reset_angle >= 0.0 and turn > p.oscillation_reset_angle
-        waited = p.oscillation_reset_time >= 0.0 and scene.stamp - self._imposed_at > p.oscillation_reset_time
+        waited = (
+            p.oscillation_reset_time >= 0.0
+            and scene.stamp - self._imposed_at > p.oscillation_reset_time
+        )
         return far or turned or waited

@@ -13,10 +13,13 @@ from navstack.types import FloatArray
 
 
 class RotateToGoalCritic(Critic):
-    """After ``rotate_to_goal.cpp``: nothing far from the goal; then slower samples only; then turns only.
+    """After ``rotate_to_goal.cpp``: nothing far from the goal; then slower samples only.
 
-    Entering the tolerance and having stopped are both remembered until the next plan. Jazzy asks for the goal's
-    distance alone; with a finite ``path_length_tolerance`` the plan must be that short too, as in Nav2 main.
+    Then turns only.
+
+    Entering the tolerance and having stopped are both remembered until the next plan. Jazzy asks
+    for the goal's distance alone; with a finite ``path_length_tolerance`` the plan must be that
+    short too, as in Nav2 main.
     """
 
     def __init__(self, params: RotateToGoalParams, dwb: DwbParams) -> None:
