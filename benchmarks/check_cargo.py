@@ -16,14 +16,14 @@ from options import parsed
 
 from harness.episode.episode import run_episode
 from harness.task.study import EpisodeTask, make_study
-from harness.world.cargo import harmless_jolt
+from harness.world.cargo.cargo import harmless_jolt
 
 HARMLESS = (harmless_jolt, lambda *given: -1.0)  # late, and in every step
 
 
 def driven(task: EpisodeTask, way: int) -> tuple[float, dict[str, Any], str]:
     """Processor time [s], the row, and row and events as they compare."""
-    with mock.patch("harness.world.cargo.harmless_jolt", HARMLESS[way]):
+    with mock.patch("harness.world.cargo.cargo.harmless_jolt", HARMLESS[way]):
         began = time.process_time()
         delivery = run_episode(task)
         return (

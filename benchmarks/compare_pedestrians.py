@@ -26,10 +26,10 @@ from pedestrian_statistics import (
 )
 
 from harness.storage.shipped import shipped
-from harness.world.pedestrian_models import make_pedestrians
-from harness.world.pedestrian_params import ReplayParams
-from harness.world.replay_file import Recording, load_recording
-from harness.world.robot import RobotParams
+from harness.world.people.pedestrian_models import make_pedestrians
+from harness.world.people.pedestrian_params import ReplayParams
+from harness.world.people.replay_file import Recording, load_recording
+from harness.world.physics.robot import RobotParams
 from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.params.strict import load_dataclass

@@ -18,12 +18,12 @@ from harness.report.figures import FONT, save_picture
 from harness.report.map_picture import draw_scene
 from harness.storage.shipped import resolve, shipped
 from harness.task.study import make_generators
-from harness.world.body_state import BodyState
-from harness.world.gps_receiver import GpsReceiver
-from harness.world.scene import Scene
-from harness.world.scene_io import load_scene
-from harness.world.sensors import SensorParams, sky_of
-from harness.world.shapes import Rect
+from harness.world.map.scene import Scene
+from harness.world.map.scene_io import load_scene
+from harness.world.map.shapes import Rect
+from harness.world.physics.body_state import BodyState
+from harness.world.sensors.gps_receiver import GpsReceiver
+from harness.world.sensors.sensors import SensorParams, sky_of
 from navstack.errors import InputError
 from navstack.params.strict import load_dataclass
 from navstack.types import FloatArray

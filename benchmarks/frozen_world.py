@@ -33,8 +33,8 @@ from harness.storage.shipped import shipped
 from harness.study.places import Where
 from harness.study.stored_run import StoredRun, load_run
 from harness.task.study import make_study
-from harness.world.map_import import ImportSettings, import_scene
-from harness.world.scene_io import save_scene
+from harness.world.map.map_import import ImportSettings, import_scene
+from harness.world.map.scene_io import save_scene
 from navstack.costmap.map_io import load_map
 from navstack.errors import NavstackError
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from harness.world.replay_file import Recording
+from harness.world.people.replay_file import Recording
 from navstack.types import BoolArray, FloatArray, IntArray
 
 # [m] 7 feet, within which people count as together (McPhail & Wohlstein 1983)

@@ -13,12 +13,12 @@ from harness.bench.loops import drive
 from harness.episode.pedestrian_delay import PedestrianDelay
 from harness.metrics.delivery_log import DeliveryLog
 from harness.task.study import EpisodeTask
-from harness.world.cargo import Cargo
-from harness.world.crowd import Crowd
-from harness.world.lidar import Lidar
-from harness.world.pedestrians import PedestrianModel
+from harness.world.cargo.cargo import Cargo
+from harness.world.people.crowd import Crowd
+from harness.world.people.pedestrians import PedestrianModel
 from harness.world.pybullet_world import PyBulletWorld
-from harness.world.sensors import SensorSuite
+from harness.world.sensors.lidar import Lidar
+from harness.world.sensors.sensors import SensorSuite
 from navstack.control.controller import Controller
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.localization.localizer import Localizer

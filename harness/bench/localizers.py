@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from harness.bench import twins
 from harness.bench.component import Component, Prepared, golden, require_agreement, shipped_map
-from harness.world.lidar_kernels import cast_grid, clearance_field
+from harness.world.sensors.lidar_kernels import cast_grid, clearance_field
 from navstack.costmap.distances import squared_distances
 from navstack.costmap.occupancy_grid import OCCUPIED
 from navstack.localization.amcl_sensor_models import SENSOR_MODELS

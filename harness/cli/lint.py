@@ -16,7 +16,7 @@ from harness.cli.streams import print_json
 from harness.report.markdown import counted
 from harness.report.tables import report_console
 from harness.storage.shipped import resolve, shipped
-from harness.world.robot import RobotParams
+from harness.world.physics.robot import RobotParams
 from navstack.errors import ParameterError
 from navstack.params.lint import rules
 from navstack.params.lint.subject import RobotLimits

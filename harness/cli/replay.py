@@ -11,7 +11,7 @@ from navstack.errors import InputError, NavstackError
 
 if TYPE_CHECKING:
     from harness.study.stored_run import StoredRun
-    from harness.world.scene import Scene
+    from harness.world.map.scene import Scene
 
 
 # fmt: off

@@ -14,15 +14,15 @@ from harness.policy.senses import Look, MakeRoute, People, Senses
 from harness.storage.shipped import is_file
 from harness.task.camera_params import CameraParams
 from harness.task.stack import GEOMETRY, MESH, NO_MAP, TRUTH, Stack
-from harness.world.ground_truth import (
+from harness.world.map.scene import Scene
+from harness.world.map.scene_io import align
+from harness.world.outcome import Rules
+from harness.world.people.pedestrian_params import PedestrianParams
+from harness.world.sensors.ground_truth import (
     GroundTruthLocalizer,
     GroundTruthTracker,
     InjectedErrorLocalizer,
 )
-from harness.world.outcome import Rules
-from harness.world.pedestrian_params import PedestrianParams
-from harness.world.scene import Scene
-from harness.world.scene_io import align
 from harness.world.world import World
 from navstack.build import (
     build_global_costmap,
@@ -117,7 +117,7 @@ def senses_on(
 
 
 def _camera(scene: Scene, world: World, params: CameraParams, persons: PedestrianParams) -> Look:
-    from harness.world.camera import Camera
+    from harness.world.sensors.camera import Camera
 
     camera = Camera(scene, params, persons.radius, persons.height)
     return lambda: camera.picture(world.truth.pose, world.truth.pedestrians)

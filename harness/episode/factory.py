@@ -24,15 +24,15 @@ from harness.task.mission import (
 )
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask, is_recording
+from harness.world.map.scene import Scene
+from harness.world.map.scene_io import load_scene
 from harness.world.outcome import Rules
-from harness.world.pedestrian_models import make_pedestrians
-from harness.world.pedestrian_params import PedestrianParams
+from harness.world.people.pedestrian_models import make_pedestrians
+from harness.world.people.pedestrian_params import PedestrianParams
+from harness.world.people.replay_file import recording_text
+from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
-from harness.world.replay_file import recording_text
-from harness.world.robot import RobotParams
-from harness.world.scene import Scene
-from harness.world.scene_io import load_scene
-from harness.world.sensors import SensorParams, SensorSuite
+from harness.world.sensors.sensors import SensorParams, SensorSuite
 from harness.world.world import World
 from harness.world.world_params import WorldParams
 from navstack.errors import InputError

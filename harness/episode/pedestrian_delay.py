@@ -5,9 +5,9 @@ They, and a twin of theirs whom it never meets, go about the same errands.
 
 import numpy as np
 
-from harness.world.body_state import BodyState
-from harness.world.pedestrian_errands import Errands
-from harness.world.pedestrians import PedestrianModel
+from harness.world.people.pedestrian_errands import Errands
+from harness.world.people.pedestrians import PedestrianModel
+from harness.world.physics.body_state import BodyState
 from harness.world.truth import Truth
 from navstack.types import FloatArray, IntArray
 

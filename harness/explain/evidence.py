@@ -20,7 +20,7 @@ from harness.study.manifest import load_study
 from harness.study.stored_run import StoredRun
 from harness.task.brain import Brain
 from harness.task.study import EpisodeTask
-from harness.world.robot import RobotParams
+from harness.world.physics.robot import RobotParams
 from harness.world.world import World
 from harness.world.world_params import WorldParams
 from navstack.errors import InputError

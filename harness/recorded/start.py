@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from harness.storage.shipped import resolve, shipped
-from harness.world.scene import Scene
-from harness.world.scene_io import align
+from harness.world.map.scene import Scene
+from harness.world.map.scene_io import align
 from navstack.costmap.map_io import load_map
 from navstack.costmap.occupancy_grid import UNKNOWN, OccupancyGrid
 from navstack.errors import InputError, ParameterError

@@ -13,8 +13,8 @@ from harness.explain.evidence import WEIGHTED, Evidence
 from harness.explain.seconds import NEAR, Seconds
 from harness.report.figures import save_as
 from harness.report.map_picture import draw_scene
-from harness.world.scene import Scene
-from harness.world.shapes import Rect
+from harness.world.map.scene import Scene
+from harness.world.map.shapes import Rect
 from navstack.geometry import transform_points
 from navstack.types import FloatArray, Pose2D
 

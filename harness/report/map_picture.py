@@ -10,8 +10,8 @@ import numpy as np
 
 from harness.report.figures import save_picture
 from harness.report.texts import read_data
-from harness.world.scene import Obstacle, Scene, Zone
-from harness.world.shapes import Rect
+from harness.world.map.scene import Obstacle, Scene, Zone
+from harness.world.map.shapes import Rect
 from navstack.costmap.occupancy_grid import FREE
 from navstack.types import BoolArray
 

@@ -17,7 +17,7 @@ from harness.report.figures import save_picture
 from harness.report.map_picture import draw_scale_bar
 from harness.report.markdown import number_text
 from harness.report.sheet import declared, print_sheet
-from harness.world.shapes import Rect
+from harness.world.map.shapes import Rect
 from navstack.costmap.costmap import (
     INSCRIBED_INFLATED_OBSTACLE,
     LETHAL_OBSTACLE,

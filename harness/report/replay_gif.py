@@ -15,8 +15,8 @@ from harness.metrics.replay_log import plans_of, scan_points
 from harness.report.map_picture import draw_scene
 from harness.report.replay import Replay
 from harness.storage.files import replacing, writing
-from harness.world.scene import Scene
-from harness.world.shapes import Rect
+from harness.world.map.scene import Scene
+from harness.world.map.shapes import Rect
 from navstack.geometry import transform_points
 from navstack.types import FloatArray, Pose2D
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from harness.scenarios.scenario import PersonScript
-from harness.world.body_state import BodyState
-from harness.world.pedestrians import ABSENT, PedestrianModel
+from harness.world.people.pedestrians import ABSENT, PedestrianModel
+from harness.world.physics.body_state import BodyState
 from navstack.types import FloatArray, Pose2D
 
 

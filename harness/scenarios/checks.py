@@ -13,7 +13,7 @@ import shapely
 
 from harness.metrics.contacts import fault
 from harness.scenarios.scenario import Area, Checks
-from harness.world.scene import Scene
+from harness.world.map.scene import Scene
 from harness.world.truth import Partner, Truth
 from navstack.types import BoolArray, FloatArray
 

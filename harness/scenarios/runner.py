@@ -18,12 +18,12 @@ from harness.storage.shipped import resolve, shipped
 from harness.task.mission import Mission, check_apart, check_footprint_free, check_pose_free
 from harness.task.stack import load_stack
 from harness.task.study import make_generators, of_brain
+from harness.world.map.scene import Scene
+from harness.world.map.scene_io import load_scene
 from harness.world.outcome import ARRIVALS, Rules
+from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
-from harness.world.robot import RobotParams
-from harness.world.scene import Scene
-from harness.world.scene_io import load_scene
-from harness.world.sensors import SensorParams, SensorSuite
+from harness.world.sensors.sensors import SensorParams, SensorSuite
 from navstack.errors import ParameterError
 from navstack.navigation_status import Status
 from navstack.navigator import Navigator

@@ -15,9 +15,9 @@ import numpy as np
 
 from harness.storage.files import write_text
 from harness.storage.rows import Row
-from harness.world.scene import Obstacle, Scene
-from harness.world.scene_io import save_scene
-from harness.world.shapes import fill_convex
+from harness.world.map.scene import Obstacle, Scene
+from harness.world.map.scene_io import save_scene
+from harness.world.map.shapes import fill_convex
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.errors import InputError
 from navstack.files import check_regular

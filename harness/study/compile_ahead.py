@@ -39,11 +39,11 @@ TIME_LIMIT = 300.0  # [s] for the kernels of a module
 SECONDS = 3.0  # [s] of processor time that a module takes, on average
 MONITOR = "navstack.safety.monitor_kernels"
 WORLD = (  # what every delivery calls
-    "harness.world.lidar_kernels",
-    "harness.world.pedestrian_kernels",
-    "harness.world.drive_kernels",
-    "harness.world.touch_kernels",
-    "harness.world.motion_kernels",
+    "harness.world.sensors.lidar_kernels",
+    "harness.world.people.pedestrian_kernels",
+    "harness.world.physics.drive_kernels",
+    "harness.world.physics.touch_kernels",
+    "harness.world.physics.motion_kernels",
     "harness.task.shortest_paths",
 )
 

@@ -24,9 +24,9 @@ from harness.storage.rows import Row
 from harness.storage.run_folder import MANIFEST
 from harness.task.stack import Stack, absolute_files, policy_files
 from harness.task.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
-from harness.world.robot import RobotParams
-from harness.world.scene import Scene
-from harness.world.sensors import SensorParams
+from harness.world.map.scene import Scene
+from harness.world.physics.robot import RobotParams
+from harness.world.sensors.sensors import SensorParams
 from navstack.errors import InputError
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.strict import dump_dataclass, from_mapping, load_dataclass

@@ -8,10 +8,10 @@ from harness.storage.shipped import is_file
 from harness.study.compile_ahead import compile_ahead
 from harness.task.stack import Stack
 from harness.task.study import Study
-from harness.world import glass, sky
-from harness.world.robot import RobotParams
-from harness.world.scene import Scene
-from harness.world.sensors import SensorParams
+from harness.world.map.scene import Scene
+from harness.world.physics.robot import RobotParams
+from harness.world.sensors import glass, sky
+from harness.world.sensors.sensors import SensorParams
 from navstack.costmap.occupancy_grid import FREE
 from navstack.geometry import footprint_radii
 from navstack.params.costmap import robot_footprint

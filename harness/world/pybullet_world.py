@@ -7,24 +7,24 @@ from typing import Any
 import numpy as np
 
 from harness.task.mission import Mission
-from harness.world.bodies import NearObstacles, add_robot, static_index
-from harness.world.body_state import BodyState
-from harness.world.cargo import Cargo
-from harness.world.command_delay import CommandDelay
-from harness.world.contacts import ContactBook, ContactPoint, Motion
-from harness.world.crowd import Crowd
-from harness.world.drive_kernels import drive_constants, drive_forces
-from harness.world.elevation import elevation_of
-from harness.world.engine import Server, bullet
-from harness.world.footing import ON_LEVEL_GROUND, Feet
-from harness.world.ground import Ground
-from harness.world.impulse_limit import limited, shove
-from harness.world.loose_cargo import LooseCargo
-from harness.world.motion_kernels import base_state, is_shaken, point_velocity
-from harness.world.pedestrians import PedestrianModel
-from harness.world.robot import RobotParams
-from harness.world.scene import Scene
-from harness.world.sensors import SensorSuite
+from harness.world.cargo.cargo import Cargo
+from harness.world.cargo.loose_cargo import LooseCargo
+from harness.world.map.scene import Scene
+from harness.world.people.crowd import Crowd
+from harness.world.people.pedestrians import PedestrianModel
+from harness.world.physics.bodies import NearObstacles, add_robot, static_index
+from harness.world.physics.body_state import BodyState
+from harness.world.physics.command_delay import CommandDelay
+from harness.world.physics.contacts import ContactBook, ContactPoint, Motion
+from harness.world.physics.drive_kernels import drive_constants, drive_forces
+from harness.world.physics.elevation import elevation_of
+from harness.world.physics.engine import Server, bullet
+from harness.world.physics.footing import ON_LEVEL_GROUND, Feet
+from harness.world.physics.ground import Ground
+from harness.world.physics.impulse_limit import limited, shove
+from harness.world.physics.motion_kernels import base_state, is_shaken, point_velocity
+from harness.world.physics.robot import RobotParams
+from harness.world.sensors.sensors import SensorSuite
 from harness.world.truth import Truth
 from harness.world.world import World
 from harness.world.world_params import WorldParams
@@ -98,7 +98,7 @@ class PyBulletWorld(World):
         Earlier episodes leave no trace.
         """
         client, robot, physics = self._client, self._robot, self._params.physics
-        # see harness.world.bodies
+        # see harness.world.physics.bodies
         self._server.empty(self._dt, physics.solver_iterations, physics.contact_erp)
         self._ground = Ground(client, self._elevation, mission.start.x, mission.start.y)
         self._body = add_robot(client, robot)

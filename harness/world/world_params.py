@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from harness.world.pedestrian_params import PedestrianParams
-from harness.world.ranges import POSITIVE, check_ranges
+from harness.world.people.pedestrian_params import PedestrianParams
+from harness.world.sensors.ranges import POSITIVE, check_ranges
 from navstack.errors import ParameterError, UnknownNameError
 
 PEDESTRIAN_BODIES = ("kinematic", "dynamic")
@@ -115,7 +115,7 @@ class ContactParams:
 class CargoParams:
     """The popcorn and its bucket, an open box with a square floor.
 
-    :mod:`harness.world.cargo` says what is assumed.
+    :mod:`harness.world.cargo.cargo` says what is assumed.
     """
 
     pieces: int = 50  # published; 0: no cargo

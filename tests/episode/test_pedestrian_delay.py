@@ -8,11 +8,11 @@ import pytest
 
 from harness.episode.pedestrian_delay import ErrandBook, PedestrianDelay, total_delay
 from harness.storage.shipped import shipped
-from harness.world.body_state import BodyState
-from harness.world.pedestrian_params import PedestrianParams
-from harness.world.pedestrians import RandomWalkPedestrians
-from harness.world.robot import RobotParams
-from harness.world.social_force import SocialForcePedestrians
+from harness.world.people.pedestrian_params import PedestrianParams
+from harness.world.people.pedestrians import RandomWalkPedestrians
+from harness.world.people.social_force import SocialForcePedestrians
+from harness.world.physics.body_state import BodyState
+from harness.world.physics.robot import RobotParams
 from harness.world.truth import Truth
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.params.strict import load_dataclass

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from harness.storage.shipped import shipped
-from harness.world.body_state import BodyState
-from harness.world.gps_receiver import GpsReceiver
-from harness.world.inertial_unit import InertialUnit
-from harness.world.sensors import SensorParams
-from harness.world.wheel_odometry import WheelOdometry
+from harness.world.physics.body_state import BodyState
+from harness.world.sensors.gps_receiver import GpsReceiver
+from harness.world.sensors.inertial_unit import InertialUnit
+from harness.world.sensors.sensors import SensorParams
+from harness.world.sensors.wheel_odometry import WheelOdometry
 from navstack.params.strict import load_dataclass
 from navstack.types import Observation
 

@@ -11,7 +11,7 @@ from harness.episode.factory import Parts
 from harness.storage.shipped import shipped
 from harness.task.stack import load_stack
 from harness.task.study import make_study
-from harness.world.scene import Scene
+from harness.world.map.scene import Scene
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import ParameterError, UnknownNameError

@@ -14,10 +14,10 @@ from harness.cli.app import main
 from harness.episode.factory import Parts
 from harness.task.mission import MissionSampler
 from harness.task.study import make_study
-from harness.world.elevation import Elevation
-from harness.world.map_import import ImportSettings, _zones, import_scene, resampled
-from harness.world.scene_io import load_scene
-from harness.world.shapes import polygon_area
+from harness.world.map.map_import import ImportSettings, _zones, import_scene, resampled
+from harness.world.map.scene_io import load_scene
+from harness.world.map.shapes import polygon_area
+from harness.world.physics.elevation import Elevation
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import MapError

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from harness.report.map_picture import VIEWS, draw_map, draw_scene
-from harness.world.scene import Obstacle, Scene, Zone
-from harness.world.shapes import Rect, box
+from harness.world.map.scene import Obstacle, Scene, Zone
+from harness.world.map.shapes import Rect, box
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError
 from navstack.types import Pose2D

@@ -10,7 +10,7 @@ from scipy import ndimage
 from harness.episode.factory import Parts
 from harness.task.mission import CLEARANCE, Mission, MissionSampler, check_pose_free
 from harness.task.study import make_study
-from harness.world.scene_io import load_scene
+from harness.world.map.scene_io import load_scene
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import InputError, MapError

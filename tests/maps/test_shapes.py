@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.world.shapes import (
+from harness.world.map.shapes import (
     Rect,
     bounds,
     box,

@@ -10,11 +10,11 @@ import pytest
 from scipy import ndimage
 
 from harness.storage.shipped import shipped
-from harness.world.scene import Obstacle
-from harness.world.scene_io import _load_objects
-from harness.world.shapes import Rect
-from harness.world.sidewalk import LEAST_WIDTH, without_slivers
-from harness.world.sidewalk_blocks import (
+from harness.world.map.scene import Obstacle
+from harness.world.map.scene_io import _load_objects
+from harness.world.map.shapes import Rect
+from harness.world.map.sidewalk import LEAST_WIDTH, without_slivers
+from harness.world.map.sidewalk_blocks import (
     Block,
     Streets,
     _alleys,
@@ -23,7 +23,7 @@ from harness.world.sidewalk_blocks import (
     _lots,
     lay_out,
 )
-from harness.world.sidewalk_furniture import Furnisher
+from harness.world.map.sidewalk_furniture import Furnisher
 
 MOST_ATTEMPTS = 4
 Thing = tuple[str, float, list[list[float]]]

@@ -10,7 +10,7 @@ import pytest
 from harness.episode.brains import navigator_on
 from harness.storage.shipped import shipped
 from harness.task.stack import load_stack
-from harness.world.scene import Scene
+from harness.world.map.scene import Scene
 from navstack.build import build_navigator
 from navstack.errors import UnknownNameError
 from navstack.localization.gps import LOST_AFTER

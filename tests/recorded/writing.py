@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, POSE, SCAN, TRANSFORMS
 from harness.recorded.start import static_map
-from harness.world.lidar import Lidar, LidarParams, SelfFilter
+from harness.world.sensors.lidar import Lidar, LidarParams, SelfFilter
 from navstack.geometry import compose
 from navstack.types import Pose2D
 

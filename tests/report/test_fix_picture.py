@@ -5,7 +5,7 @@ import pytest
 from fix_picture import draw_fixes, fixes_along
 from PIL import Image
 
-from harness.world.scene_io import load_scene
+from harness.world.map.scene_io import load_scene
 from navstack.errors import InputError
 
 

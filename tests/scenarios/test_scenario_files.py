@@ -13,7 +13,7 @@ from harness.scenarios.drawing import CELL, draw_scene, with_things
 from harness.scenarios.runner import run_scenario
 from harness.scenarios.scenario import Drawing, PersonScript, Thing, load_scenario
 from harness.storage.shipped import shipped
-from harness.world.body_state import BodyState
+from harness.world.physics.body_state import BodyState
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED
 from navstack.errors import InputError
 from navstack.types import Pose2D

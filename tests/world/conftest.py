@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from harness.storage import shipped as resources
-from harness.world.robot import RobotParams
+from harness.world.physics.robot import RobotParams
 from harness.world.world_params import WorldParams
 from navstack.params.strict import load_dataclass
 

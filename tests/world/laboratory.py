@@ -8,14 +8,14 @@ from contextlib import contextmanager
 import numpy as np
 
 from harness.task.mission import Mission
-from harness.world.body_state import BodyState
-from harness.world.engine import bullet
-from harness.world.pedestrians import PedestrianModel
+from harness.world.map.scene import Obstacle, Scene, Zone
+from harness.world.map.shapes import octagon
+from harness.world.people.pedestrians import PedestrianModel
+from harness.world.physics.body_state import BodyState
+from harness.world.physics.engine import bullet
+from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
-from harness.world.robot import RobotParams
-from harness.world.scene import Obstacle, Scene, Zone
-from harness.world.sensors import SensorSuite
-from harness.world.shapes import octagon
+from harness.world.sensors.sensors import SensorSuite
 from harness.world.truth import Contact, Truth
 from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import OccupancyGrid

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from harness.storage.shipped import shipped
-from harness.world.bodies import add_person, add_robot, person_shape
-from harness.world.body_frames import BodyFrames
-from harness.world.engine import Server
+from harness.world.physics.bodies import add_person, add_robot, person_shape
+from harness.world.physics.body_frames import BodyFrames
+from harness.world.physics.engine import Server
 from harness.world.world_params import WorldParams
 from navstack.errors import ParameterError
 from navstack.params.strict import load_dataclass

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from harness.task.camera_params import CameraParams
-from harness.world.camera import CLOTHES, COLORS, OTHER, SKIN, Camera
-from harness.world.engine import bullet
-from harness.world.scene import Obstacle, Scene, Zone
+from harness.world.map.scene import Obstacle, Scene, Zone
+from harness.world.physics.engine import bullet
+from harness.world.sensors.camera import CLOTHES, COLORS, OTHER, SKIN, Camera
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.types import Pose2D

@@ -9,9 +9,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from harness.statistics.interval import wilson_interval
-from harness.world.cargo import Cargo, harmless_jolt, in_frame, is_inside
-from harness.world.engine import bullet
-from harness.world.heap import _poured, _settle, settled_heap, turned
+from harness.world.cargo.cargo import Cargo, harmless_jolt, in_frame, is_inside
+from harness.world.people.heap import _poured, _settle, settled_heap, turned
+from harness.world.physics.engine import bullet
 from harness.world.world_params import CargoParams
 
 DT, GRAVITY = 1.0 / 120.0, 9.81
@@ -71,7 +71,7 @@ def test_the_bucket_is_filled_as_asked():
 def test_a_heap_settles_under_its_weight_in_a_bucket_that_stands(monkeypatch):
     steps = []
     monkeypatch.setattr(
-        "harness.world.heap.step_with", lambda client, bucket, *given: steps.append(given)
+        "harness.world.people.heap.step_with", lambda client, bucket, *given: steps.append(given)
     )
     _settle(dataclasses.replace(PARAMS, pieces=1), GRAVITY, DT, 0)
     assert steps == [((0.0, 0.0, -GRAVITY), LEVEL, STILL, DT)] * 360
@@ -129,7 +129,7 @@ def test_pieces_are_pulled_by_their_weight_and_against_the_buckets_acceleration(
     """
     steps = []
     monkeypatch.setattr(
-        "harness.world.cargo.step_with", lambda client, bucket, *given: steps.append(given)
+        "harness.world.cargo.cargo.step_with", lambda client, bucket, *given: steps.append(given)
     )
     acceleration, spin = np.array((2.0, -5.0, 3.5)), (0.3, -0.2, 0.7)
     lean, turned = Rotation.from_euler("yx", (0.1, -0.2)), Rotation.from_euler("z", yaw)
@@ -327,7 +327,7 @@ def harmless(params, kind, seed):
 )
 def test_what_counts_as_harmless_spills_nothing(monkeypatch, params, kind):
     accelerations = [harmless(params, kind, seed) for seed in range(6)]
-    monkeypatch.setattr("harness.world.cargo.harmless_jolt", lambda *given: ALWAYS)
+    monkeypatch.setattr("harness.world.cargo.cargo.harmless_jolt", lambda *given: ALWAYS)
     bucket = Cargo(dataclasses.replace(params, wake_acceleration=0.01), GRAVITY, DT)
     try:
         lost = [
@@ -367,7 +367,7 @@ def test_pieces_simulated_late_are_where_they_would_be(cargo, monkeypatch):
     )
     late = [shake(cargo, motion[:n], seed=2) for n in (36, 138, 139, len(motion))]
     places = cargo.positions
-    monkeypatch.setattr("harness.world.cargo.harmless_jolt", lambda *given: ALWAYS)
+    monkeypatch.setattr("harness.world.cargo.cargo.harmless_jolt", lambda *given: ALWAYS)
     assert late == [shake(cargo, motion[:n], seed=2) for n in (36, 138, 139, len(motion))]
     assert np.array_equal(places, cargo.positions)
     assert late[1].pieces_outside == 0 < late[2].pieces_outside
@@ -375,7 +375,7 @@ def test_pieces_simulated_late_are_where_they_would_be(cargo, monkeypatch):
 
 def test_nothing_is_simulated_while_nothing_can_be_spilled(monkeypatch):
     steps = []
-    monkeypatch.setattr("harness.world.cargo.step_with", lambda *given: steps.append(given))
+    monkeypatch.setattr("harness.world.cargo.cargo.step_with", lambda *given: steps.append(given))
     bucket = Cargo(PARAMS, GRAVITY, DT)
     shake(bucket, braking(5.0, 0.2))
     assert not steps

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from harness.world.contacts import ContactPoint, Motion, Touched
-from harness.world.engine import Server, bullet
-from harness.world.impulse_limit import limited, shove
+from harness.world.physics.contacts import ContactPoint, Motion, Touched
+from harness.world.physics.engine import Server, bullet
+from harness.world.physics.impulse_limit import limited, shove
 from harness.world.truth import Partner
 
 MOST = 10.0  # [N s]

@@ -7,7 +7,7 @@ import pytest
 
 from harness.storage.shipped import shipped
 from harness.task.stack import TRUTH, InjectedError, load_stack
-from harness.world.ground_truth import (
+from harness.world.sensors.ground_truth import (
     GroundTruthLocalizer,
     GroundTruthTracker,
     InjectedErrorLocalizer,

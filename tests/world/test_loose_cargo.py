@@ -6,10 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from harness.world.bucket import SCALE, _bucket, build, hold
-from harness.world.cargo import Cargo
-from harness.world.engine import Server, bullet
-from harness.world.loose_cargo import LooseCargo
+from harness.world.cargo.bucket import SCALE, _bucket, build, hold
+from harness.world.cargo.cargo import Cargo
+from harness.world.cargo.loose_cargo import LooseCargo
+from harness.world.physics.engine import Server, bullet
 from harness.world.world_params import CargoParams
 from navstack.errors import ParameterError, UnknownNameError
 
@@ -42,12 +42,14 @@ def test_the_bucket_and_the_deck_have_their_thicknesses_below_and_outside(
     params = dataclasses.replace(FREE, bucket_width=0.2, friction=friction, bucket_friction=0.3)
     made, height = [], 10.0 * params.bucket_height
     monkeypatch.setattr(
-        "harness.world.loose_cargo.add_boxes", lambda *given: made.append(given) or 5
+        "harness.world.cargo.loose_cargo.add_boxes", lambda *given: made.append(given) or 5
     )
     monkeypatch.setattr(
-        "harness.world.loose_cargo.set_dynamics", lambda *given, **more: made.append(more)
+        "harness.world.cargo.loose_cargo.set_dynamics", lambda *given, **more: made.append(more)
     )
-    monkeypatch.setattr("harness.world.loose_cargo.hold", lambda *given: made.append(given) or 6)
+    monkeypatch.setattr(
+        "harness.world.cargo.loose_cargo.hold", lambda *given: made.append(given) or 6
+    )
     moved = dataclasses.replace(robot, bucket=(-0.1335, 0.05, 0.8))
     assert LooseCargo(params, GRAVITY, DT, moved)._make_deck_and_bucket(3, params) == 6
     (client, (floor, *sides), mass), dynamics, (_, (deck,), of_deck, restitution) = made
@@ -68,7 +70,7 @@ def test_the_bucket_and_the_deck_have_their_thicknesses_below_and_outside(
 def test_a_fixed_bucket_has_its_floor_below_and_its_walls_outside(monkeypatch):
     """Ten times as large: 0.05 m thick; the floor reaches below the walls."""
     made, params = [], dataclasses.replace(FREE, bucket_width=0.2, friction=0.25, restitution=0.36)
-    monkeypatch.setattr("harness.world.bucket.hold", lambda *given: made.append(given) or 7)
+    monkeypatch.setattr("harness.world.cargo.bucket.hold", lambda *given: made.append(given) or 7)
     assert _bucket(3, params) == 7
     ((client, boxes, friction, restitution),) = made
     assert (client, friction, restitution) == (3, 0.5, 0.36)
@@ -84,7 +86,7 @@ def test_a_fixed_bucket_has_its_floor_below_and_its_walls_outside(monkeypatch):
 def test_what_is_held_is_heavy_and_fills_its_boxes(monkeypatch):
     server, told = Server(), []
     monkeypatch.setattr(
-        "harness.world.bucket.set_dynamics", lambda *given, **more: told.append((given, more))
+        "harness.world.cargo.bucket.set_dynamics", lambda *given, **more: told.append((given, more))
     )
     held = hold(
         server.client,

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from harness.task.mission import Mission
-from harness.world.crowd import Crowd, friction_factor
-from harness.world.pedestrian_models import make_pedestrians
-from harness.world.pedestrian_params import ReplayParams
-from harness.world.pedestrians import PedestrianModel
+from harness.world.map.scene import Scene
+from harness.world.people.crowd import Crowd, friction_factor
+from harness.world.people.pedestrian_models import make_pedestrians
+from harness.world.people.pedestrian_params import ReplayParams
+from harness.world.people.pedestrians import PedestrianModel
 from harness.world.pybullet_world import PyBulletWorld
-from harness.world.scene import Scene
 from harness.world.world_params import PedestrianBodyParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import Pose2D, Twist2D

@@ -9,14 +9,14 @@ import pytest
 from harness.episode.factory import with_recording, world_params
 from harness.storage.shipped import shipped
 from harness.task.study import make_study
-from harness.world.body_state import BodyState
-from harness.world.pedestrian_models import PEDESTRIAN_MODELS, make_pedestrians
-from harness.world.pedestrian_params import (
+from harness.world.people.pedestrian_models import PEDESTRIAN_MODELS, make_pedestrians
+from harness.world.people.pedestrian_params import (
     MODEL_NAMES,
     PedestrianParams,
     ReplayParams,
     SocialForceParams,
 )
+from harness.world.physics.body_state import BodyState
 from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError, ParameterError, UnknownNameError

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.world.pedestrian_params import ReplayParams
-from harness.world.replay_file import load_recording
+from harness.world.people.pedestrian_params import ReplayParams
+from harness.world.people.replay_file import load_recording
 
 
 @pytest.fixture(scope="module")

@@ -9,12 +9,11 @@ import pytest
 from scipy.stats import binomtest
 
 from harness.storage.shipped import shipped
-from harness.world.body_state import BodyState
-from harness.world.pedestrian_edges import Edges, edge_distance, keep_inside
-from harness.world.pedestrian_kernels import Walks
-from harness.world.pedestrian_params import PedestrianParams, SocialForceParams
-from harness.world.social_force import SocialForcePedestrians
-from harness.world.social_force_kernels import (
+from harness.world.people.pedestrian_edges import Edges, edge_distance, keep_inside
+from harness.world.people.pedestrian_kernels import Walks
+from harness.world.people.pedestrian_params import PedestrianParams, SocialForceParams
+from harness.world.people.social_force import SocialForcePedestrians
+from harness.world.people.social_force_kernels import (
     BUSY,
     LOST,
     RESTLESS,
@@ -26,6 +25,7 @@ from harness.world.social_force_kernels import (
     from_robot,
     walk_among_others,
 )
+from harness.world.physics.body_state import BodyState
 from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.params.strict import load_dataclass

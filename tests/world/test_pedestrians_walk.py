@@ -6,7 +6,7 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from harness.task.shortest_paths import distance_field, path_length
-from harness.world.pedestrian_kernels import (
+from harness.world.people.pedestrian_kernels import (
     BLOCKED,
     Walks,
     _least_length,
@@ -14,9 +14,9 @@ from harness.world.pedestrian_kernels import (
     find_path,
     walk,
 )
-from harness.world.pedestrian_params import PedestrianParams
-from harness.world.pedestrian_routes import WalkingNetwork
-from harness.world.pedestrians import PedestrianModel, RandomWalkPedestrians
+from harness.world.people.pedestrian_params import PedestrianParams
+from harness.world.people.pedestrian_routes import WalkingNetwork
+from harness.world.people.pedestrians import PedestrianModel, RandomWalkPedestrians
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import MapError, ParameterError
 from navstack.types import Pose2D

@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from harness.world.engine import bullet
-from harness.world.scene import Obstacle
-from harness.world.shapes import box, octagon
+from harness.world.map.scene import Obstacle
+from harness.world.map.shapes import box, octagon
+from harness.world.physics.engine import bullet
 from harness.world.truth import Partner
 from navstack.types import Pose2D, Twist2D
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from harness.world.contacts import ContactBook, ContactPoint, Motion, Touched
+from harness.world.physics.contacts import ContactBook, ContactPoint, Motion, Touched
 from harness.world.truth import Partner
 from harness.world.world_params import ContactParams
 from navstack.errors import UnknownNameError

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from harness.storage import shipped as resources
-from harness.world.body_state import BodyState
-from harness.world.drive_kernels import (
+from harness.world.physics.body_state import BodyState
+from harness.world.physics.drive_kernels import (
     LEVEL,
     drive_constants,
     drive_forces,
@@ -18,8 +18,8 @@ from harness.world.drive_kernels import (
     step_towards,
     within_friction,
 )
-from harness.world.motion_kernels import base_state, point_velocity
-from harness.world.robot import RobotParams
+from harness.world.physics.motion_kernels import base_state, point_velocity
+from harness.world.physics.robot import RobotParams
 from navstack.errors import ParameterError
 from navstack.params.strict import load_dataclass
 

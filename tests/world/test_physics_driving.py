@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.world.engine import bullet
-from harness.world.scene import Obstacle
-from harness.world.shapes import box, octagon
+from harness.world.map.scene import Obstacle
+from harness.world.map.shapes import box, octagon
+from harness.world.physics.engine import bullet
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.types import Pose2D
 

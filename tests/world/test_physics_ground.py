@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 import shapely
 
-from harness.world.contacts import Motion
-from harness.world.drive_kernels import LEVEL
-from harness.world.elevation import Elevation
-from harness.world.engine import Server, bullet
-from harness.world.footing import Feet, Footing, Scrape
-from harness.world.ground import Ground
-from harness.world.scene import Zone
-from harness.world.shapes import Rect
+from harness.world.map.scene import Zone
+from harness.world.map.shapes import Rect
+from harness.world.physics.contacts import Motion
+from harness.world.physics.drive_kernels import LEVEL
+from harness.world.physics.elevation import Elevation
+from harness.world.physics.engine import Server, bullet
+from harness.world.physics.footing import Feet, Footing, Scrape
+from harness.world.physics.ground import Ground
 from navstack.types import Pose2D
 
 CURB = 0.12  # [m]

@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from harness.world.command_delay import CommandDelay
+from harness.world.physics.command_delay import CommandDelay
 from navstack.errors import ParameterError
 
 DT = 1.0 / 120.0

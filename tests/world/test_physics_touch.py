@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 import shapely
 
-from harness.world.bodies import (
+from harness.world.map.scene import Obstacle
+from harness.world.map.shapes import Rect, box
+from harness.world.physics.bodies import (
     FIXED,
     PERSON,
     ROBOT,
@@ -18,11 +20,9 @@ from harness.world.bodies import (
     is_rectangle,
     make_prism,
 )
-from harness.world.contacts import Touched
-from harness.world.engine import Server, bullet
-from harness.world.scene import Obstacle
-from harness.world.shapes import Rect, box
-from harness.world.touch_kernels import may_touch
+from harness.world.physics.contacts import Touched
+from harness.world.physics.engine import Server, bullet
+from harness.world.physics.touch_kernels import may_touch
 from harness.world.truth import Partner
 
 HALF_LENGTH, HALF_WIDTH, MARGIN = 0.4, 0.3, 0.15  # [m]

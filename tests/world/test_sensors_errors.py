@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from harness.storage.shipped import shipped
-from harness.world.body_state import BodyState
-from harness.world.gps_receiver import GpsParams, GpsReceiver
-from harness.world.inertial_unit import ImuParams, InertialUnit
-from harness.world.noise import GaussMarkov, RandomWalk
-from harness.world.sensors import SensorParams
-from harness.world.wheel_odometry import OdometryParams, WheelOdometry
+from harness.world.physics.body_state import BodyState
+from harness.world.sensors.gps_receiver import GpsParams, GpsReceiver
+from harness.world.sensors.inertial_unit import ImuParams, InertialUnit
+from harness.world.sensors.noise import GaussMarkov, RandomWalk
+from harness.world.sensors.sensors import SensorParams
+from harness.world.sensors.wheel_odometry import OdometryParams, WheelOdometry
 from navstack.errors import ParameterError
 from navstack.params.strict import load_dataclass
 from navstack.types import Pose2D

@@ -3,12 +3,12 @@ import math
 import numpy as np
 import pytest
 
-from harness.world.body_state import BodyState
-from harness.world.glass import _distinct, _edges, _incidence, see_through
-from harness.world.lidar import Lidar, LidarParams, SelfFilter
-from harness.world.lidar_kernels import clearance_field
-from harness.world.scene import Obstacle
-from harness.world.shapes import box, fill_convex
+from harness.world.map.scene import Obstacle
+from harness.world.map.shapes import box, fill_convex
+from harness.world.physics.body_state import BodyState
+from harness.world.sensors.glass import _distinct, _edges, _incidence, see_through
+from harness.world.sensors.lidar import Lidar, LidarParams, SelfFilter
+from harness.world.sensors.lidar_kernels import clearance_field
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import Pose2D
 

@@ -3,9 +3,9 @@ import math
 import numpy as np
 import pytest
 
-from harness.world.body_state import BodyState
-from harness.world.lidar import Lidar, LidarParams, SelfFilter
-from harness.world.lidar_kernels import _meet, cast_grid, clearance_field, finish_scan
+from harness.world.physics.body_state import BodyState
+from harness.world.sensors.lidar import Lidar, LidarParams, SelfFilter
+from harness.world.sensors.lidar_kernels import _meet, cast_grid, clearance_field, finish_scan
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.types import Pose2D

@@ -3,10 +3,10 @@ import math
 import numpy as np
 import pytest
 
-from harness.world.scene import Obstacle
-from harness.world.scene_io import load_scene
-from harness.world.shapes import Rect
-from harness.world.sky import MASK, Sky
+from harness.world.map.scene import Obstacle
+from harness.world.map.scene_io import load_scene
+from harness.world.map.shapes import Rect
+from harness.world.sensors.sky import MASK, Sky
 
 AREA = Rect(-400.0, -400.0, 400.0, 400.0)
 

@@ -7,12 +7,12 @@ import pytest
 
 from harness.storage.shipped import shipped
 from harness.task.stack import load_stack
-from harness.world.body_state import BodyState
-from harness.world.ground_truth import GroundTruthLocalizer
-from harness.world.scene import Obstacle, Scene
-from harness.world.sensors import SensorParams, SensorSuite
-from harness.world.shapes import Rect
-from harness.world.wheel_odometry import along_arc, wheel_motion
+from harness.world.map.scene import Obstacle, Scene
+from harness.world.map.shapes import Rect
+from harness.world.physics.body_state import BodyState
+from harness.world.sensors.ground_truth import GroundTruthLocalizer
+from harness.world.sensors.sensors import SensorParams, SensorSuite
+from harness.world.sensors.wheel_odometry import along_arc, wheel_motion
 from navstack.clock import Clock
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError

@@ -16,7 +16,7 @@ from harness.report.texts import COSTS
 from harness.storage.shipped import shipped
 from harness.study.stored_run import StoredRun
 from harness.world.outcome import Rules
-from harness.world.robot import RobotParams
+from harness.world.physics.robot import RobotParams
 from harness.world.world_params import WorldParams
 from navstack.errors import InputError
 from navstack.params.strict import load_dataclass

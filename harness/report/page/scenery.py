@@ -10,8 +10,8 @@ import numpy as np
 from harness.report.page.entries import Entry
 from harness.study.manifest import map_digest
 from harness.study.stored_run import StoredRun
-from harness.world.scene import Scene
-from harness.world.scene_io import load_scene
+from harness.world.map.scene import Scene
+from harness.world.map.scene_io import load_scene
 from navstack.costmap.occupancy_grid import FREE, SOLID_FROM
 from navstack.errors import InputError, NavstackError
 from navstack.types import FloatArray

@@ -9,7 +9,7 @@ import pytest
 
 from harness.cli.app import main
 from harness.study.manifest import map_digest
-from harness.world.scene_io import load_scene
+from harness.world.map.scene_io import load_scene
 
 
 def explain(*arguments: str) -> Any:

@@ -14,7 +14,7 @@ from harness.storage.checksums import write_checksums
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows, write_table
 from harness.study.manifest import map_digest
-from harness.world.scene_io import load_scene
+from harness.world.map.scene_io import load_scene
 
 CRITIC = {f"PathDist_{end}": kind for end, kind in CRITIC_COLUMNS.items()}
 HITS = (4.0, 9.0)  # [s] of two contacts that cost something

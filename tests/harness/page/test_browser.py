@@ -11,7 +11,7 @@ import pytest
 from harness.cli.app import main
 from harness.report.repriced import TITLES
 from harness.study.manifest import map_digest
-from harness.world.scene_io import load_scene
+from harness.world.map.scene_io import load_scene
 
 from .in_browser import Browse, choose, picture, shown, wait
 

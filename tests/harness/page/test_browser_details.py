@@ -16,8 +16,8 @@ from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows
 from harness.study.manifest import map_digest
 from harness.study.stored_run import load_run
-from harness.world.robot import RobotParams
-from harness.world.scene_io import load_scene
+from harness.world.map.scene_io import load_scene
+from harness.world.physics.robot import RobotParams
 from harness.world.world_params import WorldParams
 from navstack.geometry import transform_points
 from navstack.params.strict import load_dataclass

@@ -22,7 +22,7 @@ from harness.report.repriced import TITLES
 from harness.storage.tables import read_rows, write_table
 from harness.study.manifest import map_digest
 from harness.study.stored_run import StoredStack, load_run
-from harness.world.scene_io import load_scene
+from harness.world.map.scene_io import load_scene
 
 EVIL = "<script>alert(1)"
 # words of other events

@@ -19,7 +19,7 @@ from harness.report.replay_bag import GREY, RED, write_bag
 from harness.report.replay_gif import FRAMES_PER_SECOND, SPEED, frame_times
 from harness.storage.checksums import write_checksums
 from harness.storage.tables import read_rows
-from harness.world.scene_io import load_scene
+from harness.world.map.scene_io import load_scene
 from navstack.geometry import compose
 from navstack.types import Pose2D
 

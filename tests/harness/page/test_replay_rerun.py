@@ -19,7 +19,7 @@ from harness.report import replay_rerun
 from harness.report.replay import contacts_shown
 from harness.storage.checksums import write_checksums
 from harness.storage.tables import read_rows
-from harness.world.scene_io import load_scene
+from harness.world.map.scene_io import load_scene
 from navstack.costmap.occupancy_grid import SOLID_FROM
 
 

@@ -1,0 +1,1 @@
+"""What is carried, and what of it is spilt."""

@@ -1,0 +1,246 @@
+"""Popcorn in an open bucket: every piece a body of its own, in a physics server of its own.
+
+The server's frame moves along with the centre of the bucket's floor and keeps its directions: the
+bucket's acceleration acts on all pieces as an equal pseudo-force, its rotation is that of the
+bucket's walls. So all six degrees of freedom of the bucket reach the pieces.
+
+Simplifications: pieces are equal spheres (friction and rolling friction stand for the irregular
+shape), without air drag; they do not act back on the robot (50 g against 50 kg); the bucket is a
+square box fixed to the robot, unless
+:mod:`harness.world.cargo.loose_cargo` lets it stand loose. Pieces that have left the bucket's
+surroundings are lost for good. Pieces move only while the bucket is shaken or tilted beyond a
+threshold and shortly afterwards, when they rest again; below it popcorn filled to 0.6 does not
+move. As they act on nothing, their motion is worked out late, and not at all where no jolt could
+lift a liquid over the rim. Lengths and accelerations are ten times the real ones, so that the
+contact solver's tolerances (about 1 mm) are small against a piece; times are real.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from harness.world.cargo.bucket import SCALE, build, step_with
+from harness.world.people.heap import POURS, settled_heap, turned
+from harness.world.physics.engine import Server, bullet
+from harness.world.physics.motion_kernels import Quaternion, Vector, lean_and_shake
+from harness.world.truth import CargoState
+from harness.world.world_params import CargoParams
+from navstack.types import BoolArray, FloatArray
+
+# see lean_and_shake; acceleration, orientation and spin as given
+Shaking = tuple[float, Vector, Quaternion, Vector]
+
+_CHECK_STEPS = 12  # physics steps between two looks for lost pieces
+# [s] over which shaking is averaged: about how long a piece takes from wall to wall at 4 m/s2
+_JOLT_TIME = 0.2
+_LEVEL = (0.0, 0.0, 0.0, 1.0)
+_REST = (0.0, 0.0, 0.0)
+
+
+class Cargo:
+    """The pieces of one delivery after the other."""
+
+    def __init__(self, params: CargoParams, gravity: float, dt: float) -> None:
+        """Build a bucket to be filled.
+
+        Args:
+            params: pieces and bucket.
+            gravity: [m/s2].
+            dt: [s] physics step.
+        """
+        self.params = params
+        self._gravity = gravity
+        self._dt = dt
+        # in which the pieces were poured
+        self._standing = dataclasses.replace(params, bucket="fixed")
+        self._server: Server | None = None  # 28 MB, of use only once the bucket is shaken
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Fill the bucket.
+
+        ``rng`` chooses among settled heaps and the eight ways to turn and mirror one.
+        """
+        pour, image = int(rng.integers(POURS)), int(rng.integers(8))
+        heap = turned(settled_heap(self._standing, self._gravity, self._dt, pour), image)
+        self._heap = heap[is_inside(heap, self.params)]
+        self._is_built = False  # in the server; many a delivery never shakes its cargo
+        self._orientation: Quaternion = _LEVEL
+        self._lost = 0
+        self._at_start = len(self._heap)
+        # while the pieces move they are looked at ten times per second
+        self.state = CargoState(self._at_start, 0)
+        # all steps, none of which has spilled anything; None: one may have
+        self._waiting: list[Shaking] | None = []
+        self._harmless = harmless_jolt(self._heap, self.params, self._gravity)
+        self._jolt = 0.0  # [m/s2] mean of the shaking since the pieces rested
+        self._begin()
+
+    def _begin(self) -> None:
+        self._is_awake = False
+        self._heading = 0.0  # [rad] of the server's frame in the map frame
+        self._calm_steps = 0
+        self._steps = 0
+        self._bucket_yaw = 0.0  # [rad] in the server's frame
+
+    @property
+    def is_awake(self) -> bool:
+        """Whether the pieces move."""
+        return self._is_awake
+
+    @property
+    def positions(self) -> FloatArray:
+        """Centres (n, 3) in [m] of the pieces near the bucket, frame of the bucket's floor."""
+        self._catch_up()
+        if not self._is_built:
+            return self._heap.copy()
+        get, client = bullet.getBasePositionAndOrientation, self._client
+        places = np.array(
+            [get(piece, physicsClientId=client)[0] for piece in self._pieces]
+        ).reshape(-1, 3)
+        position, orientation = self._pose()
+        rotation = np.array(bullet.getMatrixFromQuaternion(orientation)).reshape(3, 3)
+        local: FloatArray = ((places - position) / SCALE) @ rotation
+        return local
+
+    def step(self, acceleration: Vector, orientation: Quaternion, spin: Vector) -> None:
+        """Advance by one physics step.
+
+        Args:
+            acceleration: [m/s2] of the centre of the bucket's floor, map frame, without gravity.
+            orientation: of the robot's body in the map frame.
+            spin: [rad/s] of the robot's body, map frame.
+        """
+        shake = lean_and_shake(*acceleration, *orientation[:2], self._gravity)
+        if self._waiting is not None:
+            self._waiting.append((shake, acceleration, orientation, spin))
+            before = self._jolt if self._is_awake else 0.0  # pieces at rest
+            self._jolt = before + (shake - before) * self._dt / _JOLT_TIME
+            if self._jolt > self._harmless:
+                self._catch_up()
+                return
+        self._advance(shake, acceleration, orientation, spin)
+
+    def _catch_up(self) -> None:
+        """Simulate all steps since the beginning, and from now on each as it comes."""
+        waiting, self._waiting = self._waiting, None
+        if waiting is not None:
+            self._begin()
+            for shaking in waiting:
+                self._advance(*shaking)
+
+    def _advance(
+        self, shake: float, acceleration: Vector, orientation: Quaternion, spin: Vector
+    ) -> None:
+        is_simulated = self._waiting is None
+        if shake > self.params.wake_acceleration:
+            self._calm_steps = 0
+            if not self._is_awake and is_simulated:
+                self._wake(orientation)
+            self._is_awake = True
+        elif not self._is_awake:
+            return
+        self._calm_steps += 1
+        if is_simulated:
+            self._simulate(acceleration, orientation, spin)
+        if self._calm_steps * self._dt > self.params.settle_time:
+            self._is_awake = False
+            if is_simulated:
+                self._rest()
+        elif is_simulated and self._steps % _CHECK_STEPS == 0:
+            self._look()
+
+    def close(self) -> None:
+        """Free the physics server."""
+        if self._server is not None:
+            self._server.close()
+
+    def _wake(self, orientation: Quaternion) -> None:
+        """Choose the server's frame so that the bucket stands in it as it did when the pieces came to rest."""
+        if not self._is_built:
+            self._server = self._server or Server()
+            self._client = self._server.client
+            self._fill()
+            self._is_built = True
+        self._heading = _yaw(orientation) - self._bucket_yaw
+
+    def _fill(self) -> None:
+        """Build what is moved by hand, and the pieces."""
+        self._held, self._pieces = build(self._client, self.params, self._heap, self._dt)
+
+    def _pose(self) -> tuple[Vector, Quaternion]:
+        """Where the centre of the bucket's floor is, in the server's lengths, and how it stands."""
+        return _REST, self._orientation
+
+    def _rest(self) -> None:
+        self._look()
+        for piece in self._pieces:
+            bullet.resetBaseVelocity(piece, _REST, _REST, physicsClientId=self._client)
+
+    def _simulate(self, acceleration: Vector, orientation: Quaternion, spin: Vector) -> None:
+        client, (ax, ay, az) = self._client, acceleration
+        cos, sin = math.cos(self._heading), math.sin(self._heading)
+        # [m/s2] on the pieces, server's frame
+        pull = (-cos * ax - sin * ay, sin * ax - cos * ay, -self._gravity - az)
+        self._orientation = in_frame(self._heading, orientation)
+        self._bucket_yaw = _yaw(self._orientation)
+        wx, wy, wz = spin
+        spin_here = (cos * wx + sin * wy, -sin * wx + cos * wy, wz)
+        step_with(client, self._held, pull, self._orientation, spin_here, self._dt)
+        self._steps += 1
+
+    def _look(self) -> None:
+        """Count what is outside and remove what has left the bucket's surroundings."""
+        places = self.positions
+        far = (np.abs(places) > 4.0 * max(self.params.bucket_width, self.params.bucket_height)).any(
+            axis=1
+        )
+        far |= places[:, 2] < -0.5 * self.params.bucket_height
+        if far.any():
+            for i in np.flatnonzero(far)[::-1].tolist():
+                bullet.removeBody(self._pieces.pop(i), physicsClientId=self._client)
+                self._lost += 1
+        outside = self._lost + int((~is_inside(self.positions, self.params)).sum())
+        self.state = CargoState(self._at_start, outside)
+
+
+def harmless_jolt(heap: FloatArray, params: CargoParams, gravity: float) -> float:
+    """Mean shaking [m/s2] over ``_JOLT_TIME`` up to which nothing is spilled.
+
+    It is that by which a liquid as high as the highest piece just reaches the rim. Held, the
+    shaking inclines the surface about its middle; as a shock it gives a speed, which is spent on
+    the way up. Popcorn rubs, and bears more.
+
+    Args:
+        heap: centres (n, 3) [m] of the pieces at rest.
+        params: pieces and bucket; one that stands loose bears nothing.
+        gravity: [m/s2].
+    """
+    to_rim = params.bucket_height - float(heap[:, 2].max(initial=0.0))
+    if params.bucket != "fixed" or to_rim <= 0.0:
+        return 0.0
+    return min(
+        2.0 * gravity * to_rim / params.bucket_width, math.sqrt(2.0 * gravity * to_rim) / _JOLT_TIME
+    )
+
+
+def is_inside(places: FloatArray, params: CargoParams) -> BoolArray:
+    """Which centres (n, 3) [m], bucket's frame, lie in the bucket's bounding box."""
+    half, height = 0.5 * params.bucket_width, params.bucket_height
+    return (
+        (np.abs(places[:, :2]) <= half).all(axis=1)
+        & (places[:, 2] >= 0.0)
+        & (places[:, 2] <= height)
+    )
+
+
+def in_frame(heading: float, orientation: Quaternion) -> Quaternion:
+    """An orientation, seen from a frame turned about the vertical by ``heading`` [rad]."""
+    cos, sin = math.cos(0.5 * heading), -math.sin(0.5 * heading)
+    x, y, z, w = orientation
+    return cos * x - sin * y, cos * y + sin * x, cos * z + sin * w, cos * w - sin * z
+
+
+def _yaw(orientation: Quaternion) -> float:
+    x, y, z, w = orientation
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

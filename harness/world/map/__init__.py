@@ -1,0 +1,1 @@
+"""What stands where: scenes, generated sidewalks and imported maps."""

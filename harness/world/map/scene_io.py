@@ -1,0 +1,301 @@
+"""Scenes on disk: three map_server maps and the typed objects as GeoJSON.
+
+``NAME.yaml`` + ``NAME.png``: the geometry, a map that Nav2's map_server reads.
+``NAME_walkable.yaml`` + ``NAME_walkable.png``: where feet and wheels may be, up to curb and wall,
+in the same frame. ``NAME_navmesh.yaml`` + ``NAME_navmesh.png``: the navigation mesh, drawn within
+the walkable ground, in the same frame. ``NAME.geojson``: obstacles and zones, coordinates in metres
+in the map frame. Only the first is needed: a user's own map becomes a scene with obstacles raised
+from its occupied cells, its free cells are walkable, and without a mesh the walkable ground is the
+mesh.
+"""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+
+from harness.storage import shipped as resources
+from harness.world.map.scene import Obstacle, Scene, Zone
+from harness.world.physics.extrude import extrude
+from navstack.costmap.field_cache import cached_array, content_key
+from navstack.costmap.map_image import MAX_BYTES, MAX_PIXELS
+from navstack.costmap.map_io import load_map, load_metadata, save_map
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, SOLID_FROM, UNKNOWN, OccupancyGrid
+from navstack.errors import InputError, MapError, UnknownNameError
+from navstack.files import check_regular
+from navstack.types import FloatArray, Pose2D
+
+FREE_BELOW = 20  # [%] occupancy below which it is walkable (map_server's free_thresh)
+MAX_OBJECTS_BYTES = 20_000_000  # of a GeoJSON file; the shipped ones have 0.1 MB
+MAX_OBJECTS, MAX_CORNERS = 20_000, 10_000  # in a file, of a polygon
+HIGHEST, FARTHEST = 1000.0, 1e8  # [m] of heights and elevations, of coordinates
+_WALKABLE, _MESH = "_walkable", "_navmesh"
+
+
+def map_names() -> list[str]:
+    """The maps that come with the program."""
+    return [
+        name
+        for name in resources.names(resources.shipped("maps"))
+        if not name.endswith((_WALKABLE, _MESH))
+    ]
+
+
+def made_of(name: str) -> tuple[str, ...]:
+    """The stems of the files of a map of our own."""
+    return (name, f"{name}{_WALKABLE}", f"{name}{_MESH}")
+
+
+def check_map_name(name: str) -> None:
+    """Check a name for a new map.
+
+    Raises:
+        InputError: it is no plain file name, or has an ending that stands for a part of another
+            map.
+    """
+    if (
+        not name
+        or Path(name).name != name
+        or name.startswith(".")
+        or name.endswith((_WALKABLE, _MESH, ".yaml"))
+    ):
+        raise InputError(
+            f"map name '{name}' cannot be used; give a plain file name without folder and suffix, "
+            f"which does not end with {_WALKABLE} or {_MESH}"
+        )
+
+
+def load_scene(name_or_path: str | Path) -> Scene:
+    """Read a shipped map by its name, or any map_server YAML file by its path.
+
+    Raises:
+        UnknownNameError: no shipped map has this name.
+        MapError: a file is missing, too large or cannot be used.
+    """
+    path = _resolve(str(name_or_path))
+    geometry = align(_load_grid(path))
+    walkable = _load_companion(path, _WALKABLE, geometry) or _free_part(geometry)
+    mesh = _load_companion(path, _MESH, geometry)
+    objects_path = path.with_suffix(".geojson")
+    if objects_path.exists():
+        obstacles, zones = _load_objects(objects_path)
+    else:
+        obstacles, zones = extrude(geometry, geometry.data >= SOLID_FROM), ()
+    return Scene(path.stem, obstacles, zones, geometry, walkable, mesh)
+
+
+def map_files(name_or_path: str | Path) -> list[Path]:
+    """The files of which :func:`load_scene` makes a map, those that there are.
+
+    Raises:
+        UnknownNameError: no shipped map has this name.
+        MapError: a YAML file cannot be used.
+    """
+    path = _resolve(str(name_or_path))
+    maps = [
+        each
+        for each in (path, *(_beside(path, suffix) for suffix in (_WALKABLE, _MESH)))
+        if each.exists()
+    ]
+    return [*maps, *(load_metadata(each).image for each in maps), path.with_suffix(".geojson")]
+
+
+def save_scene(scene: Scene, folder: Path, name: str) -> None:
+    """Write a scene's files into a folder.
+
+    Raises:
+        MapError: the folder cannot be written.
+    """
+    path = Path(folder) / f"{name}.yaml"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.with_suffix(".geojson").write_text(_objects_text(scene), encoding="utf-8")
+    except OSError as error:
+        raise MapError(f"map folder {folder}: cannot be written ({error.strerror})") from None
+    save_map(scene.geometry, path)
+    save_map(scene.walkable, path.with_name(f"{name}{_WALKABLE}.yaml"))
+    if scene.drawn_mesh is not None:
+        save_map(scene.drawn_mesh, path.with_name(f"{name}{_MESH}.yaml"))
+
+
+def align(grid: OccupancyGrid) -> OccupancyGrid:
+    """The same map with its axes parallel to the frame's, by the nearest cell.
+
+    What lies outside is unknown.
+
+    (Nav2's costmaps ignore a yaw in a map's origin instead.)
+    """
+    yaw, r = grid.origin.yaw, grid.resolution
+    if yaw == 0.0:
+        return grid
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    corners = np.array(((0, 0), (grid.width, 0), (grid.width, grid.height), (0, grid.height))) * r
+    turned = corners @ np.array(((cos, sin), (-sin, cos)))
+    low, high = turned.min(axis=0), turned.max(axis=0)
+    width, height = (max(math.ceil(extent / r - 1e-9), 1) for extent in high - low)
+    if width * height > MAX_PIXELS:
+        raise MapError(
+            f"map turned by {yaw:g} rad has {width} x {height} cells; allowed: {MAX_PIXELS}; give an origin without yaw"
+        )
+    x = low[0] + (np.arange(width) + 0.5) * r
+    y = (low[1] + (np.arange(height) + 0.5) * r)[:, None]
+    columns = np.floor((cos * x + sin * y) / r).astype(np.int64)
+    rows = np.floor((-sin * x + cos * y) / r).astype(np.int64)
+    inside = (columns >= 0) & (columns < grid.width) & (rows >= 0) & (rows < grid.height)
+    data = np.full((height, width), UNKNOWN, dtype=np.int8)
+    data[inside] = grid.data[rows[inside], columns[inside]]
+    return OccupancyGrid(
+        data, r, Pose2D(grid.origin.x + float(low[0]), grid.origin.y + float(low[1]), 0.0)
+    )
+
+
+def _load_grid(path: Path) -> OccupancyGrid:
+    """A map_server map.
+
+    Its cells are kept in the cache, because decoding a large image takes longer than reading it.
+
+    Raises:
+        MapError: the map cannot be used.
+    """
+    metadata = load_metadata(path)
+    try:
+        check_regular(metadata.image, MAX_BYTES)
+        content = path.read_bytes() + metadata.image.read_bytes()
+    except OSError:
+        return load_map(path)  # which says what is wrong
+    key = content_key("map cells 2", np.frombuffer(content, dtype=np.uint8))
+    return OccupancyGrid(
+        cached_array(key, lambda: load_map(path).data), metadata.resolution, metadata.origin
+    )
+
+
+def _load_companion(path: Path, suffix: str, geometry: OccupancyGrid) -> OccupancyGrid | None:
+    """The map beside another one whose name has a suffix more; None: there is none."""
+    companion = _beside(path, suffix)
+    if not companion.exists():
+        return None
+    grid = align(_load_grid(companion))
+    if (grid.data.shape, grid.resolution, grid.origin) != (
+        geometry.data.shape,
+        geometry.resolution,
+        geometry.origin,
+    ):
+        raise MapError(
+            f"map {companion}: its size, resolution or origin differs from {path.name}'s; all must be equal"
+        )
+    return grid
+
+
+def _beside(path: Path, suffix: str) -> Path:
+    return path.with_name(f"{path.stem}{suffix}.yaml")
+
+
+def _free_part(geometry: OccupancyGrid) -> OccupancyGrid:
+    """The walkable ground of a map of which nothing more is known."""
+    is_free = (geometry.data >= FREE) & (geometry.data < FREE_BELOW)
+    cells = np.where(is_free, np.int8(FREE), np.int8(OCCUPIED))
+    return OccupancyGrid(cells, geometry.resolution, geometry.origin)
+
+
+def _resolve(name_or_path: str) -> Path:
+    given = Path(name_or_path)
+    if given.suffix in (".yaml", ".yml") or len(given.parts) > 1:
+        return given
+    if name_or_path not in map_names():
+        raise UnknownNameError("map", name_or_path, map_names())
+    return resources.shipped("maps") / f"{name_or_path}.yaml"
+
+
+def _objects_text(scene: Scene) -> str:
+    features = [
+        _feature("zone", zone.kind, zone.polygon, {"elevation": zone.elevation})
+        for zone in scene.zones
+    ]
+    features += [
+        _feature("obstacle", obstacle.kind, obstacle.polygon, {"height": obstacle.height})
+        for obstacle in scene.obstacles
+    ]
+    lines = ",\n".join(json.dumps(feature, separators=(",", ":")) for feature in features)
+    return f'{{"type":"FeatureCollection","coordinates":"metres in the map frame","features":[\n{lines}\n]}}\n'
+
+
+def _feature(role: str, kind: str, polygon: FloatArray, more: dict[str, float]) -> dict[str, Any]:
+    ring = [*polygon.tolist(), polygon[0].tolist()]
+    geometry = {"type": "Polygon", "coordinates": [ring]}
+    return {
+        "type": "Feature",
+        "properties": {"role": role, "kind": kind, **more},
+        "geometry": geometry,
+    }
+
+
+def _load_objects(path: Path) -> tuple[tuple[Obstacle, ...], tuple[Zone, ...]]:
+    try:
+        check_regular(path, MAX_OBJECTS_BYTES)
+        features = json.loads(path.read_text(encoding="utf-8"))["features"]
+        if len(features) > MAX_OBJECTS:
+            raise MapError(f"{path}: {len(features)} features; at most {MAX_OBJECTS} are read")
+        obstacles: list[Obstacle] = []
+        zones: list[Zone] = []
+        for number, feature in enumerate(features):
+            properties = feature["properties"]
+            where = f"{path}: feature {number}"
+            if properties["role"] not in ("zone", "obstacle"):
+                raise MapError(
+                    f"{where}: role {properties['role']!r}; allowed are zone and obstacle"
+                )
+            if properties["role"] == "zone":
+                zones.append(_zone(feature, where))
+            else:
+                obstacles += _obstacles(feature, where)
+        return tuple(obstacles), tuple(zones)
+    except OSError as error:
+        raise MapError(f"{path}: cannot be read ({error.strerror})") from None
+    except RecursionError:
+        raise MapError(
+            f"{path}: is nested too deeply for a GeoJSON of obstacles and zones"
+        ) from None
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise MapError(
+            f"{path}: is not a GeoJSON of obstacles and zones ({type(error).__name__}: {error})"
+        ) from None
+
+
+def _polygon(feature: dict[str, Any], where: str) -> shapely.Polygon:
+    ring = np.array(feature["geometry"]["coordinates"][0], dtype=float)
+    if ring.ndim != 2 or not 4 <= len(ring) <= MAX_CORNERS or not (np.abs(ring) <= FARTHEST).all():
+        raise MapError(
+            f"{where}: a polygon has 4 to {MAX_CORNERS} points (the first again at the end) in metres"
+        )
+    polygon = shapely.Polygon(ring)
+    if feature["geometry"]["type"] != "Polygon" or not polygon.is_valid:
+        raise MapError(f"{where}: is not a valid polygon of at least three points in metres")
+    return polygon
+
+
+def _zone(feature: dict[str, Any], where: str) -> Zone:
+    properties = feature["properties"]
+    elevation = float(properties.get("elevation", 0.0))
+    if not abs(elevation) <= HIGHEST:
+        raise MapError(f"{where}: elevation {elevation} m is not a number within {HIGHEST:g} m")
+    return Zone(str(properties["kind"]), _ring(_polygon(feature, where)), elevation)
+
+
+def _obstacles(feature: dict[str, Any], where: str) -> list[Obstacle]:
+    """The convex pieces of a polygon: itself, or its constrained Delaunay triangles."""
+    kind, height = str(feature["properties"]["kind"]), float(feature["properties"]["height"])
+    if not 0.0 < height <= HIGHEST:
+        raise MapError(f"{where}: height {height} m is not positive and at most {HIGHEST:g} m")
+    polygon = _polygon(feature, where)
+    is_convex = polygon.convex_hull.area - polygon.area <= 1e-6 * polygon.area
+    pieces = [polygon] if is_convex else shapely.constrained_delaunay_triangles(polygon).geoms
+    return [Obstacle(kind, _ring(piece), height) for piece in pieces]
+
+
+def _ring(polygon: shapely.Polygon) -> FloatArray:
+    """The corners (N, 2), counter-clockwise, the first not repeated."""
+    ring = np.array(polygon.exterior.coords)[:-1, :2]
+    return ring if polygon.exterior.is_ccw else ring[::-1].copy()

@@ -1,0 +1,1 @@
+"""Who walks: models of pedestrians, recorded ones, and the crowd that they form."""

@@ -1,0 +1,269 @@
+"""The bodies of the physics server: the robot and the obstacles near it.
+
+All bodies are rigid bodies in maximal coordinates, three times as fast here as PyBullet's
+multi-bodies. The server has no gravity; the robot's weight is applied by its drive, and nothing
+else falls. Collision groups let only pairs with the robot be tested.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from harness.world.map.scene import Obstacle, Scene
+from harness.world.physics.contacts import Touched, Vector
+from harness.world.physics.engine import bullet, set_dynamics
+from harness.world.physics.robot import RobotParams
+from harness.world.physics.touch_kernels import find_near, may_touch
+from harness.world.truth import Partner
+from navstack.types import FloatArray
+
+ROBOT, FIXED, PERSON = 1, 2, 4  # collision groups
+
+_UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+_AT_REST = (0.0, 0.0, 0.0)
+_WALL = 0.05  # [m] thickness of the walls that stand for a polygon's edges
+_RECTANGLE_TOLERANCE = 1e-6  # [-] cosine of the corners
+
+
+class StaticIndex:
+    """The obstacles of a scene, searchable by place."""
+
+    def __init__(self, obstacles: tuple[Obstacle, ...]) -> None:
+        self.obstacles = obstacles
+        polygons = [obstacle.polygon for obstacle in obstacles]
+        self._corners = np.concatenate(polygons) if polygons else np.empty((0, 2))
+        self._first = np.cumsum([0, *(len(polygon) for polygon in polygons)])
+        self._boxes = np.array(
+            [(*polygon.min(axis=0), *polygon.max(axis=0)) for polygon in polygons]
+        ).reshape(-1, 4)
+        self._found = np.empty(len(polygons), dtype=np.int64)
+
+    def near(self, x: float, y: float, radius: float) -> tuple[list[int], float]:
+        """Numbers of the obstacles within ``radius`` [m], ascending, and the distance [m] of the nearest (or inf)."""
+        count, nearest = find_near(
+            x, y, radius, self._corners, self._first, self._boxes, self._found
+        )
+        return self._found[:count].tolist(), nearest
+
+
+@lru_cache(maxsize=4)
+def static_index(scene: Scene) -> StaticIndex:
+    """The index of a scene, made once per process."""
+    return StaticIndex(scene.obstacles)
+
+
+class NearObstacles:
+    """Keeps bodies for the obstacles near the robot only.
+
+    Far ones would cost time in every step.
+    """
+
+    ACTIVE_RADIUS = 3.5  # [m] around the body's centre
+    REFRESH_DISTANCE = 1.0  # [m] the robot moves before the choice is made anew
+    # [m] between bodies that certainly do not touch in a step: what is closed in it, and a wall's
+    # excess
+    MARGIN = 0.15
+
+    def __init__(
+        self, client: int, index: StaticIndex, friction: float, robot: RobotParams
+    ) -> None:
+        self._client = client
+        self._half_size = robot.half_size
+        # [m] of the body's middle from its centre of mass
+        self._ahead = robot.center[0] - robot.center_of_mass_x
+        self._index = index
+        self._friction = friction
+        self.touchable: dict[int, Touched] = {}  # body -> what it is
+        self._active: dict[int, int] = {}  # obstacle -> body
+        # obstacle -> shape; PyBullet keeps shapes until its server is emptied
+        self._prisms: dict[int, Prism] = {}
+        self._center = (math.inf, math.inf)  # [m] where the choice was made
+        self._clearance = 0.0  # [m] of the nearest obstacle from there
+
+    def follow(self, x: float, y: float, reach: float) -> float:
+        """Renew the choice for a robot at (x, y) if it is due.
+
+        Returns:
+            How far [m] it may go until the choice is due anew or something can be within ``reach``
+            [m] of it; negative: something can be already.
+        """
+        moved = math.hypot(x - self._center[0], y - self._center[1])
+        if moved > self.REFRESH_DISTANCE:
+            self._renew(x, y)
+            moved = 0.0
+        ahead = self._clearance - moved
+        return ahead - reach if ahead < reach else min(ahead - reach, self.REFRESH_DISTANCE - moved)
+
+    def _renew(self, x: float, y: float) -> None:
+        wanted, nearest = self._index.near(x, y, self.ACTIVE_RADIUS)
+        self._center, self._clearance = (x, y), min(nearest, self.ACTIVE_RADIUS)
+        kept = set(wanted)
+        for number in [number for number in self._active if number not in kept]:
+            body = self._active.pop(number)
+            del self.touchable[body]
+            bullet.removeBody(body, physicsClientId=self._client)
+        for number in wanted:
+            if number not in self._active:
+                self._add(number)
+        polygons = [self._index.obstacles[number].polygon for number in wanted]
+        self._corners = np.concatenate(polygons) if polygons else np.empty((0, 2))
+        self._first = np.cumsum([0, *(len(polygon) for polygon in polygons)])
+
+    def can_touch(self, x: float, y: float, yaw: float) -> bool:
+        """Whether a level robot with its centre of mass at (x, y) may touch something in the coming step."""
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        middle = x + cos * self._ahead, y + sin * self._ahead
+        return bool(
+            may_touch(*middle, cos, sin, *self._half_size, self.MARGIN, self._corners, self._first)
+        )
+
+    def _add(self, number: int) -> None:
+        obstacle = self._index.obstacles[number]
+        if number not in self._prisms:
+            self._prisms[number] = make_prism(self._client, obstacle.polygon, obstacle.height)
+        prism = self._prisms[number]
+        body = fixed_body(self._client, prism.shape, prism.center, self._friction)
+        self._active[number] = body
+        self.touchable[body] = Touched(Partner.PROPERTY, obstacle.kind, number)
+
+
+def add_robot(client: int, robot: RobotParams) -> int:
+    """The robot: a box above four small spheres, the treads of its wheels and casters, which carry it exactly level.
+
+    The spheres do not turn; they slide without friction, and the drive pushes.
+    """
+    a, b = robot.half_size
+    x, y, z = robot.center_of_mass
+    foot, low = robot.foot_radius, robot.ground_clearance
+    half_height = 0.5 * (robot.height - low)
+    feet = [(fx - x, fy - y, foot - z) for fx, fy in robot.feet]
+    box = (robot.center[0] - x, robot.center[1] - y, low + half_height - z)
+    shape = bullet.createCollisionShapeArray(
+        [bullet.GEOM_BOX] + [bullet.GEOM_SPHERE] * 4,
+        radii=[0.0] + [foot] * 4,
+        halfExtents=[(a, b, half_height)] + [(0.0, 0.0, 0.0)] * 4,
+        collisionFramePositions=[box, *feet],
+        physicsClientId=client,
+    )
+    body = _rigid_body(client, robot.mass, shape, (0.0, 0.0, z))
+    _make_heavy(client, body, robot.mass, robot.inertia, robot.body_friction)
+    bullet.setCollisionFilterGroupMask(body, -1, ROBOT, FIXED | PERSON, physicsClientId=client)
+    return body
+
+
+@dataclass(frozen=True, slots=True)
+class Prism:
+    """The collision shape of an obstacle."""
+
+    shape: int  # number in the physics server
+    center: tuple[float, float, float]  # [m] where its body goes, map frame
+
+
+def make_prism(client: int, polygon: FloatArray, height: float) -> Prism:
+    """The shape of an upright prism over a convex counter-clockwise polygon (N, 2).
+
+    A rectangle is one box. Any other polygon is a ring of thin boxes along its edges, because
+    PyBullet finds all contact points of two boxes at once, but those of other shapes one per step.
+    At a sharp corner a wall may stick out by its thickness of 0.05 m.
+    """
+    x, y = polygon.mean(axis=0)
+    boxes = [_rectangle(polygon, height)] if is_rectangle(polygon) else _ring(polygon, height)
+    shape = bullet.createCollisionShapeArray(
+        [bullet.GEOM_BOX] * len(boxes),
+        halfExtents=[half for half, _, _ in boxes],
+        collisionFramePositions=[(px - x, py - y, 0.0) for _, (px, py), _ in boxes],
+        collisionFrameOrientations=[
+            (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)) for _, _, yaw in boxes
+        ],
+        physicsClientId=client,
+    )
+    return Prism(int(shape), (float(x), float(y), 0.5 * height))
+
+
+def is_rectangle(polygon: FloatArray) -> bool:
+    """Whether a polygon (N, 2) has four right angles."""
+    if len(polygon) != 4:
+        return False
+    edges = np.roll(polygon, -1, axis=0) - polygon
+    edges = edges / np.hypot(*edges.T)[:, None]
+    return bool(
+        (np.abs((edges * np.roll(edges, -1, axis=0)).sum(axis=1)) < _RECTANGLE_TOLERANCE).all()
+    )
+
+
+# half extents [m], centre [m], yaw [rad]
+_Box = tuple[tuple[float, float, float], tuple[float, float], float]
+
+
+def _rectangle(polygon: FloatArray, height: float) -> _Box:
+    along, across = polygon[1] - polygon[0], polygon[2] - polygon[1]
+    half = (0.5 * float(np.hypot(*along)), 0.5 * float(np.hypot(*across)), 0.5 * height)
+    x, y = polygon.mean(axis=0)
+    return half, (float(x), float(y)), math.atan2(along[1], along[0])
+
+
+def _ring(polygon: FloatArray, height: float) -> list[_Box]:
+    boxes: list[_Box] = []
+    for start, end in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        edge = end - start
+        length = float(np.hypot(*edge))
+        inwards = np.array((-edge[1], edge[0])) / length
+        x, y = 0.5 * (start + end) + 0.5 * _WALL * inwards
+        half = (0.5 * length, 0.5 * _WALL, 0.5 * height)
+        boxes.append((half, (float(x), float(y)), math.atan2(edge[1], edge[0])))
+    return boxes
+
+
+def person_shape(client: int, radius: float, height: float, robot_height: float) -> int:
+    """The shape of an upright capsule that stands on its origin; lengths in [m].
+
+    An upright capsule touches an upright face along a line, whose ends carry the contact: two
+    spheres, at the lower end of the capsule's cylinder and at its upper end or the robot's top,
+    whichever is lower.
+    """
+    top = max(min(height - radius, robot_height), radius)
+    shape = bullet.createCollisionShapeArray(
+        [bullet.GEOM_SPHERE] * 2,
+        radii=[radius] * 2,
+        collisionFramePositions=[(0.0, 0.0, radius), (0.0, 0.0, top)],
+        physicsClientId=client,
+    )
+    return int(shape)
+
+
+def add_person(client: int, shape: int, mass: float, friction: float) -> int:
+    """A body of a :func:`person_shape` that cannot tip."""
+    body = _rigid_body(client, mass, shape, (0.0, 0.0, 0.0))
+    _make_heavy(client, body, mass, (1e9, 1e9, 1e9), friction)
+    bullet.setCollisionFilterGroupMask(body, -1, PERSON, ROBOT, physicsClientId=client)
+    return body
+
+
+def put_person(client: int, body: int, position: Vector, velocity: Vector) -> None:
+    """Set a person's body at ``position`` [m] and in motion [m/s], map frame."""
+    bullet.resetBasePositionAndOrientation(body, position, _UPRIGHT, client)
+    bullet.resetBaseVelocity(body, velocity, _AT_REST, client)
+
+
+def _rigid_body(client: int, mass: float, shape: int, position: tuple[float, float, float]) -> int:
+    body = bullet.createMultiBody(
+        mass, shape, basePosition=position, useMaximalCoordinates=1, physicsClientId=client
+    )
+    return int(body)
+
+
+def fixed_body(
+    client: int, shape: int, position: tuple[float, float, float], friction: float
+) -> int:
+    """A body that nothing moves and only the robot touches."""
+    body = _rigid_body(client, 0.0, shape, position)
+    bullet.changeDynamics(body, -1, lateralFriction=friction, physicsClientId=client)
+    bullet.setCollisionFilterGroupMask(body, -1, FIXED, ROBOT, physicsClientId=client)
+    return body
+
+
+def _make_heavy(client: int, body: int, mass: float, inertia: Vector, friction: float) -> None:
+    # PyBullet sets an inertia only together with a mass.
+    set_dynamics(client, body, mass=mass, localInertiaDiagonal=inertia, lateralFriction=friction)

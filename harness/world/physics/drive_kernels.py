@@ -1,0 +1,199 @@
+"""The drive of a differential-drive robot.
+
+Wheel forces that follow a velocity command within friction.
+"""
+
+import math
+
+import numpy as np
+
+from harness.world.physics.motion_kernels import Quaternion, Vector, rotate
+from harness.world.physics.robot import RobotParams
+from navstack.jit import njit
+from navstack.types import FloatArray
+
+# [N] wheel load that says: standing on level ground, the driven wheels grip with the whole weight
+LEVEL = -1.0
+
+
+def drive_constants(robot: RobotParams, gravity: float, dt: float) -> FloatArray:
+    """The constants (15,) of :func:`drive_forces`, in its order, SI units."""
+    rolling = robot.mass * robot.center_of_mass_height**2 / robot.inertia[0]
+    return np.array(
+        (
+            dt,
+            robot.mass,
+            robot.inertia[2],
+            -robot.center_of_mass_x,
+            robot.center_of_mass_height,
+            robot.mass * gravity,
+            0.5 * robot.track,
+            robot.wheel_friction,
+            0.5 * robot.max_drive_force,
+            robot.rolling_resistance,
+            robot.max_acceleration,
+            robot.max_deceleration,
+            robot.max_yaw_acceleration,
+            max(robot.servo_time_constant, dt),
+            # what a sideways force at the ground moves where the robot may roll
+            robot.mass / (1.0 + rolling),
+        )
+    )
+
+
+@njit()
+def step_towards(
+    now: float, target: float, dt: float, time_constant: float, up: float, down: float
+) -> float:
+    """The next value of a first-order servo, its rate limited by ``up`` away from zero and ``down`` towards zero."""
+    change = (target - now) * dt / time_constant
+    limit = dt * (up if change * now >= 0.0 else down)
+    return now + min(max(change, -limit), limit)
+
+
+@njit()
+def within_friction(
+    left: float, right: float, sideways: float, left_load: float, right_load: float, friction: float
+) -> tuple[float, float, float, float]:
+    """What friction lets through of the asked forces [N].
+
+    Left forward, left sideways, right forward, right sideways.
+
+    The axle's force sideways divides as the loads do; each wheel's force is scaled as a whole into
+    the circle ``friction * load`` (Coulomb; textbook).
+    """
+    load = left_load + right_load
+    if load <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    left_side, right_side = sideways * left_load / load, sideways * right_load / load
+    norm_left, norm_right = math.hypot(left, left_side), math.hypot(right, right_side)
+    scale_left = min(1.0, friction * left_load / norm_left) if norm_left > 0.0 else 1.0
+    scale_right = min(1.0, friction * right_load / norm_right) if norm_right > 0.0 else 1.0
+    return scale_left * left, scale_left * left_side, scale_right * right, scale_right * right_side
+
+
+@njit()
+def motor_forces(
+    along: float, couple: float, half_track: float, limit: float
+) -> tuple[float, float]:
+    """Forces [N] of the left and the right motor for a force [N] and a couple [N m].
+
+    Each gives at most ``limit``.
+    """
+    left, right = 0.5 * along - 0.5 * couple / half_track, 0.5 * along + 0.5 * couple / half_track
+    return min(max(left, -limit), limit), min(max(right, -limit), limit)
+
+
+@njit()
+def grip(
+    left: float,
+    right: float,
+    sideways: float,
+    left_load: float,
+    right_load: float,
+    constants: FloatArray,
+) -> tuple[float, float, float, float]:
+    """The forces of :func:`within_friction`, with loads [N] that may be ``LEVEL``.
+
+    Half the weight each.
+    """
+    weight, friction = constants[5], constants[7]
+    if left_load == LEVEL:
+        left_load = right_load = 0.5 * weight
+    return within_friction(left, right, sideways, left_load, right_load, friction)
+
+
+@njit()
+def mechanical_power(
+    left: float, right: float, forward: float, turn: float, along: float, constants: FloatArray
+) -> float:
+    """Power [W] that the motors deliver to two wheels pushing with ``left`` and ``right`` [N].
+
+    Each wheel works against its force and half the rolling resistance of the whole weight; braking
+    gives nothing back. ``forward`` [m/s] and ``turn`` [rad/s] are the robot's motion before the
+    step, ``along`` [N] the force that changes it.
+    """
+    dt, mass = constants[:2]
+    resistance = 0.5 * constants[9] * constants[5]
+    speed = forward + 0.5 * dt * along / mass  # in the middle of the step
+    left_speed, right_speed = speed - turn * constants[6], speed + turn * constants[6]
+    left_power = max(left * left_speed + resistance * abs(left_speed), 0.0)
+    return float(left_power + max(right * right_speed + resistance * abs(right_speed), 0.0))
+
+
+@njit(
+    ahead="UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), float64, float64, float64, "
+    "float64, float64[::1]",
+)
+def drive_forces(
+    orientation: Quaternion,
+    velocity: Vector,
+    spin: Vector,
+    left_load: float,
+    right_load: float,
+    speed_command: float,
+    yaw_rate_command: float,
+    constants: FloatArray,
+) -> tuple[Vector, Vector, float]:
+    """Force [N] and torque [N m] about the centre of mass, map frame, of drive and weight.
+
+    Power [W] of the motors.
+
+    The wheels follow the command as a first-order servo with limited acceleration and hold the axle
+    sideways (no slip). Their forces attack where they stand, so that braking pitches the body.
+    Simplification: on level ground, touched by nothing, the driven wheels grip with the whole
+    weight, as if the casters held sideways what they carry.
+
+    Takes orientation, velocity of the centre of mass [m/s] and spin [rad/s] in the map frame, the
+    loads [N] of the wheels (or ``LEVEL``), the command (forward [m/s], yaw rate [rad/s]) and the
+    constants (15,) of
+    :func:`drive_constants`.
+    """
+    (qx, qy, qz, qw), (vx, vy, _), (wx, wy, yaw_rate) = orientation, velocity, spin
+    dt, mass, inertia, lever, height, weight = constants[:6]
+    half_track, motor_limit = constants[6], constants[8]
+    up, down, yaw_up, time_constant = constants[10:14]
+    held = mass  # [kg] that holding the axle sideways must stop
+    yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    # [m/s] of the centre of mass, heading frame
+    forward, left = cos * vx + sin * vy, -sin * vx + cos * vy
+    if left_load != LEVEL:  # pitching and rolling move the treads as well
+        forward -= (cos * wy - sin * wx) * height
+        left += (cos * wx + sin * wy) * height
+        held = constants[14]
+
+    speed = step_towards(forward, speed_command, dt, time_constant, up, down)
+    turn = step_towards(yaw_rate, yaw_rate_command, dt, time_constant, yaw_up, yaw_up)
+
+    # The centre of mass lies `lever` behind the axle: its velocity next step, seen from the heading
+    # now.
+    ahead, aside = math.cos(turn * dt), math.sin(turn * dt)
+    along = mass * (speed * ahead + turn * lever * aside - forward) / dt
+    sideways = held * (speed * aside - turn * lever * ahead - left) / dt
+    couple = inertia * (turn - yaw_rate) / dt - sideways * lever
+    left_along, right_along = motor_forces(along, couple, half_track, motor_limit)
+    if max(abs(left_along), abs(right_along)) >= motor_limit:
+        # Motors at their limit turn it otherwise; the ground still holds the axle sideways.
+        couple = (right_along - left_along) * half_track
+        ahead, aside = math.cos(yaw_rate * dt), math.sin(yaw_rate * dt)
+        speed = forward + dt * (left_along + right_along) / mass
+        turn = (couple * dt + inertia * yaw_rate + lever * held * (speed * aside - left)) / (
+            inertia + held * lever * lever * ahead
+        )
+        sideways = held * (speed * aside - turn * lever * ahead - left) / dt
+    left_along, left_side, right_along, right_side = grip(
+        left_along, right_along, sideways, left_load, right_load, constants
+    )
+    power = mechanical_power(
+        left_along, right_along, forward, yaw_rate, left_along + right_along, constants
+    )
+
+    # the wheels' treads from the centre of mass
+    lx, ly, lz = rotate(orientation, lever, half_track, -height)
+    rx, ry, rz = rotate(orientation, lever, -half_track, -height)
+    lfx, lfy = cos * left_along - sin * left_side, sin * left_along + cos * left_side
+    rfx, rfy = cos * right_along - sin * right_side, sin * right_along + cos * right_side
+    tx, ty = -lz * lfy - rz * rfy, lz * lfx + rz * rfx
+    tz = lx * lfy - ly * lfx + rx * rfy - ry * rfx
+    return (lfx + rfx, lfy + rfy, -weight), (tx, ty, tz), power

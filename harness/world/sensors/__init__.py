@@ -1,0 +1,1 @@
+"""What the robot is told: sensors with their errors."""

@@ -1,0 +1,93 @@
+"""The inertial unit: yaw gyro, accelerometers and, where it has one, an absolute heading."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.world.physics.body_state import BodyState
+from harness.world.sensors.noise import GaussMarkov, NoiseStore, RandomWalk
+from harness.world.sensors.ranges import TIMING, check_ranges
+from harness.world.sensors.sensor import Sensor
+from navstack.geometry import normalize_angle
+from navstack.types import FloatArray, Imu
+
+# [rad] a heading without error states no less, for 0 means that nothing is stated
+LEAST_STATED = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class ImuParams:
+    """How well the inertial unit measures.
+
+    Noise is white but for the gyro's bias and the heading's wander.
+    """
+
+    rate: float  # [Hz]
+    yaw_std: float  # [rad] of the absolute heading
+    yaw_rate_std: float  # [rad/s]
+    yaw_rate_bias_std: float  # [rad/s] of the bias with which an episode begins
+    acceleration_std: float  # [m/s2] per axis
+    has_heading: bool = True  # whether it knows north; without, the message's yaw is nan
+    yaw_rate_bias_walk: float = 0.0  # [rad/s / sqrt(s)] random walk of the bias
+    yaw_wander_std: float = 0.0  # [rad] slow error of the heading, Gauss-Markov
+    yaw_wander_time: float = 60.0  # [s] its correlation time
+    latency: float = 0.0  # [s] from measurement to delivery
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: a value out of range.
+        """
+        check_ranges(
+            "imu",
+            self,
+            positive="yaw_wander_time",
+            not_negative="yaw_std yaw_rate_std yaw_rate_bias_std acceleration_std yaw_rate_bias_walk yaw_wander_std",
+            within=TIMING,
+        )
+
+
+class InertialUnit(Sensor):
+    """Gyro and accelerometers in the base frame's origin.
+
+    The gyro's error is white noise on a bias, drawn at the start and walking from there; the
+    heading's is white noise on a slow Gauss-Markov wander, as the iron that a magnetometer passes
+    makes it. The message states the heading's whole deviation (white noise and wander), but the
+    white one only of the yaw rate.
+    """
+
+    def __init__(self, params: ImuParams) -> None:
+        self._params = params
+        stated = max(math.hypot(params.yaw_std, params.yaw_wander_std), LEAST_STATED)
+        self._yaw_std = stated if params.has_heading else 0.0
+
+    def reset(self, body: BodyState, rng: np.random.Generator) -> None:
+        """Draw this episode's first bias."""
+        of_bias, of_wander = rng.spawn(2)
+        self._bias = self._params.yaw_rate_bias_std * rng.standard_normal()
+        self._noise = NoiseStore(rng, 4)
+        self._walk = RandomWalk(of_bias)
+        self._wander = GaussMarkov(of_wander, 1, self._params.yaw_wander_time)
+
+    def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Imu:
+        """Heading, yaw rate and accelerations now."""
+        params, noise = self._params, self._noise.row()
+        bias, yaw = self._bias, math.nan
+        if params.yaw_rate_bias_walk:
+            bias += params.yaw_rate_bias_walk * self._walk.at(stamp)
+        if params.has_heading:
+            error = params.yaw_std * noise[0]
+            if params.yaw_wander_std:
+                error += params.yaw_wander_std * self._wander.at(stamp)[0]
+            yaw = normalize_angle(body.yaw + error)
+        return Imu(
+            stamp,
+            yaw,
+            body.yaw_rate + bias + params.yaw_rate_std * noise[1],
+            body.ax + params.acceleration_std * noise[2],
+            body.ay + params.acceleration_std * noise[3],
+            self._yaw_std,
+            params.yaw_rate_std,
+        )
