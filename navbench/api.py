@@ -15,6 +15,7 @@ from harness.analysis.compare import Comparison, side_of
 from harness.analysis.compare import compare as compare_sides
 from harness.analysis.repricing import Repriced, choose, reprice
 from harness.economics.valuation import Valuation, value
+from harness.execution.arithmetic import warn_of_other_arithmetic
 from harness.plan.question import Answer
 from harness.statistics.interval import Interval
 from harness.storage.shipped import DEFAULT_WORLD
@@ -23,6 +24,8 @@ from navstack.errors import InputError
 
 if TYPE_CHECKING:
     from harness.episode.episode import RunningDelivery
+
+warn_of_other_arithmetic()
 
 TABLES = ("episodes", "events", "timings")
 

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from harness.episode.dollars import Dollars
 from harness.episode.episode import RunningDelivery
 from harness.episode.factory import Parts
+from harness.execution.arithmetic import warn_of_other_arithmetic
 from harness.policy.brain import SteeredBrain
 from harness.policy.interface import ROUTE_POINTS, Image, PolicyObservation
 from harness.storage.shipped import DEFAULT_WORLD
@@ -36,6 +37,8 @@ except ModuleNotFoundError:
     raise InputError(
         "navbench.gym needs gymnasium, which is not installed; pip install 'navbench[gym]'"
     ) from None
+
+warn_of_other_arithmetic()
 
 ID = "navbench/Delivery-v0"
 MOST_PEOPLE = 8  # nearest ones, in the observation

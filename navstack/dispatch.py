@@ -60,17 +60,24 @@ def pin() -> None:
         os.environ.update(PINS)
 
 
+def hides_features() -> bool:
+    """Whether ``GLIBC_TUNABLES`` hides features of the processor from the C library."""
+    return _shown_tunables() != os.environ.get(TUNABLES, "")
+
+
 def restart_unmasked() -> None:
-    """Start this program once more where ``GLIBC_TUNABLES`` hides features from the C library, without that entry.
+    """Start this program once more where :func:`hides_features`, without that entry.
 
     The C library reads the variable before the first line of Python.
     """
+    if hides_features():
+        environment = {**os.environ, TUNABLES: _shown_tunables()}
+        os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], environment)
+
+
+def _shown_tunables() -> str:
     entries = os.environ.get(TUNABLES, "").split(":")
-    kept = [entry for entry in entries if not entry.startswith(_MASKS_FEATURES)]
-    if kept == entries:
-        return
-    environment = {**os.environ, TUNABLES: ":".join(kept)}
-    os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], environment)
+    return ":".join(entry for entry in entries if not entry.startswith(_MASKS_FEATURES))
 
 
 def _cpu_info() -> dict[str, str]:

@@ -13,6 +13,7 @@ import click
 from harness.cli.signals import stop_like_ctrl_c
 from harness.cli.streams import lost_output, provide_streams
 from harness.storage.shipped import keep_compiled_code
+from navstack.dispatch import restart_unmasked
 from navstack.errors import NavstackError, NavstackWarning
 
 COMMANDS = tomllib.loads(Path(__file__).with_name("commands.toml").read_text(encoding="utf-8"))
@@ -64,6 +65,8 @@ def app() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the program; leaves with one of the statuses that its help lists."""
+    if arguments is None:
+        restart_unmasked()
     provide_streams()
     stdout = sys.stdout
     try:

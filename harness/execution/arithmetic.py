@@ -15,12 +15,21 @@ from typing import Any
 
 import numpy as np
 
-from navstack.dispatch import LEVEL, PINS, features, is_pinnable, processor
+from navstack.dispatch import (
+    LEVEL,
+    PINS,
+    TUNABLES,
+    features,
+    hides_features,
+    is_pinnable,
+    processor,
+)
 from navstack.errors import NavstackWarning
 from navstack.types import FloatArray
 
 DIGITS = 12  # of a digest
 NOTED_FEATURES = ("avx", "avx2", "fma", "avx512f", "avx512dq", "avx512bw", "avx512vl")
+_TITLES = {"c_library": "C library", "numpy": "numpy", "blas": "OpenBLAS"}
 _AVX512_LEVELS = ("X86_V4", "AVX512_SKX")  # as numpy 2.4 calls the first, and older ones
 _POINTS = 2001
 _MATRIX_SIZE = 24
@@ -59,36 +68,51 @@ def machine() -> dict[str, Any]:
 
 
 def other_arithmetic(recorded: Any) -> str:
-    """In what a recorded :func:`machine` computes otherwise than this process; empty: in nothing.
+    """How a recorded :func:`machine` computes otherwise than this process; empty: it does not.
 
     Args:
         recorded: content of a manifest; anything else counts as unknown.
     """
-    there = recorded.get("arithmetic") if isinstance(recorded, dict) else None
-    if not isinstance(there, dict):
-        return "it does not say how its machine computes"
+    if not isinstance(recorded, dict) or not isinstance(recorded.get("arithmetic"), dict):
+        return "its manifest does not say how its machine computes"
+    there = recorded["arithmetic"]
     differing = [name for name, digest in arithmetic().items() if there.get(name) != digest]
-    if not differing:
-        return ""
-    names = " and ".join(name.replace("_", " ") for name in differing)
-    return f"its machine ({recorded.get('processor', 'unknown')}) computes otherwise: {names}"
+    if differing:
+        names = ", ".join(_TITLES[name] for name in differing)
+        return f"on {recorded.get('processor')} the last bits differ ({names})"
+    python = str(recorded.get("python"))
+    if _minor(python) != _minor(platform.python_version()):
+        return f"with Python {python}, this is {platform.python_version()}"
+    return ""
 
 
-def warn_of_other_loops() -> None:
-    """Warn where this process does not compute as the program does, with what follows and what to do."""
+def _minor(python: str) -> list[str]:
+    return python.split(".")[:2]
+
+
+def warn_of_other_arithmetic() -> None:
+    """Warn, once a process, where it does not compute as the program does: what follows, what to do.
+
+    The program sets up its own process and its workers; a process that imports it may have loaded
+    numpy before.
+    """
+    if told := _trouble_of_this_process():
+        warnings.warn(
+            f"{told}; rows driven in this process differ in last bits",
+            NavstackWarning,
+            stacklevel=3,
+        )
+
+
+def _trouble_of_this_process() -> str:
     if not is_pinnable():
-        told = (
-            f"this processor is not {LEVEL}: rows differ in last bits from those of other machines"
-        )
-    elif _numpy_runs_avx512():
-        told = (
-            "numpy was loaded before navbench and runs AVX-512 loops: deliveries driven in this process differ in "
-            "last bits from the program's; import navbench first, or set NPY_DISABLE_CPU_FEATURES="
-            f"'{PINS['NPY_DISABLE_CPU_FEATURES']}'"
-        )
-    else:
-        return
-    warnings.warn(told, NavstackWarning, stacklevel=3)
+        return f"this processor is not {LEVEL}"
+    if hides_features():
+        return f"{TUNABLES} hides the processor's features from the C library: unset it"
+    if _numpy_runs_avx512():
+        setting = f"NPY_DISABLE_CPU_FEATURES='{PINS['NPY_DISABLE_CPU_FEATURES']}'"
+        return f"numpy was loaded before navbench, with AVX-512: import navbench first, or set {setting}"
+    return ""
 
 
 def _numpy_runs_avx512() -> bool:

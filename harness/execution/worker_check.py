@@ -13,9 +13,11 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from harness.execution.arithmetic import arithmetic
 from harness.execution.executors import give_memory_back
 from harness.execution.process_cache import forget
 from harness.storage.shipped import keep_compiled_code, shipped
+from navstack.dispatch import PINS
 
 PACKAGES = ("navstack", "harness")  # of this project
 
@@ -31,6 +33,7 @@ class Look:
     versions: Mapping[str, str]
     # SHA-256 of the code, parameters and maps that come with the program, as they are on disk
     project: str
+    arithmetic: Mapping[str, str]  # how it computes, see harness.execution.arithmetic
     files: Mapping[str, str]  # absolute path -> SHA-256; "" where there is none
     code: str  # SHA-256 of the code, as it was on disk when the process began to use it
 
@@ -57,6 +60,7 @@ def look(libraries: Sequence[str], files: Sequence[str], dask_worker: Any = None
             "machine": platform.machine(),
             **{name: _version(name) for name in libraries},
         },
+        arithmetic=arithmetic(),
         project=_digest_of(_project()),
         files={path: _digest(path) for path in files},
         code=_code_digest(),
@@ -77,6 +81,14 @@ def trouble(here: Look, there: Look) -> str:
         if (theirs := there.versions.get(name, "")) != ours:
             what = f"has {name} {theirs or 'not at all'}, here it is {ours}"
             return f"{what}: rows could differ; install the same and restart its workers"
+    if there.arithmetic != here.arithmetic:
+        differing = here.arithmetic.items() - there.arithmetic.items()
+        names = ", ".join(sorted(name for name, _ in differing))
+        settings = " ".join(f"{name}='{value}'" for name, value in PINS.items())
+        return (
+            f"computes otherwise ({names}), so rows would differ in last bits: start its workers "
+            f"with {settings} in their environment, and with the same C library"
+        )
     if there.project != here.project:
         return (
             "has other code, parameters or maps of this program: use the same checkout on every machine and restart "

@@ -17,6 +17,7 @@ from harness.episode.factory import (
     with_recording,
     world_params,
 )
+from harness.execution.arithmetic import machine, other_arithmetic
 from harness.execution.process_cache import kept
 from harness.execution.worker_check import project_digest
 from harness.storage.manifest_file import read_manifest, require_unchanged
@@ -65,6 +66,7 @@ def about(study: Study, command: Sequence[str]) -> Row:
         "program_sha256": project_digest(),
         **({"policies_sha256": digests} if (digests := policy_digests(study)) else {}),
         "versions": {name: version(name) for name in (PROGRAM, *LIBRARIES)},
+        "machine": machine(),
     }
 
 
@@ -164,7 +166,6 @@ def version_notes(folder: Path) -> list[str]:
     Then rows may differ.
     """
     content = _whole_manifest(folder)
-    recorded = content["versions"]
     changed = content.get("program_sha256", project_digest()) != project_digest()
     notes = [
         f"the run began with other code, parameters or maps of {PROGRAM}: further rows may differ"
@@ -173,11 +174,24 @@ def version_notes(folder: Path) -> list[str]:
         load_study(folder)
     ):
         notes.append("the run began with other files of its policy: further rows may differ")
-    return notes + [
-        f"the run began with {name} {recorded.get(name)}, this is {version(name)}: further rows may differ"
+    return [*notes, *(f"{why}: further rows may differ" for why in differences(folder))]
+
+
+def differences(folder: Path) -> list[str]:
+    """Why rows of a run need not come out here as they are stored; none: they must, to the last bit.
+
+    Other libraries or another Python than when the run began, or a machine that computes otherwise.
+    """
+    content = _whole_manifest(folder)
+    recorded = content["versions"]
+    found = [
+        f"the run began with {name} {recorded.get(name)}, this is {version(name)}"
         for name in LIBRARIES
         if recorded.get(name, version(name)) != version(name)
     ]
+    if why := other_arithmetic(content.get("machine")):
+        found.append(f"the run began elsewhere: {why}")
+    return found
 
 
 def _whole_manifest(folder: Path) -> dict[str, Any]:

@@ -46,6 +46,10 @@ def test_a_process_finds_no_trouble_with_itself(tmp_path: Path) -> None:
     [
         ({"threads": 4}, "has 4 threads.*--nthreads 1"),
         ({"versions": {"numpy": "1.0"}}, "has Python not at all, here it is 3.*install the same"),
+        (
+            {"arithmetic": {"c_library": "0", "numpy": "0"}},
+            r"computes otherwise \(blas, c_library, numpy\).*OPENBLAS_CORETYPE='Haswell'",
+        ),
         ({"project": "0" * 64}, "same checkout on every machine and restart its workers"),
         (
             {"code": "0" * 64},

@@ -1,0 +1,100 @@
+"""Rows do not depend on which loops the processor would let libraries choose."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from harness.storage.shipped import names, shipped
+from navstack.dispatch import PINS, TUNABLES
+
+SEED, MAP, PEOPLE = 42, "sidewalk_2", 40
+SECONDS = 8.0  # of each delivery
+NEAR = 3.5  # [m] that somebody comes to the robot in each
+NO_AVX512 = "X86_V4 AVX512_ICL AVX512_SPR"
+# A user's environment that asks for other loops than the program's.
+ENVIRONMENTS: Mapping[str, Mapping[str, str]] = {
+    "the machine's own": {},
+    "oldest": {
+        "NPY_DISABLE_CPU_FEATURES": f"X86_V3 {NO_AVX512}",
+        "OPENBLAS_CORETYPE": "Nehalem",
+        TUNABLES: "glibc.cpu.hwcaps=-FMA,-AVX2",
+    },
+    "AVX2": {"NPY_DISABLE_CPU_FEATURES": NO_AVX512, "OPENBLAS_CORETYPE": "Zen"},
+}
+ARITHMETIC = (
+    "import json; from harness.execution.arithmetic import arithmetic;"
+    "print(json.dumps(dict(arithmetic())))"
+)
+
+
+def environment(asked: Mapping[str, str]) -> dict[str, str]:
+    """This process's environment without what its own start has pinned, and with what is asked."""
+    kept = {name: value for name, value in os.environ.items() if name not in PINS}
+    return {**kept, **asked}
+
+
+def drive(asked: Mapping[str, str], folder: Path) -> Path:
+    """One delivery of each shipped stack that drives on sidewalks, by the program."""
+    rules = folder / "short.yaml"
+    published = (shipped("params") / "rules" / "costnav.yaml").read_text(encoding="utf-8")
+    rules.write_text(published.replace("timeout: 241.0", f"timeout: {SECONDS}"))
+    stacks = [name for name in names(shipped("params") / "stacks") if "jackal" not in name]
+    words = [word for name in stacks for word in ("--stack", name)]
+    words += ["--episodes", "1", "--seed", str(SEED), "--map", MAP, "--pedestrians", str(PEOPLE)]
+    words += ["--rules", str(rules), "--workers", "1", "--out", str(folder / "run")]
+    command = [sys.executable, "-m", "navbench", "run", *words]
+    done = subprocess.run(
+        command, env=environment(asked), capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return folder / "run"
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """A run under each of the environments."""
+    return {
+        title: drive(asked, tmp_path_factory.mktemp("dispatch"))
+        for title, asked in ENVIRONMENTS.items()
+    }
+
+
+@pytest.mark.parametrize("title", list(ENVIRONMENTS)[1:])
+def test_rows_are_equal_byte_for_byte(runs: dict[str, Path], title: str) -> None:
+    own = runs["the machine's own"]
+    for table in ("episodes", "events"):
+        expected = (own / f"{table}.parquet").read_bytes()
+        assert (runs[title] / f"{table}.parquet").read_bytes() == expected, table
+
+
+def test_somebody_comes_near_in_each_delivery(runs: dict[str, Path]) -> None:
+    rows = pq.read_table(runs["the machine's own"] / "episodes.parquet").to_pylist()
+    assert len(rows) >= 18
+    assert all(row["min_pedestrian_distance_m"] < NEAR for row in rows)
+    assert any(row["pedestrian_contacts"] for row in rows)
+
+
+def test_a_run_says_on_which_machine_it_was_driven(runs: dict[str, Path]) -> None:
+    machines = [json.loads((run / "run.json").read_text())["machine"] for run in runs.values()]
+    assert machines[1:] == machines[:-1]
+    assert {"processor", "features", "c_library", "python", "arithmetic"} == set(machines[0])
+
+
+def test_other_loops_have_another_digest() -> None:
+    """What is pinned matters: without the pins the digests tell the environments apart."""
+    unpinned = "import navstack.dispatch as d; d.is_pinnable = lambda: False;" + ARITHMETIC
+    digests = {}
+    for title, asked in ENVIRONMENTS.items():
+        command = [sys.executable, "-c", f"import numpy, scipy; {unpinned}"]
+        told = subprocess.run(
+            command, env=environment(asked), capture_output=True, text=True, check=True
+        )
+        digests[title] = json.loads(told.stdout)
+    for name in ("c_library", "blas"):
+        assert digests["oldest"][name] != digests["AVX2"][name]
