@@ -15,6 +15,7 @@ from harness.metrics.columns import Row
 from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
 from harness.metrics.encounters import Body
 from harness.metrics.replay_log import plans_of, tracks_of
+from harness.storage.parameters import parameter_folder
 from harness.storage.tables import read_rows
 from harness.study.manifest import load_study
 from harness.study.stored_run import StoredRun
@@ -176,7 +177,7 @@ def _evidence(
     weighed: Weighed | None,
     source: str,
 ) -> Evidence:
-    params = run.folder / "params"
+    params = parameter_folder(run.folder)
     robot = load_dataclass(RobotParams, params / f"{run.stacks[0].name}-robot.yaml")
     people = load_dataclass(WorldParams, params / "world.yaml").people
     return Evidence(

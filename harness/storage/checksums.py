@@ -13,7 +13,7 @@ from pathlib import Path
 from harness.storage.files import write_text
 
 CHECKSUMS = "checksums.json"  # SHA-256 of each file below, by name
-OF_ALL = ("run.json", "params/*")
+OF_ALL = ("run.json", "params/*", "parameters.json")
 OF_FINISHED = ("*.parquet", "summary.json")  # as long as there is a journal, these follow from it
 _SEAL = re.compile(rb', "crc": "([0-9a-f]{8})"\}\n')
 _SEALED = len(b', "crc": "01234567"}\n')

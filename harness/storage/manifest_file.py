@@ -7,6 +7,7 @@ from typing import Any
 from harness.storage.checksums import CHECKSUMS, changed_files, write_checksums
 from harness.storage.documents import json_text
 from harness.storage.files import locked, require_real_folders, write_text, writing
+from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Row
 from harness.storage.run_folder import ABLATION, JOURNAL, MANIFEST, TUNING
 from navstack.errors import InputError
@@ -20,8 +21,9 @@ def other_study(folder: Path) -> tuple[str, str] | None:
 
     Its kind, and the command that goes on with it.
     """
+    parameters = parameter_folder(folder)
     return next(
-        (known for mark, known in OTHER_STUDIES.items() if (folder / "params" / mark).is_file()),
+        (known for mark, known in OTHER_STUDIES.items() if (parameters / mark).is_file()),
         None,
     )
 

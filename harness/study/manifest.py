@@ -21,6 +21,7 @@ from harness.execution.arithmetic import machine, other_arithmetic
 from harness.execution.process_cache import kept
 from harness.execution.worker_check import project_digest
 from harness.storage.manifest_file import read_manifest, require_unchanged
+from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Row
 from harness.storage.run_folder import MANIFEST
 from harness.task.stack import Stack, absolute_files, policy_files
@@ -122,13 +123,11 @@ def load_study(folder: Path, workers: int | None = None) -> Study:
         field.name for field in dataclasses.fields(EpisodeTask) if field.name not in OF_ONE_EPISODE
     ]
     stacks = tuple(_stored_stack(folder, each, where) for each in _list(content, "stacks", where))
+    parameters = parameter_folder(folder.absolute())
     task = {
         **{name: content[name] for name in names if name in content},
         **{"stack": dataclasses.asdict(stacks[0]), "stack_number": 0, "episode": 0},
-        **{
-            key: str(folder.absolute() / "params" / f"{key}.yaml")
-            for key in ("world", "rules", "prices")
-        },
+        **{key: str(parameters / f"{key}.yaml") for key in ("world", "rules", "prices")},
         **{"pedestrians": None, "people": None},  # world.yaml already has those that were asked for
     }
     template = from_mapping(EpisodeTask, task, where)
@@ -229,7 +228,8 @@ def _stored_stack(folder: Path, content: Any, where: str) -> Stack:
     stack = from_mapping(Stack, content, f"{where}: stacks")
     if Path(stack.name).name != stack.name:
         raise InputError(f"{where}: stacks: '{stack.name}' is not the name of a stack")
-    files = {key: str(folder.absolute() / file) for key, file in _files(stack).items()}
+    parameters = parameter_folder(folder.absolute())
+    files = {key: str(parameters / Path(file).name) for key, file in _files(stack).items()}
     nav2_file = files.get("nav2_file", "")
     return dataclasses.replace(
         stack, sensors=files["sensors"], robot=files["robot"], nav2_file=nav2_file

@@ -121,13 +121,14 @@ def files_of(folder: Path, study: "Study") -> Iterator[Path]:
         study: as the folder tells it.
     """
     from harness.episode.factory import nav2_parameters
+    from harness.storage.parameters import parameter_folder
     from harness.storage.run_folder import MANIFEST
     from harness.task.stack import policy_files
     from navstack.costmap.map_io import load_metadata
     from navstack.params.nav2_file.views import read_costmap, read_masks
 
     yield folder / MANIFEST
-    yield from (path for path in (folder / "params").iterdir() if path.is_file())
+    yield from (path for path in parameter_folder(folder).iterdir() if path.is_file())
     maps = {Path(study.template.map_name)} if Path(study.template.map_name).is_absolute() else set()
     for stack in study.stacks:
         yield from policy_files(stack)

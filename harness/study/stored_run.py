@@ -20,6 +20,7 @@ from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.checksums import changed_files
 from harness.storage.journal import LARGEST, NEEDED
 from harness.storage.manifest_file import mixed_files, other_study, read_manifest
+from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Rows, values
 from harness.storage.run_folder import JOURNAL, MANIFEST, count_finished
 from harness.storage.tables import read_rows
@@ -87,7 +88,7 @@ class StoredRun:
 
     def _parameters(self, name: str, load: Callable[[Any], Loaded]) -> Loaded:
         """A file of params/, read once in each of its states."""
-        file = self.folder / "params" / f"{name}.yaml"
+        file = parameter_folder(self.folder) / f"{name}.yaml"
         found: Loaded = _loaded(load, file, file.stat().st_mtime_ns if file.is_file() else 0)
         return found
 
@@ -114,7 +115,7 @@ class StoredRun:
         Raises:
             InputError: it is no regular file, or too large.
         """
-        files = sorted((self.folder / "params").glob("people.*"))
+        files = sorted((parameter_folder(self.folder)).glob("people.*"))
         for file in files:
             check_regular(file, MOST_PEOPLE)
         return (

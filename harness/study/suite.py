@@ -12,6 +12,7 @@ from typing import Any
 
 from harness.storage.documents import write_file
 from harness.storage.manifest_file import extend_run
+from harness.storage.parameters import parameter_folder
 from harness.storage.run_folder import MANIFEST, create_run
 from harness.storage.shipped import DEFAULT_WORLD
 from harness.study.manifest import about, load_study, parameters
@@ -263,7 +264,7 @@ def _differing(folder: Path, texts: Mapping[str, str]) -> list[str]:
     """Which parameters of a run folder are others than these, by the names of their files."""
     files = (
         file
-        for file in (folder / "params").iterdir()
+        for file in parameter_folder(folder).iterdir()
         if file.suffix == ".yaml" or file.stem == PEOPLE
     )
     then, now = _contents({file.name: _text_of(file) for file in files}), _contents(texts)

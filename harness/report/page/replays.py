@@ -13,6 +13,7 @@ from harness.report.page.entries import Entry, entries_of
 from harness.report.page.recording_code import COARSE, Fineness, encode, load_recording
 from harness.report.replay import Replay, contacts_shown
 from harness.report.texts import COSTS
+from harness.storage.parameters import parameter_folder
 from harness.storage.shipped import shipped
 from harness.study.stored_run import StoredRun
 from harness.world.outcome import Rules
@@ -124,14 +125,16 @@ def _reasons(entry: Entry, row: Row, arrays: Mapping[str, Any]) -> list[Json]:
     run, episode = dataclasses.replace(entry.run, stacks=(entry.stack,)), row["episode"]
     needed = (
         decisions_file(run, episode),
-        run.folder / "params" / f"{entry.stack.name}-robot.yaml",
+        parameter_folder(run.folder) / f"{entry.stack.name}-robot.yaml",
     )
     if not is_costly(row, events_of(run, episode)) or not all(file.is_file() for file in needed):
         return []
     try:
         evidence = recorded(run, episode, arrays)
         moments = moments_of(
-            evidence, load_dataclass(Rules, run.folder / "params" / "rules.yaml"), entry.prices
+            evidence,
+            load_dataclass(Rules, parameter_folder(run.folder) / "rules.yaml"),
+            entry.prices,
         )
         told = explained(evidence, [seconds_before(evidence, moment, BEFORE) for moment in moments])
     # a damaged table of decisions, or a delivery that was over at once: the replay stands without
@@ -183,11 +186,13 @@ def shown(recorded: Recorded) -> Replay:
 
 def bodies(entry: Entry) -> tuple[RobotParams, float]:
     """The robot, and the radius of people [m], as the run has them."""
-    own = entry.run.folder / "params" / f"{entry.stack.name}-robot.yaml"
+    own = parameter_folder(entry.run.folder) / f"{entry.stack.name}-robot.yaml"
     robot = _loaded(
         RobotParams, own if own.is_file() else shipped("params") / "robots" / "segway_e1.yaml"
     )
-    return robot, _loaded(WorldParams, entry.run.folder / "params" / "world.yaml").people.radius
+    return robot, _loaded(
+        WorldParams, parameter_folder(entry.run.folder) / "world.yaml"
+    ).people.radius
 
 
 @lru_cache(maxsize=64)

@@ -1,0 +1,67 @@
+"""The parameter files of a run: a folder ``params/``, or one file that holds them all.
+
+A run is written with the folder. A stored study keeps ``parameters.json``, an object of file names
+and texts, so that a few files hold hundreds of parameter files.
+"""
+
+import atexit
+import json
+import shutil
+import tempfile
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+
+from harness.storage.documents import json_text
+from harness.storage.files import write_text
+from navstack.errors import InputError
+from navstack.params.strict import read_text
+
+FOLDER, PACKED = "params", "parameters.json"
+
+
+def parameter_folder(run: Path) -> Path:
+    """The folder with a run's parameter files.
+
+    Packed ones are written to a temporary folder of this process, once.
+
+    Raises:
+        InputError: the packed file is damaged.
+    """
+    folder, packed = run / FOLDER, run / PACKED
+    if folder.is_dir() or not packed.is_file():
+        return folder
+    return _unpacked(packed.absolute(), packed.stat().st_mtime_ns)
+
+
+def pack_parameters(runs: Sequence[Path], out: Path) -> None:
+    """Write the parameter files of runs, which are equal where they have the same name, as one file.
+
+    Raises:
+        InputError: two runs have different files of one name.
+    """
+    texts: dict[str, str] = {}
+    for run in runs:
+        for file in sorted(parameter_folder(run).iterdir()):
+            text = read_text(file)
+            known = texts.get(file.name, text)
+            if known != text:
+                raise InputError(f"'{run}' has another {file.name} than '{runs[0]}': pack it apart")
+            texts[file.name] = text
+    write_text(out / PACKED, json_text(texts))
+
+
+@lru_cache(maxsize=64)
+def _unpacked(packed: Path, changed: int) -> Path:
+    """A temporary folder with the files as they were when the packed one was ``changed`` last."""
+    try:
+        texts = json.loads(read_text(packed))
+        folder = Path(tempfile.mkdtemp(prefix="navbench-parameters-"))
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        for name, text in texts.items():
+            if Path(name).name != name:
+                raise ValueError(f"'{name}' is no file name")
+            (folder / name).write_text(text, encoding="utf-8")
+    except (ValueError, AttributeError, TypeError, RecursionError) as error:
+        raise InputError(f"{packed}: is damaged ({error}); take a whole copy") from None
+    return folder
