@@ -74,7 +74,8 @@ def other_arithmetic(recorded: Any) -> str:
         recorded: content of a manifest; anything else counts as unknown.
     """
     if not isinstance(recorded, dict) or not isinstance(recorded.get("arithmetic"), dict):
-        return "its manifest does not say how its machine computes"
+        where = recorded.get("processor") if isinstance(recorded, dict) else None
+        return f"on {where or 'an unknown processor'}, and how that computes was not noted"
     there = recorded["arithmetic"]
     differing = [name for name, digest in arithmetic().items() if there.get(name) != digest]
     if differing:

@@ -1,0 +1,101 @@
+"""Put run folders of the same missions into one that has few files.
+
+Usage: python tools/pack_runs.py OUT RUN [RUN ...] [--machine TEXT]
+
+The runs have the same map, seed, world, rules and prices, and each its own stacks. OUT gets one
+table of rows, one of events, one file of parameters, a manifest and checksums; every command reads
+it as it reads a run folder. Times of workers and the summary, which follows from the rows, are left
+out. --machine is noted where a run does not say itself on which machine it was driven.
+"""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from harness.storage.checksums import write_checksums
+from harness.storage.documents import json_text
+from harness.storage.files import write_text
+from harness.storage.manifest_file import read_manifest
+from harness.storage.parameters import pack_parameters
+from harness.storage.run_folder import MANIFEST
+from navstack.errors import InputError
+
+TABLES = ("episodes", "events")
+LEVEL = 19  # of zstandard: written once, read often
+OF_ONE_RUN = ("stacks", "command", "program_sha256", "machine", "policies_sha256", "episodes")
+
+
+def pack(runs: Sequence[Path], out: Path, machine: str) -> None:
+    """Write the packed run.
+
+    Raises:
+        InputError: the runs differ in more than their stacks, or share one.
+    """
+    manifests = [read_manifest(run) for run in runs]
+    stacks = [stack for manifest in manifests for stack in manifest["stacks"]]
+    names = [stack["name"] for stack in stacks]
+    if len(set(names)) < len(names):
+        raise InputError(f"a stack stands in two of the runs: {', '.join(sorted(names))}")
+    _require_equal(runs, manifests)
+    out.mkdir(parents=True)
+    pack_parameters(runs, out)
+    for table in TABLES:
+        rows = pa.concat_tables(
+            [pq.read_table(run / f"{table}.parquet") for run in runs], promote_options="default"
+        )
+        if "stack_number" in rows.column_names:
+            numbers = [names.index(name) for name in rows["stack"].to_pylist()]
+            place = rows.column_names.index("stack_number")
+            rows = rows.set_column(place, "stack_number", pa.array(numbers, pa.int64()))
+        pq.write_table(rows, out / f"{table}.parquet", compression="zstd", compression_level=LEVEL)
+    manifest = _together(manifests, machine)
+    write_text(out / MANIFEST, json_text({**manifest, "stacks": stacks}))
+    write_checksums(out)
+
+
+def _require_equal(runs: Sequence[Path], manifests: Sequence[dict[str, Any]]) -> None:
+    for run, manifest in zip(runs, manifests, strict=True):
+        for key, value in manifests[0].items():
+            if key not in OF_ONE_RUN and manifest.get(key) != value:
+                raise InputError(f"'{run}' has another {key} than '{runs[0]}': pack it apart")
+        if manifest["episodes"] != manifests[0]["episodes"]:
+            raise InputError(f"'{run}' has {manifest['episodes']} deliveries: pack it apart")
+
+
+def _together(manifests: Sequence[dict[str, Any]], machine: str) -> dict[str, Any]:
+    """One manifest; what only one of the runs says stands there for all in a list."""
+    together = dict(manifests[0])
+    for key in ("command", "program_sha256"):
+        values = [manifest[key] for manifest in manifests if key in manifest]
+        if any(value != values[0] for value in values):
+            together[key] = values
+    together.setdefault("machine", {"processor": machine})
+    return together
+
+
+def main() -> int:
+    """Read the command line and pack."""
+    assert __doc__ is not None
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("out", type=Path)
+    parser.add_argument("runs", type=Path, nargs="+")
+    parser.add_argument("--machine", default="unknown", help="where a run does not say")
+    given = parser.parse_args()
+    try:
+        pack(given.runs, given.out, given.machine)
+    except (InputError, OSError) as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
+    size = sum(file.stat().st_size for file in given.out.iterdir())
+    sys.stdout.write(f"{given.out}: {json.dumps([run.name for run in given.runs])}, {size} bytes\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
