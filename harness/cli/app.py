@@ -43,6 +43,7 @@ class Commands(click.Group):
 
 
 @click.group(
+    "navbench",
     cls=Commands,
     commands={name: click.Command(name) for commands in COMMANDS.values() for name in commands},
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
@@ -63,14 +64,14 @@ def app() -> None:
     """
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Run the program; leaves with one of the statuses that its help lists."""
+def main(arguments: list[str] | None = None, program: click.Command = app) -> None:
+    """Run the program, or another one likewise; leaves with one of the statuses of its help."""
     if arguments is None:
         restart_unmasked()
     provide_streams()
     stdout = sys.stdout
     try:
-        status: int | str | None = _status(arguments)
+        status: int | str | None = _status(arguments, program)
     except SystemExit as leaving:
         # click replaces it where a reader has left
         status = leaving.code if sys.stdout is stdout else 0
@@ -81,19 +82,19 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(status)
 
 
-def _status(arguments: list[str] | None) -> int:
+def _status(arguments: list[str] | None, program: click.Command = app) -> int:
     stop_like_ctrl_c()
     keep_compiled_code()
     warnings.showwarning = _show
     try:
-        app(arguments, standalone_mode=False)
+        program(arguments, standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
     # a missing parameter is a BadParameter, too
     except (click.BadParameter, click.BadOptionUsage) as error:
         return _complain(error.format_message(), 1)
     except click.UsageError as error:
-        return _complain(f"{error.format_message()} See 'navbench --help'.", 2)
+        return _complain(f"{error.format_message()} See '{program.name} --help'.", 2)
     except NavstackError as error:
         return _complain(str(error), 1)
     except (KeyboardInterrupt, click.Abort):  # which is a RuntimeError

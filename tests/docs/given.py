@@ -126,7 +126,7 @@ def furnish(folder: Path, runs: Path, given: Iterable[str]) -> None:
     ``runs`` is the folder of :func:`drive_runs`.
     """
     make_short(folder)
-    for name in ("params", "tests", "benchmarks"):
+    for name in ("params", "tests", "tools"):
         (folder / name).symlink_to(ROOT / name)
     (folder / "docs").mkdir()
     (folder / "docs" / "examples").symlink_to(ROOT / "docs" / "examples")

@@ -315,7 +315,7 @@ def test_nothing_driven_is_a_page_without_figures(tmp_path: Path) -> None:
 @pytest.fixture
 def published() -> ModuleType:
     """The program that writes README's table."""
-    return importlib.import_module("published_study")
+    return importlib.import_module("tools.published_study")
 
 
 def test_readme_follows_as_soon_as_every_cell_has_deliveries(

@@ -3,7 +3,7 @@
 The shortest deliveries of their stacks, column by column.
 
 A number that changes anywhere on a delivery's way shows here. After a change that is meant to
-change what stacks do, drive their cells anew (``benchmarks/published_study.py``).
+change what stacks do, drive their cells anew (``tools/published_study.py``).
 """
 
 import json
