@@ -22,8 +22,6 @@ import tempfile
 from pathlib import Path
 
 from harness.analysis.compare import Comparison, Side, compare
-from harness.cli.driving import begin_run, resume_run
-from harness.cli.signals import run_script
 from harness.economics.valuation import OUTCOMES
 from harness.report.markdown import interval_text, table
 from harness.statistics.interval import wilson_interval
@@ -31,6 +29,8 @@ from harness.storage.shipped import shipped
 from harness.study.places import Where
 from harness.study.stored_run import load_run
 from harness.task.study import make_study
+from navbench.cli.driving import begin_run, resume_run
+from navbench.cli.signals import run_script
 from navstack.errors import NavstackError
 from navstack.params.nav2_file.edit import set_value
 from navstack.params.nav2_file.ros_yaml import Value

@@ -20,8 +20,6 @@ import yaml
 from scipy.stats import fisher_exact
 
 from harness.analysis.compare import compare, side_of
-from harness.cli.driving import begin_run, resume_run
-from harness.cli.signals import run_script
 from harness.economics.valuation import OUTCOMES, Valuation, value
 from harness.report.markdown import interval_text, table
 from harness.report.published import load_published
@@ -35,6 +33,8 @@ from harness.study.stored_run import StoredRun, load_run
 from harness.task.study import make_study
 from harness.world.map.map_import import ImportSettings, import_scene
 from harness.world.map.scene_io import save_scene
+from navbench.cli.driving import begin_run, resume_run
+from navbench.cli.signals import run_script
 from navstack.costmap.map_io import load_map
 from navstack.errors import NavstackError
 

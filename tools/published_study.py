@@ -18,14 +18,14 @@ import argparse
 import sys
 from pathlib import Path
 
-from harness.cli.signals import run_script
-from harness.cli.suite import begin_suite, write_overview
 from harness.report.markdown import wrapped
 from harness.report.suite.results import Results, read_results
 from harness.report.suite.tables import margins
 from harness.storage.shipped import shipped
 from harness.study.places import Where
 from harness.study.suite import DECLARATION, Portion, declare, load_suite
+from navbench.cli.signals import run_script
+from navbench.cli.suite import begin_suite, write_overview
 from navstack.errors import NavstackError
 
 ROOT = Path(__file__).resolve().parents[1]

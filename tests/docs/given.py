@@ -17,9 +17,9 @@ import numpy as np
 from PIL import Image
 from ruamel.yaml import YAML
 
-from harness.cli.app import main
 from harness.execution.executors import InProcess
 from harness.execution.workers import Workers
+from navbench.cli.app import main
 from navstack.params.extensions import extensions
 from navstack.types import Pose2D
 

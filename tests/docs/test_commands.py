@@ -18,8 +18,8 @@ import click
 import pytest
 from ruamel.yaml import YAML
 
-from harness.cli.app import app, main
 from harness.execution.process_cache import forget
+from navbench.cli.app import app, main
 from tools.parity.__main__ import parity
 
 from .blocks import LANGUAGES, PAGES, ROOT, Block, Command, blocks_of, commands_of, inline_commands

@@ -19,7 +19,7 @@ import time
 import traceback
 from pathlib import Path
 
-from harness.cli.app import _status, app
+from navbench.cli.app import _status, app
 from tools.parity.__main__ import parity
 
 from .corpus import CASES

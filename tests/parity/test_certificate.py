@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cli.app import main
+from navbench.cli.app import main
 from navstack.costmap import inflation
 from navstack.costmap.inflation import Inflation
 from navstack.params.costmap import InflationLayerParams

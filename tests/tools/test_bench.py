@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cli.app import main
 from harness.episode.factory import nav2_parameters, world_params
 from harness.report.tables import report_console
+from navbench.cli.app import main
 from navstack.errors import InputError, UnknownNameError
 from tools.bench import breakdown, history, twins
 from tools.bench.__main__ import bench
@@ -113,7 +113,7 @@ def test_the_document_keeps_its_contract(capfd: pytest.CaptureFixture[str], tmp_
     out, table = tmp_path / "bench.json", tmp_path / "history.md"
     with pytest.raises(SystemExit) as status:
         main(["--only", "DWB cycle", "--only", "collision", "--quick", "--runs", "2", "--json",
-              "--out", str(out), "--history", str(table)])  # fmt: skip
+              "--out", str(out), "--history", str(table)], program=bench)  # fmt: skip
     assert status.value.code == 0
     text = capfd.readouterr().out
     rows = json.loads(text)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from harness.cli.app import main
-from harness.cli.options import JSON
-from harness.cli.streams import print_json
 from harness.storage.files import require_writable, writing
+from navbench.cli.app import main
+from navbench.cli.options import JSON
+from navbench.cli.streams import print_json
 from navstack.errors import InputError
 
 if TYPE_CHECKING:

@@ -12,11 +12,11 @@ import click
 from rich.console import Console
 from rich.text import Text
 
-from harness.cli.app import main
-from harness.cli.options import JSON
-from harness.cli.streams import print_json
 from harness.report.sheet import Sheet, print_sheet
 from harness.report.tables import report_console
+from navbench.cli.app import main
+from navbench.cli.options import JSON
+from navbench.cli.streams import print_json
 from tools.parity.certificate import PartResult, certify, document, passes
 from tools.parity.golden import GoldenError, read_folder
 

@@ -7,7 +7,7 @@ from types import ModuleType
 
 import pytest
 
-from harness.cli.tune import tune
+from navbench.cli.tune import tune
 
 
 @pytest.fixture(scope="module")

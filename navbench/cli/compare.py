@@ -3,12 +3,12 @@
 import click
 
 from harness.analysis import compare as analysis
-from harness.cli.options import JSON
-from harness.cli.progress import say
-from harness.cli.streams import print_json
 from harness.report.comparison import print_comparison
 from harness.report.tables import report_console
 from harness.study.stored_run import load_run
+from navbench.cli.options import JSON
+from navbench.cli.progress import say
+from navbench.cli.streams import print_json
 
 
 @click.command()

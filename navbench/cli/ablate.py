@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from harness.cli.options import refuse_others, study_options
+from navbench.cli.options import refuse_others, study_options
 from navstack.errors import InputError
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def ablate(
       navbench ablate --localizers gps,gps-ekf --sensors rtk_urban --json
       navbench ablate --resume results/latest
     """
-    from harness.cli.ablate_study import create_ablation, drive, stored_ablation
+    from navbench.cli.ablate_study import create_ablation, drive, stored_ablation
 
     if resume is not None:
         refuse_others(context)

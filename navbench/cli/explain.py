@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from harness.cli.options import JSON, Finite
+from navbench.cli.options import JSON, Finite
 
 
 # fmt: off
@@ -39,6 +39,6 @@ def explain(**choices: Any) -> None:
       navbench explain results/latest 7 --stack nav2-gps --event 2 --before 8 --plot event.png
       navbench explain results/latest 7 --rewind controller_server.FollowPath.max_vel_x=1.5
     """
-    from harness.cli.explain_delivery import explain_delivery
+    from navbench.cli.explain_delivery import explain_delivery
 
     explain_delivery(**choices)

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from harness.cli.options import JSON, STRICT, Finite
+from navbench.cli.options import JSON, STRICT, Finite
 
 
 # fmt: off
@@ -52,7 +52,7 @@ def localize(**choices: Any) -> None:
 
     Exit status: 0 done; 1 bad input, or a log that breaks off (what was computed is kept); 130 interrupted (likewise).
     """
-    from harness.cli.progress import share_shown
     from harness.recorded.command import Request, localize
+    from navbench.cli.progress import share_shown
 
     sys.exit(localize(Request(**choices), lambda: share_shown("messages")))

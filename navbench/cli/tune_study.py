@@ -10,11 +10,6 @@ from typing import Any
 
 import click
 
-from harness.cli.driving import INTERRUPTED, SOME_ERRORS
-from harness.cli.lint import robot_limits
-from harness.cli.progress import say, shown
-from harness.cli.report import today
-from harness.cli.streams import print_json
 from harness.episode.factory import nav2_parameters, prices_of, world_params
 from harness.metrics.columns import Row
 from harness.report.page.document import write_study_page
@@ -61,6 +56,11 @@ from harness.tuning.study import (
     notes_before,
     run_search,
 )
+from navbench.cli.driving import INTERRUPTED, SOME_ERRORS
+from navbench.cli.lint import robot_limits
+from navbench.cli.progress import say, shown
+from navbench.cli.report import today
+from navbench.cli.streams import print_json
 from navstack.errors import InputError
 from navstack.params.lint.rules import lint
 from navstack.params.nav2_file.file import inspect_nav2

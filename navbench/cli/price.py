@@ -4,11 +4,11 @@ import click
 
 from harness.analysis.price_sets import under_price_sets
 from harness.analysis.repricing import choose, document, reprice
-from harness.cli.options import JSON, OTHER_PRICES, SETTINGS, TERMS
-from harness.cli.streams import print_json
 from harness.report.repriced import print_price_sets, print_repriced
 from harness.report.tables import report_console
 from harness.study.stored_run import load_run
+from navbench.cli.options import JSON, OTHER_PRICES, SETTINGS, TERMS
+from navbench.cli.streams import print_json
 from navstack.errors import InputError
 
 ALL = "all"  # in place of a name of prices

@@ -6,8 +6,6 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from harness.cli.progress import Bar, say, shown
-from harness.cli.streams import print_json
 from harness.episode.episode import Delivery
 from harness.episode.factory import prices_of
 from harness.execution.workers import Finished, Workers
@@ -28,6 +26,8 @@ from harness.study.manifest import about, load_study, parameters, version_notes
 from harness.study.places import Where, open_workers
 from harness.study.preflight import check
 from harness.task.study import EpisodeTask, Study
+from navbench.cli.progress import Bar, say, shown
+from navbench.cli.streams import print_json
 from navstack.errors import InputError
 
 INTERRUPTED, SOME_ERRORS = 130, 3

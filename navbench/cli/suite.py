@@ -8,18 +8,6 @@ from pathlib import Path
 import click
 
 from harness.analysis.compare import MARGIN
-from harness.cli.driving import (
-    INTERRUPTED,
-    SOME_ERRORS,
-    Tally,
-    is_interrupted,
-    say_interrupted,
-    say_what_failed,
-)
-from harness.cli.options import JSON, refuse_others, where_options
-from harness.cli.progress import say, shown
-from harness.cli.report import today
-from harness.cli.streams import print_json
 from harness.execution.workers import Workers
 from harness.report.markdown import interval_text
 from harness.report.page.document import write_study_page
@@ -62,6 +50,18 @@ from harness.study.suite import (
 )
 from harness.study.suite_log import note_session, session_of, sessions_of
 from harness.task.study import Study, usable_workers
+from navbench.cli.driving import (
+    INTERRUPTED,
+    SOME_ERRORS,
+    Tally,
+    is_interrupted,
+    say_interrupted,
+    say_what_failed,
+)
+from navbench.cli.options import JSON, refuse_others, where_options
+from navbench.cli.progress import say, shown
+from navbench.cli.report import today
+from navbench.cli.streams import print_json
 from navstack.errors import InputError
 
 MANY = 20  # cells that take a while to look at

@@ -8,9 +8,6 @@ from typing import Any
 from harness.ablation.analysis import Declaration, analyse
 from harness.ablation.arms import arms_of, with_arms
 from harness.ablation.document import document
-from harness.cli.driving import drive_folder, exit_status
-from harness.cli.progress import say
-from harness.cli.streams import print_json
 from harness.episode.factory import prices_of
 from harness.report.ablation import draw_ablation, print_ablation
 from harness.report.tables import report_console
@@ -21,6 +18,9 @@ from harness.study.places import Where
 from harness.study.preflight import check
 from harness.study.stored_run import load_run
 from harness.task.study import Study, make_study
+from navbench.cli.driving import drive_folder, exit_status
+from navbench.cli.progress import say
+from navbench.cli.streams import print_json
 from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass, load_dataclass
 

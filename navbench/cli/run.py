@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
-from harness.cli.options import LOCALIZER, refuse_others, study_options
 from harness.study.places import Where
+from navbench.cli.options import LOCALIZER, refuse_others, study_options
 from navstack.errors import InputError
 
 
@@ -45,8 +45,8 @@ def run(
       navbench run --start -67.9,-71.9,0 --goal -89.7,-63.5,0 --episodes 3
       navbench run --resume results/latest
     """
-    from harness.cli.driving import begin_run, resume_run
     from harness.task.study import make_study
+    from navbench.cli.driving import begin_run, resume_run
 
     if resume is not None:
         refuse_others(context, "is_forced")

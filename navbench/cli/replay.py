@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from harness.cli.report import PAGES, today, write_page
 from harness.storage.files import require_writable
+from navbench.cli.report import PAGES, today, write_page
 from navstack.errors import InputError, NavstackError
 
 if TYPE_CHECKING:

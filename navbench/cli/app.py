@@ -10,9 +10,9 @@ from typing import Any
 
 import click
 
-from harness.cli.signals import stop_like_ctrl_c
-from harness.cli.streams import lost_output, provide_streams
 from harness.storage.shipped import keep_compiled_code
+from navbench.cli.signals import stop_like_ctrl_c
+from navbench.cli.streams import lost_output, provide_streams
 from navstack.dispatch import restart_unmasked
 from navstack.errors import NavstackError, NavstackWarning
 
@@ -31,7 +31,7 @@ class Commands(click.Group):
         if cmd_name not in self.commands:
             return None
         command: click.Command = getattr(
-            importlib.import_module(f"harness.cli.{cmd_name}"), cmd_name
+            importlib.import_module(f"navbench.cli.{cmd_name}"), cmd_name
         )
         return command
 

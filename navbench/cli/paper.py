@@ -6,14 +6,14 @@ from typing import Any
 import click
 from rich.console import Console
 
-from harness.cli.options import JSON, PRICES
-from harness.cli.streams import print_json
 from harness.economics.break_even import Thresholds, thresholds
 from harness.economics.cost_model import price
 from harness.economics.prices import Prices, load_prices
 from harness.report.published import PublishedMethod, load_published, published_columns
 from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.tables import render_tables, report_console
+from navbench.cli.options import JSON, PRICES
+from navbench.cli.streams import print_json
 
 
 @click.command()

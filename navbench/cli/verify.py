@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from harness.cli.options import JSON
-from harness.cli.streams import print_json
+from navbench.cli.options import JSON
+from navbench.cli.streams import print_json
 from navstack.errors import InputError
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
-from harness.cli.options import JSON, STRICT, Finite
 from harness.storage.files import require_writable
+from navbench.cli.options import JSON, STRICT, Finite
 from navstack.errors import InputError
 
 AUTO = "auto"

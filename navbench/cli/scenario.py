@@ -10,10 +10,10 @@ import click
 from rich.console import Console
 from rich.text import Text
 
-from harness.cli.options import JSON
-from harness.cli.streams import print_json
 from harness.report.tables import report_console, report_table
 from harness.scenarios.runner import Result, run_scenario
+from navbench.cli.options import JSON
+from navbench.cli.streams import print_json
 from navstack.errors import InputError
 
 FOLDER = Path("tests/scenarios")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from harness.cli.options import LOCALIZER, condition_options, refuse_others
+from navbench.cli.options import LOCALIZER, condition_options, refuse_others
 
 if TYPE_CHECKING:
     from harness.study.places import Where
@@ -84,8 +84,8 @@ def tune(
 
     Exit status: 0 finished; 1 bad input; 3 finished, but some deliveries ended in an error; 130 interrupted.
     """
-    from harness.cli.tune_study import create_study, drive
     from harness.tuning.declaration import parse_duration
+    from navbench.cli.tune_study import create_study, drive
 
     seconds = None if budget is None else parse_duration(budget)
     if resume is not None:

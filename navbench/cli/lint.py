@@ -11,12 +11,12 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from harness.cli.options import JSON
-from harness.cli.streams import print_json
 from harness.report.markdown import counted
 from harness.report.tables import report_console
 from harness.storage.shipped import resolve, shipped
 from harness.world.physics.robot import RobotParams
+from navbench.cli.options import JSON
+from navbench.cli.streams import print_json
 from navstack.errors import ParameterError
 from navstack.params.lint import rules
 from navstack.params.lint.subject import RobotLimits

@@ -6,11 +6,11 @@ import click
 
 from harness.analysis.repricing import choose
 from harness.analysis.sensitivity import document, sensitivities
-from harness.cli.options import JSON, OTHER_PRICES, SETTINGS, TERMS
-from harness.cli.streams import print_json
 from harness.report.sensitivity import draw_figures, print_sensitivity
 from harness.report.tables import report_console
 from harness.study.stored_run import load_run
+from navbench.cli.options import JSON, OTHER_PRICES, SETTINGS, TERMS
+from navbench.cli.streams import print_json
 
 
 @click.command()

@@ -8,7 +8,6 @@ from pathlib import Path
 import click
 
 from harness.analysis.compare import side_of
-from harness.cli.replay import map_of
 from harness.explain.document import Explained, Saving, document, explained
 from harness.explain.evidence import (
     Evidence,
@@ -35,6 +34,7 @@ from harness.report.tables import report_console
 from harness.storage.files import require_writable, write_text, writing
 from harness.study.stored_run import StoredRun, load_run
 from harness.world.outcome import Rules
+from navbench.cli.replay import map_of
 from navstack.errors import InputError
 from navstack.params.strict import load_dataclass
 

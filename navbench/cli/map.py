@@ -8,8 +8,6 @@ from typing import Any
 import click
 import numpy as np
 
-from harness.cli.options import JSON
-from harness.cli.streams import print_json
 from harness.report.map_picture import VIEWS, draw_map
 from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.tables import report_console
@@ -31,6 +29,8 @@ from harness.world.map.map_statistics import (
 from harness.world.map.scene import Scene
 from harness.world.map.scene_io import check_map_name, load_scene, made_of, map_files, save_scene
 from harness.world.map.sidewalk import write
+from navbench.cli.options import JSON
+from navbench.cli.streams import print_json
 from navstack.costmap.map_io import load_map
 from navstack.errors import InputError, MapError, UnknownNameError
 
