@@ -7,7 +7,8 @@ DATA := $(if $(NAVSTACK_DATA),NAVSTACK_DATA=$(NAVSTACK_DATA))
 
 CRITICS := results/baseline/tuning/critics-social
 
-.PHONY: help run test check mutants docs wheel bench frozen clean
+.PHONY: help run test check mutants docs wheel bench check-speed parity frozen clean
+AGAINST ?= HEAD
 
 help:
 	@echo "make run    install, drive 20 deliveries with each of two stacks and print the tables"
@@ -17,6 +18,8 @@ help:
 	@echo "make docs   build the documentation into site/"
 	@echo "make wheel  build a wheel with compiled kernels into dist/"
 	@echo "make bench  measure components, deliveries and where a simulated second goes"
+	@echo "make check-speed AGAINST=HEAD  is the working tree slower than a commit, and are its rows the same?"
+	@echo "make parity compare with recorded results of Nav2's own C++, case by case"
 	@echo "make frozen drive what results/baseline lacks on the frozen worlds: published rows, controllers, tuned file"
 
 $(READY): pyproject.toml constraints.txt
@@ -40,8 +43,8 @@ check: $(READY)
 	$(BIN)/lint-imports
 
 mutants: $(READY)
-	$(DATA) $(BIN)/python tests/mutants.py navstack
-	$(DATA) $(BIN)/python tests/mutants.py harness/economics harness/world harness/statistics harness/storage harness/tuning
+	$(DATA) $(BIN)/python -m tools.mutants navstack
+	$(DATA) $(BIN)/python -m tools.mutants harness/economics harness/world harness/statistics harness/storage harness/tuning
 
 docs: $(READY)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
@@ -50,13 +53,19 @@ wheel: $(READY)
 	$(BIN)/pip wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .
 
 bench: $(READY)
-	$(BIN)/navbench bench
+	$(BIN)/python -m tools.bench
+
+check-speed: $(READY)
+	$(BIN)/python -m tools.check_speed --against $(AGAINST) --rows 20
+
+parity: $(READY)
+	$(BIN)/python -m tools.parity
 
 frozen: $(READY)
-	$(BIN)/python benchmarks/frozen_world.py
-	$(BIN)/python benchmarks/published_study.py --map sidewalk --stack nav2-gps-ekf --stack mpc-gps-ekf \
+	$(BIN)/python -m tools.frozen_world
+	$(BIN)/python -m tools.published_study --map sidewalk --stack nav2-gps-ekf --stack mpc-gps-ekf \
 	  --stack mppi-gps-ekf --stack rpp-gps-ekf
-	$(BIN)/python benchmarks/compare_controllers.py --world published --seed 3000 \
+	$(BIN)/python -m tools.compare_controllers --world published --seed 3000 \
 	  --stack $(CRITICS)/nav2-stock.yaml $(CRITICS)/tuned.yaml --out results/baseline/tuned-published
 
 clean:

@@ -1,5 +1,5 @@
 """Run the program ``navbench``."""
 
-from harness.cli.app import main
+from navbench.cli.app import main
 
 main()

@@ -128,11 +128,11 @@ def run(
         InputError: something that was given cannot be used.
         KeyboardInterrupt: interrupted; what is finished is kept in the folder.
     """
-    from harness.cli.driving import drive_folder, make_folder
     from harness.storage.shipped import keep_compiled_code
     from harness.study.manifest import load_study
     from harness.study.places import Where
     from harness.task.study import make_study
+    from navbench.cli.driving import drive_folder, make_folder
 
     keep_compiled_code()
     stacks = [stack] if isinstance(stack, str) else list(stack)

@@ -14,13 +14,13 @@ import sys
 from concurrent.futures import Executor
 from pathlib import Path
 
-from harness.cli.progress import say
 from harness.execution.executors import Place, give_memory_back
 from harness.execution.workers import Workers
 from harness.storage.run_folder import MANIFEST, RunFolder, create_run
 from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
+from navbench.cli.progress import say
 
 
 def drive(executor: Executor, at_once: int, study: Study, path: Path) -> None:

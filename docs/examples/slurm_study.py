@@ -14,10 +14,10 @@ import subprocess
 import sys
 from typing import Any
 
-from harness.cli.signals import run_script
+from navbench.cli.signals import run_script
 
 MEMORY = 3.0  # [GB] per worker: see docs/scaling.md
-NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
+NAVBENCH = [sys.executable, "-c", "from navbench.cli.app import main; main()"]
 
 
 def make_cluster(cluster_class: Any, per_job: int, **options: Any) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import navbench
-from harness.cli.app import app
+from navbench.cli.app import app
 
 
 @pytest.fixture(scope="module")

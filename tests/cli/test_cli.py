@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from harness.cli.app import main
 from harness.storage.shipped import shipped
 from harness.study.preflight import file_notes
+from navbench.cli.app import main
 from navstack.params.nav2_file.file import load_nav2
 
 FACTS = json.loads(

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import shapely
 
-from harness.cli.app import main
 from harness.plan import question as planning
 from harness.plan.path_check import REACH, Obstacles, placements_along
 from harness.plan.question import NAMES, cost_of, make_planner, make_smoother
 from harness.storage.shipped import shipped
+from navbench.cli.app import main
 from navstack.costmap.costmap import Costmap
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.nav2_file.file import load_nav2

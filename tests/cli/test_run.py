@@ -11,7 +11,7 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 
-NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
+NAVBENCH = [sys.executable, "-c", "from navbench.cli.app import main; main()"]
 RULES = "arrival_radius: 2.0\ntimeout: 5.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
 STACKS = ["--stack", "nav2-gps", "--stack", "parked"]
 EIGHT = ["run", "--stack", "nav2-gps", "--episodes", "8", "--seed", "0", "--json"]
@@ -124,7 +124,7 @@ def test_an_interrupt_keeps_the_finished_deliveries(
 
 
 def test_a_run_under_nohup_outlives_its_terminal(tmp_path: Path) -> None:
-    code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); from harness.cli.app import main\n"
+    code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); from navbench.cli.app import main\n"
     code += "import os, threading; threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGHUP)).start(); main(['paper'])"
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from harness.cli.signals import run_script
+from navbench.cli.signals import run_script
 
 
 @pytest.fixture(autouse=True)

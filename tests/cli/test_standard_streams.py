@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
+NAVBENCH = [sys.executable, "-c", "from navbench.cli.app import main; main()"]
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
@@ -38,7 +38,7 @@ def test_a_reader_who_leaves_early_is_no_error(words: list[str]) -> None:
 def test_closed_streams_lead_to_nowhere(tmp_path: Path) -> None:
     """The next file would get the number of standard output, and with it what children print."""
     program = "import os, sys; os.close(1); os.close(2); sys.stdout = sys.stderr = None\n"
-    program += "from harness.cli.app import main\nmain(['paper'])"
+    program += "from navbench.cli.app import main\nmain(['paper'])"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
     program = program.replace("'paper'", "'nonsense'")
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 2

@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
-from harness.bench import twin_expected_cost as twin
-from harness.bench.expected_cost import FOOTPRINT, GOAL, PARAMS, scene_of, street
 from navstack.control.controller import Surroundings
 from navstack.control.decision import RUNNER_UP, SLOWER
 from navstack.control.expected_cost import motions as library
@@ -35,6 +33,8 @@ from navstack.errors import InvalidPathError, ParameterError
 from navstack.params.expected_cost import DeliveryPrices
 from navstack.planning.cost_to_go import cost_to_go
 from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
+from tools.bench import twin_expected_cost as twin
+from tools.bench.expected_cost import FOOTPRINT, GOAL, PARAMS, scene_of, street
 
 
 def make(params=PARAMS, world=None, prices=None) -> ExpectedCostController:

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from harness.bench.expected_cost import FOOTPRINT, GOAL, PARAMS, street
 from navstack.control.controller import Surroundings
 from navstack.control.expected_cost import motions as library
 from navstack.control.expected_cost.clearance import Clearance, _around, clearance_at, map_clearance
@@ -17,6 +16,7 @@ from navstack.control.expected_cost.told import name_of
 from navstack.costmap.costmap import Costmap
 from navstack.planning.cost_to_go import _free_cell, cost_to_go
 from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
+from tools.bench.expected_cost import FOOTPRINT, GOAL, PARAMS, street
 
 
 def prediction(one):

@@ -17,9 +17,9 @@ import numpy as np
 from PIL import Image
 from ruamel.yaml import YAML
 
-from harness.cli.app import main
 from harness.execution.executors import InProcess
 from harness.execution.workers import Workers
+from navbench.cli.app import main
 from navstack.params.extensions import extensions
 from navstack.types import Pose2D
 
@@ -126,7 +126,7 @@ def furnish(folder: Path, runs: Path, given: Iterable[str]) -> None:
     ``runs`` is the folder of :func:`drive_runs`.
     """
     make_short(folder)
-    for name in ("params", "tests", "benchmarks"):
+    for name in ("params", "tests", "tools"):
         (folder / name).symlink_to(ROOT / name)
     (folder / "docs").mkdir()
     (folder / "docs" / "examples").symlink_to(ROOT / "docs" / "examples")

@@ -79,14 +79,14 @@ class Reason:
 
 # Commands that are not executed; their options are held against the program's parser all the same.
 NOT_EXECUTED = {
-    r"navbench bench\b.*": Reason(
+    r"python -m tools\.bench\b.*": Reason(
         "minutes of processor time",
-        "tests/harness/test_bench.py::test_the_document_keeps_its_contract",
+        "tests/tools/test_bench.py::test_the_document_keeps_its_contract",
     ),
     r"navbench scenario --all.*": Reason(
         "minutes of processor time", "tests/scenarios/test_scenarios.py::test_scenario"
     ),
-    r"python benchmarks/.*": Reason(
+    r"python -m tools\.(?!bench|parity).*": Reason(
         "minutes to hours of processor time; its --help is executed",
         "tests/docs/test_commands.py::test_the_program_knows_every_option",
     ),

@@ -18,8 +18,9 @@ import click
 import pytest
 from ruamel.yaml import YAML
 
-from harness.cli.app import app
 from harness.execution.process_cache import forget
+from navbench.cli.app import app, main
+from tools.parity.__main__ import parity
 
 from .blocks import LANGUAGES, PAGES, ROOT, Block, Command, blocks_of, commands_of, inline_commands
 from .cluster import Cluster
@@ -84,7 +85,7 @@ def test_fences_say_what_they_hold(page: Path) -> None:
         assert block.language in LANGUAGES, (
             f"{block.where}: mark the block as one of {', '.join(LANGUAGES)}"
         )
-        shell = re.search(r"(?m)^(navbench|python benchmarks/|make|pip) ", block.text)
+        shell = re.search(r"(?m)^(navbench|python -m tools|make|pip) ", block.text)
         assert block.language == "sh" or not shell, (
             f"{block.where}: a command in a block that is not marked sh"
         )
@@ -142,6 +143,10 @@ def execute(command: Command, place: Path, cluster: Cluster) -> bool:
             install(place / package)
         case ("dask", "scheduler" | "worker", *_):
             cluster.start(command.words)
+        case ("python", "-m", "tools.parity", *words):
+            with pytest.raises(SystemExit) as ended:
+                main(words, program=parity)
+            assert ended.value.code == 0, f"{command.block.where}: {command}"
         case ("python", script, *words):
             run_script(place / script, words)
         case _:
@@ -172,8 +177,8 @@ def test_the_program_knows_every_option(
         match command.words:
             case ("navbench", *words):
                 parse(words, command.block.where)
-            case ("python", script, *words) if script.startswith("benchmarks/"):
-                known_to(script, words, command.block.where)
+            case ("python", "-m", module, *words):
+                known_to(module, words, command.block.where)
             case ("python", script, *_):
                 assert (ROOT / script).is_file() or any(
                     block.file == script for block in BLOCKS[page]
@@ -185,8 +190,8 @@ def test_the_program_knows_every_option(
     for words in INLINE[page]:
         if words[0] == "navbench" and not any(PLACEHOLDER.search(word) for word in words):
             parse(list(words[1:]), f"{page.name}: {' '.join(words)}", is_whole=False)
-        elif words[0] == "python" and len(words) > 1 and words[1].startswith("benchmarks/"):
-            known_to(words[1], list(words[2:]), f"{page.name}: {' '.join(words)}")
+        elif words[:2] == ("python", "-m") and words[2].startswith("tools."):
+            known_to(words[2], list(words[3:]), f"{page.name}: {' '.join(words)}")
 
 
 def parse(words: list[str], where: str, is_whole: bool = True) -> None:
@@ -210,30 +215,35 @@ def parse(words: list[str], where: str, is_whole: bool = True) -> None:
 
 
 @functools.cache
-def help_of(script: str) -> str:
-    """What a benchmark says of its options; its source, too, if it has sub-commands.
+def help_of(module: str) -> str:
+    """What a tool says of its options; its source, too, if it has sub-commands.
 
     Of one without a parser that.
     """
-    source = (ROOT / script).read_text(encoding="utf-8")
-    if "argparse" not in source:
+    source = source_of(module).read_text(encoding="utf-8")
+    if "argparse" not in source and "click" not in source:
         return source
-    output, before, path = io.StringIO(), sys.argv, list(sys.path)
-    sys.argv = [script, "--help"]
-    sys.path.insert(0, str(ROOT / "benchmarks"))
+    output, before = io.StringIO(), sys.argv
+    sys.argv = [module, "--help"]
     try:
         with contextlib.redirect_stdout(output), pytest.raises(SystemExit) as ended:
-            runpy.run_path(str(ROOT / script), run_name="__main__")
+            runpy.run_module(module, run_name="__main__")
     finally:
-        sys.argv, sys.path[:] = before, path
+        sys.argv = before
     assert ended.value.code == 0
     return output.getvalue() + (source if "add_subparsers" in source else "")
 
 
-def known_to(script: str, words: list[str], where: str) -> None:
-    """Hold the options and sub-commands of a benchmark against its help."""
-    assert (ROOT / script).is_file(), where
-    text, words = help_of(script), [word.strip("[]") for word in words]
+def source_of(module: str) -> Path:
+    """The file that ``python -m`` runs."""
+    path = ROOT / module.replace(".", "/")
+    return path / "__main__.py" if path.is_dir() else path.with_suffix(".py")
+
+
+def known_to(module: str, words: list[str], where: str) -> None:
+    """Hold the options and sub-commands of a tool against its help."""
+    assert source_of(module).is_file(), where
+    text, words = help_of(module), [word.strip("[]") for word in words]
     for word, before in zip(words, ["", *words], strict=False):
         is_value = (
             before.startswith("-")
@@ -241,7 +251,7 @@ def known_to(script: str, words: list[str], where: str) -> None:
             or re.fullmatch(r"[\d.]+|.+/.+", word)
         )
         if word.startswith("-") or not is_value:
-            assert word in text, f"{where}: {script} does not know '{word}'"
+            assert word in text, f"{where}: {module} does not know '{word}'"
 
 
 def test_nothing_is_declared_in_vain() -> None:

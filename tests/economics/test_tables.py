@@ -6,13 +6,13 @@ import json
 
 import pytest
 
-from harness.cli.paper import paper, paper_document, print_paper
 from harness.economics.cost_model import price
 from harness.economics.prices import load_prices
 from harness.report.published import load_published, published_columns
 from harness.report.table_rows import LAYOUTS
 from harness.report.tables import PLAIN_WIDTH, Column, render_tables, report_console, values_of
 from harness.statistics.interval import Interval
+from navbench.cli.paper import paper, paper_document, print_paper
 
 PRICES = load_prices("costnav")
 PUBLISHED = load_published()

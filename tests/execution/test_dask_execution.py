@@ -13,13 +13,13 @@ from typing import Any
 
 import pytest
 
-from harness.cli.app import main
 from harness.execution.executors import InProcess
 from harness.execution.workers import NoExecutorError, Workers
 from harness.storage.run_folder import RunFolder, count_finished, create_run
 from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
+from navbench.cli.app import main
 
 dask = pytest.importorskip("dask", reason="the package dask (extra 'dask') is not installed")
 distributed = pytest.importorskip(

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.cli.app import main
 from harness.episode import factory as setup
 from harness.execution import worker_check
 from harness.execution.executors import Place
@@ -22,6 +21,7 @@ from harness.storage.shipped import shipped
 from harness.study.manifest import LIBRARIES
 from harness.study.places import Where, files_of
 from harness.task.study import make_study
+from navbench.cli.app import main
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError

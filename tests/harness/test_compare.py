@@ -12,11 +12,11 @@ from scipy.stats import ttest_rel
 
 from harness.analysis.compare import compare, document, side_of
 from harness.analysis.repricing import accounted_margins
-from harness.cli import compare as command
 from harness.economics.valuation import margins
 from harness.metrics.columns import EPISODE_COLUMNS
 from harness.storage.tables import read_rows
 from harness.study.stored_run import load_run
+from navbench.cli import compare as command
 from navstack.errors import InputError
 
 WriteRun = Callable[..., Path]

@@ -49,7 +49,7 @@ def noted(kernel, *given):
 
 
 Dispatcher._compile_for_args = noted
-from harness.bench.loops import Course, Loop, drive
+from tools.bench.loops import Course, Loop, drive
 
 for stack in sys.argv[1:]:
     process = os.fork()

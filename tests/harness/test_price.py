@@ -13,8 +13,6 @@ import numpy as np
 import pytest
 
 from harness.analysis.repricing import choose, document, reprice
-from harness.cli.app import main
-from harness.cli.price import price
 from harness.economics.accountings import accounted
 from harness.economics.contact_costs import injury_cost, mais_probabilities, monotone_injury_costs
 from harness.economics.cost_model import Measured, running
@@ -27,6 +25,8 @@ from harness.statistics.interval import Interval
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows, write_table
 from harness.study.stored_run import load_run, repriced
+from navbench.cli.app import main
+from navbench.cli.price import price
 from navstack.errors import InputError
 from navstack.params.nav2_file.yaml_text import load_text
 from navstack.params.strict import dump_dataclass, load_yaml
@@ -491,7 +491,7 @@ def test_a_real_run_repriced_is_that_run_at_these_prices(
 def test_pricing_loads_nothing_that_simulates(write_run: WriteRun) -> None:
     run = write_run("run", episodes=2)
     heavy = ("pybullet", "numba", "ompl", "matplotlib", "casadi")
-    code = f"import sys; from harness.cli.app import _status; status = _status(['price', {str(run)!r}, '--json'])\n"
+    code = f"import sys; from navbench.cli.app import _status; status = _status(['price', {str(run)!r}, '--json'])\n"
     code += f"sys.exit(status or ' '.join(name for name in {heavy} if name in sys.modules) or 0)"
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False

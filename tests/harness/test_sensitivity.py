@@ -10,9 +10,9 @@ import pytest
 
 from harness.analysis.repricing import choose, document, reprice
 from harness.analysis.sensitivity import break_even_spread
-from harness.cli.sensitivity import sensitivity
 from harness.economics.price import price_keys
 from harness.study.stored_run import load_run
+from navbench.cli.sensitivity import sensitivity
 from navstack.errors import InputError
 
 WriteRun = Callable[..., Path]

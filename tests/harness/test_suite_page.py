@@ -18,7 +18,6 @@ from rich.console import Console
 from harness.analysis.compare import MARGIN, Side, compare
 from harness.analysis.price_sets import NO_INTERVAL, Money, money_of, order, under_curves
 from harness.analysis.repricing import FORGIVEN, accounted_margins, choose, reprice
-from harness.cli.suite import _sheet
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.contact_limits import beyond_limit
 from harness.economics.prices import price_sets
@@ -36,6 +35,7 @@ from harness.storage.tables import read_rows, write_table
 from harness.study.stored_run import load_run
 from harness.study.suite import Suite, cells, declare
 from harness.study.suite_log import Session, note_session
+from navbench.cli.suite import _sheet
 from navstack.errors import InputError
 
 PAYING = ("robot_at_fault", "shared_fault", "no_threshold_robot_at_fault", "monotone")
@@ -315,7 +315,7 @@ def test_nothing_driven_is_a_page_without_figures(tmp_path: Path) -> None:
 @pytest.fixture
 def published() -> ModuleType:
     """The program that writes README's table."""
-    return importlib.import_module("published_study")
+    return importlib.import_module("tools.published_study")
 
 
 def test_readme_follows_as_soon_as_every_cell_has_deliveries(

@@ -103,7 +103,7 @@ SHAPES: dict[str, Callable[[dict[str, Any]], None]] = {
 
 
 def cases() -> Iterator[Case]:
-    """Everything with ``navbench parity --golden``."""
+    """Everything with ``python -m tools.parity --golden``."""
     for what, content in ARCHIVES.items():
         yield Case(
             f"golden file: {what}",

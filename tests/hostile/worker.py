@@ -19,7 +19,8 @@ import time
 import traceback
 from pathlib import Path
 
-from harness.cli.app import _status
+from navbench.cli.app import _status, app
+from tools.parity.__main__ import parity
 
 from .corpus import CASES
 from .mutations import mutants
@@ -34,7 +35,9 @@ def attempt(arguments: list[str]) -> tuple[int | None, str, str]:
     errors = io.StringIO()
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(errors):
         try:
-            return _status(arguments), errors.getvalue(), ""
+            program = parity if arguments[0] == "parity" else app
+            words = arguments[1:] if program is parity else arguments
+            return _status(words, program), errors.getvalue(), ""
         except SystemExit as leaving:
             return int(leaving.code or 0), errors.getvalue(), ""
         except BaseException:  # noqa: BLE001 - whatever escapes is what is looked for

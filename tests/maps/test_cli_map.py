@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from harness.cli.app import main
 from harness.storage.shipped import shipped
 from harness.task.mission import MissionSampler
 from harness.world.map.scene_io import load_scene
+from navbench.cli.app import main
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import Pose2D

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import shapely
 
-from harness.cli.app import main
 from harness.episode.factory import Parts
 from harness.task.mission import MissionSampler
 from harness.task.study import make_study
@@ -18,6 +17,7 @@ from harness.world.map.map_import import ImportSettings, _zones, import_scene, r
 from harness.world.map.scene_io import load_scene
 from harness.world.map.shapes import polygon_area
 from harness.world.physics.elevation import Elevation
+from navbench.cli.app import main
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import MapError

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from harness.cli.app import main
-from harness.cli.lint import robot_limits
 from harness.storage.shipped import shipped
+from navbench.cli.app import main
+from navbench.cli.lint import robot_limits
 from navstack.params.lint.rules import lint
 from navstack.params.nav2_file.file import load_nav2
 

@@ -48,8 +48,8 @@ def _wrong(job: dict[str, Any]) -> list[str]:
     # Compiled code is known as that of the unchanged sources: no constant that is changed with
     # compiled kernels is in them, and what others have compiled is not thrown away.
     jit._content = lambda source: content(Path(job["sources"]) / source.relative_to(copy))
-    from harness.parity import certificate
-    from harness.parity.golden import read_folder
+    from tools.parity import certificate
+    from tools.parity.golden import read_folder
 
     for module in (navstack, certificate):
         assert module.__file__ is not None and module.__file__.startswith(job["copy"]), (

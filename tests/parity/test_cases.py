@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from harness.parity.certificate import compare, discover
-from harness.parity.golden import read_folder
-from harness.parity.part import Case, Part
+from tools.parity.certificate import compare, discover
+from tools.parity.golden import read_folder
+from tools.parity.part import Case, Part
 
 GOLDEN = Path(os.environ.get("NAVSTACK_GOLDEN") or Path(__file__).parents[1] / "golden")
 CASES = discover(read_folder(GOLDEN))

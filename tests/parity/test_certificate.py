@@ -9,13 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cli.app import main
-from harness.parity.certificate import PARTS, UNATTRIBUTED, certify, compare, discover, passes
-from harness.parity.comparison import Comparison
-from harness.parity.golden import META, GoldenFile, read_folder
+from navbench.cli.app import main
 from navstack.costmap import inflation
 from navstack.costmap.inflation import Inflation
 from navstack.params.costmap import InflationLayerParams
+from tools.parity.__main__ import parity
+from tools.parity.certificate import PARTS, UNATTRIBUTED, certify, compare, discover, passes
+from tools.parity.comparison import Comparison
+from tools.parity.golden import META, GoldenFile, read_folder
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 
@@ -293,7 +294,7 @@ def test_nearness_counts_what_it_cannot_compare() -> None:
 
 def complaint(capsys: pytest.CaptureFixture[str], folder: Path) -> str:
     with pytest.raises(SystemExit) as leaving:
-        main(["parity", "--golden", str(folder)])
+        main(["--golden", str(folder)], program=parity)
     assert leaving.value.code == 1
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -350,7 +351,7 @@ def test_facts_of_the_wrong_kind_are_one_line(
             **{moved: start},
         )
         with pytest.raises(SystemExit) as leaving:
-            main(["parity", "--golden", str(tmp_path), "--json"])
+            main(["--golden", str(tmp_path), "--json"], program=parity)
         assert leaving.value.code == 1
 
 
@@ -372,7 +373,7 @@ def test_the_document(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Non
     for name in ("dwb_a", "navfn_small"):
         (tmp_path / f"{name}.npz").symlink_to(GOLDEN / f"{name}.npz")
     with pytest.raises(SystemExit) as leaving:
-        main(["parity", "--golden", str(tmp_path), "--json"])
+        main(["--golden", str(tmp_path), "--json"], program=parity)
     assert not leaving.value.code
     parts = json.loads(capsys.readouterr().out)["parts"]
     assert [part["part"] for part in parts] == ["navfn", "dwb"]
@@ -381,7 +382,7 @@ def test_the_document(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Non
         assert part["largest_deviation"] < 1e-5
         assert all(deviation["explained"] for deviation in part["deviations"])
     with pytest.raises(SystemExit):
-        main(["parity", "--golden", str(tmp_path)])
+        main(["--golden", str(tmp_path)], program=parity)
     printed = capsys.readouterr().out
     assert "walls_infl_astar" in printed
     assert "equal, or its deviation explained" in printed

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cli.app import main
 from harness.recorded.replay import Replay
 from harness.recorded.trajectory import Trajectory, read_tum, write_tum
+from navbench.cli.app import main
 from navstack.localization.amcl import AmclLocalizer
 from navstack.types import Pose2D
 

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cli.app import main
 from harness.scenarios.actors import ScriptedPedestrians
 from harness.scenarios.drawing import CELL, draw_scene, with_things
 from harness.scenarios.runner import run_scenario
 from harness.scenarios.scenario import Drawing, PersonScript, Thing, load_scenario
 from harness.storage.shipped import shipped
 from harness.world.physics.body_state import BodyState
+from navbench.cli.app import main
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED
 from navstack.errors import InputError
 from navstack.types import Pose2D

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from harness.ablation.arms import arms_of, with_arms
-from harness.cli.app import main
 from harness.execution.workers import Workers
 from harness.study.again import PARTINGS, record_again, recorded_again
 from harness.study.stored_run import load_run
 from harness.task.study import Study, make_study
+from navbench.cli.app import main
 from navstack.errors import InputError
 
 RULES = "arrival_radius: 2.0\ntimeout: 1.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cli.app import main
 from harness.study.barn import CELL, GOAL, START, cylinders, optimal_time, scene_of, score, score_of
+from navbench.cli.app import main
 from navstack.costmap.occupancy_grid import OCCUPIED
 from navstack.errors import InputError
 

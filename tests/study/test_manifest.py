@@ -15,8 +15,8 @@ WALK = "id,t,x,y\n1,0,-60,-70\n1,9,-50,-70\n"
     [
         (["/home/me/.venv/bin/navbench", "run"], ["navbench", "run"]),
         (
-            ["/home/me/navbench/benchmarks/calibrate.py", "verify"],
-            ["python", "benchmarks/calibrate.py", "verify"],
+            ["/home/me/navbench/tools/calibrate.py", "verify"],
+            ["python", "tools/calibrate.py", "verify"],
         ),
         (["-c", "run"], ["navbench", "run"]),
         ([], ["navbench"]),

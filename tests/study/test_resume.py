@@ -14,7 +14,6 @@ from typing import Any
 
 import pytest
 
-from harness.cli.app import main
 from harness.execution.executors import InProcess
 from harness.execution.workers import Finished, Workers
 from harness.storage.checksums import CHECKSUMS
@@ -23,9 +22,10 @@ from harness.storage.shipped import shipped
 from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
+from navbench.cli.app import main
 from navstack.errors import InputError
 
-NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
+NAVBENCH = [sys.executable, "-c", "from navbench.cli.app import main; main()"]
 SAME = ("episodes.parquet", "events.parquet", "summary.json")  # whatever the machine does
 EPISODES = 6
 RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"

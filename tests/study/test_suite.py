@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cli.app import main
 from harness.episode.factory import rules_of
 from harness.storage.checksums import write_checksums
 from harness.storage.run_folder import JOURNAL, RunFolder, count_finished
 from harness.storage.shipped import names, shipped
 from harness.study.drive import TABLES
 from harness.study.suite import Portion, begin, cells, declare, load_suite
+from navbench.cli.app import main
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError

@@ -11,11 +11,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from harness.cli.app import main
 from harness.storage.checksums import CHECKSUMS, changed_files
 from harness.storage.run_folder import RunFolder, create_run
 from harness.storage.shipped import shipped
 from harness.study.drive import TABLES
+from navbench.cli.app import main
 
 EDITS = 20
 

@@ -13,7 +13,7 @@ from harness.world.people.replay_file import load_recording
 
 @pytest.fixture(scope="module")
 def comparison():
-    return importlib.import_module("compare_pedestrians")
+    return importlib.import_module("tools.compare_pedestrians")
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pedestrian_statistics import companions, prediction_errors, record_states, separations
 
 from harness.episode.factory import with_recording
 from harness.world.people.pedestrian_kernels import replay
@@ -19,6 +18,7 @@ from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError
 from navstack.types import Pose2D
+from tools.pedestrian_statistics import companions, prediction_errors, record_states, separations
 
 SQUARE = OccupancyGrid(np.zeros((60, 60), dtype=np.int8), 1.0, Pose2D(-20.0, -20.0))
 AWAY = Pose2D(1000.0, 0.0)

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from harness.cli.app import main
 from harness.study.manifest import map_digest
 from harness.world.map.scene_io import load_scene
+from navbench.cli.app import main
 
 
 def explain(*arguments: str) -> Any:
@@ -64,7 +64,7 @@ def test_a_map_that_has_changed_is_not_drawn_behind_a_figure(
 ) -> None:
     scenes = []
     monkeypatch.setattr(
-        "harness.cli.explain_delivery.draw_seconds", lambda *given: scenes.append(given[2])
+        "navbench.cli.explain_delivery.draw_seconds", lambda *given: scenes.append(given[2])
     )
     about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     for digest in (about["map_sha256"], map_digest(load_scene("sidewalk"))):

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.cli.app import main
 from harness.episode.episode import run_episode
 from harness.episode.factory import Parts
 from harness.execution.process_cache import forget
@@ -25,6 +24,7 @@ from harness.storage.checksums import CHECKSUMS
 from harness.storage.tables import read_rows, write_table
 from harness.task.study import EpisodeTask, make_study
 from harness.world.world import World
+from navbench.cli.app import main
 from navstack.control.decision import RUNNER_UP
 from navstack.errors import InputError
 from navstack.navigation_status import Status

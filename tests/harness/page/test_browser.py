@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from harness.cli.app import main
 from harness.report.repriced import TITLES
 from harness.study.manifest import map_digest
 from harness.world.map.scene_io import load_scene
+from navbench.cli.app import main
 
 from .in_browser import Browse, choose, picture, shown, wait
 

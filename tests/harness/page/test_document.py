@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from harness.analysis.repricing import choose, reprice
-from harness.cli.app import main
 from harness.metrics.columns import EVENT_COLUMNS
 from harness.report.page.document import embedded, report_page
 from harness.report.page.entries import entries_of
@@ -23,6 +22,7 @@ from harness.storage.tables import read_rows, write_table
 from harness.study.manifest import map_digest
 from harness.study.stored_run import StoredStack, load_run
 from harness.world.map.scene_io import load_scene
+from navbench.cli.app import main
 
 EVIL = "<script>alert(1)"
 # words of other events

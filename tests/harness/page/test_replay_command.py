@@ -10,7 +10,6 @@ import pytest
 from PIL import Image
 from rosbags.highlevel import AnyReader
 
-from harness.cli.app import main
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.recorded.bag import Bag
 from harness.recorded.ros_messages import TYPES
@@ -20,6 +19,7 @@ from harness.report.replay_gif import FRAMES_PER_SECOND, SPEED, frame_times
 from harness.storage.checksums import write_checksums
 from harness.storage.tables import read_rows
 from harness.world.map.scene_io import load_scene
+from navbench.cli.app import main
 from navstack.geometry import compose
 from navstack.types import Pose2D
 

@@ -12,7 +12,6 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from harness.cli.app import main
 from harness.economics.accountings import is_grave
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.report import replay_rerun
@@ -20,6 +19,7 @@ from harness.report.replay import contacts_shown
 from harness.storage.checksums import write_checksums
 from harness.storage.tables import read_rows
 from harness.world.map.scene_io import load_scene
+from navbench.cli.app import main
 from navstack.costmap.occupancy_grid import SOLID_FROM
 
 

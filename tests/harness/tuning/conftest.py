@@ -58,7 +58,7 @@ TUNED: dict[str, Value] = {
 @pytest.fixture(scope="session")
 def auditor_studies() -> ModuleType:
     """The benchmark that plants exploits, and what it imports from beside it."""
-    return importlib.import_module("auditor_studies")
+    return importlib.import_module("tools.auditor_studies")
 
 
 def touch_rate(point: Mapping[str, Value]) -> float:

@@ -13,7 +13,6 @@ from typing import Any
 
 import pytest
 
-from harness.cli.app import main
 from harness.economics.prices import load_prices
 from harness.execution.executors import InProcess
 from harness.execution.workers import Workers
@@ -36,9 +35,10 @@ from harness.tuning.output import DOCUMENT, TRIALS, TUNED, _difference
 from harness.tuning.space_file import OF_TRIAL
 from harness.tuning.stack_evaluator import StackEvaluator, margin_of
 from harness.tuning.study import load_tuning, notes_after_search, notes_before, within_budget
+from navbench.cli.app import main
 from navstack.errors import InputError, ParameterError
 
-NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
+NAVBENCH = [sys.executable, "-c", "from navbench.cli.app import main; main()"]
 RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
 OTHER = Candidate("trial-1", {"controller_server.FollowPath.PathAlign.scale": 3.0})
 ORIGINAL = Candidate("original", {})

@@ -7,12 +7,12 @@ from types import ModuleType
 
 import pytest
 
-from harness.cli.tune import tune
+from navbench.cli.tune import tune
 
 
 @pytest.fixture(scope="module")
 def script() -> ModuleType:
-    return importlib.import_module("tuning_study")
+    return importlib.import_module("tools.tuning_study")
 
 
 def test_another_checkout_goes_on_from_the_archive(script: ModuleType, tmp_path: Path) -> None:

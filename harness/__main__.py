@@ -1,5 +1,0 @@
-"""Run the program ``navbench``."""
-
-from harness.cli.app import main
-
-main()

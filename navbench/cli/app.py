@@ -1,0 +1,136 @@
+"""The command line program ``navbench``."""
+
+import errno
+import importlib
+import sys
+import tomllib
+import warnings
+from pathlib import Path
+from typing import Any
+
+import click
+
+from harness.storage.shipped import keep_compiled_code
+from navbench.cli.signals import stop_like_ctrl_c
+from navbench.cli.streams import lost_output, provide_streams
+from navstack.dispatch import restart_unmasked
+from navstack.errors import NavstackError, NavstackWarning
+
+COMMANDS = tomllib.loads(Path(__file__).with_name("commands.toml").read_text(encoding="utf-8"))
+NO_NAME = (errno.ENAMETOOLONG, errno.ELOOP)
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
+UNWRITABLE = "standard output cannot be written; make room, or send it to another place"
+LONGEST_LINE = 1000  # [characters] of a complaint
+
+
+class Commands(click.Group):
+    """Commands, each imported when it is asked for."""
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """A command; None: there is none of this name."""
+        if cmd_name not in self.commands:
+            return None
+        command: click.Command = getattr(
+            importlib.import_module(f"navbench.cli.{cmd_name}"), cmd_name
+        )
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List them in the help."""
+        for heading, commands in COMMANDS.items():
+            with formatter.section(heading):
+                formatter.write_dl(list(commands.items()))
+
+
+@click.group(
+    "navbench",
+    cls=Commands,
+    commands={name: click.Command(name) for commands in COMMANDS.values() for name in commands},
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+@click.version_option(package_name="navbench", prog_name="navbench", message="%(prog)s %(version)s")
+def app() -> None:
+    """Drive delivery robots through a physical sidewalk world, and price every delivery.
+
+    \b
+    Examples:
+      navbench run --stack nav2-gps --episodes 20 --seed 0
+      navbench run --stack nav2-gps --stack parked --episodes 10 --out results/first
+      navbench run --stack my_robot_nav2.yaml --map my_map.yaml --episodes 5 --json
+      navbench paper
+
+    Exit status: 0 done; 1 bad input; 2 unknown command or option; 3 done, but some deliveries ended in an error; 130
+    interrupted, finished deliveries kept.
+    """
+
+
+def main(arguments: list[str] | None = None, program: click.Command = app) -> None:
+    """Run the program, or another one likewise; leaves with one of the statuses of its help."""
+    if arguments is None:
+        restart_unmasked()
+    provide_streams()
+    stdout = sys.stdout
+    try:
+        status: int | str | None = _status(arguments, program)
+    except SystemExit as leaving:
+        # click replaces it where a reader has left
+        status = leaving.code if sys.stdout is stdout else 0
+    lost = lost_output()
+    # to leave early, as head does, is no error
+    if lost is not None and not isinstance(lost, BrokenPipeError):
+        status = _complain(f"{UNWRITABLE} ({lost.strerror})", 1)
+    sys.exit(status)
+
+
+def _status(arguments: list[str] | None, program: click.Command = app) -> int:
+    stop_like_ctrl_c()
+    keep_compiled_code()
+    warnings.showwarning = _show
+    try:
+        program(arguments, standalone_mode=False)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message())
+    # a missing parameter is a BadParameter, too
+    except (click.BadParameter, click.BadOptionUsage) as error:
+        return _complain(error.format_message(), 1)
+    except click.UsageError as error:
+        return _complain(f"{error.format_message()} See '{program.name} --help'.", 2)
+    except NavstackError as error:
+        return _complain(str(error), 1)
+    except (KeyboardInterrupt, click.Abort):  # which is a RuntimeError
+        return _complain("interrupted", 130)
+    except (OSError, RuntimeError) as error:
+        message = _of_the_system(error)
+        if not message:
+            raise
+        return _complain(message, 1)
+    return 0
+
+
+def _of_the_system(error: Exception) -> str:
+    """What a user can do about a name that no file can have, or a full disk.
+
+    Empty: it is a fault of the program.
+    """
+    if isinstance(error, OSError) and error.errno in NO_NAME:
+        return f"'{error.filename}' cannot be used ({error.strerror}); give another name or path"
+    # files say by themselves that they cannot be written
+    if isinstance(error, OSError) and error.errno in NO_ROOM:
+        return f"{UNWRITABLE} ({error.strerror})"
+    is_loop = str(error).startswith("Symlink loop")  # so says pathlib before Python 3.13
+    return f"{error}; give another path" if is_loop else ""
+
+
+def _show(*told: Any, **_: Any) -> None:
+    message, category = told[:2]
+    sys.stderr.write(
+        f"note: {message}\n" if category is NavstackWarning else warnings.formatwarning(*told[:4])
+    )
+
+
+def _complain(message: str, status: int) -> int:
+    line = " ".join(message.split())
+    if len(line) > LONGEST_LINE:  # a message quotes what was given, which may be a whole file
+        line = f"{line[: LONGEST_LINE // 2]} ... {line[-LONGEST_LINE // 2 :]}"
+    sys.stderr.write(f"navbench: {line}\n")
+    return status

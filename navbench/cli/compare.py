@@ -1,0 +1,43 @@
+"""The command ``navbench compare``: two runs, or two stacks of one, mission by mission."""
+
+import click
+
+from harness.analysis import compare as analysis
+from harness.report.comparison import print_comparison
+from harness.report.tables import report_console
+from harness.study.stored_run import load_run
+from navbench.cli.options import JSON
+from navbench.cli.progress import say
+from navbench.cli.streams import print_json
+
+
+@click.command()
+@click.argument("first", metavar="A")
+@click.argument("second", metavar="B")
+@click.option(
+    "--metric",
+    "metrics",
+    multiple=True,
+    help="Compare this one only, e.g. margin; repeatable. Default: all, and p adjusted for margin and SLA.",
+)
+@JSON
+def compare(first: str, second: str, metrics: tuple[str, ...], as_json: bool) -> None:
+    """Compare two runs, or two stacks of one run, on the missions that they have in common: B minus A.
+
+    A and B are run folders, or FOLDER:stack where a folder has several stacks.
+
+    \b
+    Examples:
+      navbench compare results/before results/after
+      navbench compare results/both:nav2-gps results/both:parked
+      navbench compare results/before results/after --metric sla --metric margin --json
+    """
+    comparison = analysis.compare(
+        analysis.side_of(load_run(first)), analysis.side_of(load_run(second)), metrics
+    )
+    for warning in comparison.warnings:
+        say(f"warning: not comparable: {warning}")
+    if as_json:
+        print_json(analysis.document(comparison))
+        return
+    print_comparison(comparison, report_console())

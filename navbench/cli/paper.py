@@ -1,0 +1,88 @@
+"""The command ``navbench paper``: the cost model applied to what the paper measured."""
+
+import dataclasses
+from typing import Any
+
+import click
+from rich.console import Console
+
+from harness.economics.break_even import Thresholds, thresholds
+from harness.economics.cost_model import price
+from harness.economics.prices import Prices, load_prices
+from harness.report.published import PublishedMethod, load_published, published_columns
+from harness.report.sheet import Sheet, declared, print_sheet
+from harness.report.tables import render_tables, report_console
+from navbench.cli.options import JSON, PRICES
+from navbench.cli.streams import print_json
+
+
+@click.command()
+@PRICES
+@JSON
+def paper(prices: str, as_json: bool) -> None:
+    """Print the paper's two tables from its published measurements, and its thresholds."""
+    loaded = load_prices(prices)
+    if as_json:
+        print_json(paper_document(loaded))
+    else:
+        print_paper(report_console(), loaded)
+
+
+def paper_document(prices: Prices) -> dict[str, Any]:
+    """The JSON document: economics of the seven methods and of the real robot, and the thresholds."""
+    published = load_published()
+    return {
+        "methods": {
+            name: {"economics": _economics(method, prices)}
+            for name, method in published.methods.items()
+        },
+        "real_world_canvas": {"economics": _economics(published.real_world_canvas.method, prices)},
+        "thresholds": dataclasses.asdict(thresholds(prices)),
+    }
+
+
+def _economics(method: PublishedMethod, prices: Prices) -> dict[str, float | None]:
+    return dataclasses.asdict(
+        price(method.measured, method.sensors, method.data_collection, prices)
+    )
+
+
+def print_paper(console: Console, prices: Prices) -> None:
+    """Print both tables for the seven methods and the real robot, then the thresholds."""
+    render_tables(published_columns(load_published(), prices), console)
+    console.print()
+    print_sheet(_thresholds(thresholds(prices)), console)
+
+
+def _thresholds(limits: Thresholds) -> Sheet:
+    injury = "fee / cost of such an injury"
+    ais = (limits.ais1_contact_rate, limits.ais2_contact_rate, limits.ais3_contact_rate)
+    both = limits.timeout_and_physical_assistance_rate
+    rows = (
+        (
+            "Pedestrian safety",
+            "the delivery fee itself",
+            f"{limits.pedestrian_safety_usd_per_run:.2f} $/run",
+        ),
+        *(
+            (f"  contacts with AIS {grade}", injury, _percent(rate))
+            for grade, rate in enumerate(ais, start=1)
+        ),
+        ("Spoilage", "fee / (food price + fee)", _percent(limits.spoilage_rate)),
+        ("Timeout + physical assistance", "fee / (fee refunded + fee lost)", _percent(both)),
+        (
+            "Property contact",
+            "fee / mean damage of the four published types",
+            _percent(limits.property_contact_rate),
+        ),
+        (
+            "Physical assistance",
+            "fee / repair per event",
+            _percent(limits.physical_assistance_rate),
+        ),
+    )
+    return declared("thresholds", rows)
+
+
+def _percent(rate: float) -> str:
+    return f"{100.0 * rate:.2f} %"

@@ -1,0 +1,1 @@
+"""What developers of navbench run: measurements, checks and the studies of the documents."""
