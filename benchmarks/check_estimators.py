@@ -41,7 +41,7 @@ from harness.statistics.paired import Z_OF_TEST
 from harness.study.manifest import load_study
 from harness.study.stored_run import load_run
 from harness.task.study import CONSUMERS, EpisodeTask
-from harness.world.people.pedestrian_models import make_pedestrians
+from harness.world.people.models import make_pedestrians
 from navstack.types import FloatArray
 
 SPEED = 1.88  # [m/s] at which a robot under way follows its path, on average

@@ -23,7 +23,7 @@ from harness.world.map.scene_io import load_scene
 from harness.world.map.shapes import Rect
 from harness.world.physics.body_state import BodyState
 from harness.world.sensors.gps_receiver import GpsReceiver
-from harness.world.sensors.sensors import SensorParams, sky_of
+from harness.world.sensors.suite import SensorParams, sky_of
 from navstack.errors import InputError
 from navstack.params.strict import load_dataclass
 from navstack.types import FloatArray

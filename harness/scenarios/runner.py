@@ -23,7 +23,7 @@ from harness.world.map.scene_io import load_scene
 from harness.world.outcome import ARRIVALS, Rules
 from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
-from harness.world.sensors.sensors import SensorParams, SensorSuite
+from harness.world.sensors.suite import SensorParams, SensorSuite
 from navstack.errors import ParameterError
 from navstack.navigation_status import Status
 from navstack.navigator import Navigator

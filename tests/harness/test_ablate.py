@@ -14,7 +14,7 @@ from harness.report.tables import print_table, report_table
 from harness.storage.run_folder import ABLATION, JOURNAL, RunFolder
 from harness.storage.shipped import shipped
 from harness.study.drive import TABLES
-from harness.world.sensors.sensors import SensorParams
+from harness.world.sensors.suite import SensorParams
 from navstack.params.strict import load_dataclass
 
 RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"

@@ -8,15 +8,15 @@ import math
 from typing import NamedTuple
 
 from harness.task.shortest_paths import line_of_sight
-from harness.world.people.pedestrian_edges import (
+from harness.world.people.edges import (
     Edges,
     away_from_edge,
     cell_of,
     edge_distance,
     keep_inside,
 )
-from harness.world.people.pedestrian_kernels import Walks
-from harness.world.people.pedestrian_params import PedestrianParams
+from harness.world.people.params import PedestrianParams
+from harness.world.people.walk_kernels import Walks
 from navstack.jit import njit
 from navstack.types import BoolArray, FloatArray, IntArray
 

@@ -9,10 +9,10 @@ import pytest
 from pedestrian_statistics import companions, prediction_errors, record_states, separations
 
 from harness.episode.factory import with_recording
-from harness.world.people.pedestrian_kernels import replay
-from harness.world.people.pedestrian_params import PedestrianParams, ReplayParams
+from harness.world.people.params import PedestrianParams, ReplayParams
 from harness.world.people.replay import ReplayPedestrians
 from harness.world.people.replay_file import MAX_BYTES, Recording, _arrange, load_recording
+from harness.world.people.walk_kernels import replay
 from harness.world.physics.body_state import BodyState
 from harness.world.sensors.lidar_kernels import cast_circles
 from harness.world.world_params import WorldParams
