@@ -49,7 +49,7 @@ class ImuParams:
         )
 
 
-class InertialUnit(Sensor):
+class InertialUnit(Sensor[Imu]):
     """Gyro and accelerometers in the base frame's origin.
 
     The gyro's error is white noise on a bias, drawn at the start and walking from there; the

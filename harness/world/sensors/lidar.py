@@ -77,7 +77,7 @@ class LidarParams:
             )
 
 
-class Lidar(Sensor):
+class Lidar(Sensor[LaserScan]):
     """Casts scans. The robot itself is in no map, so it never sees itself.
 
     Simplifications: the whole scan is taken at one instant (no distortion by motion), every surface

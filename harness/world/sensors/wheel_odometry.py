@@ -49,7 +49,7 @@ class OdometryParams:
         )
 
 
-class WheelOdometry(Sensor):
+class WheelOdometry(Sensor[Odometry]):
     """Dead reckoning of a differential drive, starting at the origin of the odom frame.
 
     The wheels follow the ground forwards and do not feel what moves the robot sideways. Where they
