@@ -25,7 +25,7 @@ from harness.policy.interface import ROUTE_POINTS, Image, PolicyObservation
 from harness.storage.shipped import DEFAULT_WORLD
 from harness.task.camera_params import CameraParams
 from harness.task.study import make_study
-from harness.world.sensors.sensors import SensorParams
+from harness.world.sensors.suite import SensorParams
 from navstack.errors import InputError
 from navstack.params.strict import load_dataclass
 from navstack.types import FloatArray, Twist2D

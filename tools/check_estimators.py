@@ -39,8 +39,8 @@ from harness.plan.question import ends_of, make_ground, make_planner
 from harness.statistics.paired import Z_OF_TEST
 from harness.study.manifest import load_study
 from harness.study.stored_run import load_run
-from harness.task.study import CONSUMERS, EpisodeTask
-from harness.world.people.pedestrian_models import make_pedestrians
+from harness.task.study import STREAMS, EpisodeTask
+from harness.world.people.models import make_pedestrians
 from navstack.types import FloatArray
 from tools.options import parsed
 
@@ -123,7 +123,7 @@ def make_fresh(number: int) -> None:
         if isinstance(generator, np.random.Generator):
             seeds = generator.bit_generator.seed_seq
             where = seeds.spawn_key if isinstance(seeds, np.random.SeedSequence) else ()
-            if len(where) > 1 and CONSUMERS[where[1]] not in KEPT:
+            if len(where) > 1 and where[1] not in {STREAMS[name] for name in KEPT}:
                 generator.bit_generator.state = np.random.default_rng(
                     [number, *where]
                 ).bit_generator.state

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from harness.storage.shipped import shipped
-from harness.world.people.pedestrian_models import make_pedestrians
-from harness.world.people.pedestrian_params import ReplayParams
+from harness.world.people.models import make_pedestrians
+from harness.world.people.params import ReplayParams
 from harness.world.people.replay_file import Recording, load_recording
 from harness.world.physics.robot import RobotParams
 from harness.world.world_params import WorldParams

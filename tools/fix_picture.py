@@ -17,13 +17,13 @@ import numpy as np
 from harness.report.figures import FONT, save_picture
 from harness.report.map_picture import draw_scene
 from harness.storage.shipped import resolve, shipped
-from harness.task.study import make_generators
+from harness.task.study import RandomStreams
 from harness.world.map.scene import Scene
 from harness.world.map.scene_io import load_scene
 from harness.world.map.shapes import Rect
 from harness.world.physics.body_state import BodyState
 from harness.world.sensors.gps_receiver import GpsReceiver
-from harness.world.sensors.sensors import SensorParams, sky_of
+from harness.world.sensors.suite import SensorParams, sky_of
 from navstack.errors import InputError
 from navstack.params.strict import load_dataclass
 from navstack.types import FloatArray
@@ -90,7 +90,7 @@ def fixes_along(way: FloatArray, scene: Scene, preset: str, seed: int, episode: 
     receiver = GpsReceiver(params, sky_of(scene))
     stamps = np.arange(way[0, 0], way[-1, 0], 1.0 / params.rate)
     xs, ys = np.interp(stamps, way[:, 0], way[:, 1]), np.interp(stamps, way[:, 0], way[:, 2])
-    receiver.reset(BodyState(xs[0], ys[0]), make_generators(seed, episode)["gps"])
+    receiver.reset(BodyState(xs[0], ys[0]), RandomStreams(seed, episode)["gps"])
     rows = []
     for stamp, x, y in zip(stamps, xs, ys, strict=True):
         fix = receiver.measure(BodyState(x, y), np.empty((0, 4)), stamp)

@@ -31,7 +31,7 @@ from harness.storage.shipped import shipped
 from harness.study.places import Where
 from harness.study.stored_run import StoredRun, load_run
 from harness.task.study import make_study
-from harness.world.map.map_import import ImportSettings, import_scene
+from harness.world.map.importer import ImportSettings, import_scene
 from harness.world.map.scene_io import save_scene
 from navbench.cli.driving import begin_run, resume_run
 from navbench.cli.signals import run_script

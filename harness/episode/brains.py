@@ -17,7 +17,7 @@ from harness.task.stack import GEOMETRY, MESH, NO_MAP, TRUTH, Stack
 from harness.world.map.scene import Scene
 from harness.world.map.scene_io import align
 from harness.world.outcome import Rules
-from harness.world.people.pedestrian_params import PedestrianParams
+from harness.world.people.params import PedestrianParams
 from harness.world.sensors.ground_truth import (
     GroundTruthLocalizer,
     GroundTruthTracker,

@@ -23,7 +23,7 @@ from harness.metrics.motion import success_weighted_path_length
 from harness.metrics.replay_log import NoReplayLog, ReplayLog
 from harness.task.brain import Brain
 from harness.task.mission import Mission
-from harness.task.study import EpisodeTask, of_brain
+from harness.task.study import EpisodeTask, brain_rngs
 from harness.world.outcome import ARRIVALS, Verdict
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.truth import CountedContact, Partner, Truth
@@ -73,7 +73,7 @@ class RunningDelivery:
         self._ready = time.perf_counter()
         self._setup = self._ready - began  # [s]
         self.observation = self.world.reset(self.mission, generators)
-        self.brain.reset(self.mission.goal, Belief(self.mission.start), of_brain(generators))
+        self.brain.reset(self.mission.goal, Belief(self.mission.start), brain_rngs(generators))
         kinds = frozenset(obstacle.kind for obstacle in self.parts.scene.obstacles)
         self._log = DeliveryLog(self.world.truth, kinds, _body(self.parts))
         self._delay = PedestrianDelay(self.world.people, self.world.truth, *self.world.tick)

@@ -27,12 +27,12 @@ from harness.task.study import EpisodeTask, is_recording
 from harness.world.map.scene import Scene
 from harness.world.map.scene_io import load_scene
 from harness.world.outcome import Rules
-from harness.world.people.pedestrian_models import make_pedestrians
-from harness.world.people.pedestrian_params import PedestrianParams
+from harness.world.people.models import make_pedestrians
+from harness.world.people.params import PedestrianParams
 from harness.world.people.replay_file import recording_text
 from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
-from harness.world.sensors.sensors import SensorParams, SensorSuite
+from harness.world.sensors.suite import SensorParams, SensorSuite
 from harness.world.world import World
 from harness.world.world_params import WorldParams
 from navstack.errors import InputError

@@ -5,7 +5,7 @@ They, and a twin of theirs whom it never meets, go about the same errands.
 
 import numpy as np
 
-from harness.world.people.pedestrian_errands import Errands
+from harness.world.people.errands import Errands
 from harness.world.people.pedestrians import PedestrianModel
 from harness.world.physics.body_state import BodyState
 from harness.world.truth import Truth

@@ -2,7 +2,8 @@
 
 Means, tables and docs/metrics.md are made from it.
 
-A new metric of a delivery is one entry there and one value in the episode's row.
+A new statistic of a recorded series is one entry there; any other metric needs one value in the
+episode's row besides.
 """
 
 import tomllib

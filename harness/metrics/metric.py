@@ -1,19 +1,34 @@
 """What a metric is."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from navstack.types import FloatArray
 
 UNITS = {  # by the end of a key
-    **{
-        "m": "m",
-        "s": "s",
-        "mps": "m/s",
-        "mps2": "m/s2",
-        "mps3": "m/s3",
-        "rad": "rad",
-        "radpm": "rad/m",
-    },
-    **{"kwh": "kWh", "kw": "kW", "ns": "N s", "usd": "USD", "percent": "%"},
+    "m": "m",
+    "s": "s",
+    "mps": "m/s",
+    "mps2": "m/s2",
+    "mps3": "m/s3",
+    "rad": "rad",
+    "radpm": "rad/m",
+    "kwh": "kWh",
+    "kw": "kW",
+    "ns": "N s",
+    "usd": "USD",
+    "percent": "%",
+}
+STATISTICS: Mapping[str, Callable[[FloatArray], Any]] = {
+    "min": np.min,
+    "mean": np.mean,
+    "median": lambda values: np.percentile(values, 50.0),
+    "p95": lambda values: np.percentile(values, 95.0),
+    "max": np.max,
 }
 
 
@@ -42,6 +57,8 @@ class Metric:
     # of the mean in the printed table of further metrics; None: not printed
     decimals: int | None = None
     is_published: bool = False  # whether that mean is part of the paper's table
+    series: str = ""  # recorded series that it is a statistic of; empty: it is measured otherwise
+    statistic: str = ""  # of STATISTICS
 
     @property
     def unit(self) -> str:
@@ -52,3 +69,8 @@ class Metric:
     def arrow_type(self) -> str:
         """Type of the column."""
         return "int64" if self.is_count else "double"
+
+    def measured(self, series: Mapping[str, FloatArray]) -> float | None:
+        """The statistic of its series; None where that is empty."""
+        values = series[self.series]
+        return float(STATISTICS[self.statistic](values)) if len(values) else None

@@ -66,11 +66,6 @@ def smoothed(values: FloatArray, period: float, derivative: int = 0) -> FloatArr
     return result
 
 
-def largest_usual(values: FloatArray) -> float | None:
-    """The 95th percentile of the magnitudes; None where there are no values."""
-    return float(np.percentile(np.abs(values), 95.0)) if len(values) else None
-
-
 def wrapped(angles: FloatArray) -> FloatArray:
     """Angles in [rad] brought to -pi..pi."""
     result: FloatArray = (angles + np.pi) % (2.0 * np.pi) - np.pi

@@ -86,8 +86,9 @@ class BlockFile(BagFile):
         The place is a block or ``WHOLE_FILE``, and offset and size in it.
         """
         number, offset, size = place
-        content = self._file if number == WHOLE_FILE else self._load(number)[0]
-        return content[offset : offset + size]
+        if number == WHOLE_FILE:
+            return self._file[offset : offset + size]
+        return self._load(number)[offset : offset + size]
 
     @abstractmethod
     def _take_records(
@@ -119,15 +120,9 @@ class BlockFile(BagFile):
             )
         self._blocks.append(block)
         number = len(self._blocks) - 1
-        content, trouble = self._load(number)
         within = f" of the block at byte {start}"
-        try:
-            if not self._take_records(content, number, 0, within):
-                raise DamageError(f"has a record beyond the end{within}")
-        except DamageError as error:
-            raise DamageError(trouble or str(error)) from None
-        if trouble:
-            raise DamageError(trouble)
+        if not self._take_records(self._load(number), number, 0, within):
+            raise DamageError(f"has a record beyond the end{within}")
 
     def _enter_topic(self, number: int, topic: Topic, is_known: bool = True) -> None:
         """Enter a topic under the file's number of it.
@@ -145,39 +140,48 @@ class BlockFile(BagFile):
             )
         self.add_message(topic, time, *place)
 
-    def _load(self, number: int) -> tuple[bytes, str | None]:
-        """The decompressed bytes of a block as far as they are good, and what is wrong with the rest."""
+    def _load(self, number: int) -> bytes:
+        """The decompressed bytes of a block.
+
+        Raises:
+            DamageError: they are not what the file says.
+        """
         if number in self._loaded:
             self._loaded.move_to_end(number)
-            return self._loaded[number], None
+            return self._loaded[number]
         block = self._blocks[number]
         packed = self._file[block.offset : block.offset + block.size]
-        content, trouble = decompress(packed, block.compression, block.full_size)
         if len(packed) < block.size:
-            trouble = f"is cut off at byte {len(self._file)}"
-        if trouble is None and block.checksum and zlib.crc32(content) != block.checksum:
-            content, trouble = b"", "does not have the checksum that it says"
+            raise DamageError(
+                f"the block at byte {block.offset} is cut off at byte {len(self._file)}"
+            )
+        try:
+            content = decompress(packed, block.compression, block.full_size)
+        except DamageError as error:
+            raise DamageError(f"the block at byte {block.offset} {error}") from None
+        if block.checksum and zlib.crc32(content) != block.checksum:
+            raise DamageError(
+                f"the block at byte {block.offset} does not have the checksum that it says"
+            )
         self._loaded[number] = content
         while len(self._loaded) > 1 and sum(map(len, self._loaded.values())) > _KEPT:
             self._loaded.popitem(last=False)
-        return content, None if trouble is None else f"the block at byte {block.offset} {trouble}"
+        return content
 
 
-def decompress(content: bytes, compression: str, size: int) -> tuple[bytes, str | None]:
-    """As much as can be decompressed, but never more than was declared.
+def decompress(content: bytes, compression: str, size: int) -> bytes:
+    """What was compressed, never more than ``size`` bytes as was declared.
 
-    And what is wrong with the rest.
+    Raises:
+        DamageError: it cannot be decompressed, or has another size.
     """
-    if not compression:
-        return content[:size], None if len(content) >= size else "is cut off"
-    full, is_good = _decompressed(content, compression, size)
-    if not is_good:
-        return full[:size], "cannot be decompressed"
-    if len(full) != size:
-        return full[
-            :size
-        ], f"has {'more' if len(full) > size else 'fewer'} bytes than the {size} that it says"
-    return full, None
+    full = content
+    if compression:
+        full = _decompressed(content, compression, size)
+    if len(full) == size:
+        return full
+    more = "more" if len(full) > size else "fewer"
+    raise DamageError(f"has {more} bytes than the {size} that it says")
 
 
 def decompress_message(content: bytes) -> bytes:
@@ -186,18 +190,20 @@ def decompress_message(content: bytes) -> bytes:
     Raises:
         DamageError: it was not, or is too large.
     """
-    full, is_good = _decompressed(content, "zstd", LARGEST_MESSAGE)
-    if not is_good:
-        raise DamageError("a message cannot be decompressed")
+    try:
+        full = _decompressed(content, "zstd", LARGEST_MESSAGE)
+    except DamageError as error:
+        raise DamageError(f"a message {error}") from None
     if len(full) > LARGEST_MESSAGE:
         raise DamageError(f"a message decompresses to more than {LARGEST_MESSAGE} bytes")
     return full
 
 
-def _decompressed(content: bytes, compression: str, size: int) -> tuple[bytes, bool]:
-    """As much as can be decompressed, at most one byte more than ``size``.
+def _decompressed(content: bytes, compression: str, size: int) -> bytes:
+    """The decompressed bytes, at most one more than ``size``.
 
-    And whether nothing before it is broken.
+    Raises:
+        DamageError: they cannot be decompressed.
     """
     pieces, done = [], 0
     try:
@@ -206,5 +212,5 @@ def _decompressed(content: bytes, compression: str, size: int) -> tuple[bytes, b
                 pieces.append(piece)
                 done += len(piece)
     except (OSError, pa.ArrowException):
-        return b"".join(pieces), False
-    return b"".join(pieces), True
+        raise DamageError("cannot be decompressed") from None
+    return b"".join(pieces)

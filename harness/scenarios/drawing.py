@@ -10,9 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from harness.scenarios.scenario import Drawing, Thing
+from harness.world.map.extrude import extrude, merge_rectangles
 from harness.world.map.scene import Obstacle, Scene, Zone
 from harness.world.map.shapes import Rect, fill_convex
-from harness.world.physics.extrude import extrude, merge_rectangles
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.types import BoolArray, Pose2D

@@ -17,13 +17,13 @@ from harness.scenarios.scenario import Scenario, load_scenario
 from harness.storage.shipped import resolve, shipped
 from harness.task.mission import Mission, check_apart, check_footprint_free, check_pose_free
 from harness.task.stack import load_stack
-from harness.task.study import make_generators, of_brain
+from harness.task.study import RandomStreams, brain_rngs
 from harness.world.map.scene import Scene
 from harness.world.map.scene_io import load_scene
 from harness.world.outcome import ARRIVALS, Rules
 from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
-from harness.world.sensors.sensors import SensorParams, SensorSuite
+from harness.world.sensors.suite import SensorParams, SensorSuite
 from navstack.errors import ParameterError
 from navstack.navigation_status import Status
 from navstack.navigator import Navigator
@@ -120,9 +120,9 @@ def _deliver(
     rules = load_dataclass(Rules, shipped("params") / "rules" / "costnav.yaml")
     rules = dataclasses.replace(rules, timeout=scenario.time_limit)
     check_apart(scenario.start, scenario.goal, rules.arrival_radius)
-    generators = make_generators(scenario.seed, 0)
+    generators = RandomStreams(scenario.seed, 0)
     observation = world.reset(Mission(scenario.start, scenario.goal, 0.0), generators)
-    navigator.reset(scenario.goal, Belief(scenario.start), of_brain(generators))
+    navigator.reset(scenario.goal, Belief(scenario.start), brain_rngs(generators))
     body = Body(robot.center, robot.half_size, radius)
     rows: list[tuple[float, ...]] = []
     end = math.inf  # [s] when the aftermath of giving up is over

@@ -40,7 +40,7 @@ SECONDS = 3.0  # [s] of processor time that a module takes, on average
 MONITOR = "navstack.safety.monitor_kernels"
 WORLD = (  # what every delivery calls
     "harness.world.sensors.lidar_kernels",
-    "harness.world.people.pedestrian_kernels",
+    "harness.world.people.walk_kernels",
     "harness.world.physics.drive_kernels",
     "harness.world.physics.touch_kernels",
     "harness.world.physics.motion_kernels",

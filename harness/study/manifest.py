@@ -28,7 +28,7 @@ from harness.task.stack import Stack, absolute_files, policy_files
 from harness.task.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
 from harness.world.map.scene import Scene
 from harness.world.physics.robot import RobotParams
-from harness.world.sensors.sensors import SensorParams
+from harness.world.sensors.suite import SensorParams
 from navstack.errors import InputError
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.strict import dump_dataclass, from_mapping, load_dataclass

@@ -11,7 +11,7 @@ from harness.task.study import Study
 from harness.world.map.scene import Scene
 from harness.world.physics.robot import RobotParams
 from harness.world.sensors import glass, sky
-from harness.world.sensors.sensors import SensorParams
+from harness.world.sensors.suite import SensorParams
 from navstack.costmap.occupancy_grid import FREE
 from navstack.geometry import footprint_radii
 from navstack.params.costmap import robot_footprint

@@ -1,6 +1,7 @@
 """What is to be driven: stacks, map, seeds; checked before anything starts."""
 
 import dataclasses
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,33 +23,42 @@ MAX_PEDESTRIANS = 2000  # beyond this a 200 m x 200 m world holds nobody else
 MAX_EPISODES = 1_000_000  # of a stack
 MAX_SEED = 2**63 - 1  # what a table can hold
 
-# Every consumer of randomness has a generator of its own, so that a change of one leaves the others
-# alone and two stacks meet the same missions, people and noise (common random numbers).
-CONSUMERS = (
-    "mission",
-    "pedestrians",
-    "lidar",
-    "odometry",
-    "imu",
-    "gps",
-    "cargo",
-    "planner",
-    "localizer",
-    "controller",
-)
+# Numbers of random streams. A consumer that is not listed gets its number from its name.
+STREAMS = {
+    "mission": 0,
+    "pedestrians": 1,
+    "lidar": 2,
+    "odometry": 3,
+    "imu": 4,
+    "gps": 5,
+    "cargo": 6,
+    "planner": 7,
+    "localizer": 8,
+    "controller": 9,
+}
 
 
-def make_generators(seed: int, episode: int) -> dict[str, np.random.Generator]:
-    """One generator per consumer of randomness."""
-    children = np.random.SeedSequence(seed, spawn_key=(episode,)).spawn(len(CONSUMERS))
-    return {
-        name: np.random.default_rng(child) for name, child in zip(CONSUMERS, children, strict=True)
-    }
+class RandomStreams(dict[str, np.random.Generator]):
+    """The random generators of a delivery, one per consumer, each made at its first use.
+
+    A change of one consumer leaves the others alone, and two stacks meet the same missions, people
+    and noise (common random numbers).
+    """
+
+    def __init__(self, seed: int, episode: int) -> None:
+        super().__init__()
+        self._seed, self._episode = seed, episode
+
+    def __missing__(self, consumer: str) -> np.random.Generator:
+        number = STREAMS.get(consumer, zlib.crc32(consumer.encode()))
+        seeds = np.random.SeedSequence(self._seed, spawn_key=(self._episode, number))
+        self[consumer] = np.random.default_rng(seeds)
+        return self[consumer]
 
 
-def of_brain(generators: Mapping[str, np.random.Generator]) -> Generators:
-    """Those of a delivery's generators that its brain draws from."""
-    return Generators(*(generators[name] for name in Generators._fields))
+def brain_rngs(streams: Mapping[str, np.random.Generator]) -> Generators:
+    """The generators that the brain of a delivery draws from."""
+    return Generators(*(streams[name] for name in Generators._fields))
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,9 +92,9 @@ class EpisodeTask:
         if self.missions not in SAMPLINGS:
             raise UnknownNameError("--missions", self.missions, SAMPLINGS)
 
-    def generators(self) -> dict[str, np.random.Generator]:
-        """One generator per consumer, the same for every stack."""
-        return make_generators(self.seed, self.episode)
+    def generators(self) -> RandomStreams:
+        """The delivery's random generators, the same for every stack."""
+        return RandomStreams(self.seed, self.episode)
 
 
 @dataclass(frozen=True, slots=True)

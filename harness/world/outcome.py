@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from harness.world.sensors.ranges import POSITIVE, check_ranges
+from harness.world.ranges import POSITIVE, check_ranges
 from harness.world.truth import CargoState, Truth
 from navstack.types import Pose2D
 

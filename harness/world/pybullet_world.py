@@ -24,7 +24,7 @@ from harness.world.physics.ground import Ground
 from harness.world.physics.impulse_limit import limited, shove
 from harness.world.physics.motion_kernels import base_state, is_shaken, point_velocity
 from harness.world.physics.robot import RobotParams
-from harness.world.sensors.sensors import SensorSuite
+from harness.world.sensors.suite import SensorSuite
 from harness.world.truth import Truth
 from harness.world.world import World
 from harness.world.world_params import WorldParams
@@ -104,7 +104,14 @@ class PyBulletWorld(World):
         self._body = add_robot(client, robot)
         self._obstacles = NearObstacles(client, self._index, _OBSTACLE_FRICTION, robot)
         self._pedestrians.reset(generators["pedestrians"], mission.start)
-        self._crowd = Crowd(client, self._pedestrians, self._params, robot)
+        self._crowd = Crowd(
+            client,
+            self._pedestrians,
+            self._params.people,
+            self._params.pedestrian_bodies,
+            robot,
+            physics.rate,
+        )
         self._book = ContactBook(self._params.contacts, self._dt, robot.mass)
         if self._cargo:
             self._cargo.reset(generators["cargo"])

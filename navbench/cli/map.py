@@ -14,8 +14,11 @@ from harness.report.tables import report_console
 from harness.statistics.bootstrap import bootstrap_mean
 from harness.storage.files import require_folder
 from harness.task.mission import SAMPLINGS, MissionSampler
-from harness.world.map.map_import import ImportSettings, import_scene
-from harness.world.map.map_statistics import (
+from harness.world.map.importer import ImportSettings, import_scene
+from harness.world.map.scene import Scene
+from harness.world.map.scene_io import check_map_name, load_scene, made_of, map_files, save_scene
+from harness.world.map.sidewalk import write
+from harness.world.map.statistics import (
     GAP_PERCENTILES,
     PUBLISHED,
     PUBLISHED_EDGES,
@@ -26,9 +29,6 @@ from harness.world.map.map_statistics import (
     measure,
     measure_edges,
 )
-from harness.world.map.scene import Scene
-from harness.world.map.scene_io import check_map_name, load_scene, made_of, map_files, save_scene
-from harness.world.map.sidewalk import write
 from navbench.cli.options import JSON
 from navbench.cli.streams import print_json
 from navstack.costmap.map_io import load_map

@@ -1,8 +1,10 @@
 """Each consumer of randomness has a generator of its own, which a new consumer leaves alone."""
 
+import pickle
+
 import numpy as np
 
-from harness.task.study import CONSUMERS, make_generators
+from harness.task.study import STREAMS, RandomStreams
 
 OLDEST = (
     "mission",
@@ -14,17 +16,27 @@ OLDEST = (
     "cargo",
     "planner",
     "localizer",
+    "controller",
 )
 
 
-def test_a_later_consumer_changes_nobodys_numbers() -> None:
-    assert CONSUMERS[: len(OLDEST)] == OLDEST and len(set(CONSUMERS)) == len(CONSUMERS)
+def test_each_consumers_numbers_stay_what_they_were() -> None:
     alone = np.random.SeedSequence(7, spawn_key=(3,)).spawn(len(OLDEST))
     for name, child in zip(OLDEST, alone, strict=True):
         expected = np.random.default_rng(child).integers(0, 2**63, 5)
-        np.testing.assert_array_equal(make_generators(7, 3)[name].integers(0, 2**63, 5), expected)
+        np.testing.assert_array_equal(RandomStreams(7, 3)[name].integers(0, 2**63, 5), expected)
 
 
-def test_no_two_consumers_share_numbers() -> None:
-    first = {name: int(rng.integers(0, 2**63)) for name, rng in make_generators(7, 3).items()}
-    assert len(set(first.values())) == len(CONSUMERS)
+def test_a_consumer_needs_no_entry_and_shares_no_numbers() -> None:
+    streams = RandomStreams(7, 3)
+    first = {int(streams[name].integers(0, 2**63)) for name in (*STREAMS, "barometer", "sonar")}
+    assert len(first) == len(STREAMS) + 2
+    assert len(set(STREAMS.values())) == len(STREAMS)
+
+
+def test_a_stream_goes_on_where_it_was() -> None:
+    streams = RandomStreams(7, 3)
+    first = streams["barometer"].random()
+    copy = pickle.loads(pickle.dumps(streams))
+    assert streams["barometer"].random() == copy["barometer"].random() != first
+    assert streams["imu"].random() == copy["imu"].random()

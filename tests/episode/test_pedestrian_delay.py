@@ -8,7 +8,7 @@ import pytest
 
 from harness.episode.pedestrian_delay import ErrandBook, PedestrianDelay, total_delay
 from harness.storage.shipped import shipped
-from harness.world.people.pedestrian_params import PedestrianParams
+from harness.world.people.params import PedestrianParams
 from harness.world.people.pedestrians import RandomWalkPedestrians
 from harness.world.people.social_force import SocialForcePedestrians
 from harness.world.physics.body_state import BodyState

@@ -13,7 +13,7 @@ from harness.report.tables import print_table, report_table
 from harness.storage.run_folder import ABLATION, JOURNAL, RunFolder
 from harness.storage.shipped import shipped
 from harness.study.drive import TABLES
-from harness.world.sensors.sensors import SensorParams
+from harness.world.sensors.suite import SensorParams
 from navbench.cli.app import main
 from navstack.params.strict import load_dataclass
 

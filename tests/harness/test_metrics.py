@@ -14,9 +14,9 @@ from harness.metrics.encounters import (
     surface_distances,
     times_to_collision,
 )
+from harness.metrics.metric import Better, Metric
 from harness.metrics.motion import (
     jerk,
-    largest_usual,
     lateral_acceleration,
     path_irregularity,
     smoothed,
@@ -80,8 +80,7 @@ def test_smoothing_is_savitzky_and_golays(derivative: int) -> None:
 
 
 def test_too_short_a_drive_has_no_jerk() -> None:
-    assert largest_usual(jerk(np.ones(16), 1.0 / 30.0)) is None
-    assert largest_usual(np.array((-4.0, 1.0, 0.0))) == pytest.approx(3.7)  # 1 + 0.9 x 3
+    assert len(jerk(np.ones(16), 1.0 / 30.0)) == 0
 
 
 @pytest.mark.parametrize(
@@ -206,13 +205,22 @@ def test_localization_errors() -> None:
     believed = np.array(
         ((0.3, 0.4, -3.1), (1.0, 1.0, 0.1), (2.0, 3.0, 0.0), (math.nan, math.nan, math.nan))
     )
-    errors = localization_errors(true, believed)
-    assert errors["localization_error_mean_m"] == pytest.approx(0.5)
-    assert errors["localization_error_median_m"] == pytest.approx(0.5)
-    assert errors["localization_error_p95_m"] == pytest.approx(0.95)
-    assert errors["localization_error_max_m"] == pytest.approx(1.0)
-    assert errors["heading_error_max_rad"] == pytest.approx(0.1)  # 3.1 to -3.1 is 0.083 across pi
-    assert errors["heading_error_median_rad"] == pytest.approx(2.0 * math.pi - 6.2)
+    position, heading = localization_errors(true, believed)
+    assert position == pytest.approx([0.5, 0.0, 1.0])
+    # 3.1 to -3.1 is 0.083 across pi
+    assert heading == pytest.approx([2.0 * math.pi - 6.2, 0.1, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("statistic", "expected"),
+    [("min", 0.0), ("mean", 0.5), ("median", 0.5), ("p95", 0.95), ("max", 1.0)],
+)
+def test_a_metric_may_be_a_statistic_of_a_series(statistic: str, expected: float) -> None:
+    metric = Metric(
+        "error_m", "Error", Better.LOWER, "An error.", "ours", series="e", statistic=statistic
+    )
+    assert metric.measured({"e": np.array((0.5, 0.0, 1.0))}) == pytest.approx(expected)
+    assert metric.measured({"e": np.empty(0)}) is None
 
 
 def truth(stamp: float, x: float, speed: float, people: list[tuple[float, ...]]) -> Truth:

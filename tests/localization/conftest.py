@@ -12,7 +12,7 @@ from harness.storage.shipped import shipped
 from harness.world.physics.body_state import BodyState
 from harness.world.sensors.gps_receiver import GpsReceiver
 from harness.world.sensors.inertial_unit import InertialUnit
-from harness.world.sensors.sensors import SensorParams
+from harness.world.sensors.suite import SensorParams
 from harness.world.sensors.wheel_odometry import WheelOdometry
 from navstack.params.strict import load_dataclass
 from navstack.types import Observation

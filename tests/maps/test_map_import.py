@@ -13,7 +13,7 @@ import shapely
 from harness.episode.factory import Parts
 from harness.task.mission import MissionSampler
 from harness.task.study import make_study
-from harness.world.map.map_import import ImportSettings, _zones, import_scene, resampled
+from harness.world.map.importer import ImportSettings, _zones, import_scene, resampled
 from harness.world.map.scene_io import load_scene
 from harness.world.map.shapes import polygon_area
 from harness.world.physics.elevation import Elevation

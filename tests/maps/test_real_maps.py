@@ -13,10 +13,10 @@ from scipy import ndimage
 from harness.episode.factory import Parts, scene_of
 from harness.task.mission import Mission
 from harness.task.study import EpisodeTask, make_study
-from harness.world.map.map_statistics import measure, measure_edges
 from harness.world.map.scene import Scene
 from harness.world.map.scene_io import load_scene
 from harness.world.map.shapes import polygon_area
+from harness.world.map.statistics import measure, measure_edges
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED
 from navstack.errors import MapError
 from navstack.types import Pose2D, Twist2D

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from harness.world.map.extrude import WALL_HEIGHT, extrude, merge_rectangles
 from harness.world.map.scene import Obstacle, Scene, Zone
 from harness.world.map.scene_io import align, load_scene, map_names, save_scene
 from harness.world.map.shapes import Rect, box, octagon, polygon_area
-from harness.world.physics.extrude import WALL_HEIGHT, extrude, merge_rectangles
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import MapError, UnknownNameError

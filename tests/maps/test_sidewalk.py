@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from harness.world.map.map_statistics import (
+from harness.world.map.scene import Obstacle, Scene
+from harness.world.map.scene_io import load_scene
+from harness.world.map.shapes import Rect, fill_convex, polygon_area
+from harness.world.map.sidewalk import LEAST_WIDTH, MARGINS, generate, rasterise
+from harness.world.map.sidewalk_blocks import CURB_HEIGHT
+from harness.world.map.statistics import (
     PUBLISHED_EDGES,
     EdgeStatistics,
     MapStatistics,
@@ -17,11 +22,6 @@ from harness.world.map.map_statistics import (
     measure_edges,
     medial_widths,
 )
-from harness.world.map.scene import Obstacle, Scene
-from harness.world.map.scene_io import load_scene
-from harness.world.map.shapes import Rect, fill_convex, polygon_area
-from harness.world.map.sidewalk import LEAST_WIDTH, MARGINS, generate, rasterise
-from harness.world.map.sidewalk_blocks import CURB_HEIGHT
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.types import Pose2D
 

@@ -13,15 +13,20 @@ from navstack.params.registry import bindings, nodes
 
 HERE = Path(__file__).parent
 WORLD = (
-    "gps_receiver",
-    "inertial_unit",
-    "lidar",
-    "map_import",
+    "cargo.params",
+    "map.importer",
+    "map.scene",
     "outcome",
-    "pedestrian_params",
-    "wheel_odometry",
+    "people.body_params",
+    "people.params",
+    "physics.params",
+    "physics.robot",
+    "sensors.gps_receiver",
+    "sensors.inertial_unit",
+    "sensors.lidar",
+    "sensors.suite",
+    "sensors.wheel_odometry",
 )
-WORLD += ("robot", "scene", "sensors", "world_params")
 
 
 def classes() -> dict[str, type[Any]]:

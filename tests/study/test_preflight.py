@@ -11,8 +11,8 @@ from harness.study import preflight
 from harness.study.preflight import crowd_notes, sensor_notes
 from harness.task.stack import load_stack
 from harness.task.study import make_study
+from harness.world.map.extrude import extrude
 from harness.world.map.scene_io import load_scene
-from harness.world.physics.extrude import extrude
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
 from navstack.errors import NavstackError

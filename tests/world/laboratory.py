@@ -15,7 +15,7 @@ from harness.world.physics.body_state import BodyState
 from harness.world.physics.engine import bullet
 from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
-from harness.world.sensors.sensors import SensorSuite
+from harness.world.sensors.suite import SensorSuite
 from harness.world.truth import Contact, Truth
 from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import OccupancyGrid

@@ -17,7 +17,7 @@ from harness.world.people.crowd import Crowd
 from harness.world.people.pedestrians import PedestrianModel
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.sensors.lidar import Lidar
-from harness.world.sensors.sensors import SensorSuite
+from harness.world.sensors.suite import SensorSuite
 from navstack.control.controller import Controller
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.localization.localizer import Localizer

@@ -3,9 +3,9 @@
 import math
 from collections.abc import Callable
 
+from harness.world.cargo.params import CargoParams
 from harness.world.physics.engine import bullet, set_dynamics
 from harness.world.physics.motion_kernels import Quaternion, Vector
-from harness.world.world_params import CargoParams
 from navstack.types import FloatArray
 
 Box = tuple[Vector, Vector]  # half extents, centre

@@ -21,11 +21,11 @@ import math
 import numpy as np
 
 from harness.world.cargo.bucket import SCALE, build, step_with
-from harness.world.people.heap import POURS, settled_heap, turned
+from harness.world.cargo.heap import POURS, settled_heap, turned
+from harness.world.cargo.params import CargoParams
 from harness.world.physics.engine import Server, bullet
 from harness.world.physics.motion_kernels import Quaternion, Vector, lean_and_shake
 from harness.world.truth import CargoState
-from harness.world.world_params import CargoParams
 from navstack.types import BoolArray, FloatArray
 
 # see lean_and_shake; acceleration, orientation and spin as given

@@ -15,11 +15,11 @@ import numpy as np
 
 from harness.world.cargo.bucket import SCALE, Box, add_boxes, build, hold, walls
 from harness.world.cargo.cargo import Cargo
+from harness.world.cargo.params import CargoParams
 from harness.world.physics.engine import bullet, set_dynamics
 from harness.world.physics.motion_kernels import Quaternion, Vector
 from harness.world.physics.robot import RobotParams
 from harness.world.truth import CargoState
-from harness.world.world_params import CargoParams
 
 _WALL = 0.02  # [m] thickness of the walls: no piece passes one in a step below 3 m/s
 _FLOOR = 0.01  # [m] of the bucket's floor: a piece that gets through it in a step lies on the deck

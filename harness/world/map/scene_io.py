@@ -18,8 +18,8 @@ import numpy as np
 import shapely
 
 from harness.storage import shipped as resources
+from harness.world.map.extrude import extrude
 from harness.world.map.scene import Obstacle, Scene, Zone
-from harness.world.physics.extrude import extrude
 from navstack.costmap.field_cache import cached_array, content_key
 from navstack.costmap.map_image import MAX_BYTES, MAX_PIXELS
 from navstack.costmap.map_io import load_map, load_metadata, save_map

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 from scipy import ndimage
 
-from harness.world.map.map_statistics import PUBLISHED, TOLERANCE, deviation, measure
 from harness.world.map.scene import Obstacle, Scene, Zone
 from harness.world.map.scene_io import save_scene
 from harness.world.map.shapes import bounds, fill_convex, grow
 from harness.world.map.sidewalk_blocks import HALF_SIZE, lay_out
 from harness.world.map.sidewalk_furniture import Furnisher
+from harness.world.map.statistics import PUBLISHED, TOLERANCE, deviation, measure
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.errors import MapError
 from navstack.types import BoolArray, FloatArray, Pose2D

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.world.map.map_statistics import PIECE_AREA, PUBLISHED
 from harness.world.map.scene import Obstacle
 from harness.world.map.shapes import Rect, bounds, box, octagon, polygon_area
 from harness.world.map.sidewalk_blocks import Block, Streets
+from harness.world.map.statistics import PIECE_AREA, PUBLISHED
 from navstack.types import FloatArray
 
 

@@ -5,15 +5,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from harness.world.people.pedestrian_kernels import count_near
+from harness.world.people.body_frames import LEAP, BodyFrames
+from harness.world.people.body_params import PedestrianBodyParams
+from harness.world.people.params import PedestrianParams
 from harness.world.people.pedestrians import PedestrianModel
-from harness.world.physics.bodies import add_person, person_shape, put_person
-from harness.world.physics.body_frames import LEAP, BodyFrames
+from harness.world.people.person_bodies import add_person, person_shape, put_person
+from harness.world.people.walk_kernels import count_near
 from harness.world.physics.contacts import Motion, Touched
 from harness.world.physics.engine import bullet
 from harness.world.physics.robot import RobotParams
 from harness.world.truth import Partner
-from harness.world.world_params import PedestrianBodyParams, WorldParams
 from navstack.types import FloatArray
 
 _UNSTOPPABLE = 1e6  # [kg] of a kinematic body: the robot cannot slow it down
@@ -34,21 +35,37 @@ class Crowd:
     ACTIVE_RADIUS = 3.0  # [m] around the robot's body centre
 
     def __init__(
-        self, client: int, model: PedestrianModel, params: WorldParams, robot: RobotParams
+        self,
+        client: int,
+        model: PedestrianModel,
+        people: PedestrianParams,
+        bodies: PedestrianBodyParams,
+        robot: RobotParams,
+        rate: float,
     ) -> None:
+        """Begin without bodies.
+
+        Args:
+            client: of the physics server.
+            model: how people walk.
+            people: their size and speed.
+            bodies: how their bodies behave.
+            robot: whom they may touch.
+            rate: [Hz] of the physics.
+        """
         self._client = client
         self._model = model
-        self._params = params
-        self._is_dynamic = params.pedestrian_bodies.kind == "dynamic"
+        self._is_dynamic = bodies.kind == "dynamic"
         self._is_led = self._is_dynamic and model.takes_pushes  # the model goes on from the bodies
-        self._mass = params.pedestrian_bodies.mass if self._is_dynamic else _UNSTOPPABLE
-        self._shape = person_shape(client, params.people.radius, params.people.height, robot.height)
-        self._friction = friction_factor(params.pedestrian_bodies, robot.body_friction)
-        self._frames = (
-            BodyFrames(client, params) if params.pedestrian_bodies.frame_steps > 1 else None
-        )
+        self._mass = bodies.mass if self._is_dynamic else _UNSTOPPABLE
+        self._gain = self._mass * rate  # [N s/m] reaches the wanted velocity in one step
+        self._top_speed = 2.0 * people.speed  # [m/s] of a body that makes up for a push
+        self._push_force = bodies.push_force  # [N]
+        self._shape = person_shape(client, people.radius, people.height, robot.height)
+        self._friction = friction_factor(bodies, robot.body_friction)
+        self._frames = BodyFrames(client, bodies, rate) if bodies.frame_steps > 1 else None
         # [m] with what is closed within one step
-        self._reach = robot.reach + params.people.radius + 0.1
+        self._reach = robot.reach + people.radius + 0.1
         if self._frames:
             self._reach += LEAP
         self._bodies: dict[int, int] = {}  # person -> body
@@ -164,17 +181,16 @@ class Crowd:
     ) -> tuple[float, float, float, float]:
         """Push a dynamic body towards where its model is; returns its state before the step."""
         (bx, by, bz), (ux, uy, uz) = self._body_state(body)
-        # [N s/m] reaches the wanted velocity in one step
-        gain = self._mass * self._params.physics.rate
+        gain = self._gain
         if not self._is_led:
             gain *= 0.1  # in about ten steps
             vx, vy = vx + (x - bx) / _CATCH_UP_TIME, vy + (y - by) / _CATCH_UP_TIME
             wish = math.hypot(vx, vy)
-            cap = min(1.0, 2.0 * self._params.people.speed / wish) if wish > 0.0 else 1.0
+            cap = min(1.0, self._top_speed / wish) if wish > 0.0 else 1.0
             vx, vy = vx * cap, vy * cap
         fx, fy = gain * (vx - ux), gain * (vy - uy)
         force = math.hypot(fx, fy)
-        scale = min(1.0, self._params.pedestrian_bodies.push_force / force) if force > 0.0 else 1.0
+        scale = min(1.0, self._push_force / force) if force > 0.0 else 1.0
         fz = gain * (-bz / _CATCH_UP_TIME - uz)  # stays on the ground
         client = self._client
         bullet.applyExternalForce(

@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from harness.world.people.pedestrian_errands import Errands
-from harness.world.people.pedestrian_kernels import walk
-from harness.world.people.pedestrian_params import PedestrianParams
+from harness.world.people.errands import Errands
+from harness.world.people.params import PedestrianParams
+from harness.world.people.walk_kernels import walk
 from harness.world.physics.body_state import BodyState
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import FloatArray, Pose2D

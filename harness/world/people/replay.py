@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from harness.world.people.pedestrian_kernels import replay
-from harness.world.people.pedestrian_params import PedestrianParams
+from harness.world.people.params import PedestrianParams
 from harness.world.people.pedestrians import PedestrianModel
 from harness.world.people.replay_file import Recording, load_recording
+from harness.world.people.walk_kernels import replay
 from harness.world.physics.body_state import BodyState
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.world.people.pedestrian_params import ReplayParams
+from harness.world.people.params import ReplayParams
 from navstack.errors import InputError
 from navstack.files import check_regular
 from navstack.geometry import transform_points

@@ -5,9 +5,9 @@ import math
 
 import numpy as np
 
-from harness.world.people.pedestrian_edges import Edges
-from harness.world.people.pedestrian_errands import Errands
-from harness.world.people.pedestrian_params import PedestrianParams
+from harness.world.people.edges import Edges
+from harness.world.people.errands import Errands
+from harness.world.people.params import PedestrianParams
 from harness.world.people.pedestrians import PedestrianModel
 from harness.world.people.social_force_kernels import (
     LOST,

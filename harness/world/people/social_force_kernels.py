@@ -8,16 +8,16 @@ import math
 from typing import NamedTuple
 
 from harness.task.shortest_paths import line_of_sight
-from harness.world.people.pedestrian_edges import (
+from harness.world.people.edges import (
     Edges,
     away_from_edge,
     cell_of,
     edge_distance,
     keep_inside,
 )
-from harness.world.people.pedestrian_kernels import Walks
-from harness.world.people.pedestrian_params import PedestrianParams
-from navstack.jit import njit
+from harness.world.people.params import PedestrianParams
+from harness.world.people.walk_kernels import Walks
+from navstack.jit import njit, tuple_of
 from navstack.types import BoolArray, FloatArray, IntArray
 
 # what somebody needs: nothing, a new goal, a new path to the same goal
@@ -29,6 +29,7 @@ _CORNER = 0.5  # [m] from a corner of the path from which the next one counts
 _LOOK_PERIOD = 0.5  # [s] between looks whether the way to the next corner is still open
 _FAR = 10.0  # [-] ranges of the potential beyond which it is not felt: exp(-10)
 _TINY = 1e-6  # [m]
+BY_SIGHT_ANGLE = -1.0  # [-] an anisotropy that says: weigh others by the sight angle
 
 
 class Forces(NamedTuple):
@@ -65,31 +66,30 @@ def force_constants(
         robot_half_size: half length and half width [m] of the robot's body.
         agent_radius: [m] that the paths keep from the edges.
     """
-    p = people.social_force
-    length, width = robot_half_size
-    return Forces(
-        *(
-            p.relaxation_time,
-            p.person_strength,
-            p.person_range,
-            p.look_ahead,
-            p.wall_strength,
-            p.wall_range,
-        ),
-        *(
-            math.cos(0.5 * min(p.sight_angle, 2.0 * math.pi)),
-            p.unseen_weight,
-            p.top_speed,
-            p.body_stiffness,
-        ),
-        *(people.radius, length, width),
-        robot_excess=math.hypot(length, width) - people.radius,
+    params = people.social_force
+    anisotropy = params.anisotropy
+    if anisotropy is None:
+        anisotropy = BY_SIGHT_ANGLE
+    robot_strength, robot_range = params.robot_strength, params.robot_range
+    is_round = robot_strength is not None
+    if robot_strength is None or robot_range is None:
+        robot_strength, robot_range = params.person_strength, params.person_range
+    half_length, half_width = robot_half_size
+    forces: Forces = tuple_of(
+        Forces,
+        params,
+        sight_cosine=math.cos(0.5 * min(params.sight_angle, 2.0 * math.pi)),
+        radius=people.radius,
+        robot_half_length=half_length,
+        robot_half_width=half_width,
+        robot_excess=math.hypot(half_length, half_width) - people.radius,
         edge_distance=min(people.radius, agent_radius),
-        anisotropy=-1.0 if p.anisotropy is None else p.anisotropy,
-        robot_strength=p.person_strength if p.robot_strength is None else p.robot_strength,
-        robot_range=p.person_range if p.robot_range is None else p.robot_range,
-        robot_is_round=p.robot_strength is not None,
+        anisotropy=anisotropy,
+        robot_strength=robot_strength,
+        robot_range=robot_range,
+        robot_is_round=is_round,
     )
+    return forces
 
 
 @njit()
@@ -181,7 +181,7 @@ def _heading(i: int, walks: Walks, states: FloatArray) -> tuple[float, float]:
 
     Counts off corners that are reached.
     """
-    points, counts, next_point, _, _ = walks
+    points, counts, next_point = walks.points, walks.counts, walks.next_point
     while next_point[i] < counts[i]:
         k = next_point[i]
         dx, dy = points[i, k, 0] - states[i, 0], points[i, k, 1] - states[i, 1]
@@ -197,8 +197,8 @@ def _need(
     i: int, dt: float, walks: Walks, looks: FloatArray, states: FloatArray, edges: Edges
 ) -> int:
     """What person ``i`` needs; see :func:`walk_among_others`."""
-    points, counts, next_point, pauses, _ = walks
-    if next_point[i] >= counts[i]:
+    points, next_point, pauses = walks.points, walks.next_point, walks.pauses
+    if next_point[i] >= walks.counts[i]:
         pauses[i] -= dt
         return RESTLESS if pauses[i] <= _TINY else BUSY
     looks[i] -= dt
@@ -328,21 +328,15 @@ def from_robot(
     dx = along - min(max(along, -half_length), half_length)  # from the nearest point of the body
     dy = across - min(max(across, -half_width), half_width)
     distance = math.hypot(dx, dy)
-    if distance < _TINY:  # the centre is inside: out by the nearest side
-        if half_length - abs(along) < half_width - abs(across):
-            dx, dy, overlap = (
-                math.copysign(1.0, along),
-                0.0,
-                forces.radius + half_length - abs(along),
-            )
-        else:
-            dx, dy, overlap = (
-                0.0,
-                math.copysign(1.0, across),
-                forces.radius + half_width - abs(across),
-            )
+    if distance >= _TINY:
+        dx, dy = dx / distance, dy / distance
+        overlap = forces.radius - distance
+    elif half_length - abs(along) < half_width - abs(across):  # inside: out by the nearest side
+        dx, dy = math.copysign(1.0, along), 0.0
+        overlap = forces.radius + half_length - abs(along)
     else:
-        dx, dy, overlap = dx / distance, dy / distance, forces.radius - distance
+        dx, dy = 0.0, math.copysign(1.0, across)
+        overlap = forces.radius + half_width - abs(across)
     push = forces.body_stiffness * max(overlap, 0.0)
     return fx + push * (cos * dx - sin * dy), fy + push * (sin * dx + cos * dy)
 

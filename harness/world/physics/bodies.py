@@ -21,8 +21,6 @@ from navstack.types import FloatArray
 
 ROBOT, FIXED, PERSON = 1, 2, 4  # collision groups
 
-_UPRIGHT = (0.0, 0.0, 0.0, 1.0)
-_AT_REST = (0.0, 0.0, 0.0)
 _WALL = 0.05  # [m] thickness of the walls that stand for a polygon's edges
 _RECTANGLE_TOLERANCE = 1e-6  # [-] cosine of the corners
 
@@ -147,8 +145,8 @@ def add_robot(client: int, robot: RobotParams) -> int:
         collisionFramePositions=[box, *feet],
         physicsClientId=client,
     )
-    body = _rigid_body(client, robot.mass, shape, (0.0, 0.0, z))
-    _make_heavy(client, body, robot.mass, robot.inertia, robot.body_friction)
+    body = rigid_body(client, robot.mass, shape, (0.0, 0.0, z))
+    make_heavy(client, body, robot.mass, robot.inertia, robot.body_friction)
     bullet.setCollisionFilterGroupMask(body, -1, ROBOT, FIXED | PERSON, physicsClientId=client)
     return body
 
@@ -216,38 +214,8 @@ def _ring(polygon: FloatArray, height: float) -> list[_Box]:
     return boxes
 
 
-def person_shape(client: int, radius: float, height: float, robot_height: float) -> int:
-    """The shape of an upright capsule that stands on its origin; lengths in [m].
-
-    An upright capsule touches an upright face along a line, whose ends carry the contact: two
-    spheres, at the lower end of the capsule's cylinder and at its upper end or the robot's top,
-    whichever is lower.
-    """
-    top = max(min(height - radius, robot_height), radius)
-    shape = bullet.createCollisionShapeArray(
-        [bullet.GEOM_SPHERE] * 2,
-        radii=[radius] * 2,
-        collisionFramePositions=[(0.0, 0.0, radius), (0.0, 0.0, top)],
-        physicsClientId=client,
-    )
-    return int(shape)
-
-
-def add_person(client: int, shape: int, mass: float, friction: float) -> int:
-    """A body of a :func:`person_shape` that cannot tip."""
-    body = _rigid_body(client, mass, shape, (0.0, 0.0, 0.0))
-    _make_heavy(client, body, mass, (1e9, 1e9, 1e9), friction)
-    bullet.setCollisionFilterGroupMask(body, -1, PERSON, ROBOT, physicsClientId=client)
-    return body
-
-
-def put_person(client: int, body: int, position: Vector, velocity: Vector) -> None:
-    """Set a person's body at ``position`` [m] and in motion [m/s], map frame."""
-    bullet.resetBasePositionAndOrientation(body, position, _UPRIGHT, client)
-    bullet.resetBaseVelocity(body, velocity, _AT_REST, client)
-
-
-def _rigid_body(client: int, mass: float, shape: int, position: tuple[float, float, float]) -> int:
+def rigid_body(client: int, mass: float, shape: int, position: Vector) -> int:
+    """A body of ``mass`` [kg] at ``position`` [m]."""
     body = bullet.createMultiBody(
         mass, shape, basePosition=position, useMaximalCoordinates=1, physicsClientId=client
     )
@@ -258,12 +226,13 @@ def fixed_body(
     client: int, shape: int, position: tuple[float, float, float], friction: float
 ) -> int:
     """A body that nothing moves and only the robot touches."""
-    body = _rigid_body(client, 0.0, shape, position)
+    body = rigid_body(client, 0.0, shape, position)
     bullet.changeDynamics(body, -1, lateralFriction=friction, physicsClientId=client)
     bullet.setCollisionFilterGroupMask(body, -1, FIXED, ROBOT, physicsClientId=client)
     return body
 
 
-def _make_heavy(client: int, body: int, mass: float, inertia: Vector, friction: float) -> None:
+def make_heavy(client: int, body: int, mass: float, inertia: Vector, friction: float) -> None:
+    """Set a body's mass [kg], its moments of inertia [kg m2] and its friction [-]."""
     # PyBullet sets an inertia only together with a mass.
     set_dynamics(client, body, mass=mass, localInertiaDiagonal=inertia, lateralFriction=friction)

@@ -5,8 +5,8 @@ import math
 from dataclasses import dataclass, field
 from enum import Enum
 
+from harness.world.physics.params import ContactParams
 from harness.world.truth import Contact, CountedContact, Partner
-from harness.world.world_params import ContactParams
 
 Vector = tuple[float, float, float]
 

@@ -16,29 +16,44 @@ from navstack.types import FloatArray
 LEVEL = -1.0
 
 
+# Places in the array of constants; an array is quicker to hand over than a named tuple.
+DT = 0  # [s] of a step
+MASS = 1  # [kg]
+INERTIA = 2  # [kg m2] about the vertical axis
+LEVER = 3  # [m] from the centre of mass forward to the axle
+HEIGHT = 4  # [m] of the centre of mass
+WEIGHT = 5  # [N]
+HALF_TRACK = 6  # [m]
+FRICTION = 7  # [-] of the wheels
+MOTOR_LIMIT = 8  # [N] of one motor at its wheel
+ROLLING_RESISTANCE = 9  # [-] of the weight
+ACCELERATION = 10  # [m/s2] at most
+DECELERATION = 11  # [m/s2] at most
+YAW_ACCELERATION = 12  # [rad/s2] at most
+TIME_CONSTANT = 13  # [s] of the servo
+ROLLING_MASS = 14  # [kg] that a sideways force at the ground moves where the robot may roll
+
+
 def drive_constants(robot: RobotParams, gravity: float, dt: float) -> FloatArray:
-    """The constants (15,) of :func:`drive_forces`, in its order, SI units."""
+    """The constants (15,) of :func:`drive_forces`, SI units."""
     rolling = robot.mass * robot.center_of_mass_height**2 / robot.inertia[0]
-    return np.array(
-        (
-            dt,
-            robot.mass,
-            robot.inertia[2],
-            -robot.center_of_mass_x,
-            robot.center_of_mass_height,
-            robot.mass * gravity,
-            0.5 * robot.track,
-            robot.wheel_friction,
-            0.5 * robot.max_drive_force,
-            robot.rolling_resistance,
-            robot.max_acceleration,
-            robot.max_deceleration,
-            robot.max_yaw_acceleration,
-            max(robot.servo_time_constant, dt),
-            # what a sideways force at the ground moves where the robot may roll
-            robot.mass / (1.0 + rolling),
-        )
-    )
+    constants = np.empty(15)
+    constants[DT] = dt
+    constants[MASS] = robot.mass
+    constants[INERTIA] = robot.inertia[2]
+    constants[LEVER] = -robot.center_of_mass_x
+    constants[HEIGHT] = robot.center_of_mass_height
+    constants[WEIGHT] = robot.mass * gravity
+    constants[HALF_TRACK] = 0.5 * robot.track
+    constants[FRICTION] = robot.wheel_friction
+    constants[MOTOR_LIMIT] = 0.5 * robot.max_drive_force
+    constants[ROLLING_RESISTANCE] = robot.rolling_resistance
+    constants[ACCELERATION] = robot.max_acceleration
+    constants[DECELERATION] = robot.max_deceleration
+    constants[YAW_ACCELERATION] = robot.max_yaw_acceleration
+    constants[TIME_CONSTANT] = max(robot.servo_time_constant, dt)
+    constants[ROLLING_MASS] = robot.mass / (1.0 + rolling)
+    return constants
 
 
 @njit()
@@ -97,10 +112,9 @@ def grip(
 
     Half the weight each.
     """
-    weight, friction = constants[5], constants[7]
     if left_load == LEVEL:
-        left_load = right_load = 0.5 * weight
-    return within_friction(left, right, sideways, left_load, right_load, friction)
+        left_load = right_load = 0.5 * constants[WEIGHT]
+    return within_friction(left, right, sideways, left_load, right_load, constants[FRICTION])
 
 
 @njit()
@@ -113,10 +127,11 @@ def mechanical_power(
     gives nothing back. ``forward`` [m/s] and ``turn`` [rad/s] are the robot's motion before the
     step, ``along`` [N] the force that changes it.
     """
-    dt, mass = constants[:2]
-    resistance = 0.5 * constants[9] * constants[5]
-    speed = forward + 0.5 * dt * along / mass  # in the middle of the step
-    left_speed, right_speed = speed - turn * constants[6], speed + turn * constants[6]
+    resistance = 0.5 * constants[ROLLING_RESISTANCE] * constants[WEIGHT]
+    # in the middle of the step
+    speed = forward + 0.5 * constants[DT] * along / constants[MASS]
+    left_speed = speed - turn * constants[HALF_TRACK]
+    right_speed = speed + turn * constants[HALF_TRACK]
     left_power = max(left * left_speed + resistance * abs(left_speed), 0.0)
     return float(left_power + max(right * right_speed + resistance * abs(right_speed), 0.0))
 
@@ -150,9 +165,10 @@ def drive_forces(
     :func:`drive_constants`.
     """
     (qx, qy, qz, qw), (vx, vy, _), (wx, wy, yaw_rate) = orientation, velocity, spin
-    dt, mass, inertia, lever, height, weight = constants[:6]
-    half_track, motor_limit = constants[6], constants[8]
-    up, down, yaw_up, time_constant = constants[10:14]
+    dt, mass, inertia = constants[DT], constants[MASS], constants[INERTIA]
+    lever, height, half_track = constants[LEVER], constants[HEIGHT], constants[HALF_TRACK]
+    motor_limit, time_constant = constants[MOTOR_LIMIT], constants[TIME_CONSTANT]
+    yaw_up = constants[YAW_ACCELERATION]
     held = mass  # [kg] that holding the axle sideways must stop
     yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
     cos, sin = math.cos(yaw), math.sin(yaw)
@@ -161,8 +177,9 @@ def drive_forces(
     if left_load != LEVEL:  # pitching and rolling move the treads as well
         forward -= (cos * wy - sin * wx) * height
         left += (cos * wx + sin * wy) * height
-        held = constants[14]
+        held = constants[ROLLING_MASS]
 
+    up, down = constants[ACCELERATION], constants[DECELERATION]
     speed = step_towards(forward, speed_command, dt, time_constant, up, down)
     turn = step_towards(yaw_rate, yaw_rate_command, dt, time_constant, yaw_up, yaw_up)
 
@@ -196,4 +213,4 @@ def drive_forces(
     rfx, rfy = cos * right_along - sin * right_side, sin * right_along + cos * right_side
     tx, ty = -lz * lfy - rz * rfy, lz * lfx + rz * rfx
     tz = lx * lfy - ly * lfx + rx * rfy - ry * rfx
-    return (lfx + rfx, lfy + rfy, -weight), (tx, ty, tz), power
+    return (lfx + rfx, lfy + rfy, -constants[WEIGHT]), (tx, ty, tz), power

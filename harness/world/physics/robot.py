@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from harness.world.sensors.ranges import POSITIVE, check_ranges
+from harness.world.ranges import POSITIVE, check_ranges
 from navstack.errors import ParameterError
 from navstack.geometry import make_footprint
 from navstack.types import FloatArray

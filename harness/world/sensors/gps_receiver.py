@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.world.physics.body_state import BodyState
+from harness.world.ranges import TIMING, check_ranges
 from harness.world.sensors.noise import GaussMarkov, NoiseStore
-from harness.world.sensors.ranges import TIMING, check_ranges
 from harness.world.sensors.sensor import Sensor
 from harness.world.sensors.sky import Sky
 from navstack.errors import ParameterError
@@ -68,7 +68,7 @@ class GpsParams:
         return self.multipath_std > 0.0 or self.lost_above < 1.0
 
 
-class GpsReceiver(Sensor):
+class GpsReceiver(Sensor[GpsFix]):
     """Position fixes of the base origin (the antenna's lever arm is taken as corrected).
 
     The deviation that a fix states is the white one and ``stated_share`` of the correlated ones:

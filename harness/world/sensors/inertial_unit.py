@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.world.physics.body_state import BodyState
+from harness.world.ranges import TIMING, check_ranges
 from harness.world.sensors.noise import GaussMarkov, NoiseStore, RandomWalk
-from harness.world.sensors.ranges import TIMING, check_ranges
 from harness.world.sensors.sensor import Sensor
 from navstack.geometry import normalize_angle
 from navstack.types import FloatArray, Imu
@@ -49,7 +49,7 @@ class ImuParams:
         )
 
 
-class InertialUnit(Sensor):
+class InertialUnit(Sensor[Imu]):
     """Gyro and accelerometers in the base frame's origin.
 
     The gyro's error is white noise on a bias, drawn at the start and walking from there; the

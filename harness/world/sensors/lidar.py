@@ -8,6 +8,7 @@ import numpy as np
 
 from harness.world.map.scene import Obstacle
 from harness.world.physics.body_state import BodyState
+from harness.world.ranges import POSITIVE, TIMING, check_ranges
 from harness.world.sensors.glass import Glass
 from harness.world.sensors.lidar_kernels import (
     cast_circles,
@@ -15,7 +16,6 @@ from harness.world.sensors.lidar_kernels import (
     clearance_field,
     finish_scan,
 )
-from harness.world.sensors.ranges import POSITIVE, TIMING, check_ranges
 from harness.world.sensors.sensor import Sensor
 from navstack.costmap.occupancy_grid import SOLID_FROM, OccupancyGrid
 from navstack.errors import ParameterError
@@ -77,7 +77,7 @@ class LidarParams:
             )
 
 
-class Lidar(Sensor):
+class Lidar(Sensor[LaserScan]):
     """Casts scans. The robot itself is in no map, so it never sees itself.
 
     Simplifications: the whole scan is taken at one instant (no distortion by motion), every surface

@@ -1,33 +1,29 @@
 """What every sensor does."""
 
 from abc import ABC, abstractmethod
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from harness.world.physics.body_state import BodyState
-from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry
+from navstack.types import FloatArray
 
-Measurement = Odometry | Imu | GpsFix | LaserScan
+Message = TypeVar("Message", covariant=True)
 
 
-class Sensor(ABC):
-    """Measures the true world imperfectly.
-
-    Which measurement it makes is which field of the observation it fills.
-    """
+class Sensor(ABC, Generic[Message]):
+    """Measures the true world imperfectly; its messages are of the type ``Message``."""
 
     @abstractmethod
     def reset(self, body: BodyState, rng: np.random.Generator) -> None:
         """Start an episode with the robot at ``body``.
 
-        All noise comes from ``rng`` and its children.
-
-        Each error draws from a generator of its own: the white noise from ``rng``, the others from
-        its children, so that an error that is switched off leaves the others as they were.
+        Each error draws from a generator of its own, the white noise from ``rng``, the others from
+        its children: an error that is switched off leaves the others as they were.
         """
 
     @abstractmethod
-    def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Measurement | None:
+    def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Message | None:
         """One measurement; None: the sensor has none.
 
         Args:

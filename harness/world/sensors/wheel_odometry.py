@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.world.physics.body_state import BodyState
+from harness.world.ranges import TIMING, check_ranges
 from harness.world.sensors.noise import NoiseStore
-from harness.world.sensors.ranges import TIMING, check_ranges
 from harness.world.sensors.sensor import Sensor
 from navstack.geometry import compose, normalize_angle
 from navstack.types import FloatArray, Odometry, Pose2D, Twist2D
@@ -49,7 +49,7 @@ class OdometryParams:
         )
 
 
-class WheelOdometry(Sensor):
+class WheelOdometry(Sensor[Odometry]):
     """Dead reckoning of a differential drive, starting at the origin of the odom frame.
 
     The wheels follow the ground forwards and do not feel what moves the robot sideways. Where they

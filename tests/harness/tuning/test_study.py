@@ -20,7 +20,7 @@ from harness.storage.files import LOCK
 from harness.storage.run_folder import JOURNAL, TUNING
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows
-from harness.task.study import EpisodeTask, make_generators, make_study
+from harness.task.study import EpisodeTask, RandomStreams, make_study
 from harness.tuning.declaration import Declaration, parse_duration, sizes
 from harness.tuning.evaluation import (
     EVENTS,
@@ -137,7 +137,7 @@ def test_training_and_test_missions_share_no_generator() -> None:
     train = {seed_and_episode(7, number) for number in range(200)}
     test = {seed_and_episode(7, FIRST_TEST + number) for number in range(200)}
     assert not train & test and {seed for seed, _ in test} == {unseen_seed(7)} != {7}
-    draws = {float(make_generators(*each)["mission"].random()) for each in train | test}
+    draws = {float(RandomStreams(*each)["mission"].random()) for each in train | test}
     assert len(draws) == 400
 
 

@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from harness.statistics.interval import wilson_interval
 from harness.world.cargo.cargo import Cargo, harmless_jolt, in_frame, is_inside
-from harness.world.people.heap import _poured, _settle, settled_heap, turned
+from harness.world.cargo.heap import _poured, _settle, settled_heap, turned
+from harness.world.cargo.params import CargoParams
 from harness.world.physics.engine import bullet
-from harness.world.world_params import CargoParams
 
 DT, GRAVITY = 1.0 / 120.0, 9.81
 LEVEL = (0.0, 0.0, 0.0, 1.0)
@@ -71,7 +71,7 @@ def test_the_bucket_is_filled_as_asked():
 def test_a_heap_settles_under_its_weight_in_a_bucket_that_stands(monkeypatch):
     steps = []
     monkeypatch.setattr(
-        "harness.world.people.heap.step_with", lambda client, bucket, *given: steps.append(given)
+        "harness.world.cargo.heap.step_with", lambda client, bucket, *given: steps.append(given)
     )
     _settle(dataclasses.replace(PARAMS, pieces=1), GRAVITY, DT, 0)
     assert steps == [((0.0, 0.0, -GRAVITY), LEVEL, STILL, DT)] * 360

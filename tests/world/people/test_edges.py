@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.world.people.pedestrian_edges import (
+from harness.world.people.edges import (
     Edges,
     away_from_edge,
     cell_of,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.world.people.pedestrian_params import ReplayParams
+from harness.world.people.params import ReplayParams
 from harness.world.people.replay_file import load_recording
 
 

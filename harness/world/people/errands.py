@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from harness.world.people.pedestrian_kernels import Walks
-from harness.world.people.pedestrian_params import PedestrianParams
-from harness.world.people.pedestrian_routes import WalkingNetwork
+from harness.world.people.params import PedestrianParams
+from harness.world.people.routes import WalkingNetwork
+from harness.world.people.walk_kernels import Walks
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import FloatArray, IntArray, Pose2D
 

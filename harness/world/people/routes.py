@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.ndimage import distance_transform_edt, label
 
 from harness.task.shortest_paths import distance_field, string_pull
-from harness.world.people.pedestrian_kernels import BLOCKED, find_path
+from harness.world.people.walk_kernels import BLOCKED, find_path
 from navstack.costmap.field_cache import cached_array, content_key
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import MapError

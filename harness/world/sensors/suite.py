@@ -1,11 +1,9 @@
-"""The robot's sensors: lidar, wheel odometry, inertial unit and satellite receiver, each at its own rate.
-
-Every sensor has a random generator of its own, so that a change of one leaves the noise of the others as it was.
-"""
+"""The robot's sensors, each at its own rate and with a random generator of its own."""
 
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Generic
 
 import numpy as np
 
@@ -15,7 +13,7 @@ from harness.world.physics.body_state import BodyState
 from harness.world.sensors.gps_receiver import GpsParams, GpsReceiver
 from harness.world.sensors.inertial_unit import ImuParams, InertialUnit
 from harness.world.sensors.lidar import Lidar, LidarParams
-from harness.world.sensors.sensor import Measurement, Sensor
+from harness.world.sensors.sensor import Message, Sensor
 from harness.world.sensors.sky import Sky
 from harness.world.sensors.wheel_odometry import OdometryParams, WheelOdometry
 from navstack.clock import Clock
@@ -35,10 +33,12 @@ class SensorParams:
     gps: GpsParams
 
 
-class _Channel:
+class Channel(Generic[Message]):
     """A sensor, when it measures, and its messages that are still under way."""
 
-    def __init__(self, generator: str, sensor: Sensor, rate: float, latency: float) -> None:
+    def __init__(
+        self, generator: str, sensor: Sensor[Message], rate: float, latency: float
+    ) -> None:
         """Connect a sensor.
 
         Args:
@@ -48,8 +48,10 @@ class _Channel:
             latency: [s] from measurement to delivery.
         """
         self.generator = generator
-        self._sensor, self._clock, self._latency = sensor, Clock(rate), latency
-        self._under_way: deque[tuple[float, Measurement]] = deque()  # when [s] what is delivered
+        self._sensor = sensor
+        self._clock = Clock(rate)
+        self._latency = latency
+        self._under_way: deque[tuple[float, Message]] = deque()  # [s] of delivery, message
 
     def reset(self, body: BodyState, rng: np.random.Generator) -> None:
         """Start an episode with nothing under way."""
@@ -57,28 +59,26 @@ class _Channel:
         self._under_way.clear()
         self._sensor.reset(body, rng)
 
-    def deliver(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Measurement | None:
-        """Measure if it is time to, and hand out the newest message that has arrived since the last call, if any."""
-        measured = (
-            self._sensor.measure(body, pedestrians, stamp) if self._clock.is_due(stamp) else None
-        )
+    def deliver(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Message | None:
+        """Measure if it is time to; returns the newest message that arrived since the last call."""
+        measured = None
+        if self._clock.is_due(stamp):
+            measured = self._sensor.measure(body, pedestrians, stamp)
         if not self._latency:
             return measured
         if measured is not None:
             self._under_way.append((stamp + self._latency, measured))
         arrived = None
         while self._under_way and self._under_way[0][0] <= stamp + _ON_TIME:
-            arrived = self._under_way.popleft()[1]
+            _, arrived = self._under_way.popleft()
         return arrived
 
 
 class SensorSuite:
     """All sensors of the robot.
 
-    What has arrived stands in the observation, the rest of it stays None.
-
-    A message carries the stamp of its measurement, which lies in the past where its sensor has a
-    latency.
+    An observation holds the messages that have arrived. Each carries the stamp of its measurement,
+    which lies in the past where its sensor has a latency.
     """
 
     def __init__(self, params: SensorParams, scene: Scene, pedestrian_radius: float) -> None:
@@ -89,34 +89,39 @@ class SensorSuite:
             scene: what the lidar can hit and what hides satellites.
             pedestrian_radius: [m].
         """
-        lidar, odometry, imu, gps = params.lidar, params.odometry, params.imu, params.gps
+        odometry, imu, gps, lidar = params.odometry, params.imu, params.gps, params.lidar
         receiver = GpsReceiver(gps, sky_of(scene) if gps.depends_on_sky else None)
         caster = Lidar(lidar, scene.geometry, pedestrian_radius, scene.obstacles)
-        self._channels = (  # in the order of an observation's fields
-            _Channel("odometry", WheelOdometry(odometry), odometry.rate, odometry.latency),
-            _Channel("imu", InertialUnit(imu), imu.rate, imu.latency),
-            _Channel("gps", receiver, gps.rate, gps.latency),
-            _Channel("lidar", caster, lidar.rate, lidar.latency),
+        self._odometry = Channel(
+            "odometry", WheelOdometry(odometry), odometry.rate, odometry.latency
         )
+        self._imu = Channel("imu", InertialUnit(imu), imu.rate, imu.latency)
+        self._gps = Channel("gps", receiver, gps.rate, gps.latency)
+        self._lidar = Channel("lidar", caster, lidar.rate, lidar.latency)
 
     def reset(self, body: BodyState, generators: Mapping[str, np.random.Generator]) -> None:
         """Start an episode at time 0, at which every sensor is due.
 
         Args:
             body: true motion of the robot at the start.
-            generators: one each under ``odometry``, ``imu``, ``gps`` and ``lidar``.
+            generators: one per sensor, by its name.
         """
-        for channel in self._channels:
+        for channel in (self._odometry, self._imu, self._gps, self._lidar):
             channel.reset(body, generators[channel.generator])
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Observation:
         """What has arrived by ``stamp`` [s] since the last call; see :meth:`Sensor.measure`."""
-        messages = [channel.deliver(body, pedestrians, stamp) for channel in self._channels]
-        return Observation(stamp, *messages)  # type: ignore[arg-type]
+        return Observation(
+            stamp,
+            odometry=self._odometry.deliver(body, pedestrians, stamp),
+            imu=self._imu.deliver(body, pedestrians, stamp),
+            gps=self._gps.deliver(body, pedestrians, stamp),
+            scan=self._lidar.deliver(body, pedestrians, stamp),
+        )
 
 
 def sky_of(scene: Scene) -> Sky:
     """What hides the sky in a scene."""
-    grid = scene.geometry
-    x0, y0, r = grid.origin.x, grid.origin.y, grid.resolution
-    return Sky(scene.obstacles, Rect(x0, y0, x0 + grid.width * r, y0 + grid.height * r))
+    grid, corner = scene.geometry, scene.geometry.origin
+    width, height = grid.width * grid.resolution, grid.height * grid.resolution
+    return Sky(scene.obstacles, Rect(corner.x, corner.y, corner.x + width, corner.y + height))

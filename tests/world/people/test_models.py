@@ -9,8 +9,8 @@ import pytest
 from harness.episode.factory import with_recording, world_params
 from harness.storage.shipped import shipped
 from harness.task.study import make_study
-from harness.world.people.pedestrian_models import PEDESTRIAN_MODELS, make_pedestrians
-from harness.world.people.pedestrian_params import (
+from harness.world.people.models import PEDESTRIAN_MODELS, make_pedestrians
+from harness.world.people.params import (
     MODEL_NAMES,
     PedestrianParams,
     ReplayParams,

@@ -9,8 +9,8 @@ import pytest
 from harness.world.cargo.bucket import SCALE, _bucket, build, hold
 from harness.world.cargo.cargo import Cargo
 from harness.world.cargo.loose_cargo import LooseCargo
+from harness.world.cargo.params import CargoParams
 from harness.world.physics.engine import Server, bullet
-from harness.world.world_params import CargoParams
 from navstack.errors import ParameterError, UnknownNameError
 
 DT, GRAVITY = 1.0 / 120.0, 9.81

@@ -11,7 +11,7 @@ from harness.world.physics.body_state import BodyState
 from harness.world.sensors.gps_receiver import GpsParams, GpsReceiver
 from harness.world.sensors.inertial_unit import ImuParams, InertialUnit
 from harness.world.sensors.noise import GaussMarkov, RandomWalk
-from harness.world.sensors.sensors import SensorParams
+from harness.world.sensors.suite import SensorParams
 from harness.world.sensors.wheel_odometry import OdometryParams, WheelOdometry
 from navstack.errors import ParameterError
 from navstack.params.strict import load_dataclass

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from harness.episode.factory import with_recording
-from harness.world.people.pedestrian_kernels import replay
-from harness.world.people.pedestrian_params import PedestrianParams, ReplayParams
+from harness.world.people.params import PedestrianParams, ReplayParams
 from harness.world.people.replay import ReplayPedestrians
 from harness.world.people.replay_file import MAX_BYTES, Recording, _arrange, load_recording
+from harness.world.people.walk_kernels import replay
 from harness.world.physics.body_state import BodyState
 from harness.world.sensors.lidar_kernels import cast_circles
 from harness.world.world_params import WorldParams

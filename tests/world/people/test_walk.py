@@ -6,7 +6,10 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from harness.task.shortest_paths import distance_field, path_length
-from harness.world.people.pedestrian_kernels import (
+from harness.world.people.params import PedestrianParams
+from harness.world.people.pedestrians import PedestrianModel, RandomWalkPedestrians
+from harness.world.people.routes import WalkingNetwork
+from harness.world.people.walk_kernels import (
     BLOCKED,
     Walks,
     _least_length,
@@ -14,9 +17,6 @@ from harness.world.people.pedestrian_kernels import (
     find_path,
     walk,
 )
-from harness.world.people.pedestrian_params import PedestrianParams
-from harness.world.people.pedestrian_routes import WalkingNetwork
-from harness.world.people.pedestrians import PedestrianModel, RandomWalkPedestrians
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import MapError, ParameterError
 from navstack.types import Pose2D

@@ -12,7 +12,7 @@ from harness.world.physics.engine import bullet
 from harness.world.truth import Partner
 from navstack.types import Pose2D, Twist2D
 
-from .laboratory import (
+from ..laboratory import (
     bollard,
     collide,
     greatest_tilt,

@@ -6,9 +6,9 @@ import numpy as np
 import shapely
 from scipy.ndimage import distance_transform_edt, label
 
+from harness.world.map.extrude import extrude, merge_rectangles
 from harness.world.map.scene import Scene, Zone
 from harness.world.map.scene_io import MAX_OBJECTS, align
-from harness.world.physics.extrude import extrude, merge_rectangles
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, SOLID_FROM, UNKNOWN, OccupancyGrid
 from navstack.errors import MapError
 from navstack.types import BoolArray, FloatArray, IntArray

@@ -14,10 +14,10 @@ taken from its velocity: the same constraint.
 
 import math
 
-from harness.world.physics.bodies import put_person
+from harness.world.people.body_params import PedestrianBodyParams
+from harness.world.people.person_bodies import put_person
 from harness.world.physics.contacts import Vector
 from harness.world.physics.engine import bullet
-from harness.world.world_params import WorldParams
 
 LEAP = 1.0  # [m] in a frame: who goes farther appears at another place
 _TOUCH = 1e-4  # [m] by which bodies overlap that are put in touch, so that Bullet finds them
@@ -28,11 +28,12 @@ _SURPLUS = 0.1  # [m/s] by which forces may change a velocity within a step
 class BodyFrames:
     """Moves kinematic bodies frame by frame."""
 
-    def __init__(self, client: int, params: WorldParams) -> None:
+    def __init__(self, client: int, params: PedestrianBodyParams, rate: float) -> None:
+        """Begin without bodies; ``rate`` [Hz] is that of the physics."""
         self._client = client
-        self._steps = params.pedestrian_bodies.frame_steps
-        self._rate = params.physics.rate
-        self._parting = params.pedestrian_bodies.max_depenetration_speed
+        self._steps = params.frame_steps
+        self._rate = rate
+        self._parting = params.max_depenetration_speed
         self._shown: dict[int, tuple[float, float]] = {}  # body -> where the last frame put it, [m]
         # body -> with which it moves in the coming step, [m/s]
         self._speeds: dict[int, tuple[float, float]] = {}

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from harness.world.people.pedestrian_params import PedestrianParams
+from harness.world.people.params import PedestrianParams
 from harness.world.people.pedestrians import PedestrianModel, RandomWalkPedestrians
 from harness.world.people.replay import ReplayPedestrians
 from harness.world.people.social_force import SocialForcePedestrians

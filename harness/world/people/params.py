@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from harness.task.study import MAX_PEDESTRIANS
-from harness.world.sensors.ranges import POSITIVE, check_ranges
+from harness.world.ranges import POSITIVE, check_ranges
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.types import Pose2D
 

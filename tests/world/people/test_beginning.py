@@ -8,9 +8,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from harness.world.people.pedestrian_params import PedestrianParams
-from harness.world.people.pedestrian_routes import WalkingNetwork
+from harness.world.people.params import PedestrianParams
 from harness.world.people.pedestrians import RandomWalkPedestrians
+from harness.world.people.routes import WalkingNetwork
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.types import Pose2D

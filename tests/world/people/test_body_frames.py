@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 
 from harness.storage.shipped import shipped
-from harness.world.physics.bodies import add_person, add_robot, person_shape
-from harness.world.physics.body_frames import BodyFrames
+from harness.world.people.body_frames import BodyFrames
+from harness.world.people.person_bodies import add_person, person_shape
+from harness.world.physics.bodies import add_robot
 from harness.world.physics.engine import Server
 from harness.world.world_params import WorldParams
 from navstack.errors import ParameterError
 from navstack.params.strict import load_dataclass
 from navstack.types import Pose2D, Twist2D
 
-from .laboratory import bullet
+from ..laboratory import bullet
 
 FRONT, RADIUS = 0.14, 0.3  # [m] of the robot ahead of its base origin, of a person
 FRAME = 1.0 / 30.0  # [s]
@@ -50,7 +51,8 @@ def pair(server, robot, params, yaw=0.0):
         body, place, bullet.getQuaternionFromEuler((0.0, 0.0, yaw)), client
     )
     person = add_person(client, person_shape(client, RADIUS, 1.7, robot.height), 1e6, 0.0)
-    return BodyFrames(client, params), body, person, robot.half_size[0] + RADIUS
+    frames = BodyFrames(client, params.pedestrian_bodies, params.physics.rate)
+    return frames, body, person, robot.half_size[0] + RADIUS
 
 
 def state(server, body):

@@ -9,9 +9,8 @@ import pytest
 from scipy.stats import binomtest
 
 from harness.storage.shipped import shipped
-from harness.world.people.pedestrian_edges import Edges, edge_distance, keep_inside
-from harness.world.people.pedestrian_kernels import Walks
-from harness.world.people.pedestrian_params import PedestrianParams, SocialForceParams
+from harness.world.people.edges import Edges, edge_distance, keep_inside
+from harness.world.people.params import PedestrianParams, SocialForceParams
 from harness.world.people.social_force import SocialForcePedestrians
 from harness.world.people.social_force_kernels import (
     BUSY,
@@ -25,6 +24,7 @@ from harness.world.people.social_force_kernels import (
     from_robot,
     walk_among_others,
 )
+from harness.world.people.walk_kernels import Walks
 from harness.world.physics.body_state import BodyState
 from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import OccupancyGrid

@@ -11,7 +11,7 @@ from harness.world.map.scene import Obstacle, Scene
 from harness.world.map.shapes import Rect
 from harness.world.physics.body_state import BodyState
 from harness.world.sensors.ground_truth import GroundTruthLocalizer
-from harness.world.sensors.sensors import SensorParams, SensorSuite
+from harness.world.sensors.suite import SensorParams, SensorSuite
 from harness.world.sensors.wheel_odometry import along_arc, wheel_motion
 from navstack.clock import Clock
 from navstack.costmap.occupancy_grid import OccupancyGrid

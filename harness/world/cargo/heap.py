@@ -5,8 +5,8 @@ from functools import lru_cache
 import numpy as np
 
 from harness.world.cargo.bucket import SCALE, build, step_with
+from harness.world.cargo.params import CargoParams
 from harness.world.physics.engine import Server, bullet
-from harness.world.world_params import CargoParams
 from navstack.costmap.field_cache import cached_array, content_key
 from navstack.types import FloatArray
 

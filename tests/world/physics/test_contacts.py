@@ -3,8 +3,8 @@
 import pytest
 
 from harness.world.physics.contacts import ContactBook, ContactPoint, Motion, Touched
+from harness.world.physics.params import ContactParams
 from harness.world.truth import Partner
-from harness.world.world_params import ContactParams
 from navstack.errors import UnknownNameError
 
 DT = 1.0 / 120.0

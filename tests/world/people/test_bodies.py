@@ -8,16 +8,16 @@ import pytest
 
 from harness.task.mission import Mission
 from harness.world.map.scene import Scene
+from harness.world.people.body_params import PedestrianBodyParams
 from harness.world.people.crowd import Crowd, friction_factor
-from harness.world.people.pedestrian_models import make_pedestrians
-from harness.world.people.pedestrian_params import ReplayParams
+from harness.world.people.models import make_pedestrians
+from harness.world.people.params import ReplayParams
 from harness.world.people.pedestrians import PedestrianModel
 from harness.world.pybullet_world import PyBulletWorld
-from harness.world.world_params import PedestrianBodyParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import Pose2D, Twist2D
 
-from .laboratory import NoSensors, bullet
+from ..laboratory import NoSensors, bullet
 
 WALKABLE = OccupancyGrid(np.zeros((80, 300), dtype=np.int8), 0.1, Pose2D())
 START = Pose2D(5.0, 4.0)
