@@ -13,15 +13,18 @@ from navstack.params.registry import bindings, nodes
 
 HERE = Path(__file__).parent
 WORLD = (
-    "gps_receiver",
-    "inertial_unit",
-    "lidar",
-    "map_import",
+    "map.map_import",
+    "map.scene",
     "outcome",
-    "pedestrian_params",
-    "wheel_odometry",
+    "people.pedestrian_params",
+    "physics.robot",
+    "sensors.gps_receiver",
+    "sensors.inertial_unit",
+    "sensors.lidar",
+    "sensors.sensors",
+    "sensors.wheel_odometry",
+    "world_params",
 )
-WORLD += ("robot", "scene", "sensors", "world_params")
 
 
 def classes() -> dict[str, type[Any]]:
