@@ -10,7 +10,7 @@ The layers stand in :attr:`CostmapParams.layers` under their instance names; ``p
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -170,6 +170,10 @@ class CostmapParams(Parameters):
             isinstance(self.layers[name], KeepoutFilterParams)
             for name in (*self.plugins, *self.filters)
         )
+
+
+# of a costmap whose layers are read by themselves
+WITHOUT_LAYERS: dict[str, Any] = {"plugins": (), "filters": (), "layers": {}}
 
 
 def robot_footprint(params: CostmapParams) -> FloatArray:

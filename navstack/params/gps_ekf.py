@@ -72,7 +72,7 @@ class GpsEkfParams(Parameters, whose="gps_ekf", finite=True):
     gps0_correlation_time: Positive = 20.0
     # [-] Mahalanobis distance; 1 of 1000 fixes is farther off (chi-square, 2 degrees of freedom)
     gps0_rejection_threshold: Positive = 3.717
-    # rejected fixes in succession after which the filter resets its position to a fix
+    # rejected fixes in succession after which the state counts as wrong
     gps0_lockout_count: PositiveInt = 5
     gps0_lockout_time: NotNegative = 5.0  # [s] that they must span
 
