@@ -59,7 +59,9 @@ class CostmapView:
 
         Nav2 falls back on robot_radius if it cannot read the text.
         """
-        params = replace(self.params, footprint="[]") if self.footprint_error else self.params
+        params = self.params
+        if self.footprint_error:
+            params = replace(params, footprint="[]")
         return pad_footprint(robot_footprint(params), params.footprint_padding)
 
     @property
