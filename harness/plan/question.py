@@ -24,8 +24,13 @@ from navstack.errors import PlanningError, UnknownNameError
 from navstack.params.extensions import algorithms
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.views import read_planners, read_smoothers
-from navstack.params.planners import OMPL_ALGORITHMS, SE2_ALGORITHMS, STATE_SPACES, OmplParams
-from navstack.params.smoothers import SimpleSmootherParams
+from navstack.params.planners import (
+    OMPL_ALGORITHMS,
+    SE2_ALGORITHMS,
+    STATE_SPACES,
+    OmplParams,
+    SimpleSmootherParams,
+)
 from navstack.planning.ompl_kernels import polyline_cost
 from navstack.planning.planner import Planner, RobotShape
 from navstack.planning.simple_smoother import SimpleSmoother

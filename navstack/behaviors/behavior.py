@@ -10,7 +10,7 @@ from navstack.action_codes import Codes
 from navstack.control.footprint_cost import footprint_cost
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.errors import BehaviorError
-from navstack.params.behaviors import BehaviorServerParams
+from navstack.params.servers import BehaviorServerParams
 from navstack.types import FloatArray, Pose2D, RobotState, Twist2D
 
 

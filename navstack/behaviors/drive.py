@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from navstack.action_codes import BACK_UP, DRIVE_ON_HEADING
 from navstack.behaviors.behavior import Behavior, BehaviorGoal
 from navstack.costmap.costmap import Costmap
-from navstack.params.behaviors import DriveParams
+from navstack.params.servers import DriveParams
 from navstack.types import Pose2D, RobotState, Twist2D
 
 

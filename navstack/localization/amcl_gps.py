@@ -8,8 +8,7 @@ import numpy as np
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.geometry import compose, normalize_angle, relative_to
 from navstack.localization.amcl import AmclLocalizer, pose_at
-from navstack.params.amcl import AmclParams
-from navstack.params.amcl_gps import AmclGpsParams
+from navstack.params.amcl import AmclGpsParams, AmclParams
 from navstack.types import Belief, FloatArray, GpsFix, Health, Imu, LaserScan, Observation, Pose2D
 
 _WAITING = 10  # fixes that wait for a scan that counts

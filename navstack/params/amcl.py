@@ -1,15 +1,17 @@
-"""Parameters of AMCL: names and defaults are those of Nav2 Jazzy."""
+"""Parameters of AMCL: names and defaults are those of Nav2 Jazzy. Those with GPS are our own."""
 
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.params.checks import (
+from navstack.ranges import (
+    POSITIVE,
     NotNegative,
     NotNegativeInt,
+    Parameters,
     Positive,
     PositiveInt,
     at_least,
-    check,
+    at_most,
     one_of,
 )
 
@@ -23,7 +25,7 @@ MotionModel = Annotated[str, one_of((*MOTION_MODELS, *MOTION_MODELS.values()))]
 
 
 @dataclass(frozen=True, slots=True)
-class AmclParams:
+class AmclParams(Parameters, whose="amcl"):
     """Node ``amcl`` (``amcl_node.cpp``).
 
     Frames, topics and what concerns publishing have no effect here.
@@ -68,17 +70,42 @@ class AmclParams:
     # [-] rate of the slow average of the weights; 0: no random particles
     recovery_alpha_slow: NotNegative = 0.0
     recovery_alpha_fast: NotNegative = 0.0  # [-] rate of the fast one
-    # poses anywhere of which a scan picks the random particles; 0: they are
+    # poses anywhere of which a scan picks the random particles; 0: no choice, as in Nav2, which
+    # has no such parameter
     recovery_candidates: NotNegativeInt = 0
-    # just anywhere, as in Nav2, which has no such parameter
     update_min_d: NotNegative = 0.25  # [m] along x or y of odometry after which a scan counts
     update_min_a: NotNegative = 0.2  # [rad] of rotation after which a scan counts
     random_seed: int = -1  # of the particle filter; negative: the generator that is given at reset
-
-    def __post_init__(self) -> None:
-        check(self, "amcl")
 
     @property
     def most_particles(self) -> int:
         """``max_particles``, but never less than ``min_particles``, as Nav2 corrects it."""
         return max(self.min_particles, self.max_particles)
+
+
+@dataclass(frozen=True, slots=True)
+class AmclGpsParams(Parameters, whose="amcl_gps", finite=True):
+    """Node ``amcl_gps``, this program's own: what fixes count beside scans."""
+
+    # [m] per axis of a fix that states none; data sheets of stand-alone receivers: 2.5 m CEP
+    position_std: Positive = 2.0
+    # [m] per axis: smaller ones that a receiver reports are raised to this. Multipath of the code
+    # (Joerger & Pervan 2020: that of a satellite at the zenith)
+    position_std_floor: Positive = 0.5
+    # [s] of a fix's error, same source (10 to 900 s): fixes within it repeat the same error
+    correlation_time: Positive = 10.0
+    # [-] of the t-distribution of a fix's error, whose heavy tails make it robust
+    # (Lange, Little & Taylor 1989, J. Am. Stat. Assoc.); assumed
+    degrees_of_freedom: Positive = 4.0
+    # [-] Mahalanobis distance beyond which a fix and the belief disagree; 1 of 1000 right fixes is
+    # farther off (chi-square, 2 degrees of freedom)
+    rejection_threshold: Positive = 3.717
+    # fixes in a row that disagree, after which particles are drawn about the fix
+    patience: PositiveInt = 3
+    recovery_share: Annotated[float, POSITIVE, at_most(1)] = (
+        0.02  # [-] of the particles that are drawn then, each time
+    )
+    # poses about the fix of which a scan picks these particles
+    recovery_candidates: PositiveInt = 2000
+    # [rad] of half of these poses about the inertial unit's heading; the others have any heading
+    heading_std_floor: Positive = 0.1

@@ -12,8 +12,8 @@ import numpy as np
 
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.geometry import make_footprint
-from navstack.params.checks import NotNegative, Positive, check, one_of, require
 from navstack.params.nav2_file.vertices import parse_vertices
+from navstack.ranges import Needed, NotNegative, Parameters, Positive, one_of
 from navstack.types import FloatArray
 
 SHAPES = ("polygon", "circle", "velocity_polygon")
@@ -21,6 +21,10 @@ ACTIONS = ("stop", "slowdown", "limit", "approach", "none")
 SCAN_SOURCES = ("scan", "pointcloud")  # types of sources that read the robot's planar scan here ...
 OTHER_SOURCES = ("range", "polygon", "costmap")  # ... and those that nothing feeds
 FEWEST_VERTICES = 4  # Nav2 refuses triangles
+_TYPE_NEEDED = Needed(
+    ", and without it Nav2's collision monitor does not start; "
+    f"give one of {', '.join(SHAPES)}, or take the zone from polygons"
+)
 
 
 def parse_polygon(text: str) -> FloatArray:
@@ -40,7 +44,7 @@ def parse_polygon(text: str) -> FloatArray:
 
 
 @dataclass(frozen=True, slots=True)
-class VelocityPolygonParams:
+class VelocityPolygonParams(Parameters):
     """One of the polygons of a ``velocity_polygon``, and the velocities for which it stands."""
 
     points: str = ""  # "[[x, y], ...]" in [m], base frame
@@ -52,13 +56,13 @@ class VelocityPolygonParams:
     direction_start_angle: float = -math.pi
     direction_end_angle: float = math.pi  # [rad]; less than the start: the range goes through pi
 
-    def __post_init__(self) -> None:
+    def _check_together(self) -> None:
         parse_polygon(self.points)
 
     def covers(self, x: float, y: float, yaw_rate: float, is_holonomic: bool) -> bool:
-        """Whether a velocity in [m/s, m/s, rad/s] lies in the ranges (Jazzy's.
+        """Whether a velocity in [m/s, m/s, rad/s] lies in the ranges.
 
-        Main compares the speed, not x).
+        Jazzy compares x; Nav2 main compares the speed.
         """
         covers = (
             self.linear_min <= x <= self.linear_max and self.theta_min <= yaw_rate <= self.theta_max
@@ -66,21 +70,19 @@ class VelocityPolygonParams:
         if not is_holonomic or not covers:
             return covers
         direction = math.atan2(y, x)
-        after_start, before_end = (
-            direction >= self.direction_start_angle,
-            direction <= self.direction_end_angle,
-        )
+        after_start = direction >= self.direction_start_angle
+        before_end = direction <= self.direction_end_angle
         if self.direction_start_angle <= self.direction_end_angle:
             return after_start and before_end
         return after_start or before_end
 
 
 @dataclass(frozen=True, slots=True)
-class PolygonParams:
+class PolygonParams(Parameters):
     """One of the ``polygons``: a zone about the robot, and what obstacles in it do."""
 
-    type: Annotated[str, one_of(SHAPES)] = ""  # one of SHAPES
-    action_type: Annotated[str, one_of(ACTIONS)] = ""  # one of ACTIONS
+    type: Annotated[str, _TYPE_NEEDED, one_of(SHAPES)] = ""
+    action_type: Annotated[str, one_of(ACTIONS)] = ""
     enabled: bool = True
     # "[[x, y], ...]" in [m], base frame; absent: the footprint of the local costmap
     points: str | None = None
@@ -106,27 +108,13 @@ class PolygonParams:
     time_before_collision: Positive = 2.0  # [s] that approach looks ahead and keeps
     simulation_time_step: Positive = 0.1  # [s] between the places it looks at
 
-    def __post_init__(self) -> None:
-        if not self.type:
-            raise ParameterError(
-                f"type is missing, and without it Nav2's collision monitor does not start; give one of "
-                f"{', '.join(SHAPES)}, or take the zone from polygons"
-            )
-        check(self)
+    def _check_together(self) -> None:
         if self.type == "circle":
-            require(
-                self,
-                "radius",
-                self.radius is not None and self.radius > 0.0,
-                "more than 0 for a circle",
-            )
+            is_right = self.radius is not None and self.radius > 0.0
+            self._require("radius", is_right, "more than 0 for a circle")
         if self.type == "velocity_polygon":
-            require(
-                self,
-                "velocity_polygons",
-                len(self.velocity_polygons) > 0,
-                "the names of one polygon or more",
-            )
+            is_right = len(self.velocity_polygons) > 0
+            self._require("velocity_polygons", is_right, "the names of one polygon or more")
         if self.type == "polygon":
             self._check_polygon()
 
@@ -144,30 +132,21 @@ class PolygonParams:
         if self.points is not None:
             parse_polygon(self.points)
         elif self.action_type != "approach":
-            is_footprint = (
-                self.polygon_sub_topic is not None and "footprint" in self.polygon_sub_topic
-            )
-            require(
-                self,
-                "polygon_sub_topic",
-                is_footprint,
-                "a footprint's topic where 'points' are absent",
-            )
+            is_footprint = "footprint" in (self.polygon_sub_topic or "")
+            allowed = "a footprint's topic where 'points' are absent"
+            self._require("polygon_sub_topic", is_footprint, allowed)
 
 
 @dataclass(frozen=True, slots=True)
-class MonitorSourceParams:
-    """One of the ``observation_sources``. A ``scan`` or ``pointcloud`` reads the robot's one scan.
+class MonitorSourceParams(Parameters):
+    """One of the ``observation_sources``.
 
-    Others are unfed.
+    A ``scan`` or ``pointcloud`` reads the robot's one scan; other types get no data here.
     """
 
     type: Annotated[str, one_of(SCAN_SOURCES + OTHER_SOURCES)] = "scan"
     enabled: bool = True
     source_timeout: float | None = None  # [s] absent: the monitor's own
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @property
     def reads_scan(self) -> bool:
@@ -176,7 +155,7 @@ class MonitorSourceParams:
 
 
 @dataclass(frozen=True, slots=True)
-class CollisionMonitorParams:
+class CollisionMonitorParams(Parameters):
     """``collision_monitor`` (``collision_monitor_node.cpp``)."""
 
     enabled: bool = True  # False: only stale sources stop the robot
@@ -189,7 +168,7 @@ class CollisionMonitorParams:
     # by the names in observation_sources
     sources: Mapping[str, MonitorSourceParams] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
+    def _check_together(self) -> None:
         for name, zone in self.zones.items():
             for source in zone.sources_names:
                 if source not in self.observation_sources:

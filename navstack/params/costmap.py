@@ -10,15 +10,16 @@ The layers stand in :attr:`CostmapParams.layers` under their instance names; ``p
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Annotated, Any
 
 import numpy as np
 
 from navstack.errors import ParameterError
 from navstack.geometry import make_footprint
-from navstack.params.checks import NotNegative, NotNegativeInt, Positive, check
 from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
 from navstack.params.nav2_file.vertices import parse_vertices
 from navstack.params.spatio_temporal import SpatioTemporalLayerParams
+from navstack.ranges import NotNegative, NotNegativeInt, Parameters, Positive, Replaced
 from navstack.types import FloatArray
 
 OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN = 0, 1, 2  # values of combination_method
@@ -29,6 +30,8 @@ CHOICES: dict[str, tuple[tuple[int, ...], int]] = {
     "combination_method": ((OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN), MAXIMUM),
     "group_connectivity_type": ((4, 8), 8),
 }
+CombinationMethod = Annotated[int, Replaced(*CHOICES["combination_method"])]
+GroupConnectivityType = Annotated[int, Replaced(*CHOICES["group_connectivity_type"])]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +45,7 @@ class StaticLayerParams:
 
 
 @dataclass(frozen=True, slots=True)
-class ObservationSourceParams:
+class ObservationSourceParams(Parameters, whose="observation source"):
     """One of a layer's ``observation_sources``; here each is fed with the robot's one scan."""
 
     marking: bool = True
@@ -58,12 +61,9 @@ class ObservationSourceParams:
     # [s] between scans; the costmap is not current when they stay away; 0: any
     expected_update_rate: NotNegative = 0.0
 
-    def __post_init__(self) -> None:
-        check(self, "observation source")
-
 
 @dataclass(frozen=True, slots=True)
-class ObstacleLayerParams:
+class ObstacleLayerParams(Parameters):
     """``obstacle_layer.cpp``. A VoxelLayer runs as an obstacle layer on the scan."""
 
     enabled: bool = True
@@ -71,13 +71,10 @@ class ObstacleLayerParams:
     min_obstacle_height: float = 0.0  # [m] lower points do not mark; a planar scan has no heights
     max_obstacle_height: float = 2.0  # [m] higher points do not mark
     # with the layers below: 0 overwrite, 2 maximum but unknown stays, else maximum
-    combination_method: int = MAXIMUM
+    combination_method: CombinationMethod = MAXIMUM
     observation_sources: tuple[str, ...] = ()
     # by the names just above
     sources: Mapping[str, ObservationSourceParams] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        _take_choice(self, "combination_method")
 
     @property
     def active_sources(self) -> tuple[ObservationSourceParams, ...]:
@@ -88,7 +85,7 @@ class ObstacleLayerParams:
 
 
 @dataclass(frozen=True, slots=True)
-class InflationLayerParams:
+class InflationLayerParams(Parameters):
     """``inflation_layer.cpp``."""
 
     enabled: bool = True
@@ -97,26 +94,19 @@ class InflationLayerParams:
     cost_scaling_factor: NotNegative = 10.0
     inflate_unknown: bool = False  # unknown cells take any cost > 0; False: only 253 and more
     inflate_around_unknown: bool = False  # unknown cells inflate as obstacles do
-    # [1/cell] Nav2 main rounds distances to so many steps per cell (100 there); 0:
+    # [1/cell] Nav2 main rounds distances to so many steps per cell (100 there); 0: exact
     distance_steps: NotNegativeInt = 0
-    # exact
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 @dataclass(frozen=True, slots=True)
-class DenoiseLayerParams:
+class DenoiseLayerParams(Parameters):
     """``denoise_layer.cpp``."""
 
     enabled: bool = True
     # [cells] smaller groups of obstacle cells are freed; 1 or less: none
     minimal_group_size: int = 2
     # neighbours that make a group: 4, else 8 with the diagonal ones
-    group_connectivity_type: int = 8
-
-    def __post_init__(self) -> None:
-        _take_choice(self, "group_connectivity_type")
+    group_connectivity_type: GroupConnectivityType = 8
 
 
 LayerParams = (
@@ -139,7 +129,7 @@ def _default_layers() -> dict[str, LayerParams]:
 
 
 @dataclass(frozen=True, slots=True)
-class CostmapParams:
+class CostmapParams(Parameters):
     """``local_costmap`` or ``global_costmap`` (``costmap_2d_ros.cpp``)."""
 
     width: Positive = 5.0  # [m] of a costmap without a static layer, and of every rolling one
@@ -158,13 +148,11 @@ class CostmapParams:
     # the static layer keeps higher costs of the layers before it; False: it overwrites them
     use_maximum: bool = False
     plugins: tuple[str, ...] = ("static_layer", "obstacle_layer", "inflation_layer")
-    filters: tuple[str, ...] = field(
-        default_factory=tuple
-    )  # no default in merged files: in ROS 2 an empty list has no type
+    # no default in merged files: in ROS 2 an empty list has no type
+    filters: tuple[str, ...] = field(default_factory=tuple)
     layers: Mapping[str, LayerParams] = field(default_factory=_default_layers)
 
-    def __post_init__(self) -> None:
-        check(self)
+    def _check_together(self) -> None:
         for name in (*self.plugins, *self.filters):
             if name not in self.layers:
                 raise ParameterError(
@@ -182,6 +170,10 @@ class CostmapParams:
             isinstance(self.layers[name], KeepoutFilterParams)
             for name in (*self.plugins, *self.filters)
         )
+
+
+# of a costmap whose layers are read by themselves
+WITHOUT_LAYERS: dict[str, Any] = {"plugins": (), "filters": (), "layers": {}}
 
 
 def robot_footprint(params: CostmapParams) -> FloatArray:
@@ -202,10 +194,3 @@ def robot_footprint(params: CostmapParams) -> FloatArray:
         return make_footprint(vertices).astype(np.float32).astype(np.float64)
     angles = np.arange(CIRCLE_VERTICES) * (2.0 * math.pi / CIRCLE_VERTICES)
     return params.robot_radius * np.column_stack((np.cos(angles), np.sin(angles)))
-
-
-def _take_choice(params: object, name: str) -> None:
-    """Replace a value that Nav2 does not know as it does."""
-    known, usual = CHOICES[name]
-    if getattr(params, name) not in known:
-        object.__setattr__(params, name, usual)

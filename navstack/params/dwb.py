@@ -11,6 +11,7 @@ from typing import Any
 
 from navstack.errors import ParameterError
 from navstack.params.expected_contact import DwbContactParams
+from navstack.ranges import Parameters
 
 MOST_SAMPLES = 100_000  # trajectories per cycle; Nav2's defaults make about 400
 
@@ -98,7 +99,7 @@ class NamedCritic:
 
 
 @dataclass(frozen=True, slots=True)
-class DwbParams:
+class DwbParams(Parameters):
     """``dwb_core::DWBLocalPlanner``, its trajectory generator, and its critics under their names.
 
     Where a file names no critics, these run with the scales of :data:`FALLBACK_SCALES`.
@@ -174,12 +175,7 @@ class DwbParams:
     # those in ``critics`` with a ``class``
     named_critics: Mapping[str, NamedCritic] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        """Check that the samples fit into memory.
-
-        Raises:
-            ParameterError: they do not.
-        """
+    def _check_together(self) -> None:
         samples = max(self.vx_samples, 1) * max(self.vy_samples, 1) * max(self.vtheta_samples, 1)
         if samples > MOST_SAMPLES:
             raise ParameterError(

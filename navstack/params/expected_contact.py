@@ -1,23 +1,30 @@
 """Parameters of the critics that price contacts with people (this project's own, for DWB and MPPI)."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from navstack.params.checks import (
+from navstack.ranges import (
+    Allowed,
     NotNegative,
     NotNegativeInt,
+    Parameters,
     Positive,
     PositiveInt,
-    check,
-    require,
 )
+
+SpeedPrices = Annotated[
+    tuple[float, ...],  # [USD] at a closing speed of 0, 1, .. m/s
+    Allowed("a list of two prices or more", lambda prices: len(prices) >= 2),
+    Allowed("0 or more each", lambda prices: min(prices) >= 0.0),
+]
 
 
 @dataclass(frozen=True, slots=True)
-class ContactPrices:
+class ContactPrices(Parameters, whose="expected contacts", finite=True):
     """What a contact costs and how sure predictions are; as in ``ExpectedCostParams``."""
 
     # [USD] at a closing speed of 0, 1, .. m/s
-    contact_usd: tuple[float, ...] = (31.3, 31.3, 37.0, 44.1, 52.9, 64.1)
+    contact_usd: SpeedPrices = (31.3, 31.3, 37.0, 44.1, 52.9, 64.1)
     counted_speed: NotNegative = 1.0  # [m/s] closing speed from which on a contact counts
     speed_std: Positive = 0.2  # [m/s] of the predicted closing speed
     touch_usd: NotNegative = 15.0  # [USD] what follows a touch of any kind
@@ -25,11 +32,6 @@ class ContactPrices:
     drift_std: NotNegative = 0.1  # [m/s] by which that grows
     max_tracks: NotNegativeInt = 5  # people that are looked at, the nearest
     range: NotNegative = 8.0  # [m] up to which they are looked at
-
-    def __post_init__(self) -> None:
-        check(self, "expected contacts", finite=True)
-        priced = len(self.contact_usd) >= 2 and min(self.contact_usd) >= 0.0
-        require(self, "contact_usd", priced, "two prices or more", "expected contacts")
 
 
 @dataclass(frozen=True, slots=True)

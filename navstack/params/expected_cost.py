@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.params.checks import NotNegative, Positive, check, require, within
-
-_WHOSE = "expected-cost controller"
+from navstack.params.expected_contact import SpeedPrices
+from navstack.ranges import NotNegative, Parameters, Positive, within
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +18,7 @@ class DeliveryPrices:
 
 
 @dataclass(frozen=True, slots=True)
-class ExpectedCostParams:
+class ExpectedCostParams(Parameters, whose="expected-cost controller"):
     """``navstack::ExpectedCostController``; docs/expected_cost.md has the formulas.
 
     Prices are those of the robot's owner. Defaults are CostNav's (arXiv 2511.20216, appendix); who
@@ -48,10 +47,10 @@ class ExpectedCostParams:
     # gives way also while it stands, after arrival, and where Nav2 would recover
     evades_at_rest: bool = True
 
-    # [USD] of a counted contact at a closing
-    contact_usd: tuple[float, ...] = (31.3, 31.3, 37.0, 44.1, 52.9, 64.1)
-    # speed of 0, 1, .. m/s: injury curves of Wang 2022 times NHTSA's costs; slower than counted, as
-    # at counted_speed [m/s] closing speed from which on a contact counts: 50 N s over 50 kg
+    # [USD] of a counted contact at a closing speed of 0, 1, .. m/s: injury curves of Wang 2022
+    # times NHTSA's costs; below counted_speed the price at counted_speed
+    contact_usd: SpeedPrices = (31.3, 31.3, 37.0, 44.1, 52.9, 64.1)
+    # [m/s] closing speed from which on a contact counts: 50 N s over 50 kg
     counted_speed: NotNegative = 1.0
     speed_std: Positive = 0.2  # [m/s] of the predicted closing speed
     # [USD] what follows a touch of any kind: spilt food, a push into something
@@ -59,7 +58,7 @@ class ExpectedCostParams:
     squeeze_usd: NotNegative = 40.0  # [USD] what a touch costs more between a person and a wall
     squeeze_width: Positive = 0.6  # [m] to the wall at which that begins
     wall_usd: NotNegative = 60.0  # [USD] of hitting property or leaving the walkable ground
-    # [USD/(m s)] being in somebody's or something's place: what shows the way out
+    # [USD/(m s)] of overlapping a person or an obstacle: its slope shows the way out
     inside_usd: NotNegative = 30.0
     # [USD s3/m2] of acceleration, forward and to the side: what it spills
     shake_usd: NotNegative = 0.03
@@ -71,13 +70,12 @@ class ExpectedCostParams:
     lateness_std: Positive = 20.0  # [s] of the time that the rest of the way takes
     # [s] over which what may happen falls to 1/e: the robot decides anew until then
     caution_time: Positive = 6.0
-    # [USD] of risk from which on all motions are compared, not the few of an empty
+    # [USD] of risk from which on all motions are compared, not the few of an empty street
     alarm_usd: NotNegative = 0.03
-    # street
 
-    # [USD] by which another motion must be cheaper than the one under way ..
+    # [USD] by which another motion must be cheaper than the current one
     switch_usd: NotNegative = 0.03
-    # .. and by this share of what people and walls make of that one's cost
+    # [-] and by this share of what people and walls cost on the current one
     switch_share: NotNegative = 0.3
 
     # [m] of a person's predicted place, beside the track's covariance
@@ -85,18 +83,9 @@ class ExpectedCostParams:
     drift_std: NotNegative = 0.1  # [m/s] by which that grows
     standing_std: NotNegative = 0.3  # [m/s] the same of who stands: they may set out
     standing_speed: float = 0.3  # [m/s] up to which a person stands
-    # [m/s] the same from where somebody reaches the edge of the walkable ground and
+    # [m/s] the same from where somebody reaches the edge of the walkable ground and turns
     turning_std: NotNegative = 0.6
-    # turns
-    # of each of the two turns that are expected round a convex
+    # [-] of each of the two turns that are expected at a convex corner; 0: none
     corner_weight: Annotated[float, within(0.0, 0.5)] = 0.3
-    # corner; 0: none
     unsure_std: Positive = 0.3  # [m] of the believed place at which the robot drives half as fast
     wall_std: NotNegative = 0.03  # [m] of the distance to what does not move
-
-    def __post_init__(self) -> None:
-        check(self, _WHOSE)
-        require(
-            self, "contact_usd", len(self.contact_usd) >= 2, "a list of two prices or more", _WHOSE
-        )
-        require(self, "contact_usd", min(self.contact_usd) >= 0.0, "0 or more each", _WHOSE)

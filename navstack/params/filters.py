@@ -9,7 +9,7 @@ server with the mask.
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.params.checks import check, within
+from navstack.ranges import Parameters, within
 
 # values of a filter info's type (filter_values.hpp)
 KEEPOUT, SPEED_PERCENT, SPEED_ABSOLUTE = 0, 1, 2
@@ -17,7 +17,7 @@ MAX_NON_OBSTACLE = 252  # highest cost at which the robot's centre may be
 
 
 @dataclass(frozen=True, slots=True)
-class KeepoutFilterParams:
+class KeepoutFilterParams(Parameters):
     """``keepout_filter.cpp``."""
 
     enabled: bool = True
@@ -26,9 +26,6 @@ class KeepoutFilterParams:
     override_lethal_cost: bool = False
     # that cost
     lethal_override_cost: Annotated[int, within(0, MAX_NON_OBSTACLE)] = MAX_NON_OBSTACLE
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,19 +2,19 @@
 
 from dataclasses import dataclass
 
-from navstack.params.checks import NotNegative, Positive, check
+from navstack.ranges import NotNegative, Parameters, Positive
 
 
 @dataclass(frozen=True, slots=True)
-class GracefulParams:
+class GracefulParams(Parameters, whose="graceful controller"):
     """``nav2_graceful_controller::GracefulController`` (``parameter_handler.cpp``)."""
 
     # [m] along the path to the nearest target, before the end comes into reach
     min_lookahead: NotNegative = 0.25
     max_lookahead: Positive = 1.0  # [m] to the farthest
-    # [m] along the path in which the robot is looked for
+    # [m] along the path in which the robot is looked for; absent: half the local costmap's width;
+    # negative: the whole path
     max_robot_pose_search_dist: float | None = None
-    # (absent: half the local costmap's width; negative: the whole path)
 
     # [-] how fast the bearing converges against the distance; 0: only drives to the position
     k_phi: NotNegative = 2.0
@@ -38,9 +38,6 @@ class GracefulParams:
 
     use_collision_detection: bool = True  # look for obstacles on the way to the target
     in_place_collision_resolution: Positive = 0.1  # [rad] between looks while turning at the goal
-
-    def __post_init__(self) -> None:
-        check(self, "graceful controller")
 
     @property
     def may_reverse(self) -> bool:

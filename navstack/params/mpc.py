@@ -3,13 +3,16 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.params.checks import NotNegative, Positive, check, require, within
+from navstack.ranges import Allowed, NotNegative, Parameters, Positive, within
 
-_WHOSE = "jerk-limited MPC"
+SOLVER = "casadi"  # the only one: Gauss-Newton SQP with HPIPM
+Solver = Annotated[
+    str, Allowed("casadi, the only solver; set it so, or leave it out", SOLVER.__eq__)
+]
 
 
 @dataclass(frozen=True, slots=True)
-class MpcParams:
+class MpcParams(Parameters, whose="jerk-limited MPC"):
     """``navstack::JerkLimitedMPC``; docs/mpc.md has the formulas.
 
     The bucket's popcorn stays at rest below 4.5 m/s2 as the simulated world has it; the limits keep
@@ -28,12 +31,11 @@ class MpcParams:
     max_yaw_jerk: Positive = 10.0  # [rad/s3] full yaw acceleration within 0.25 s
     max_lateral_acceleration: Positive = 1.3  # [m/s2] speed times yaw rate
 
-    solver: str = "casadi"  # the only one: Gauss-Newton SQP with HPIPM
+    solver: Solver = SOLVER
     # casadi: compile generated C where there is a compiler; False: CasADi's own machine
     generated_code: bool = True
-    # steps; the first lasts one control period, each of the others
+    # steps; the first lasts one control period, each of the others ``step``
     horizon: Annotated[int, within(2, 100)] = 30
-    # ``step``
     step: Positive = 0.1  # [s]
     max_tracks: Annotated[int, within(1, 50)] = 8  # people that are looked at, the nearest
     footprint_circles: Annotated[int, within(1, 10)] = 3  # that cover the footprint
@@ -45,16 +47,14 @@ class MpcParams:
     max_uncertainty: NotNegative = 0.3  # [m] by which they grow at most
     # [1/m] that of the local inflation layer: turns costs into distances
     inflation_cost_scaling_factor: Positive = 3.0
-    # [m] by which people are thought to be farther where they cross to, else farther
+    # [m] by which people are predicted farther where they cross to, else farther left
     passing_bias: NotNegative = 0.1
-    # left
     # [m] by which the wanted progress may pull ahead of the predicted one
     max_lag: NotNegative = 2.0
     # [rad] off the path's direction from which on it turns on the spot
     turn_threshold: NotNegative = 0.8
-    # [m/s] or [rad/s] between command and odometry from which on odometry is
+    # [m/s] or [rad/s] between command and odometry from which on odometry counts
     velocity_mismatch: NotNegative = 0.6
-    # believed
 
     contour_weight: NotNegative = 1.0  # [1/m2] distance beside the path
     lag_weight: NotNegative = 4.0  # [1/m2] behind the wanted progress
@@ -67,13 +67,3 @@ class MpcParams:
     person_weight: NotNegative = 100.0  # [1/m2] into the margin of people
     jerk_weight: NotNegative = 0.01  # [s6/m2] off the jerk of the wanted progress
     yaw_jerk_weight: NotNegative = 0.002  # [s6/rad2]
-
-    def __post_init__(self) -> None:
-        check(self, _WHOSE)
-        require(
-            self,
-            "solver",
-            self.solver == "casadi",
-            "casadi, the only solver; set it so, or leave it out",
-            _WHOSE,
-        )

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, fields
 from typing import Annotated
 
 from navstack.errors import ParameterError, did_you_mean
-from navstack.params.checks import Allowed, check, one_of, require, within
 from navstack.params.costmap import InflationLayerParams
 from navstack.params.expected_contact import MppiContactParams
 from navstack.params.mppi_critics import (
@@ -25,6 +24,7 @@ from navstack.params.mppi_critics import (
     TwirlingParams,
     VelocityDeadbandParams,
 )
+from navstack.ranges import Allowed, Parameters, one_of, within
 
 OMNI = "Omni"  # drives sideways
 MOTION_MODELS = ("DiffDrive", "Ackermann", OMNI)
@@ -40,13 +40,10 @@ Braking = Annotated[
 
 
 @dataclass(frozen=True, slots=True)
-class AckermannParams:
+class AckermannParams(Parameters):
     """``AckermannConstraints``."""
 
     min_turning_r: Annotated[float, within(0.0, 1e4)] = 0.2  # [m] least radius of a curve
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +63,7 @@ class LocalCosts:
 
 
 @dataclass(frozen=True, slots=True)
-class MppiParams:
+class MppiParams(Parameters):
     """``nav2_mppi_controller::MPPIController`` (``optimizer.cpp``, ``path_handler.cpp``, ``controller.cpp``)."""
 
     # at least one; with none, as Nav2 allows, nothing is preferred to anything
@@ -83,23 +80,20 @@ class MppiParams:
     vx_max: Annotated[float, within(1e-3, 100.0)] = 0.5  # [m/s]
     # [m/s] negative: it may drive backwards
     vx_min: Annotated[float, within(-100.0, 100.0)] = -0.35
-    # [m/s] of a robot that drives sideways; ConstraintCritic adds
+    # [m/s] of a robot that drives sideways; ConstraintCritic adds it for every robot
     vy_max: Annotated[float, within(0.0, 100.0)] = 0.5
-    # it for every robot
     wz_max: Annotated[float, within(1e-3, 100.0)] = 1.9  # [rad/s]
     ax_max: Acceleration = 3.0  # [m/s2] speeding up
     ax_min: Braking = -3.0  # [m/s2] slowing down; a positive value is taken as a negative one
     ay_max: Acceleration = 3.0  # [m/s2] to the left
     ay_min: Braking = -3.0  # [m/s2] to the right; a positive value is taken as a negative one
     az_max: Acceleration = 3.5  # [rad/s2]
-    # [-] small: the cheapest trajectory alone counts; large:
+    # [-] small: the cheapest trajectory alone counts; large: all count alike
     temperature: Annotated[float, within(1e-6, 1e6)] = 0.3
-    # all count alike
     # [-] how much a sample's distance from the last sequence costs
     gamma: Annotated[float, within(0.0, 1e3)] = 0.015
-    # more attempts with a forgotten sequence and new noise
+    # more attempts with a forgotten sequence and new noise where all trajectories collide
     retry_attempt_limit: Annotated[int, within(0, 100)] = 1
-    # where all trajectories collide
     # new noise for every update; False: the same from reset to reset
     regenerate_noises: bool = False
     # [s] without a cycle, after which the sequence is forgotten
@@ -107,9 +101,9 @@ class MppiParams:
 
     # [m] of the path ahead that the critics see
     prune_distance: Annotated[float, within(0.01, 1e4)] = 1.5
-    # [m] along the path in which the
+    # [m] along the path in which the robot is looked for; absent: half the local costmap's longer
+    # side
     max_robot_pose_search_dist: Annotated[float | None, within(-1e6, 1e6)] = None
-    # robot is looked for (absent: half the local costmap's longer side)
     enforce_path_inversion: bool = False  # show the critics the path up to its next cusp only
     # [m] to the cusp, within which it is passed
     inversion_xy_tolerance: Annotated[float, within(0.0, 1e4)] = 0.2
@@ -132,11 +126,10 @@ class MppiParams:
     # read from the local costmap's section
     local_costs: LocalCosts = field(default_factory=LocalCosts)
 
-    def __post_init__(self) -> None:
-        check(self)
+    def _check_together(self) -> None:
         varies = self.motion_model != OMNI or self.vy_std >= LEAST_STD
-        require(self, "vy_std", varies, f"{LEAST_STD:g} or more with {OMNI}")
-        require(self, "vx_max", self.vx_max > self.vx_min, f"more than vx_min ({self.vx_min})")
+        self._require("vy_std", varies, f"{LEAST_STD:g} or more with {OMNI}")
+        self._require("vx_max", self.vx_max > self.vx_min, f"more than vx_min ({self.vx_min})")
         poses = self.batch_size * self.time_steps * self.iteration_count
         if poses > MOST_POSES:
             raise ParameterError(

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.params.checks import Allowed, check, within
+from navstack.ranges import Allowed, Parameters, within
 
 # Least and most of each parameter, far beyond any sensible value: outside, float32 costs over- or
 # underflow.
@@ -22,14 +22,11 @@ Mode = Annotated[int, Allowed("0, 1 or 2", (FORWARD, EITHER, AS_THE_PATH).__cont
 
 
 @dataclass(frozen=True, slots=True)
-class CriticParams:
+class CriticParams(Parameters):
     """What all critics have."""
 
     enabled: bool = True
     cost_power: Annotated[int, within(0, 10)] = 1
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 @dataclass(frozen=True, slots=True)

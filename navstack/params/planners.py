@@ -1,10 +1,19 @@
-"""Parameters of the global planners, under Nav2's names where Nav2 has them."""
+"""Parameters of global planners and the path smoother, under Nav2's names where Nav2 has them."""
 
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.errors import ParameterError, UnknownNameError
-from navstack.params.checks import NotNegative, NotNegativeInt, Positive, PositiveInt, check, within
+from navstack.errors import ParameterError
+from navstack.ranges import (
+    Known,
+    NotNegative,
+    NotNegativeInt,
+    Parameters,
+    Positive,
+    PositiveInt,
+    Replaced,
+    within,
+)
 
 OMPL_ALGORITHMS = ("BITstar", "FMT", "InformedRRTstar", "PRMstar", "RRTConnect", "RRTstar")
 STATE_SPACES = ("R2", "SE2")
@@ -13,7 +22,7 @@ SE2_ALGORITHMS = ("RRTConnect", "RRTstar")
 
 
 @dataclass(frozen=True, slots=True)
-class NavfnParams:
+class NavfnParams(Parameters):
     """nav2_navfn_planner::NavfnPlanner; the defaults are Nav2's."""
 
     # [m] an unreachable goal may be replaced by a reachable point this near (per axis)
@@ -23,12 +32,9 @@ class NavfnParams:
     # the last pose looks along the path instead of along the goal
     use_final_approach_orientation: bool = False
 
-    def __post_init__(self) -> None:
-        check(self)
-
 
 @dataclass(frozen=True, slots=True)
-class IncrementalNavfnParams:
+class IncrementalNavfnParams(Parameters):
     """navstack::IncrementalNavfn: NavFn's field, kept between plans to the same goal."""
 
     tolerance: NotNegative = 0.5  # [m] as in NavfnParams
@@ -37,72 +43,66 @@ class IncrementalNavfnParams:
     # [m] about the robot, per axis, where the costmap may change between two plans
     change_radius: NotNegative = 20.0
 
-    def __post_init__(self) -> None:
-        check(self)
-
 
 @dataclass(frozen=True, slots=True)
-class ThetaStarParams:
+class ThetaStarParams(Parameters):
     """nav2_theta_star_planner::ThetaStarPlanner; the defaults are Nav2's."""
 
-    how_many_corners: int = 8  # neighbours of a cell: 4 or 8
+    how_many_corners: Annotated[int, Replaced((4, 8), 8)] = 8  # neighbours of a cell
     w_euc_cost: NotNegative = 1.0  # weight of a way's length [cells]
     w_traversal_cost: NotNegative = 2.0  # weight of the costs on it
-    # weight of the straight way to the goal; Nav2 takes w_euc_cost or 1, the
+    # weight of the straight way to the goal; Nav2 takes the lesser of w_euc_cost and 1
     w_heuristic_cost: NotNegative = 1.0
-    # lesser
     allow_unknown: bool = True  # plan through unknown cells, at a cost of 253
     use_final_approach_orientation: bool = False  # as in NavfnParams
 
-    def __post_init__(self) -> None:
-        if self.how_many_corners not in (4, 8):
-            object.__setattr__(self, "how_many_corners", 8)
-        check(self)
-
 
 @dataclass(frozen=True, slots=True)
-class OmplParams:
+class OmplParams(Parameters):
     """navstack::OmplPlanner: a sampling-based planner of the Open Motion Planning Library."""
 
-    algorithm: str = "BITstar"  # one of OMPL_ALGORITHMS
-    # checks of the termination condition; a count, not a time, keeps plans
+    algorithm: Annotated[str, Known("OMPL algorithm", OMPL_ALGORITHMS)] = "BITstar"
+    # checks of the termination condition; a count, not a time, keeps plans repeatable
     max_iterations: PositiveInt = 20000
-    # repeatable
-    # [s] of wall time that ends a search; 0: none. Plans depend on the machine
+    # [s] of wall time that ends a search; 0: none, else plans depend on the machine
     max_planning_time: NotNegative = 0.0
-    # then
-    # iterations in which the best path gets no 0.1 % better, after which a search
+    # iterations in which the best path gets no 0.1 % better, after which a search ends; 0: never
     patience: NotNegativeInt = 1000
-    # ends; 0: never
     # R2: points, turning on the spot; SE2: poses on Dubins curves, see SE2_ALGORITHMS
-    state_space: str = "R2"
+    state_space: Annotated[str, Known("state space", STATE_SPACES)] = "R2"
     minimum_turning_radius: Positive = 0.5  # [m] of those curves
     # [m] an occupied start or goal is replaced by the nearest free cell this near
     tolerance: NotNegative = 0.5
     allow_unknown: bool = True  # plan through unknown cells
-    # highest costmap cost the path may touch; 253 and above are
+    # highest costmap cost the path may touch; 253 and above are contact
     max_allowed_cost: Annotated[int, within(0, 252)] = 252
-    # contact
-    # length of a path counts 1 + cost_weight * cost / 252; 0: shortest path, along
+    # length of a path counts 1 + cost_weight * cost / 252; 0: shortest path, along walls
     cost_weight: NotNegative = 1.0
-    # walls
     range: Positive = 30.0  # [m] longest extension of the tree in one step
     simplify: bool = True  # take short cuts along the path found (R2)
     # go on along the last path to the same goal while it is free, near and the cheapest
     keep_valid_path: bool = True
-    # in a row that find nothing cheaper, after which a kept path is taken
+    # in a row that find nothing cheaper, after which a kept path is taken without a search
     fruitless_searches: NotNegativeInt = 5
-    # without a search
     smooth: bool = True  # round the corners of the path, where there is room (R2)
 
-    def __post_init__(self) -> None:
-        check(self)
-        if self.algorithm not in OMPL_ALGORITHMS:
-            raise UnknownNameError("OMPL algorithm", self.algorithm, OMPL_ALGORITHMS)
-        if self.state_space not in STATE_SPACES:
-            raise UnknownNameError("state space", self.state_space, STATE_SPACES)
+    def _check_together(self) -> None:
         if self.state_space == "SE2" and self.algorithm not in SE2_ALGORITHMS:
             raise ParameterError(
                 f"{self.algorithm} cannot plan in SE2, where a way back is not as long as the way there; take "
                 f"{' or '.join(SE2_ALGORITHMS)}, or R2"
             )
+
+
+@dataclass(frozen=True, slots=True)
+class SimpleSmootherParams(Parameters):
+    """nav2_smoother::SimpleSmoother; the defaults are Nav2's."""
+
+    # [m] it ends once all poses together move less than this in one iteration
+    tolerance: NotNegative = 1e-10
+    max_its: NotNegativeInt = 1000  # iterations, after which the last but one is taken
+    w_data: NotNegative = 0.2  # pull towards the given path
+    w_smooth: NotNegative = 0.3  # pull towards the middle of the neighbours
+    do_refinement: bool = True  # smooth the smoothed path again
+    refinement_num: NotNegativeInt = 2  # so many times
+    enforce_path_inversion: bool = True  # smooth the stretches between cusps apart

@@ -3,14 +3,13 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.params.checks import NotNegative, Positive, check, one_of, require
+from navstack.ranges import NotNegative, Parameters, Positive, one_of
 
-_WHOSE = "regulated pure pursuit"
 Feedback = Annotated[str, one_of(("OPEN_LOOP", "CLOSED_LOOP"))]
 
 
 @dataclass(frozen=True, slots=True)
-class RppParams:
+class RppParams(Parameters, whose="regulated pure pursuit"):
     """``nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController`` (``parameter_handler.cpp``)."""
 
     desired_linear_vel: Positive = 0.5  # [m/s] on a straight path in the open
@@ -26,9 +25,9 @@ class RppParams:
     curvature_lookahead_dist: Positive = 0.6  # [m]
     # that point may lie beyond the goal, on the path's last direction
     interpolate_curvature_after_goal: bool = False
-    # [m] along the path in which the robot is looked for
+    # [m] along the path in which the robot is looked for; absent: half the local costmap's width;
+    # negative: the whole path
     max_robot_pose_search_dist: float | None = None
-    # (absent: half the local costmap's width; negative: the whole path)
 
     use_regulated_linear_velocity_scaling: bool = True  # slow down where the curve is tight
     regulated_linear_scaling_min_radius: Positive = 0.9  # [m] of a curve that is not tight
@@ -36,9 +35,8 @@ class RppParams:
     use_cost_regulated_linear_velocity_scaling: bool = True  # slow down near obstacles
     cost_scaling_dist: Positive = 0.6  # [m] to the obstacle, from where on it slows down
     cost_scaling_gain: NotNegative = 1.0  # [-] below 1 slows down more
-    # [1/m] that of the inflation layer: turns costs into distances
+    # [1/m] that of the inflation layer: turns costs into distances; 0 or less: costs do not count
     inflation_cost_scaling_factor: float = 3.0
-    # (0 or less: costs do not count)
     # [m] to the end of the path, from where on it slows down
     approach_velocity_scaling_dist: NotNegative = 0.6
     min_approach_linear_velocity: NotNegative = 0.05  # [m/s] that the approach leaves
@@ -55,9 +53,8 @@ class RppParams:
 
     # Nav2 main: command only what the limits below allow within a cycle
     use_dynamic_window: bool = False
-    # its window is about the last command, or (CLOSED_LOOP) the measured
+    # its window is about the last command; CLOSED_LOOP: about the measured velocity
     velocity_feedback: Feedback = "OPEN_LOOP"
-    # velocity
     min_linear_vel: float = -0.5  # [m/s]
     max_angular_vel: float = 1.0  # [rad/s]
     min_angular_vel: float = -1.0  # [rad/s]
@@ -71,12 +68,9 @@ class RppParams:
     # [m] looked ahead at least, however slow; 0 or less: no such distance
     min_distance_to_obstacle: float = -1.0
 
-    def __post_init__(self) -> None:
-        check(self, _WHOSE)
+    def _check_together(self) -> None:
         reaches, least = self.max_lookahead_dist >= self.min_lookahead_dist, self.min_lookahead_dist
-        require(
-            self, "max_lookahead_dist", reaches, f"at least min_lookahead_dist ({least})", _WHOSE
-        )
+        self._require("max_lookahead_dist", reaches, f"at least min_lookahead_dist ({least})")
 
     @property
     def regulates_by_cost(self) -> bool:

@@ -6,7 +6,7 @@ Names and defaults are those of Nav2 Jazzy.
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.params.checks import Allowed, Positive, check, one_of
+from navstack.ranges import Allowed, Parameters, Positive, one_of
 
 Triple = tuple[float, float, float]  # along x, along y, about z
 Feedback = Annotated[str, one_of(("OPEN_LOOP", "CLOSED_LOOP"))]
@@ -17,7 +17,7 @@ DownTriple = Annotated[
 
 
 @dataclass(frozen=True, slots=True)
-class VelocitySmootherParams:
+class VelocitySmootherParams(Parameters):
     """``velocity_smoother`` (``velocity_smoother.cpp``)."""
 
     smoothing_frequency: Positive = 20.0  # [Hz]
@@ -32,6 +32,3 @@ class VelocitySmootherParams:
     deadband_velocity: Triple = (0.0, 0.0, 0.0)  # [m/s, m/s, rad/s] slower outputs are sent as 0
     # [s] without a command, after which the robot is brought to a stop
     velocity_timeout: float = 1.0
-
-    def __post_init__(self) -> None:
-        check(self)

@@ -1,12 +1,12 @@
-"""Parameters of Nav2's task servers: names and defaults are those of Nav2 Jazzy."""
+"""Parameters of Nav2's task servers and behaviors: names and defaults are those of Nav2 Jazzy."""
 
 from dataclasses import dataclass
 
-from navstack.params.checks import Positive, check
+from navstack.ranges import NotNegative, NotPositive, Parameters, Positive
 
 
 @dataclass(frozen=True, slots=True)
-class ControllerServerParams:
+class ControllerServerParams(Parameters):
     """``controller_server``, without its plug-ins."""
 
     controller_frequency: Positive = 20.0  # [Hz]
@@ -18,9 +18,6 @@ class ControllerServerParams:
     controller_plugins: tuple[str, ...] = ("FollowPath",)
     goal_checker_plugins: tuple[str, ...] = ("goal_checker",)
     progress_checker_plugins: tuple[str, ...] = ("progress_checker",)
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,3 +35,27 @@ class BtNavigatorParams:
     """
 
     default_nav_to_pose_bt_xml: str = ""  # empty: navigate_to_pose_w_replanning_and_recovery.xml
+
+
+@dataclass(frozen=True, slots=True)
+class BehaviorServerParams(Parameters):
+    """``behavior_server``.
+
+    As in Nav2, what spinning and looking ahead need stands beside the plugins, not in them.
+    """
+
+    cycle_frequency: Positive = 10.0  # [Hz]
+    behavior_plugins: tuple[str, ...] = ("spin", "backup", "drive_on_heading", "wait")
+    simulate_ahead_time: NotNegative = 2.0  # [s] for which the motion must be free of collisions
+    max_rotational_vel: NotNegative = 1.0  # [rad/s]
+    min_rotational_vel: float = 0.4  # [rad/s]; as in Nav2 negative ones slow nothing down
+    rotational_acc_lim: NotNegative = 3.2  # [rad/s2]
+
+
+@dataclass(frozen=True, slots=True)
+class DriveParams(Parameters):
+    """``nav2_behaviors::DriveOnHeading`` and ``nav2_behaviors::BackUp`` (``drive_on_heading.hpp``)."""
+
+    acceleration_limit: NotNegative = 0.0  # [m/s2]; 0 here or below: the commanded speed at once
+    deceleration_limit: NotPositive = 0.0  # [m/s2] negative
+    minimum_speed: float = 0.0  # [m/s]

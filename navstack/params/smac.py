@@ -6,14 +6,15 @@ plans must not depend on the machine. On the grid a million iterations take a fi
 """
 
 from dataclasses import asdict, dataclass, field
+from typing import Annotated
 
-from navstack.errors import UnknownNameError
-from navstack.params.checks import NotNegative, Positive, PositiveInt, check
-from navstack.params.smoothers import SimpleSmootherParams
+from navstack.params.planners import SimpleSmootherParams
+from navstack.ranges import Known, NotNegative, Parameters, Positive, PositiveInt, Replaced
 
 DUBIN, REEDS_SHEPP = "DUBIN", "REEDS_SHEPP"
 MODELS = (DUBIN, REEDS_SHEPP)
 UNLIMITED = 2**31 - 1
+Iterations = Annotated[int, Replaced(range(1, UNLIMITED), UNLIMITED)]  # 0 or less: no limit
 ITERATIONS_PER_SECOND = 40_000  # about what one core of an AMD EPYC does
 
 
@@ -36,7 +37,7 @@ class SmacSmootherParams:
 
 
 @dataclass(frozen=True, slots=True)
-class Smac2DParams:
+class Smac2DParams(Parameters):
     """nav2_smac_planner::SmacPlanner2D."""
 
     tolerance: NotNegative = 0.125  # [m] of a goal that cannot be reached itself
@@ -44,30 +45,27 @@ class Smac2DParams:
     downsampling_factor: PositiveInt = 1
     cost_travel_multiplier: NotNegative = 1.0  # a step costs 1 + this * cost / 252 times its length
     allow_unknown: bool = True
-    max_iterations: int = 1_000_000  # 0 or less: no limit
-    # after a cell within the tolerance was found; 0 or less: no limit
-    max_on_approach_iterations: int = 1000
+    max_iterations: Iterations = 1_000_000
+    # after a cell within the tolerance was found
+    max_on_approach_iterations: Iterations = 1000
     use_final_approach_orientation: bool = False  # the last pose looks along the path
     smooth_path: bool = True
     smoother: SmacSmootherParams = field(default_factory=SmacSmootherParams)
 
-    def __post_init__(self) -> None:
-        _check(self)
-
 
 @dataclass(frozen=True, slots=True)
-class SmacHybridParams:
+class SmacHybridParams(Parameters):
     """nav2_smac_planner::SmacPlannerHybrid."""
 
     tolerance: NotNegative = 0.25  # [m]
     downsample_costmap: bool = False
     downsampling_factor: PositiveInt = 1
     angle_quantization_bins: PositiveInt = 72
-    motion_model_for_search: str = DUBIN
+    motion_model_for_search: Annotated[str, Known("motion_model_for_search", MODELS)] = DUBIN
     minimum_turning_radius: Positive = 0.4  # [m]
     allow_unknown: bool = True
-    max_iterations: int = 1_000_000
-    max_on_approach_iterations: int = 1000
+    max_iterations: Iterations = 1_000_000
+    max_on_approach_iterations: Iterations = 1000
     max_planning_time: float = 5.0  # [s] see above; 0 or less: no limit
     reverse_penalty: float = 2.0
     change_penalty: float = 0.0
@@ -83,11 +81,6 @@ class SmacHybridParams:
     smooth_path: bool = True
     smoother: SmacSmootherParams = field(default_factory=SmacSmootherParams)
 
-    def __post_init__(self) -> None:
-        _check(self)
-        if self.motion_model_for_search not in MODELS:
-            raise UnknownNameError("motion_model_for_search", self.motion_model_for_search, MODELS)
-
     @property
     def rotation_penalty(self) -> float:
         """No motion turns on the spot."""
@@ -95,15 +88,15 @@ class SmacHybridParams:
 
 
 @dataclass(frozen=True, slots=True)
-class SmacLatticeParams:
+class SmacLatticeParams(Parameters):
     """nav2_smac_planner::SmacPlannerLattice."""
 
     tolerance: NotNegative = 0.25  # [m]
     # Nav2's JSON file; empty or absent: a lattice of 0.5 m of turning radius is made
     lattice_filepath: str = ""
     allow_unknown: bool = True
-    max_iterations: int = 1_000_000
-    max_on_approach_iterations: int = 1000
+    max_iterations: Iterations = 1_000_000
+    max_on_approach_iterations: Iterations = 1000
     max_planning_time: float = 5.0  # [s] see above; 0 or less: no limit
     reverse_penalty: float = 2.0
     change_penalty: float = 0.05
@@ -119,9 +112,6 @@ class SmacLatticeParams:
     smooth_path: bool = True
     smoother: SmacSmootherParams = field(default_factory=SmacSmootherParams)
 
-    def __post_init__(self) -> None:
-        _check(self)
-
 
 def iterations_of(params: SmacHybridParams | SmacLatticeParams) -> int:
     """How many iterations a search over poses may take."""
@@ -131,11 +121,3 @@ def iterations_of(params: SmacHybridParams | SmacLatticeParams) -> int:
         if seconds > 0.0
         else params.max_iterations
     )
-
-
-def _check(params: Smac2DParams | SmacHybridParams | SmacLatticeParams) -> None:
-    """Take numbers that mean no limit as Nav2 does, and refuse those that cannot be."""
-    for name in ("max_iterations", "max_on_approach_iterations"):
-        if getattr(params, name) <= 0:
-            object.__setattr__(params, name, UNLIMITED)
-    check(params)

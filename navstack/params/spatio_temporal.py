@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from navstack.params.checks import Allowed, Positive, check
+from navstack.ranges import Allowed, Parameters, Positive
 
 LINEAR, EXPONENTIAL = 0, 1  # values of decay_model; any other one keeps voxels for ever
 DEPTH_CAMERA, LIDAR_3D = 0, 1  # values of model_type
@@ -17,7 +17,7 @@ SourceModel = Annotated[
 
 
 @dataclass(frozen=True, slots=True)
-class SpatioTemporalSourceParams:
+class SpatioTemporalSourceParams(Parameters):
     """One of the layer's ``observation_sources``; here each is fed with the robot's one scan."""
 
     enabled: bool = True
@@ -36,12 +36,9 @@ class SpatioTemporalSourceParams:
     expected_update_rate: float = 0.0
     clear_after_reading: bool = False  # a scan is applied once only
 
-    def __post_init__(self) -> None:
-        check(self)
-
 
 @dataclass(frozen=True, slots=True)
-class SpatioTemporalLayerParams:
+class SpatioTemporalLayerParams(Parameters):
     """``spatio_temporal_voxel_layer.cpp``."""
 
     enabled: bool = True
@@ -55,9 +52,6 @@ class SpatioTemporalLayerParams:
     observation_sources: tuple[str, ...] = ()
     # by the names just above
     sources: Mapping[str, SpatioTemporalSourceParams] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @property
     def active_sources(self) -> tuple[SpatioTemporalSourceParams, ...]:

@@ -7,8 +7,7 @@ from scipy.spatial import ConvexHull
 
 from navstack.costmap.costmap import Costmap
 from navstack.errors import NoPathFoundError, PlanningError, StartOccupiedError
-from navstack.params.planners import OmplParams
-from navstack.params.smoothers import SimpleSmootherParams
+from navstack.params.planners import OmplParams, SimpleSmootherParams
 from navstack.planning.dubins import is_curve_free
 from navstack.planning.endpoints import (
     dense_poses,

@@ -6,7 +6,7 @@ Nav2_smoother's ``simple_smoother.cpp`` (Jazzy).
 import math
 
 from navstack.costmap.costmap import Costmap
-from navstack.params.smoothers import SimpleSmootherParams
+from navstack.params.planners import SimpleSmootherParams
 from navstack.planning.simple_smoother_kernels import face_along, relax, stretch_ends
 from navstack.types import FloatArray, Path
 

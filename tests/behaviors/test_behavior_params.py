@@ -3,9 +3,9 @@
 import pytest
 
 from navstack.build import read_frequencies
-from navstack.params.behaviors import BehaviorServerParams, DriveParams
 from navstack.params.nav2_file.file import Nav2File, inspect_nav2
 from navstack.params.nav2_file.views import read_behavior_server, read_behaviors
+from navstack.params.servers import BehaviorServerParams, DriveParams
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ from navstack.behaviors.spin import Spin, SpinGoal
 from navstack.behaviors.wait import Wait, WaitGoal
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from navstack.errors import BehaviorError, ParameterError
-from navstack.params.behaviors import BehaviorServerParams, DriveParams
 from navstack.params.extensions import algorithms
+from navstack.params.servers import BehaviorServerParams, DriveParams
 from navstack.types import Pose2D, RobotState, Twist2D
 
 FOOTPRINT = np.array([[0.2, 0.2], [0.2, -0.2], [-0.6, -0.2], [-0.6, 0.2]])  # a long tail

@@ -14,8 +14,7 @@ from navstack.geometry import compose
 from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.amcl_gps import AmclGpsLocalizer
 from navstack.localization.amcl_kernels import cast_rays
-from navstack.params.amcl import AmclParams
-from navstack.params.amcl_gps import AmclGpsParams
+from navstack.params.amcl import AmclGpsParams, AmclParams
 from navstack.params.nav2_file.file import load_nav2
 from navstack.types import (
     Belief,

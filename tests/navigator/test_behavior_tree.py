@@ -17,7 +17,7 @@ from navstack.behaviors.wait import Wait
 from navstack.costmap.costmap import Costmap
 from navstack.errors import ControlError, PlanningError
 from navstack.navigation_status import Counts, Status
-from navstack.params.behaviors import BehaviorServerParams
+from navstack.params.servers import BehaviorServerParams
 from navstack.types import Path, Pose2D, RobotState, Twist2D
 
 FOOTPRINT = np.array([[0.2, 0.2], [0.2, -0.2], [-0.2, -0.2], [-0.2, 0.2]])

@@ -185,7 +185,7 @@ def test_obstacles_are_seen_from_where_the_robot_can_still_brake(
 )
 def test_a_costmap_is_late_from_the_timeout_on(timeout, advice):
     subject = SimpleNamespace(
-        number=lambda node, name, usual: timeout, value=lambda node, name: timeout
+        number=lambda node, name, usual: timeout, default_note=lambda node, name: ""
     )
     local = SimpleNamespace(params=SimpleNamespace(update_frequency=4.0))
     assert [each.advice for each in late_costmap.check(subject, local, None)] == advice

@@ -7,7 +7,7 @@ import pytest
 
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.errors import ParameterError
-from navstack.params.smoothers import SimpleSmootherParams
+from navstack.params.planners import SimpleSmootherParams
 from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.planning.simple_smoother_kernels import (
     face_along,

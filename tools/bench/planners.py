@@ -11,8 +11,7 @@ from navstack.costmap.inflation import Inflation
 from navstack.errors import PlanningError
 from navstack.params.collision_monitor import PolygonParams
 from navstack.params.costmap import InflationLayerParams
-from navstack.params.planners import IncrementalNavfnParams, NavfnParams
-from navstack.params.smoothers import SimpleSmootherParams
+from navstack.params.planners import IncrementalNavfnParams, NavfnParams, SimpleSmootherParams
 from navstack.params.strict import from_mapping
 from navstack.planning.incremental_navfn import IncrementalNavfn
 from navstack.planning.navfn import NavfnPlanner

@@ -14,8 +14,7 @@ from navstack.errors import (
     StartOccupiedError,
     StartOutsideMapError,
 )
-from navstack.params.planners import NavfnParams
-from navstack.params.smoothers import SimpleSmootherParams
+from navstack.params.planners import NavfnParams, SimpleSmootherParams
 from navstack.params.strict import from_mapping
 from navstack.planning.navfn import NavfnPlanner, cell, clamped_cell
 from navstack.planning.navfn_kernels import POT_HIGH, cost_tables

@@ -10,6 +10,7 @@ from functools import cached_property
 from navstack.errors import ParameterError
 from navstack.geometry import footprint_radii, pad_footprint
 from navstack.params.costmap import (
+    WITHOUT_LAYERS,
     CostmapParams,
     InflationLayerParams,
     ObservationSourceParams,
@@ -58,7 +59,9 @@ class CostmapView:
 
         Nav2 falls back on robot_radius if it cannot read the text.
         """
-        params = replace(self.params, footprint="[]") if self.footprint_error else self.params
+        params = self.params
+        if self.footprint_error:
+            params = replace(params, footprint="[]")
         return pad_footprint(robot_footprint(params), params.footprint_padding)
 
     @property
@@ -93,7 +96,7 @@ def view_costmap(nav2: Nav2File, node: str) -> CostmapView:
     Raises:
         ParameterError: a value of the wrong kind; the check of the file reports it.
     """
-    params = nav2.read(CostmapParams, node, plugins=(), filters=(), layers={})
+    params = nav2.read(CostmapParams, node, **WITHOUT_LAYERS)
     names = names_in(nav2.value(node, "plugins", list(CostmapParams().plugins)))
     enabled = [name for name in names if nav2.value(node, f"{name}.enabled", True) is not False]
     layers = tuple(_layer(nav2, node, name) for name in enabled)
@@ -102,21 +105,19 @@ def view_costmap(nav2: Nav2File, node: str) -> CostmapView:
         for layer in layers
         if layer.type == INFLATION
     }
+    footprint_error = ""
     try:
         robot_footprint(params)
     except ParameterError as error:
-        return CostmapView(node, params, layers, inflations, str(error))
-    return CostmapView(node, params, layers, inflations, "")
+        footprint_error = str(error)
+    return CostmapView(node, params, layers, inflations, footprint_error)
 
 
 def _layer(nav2: Nav2File, node: str, name: str) -> LayerView:
     default = DEFAULT_LAYERS.get(name, "")
     kind = plugin_type(nav2.value(node, f"{name}.plugin", default))
-    sources = (
-        names_in(nav2.value(node, f"{name}.observation_sources")) if kind in SENSOR_LAYERS else ()
-    )
-    return LayerView(
-        name,
-        kind,
-        {source: nav2.read(ObservationSourceParams, node, name, source) for source in sources},
-    )
+    sources = {}
+    if kind in SENSOR_LAYERS:
+        for source in names_in(nav2.value(node, f"{name}.observation_sources")):
+            sources[source] = nav2.read(ObservationSourceParams, node, name, source)
+    return LayerView(name, kind, sources)

@@ -25,7 +25,8 @@ def unreadable_footprint(view: CostmapView) -> Iterator[Finding]:
         yield Finding(
             "footprint",
             view.footprint_error,
-            'footprint: "[[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]" in metres, in quotes',
+            'footprint: "[[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]" '
+            "in metres, in quotes",
         )
 
 
@@ -73,11 +74,11 @@ def planner_robot_is_smaller(
     recovers in vain.
     """
     if world.inscribed < SMALLER * local.inscribed:
-        name = "footprint" if subject.value(world.node, "footprint") else "robot_radius"
         yield Finding(
-            name,
-            f"inscribed radius {world.inscribed:.2f} m, but {local.inscribed:.2f} m in the local costmap",
-            f"the {'footprint' if subject.value(local.node, 'footprint') else 'robot_radius'} of the local costmap",
+            subject.shape_key(world.node),
+            f"inscribed radius {world.inscribed:.2f} m, "
+            f"but {local.inscribed:.2f} m in the local costmap",
+            f"the {subject.shape_key(local.node)} of the local costmap",
             world.node,
         )
 
@@ -105,9 +106,11 @@ def world_without_map(world: CostmapView) -> Iterator[Finding]:
     if not world.params.rolling_window and not world.has(STATIC):
         yield Finding(
             "plugins",
-            f"no enabled StaticLayer and no rolling window: {world.params.width:g} m x {world.params.height:g} m at "
-            f"({world.params.origin_x:g}, {world.params.origin_y:g})",
-            "add a StaticLayer as the first layer, or rolling_window: true with width and height of the area",
+            "no enabled StaticLayer and no rolling window: "
+            f"{world.params.width:g} m x {world.params.height:g} m "
+            f"at ({world.params.origin_x:g}, {world.params.origin_y:g})",
+            "add a StaticLayer as the first layer, "
+            "or rolling_window: true with width and height of the area",
             world.node,
         )
 
@@ -121,10 +124,9 @@ def local_in_map_frame(subject: Subject, local: CostmapView) -> Iterator[Finding
     """
     if not local.params.rolling_window or not local.has(*SENSOR_LAYERS):
         return
-    frame = subject.value(local.node, "global_frame")
-    if str(frame or "map").strip("/") == "map":
-        given = "" if frame else " (Nav2's default)"
-        yield Finding("global_frame", f"map{given}", "global_frame: odom")
+    if str(subject.value(local.node, "global_frame") or "map").strip("/") == "map":
+        note = subject.default_note(local.node, "global_frame")
+        yield Finding("global_frame", f"map{note}", "global_frame: odom")
 
 
 @RULES.warning
@@ -137,7 +139,8 @@ def large_cells(view: CostmapView) -> Iterator[Finding]:
     if view.params.resolution > view.inscribed:
         yield Finding(
             "resolution",
-            f"{view.params.resolution:g} m, but the robot's inscribed radius is {view.inscribed:.2f} m",
+            f"{view.params.resolution:g} m, "
+            f"but the robot's inscribed radius is {view.inscribed:.2f} m",
             f"resolution: {below(max(0.01, 0.5 * view.inscribed))}",
         )
 
@@ -150,27 +153,25 @@ def sees_too_late(
 
     Why: at top speed the robot hits what stands in its way although it brakes at once.
     """
-    ranges = [source.obstacle_max_range for _, source in local.sources() if source.marking]
-    if not ranges or top_speed <= 0.0:
+    marking = {name: source for name, source in local.sources() if source.marking}
+    if not marking or top_speed <= 0.0:
         return
-    farthest = max(ranges)
-    seen = min(farthest, local.half_window) if local.params.rolling_window else farthest
-    speed, delay = (
-        top_speed,
-        1.0 / local.params.update_frequency + 1.0 / server.controller_frequency,
-    )
-    needed = speed * speed / (2.0 * braking) + speed * delay + float(local.footprint[:, 0].max())
+    farthest = seen = max(source.obstacle_max_range for source in marking.values())
+    if local.params.rolling_window:
+        seen = min(farthest, local.half_window)
+    delay = 1.0 / local.params.update_frequency + 1.0 / server.controller_frequency
+    front = float(local.footprint[:, 0].max())
+    needed = top_speed * top_speed / (2.0 * braking) + top_speed * delay + front
     if seen < needed:
-        what = "width" if seen < farthest else "obstacle_max_range"
-        place = next(name for name, source in local.sources() if source.marking)
-        yield Finding(
-            "width" if what == "width" else f"{place}.obstacle_max_range",
-            f"obstacles are seen up to {seen:g} m from the base, but stopping from {speed:g} m/s at "
-            f"{braking:g} m/s2 with {delay:.2f} s delay takes {needed:.2f} m",
-            f"{what}: {whole_above(2.4 * needed)}"
-            if what == "width"
-            else f"{what}: {above(1.2 * needed, 0)}",
+        found = (
+            f"obstacles are seen up to {seen:g} m from the base, but stopping from "
+            f"{top_speed:g} m/s at {braking:g} m/s2 with {delay:.2f} s delay takes {needed:.2f} m"
         )
+        if seen < farthest:
+            yield Finding("width", found, f"width: {whole_above(2.4 * needed)}")
+        else:
+            name = f"{next(iter(marking))}.obstacle_max_range"
+            yield Finding(name, found, f"obstacle_max_range: {above(1.2 * needed, 0)}")
 
 
 @RULES.warning
@@ -185,17 +186,15 @@ def late_costmap(
     timeout = subject.number(CONTROLLER, "costmap_update_timeout", COSTMAP_UPDATE_TIMEOUT)
     frequency = local.params.update_frequency
     if 1.0 / frequency >= timeout:
-        given = (
-            ""
-            if subject.value(CONTROLLER, "costmap_update_timeout") is not None
-            else " (Nav2's default)"
-        )
-        oftener = f"update_frequency: {above(1.5 / timeout)}, or " if timeout > 0.0 else ""
+        note = subject.default_note(CONTROLLER, "costmap_update_timeout")
+        advice = f"costmap_update_timeout: {above(2.0 / frequency)} in the controller server"
+        if timeout > 0.0:
+            advice = f"update_frequency: {above(1.5 / timeout)}, or {advice}"
         yield Finding(
             "update_frequency",
-            f"{frequency:g} Hz, an update each {1.0 / frequency:.2f} s, but costmap_update_timeout of the controller "
-            f"server is {timeout:g} s{given}",
-            f"{oftener}costmap_update_timeout: {above(2.0 / frequency)} in the controller server",
+            f"{frequency:g} Hz, an update each {1.0 / frequency:.2f} s, but costmap_update_timeout "
+            f"of the controller server is {timeout:g} s{note}",
+            advice,
         )
 
 

@@ -39,32 +39,22 @@ def crossed_limits(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
     Why: no velocity satisfies both, and Nav2 does not check: DWB fails in every cycle or drives at
     one end only.
     """
-    pairs = (
-        ("min_vel_x", dwb.min_vel_x, "max_vel_x", dwb.max_vel_x),
-        ("min_vel_y", dwb.min_vel_y, "max_vel_y", dwb.max_vel_y),
-        ("max_vel_theta", 0.0, "max_vel_theta", dwb.max_vel_theta),
-        (
-            "min_speed_xy",
-            dwb.min_speed_xy,
-            "max_speed_xy",
-            dwb.max_speed_xy if dwb.max_speed_xy > 0.0 else 1e9,
-        ),
-        (
-            "min_speed_theta",
-            dwb.min_speed_theta,
-            "max_vel_theta",
-            dwb.max_vel_theta if dwb.max_vel_theta > 0 else 1e9,
-        ),
+    if dwb.max_vel_theta < 0.0:
+        name = f"{drive.name}.max_vel_theta"
+        yield Finding(name, f"{dwb.max_vel_theta:g} rad/s", "max_vel_theta: 0.1 or more")
+    pairs = (  # and whether the upper one limits anything
+        ("min_vel_x", "max_vel_x", True),
+        ("min_vel_y", "max_vel_y", True),
+        ("min_speed_xy", "max_speed_xy", dwb.max_speed_xy > 0.0),
+        ("min_speed_theta", "max_vel_theta", dwb.max_vel_theta > 0.0),
     )
-    for low_name, low, high_name, high in pairs:
-        if low > high:
-            found = (
-                f"{low_name} {low:g} is above {high_name} {high:g}"
-                if low_name != high_name
-                else f"{high:g} rad/s"
-            )
+    for low_name, high_name, is_limit in pairs:
+        low, high = getattr(dwb, low_name), getattr(dwb, high_name)
+        if is_limit and low > high:
             yield Finding(
-                f"{drive.name}.{low_name}", found, f"{high_name}: {decimal(max(low, 0.1))} or more"
+                f"{drive.name}.{low_name}",
+                f"{low_name} {low:g} is above {high_name} {high:g}",
+                f"{high_name}: {decimal(max(low, 0.1))} or more",
             )
 
 
@@ -127,13 +117,15 @@ def idle_minimum(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
         yield Finding(
             f"{drive.name}.min_speed_theta",
             f"{angular:g} rad/s, with min_speed_xy 0",
-            "min_speed_xy: 0.05, or the slowest speed that the drive can hold; or min_speed_theta: 0.0",
+            "min_speed_xy: 0.05, or the slowest speed that the drive can hold; "
+            "or min_speed_theta: 0.0",
         )
     elif linear > 0.0 and angular == 0.0:
         yield Finding(
             f"{drive.name}.min_speed_xy",
             f"{linear:g} m/s, with min_speed_theta 0",
-            "min_speed_theta: 0.2, or the slowest turn that the drive can hold; or min_speed_xy: 0.0",
+            "min_speed_theta: 0.2, or the slowest turn that the drive can hold; "
+            "or min_speed_xy: 0.0",
         )
 
 
@@ -146,17 +138,19 @@ def short_reach(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
     """
     if dwb.trajectory_generator_name.endswith("LimitedAccelGenerator"):
         return
-    for key, what in (
-        ("acc_lim_x", "from standstill at most"),
-        ("decel_lim_x", "from full speed at least"),
+    top = dwb.max_vel_x
+    for key, start, sign, what in (
+        ("acc_lim_x", 0.0, 1.0, "from standstill at most"),
+        ("decel_lim_x", top, -1.0, "from full speed at least"),
     ):
         reach = abs(getattr(dwb, key)) * dwb.sim_time  # [m/s]
-        if 0.0 < reach < 0.999 * dwb.max_vel_x:
-            speed = reach if key == "acc_lim_x" else dwb.max_vel_x - reach
+        if 0.0 < reach < 0.999 * top:
             yield Finding(
                 f"{drive.name}.sim_time",
-                f"{key} x sim_time is {reach:g} m/s, max_vel_x {dwb.max_vel_x:g} m/s: {what} {speed:g} m/s is sampled",
-                f"sim_time: {above(dwb.max_vel_x * dwb.sim_time / reach)} or more, or max_vel_x: {decimal(reach)}",
+                f"{key} x sim_time is {reach:g} m/s, max_vel_x {top:g} m/s: "
+                f"{what} {start + sign * reach:g} m/s is sampled",
+                f"sim_time: {above(top * dwb.sim_time / reach)} or more, "
+                f"or max_vel_x: {decimal(reach)}",
             )
 
 

@@ -3,7 +3,6 @@
 Does it see far enough, and does it score what matters?
 """
 
-import math
 from collections.abc import Iterator
 
 from navstack.params.dwb import DwbParams
@@ -16,6 +15,7 @@ HIGHEST_SOFT_COST = 252.0  # of a cell that may still be entered
 # a footprint is far from round from here on (a square has 1.41); [m]
 LONG_RATIO, LONG_MARGIN = 1.5, 0.1
 OBSTACLE_CRITICS = ("BaseObstacle", "ObstacleFootprint")
+PATH_CRITICS = ("PathDist", "PathAlign")
 SLACK = 1.05  # a limit is exceeded by more than rounding
 
 RULES = RuleGroup("DWB: trajectories and critics", CONTROLLER)
@@ -31,21 +31,22 @@ def beyond_the_plan(
     PathDist punish trajectories that end beyond it: the robot never reaches max_vel_x, whatever the
     limits say.
     """
-    scores_the_end = {critic.rpartition("::")[2] for critic in dwb.critics} & {
-        "GoalDist",
-        "PathDist",
-    }
+    critics = {critic.rpartition("::")[2] for critic in dwb.critics}
+    scores_the_end = critics & {"GoalDist", "PathDist"}
     if not dwb.shorten_transformed_plan or dwb.forward_prune_distance <= 0.0 or not scores_the_end:
         return
     shown = min(dwb.forward_prune_distance, local.half_window)
     reach = top_speed * dwb.sim_time
     if shown == dwb.forward_prune_distance and reach > SLACK * shown:
-        longer = f"forward_prune_distance: {above(reach)}, or " if reach < local.half_window else ""
+        driven = shown / dwb.sim_time
+        advice = f"sim_time: {below(shown / top_speed)}; as it is, at most about {driven:.2f} m/s"
+        if reach < local.half_window:
+            advice = f"forward_prune_distance: {above(reach)}, or {advice}"
         yield Finding(
             f"{drive.name}.forward_prune_distance",
-            f"the plan is cut {shown:g} m ahead, but {top_speed:g} m/s x sim_time {dwb.sim_time:g} s reach "
-            f"{reach:.2f} m",
-            f"{longer}sim_time: {below(shown / top_speed)}; as it is, at most about {shown / dwb.sim_time:.2f} m/s",
+            f"the plan is cut {shown:g} m ahead, "
+            f"but {top_speed:g} m/s x sim_time {dwb.sim_time:g} s reach {reach:.2f} m",
+            advice,
         )
 
 
@@ -63,9 +64,10 @@ def beyond_the_window(
     if reach > half:
         yield Finding(
             f"{drive.name}.sim_time",
-            f"{top_speed:g} m/s x {dwb.sim_time:g} s = {reach:.2f} m, but the local costmap ends {half:g} m "
-            "from the robot",
-            f"local_costmap width and height: {whole_above(2.2 * reach)}, or sim_time: {below(0.9 * half / top_speed)}",
+            f"{top_speed:g} m/s x {dwb.sim_time:g} s = {reach:.2f} m, "
+            f"but the local costmap ends {half:g} m from the robot",
+            f"local_costmap width and height: {whole_above(2.2 * reach)}, "
+            f"or sim_time: {below(0.9 * half / top_speed)}",
         )
 
 
@@ -81,8 +83,8 @@ def short_horizon(
     if dwb.sim_time < needed:
         yield Finding(
             f"{drive.name}.sim_time",
-            f"{dwb.sim_time:g} s, but stopping from {top_speed:g} m/s at {braking:g} m/s2 covers what "
-            f"the robot drives in {needed:.2f} s",
+            f"{dwb.sim_time:g} s, but stopping from {top_speed:g} m/s at {braking:g} m/s2 "
+            f"covers what the robot drives in {needed:.2f} s",
             f"sim_time: {above(needed * 1.1)}",
         )
 
@@ -96,16 +98,18 @@ def coarse_steps(
     Why: obstacles are looked up at these poses only: a trajectory can step over a wall and counts
     as free.
     """
-    key = "time_granularity" if dwb.discretize_by_time else "linear_granularity"
-    step = top_speed * dwb.time_granularity if dwb.discretize_by_time else dwb.linear_granularity
+    fine = local.params.resolution
+    key, step = "linear_granularity", dwb.linear_granularity
+    if dwb.discretize_by_time:
+        key, step = "time_granularity", top_speed * dwb.time_granularity
     step = min(step, top_speed * dwb.sim_time)
-    thickness = 2.0 * local.inscribed + local.params.resolution
+    thickness = 2.0 * local.inscribed + fine
     if step > thickness:
-        fine = local.params.resolution
         value = below(fine / top_speed) if dwb.discretize_by_time else decimal(fine)
         yield Finding(
             f"{drive.name}.{key}",
-            f"scored poses lie {step:.2f} m apart, but a thin wall is {thickness:.2f} m thick in the costmap",
+            f"scored poses lie {step:.2f} m apart, "
+            f"but a thin wall is {thickness:.2f} m thick in the costmap",
             f"{key}: {value}",
         )
 
@@ -120,7 +124,8 @@ def no_obstacle_critic(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
     if not _obstacle_critics(dwb):
         yield Finding(
             f"{drive.name}.critics",
-            f"neither BaseObstacle nor ObstacleFootprint scores (critics: {', '.join(dwb.critics)})",
+            "neither BaseObstacle nor ObstacleFootprint scores "
+            f"(critics: {', '.join(dwb.critics)})",
             "add ObstacleFootprint, or BaseObstacle for a round robot, with a scale above 0",
         )
 
@@ -138,9 +143,10 @@ def centre_only(dwb: DwbParams, local: CostmapView, drive: Drive) -> Iterator[Fi
     if circumscribed > max(LONG_RATIO * inscribed, inscribed + LONG_MARGIN):
         yield Finding(
             f"{drive.name}.critics",
-            f"only BaseObstacle guards a footprint that reaches {circumscribed:.2f} m from the base, of which "
-            f"{inscribed:.2f} m are seen",
-            "use ObstacleFootprint instead of BaseObstacle (critics: [..., ObstacleFootprint, ...])",
+            f"only BaseObstacle guards a footprint that reaches {circumscribed:.2f} m from the base, "
+            f"of which {inscribed:.2f} m are seen",
+            "use ObstacleFootprint instead of BaseObstacle "
+            "(critics: [..., ObstacleFootprint, ...])",
         )
 
 
@@ -153,18 +159,17 @@ def drowned_obstacles(dwb: DwbParams, local: CostmapView, drive: Drive) -> Itera
     """
     if _obstacle_critics(dwb) != {"BaseObstacle"}:
         return
-    per_metre = 0.5 * sum(
-        getattr(dwb, critic).scale for critic in ("PathDist", "PathAlign") if critic in dwb.critics
-    )
-    # [m]
-    worth = dwb.BaseObstacle.scale * HIGHEST_SOFT_COST / per_metre if per_metre > 0.0 else math.inf
-    cell = local.params.resolution
-    if worth < cell:
+    scales = [getattr(dwb, critic).scale for critic in PATH_CRITICS if critic in dwb.critics]
+    per_metre = 0.5 * sum(scales)
+    scale, cell = dwb.BaseObstacle.scale, local.params.resolution
+    if scale * HIGHEST_SOFT_COST < cell * per_metre:
+        worth = scale * HIGHEST_SOFT_COST / per_metre  # [m]
+        wanted = 3.0 * cell * per_metre / HIGHEST_SOFT_COST
         yield Finding(
             f"{drive.name}.BaseObstacle.scale",
-            f"{dwb.BaseObstacle.scale:g}: the highest cost of a free cell weighs as much as {1000.0 * worth:.0f} mm "
-            f"off the path, less than a cell ({1000.0 * cell:.0f} mm)",
-            f"BaseObstacle.scale: {above(3.0 * cell * per_metre / HIGHEST_SOFT_COST, 3)} (three cells)",
+            f"{scale:g}: the highest cost of a free cell weighs as much as "
+            f"{1000.0 * worth:.0f} mm off the path, less than a cell ({1000.0 * cell:.0f} mm)",
+            f"BaseObstacle.scale: {above(wanted, 3)} (three cells)",
         )
 
 

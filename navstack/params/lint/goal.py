@@ -36,7 +36,8 @@ def stops_outside(
         if dwb.xy_goal_tolerance > checker.xy_goal_tolerance + 1e-9:
             yield Finding(
                 f"{drive.name}.xy_goal_tolerance",
-                f"{dwb.xy_goal_tolerance:g} m, but {name}.xy_goal_tolerance is {checker.xy_goal_tolerance:g} m",
+                f"{dwb.xy_goal_tolerance:g} m, "
+                f"but {name}.xy_goal_tolerance is {checker.xy_goal_tolerance:g} m",
                 f"xy_goal_tolerance: {decimal(checker.xy_goal_tolerance)} in both",
             )
 
@@ -54,14 +55,15 @@ def far_goal(
     size = local.circumscribed
     if size <= 0.0 or checker.xy_goal_tolerance <= max(FAR_GOAL, size):
         return
-    stops = subject.dwb is not None and "RotateToGoal" in subject.dwb.critics
-    from_there = (
-        ", and RotateToGoal forbids to speed up from there and turns on the spot" if stops else ""
+    found = (
+        f"{checker.xy_goal_tolerance:g} m, {checker.xy_goal_tolerance / size:.1f} times "
+        f"the robot's outer radius of {size:.2f} m"
     )
+    if subject.dwb is not None and "RotateToGoal" in subject.dwb.critics:
+        found += ", and RotateToGoal forbids to speed up from there and turns on the spot"
     yield Finding(
         f"{name}.xy_goal_tolerance",
-        f"{checker.xy_goal_tolerance:g} m, {checker.xy_goal_tolerance / size:.1f} times the robot's outer radius of "
-        f"{size:.2f} m{from_there}",
+        found,
         "xy_goal_tolerance: 0.25 in the goal checker and in the controller",
     )
 
@@ -97,14 +99,10 @@ def impatient(subject: Subject, server: ControllerServerParams, drive: Drive) ->
         return  # Foxy has no such parameter
     tolerance, period = server.failure_tolerance, 1.0 / server.controller_frequency
     if 0.0 <= tolerance < period:
-        given = (
-            ""
-            if subject.value(CONTROLLER, "failure_tolerance") is not None
-            else " (Nav2's default)"
-        )
+        note = subject.default_note(CONTROLLER, "failure_tolerance")
         yield Finding(
             "failure_tolerance",
-            f"{tolerance:g} s{given}, less than a control period of {period:g} s",
+            f"{tolerance:g} s{note}, less than a control period of {period:g} s",
             "failure_tolerance: 0.3",
         )
 
@@ -121,16 +119,18 @@ def demanding_progress(
     name, checker = progress_checker
     if top_speed <= 0.0:
         return
-    if checker.movement_time_allowance <= 0.0:
-        needed = math.inf
-    else:
-        needed = checker.required_movement_radius / checker.movement_time_allowance
+    radius, time, needed = (
+        checker.required_movement_radius,
+        checker.movement_time_allowance,
+        math.inf,
+    )
+    if time > 0.0:
+        needed = radius / time
     if needed > MOST_OF_TOP_SPEED * top_speed:
         yield Finding(
             f"{name}.required_movement_radius",
-            f"{checker.required_movement_radius:g} m in {checker.movement_time_allowance:g} s = {needed:.2f} m/s, "
-            f"but the top speed is {top_speed:g} m/s",
-            f"movement_time_allowance: {above(5.0 * checker.required_movement_radius / top_speed, 0)}",
+            f"{radius:g} m in {time:g} s = {needed:.2f} m/s, but the top speed is {top_speed:g} m/s",
+            f"movement_time_allowance: {above(5.0 * radius / top_speed, 0)}",
         )
 
 
@@ -150,7 +150,8 @@ def turn_counts_as_stuck(
     if rate > 0.0 and math.pi / rate > checker.movement_time_allowance > 0.0:
         yield Finding(
             f"{name}.movement_time_allowance",
-            f"{checker.movement_time_allowance:g} s, but half a turn at {rate:g} rad/s takes {math.pi / rate:.1f} s",
+            f"{checker.movement_time_allowance:g} s, "
+            f"but half a turn at {rate:g} rad/s takes {math.pi / rate:.1f} s",
             f"movement_time_allowance: {above(2.0 * math.pi / rate, 0)}, or "
             "nav2_controller::PoseProgressChecker, which counts turning as progress",
         )
@@ -167,8 +168,8 @@ def shim_hands_over_at_once(shim: Named[RotationShimParams]) -> Iterator[Finding
     if params.angular_disengage_threshold >= params.angular_dist_threshold:
         yield Finding(
             f"{name}.angular_dist_threshold",
-            f"{params.angular_dist_threshold:g} rad, but turning ends below angular_disengage_threshold "
-            f"{params.angular_disengage_threshold:g} rad",
+            f"{params.angular_dist_threshold:g} rad, but turning ends below "
+            f"angular_disengage_threshold {params.angular_disengage_threshold:g} rad",
             f"angular_disengage_threshold: {decimal(params.angular_dist_threshold / 2.0)}",
         )
 
@@ -212,7 +213,8 @@ def shim_turns_too_fast(
     if braking < SOFTER * params.max_angular_accel:
         yield Finding(
             f"{name}.max_angular_accel",
-            f"{params.max_angular_accel:g} rad/s2, but the velocity smoother allows {braking:g} rad/s2",
+            f"{params.max_angular_accel:g} rad/s2, "
+            f"but the velocity smoother allows {braking:g} rad/s2",
             f"max_angular_accel: {decimal(braking)}",
         )
 
@@ -221,4 +223,6 @@ def _turning_rate(subject: Subject) -> float:
     """How fast the robot turns on the spot, in [rad/s]; 0: unknown."""
     if subject.shim is not None:
         return subject.shim.params.rotate_to_heading_angular_vel
-    return subject.dwb.max_vel_theta if subject.dwb is not None else 0.0
+    if subject.dwb is not None:
+        return subject.dwb.max_vel_theta
+    return 0.0

@@ -33,14 +33,14 @@ def narrow_inflation(view: CostmapView) -> Iterator[Finding]:
     robot that is not round its outer radius counts: its corners swing that far).
     """
     for name, params in view.inflations.items():
-        is_round = view.circumscribed <= ROUND * view.inscribed
-        needed, which = (
-            (view.inscribed, "inscribed") if is_round else (view.circumscribed, "circumscribed")
-        )
+        needed, which = view.circumscribed, "circumscribed"
+        if view.circumscribed <= ROUND * view.inscribed:
+            needed, which = view.inscribed, "inscribed"
         if params.inflation_radius < needed - view.params.resolution:
             yield Finding(
                 f"{name}.inflation_radius",
-                f"{params.inflation_radius:g} m, but the padded footprint's {which} radius is {needed:.2f} m",
+                f"{params.inflation_radius:g} m, "
+                f"but the padded footprint's {which} radius is {needed:.2f} m",
                 f"inflation_radius: {above(needed + 0.2)}",
             )
 
@@ -58,8 +58,9 @@ def flat_inflation(view: CostmapView) -> Iterator[Finding]:
         if width > 0.1 and left > FLAT:
             yield Finding(
                 f"{name}.cost_scaling_factor",
-                f"{params.cost_scaling_factor:g}/m: the cost falls only from 252 to {HIGHEST_SOFT_COST * left:.0f} "
-                f"over the {width:.2f} m beyond the inscribed radius, then to 0",
+                f"{params.cost_scaling_factor:g}/m: the cost falls only from 252 to "
+                f"{HIGHEST_SOFT_COST * left:.0f} over the {width:.2f} m beyond the inscribed radius, "
+                "then to 0",
                 f"cost_scaling_factor: {math.log(20.0) / width:.1f} (5 % are left at the edge)",
             )
 
@@ -71,17 +72,13 @@ def steep_inflation(view: CostmapView) -> Iterator[Finding]:
     Why: paths hug walls at the inscribed radius, and every localization error becomes a contact.
     """
     for name, params in view.inflations.items():
-        width = params.inflation_radius - view.inscribed
-        reach = (
-            math.log(HIGHEST_SOFT_COST) / params.cost_scaling_factor
-            if params.cost_scaling_factor
-            else math.inf
-        )
-        if reach < STEEP and width > STEEP:
+        width, factor = params.inflation_radius - view.inscribed, params.cost_scaling_factor
+        highest = math.log(HIGHEST_SOFT_COST)
+        if highest < STEEP * factor and width > STEEP:
             yield Finding(
                 f"{name}.cost_scaling_factor",
-                f"{params.cost_scaling_factor:g}/m: the cost is below 1 from {reach:.2f} m beyond the inscribed "
-                "radius on",
+                f"{factor:g}/m: the cost is below 1 from {highest / factor:.2f} m "
+                "beyond the inscribed radius on",
                 f"cost_scaling_factor: {math.log(20.0) / width:.1f}",
             )
 
@@ -93,10 +90,8 @@ def not_inflated(view: CostmapView) -> Iterator[Finding]:
     Why: what it marks is not inflated: planner and BaseObstacle see no need to keep the robot's
     width away from it.
     """
-    last = max(
-        (i for i, layer in enumerate(view.layers) if layer.type == INFLATION),
-        default=len(view.layers),
-    )
+    inflations = [i for i, layer in enumerate(view.layers) if layer.type == INFLATION]
+    last = max(inflations, default=len(view.layers))
     late = [layer.name for layer in view.layers[last + 1 :] if layer.type in MARKING_LAYERS]
     if late:
         yield Finding(
@@ -137,7 +132,7 @@ def no_inflation(subject: Subject, view: CostmapView) -> Iterator[Finding]:
         yield Finding(
             "plugins",
             "no enabled InflationLayer",
-            f'add one as the last layer: inflation_layer: {{plugin: "nav2_costmap_2d::InflationLayer", '
+            'add one as the last layer: inflation_layer: {plugin: "nav2_costmap_2d::InflationLayer", '
             f"inflation_radius: {above(view.circumscribed + 0.2)}}}",
         )
 
@@ -149,15 +144,12 @@ def short_clearing(view: CostmapView) -> Iterator[Finding]:
     Why: what was marked beyond the clearing range stays for good: ghosts that block the way.
     """
     for name, source in view.sources():
-        if (
-            source.marking
-            and source.clearing
-            and source.raytrace_max_range < source.obstacle_max_range
-        ):
+        marked, cleared = source.obstacle_max_range, source.raytrace_max_range
+        if source.marking and source.clearing and cleared < marked:
             yield Finding(
                 f"{name}.raytrace_max_range",
-                f"clears up to {source.raytrace_max_range:g} m, but marks up to {source.obstacle_max_range:g} m",
-                f"raytrace_max_range: {decimal(source.obstacle_max_range + 0.5)}",
+                f"clears up to {cleared:g} m, but marks up to {marked:g} m",
+                f"raytrace_max_range: {decimal(marked + 0.5)}",
             )
 
 
@@ -170,18 +162,13 @@ def never_cleared(view: CostmapView) -> Iterator[Finding]:
     """
     for layer in view.layers:
         marking = [name for name, source in layer.sources.items() if source.marking]
-        if (
-            layer.type in SENSOR_LAYERS
-            and marking
-            and not any(each.clearing for each in layer.sources.values())
-        ):
-            yield Finding(
-                f"{layer.name}.{marking[0]}.clearing",
-                f"{', '.join(marking)} of {layer.name} only mark"
-                if marking[1:]
-                else f"{marking[0]} only marks",
-                f"{layer.name}.{marking[0]}.clearing: true",
-            )
+        clears = any(source.clearing for source in layer.sources.values())
+        if layer.type in SENSOR_LAYERS and marking and not clears:
+            found = f"{marking[0]} only marks"
+            if marking[1:]:
+                found = f"{', '.join(marking)} of {layer.name} only mark"
+            name = f"{layer.name}.{marking[0]}.clearing"
+            yield Finding(name, found, f"{name}: true")
 
 
 @RULES.warning
@@ -192,16 +179,12 @@ def blind_source(subject: Subject, view: CostmapView) -> Iterator[Finding]:
     here it does.
     """
     for name, source in view.sources():
-        highest = subject.number(view.node, f"{name}.max_obstacle_height", 0.0)
+        key = f"{name}.max_obstacle_height"
+        highest = subject.number(view.node, key, 0.0)
         if highest <= 0.0 and (source.marking or source.clearing):
-            is_given = subject.value(view.node, f"{name}.max_obstacle_height") is not None
-            yield Finding(
-                f"{name}.max_obstacle_height",
-                f"{highest:g} m"
-                if is_given
-                else "absent, and Nav2's default for a source is 0.0 m",
-                "max_obstacle_height: 2.0",
-            )
+            absent = "absent, and Nav2's default for a source is 0.0 m"
+            found = subject.default_note(view.node, key, absent) or f"{highest:g} m"
+            yield Finding(key, found, "max_obstacle_height: 2.0")
 
 
 @RULES.warning
@@ -218,10 +201,13 @@ def unreached_threshold(subject: Subject, view: CostmapView) -> Iterator[Finding
         }
         threshold = subject.number(view.node, f"{layer.name}.mark_threshold", 0.0)
         if layer.type == VOXEL and kinds == {"LaserScan"} and threshold >= len(marking):
-            scans = "a LaserScan marks" if len(marking) == 1 else f"{len(marking)} LaserScans mark"
+            scans = f"{len(marking)} LaserScans mark"
+            if len(marking) == 1:
+                scans = "a LaserScan marks"
             yield Finding(
                 f"{layer.name}.mark_threshold",
-                f"{threshold:g}: a cell needs more marked voxels than that, but {scans} {len(marking)} at most",
+                f"{threshold:g}: a cell needs more marked voxels than that, "
+                f"but {scans} {len(marking)} at most",
                 "mark_threshold: 0",
             )
 
@@ -254,21 +240,17 @@ def long_memory(view: CostmapView) -> Iterator[Finding]:
             trail = WALKING_SPEED * source.observation_persistence
             yield Finding(
                 f"{name}.observation_persistence",
-                f"{source.observation_persistence:g} s: a pedestrian drags {trail:.1f} m of obstacles behind",
+                f"{source.observation_persistence:g} s: "
+                f"a pedestrian drags {trail:.1f} m of obstacles behind",
                 "observation_persistence: 0.0",
             )
 
 
 def _right_order(view: CostmapView) -> str:
     """The names of the layers, maps first and the last inflation behind all others."""
-    maps, others, inflations = (
-        [
-            layer.name
-            for layer in view.layers
-            if (layer.type == STATIC, layer.type == INFLATION) == kind
-        ]
-        for kind in ((True, False), (False, False), (False, True))
-    )
+    maps = [layer.name for layer in view.layers if layer.type == STATIC]
+    inflations = [layer.name for layer in view.layers if layer.type == INFLATION]
+    others = [layer.name for layer in view.layers if layer.name not in (*maps, *inflations)]
     return ", ".join((*maps, *others, *inflations[-1:]))
 
 

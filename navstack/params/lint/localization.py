@@ -20,16 +20,14 @@ def crossed_particles(subject: Subject) -> Iterator[Finding]:
     Why: AMCL always has this one number of particles, more than the file allows, and never gets
     quicker once it knows where it is.
     """
-    low, high = (
-        subject.number(AMCL, "min_particles", 500.0),
-        subject.number(AMCL, "max_particles", 2000.0),
-    )
+    low = subject.number(AMCL, "min_particles", 500.0)
+    high = subject.number(AMCL, "max_particles", 2000.0)
     if subject.has(AMCL) and low > high:
-        is_given = subject.value(AMCL, "min_particles") is not None
+        note = subject.default_note(AMCL, "min_particles", " by default")
         yield Finding(
-            "min_particles" if is_given else "max_particles",
-            f"max_particles is {high:.0f}, but min_particles {low:.0f}{'' if is_given else ' by default'}: Nav2 raises "
-            f"max_particles to {low:.0f}",
+            "max_particles" if note else "min_particles",
+            f"max_particles is {high:.0f}, but min_particles {low:.0f}{note}: "
+            f"Nav2 raises max_particles to {low:.0f}",
             f"min_particles: {high / 4.0:.0f}",
         )
 

@@ -32,8 +32,8 @@ def mppi_capped_speed(mppi: MppiParams, drive: Drive) -> Iterator[Finding]:
     if speed < 0.99 * mppi.vx_max:
         yield Finding(
             f"{drive.name}.vx_std",
-            f"PathFollowCritic.cost_weight {follow.cost_weight:g} x model_dt {mppi.model_dt:g} s x vx_std^2 / gamma "
-            f"{mppi.gamma:g} = {speed:.2g} m/s, but vx_max is {mppi.vx_max:g} m/s",
+            f"PathFollowCritic.cost_weight {follow.cost_weight:g} x model_dt {mppi.model_dt:g} s x "
+            f"vx_std^2 / gamma {mppi.gamma:g} = {speed:.2g} m/s, but vx_max is {mppi.vx_max:g} m/s",
             f"vx_std: {above(math.sqrt(mppi.vx_max * mppi.gamma / gain), 2)}",
         )
 
@@ -64,14 +64,14 @@ def mppi_outruns_window(
     """
     if drive.type != MPPI:
         return
-    steps, period = (subject.number(CONTROLLER, f"{drive.name}.{key}", value) for key, value in
-                     (("time_steps", 56.0), ("model_dt", 0.05)))  # fmt: skip
+    steps = subject.number(CONTROLLER, f"{drive.name}.time_steps", 56.0)
+    period = subject.number(CONTROLLER, f"{drive.name}.model_dt", 0.05)
     reach, half = top_speed * steps * period, local.half_window
     if local.params.rolling_window and reach > half:
         yield Finding(
             f"{drive.name}.time_steps",
-            f"{top_speed:g} m/s x {steps:g} x {period:g} s = {reach:.2f} m, but the local costmap ends "
-            f"{half:g} m from the robot",
+            f"{top_speed:g} m/s x {steps:g} x {period:g} s = {reach:.2f} m, "
+            f"but the local costmap ends {half:g} m from the robot",
             f"local_costmap width and height: {whole_above(2.2 * reach)}, or time_steps: "
             f"{whole_above(half / (top_speed * period) - 1.0)}",
         )
@@ -105,18 +105,15 @@ def mppi_no_such_layer(mppi: MppiParams, local: CostmapView, drive: Drive) -> It
     ObstaclesCritic misjudges them.
     """
     layers = list(local.inflations)
+    known, advice = "none", "an inflation layer in local_costmap's plugins"
+    if layers:
+        known, advice = ", ".join(layers), f'inflation_layer_name: "{layers[-1]}"'
     for critic in ("CostCritic", "ObstaclesCritic"):
-        layer = getattr(mppi, critic).inflation_layer_name
-        if (
-            critic in mppi.critics
-            and getattr(mppi, critic).enabled
-            and layer
-            and layer not in layers
-        ):
+        params = getattr(mppi, critic)
+        layer = params.inflation_layer_name
+        if critic in mppi.critics and params.enabled and layer and layer not in layers:
             yield Finding(
                 f"{drive.name}.{critic}.inflation_layer_name",
-                f"'{layer}', but the inflation layers of local_costmap are: {', '.join(layers) or 'none'}",
-                f'inflation_layer_name: "{layers[-1]}"'
-                if layers
-                else "an inflation layer in local_costmap's plugins",
+                f"'{layer}', but the inflation layers of local_costmap are: {known}",
+                advice,
             )

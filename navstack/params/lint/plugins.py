@@ -15,7 +15,9 @@ RULES = RuleGroup("Plugins")
 def _own_plugins() -> Iterator[tuple[Params, str]]:
     """Parameters and type of each algorithm that Nav2 does not have."""
     for family, entries in FAMILIES.items():
-        nested = nested_params(CRITICS[family]) if family in CRITICS else {}
+        nested: Mapping[str, Params] = {}
+        if family in CRITICS:
+            nested = nested_params(CRITICS[family])
         for kind in entries.keys() - NAV2["families"][family].keys():
             params = entries[kind].params or nested.get(kind)
             if params is not None:

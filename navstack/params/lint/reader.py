@@ -1,4 +1,4 @@
-"""What the reader of parameter files finds by itself, and what keeps a file from being used here."""
+"""What the reader of parameter files finds, and what keeps a file from being used here."""
 
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
@@ -49,7 +49,9 @@ def _refusals(nav2: Nav2File) -> Iterator[str]:
 
 def _read_controllers(nav2: Nav2File) -> object:
     plugin = views.read_controller(nav2)
-    return views.read_primary_controller(nav2, plugin) if plugin.type == SHIM else plugin
+    if plugin.type == SHIM:
+        return views.read_primary_controller(nav2, plugin)
+    return plugin
 
 
 VIEWS: tuple[Callable[[Nav2File], object], ...] = (

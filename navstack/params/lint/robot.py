@@ -43,15 +43,15 @@ def harder_than_robot(robot: RobotLimits, dwb: DwbParams, drive: Drive) -> Itera
     Why: the robot brakes later and turns wider than the trajectories that were checked.
     """
     limits = (
-        ("acc_lim_x", dwb.acc_lim_x, robot.max_acceleration, "m/s2"),
-        ("decel_lim_x", -dwb.decel_lim_x, robot.max_deceleration, "m/s2"),
-        ("acc_lim_theta", dwb.acc_lim_theta, robot.max_yaw_acceleration, "rad/s2"),
-        ("decel_lim_theta", -dwb.decel_lim_theta, robot.max_yaw_acceleration, "rad/s2"),
+        ("acc_lim_x", 1.0, robot.max_acceleration, "m/s2"),
+        ("decel_lim_x", -1.0, robot.max_deceleration, "m/s2"),
+        ("acc_lim_theta", 1.0, robot.max_yaw_acceleration, "rad/s2"),
+        ("decel_lim_theta", -1.0, robot.max_yaw_acceleration, "rad/s2"),
     )
-    for key, wanted, possible, unit in limits:
-        if wanted > MORE * possible:
-            sign = -1.0 if key.startswith("decel") else 1.0
-            yield _exceeds(f"{drive.name}.{key}", sign * wanted, sign * possible, unit, robot.name)
+    for key, sign, possible, unit in limits:
+        wanted = getattr(dwb, key)
+        if sign * wanted > MORE * possible:
+            yield _exceeds(f"{drive.name}.{key}", wanted, sign * possible, unit, robot.name)
 
 
 @RULES.warning
@@ -66,7 +66,7 @@ def larger_than_footprint(
     if gap > LEAST_GAP:
         text = ", ".join(f"[{x:g}, {y:g}]" for x, y in np.asarray(robot.footprint))
         yield Finding(
-            "footprint" if subject.value(view.node, "footprint") else "robot_radius",
+            subject.shape_key(view.node),
             f"{robot.name} sticks out of the padded footprint by up to {gap:.2f} m",
             f'footprint: "[{text}]"',
         )
@@ -80,7 +80,9 @@ def _distance_outside(polygon: FloatArray, point: FloatArray) -> float:
     crosses = (y > 0.0) != (next_y > 0.0)  # edges that a ray along x may hit
     with np.errstate(all="ignore"):
         ahead = crosses & (x - y * (next_x - x) / (next_y - y) > 0.0)
-    return 0.0 if ahead.sum() % 2 else footprint_radii(seen)[0]
+    if ahead.sum() % 2:
+        return 0.0
+    return footprint_radii(seen)[0]
 
 
 def _exceeds(name: str, wanted: float, possible: float, unit: str, robot: str) -> Finding:

@@ -9,6 +9,7 @@ import inspect
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 from navstack.params.lint.subject import Subject
 
@@ -33,16 +34,18 @@ def decimal(value: float, digits: int = 3) -> str:
 
 def above(value: float, digits: int = 1) -> str:
     """The next value of so many digits, as a Nav2 file wants it."""
-    return decimal(
-        math.ceil(value * 10**digits) / 10**digits if abs(value) < HUGE else value, digits
-    )
+    return _stepped(value, digits, math.ceil)
 
 
 def below(value: float, digits: int = 2) -> str:
     """The last value of so many digits, as a Nav2 file wants it."""
-    return decimal(
-        math.floor(value * 10**digits) / 10**digits if abs(value) < HUGE else value, digits
-    )
+    return _stepped(value, digits, math.floor)
+
+
+def _stepped(value: float, digits: int, to_whole: Callable[[float], int]) -> str:
+    if abs(value) < HUGE:
+        value = to_whole(value * 10**digits) / 10**digits
+    return decimal(value, digits)
 
 
 def whole_above(value: float) -> str:
@@ -66,16 +69,17 @@ class Rule:
 
         Nothing where a part is missing that it looks at.
         """
-        names = [*inspect.signature(self.check).parameters]
-        parts = {name: getattr(subject, name) for name in names if name not in ("subject", "view")}
+        names = set(inspect.signature(self.check).parameters)
+        parts: dict[str, Any] = {name: getattr(subject, name) for name in names - {"view"}}
         if any(part is None for part in parts.values()):
             return
-        if "subject" in names:
-            parts["subject"] = subject
-        for view in subject.costmaps if "view" in names else (None,):
-            given = parts if view is None else {**parts, "view": view}
-            for finding in self.check(**given):
-                yield finding.node or (self.node if view is None else view.node), finding
+        if "view" not in names:
+            for finding in self.check(**parts):
+                yield finding.node or self.node, finding
+            return
+        for view in subject.costmaps:
+            for finding in self.check(**parts, view=view):
+                yield finding.node or view.node, finding
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +101,7 @@ class RuleGroup:
     def _add(self, check: Callable[..., Iterator[Finding]], is_error: bool) -> Rule:
         title, _, why = (inspect.getdoc(check) or "").partition(".\n\nWhy: ")
         rule_id = check.__name__.replace("_", "-")
-        self.rules.append(
-            Rule(rule_id, title, " ".join(why.split())[:-1], check, self.node, is_error)
-        )
-        return self.rules[-1]
+        reason = " ".join(why.split())[:-1]
+        rule = Rule(rule_id, title, reason, check, self.node, is_error)
+        self.rules.append(rule)
+        return rule

@@ -41,19 +41,15 @@ RULES: tuple[Rule, ...] = tuple(rule for group in GROUPS for rule in group.rules
 
 
 def lint(nav2: Nav2File, limits: RobotLimits | None = None) -> tuple[Notice, ...]:
-    """All findings about a file: the reader's and the rules', errors first, then in the order of the file.
+    """All findings about a file, the reader's and the rules': errors first, then by line.
 
     Args:
-        nav2: the file; it may have errors of its own, then rules that need what cannot be read keep silent.
+        nav2: the file; it may have errors: rules that need what cannot be read find nothing.
         limits: the robot's body, to hold the file against; None: not asked for.
     """
     found = list(_rule_notices(Subject(nav2, limits)))
-    return tuple(
-        sorted(
-            [*reader_notices(nav2, found), *found],
-            key=lambda notice: (not notice.is_error, notice.line),
-        )
-    )
+    notices = [*reader_notices(nav2, found), *found]
+    return tuple(sorted(notices, key=lambda notice: (not notice.is_error, notice.line)))
 
 
 def catalog() -> str:
@@ -70,7 +66,10 @@ def catalog() -> str:
 
 
 def _meaning(rule: Rule) -> str:
-    return f"{rule.title}: {rule.why}." + (" (Error)" if rule.is_error else "")
+    text = f"{rule.title}: {rule.why}."
+    if rule.is_error:
+        text += " (Error)"
+    return text
 
 
 def _rule_notices(subject: Subject) -> Iterator[Notice]:

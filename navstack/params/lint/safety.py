@@ -26,12 +26,10 @@ def monitor_never_triggers(subject: Subject) -> Iterator[Finding]:
         for key, usual in (("min_points", 4), ("max_points", 3)):
             points = subject.number(MONITOR, f"{name}.{key}", 0.0)
             if points > MANY_POINTS:
-                overflow = ", more than Nav2's 32 bits hold" if points > LARGEST_INT else ""
-                yield Finding(
-                    f"{name}.{key}",
-                    f"waits for {points:.0f} points in the zone at once{overflow}",
-                    f"{key}: {usual}",
-                )
+                found = f"waits for {points:.0f} points in the zone at once"
+                if points > LARGEST_INT:
+                    found += ", more than Nav2's 32 bits hold"
+                yield Finding(f"{name}.{key}", found, f"{key}: {usual}")
 
 
 @RULES.warning
@@ -60,8 +58,8 @@ def late_approach(subject: Subject, braking: float, top_speed: float) -> Iterato
         if time > 0.0 and top_speed / time > braking:
             yield Finding(
                 f"{name}.time_before_collision",
-                f"{time:g} s: slowing down from {top_speed:g} m/s with it takes {top_speed / time:.2f} "
-                f"m/s2, but {braking:g} m/s2 are allowed",
+                f"{time:g} s: slowing down from {top_speed:g} m/s with it takes "
+                f"{top_speed / time:.2f} m/s2, but {braking:g} m/s2 are allowed",
                 f"time_before_collision: {above(top_speed / braking)}",
             )
 
@@ -80,8 +78,8 @@ def short_stop_zone(subject: Subject, local: CostmapView, top_speed: float) -> I
         if reach is not None and reach - front < distance - 1e-9:
             yield Finding(
                 _shape(subject, name),
-                f"the zone reaches {reach:.2f} m ahead of the base, {reach - front:.2f} m beyond the robot's front, "
-                f"but stopping from {top_speed:g} m/s takes {distance:.2f} m",
+                f"the zone reaches {reach:.2f} m ahead of the base, {reach - front:.2f} m beyond "
+                f"the robot's front, but stopping from {top_speed:g} m/s takes {distance:.2f} m",
                 f"let it reach {above(front + distance + 0.05, 2)} m ahead",
             )
 
@@ -98,7 +96,8 @@ def hidden_slow_zone(subject: Subject, local: CostmapView) -> Iterator[Finding]:
         if reach is not None and reach <= front:
             yield Finding(
                 _shape(subject, name),
-                f"the zone reaches {reach:.2f} m ahead of the base, but the robot itself {front:.2f} m",
+                f"the zone reaches {reach:.2f} m ahead of the base, "
+                f"but the robot itself {front:.2f} m",
                 f"let it reach at least {front + 0.5:.2f} m ahead",
             )
 
@@ -116,12 +115,14 @@ def stale_scan(subject: Subject, top_speed: float) -> Iterator[Finding]:
         if subject.value(MONITOR, f"{name}.enabled", True) is False:
             continue
         own = f"{name}.source_timeout"
-        key = own if subject.value(MONITOR, own) is not None else "source_timeout"
+        key = subject.default_note(MONITOR, own, "source_timeout") or own
         timeout = subject.number(MONITOR, own, shared)
-        if timeout * top_speed > LONGEST_STALE_DRIVE:
+        driven = timeout * top_speed
+        if driven > LONGEST_STALE_DRIVE:
             yield Finding(
                 key,
-                f"{name} may be silent for {timeout:g} s: at {top_speed:g} m/s that is {timeout * top_speed:.1f} m",
+                f"{name} may be silent for {timeout:g} s: "
+                f"at {top_speed:g} m/s that is {driven:.1f} m",
                 f"{key}: {below(max(0.2, 0.5 / top_speed), 1)}",
             )
         elif timeout == 0.0:
@@ -138,7 +139,9 @@ def _zones(subject: Subject, *actions: str) -> Iterator[str]:
 
 def _shape(subject: Subject, name: str) -> str:
     """The parameter that gives a zone its size."""
-    return f"{name}.{'radius' if subject.value(MONITOR, f'{name}.type') == 'circle' else 'points'}"
+    if subject.value(MONITOR, f"{name}.type") == "circle":
+        return f"{name}.radius"
+    return f"{name}.points"
 
 
 def _reach_ahead(subject: Subject, name: str) -> float | None:

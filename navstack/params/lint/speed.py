@@ -1,4 +1,4 @@
-"""Rules about what stands between the controller and the wheels, and about commands that get lost there."""
+"""Rules about the nodes between the controller and the wheels, and about speeds and rates."""
 
 from collections.abc import Iterator
 
@@ -46,7 +46,8 @@ def smoother_caps(
             "min_velocity",
             f"{smoother.min_velocity[2]:g} rad/s, but the controller turns right at up to {name} "
             f"{dwb.max_vel_theta:g} rad/s",
-            f"min_velocity: [..., {decimal(-dwb.max_vel_theta)}], or {name}: {decimal(-smoother.min_velocity[2])}",
+            f"min_velocity: [..., {decimal(-dwb.max_vel_theta)}], "
+            f"or {name}: {decimal(-smoother.min_velocity[2])}",
         )
 
 
@@ -59,8 +60,12 @@ def smoother_is_softer(
     Why: DWB trusts in brakes that it does not have: stops end later and curves wider than the
     trajectories it checked.
     """
-    limits = (("max_accel", 0, "acc_lim_x", "m/s2"), ("max_decel", 0, "decel_lim_x", "m/s2"),
-              ("max_accel", 2, "acc_lim_theta", "rad/s2"), ("max_decel", 2, "decel_lim_theta", "rad/s2"))  # fmt: skip
+    limits = (
+        ("max_accel", 0, "acc_lim_x", "m/s2"),
+        ("max_decel", 0, "decel_lim_x", "m/s2"),
+        ("max_accel", 2, "acc_lim_theta", "rad/s2"),
+        ("max_decel", 2, "decel_lim_theta", "rad/s2"),
+    )
     for key, axis, dwb_key, unit in limits:
         assumed = getattr(dwb, dwb_key)
         if abs(getattr(smoother, key)[axis]) < SOFTER * abs(assumed):
@@ -105,7 +110,8 @@ def large_deadband(
     if subject.has(BEHAVIORS) and angular > slowest:
         yield Finding(
             "deadband_velocity",
-            f"{angular:g} rad/s, but the Spin recovery slows down to min_rotational_vel {slowest:g} rad/s",
+            f"{angular:g} rad/s, "
+            f"but the Spin recovery slows down to min_rotational_vel {slowest:g} rad/s",
             f"behavior_server min_rotational_vel: {decimal(angular * 1.1, 2)}",
         )
 
@@ -118,18 +124,19 @@ def no_way_back(subject: Subject, smoother: VelocitySmootherParams) -> Iterator[
     """
     if smoother.min_velocity[0] < 0.0:
         return
-    reverses = subject.dwb is not None and subject.dwb.min_vel_x < 0.0
-    kinds = (
-        str(subject.value(BEHAVIORS, f"{name}.plugin", ""))
-        for name in subject.names(BEHAVIORS, "behavior_plugins")
+    behaviors = subject.names(BEHAVIORS, "behavior_plugins")
+    kinds = [str(subject.value(BEHAVIORS, f"{name}.plugin", "")) for name in behaviors]
+    if subject.dwb is not None and subject.dwb.min_vel_x < 0.0:
+        reason = "DWB's min_vel_x is negative"
+    elif any(kind.endswith("BackUp") for kind in kinds):
+        reason = "the BackUp recovery is listed"
+    else:
+        return
+    yield Finding(
+        "min_velocity",
+        f"{smoother.min_velocity[0]:g} m/s forwards at least, but {reason}",
+        "min_velocity: [-0.3, 0.0, ...] with what the robot may drive backwards",
     )
-    if reverses or any(kind.endswith("BackUp") for kind in kinds):
-        who = "DWB's min_vel_x is negative" if reverses else "the BackUp recovery is listed"
-        yield Finding(
-            "min_velocity",
-            f"{smoother.min_velocity[0]:g} m/s forwards at least, but {who}",
-            "min_velocity: [-0.3, 0.0, ...] with what the robot may drive backwards",
-        )
 
 
 @RULES.error
@@ -138,8 +145,8 @@ def crossed_spin(subject: Subject) -> Iterator[Finding]:
 
     Why: the Spin recovery turns at a speed that the file forbids and overshoots.
     """
-    low, high = (subject.number(BEHAVIORS, name, value) for name, value in
-                 (("min_rotational_vel", 0.4), ("max_rotational_vel", 1.0)))  # fmt: skip
+    low = subject.number(BEHAVIORS, "min_rotational_vel", 0.4)
+    high = subject.number(BEHAVIORS, "max_rotational_vel", 1.0)
     if subject.has(BEHAVIORS) and low > high:
         yield Finding(
             "min_rotational_vel",
@@ -155,8 +162,8 @@ def blind_recoveries(subject: Subject) -> Iterator[Finding]:
 
     Why: they turn and drive into whatever stands beside or behind the robot.
     """
-    ahead, frequency = (subject.number(BEHAVIORS, name, value) for name, value in
-                        (("simulate_ahead_time", 2.0), ("cycle_frequency", 10.0)))  # fmt: skip
+    ahead = subject.number(BEHAVIORS, "simulate_ahead_time", 2.0)
+    frequency = subject.number(BEHAVIORS, "cycle_frequency", 10.0)
     if subject.has(BEHAVIORS) and frequency > 0.0 and ahead < 1.0 / frequency:
         yield Finding(
             "simulate_ahead_time",
@@ -177,7 +184,8 @@ def blind_drive(local: CostmapView, top_speed: float) -> Iterator[Finding]:
     if driven > LONGEST_BLIND_DRIVE:
         yield Finding(
             "update_frequency",
-            f"{frequency:g} Hz: at {top_speed:g} m/s the robot drives {driven:.2f} m between two updates",
+            f"{frequency:g} Hz: at {top_speed:g} m/s "
+            f"the robot drives {driven:.2f} m between two updates",
             f"update_frequency: {above(top_speed / 0.1, 0)} (every 10 cm)",
             local.node,
         )
@@ -194,7 +202,8 @@ def slow_controller(server: ControllerServerParams, top_speed: float) -> Iterato
     if driven > LONGEST_BLIND_DRIVE:
         yield Finding(
             "controller_frequency",
-            f"{frequency:g} Hz: at {top_speed:g} m/s the robot drives {driven:.2f} m between two commands",
+            f"{frequency:g} Hz: at {top_speed:g} m/s "
+            f"the robot drives {driven:.2f} m between two commands",
             "controller_frequency: 20.0",
             CONTROLLER,
         )
@@ -217,18 +226,11 @@ def blind_pursuit(subject: Subject, drive: Drive) -> Iterator[Finding]:
 
 
 def _limit(subject: Subject, key: str, axis: int, other: str, wanted: float, unit: str) -> Finding:
-    value = getattr(subject.smoother, key)[axis]
-    given = (
-        ""
-        if subject.value(SMOOTHER, key) is not None
-        else ", Nav2's default as the file leaves it out"
-    )
-    triple = [
-        decimal(wanted if i == axis else each)
-        for i, each in enumerate(getattr(subject.smoother, key))
-    ]
+    limits = list(getattr(subject.smoother, key))
+    value, limits[axis] = limits[axis], wanted
+    note = subject.default_note(SMOOTHER, key, ", Nav2's default as the file leaves it out")
     return Finding(
         key,
-        f"{value:g} {unit}{given}, but the controller counts on {other} {wanted:g} {unit}",
-        f"{key}: [{', '.join(triple)}], or {other}: {decimal(value)}",
+        f"{value:g} {unit}{note}, but the controller counts on {other} {wanted:g} {unit}",
+        f"{key}: [{', '.join(map(decimal, limits))}], or {other}: {decimal(value)}",
     )

@@ -30,6 +30,7 @@ DWB = "dwb_core::DWBLocalPlanner"
 SHIM = "nav2_rotation_shim_controller::RotationShimController"
 PURSUIT = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 MPPI = "nav2_mppi_controller::MPPIController"
+_DEFAULT_TYPES = {views.DEFAULT_CONTROLLER: DWB}  # of controllers without ``plugin``
 
 # The parameters that hold a controller's highest forward speed [m/s], and the fields that have
 # Nav2's default.
@@ -65,7 +66,10 @@ class RobotLimits:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """The controller that follows the path: FollowPath, else the first one listed, or the one below a rotation shim."""
+    """The controller that follows the path: FollowPath, else the first one listed.
+
+    Of a rotation shim the one below it.
+    """
 
     type: str
     name: str  # dotted name of the namespace that holds its parameters
@@ -80,6 +84,7 @@ class Subject:
     def __init__(self, nav2: Nav2File, robot: RobotLimits | None = None) -> None:
         self.nav2 = nav2
         self.robot = robot
+        self.subject = self  # a rule may ask for the whole
 
     def has(self, node: str) -> bool:
         """Whether the file sets any parameter of a node."""
@@ -91,12 +96,22 @@ class Subject:
 
     def number(self, node: str, name: str, default: float) -> float:
         """One parameter as a number; the default where it is none."""
-        value = self.value(node, name, default)
-        return (
-            float(value)
-            if isinstance(value, int | float) and not isinstance(value, bool)
-            else default
-        )
+        value = self.value(node, name)
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return float(value)
+        return default
+
+    def default_note(self, node: str, name: str, note: str = " (Nav2's default)") -> str:
+        """What to add to a value where the file leaves it out; empty where it has it."""
+        if self.value(node, name) is None:
+            return note
+        return ""
+
+    def shape_key(self, costmap: str) -> str:
+        """The parameter that gives the robot's shape in a costmap."""
+        if self.value(costmap, "footprint"):
+            return "footprint"
+        return "robot_radius"
 
     def names(self, node: str, name: str) -> tuple[str, ...]:
         """The names in a list parameter."""
@@ -114,18 +129,12 @@ class Subject:
 
         0: none.
         """
-        entries = {
-            name: entry for name, entry in self.nav2.parameters.get(node, {}).items() if entry.line
-        }
-        if name in entries:
+        entries = self.nav2.parameters.get(node, {})
+        if name in entries and entries[name].line:
             return entries[name].line
-        prefix = name.rpartition(".")[0]
-        lines = [
-            entry.line
-            for each, entry in entries.items()
-            if each.startswith(f"{prefix}." if prefix else "")
-        ]
-        return min(lines, default=0)
+        namespace, dot, _ = name.rpartition(".")
+        beside = [entry for each, entry in entries.items() if each.startswith(namespace + dot)]
+        return min((entry.line for entry in beside if entry.line), default=0)
 
     @cached_property
     def server(self) -> ControllerServerParams | None:
@@ -138,10 +147,9 @@ class Subject:
         name = self._driving_controller
         if name is None or self._type_of(name) != SHIM:
             return None
-        params = self._read(
-            CONTROLLER, lambda nav2: nav2.read(RotationShimParams, CONTROLLER, name)
+        return self._read(
+            CONTROLLER, lambda nav2: Named(name, nav2.read(RotationShimParams, CONTROLLER, name))
         )
-        return None if params is None else Named(name, params)
 
     @cached_property
     def drive(self) -> Drive | None:
@@ -180,11 +188,10 @@ class Subject:
     def top_speed(self) -> float:
         """The highest forward speed that the controller asks for, in [m/s]; 0: unknown."""
         if self.dwb is not None:
-            return (
-                self.dwb.max_vel_x
-                if self.dwb.max_speed_xy < 0.0
-                else min(self.dwb.max_vel_x, self.dwb.max_speed_xy)
-            )
+            speed = self.dwb.max_vel_x
+            if self.dwb.max_speed_xy >= 0.0:
+                speed = min(speed, self.dwb.max_speed_xy)
+            return speed
         if self.drive is None or self.drive.type not in _SPEEDS:
             return 0.0
         key, kind = _SPEEDS[self.drive.type]
@@ -194,12 +201,8 @@ class Subject:
     @property
     def speed_name(self) -> str:
         """The parameter that gives the top speed."""
-        drive = self.drive
-        return (
-            f"{drive.name}.{_SPEEDS.get(drive.type, _SPEEDS[DWB])[0]}"
-            if drive
-            else "FollowPath.max_vel_x"
-        )
+        drive = self.drive or Drive(DWB, "FollowPath")
+        return f"{drive.name}.{_SPEEDS.get(drive.type, _SPEEDS[DWB])[0]}"
 
     @cached_property
     def braking(self) -> float | None:
@@ -207,11 +210,13 @@ class Subject:
 
         None: unknown.
         """
-        limits = (
-            -self.dwb.decel_lim_x if self.dwb is not None else 0.0,
-            -self.smoother.max_decel[0] if self.smoother is not None else 0.0,
-            self.robot.max_deceleration if self.robot is not None else 0.0,
-        )
+        limits = []
+        if self.dwb is not None:
+            limits.append(-self.dwb.decel_lim_x)
+        if self.smoother is not None:
+            limits.append(-self.smoother.max_decel[0])
+        if self.robot is not None:
+            limits.append(self.robot.max_deceleration)
         return min((limit for limit in limits if limit > 0.0), default=None)
 
     @cached_property
@@ -246,22 +251,21 @@ class Subject:
 
     @property
     def _driving_controller(self) -> str | None:
-        names = self.server.controller_plugins if self.server is not None else ()
-        return next(iter(views.preferred(views.DEFAULT_CONTROLLER, names)), None)
+        if self.server is None:
+            return None
+        names = views.preferred(views.DEFAULT_CONTROLLER, self.server.controller_plugins)
+        return next(iter(names), None)
 
     def _type_of(self, name: str) -> str:
-        return plugin_type(
-            self.value(CONTROLLER, f"{name}.plugin", DWB if name == "FollowPath" else "")
-        )
+        default = _DEFAULT_TYPES.get(name, "")
+        return plugin_type(self.value(CONTROLLER, f"{name}.plugin", default))
 
     def _plugin(self, view: Callable[[Nav2File], views.Plugin], kind: type[T]) -> Named[T] | None:
         """A plugin of the controller server, if its parameters are of a kind."""
         plugin = self._read(CONTROLLER, view)
-        return (
-            Named(plugin.name, plugin.params)
-            if plugin is not None and isinstance(plugin.params, kind)
-            else None
-        )
+        if plugin is None or not isinstance(plugin.params, kind):
+            return None
+        return Named(plugin.name, plugin.params)
 
     def _read(self, node: str, view: Callable[[Nav2File], T]) -> T | None:
         if not self.has(node):

@@ -30,8 +30,8 @@ def tree_finds_no_plugin(subject: Subject) -> Iterator[Finding]:
             yield Finding(
                 key,
                 f"{', '.join(names)}, but {DEFAULT_TREES[0]} asks for {name}",
-                f"rename {names[0]} to {name}, in the list and in its section, or name a tree of your own in "
-                f"bt_navigator {TREE_KEY}",
+                f"rename {names[0]} to {name}, in the list and in its section, "
+                f"or name a tree of your own in bt_navigator {TREE_KEY}",
                 node,
             )
 
@@ -50,7 +50,8 @@ def ambiguous_checker(subject: Subject) -> Iterator[Finding]:
         if len(names) > 1:
             yield Finding(
                 f"{kind}_plugins",
-                f"{', '.join(names)}, but {DEFAULT_TREES[0]} (Jazzy's) gives FollowPath no {kind}_id",
+                f"{', '.join(names)}, "
+                f"but {DEFAULT_TREES[0]} (Jazzy's) gives FollowPath no {kind}_id",
                 f"{kind}_plugins: [{names[0]}], or a tree of your own with {kind}_id",
             )
 

@@ -17,39 +17,39 @@ class Catalog:
     """Blocks by node and by plugin type, and the plugins that are available."""
 
     families: Mapping[str, Mapping[str, Entry]]  # of Nav2 and of this program, by type
-    # those that run here, with their parameters
+    # those that run here, with their parameters; by family and type
     available: Mapping[str, Mapping[str, Params | None]]
 
     @staticmethod
     def build() -> "Catalog":
         """The catalog of this program's plugins and of installed packages' (``navstack.plugins``)."""
-        families = {
-            family: {**types, **algorithms(family)} for family, types in nodes.FAMILIES.items()
-        }
-        available = {
-            family: {
+        families, available = {}, {}
+        for family, types in nodes.FAMILIES.items():
+            known = {**types, **algorithms(family)}
+            families[family] = known
+            available[family] = {
                 kind: entry.params
-                for kind, entry in types.items()
+                for kind, entry in known.items()
                 if _has_own_params(family, entry)
             }
-            for family, types in families.items()
-        }
-        return Catalog(families, {family: types for family, types in available.items() if types})
+        return Catalog(families, available)
 
     def is_available(self, family: str, plugin: str) -> bool:
         """Whether a plugin runs here."""
-        return plugin in self.available.get(family, {})
+        return plugin in self.available[family]
 
     def critic_type(self, family: str, value: Any) -> str:
-        """The name of a critic as the schema has it: ``dwb_critics::PathAlignCritic`` is ``PathAlign``.
+        """The name of a critic in the schema: ``dwb_critics::PathAlignCritic`` is ``PathAlign``.
 
         A critic of another package keeps its package, and so is unknown.
         """
         text = str(value).replace("/", "::")
         name = text.removeprefix(f"{family}::")
-        known = self.families.get(family, {})
+        known = self.families[family]
         short = name.removesuffix("Critic")
-        return short if name not in known and short in known else name
+        if short in known and name not in known:
+            return short
+        return name
 
     def refusal(self, family: str, plugin: str) -> str:
         """Why a plugin type cannot be had, in one line without a subject's path.
@@ -58,19 +58,20 @@ class Catalog:
         """
         if self.is_available(family, plugin):
             return ""
+        known = self.families[family]
         here = ", ".join(sorted(self._running(family))) or "none"
-        if plugin in self.families.get(family, {}):
+        if plugin in known:
             return f"{plugin} is a Nav2 plugin that is not available here; available: {here}"
-        hint = did_you_mean(plugin, self.families.get(family, {}))
+        hint = did_you_mean(plugin, known)
         return f"unknown plugin '{plugin}'{hint}; available: {here}"
 
     def _running(self, family: str) -> Iterable[str]:
         """The types of a family that run here; of one that this program does not know, all."""
-        known = self.families.get(family, {})
+        known, available = self.families[family], self.available[family]
         if family in bindings.CRITICS:
             ours = known.keys() & nested_params(bindings.CRITICS[family]).keys()
-            return ours | self.available.get(family, {}).keys()
-        return self.available.get(family) or known
+            return ours | available.keys()
+        return available or known
 
 
 def _has_own_params(family: str, entry: Entry) -> bool:
@@ -82,7 +83,7 @@ def _has_own_params(family: str, entry: Entry) -> bool:
 
 
 def plugin_type(value: Any) -> str:
-    """A plugin type as Nav2 Jazzy spells it: ``::`` between package and class, today's package name."""
+    """A plugin type as Nav2 Jazzy spells it: with ``::`` and today's package name."""
     package, separator, name = str(value).replace("/", "::").partition("::")
     return nodes.RENAMED_PACKAGES.get(package, package) + separator + name
 
@@ -96,7 +97,7 @@ def node_kind(name: str) -> str | None:
         return name
     known = [target for begin, target in nodes.NODE_PREFIXES.items() if name.startswith(begin)]
     known += [target for end, target in nodes.NODE_SUFFIXES.items() if name.endswith(end)]
-    return known[0] if known else None
+    return next(iter(known), None)
 
 
 def node_block(name: str) -> Block | None:
@@ -104,7 +105,9 @@ def node_block(name: str) -> Block | None:
     if name in nodes.FOREIGN_NODES:
         return OPEN
     kind = node_kind(name)
-    return None if kind is None else nodes.NODES.get(kind, Block())
+    if kind is None:
+        return None
+    return nodes.NODES.get(kind, Block())
 
 
 def node_params(name: str) -> Params | None:

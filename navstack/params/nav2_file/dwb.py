@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from navstack.params.dwb import FALLBACK_SCALES, DwbParams
-from navstack.params.nav2_file.findings import Visit
+from navstack.params.nav2_file.findings import Visit, value_of
 from navstack.params.nav2_file.ros_yaml import Entry
 from navstack.params.registry.bindings import nested_params
 
@@ -20,7 +20,7 @@ def fallback_scales(entries: Mapping[str, Entry], prefix: str) -> dict[str, Entr
         return {}
     found = {}
     for critic, (older, scale) in FALLBACK_SCALES.items():
-        bias = entries[f"{prefix}{older}"].value if f"{prefix}{older}" in entries else scale
+        bias = value_of(entries, f"{prefix}{older}", scale)
         # anything else is reported where it stands
         if isinstance(bias, int | float) and not isinstance(bias, bool):
             found[f"{prefix}{critic}.scale"] = Entry(float(bias), 0, 0, 0, 0)

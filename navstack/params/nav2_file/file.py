@@ -16,13 +16,17 @@ from navstack.params.nav2_file import edit
 from navstack.params.nav2_file.catalog import Catalog, node_block, node_params, plugin_type
 from navstack.params.nav2_file.check import Checker
 from navstack.params.nav2_file.dwb import fallback_scales, unnamed_critics
-from navstack.params.nav2_file.eloquent import convert_plugins
 from navstack.params.nav2_file.filters import filter_notices
-from navstack.params.nav2_file.findings import Findings, Notice, Section, Visit, is_told, names_in
-from navstack.params.nav2_file.monitor import NODE as MONITOR
-from navstack.params.nav2_file.monitor import convert_footprint, convert_polygons, monitor_notices
+from navstack.params.nav2_file.findings import (
+    Findings,
+    Notice,
+    Parameters,
+    Section,
+    Visit,
+    is_told,
+    value_of,
+)
 from navstack.params.nav2_file.nodes import (
-    COSTMAPS,
     default_path,
     entries_of,
     in_file,
@@ -33,6 +37,7 @@ from navstack.params.nav2_file.nodes import (
     sections_of,
     tree_notices,
 )
+from navstack.params.nav2_file.older_forms import convert_older_forms
 from navstack.params.nav2_file.ros_yaml import (
     Document,
     Entry,
@@ -41,10 +46,11 @@ from navstack.params.nav2_file.ros_yaml import (
     parse_document,
     parse_scalar,
 )
-from navstack.params.nav2_file.sources import source_notices
+from navstack.params.nav2_file.sources import monitor_notices, source_notices
 from navstack.params.nav2_file.values import INTEGERS, read_values, value_notices
 from navstack.params.registry import nodes
 from navstack.params.registry.bindings import parameter_of
+from navstack.params.registry.block import Block
 from navstack.params.registry.entry import Params
 
 T = TypeVar("T")
@@ -67,9 +73,7 @@ class Nav2File:
 
     path: Path
     document: Document
-    parameters: Mapping[
-        str, Mapping[str, Entry]
-    ]  # node -> dotted name -> entry; wildcards and other releases' names applied
+    parameters: Parameters  # wildcards and other releases' names applied
     visits: Mapping[str, tuple[Visit, ...]]
     # node -> today's dotted name -> the one that the file has
     renames: Mapping[str, Mapping[str, str]]
@@ -89,8 +93,7 @@ class Nav2File:
 
     def value(self, node: str, name: str, default: Any = None) -> Any:
         """One parameter by its dotted name, as it stands in the file."""
-        entry = self.parameters.get(node, {}).get(name)
-        return default if entry is None else entry.value
+        return value_of(self.parameters.get(node, {}), name, default)
 
     def read(self, cls: type[T], node: str, *prefix: str, **given: Any) -> T:
         """A dataclass filled from a node's parameters below a prefix.
@@ -113,33 +116,25 @@ class Nav2File:
         Raises:
             ParameterError: the type is missing, unknown, or not available here.
         """
-        value = self.value(node, f"{name}.plugin")
+        where = f"{self.path.name}: {node}: {name}"
         lists = nodes.NODES[node].plugins.values()
-        defaults = {
-            key: kind
-            for plugins in lists
-            if plugins.family == family
-            for key, kind in plugins.defaults.items()
-        }
-        if value is None and name not in defaults:
-            raise ParameterError(
-                f"{self.path.name}: {node}: {name}.plugin is missing; give the plugin's type"
-            )
-        kind = defaults[name] if value is None else plugin_type(value)
+        defaults = (plugins.defaults.get(name) for plugins in lists if plugins.family == family)
+        value = self.value(node, f"{name}.plugin", next(filter(None, defaults), None))
+        if value is None:
+            raise ParameterError(f"{where}.plugin is missing; give the plugin's type")
+        kind = plugin_type(value)
         refusal = self.catalog.refusal(family, kind)
         if refusal:
-            raise ParameterError(
-                f"{self.path.name}: {node}: {name}: {refusal}{_way_on(family, name)}"
-            )
+            raise ParameterError(f"{where}: {refusal}{_way_on(family, name)}")
         return kind
 
     def merged(self) -> dict[str, Any]:
-        """The file with the defaults of everything that this program reads filled in, nested as Nav2 wants it."""
+        """The file with every default that this program reads, nested as Nav2 wants it."""
         result: dict[str, Any] = {}
-        for node in self.parameters:
-            values = {name: entry.value for name, entry in self.parameters.get(node, {}).items()}
+        for node, entries in self.parameters.items():
+            values = {name: entry.value for name, entry in entries.items()}
             namespaces = {name[:i] for name in values for i, char in enumerate(name) if char == "."}
-            visits = list(self.visits.get(node, ()))
+            visits = list(self.visits[node])
             visits += [critic for parent in visits for critic in unnamed_critics(parent, values)]
             for visit in visits:
                 if visit.plugin:
@@ -201,7 +196,10 @@ class Nav2File:
         sections = sections_of(self.document, node)
         holding = [text for text in sections if dotted in text.entries]
         own = [text for text in sections if not is_wildcard(text)]
-        return (holding or own)[-1].path if holding or own else default_path(node)
+        for sections in (holding, own):
+            if sections:
+                return sections[-1].path
+        return default_path(node)
 
 
 def load_nav2(path: Path, allow_unknown: bool = False) -> Nav2File:
@@ -218,9 +216,10 @@ def load_nav2(path: Path, allow_unknown: bool = False) -> Nav2File:
     """
     file = inspect_nav2(path, allow_unknown)
     errors = file.errors
+    if len(errors) > 1:
+        raise ParameterError(f"{path}: {errors[0]} (and {len(errors) - 1} more)")
     if errors:
-        others = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-        raise ParameterError(f"{path}: {errors[0]}{others}")
+        raise ParameterError(f"{path}: {errors[0]}")
     return file
 
 
@@ -250,70 +249,74 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
     found: dict[str, Findings] = {}
     for node in nodes_to_check(document):
         block = node_block(node)
-        if block is None:
-            continue
-        entries = entries_of(document, node)
-        older = convert_plugins(node, entries)
-        findings = Checker(node, catalog).check_node(block, Section.of(entries), node_params(node))
-        for old, new in findings.renames.items():
-            entry = entries.pop(old)
-            value = entry.value
-            if isinstance(value, str) and new.endswith("_plugins"):  # one name became a list
-                value = list(names_in(value))
-            entries[new] = replace(entry, value=value)
-        findings.notices += older
-        if node == MONITOR:
-            findings.notices += convert_polygons(entries)
-        if node in COSTMAPS:
-            findings.notices += convert_footprint(node, entries)
-        for prefix in (visit.prefix for visit in findings.visits if visit.params is DwbParams):
-            entries |= fallback_scales(entries, prefix)
-        parameters[node], found[node] = entries, findings
-    visits = {node: tuple(findings.visits) for node, findings in found.items()}
-    notices = [Notice(kind, "", text, line=line) for kind, line, text in document.remarks]
-    notices += [
-        *node_notices(document),
-        *joined_notices(document, found),
-        *tree_notices(parameters),
-    ]
-    notices += [
-        *filter_notices(parameters),
-        *monitor_notices(parameters),
-        *source_notices(parameters),
-    ]
-    for node, entries in parameters.items():
-        notices += value_notices(node, entries, visits[node])
-    notices.sort(key=lambda notice: (not notice.is_error, notice.line))
-    if allow_unknown:
-        notices = [
-            replace(notice, is_error=notice.is_error and notice.id == "bad-value")
-            for notice in notices
-        ]
-    notices = [
-        notice
-        for notice in notices
-        if notice.id != "bad-value" or not is_told(notice.message, notices)
-    ]
+        if block is not None:
+            parameters[node] = entries_of(document, node)
+            found[node] = _check_node(node, block, parameters[node], catalog)
     ignored = [
         name
         for node, findings in found.items()
         if in_file(document, node)
         for name in findings.ignored
     ]
-    unique = tuple(dict.fromkeys(ignored))
-    renames = {
-        node: {new: old for old, new in findings.renames.items()}
-        for node, findings in found.items()
-    }
     return Nav2File(
-        path, document, parameters, visits, renames, tuple(dict.fromkeys(notices)), unique, catalog
+        path=path,
+        document=document,
+        parameters=parameters,
+        visits={node: tuple(findings.visits) for node, findings in found.items()},
+        renames={
+            node: {new: old for old, new in findings.renames.items()}
+            for node, findings in found.items()
+        },
+        notices=_notices(document, parameters, found, allow_unknown),
+        ignored=tuple(dict.fromkeys(ignored)),
+        catalog=catalog,
     )
+
+
+def _check_node(node: str, block: Block, entries: dict[str, Entry], catalog: Catalog) -> Findings:
+    """Check one node, and give its parameters today's names and forms."""
+    older = convert_older_forms(node, entries)
+    findings = Checker(node, catalog).check_node(block, Section.of(entries), node_params(node))
+    findings.notices += older
+    findings.apply_renames(entries)
+    for visit in findings.visits:
+        if visit.params is DwbParams:
+            entries |= fallback_scales(entries, visit.prefix)
+    return findings
+
+
+def _notices(
+    document: Document, parameters: Parameters, found: Mapping[str, Findings], allow_unknown: bool
+) -> tuple[Notice, ...]:
+    """What a user should see: errors first, then in the order of the file."""
+    notices = [
+        *(Notice(kind, "", text, line=line) for kind, line, text in document.remarks),
+        *node_notices(document),
+        *joined_notices(document, found),
+        *tree_notices(parameters),
+        *filter_notices(parameters),
+        *monitor_notices(parameters),
+        *source_notices(parameters),
+    ]
+    for node, entries in parameters.items():
+        notices += value_notices(node, entries, found[node].visits)
+    notices.sort(key=lambda notice: (not notice.is_error, notice.line))
+    if allow_unknown:
+        notices = [
+            replace(notice, is_error=notice.is_error and notice.id == "bad-value")
+            for notice in notices
+        ]
+    shown = [
+        each for each in notices if each.id != "bad-value" or not is_told(each.message, notices)
+    ]
+    return tuple(dict.fromkeys(shown))
 
 
 def _way_on(family: str, name: str) -> str:
     """How a file drives although a plugin of it does not."""
-    kind = SUBSTITUTES.get(family)
-    return f"; drive with another one by --substitute {name}={kind}" if kind else ""
+    if family not in SUBSTITUTES:
+        return ""
+    return f"; drive with another one by --substitute {name}={SUBSTITUTES[family]}"
 
 
 def _defaults(params: Params) -> Iterator[tuple[str, Value]]:
@@ -349,8 +352,6 @@ def _quoted(value: Any) -> Any:
         return {name: _quoted(item) for name, item in value.items()}
     if isinstance(value, list):
         return [_quoted(item) for item in value]
-    return (
-        DoubleQuotedScalarString(value)
-        if isinstance(value, str) and parse_scalar(value) != value
-        else value
-    )
+    if isinstance(value, str) and parse_scalar(value) != value:
+        return DoubleQuotedScalarString(value)
+    return value

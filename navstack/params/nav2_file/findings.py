@@ -1,10 +1,12 @@
 """What a check of a parameter file works on, and what it finds."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from navstack.params.nav2_file.ros_yaml import Entry, Value
 from navstack.params.registry.entry import Params
+
+Parameters = Mapping[str, Mapping[str, Entry]]  # node -> dotted name -> entry
 
 UNKNOWN = "unknown-plugin"  # ids of notices
 UNKNOWN_KEY, MISSPELT = "unknown-key", "misspelt-key"
@@ -24,9 +26,14 @@ class Notice:
     is_error: bool = False
 
     def __str__(self) -> str:
-        line = f"line {self.line}: " if self.line else ""
-        path = f"{self.path}: " if self.path else ""
-        return f"{line}{path}{self.message}" + (f"; {self.advice}" if self.advice else "")
+        text = self.message
+        if self.path:
+            text = f"{self.path}: {text}"
+        if self.line:
+            text = f"line {self.line}: {text}"
+        if self.advice:
+            text = f"{text}; {self.advice}"
+        return text
 
 
 @dataclass(slots=True)
@@ -74,9 +81,17 @@ class Findings:
     # dotted name in the file -> today's dotted name
     renames: dict[str, str] = field(default_factory=dict)
 
+    def apply_renames(self, entries: dict[str, Entry]) -> None:
+        """Give parameters today's names."""
+        for old, new in self.renames.items():
+            entry = entries.pop(old)
+            if isinstance(entry.value, str) and new.endswith("_plugins"):  # one name became a list
+                entry = replace(entry, value=list(names_in(entry.value)))
+            entries[new] = entry
+
 
 def is_told(message: str, notices: Iterable[Notice]) -> bool:
-    """Whether what a controller says of its critics is of one that is refused as an unknown plugin already."""
+    """Whether a controller's message is about a critic that is refused as an unknown plugin."""
     refused = (
         notice.path.rpartition(".")[2]
         for notice in notices
@@ -101,4 +116,6 @@ def names_in(value: Value | None) -> tuple[str, ...]:
     """The names in a list parameter: a list of texts, or one text with blanks between the names."""
     if isinstance(value, str):
         return tuple(value.split())
-    return tuple(str(item) for item in value) if isinstance(value, list) else ()
+    if isinstance(value, list):
+        return tuple(str(item) for item in value)
+    return ()

@@ -2,15 +2,23 @@
 
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 from navstack.errors import did_you_mean
 from navstack.params.nav2_file.catalog import node_block, node_names
-from navstack.params.nav2_file.findings import MISSPELT, UNKNOWN_KEY, Findings, Notice
+from navstack.params.nav2_file.findings import (
+    MISSPELT,
+    UNKNOWN_KEY,
+    Findings,
+    Notice,
+    Parameters,
+)
 from navstack.params.nav2_file.hints import nearly_equal
 from navstack.params.nav2_file.ros_yaml import Document, Entry, NodeText
 from navstack.params.registry import bindings, nodes
 from navstack.params.registry.block import OPEN
 
+MONITOR = "collision_monitor"
 COSTMAPS = ("local_costmap", "global_costmap")  # each in a namespace of its own name
 LIKE_A_NODE = 0.75  # similarity from which an unknown node is taken for a misspelt one
 DEFAULT_TREES = (
@@ -31,7 +39,9 @@ def node_name(text: NodeText) -> str:
 
 def default_path(node: str) -> tuple[str, ...]:
     """Where a node stands in a file of one robot."""
-    return (node, node) if node in COSTMAPS else (node,)
+    if node in COSTMAPS:
+        return (node, node)
+    return (node,)
 
 
 def sections_of(document: Document, node: str) -> list[NodeText]:
@@ -42,9 +52,9 @@ def sections_of(document: Document, node: str) -> list[NodeText]:
     A section under today's name hides those under an older one.
     """
     own = [text for text in document.nodes if not is_wildcard(text) and node_name(text) == node]
-    current = [text for text in own if text.path[-1] == node]
-    own = current or own
-    full_name = "/" + "/".join(own[-1].path if own else default_path(node))
+    own = [text for text in own if text.path[-1] == node] or own
+    path = own[-1].path if own else default_path(node)
+    full_name = "/" + "/".join(path)
     return [
         text
         for text in document.nodes
@@ -66,8 +76,10 @@ def nodes_to_check(document: Document) -> list[str]:
     With a wildcard, every node of Nav2.
     """
     in_file = [node_name(text) for text in document.nodes if not is_wildcard(text)]
-    every = nodes.NODES if any(is_wildcard(text) for text in document.nodes) else ()
-    return list(dict.fromkeys([*in_file, *bindings.NODES, *every]))
+    names = [*in_file, *bindings.NODES]
+    if any(is_wildcard(text) for text in document.nodes):
+        names += nodes.NODES
+    return list(dict.fromkeys(names))
 
 
 def in_file(document: Document, node: str) -> bool:
@@ -96,7 +108,8 @@ def node_notices(document: Document) -> list[Notice]:
                 Notice("costmap-namespace", path, message, "nest it twice", line=text.line)
             )
         if name in seen:
-            message = f"{name} is given as {'/'.join(seen[name].path)} and as {path}; the last one is read"
+            before = "/".join(seen[name].path)
+            message = f"{name} is given as {before} and as {path}; the last one is read"
             notices.append(Notice("several-namespaces", path, message, line=text.line))
         seen[name] = text
     return notices
@@ -113,12 +126,14 @@ def _unknown_node(text: NodeText) -> Notice:
     )
 
 
-def tree_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice]:
+def tree_notices(parameters: Parameters) -> list[Notice]:
     """A behavior tree other than the one that runs here."""
     name = "default_nav_to_pose_bt_xml"
     entry = parameters.get("bt_navigator", {}).get(name)
-    file = str(entry.value).rpartition("/")[2] if entry else ""
-    if entry is None or file in ("", *DEFAULT_TREES):
+    if entry is None:
+        return []
+    file = str(entry.value).rpartition("/")[2]
+    if file in ("", *DEFAULT_TREES):
         return []
     message = f"'{file}' is not read; Nav2's {DEFAULT_TREES[0]} runs"
     return [Notice("behavior-tree", f"bt_navigator: {name}", message, line=entry.line)]
@@ -146,20 +161,14 @@ def joined_notices(document: Document, found: Mapping[str, Findings]) -> list[No
                 notice, [found[other] for other in matched[text.path]]
             ):
                 path = "/" + "/".join(text.path) + ":" + notice.path.partition(":")[2]
-                notices.append(
-                    Notice(
-                        notice.id, path, notice.message, notice.advice, notice.line, notice.is_error
-                    )
-                )
+                notices.append(replace(notice, path=path))
     return notices
 
 
 def _matched(document: Document, text: NodeText, found: Iterable[str]) -> list[str]:
     """The nodes that a wildcard stands for and whose parameters are known."""
     known = [node for node in found if not (node_block(node) or OPEN).is_open]
-    return [
-        node for node in known if any(text is section for section in sections_of(document, node))
-    ]
+    return [node for node in known if text in sections_of(document, node)]
 
 
 def _all_have(notice: Notice, findings: Iterable[Findings]) -> bool:
@@ -171,11 +180,10 @@ def _same(one: Notice, other: Notice) -> bool:
 
     What one node takes for misspelt, another may not know.
     """
-    first, second = (
-        (UNKNOWN_KEY if each.id == MISSPELT else each.id, each.line, each.path.partition(":")[2])
-        for each in (one, other)
-    )
-    return first == second
+    ids = {one.id, other.id}
+    is_alike = len(ids) == 1 or ids == {UNKNOWN_KEY, MISSPELT}
+    names = {each.path.partition(":")[2] for each in (one, other)}
+    return is_alike and one.line == other.line and len(names) == 1
 
 
 def _stands_for(text: NodeText, full_name: str) -> bool:

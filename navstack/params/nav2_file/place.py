@@ -1,10 +1,10 @@
 """A namespace of a parameter file, with what Nav2 and this program know of it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 
 from navstack.params.nav2_file.catalog import Catalog, plugin_type
-from navstack.params.nav2_file.findings import Section, names_in
+from navstack.params.nav2_file.findings import Section, names_in, value_of
 from navstack.params.nav2_file.hints import nearly_equal
 from navstack.params.registry.bindings import NO_EFFECT, ONLY_WITHOUT, field_names, nested_params
 from navstack.params.registry.block import Block, PluginList
@@ -13,9 +13,9 @@ from navstack.params.registry.entry import Params
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A namespace, what Nav2 declares there, and the dataclasses that read it (none.
+    """A namespace, what Nav2 declares there, and the dataclasses that read it.
 
-    All of it is ignored).
+    Without a dataclass all of it is ignored.
     """
 
     block: Block
@@ -26,28 +26,18 @@ class Place:
     @property
     def used_keys(self) -> frozenset[str]:
         """The parameters that have an effect here."""
-        block = self.block
-        structure = {
-            *block.plugins,
-            *block.named,
-            *block.renamed,
-            *block.newer,
-            *block.delegates,
-            "plugin",
-            "class",
-        }
-        return frozenset(structure).union(
-            *(field_names(params) - self._idle(params) for params in self.params)
-        )
+        keys = {*self.block.structure_keys, "plugin", "class"}
+        for params in self.params:
+            keys |= field_names(params) - self._idle(params)
+        return frozenset(keys)
 
     def _idle(self, params: Params) -> frozenset[str]:
-        """Fields that do nothing, at all or because the parameter is given that they stand in for."""
-        replaced = [
-            names
-            for key, names in ONLY_WITHOUT.get(params, {}).items()
-            if key in self.section.values
-        ]
-        return NO_EFFECT.get(params, frozenset()).union(*replaced)
+        """Fields without effect, at all or because the file gives what they stand in for."""
+        idle = NO_EFFECT.get(params, frozenset())
+        for key, names in ONLY_WITHOUT.get(params, {}).items():
+            if key in self.section.values:
+                idle |= names
+        return idle
 
     @property
     def nested_params(self) -> Mapping[str, Params]:
@@ -60,49 +50,43 @@ class Place:
     def listed_names(self, key: str) -> tuple[str, ...]:
         """The names in a list parameter, or Nav2's default names where it is absent."""
         others = [other for other, name in self.block.renamed.items() if name == key]
-        entries = [
-            self.section.values[name] for name in (key, *others) if name in self.section.values
-        ]
-        if entries:
-            return names_in(entries[0].value)
-        plugins = self.block.plugins.get(key)
-        return tuple(plugins.defaults) if plugins is not None and self.params else ()
+        for name in (key, *others):
+            if name in self.section.values:
+                return names_in(self.section.values[name].value)
+        if self.params and key in self.block.plugins:
+            return tuple(self.block.plugins[key].defaults)
+        return ()
 
     @property
     def all_listed(self) -> set[str]:
         """The names in all of its lists, each of which wants a section."""
-        return {
-            name
-            for key in (*self.block.plugins, *self.block.named)
-            for name in self.listed_names(key)
-        }
+        return self._names((*self.block.plugins, *self.block.named))
 
     def line_of(self, key: str) -> int:
         """The line of a parameter; 0: the file leaves it out."""
-        entry = self.section.values.get(key)
-        return entry.line if entry is not None else 0
+        if key in self.section.values:
+            return self.section.values[key].line
+        return 0
 
     def misspells(self, name: str) -> list[str]:
         """The names that a list gives, that have no section, and that ``name`` all but spells."""
-        sections = self.section.sections
-        missing = [
-            each for key in self._lists() for each in self.listed_names(key) if each not in sections
-        ]
-        return nearly_equal(name, missing)
+        # a critic needs no section
+        lists = [key for key, each in self.block.plugins.items() if not each.name_is_type]
+        listed = self._names((*lists, *self.block.named))
+        return nearly_equal(name, listed - self.section.sections.keys())
 
-    def _lists(self) -> list[str]:
-        """The list parameters whose names need a section; a critic needs none."""
-        return [key for key, each in self.block.plugins.items() if not each.name_is_type] + [
-            *self.block.named
-        ]
+    def _names(self, lists: Iterable[str]) -> set[str]:
+        return {name for key in lists for name in self.listed_names(key)}
 
 
 def type_of(catalog: Catalog, plugins: PluginList, name: str, child: Section) -> str | None:
     """The type of a plugin: as given, Nav2's default for its name, or None."""
-    entry = child.values.get(plugins.selector)
     if plugins.name_is_type:
-        return catalog.critic_type(plugins.family, entry.value if entry else name)
-    return plugin_type(entry.value) if entry else plugins.defaults.get(name)
+        critic = value_of(child.values, plugins.selector, name)
+        return catalog.critic_type(plugins.family, critic)
+    if plugins.selector in child.values:
+        return plugin_type(child.values[plugins.selector].value)
+    return plugins.defaults.get(name)
 
 
 def joined(block: Block, other: Block) -> Block:

@@ -1,17 +1,17 @@
-"""Observation sources of obstacle layers that read the robot's one planar scan in place of a sensor of their own."""
+"""Observation sources that read the robot's one planar scan in place of a sensor of their own."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
+from navstack.params.collision_monitor import OTHER_SOURCES
 from navstack.params.nav2_file.catalog import plugin_type
-from navstack.params.nav2_file.findings import Notice, names_of, value_of
-from navstack.params.nav2_file.nodes import COSTMAPS
-from navstack.params.nav2_file.ros_yaml import Entry
+from navstack.params.nav2_file.findings import Notice, Parameters, names_of, value_of
+from navstack.params.nav2_file.nodes import COSTMAPS, MONITOR
 from navstack.params.registry.nodes import DEFAULT_LAYERS
 
 OBSTACLE_LAYER = "nav2_costmap_2d::ObstacleLayer"  # a VoxelLayer is told as a whole
 
 
-def source_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice]:
+def source_notices(parameters: Parameters) -> list[Notice]:
     """Point clouds, and scans of other topics than the first one's.
 
     Topics without a leading slash.
@@ -28,20 +28,35 @@ def source_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice
         else:
             message = f"the scan of topic '{topic}' is that of '{first}' here: the robot has one planar scan"
         given = entries.get(f"{source}.data_type") or entries.get(f"{source}.topic")
-        notices.append(
-            Notice("substitute", f"{node}: {source}", message, line=given.line if given else 0)
-        )
+        line = 0 if given is None else given.line
+        notices.append(Notice("substitute", f"{node}: {source}", message, line=line))
     return notices
 
 
-def _sources(parameters: Mapping[str, Mapping[str, Entry]]) -> Iterator[tuple[str, str, str]]:
+def _sources(parameters: Parameters) -> Iterator[tuple[str, str, str]]:
     """Costmap, layer and name of each source of an enabled obstacle layer."""
     for node in COSTMAPS:
         entries = parameters.get(node, {})
         for layer in names_of(entries, "plugins", DEFAULT_LAYERS):
             kind = plugin_type(value_of(entries, f"{layer}.plugin", DEFAULT_LAYERS.get(layer, "")))
             if kind == OBSTACLE_LAYER and value_of(entries, f"{layer}.enabled", True):
-                yield from (
-                    (node, layer, name)
-                    for name in names_of(entries, f"{layer}.observation_sources")
-                )
+                for name in names_of(entries, f"{layer}.observation_sources"):
+                    yield node, layer, name
+
+
+def monitor_notices(parameters: Parameters) -> list[Notice]:
+    """The collision monitor's enabled sources that are no planar scans."""
+    entries = parameters.get(MONITOR, {})
+    notices = []
+    for name in names_of(entries, "observation_sources"):
+        kind = entries.get(f"{name}.type")
+        if kind is None or not value_of(entries, f"{name}.enabled", True):
+            continue
+        if kind.value == "pointcloud":
+            message = "a pointcloud runs on the robot's planar scan"
+        elif kind.value in OTHER_SOURCES:
+            message = f"there is no sensor of type '{kind.value}' here: it sees nothing and never grows stale"
+        else:
+            continue
+        notices.append(Notice("substitute", f"{MONITOR}: {name}", message, line=kind.line))
+    return notices

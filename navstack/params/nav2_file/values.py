@@ -6,11 +6,10 @@ import re
 import types
 import typing
 from collections.abc import Iterable, Iterator, Mapping
-from keyword import iskeyword
 from typing import Any, TypeVar, Union, get_args, get_origin
 
 from navstack.errors import InputError, ParameterError
-from navstack.params.costmap import CHOICES, CostmapParams
+from navstack.params.costmap import CHOICES, WITHOUT_LAYERS, CostmapParams
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.findings import Notice, Visit
 from navstack.params.nav2_file.ros_yaml import Entry, Value, is_placeholder
@@ -23,6 +22,13 @@ INTEGERS = ("width", "height")  # whole numbers in Nav2, any here
 LISTS_ONLY = ("critics",)  # lists of names that no release of Nav2 takes as one text with blanks
 PLUGIN_KEYS = ("plugin", "primary_controller")  # parameters whose value is a plugin type
 
+KINDS: dict[Any, str] = {
+    float: "a number",
+    int: "a whole number",
+    str: "a text",
+    bool: "true or false",
+}
+MOST_SHOWN = 60  # characters of a value in a message
 LARGEST = 1e9  # of any number with a decimal point
 # ends of names whose values may be as large as they like
 ENDLESS = ("_range", "_height", "path_length_tolerance")
@@ -42,40 +48,68 @@ def read_values(
             name.
     """
     values = dict(given)
-    for name, kind in _read_fields(cls, given):
-        if dataclasses.is_dataclass(kind) and isinstance(kind, type):
-            values[name] = read_values(kind, entries, f"{prefix}{name}.", {})
-        elif f"{prefix}{name}" in entries and not _is_left_open(kind, entries[f"{prefix}{name}"]):
-            values[name] = _field_value(name, kind, entries[f"{prefix}{name}"], prefix)
+    mistakes: list[_WrongKindError] = []
+    fields = dict(_read_fields(cls, given))
+    sections: dict[str, Any] = {
+        name: kind for name, kind in fields.items() if dataclasses.is_dataclass(kind)
+    }
+    for name, kind in fields.items():
+        entry = entries.get(f"{prefix}{name}")
+        if entry is None or name in sections or _is_left_open(kind, entry):
+            continue
+        try:
+            values[name] = _field_value(name, kind, entry, prefix)
+        except _WrongKindError as error:
+            mistakes.append(error)
+    if mistakes:
+        raise _WrongKindsError(mistakes)
+    for name, kind in sections.items():
+        values[name] = read_values(kind, entries, f"{prefix}{name}.", {})
+    return _made(cls, values, prefix)
+
+
+def _made(cls: type[T], values: Mapping[str, Any], prefix: str) -> T:
+    """The dataclass with these values, by parameter."""
+    fields = {field.name: parameter_of(field.name) for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
     try:
-        made = cls(
-            **{f"{name}_" if iskeyword(name) else name: value for name, value in values.items()}
-        )
+        made = cls(**{field: values[name] for field, name in fields.items() if name in values})
     except InputError as error:
         raise _OutOfRangeError(cls, prefix, str(error)) from None
     for name, value in values.items():  # what the dataclass itself takes at any size
         if isinstance(value, float) and abs(value) > LARGEST and not name.endswith(ENDLESS):
-            raise _OutOfRangeError(
-                cls, prefix, f"{name} {value!r} is out of range; at most {LARGEST:g} is allowed"
-            )
+            reason = f"{name} {value!r} is out of range; at most {LARGEST:g} is allowed"
+            raise _OutOfRangeError(cls, prefix, reason)
     return made
 
 
 def value_notices(node: str, entries: Mapping[str, Entry], visits: Iterable[Visit]) -> list[Notice]:
-    """Values of the wrong kind or out of range, and whole numbers or decimals where Nav2 insists on the other."""
+    """Values of the wrong kind or out of range, and numbers of a form that Nav2 refuses."""
     notices: list[Notice] = []
     for visit in visits:
-        given: dict[str, Any] = (
-            {"plugins": (), "filters": (), "layers": {}} if visit.params is CostmapParams else {}
-        )
-        notices += _wrong_kinds(node, entries, visit, given) or _out_of_range(
-            node, entries, visit, given
-        )
+        notices += [
+            Notice("bad-value", f"{node}: {path}" if path else node, reason, "", line, True)
+            for path, reason, line in _mistakes(entries, visit)
+        ]
         for name, kind in _hints(visit.params).items():
-            if f"{visit.prefix}{name}" in entries:
-                path, entry = f"{node}: {visit.prefix}{name}", entries[f"{visit.prefix}{name}"]
-                notices += _warnings_of(name, kind, path, entry)
+            entry = entries.get(f"{visit.prefix}{name}")
+            if entry is not None:
+                notices += _warnings_of(name, kind, f"{node}: {visit.prefix}{name}", entry)
     return notices
+
+
+def _mistakes(entries: Mapping[str, Entry], visit: Visit) -> list[tuple[str, str, int]]:
+    """Path, reason and line of each value for which a dataclass cannot be read."""
+    given = WITHOUT_LAYERS if visit.params is CostmapParams else {}
+    try:
+        read_values(visit.params, entries, visit.prefix, given)
+    except _WrongKindsError as error:
+        return [(each.path, each.reason, each.line) for each in error.mistakes]
+    except _OutOfRangeError as error:  # perhaps in a sub-namespace, whose own visit says the same
+        names = [name for name in _hints(error.params) if re.search(rf"\b{name}\b", error.reason)]
+        found = [entries.get(f"{error.prefix}{name}") for name in names]
+        line = min((entry.line for entry in found if entry is not None), default=0)
+        return [(error.where, error.reason, line)]
+    return []
 
 
 def _warnings_of(name: str, kind: Any, path: str, entry: Entry) -> Iterator[Notice]:
@@ -115,60 +149,22 @@ def _decimal_number(path: str, entry: Entry) -> Notice:
     return Notice("decimal-number", path, message, "write 3 instead of 3.0", entry.line)
 
 
-def _wrong_kinds(
-    node: str, entries: Mapping[str, Entry], visit: Visit, given: Mapping[str, Any]
-) -> list[Notice]:
-    """All values of one namespace that are of the wrong kind."""
-    notices = []
-    for name, kind in _read_fields(visit.params, given):
-        entry = entries.get(f"{visit.prefix}{name}")
-        if entry is None or dataclasses.is_dataclass(kind) or _is_left_open(kind, entry):
-            continue
-        try:
-            _field_value(name, kind, entry, visit.prefix)
-        except _WrongKindError as error:
-            notices.append(
-                Notice(
-                    "bad-value",
-                    f"{node}: {error.path}",
-                    error.reason,
-                    line=entry.line,
-                    is_error=True,
-                )
-            )
-    return notices
-
-
-def _out_of_range(
-    node: str, entries: Mapping[str, Entry], visit: Visit, given: Mapping[str, Any]
-) -> list[Notice]:
-    """What a dataclass says about values that are of the right kind."""
-    try:
-        read_values(visit.params, entries, visit.prefix, given)
-    except _WrongKindError as error:  # in a sub-namespace, e.g. of a critic that no list names
-        return [
-            Notice(
-                "bad-value", f"{node}: {error.path}", error.reason, line=error.line, is_error=True
-            )
-        ]
-    except _OutOfRangeError as error:  # perhaps in a sub-namespace, whose own visit says the same
-        named = {name for name in _hints(error.params) if re.search(rf"\b{name}\b", error.reason)}
-        lines = [
-            entries[f"{error.prefix}{name}"].line
-            for name in named
-            if f"{error.prefix}{name}" in entries
-        ]
-        path = f"{node}: {error.where}" if error.where else node
-        return [Notice("bad-value", path, error.reason, line=min(lines, default=0), is_error=True)]
-    return []
-
-
 class _WrongKindError(ParameterError):
     """A value of the wrong kind."""
 
     def __init__(self, path: str, reason: str, line: int) -> None:
         super().__init__(f"{path}: {reason} (line {line})")
-        self.path, self.reason, self.line = path, reason, line
+        self.path = path
+        self.reason = reason
+        self.line = line
+
+
+class _WrongKindsError(ParameterError):
+    """The values of the wrong kind in one namespace; the message is about the first."""
+
+    def __init__(self, mistakes: list[_WrongKindError]) -> None:
+        super().__init__(str(mistakes[0]))
+        self.mistakes = mistakes
 
 
 class _OutOfRangeError(ParameterError):
@@ -176,8 +172,10 @@ class _OutOfRangeError(ParameterError):
 
     def __init__(self, params: type[Any], prefix: str, reason: str) -> None:
         self.where = prefix.rstrip(".")
-        super().__init__(f"{self.where}: {reason}" if self.where else reason)
-        self.params, self.prefix, self.reason = params, prefix, reason
+        super().__init__(": ".join(filter(None, (self.where, reason))))
+        self.params = params
+        self.prefix = prefix
+        self.reason = reason
 
 
 def _read_fields(cls: type[Any], given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -192,7 +190,9 @@ def _read_fields(cls: type[Any], given: Mapping[str, Any]) -> Iterator[tuple[str
 def _field_value(name: str, kind: Any, entry: Entry, prefix: str) -> Any:
     if name in LISTS_ONLY and isinstance(entry.value, str):
         raise _WrongKindError(f"{prefix}{name}", f"{_shown(entry.value)} is not a list", entry.line)
-    value = plugin_type(entry.value) if name in PLUGIN_KEYS else entry.value
+    value = entry.value
+    if name in PLUGIN_KEYS:
+        value = plugin_type(value)
     return _convert(kind, value, f"{prefix}{name}", entry.line)
 
 
@@ -222,14 +222,10 @@ def _convert(kind: Any, value: Any, path: str, line: int) -> Any:
         return float(value)
     if kind is not float and isinstance(value, kind) and isinstance(value, bool) == (kind is bool):
         return value
-    expected = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}[
-        kind
-    ]
+    reason = f"is not {KINDS[kind]}"
     if is_placeholder(value):
-        raise _WrongKindError(
-            path, f"{_shown(value)} is left to a launch file; write {expected}", line
-        )
-    raise _WrongKindError(path, f"{_shown(value)} is not {expected}", line)
+        reason = f"is left to a launch file; write {KINDS[kind]}"
+    raise _WrongKindError(path, f"{_shown(value)} {reason}", line)
 
 
 def _without_none(kind: Any) -> Any:
@@ -245,12 +241,13 @@ def _convert_list(kinds: tuple[Any, ...], value: Any, path: str, line: int) -> t
     if not isinstance(value, list):
         raise _WrongKindError(path, f"{_shown(value)} is not a list", line)
     if kinds[-1] is not Ellipsis and len(value) != len(kinds):
-        raise _WrongKindError(
-            path, f"{_shown(value)} has {len(value)} entries; expected {len(kinds)}", line
-        )
+        reason = f"{_shown(value)} has {len(value)} entries; expected {len(kinds)}"
+        raise _WrongKindError(path, reason, line)
     return tuple(_convert(kinds[0], item, f"{path}[{i}]", line) for i, item in enumerate(value))
 
 
 def _shown(value: Any) -> str:
     text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+    if len(text) <= MOST_SHOWN:
+        return text
+    return text[: MOST_SHOWN - 3] + "..."

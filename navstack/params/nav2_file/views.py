@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from navstack.errors import ParameterError
-from navstack.params.behaviors import BehaviorServerParams
 from navstack.params.collision_monitor import (
     CollisionMonitorParams,
     MonitorSourceParams,
@@ -28,7 +27,11 @@ from navstack.params.nav2_file.filters import find_mask
 from navstack.params.nav2_file.findings import names_in
 from navstack.params.registry.bindings import NAMED_SECTIONS, nested_params
 from navstack.params.safety import VelocitySmootherParams
-from navstack.params.servers import ControllerServerParams, PlannerServerParams
+from navstack.params.servers import (
+    BehaviorServerParams,
+    ControllerServerParams,
+    PlannerServerParams,
+)
 from navstack.params.spatio_temporal import SpatioTemporalLayerParams
 
 CONTROLLER, PLANNER, BEHAVIORS = "controller_server", "planner_server", "behavior_server"

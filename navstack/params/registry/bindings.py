@@ -4,9 +4,7 @@ import dataclasses
 import typing
 from collections.abc import Mapping
 
-from navstack.params.amcl import AmclParams
-from navstack.params.amcl_gps import AmclGpsParams
-from navstack.params.behaviors import BehaviorServerParams
+from navstack.params.amcl import AmclGpsParams, AmclParams
 from navstack.params.collision_monitor import (
     CollisionMonitorParams,
     MonitorSourceParams,
@@ -20,7 +18,12 @@ from navstack.params.gps_ekf import GpsEkfParams
 from navstack.params.mppi import MppiParams
 from navstack.params.registry.entry import Params
 from navstack.params.safety import VelocitySmootherParams
-from navstack.params.servers import BtNavigatorParams, ControllerServerParams, PlannerServerParams
+from navstack.params.servers import (
+    BehaviorServerParams,
+    BtNavigatorParams,
+    ControllerServerParams,
+    PlannerServerParams,
+)
 from navstack.params.spatio_temporal import SpatioTemporalLayerParams, SpatioTemporalSourceParams
 from navstack.params.tracker import TrackerParams
 

@@ -39,9 +39,14 @@ class Block:
     is_open: bool = False  # any parameter is accepted
 
     @property
+    def structure_keys(self) -> frozenset[str]:
+        """The parameters that name something else: plugins, sections, today's names."""
+        return frozenset().union(self.plugins, self.named, self.renamed, self.newer, self.delegates)
+
+    @property
     def own_keys(self) -> frozenset[str]:
         """Every parameter directly in this namespace."""
-        return self.keys.union(self.plugins, self.named, self.renamed, self.newer, self.delegates)
+        return self.keys | self.structure_keys
 
 
 OPEN = Block(is_open=True)

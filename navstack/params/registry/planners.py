@@ -4,12 +4,12 @@ from navstack.params.planners import (
     IncrementalNavfnParams,
     NavfnParams,
     OmplParams,
+    SimpleSmootherParams,
     ThetaStarParams,
 )
 from navstack.params.registry.entry import Entry
 from navstack.params.registry.nav2 import family
 from navstack.params.smac import Smac2DParams, SmacHybridParams, SmacLatticeParams
-from navstack.params.smoothers import SimpleSmootherParams
 
 _NAVFN = ("navstack.planning.navfn_kernels", "navstack.planning.navfn_descent")
 PLANNERS = family(

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-from navstack.params.behaviors import DriveParams
 from navstack.params.checkers import (
     PoseProgressCheckerParams,
     PositionGoalCheckerParams,
@@ -12,6 +11,7 @@ from navstack.params.checkers import (
 )
 from navstack.params.registry.entry import Entry, Family, Params
 from navstack.params.registry.nav2 import family
+from navstack.params.servers import DriveParams
 
 
 def _checkers(kind: str, params: Mapping[str, Params]) -> Family:

@@ -1,0 +1,180 @@
+"""What values a parameter may have: declared beside its field, checked when the dataclass is made.
+
+@dataclass(frozen=True, slots=True)
+class WheelParams(Parameters, whose="wheels"):
+    radius: Positive = 0.1  # [m]
+    side: Annotated[str, one_of(("left", "right"))] = "left"
+"""
+
+import math
+from collections.abc import Callable, Container, Iterable
+from dataclasses import dataclass, fields
+from functools import cache
+from typing import Annotated, Any, Protocol, get_type_hints
+
+from navstack.errors import ParameterError, UnknownNameError
+
+
+class Rule(Protocol):
+    """A rule for the value of one field, as it stands in the field's ``Annotated``."""
+
+    def taken(self, name: str, value: Any, where: str) -> Any:
+        """The value that counts for a given one.
+
+        Args:
+            name: of the parameter.
+            value: as given.
+            where: begins the message.
+
+        Raises:
+            InputError: the value is not allowed.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Allowed:
+    """Refuses what it does not admit."""
+
+    text: str  # as it follows "must be"
+    admits: Callable[[Any], bool]
+
+    def taken(self, name: str, value: Any, where: str) -> Any:
+        """The value itself."""
+        if not self.admits(value):
+            raise ParameterError(f"{where}{name} {value} must be {self.text}")
+        return value
+
+
+@dataclass(frozen=True, slots=True)
+class Needed:
+    """Refuses an empty text."""
+
+    reason: str  # as it follows "is missing"
+
+    def taken(self, name: str, value: Any, where: str) -> Any:
+        """The value itself."""
+        if not value:
+            raise ParameterError(f"{where}{name} is missing{self.reason}")
+        return value
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """Refuses other names than the known ones, and offers the nearest of them."""
+
+    kind: str  # what the names stand for
+    names: tuple[str, ...]
+
+    def taken(self, name: str, value: Any, where: str) -> Any:
+        """The value itself."""
+        if value not in self.names:
+            raise UnknownNameError(self.kind, value, self.names)
+        return value
+
+
+@dataclass(frozen=True, slots=True)
+class Replaced:
+    """Takes a usual value in place of any that is not known, as Nav2 does."""
+
+    known: Container[int]
+    usual: int
+
+    def taken(self, name: str, value: Any, where: str) -> Any:
+        """The value if it is known, else the usual one."""
+        return value if value in self.known else self.usual
+
+
+def at_least(least: float) -> Allowed:
+    """A number of ``least`` or more."""
+    return Allowed(f"{least:g} or more", lambda value: bool(value >= least))
+
+
+def at_most(most: float) -> Allowed:
+    """A number of ``most`` or less."""
+    return Allowed(f"at most {most:g}", lambda value: bool(value <= most))
+
+
+def less_than(limit: float) -> Allowed:
+    """A number below ``limit``."""
+    return Allowed(f"less than {limit:g}", lambda value: bool(value < limit))
+
+
+def within(least: float, most: float) -> Allowed:
+    """A number of a range."""
+    return Allowed(f"{least:g} to {most:g}", lambda value: bool(least <= value <= most))
+
+
+def one_of(known: Iterable[str]) -> Allowed:
+    """One of some texts."""
+    names = tuple(known)
+    return Allowed(f"one of {', '.join(names)}", names.__contains__)
+
+
+POSITIVE, NOT_NEGATIVE = Allowed("more than 0", lambda value: bool(value > 0)), at_least(0)
+Positive = Annotated[float, POSITIVE]
+NotNegative = Annotated[float, NOT_NEGATIVE]
+NotPositive = Annotated[float, Allowed("0 or less", lambda value: bool(value <= 0))]
+PositiveInt = Annotated[int, POSITIVE]
+NotNegativeInt = Annotated[int, NOT_NEGATIVE]
+_FINITE = Allowed("a finite number", math.isfinite)
+
+
+class Parameters:
+    """Base of a frozen dataclass whose fields are checked by their rules; None is always right.
+
+    Class keywords: ``whose`` names the part of the robot's program in messages, where the name of
+    a field alone does not tell; with ``finite`` every decimal number must be finite, too.
+    """
+
+    __slots__ = ()
+    _whose = ""
+    _finite = False
+
+    def __init_subclass__(cls, whose: str = "", finite: bool = False) -> None:
+        # a dataclass with slots is made twice, the second time without keywords
+        if whose:
+            cls._whose = whose
+        if finite:
+            cls._finite = finite
+
+    def __post_init__(self) -> None:
+        where = f"{self._whose}: " if self._whose else ""
+        kind: Any = type(self)
+        for field, rules in _rules(kind):
+            value = given = getattr(self, field)
+            if value is None:
+                continue
+            name = field.rstrip("_")  # a keyword of Python has an underscore after it
+            if self._finite and isinstance(value, float):
+                _FINITE.taken(name, value, where)
+            for rule in rules:
+                value = rule.taken(name, value, where)
+            if value is not given:
+                object.__setattr__(self, field, value)
+        self._check_together()
+
+    def _check_together(self) -> None:
+        """Check what the rule of one field cannot say.
+
+        Raises:
+            InputError: values do not go together.
+        """
+
+    def _require(self, name: str, is_right: bool, allowed: str) -> None:
+        """Refuse the value of a field that is not right: it must be ``allowed``.
+
+        Raises:
+            ParameterError: it is not.
+        """
+        where = f"{self._whose}: " if self._whose else ""
+        Allowed(allowed, lambda _: is_right).taken(name, getattr(self, name), where)
+
+
+@cache
+def _rules(kind: Any) -> tuple[tuple[str, tuple[Rule, ...]], ...]:
+    """The rules of each field of a dataclass."""
+    hints = get_type_hints(kind, include_extras=True)
+    return tuple(
+        (each.name, getattr(hints[each.name], "__metadata__", ())) for each in fields(kind)
+    )
