@@ -150,13 +150,3 @@ def cells_of_points(points: FloatArray, costs: ByteArray, grid: Grid) -> IntArra
         elif count > 0:
             break
     return cells[:count]
-
-
-def plan_cells(poses: FloatArray, costmap: Costmap) -> IntArray:
-    """The cells (S, 2) that the poses (N, 3) of a plan cover, as far as the map is known.
-
-    See :func:`densify`.
-    """
-    points = densify(poses, costmap.resolution)
-    cells: IntArray = cells_of_points(points, costmap.data, costmap.grid)
-    return cells

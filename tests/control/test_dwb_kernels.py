@@ -8,17 +8,18 @@ import pytest
 from navstack.control.dwb import kernels
 from navstack.control.dwb.choice_kernels import Drive, is_legal
 from navstack.control.dwb.critics.align import PathAlignCritic
-from navstack.control.dwb.critics.base_obstacle import BaseObstacleCritic
-from navstack.control.dwb.end_score import (
+from navstack.control.dwb.critics.obstacles import BaseObstacleCritic
+from navstack.control.dwb.pose_score import (
     CELL_COST,
     GOAL_ALIGNMENT,
     GOAL_DISTANCE,
     OUTLINE_COST,
     PATH_DISTANCE,
+    add_distances,
+    locate,
 )
-from navstack.control.dwb.end_score_kernels import Surface
 from navstack.control.dwb.rollouts import Rollouts
-from navstack.control.dwb.scene import Scene, cells_of
+from navstack.control.dwb.scene import Scene
 from navstack.control.dwb.velocity_samples import largest_steps
 from navstack.control.footprint_cost import footprint_cost, line_cost
 from navstack.control.plan_handling import cells_of_points, densify, window_bounds
@@ -29,6 +30,7 @@ from navstack.types import Pose2D, Twist2D
 ORIGIN = (-1.0, -0.5)
 RESOLUTION = 0.05
 SHAPE = (40, 60)  # cells [y, x]
+NOTHING = np.empty((0, 3))
 
 
 def random_poses(
@@ -38,6 +40,13 @@ def random_poses(
     x = rng.uniform(ORIGIN[0] - 0.1, ORIGIN[0] + SHAPE[1] * RESOLUTION + 0.1, (count, length))
     y = rng.uniform(ORIGIN[1] - 0.1, ORIGIN[1] + SHAPE[0] * RESOLUTION + 0.1, (count, length))
     return x, y
+
+
+def make_scene(
+    costmap: Costmap, footprint: np.ndarray = NOTHING, plan: np.ndarray = NOTHING
+) -> Scene:
+    """The robot stands at the origin."""
+    return Scene(Pose2D(), Twist2D(), 0.0, Pose2D(), plan, costmap, footprint)
 
 
 def roll_out_twin(start, velocity, command, limits, steps, sim_time):
@@ -91,7 +100,7 @@ def test_a_large_turn_per_step_is_exact_too() -> None:
 @pytest.mark.parametrize(
     "kind", [CELL_COST, OUTLINE_COST, PATH_DISTANCE, GOAL_DISTANCE, GOAL_ALIGNMENT]
 )
-def test_a_trajectory_is_legal_where_all_its_poses_but_the_last_are(kind: int) -> None:
+def test_a_trajectory_is_legal_where_all_its_poses_are(kind: int) -> None:
     """Cells and outlines mind obstacles, distances the map's edge, and alignment nothing."""
     rng, found = np.random.default_rng(11), []
     costs = np.zeros(SHAPE, dtype=np.uint8)
@@ -110,7 +119,7 @@ def test_a_trajectory_is_legal_where_all_its_poses_but_the_last_are(kind: int) -
             int(rng.integers(1, 30)),
         )
         expected = True
-        for x, y, yaw in roll_out_twin(start, now, command, limits, steps, 1.5)[:-1]:
+        for x, y, yaw in roll_out_twin(start, now, command, limits, steps, 1.5):
             mx, my = costmap.world_to_map(x, y)
             if not costmap.contains(mx, my):
                 expected &= kind == GOAL_ALIGNMENT
@@ -123,8 +132,8 @@ def test_a_trajectory_is_legal_where_all_its_poses_but_the_last_are(kind: int) -
                 )
                 expected &= cost < LETHAL_OBSTACLE
         drive = Drive(np.concatenate((start, now)), command[None], np.array((steps,)), limits, 1.5)
-        surface = Surface(costs, costmap.grid, outline)
-        assert is_legal.py_func(drive, 0, np.array((GOAL_ALIGNMENT, kind)), surface) == expected
+        situation = make_scene(costmap, outline).situation
+        assert is_legal(drive, 0, np.array((GOAL_ALIGNMENT, kind)), situation) == expected
         found.append(expected)
     assert kind == GOAL_ALIGNMENT or 10 < sum(found) < 50
 
@@ -176,14 +185,23 @@ def test_step_counts_follow_the_command() -> None:
     assert kernels.step_counts(commands, 1.0, 0.05, 0.025).tolist() == [1, 60, 61, 10, 48]
 
 
+def cells_of(x: np.ndarray, y: np.ndarray, costmap: Costmap) -> np.ndarray:
+    """The cells (2, M) of points as mx and my."""
+    poses = np.zeros((5, x.size))
+    poses[0], poses[1] = x.ravel(), y.ravel()
+    cells = np.empty((2, x.size), dtype=np.int32)
+    locate(poses, 0.0, make_scene(costmap).situation, cells)
+    return cells
+
+
 def test_cells_equal_the_costmaps_own_rule() -> None:
     x, y = random_poses(np.random.default_rng(2), 30, 12)
     costmap = Costmap(np.zeros(SHAPE, dtype=np.uint8), RESOLUTION, *ORIGIN)
     found = cells_of(x, y, costmap)
-    assert found.dtype == np.int32 and 0.02 < (found < 0).mean() < 0.3
-    for point, cell in zip(zip(x.ravel(), y.ravel(), strict=True), found.ravel(), strict=True):
-        mx, my = costmap.world_to_map(*point)
-        assert cell == (my * SHAPE[1] + mx if costmap.contains(mx, my) else -1)
+    assert 0.02 < (found < 0).mean() < 0.3
+    for point, cell in zip(zip(x.ravel(), y.ravel(), strict=True), found.T.tolist(), strict=True):
+        expected = costmap.world_to_map(*point)
+        assert cell == (list(expected) if costmap.contains(*expected) else [-1, -1])
 
 
 @pytest.mark.parametrize("sum_scores", [False, True])
@@ -200,7 +218,7 @@ def test_obstacle_costs_equal_the_twin(sum_scores: bool) -> None:
     for k in range(80):
         cells[k, lengths[k] :] = cells[k, lengths[k] - 1]
     x, y = np.where(cells < 0, -1.0, cells % 20 + 0.5), cells // 20 + 0.5
-    scene = Scene(Pose2D(), Twist2D(), 0.0, Pose2D(), np.empty((0, 3)), costmap, np.empty((0, 2)))
+    scene = make_scene(costmap)
     scene.rollouts = Rollouts(
         np.empty((80, 3)), lengths - 1, lengths, 1.0, lambda: (x, y, np.zeros_like(x))
     )
@@ -213,31 +231,35 @@ def test_obstacle_costs_equal_the_twin(sum_scores: bool) -> None:
     assert 10 < np.isinf(ours).sum() < 70
 
 
-@pytest.mark.parametrize("only_last", [False, True])
-def test_noses_are_looked_for_ahead_of_the_poses(only_last: bool) -> None:
+@pytest.mark.parametrize("aggregation", ["last", "sum"])
+def test_distances_are_those_of_the_noses_to_the_plan(aggregation: str) -> None:
     rng = np.random.default_rng(7)
-    x, y = random_poses(rng, 30, 12)
+    x, y = random_poses(rng, 30, 6)
     yaw = rng.uniform(-4.0, 4.0, x.shape)
     costmap = Costmap(np.zeros(SHAPE, dtype=np.uint8), RESOLUTION, *ORIGIN)
-    scene = Scene(Pose2D(), Twist2D(), 0.0, Pose2D(), np.empty((0, 3)), costmap, np.empty((0, 2)))
-    rollouts = Rollouts(
-        np.empty((30, 3)), np.full(30, 11), np.full(30, 12), 1.0, lambda: (x, y, yaw)
-    )
-    critic = PathAlignCritic(AlignParams(forward_point_distance=0.3), DwbParams(critics=()))
-    ours, first = critic.scored_cells(rollouts, scene, only_last), 11 if only_last else 0
+    plan = np.array([(0.525, 0.525 + 0.05 * i, 0.0) for i in range(8)])
+    scene = make_scene(costmap, plan=plan)
+    rollouts = Rollouts(np.empty((30, 3)), np.full(30, 5), np.full(30, 6), 1.0, lambda: (x, y, yaw))
+    params = AlignParams(aggregation_type=aggregation, forward_point_distance=0.3)
+    ours = PathAlignCritic(params, DwbParams(critics=())).raw_costs(rollouts, scene)
     for k in range(30):
-        for t in range(first, 12):
+        expected = 0.0
+        for t in range(5 if aggregation == "last" else 0, 6):
             mx, my = costmap.world_to_map(
                 x[k, t] + 0.3 * math.cos(yaw[k, t]), y[k, t] + 0.3 * math.sin(yaw[k, t])
             )
-            assert ours[k, t - first] == (my * SHAPE[1] + mx if costmap.contains(mx, my) else -1)
+            expected += min(abs(mx - 30) + abs(my - row) for row in range(20, 28))
+            if not costmap.contains(mx, my):
+                expected = math.inf
+        assert ours[k] == expected
+    assert 2 < np.isinf(ours).sum() < 30
 
 
-def test_nearest_seed_equals_the_breadth_first_wave_front() -> None:
+def test_distances_equal_the_breadth_first_wave_front() -> None:
     rng = np.random.default_rng(4)
-    seeds = np.stack((rng.integers(0, SHAPE[1], 9), rng.integers(0, SHAPE[0], 9)), axis=1)
+    seeds = np.stack((rng.integers(0, SHAPE[1], 9), rng.integers(0, SHAPE[0], 9)))
     grid = np.full(SHAPE, -1)
-    front = [(int(mx), int(my)) for mx, my in seeds]
+    front = [(int(mx), int(my)) for mx, my in seeds.T]
     for mx, my in front:
         grid[my, mx] = 0
     while front:
@@ -248,9 +270,12 @@ def test_nearest_seed_equals_the_breadth_first_wave_front() -> None:
                     grid[ny, nx] = grid[my, mx] + 1
                     following.append((nx, ny))
         front = following
-    cells = np.arange(grid.size, dtype=np.int32)
-    np.testing.assert_array_equal(kernels.nearest_seed(cells, SHAPE[1], seeds).reshape(SHAPE), grid)
-    assert kernels.nearest_seed(np.array((-1,), dtype=np.int32), SHAPE[1], seeds)[0] == math.inf
+    my, mx = np.indices(SHAPE, dtype=np.int32)
+    distances = np.zeros(grid.size)
+    distances[-1] = math.inf  # illegal already
+    add_distances(np.stack((mx.ravel(), my.ravel())), seeds.astype(np.int32), distances)
+    np.testing.assert_array_equal(distances[:-1], grid.ravel()[:-1])
+    assert distances[-1] == math.inf
 
 
 def test_totals_accumulate_in_float32_in_order() -> None:
@@ -363,4 +388,4 @@ def test_gaps_of_more_than_two_cells_are_filled_up_evenly(resolution: float) -> 
 def test_points_on_the_maps_far_edges_are_off_it() -> None:
     costmap = Costmap(np.zeros((3, 4), dtype=np.uint8), 0.5, 1.0, -1.0)
     x, y = np.array((1.0, 2.99, 3.0, 1.0, 0.99)), np.array((-1.0, 0.49, 0.0, 0.5, 0.0))
-    assert cells_of(x, y, costmap).tolist() == [0, 11, -1, -1, -1]
+    assert cells_of(x, y, costmap).T.tolist() == [[0, 0], [3, 2], [-1, -1], [-1, -1], [-1, -1]]

@@ -92,9 +92,9 @@ CONSTANTS = (
         "rest_straight",
     ),
     Constant(
-        "navstack/control/dwb/critics/align.py",
+        "navstack/control/dwb/critics/map_grid.py",
         "super().__init__(params.scale, params.aggregation_type, {})",
-        "params.forward_point_distance",
+        "nose",
         "dwb",
         "rest_straight",
     ),

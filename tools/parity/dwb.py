@@ -12,6 +12,7 @@ from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.critics.map_grid import MapGridCritic
 from navstack.control.dwb.decision import Decision
 from navstack.control.dwb.dwb_controller import DwbController
+from navstack.control.dwb.pose_score import add_distances, plan_cells, seeds_of
 from navstack.control.dwb.rollouts import RolloutGenerator, Rollouts
 from navstack.control.dwb.scene import Scene
 from navstack.control.plan_handling import PlanWindow, densify
@@ -206,12 +207,16 @@ def _check_grids(
     Distances of the map-grid critics, costs of the others.
     """
     costs = scene.costmap.data
-    every_cell = np.arange(costs.size, dtype=np.int32)
+    rows, columns = np.indices(costs.shape, dtype=np.int32)
+    every_cell = np.stack((columns.ravel(), rows.ravel()))
     for name, critic in critics.items():
         if f"{prefix}grid_{name}" in case:
             ours: np.ndarray = costs
             if isinstance(critic, MapGridCritic):
-                ours = critic.distances(every_cell, scene).reshape(costs.shape)
+                ours = np.zeros(costs.shape)
+                path = plan_cells(scene.plan, scene.situation)
+                seeds = seeds_of(critic.kind, critic.measured.nose, path, scene.situation)
+                add_distances(every_cell, seeds, ours.ravel())
             comparison.equal(f"{prefix}grid {name}", ours, case[f"{prefix}grid_{name}"])
 
 

@@ -1,7 +1,4 @@
-"""The inner loops of :mod:`.scoring`.
-
-The best trajectory, from where trajectories end and what critics score.
-"""
+"""The inner loops of :mod:`.scoring`: the best trajectory, found by where trajectories end."""
 
 import math
 from typing import NamedTuple
@@ -9,21 +6,27 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.control.dwb.end_kernels import end_poses
-from navstack.control.dwb.end_score import (
+from navstack.control.dwb.kernels import CellArray, add_weighted, roll_out, step_counts
+from navstack.control.dwb.pose_score import (
     CELL_COST,
+    GOAL_ALIGNMENT,
     GOAL_DISTANCE,
     OUTLINE_COST,
     PATH_ALIGNMENT,
     PATH_DISTANCE,
+    Situation,
+    add_distances,
+    locate,
+    outline_score,
+    plan_cells,
+    read_map,
+    seeds_of,
 )
-from navstack.control.dwb.end_score_kernels import Surface, Terms, goal_cells, score_ends
-from navstack.control.dwb.kernels import CellArray, add_weighted, nearest, sine_cosine, step_counts
-from navstack.control.dwb.velocity_samples import combine, project_velocity
-from navstack.control.footprint_cost import outline_cost
-from navstack.control.plan_handling import cells_of_points, densify
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE
+from navstack.control.dwb.velocity_samples import combine
 from navstack.jit import njit
-from navstack.types import FloatArray, IntArray
+from navstack.types import Float32Array, FloatArray, IntArray
+
+GIVEN = -2  # kind of a critic whose raw costs are given
 
 
 class Sampling(NamedTuple):
@@ -37,6 +40,15 @@ class Sampling(NamedTuple):
     limits: FloatArray  # (3, 2) as kernels.roll_out wants it
 
 
+class Terms(NamedTuple):
+    """What C critics score."""
+
+    kinds: IntArray  # (C,) of their measures, or GIVEN
+    noses: FloatArray  # (C,) [m] of their measures
+    scales: Float32Array  # (C,) weights, none of them 0
+    given: FloatArray  # (C, K) raw costs of the critics whose kind is GIVEN
+
+
 class Drive(NamedTuple):
     """Trajectories before they are driven."""
 
@@ -48,155 +60,131 @@ class Drive(NamedTuple):
 
 
 @njit(
-    ahead="float64[::1], NamedTuple((float64[:, ::1], int64[::1], float64[::1], float64[::1], float64[:, ::1]), "
-    "Sampling), NamedTuple((int64[::1], float64[::1], float32[::1]), Terms), float64[:, ::1], "
-    "float64[:, ::1], UniTuple(float64, 2), NamedTuple((uint8[:, ::1], UniTuple(float64, 3), "
-    "float64[:, ::1]), Surface), int64, float64[::1]"
+    ahead="NamedTuple((float64[:, ::1], int64[::1], float64[::1], float64[::1], float64[:, ::1]), "
+    "Sampling), NamedTuple((int64[::1], float64[::1], float32[::1], float64[:, ::1]), Terms), "
+    "NamedTuple((float64[::1], float64[:, ::1], UniTuple(float64, 2), uint8[:, ::1], "
+    "UniTuple(float64, 3), float64[:, ::1]), Situation), int64, float64[::1]"
 )
 def best_command(
-    robot: FloatArray,
-    sampling: Sampling,
-    terms: Terms,
-    given: FloatArray,
-    plan: FloatArray,
-    goal: tuple[float, float],
-    surface: Surface,
-    guess: int,
-    command: FloatArray,
+    sampling: Sampling, terms: Terms, situation: Situation, guess: int, command: FloatArray
 ) -> tuple[int, np.float32]:
     """Index and total of the best sample, the first of equals.
 
     The index is -1 where no sample is legal or the plan is off the map.
 
     Args:
-        robot: (6,) pose and velocity.
         sampling: how trajectories are made.
         terms: what the critics score.
-        given: (G, K) raw costs of critics whose score is not known in short.
-        plan: (N, 3) near the robot.
-        goal: [m] x and y where the whole plan ends.
-        surface: costmap and outline.
+        situation: where.
         guess: index of a sample that is likely to be good.
         command: (3,) room for its vx, vy and yaw rate; written, for numba takes microseconds to
             return an array.
     """
-    times = sampling.times
+    robot, times = situation.robot, sampling.times
     commands = combine(robot[3:], sampling.axes, sampling.counts, sampling.speeds, times[0])
-    grid = surface.grid
-    seeds = cells_of_points(densify(plan, grid[2]), surface.costs, grid)
-    goals, are_known = goal_cells(robot, terms, plan, seeds, goal, surface)
-    if len(commands) == 0 or not are_known:
+    if len(commands) == 0:
         return -1, np.float32(math.inf)
-    drive = Drive(
-        robot,
-        commands,
-        step_counts(commands, times[1], times[2], times[3]),
-        sampling.limits,
-        times[1],
-    )
-    ends = end_poses(robot, commands, drive.steps, drive.limits, drive.sim_time)
-    cells = np.empty((len(terms.kinds), 2, len(commands)), dtype=np.int32)
-    raw = score_ends(ends, terms, given, goals, surface, cells)
-    best, total = choose(drive, terms, ends, raw, cells, seeds, surface, guess)
+    steps = step_counts(commands, times[1], times[2], times[3])
+    drive = Drive(robot, commands, steps, sampling.limits, times[1])
+    ends = end_poses(robot, commands, steps, drive.limits, drive.sim_time)
+    best, total = choose(drive, terms, ends, situation, guess)
     if best >= 0:
-        for i in range(3):
-            command[i] = commands[best, i]
+        command[:] = commands[best]
     return best, total
 
 
 @njit()
 def choose(
-    drive: Drive,
-    terms: Terms,
-    ends: FloatArray,
-    raw: FloatArray,
-    cells: CellArray,
-    seeds: IntArray,
-    surface: Surface,
-    guess: int,
+    drive: Drive, terms: Terms, ends: FloatArray, situation: Situation, guess: int
 ) -> tuple[int, np.float32]:
     """Index and total of the best trajectory, the first of equals; -1: none is legal.
 
-    Each is examined only as long as it may win: first with what its end (``ends``) costs at least
-    (``raw``), then with its distance to the plan and the cost under its outline, then whether all
-    its poses are legal. Totals are rounded to float32 critic by critic, which keeps bounds bounds.
+    Each is examined only as long as it may win: first what its end (``ends``) costs at least, then
+    all that its end costs, then whether all its poses are legal. Totals are rounded to float32
+    critic by critic, which keeps bounds bounds.
     """
-    kinds, scales = terms.kinds, terms.scales
-    seeds_x, seeds_y = seeds[:, 0].astype(np.int32), seeds[:, 1].astype(np.int32)
+    kinds, noses, scales = terms.kinds, terms.noses, terms.scales
+    path = plan_cells(situation.plan, situation)
+    seeds = [seeds_of(kinds[c], noses[c], path, situation) for c in range(len(kinds))]
+    for c in range(len(kinds)):
+        if kinds[c] >= PATH_DISTANCE and seeds[c].shape[1] == 0:
+            return -1, np.float32(math.inf)
+    cells = np.empty((len(kinds), 2, ends.shape[1]), dtype=np.int32)
+    raw = score_ends(ends, terms, seeds, situation, cells)
     bounds = add_weighted(raw, scales)
     best, least = -1, np.float32(math.inf)
-    for i in range(-1, len(bounds)):
-        k = guess if i < 0 else i
+    likely = (guess, int(bounds.argmin()))
+    for i in range(-2, len(bounds)):
+        k = i if i >= 0 else likely[i]
         if not 0 <= k < len(bounds) or bounds[k] > least or bounds[k] == math.inf:
             continue
         total = np.float32(0.0)
         for c in range(len(kinds)):
             if kinds[c] == PATH_DISTANCE or kinds[c] == PATH_ALIGNMENT:
-                raw[c, k] = nearest(cells[c, 0, k], cells[c, 1, k], seeds_x, seeds_y)
+                raw[c, k] = 0.0
+                add_distances(cells[c, :, k : k + 1], seeds[c], raw[c, k : k + 1])
             elif kinds[c] == OUTLINE_COST:
-                raw[c, k] = outline_score(ends[0, k], ends[1, k], ends[2, k], surface)
+                raw[c, k] = outline_score(ends[0, k], ends[1, k], ends[2, k], situation)
             total = np.float32(np.float64(total) + raw[c, k] * np.float64(scales[c]))
         if total == math.inf or total > least or (total == least and k >= best):
             continue
-        if is_legal(drive, k, kinds, surface):
+        if is_legal(drive, k, kinds, situation):
             best, least = k, total
     return best, least
 
 
 @njit()
-def is_legal(drive: Drive, k: int, kinds: IntArray, surface: Surface) -> bool:
-    """Whether all poses of trajectory ``k``, whose end is legal, are legal to all critics.
+def score_ends(
+    ends: FloatArray,
+    terms: Terms,
+    seeds: list[CellArray],
+    situation: Situation,
+    cells: CellArray,
+) -> FloatArray:
+    """The least that ends (5, K) may score (C, K); inf: the end is illegal.
 
-    Drives it as :func:`~navstack.control.dwb.kernels.roll_out` does.
+    The cells (C, 2, K) that critics look at are written.
     """
-    costs, grid, robot, limits = surface.costs, surface.grid, drive.robot, drive.limits
-    height, width = costs.shape
-    stays = avoids = fits = False
-    for kind in kinds:
-        avoids |= kind == CELL_COST
-        fits |= kind == OUTLINE_COST
-        stays |= (
-            kind == CELL_COST
-            or kind == OUTLINE_COST
-            or kind == PATH_DISTANCE
-            or kind == GOAL_DISTANCE
-        )
-    dt = drive.sim_time / drive.steps[k]
-    x, y, yaw, vx, rate = robot[0], robot[1], robot[2], robot[3], robot[5]
-    sine, cosine = math.sin(robot[2]), math.cos(robot[2])
-    turn_sine, turn_cosine, turned_at = 0.0, 1.0, 0.0
-    for _ in range(drive.steps[k] if stays else 0):
-        fx, fy = (x - grid[0]) / grid[2], (y - grid[1]) / grid[2]
-        if not (fx >= 0.0 and fy >= 0.0 and fx < width and fy < height):
-            return False
-        if avoids and costs[int(fy), int(fx)] >= INSCRIBED_INFLATED_OBSTACLE:
-            return False
-        if fits and outline_score(x, y, yaw, surface) == math.inf:
-            return False
-        vx = project_velocity(vx, limits[0, 0], limits[0, 1], dt, drive.commands[k, 0])
-        rate = project_velocity(rate, limits[2, 0], limits[2, 1], dt, drive.commands[k, 2])
-        x += vx * cosine * dt
-        y += vx * sine * dt
-        yaw += rate * dt
-        if rate != turned_at:
-            turn_sine, turn_cosine = sine_cosine(rate * dt)
-            turned_at = rate
-        sine, cosine = (
-            sine * turn_cosine + cosine * turn_sine,
-            cosine * turn_cosine - sine * turn_sine,
-        )
-    return True
+    raw = np.zeros((len(terms.kinds), ends.shape[1]))
+    for c in range(len(raw)):
+        kind, first = terms.kinds[c], 0
+        while terms.noses[first] != terms.noses[c]:
+            first += 1
+        if first < c:
+            cells[c] = cells[first]
+        else:
+            locate(ends, terms.noses[c], situation, cells[c])
+        if kind == GIVEN:
+            raw[c] = terms.given[c]
+        elif kind != OUTLINE_COST:
+            read_map(kind, ends, cells[c], situation, raw[c])
+        if kind == GOAL_DISTANCE or kind == GOAL_ALIGNMENT:
+            add_distances(cells[c], seeds[c], raw[c])
+    return raw
 
 
 @njit()
-def outline_score(x: float, y: float, yaw: float, surface: Surface) -> float:
-    """The greatest cost 0..253 under the outline at a pose.
-
-    Inf where it is illegal or the pose is off the map.
-    """
-    costs, grid = surface.costs, surface.grid
-    fx, fy = (x - grid[0]) / grid[2], (y - grid[1]) / grid[2]
-    if not (fx >= 0.0 and fy >= 0.0 and fx < costs.shape[1] and fy < costs.shape[0]):
-        return math.inf
-    cost = outline_cost(costs, grid, surface.footprint, x, y, yaw)
-    return float(cost) if cost < LETHAL_OBSTACLE else math.inf
+def is_legal(drive: Drive, k: int, kinds: IntArray, situation: Situation) -> bool:
+    """Whether all poses of trajectory ``k`` are legal to all critics."""
+    poses = np.zeros((5, drive.steps[k] + 1))
+    roll_out(
+        drive.robot[:3],
+        drive.robot[3:],
+        drive.commands[k : k + 1],
+        drive.limits,
+        drive.steps[k : k + 1],
+        drive.sim_time,
+        poses[0:1],
+        poses[1:2],
+        poses[2:3],
+        np.empty((1, 3)),
+    )
+    cells = np.empty((2, poses.shape[1]), dtype=np.int32)
+    scores = np.zeros(poses.shape[1])
+    locate(poses, 0.0, situation, cells)
+    for kind in kinds:
+        if CELL_COST <= kind <= GOAL_DISTANCE:
+            read_map(kind, poses, cells, situation, scores)
+            if scores.max() == math.inf:
+                return False
+    return True

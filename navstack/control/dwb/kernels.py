@@ -102,33 +102,6 @@ def roll_out(
 
 
 @njit()
-def nearest(mx: int, my: int, seeds_x: CellArray, seeds_y: CellArray) -> np.int32:
-    """Manhattan distance in [cells] from a cell to the nearest of the seeds (S,)."""
-    x, y = np.int32(mx), np.int32(my)
-    least = np.int32(2147483647)
-    for s in range(len(seeds_x)):
-        least = min(least, np.int32(abs(seeds_x[s] - x) + abs(seeds_y[s] - y)))
-    return least
-
-
-@njit()
-def nearest_seed(cells: CellArray, width: int, seeds: IntArray) -> FloatArray:
-    """Manhattan distance (M,) in [cells] from flat cell indices (M,) to the nearest of the seeds (S, 2) as (mx, my).
-
-    inf for a cell that is off the map. This is what Nav2's ``MapGrid`` holds in that cell: its wave front ignores
-    obstacles, so that every value is a plain L1 distance.
-    """
-    seeds_x, seeds_y = seeds[:, 0].astype(np.int32), seeds[:, 1].astype(np.int32)
-    distances = np.empty(len(cells))
-    for i in range(len(cells)):
-        off_map = cells[i] < 0
-        distances[i] = (
-            math.inf if off_map else nearest(cells[i] % width, cells[i] // width, seeds_x, seeds_y)
-        )
-    return distances
-
-
-@njit()
 def add_weighted(raw: FloatArray, scales: Float32Array) -> Float32Array:
     """Totals (K,) of raw scores (C, K), accumulated in float32 in the critics' order, as ``TrajectoryScore`` does."""
     totals = np.zeros(raw.shape[1], dtype=np.float32)

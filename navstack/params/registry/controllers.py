@@ -13,8 +13,8 @@ from navstack.params.rpp import RppParams
 _CONTACT = ("navstack.control.contact_risk", "navstack.perception.scan_clusters")
 
 _DWB_CRITICS = {  # name -> module of its class
-    "BaseObstacle": "base_obstacle",
-    "ObstacleFootprint": "obstacle_footprint",
+    "BaseObstacle": "obstacles",
+    "ObstacleFootprint": "obstacles",
     "PathDist": "dist",
     "GoalDist": "dist",
     "PathAlign": "align",

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 
-from navstack.control.dwb.end_score import EndScore
+from navstack.control.dwb.pose_score import Measure
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
 from navstack.types import FloatArray, Twist2D
@@ -37,12 +37,10 @@ class Critic(ABC):
     def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
         """One cost >= 0 per trajectory, (K, T) -> (K,); inf is the only "illegal"."""
 
-    def end_score(self, scene: Scene) -> EndScore | None:
-        """The same in short, where the ends of the trajectories tell it in this cycle.
+    def measure(self, scene: Scene) -> Measure | None:
+        """What the compiled search scores in this cycle instead of asking for :meth:`raw_costs`.
 
-        They need not be driven then.
-
-        None: :meth:`raw_costs` are asked.
+        None: it asks.
         """
         return None
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from navstack.control.dwb.critics.critic import Critic
-from navstack.control.dwb.end_score import NO_SCORE, EndScore
+from navstack.control.dwb.pose_score import NO_MEASURE, Measure
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
 from navstack.params.dwb import DwbParams, OscillationParams
@@ -64,9 +64,9 @@ class OscillationCritic(Critic):
                 costs[velocities > 0.0] = np.inf
         return costs
 
-    def end_score(self, scene: Scene) -> EndScore | None:
+    def measure(self, scene: Scene) -> Measure | None:
         """Nothing, while no direction is forbidden."""
-        return None if any(self._forbidden) else NO_SCORE
+        return None if any(self._forbidden) else NO_MEASURE
 
     def debrief(self, scene: Scene, command: Twist2D) -> None:
         """Follow the signs of the commands, sideways and turning only while hardly driving forward."""

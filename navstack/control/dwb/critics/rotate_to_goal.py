@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from navstack.control.dwb.critics.critic import Critic
-from navstack.control.dwb.end_score import NO_SCORE, EndScore
+from navstack.control.dwb.pose_score import NO_MEASURE, Measure
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
 from navstack.params.dwb import DwbParams, RotateToGoalParams
@@ -55,9 +55,9 @@ class RotateToGoalCritic(Critic):
         costs = speed_squared * self._params.slowing_factor + self._heading_errors(rollouts, scene)
         return np.where(speed_squared >= self._speed_squared, np.inf, costs)
 
-    def end_score(self, scene: Scene) -> EndScore | None:
+    def measure(self, scene: Scene) -> Measure | None:
         """Nothing, far from the goal."""
-        return None if self._in_window else NO_SCORE
+        return None if self._in_window else NO_MEASURE
 
     def _heading_errors(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
         ends = rollouts.yaw[:, -1]
