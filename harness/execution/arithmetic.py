@@ -97,7 +97,7 @@ def warn_of_other_arithmetic() -> None:
     The program sets up its own process and its workers; a process that imports it may have loaded
     numpy before.
     """
-    if told := _trouble_of_this_process():
+    if told := trouble_of_this_process():
         warnings.warn(
             f"{told}; rows driven in this process differ in last bits",
             NavstackWarning,
@@ -105,7 +105,8 @@ def warn_of_other_arithmetic() -> None:
         )
 
 
-def _trouble_of_this_process() -> str:
+def trouble_of_this_process() -> str:
+    """Why this process does not compute as the program does; empty: it does."""
     if not is_pinnable():
         return f"this processor is not {LEVEL}"
     if hides_features():

@@ -5,6 +5,8 @@ After a change that is meant to change what stacks do, write them anew:
     python tests/study/reference.py
 """
 
+import navstack.dispatch  # isort: skip  # noqa: F401  first: it chooses the loops of numpy
+
 import json
 from importlib.metadata import version
 from pathlib import Path
@@ -14,7 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from harness.episode.episode import run_episode
-from harness.execution.arithmetic import machine, other_arithmetic
+from harness.execution.arithmetic import machine, other_arithmetic, trouble_of_this_process
 from harness.metrics.columns import EPISODE_COLUMNS, Row
 from harness.study.manifest import LIBRARIES
 from harness.task.study import make_study
@@ -71,6 +73,7 @@ def difference(driven: dict[str, Any]) -> str:
 
 def write() -> None:
     """Drive all deliveries and store their rows."""
+    assert not trouble_of_this_process()
     rows = [drive(*each) for each in DELIVERIES]
     table = pa.Table.from_pylist(
         [{name: row.get(name) for name in EPISODE_COLUMNS} for row in rows]
