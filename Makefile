@@ -5,8 +5,6 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 DATA := $(if $(NAVSTACK_DATA),NAVSTACK_DATA=$(NAVSTACK_DATA))
 
-CRITICS := results/baseline/tuning/critics-social
-
 .PHONY: help run test check mutants docs wheel bench check-speed parity frozen clean
 AGAINST ?= HEAD
 
@@ -20,7 +18,7 @@ help:
 	@echo "make bench  measure components, deliveries and where a simulated second goes"
 	@echo "make check-speed AGAINST=HEAD  is the working tree slower than a commit, and are its rows the same?"
 	@echo "make parity compare with recorded results of Nav2's own C++, case by case"
-	@echo "make frozen drive what results/baseline lacks on the frozen worlds: published rows, controllers, tuned file"
+	@echo "make frozen drive what results/baseline lacks of the published rows in the default world"
 
 $(READY): pyproject.toml constraints.txt
 	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed: set PYTHON=/path/to/python3.11"; exit 1; }
@@ -63,10 +61,6 @@ parity: $(READY)
 
 frozen: $(READY)
 	$(BIN)/python -m tools.frozen_world
-	$(BIN)/python -m tools.published_study --map sidewalk --stack nav2-gps-ekf --stack mpc-gps-ekf \
-	  --stack mppi-gps-ekf --stack rpp-gps-ekf
-	$(BIN)/python -m tools.compare_controllers --world published --seed 3000 \
-	  --stack $(CRITICS)/nav2-stock.yaml $(CRITICS)/tuned.yaml --out results/baseline/tuned-published
 
 clean:
 	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache

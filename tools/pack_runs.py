@@ -4,8 +4,8 @@ Usage: python tools/pack_runs.py OUT RUN [RUN ...] [--machine TEXT]
 
 The runs have the same map, seed, world, rules and prices, and each its own stacks. OUT gets one
 table of rows, one of events, one file of parameters, a manifest and checksums; every command reads
-it as it reads a run folder. Times of workers and the summary, which follows from the rows, are left
-out. --machine is noted where a run does not say itself on which machine it was driven.
+it as it reads a run folder. Times of workers are left out, and of the summary, which follows from
+the rows, all but the economics. --machine is noted where a run does not say itself on which machine it was driven.
 """
 
 import argparse
@@ -23,12 +23,13 @@ from harness.storage.documents import json_text
 from harness.storage.files import write_text
 from harness.storage.manifest_file import read_manifest
 from harness.storage.parameters import pack_parameters
-from harness.storage.run_folder import MANIFEST
+from harness.storage.run_folder import MANIFEST, OF_STACKS
 from navstack.errors import InputError
 
 TABLES = ("episodes", "events")
 LEVEL = 19  # of zstandard: written once, read often
-OF_ONE_RUN = ("stacks", "command", "program_sha256", "machine", "policies_sha256", "episodes")
+OF_EACH = ("command", "program_sha256")  # of a manifest
+MAY_DIFFER = ("stacks", "machine", "policies_sha256", *OF_EACH)
 
 
 def pack(runs: Sequence[Path], out: Path, machine: str) -> None:
@@ -54,7 +55,7 @@ def pack(runs: Sequence[Path], out: Path, machine: str) -> None:
             place = rows.column_names.index("stack_number")
             rows = rows.set_column(place, "stack_number", pa.array(numbers, pa.int64()))
         pq.write_table(rows, out / f"{table}.parquet", compression="zstd", compression_level=LEVEL)
-    manifest = _together(manifests, machine)
+    manifest = _together(manifests, _published(runs), machine)
     write_text(out / MANIFEST, json_text({**manifest, "stacks": stacks}))
     write_checksums(out)
 
@@ -62,21 +63,30 @@ def pack(runs: Sequence[Path], out: Path, machine: str) -> None:
 def _require_equal(runs: Sequence[Path], manifests: Sequence[dict[str, Any]]) -> None:
     for run, manifest in zip(runs, manifests, strict=True):
         for key, value in manifests[0].items():
-            if key not in OF_ONE_RUN and manifest.get(key) != value:
+            if key not in MAY_DIFFER and manifest.get(key) != value:
                 raise InputError(f"'{run}' has another {key} than '{runs[0]}': pack it apart")
-        if manifest["episodes"] != manifests[0]["episodes"]:
-            raise InputError(f"'{run}' has {manifest['episodes']} deliveries: pack it apart")
 
 
-def _together(manifests: Sequence[dict[str, Any]], machine: str) -> dict[str, Any]:
-    """One manifest; what only one of the runs says stands there for all in a list."""
-    together = dict(manifests[0])
-    for key in ("command", "program_sha256"):
-        values = [manifest[key] for manifest in manifests if key in manifest]
-        if any(value != values[0] for value in values):
-            together[key] = values
-    together.setdefault("machine", {"processor": machine})
-    return together
+def _published(runs: Sequence[Path]) -> dict[str, Any]:
+    """The economics of each stack as the run's summary had them."""
+    summaries = [json.loads((run / "summary.json").read_text(encoding="utf-8")) for run in runs]
+    return {entry["stack"]: entry["economics"] for each in summaries for entry in each["runs"]}
+
+
+def _together(
+    manifests: Sequence[dict[str, Any]], economics: dict[str, Any], machine: str
+) -> dict[str, Any]:
+    """One manifest; what each of the runs says of itself stands there by stack."""
+    own = {
+        stack["name"]: {
+            **{key: manifest[key] for key in OF_EACH if key in manifest},
+            "economics": economics[stack["name"]],
+        }
+        for manifest in manifests
+        for stack in manifest["stacks"]
+    }
+    shared = {key: value for key, value in manifests[0].items() if key not in OF_EACH}
+    return {"machine": {"processor": machine}, **shared, OF_STACKS: own}
 
 
 def main() -> int:

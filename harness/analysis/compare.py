@@ -293,6 +293,9 @@ def _warnings(first: Side, second: Side) -> list[str]:
     """Why the two might differ for other reasons than their stacks."""
     a, b = first.run, second.run
     warnings: list[str] = []
+    programs = [run.about.get("program_sha256") for run in (a, b)]
+    if None not in programs and programs[0] != programs[1]:
+        warnings.append("other program: its code, parameters or maps have changed in between")
     if a.folder.resolve() == b.folder.resolve():
         return warnings
     if a.about.get("map_sha256") != b.about.get("map_sha256"):
@@ -311,9 +314,6 @@ def _warnings(first: Side, second: Side) -> list[str]:
     for key, title in (("seed", "seed"), ("missions", "way to draw missions")):
         if a.about.get(key) != b.about.get(key):
             warnings.append(f"other {title}: {a.about.get(key)} and {b.about.get(key)}")
-    programs = [run.about.get("program_sha256") for run in (a, b)]
-    if None not in programs and programs[0] != programs[1]:
-        warnings.append("other program: its code, parameters or maps have changed in between")
     versions = _different(a.about.get("versions", {}), b.about.get("versions", {}))
     if versions:
         warnings.append(f"other versions: {'; '.join(versions)}")

@@ -29,6 +29,7 @@ from navstack.errors import InputError
 from navstack.files import check_regular
 
 MANIFEST = "run.json"  # written last when a run is created: a folder that has it can be resumed
+OF_STACKS = "of_stacks"  # in the manifest of packed runs: what each said of its own, by stack
 BEGUN = "run.begun"  # there while a run is created
 ABLATION, TUNING = "ablation.yaml", "tuning.yaml"  # in params/: what such a study declares
 JOURNAL = "journal.jsonl"  # episodes in the order they finished; there as long as some are missing

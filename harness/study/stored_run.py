@@ -22,7 +22,7 @@ from harness.storage.journal import LARGEST, NEEDED
 from harness.storage.manifest_file import mixed_files, other_study, read_manifest
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Rows, values
-from harness.storage.run_folder import JOURNAL, MANIFEST, count_finished
+from harness.storage.run_folder import JOURNAL, MANIFEST, OF_STACKS, count_finished
 from harness.storage.tables import read_rows
 from navstack.errors import InputError, UnknownNameError
 from navstack.files import check_regular
@@ -135,7 +135,8 @@ class StoredRun:
             raise UnknownNameError(
                 f"stack of {self.folder}", stack, [each.name for each in self.stacks]
             )
-        return dataclasses.replace(self, stacks=kept)
+        own = self.about.get(OF_STACKS, {}).get(stack, {})
+        return dataclasses.replace(self, stacks=kept, about={**self.about, **own})
 
 
 @functools.lru_cache(128)

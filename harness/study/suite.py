@@ -24,6 +24,7 @@ from navstack.params.nav2_file.yaml_text import load_text
 from navstack.params.strict import dump_dataclass, load_dataclass, read_text
 
 DECLARATION = "suite.yaml"  # a folder that has it can be resumed
+TABLE = "episodes.parquet"
 MOST_CELLS = 2000
 # stem of its file in params/, and what it is called
 PEOPLE, RECORDING = "people", "recording of people"
@@ -89,9 +90,14 @@ class Cell:
     @property
     def name(self) -> str:
         """Of its run folder."""
+        return f"{self.group}-{self.stack_name}"
+
+    @property
+    def group(self) -> str:
+        """Name of the run folder that a stored suite has for all stacks on the same missions."""
         where = self.condition
         people = "" if where.pedestrians is None else f"-people{where.pedestrians}"
-        return f"{Path(where.map_name).stem}-{Path(where.world).stem}{people}-seed{self.seed}-{self.stack_name}"
+        return f"{Path(where.map_name).stem}-{Path(where.world).stem}{people}-seed{self.seed}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,6 +242,18 @@ def begin(path: Path, suite: Suite, cell: Cell, episodes: int, command: Sequence
         create_run(folder, about(study, command), texts)
     elif load_study(folder).episodes < episodes:
         extend_run(folder, episodes)
+
+
+def run_of(path: Path, cell: Cell) -> str | None:
+    """The run of a cell as :func:`harness.study.stored_run.load_run` takes it.
+
+    None: it has no tables yet.
+    """
+    if (path / cell.name / TABLE).is_file():
+        return str(path / cell.name)
+    if (path / cell.group / TABLE).is_file():
+        return f"{path / cell.group}:{cell.stack_name}"
+    return None
 
 
 def is_begun(path: Path, cell: Cell) -> bool:

@@ -25,15 +25,8 @@ CLOSE = 1e-9
 
 def published(folder: Path) -> dict[str, dict[str, float | None]]:
     """The economics that are stored of a run's stacks."""
-    if (folder / "summary.json").is_file():
-        entries = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["runs"]
-        return {entry["stack"]: entry["economics"] for entry in entries}
-    entries = json.loads((folder.parent / "suite.json").read_text(encoding="utf-8"))["rows"]
-    return {
-        row["stack"]: row["economics"]
-        for row in entries
-        if folder.name.startswith(f"{row['map']}-")
-    }
+    own = json.loads((folder / "run.json").read_text(encoding="utf-8"))["of_stacks"]
+    return {stack: said["economics"] for stack, said in own.items()}
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: str(folder.relative_to(BASELINE)))
@@ -54,11 +47,11 @@ def test_costnav_prices_give_what_is_published(folder: Path) -> None:
 
 
 def test_published_accountings_are_those_of_the_stored_table() -> None:
-    """Those that were there before ``monotone``, of a stack with squeezes and of one with much property touched."""
-    folder = BASELINE / "study"
+    """Of a stack with squeezes, and of one with much property touched."""
+    folder = BASELINE / "measured"
     rows = read_rows(folder / "table.parquet", COLUMNS)
-    for stack in ("mpc-gps-ekf", "nav2-stock"):
-        run = load_run(str(folder / f"sidewalk-published-seed3000-{stack}"))
+    for stack in ("mpc-gps-ekf", "paper-amcl"):
+        run = load_run(str(folder / "sidewalk-measured-seed4000") + f":{stack}")
         found = accounted_margins(run, [(run, run.stacks[0])])
         own = {
             row["quantity"]: row["value"]

@@ -18,7 +18,7 @@ from harness.metrics.columns import Row
 from harness.statistics.interval import Interval
 from harness.statistics.paired import PairedDifference, holm
 from harness.study.stored_run import StoredRun, load_run
-from harness.study.suite import Cell, Condition, Suite, cells, conditions, is_begun, stored_suite
+from harness.study.suite import Cell, Condition, Suite, cells, conditions, run_of, stored_suite
 from harness.study.suite_log import Session, sessions_of
 
 PARTED_CONDITIONS, PARTED_MISSIONS = 3, 2  # of each, that are recorded to be looked at
@@ -178,7 +178,7 @@ def read_results(path: Path) -> Results:
     groups: dict[tuple[Condition, str], list[Cell]] = {}
     for cell in cells(suite):
         groups.setdefault((cell.condition, cell.stack_name), []).append(cell)
-    known = {cell.name for cell in cells(suite)}
+    known = {name for cell in cells(suite) for name in (cell.name, cell.group)}
     strangers = sorted({run.parent.name for run in path.glob("*/run.json")} - known)
     standings = tuple(_standing(path, suite, own) for own in groups.values())
     return Results(suite, standings, sessions_of(path), tuple(strangers))
@@ -207,12 +207,8 @@ def _row(standing: Standing, suite: Suite) -> Row:
 
 def _standing(path: Path, suite: Suite, own: Sequence[Cell]) -> Standing:
     """The cells of one stack under one condition, which differ in their seeds only."""
-    begun = [
-        cell
-        for cell in own
-        if is_begun(path, cell) and (path / cell.name / "episodes.parquet").is_file()
-    ]
-    runs = tuple(load_run(str(path / cell.name)) for cell in begun)
+    stored = [run_of(path, cell) for cell in own]
+    runs = tuple(load_run(name) for name in stored if name is not None)
     first, declared = own[0], suite.episodes * len(own)
     if not runs:
         return Standing(first.stack_name, first.condition, declared, None, None)
