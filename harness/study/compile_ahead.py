@@ -2,8 +2,8 @@
 
 Numba by itself compiles one after the other.
 
-The registry's entries name the modules of an algorithm's kernels, and each kernel that is called
-from Python says with which types (:func:`navstack.jit.njit`). Each module's kernels are compiled by
+The registry's entries name the modules of an algorithm's kernels; the annotations of a kernel that
+is called from Python say with which types (:func:`navstack.jit.argument_types`). Each module's kernels are compiled by
 one process, which leaves them in numba's cache on disk; whoever calls them later finds them there.
 A file in that cache tells what has been done. Whatever goes wrong here: a kernel that is not in the
 cache is compiled when it is called.
@@ -26,7 +26,7 @@ from numba.core.caching import IndexDataCacheFile
 from harness.execution.workers import Workers, available_cores
 from harness.storage.shipped import compiled_code
 from harness.task.stack import Stack
-from navstack.jit import processor, source_stamp
+from navstack.jit import argument_types, processor, source_stamp
 from navstack.params.registry.entry import Entry
 from navstack.params.registry.localizers import LOCALIZERS
 from navstack.params.registry.nodes import FAMILIES
@@ -126,16 +126,17 @@ def compile_kernels(name: str) -> None:
     """Compile the kernels of a module one after the other into the cache, in a process of their own."""
     gc.disable()  # what compiling leaves behind ends with the process
     _save_in_turn(compiled_code() / LOCK)
-    module = importlib.import_module(name)
     for kernel in kernels_of(name):
-        kernel.compile(eval(f"({kernel.ahead},)", vars(module), vars(numba.types)))
+        kernel.compile(argument_types(kernel))
 
 
 def kernels_of(name: str) -> list[Any]:
-    """The kernels of a module that say with which types they are called."""
+    """The kernels of a module that are called from Python."""
     members = vars(importlib.import_module(name)).values()
     return [
-        each for each in members if getattr(each, "ahead", "") and each.py_func.__module__ == name
+        each
+        for each in members
+        if getattr(each, "ahead", False) and each.py_func.__module__ == name
     ]
 
 

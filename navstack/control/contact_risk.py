@@ -12,7 +12,7 @@ import numpy as np
 
 from navstack.jit import njit, tuple_of
 from navstack.params.expected_contact import ContactPrices
-from navstack.types import FloatArray, IntArray, Pose2D, Track
+from navstack.types import FloatArray, FloatMatrix, FloatVector, IntVector, Pose2D, Track
 
 # x, y [m], vx, vy [m/s], radius [m], variances of place [m2] and velocity [m2/s2] per axis
 FIELDS = 7
@@ -39,9 +39,6 @@ class ContactRates(NamedTuple):
     speed_std: float
     position_std: float
     drift_std: float
-
-
-BODY = "NamedUniTuple(float64, 3, Body)"
 
 
 def body_of(footprint: FloatArray) -> Body:
@@ -129,22 +126,19 @@ def touch_price(closing: float, rates: ContactRates, contact_usd: FloatArray) ->
     return rates.touch_usd + counted * contact_cost(max(closing, rates.counted_speed), contact_usd)
 
 
-@njit(
-    ahead="float64[:, ::1], float64[:, ::1], float64[:, ::1], int64[::1], float64[::1], float64[:, ::1], "
-    f"float64[:, ::1], float64[:, ::1], {BODY}, NamedUniTuple(float64, 5, ContactRates), float64[::1]"
-)
+@njit(ahead=True)
 def expected_contacts(
-    x: FloatArray,
-    y: FloatArray,
-    yaw: FloatArray,
-    lengths: IntArray,
-    steps: FloatArray,
-    speeds: FloatArray,
-    turns: FloatArray,
-    people: FloatArray,
+    x: FloatMatrix,
+    y: FloatMatrix,
+    yaw: FloatMatrix,
+    lengths: IntVector,
+    steps: FloatVector,
+    speeds: FloatMatrix,
+    turns: FloatMatrix,
+    people: FloatMatrix,
     body: Body,
     rates: ContactRates,
-    contact_usd: FloatArray,
+    contact_usd: FloatVector,
 ) -> FloatArray:
     """Expected cost (K,) [USD] of the contacts with people on each of K trajectories.
 

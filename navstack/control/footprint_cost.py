@@ -4,7 +4,7 @@ import math
 
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap, Grid
 from navstack.jit import njit
-from navstack.types import ByteArray, FloatArray, Pose2D
+from navstack.types import ByteArray, ByteMatrix, FloatArray, FloatMatrix, Pose2D
 
 
 @njit()
@@ -35,9 +35,9 @@ def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
     return worst
 
 
-@njit(ahead="uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], float64, float64, float64")
+@njit(ahead=True)
 def outline_cost(
-    costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float
+    costs: ByteMatrix, grid: Grid, footprint: FloatMatrix, x: float, y: float, yaw: float
 ) -> int:
     """The greatest cost 0..255 under the outline of ``footprint`` (V, 2) at a pose.
 

@@ -7,7 +7,7 @@ import numpy as np
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError
 from navstack.jit import njit
-from navstack.types import FloatArray, Path, Pose2D
+from navstack.types import FloatArray, FloatMatrix, Path, Pose2D
 
 
 class PathWindow:
@@ -88,9 +88,9 @@ def nearest_pose(
     return nearest, stop
 
 
-@njit(ahead="float64[:, ::1], int64, float64, float64, float64, float64")
+@njit(ahead=True)
 def window_bounds(
-    poses: FloatArray, first: int, x: float, y: float, search_distance: float, extent: float
+    poses: FloatMatrix, first: int, x: float, y: float, search_distance: float, extent: float
 ) -> tuple[int, int]:
     """Begin and end of the poses (N, >= 2) to follow.
 
@@ -107,8 +107,8 @@ def window_bounds(
     return nearest, end
 
 
-@njit(ahead="float64[:, ::1], float64, float64, float64")
-def in_base_frame(poses: FloatArray, x: float, y: float, yaw: float) -> FloatArray:
+@njit(ahead=True)
+def in_base_frame(poses: FloatMatrix, x: float, y: float, yaw: float) -> FloatArray:
     """Poses (N, 3) of the map frame, seen from a robot at (x, y, yaw); yaws in [-pi, pi)."""
     cosine, sine = math.cos(yaw), math.sin(yaw)
     seen = np.empty((len(poses), 3))

@@ -7,7 +7,7 @@ import numpy as np
 from navstack.costmap.costmap import NO_INFORMATION, Costmap, Grid
 from navstack.errors import InvalidPathError
 from navstack.jit import njit
-from navstack.types import ByteArray, FloatArray, IntArray, Path, Pose2D
+from navstack.types import ByteArray, FloatArray, FloatMatrix, IntArray, Path, Pose2D
 
 LONGEST_GAP = 2.0  # [cells] between points that is not filled up
 
@@ -59,9 +59,9 @@ class PlanWindow:
         return near
 
 
-@njit(ahead="float64[:, ::1], int64, float64, float64, float64, float64, float64")
+@njit(ahead=True)
 def window_bounds(
-    poses: FloatArray,
+    poses: FloatMatrix,
     first: int,
     x: float,
     y: float,

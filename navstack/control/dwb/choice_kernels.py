@@ -24,7 +24,14 @@ from navstack.control.dwb.pose_score import (
 )
 from navstack.control.dwb.velocity_samples import combine
 from navstack.jit import njit
-from navstack.types import Float32Array, FloatArray, IntArray
+from navstack.types import (
+    Float32Vector,
+    FloatArray,
+    FloatMatrix,
+    FloatVector,
+    IntArray,
+    IntVector,
+)
 
 GIVEN = -2  # kind of a critic whose raw costs are given
 
@@ -32,21 +39,21 @@ GIVEN = -2  # kind of a critic whose raw costs are given
 class Sampling(NamedTuple):
     """How trajectories are made."""
 
-    axes: FloatArray  # (3, 4) as velocity_samples.combine wants it, and so
-    counts: IntArray  # (3,) and
-    speeds: FloatArray  # (3,)
+    axes: FloatMatrix  # (3, 4) as velocity_samples.combine wants it, and so
+    counts: IntVector  # (3,) and
+    speeds: FloatVector  # (3,)
     # (4,) [s] of acceleration, [s] simulated, and the granularities [m] and [rad]
-    times: FloatArray
-    limits: FloatArray  # (3, 2) as kernels.roll_out wants it
+    times: FloatVector
+    limits: FloatMatrix  # (3, 2) as kernels.roll_out wants it
 
 
 class Terms(NamedTuple):
     """What C critics score."""
 
-    kinds: IntArray  # (C,) of their measures, or GIVEN
-    noses: FloatArray  # (C,) [m] of their measures
-    scales: Float32Array  # (C,) weights, none of them 0
-    given: FloatArray  # (C, K) raw costs of the critics whose kind is GIVEN
+    kinds: IntVector  # (C,) of their measures, or GIVEN
+    noses: FloatVector  # (C,) [m] of their measures
+    scales: Float32Vector  # (C,) weights, none of them 0
+    given: FloatMatrix  # (C, K) raw costs of the critics whose kind is GIVEN
 
 
 class Drive(NamedTuple):
@@ -59,14 +66,9 @@ class Drive(NamedTuple):
     sim_time: float  # [s]
 
 
-@njit(
-    ahead="NamedTuple((float64[:, ::1], int64[::1], float64[::1], float64[::1], float64[:, ::1]), "
-    "Sampling), NamedTuple((int64[::1], float64[::1], float32[::1], float64[:, ::1]), Terms), "
-    "NamedTuple((float64[::1], float64[:, ::1], UniTuple(float64, 2), uint8[:, ::1], "
-    "UniTuple(float64, 3), float64[:, ::1]), Situation), int64, float64[::1]"
-)
+@njit(ahead=True)
 def best_command(
-    sampling: Sampling, terms: Terms, situation: Situation, guess: int, command: FloatArray
+    sampling: Sampling, terms: Terms, situation: Situation, guess: int, command: FloatVector
 ) -> tuple[int, np.float32]:
     """Index and total of the best sample, the first of equals.
 

@@ -10,7 +10,7 @@ from navstack.control.footprint_cost import outline_cost
 from navstack.control.plan_handling import cells_of_points, densify
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, Grid
 from navstack.jit import njit
-from navstack.types import ByteArray, FloatArray, IntArray
+from navstack.types import ByteMatrix, FloatArray, FloatMatrix, FloatVector, IntArray
 
 # [cells] next to a cell's border the sine and cosine of the recurrence are not good enough
 BORDER = 1e-6
@@ -45,12 +45,12 @@ NO_MEASURE = Measure(NOTHING)
 class Situation(NamedTuple):
     """What the measures look at in one cycle."""
 
-    robot: FloatArray  # (6,) pose and velocity
-    plan: FloatArray  # (N, 3) near the robot
+    robot: FloatVector  # (6,) pose and velocity
+    plan: FloatMatrix  # (N, 3) near the robot
     goal: tuple[float, float]  # [m] where the whole plan ends
-    costs: ByteArray  # (height, width)
+    costs: ByteMatrix  # (height, width)
     grid: Grid
-    footprint: FloatArray  # (V, 2) [m]
+    footprint: FloatMatrix  # (V, 2) [m]
 
 
 @njit()

@@ -12,7 +12,17 @@ from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.costmap.distances import squared_distances
 from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
 from navstack.jit import njit
-from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray
+from navstack.types import (
+    BoolArray,
+    BoolMatrix,
+    ByteMatrix,
+    FixedByteMatrix,
+    FixedFloat32Matrix,
+    Float32Array,
+    Float32Matrix,
+    FloatArray,
+    FloatMatrix,
+)
 
 FAR = 3.0  # [m] of clearance where nothing is near, and beyond what the scans show
 OFF_MAP = -1.0  # [m] of clearance off the map: nobody knows what is there
@@ -27,17 +37,11 @@ class Clearance(NamedTuple):
     The lesser of two grids of square cells counts.
     """
 
-    mapped: Float32Array  # (height, width) of the map
+    mapped: FixedFloat32Matrix  # (height, width) of the map
     # x, y of its lower left corner [m], and its cells' size [m]
     mapped_grid: tuple[float, float, float]
-    seen: Float32Array  # (height, width) of what the map does not show; empty: nothing
+    seen: Float32Matrix  # (height, width) of what the map does not show; empty: nothing
     seen_grid: tuple[float, float, float]
-
-
-CLEARANCE = (
-    "NamedTuple((Array(float32, 2, 'C', readonly=True), UniTuple(float64, 3), float32[:, ::1], UniTuple(float64, 3)), "
-    "Clearance)"
-)
 
 
 def map_clearance(world: Costmap) -> Clearance:
@@ -104,16 +108,13 @@ def _around(middle: float, resolution: float, count: int) -> tuple[int, int]:
     return min(max(first, 0), count), min(max(end, 0), count)
 
 
-@njit(
-    ahead="uint8[:, ::1], UniTuple(float64, 3), Array(uint8, 2, 'C', readonly=True), UniTuple(float64, 3), "
-    "float64[:, ::1]"
-)
+@njit(ahead=True)
 def unmapped_blocks(
-    costs: ByteArray,
+    costs: ByteMatrix,
     grid: tuple[float, float, float],
-    floor: ByteArray,
+    floor: FixedByteMatrix,
     floor_grid: tuple[float, float, float],
-    people: FloatArray,
+    people: FloatMatrix,
 ) -> BoolArray:
     """Which blocks (height, width) of cells hold an obstacle that is neither on the map nor a person's return."""
     height, width = costs.shape[0] // _POOLED, costs.shape[1] // _POOLED
@@ -141,8 +142,8 @@ def unmapped_blocks(
     return blocked
 
 
-@njit(ahead="bool[:, ::1], float64")
-def signed_distances(blocked: BoolArray, cell: float) -> Float32Array:
+@njit(ahead=True)
+def signed_distances(blocked: BoolMatrix, cell: float) -> Float32Array:
     """Distances [m] from cells' middles to the nearest blocked cell, negative within one.
 
     To the nearest free cell.

@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.control.contact_risk import (
-    BODY,
     UNLIKELY,
     Body,
     ContactRates,
@@ -19,8 +18,8 @@ from navstack.control.contact_risk import (
     gap_to,
     touch_price,
 )
-from navstack.control.expected_cost.clearance import CLEARANCE, FAR, OFF_MAP, Clearance, distance_at
-from navstack.control.expected_cost.field import FIELD, Field, blend, corner_of
+from navstack.control.expected_cost.clearance import FAR, OFF_MAP, Clearance, distance_at
+from navstack.control.expected_cost.field import Field, blend, corner_of
 from navstack.control.expected_cost.motions import (
     KIND,
     KIND_2,
@@ -34,9 +33,9 @@ from navstack.control.expected_cost.motions import (
     TWIST,
     WAY,
 )
-from navstack.control.expected_cost.people import PEOPLE, People
+from navstack.control.expected_cost.people import People
 from navstack.jit import njit
-from navstack.types import Float32Array, FloatArray
+from navstack.types import Float32Array, FloatArray, FloatMatrix, FloatVector
 
 # of a motion's cost, all in [USD]
 TERMS = ("contact", "squeeze", "wall", "inside", "shake", "delay")
@@ -80,27 +79,20 @@ class Rates(NamedTuple):
 class Scene(NamedTuple):
     """Everything that the motions of one cycle have in common."""
 
-    start: FloatArray  # (5,) x, y [m], yaw [rad], v [m/s], omega [rad/s]
+    start: FloatVector  # (5,) x, y [m], yaw [rad], v [m/s], omega [rad/s]
     field: Field
     clearance: Clearance
     people: People
     body: Body
     # (C,) [m] centres on the base frame's x axis of circles that cover the robot
-    circles: FloatArray
+    circles: FloatVector
     circle_radius: float  # [m]
     limits: Limits
     rates: Rates
     touch: ContactRates
-    contact_usd: FloatArray  # (S,) [USD] of a counted contact at 0, 1, .. m/s
-    care: FloatArray  # (N,) how much what may happen at each step counts
+    contact_usd: FloatVector  # (S,) [USD] of a counted contact at 0, 1, .. m/s
+    care: FloatVector  # (N,) how much what may happen at each step counts
     step: float  # [s]
-
-
-SCENE = (
-    f"NamedTuple((float64[::1], {FIELD}, {CLEARANCE}, {PEOPLE}, {BODY}, float64[::1], float64, "
-    "NamedUniTuple(float64, 9, Limits), NamedUniTuple(float64, 7, Rates), NamedUniTuple(float64, 5, ContactRates), "
-    "float64[::1], float64[::1], float64), Scene)"
-)
 
 
 @njit(inline="always")
@@ -353,9 +345,9 @@ def follow(
     return risk_of(states, scene, terms[SHAKE] + terms[DELAY], bound, terms)
 
 
-@njit(ahead=f"float64[:, ::1], {SCENE}, float64, float64[::1], float64[::1]")
+@njit(ahead=True)
 def price_all(
-    motions: FloatArray, scene: Scene, bound: float, costs: FloatArray, risks: FloatArray
+    motions: FloatMatrix, scene: Scene, bound: float, costs: FloatVector, risks: FloatVector
 ) -> int:
     """Price motions (M, FIELDS) one after the other.
 
@@ -378,8 +370,8 @@ def price_all(
     return best
 
 
-@njit(ahead=f"float64[::1], {SCENE}, float64[::1], float64[:, ::1]")
-def price_one(motion: FloatArray, scene: Scene, terms: FloatArray, states: FloatArray) -> float:
+@njit(ahead=True)
+def price_one(motion: FloatVector, scene: Scene, terms: FloatVector, states: FloatMatrix) -> float:
     """The cost [USD] of one motion.
 
     ``terms`` (6,) and ``states`` (N, 7) are written as by :func:`follow`.

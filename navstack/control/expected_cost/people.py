@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.control.contact_risk import spread_at
-from navstack.control.expected_cost.clearance import CLEARANCE, FAR, Clearance, clearance_at
+from navstack.control.expected_cost.clearance import FAR, Clearance, clearance_at
 from navstack.jit import njit
-from navstack.types import FloatArray
+from navstack.types import FloatArray, FloatCube, FloatMatrix, FloatVector
 
 _EDGE = 0.35  # [m] from the walkable ground's edge nobody goes on straight
 _CORNER = 0.85  # [m] from an edge beside which a corner is passed
@@ -38,20 +38,15 @@ class Spread(NamedTuple):
 class People(NamedTuple):
     """Predicted people, in the map frame; one hypothesis per row."""
 
-    motion: FloatArray  # (H, N, 4) x, y [m], vx, vy [m/s] after each step
-    std: FloatArray  # (H, N) [m] of the place, along any direction
-    weight: FloatArray  # (H,) how much the hypothesis counts
-    radius: FloatArray  # (H,) [m]
+    motion: FloatCube  # (H, N, 4) x, y [m], vx, vy [m/s] after each step
+    std: FloatMatrix  # (H, N) [m] of the place, along any direction
+    weight: FloatVector  # (H,) how much the hypothesis counts
+    radius: FloatVector  # (H,) [m]
 
 
-PEOPLE = "NamedTuple((float64[:, :, ::1], float64[:, ::1], float64[::1], float64[::1]), People)"
-
-
-@njit(
-    ahead=f"float64[:, ::1], float64, float64, int64, float64, NamedUniTuple(float64, 6, Spread), {CLEARANCE}"
-)
+@njit(ahead=True)
 def predict(
-    people: FloatArray,
+    people: FloatMatrix,
     x: float,
     y: float,
     steps: int,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from navstack.control.footprint_cost import is_occupied
 from navstack.costmap.costmap import Grid
 from navstack.jit import njit
-from navstack.types import ByteArray, FloatArray
+from navstack.types import ByteMatrix, FloatMatrix
 
 
 class Law(NamedTuple):
@@ -28,9 +28,9 @@ class Law(NamedTuple):
 class Ground(NamedTuple):
     """The local costmap, the robot on it and its footprint."""
 
-    costs: ByteArray  # (rows, columns)
+    costs: ByteMatrix  # (rows, columns)
     grid: Grid
-    footprint: FloatArray  # (V, 2) [m], base frame
+    footprint: FloatMatrix  # (V, 2) [m], base frame
     pose: tuple[float, float, float]  # [m], [m], [rad] of the robot, map frame
 
 
@@ -84,10 +84,7 @@ def is_blocked(x: float, y: float, yaw: float, ground: Ground) -> bool:
     )
 
 
-_GROUND = "NamedTuple((uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], UniTuple(float64, 3)), Ground)"
-
-
-@njit(ahead=f"UniTuple(float64, 3), bool, bool, bool, NamedUniTuple(float64, 11, Law), {_GROUND}")
+@njit(ahead=True)
 def drive_to(
     target: tuple[float, float, float],
     backward: bool,
@@ -133,7 +130,7 @@ def drive_to(
     return True, speed, turn
 
 
-@njit(ahead=f"float64, int64, {_GROUND}")
+@njit(ahead=True)
 def can_turn(angle: float, looks: int, ground: Ground) -> bool:
     """Whether the robot can turn on the spot by ``angle`` [rad], by that many looks on the way."""
     for i in range(1, looks + 1):

@@ -14,12 +14,12 @@ import numpy as np
 
 from navstack.control.footprint_cost import walk_outline
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.distance_field import FIELD, Field
+from navstack.control.mpc.distance_field import Field
 from navstack.control.mpc.people import predicted
 from navstack.control.mpc.stop_profile import highest_jerk, lowest_jerk, stop_after, stop_time
 from navstack.costmap.costmap import LETHAL_OBSTACLE
 from navstack.jit import njit
-from navstack.types import FloatArray
+from navstack.types import FloatArray, FloatMatrix, FloatVector
 
 # how a stop treats the yaw rate: to 0 as fast as can be, or together with the speed
 STRAIGHTEN, KEEP_CURVE = 0, 1
@@ -33,25 +33,22 @@ _ROUNDING = 1e-9
 class Body(NamedTuple):
     """The robot's outline, and circles that cover it."""
 
-    footprint: FloatArray  # (V, 2) [m]
-    circles: FloatArray  # (C,) [m] x of their centres
+    footprint: FloatMatrix  # (V, 2) [m]
+    circles: FloatVector  # (C,) [m] x of their centres
     radius: float  # [m] of the circles
 
 
-@njit(
-    ahead=f"float64[::1], float64, float64, float64, float64[::1], int64, {FIELD}, "
-    "NamedTuple((float64[:, ::1], float64[::1], float64), Body), float64[:, ::1]"
-)
+@njit(ahead=True)
 def guarded(
-    state: FloatArray,
+    state: FloatVector,
     j: float,
     ja: float,
     period: float,
-    limits: FloatArray,
+    limits: FloatVector,
     kind: int,
     field: Field,
     body: Body,
-    people: FloatArray,
+    people: FloatMatrix,
 ) -> tuple[FloatArray, int, float]:
     """The motion (v, omega, a, alpha) one control period later, the stop behind it, and the share of stop in it.
 

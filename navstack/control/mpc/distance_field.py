@@ -19,7 +19,7 @@ from navstack.costmap.costmap import (
 )
 from navstack.costmap.inflation import HIGHEST_FALLING_COST
 from navstack.jit import njit
-from navstack.types import ByteArray, FloatArray
+from navstack.types import ByteMatrix, FloatArray, FloatVector
 
 _STENCIL = 2.0  # [cells] to either side, over which gradients are taken
 
@@ -27,13 +27,10 @@ _STENCIL = 2.0  # [cells] to either side, over which gradients are taken
 class Field(NamedTuple):
     """The distance field's ingredients, which every look at it takes."""
 
-    costs: ByteArray  # (height, width)
+    costs: ByteMatrix  # (height, width)
     grid: Grid
-    table: FloatArray  # (256,) [m]
+    table: FloatVector  # (256,) [m]
     inscribed_radius: float  # [m]
-
-
-FIELD = "NamedTuple((uint8[:, ::1], UniTuple(float64, 3), float64[::1], float64), Field)"
 
 
 def distance_table(inscribed_radius: float, cost_scaling_factor: float) -> FloatArray:

@@ -6,14 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.distance_field import FIELD, Field, distance_and_gradient
+from navstack.control.mpc.distance_field import Field, distance_and_gradient
 from navstack.control.mpc.motion import rollout
-from navstack.control.mpc.path_line import LINE, PathLine, at_distance, between, project
+from navstack.control.mpc.path_line import PathLine, at_distance, between, project
 from navstack.control.mpc.people import predicted
-from navstack.control.mpc.stage_layout import HORIZON, Horizon
+from navstack.control.mpc.stage_layout import Horizon
 from navstack.control.mpc.stop_profile import progress_jerk
 from navstack.jit import njit
-from navstack.types import FloatArray
+from navstack.types import FloatArray, FloatMatrix, FloatVector
 
 # segments of the line before and behind a step's one, in which the next one's is looked for
 _BACK, _AHEAD = 5, 40
@@ -52,16 +52,14 @@ def sizes_of(horizon: Horizon) -> tuple[int, int]:
     return circles, (horizon.stages.shape[1] - at.BASE) // 3 - circles
 
 
-@njit(
-    ahead=f"{HORIZON}, float64[:, ::1], {LINE}, int64, NamedUniTuple(float64, 3, Wishes), float64[::1]"
-)
+@njit(ahead=True)
 def fill_stages(
     horizon: Horizon,
-    states: FloatArray,
+    states: FloatMatrix,
     line: PathLine,
     segment: int,
     wishes: Wishes,
-    limits: FloatArray,
+    limits: FloatVector,
 ) -> None:
     """Write foot points, headings, and the fastest progress along the line that can stop at its end.
 
@@ -108,11 +106,9 @@ def fill_stages(
         stage[at.SPEED], stage[at.JERK] = v, j
 
 
-@njit(
-    ahead=f"{HORIZON}, float64[:, ::1], {FIELD}, float64[:, ::1], NamedUniTuple(float64, 6, Clearances)"
-)
+@njit(ahead=True)
 def fill_obstacles(
-    horizon: Horizon, states: FloatArray, field: Field, people: FloatArray, keep: Clearances
+    horizon: Horizon, states: FloatMatrix, field: Field, people: FloatMatrix, keep: Clearances
 ) -> None:
     """Write each circle's half-plane at the nearest static obstacle; see :func:`fill_stages`."""
     stages, circles = horizon.stages, horizon.shared[at.CIRCLES :]
@@ -141,8 +137,8 @@ def _belongs_to_person(x: float, y: float, people: FloatArray) -> bool:
     return False
 
 
-@njit(ahead=f"{HORIZON}, float64[:, ::1], NamedUniTuple(float64, 6, Clearances)")
-def fill_people(horizon: Horizon, people: FloatArray, keep: Clearances) -> None:
+@njit(ahead=True)
+def fill_people(horizon: Horizon, people: FloatMatrix, keep: Clearances) -> None:
     """Write where people will be and how near is too near; see :func:`fill_stages`."""
     stages, times, _ = horizon
     circles, room = sizes_of(horizon)
@@ -220,9 +216,9 @@ def is_far(state: FloatArray, stage: FloatArray, place: int, shared: FloatArray)
     return bool(reach <= 0.0 or dx * dx + dy * dy > (reach + span) ** 2)
 
 
-@njit(ahead=f"float64[::1], float64[:, ::1], float64[:, ::1], {HORIZON}")
+@njit(ahead=True)
 def best_between(
-    start: FloatArray, jerks: FloatArray, wanted: FloatArray, horizon: Horizon
+    start: FloatVector, jerks: FloatMatrix, wanted: FloatMatrix, horizon: Horizon
 ) -> FloatArray:
     """The cheapest of the trajectories from ``start`` (7,) after ``STEP_SHARES`` of the way to the wanted jerks."""
     best, least = wanted, math.inf

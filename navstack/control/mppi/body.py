@@ -16,7 +16,7 @@ from navstack.geometry import footprint_radii
 from navstack.jit import njit
 from navstack.params.costmap import InflationLayerParams
 from navstack.params.mppi import LocalCosts
-from navstack.types import ByteArray, FloatArray
+from navstack.types import ByteArray, FloatArray, FloatMatrix, FloatVector
 
 _CIRCLES = (4, 2)  # along and across the body
 # [cells] between the body's edge and the outline's cells, and between a point and its cell's centre
@@ -29,12 +29,12 @@ ALWAYS = 0.0  # check_from: the outline counts everywhere
 class Body(NamedTuple):
     """What the collision check needs of robot and costmap; lengths in cells."""
 
-    footprint: FloatArray  # (V, 2) [m] base frame
-    corners: FloatArray  # (V, 2) the same in cells
-    circles: FloatArray  # (C, 2) centres of circles that cover the body
+    footprint: FloatMatrix  # (V, 2) [m] base frame
+    corners: FloatMatrix  # (V, 2) the same in cells
+    circles: FloatMatrix  # (C, 2) centres of circles that cover the body
     free_radius: float  # that an obstacle has to be away from all these centres
     radius: float  # of the circle around the base that holds the body and all these centres
-    reach: FloatArray  # (256,) to the nearest lethal cell at least, by the cost of a cell
+    reach: FloatVector  # (256,) to the nearest lethal cell at least, by the cost of a cell
     uses_outline: bool  # False: the centre alone counts
     check_from: float  # cost of the centre from which the outline is looked at; ALWAYS: everywhere
     tracks_unknown: bool  # unknown cells are no obstacles

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from navstack.control.footprint_cost import outline_cost, walk_outline
 from navstack.control.mppi.body import OUTLINE_SLACK, Body, clearance
-from navstack.control.mppi.rollouts import ROLLOUTS, Rollouts
+from navstack.control.mppi.rollouts import Rollouts
 from navstack.costmap.costmap import (
     INSCRIBED_INFLATED_OBSTACLE,
     LETHAL_OBSTACLE,
@@ -15,7 +15,7 @@ from navstack.costmap.costmap import (
     Grid,
 )
 from navstack.jit import njit
-from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from navstack.types import BoolArray, ByteArray, ByteMatrix, Float32Array, FloatArray, IntArray
 
 CellArray = npt.NDArray[np.int32]
 _CELLS = (0.0, 0.0, 1.0)  # the grid of places that are given in cells
@@ -131,15 +131,11 @@ def _add_costs(
         scores[b] += critical if cost >= near else cost * share
 
 
-@njit(
-    ahead=f"{ROLLOUTS}, int64, uint8[:, ::1], UniTuple(float64, 3), "
-    "NamedTuple((float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64, float64[::1], bool, "
-    "float64, bool), Body), bool, int64, float32, float32, bool"
-)
+@njit(ahead=True)
 def cost_scores(
     rollouts: Rollouts,
     step: int,
-    costs: ByteArray,
+    costs: ByteMatrix,
     grid: Grid,
     body: Body,
     has_unknown: bool,

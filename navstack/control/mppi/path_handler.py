@@ -8,7 +8,7 @@ from navstack.errors import InvalidPathError
 from navstack.geometry import shortest_angular_distance
 from navstack.jit import njit
 from navstack.params.mppi import MppiParams
-from navstack.types import FloatArray, Path, Pose2D
+from navstack.types import FloatArray, FloatMatrix, Path, Pose2D
 
 
 class PathHandler:
@@ -79,9 +79,14 @@ class PathHandler:
             self._end = self._next_end(plan)
 
 
-@njit(ahead="float64[:, ::1], int64, float64, float64, float64, float64")
+@njit(ahead=True)
 def window(
-    poses: FloatArray, first: int, x: float, y: float, search_distance: float, prune_distance: float
+    poses: FloatMatrix,
+    first: int,
+    x: float,
+    y: float,
+    search_distance: float,
+    prune_distance: float,
 ) -> tuple[int, int]:
     """The pose (of N, >= 1) nearest to (x, y), and one behind the last pose up to ``prune_distance`` [m] ahead of it.
 
@@ -98,9 +103,9 @@ def window(
     return nearest, end
 
 
-@njit(ahead="float64[:, ::1], int64, int64, UniTuple(float64, 4)")
+@njit(ahead=True)
 def on_grid(
-    poses: FloatArray, begin: int, end: int, grid: tuple[float, float, float, float]
+    poses: FloatMatrix, begin: int, end: int, grid: tuple[float, float, float, float]
 ) -> int:
     """The first pose from ``begin`` on that is off the grid (origin x and y, width, height in [m]), or ``end``."""
     origin_x, origin_y, width, height = grid

@@ -6,7 +6,7 @@ from navstack.control.footprint_cost import is_occupied
 from navstack.costmap.costmap import Costmap, Grid
 from navstack.jit import njit
 from navstack.params.rpp import RppParams
-from navstack.types import ByteArray, FloatArray, Pose2D, Twist2D
+from navstack.types import ByteMatrix, FloatArray, FloatMatrix, Pose2D, Twist2D
 
 SLOWEST_DRIVE = 0.01  # [m/s] slower commands count as turns on the spot ...
 SLOWEST_TURN = 0.01  # [rad/s] ... if they turn faster than this
@@ -67,14 +67,11 @@ class ArcCheck:
         return duration, distance
 
 
-@njit(
-    ahead="uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], UniTuple(float64, 3), UniTuple(float64, 2), "
-    "float64, float64, float64"
-)
+@njit(ahead=True)
 def arc_collides(
-    costs: ByteArray,
+    costs: ByteMatrix,
     grid: Grid,
-    footprint: FloatArray,
+    footprint: FloatMatrix,
     start: tuple[float, float, float],
     speeds: tuple[float, float],
     time_step: float,

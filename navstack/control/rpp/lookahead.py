@@ -7,13 +7,13 @@ Jazzy's cusps.
 import math
 
 from navstack.jit import njit
-from navstack.types import FloatArray
+from navstack.types import FloatArray, FloatMatrix
 
 SAME_HEADING = 1e-4  # [rad]
 
 
-@njit(ahead="float64[:, ::1], float64, bool")
-def lookahead_point(path: FloatArray, distance: float, beyond_end: bool) -> tuple[float, float]:
+@njit(ahead=True)
+def lookahead_point(path: FloatMatrix, distance: float, beyond_end: bool) -> tuple[float, float]:
     """The point ``distance`` [m] along the path, as (x, y).
 
     On a path that is shorter: its end, or with ``beyond_end`` the point that its last direction
@@ -89,8 +89,8 @@ def distance_to_cusp(path: FloatArray) -> float:
     return math.inf
 
 
-@njit(ahead="float64[:, ::1]")
-def path_length(path: FloatArray) -> float:
+@njit(ahead=True)
+def path_length(path: FloatMatrix) -> float:
     """Length along the path in [m]."""
     length = 0.0
     for i in range(1, len(path)):
