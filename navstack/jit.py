@@ -32,7 +32,10 @@ _IMPORT = re.compile(r"^(?:from|import) (\.*)([\w.]*)", re.MULTILINE)
 
 
 def fix_processor() -> None:
-    """Let numba compile for :data:`TARGET` where this machine can run that and ``NUMBA_CPU_NAME`` is not set."""
+    """Let numba compile for :data:`TARGET` where this machine can run that.
+
+    ``NUMBA_CPU_NAME`` overrides it.
+    """
     config: Any = numba.config
     features = get_host_cpu_features()
     if not config.CPU_NAME and all(features.get(each) for each in _TARGET_NEEDS):
@@ -97,7 +100,7 @@ def _numba_type(annotation: Any) -> Any:
 
 
 def tuple_of(kind: Any, params: Any, **more: float) -> Any:
-    """A named tuple for kernels: of ``more``, and of the parameters that are named like its other fields."""
+    """A named tuple for kernels: of ``more``, and of the parameters named like its other fields."""
     return kind(
         **more, **{name: float(getattr(params, name)) for name in kind._fields if name not in more}
     )
@@ -105,9 +108,10 @@ def tuple_of(kind: Any, params: Any, **more: float) -> Any:
 
 @cache
 def source_stamp(file: Path) -> bytes:
-    """The hash (SHA-256) of a source file and of those that it imports, as they are when it is asked for first.
+    """The hash (SHA-256) of a source file and of those that it imports.
 
-    Followed are imports at the beginning of a line, of the file's own package and of ``navstack``.
+    They are read once in a process. Followed are imports at the beginning of a line, of the file's
+    own package and of ``navstack``.
     """
     found, waiting = set(), {file.resolve()}
     while waiting:
@@ -157,7 +161,7 @@ def _content(source: Path) -> bytes:
 
 @cache
 def _imported(source: Path) -> frozenset[Path]:
-    """The files that a file imports from its own package and from this one, or all of their folder."""
+    """The files that a file imports from its own package and this one; of a package, all files."""
     own = source.parent
     while (own.parent / "__init__.py").is_file():
         own = own.parent

@@ -117,22 +117,37 @@ def choose(
     best, least = -1, np.float32(math.inf)
     likely = (guess, int(bounds.argmin()))
     for i in range(-2, len(bounds)):
-        k = i if i >= 0 else likely[i]
+        k = i
+        if i < 0:
+            k = likely[i]
         if not 0 <= k < len(bounds) or bounds[k] > least or bounds[k] == math.inf:
             continue
-        total = np.float32(0.0)
-        for c in range(len(kinds)):
-            if kinds[c] == PATH_DISTANCE or kinds[c] == PATH_ALIGNMENT:
-                raw[c, k] = 0.0
-                add_distances(cells[c, :, k : k + 1], seeds[c], raw[c, k : k + 1])
-            elif kinds[c] == OUTLINE_COST:
-                raw[c, k] = outline_score(ends[0, k], ends[1, k], ends[2, k], situation)
-            total = np.float32(np.float64(total) + raw[c, k] * np.float64(scales[c]))
+        complete(k, kinds, ends, seeds, situation, cells, raw)
+        total = add_weighted(raw[:, k : k + 1], scales)[0]
         if total == math.inf or total > least or (total == least and k >= best):
             continue
         if is_legal(drive, k, kinds, situation):
             best, least = k, total
     return best, least
+
+
+@njit()
+def complete(
+    k: int,
+    kinds: IntArray,
+    ends: FloatArray,
+    seeds: list[CellArray],
+    situation: Situation,
+    cells: CellArray,
+    raw: FloatArray,
+) -> None:
+    """Write the raw scores of end ``k`` that :func:`score_ends` leaves out."""
+    for c in range(len(kinds)):
+        if kinds[c] == PATH_DISTANCE or kinds[c] == PATH_ALIGNMENT:
+            raw[c, k] = 0.0
+            add_distances(cells[c, :, k : k + 1], seeds[c], raw[c, k : k + 1])
+        elif kinds[c] == OUTLINE_COST:
+            raw[c, k] = outline_score(ends[0, k], ends[1, k], ends[2, k], situation)
 
 
 @njit()

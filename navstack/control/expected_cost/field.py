@@ -1,4 +1,4 @@
-"""The cost to go: how far it is to the goal from everywhere, dearer near walls, and which way leads there."""
+"""The cost to go: the distance to the goal, dearer near walls, and the way there."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -46,7 +46,9 @@ def make_field(
     costs = np.ascontiguousarray(costmap.data[first::every, first::every])
     size = every * costmap.resolution
     coarse = Costmap(costs, size, costmap.origin_x, costmap.origin_y)
-    metres = cost_to_go(coarse if corridor == 0.0 else _within(coarse, plan, corridor), goal)
+    if corridor > 0.0:
+        coarse = _within(coarse, plan, corridor)
+    metres = cost_to_go(coarse, goal)
     unreached = np.isinf(metres)
     if unreached.all():
         metres = np.zeros_like(metres)
@@ -79,7 +81,7 @@ def _within(costmap: Costmap, plan: Path, width: float) -> Costmap:
 def corner_of(
     values: FloatArray, origin_x: float, origin_y: float, cell: float, x: float, y: float
 ) -> tuple[int, int, float, float]:
-    """Row and column of the lower left of the four cells around a point, and its shares of the way up and right.
+    """The lower left of the four cells around a point, and its shares of the way up and right.
 
     Off the grid they are those of the nearest point on it.
     """

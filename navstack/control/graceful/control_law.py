@@ -1,4 +1,7 @@
-"""The pose-following control law of Park and Kuipers (ICRA 2011), and where it leads (``smooth_control_law.cpp``)."""
+"""The pose-following control law of Park and Kuipers (ICRA 2011), and where it leads.
+
+After ``smooth_control_law.cpp``.
+"""
 
 import math
 from typing import NamedTuple
@@ -43,17 +46,22 @@ def _normalized(angle: float) -> float:
 def velocity_to(
     target: tuple[float, float, float], pose: tuple[float, float, float], backward: bool, law: Law
 ) -> tuple[float, float]:
-    """Speed [m/s] and turn rate [rad/s] at a pose towards a target pose, both (x, y, yaw) in the same frame.
+    """Speed [m/s] and turn rate [rad/s] at a pose (x, y, yaw) towards a target pose.
 
-    Equations 13 and 15 of the paper, on the distance and the angles of both headings to the line of sight.
+    Equations 13 and 15 of the paper, on the distance and the angles of both headings to the line
+    of sight.
     """
     dx, dy = target[0] - pose[0], target[1] - pose[1]
     distance = math.hypot(dx, dy)
-    sight = math.atan2(dy, dx) - (math.pi if backward else 0.0)
+    sight = math.atan2(dy, dx)
+    if backward:
+        sight -= math.pi
     phi, delta = _normalized(target[2] - sight), _normalized(pose[2] - sight)
     wanted = math.atan(-law.k_phi * phi)  # [rad] of the steering
     feedback = (1.0 + law.k_phi / (1.0 + (law.k_phi * phi) ** 2)) * math.sin(delta)
-    curvature = -(law.k_delta * (delta - wanted) + feedback) / distance if distance > 0.0 else 0.0
+    curvature = 0.0
+    if distance > 0.0:
+        curvature = -(law.k_delta * (delta - wanted) + feedback) / distance
     if backward:
         curvature = -curvature
     speed = law.v_linear_max / (1.0 + law.beta * abs(curvature) ** law.lambda_)
@@ -63,7 +71,9 @@ def velocity_to(
     if backward:
         speed = -speed
     turn = min(max(curvature * speed, -law.v_angular_max), law.v_angular_max)
-    return (turn / curvature if curvature != 0.0 else speed), turn
+    if curvature != 0.0:
+        speed = turn / curvature
+    return speed, turn
 
 
 @njit()
@@ -93,7 +103,7 @@ def drive_to(
     law: Law,
     ground: Ground,
 ) -> tuple[bool, float, float]:
-    """Drive to a target pose (x, y, yaw) of the base frame in thought, a cell of the costmap at a time.
+    """Simulate the drive to a target pose (x, y, yaw), base frame, one cell at a time.
 
     Args:
         target: where to, in [m] and [rad].
@@ -104,7 +114,8 @@ def drive_to(
         ground: where obstacles are.
 
     Returns:
-        Whether it gets there, or as far as three times the straight way; and the first speed and turn rate.
+        Whether it gets there, or as far as three times the straight way; and the first speed and
+        turn rate.
     """
     step = ground.grid[2] / law.v_linear_max  # [s]
     bearing, distance = math.atan2(target[1], target[0]), math.hypot(target[0], target[1])

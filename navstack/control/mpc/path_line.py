@@ -55,7 +55,10 @@ def make_line(poses: FloatArray, limits: FloatArray) -> PathLine:
 
 @njit(ahead=True)
 def smoothed(values: FloatVector) -> FloatArray:
-    """The mean over up to ``_SMOOTHED`` neighbours on either side, fewer towards the ends, which stay."""
+    """The mean over ``_SMOOTHED`` neighbours on either side, fewer towards the ends.
+
+    The ends stay.
+    """
     count = len(values)
     result = np.empty_like(values)
     for i in range(count):
@@ -69,7 +72,7 @@ def smoothed(values: FloatVector) -> FloatArray:
 
 @njit(ahead=True)
 def curve_speeds(s: FloatVector, heading: FloatVector, limits: FloatVector) -> FloatArray:
-    """The speed at each point within the lateral and yaw limits there and, after braking, at all points ahead."""
+    """The speed at each point that keeps the limits there and, after braking, ahead of it."""
     count = len(s)
     speeds = np.empty(count)
     brake = _SHARE * limits[at.MAX_DECELERATION]
@@ -88,7 +91,7 @@ def curve_speeds(s: FloatVector, heading: FloatVector, limits: FloatVector) -> F
 
 @njit(ahead=True)
 def project(line: PathLine, x: float, y: float, first: int, last: int) -> tuple[int, float]:
-    """The segment and the share 0..1 of it at the point nearest to (x, y), from segment ``first`` to ``last``."""
+    """The segment, of ``first`` to ``last``, and the share 0..1 of it nearest to (x, y)."""
     best, best_share, least = first, 0.0, math.inf
     for i in range(first, min(last, len(line.x) - 2) + 1):
         dx, dy = line.x[i + 1] - line.x[i], line.y[i + 1] - line.y[i]

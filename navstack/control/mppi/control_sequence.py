@@ -1,4 +1,4 @@
-"""The control sequence: how samples improve it, what it may be, how it is smoothed (``optimizer.cpp``)."""
+"""The control sequence: its update by samples, its limits, its smoothing (``optimizer.cpp``)."""
 
 import math
 
@@ -18,7 +18,10 @@ _LANES = 16  # partial sums, so that the processor adds several at once
 def add_control_costs(
     controls: Float32Matrix, sequence: Float32Vector, factor: np.float32, costs: Float32Vector
 ) -> None:
-    """Add ``factor`` times the samples' (rows 1..T of ``controls``) distance from ``sequence`` (T,), along it."""
+    """Add ``factor`` times the samples' distance from ``sequence`` (T,), along it.
+
+    The samples are rows 1..T of ``controls``.
+    """
     for t in range(len(sequence)):
         wanted = sequence[t]
         if wanted != np.float32(0.0):
@@ -54,7 +57,7 @@ def softmax(costs: Float32Vector, temperature: np.float32) -> Float32Array:
 
 @njit(ahead=True)
 def weighted_mean(controls: Float32Matrix, shares: Float32Vector, sequence: Float32Vector) -> None:
-    """Write the mean of rows 1..T of ``controls`` (T + 1, B), weighted by ``shares``, into ``sequence`` (T,)."""
+    """Write the mean of rows 1..T of ``controls``, weighted by ``shares``, to ``sequence`` (T,)."""
     for t in range(len(sequence)):
         sequence[t] = _dot(controls[t + 1], shares)
 
@@ -79,7 +82,7 @@ def _dot(a: Float32Array, b: Float32Array) -> np.float32:
 def limit(
     sequence: Float32Vector, least: np.float32, most: np.float32, fall: np.float32, rise: np.float32
 ) -> None:
-    """Keep a sequence (T,) within [``least``, ``most``], and its changes from one value to the next in [fall, rise]."""
+    """Keep a sequence (T,) in [``least``, ``most``], and its changes in [``fall``, ``rise``]."""
     last = min(most, max(sequence[0], least))
     sequence[0] = last
     for t in range(1, len(sequence)):

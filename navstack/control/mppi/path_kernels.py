@@ -1,4 +1,7 @@
-"""Inner loops of the critics that look at the path, whose points (N,) are seen from the robot, along the map's axes."""
+"""Inner loops of the critics that look at the path.
+
+Its points (N,) are relative to the robot, along the map's axes.
+"""
 
 import math
 
@@ -59,7 +62,7 @@ def furthest_point(px: Float32Vector, py: Float32Vector, x: Float32Vector, y: Fl
 def free_points(
     px: Float32Vector, py: Float32Vector, costs: ByteMatrix, grid: Grid, tracks_unknown: bool
 ) -> BoolArray:
-    """Which points (N - 1,), all but the last, lie in cells where the robot's centre may be (``findPathCosts``)."""
+    """Which points (N - 1,), all but the last, are free for the centre (``findPathCosts``)."""
     height, width = costs.shape
     free = np.zeros(max(0, len(px) - 1), dtype=np.bool_)
     for i in range(len(free)):
@@ -79,12 +82,12 @@ def mean_misalignment(
     free: BoolVector,
     use_orientations: bool,
 ) -> Float32Array:
-    """Mean distance (B,) in [m] of every ``step``-th pose (T, B) to the point as far along of a ``path`` x, y, yaw.
+    """Mean distance (B,) [m] of every ``step``-th pose (T, B) to the path's point as far along.
 
     How far along is measured in length driven; poses whose point is not ``free`` do not count
     (``path_align_critic.cpp``).
     """
-    _, x, y, yaw, _, _ = rollouts
+    x, y, yaw = rollouts.x, rollouts.y, rollouts.yaw
     px, py, pyaw = path
     steps, count = x.shape
     length = np.zeros(len(px), dtype=np.float32)
@@ -135,7 +138,9 @@ def nearest_table(length: Float32Array) -> tuple[Float32Array, IntArray, np.floa
         middle[i] = np.float32(0.5) * (length[i] + length[i + 1])
     middle[-1] = np.float32(np.nan)  # nothing is beyond it, not even inf
     places = _TABLE_FINENESS * len(length)
-    scale = np.float32(places / length[-1]) if length[-1] > np.float32(0.0) else np.float32(0.0)
+    scale = np.float32(0.0)
+    if length[-1] > scale:
+        scale = np.float32(places / length[-1])
     table = np.empty(places + 2, dtype=np.int64)
     i = 0
     for place in range(len(table)):
@@ -149,10 +154,12 @@ def nearest_table(length: Float32Array) -> tuple[Float32Array, IntArray, np.floa
 def nearest_along(
     driven: np.float32, middle: Float32Array, table: IntArray, scale: np.float32
 ) -> int:
-    """The point whose length along the path is nearest to the length ``driven`` (``findClosestPathPt``)."""
+    """The point whose length along the path is nearest to ``driven`` (``findClosestPathPt``)."""
     place = driven * scale
-    # nan: the last
-    i = int(table[int(place) if place < np.float32(len(table) - 1) else len(table) - 1])
+    entry = len(table) - 1  # nan: the last
+    if place < np.float32(entry):
+        entry = int(place)
+    i = int(table[entry])
     while middle[i] <= driven:  # seldom: the table is fine
         i += 1
     return i

@@ -71,9 +71,10 @@ def add_noise(sequence: Float32Vector, noise: Float32Matrix, controls: Float32Ma
 def limit_changes(
     controls: Float32Matrix, start: np.float32, rise: np.float32, fall: np.float32
 ) -> None:
-    """Limit the changes of controls (T + 1, B) per step to [``fall``, ``rise``], from ``start`` on (row 0).
+    """Limit the changes of controls (T + 1, B) per step to [``fall``, ``rise``].
 
-    The last row stays as it is, as in ``MotionModel::predict``: no pose depends on it.
+    Row 0 becomes ``start``. The last row stays as it is, as in ``MotionModel::predict``: no pose
+    depends on it.
     """
     for b in range(controls.shape[1]):
         controls[0, b] = start
@@ -127,9 +128,9 @@ def roll_out(
 
 @njit(ahead=True)
 def drift(rollouts: Rollouts, start_yaw: np.float32, dt: np.float32) -> None:
-    """Add to the positions what the sideways velocities, rows 0..T-1 of the controls, make of these headings."""
-    controls, x, y, _, cosine, sine = rollouts
-    vy = controls[2]
+    """Add to the positions what the sideways velocities, rows 0..T-1 of the controls, make."""
+    x, y, cosine, sine = rollouts.x, rollouts.y, rollouts.cosine, rollouts.sine
+    vy = rollouts.controls[2]
     way_x = np.full(x.shape[1], -vy[0, 0] * np.float32(math.sin(start_yaw)) * dt)
     way_y = np.full(x.shape[1], vy[0, 0] * np.float32(math.cos(start_yaw)) * dt)
     for t in range(len(x)):

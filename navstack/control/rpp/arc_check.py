@@ -29,7 +29,7 @@ class ArcCheck:
     def collides(
         self, command: Twist2D, pose: Pose2D, carrot_distance: float, costmap: Costmap
     ) -> bool:
-        """Whether the robot stands in an obstacle or would meet one on its way, at most up to the carrot [m]."""
+        """Whether the robot stands in an obstacle or would meet one, up to the carrot [m]."""
         start = (pose.x, pose.y, pose.yaw)
         speeds = (command.linear_x, command.angular_z)
         times = (
@@ -47,7 +47,9 @@ class ArcCheck:
         """
         if abs(command.linear_x) < SLOWEST_DRIVE and abs(command.angular_z) > SLOWEST_TURN:
             return 2.0 * math.sin(resolution / 2.0 / self._radius) / abs(command.angular_z)
-        return resolution / abs(command.linear_x) if command.linear_x != 0.0 else math.inf
+        if command.linear_x == 0.0:
+            return math.inf
+        return resolution / abs(command.linear_x)
 
     def _horizon(self, speed: float, carrot_distance: float) -> tuple[float, float]:
         """How long in [s] and how far in [m] it looks ahead."""
@@ -55,11 +57,10 @@ class ArcCheck:
         duration, distance = params.max_allowed_time_to_collision_up_to_carrot, carrot_distance
         if params.min_distance_to_obstacle > 0.0:
             slowest = max(abs(speed), params.min_approach_linear_velocity)
-            duration = (
-                max(duration, params.min_distance_to_obstacle / slowest)
-                if slowest > 0.0
-                else math.inf
-            )
+            if slowest > 0.0:
+                duration = max(duration, params.min_distance_to_obstacle / slowest)
+            else:
+                duration = math.inf
             if params.use_velocity_scaled_lookahead_dist:
                 distance = min(
                     max(distance, params.min_distance_to_obstacle), params.max_lookahead_dist
@@ -78,9 +79,10 @@ def arc_collides(
     duration: float,
     distance: float,
 ) -> bool:
-    """Whether a footprint (V, 2) meets an obstacle while driving at ``speeds`` [m/s, rad/s] from ``start`` (x, y, yaw).
+    """Whether a footprint (V, 2) meets an obstacle from ``start`` (x, y, yaw) on.
 
-    It looks at the start and after each ``time_step`` [s], for ``duration`` [s] or until it is ``distance`` [m] away.
+    It drives at ``speeds`` [m/s, rad/s]. It looks at the start and after each ``time_step`` [s],
+    for ``duration`` [s] or until it is ``distance`` [m] away.
     """
     (x, y, yaw), (speed, yaw_rate) = start, speeds
     if is_occupied(costs, grid, footprint, x, y, yaw):
