@@ -13,11 +13,14 @@ import hashlib
 import re
 from collections.abc import Callable
 from functools import cache
+from inspect import signature
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Annotated, Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import numba
+import numpy as np
 from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
+from numba import types
 from numba.core.caching import InTreeCacheLocator, UserProvidedCacheLocator, UserWideCacheLocator
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
@@ -25,14 +28,14 @@ Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 _PACKAGE = Path(__file__).resolve().parent
 TARGET = "x86-64-v3"  # what servers and laptops have in common since about 2015
 _TARGET_NEEDS = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
-_IMPORT = re.compile(
-    r"^(?:from ([.\w]+) import (\([^)]*\)|[^\n]*)|import (\w[.\w]*))", re.MULTILINE
-)
-_NAME = re.compile(r"\w+")
+_IMPORT = re.compile(r"^(?:from|import) (\.*)([\w.]*)", re.MULTILINE)
 
 
 def fix_processor() -> None:
-    """Let numba compile for :data:`TARGET` where this machine can run that and ``NUMBA_CPU_NAME`` is not set."""
+    """Let numba compile for :data:`TARGET` where this machine can run that.
+
+    ``NUMBA_CPU_NAME`` overrides it.
+    """
     config: Any = numba.config
     features = get_host_cpu_features()
     if not config.CPU_NAME and all(features.get(each) for each in _TARGET_NEEDS):
@@ -45,13 +48,12 @@ def processor() -> str:
     return str(config.CPU_NAME or get_host_cpu_name())
 
 
-def njit(ahead: str = "", **options: Any) -> Callable[[Kernel], Kernel]:
+def njit(ahead: bool = False, **options: Any) -> Callable[[Kernel], Kernel]:
     """``numba.njit`` with a cache on disk, in which compiled code is known by :func:`source_stamp`.
 
     Args:
-        ahead: for a kernel that deliveries call from Python, the types of its arguments in numba's
-            notation; named tuples as its module knows them. Nothing is compiled before the first
-            call unless somebody asks for it.
+        ahead: whether deliveries call the kernel from Python, so that it may be compiled for
+            :func:`argument_types` before the first call.
         options: of numba.
     """
     decorate: Callable[[Kernel], Kernel] = numba.njit(**{"cache": True, **options})  # noqa: TID251
@@ -64,14 +66,41 @@ def njit(ahead: str = "", **options: Any) -> Callable[[Kernel], Kernel]:
             kernel: Any = decorate(function)
         finally:
             config.CACHE_LOCATOR_CLASSES = before
+        file = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
+        if file:  # numba reads no index of another version, whose types may be gone by now
+            file._version = (file._version, file._source_stamp)
         kernel.ahead = ahead
         return cast(Kernel, kernel)
 
     return compiled
 
 
+def argument_types(kernel: Any) -> tuple[types.Type, ...]:
+    """The types with which a kernel is called from Python, by its annotations."""
+    hints = get_type_hints(kernel.py_func, include_extras=True)
+    return tuple(_numba_type(hints[name]) for name in signature(kernel.py_func).parameters)
+
+
+def _numba_type(annotation: Any) -> Any:
+    """The type of what an annotation stands for: a number, an array, or a tuple of such."""
+    parts = get_args(annotation)
+    join: Any = types.BaseTuple.from_types
+    if get_origin(annotation) is Annotated:
+        array, layout = parts
+        (number,) = get_args(get_args(array)[1])
+        element = numba.from_dtype(np.dtype(number))
+        return types.Array(element, layout.dimensions, "C", readonly=layout.is_fixed)
+    if get_origin(annotation) is tuple:
+        return join([_numba_type(part) for part in parts])
+    if hasattr(annotation, "_fields"):
+        fields = get_type_hints(annotation, include_extras=True)
+        return join([_numba_type(fields[name]) for name in annotation._fields], annotation)
+    typeof: Any = numba.typeof
+    return typeof(annotation())
+
+
 def tuple_of(kind: Any, params: Any, **more: float) -> Any:
-    """A named tuple for kernels: of ``more``, and of the parameters that are named like its other fields."""
+    """A named tuple for kernels: of ``more``, and of the parameters named like its other fields."""
     return kind(
         **more, **{name: float(getattr(params, name)) for name in kind._fields if name not in more}
     )
@@ -79,9 +108,10 @@ def tuple_of(kind: Any, params: Any, **more: float) -> Any:
 
 @cache
 def source_stamp(file: Path) -> bytes:
-    """The hash (SHA-256) of a source file and of those that it imports, as they are when it is asked for first.
+    """The hash (SHA-256) of a source file and of those that it imports.
 
-    Followed are imports at the beginning of a line, of the file's own package and of ``navstack``.
+    They are read once in a process. Followed are imports at the beginning of a line, of the file's
+    own package and of ``navstack``.
     """
     found, waiting = set(), {file.resolve()}
     while waiting:
@@ -131,32 +161,25 @@ def _content(source: Path) -> bytes:
 
 @cache
 def _imported(source: Path) -> frozenset[Path]:
-    """The files that a file imports from its own package and from this one."""
-    inner = source.parent
-    while (inner.parent / "__init__.py").is_file():
-        inner = inner.parent
-    packages = {each.name: each for each in (inner, _PACKAGE) if (each / "__init__.py").is_file()}
+    """The files that a file imports from its own package and this one; of a package, all files."""
+    own = source.parent
+    while (own.parent / "__init__.py").is_file():
+        own = own.parent
+    packages = {each.name: each for each in (own, _PACKAGE)}
     files: set[Path] = set()
-    for match in _IMPORT.finditer(source.read_text(encoding="utf-8")):
-        module, names, plain = match.groups()
-        base = _folder(module or plain, source, packages)
-        if base is not None:
-            candidates = [base, *(base / name for name in _NAME.findall(names or ""))]
-            files.update(file for each in candidates for file in _files(each))
+    for dots, module in _IMPORT.findall(source.read_text(encoding="utf-8")):
+        first, *inner = module.split(".")
+        if dots:
+            base = source.parents[len(dots) - 1].joinpath(first, *inner)
+        elif first in packages:
+            base = packages[first].joinpath(*inner)
+        else:
+            continue
+        if base.is_dir():
+            files.update(base.glob("*.py"))
+        else:
+            files.add(base.with_suffix(".py"))
     return frozenset(files)
-
-
-def _folder(module: str, source: Path, packages: dict[str, Path]) -> Path | None:
-    """Where a module is, without its suffix; None where its package is not followed."""
-    dots = len(module) - len(module.lstrip("."))
-    first, *rest = module.lstrip(".").split(".")
-    if dots:
-        return source.parents[dots - 1].joinpath(first, *rest)
-    return packages[first].joinpath(*rest) if first in packages else None
-
-
-def _files(module: Path) -> list[Path]:
-    return [file for file in (module.with_suffix(".py"), module / "__init__.py") if file.is_file()]
 
 
 fix_processor()

@@ -10,8 +10,6 @@ import numba
 import pytest
 
 from navstack import jit
-from navstack.costmap import costmap, kernels
-from navstack.types import __file__ as types_file
 
 KERNEL = """
 from {njit_from} import njit
@@ -90,6 +88,21 @@ def test_unrelated_file_changes_nothing(package: Path) -> None:
     assert answer(package) == (21, 1)
 
 
+def test_compiled_code_for_types_that_are_gone_is_dropped(package: Path) -> None:
+    kernel = package / "kernel.py"
+    text = (
+        "from typing import NamedTuple\nfrom navstack.jit import njit\n"
+        "class Given(NamedTuple):\n    x: int\n"
+        "@njit()\ndef inner(given):\n    return given.x\n"
+        "def kernel(x):\n    return inner(Given(x))\nkernel.stats = inner.stats\n"
+    )
+    kernel.write_text(text)
+    assert answer(package) == (10, 0)
+    assert answer(package) == (10, 1)
+    kernel.write_text(text.replace("Given", "Taken"))
+    assert answer(package) == (10, 0)
+
+
 def test_compiled_code_moves_with_its_sources(package: Path, tmp_path: Path) -> None:
     assert answer(package, NUMBA_CACHE_DIR="") == (21, 0)
     moved = tmp_path / "elsewhere" / "robot_kernels"
@@ -117,11 +130,6 @@ def test_one_processor_stands_for_all_that_can_run_its_code(
     assert answer(package) == (21, 0)  # compiled for another processor
 
 
-def test_stamp_covers_what_a_file_imports() -> None:
-    found = jit._imported(Path(kernels.__file__))
-    assert found == {Path(costmap.__file__), Path(jit.__file__), Path(types_file)}
-
-
 @pytest.mark.parametrize(
     "line",
     [
@@ -136,7 +144,10 @@ def test_stamp_covers_what_a_file_imports() -> None:
 def test_every_way_to_import_is_followed(package: Path, line: str) -> None:
     source = package / "given.py"
     source.write_text(f"import numpy as np\n{line}\n")
-    assert package / "inner" / "constants.py" in jit._imported(source)
+    before = jit.source_stamp.__wrapped__(source)
+    (package / "inner" / "constants.py").write_text("OFFSET = 5\n")
+    jit._content.cache_clear()
+    assert jit.source_stamp.__wrapped__(source) != before
 
 
 def test_other_peoples_kernels_keep_their_cache() -> None:

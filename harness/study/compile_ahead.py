@@ -1,12 +1,11 @@
 """Kernels compiled side by side before the first delivery.
 
-Numba by itself compiles one after the other.
-
-The registry's entries name the modules of an algorithm's kernels, and each kernel that is called
-from Python says with which types (:func:`navstack.jit.njit`). Each module's kernels are compiled by
-one process, which leaves them in numba's cache on disk; whoever calls them later finds them there.
-A file in that cache tells what has been done. Whatever goes wrong here: a kernel that is not in the
-cache is compiled when it is called.
+Numba by itself compiles one after the other. The registry's entries name the modules of an
+algorithm's kernels; the annotations of a kernel that is called from Python say with which types
+(:func:`navstack.jit.argument_types`). Each module's kernels are compiled by one process, which
+leaves them in numba's cache on disk; whoever calls them later finds them there. A file in that
+cache tells what has been done. Whatever goes wrong here: a kernel that is not in the cache is
+compiled when it is called.
 """
 
 import contextlib
@@ -26,7 +25,7 @@ from numba.core.caching import IndexDataCacheFile
 from harness.execution.workers import Workers, available_cores
 from harness.storage.shipped import compiled_code
 from harness.task.stack import Stack
-from navstack.jit import processor, source_stamp
+from navstack.jit import argument_types, processor, source_stamp
 from navstack.params.registry.entry import Entry
 from navstack.params.registry.localizers import LOCALIZERS
 from navstack.params.registry.nodes import FAMILIES
@@ -54,32 +53,31 @@ def needed_modules(stacks: Sequence[Stack]) -> list[str]:
     """The modules whose kernels the deliveries of stacks call, those that take longest first."""
     entries: list[Entry] = []
     for stack in stacks:
-        text = (
-            Path(stack.nav2_file).read_text(encoding="utf-8", errors="replace")
-            if stack.nav2_file
-            else ""
-        )
+        text = ""
+        if stack.nav2_file:
+            text = Path(stack.nav2_file).read_text(encoding="utf-8", errors="replace")
         named = set(PLUGIN.findall(text))
-        entries += [
-            entry for family in FAMILIES.values() for kind, entry in family.items() if kind in named
-        ]
+        for family in FAMILIES.values():
+            entries += [entry for kind, entry in family.items() if kind in named]
         entries += [entry for name, entry in LOCALIZERS.items() if name == stack.localizer]
-    return _modules_of(entries) if stacks else []
+    if not stacks:
+        return []
+    return _modules_of(entries)
 
 
 def _modules_of(entries: Iterable[Entry]) -> list[str]:
     modules = [module for entry in entries for module in entry.kernels]
-    return list(dict.fromkeys([*modules, *([MONITOR] if modules else []), *WORLD]))
+    if modules:
+        modules.append(MONITOR)
+    return list(dict.fromkeys([*modules, *WORLD]))
 
 
 def every_module() -> list[str]:
     """The modules of kernels of all registered algorithms and of the world."""
-    return _modules_of(
-        [
-            *LOCALIZERS.values(),
-            *(entry for family in FAMILIES.values() for entry in family.values()),
-        ]
-    )
+    entries: list[Entry] = [*LOCALIZERS.values()]
+    for family in FAMILIES.values():
+        entries += family.values()
+    return _modules_of(entries)
 
 
 def compile_ahead(stacks: Sequence[Stack]) -> None:
@@ -123,19 +121,20 @@ def _compile_all(modules: Sequence[str]) -> None:
 
 
 def compile_kernels(name: str) -> None:
-    """Compile the kernels of a module one after the other into the cache, in a process of their own."""
+    """Compile the kernels of a module one after the other into the cache."""
     gc.disable()  # what compiling leaves behind ends with the process
     _save_in_turn(compiled_code() / LOCK)
-    module = importlib.import_module(name)
     for kernel in kernels_of(name):
-        kernel.compile(eval(f"({kernel.ahead},)", vars(module), vars(numba.types)))
+        kernel.compile(argument_types(kernel))
 
 
 def kernels_of(name: str) -> list[Any]:
-    """The kernels of a module that say with which types they are called."""
+    """The kernels of a module that are called from Python."""
     members = vars(importlib.import_module(name)).values()
     return [
-        each for each in members if getattr(each, "ahead", "") and each.py_func.__module__ == name
+        each
+        for each in members
+        if getattr(each, "ahead", False) and each.py_func.__module__ == name
     ]
 
 
@@ -175,7 +174,9 @@ def _mark(module: str) -> str:
 
 
 def _missing(marks: dict[str, str], done: Path) -> list[str]:
-    known = set(done.read_text(encoding="utf-8").split()) if done.exists() else set()
+    known: list[str] = []
+    if done.exists():
+        known = done.read_text(encoding="utf-8").split()
     return [module for module, mark in marks.items() if mark not in known]
 
 

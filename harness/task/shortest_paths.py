@@ -25,7 +25,16 @@ import math
 import numpy as np
 
 from navstack.jit import njit
-from navstack.types import BoolArray, Float32Array, FloatArray, IntArray
+from navstack.types import (
+    BoolArray,
+    BoolMatrix,
+    Float32Array,
+    Float32Matrix,
+    FloatArray,
+    IntArray,
+    IntMatrix,
+    IntVector,
+)
 
 _SQRT2 = math.sqrt(2.0)
 _SQRT5 = math.sqrt(5.0)
@@ -129,8 +138,8 @@ def line_of_sight(free: BoolArray, my0: int, mx0: int, my1: int, mx1: int) -> bo
     return True
 
 
-@njit(ahead="bool[:, ::1], int64[::1], int64")
-def _dijkstra(free: BoolArray, goals: IntArray, last: int) -> FloatArray:
+@njit(ahead=True)
+def _dijkstra(free: BoolMatrix, goals: IntVector, last: int) -> FloatArray:
     """Label-setting with buckets as wide as the shortest move (Denardo & Fox 1979).
 
     Exact, without a heap.
@@ -187,8 +196,8 @@ def _push(queues: IntArray, counts: IntArray, slot: int, cell: int) -> IntArray:
     return queues
 
 
-@njit(ahead="float32[:, ::1], int64, int64")
-def _descend(field: Float32Array, y: int, x: int) -> IntArray:
+@njit(ahead=True)
+def _descend(field: Float32Matrix, y: int, x: int) -> IntArray:
     height, width = field.shape
     cells = np.empty((64, 2), np.int64)
     if not (0 <= y < height and 0 <= x < width) or not np.isfinite(field[y, x]):
@@ -217,8 +226,8 @@ def _descend(field: Float32Array, y: int, x: int) -> IntArray:
         y, x = best_y, best_x
 
 
-@njit(ahead="bool[:, ::1], int64[:, ::1]")
-def _shortcut(free: BoolArray, cells: IntArray) -> IntArray:
+@njit(ahead=True)
+def _shortcut(free: BoolMatrix, cells: IntMatrix) -> IntArray:
     corners = np.empty((len(cells), 2), np.int64)
     corners[0, 0], corners[0, 1] = cells[0, 0], cells[0, 1]
     number, anchor, last = 1, 0, len(cells) - 1
@@ -231,8 +240,8 @@ def _shortcut(free: BoolArray, cells: IntArray) -> IntArray:
     return corners[: number + 1].copy()
 
 
-@njit(ahead="int64[:, ::1]")
-def _trace(corners: IntArray) -> IntArray:
+@njit(ahead=True)
+def _trace(corners: IntMatrix) -> IntArray:
     """The cells (N, 2) that a polyline passes, one legal step apart.
 
     Every leg is a line of sight.

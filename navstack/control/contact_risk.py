@@ -12,15 +12,23 @@ import numpy as np
 
 from navstack.jit import njit, tuple_of
 from navstack.params.expected_contact import ContactPrices
-from navstack.types import FloatArray, IntArray, Pose2D, Track
+from navstack.types import FloatArray, FloatMatrix, FloatVector, IntVector, Pose2D, Track
 
 # x, y [m], vx, vy [m/s], radius [m], variances of place [m2] and velocity [m2/s2] per axis
 FIELDS = 7
 UNLIKELY = 4.0  # standard deviations beyond which nothing happens
+# of a row of the robot's states: [m], [m], [rad], [m/s], [rad/s]; cosine and sine of the yaw
+X, Y, YAW, V, OMEGA, COS, SIN = range(7)
 # slope at which the logistic function is nearest to the normal distribution's (Bowling et al. 2009)
 _LOGISTIC = 1.702
+# Shares of position_std: this one adds to the track's variance, the rest to the deviation itself,
+# so that the place of an exact track has position_std.
+_SHARE_OF_TRACK = 0.6
+_SHARE_OF_SHAPE = 0.4
+# Chosen by deliveries among people, like the parameters' defaults.
 _MOST_SPREAD = 0.6  # [m] that the track's covariance adds at most
 _KNOWN = 2.0  # [s] over which the track's velocity variance counts; then it is the drift's
+_TOUCHING = 1e-6  # [m] from the box, below which the direction is that of the nearest side
 
 
 class Body(NamedTuple):
@@ -41,9 +49,6 @@ class ContactRates(NamedTuple):
     drift_std: float
 
 
-BODY = "NamedUniTuple(float64, 3, Body)"
-
-
 def body_of(footprint: FloatArray) -> Body:
     """The bounding box of a footprint (V, 2), base frame."""
     low, high = footprint.min(axis=0), footprint.max(axis=0)
@@ -54,7 +59,7 @@ def body_of(footprint: FloatArray) -> Body:
 def nearest(
     tracks: Sequence[Track], pose: Pose2D, stamp: float, most: int, reach: float
 ) -> FloatArray:
-    """The nearest tracks within ``reach`` [m] at time ``stamp`` [s], nearest first, as rows (n <= most, FIELDS)."""
+    """The nearest tracks within ``reach`` [m] at ``stamp`` [s] as rows (n <= most, FIELDS)."""
     rows = np.empty((len(tracks), FIELDS))
     for row, track in zip(rows, tracks, strict=True):
         late, p = stamp - track.stamp, track.covariance
@@ -88,8 +93,9 @@ class ContactPricing:
 @njit(inline="always")
 def spread_at(person: FloatArray, t: float, position_std: float, drift_std: float) -> float:
     """Standard deviation [m] of the place of a person (FIELDS,) who walks on for ``t`` [s]."""
-    known = math.sqrt(0.36 * position_std**2 + person[5] + person[6] * min(t, _KNOWN) ** 2)
-    return min(known, _MOST_SPREAD) + 0.4 * position_std + drift_std * t
+    tracked = _SHARE_OF_TRACK**2 * position_std**2 + person[5] + person[6] * min(t, _KNOWN) ** 2
+    known = min(math.sqrt(tracked), _MOST_SPREAD)
+    return known + _SHARE_OF_SHAPE * position_std + drift_std * t
 
 
 @njit(inline="always")
@@ -100,7 +106,7 @@ def chance(z: float) -> float:
 
 @njit(inline="always")
 def contact_cost(closing: float, contact_usd: FloatArray) -> float:
-    """What a counted contact costs [USD] at a closing speed [m/s], between the prices of whole numbers."""
+    """What a counted contact costs [USD] at a closing speed [m/s], by linear interpolation."""
     last = len(contact_usd) - 1
     place = min(max(closing, 0.0), float(last))
     i = min(int(place), last - 1)
@@ -111,15 +117,45 @@ def contact_cost(closing: float, contact_usd: FloatArray) -> float:
 def gap_to(
     rx: float, ry: float, half_length: float, half_width: float
 ) -> tuple[float, float, float]:
-    """Distance [m] from a box about the origin to a point, negative inside, and the direction to it (unit length)."""
+    """Distance [m] from a box about the origin to a point, negative inside, and its direction."""
     ex, ey = abs(rx) - half_length, abs(ry) - half_width
     ax, ay = max(ex, 0.0), max(ey, 0.0)
     gap = math.sqrt(ax * ax + ay * ay)
-    if gap > 1e-6:
+    if gap > _TOUCHING:
         return gap, math.copysign(ax, rx) / gap, math.copysign(ay, ry) / gap
     if ey > ex:
         return ey, 0.0, math.copysign(1.0, ry)
     return ex, math.copysign(1.0, rx), 0.0
+
+
+@njit(inline="always")
+def seen_from(state: FloatArray, x: float, y: float, body: Body) -> tuple[float, float]:
+    """A point of the map from the middle of the robot's box in a state (7,), along its axes [m]."""
+    dx, dy = x - state[X], y - state[Y]
+    along = state[COS] * dx + state[SIN] * dy - body.centre
+    return along, state[COS] * dy - state[SIN] * dx
+
+
+@njit(inline="always")
+def closing_speed(
+    state: FloatArray,
+    vx: float,
+    vy: float,
+    rx: float,
+    ry: float,
+    nx: float,
+    ny: float,
+    body: Body,
+) -> float:
+    """How fast [m/s] the nearest points of robot and person approach along (nx, ny), base frame.
+
+    (vx, vy) is the person's velocity in the map, (rx, ry) its place by :func:`seen_from`.
+    """
+    px = min(max(rx, -body.half_length), body.half_length) + body.centre
+    py = min(max(ry, -body.half_width), body.half_width)
+    along = state[COS] * vx + state[SIN] * vy
+    across = state[COS] * vy - state[SIN] * vx
+    return float((state[V] - state[OMEGA] * py - along) * nx + (state[OMEGA] * px - across) * ny)
 
 
 @njit(inline="always")
@@ -129,22 +165,19 @@ def touch_price(closing: float, rates: ContactRates, contact_usd: FloatArray) ->
     return rates.touch_usd + counted * contact_cost(max(closing, rates.counted_speed), contact_usd)
 
 
-@njit(
-    ahead="float64[:, ::1], float64[:, ::1], float64[:, ::1], int64[::1], float64[::1], float64[:, ::1], "
-    f"float64[:, ::1], float64[:, ::1], {BODY}, NamedUniTuple(float64, 5, ContactRates), float64[::1]"
-)
+@njit(ahead=True)
 def expected_contacts(
-    x: FloatArray,
-    y: FloatArray,
-    yaw: FloatArray,
-    lengths: IntArray,
-    steps: FloatArray,
-    speeds: FloatArray,
-    turns: FloatArray,
-    people: FloatArray,
+    x: FloatMatrix,
+    y: FloatMatrix,
+    yaw: FloatMatrix,
+    lengths: IntVector,
+    steps: FloatVector,
+    speeds: FloatMatrix,
+    turns: FloatMatrix,
+    people: FloatMatrix,
     body: Body,
     rates: ContactRates,
-    contact_usd: FloatArray,
+    contact_usd: FloatVector,
 ) -> FloatArray:
     """Expected cost (K,) [USD] of the contacts with people on each of K trajectories.
 
@@ -161,28 +194,24 @@ def expected_contacts(
         rates: prices and spreads.
         contact_usd: (S,) [USD] of a counted contact at a closing speed of 0, 1, .. m/s.
     """
-    costs = np.zeros(len(x))
+    costs, state = np.zeros(len(x)), np.empty(7)
     for i in range(len(x)):
         for p in range(len(people)):
             person, worst = people[p], 0.0
             for k in range(lengths[i]):
                 t = k * steps[i]
-                v, omega = (
-                    speeds[i, min(k, speeds.shape[1] - 1)],
-                    turns[i, min(k, turns.shape[1] - 1)],
-                )
-                cos, sin = math.cos(yaw[i, k]), math.sin(yaw[i, k])
-                dx, dy = person[0] + t * person[2] - x[i, k], person[1] + t * person[3] - y[i, k]
-                rx, ry = cos * dx + sin * dy - body.centre, cos * dy - sin * dx
+                state[X], state[Y] = x[i, k], y[i, k]
+                state[V] = speeds[i, min(k, speeds.shape[1] - 1)]
+                state[OMEGA] = turns[i, min(k, turns.shape[1] - 1)]
+                state[COS], state[SIN] = math.cos(yaw[i, k]), math.sin(yaw[i, k])
+                there_x, there_y = person[0] + t * person[2], person[1] + t * person[3]
+                rx, ry = seen_from(state, there_x, there_y, body)
                 gap, nx, ny = gap_to(rx, ry, body.half_length, body.half_width)
                 std = spread_at(person, t, rates.position_std, rates.drift_std)
                 gap -= person[4]
                 if gap > UNLIKELY * std:
                     continue
-                px = min(max(rx, -body.half_length), body.half_length) + body.centre
-                py = min(max(ry, -body.half_width), body.half_width)
-                vx, vy = cos * person[2] + sin * person[3], cos * person[3] - sin * person[2]
-                closing = (v - omega * py - vx) * nx + (omega * px - vy) * ny
+                closing = closing_speed(state, person[2], person[3], rx, ry, nx, ny, body)
                 worst = max(worst, chance(gap / std) * touch_price(closing, rates, contact_usd))
             costs[i] += worst
     return costs

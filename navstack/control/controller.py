@@ -1,5 +1,6 @@
 """What every controller does."""
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
@@ -12,10 +13,28 @@ from navstack.types import Path, RobotState, Track, Twist2D
 
 
 def limited_speed(largest: float, limit: float, is_percentage: bool) -> float:
-    """The largest speed [m/s] under a speed filter's ``limit``, see :meth:`Controller.set_speed_limit`."""
+    """The largest speed [m/s] under a speed limit, see :meth:`Controller.set_speed_limit`."""
     if limit == 0.0:
         return largest
-    return largest * limit / 100.0 if is_percentage else limit
+    if is_percentage:
+        return largest * limit / 100.0
+    return limit
+
+
+def limited_share(largest: float, limit: float, is_percentage: bool) -> float:
+    """The share of the largest speed [m/s] that a speed filter's ``limit`` leaves."""
+    if limit == 0.0:
+        return 1.0
+    if is_percentage:
+        return limit / 100.0
+    return limit / largest
+
+
+def finite(measured: float) -> float:
+    """A measured value; 0 where it is no finite number."""
+    if math.isfinite(measured):
+        return measured
+    return 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,7 +52,9 @@ class Controller(ABC):
     # whether it is asked on after arrival, and without a plan drives to the goal's pose
     acts_at_rest = False
 
-    def seed(self, rng: np.random.Generator) -> None:  # noqa: B027 - most controllers leave nothing to chance
+    _decision: DecisionRecord | None = None  # of the last cycle, where it is made at once
+
+    def seed(self, rng: np.random.Generator) -> None:  # noqa: B027 - few draw
         """Draw all chance from ``rng`` from now on.
 
         A new navigation begins, :meth:`reset` follows.
@@ -46,8 +67,8 @@ class Controller(ABC):
         A new one begins, maybe to the same goal.
         """
 
-    def resume(self) -> None:  # noqa: B027 - those who begin with the measured velocity need not know
-        """Go on in the same attempt after a time in which no command was asked for and the robot was made to stand."""
+    def resume(self) -> None:  # noqa: B027 - few need it
+        """Go on with the attempt after a time in which the robot was made to stand."""
 
     @abstractmethod
     def compute_velocity(
@@ -68,7 +89,7 @@ class Controller(ABC):
 
         Made when it is asked for, which must be before the next cycle.
         """
-        return None
+        return self._decision
 
     @property
     def alternatives(self) -> tuple[Alternative, ...]:
@@ -90,7 +111,7 @@ class Controller(ABC):
         return ()
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
-        """Drive no faster than this from now on, over resets too (``nav2_core::Controller::setSpeedLimit``).
+        """Drive no faster than this from now on, over resets too (``setSpeedLimit``).
 
         Args:
             limit: [m/s], or in percent of the largest speed; 0: no limit any more.
@@ -99,7 +120,8 @@ class Controller(ABC):
         Raises:
             ParameterError: this controller cannot; one that can overrides the method.
         """
+        unit = "%" if is_percentage else " m/s"
         raise ParameterError(
-            f"{type(self).__name__} knows no speed limit, and a speed filter asks for {limit:g}"
-            f"{'%' if is_percentage else ' m/s'}; use another controller, or remove the filter"
+            f"{type(self).__name__} knows no speed limit, and a speed filter asks for "
+            f"{limit:g}{unit}; use another controller, or remove the filter"
         )

@@ -1,4 +1,4 @@
-"""One attempt to follow a plan: controller, checkers and patience, after nav2_controller::ControllerServer."""
+"""One attempt to follow a plan, after nav2_controller::ControllerServer."""
 
 from dataclasses import replace
 
@@ -76,7 +76,9 @@ class ControllerServer:
         Whether that is reached is asked afresh (``setPlannerPath``).
         """
         self.plan = plan
-        self._goal = Pose2D(*plan.poses[-1].tolist()) if len(plan) else None
+        self._goal = None
+        if len(plan):
+            self._goal = Pose2D(*plan.poses[-1].tolist())
         self._goal_checker.reset()
 
     @property
@@ -108,8 +110,7 @@ class ControllerServer:
         )
         if not on_the_way:  # measured as with local_costmap.global_frame: odom
             raise NoProgressError("the robot has not moved as far as the progress checker requires")
-        twist = self._thresholded(state.twist)
-        measured = state if twist is state.twist else replace(state, twist=twist)
+        measured = replace(state, twist=self._thresholded(state.twist))
         try:
             with self.stopwatch:
                 command = self.controller.compute_velocity(measured, self.plan, surroundings)
@@ -143,13 +144,17 @@ class ControllerServer:
             ) from error
 
     def _thresholded(self, twist: Twist2D) -> Twist2D:
-        """Velocities below their thresholds count as zero (ControllerServer::getThresholdedTwist)."""
+        """Velocities below their thresholds count as zero (``getThresholdedTwist``)."""
         params = self._params
-        x = twist.linear_x if abs(twist.linear_x) > params.min_x_velocity_threshold else 0.0
-        y = twist.linear_y if abs(twist.linear_y) > params.min_y_velocity_threshold else 0.0
-        theta = (
-            twist.angular_z if abs(twist.angular_z) > params.min_theta_velocity_threshold else 0.0
+        return Twist2D(
+            _beyond(params.min_x_velocity_threshold, twist.linear_x),
+            _beyond(params.min_y_velocity_threshold, twist.linear_y),
+            _beyond(params.min_theta_velocity_threshold, twist.angular_z),
         )
-        if x == twist.linear_x and y == twist.linear_y and theta == twist.angular_z:
-            return twist
-        return Twist2D(x, y, theta)
+
+
+def _beyond(threshold: float, velocity: float) -> float:
+    """A velocity, or 0 up to the threshold."""
+    if abs(velocity) > threshold:
+        return velocity
+    return 0.0

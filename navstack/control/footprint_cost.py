@@ -4,21 +4,26 @@ import math
 
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap, Grid
 from navstack.jit import njit
-from navstack.types import ByteArray, FloatArray, Pose2D
+from navstack.types import ByteArray, ByteMatrix, FloatArray, FloatMatrix, Pose2D
 
 
 @njit()
 def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
-    """The greatest cost on a Bresenham line between two cells of the grid, both included (``line_iterator.hpp``).
+    """The greatest cost on a Bresenham line between two cells, both included.
 
-    LETHAL_OBSTACLE wherever there is a lethal cell, whether or not another one is unknown.
+    After ``line_iterator.hpp``; LETHAL_OBSTACLE wherever there is a lethal cell, whether or not
+    another one is unknown.
     """
     dx, dy = abs(x1 - x0), abs(y1 - y0)
     width = costs.shape[1]
-    step_x = 1 if x1 >= x0 else -1
-    step_y = width if y1 >= y0 else -width
+    step_along, step_aside = 1, width
+    if x1 < x0:
+        step_along = -1
+    if y1 < y0:
+        step_aside = -width
+    if dx < dy:
+        step_along, step_aside = step_aside, step_along
     along, across = max(dx, dy), min(dx, dy)
-    step_along, step_aside = (step_x, step_y) if dx >= dy else (step_y, step_x)
     flat = costs.reshape(-1)
     cell = y0 * width + x0
     error = along // 2
@@ -35,9 +40,9 @@ def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
     return worst
 
 
-@njit(ahead="uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], float64, float64, float64")
+@njit(ahead=True)
 def outline_cost(
-    costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float
+    costs: ByteMatrix, grid: Grid, footprint: FloatMatrix, x: float, y: float, yaw: float
 ) -> int:
     """The greatest cost 0..255 under the outline of ``footprint`` (V, 2) at a pose.
 

@@ -22,7 +22,10 @@ class GoalChecker(ABC):
 
     @abstractmethod
     def is_goal_reached(self, pose: Pose2D, goal: Pose2D, velocity: Twist2D) -> bool:
-        """Whether the robot at ``pose`` has reached ``goal`` (same frame), moving at ``velocity`` (base frame)."""
+        """Whether the robot at ``pose`` has reached ``goal``.
+
+        ``velocity`` is measured, base frame.
+        """
 
 
 class SimpleGoalChecker(GoalChecker):
@@ -63,7 +66,10 @@ class PositionGoalChecker(SimpleGoalChecker):
 
 
 class SymmetricGoalChecker(SimpleGoalChecker):
-    """As :class:`SimpleGoalChecker`, the opposite heading being as good (``symmetric_goal_checker.cpp``)."""
+    """As :class:`SimpleGoalChecker`; the opposite heading is as good.
+
+    After ``symmetric_goal_checker.cpp``.
+    """
 
     def __init__(self, params: SimpleGoalCheckerParams) -> None:
         super().__init__(replace(params, symmetric_yaw_tolerance=True))

@@ -7,7 +7,7 @@ import numpy as np
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError
 from navstack.jit import njit
-from navstack.types import FloatArray, Path, Pose2D
+from navstack.types import FloatArray, FloatMatrix, Path, Pose2D
 
 
 class PathWindow:
@@ -42,21 +42,20 @@ class PathWindow:
         """
         if len(plan) - self._begin < self._fewest_poses:
             raise InvalidPathError(
-                f"the plan has {len(plan) - self._begin} poses left; this controller needs {self._fewest_poses}"
+                f"the plan has {len(plan) - self._begin} poses left; "
+                f"this controller needs {self._fewest_poses}"
             )
-        search = (
-            costmap.size_x * costmap.resolution / 2.0
-            if self._search_distance is None
-            else self._search_distance
-        )
+        search = self._search_distance
+        if search is None:
+            search = costmap.size_x * costmap.resolution / 2.0
+        if search < 0.0:
+            search = math.inf
         extent = max(costmap.size_x, costmap.size_y) * costmap.resolution / 2.0
-        self._begin, end = window_bounds(
-            plan.poses, self._begin, pose.x, pose.y, search if search >= 0.0 else math.inf, extent
-        )
+        self._begin, end = window_bounds(plan.poses, self._begin, pose.x, pose.y, search, extent)
         if self._begin == end:
             raise InvalidPathError(
-                f"the plan is farther than {extent:.2f} m from the robot at ({pose.x:.2f}, {pose.y:.2f}); "
-                "plan again from where it is"
+                f"the plan is farther than {extent:.2f} m from the robot "
+                f"at ({pose.x:.2f}, {pose.y:.2f}); plan again from where it is"
             )
         window: FloatArray = in_base_frame(plan.poses[self._begin : end], pose.x, pose.y, pose.yaw)
         return window
@@ -66,7 +65,9 @@ class PathWindow:
 def nearest_pose(
     poses: FloatArray, first: int, x: float, y: float, search_distance: float
 ) -> tuple[int, int]:
-    """The pose (of N, >= 1) nearest to (x, y) up to ``search_distance`` [m] along the plan from pose ``first``.
+    """The pose (of N, >= 1) nearest to (x, y).
+
+    Searched are ``search_distance`` [m] along the plan from pose ``first``.
 
     Returns:
         Its index, and that of the first pose that was not looked at.
@@ -88,9 +89,9 @@ def nearest_pose(
     return nearest, stop
 
 
-@njit(ahead="float64[:, ::1], int64, float64, float64, float64, float64")
+@njit(ahead=True)
 def window_bounds(
-    poses: FloatArray, first: int, x: float, y: float, search_distance: float, extent: float
+    poses: FloatMatrix, first: int, x: float, y: float, search_distance: float, extent: float
 ) -> tuple[int, int]:
     """Begin and end of the poses (N, >= 2) to follow.
 
@@ -107,8 +108,8 @@ def window_bounds(
     return nearest, end
 
 
-@njit(ahead="float64[:, ::1], float64, float64, float64")
-def in_base_frame(poses: FloatArray, x: float, y: float, yaw: float) -> FloatArray:
+@njit(ahead=True)
+def in_base_frame(poses: FloatMatrix, x: float, y: float, yaw: float) -> FloatArray:
     """Poses (N, 3) of the map frame, seen from a robot at (x, y, yaw); yaws in [-pi, pi)."""
     cosine, sine = math.cos(yaw), math.sin(yaw)
     seen = np.empty((len(poses), 3))

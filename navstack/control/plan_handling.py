@@ -7,16 +7,16 @@ import numpy as np
 from navstack.costmap.costmap import NO_INFORMATION, Costmap, Grid
 from navstack.errors import InvalidPathError
 from navstack.jit import njit
-from navstack.types import ByteArray, FloatArray, IntArray, Path, Pose2D
+from navstack.types import ByteArray, FloatArray, FloatMatrix, IntArray, Path, Pose2D
 
 LONGEST_GAP = 2.0  # [cells] between points that is not filled up
 
 
 class PlanWindow:
-    """Cuts the plan to the robot's vicinity, after ``DWBLocalPlanner::transformGlobalPlan`` of Nav2 Jazzy.
+    """Cuts the plan to the robot's vicinity, after ``transformGlobalPlan`` of Nav2 Jazzy.
 
-    Plan and costmap share the map frame, so nothing is transformed. What has been passed is forgotten when
-    ``prune_plan`` is set; a new plan starts afresh.
+    Plan and costmap share the map frame, so nothing is transformed. What has been passed is
+    forgotten when ``prune_plan`` is set; a new plan starts afresh.
     """
 
     def __init__(
@@ -25,7 +25,9 @@ class PlanWindow:
         """Distances in [m]; a negative ``forward_distance`` keeps everything ahead."""
         self._prune_plan = prune_plan
         self._prune_distance = prune_distance
-        self._forward_distance = math.inf if forward_distance < 0.0 else forward_distance
+        self._forward_distance = forward_distance
+        if forward_distance < 0.0:
+            self._forward_distance = math.inf
         self._shorten = shorten
         self._begin = 0
 
@@ -42,9 +44,11 @@ class PlanWindow:
         poses = plan.poses
         if len(poses) == 0:
             raise InvalidPathError("the plan has no poses; ask the planner for another one")
-        half_window = max(costmap.data.shape) * costmap.resolution / 2.0
-        behind = min(half_window, self._prune_distance) if self._prune_plan else half_window
-        ahead = min(half_window, self._forward_distance) if self._shorten else half_window
+        behind = ahead = max(costmap.data.shape) * costmap.resolution / 2.0
+        if self._prune_plan:
+            behind = min(behind, self._prune_distance)
+        if self._shorten:
+            ahead = min(ahead, self._forward_distance)
         begin, end = window_bounds(
             poses, self._begin, pose.x, pose.y, behind, ahead, self._forward_distance
         )
@@ -59,9 +63,9 @@ class PlanWindow:
         return near
 
 
-@njit(ahead="float64[:, ::1], int64, float64, float64, float64, float64, float64")
+@njit(ahead=True)
 def window_bounds(
-    poses: FloatArray,
+    poses: FloatMatrix,
     first: int,
     x: float,
     y: float,
@@ -128,7 +132,7 @@ def densify(poses: FloatArray, resolution: float) -> FloatArray:
 
 @njit()
 def cells_of_points(points: FloatArray, costs: ByteArray, grid: Grid) -> IntArray:
-    """The cells (S, 2), as (mx, my), of the first stretch of points (M, 2) that lies on known cells of the map.
+    """The cells (S, 2), as (mx, my), of the first stretch of points (M, 2) on known cells.
 
     Points before the map are skipped; the first one off it or in an unknown cell ends the stretch
     (``path_dist.cpp``). Consecutive points in one cell give it once.

@@ -48,7 +48,10 @@ class SimpleProgressChecker(ProgressChecker):
 
 
 class PoseProgressChecker(SimpleProgressChecker):
-    """As :class:`SimpleProgressChecker`, but turning far enough is progress too (``pose_progress_checker.cpp``)."""
+    """As :class:`SimpleProgressChecker`, but turning far enough is progress too.
+
+    After ``pose_progress_checker.cpp``.
+    """
 
     def __init__(self, params: PoseProgressCheckerParams) -> None:
         super().__init__(params)

@@ -7,6 +7,7 @@ import numpy as np
 from navstack.control.controller import Controller, Surroundings
 from navstack.control.decision import Alternative, DecisionRecord, Option
 from navstack.control.footprint_cost import footprint_cost
+from navstack.control.turn_in_place import turn_by
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.geometry import relative_to, shortest_angular_distance
 from navstack.params.rotation_shim import RotationShimParams
@@ -79,12 +80,16 @@ class RotationShimController(Controller):
     @property
     def alternatives(self) -> tuple[Alternative, ...]:
         """Those of the primary controller; a turn of its own has none."""
-        return () if self._turn else self._primary.alternatives
+        if self._turn:
+            return ()
+        return self._primary.alternatives
 
     @property
     def options(self) -> tuple[Option, ...]:
         """Those of the primary controller; a turn of its own has none."""
-        return () if self._turn else self._primary.options
+        if self._turn:
+            return ()
+        return self._primary.options
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
         """For the primary controller only: turns on the spot keep their speed, as upstream."""
@@ -103,14 +108,12 @@ class RotationShimController(Controller):
         command = self._turn_to_goal(state, plan, surroundings) or self._turn_to_plan(
             state, plan, surroundings
         )
-        self._turn = (
-            None
-            if command is None
-            else DecisionRecord(state.stamp, "RotationShimController", command)
-        )
+        self._turn = None
         if command is None:
             self._turning = False
             command = self._primary.compute_velocity(state, plan, surroundings)
+        else:
+            self._turn = DecisionRecord(state.stamp, "RotationShimController", command)
         self._last_yaw_rate = command.angular_z
         return command
 
@@ -128,7 +131,7 @@ class RotationShimController(Controller):
     def _turn_to_goal(
         self, state: RobotState, plan: Path, surroundings: Surroundings
     ) -> Twist2D | None:
-        """The turn to the goal's yaw, once within its tolerance (which is remembered until the next plan)."""
+        """The turn to the goal's yaw once within its tolerance, remembered until the next plan."""
         if not self._params.rotate_to_goal_heading or len(plan) == 0:
             return None
         x, y, yaw = map(float, plan.poses[-1])
@@ -148,9 +151,10 @@ class RotationShimController(Controller):
         """The turn to the plan's heading, while that is open and off by more than the threshold."""
         if not self._heading_is_open or len(plan) < 2:
             return None
-        p = self._params
         error = self._heading_error(state.pose, plan)
-        threshold = p.angular_disengage_threshold if self._turning else p.angular_dist_threshold
+        threshold = self._params.angular_dist_threshold
+        if self._turning:
+            threshold = self._params.angular_disengage_threshold
         if abs(error) > threshold:
             self._turning = True
             command = self._safe_turn(error, state, surroundings.costmap)
@@ -160,10 +164,12 @@ class RotationShimController(Controller):
         return None
 
     def _heading_error(self, pose: Pose2D, plan: Path) -> float:
-        """Turn in [rad] to the first plan point ``forward_sampling_distance`` from the plan's start, or to its end."""
+        """Turn [rad] to the plan's point ``forward_sampling_distance`` from its start."""
         dx, dy = plan.poses[1:, 0] - plan.poses[0, 0], plan.poses[1:, 1] - plan.poses[0, 1]
         far = dx * dx + dy * dy >= self._params.forward_sampling_distance**2
-        index = 1 + int(far.argmax()) if far.any() else -1
+        index = -1
+        if far.any():
+            index = 1 + int(far.argmax())
         sampled = Pose2D(*map(float, plan.poses[index]))
         if self._params.use_path_orientations:
             return shortest_angular_distance(pose.yaw, sampled.yaw)
@@ -171,23 +177,14 @@ class RotationShimController(Controller):
         return math.atan2(seen.y, seen.x)
 
     def _safe_turn(self, error: float, state: RobotState, costmap: Costmap) -> Twist2D | None:
-        """The turn towards ``error`` [rad] within the limits, slow enough to stop in time.
-
-        None if it would collide.
-        """
-        p = self._params
-        current = state.twist.angular_z if p.closed_loop else self._last_yaw_rate
-        change = p.max_angular_accel * self._period
-        wanted = math.copysign(p.rotate_to_heading_angular_vel, error if error != 0.0 else -1.0)
-        yaw_rate = min(max(wanted, current - change), current + change)
-        stoppable = math.sqrt(2.0 * p.max_angular_accel * abs(error))
-        if abs(yaw_rate) > stoppable:
-            yaw_rate = math.copysign(stoppable, wanted)
-        return (
-            None
-            if self._collides(yaw_rate, error, state.pose, costmap)
-            else Twist2D(angular_z=yaw_rate)
-        )
+        """The turn by ``error`` [rad] within the limits; None if it would collide."""
+        yaw_rate = self._last_yaw_rate
+        if self._params.closed_loop:
+            yaw_rate = state.twist.angular_z
+        command = turn_by(error, yaw_rate, self._params, self._period)
+        if self._collides(command.angular_z, error, state.pose, costmap):
+            return None
+        return command
 
     def _collides(self, yaw_rate: float, error: float, pose: Pose2D, costmap: Costmap) -> bool:
         """Whether the outline meets a lethal or unknown cell on the way to the engaging threshold.

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from navstack.costmap.kernels import clip_to_grid, ray, to_cell
 from navstack.jit import njit
-from navstack.types import FloatArray, IntArray
+from navstack.types import FloatArray, FloatMatrix, FloatVector, IntArray, IntVector
 
 LineArray = npt.NDArray[np.int32]
 View = tuple[
@@ -33,16 +33,14 @@ _u = np.uint64  # unsigned indices spare the treatment of negative ones
 _ARC = 1.05
 
 
-@njit(
-    ahead="float64[::1], float64[:, ::1], UniTuple(float64, 2), float64, UniTuple(float64, 4), float64[:, ::1]",
-)
+@njit(ahead=True)
 def project(
-    ranges: FloatArray,
-    directions: FloatArray,
+    ranges: FloatVector,
+    directions: FloatMatrix,
     limits: tuple[float, float],
     endless: float,
     sensor: tuple[float, float, float, float],
-    points: FloatArray,
+    points: FloatMatrix,
 ) -> int:
     """The ends of beams in the frame of the sensor's pose, into ``points`` (n, 2).
 
@@ -81,9 +79,9 @@ def _bearing(dx: float, dy: float) -> float:
     return share if share >= 0.0 else 4.0 + share
 
 
-@njit(ahead="float64[:, ::1], float64, float64, int64[::1], float64[:, ::1]")
+@njit(ahead=True)
 def sort_by_bearing(
-    points: FloatArray, ox: float, oy: float, starts: IntArray, ordered: FloatArray
+    points: FloatMatrix, ox: float, oy: float, starts: IntVector, ordered: FloatMatrix
 ) -> None:
     """Sort points (n, 2) into sectors around (ox, oy).
 

@@ -10,11 +10,21 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from navstack.costmap.beam_kernels import UNTRACED, LineArray, is_hit, view_from
+from navstack.costmap.beam_kernels import UNTRACED, is_hit, view_from
 from navstack.costmap.costmap import LETHAL_OBSTACLE
 from navstack.costmap.kernels import is_in_range, polygon_columns, to_cell
 from navstack.jit import njit
-from navstack.types import ByteArray, FloatArray, IntArray
+from navstack.types import (
+    ByteArray,
+    ByteMatrix,
+    FixedByteMatrix,
+    FloatMatrix,
+    FloatVector,
+    Int32Matrix,
+    IntArray,
+    IntMatrix,
+    IntVector,
+)
 
 CellArray = npt.NDArray[np.int32]
 
@@ -30,15 +40,12 @@ _u = np.uint64  # unsigned indices spare the treatment of negative ones
 class Listed(NamedTuple):
     """The lethal cells, all of them in the window."""
 
-    cells: CellArray  # (n, 2) lattice x, y; the first ``length`` count
+    cells: Int32Matrix  # (n, 2) lattice x, y; the first ``length`` count
     length: int
     # (height, width) state of each cell of the window: 0, LISTED, or LISTED and DOUBTED; wrapped
-    present: ByteArray
+    present: ByteMatrix
     # around (x modulo width, y modulo height), so that a moving window copies nothing
-    window: IntArray  # (4,) lattice x, y of its first cell, width and height
-
-
-_LISTED = "NamedTuple((int32[:, ::1], int64, uint8[:, ::1], int64[::1]), Listed)"
+    window: IntVector  # (4,) lattice x, y of its first cell, width and height
 
 
 @njit()
@@ -62,20 +69,17 @@ def grow(changed: IntArray, x: int, y: int) -> None:
     changed[3] = max(changed[3], y + 1)
 
 
-@njit(
-    ahead=f"{_LISTED}, float64[:, ::1], int64[::1], UniTuple(float64, 2), "
-    "float64[::1], float64, UniTuple(float64, 2), float64, int32[:, ::1]",
-)
+@njit(ahead=True)
 def clear_hit(
     listed: Listed,
-    points: FloatArray,
-    starts: IntArray,
+    points: FloatMatrix,
+    starts: IntVector,
     place: tuple[float, float],
-    origin: FloatArray,
+    origin: FloatVector,
     resolution: float,
     limits: tuple[float, float],
     lateral: float,
-    lines: LineArray,
+    lines: Int32Matrix,
 ) -> None:
     """Let the cells be doubted that a beam passes through.
 
@@ -108,20 +112,17 @@ def clear_hit(
             flat[_u(place_of(x, y, window, present))] |= DOUBTED
 
 
-@njit(
-    ahead=f"{_LISTED}, float64[:, ::1], UniTuple(float64, 2), "
-    "float64[::1], float64, UniTuple(float64, 2), Array(uint8, 2, 'C', readonly=True), int64, int64[::1]",
-)
+@njit(ahead=True)
 def mark_cells(
     listed: Listed,
-    points: FloatArray,
+    points: FloatMatrix,
     place: tuple[float, float],
-    origin: FloatArray,
+    origin: FloatVector,
     resolution: float,
     limits: tuple[float, float],
-    background: ByteArray,
+    background: FixedByteMatrix,
     margin: int,
-    changed: IntArray,
+    changed: IntVector,
 ) -> int:
     """Add the cells of points within the obstacle ranges ``limits`` min, max [m].
 
@@ -187,11 +188,11 @@ def drop_doubted(listed: Listed, changed: IntArray) -> int:
     return kept
 
 
-@njit(ahead=f"{_LISTED}, UniTuple(int64, 4), int64[::1]")
+@njit(ahead=True)
 def drop_outside(
     listed: Listed,
     box: tuple[int, int, int, int],
-    changed: IntArray,
+    changed: IntVector,
 ) -> int:
     """Drop the cells outside the box x0, xn, y0, yn (ends exclusive); returns how many remain."""
     cells, count, present, window = listed
@@ -203,16 +204,14 @@ def drop_outside(
     return drop_doubted(listed, changed)
 
 
-@njit(
-    ahead=f"{_LISTED}, float64[:, ::1], float64[::1], float64, int64[:, ::1], int64[::1]",
-)
+@njit(ahead=True)
 def drop_polygon(
     listed: Listed,
-    polygon: FloatArray,
-    origin: FloatArray,
+    polygon: FloatMatrix,
+    origin: FloatVector,
     resolution: float,
-    columns: IntArray,
-    changed: IntArray,
+    columns: IntMatrix,
+    changed: IntVector,
 ) -> int:
     """Drop the doubted cells and those of a convex polygon (N, 2) [m]; returns how many remain.
 

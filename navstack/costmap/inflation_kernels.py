@@ -2,10 +2,16 @@
 
 import numpy as np
 
-from navstack.costmap.cell_kernels import CellArray
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.jit import njit
-from navstack.types import ByteArray, IntArray
+from navstack.types import (
+    ByteArray,
+    ByteMatrix,
+    FixedByteMatrix,
+    Int32Matrix,
+    IntMatrix,
+    IntVector,
+)
 
 # bytes; kernels are padded to whole blocks, because loops of fixed length compile to vector
 # instructions
@@ -51,9 +57,9 @@ def _spreads(
     )
 
 
-@njit(ahead="uint8[:, ::1], int64, int64, int64, int64, bool, int32[:, ::1]")
+@njit(ahead=True)
 def find_sources(
-    costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_unknown: bool, cells: CellArray
+    costs: ByteMatrix, x0: int, xn: int, y0: int, yn: int, around_unknown: bool, cells: Int32Matrix
 ) -> int:
     """Cells of ``costs`` [y0:yn, x0:xn] from which inflation spreads, their x, y into ``cells`` (n, 2).
 
@@ -110,11 +116,14 @@ def merge(
                 costs[y, x] = cost
 
 
-@njit(
-    ahead="Array(uint8, 2, 'C', readonly=True), int64, int64, uint8[:, ::1], int64[::1], int64[:, ::1]",
-)
+@njit(ahead=True)
 def copy_boxes(
-    source: ByteArray, margin: int, fill: int, target: ByteArray, window: IntArray, boxes: IntArray
+    source: FixedByteMatrix,
+    margin: int,
+    fill: int,
+    target: ByteMatrix,
+    window: IntVector,
+    boxes: IntMatrix,
 ) -> None:
     """Copy lattice boxes (k, 4) x0, xn, y0, yn (ends exclusive), all in the window, from ``source`` to ``target``.
 

@@ -11,7 +11,15 @@ import numpy as np
 
 from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.jit import njit
-from navstack.types import ByteArray, FloatArray, IntArray
+from navstack.types import (
+    ByteArray,
+    ByteMatrix,
+    FloatArray,
+    FloatMatrix,
+    FloatVector,
+    IntArray,
+    IntVector,
+)
 
 _FREE = np.uint8(FREE_SPACE)
 _LETHAL = np.uint8(LETHAL_OBSTACLE)
@@ -173,18 +181,16 @@ def is_in_range(px: float, py: float, ox: float, oy: float, limits: tuple[float,
     return bool(limits[0] * limits[0] <= squared < limits[1] * limits[1])
 
 
-@njit(
-    ahead="uint8[:, ::1], float64[:, ::1], float64, float64, float64[::1], float64, UniTuple(float64, 2), float64[::1]",
-)
+@njit(ahead=True)
 def mark_points(
-    grid: ByteArray,
-    points: FloatArray,
+    grid: ByteMatrix,
+    points: FloatMatrix,
     ox: float,
     oy: float,
-    origin: FloatArray,
+    origin: FloatVector,
     resolution: float,
     limits: tuple[float, float],
-    bounds: FloatArray,
+    bounds: FloatVector,
 ) -> None:
     """Make the cells lethal of the points that lie within the obstacle ranges ``limits`` of the sensor (ox, oy).
 
@@ -226,8 +232,8 @@ def _outline(
             y += step_y
 
 
-@njit(ahead="float64[:, ::1], float64, float64, float64, float64[:, ::1]")
-def transform(points: FloatArray, x: float, y: float, yaw: float, moved: FloatArray) -> None:
+@njit(ahead=True)
+def transform(points: FloatMatrix, x: float, y: float, yaw: float, moved: FloatMatrix) -> None:
     """Express points (N, 2), given in the frame that stands at (x, y) [m], ``yaw`` [rad], in its parent."""
     cos, sin = math.cos(yaw), math.sin(yaw)
     for i in range(points.shape[0]):
@@ -235,15 +241,15 @@ def transform(points: FloatArray, x: float, y: float, yaw: float, moved: FloatAr
         moved[i, 1] = points[i, 0] * sin + points[i, 1] * cos + y
 
 
-@njit(ahead="float64[:, ::1], float64[::1], float64, int64, int64, int64[::1], int64[::1]")
+@njit(ahead=True)
 def polygon_columns(
-    polygon: FloatArray,
-    origin: FloatArray,
+    polygon: FloatMatrix,
+    origin: FloatVector,
     resolution: float,
     size_x: int,
     size_y: int,
-    lowest: IntArray,
-    highest: IntArray,
+    lowest: IntVector,
+    highest: IntVector,
 ) -> tuple[int, int]:
     """The cells of a convex polygon (N, 2) [m], column by column (``Costmap2D::convexFillCells``).
 
@@ -272,9 +278,9 @@ def polygon_columns(
     return first, last
 
 
-@njit(ahead="uint8[:, ::1], int64, int64, int64[::1], int64[::1]")
+@njit(ahead=True)
 def free_columns(
-    grid: ByteArray, first: int, last: int, lowest: IntArray, highest: IntArray
+    grid: ByteMatrix, first: int, last: int, lowest: IntVector, highest: IntVector
 ) -> None:
     """Free the cells of a polygon given by :func:`polygon_columns`."""
     for x in range(first, last + 1):
@@ -282,11 +288,11 @@ def free_columns(
             grid[y, x] = _FREE
 
 
-@njit(ahead="uint8[:, ::1], UniTuple(int64, 4), uint8[:, ::1], int64, int64, bool")
+@njit(ahead=True)
 def combine_maximum(
-    master: ByteArray,
+    master: ByteMatrix,
     region: tuple[int, int, int, int],
-    layer: ByteArray,
+    layer: ByteMatrix,
     x: int,
     y: int,
     keep_unknown: bool,

@@ -12,10 +12,9 @@ n (2 radius + 1).
 import numpy as np
 import numpy.typing as npt
 
-from navstack.costmap.cell_kernels import CellArray
 from navstack.costmap.inflation_kernels import BLOCK
 from navstack.jit import njit
-from navstack.types import ByteArray, IntArray
+from navstack.types import ByteArray, ByteMatrix, ByteVector, Int32Matrix, IntArray, IntMatrix
 
 DistanceArray = npt.NDArray[np.unsignedinteger]  # [cells]
 
@@ -23,17 +22,15 @@ DistanceArray = npt.NDArray[np.unsignedinteger]  # [cells]
 _u = np.uint64
 
 
-@njit(
-    ahead="int32[:, ::1], int64, uint8[::1], int64, UniTuple(int64, 4), uint8[::1], int64[:, ::1]"
-)
+@njit(ahead=True)
 def measure_columns(
-    cells: CellArray,
+    cells: Int32Matrix,
     count: int,
-    around: DistanceArray,
+    around: ByteVector,
     radius: int,
     box: tuple[int, int, int, int],
-    nearest: DistanceArray,
-    ends: IntArray,
+    nearest: ByteVector,
+    ends: IntMatrix,
 ) -> None:
     """For each column of a box and ``radius`` columns beside it, how far the nearest cell of the column is in each row.
 
@@ -75,19 +72,16 @@ def measure_columns(
                 nearest[_u(begin + k)] = min(nearest[_u(begin + k)], around[_u(k - low)])
 
 
-@njit(
-    ahead="uint8[:, ::1], UniTuple(int64, 2), int64, uint8[:, ::1], UniTuple(int64, 4), uint8[::1], "
-    "int64[:, ::1], uint8[::1]",
-)
+@njit(ahead=True)
 def spread(
-    target: ByteArray,
+    target: ByteMatrix,
     corner: tuple[int, int],
     radius: int,
-    profiles: ByteArray,
+    profiles: ByteMatrix,
     box: tuple[int, int, int, int],
-    nearest: DistanceArray,
-    ends: IntArray,
-    tile: ByteArray,
+    nearest: ByteVector,
+    ends: IntMatrix,
+    tile: ByteVector,
 ) -> None:
     """Raise ``target`` in a box to what the distances of :func:`measure_columns` leave in each row.
 

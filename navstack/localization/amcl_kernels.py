@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.jit import njit
-from navstack.types import BoolArray, FloatArray, IntArray
+from navstack.types import BoolArray, FloatArray, FloatMatrix, FloatVector, IntArray, Uint16Matrix
 
 CodeArray = npt.NDArray[np.unsignedinteger]
 CellArray = npt.NDArray[np.uint32]  # flat indices
@@ -76,9 +76,9 @@ def _reach(ends: FloatArray) -> float:
     return math.sqrt(squared) + 1.0
 
 
-@njit(ahead="float64[:, ::1], float64, float64, float64, float64")
+@njit(ahead=True)
 def cells_of(
-    poses: FloatArray, origin_x: float, origin_y: float, resolution: float, offset: float
+    poses: FloatMatrix, origin_x: float, origin_y: float, resolution: float, offset: float
 ) -> FloatArray:
     """Poses (N, 3) with x, y counted from an origin, in cells and moved by ``offset``."""
     cells = np.empty_like(poses)
@@ -89,8 +89,8 @@ def cells_of(
     return cells
 
 
-@njit(ahead="float64[::1], float64, float64")
-def screen_ranges(ranges: FloatArray, shortest: float, longest: float) -> bool:
+@njit(ahead=True)
+def screen_ranges(ranges: FloatVector, shortest: float, longest: float) -> bool:
     """Set the ranges (n,) that are not above ``shortest`` to ``longest``, in place.
 
     Returns whether one is NaN.
@@ -103,9 +103,9 @@ def screen_ranges(ranges: FloatArray, shortest: float, longest: float) -> bool:
     return has_nan
 
 
-@njit(ahead="float64[::1], float64[:, ::1], float64, float64, float64")
+@njit(ahead=True)
 def beam_ends(
-    ranges: FloatArray, directions: FloatArray, range_max: float, sensor_x: float, sensor_y: float
+    ranges: FloatVector, directions: FloatMatrix, range_max: float, sensor_x: float, sensor_y: float
 ) -> FloatArray:
     """Where the beams that returned end (m, 2), in the frame of the sensor's position.
 
@@ -126,9 +126,9 @@ def beam_ends(
     return ends[:count]
 
 
-@njit(ahead="uint16[:, ::1], float64[::1], float64[:, ::1], float64[:, ::1], float64")
+@njit(ahead=True)
 def sum_over_beams(
-    codes: CodeArray, values: FloatArray, poses: FloatArray, ends: FloatArray, first: float
+    codes: Uint16Matrix, values: FloatVector, poses: FloatMatrix, ends: FloatMatrix, first: float
 ) -> FloatArray:
     """``first`` plus the sum over the beams of the value of where each ends, for every particle.
 

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from navstack.jit import njit
-from navstack.types import FloatArray
+from navstack.types import FloatArray, FloatMatrix, FloatVector
 
 X, Y, YAW, SPEED, BIAS, SCALE, OFFSET, GPS_X, GPS_Y = range(9)
 SIZE = 9
@@ -102,15 +102,15 @@ def process_noise(
     return noise
 
 
-@njit(ahead="float64[::1], float64[:, ::1], float64, float64, float64, float64, float64[::1]")
+@njit(ahead=True)
 def propagate(
-    mean: FloatArray,
-    covariance: FloatArray,
+    mean: FloatVector,
+    covariance: FloatMatrix,
     dt: float,
     yaw_rate: float,
     gyro: float,
     acceleration: float,
-    densities: FloatArray,
+    densities: FloatVector,
 ) -> None:
     """Predict in place: ``P = F P F' + Q``, F's few entries off the diagonal applied to rows, then to columns."""
     jacobian = motion_jacobian(mean, dt, yaw_rate, gyro, acceleration)
@@ -139,9 +139,9 @@ def propagate(
     move(mean, dt, yaw_rate, gyro, acceleration)
 
 
-@njit(ahead="float64[::1], float64[:, ::1], float64[::1], float64, float64")
+@njit(ahead=True)
 def correct(
-    mean: FloatArray, covariance: FloatArray, row: FloatArray, innovation: float, variance: float
+    mean: FloatVector, covariance: FloatMatrix, row: FloatVector, innovation: float, variance: float
 ) -> None:
     """Correct in place by one scalar measurement: ``x += K nu``, ``P -= K S K'``.
 
@@ -165,9 +165,9 @@ def correct(
             covariance[i, j] -= gain * projected[j]
 
 
-@njit(ahead="float64[::1], float64[:, ::1], float64, float64")
+@njit(ahead=True)
 def age_shared_error(
-    mean: FloatArray, covariance: FloatArray, decay: float, variance: float
+    mean: FloatVector, covariance: FloatMatrix, decay: float, variance: float
 ) -> None:
     """Age the error that fixes share, in place: a first-order Gauss-Markov process.
 
@@ -186,9 +186,9 @@ def age_shared_error(
         covariance[k, k] += variance * (1.0 - decay * decay)
 
 
-@njit(ahead="float64[::1], float64[:, ::1], float64, float64, float64")
+@njit(ahead=True)
 def fix_innovation(
-    mean: FloatArray, covariance: FloatArray, x: float, y: float, variance: float
+    mean: FloatVector, covariance: FloatMatrix, x: float, y: float, variance: float
 ) -> tuple[float, float, float]:
     """How far a fix lies from where the state expects it.
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.jit import njit
-from navstack.types import BoolArray, FloatArray, IntArray
+from navstack.types import BoolVector, FloatArray, FloatMatrix, FloatVector, IntArray
 
 BIN_LENGTH = 0.5  # [m] along x and y
 BIN_ANGLE = math.radians(10.0)  # [rad]
@@ -80,15 +80,13 @@ def count_bins(poses: FloatArray) -> int:
     return bins
 
 
-@njit(
-    ahead="float64[:, ::1], float64[::1], float64[:, ::1], bool[::1], float64[::1], int64, float64, float64"
-)
+@njit(ahead=True)
 def resample(
-    poses: FloatArray,
-    cumulative: FloatArray,
-    strays: FloatArray,
-    is_stray: BoolArray,
-    draws: FloatArray,
+    poses: FloatMatrix,
+    cumulative: FloatVector,
+    strays: FloatMatrix,
+    is_stray: BoolVector,
+    draws: FloatVector,
     fewest: int,
     error: float,
     quantile: float,
@@ -127,8 +125,8 @@ def resample(
     return drawn
 
 
-@njit(ahead="float64[:, ::1]")
-def label_clusters(poses: FloatArray) -> npt.NDArray[np.int64]:
+@njit(ahead=True)
+def label_clusters(poses: FloatMatrix) -> npt.NDArray[np.int64]:
     """The cluster (N,) of each pose: bins that touch, at a corner at least, form one.
 
     Numbered as they appear.

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from navstack.jit import njit
 from navstack.params.amcl import MOTION_MODELS, AmclParams
-from navstack.types import FloatArray, Pose2D
+from navstack.types import FloatArray, FloatMatrix, Pose2D
 
 # [m] of a motion that has a direction; below it the robot is taken to turn on the spot
 SHORTEST_BEARING = 0.01
@@ -27,17 +27,15 @@ def _off_axis(angle: float) -> float:
     return min(ahead, math.pi - ahead)
 
 
-@njit(
-    ahead="float64[:, ::1], float64, float64, float64, float64, UniTuple(float64, 5), float64[:, ::1]",
-)
+@njit(ahead=True)
 def move_differential(
-    poses: FloatArray,
+    poses: FloatMatrix,
     yaw: float,
     dx: float,
     dy: float,
     yaw_after: float,
     alphas: Alphas,
-    draws: FloatArray,
+    draws: FloatMatrix,
 ) -> None:
     """Move particles (N, 3) in place by a noisy rotation, translation and rotation (``differential_motion_model.cpp``).
 

@@ -7,7 +7,15 @@ from scipy import ndimage
 
 from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
 from navstack.jit import njit
-from navstack.types import BoolArray, ByteArray, FloatArray
+from navstack.types import (
+    BoolArray,
+    BoolVector,
+    ByteArray,
+    ByteMatrix,
+    FloatArray,
+    FloatMatrix,
+    FloatVector,
+)
 
 
 def background_of(static_map: OccupancyGrid, margin: float) -> ByteArray:
@@ -35,21 +43,18 @@ def is_background(
     return not (0 <= column < width and 0 <= row < height) or background[row, column] == 1
 
 
-@njit(
-    ahead="float64[::1], float64, float64, float64, float64, float64[::1], uint8[:, ::1], float64[::1], "
-    "float64, bool[::1]",
-)
+@njit(ahead=True)
 def mark_foreground(
-    ranges: FloatArray,
+    ranges: FloatVector,
     angle_min: float,
     increment: float,
     range_min: float,
     max_range: float,
-    sensor: FloatArray,
-    background: ByteArray,
-    origin: FloatArray,
+    sensor: FloatVector,
+    background: ByteMatrix,
+    origin: FloatVector,
     resolution: float,
-    foreground: BoolArray,
+    foreground: BoolVector,
 ) -> None:
     """Which beams return from something that the map does not show.
 
@@ -75,19 +80,17 @@ def mark_foreground(
         foreground[i] = not is_background(background, origin[0], origin[1], resolution, x, y)
 
 
-@njit(
-    ahead="float64[::1], bool[::1], float64, bool, float64, int64, float64, float64, float64[:, ::1]"
-)
+@njit(ahead=True)
 def find_bodies(
-    ranges: FloatArray,
-    foreground: BoolArray,
+    ranges: FloatVector,
+    foreground: BoolVector,
     increment: float,
     is_closed: bool,
     cluster_gap: float,
     min_points: int,
     max_width: float,
     body_radius: float,
-    bodies: FloatArray,
+    bodies: FloatMatrix,
 ) -> int:
     """Group neighbouring foreground beams and measure each group as the near side of an upright cylinder.
 

@@ -14,7 +14,6 @@ from navstack.jit import njit
 from navstack.planning.navfn_kernels import (
     BLOCK_SIZE,
     COST_OBSTACLE,
-    FIELD,
     POT_HIGH,
     Buffers,
     Field,
@@ -22,7 +21,14 @@ from navstack.planning.navfn_kernels import (
     set_border,
     unmark,
 )
-from navstack.types import ByteArray, Float32Array, FloatArray
+from navstack.types import (
+    ByteArray,
+    ByteVector,
+    FixedByteVector,
+    Float32Array,
+    Float32Vector,
+    FloatMatrix,
+)
 
 SETTLED = 2  # a dirty block that has not been written since it was last rolled back
 UNSETTLED = np.uint64(0x0101010101010101)  # eight dirty blocks that have been
@@ -40,14 +46,12 @@ def differ(one: ByteArray, other: ByteArray, begin: int) -> bool:
     return bool(found != 0)
 
 
-@njit(
-    ahead="float32[::1], Array(uint8, 1, 'C', readonly=True), uint8[::1], float32[::1], int64, UniTuple(int64, 4), bool"
-)
+@njit(ahead=True)
 def take_in_changes(
-    potential: Float32Array,
-    costs: ByteArray,
-    known: ByteArray,
-    crossing: Float32Array,
+    potential: Float32Vector,
+    costs: FixedByteVector,
+    known: ByteVector,
+    crossing: Float32Vector,
     width: int,
     window: tuple[int, int, int, int],
     only_cheaper: bool,
@@ -81,9 +85,13 @@ def take_in_changes(
     return level
 
 
-@njit(ahead="float64[:, ::1], Array(uint8, 1, 'C', readonly=True), uint8[::1], float32[::1], int64")
+@njit(ahead=True)
 def crosses_costlier(
-    points: FloatArray, costs: ByteArray, known: ByteArray, crossing: Float32Array, width: int
+    points: FloatMatrix,
+    costs: FixedByteVector,
+    known: ByteVector,
+    crossing: Float32Vector,
+    width: int,
 ) -> bool:
     """Whether one of the points (n, 2) [cells] lies in a cell that costs more than ``known`` says."""
     for i in range(points.shape[0]):
@@ -238,10 +246,10 @@ def push_unreached(
     return count
 
 
-@njit(ahead=f"{FIELD}, float32[::1], int64, int64, float64, float64, float64")
+@njit(ahead=True)
 def respread(
     field: Field,
-    tops: Float32Array,  # (blocks,) see roll_back
+    tops: Float32Vector,  # (blocks,) see roll_back
     source: int,
     target: int,
     level: float,  # of potential, > COST_OBSTACLE

@@ -7,7 +7,7 @@ import numpy as np
 from navstack.costmap.costmap import Grid
 from navstack.jit import njit
 from navstack.planning.navfn_kernels import COST_NEUTRAL, POT_HIGH, round_half_away
-from navstack.types import Float32Array
+from navstack.types import Float32Array, Float32Matrix, Float32Vector
 
 STALLED_STEPS = 200  # half-cell steps without a lower potential: the descent goes round in circles
 GRID_STEPS = 20  # cells to follow along the grid after that
@@ -174,9 +174,9 @@ def step(
     return m, dx, dy, n
 
 
-@njit(ahead="float32[::1], int64, int64, int64, float32[:, ::1]")
+@njit(ahead=True)
 def descend(
-    potential: Float32Array, width: int, start: int, source: int, path: Float32Array
+    potential: Float32Vector, width: int, start: int, source: int, path: Float32Matrix
 ) -> int:
     """Follow the gradient from cell ``start`` to the potential's ``source`` in half-cell steps (calcPath).
 
@@ -213,9 +213,9 @@ def descend(
     return EXHAUSTED
 
 
-@njit(ahead="float32[::1], int64, UniTuple(float64, 2), float64, UniTuple(float64, 3)")
+@njit(ahead=True)
 def nearest_reachable(
-    potential: Float32Array, width: int, goal: tuple[float, float], tolerance: float, grid: Grid
+    potential: Float32Vector, width: int, goal: tuple[float, float], tolerance: float, grid: Grid
 ) -> tuple[float, float]:
     """The reached point nearest to the goal, on a lattice of one cell within the tolerance square (makePlan), in [m].
 

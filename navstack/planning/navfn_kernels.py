@@ -17,7 +17,14 @@ import numpy.typing as npt
 from navstack.costmap.costmap import NO_INFORMATION
 from navstack.jit import njit
 from navstack.planning.prefetch import prefetch
-from navstack.types import ByteArray, Float32Array
+from navstack.types import (
+    ByteArray,
+    ByteVector,
+    FixedByteVector,
+    Float32Array,
+    Float32Vector,
+    Uint32Matrix,
+)
 
 Buffers = npt.NDArray[np.uint32]  # cell numbers
 
@@ -44,19 +51,13 @@ WAVE_2, WAVE_1, WAVE_0 = -0.2301, 0.5307, 0.7040
 class Field(NamedTuple):
     """A potential, and what its wave needs."""
 
-    potential: Float32Array  # (height * width,) POT_HIGH where the wave has not been
-    dirty: ByteArray  # (blocks,) set where the wave writes
-    costs: ByteArray  # (height * width,) of the costmap
-    crossing: Float32Array  # (256,) from cost_tables
-    gain: Float32Array  # (256,) from cost_tables
+    potential: Float32Vector  # (height * width,) POT_HIGH where the wave has not been
+    dirty: ByteVector  # (blocks,) set where the wave writes
+    costs: FixedByteVector  # (height * width,) of the costmap
+    crossing: Float32Vector  # (256,) from cost_tables
+    gain: Float32Vector  # (256,) from cost_tables
     width: int
-    buffers: Buffers  # (3, size)
-
-
-FIELD = (
-    "NamedTuple((float32[::1], uint8[::1], Array(uint8, 1, 'C', readonly=True), float32[::1], float32[::1], int64, "
-    "uint32[:, ::1]), Field)"
-)
+    buffers: Uint32Matrix  # (3, size)
 
 
 def cost_tables(allow_unknown: bool) -> tuple[Float32Array, Float32Array]:
@@ -74,8 +75,8 @@ def cost_tables(allow_unknown: bool) -> tuple[Float32Array, Float32Array]:
     return crossing.astype(np.float32), gain.astype(np.float32)
 
 
-@njit(ahead="float32[::1], uint8[::1]")
-def clear_potential(potential: Float32Array, dirty: ByteArray) -> None:
+@njit(ahead=True)
+def clear_potential(potential: Float32Vector, dirty: ByteVector) -> None:
     """Set the potential back to POT_HIGH in the dirty blocks only.
 
     Their number is a multiple of 8.
@@ -297,7 +298,7 @@ def run_wave(
     return threshold if n_current > 0 or n_overflow > 0 else POT_HIGH
 
 
-@njit(ahead=f"{FIELD}, int64, int64, bool, float64, float32[::1], float64")
+@njit(ahead=True)
 def propagate(
     field: Field,
     source: int,  # cell where the potential is 0
@@ -305,7 +306,7 @@ def propagate(
     use_astar: bool,
     # of potential beyond the target; -inf: end when the target is reached, as upstream
     margin: float,
-    ahead: Float32Array,  # (height * width,) or empty, see run_wave
+    ahead: Float32Vector,  # (height * width,) or empty, see run_wave
     limit: float,
 ) -> float:
     """Spread the potential from ``source`` to ``target``.
@@ -329,7 +330,7 @@ def propagate(
     return threshold
 
 
-@njit(ahead="float64")
+@njit(ahead=True)
 def round_half_away(value: float) -> int:
     """C's round(): halves go away from zero."""
     return int(math.copysign(math.floor(abs(value) + 0.5), value))

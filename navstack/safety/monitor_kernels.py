@@ -3,7 +3,7 @@
 import math
 
 from navstack.jit import njit
-from navstack.types import FloatArray
+from navstack.types import FloatArray, FloatMatrix
 
 NO_COLLISION = -1.0
 ROUNDING = 1e-6  # [m] more than any rounding below
@@ -84,12 +84,10 @@ def within_reach(points: FloatArray, reach: float) -> tuple[FloatArray, int]:
     return near, count
 
 
-@njit(
-    ahead="float64[:, ::1], float64[:, ::1], float64, int64, float64, float64, float64, float64, float64"
-)
+@njit(ahead=True)
 def collision_time(
-    points: FloatArray,
-    vertices: FloatArray,
+    points: FloatMatrix,
+    vertices: FloatMatrix,
     radius: float,
     enough: int,
     velocity_x: float,

@@ -8,11 +8,11 @@ import pytest
 from navstack.control.controller import Surroundings
 from navstack.control.expected_cost import motions as library
 from navstack.control.expected_cost.clearance import Clearance, _around, clearance_at, map_clearance
+from navstack.control.expected_cost.decision_report import name_of
 from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
 from navstack.control.expected_cost.field import _within
 from navstack.control.expected_cost.motion_cost import TERMS, price_one, turned, wrapped
 from navstack.control.expected_cost.people import Spread, corner_ahead, predict
-from navstack.control.expected_cost.told import name_of
 from navstack.costmap.costmap import Costmap
 from navstack.planning.cost_to_go import _free_cell, cost_to_go
 from navstack.types import Path, Pose2D, RobotState, Track, Twist2D

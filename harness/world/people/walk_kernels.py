@@ -5,29 +5,40 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 # one graph for all paths of the harness
 from harness.task.shortest_paths import _BETWEEN, _LENGTHS, _MOVES
 from navstack.jit import njit
-from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from navstack.types import (
+    BoolArray,
+    BoolVector,
+    ByteArray,
+    ByteVector,
+    Float32Array,
+    Float32Matrix,
+    FloatArray,
+    FloatCube,
+    FloatMatrix,
+    FloatVector,
+    Int32Vector,
+    IntArray,
+    IntVector,
+)
 
 CLOSED, BLOCKED = -1.0, -2.0  # lengths of cells that the search is done with, or may never enter
 _WEIGHT = 1.01  # [-] of the heuristic
 
 
-@njit(
-    ahead="int32[::1], int64, float32[:, ::1], int64, int64, float64[::1], float64[::1], uint8[::1]"
-)
+@njit(ahead=True)
 def find_path(
-    numbers: npt.NDArray[np.int32],
+    numbers: Int32Vector,
     width: int,
-    landmarks: Float32Array,
+    landmarks: Float32Matrix,
     start: int,
     goal: int,
-    length: FloatArray,
-    ahead: FloatArray,
-    arrival: ByteArray,
+    length: FloatVector,
+    ahead: FloatVector,
+    arrival: ByteVector,
 ) -> IntArray:
     """The cells of a path at most 1 % longer than the shortest.
 
@@ -113,8 +124,8 @@ def _least_length(a: Float32Array, b: Float32Array) -> float:
     return max(even, odd)
 
 
-@njit(ahead="float64[:, ::1], float64, float64, float64")
-def count_near(states: FloatArray, x: float, y: float, radius: float) -> int:
+@njit(ahead=True)
+def count_near(states: FloatMatrix, x: float, y: float, radius: float) -> int:
     """How many of ``states`` (n, >= 2) are less than ``radius`` [m] from (x, y) [m]."""
     number = 0
     for i in range(len(states)):
@@ -126,11 +137,11 @@ def count_near(states: FloatArray, x: float, y: float, radius: float) -> int:
 class Walks(NamedTuple):
     """Where everybody goes."""
 
-    points: FloatArray  # (n, M, 2) corners of everybody's path, [m]
-    counts: IntArray  # (n,) corners per path
-    next_point: IntArray  # (n,) index of the corner each one walks to; ``counts`` when standing
-    pauses: FloatArray  # (n,) [s] to stand, counted down from the arrival on
-    speeds: FloatArray  # (n,) [m/s] at which each likes to walk
+    points: FloatCube  # (n, M, 2) corners of everybody's path, [m]
+    counts: IntVector  # (n,) corners per path
+    next_point: IntVector  # (n,) index of the corner each one walks to; ``counts`` when standing
+    pauses: FloatVector  # (n,) [s] to stand, counted down from the arrival on
+    speeds: FloatVector  # (n,) [m/s] at which each likes to walk
 
 
 _WALKS = (
@@ -138,14 +149,14 @@ _WALKS = (
 )
 
 
-@njit(ahead=f"float64, int64, {_WALKS}, float64[:, ::1], float64[:, ::1], bool[::1]")
+@njit(ahead=True)
 def walk(
     dt: float,
     times: int,
     walks: Walks,
-    positions: FloatArray,
-    states: FloatArray,
-    restless: BoolArray,
+    positions: FloatMatrix,
+    states: FloatMatrix,
+    restless: BoolVector,
 ) -> tuple[int, int]:
     """Move everybody by ``dt``, at most ``times`` times.
 

@@ -10,7 +10,7 @@ import numpy as np
 from harness.world.physics.motion_kernels import Quaternion, Vector, rotate
 from harness.world.physics.robot import RobotParams
 from navstack.jit import njit
-from navstack.types import FloatArray
+from navstack.types import FloatArray, FloatVector
 
 # [N] wheel load that says: standing on level ground, the driven wheels grip with the whole weight
 LEVEL = -1.0
@@ -136,10 +136,7 @@ def mechanical_power(
     return float(left_power + max(right * right_speed + resistance * abs(right_speed), 0.0))
 
 
-@njit(
-    ahead="UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), float64, float64, float64, "
-    "float64, float64[::1]",
-)
+@njit(ahead=True)
 def drive_forces(
     orientation: Quaternion,
     velocity: Vector,
@@ -148,7 +145,7 @@ def drive_forces(
     right_load: float,
     speed_command: float,
     yaw_rate_command: float,
-    constants: FloatArray,
+    constants: FloatVector,
 ) -> tuple[Vector, Vector, float]:
     """Force [N] and torque [N m] about the centre of mass, map frame, of drive and weight.
 

@@ -3,7 +3,7 @@
 import math
 
 from navstack.jit import njit
-from navstack.types import FloatArray
+from navstack.types import FloatVector
 
 Vector = tuple[float, float, float]  # x, y, z
 Quaternion = tuple[float, float, float, float]  # x, y, z, w
@@ -21,9 +21,7 @@ def rotate(orientation: Quaternion, x: float, y: float, z: float) -> Vector:
     )
 
 
-@njit(
-    ahead="UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), float64, float64, float64",
-)
+@njit(ahead=True)
 def point_velocity(
     orientation: Quaternion, velocity: Vector, spin: Vector, x: float, y: float, z: float
 ) -> Vector:
@@ -33,8 +31,8 @@ def point_velocity(
     return vx + wy * rz - wz * ry, vy + wz * rx - wx * rz, vz + wx * ry - wy * rx
 
 
-@njit(ahead="UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), float64[::1]")
-def is_shaken(orientation: Quaternion, velocity: Vector, spin: Vector, bucket: FloatArray) -> bool:
+@njit(ahead=True)
+def is_shaken(orientation: Quaternion, velocity: Vector, spin: Vector, bucket: FloatVector) -> bool:
     """Whether the bucket is shaken or tilted beyond what its pieces bear at rest.
 
     See :func:`lean_and_shake`.
@@ -52,17 +50,14 @@ def is_shaken(orientation: Quaternion, velocity: Vector, spin: Vector, bucket: F
     return bool(lean_and_shake(ax, ay, az, orientation[0], orientation[1], bucket[7]) > bucket[8])
 
 
-@njit(ahead="float64, float64, float64, float64, float64, float64")
+@njit(ahead=True)
 def lean_and_shake(ax: float, ay: float, az: float, qx: float, qy: float, gravity: float) -> float:
     """Acceleration [m/s2] of the bucket and, for small angles, that of gravity along its floor."""
     lean = 2.0 * gravity * math.sqrt(qx * qx + qy * qy)
     return math.sqrt(ax * ax + ay * ay + az * az) + lean
 
 
-@njit(
-    ahead="UniTuple(float64, 3), UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), "
-    "UniTuple(float64, 3), float64, float64, float64, float64",
-)
+@njit(ahead=True)
 def base_state(
     position: Vector,
     orientation: Quaternion,

@@ -3,12 +3,10 @@
 import math
 
 from navstack.jit import njit
-from navstack.types import FloatArray, IntArray
+from navstack.types import FloatArray, FloatMatrix, IntVector
 
 
-@njit(
-    ahead="float64, float64, float64, float64, float64, float64, float64, float64[:, ::1], int64[::1]",
-)
+@njit(ahead=True)
 def may_touch(
     x: float,
     y: float,
@@ -17,8 +15,8 @@ def may_touch(
     half_length: float,
     half_width: float,
     margin: float,
-    corners: FloatArray,
-    first: IntArray,
+    corners: FloatMatrix,
+    first: IntVector,
 ) -> bool:
     """Whether a rectangle may be nearer than ``margin`` [m] to one of some convex polygons.
 
@@ -95,15 +93,15 @@ def _are_apart(
     return False
 
 
-@njit(ahead="float64, float64, float64, float64[:, ::1], int64[::1], float64[:, ::1], int64[::1]")
+@njit(ahead=True)
 def find_near(
     x: float,
     y: float,
     radius: float,
-    corners: FloatArray,
-    first: IntArray,
-    boxes: FloatArray,
-    found: IntArray,
+    corners: FloatMatrix,
+    first: IntVector,
+    boxes: FloatMatrix,
+    found: IntVector,
 ) -> tuple[int, float]:
     """Convex polygons within ``radius`` [m] of a point.
 

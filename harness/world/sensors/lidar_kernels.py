@@ -10,9 +10,17 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.jit import njit
-from navstack.types import BoolArray, ByteArray, FloatArray
+from navstack.types import (
+    BoolMatrix,
+    ByteArray,
+    ByteVector,
+    FloatArray,
+    FloatMatrix,
+    FloatVector,
+    Uint16Vector,
+)
 
-Field = tuple[int, int, int, npt.NDArray[np.uint16], ByteArray]  # of clearance_field
+Field = tuple[int, int, int, Uint16Vector, ByteVector]  # of clearance_field
 Index = TypeVar("Index", int, np.int32)  # vector instructions work on many of 32 bits
 Unsigned = TypeVar("Unsigned", np.uint8, np.uint16)
 
@@ -43,8 +51,8 @@ def _place_of(row: Index, column: Index, tiles: int) -> Index:
     return (tile << 2 * _TILE_BITS) + ((row & (_TILE - 1)) << _TILE_BITS) + (column & (_TILE - 1))
 
 
-@njit(ahead="bool[:, ::1]")
-def clearance_field(occupied: BoolArray) -> Field:
+@njit(ahead=True)
+def clearance_field(occupied: BoolMatrix) -> Field:
     """Prepare a grid for :func:`cast_grid`: blocks of 4 x 4 cells with a ring of blocks around.
 
     Six bytes per block, tile by tile: what is near in the plane lies in one line of the processor's
@@ -231,19 +239,16 @@ def _go(reach: float, tiles: int, b: FloatArray, n: npt.NDArray[np.int32]) -> No
         n[STOPS + i] = stops
 
 
-@njit(
-    ahead="Tuple((int64, int64, int64, uint16[::1], uint8[::1])), float64, float64, float64, float64, "
-    "float64[:, ::1], float64, float64[::1]",
-)
+@njit(ahead=True)
 def cast_grid(
     field: Field,
     x0: float,
     y0: float,
     cos: float,
     sin: float,
-    directions: FloatArray,
+    directions: FloatMatrix,
     reach: float,
-    ranges: FloatArray,
+    ranges: FloatVector,
 ) -> None:
     """Cast all beams on the grid.
 
@@ -288,21 +293,18 @@ def cast_grid(
                 begun += 1
 
 
-@njit(
-    ahead="float64[:, ::1], float64, float64, float64, float64, float64[:, ::1], float64, float64, float64, "
-    "float64[::1]",
-)
+@njit(ahead=True)
 def cast_circles(
-    circles: FloatArray,
+    circles: FloatMatrix,
     radius: float,
     x0: float,
     y0: float,
     yaw: float,
-    directions: FloatArray,
+    directions: FloatMatrix,
     angle_min: float,
     increment: float,
     reach: float,
-    ranges: FloatArray,
+    ranges: FloatVector,
 ) -> None:
     """Shorten the beams that meet a circle, looking only at the beams within each circle's bearing.
 
@@ -359,18 +361,16 @@ def _meet(
         ranges[i] = min(ranges[i], along - math.sqrt(discriminant))
 
 
-@njit(
-    ahead="float64[::1], float64[::1], float64, float64, float64[:, ::1], float64, float64, float64[::1]",
-)
+@njit(ahead=True)
 def finish_scan(
-    ranges: FloatArray,
-    noise: FloatArray,
+    ranges: FloatVector,
+    noise: FloatVector,
     range_min: float,
     range_max: float,
-    directions_base: FloatArray,
+    directions_base: FloatMatrix,
     mount_x: float,
     mount_y: float,
-    box: FloatArray,
+    box: FloatVector,
 ) -> None:
     """Add noise and drop what the sensor does not report.
 

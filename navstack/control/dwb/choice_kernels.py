@@ -24,7 +24,14 @@ from navstack.control.dwb.pose_score import (
 )
 from navstack.control.dwb.velocity_samples import combine
 from navstack.jit import njit
-from navstack.types import Float32Array, FloatArray, IntArray
+from navstack.types import (
+    Float32Vector,
+    FloatArray,
+    FloatMatrix,
+    FloatVector,
+    IntArray,
+    IntVector,
+)
 
 GIVEN = -2  # kind of a critic whose raw costs are given
 
@@ -32,21 +39,21 @@ GIVEN = -2  # kind of a critic whose raw costs are given
 class Sampling(NamedTuple):
     """How trajectories are made."""
 
-    axes: FloatArray  # (3, 4) as velocity_samples.combine wants it, and so
-    counts: IntArray  # (3,) and
-    speeds: FloatArray  # (3,)
+    axes: FloatMatrix  # (3, 4) as velocity_samples.combine wants it, and so
+    counts: IntVector  # (3,) and
+    speeds: FloatVector  # (3,)
     # (4,) [s] of acceleration, [s] simulated, and the granularities [m] and [rad]
-    times: FloatArray
-    limits: FloatArray  # (3, 2) as kernels.roll_out wants it
+    times: FloatVector
+    limits: FloatMatrix  # (3, 2) as kernels.roll_out wants it
 
 
 class Terms(NamedTuple):
     """What C critics score."""
 
-    kinds: IntArray  # (C,) of their measures, or GIVEN
-    noses: FloatArray  # (C,) [m] of their measures
-    scales: Float32Array  # (C,) weights, none of them 0
-    given: FloatArray  # (C, K) raw costs of the critics whose kind is GIVEN
+    kinds: IntVector  # (C,) of their measures, or GIVEN
+    noses: FloatVector  # (C,) [m] of their measures
+    scales: Float32Vector  # (C,) weights, none of them 0
+    given: FloatMatrix  # (C, K) raw costs of the critics whose kind is GIVEN
 
 
 class Drive(NamedTuple):
@@ -59,14 +66,9 @@ class Drive(NamedTuple):
     sim_time: float  # [s]
 
 
-@njit(
-    ahead="NamedTuple((float64[:, ::1], int64[::1], float64[::1], float64[::1], float64[:, ::1]), "
-    "Sampling), NamedTuple((int64[::1], float64[::1], float32[::1], float64[:, ::1]), Terms), "
-    "NamedTuple((float64[::1], float64[:, ::1], UniTuple(float64, 2), uint8[:, ::1], "
-    "UniTuple(float64, 3), float64[:, ::1]), Situation), int64, float64[::1]"
-)
+@njit(ahead=True)
 def best_command(
-    sampling: Sampling, terms: Terms, situation: Situation, guess: int, command: FloatArray
+    sampling: Sampling, terms: Terms, situation: Situation, guess: int, command: FloatVector
 ) -> tuple[int, np.float32]:
     """Index and total of the best sample, the first of equals.
 
@@ -115,22 +117,37 @@ def choose(
     best, least = -1, np.float32(math.inf)
     likely = (guess, int(bounds.argmin()))
     for i in range(-2, len(bounds)):
-        k = i if i >= 0 else likely[i]
+        k = i
+        if i < 0:
+            k = likely[i]
         if not 0 <= k < len(bounds) or bounds[k] > least or bounds[k] == math.inf:
             continue
-        total = np.float32(0.0)
-        for c in range(len(kinds)):
-            if kinds[c] == PATH_DISTANCE or kinds[c] == PATH_ALIGNMENT:
-                raw[c, k] = 0.0
-                add_distances(cells[c, :, k : k + 1], seeds[c], raw[c, k : k + 1])
-            elif kinds[c] == OUTLINE_COST:
-                raw[c, k] = outline_score(ends[0, k], ends[1, k], ends[2, k], situation)
-            total = np.float32(np.float64(total) + raw[c, k] * np.float64(scales[c]))
+        complete(k, kinds, ends, seeds, situation, cells, raw)
+        total = add_weighted(raw[:, k : k + 1], scales)[0]
         if total == math.inf or total > least or (total == least and k >= best):
             continue
         if is_legal(drive, k, kinds, situation):
             best, least = k, total
     return best, least
+
+
+@njit()
+def complete(
+    k: int,
+    kinds: IntArray,
+    ends: FloatArray,
+    seeds: list[CellArray],
+    situation: Situation,
+    cells: CellArray,
+    raw: FloatArray,
+) -> None:
+    """Write the raw scores of end ``k`` that :func:`score_ends` leaves out."""
+    for c in range(len(kinds)):
+        if kinds[c] == PATH_DISTANCE or kinds[c] == PATH_ALIGNMENT:
+            raw[c, k] = 0.0
+            add_distances(cells[c, :, k : k + 1], seeds[c], raw[c, k : k + 1])
+        elif kinds[c] == OUTLINE_COST:
+            raw[c, k] = outline_score(ends[0, k], ends[1, k], ends[2, k], situation)
 
 
 @njit()

@@ -1,5 +1,7 @@
 """How DWB decided one cycle."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -40,23 +42,22 @@ class Decision:
 
     def record(self) -> DecisionRecord:
         """The decision in short."""
-        scores, rejections = self.scores, self.scores.rejections()
-        told = (
-            self._told(self.choice.index)
-            if self.is_legal
-            else [(name, None, None) for name in scores.critics]
-        )
-        return DecisionRecord(
+        rejections = self.scores.rejections()
+        record = DecisionRecord(
             self._scene.stamp,
             "DWBLocalPlanner",
             self.command,
-            samples=len(scores.totals),
+            samples=len(self.scores.totals),
             rejected=sum(rejections.values()),
-            total=self.choice.total if self.is_legal else None,
             scores=tuple(
-                CriticScore(name, raw, share, rejections.get(name, 0)) for name, raw, share in told
+                CriticScore(name, None, None, rejections.get(name, 0))
+                for name in self.scores.critics
             ),
         )
+        if not self.is_legal:
+            return record
+        scores = self._scores_of(self.choice.index, rejections)
+        return replace(record, total=self.choice.total, scores=scores)
 
     def alternatives(self) -> tuple[Alternative, ...]:
         """The best of the other legal trajectories, and of those at most half as fast.
@@ -78,14 +79,18 @@ class Decision:
                 kind,
                 self.scores.command(index),
                 float(totals[index]),
-                tuple(CriticScore(name, raw, share, 0) for name, raw, share in self._told(index)),
+                self._scores_of(index, {}),
             )
             for kind, index in best.items()
             if np.isfinite(totals[index]) and (kind != SLOWER or is_slower[index])
         )
 
-    def _told(self, index: int) -> list[tuple[str, float | None, float | None]]:
-        """Name, raw score and share in the total of a trajectory, critic by critic."""
+    def _scores_of(self, index: int, rejections: Mapping[str, int]) -> tuple[CriticScore, ...]:
+        """Raw score and share in the total of a trajectory, critic by critic."""
         scores = self.scores
         raw = scores.raw[:, index]
-        return list(zip(scores.critics, raw.tolist(), (raw * scores.scales).tolist(), strict=True))
+        shares = (raw * scores.scales).tolist()
+        return tuple(
+            CriticScore(name, value, share, rejections.get(name, 0))
+            for name, value, share in zip(scores.critics, raw.tolist(), shares, strict=True)
+        )

@@ -48,7 +48,7 @@ class DwbController(Controller):
         """
         self._footprint = footprint
         self._generator = RolloutGenerator(params, controller_frequency)
-        self._critics = dict(critics) if critics is not None else build_critics(params)
+        self._critics = dict(build_critics(params) if critics is None else critics)
         self.wants_tracks = any(critic.wants_tracks for critic in self._critics.values())
         self._scoring = Scoring(self._generator, self._critics)
         self._window = PlanWindow(
@@ -69,12 +69,16 @@ class DwbController(Controller):
     @property
     def decision(self) -> DecisionRecord | None:
         """See the base class."""
-        return None if self.last_decision is None else self.last_decision.record()
+        if self.last_decision is None:
+            return None
+        return self.last_decision.record()
 
     @property
     def alternatives(self) -> tuple[Alternative, ...]:
-        """See the base class: the second best trajectory, and the best of those at most half as fast."""
-        return () if self.last_decision is None else self.last_decision.alternatives()
+        """See the base class: the second best, and the best of those at most half as fast."""
+        if self.last_decision is None:
+            return ()
+        return self.last_decision.alternatives()
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
         """Sample within the limit.
@@ -103,7 +107,7 @@ class DwbController(Controller):
     def decide(
         self, state: RobotState, near: FloatArray, goal: Pose2D, surroundings: Surroundings
     ) -> Decision:
-        """Choose among all samples by the plan ``near`` the robot (N, 3) and remember the decision."""
+        """Choose among all samples by the plan ``near`` the robot (N, 3); remember the decision."""
         costmap, tracks = surroundings.costmap, surroundings.tracks
         scene = Scene(
             state.pose, state.twist, state.stamp, goal, near, costmap, self._footprint, tracks
@@ -118,7 +122,8 @@ class DwbController(Controller):
 
     def _begin(self, plan: Path) -> None:
         self._plan = plan
-        self._goal = Pose2D(*plan.poses[-1].tolist()) if len(plan) else Pose2D()
+        if len(plan):
+            self._goal = Pose2D(*plan.poses[-1].tolist())
         self._window.reset()
         for critic in self._critics.values():
             critic.reset()

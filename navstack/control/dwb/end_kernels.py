@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from navstack.control.dwb.kernels import SMALL_TURN
+from navstack.control.dwb.kernels import SMALL_TURN, small_sine_cosine
 from navstack.jit import njit
 from navstack.types import FloatArray, IntArray
 
@@ -81,7 +81,10 @@ def start_tile(
     limits: FloatArray,
     sim_time: float,
 ) -> None:
-    """Put the trajectories from ``order[first]`` on into a buffer, the last one as often as it takes to fill it."""
+    """Put the trajectories from ``order[first]`` on into a buffer.
+
+    The last one is repeated until it is full.
+    """
     sine, cosine = math.sin(robot[2]), math.cos(robot[2])
     for i in range(TILE):
         k = order[min(first + i, len(order) - 1)]
@@ -122,10 +125,11 @@ def _load_axis(
 
     Velocity, change per step, and the command as bound on one side.
     """
-    rises = now < wanted
-    b[at], b[at + TILE] = now, limits[0 if rises else 1] * dt
-    b[at + 2 * TILE] = -math.inf if rises else wanted
-    b[at + 3 * TILE] = wanted if rises else math.inf
+    b[at], b[at + TILE] = now, limits[1] * dt
+    b[at + 2 * TILE], b[at + 3 * TILE] = wanted, math.inf
+    if now < wanted:
+        b[at + TILE] = limits[0] * dt
+        b[at + 2 * TILE], b[at + 3 * TILE] = -math.inf, wanted
 
 
 @njit()
@@ -154,16 +158,7 @@ def _turn(b: FloatArray, count: int) -> None:
         turn = b[RATE + i] * b[DT + i]
         b[TURN + i] = turn
         wide += abs(turn) > SMALL_TURN
-        s = turn * turn  # as in kernels.sine_cosine
-        b[TURN_SINE + i] = turn * (
-            1.0
-            - s
-            * (1.0 / 6.0)
-            * (1.0 - s * 0.05 * (1.0 - s * (1.0 / 42.0) * (1.0 - s * (1.0 / 72.0))))
-        )
-        b[TURN_COSINE + i] = 1.0 - s * 0.5 * (
-            1.0 - s * (1.0 / 12.0) * (1.0 - s * (1.0 / 30.0) * (1.0 - s * (1.0 / 56.0)))
-        )
+        b[TURN_SINE + i], b[TURN_COSINE + i] = small_sine_cosine(turn)
     if wide > 0:
         for i in range(count):
             if abs(b[TURN + i]) > SMALL_TURN:

@@ -34,12 +34,15 @@ def step_counts(commands: FloatArray, sim_time: float, linear: float, angular: f
 
 @njit()
 def sine_cosine(angle: float) -> tuple[float, float]:
-    """Sine and cosine.
-
-    A Taylor series to the ninth and eighth power for the small angles of one step.
-    """
+    """Sine and cosine of the turn of one step."""
     if abs(angle) > SMALL_TURN:
         return math.sin(angle), math.cos(angle)
+    return small_sine_cosine(angle)
+
+
+@njit(inline="always")
+def small_sine_cosine(angle: float) -> tuple[float, float]:
+    """Sine and cosine up to SMALL_TURN: Taylor series to the ninth and eighth power."""
     s = angle * angle
     sine = angle * (
         1.0
@@ -64,12 +67,12 @@ def roll_out(
     yaw: FloatArray,
     first: FloatArray,
 ) -> None:
-    """Drive every command (K, 3) from ``start`` (3,) at ``velocity`` (3,) and write the poses into x, y, yaw (K, T).
+    """Drive commands (K, 3) from ``start`` (3,) at ``velocity`` (3,); poses go to x, y, yaw (K, T).
 
-    A trajectory has its start and ``steps[k]`` poses; the rest of its row repeats the last. ``limits`` (3, 2):
-    acceleration and (negative) deceleration per axis. ``first`` (K, 3) receives the velocity of the first step.
-    Each step is a straight line along the heading it begins with (``computeNewPosition``); the heading's cosine and
-    sine follow by rotation.
+    A trajectory has its start and ``steps[k]`` poses; the rest of its row repeats the last.
+    ``limits`` (3, 2): acceleration and (negative) deceleration per axis. ``first`` (K, 3) receives
+    the velocity of the first step. Each step is a straight line along the heading it begins with
+    (``computeNewPosition``); the heading's cosine and sine follow by rotation.
     """
     start_sine, start_cosine = math.sin(start[2]), math.cos(start[2])
     length = x.shape[1]
@@ -103,7 +106,7 @@ def roll_out(
 
 @njit()
 def add_weighted(raw: FloatArray, scales: Float32Array) -> Float32Array:
-    """Totals (K,) of raw scores (C, K), accumulated in float32 in the critics' order, as ``TrajectoryScore`` does."""
+    """Totals (K,) of raw scores (C, K), accumulated in float32 as ``TrajectoryScore`` does."""
     totals = np.zeros(raw.shape[1], dtype=np.float32)
     for c in range(len(raw)):
         scale = np.float64(scales[c])

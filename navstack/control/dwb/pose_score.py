@@ -1,4 +1,4 @@
-"""What the shipped critics score of poses and trajectories: one kernel for the search and for records."""
+"""What the shipped critics score: the same kernels for the search and for records."""
 
 import math
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from navstack.control.footprint_cost import outline_cost
 from navstack.control.plan_handling import cells_of_points, densify
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, Grid
 from navstack.jit import njit
-from navstack.types import ByteArray, FloatArray, IntArray
+from navstack.types import ByteMatrix, FloatArray, FloatMatrix, FloatVector, IntArray
 
 # [cells] next to a cell's border the sine and cosine of the recurrence are not good enough
 BORDER = 1e-6
@@ -45,12 +45,12 @@ NO_MEASURE = Measure(NOTHING)
 class Situation(NamedTuple):
     """What the measures look at in one cycle."""
 
-    robot: FloatArray  # (6,) pose and velocity
-    plan: FloatArray  # (N, 3) near the robot
+    robot: FloatVector  # (6,) pose and velocity
+    plan: FloatMatrix  # (N, 3) near the robot
     goal: tuple[float, float]  # [m] where the whole plan ends
-    costs: ByteArray  # (height, width)
+    costs: ByteMatrix  # (height, width)
     grid: Grid
-    footprint: FloatArray  # (V, 2) [m]
+    footprint: FloatMatrix  # (V, 2) [m]
 
 
 @njit()
@@ -66,7 +66,7 @@ def plan_cells(plan: FloatArray, situation: Situation) -> CellArray:
 
 @njit()
 def seeds_of(kind: int, nose: float, path: CellArray, situation: Situation) -> CellArray:
-    """The cells (2, S) from which a measure counts distances; ``path`` (2, S): those of the plan."""
+    """The cells (2, S) from which a measure counts distances, given the plan's, ``path``."""
     if kind == GOAL_DISTANCE:
         return path[:, -1:].copy()
     if kind != GOAL_ALIGNMENT:
@@ -80,10 +80,10 @@ def seeds_of(kind: int, nose: float, path: CellArray, situation: Situation) -> C
 
 @njit()
 def locate(poses: FloatArray, ahead: float, situation: Situation, cells: CellArray) -> None:
-    """Write the cells (2, M), as mx and my, of the points ``ahead`` [m] of poses (5, M); -1 off the map.
+    """Write the cells (2, M), mx and my, of the points ``ahead`` [m] of poses (5, M).
 
-    The sine and cosine of the poses may be a little off: next to a cell's border they are made
-    exact first.
+    -1 off the map. The sine and cosine of the poses may be a little off: next to a cell's border
+    they are made exact first.
     """
     height, width = situation.costs.shape
     grid = situation.grid
@@ -118,7 +118,9 @@ def read_map(
             scores[k] = math.inf
         elif kind == CELL_COST:
             cost = costs[cells[1, k], cells[0, k]]
-            scores[k] = float(cost) if cost < INSCRIBED_INFLATED_OBSTACLE else math.inf
+            scores[k] = cost
+            if cost >= INSCRIBED_INFLATED_OBSTACLE:
+                scores[k] = math.inf
         elif kind == OUTLINE_COST:
             scores[k] = outline_score(poses[0, k], poses[1, k], poses[2, k], situation)
 
@@ -127,12 +129,14 @@ def read_map(
 def outline_score(x: float, y: float, yaw: float, situation: Situation) -> float:
     """The greatest cost 0..253 under the outline at a pose; inf: illegal."""
     cost = outline_cost(situation.costs, situation.grid, situation.footprint, x, y, yaw)
-    return float(cost) if cost < LETHAL_OBSTACLE else math.inf
+    if cost >= LETHAL_OBSTACLE:
+        return math.inf
+    return float(cost)
 
 
 @njit()
 def add_distances(cells: CellArray, seeds: CellArray, scores: FloatArray) -> None:
-    """Add the Manhattan distances in [cells] from cells (2, M) to the nearest of the seeds (2, S) to scores (M,).
+    """Add to scores (M,) the distances in [cells] from cells (2, M) to the nearest seed (2, S).
 
     What ``MapGrid`` holds in a cell: its wave front ignores obstacles.
     """
@@ -165,8 +169,10 @@ def trajectory_score(
         cells, scores = cells[:, -1:], scores[-1:]
     if not is_cost and seeds.shape[1] > 0:
         add_distances(cells, seeds, scores)
+    elif minds_all and not is_cost:
+        return math.inf
     elif not is_cost:
-        scores[:] = math.inf if minds_all else situation.costs.size + 1.0
+        scores[:] = situation.costs.size + 1.0
     if measure.aggregation == PRODUCT:
         return float(scores.prod())
     return float(scores.sum())
@@ -181,7 +187,7 @@ def trajectory_scores(
     lengths: IntArray,
     situation: Situation,
 ) -> FloatArray:
-    """The scores (K,) of trajectories whose poses are the first ``lengths`` (K,) of each row (K, T)."""
+    """The scores (K,) of trajectories, each the first of ``lengths`` (K,) poses of a row (K, T)."""
     path = plan_cells(situation.plan, situation)
     seeds = seeds_of(measure.kind, measure.nose, path, situation)
     scores = np.empty(len(x))

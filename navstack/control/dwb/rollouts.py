@@ -86,10 +86,10 @@ class Rollouts:
 
 
 class RolloutGenerator:
-    """Makes the rollouts of one cycle, after ``StandardTrajectoryGenerator`` and ``LimitedAccelGenerator``.
+    """Makes the rollouts of one cycle, after Nav2's two trajectory generators.
 
-    The standard one samples what can be reached within ``sim_time`` and ramps up to it; the limited one samples what
-    can be reached within one control period and drives that at once.
+    The standard one samples what can be reached within ``sim_time`` and ramps up to it; the limited
+    one samples what can be reached within one control period and drives that at once.
     """
 
     def __init__(self, params: DwbParams, controller_frequency: float) -> None:
@@ -103,15 +103,15 @@ class RolloutGenerator:
         name = params.trajectory_generator_name
         if name not in GENERATORS:
             raise UnknownNameError("trajectory generator", name, GENERATORS)
-        ramps = name == STANDARD
         self._params = p = params
-        reach = p.sim_time if ramps else p.sim_period or 1.0 / controller_frequency
         axes = (
             (p.min_vel_x, p.max_vel_x, p.acc_lim_x, p.decel_lim_x),
             (p.min_vel_y, p.max_vel_y, p.acc_lim_y, p.decel_lim_y),
             (-p.max_vel_theta, p.max_vel_theta, p.acc_lim_theta, p.decel_lim_theta),
         )
-        limits = [axis[2:] for axis in axes] if ramps else ((math.inf, -math.inf),) * 3
+        limits, reach = [axis[2:] for axis in axes], p.sim_time
+        if name == LIMITED_ACCEL:
+            limits, reach = [(math.inf, -math.inf)] * 3, p.sim_period or 1.0 / controller_frequency
         self.sampling = Sampling(
             np.array(axes, dtype=np.float64),
             np.array((p.vx_samples, p.vy_samples, p.vtheta_samples)),
@@ -140,17 +140,17 @@ class RolloutGenerator:
             most = np.append(most[:3] * (limit / p.max_speed_xy), limit)
         elif limit != 0.0:
             return
-        axes, _, speeds, *_ = self.sampling
-        axes[:, 1], axes[2, 0], speeds[1] = most[:3], -most[2], most[3]
+        self.sampling.axes[:, 1], self.sampling.axes[2, 0] = most[:3], -most[2]
+        self.sampling.speeds[1] = most[3]
 
     def sample(self, velocity: Twist2D) -> FloatArray:
-        """The samples (K, 3) of vx, vy, yaw rate that can be reached from ``velocity``, in Nav2's order.
+        """The samples (K, 3) of vx, vy, yaw rate that can be reached, in Nav2's order.
 
         x varies slowest, the yaw rate fastest (``xy_theta_iterator.cpp``).
         """
         current = np.array((velocity.linear_x, velocity.linear_y, velocity.angular_z))
-        axes, counts, speeds, times, _ = self.sampling
-        samples: FloatArray = combine(current, axes, counts, speeds, times[0])
+        s = self.sampling
+        samples: FloatArray = combine(current, s.axes, s.counts, s.speeds, s.times[0])
         return samples
 
     def generate(self, pose: Pose2D, velocity: Twist2D) -> Rollouts:
@@ -198,6 +198,7 @@ def _check(params: DwbParams) -> None:
     samples = max(params.vx_samples, 1) * max(params.vy_samples, 1) * max(params.vtheta_samples, 1)
     if samples * largest_steps(params) > MOST_POSES:
         raise ParameterError(
-            f"FollowPath: sim_time {params.sim_time:g} s and the granularities make {samples:,} trajectories of "
-            f"{largest_steps(params):,} poses; at most {MOST_POSES:,} poses in all are allowed"
+            f"FollowPath: sim_time {params.sim_time:g} s and the granularities make "
+            f"{samples:,} trajectories of {largest_steps(params):,} poses; "
+            f"at most {MOST_POSES:,} poses in all are allowed"
         )

@@ -30,7 +30,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scores:
-    """What C critics say of K trajectories. ``rollouts`` holds until the next cycle, the rest for good."""
+    """What C critics say of K trajectories. ``rollouts`` holds until the next cycle only."""
 
     critics: tuple[str, ...]  # C names, in the order of evaluation
     scales: Float32Array  # (C,) weights; 0: not evaluated
@@ -40,8 +40,10 @@ class Scores:
 
     def best(self) -> Choice:
         """The trajectory with the least total."""
-        best = int(self.totals.argmin()) if len(self.totals) else 0
-        if len(self.totals) == 0 or not np.isfinite(self.totals[best]):
+        if len(self.totals) == 0:
+            return Choice(0, float("inf"), Twist2D())
+        best = int(self.totals.argmin())
+        if not np.isfinite(self.totals[best]):
             return Choice(best, float("inf"), Twist2D())
         return Choice(best, float(self.totals[best]), self.command(best))
 

@@ -1,4 +1,7 @@
-"""The velocities that DWB tries: every reachable combination, in Nav2's order and with Nav2's last bits."""
+"""The velocities that DWB tries: every reachable combination, in Nav2's order.
+
+Their last bits are Nav2's, too.
+"""
 
 import math
 
@@ -26,10 +29,11 @@ def project_velocity(
 
 @njit()
 def axis_samples(current: float, limits: FloatArray, count: int, time: float) -> FloatArray:
-    """Velocities of one axis, by repeated addition of the increment, and 0 where the range straddles it.
+    """Velocities of one axis by repeated addition, and 0 where the range straddles it.
 
-    ``limits`` (4,): least and largest velocity, acceleration, deceleration. After ``one_d_velocity_iterator.hpp``;
-    ``low + i * increment`` would differ in the last bit, which decides the number of steps of a trajectory.
+    ``limits`` (4,): least and largest velocity, acceleration, deceleration. After
+    ``one_d_velocity_iterator.hpp``; ``low + i * increment`` would differ in the last bit, which
+    decides the number of steps of a trajectory.
     """
     current = min(max(current, limits[0]), limits[1])
     high = project_velocity(current, limits[2], limits[3], time, limits[1])
@@ -66,7 +70,7 @@ def combine(
     speeds: FloatArray,
     acceleration_time: float,
 ) -> FloatArray:
-    """All combinations (K, 3) of the axes' samples that are neither standstill nor too fast nor too slow.
+    """Combinations (K, 3) of the axes' samples; none stands still, is too fast or too slow.
 
     ``speeds`` (3,): min_speed_xy, max_speed_xy, min_speed_theta; a negative limit is none. After
     ``kinematic_parameters.hpp``.

@@ -12,7 +12,17 @@ from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.costmap.distances import squared_distances
 from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
 from navstack.jit import njit
-from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray
+from navstack.types import (
+    BoolArray,
+    BoolMatrix,
+    ByteMatrix,
+    FixedByteMatrix,
+    FixedFloat32Matrix,
+    Float32Array,
+    Float32Matrix,
+    FloatArray,
+    FloatMatrix,
+)
 
 FAR = 3.0  # [m] of clearance where nothing is near, and beyond what the scans show
 OFF_MAP = -1.0  # [m] of clearance off the map: nobody knows what is there
@@ -27,17 +37,11 @@ class Clearance(NamedTuple):
     The lesser of two grids of square cells counts.
     """
 
-    mapped: Float32Array  # (height, width) of the map
+    mapped: FixedFloat32Matrix  # (height, width) of the map
     # x, y of its lower left corner [m], and its cells' size [m]
     mapped_grid: tuple[float, float, float]
-    seen: Float32Array  # (height, width) of what the map does not show; empty: nothing
+    seen: Float32Matrix  # (height, width) of what the map does not show; empty: nothing
     seen_grid: tuple[float, float, float]
-
-
-CLEARANCE = (
-    "NamedTuple((Array(float32, 2, 'C', readonly=True), UniTuple(float64, 3), float32[:, ::1], UniTuple(float64, 3)), "
-    "Clearance)"
-)
 
 
 def map_clearance(world: Costmap) -> Clearance:
@@ -47,15 +51,15 @@ def map_clearance(world: Costmap) -> Clearance:
     """
     nothing = np.zeros((0, 0), dtype=np.float32)
     grid = (world.origin_x, world.origin_y, world.resolution)
-    metres = (
-        nothing if world.floor is None else _kept_distances(world.floor >= LETHAL_OBSTACLE, grid[2])
-    )
+    metres = nothing
+    if world.floor is not None:
+        metres = _kept_distances(world.floor >= LETHAL_OBSTACLE, grid[2])
     metres.flags.writeable = False
     return Clearance(metres, grid, nothing, grid)
 
 
 def _kept_distances(lethal: BoolArray, cell: float) -> Float32Array:
-    """:func:`signed_distances` of a map's cells, kept for the next process where the map is large."""
+    """:func:`signed_distances` of a map's cells, kept on disk where the map is large."""
     if lethal.size < SHARED_FROM:
         return signed_distances(lethal, cell)
     key = content_key("signed-distances-1", lethal, cell, FAR)
@@ -69,16 +73,18 @@ def with_obstacles(
     place: tuple[float, float],
     people: FloatArray,
 ) -> Clearance:
-    """The map's clearance together with what a local costmap shows beyond the map, up to ``_LOOKED_AT`` away.
+    """The map's clearance, and what a local costmap shows besides, up to ``_LOOKED_AT`` away.
 
     Args:
         mapped: of :func:`map_clearance`.
         local: around the robot.
         world: the global costmap.
         place: of the robot, x, y [m].
-        people: (n, 3) x, y, radius [m] of those that are tracked; returns from them are no obstacles.
+        people: (n, 3) x, y, radius [m] of tracked people, whose returns are no obstacles.
     """
-    floor = np.zeros((0, 0), dtype=np.uint8) if world.floor is None else world.floor
+    floor = world.floor
+    if floor is None:
+        floor = np.zeros((0, 0), dtype=np.uint8)
     (left, right), (low, high) = (
         _around(middle - origin, local.resolution, count)
         for middle, origin, count in zip(
@@ -94,28 +100,27 @@ def with_obstacles(
         people,
     )
     cell = _POOLED * local.resolution
-    seen = signed_distances(blocked, cell) if blocked.any() else np.zeros((0, 0), dtype=np.float32)
+    seen = np.zeros((0, 0), dtype=np.float32)
+    if blocked.any():
+        seen = signed_distances(blocked, cell)
     return mapped._replace(seen=seen, seen_grid=(x, y, cell))
 
 
 def _around(middle: float, resolution: float, count: int) -> tuple[int, int]:
-    """The first cell within ``_LOOKED_AT`` of ``middle`` [m] from the grid's edge, and the first one beyond."""
+    """Begin and end of the cells within ``_LOOKED_AT`` of ``middle`` [m] from the grid's edge."""
     first, end = (math.floor((middle + side * _LOOKED_AT) / resolution) for side in (-1.0, 1.0))
     return min(max(first, 0), count), min(max(end, 0), count)
 
 
-@njit(
-    ahead="uint8[:, ::1], UniTuple(float64, 3), Array(uint8, 2, 'C', readonly=True), UniTuple(float64, 3), "
-    "float64[:, ::1]"
-)
+@njit(ahead=True)
 def unmapped_blocks(
-    costs: ByteArray,
+    costs: ByteMatrix,
     grid: tuple[float, float, float],
-    floor: ByteArray,
+    floor: FixedByteMatrix,
     floor_grid: tuple[float, float, float],
-    people: FloatArray,
+    people: FloatMatrix,
 ) -> BoolArray:
-    """Which blocks (height, width) of cells hold an obstacle that is neither on the map nor a person's return."""
+    """Which blocks (height, width) hold an obstacle, neither mapped nor a person's return."""
     height, width = costs.shape[0] // _POOLED, costs.shape[1] // _POOLED
     blocked = np.zeros((height, width), dtype=np.bool_)
     for row in range(height * _POOLED):
@@ -123,15 +128,10 @@ def unmapped_blocks(
             if costs[row, column] != LETHAL_OBSTACLE:
                 continue
             x, y = grid[0] + (column + 0.5) * grid[2], grid[1] + (row + 0.5) * grid[2]
-            r, c = (
-                int((y - floor_grid[1]) / floor_grid[2]),
-                int((x - floor_grid[0]) / floor_grid[2]),
-            )
-            if (
-                0 <= r < floor.shape[0]
-                and 0 <= c < floor.shape[1]
-                and floor[r, c] >= LETHAL_OBSTACLE
-            ):
+            r = int((y - floor_grid[1]) / floor_grid[2])
+            c = int((x - floor_grid[0]) / floor_grid[2])
+            on_map = 0 <= r < floor.shape[0] and 0 <= c < floor.shape[1]
+            if on_map and floor[r, c] >= LETHAL_OBSTACLE:
                 continue
             is_person = False
             for p in range(len(people)):
@@ -141,8 +141,8 @@ def unmapped_blocks(
     return blocked
 
 
-@njit(ahead="bool[:, ::1], float64")
-def signed_distances(blocked: BoolArray, cell: float) -> Float32Array:
+@njit(ahead=True)
+def signed_distances(blocked: BoolMatrix, cell: float) -> Float32Array:
     """Distances [m] from cells' middles to the nearest blocked cell, negative within one.
 
     To the nearest free cell.
@@ -152,7 +152,7 @@ def signed_distances(blocked: BoolArray, cell: float) -> Float32Array:
     most = int(math.ceil(FAR / cell)) + 1
     metres = np.empty(blocked.shape, dtype=np.float32)
     for sign in (1.0, -1.0):
-        squared = squared_distances(blocked if sign > 0.0 else ~blocked, most * most)
+        squared = squared_distances(blocked == (sign > 0.0), most * most)
         for row in range(blocked.shape[0]):
             for column in range(blocked.shape[1]):
                 if blocked[row, column] == (sign < 0.0):
@@ -169,12 +169,22 @@ def distance_at(
     """The distance [m] that a grid has for a point of the map frame; ``beyond`` off it."""
     column, row = int((x - grid[0]) / grid[2]), int((y - grid[1]) / grid[2])
     height, width = metres.shape
-    return metres[row, column] if 0 <= row < height and 0 <= column < width else beyond
+    if 0 <= row < height and 0 <= column < width:
+        return float(metres[row, column])
+    return beyond
+
+
+@njit(inline="always")
+def distance_off_map(clearance: Clearance) -> float:
+    """The distance [m] that counts off the map; FAR where there is no map."""
+    if len(clearance.mapped):
+        return OFF_MAP
+    return FAR
 
 
 @njit()
 def clearance_at(clearance: Clearance, x: float, y: float) -> float:
     """The clearance [m] of a point of the map frame."""
-    off_map = OFF_MAP if len(clearance.mapped) else FAR
+    off_map = distance_off_map(clearance)
     mapped = distance_at(clearance.mapped, clearance.mapped_grid, off_map, x, y)
     return min(mapped, distance_at(clearance.seen, clearance.seen_grid, FAR, x, y))

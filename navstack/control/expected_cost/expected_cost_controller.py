@@ -6,11 +6,12 @@ import math
 import numpy as np
 
 from navstack.control.contact_risk import ContactRates, body_of, nearest
-from navstack.control.controller import Controller, Surroundings, limited_speed
+from navstack.control.controller import Controller, Surroundings, finite, limited_speed
 from navstack.control.decision import Alternative, DecisionRecord, Option
+from navstack.control.expected_cost import decision_report
 from navstack.control.expected_cost import motions as library
-from navstack.control.expected_cost import told
 from navstack.control.expected_cost.clearance import Clearance, map_clearance, with_obstacles
+from navstack.control.expected_cost.decision_report import Cycle
 from navstack.control.expected_cost.field import CostToGo, Field, cost_at, make_field
 from navstack.control.expected_cost.motion_cost import (
     TERMS,
@@ -21,7 +22,6 @@ from navstack.control.expected_cost.motion_cost import (
     price_one,
 )
 from navstack.control.expected_cost.people import Spread, predict
-from navstack.control.expected_cost.told import Cycle
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError
 from navstack.geometry import cover
@@ -43,11 +43,11 @@ _ROOT_TWO_PI = math.sqrt(2.0 * math.pi)
 
 
 class ExpectedCostController(Controller):
-    """Compares many short motions in every cycle by the dollars that each is expected to cost, and begins the best.
+    """Compares many short motions in every cycle by their expected dollars; begins the best.
 
-    The dollars: chance of touching each tracked person times what that costs at the closing speed, walls, shaking the
-    load, and delay along a cost-to-go field of its own. It follows no path: the plan only says where the goal is and
-    whether the field is out of date.
+    The dollars: chance of touching each tracked person times what that costs at the closing speed,
+    walls, shaking the load, and delay along a cost-to-go field of its own. It follows no path: the
+    plan only says where the goal is and whether the field is out of date.
     """
 
     wants_tracks = True
@@ -73,9 +73,9 @@ class ExpectedCostController(Controller):
             cost_to_go: makes it.
             prices: take the place of those in ``params``; None: those hold.
         """
-        self._params = given = (
-            dataclasses.replace(params, **dataclasses.asdict(prices)) if prices else params
-        )
+        if prices:
+            params = dataclasses.replace(params, **dataclasses.asdict(prices))
+        self._params = given = params
         self._period = 1.0 / controller_frequency  # [s]
         self._world = world
         self._cost_to_go = cost_to_go
@@ -162,12 +162,11 @@ class ExpectedCostController(Controller):
         )
         corridor = self._params.corridor
         if is_new or corridor > 0.0 or self._is_out_of_date(plan, state):
-            shown = (
-                self._world.floor if is_new and self._world.floor is not None else self._world.data
-            )
-            known = Costmap(
-                shown, self._world.resolution, self._world.origin_x, self._world.origin_y
-            )
+            world = self._world
+            shown = world.data
+            if is_new and world.floor is not None:
+                shown = world.floor
+            known = Costmap(shown, world.resolution, world.origin_x, world.origin_y)
             self._field = make_field(
                 known, goal, self._params.cell, self._cost_to_go, corridor, plan
             )
@@ -186,43 +185,32 @@ class ExpectedCostController(Controller):
 
     def _scene(self, state: RobotState, surroundings: Surroundings) -> Scene:
         given = self._params
-        people = nearest(
-            surroundings.tracks, state.pose, state.stamp, given.max_tracks, given.range
-        )
+        pose, tracks = state.pose, surroundings.tracks
+        people = nearest(tracks, pose, state.stamp, given.max_tracks, given.range)
         if self._clearance is None or state.stamp - self._seen >= given.clearance_period - 1e-9:
-            around = np.array(
-                [(each.x, each.y, each.radius) for each in surroundings.tracks]
-            ).reshape(-1, 3)
-            place = (state.pose.x, state.pose.y)
+            around = np.array([(each.x, each.y, each.radius) for each in tracks]).reshape(-1, 3)
             self._clearance = with_obstacles(
-                self._map_clearance, surroundings.costmap, self._world, place, around
+                self._map_clearance, surroundings.costmap, self._world, (pose.x, pose.y), around
             )
             self._seen = state.stamp
         assert self._field is not None
-        start = self._start(state)
         predicted = predict(
-            people,
-            state.pose.x,
-            state.pose.y,
-            given.steps,
-            given.step,
-            self._spread,
-            self._clearance,
+            people, pose.x, pose.y, given.steps, given.step, self._spread, self._clearance
         )
         return Scene(
-            start,
-            self._field,
-            self._clearance,
-            predicted,
-            self._body,
-            self._circles,
-            self._circle_radius,
-            self._limits._replace(max_speed=self._sure_speed(state)),
-            self._rates._replace(second_usd=self._second_usd(state)),
-            self._touch,
-            self._contact_usd,
-            self._care,
-            given.step,
+            start=self._start(state),
+            field=self._field,
+            clearance=self._clearance,
+            people=predicted,
+            body=self._body,
+            circles=self._circles,
+            circle_radius=self._circle_radius,
+            limits=self._limits._replace(max_speed=self._sure_speed(state)),
+            rates=self._rates._replace(second_usd=self._second_usd(state)),
+            touch=self._touch,
+            contact_usd=self._contact_usd,
+            care=self._care,
+            step=given.step,
         )
 
     def _start(self, state: RobotState) -> FloatArray:
@@ -237,10 +225,7 @@ class ExpectedCostController(Controller):
         measured = state.twist
         off = abs(measured.linear_x - v) > _OFF[0] or abs(measured.angular_z - w) > _OFF[1]
         if off or not state.stamp - self._stamp < _STALE:
-            v, w = (
-                each if math.isfinite(each) else 0.0
-                for each in (measured.linear_x, measured.angular_z)
-            )
+            v, w = finite(measured.linear_x), finite(measured.angular_z)
         return np.array((state.pose.x, state.pose.y, state.pose.yaw, v, w))
 
     def _sure_speed(self, state: RobotState) -> float:
@@ -280,7 +265,6 @@ class ExpectedCostController(Controller):
         costs, risks = np.empty(len(motions)), np.empty(len(motions))
         best = price_all(motions, scene, math.inf, costs, risks)
         to_switch = self._switch_usd(float(risks[0]))
-        kept = costs[0] if len(last) else math.inf
         just_waits = not self._params.evades_at_rest and abs(scene.start[3]) < _STANDS
         if just_waits or risks[best] <= self._params.alarm_usd:
             motions, costs = self._vary(motions, costs, 1, _FEW_VARIATIONS, scene)
@@ -289,7 +273,7 @@ class ExpectedCostController(Controller):
             motions, costs = self._price_more(motions, costs, more, float(costs[best]), scene)
             motions, costs = self._vary(motions, costs, _REFINED, _REFINEMENTS, scene)
         chosen = int(np.argmin(costs))
-        if len(last) and costs[chosen] > kept - to_switch:
+        if len(last) and costs[chosen] > costs[0] - to_switch:
             chosen = 0
         return motions, motions[chosen]
 
@@ -314,10 +298,10 @@ class ExpectedCostController(Controller):
         return np.concatenate((motions, more)), np.concatenate((costs, priced))
 
     def _switch_usd(self, risk: float) -> float:
-        """By how much [USD] another motion must be cheaper than the one that is under way, which has this risk [USD].
+        """By how much [USD] another motion must be cheaper than the present one of this risk [USD].
 
-        The best of many motions looks better than it is, since prices carry the noise of tracks: a robot that follows
-        every such gain hesitates between two ways until neither is left.
+        The best of many motions looks better than it is, since prices carry the noise of tracks: a
+        robot that follows every such gain hesitates between two ways until neither is left.
         """
         return self._params.switch_usd + self._params.switch_share * risk
 
@@ -328,14 +312,20 @@ class ExpectedCostController(Controller):
     @property
     def decision(self) -> DecisionRecord | None:
         """See the base class; the scores are dollars."""
-        return None if self._cycle is None else told.record(self._cycle)
+        if self._cycle is None:
+            return None
+        return decision_report.record(self._cycle)
 
     @property
     def alternatives(self) -> tuple[Alternative, ...]:
         """See the base class; totals are dollars."""
-        return () if self._cycle is None else told.alternatives(self._cycle)
+        if self._cycle is None:
+            return ()
+        return decision_report.alternatives(self._cycle)
 
     @property
     def options(self) -> tuple[Option, ...]:
         """See the base class; totals are dollars."""
-        return () if self._cycle is None else told.options(self._cycle)
+        if self._cycle is None:
+            return ()
+        return decision_report.options(self._cycle)

@@ -1,4 +1,4 @@
-"""The cost to go: how far it is to the goal from everywhere, dearer near walls, and which way leads there."""
+"""The cost to go: the distance to the goal, dearer near walls, and the way there."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.jit import njit
-from navstack.types import FloatArray, Path, Pose2D
+from navstack.types import FloatArray, FloatMatrix, Path, Pose2D
 
 # of each cell (height, width) [m]; infinite: no way leads there
 CostToGo = Callable[[Costmap, Pose2D], FloatArray]
@@ -20,15 +20,12 @@ _SMOOTHED = 1.0  # [cells] standard deviation over which directions are averaged
 class Field(NamedTuple):
     """A cost-to-go field on square cells."""
 
-    cost: FloatArray  # (height, width) [m], dearer metres near walls
-    slope_x: FloatArray  # (height, width) of its descent along x, not of unit length
-    slope_y: FloatArray
+    cost: FloatMatrix  # (height, width) [m], dearer metres near walls
+    slope_x: FloatMatrix  # (height, width) of its descent along x, not of unit length
+    slope_y: FloatMatrix
     origin_x: float  # [m]
     origin_y: float
     cell: float  # [m]
-
-
-FIELD = "NamedTuple((float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64, float64), Field)"
 
 
 def make_field(
@@ -49,7 +46,9 @@ def make_field(
     costs = np.ascontiguousarray(costmap.data[first::every, first::every])
     size = every * costmap.resolution
     coarse = Costmap(costs, size, costmap.origin_x, costmap.origin_y)
-    metres = cost_to_go(coarse if corridor == 0.0 else _within(coarse, plan, corridor), goal)
+    if corridor > 0.0:
+        coarse = _within(coarse, plan, corridor)
+    metres = cost_to_go(coarse, goal)
     unreached = np.isinf(metres)
     if unreached.all():
         metres = np.zeros_like(metres)
@@ -82,7 +81,7 @@ def _within(costmap: Costmap, plan: Path, width: float) -> Costmap:
 def corner_of(
     values: FloatArray, origin_x: float, origin_y: float, cell: float, x: float, y: float
 ) -> tuple[int, int, float, float]:
-    """Row and column of the lower left of the four cells around a point, and its shares of the way up and right.
+    """The lower left of the four cells around a point, and its shares of the way up and right.
 
     Off the grid they are those of the nearest point on it.
     """
@@ -100,7 +99,7 @@ def blend(values: FloatArray, row: int, column: int, up: float, right: float) ->
     return float(low * (1.0 - up) + high * up)
 
 
-@njit(ahead=f"{FIELD}, float64, float64")
+@njit(ahead=True)
 def cost_at(field: Field, x: float, y: float) -> float:
     """Cost to go [m] from a point of the map frame."""
     row, column, up, right = corner_of(field.cost, field.origin_x, field.origin_y, field.cell, x, y)

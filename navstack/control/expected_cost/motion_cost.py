@@ -11,16 +11,24 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.control.contact_risk import (
-    BODY,
+    COS,
+    OMEGA,
+    SIN,
     UNLIKELY,
+    YAW,
     Body,
     ContactRates,
+    V,
+    X,
+    Y,
     chance,
+    closing_speed,
     gap_to,
+    seen_from,
     touch_price,
 )
-from navstack.control.expected_cost.clearance import CLEARANCE, FAR, OFF_MAP, Clearance, distance_at
-from navstack.control.expected_cost.field import FIELD, Field, blend, corner_of
+from navstack.control.expected_cost.clearance import FAR, Clearance, distance_at, distance_off_map
+from navstack.control.expected_cost.field import Field, blend, corner_of
 from navstack.control.expected_cost.motions import (
     KIND,
     KIND_2,
@@ -34,15 +42,13 @@ from navstack.control.expected_cost.motions import (
     TWIST,
     WAY,
 )
-from navstack.control.expected_cost.people import PEOPLE, People
+from navstack.control.expected_cost.people import People
 from navstack.jit import njit
-from navstack.types import Float32Array, FloatArray
+from navstack.types import Float32Array, FloatArray, FloatMatrix, FloatVector
 
 # of a motion's cost, all in [USD]
 TERMS = ("contact", "squeeze", "wall", "inside", "shake", "delay")
 CONTACT, SQUEEZE, WALL, INSIDE, SHAKE, DELAY = range(6)
-# of a row of states: [m], [rad], [m/s], [rad/s]; of the yaw
-X, Y, YAW, V, OMEGA, COS, SIN = range(7)
 _NEAR = 3.0  # [m] between centres beyond which nobody is touched
 # of the lateral limit: what a turn that is under way may have while the robot slows down for it
 _OVERTURN = 1.3
@@ -80,35 +86,30 @@ class Rates(NamedTuple):
 class Scene(NamedTuple):
     """Everything that the motions of one cycle have in common."""
 
-    start: FloatArray  # (5,) x, y [m], yaw [rad], v [m/s], omega [rad/s]
+    start: FloatVector  # (5,) x, y [m], yaw [rad], v [m/s], omega [rad/s]
     field: Field
     clearance: Clearance
     people: People
     body: Body
     # (C,) [m] centres on the base frame's x axis of circles that cover the robot
-    circles: FloatArray
+    circles: FloatVector
     circle_radius: float  # [m]
     limits: Limits
     rates: Rates
     touch: ContactRates
-    contact_usd: FloatArray  # (S,) [USD] of a counted contact at 0, 1, .. m/s
-    care: FloatArray  # (N,) how much what may happen at each step counts
+    contact_usd: FloatVector  # (S,) [USD] of a counted contact at 0, 1, .. m/s
+    care: FloatVector  # (N,) how much what may happen at each step counts
     step: float  # [s]
-
-
-SCENE = (
-    f"NamedTuple((float64[::1], {FIELD}, {CLEARANCE}, {PEOPLE}, {BODY}, float64[::1], float64, "
-    "NamedUniTuple(float64, 9, Limits), NamedUniTuple(float64, 7, Rates), NamedUniTuple(float64, 5, ContactRates), "
-    "float64[::1], float64[::1], float64), Scene)"
-)
 
 
 @njit(inline="always")
 def wrapped(angle: float) -> float:
     """The same angle in [-pi, pi], from one in [-2 pi, 2 pi]."""
     if angle > math.pi:
-        return angle - 2.0 * math.pi
-    return angle + 2.0 * math.pi if angle < -math.pi else angle
+        angle -= 2.0 * math.pi
+    elif angle < -math.pi:
+        angle += 2.0 * math.pi
+    return angle
 
 
 @njit(inline="always")
@@ -126,7 +127,9 @@ def step_of(
 ) -> tuple[float, float]:
     """By how much speed and yaw rate change within a step towards what is wanted."""
     dv = speed - v
-    most = (limits.max_acceleration if dv * v >= 0.0 else limits.max_deceleration) * dt
+    most = limits.max_deceleration * dt
+    if dv * v >= 0.0:
+        most = limits.max_acceleration * dt
     dv = min(max(dv, -most), most)
     most = limits.max_yaw_acceleration * dt
     dw = min(max(turn - omega, -most), most)
@@ -198,10 +201,7 @@ def roll_out(
 def time_left(states: FloatArray, field: Field, limits: Limits, dt: float) -> float:
     """Seconds from the end of a motion to the goal.
 
-    More where the robot looks elsewhere, less at speed.
-
-    Who is at the goal earlier has as much time less; where that motion ends afterwards hardly
-    counts.
+    More where the robot looks elsewhere, less at speed. Reaching the goal early is credited.
     """
     cost, slope_x, slope_y = field.cost, field.slope_x, field.slope_y
     last = len(states) - 1
@@ -244,21 +244,6 @@ def least_distance(
     return least
 
 
-@njit(inline="always")
-def closing_speed(
-    state: FloatArray, person: FloatArray, rx: float, ry: float, nx: float, ny: float, body: Body
-) -> float:
-    """How fast [m/s] the nearest points of robot and person approach along the direction (nx, ny), base frame.
-
-    ``person`` (4,) is x, y, vx, vy; (rx, ry) its place from the middle of the robot's box.
-    """
-    px = min(max(rx, -body.half_length), body.half_length) + body.centre
-    py = min(max(ry, -body.half_width), body.half_width)
-    vx = state[COS] * person[2] + state[SIN] * person[3]
-    vy = state[COS] * person[3] - state[SIN] * person[2]
-    return float((state[V] - state[OMEGA] * py - vx) * nx + (state[OMEGA] * px - vy) * ny)
-
-
 @njit()
 def risk_of(
     states: FloatArray, scene: Scene, total: float, bound: float, terms: FloatArray
@@ -278,15 +263,11 @@ def risk_of(
     body, rates, touch, dt = scene.body, scene.rates, scene.touch, scene.step
     # out of their tuples, as above
     circles, care, contact_usd = scene.circles, scene.care, scene.contact_usd
-    motion, std, weight, radius = (
-        scene.people.motion,
-        scene.people.std,
-        scene.people.weight,
-        scene.people.radius,
-    )
+    people = scene.people
+    motion, std, weight, radius = people.motion, people.std, people.weight, people.radius
     mapped, mapped_grid = scene.clearance.mapped, scene.clearance.mapped_grid
     seen, seen_grid = scene.clearance.seen, scene.clearance.seen_grid
-    off_map = OFF_MAP if len(mapped) else FAR
+    off_map = distance_off_map(scene.clearance)
     worst, squeezed = np.zeros(len(weight)), np.zeros(len(weight))
     for k in range(len(states)):
         if total >= bound:
@@ -304,18 +285,14 @@ def risk_of(
             terms[INSIDE] += deeper
             total += worse + deeper
         for h in range(len(weight)):
-            dx, dy = motion[h, k, 0] - state[X], motion[h, k, 1] - state[Y]
-            rx, ry = (
-                state[COS] * dx + state[SIN] * dy - body.centre,
-                state[COS] * dy - state[SIN] * dx,
-            )
+            rx, ry = seen_from(state, motion[h, k, 0], motion[h, k, 1], body)
             if rx * rx + ry * ry > _NEAR * _NEAR:
                 continue
             gap, nx, ny = gap_to(rx, ry, body.half_length, body.half_width)
             gap -= radius[h]
             if gap > UNLIKELY * std[h, k]:
                 continue
-            closing = closing_speed(state, motion[h, k], rx, ry, nx, ny, body)
+            closing = closing_speed(state, motion[h, k, 2], motion[h, k, 3], rx, ry, nx, ny, body)
             price = touch_price(closing, touch, contact_usd)
             wall = rates.squeeze_usd * max(0.0, 1.0 - max(room, 0.0) / rates.squeeze_width)
             likely = care[k] * weight[h] * chance(gap / std[h, k])
@@ -353,9 +330,9 @@ def follow(
     return risk_of(states, scene, terms[SHAKE] + terms[DELAY], bound, terms)
 
 
-@njit(ahead=f"float64[:, ::1], {SCENE}, float64, float64[::1], float64[::1]")
+@njit(ahead=True)
 def price_all(
-    motions: FloatArray, scene: Scene, bound: float, costs: FloatArray, risks: FloatArray
+    motions: FloatMatrix, scene: Scene, bound: float, costs: FloatVector, risks: FloatVector
 ) -> int:
     """Price motions (M, FIELDS) one after the other.
 
@@ -378,8 +355,8 @@ def price_all(
     return best
 
 
-@njit(ahead=f"float64[::1], {SCENE}, float64[::1], float64[:, ::1]")
-def price_one(motion: FloatArray, scene: Scene, terms: FloatArray, states: FloatArray) -> float:
+@njit(ahead=True)
+def price_one(motion: FloatVector, scene: Scene, terms: FloatVector, states: FloatMatrix) -> float:
     """The cost [USD] of one motion.
 
     ``terms`` (6,) and ``states`` (N, 7) are written as by :func:`follow`.

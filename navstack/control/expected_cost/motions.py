@@ -1,7 +1,7 @@
-"""The motions that are compared: a few for an empty street, many among people, and variations of the best.
+"""The motions that are compared: a few in an empty street, many among people, variations.
 
-A motion (FIELDS,) has three parts, one after the other. Each part has a speed and either an angle off the way that the
-cost-to-go field points (kind WAY) or a yaw rate (kind TWIST).
+A motion (FIELDS,) has three parts, one after the other. Each part has a speed and either an angle
+off the way that the cost-to-go field points (kind WAY) or a yaw rate (kind TWIST).
 """
 
 import math
@@ -16,6 +16,8 @@ FIELDS = 9
 WAY, TWIST = 0.0, 1.0
 _LONG = 99.0  # [s] longer than any horizon
 _ANGLES = np.radians((0.0, 8.0, 18.0, 32.0, 50.0, 75.0))
+_STANDING = 0.05  # [m/s] below which a motion is said to wait or to turn
+_STRAIGHT = math.radians(5.0)  # off the way, below which a motion is said to go on
 _VARIED = np.array((0.0, 0.25, 0.2, 0.25, 0.0, 0.25, 0.15, 0.0, 0.0))  # standard deviations
 
 
@@ -34,25 +36,25 @@ def few(max_speed: float) -> FloatArray:
 
 
 def many(max_speed: float, max_reverse_speed: float, max_yaw_rate: float) -> FloatArray:
-    """All motions (n, FIELDS): swerve and stay or come back, wait and go, drive and turn freely, forward and back."""
+    """All motions (n, FIELDS): swerve, come back, wait and go, turn freely, reverse."""
     rows: list[tuple[float, ...]] = []
     for v in max_speed * np.array((0.0, 0.175, 0.35, 0.5, 0.65, 0.8, 1.0)):
         for angle in _both(_ANGLES):
-            for time in (0.8, 1.6, 2.6) if angle else (_LONG,):
+            if not angle:
+                rows.append((WAY, v, angle, _LONG, WAY, v, 0.0, _LONG, v))
+                continue
+            for time in (0.8, 1.6, 2.6):
                 rows.append((WAY, v, angle, time, WAY, v, 0.0, _LONG, v))
-                if angle:
-                    rows.append((WAY, v, angle, 0.6 * time, WAY, v, -0.6 * angle, 0.5 * time, v))
+                rows.append((WAY, v, angle, 0.6 * time, WAY, v, -0.6 * angle, 0.5 * time, v))
     for v in max_speed * np.array((0.0, 0.175, 0.35, 0.5)):
         rows += [
             (WAY, v, angle, time, WAY, max_speed, 0.0, _LONG, max_speed)
             for time in (0.7, 1.4, 2.2, 3.2)
             for angle in (-_ANGLES[3], 0.0, _ANGLES[3])
         ]
-    backward = (
-        [-share * max_reverse_speed for share in (1.0, 0.65, 0.35)]
-        if max_reverse_speed > 0.0
-        else []
-    )
+    backward: list[float] = []
+    if max_reverse_speed > 0.0:
+        backward = [-share * max_reverse_speed for share in (1.0, 0.65, 0.35)]
     for v in (*backward, 0.0, 0.35 * max_speed, 0.7 * max_speed, max_speed):
         for turn in max_yaw_rate * np.array((-1.0, -0.5, -0.22, 0.0, 0.22, 0.5, 1.0)):
             for time in (0.5, 1.0, 1.8):
@@ -91,10 +93,15 @@ def later(motion: FloatArray, time: float) -> FloatArray:
 
 def name_of(motion: FloatArray) -> str:
     """What a motion is, in a word or two."""
+    speed = motion[SPEED]
     if motion[KIND] == WAY:
-        if abs(motion[SPEED]) < 0.05:
+        if abs(speed) < _STANDING:
             return "wait"
-        return "go" if abs(motion[TURN]) < math.radians(5.0) else "swerve"
-    if motion[SPEED] < -0.05:
+        if abs(motion[TURN]) < _STRAIGHT:
+            return "go"
+        return "swerve"
+    if speed < -_STANDING:
         return "reverse"
-    return "turn" if motion[SPEED] < 0.05 else "drive"
+    if speed < _STANDING:
+        return "turn"
+    return "drive"

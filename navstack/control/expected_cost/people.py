@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.control.contact_risk import spread_at
-from navstack.control.expected_cost.clearance import CLEARANCE, FAR, Clearance, clearance_at
+from navstack.control.expected_cost.clearance import FAR, Clearance, clearance_at
 from navstack.jit import njit
-from navstack.types import FloatArray
+from navstack.types import FloatArray, FloatCube, FloatMatrix, FloatVector
 
 _EDGE = 0.35  # [m] from the walkable ground's edge nobody goes on straight
 _CORNER = 0.85  # [m] from an edge beside which a corner is passed
@@ -21,6 +21,8 @@ _LEAST_SPEED = 0.4  # [m/s] of who may turn round a corner
 _CORNER_RANGE = 9.0  # [m] from the robot up to which corners are looked at
 _CORNER_PEOPLE = 5  # the nearest, for whom they are
 _CORNER_STEPS = 22  # of the prediction in which a corner counts
+_STEPS_AFTER = 8  # of the prediction that have to follow a corner
+_PROBE = 3.0  # [cells] from a place to where the direction of the nearest edge is measured
 _TURNED_DRIFT = 0.12  # [m/s] by which the place after a turn gets less sure
 
 
@@ -38,20 +40,15 @@ class Spread(NamedTuple):
 class People(NamedTuple):
     """Predicted people, in the map frame; one hypothesis per row."""
 
-    motion: FloatArray  # (H, N, 4) x, y [m], vx, vy [m/s] after each step
-    std: FloatArray  # (H, N) [m] of the place, along any direction
-    weight: FloatArray  # (H,) how much the hypothesis counts
-    radius: FloatArray  # (H,) [m]
+    motion: FloatCube  # (H, N, 4) x, y [m], vx, vy [m/s] after each step
+    std: FloatMatrix  # (H, N) [m] of the place, along any direction
+    weight: FloatVector  # (H,) how much the hypothesis counts
+    radius: FloatVector  # (H,) [m]
 
 
-PEOPLE = "NamedTuple((float64[:, :, ::1], float64[:, ::1], float64[::1], float64[::1]), People)"
-
-
-@njit(
-    ahead=f"float64[:, ::1], float64, float64, int64, float64, NamedUniTuple(float64, 6, Spread), {CLEARANCE}"
-)
+@njit(ahead=True)
 def predict(
-    people: FloatArray,
+    people: FloatMatrix,
     x: float,
     y: float,
     steps: int,
@@ -59,10 +56,10 @@ def predict(
     spread: Spread,
     clearance: Clearance,
 ) -> People:
-    """The hypotheses of people (n, 7), rows of ``contact_risk.nearest``, seen from a robot at (x, y).
+    """The hypotheses of people (n, 7), rows of ``contact_risk.nearest``; the robot is at (x, y).
 
-    Everybody goes on straight, up to the edge of the walkable ground; from there on the place only gets less sure. Who
-    passes a corner may turn round it by either of two angles.
+    Everybody goes on straight up to the edge of the walkable ground, where only the spread grows
+    on. Whoever passes a corner may turn round it by either of two angles.
     """
     most = 3 * len(people)
     motion, std = np.zeros((most, steps, 4)), np.empty((most, steps))
@@ -115,13 +112,19 @@ def go_on(
             stop = t
         if stop < 0.0:
             motion[n, 0], motion[n, 1], motion[n, 2], motion[n, 3] = px, py, person[2], person[3]
-        elif n > 0:
-            motion[n, 0], motion[n, 1] = motion[n - 1, 0], motion[n - 1, 1]
         else:
-            motion[n, 0], motion[n, 1] = person[0], person[1]
+            motion[n, 0], motion[n, 1] = place_before(person, motion, n)
     if stop >= 0.0:
         for n in range(len(std)):
             std[n] += spread.turning_std * max(step * (n + 1) - max(stop - _HIDDEN, 0.0), 0.0)
+
+
+@njit()
+def place_before(person: FloatArray, motion: FloatArray, k: int) -> tuple[float, float]:
+    """Where a person is before step ``k`` of its ``motion`` (N, 4)."""
+    if k == 0:
+        return person[0], person[1]
+    return motion[k - 1, 0], motion[k - 1, 1]
 
 
 @njit()
@@ -132,14 +135,17 @@ def corner_ahead(person: FloatArray, motion: FloatArray, clearance: Clearance) -
     """
     before = FAR
     here = clearance_at(clearance, person[0], person[1])
-    for k in range(min(len(motion) - 8, _CORNER_STEPS)):
+    for k in range(min(len(motion) - _STEPS_AFTER, _CORNER_STEPS)):
         ahead = clearance_at(clearance, motion[k, 0], motion[k, 1])
         if here < _CORNER and here <= before and here <= ahead:
-            x, y = (person[0], person[1]) if k == 0 else (motion[k - 1, 0], motion[k - 1, 1])
-            reach = 3.0 * clearance.mapped_grid[2]
+            x, y = place_before(person, motion, k)
+            reach = _PROBE * clearance.mapped_grid[2]
             gx = clearance_at(clearance, x + reach, y) - clearance_at(clearance, x - reach, y)
             gy = clearance_at(clearance, x, y + reach) - clearance_at(clearance, x, y - reach)
-            return k, 1.0 if person[3] * gx - person[2] * gy > 0.0 else -1.0
+            side = -1.0
+            if person[3] * gx - person[2] * gy > 0.0:
+                side = 1.0
+            return k, side
         before, here = here, ahead
     return -1, 0.0
 
@@ -147,7 +153,7 @@ def corner_ahead(person: FloatArray, motion: FloatArray, clearance: Clearance) -
 @njit()
 def turn(person: FloatArray, k: int, angle: float, step: float, motion: FloatArray) -> None:
     """Let ``motion`` (N, 4) turn by ``angle`` [rad] at step ``k``."""
-    x, y = (person[0], person[1]) if k == 0 else (motion[k - 1, 0], motion[k - 1, 1])
+    x, y = place_before(person, motion, k)
     cos, sin = math.cos(angle), math.sin(angle)
     vx, vy = cos * person[2] - sin * person[3], sin * person[2] + cos * person[3]
     for n in range(k, len(motion)):

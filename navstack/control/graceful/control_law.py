@@ -1,4 +1,7 @@
-"""The pose-following control law of Park and Kuipers (ICRA 2011), and where it leads (``smooth_control_law.cpp``)."""
+"""The pose-following control law of Park and Kuipers (ICRA 2011), and where it leads.
+
+After ``smooth_control_law.cpp``.
+"""
 
 import math
 from typing import NamedTuple
@@ -6,7 +9,7 @@ from typing import NamedTuple
 from navstack.control.footprint_cost import is_occupied
 from navstack.costmap.costmap import Grid
 from navstack.jit import njit
-from navstack.types import ByteArray, FloatArray
+from navstack.types import ByteMatrix, FloatMatrix
 
 
 class Law(NamedTuple):
@@ -28,9 +31,9 @@ class Law(NamedTuple):
 class Ground(NamedTuple):
     """The local costmap, the robot on it and its footprint."""
 
-    costs: ByteArray  # (rows, columns)
+    costs: ByteMatrix  # (rows, columns)
     grid: Grid
-    footprint: FloatArray  # (V, 2) [m], base frame
+    footprint: FloatMatrix  # (V, 2) [m], base frame
     pose: tuple[float, float, float]  # [m], [m], [rad] of the robot, map frame
 
 
@@ -43,17 +46,22 @@ def _normalized(angle: float) -> float:
 def velocity_to(
     target: tuple[float, float, float], pose: tuple[float, float, float], backward: bool, law: Law
 ) -> tuple[float, float]:
-    """Speed [m/s] and turn rate [rad/s] at a pose towards a target pose, both (x, y, yaw) in the same frame.
+    """Speed [m/s] and turn rate [rad/s] at a pose (x, y, yaw) towards a target pose.
 
-    Equations 13 and 15 of the paper, on the distance and the angles of both headings to the line of sight.
+    Equations 13 and 15 of the paper, on the distance and the angles of both headings to the line
+    of sight.
     """
     dx, dy = target[0] - pose[0], target[1] - pose[1]
     distance = math.hypot(dx, dy)
-    sight = math.atan2(dy, dx) - (math.pi if backward else 0.0)
+    sight = math.atan2(dy, dx)
+    if backward:
+        sight -= math.pi
     phi, delta = _normalized(target[2] - sight), _normalized(pose[2] - sight)
     wanted = math.atan(-law.k_phi * phi)  # [rad] of the steering
     feedback = (1.0 + law.k_phi / (1.0 + (law.k_phi * phi) ** 2)) * math.sin(delta)
-    curvature = -(law.k_delta * (delta - wanted) + feedback) / distance if distance > 0.0 else 0.0
+    curvature = 0.0
+    if distance > 0.0:
+        curvature = -(law.k_delta * (delta - wanted) + feedback) / distance
     if backward:
         curvature = -curvature
     speed = law.v_linear_max / (1.0 + law.beta * abs(curvature) ** law.lambda_)
@@ -63,7 +71,9 @@ def velocity_to(
     if backward:
         speed = -speed
     turn = min(max(curvature * speed, -law.v_angular_max), law.v_angular_max)
-    return (turn / curvature if curvature != 0.0 else speed), turn
+    if curvature != 0.0:
+        speed = turn / curvature
+    return speed, turn
 
 
 @njit()
@@ -84,10 +94,7 @@ def is_blocked(x: float, y: float, yaw: float, ground: Ground) -> bool:
     )
 
 
-_GROUND = "NamedTuple((uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], UniTuple(float64, 3)), Ground)"
-
-
-@njit(ahead=f"UniTuple(float64, 3), bool, bool, bool, NamedUniTuple(float64, 11, Law), {_GROUND}")
+@njit(ahead=True)
 def drive_to(
     target: tuple[float, float, float],
     backward: bool,
@@ -96,7 +103,7 @@ def drive_to(
     law: Law,
     ground: Ground,
 ) -> tuple[bool, float, float]:
-    """Drive to a target pose (x, y, yaw) of the base frame in thought, a cell of the costmap at a time.
+    """Simulate the drive to a target pose (x, y, yaw), base frame, one cell at a time.
 
     Args:
         target: where to, in [m] and [rad].
@@ -107,7 +114,8 @@ def drive_to(
         ground: where obstacles are.
 
     Returns:
-        Whether it gets there, or as far as three times the straight way; and the first speed and turn rate.
+        Whether it gets there, or as far as three times the straight way; and the first speed and
+        turn rate.
     """
     step = ground.grid[2] / law.v_linear_max  # [s]
     bearing, distance = math.atan2(target[1], target[0]), math.hypot(target[0], target[1])
@@ -133,7 +141,7 @@ def drive_to(
     return True, speed, turn
 
 
-@njit(ahead=f"float64, int64, {_GROUND}")
+@njit(ahead=True)
 def can_turn(angle: float, looks: int, ground: Ground) -> bool:
     """Whether the robot can turn on the spot by ``angle`` [rad], by that many looks on the way."""
     for i in range(1, looks + 1):

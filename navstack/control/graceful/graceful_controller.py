@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 
-from navstack.control.controller import Controller, Surroundings
+from navstack.control.controller import Controller, Surroundings, limited_share
 from navstack.control.decision import CriticScore, DecisionRecord
 from navstack.control.graceful.control_law import Ground, Law, can_turn, drive_to, turn_on_the_spot
 from navstack.control.path_window import PathWindow
 from navstack.errors import NoLegalVelocity
 from navstack.geometry import normalize_angle
+from navstack.jit import tuple_of
 from navstack.params.graceful import GracefulParams
 from navstack.types import FloatArray, Path, RobotState, Twist2D
 
@@ -18,7 +19,7 @@ SAME_YAW = 1e-6  # [rad]
 
 
 class GracefulController(Controller):
-    """Drives to the farthest pose on the path that a smooth control law reaches without meeting an obstacle."""
+    """Drives to the farthest pose on the path that a smooth control law reaches freely."""
 
     def __init__(
         self,
@@ -48,25 +49,14 @@ class GracefulController(Controller):
         self._plan: Path | None = None
         self._at_goal = False
         self._turns_first = True
-        self._decision: DecisionRecord | None = None
-
-    @property
-    def decision(self) -> DecisionRecord | None:
-        """See the base class."""
-        return self._decision
+        self._decision = None
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
         """Limit the speed to ``limit`` [m/s], or [%] of the largest; 0 lifts the limit.
 
         Turns slow down alike.
         """
-        share = (
-            1.0
-            if limit == 0.0
-            else limit / 100.0
-            if is_percentage
-            else limit / self._params.v_linear_max
-        )
+        share = limited_share(self._params.v_linear_max, limit, is_percentage)
         self._law = _law(self._params, share)
 
     def compute_velocity(
@@ -86,12 +76,11 @@ class GracefulController(Controller):
         lengths = np.hypot(*np.diff(path[:, :2], axis=0).T)
         costmap, pose = surroundings.costmap, (state.pose.x, state.pose.y, state.pose.yaw)
         ground = Ground(costmap.data, costmap.grid, self._footprint, pose)
-        command, tried = self._turn_at_goal(path, float(lengths.sum()), ground), 0
+        command, tried, rejected = self._turn_at_goal(path, float(lengths.sum()), ground), 1, 0
         if command is None:
-            command, tried = self._drive(
-                path, np.cumsum([math.hypot(*path[0, :2]), *lengths]), ground
-            )
-        rejected = max(tried - 1, 0) if command is not None else tried
+            distances = np.cumsum([math.hypot(*path[0, :2]), *lengths])
+            command, tried = self._drive(path, distances, ground)
+            rejected = tried - (command is not None)
         check = CriticScore(COLLISION_AHEAD, None, None, rejected)
         self._decision = DecisionRecord(
             state.stamp,
@@ -119,9 +108,10 @@ class GracefulController(Controller):
     def _drive(
         self, path: FloatArray, distances: FloatArray, ground: Ground
     ) -> tuple[Twist2D | None, int]:
-        """The command to the farthest pose (N, 3) in reach, ``distances`` (N,) [m] along the path, and the poses tried.
+        """The command to the farthest pose (N, 3) in reach, and how many poses were tried.
 
-        None: there is an obstacle on the way to each, or no pose is far enough away.
+        ``distances`` (N,) [m] are along the path. None: there is an obstacle on the way to each, or
+        no pose is far enough away.
         """
         params, tried = self._params, 0
         ends = distances[-1] - distances[0] < params.max_lookahead
@@ -155,14 +145,12 @@ class GracefulController(Controller):
 
 
 def add_orientations(path: FloatArray) -> None:
-    """Point each pose (N, 3) at the next one, in place, where all between the first and the last have the same yaw."""
-    turns = (
-        np.array([normalize_angle(path[1, 2] - yaw) for yaw in path[2:-1, 2]])
-        if len(path) > 2
-        else None
-    )
+    """Point each pose (N, 3) at the next one, in place, where the path has no headings.
+
+    All poses between the first and the last have the same yaw then.
+    """
     # as upstream: a turn the other way does not count
-    if turns is None or (turns > SAME_YAW).any():
+    if len(path) < 3 or any(normalize_angle(path[1, 2] - yaw) > SAME_YAW for yaw in path[2:-1, 2]):
         return
     steps = np.diff(path[:, :2], axis=0)
     path[:-1, 2] = np.arctan2(steps[:, 1], steps[:, 0])
@@ -170,6 +158,6 @@ def add_orientations(path: FloatArray) -> None:
 
 def _law(params: GracefulParams, share: float) -> Law:
     """The control law at a share of the largest velocities; the least speed stays."""
-    law = Law(*(getattr(params, name) for name in Law._fields))
+    law: Law = tuple_of(Law, params)
     fastest = max(share * params.v_linear_max, params.v_linear_min)
     return law._replace(v_linear_max=fastest, v_angular_max=share * params.v_angular_max)

@@ -1,10 +1,11 @@
-"""The last word on a command: within every limit, and with a stop behind it that has been looked at.
+"""The last word on a command: it keeps every limit, and a stop that was checked can follow.
 
-Each accepted state is one from which the robot can brake to standstill within all limits of jerk, acceleration, yaw
-and lateral acceleration, without touching what the costmap shows, and without running into a person who keeps on
-walking (passive safety: at rest when it happens, if it happens; e.g. Macek et al., "Safe vehicle navigation in dynamic
-urban environments", 2009). If the wanted motion does not lead to such a state, it is moved towards the stop of the
-previous cycle, which is one by induction; where even that one is no longer clear, it is the hardest braking there is.
+Each accepted state is one from which the robot can brake to standstill within all limits of jerk,
+acceleration, yaw and lateral acceleration, without touching what the costmap shows, and without
+running into a person who keeps on walking (passive safety: at rest when it happens, if it happens;
+e.g. Macek et al., "Safe vehicle navigation in dynamic urban environments", 2009). If the wanted
+motion does not lead to such a state, it is moved towards the stop of the previous cycle, which is
+one by induction; where even that one is no longer clear, it is the hardest braking there is.
 """
 
 import math
@@ -14,12 +15,12 @@ import numpy as np
 
 from navstack.control.footprint_cost import walk_outline
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.distance_field import FIELD, Field
+from navstack.control.mpc.distance_field import Field
 from navstack.control.mpc.people import predicted
 from navstack.control.mpc.stop_profile import highest_jerk, lowest_jerk, stop_after, stop_time
 from navstack.costmap.costmap import LETHAL_OBSTACLE
 from navstack.jit import njit
-from navstack.types import FloatArray
+from navstack.types import FloatArray, FloatMatrix, FloatVector
 
 # how a stop treats the yaw rate: to 0 as fast as can be, or together with the speed
 STRAIGHTEN, KEEP_CURVE = 0, 1
@@ -27,33 +28,31 @@ _LOOK = 0.1  # [s] between two looks for people along a stop
 _SHARES = (0.0, 0.25, 0.5, 0.75)  # of the stop that is mixed in, in this order
 # [m/s] of the fastest point of the footprint, below which a person who comes is not run into
 _STANDING = 1e-3
-_ROUNDING = 1e-9
+_ROUNDING = 1e-9  # [m/s2], [rad/s], [control periods]
+_AT_ONCE = 1e-6  # [s] of a stop that leaves no time to bring the yaw rate to 0
 
 
 class Body(NamedTuple):
     """The robot's outline, and circles that cover it."""
 
-    footprint: FloatArray  # (V, 2) [m]
-    circles: FloatArray  # (C,) [m] x of their centres
+    footprint: FloatMatrix  # (V, 2) [m]
+    circles: FloatVector  # (C,) [m] x of their centres
     radius: float  # [m] of the circles
 
 
-@njit(
-    ahead=f"float64[::1], float64, float64, float64, float64[::1], int64, {FIELD}, "
-    "NamedTuple((float64[:, ::1], float64[::1], float64), Body), float64[:, ::1]"
-)
+@njit(ahead=True)
 def guarded(
-    state: FloatArray,
+    state: FloatVector,
     j: float,
     ja: float,
     period: float,
-    limits: FloatArray,
+    limits: FloatVector,
     kind: int,
     field: Field,
     body: Body,
-    people: FloatArray,
+    people: FloatMatrix,
 ) -> tuple[FloatArray, int, float]:
-    """The motion (v, omega, a, alpha) one control period later, the stop behind it, and the share of stop in it.
+    """The motion (v, omega, a, alpha) after a control period, the stop that follows, its share.
 
     Args:
         state: (7,) now; its stop of kind ``kind`` keeps the limits.
@@ -66,34 +65,28 @@ def guarded(
         body: the robot's.
         people: (n, FIELDS).
     """
-    j = min(
-        j,
-        highest_jerk(
-            state[3], state[5], limits[at.MAX_SPEED], limits[at.MAX_ACCELERATION], limits[3], period
-        ),
-    )
-    j = max(j, lowest_jerk(state[3], state[5], 0.0, limits[at.MAX_DECELERATION], limits[3], period))
-    rate, turn, twist = (
-        limits[at.MAX_YAW_RATE],
-        limits[at.MAX_YAW_ACCELERATION],
-        limits[at.MAX_YAW_JERK],
-    )
-    ja = min(ja, highest_jerk(state[4], state[6], rate, turn, twist, period))
-    ja = max(ja, lowest_jerk(state[4], state[6], -rate, turn, twist, period))
+    v, omega, a, alpha = state[3], state[4], state[5], state[6]
+    speed, jerk = limits[at.MAX_SPEED], limits[at.MAX_JERK]
+    j = min(j, highest_jerk(v, a, speed, limits[at.MAX_ACCELERATION], jerk, period))
+    j = max(j, lowest_jerk(v, a, 0.0, limits[at.MAX_DECELERATION], jerk, period))
+    rate = limits[at.MAX_YAW_RATE]
+    turn, twist = limits[at.MAX_YAW_ACCELERATION], limits[at.MAX_YAW_JERK]
+    ja = min(ja, highest_jerk(omega, alpha, rate, turn, twist, period))
+    ja = max(ja, lowest_jerk(omega, alpha, -rate, turn, twist, period))
     wanted = np.array(
         (
-            state[3] + period * (state[5] + 0.5 * period * j),
-            state[4] + period * (state[6] + 0.5 * period * ja),
-            state[5] + period * j,
-            state[6] + period * ja,
+            v + period * (a + 0.5 * period * j),
+            omega + period * (alpha + 0.5 * period * ja),
+            a + period * j,
+            alpha + period * ja,
         )
     )
-    stopping = stopped(state[3], state[4], state[5], state[6], kind, limits, period)
+    stopping = stopped(v, omega, a, alpha, kind, limits, period)
     after = np.empty(7)
     for share in _SHARES:
         motion = (1.0 - share) * wanted + share * stopping
-        after[2] = state[2] + 0.5 * period * (state[4] + motion[1])
-        yaw, way = 0.5 * (state[2] + after[2]), 0.5 * period * (state[3] + motion[0])
+        after[2] = state[2] + 0.5 * period * (omega + motion[1])
+        yaw, way = 0.5 * (state[2] + after[2]), 0.5 * period * (v + motion[0])
         after[0], after[1] = state[0] + way * math.cos(yaw), state[1] + way * math.sin(yaw)
         after[3:] = motion
         for other in (KEEP_CURVE, STRAIGHTEN):
@@ -126,7 +119,7 @@ def stopped(
 
 @njit()
 def _curve(omega: float, alpha: float, whole: float) -> tuple[float, float]:
-    """Second and third coefficient of the cubic that brings (omega, alpha) to (0, 0) in ``whole`` [s].
+    """Coefficients 2 and 3 of the cubic that brings (omega, alpha) to (0, 0) in ``whole`` [s].
 
     Begun again on the way, it is the same curve.
     """
@@ -140,12 +133,16 @@ def _duration(state: FloatArray, kind: int, limits: FloatArray) -> float:
     turn, twist = limits[at.MAX_YAW_ACCELERATION], limits[at.MAX_YAW_JERK]
     if kind == STRAIGHTEN:
         return max(whole, stop_time(state[4], state[6], turn, twist))
-    if whole < 1e-6:
-        return math.nan if abs(state[4]) > 0.0 or abs(state[6]) > 0.0 else whole
+    if whole < _AT_ONCE:
+        if abs(state[4]) > 0.0 or abs(state[6]) > 0.0:
+            return math.nan
+        return whole
     second, third = _curve(state[4], state[6], whole)
     if max(abs(2.0 * second), abs(2.0 * second + 6.0 * third * whole)) > twist:
         return math.nan
-    middle = -second / (3.0 * third) if third != 0.0 else -1.0
+    middle = -1.0
+    if third != 0.0:
+        middle = -second / (3.0 * third)
     if 0.0 < middle < whole and abs(state[6] + second * middle) > turn:
         return math.nan
     return whole
@@ -170,7 +167,7 @@ def stop_is_safe(
     duration = _duration(start, kind, limits)
     if math.isnan(duration):
         return False
-    cycles = int(math.ceil(duration / period - 1e-9))
+    cycles = int(math.ceil(duration / period - _ROUNDING))
     every = max(1, int(round(_LOOK / period)))
     reach = _reach(body.footprint)
     x, y, yaw = start[0], start[1], start[2]
@@ -226,11 +223,9 @@ def _runs_into(x: float, y: float, yaw: float, time: float, body: Body, people: 
     """Whether one of the footprint's circles lies on a person ``time`` [s] from now."""
     cosine, sine = math.cos(yaw), math.sin(yaw)
     for person in people:
-        px, py, _ = predicted(person, time)
+        px, py = predicted(person, time)[:2]
         for offset in body.circles:
-            if (
-                math.hypot(x + offset * cosine - px, y + offset * sine - py)
-                < body.radius + person[4]
-            ):
+            distance = math.hypot(x + offset * cosine - px, y + offset * sine - py)
+            if distance < body.radius + person[4]:
                 return True
     return False

@@ -57,25 +57,28 @@ def compiled(function: ca.Function) -> ca.Function | None:
 @cache
 def find_compiler() -> str | None:
     """The path of the C compiler: $CC, or the first of cc, gcc and clang; None: there is none."""
-    for name in (os.environ.get("CC"), "cc", "gcc", "clang"):
-        found = shutil.which(name) if name else None
+    for name in (os.environ.get("CC") or "cc", "cc", "gcc", "clang"):
+        found = shutil.which(name)
         if found:
             return found
     return None
 
 
 def _folder() -> Path:
-    """Where libraries are kept: the cache, or where others can write that, a folder of this process alone."""
+    """Where libraries are kept: the cache, or a private folder where others can write that."""
     folder = cache_folder()
     with contextlib.suppress(OSError):
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    return folder if is_private(folder) or not folder.is_dir() else _own_folder(folder)
+    if is_private(folder) or not folder.is_dir():
+        return folder
+    return _own_folder(folder)
 
 
 @cache
 def _own_folder(instead_of: Path) -> Path:
     warnings.warn(
-        f"{instead_of} can be written by others, so no code is loaded from it; set NAVSTACK_CACHE to a folder of yours",
+        f"{instead_of} can be written by others, so no code is loaded from it; "
+        "set NAVSTACK_CACHE to a folder of yours",
         NavstackWarning,
         stacklevel=4,
     )

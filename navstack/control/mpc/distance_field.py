@@ -19,7 +19,7 @@ from navstack.costmap.costmap import (
 )
 from navstack.costmap.inflation import HIGHEST_FALLING_COST
 from navstack.jit import njit
-from navstack.types import ByteArray, FloatArray
+from navstack.types import ByteMatrix, FloatArray, FloatVector
 
 _STENCIL = 2.0  # [cells] to either side, over which gradients are taken
 
@@ -27,13 +27,10 @@ _STENCIL = 2.0  # [cells] to either side, over which gradients are taken
 class Field(NamedTuple):
     """The distance field's ingredients, which every look at it takes."""
 
-    costs: ByteArray  # (height, width)
+    costs: ByteMatrix  # (height, width)
     grid: Grid
-    table: FloatArray  # (256,) [m]
+    table: FloatVector  # (256,) [m]
     inscribed_radius: float  # [m]
-
-
-FIELD = "NamedTuple((uint8[:, ::1], UniTuple(float64, 3), float64[::1], float64), Field)"
 
 
 def distance_table(inscribed_radius: float, cost_scaling_factor: float) -> FloatArray:
@@ -53,26 +50,26 @@ def distance_table(inscribed_radius: float, cost_scaling_factor: float) -> Float
 @njit()
 def cell_distance(field: Field, mx: int, my: int) -> float:
     """The distance [m] from a cell to the nearest obstacle cell; far beyond the grid."""
-    costs, (_, _, resolution), table, inscribed_radius = field
+    costs, resolution, table = field.costs, field.grid[2], field.table
     height, width = costs.shape
     if mx < 0 or my < 0 or mx >= width or my >= height:
         return float(table[FREE_SPACE])
     cost = costs[my, mx]
     if cost != INSCRIBED_INFLATED_OBSTACLE:
         return float(table[cost])
-    reach = int(inscribed_radius / resolution) + 1
+    reach = int(field.inscribed_radius / resolution) + 1
     least = reach * reach + 1
     for y in range(max(0, my - reach), min(height, my + reach + 1)):
         for x in range(max(0, mx - reach), min(width, mx + reach + 1)):
             squared = (x - mx) * (x - mx) + (y - my) * (y - my)
             if squared < least and costs[y, x] == LETHAL_OBSTACLE:
                 least = squared
-    return min(inscribed_radius, math.sqrt(least) * resolution)
+    return min(field.inscribed_radius, math.sqrt(least) * resolution)
 
 
 @njit()
 def distance_at(field: Field, cx: float, cy: float) -> float:
-    """The distance [m] at a point (cx, cy) in cells from the first cell's centre, linear between centres."""
+    """The distance [m] at a point (cx, cy) in cells from the first cell's centre, interpolated."""
     mx, my = math.floor(cx), math.floor(cy)
     fx, fy = cx - mx, cy - my
     low = (1.0 - fx) * cell_distance(field, mx, my)
@@ -86,7 +83,7 @@ def distance_at(field: Field, cx: float, cy: float) -> float:
 def distance_and_gradient(
     field: Field, x: float, y: float, farthest: float
 ) -> tuple[float, float, float]:
-    """Distance [m] to the nearest obstacle cell and its gradient (at most 1 long) at a point of the map frame.
+    """Distance [m] to the nearest obstacle cell, and its gradient, at most 1 long; map frame.
 
     Beyond ``farthest`` [m] the gradient is 0.
     """

@@ -5,14 +5,14 @@ import math
 import numpy as np
 
 from navstack.jit import njit
-from navstack.types import FloatArray
+from navstack.types import FloatArray, FloatMatrix, FloatVector
 
 X, Y, YAW, V, OMEGA, A, ALPHA = range(7)  # of a state
 
 
 @njit()
 def advance(state: FloatArray, j: float, ja: float, dt: float, out: FloatArray) -> None:
-    """Write the state (7,) after ``dt`` [s] under the jerks ``j`` [m/s3] and ``ja`` [rad/s3] into ``out``."""
+    """Write the state (7,) after ``dt`` [s] under jerks ``j`` [m/s3], ``ja`` [rad/s3]."""
     yaw, v, omega, a, alpha = state[2], state[3], state[4], state[5], state[6]
     half = 0.5 * dt
     v_mid = v + half * (a + 0.5 * half * j)
@@ -32,8 +32,8 @@ def advance(state: FloatArray, j: float, ja: float, dt: float, out: FloatArray) 
     out[6] = alpha + dt * ja
 
 
-@njit(ahead="float64[::1], float64[:, ::1], float64[::1]")
-def rollout(start: FloatArray, jerks: FloatArray, steps: FloatArray) -> FloatArray:
+@njit(ahead=True)
+def rollout(start: FloatVector, jerks: FloatMatrix, steps: FloatVector) -> FloatArray:
     """The states (N + 1, 7) from ``start`` (7,) under jerks (N, 2) held for ``steps`` (N,) [s]."""
     states = np.empty((len(jerks) + 1, 7))
     states[0] = start
@@ -42,8 +42,8 @@ def rollout(start: FloatArray, jerks: FloatArray, steps: FloatArray) -> FloatArr
     return states
 
 
-@njit(ahead="float64[:, ::1], float64[::1], float64")
-def shifted(jerks: FloatArray, steps: FloatArray, elapsed: float) -> FloatArray:
+@njit(ahead=True)
+def shifted(jerks: FloatMatrix, steps: FloatVector, elapsed: float) -> FloatArray:
     """The jerks (N, 2) on the same grid, ``elapsed`` [s] later.
 
     Each step takes the mean over its time; 0 beyond.

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from navstack.control.controller import Controller, Surroundings, limited_speed
+from navstack.control.controller import Controller, Surroundings, finite, limited_speed
 from navstack.control.decision import CriticScore, DecisionRecord
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.command_guard import STRAIGHTEN, Body, guarded, stopped
@@ -181,14 +181,17 @@ class JerkLimitedMpcController(Controller):
                 start[3], start[4], start[5], start[6], self._stop, self._limits, self._period
             )
             share, status = 1.0, "failed"
+            self._jerks = np.zeros_like(self._jerks)
         else:
             body = Body(self._footprint, self._circles, self._keep.radius)
             wanted = (jerks[0, 0], jerks[0, 1], self._period)
             motion, self._stop, share = guarded(
                 start, *wanted, self._limits, self._stop, field, body, people
             )
-            status = "solved" if share == 0.0 else "guarded"
-        self._jerks = np.zeros_like(self._jerks) if jerks is None else jerks
+            status = "guarded"
+            if share == 0.0:
+                status = "solved"
+            self._jerks = jerks
         self._motion, self._stamp = motion, state.stamp
         command = Twist2D(float(motion[0]), 0.0, float(motion[1]))
         self._cycle = _Cycle(start, jerks, command, status, share)
@@ -200,7 +203,7 @@ class JerkLimitedMpcController(Controller):
             raise InvalidPathError("the plan has no poses; ask the planner for another one")
         self._plan = plan
         self._line = make_line(plan.poses, limits_of(self._params))
-        self._segment, _ = project(self._line, state.pose.x, state.pose.y, 0, len(self._line.x))
+        self._segment = project(self._line, state.pose.x, state.pose.y, 0, len(self._line.x))[0]
 
     def _start(self, state: RobotState) -> FloatArray:
         """The state (7,) from which to plan.
@@ -214,12 +217,9 @@ class JerkLimitedMpcController(Controller):
         measured = state.twist
         off = max(abs(measured.linear_x - v), abs(measured.angular_z - omega))
         if off > self._params.velocity_mismatch or not state.stamp - self._stamp < _STALE:
-            v, omega = (
-                each if math.isfinite(each) else 0.0
-                for each in (measured.linear_x, measured.angular_z)
-            )
-            v = min(max(v, 0.0), self._params.max_speed)
-            omega = min(max(omega, -self._params.max_yaw_rate), self._params.max_yaw_rate)
+            v = min(max(finite(measured.linear_x), 0.0), self._params.max_speed)
+            most = self._params.max_yaw_rate
+            omega = min(max(finite(measured.angular_z), -most), most)
             lateral = self._params.max_lateral_acceleration
             if v * abs(omega) > lateral:
                 omega = math.copysign(lateral / v, omega)
@@ -229,7 +229,7 @@ class JerkLimitedMpcController(Controller):
         return np.array((state.pose.x, state.pose.y, state.pose.yaw, v, omega, a, alpha))
 
     def _limit_speed(self, start: FloatArray) -> None:
-        """Bound the speed by the limit that is set, or by the least that can be reached from here."""
+        """Bound the speed by the limit that is set, or by the least that can be reached."""
         peak = start[V] + max(0.0, start[A]) ** 2 / (2.0 * self._params.max_jerk)
         largest = min(self._params.max_speed, max(self._speed, peak))
         self._limits[at.MAX_SPEED] = self._bounds[1, _BOUND_SPEED] = largest
@@ -243,16 +243,15 @@ class JerkLimitedMpcController(Controller):
         s = between(line.s, self._segment, share)
         goal_x, goal_y, goal_yaw = (float(value) for value in self._plan.poses[-1])
         distance = math.hypot(goal_x - x, goal_y - y)
-        self._at_goal = (
-            line.s[-1] - s < _AT_END
-            or distance < (2.0 if self._at_goal else 1.0) * self._goal_radius
-        )
+        radius = self._goal_radius * (1 + self._at_goal)  # twice as far to leave it
+        self._at_goal = line.s[-1] - s < _AT_END or distance < radius
         if self._at_goal:
             return Wishes(self._speed, goal_yaw, self._params.max_lag)
         segment, share = at_distance(line, s + _SIGHT)
         off = abs(shortest_angular_distance(yaw, between(line.heading, segment, share)))
-        self._turning = off > (0.5 if self._turning else 1.0) * self._params.turn_threshold
-        return Wishes(0.0 if self._turning else self._speed, math.nan, self._params.max_lag)
+        threshold = self._params.turn_threshold / (1 + self._turning)  # half as much to end it
+        self._turning = off > threshold
+        return Wishes(self._speed * (not self._turning), math.nan, self._params.max_lag)
 
     def _solve(
         self,
@@ -264,13 +263,11 @@ class JerkLimitedMpcController(Controller):
         stamp: float,
     ) -> FloatArray | None:
         """The jerks (N, 2) of the best trajectory found; None: the solver failed."""
-        is_fresh, times = stamp - self._stamp < _STALE, self._horizon.times
-        jerks = (
-            shifted(self._jerks, times, stamp - self._stamp)
-            if is_fresh
-            else np.zeros_like(self._jerks)
-        )
-        for _ in range(1 if is_fresh else _FIRST_STEPS):
+        elapsed, times = stamp - self._stamp, self._horizon.times
+        jerks, steps = np.zeros_like(self._jerks), _FIRST_STEPS
+        if elapsed < _STALE:
+            jerks, steps = shifted(self._jerks, times, elapsed), 1
+        for _ in range(steps):
             states = rollout(start, jerks, times)
             fill_stages(self._horizon, states, line, self._segment, wishes, self._limits)
             fill_obstacles(self._horizon, states, field, people, self._keep)

@@ -52,6 +52,7 @@ class MpcProblem:
         self._low, self._high = np.zeros((steps, _ROW)), np.zeros((steps, _ROW))
         self._change = np.zeros((steps, _ROW))
         self._buffer, self._evaluate = function.buffer()
+        buffer: Any = self._buffer
         inputs = (
             self._states,
             self._jerks,
@@ -63,8 +64,8 @@ class MpcProblem:
             self._high,
         )
         for i, array in enumerate(inputs):
-            self._buffer.set_arg(i, memoryview(array.reshape(-1)))  # type: ignore[call-arg, arg-type]
-        self._buffer.set_res(0, memoryview(self._change.reshape(-1)))  # type: ignore[call-arg, arg-type]
+            buffer.set_arg(i, array.reshape(-1).data)
+        buffer.set_res(0, self._change.reshape(-1).data)
 
     def step(
         self, states: FloatArray, jerks: FloatArray, horizon: Horizon, limits: FloatArray
@@ -115,7 +116,7 @@ class MpcProblem:
 
 
 def residuals(state: ca.SX, stage: ca.SX, shared: ca.SX, sizes: Sizes) -> list[ca.SX]:
-    """What the state (7,) at a step's end is charged for, as unweighted residuals by the first 8 of the weights."""
+    """Unweighted residuals of the state (7,) at a step's end, by the first 8 of the weights."""
     x, y, yaw, v, omega, _, alpha = ca.vertsplit(state)
     dx, dy = x - stage[at.FOOT_X], y - stage[at.FOOT_Y]
     along, across = stage[at.TANGENT_X], stage[at.TANGENT_Y]
@@ -145,7 +146,7 @@ def residuals(state: ca.SX, stage: ca.SX, shared: ca.SX, sizes: Sizes) -> list[c
 
 
 def linearisation(sizes: Sizes) -> ca.Function:
-    """Of one step: Jacobians of the model, gradients and Gauss-Newton Hessians of the cost, all dense."""
+    """Of one step: the model's Jacobians, the cost's gradients and Gauss-Newton Hessians."""
     state, end, jerk = ca.SX.sym("state", _X), ca.SX.sym("end", _X), ca.SX.sym("jerk", _U)
     stage, shared, dt = (
         ca.SX.sym("stage", sizes.stage),
@@ -224,7 +225,10 @@ def _input_sizes(sizes: Sizes) -> list[tuple[int, int]]:
 
 
 def _dynamics_pattern(steps: int) -> tuple[ca.Sparsity, list[int]]:
-    """Sparsity of A z = 0, z = (u0, x1, u1, x2, ...), and where each entry stands in (by_state, by_jerk, -1)."""
+    """Sparsity of A z = 0, and where each entry stands in (by_state, by_jerk, -1).
+
+    z = (u0, x1, u1, x2, ...).
+    """
     states, jerks = _X * _X * steps, _X * _U * steps
     by_state = ca.horzsplit(_numbers(0, _X, _X * steps), _X)
     by_jerk = ca.horzsplit(_numbers(states, _X, _U * steps), _U)
@@ -236,7 +240,10 @@ def _dynamics_pattern(steps: int) -> tuple[ca.Sparsity, list[int]]:
 
 
 def _hessian_pattern(steps: int) -> tuple[ca.Sparsity, list[int]]:
-    """Sparsity of the block-diagonal Hessian, and where each entry stands in (curvature, jerk_curvature)."""
+    """Sparsity of the Hessian, and where each entry stands in (curvature, jerk_curvature).
+
+    The Hessian is block-diagonal.
+    """
     by_state = ca.horzsplit(_numbers(0, _X, _X * steps), _X)
     by_jerk = ca.horzsplit(_numbers(_X * _X * steps, _U, _U * steps), _U)
     return _ordered(

@@ -7,7 +7,7 @@ import numpy as np
 
 from navstack.control.mpc import stage_layout as at
 from navstack.jit import njit
-from navstack.types import FloatArray
+from navstack.types import FloatArray, FloatVector
 
 SPACING = 0.1  # [m] of the line's points
 # points on either side over which positions are averaged: plans follow the cells of a grid
@@ -20,14 +20,11 @@ _SHARE = 0.8
 class PathLine(NamedTuple):
     """Points (n,) along the plan, n >= 2."""
 
-    x: FloatArray  # [m]
-    y: FloatArray  # [m]
-    s: FloatArray  # [m] along the line
-    heading: FloatArray  # [rad] without jumps
-    speed: FloatArray  # [m/s] that the curve here and those ahead allow
-
-
-LINE = "NamedUniTuple(float64[::1], 5, PathLine)"
+    x: FloatVector  # [m]
+    y: FloatVector  # [m]
+    s: FloatVector  # [m] along the line
+    heading: FloatVector  # [rad] without jumps
+    speed: FloatVector  # [m/s] that the curve here and those ahead allow
 
 
 def make_line(poses: FloatArray, limits: FloatArray) -> PathLine:
@@ -56,9 +53,12 @@ def make_line(poses: FloatArray, limits: FloatArray) -> PathLine:
     return PathLine(x_line, y_line, s, heading, curve_speeds(s, heading, limits))
 
 
-@njit(ahead="float64[::1]")
-def smoothed(values: FloatArray) -> FloatArray:
-    """The mean over up to ``_SMOOTHED`` neighbours on either side, fewer towards the ends, which stay."""
+@njit(ahead=True)
+def smoothed(values: FloatVector) -> FloatArray:
+    """The mean over ``_SMOOTHED`` neighbours on either side, fewer towards the ends.
+
+    The ends stay.
+    """
     count = len(values)
     result = np.empty_like(values)
     for i in range(count):
@@ -70,9 +70,9 @@ def smoothed(values: FloatArray) -> FloatArray:
     return result
 
 
-@njit(ahead="float64[::1], float64[::1], float64[::1]")
-def curve_speeds(s: FloatArray, heading: FloatArray, limits: FloatArray) -> FloatArray:
-    """The speed at each point within the lateral and yaw limits there and, after braking, at all points ahead."""
+@njit(ahead=True)
+def curve_speeds(s: FloatVector, heading: FloatVector, limits: FloatVector) -> FloatArray:
+    """The speed at each point that keeps the limits there and, after braking, ahead of it."""
     count = len(s)
     speeds = np.empty(count)
     brake = _SHARE * limits[at.MAX_DECELERATION]
@@ -89,9 +89,9 @@ def curve_speeds(s: FloatArray, heading: FloatArray, limits: FloatArray) -> Floa
     return speeds
 
 
-@njit(ahead=f"{LINE}, float64, float64, int64, int64")
+@njit(ahead=True)
 def project(line: PathLine, x: float, y: float, first: int, last: int) -> tuple[int, float]:
-    """The segment and the share 0..1 of it at the point nearest to (x, y), from segment ``first`` to ``last``."""
+    """The segment, of ``first`` to ``last``, and the share 0..1 of it nearest to (x, y)."""
     best, best_share, least = first, 0.0, math.inf
     for i in range(first, min(last, len(line.x) - 2) + 1):
         dx, dy = line.x[i + 1] - line.x[i], line.y[i + 1] - line.y[i]
@@ -103,13 +103,13 @@ def project(line: PathLine, x: float, y: float, first: int, last: int) -> tuple[
     return best, best_share
 
 
-@njit(ahead="float64[::1], int64, float64")
-def between(values: FloatArray, segment: int, share: float) -> float:
+@njit(ahead=True)
+def between(values: FloatVector, segment: int, share: float) -> float:
     """A quantity of the line at a share of a segment."""
     return float(values[segment] + share * (values[segment + 1] - values[segment]))
 
 
-@njit(ahead=f"{LINE}, float64")
+@njit(ahead=True)
 def at_distance(line: PathLine, s: float) -> tuple[int, float]:
     """The segment and the share of it at ``s`` [m] along the line; its ends beyond them."""
     count = len(line.s)

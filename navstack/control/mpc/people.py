@@ -30,6 +30,9 @@ def nearest_people(tracks: Sequence[Track], pose: Pose2D, stamp: float, most: in
 
 @njit()
 def predicted(person: FloatArray, time: float) -> tuple[float, float, float]:
-    """Position (x, y) and its standard deviation per axis, all [m], ``time`` [s] from now at constant velocity."""
+    """Position (x, y) and its standard deviation per axis [m], ``time`` [s] from now.
+
+    The velocity stays constant.
+    """
     variance = person[5] + time * (person[6] + time * person[7])
     return person[0] + time * person[2], person[1] + time * person[3], math.sqrt(max(0.0, variance))

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from navstack.types import FloatArray
+from navstack.types import FloatMatrix, FloatVector
 
 # Of every step: the point of the path that the step's end is held against, and what is wanted
 # there.
@@ -68,12 +68,10 @@ class Sizes(NamedTuple):
 class Horizon(NamedTuple):
     """What the solver is given of all steps, by the places above."""
 
-    stages: FloatArray  # (N, Sizes.stage)
-    times: FloatArray  # (N,) [s] of the steps
-    shared: FloatArray  # (Sizes.shared,)
+    stages: FloatMatrix  # (N, Sizes.stage)
+    times: FloatVector  # (N,) [s] of the steps
+    shared: FloatVector  # (Sizes.shared,)
 
-
-HORIZON = "NamedTuple((float64[:, ::1], float64[::1], float64[::1]), Horizon)"
 
 # The limits, in the order in which kernels take them.
 (

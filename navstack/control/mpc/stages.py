@@ -1,4 +1,4 @@
-"""What is wanted at each step of the horizon, and what stands in the way there, along a predicted trajectory."""
+"""What is wanted and what stands in the way at each step of a predicted trajectory."""
 
 import math
 from typing import NamedTuple
@@ -6,14 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.distance_field import FIELD, Field, distance_and_gradient
+from navstack.control.mpc.distance_field import Field, distance_and_gradient
 from navstack.control.mpc.motion import rollout
-from navstack.control.mpc.path_line import LINE, PathLine, at_distance, between, project
+from navstack.control.mpc.path_line import PathLine, at_distance, between, project
 from navstack.control.mpc.people import predicted
-from navstack.control.mpc.stage_layout import HORIZON, Horizon
+from navstack.control.mpc.stage_layout import Horizon
 from navstack.control.mpc.stop_profile import progress_jerk
 from navstack.jit import njit
-from navstack.types import FloatArray
+from navstack.types import FloatArray, FloatMatrix, FloatVector
 
 # segments of the line before and behind a step's one, in which the next one's is looked for
 _BACK, _AHEAD = 5, 40
@@ -52,18 +52,16 @@ def sizes_of(horizon: Horizon) -> tuple[int, int]:
     return circles, (horizon.stages.shape[1] - at.BASE) // 3 - circles
 
 
-@njit(
-    ahead=f"{HORIZON}, float64[:, ::1], {LINE}, int64, NamedUniTuple(float64, 3, Wishes), float64[::1]"
-)
+@njit(ahead=True)
 def fill_stages(
     horizon: Horizon,
-    states: FloatArray,
+    states: FloatMatrix,
     line: PathLine,
     segment: int,
     wishes: Wishes,
-    limits: FloatArray,
+    limits: FloatVector,
 ) -> None:
-    """Write foot points, headings, and the fastest progress along the line that can stop at its end.
+    """Write foot points, headings, and the fastest progress that can stop at the line's end.
 
     Args:
         horizon: its stages are written.
@@ -73,12 +71,8 @@ def fill_stages(
         wishes: see there.
         limits: (8,).
     """
-    stages, times, _ = horizon
-    acceleration, deceleration, jerk = (
-        limits[at.MAX_ACCELERATION],
-        limits[at.MAX_DECELERATION],
-        limits[at.MAX_JERK],
-    )
+    stages, times, jerk = horizon.stages, horizon.times, limits[at.MAX_JERK]
+    acceleration, deceleration = limits[at.MAX_ACCELERATION], limits[at.MAX_DECELERATION]
     first, share = project(line, states[0, 0], states[0, 1], segment, segment)
     s, v, a = between(line.s, first, share), states[0, 3], states[0, 5]
     end = line.s[-1]
@@ -88,10 +82,8 @@ def fill_stages(
         first, share = project(line, state[0], state[1], max(0, first - _BACK), first + _AHEAD)
         foot = between(line.s, first, share)
         heading = between(line.heading, first, share)
-        stage[at.FOOT_X], stage[at.FOOT_Y] = (
-            between(line.x, first, share),
-            between(line.y, first, share),
-        )
+        stage[at.FOOT_X] = between(line.x, first, share)
+        stage[at.FOOT_Y] = between(line.y, first, share)
         stage[at.TANGENT_X], stage[at.TANGENT_Y] = math.cos(heading), math.sin(heading)
         stage[at.CONTOUR] = 1.0
         if not math.isnan(wishes.heading):
@@ -108,11 +100,9 @@ def fill_stages(
         stage[at.SPEED], stage[at.JERK] = v, j
 
 
-@njit(
-    ahead=f"{HORIZON}, float64[:, ::1], {FIELD}, float64[:, ::1], NamedUniTuple(float64, 6, Clearances)"
-)
+@njit(ahead=True)
 def fill_obstacles(
-    horizon: Horizon, states: FloatArray, field: Field, people: FloatArray, keep: Clearances
+    horizon: Horizon, states: FloatMatrix, field: Field, people: FloatMatrix, keep: Clearances
 ) -> None:
     """Write each circle's half-plane at the nearest static obstacle; see :func:`fill_stages`."""
     stages, circles = horizon.stages, horizon.shared[at.CIRCLES :]
@@ -141,10 +131,10 @@ def _belongs_to_person(x: float, y: float, people: FloatArray) -> bool:
     return False
 
 
-@njit(ahead=f"{HORIZON}, float64[:, ::1], NamedUniTuple(float64, 6, Clearances)")
-def fill_people(horizon: Horizon, people: FloatArray, keep: Clearances) -> None:
+@njit(ahead=True)
+def fill_people(horizon: Horizon, people: FloatMatrix, keep: Clearances) -> None:
     """Write where people will be and how near is too near; see :func:`fill_stages`."""
-    stages, times, _ = horizon
+    stages, times = horizon.stages, horizon.times
     circles, room = sizes_of(horizon)
     time = 0.0
     for k in range(len(stages)):
@@ -158,9 +148,9 @@ def fill_people(horizon: Horizon, people: FloatArray, keep: Clearances) -> None:
             x, y, deviation = predicted(people[j], time)
             grown = min(keep.max_uncertainty, keep.uncertainty_gain * deviation)
             sideways = people[j, 2] * left_x + people[j, 3] * left_y  # [m/s] to the left
-            shift = (
-                -keep.passing_bias if sideways < -_CROSSING else keep.passing_bias
-            )  # pass behind who crosses, right of who does not
+            shift = keep.passing_bias  # to the left: pass on the right of who does not cross
+            if sideways < -_CROSSING:
+                shift = -shift  # pass behind
             stages[k, place], stages[k, place + 1] = x + shift * left_x, y + shift * left_y
             stages[k, place + 2] = keep.radius + people[j, 4] + keep.person_margin + grown
 
@@ -190,10 +180,8 @@ def cost_terms(states: FloatArray, jerks: FloatArray, horizon: Horizon) -> Float
         terms[at.W_YAW_JERK] += dt * jerks[k, 1] ** 2
         cosine, sine = math.cos(state[2]), math.sin(state[2])
         for i in range(circles):
-            cx, cy = (
-                state[0] + shared[at.CIRCLES + i] * cosine,
-                state[1] + shared[at.CIRCLES + i] * sine,
-            )
+            cx = state[0] + shared[at.CIRCLES + i] * cosine
+            cy = state[1] + shared[at.CIRCLES + i] * sine
             plane = at.BASE + 3 * i
             inside = stage[plane + 2] - stage[plane] * cx - stage[plane + 1] * cy
             if inside > 0.0:
@@ -213,18 +201,18 @@ def cost_terms(states: FloatArray, jerks: FloatArray, horizon: Horizon) -> Float
 
 @njit()
 def is_far(state: FloatArray, stage: FloatArray, place: int, shared: FloatArray) -> bool:
-    """Whether the person at ``place`` of a stage is out of the reach of all circles, however the robot is turned."""
+    """Whether the person at ``place`` of a stage is out of all circles' reach, at any yaw."""
     span = max(abs(shared[at.CIRCLES]), abs(shared[len(shared) - 1]))  # the outermost circles
     reach = stage[place + 2]
     dx, dy = state[0] - stage[place], state[1] - stage[place + 1]
     return bool(reach <= 0.0 or dx * dx + dy * dy > (reach + span) ** 2)
 
 
-@njit(ahead=f"float64[::1], float64[:, ::1], float64[:, ::1], {HORIZON}")
+@njit(ahead=True)
 def best_between(
-    start: FloatArray, jerks: FloatArray, wanted: FloatArray, horizon: Horizon
+    start: FloatVector, jerks: FloatMatrix, wanted: FloatMatrix, horizon: Horizon
 ) -> FloatArray:
-    """The cheapest of the trajectories from ``start`` (7,) after ``STEP_SHARES`` of the way to the wanted jerks."""
+    """The cheapest trajectory from ``start`` (7,) at any of ``STEP_SHARES`` of the step."""
     best, least = wanted, math.inf
     for share in STEP_SHARES:
         tried = jerks + share * (wanted - jerks)

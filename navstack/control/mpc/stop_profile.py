@@ -1,9 +1,10 @@
-"""The fastest stop under limits of acceleration and jerk, and how much may be asked for without losing it.
+"""The fastest stop under limits of acceleration and jerk, and the jerks that still allow it.
 
-One axis has a rate v and its derivative a; ``|jerk| <= jerk_limit``. The fastest way to (0, 0) is: full jerk until the
-largest wanted deceleration, hold, full jerk back (the textbook double-S profile, e.g. Biagiotti and Melchiorri,
-Trajectory Planning for Automatic Machines and Robots, 2008, section 3.4). Its tail is the fastest stop from where it
-begins, so a stop once begun needs no memory.
+One axis has a rate v and its derivative a; ``|jerk| <= jerk_limit``. The fastest way to (0, 0) is:
+full jerk until the largest wanted deceleration, hold, full jerk back (the textbook double-S
+profile, e.g. Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots, 2008,
+section 3.4). Its tail is the fastest stop from where it begins, so a stop once begun needs no
+memory.
 """
 
 import math
@@ -18,7 +19,9 @@ def stop_phases(
     v: float, a: float, deceleration: float, jerk: float
 ) -> tuple[float, float, float, float]:
     """The fastest stop: sign s and durations t1, t2, t3 in [s] of jerk -s J, 0 and +s J."""
-    sign = 1.0 if v + a * abs(a) / (2.0 * jerk) >= 0.0 else -1.0
+    sign = -1.0
+    if v + a * abs(a) / (2.0 * jerk) >= 0.0:
+        sign = 1.0
     v, a = sign * v, sign * a
     peak = math.sqrt(max(0.0, jerk * v + 0.5 * a * a))  # largest deceleration if it is never held
     hold = 0.0
@@ -31,8 +34,8 @@ def stop_phases(
 @njit()
 def stop_time(v: float, a: float, deceleration: float, jerk: float) -> float:
     """How long the fastest stop takes, in [s]."""
-    _, t1, t2, t3 = stop_phases(v, a, deceleration, jerk)
-    return t1 + t2 + t3
+    phases = stop_phases(v, a, deceleration, jerk)
+    return phases[1] + phases[2] + phases[3]
 
 
 @njit()
@@ -65,8 +68,7 @@ def stop_after(
 @njit()
 def stop_distance(v: float, a: float, deceleration: float, jerk: float) -> float:
     """How far the fastest stop goes, in [m] resp. [rad]."""
-    distance, _, _ = stop_after(v, a, deceleration, jerk, math.inf)
-    return distance
+    return stop_after(v, a, deceleration, jerk, math.inf)[0]
 
 
 @njit()
@@ -80,7 +82,9 @@ def highest_jerk(
     """
     room = rate_limit - v - 0.5 * dt * a
     half = 0.5 * jerk * dt
-    b = 2.0 * room / dt if room <= 0.0 else math.sqrt(half * half + 2.0 * jerk * room) - half
+    b = 2.0 * room / dt
+    if room > 0.0:
+        b = math.sqrt(half * half + 2.0 * jerk * room) - half
     return min(jerk, max(-jerk, (min(b, acceleration) - a) / dt))
 
 
@@ -103,10 +107,10 @@ def progress_jerk(
     jerk: float,
     dt: float,
 ) -> float:
-    """The jerk in [m/s3] that gains most way in ``dt`` [s] and still can stop within ``remaining`` [m].
+    """The jerk [m/s3] that gains most way in ``dt`` [s] and can stop within ``remaining`` [m].
 
-    Applied again and again it is the fastest way to stand ``remaining`` ahead without exceeding ``speed`` [m/s];
-    from above ``speed`` it comes down to it as fast as the limits allow.
+    Applied again and again it is the fastest way to stand ``remaining`` ahead without exceeding
+    ``speed`` [m/s]; from above ``speed`` it comes down to it as fast as the limits allow.
     """
     lowest = lowest_jerk(v, a, 0.0, deceleration, jerk, dt)
     wanted = highest_jerk(v, a, speed, acceleration, jerk, dt)
@@ -124,11 +128,13 @@ def progress_jerk(
         over = _overshoot(v, a, middle, remaining, deceleration, jerk, dt)
         if over <= 0.0:
             lowest, too_near = middle, over
-            too_far *= 0.5 if last == -1 else 1.0
+            if last == -1:
+                too_far *= 0.5
             last = -1
         else:
             wanted, too_far = middle, over
-            too_near *= 0.5 if last == 1 else 1.0
+            if last == 1:
+                too_near *= 0.5
             last = 1
     return lowest
 

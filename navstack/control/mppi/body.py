@@ -16,7 +16,7 @@ from navstack.geometry import footprint_radii
 from navstack.jit import njit
 from navstack.params.costmap import InflationLayerParams
 from navstack.params.mppi import LocalCosts
-from navstack.types import ByteArray, FloatArray
+from navstack.types import ByteArray, FloatArray, FloatMatrix, FloatVector
 
 _CIRCLES = (4, 2)  # along and across the body
 # [cells] between the body's edge and the outline's cells, and between a point and its cell's centre
@@ -29,12 +29,12 @@ ALWAYS = 0.0  # check_from: the outline counts everywhere
 class Body(NamedTuple):
     """What the collision check needs of robot and costmap; lengths in cells."""
 
-    footprint: FloatArray  # (V, 2) [m] base frame
-    corners: FloatArray  # (V, 2) the same in cells
-    circles: FloatArray  # (C, 2) centres of circles that cover the body
+    footprint: FloatMatrix  # (V, 2) [m] base frame
+    corners: FloatMatrix  # (V, 2) the same in cells
+    circles: FloatMatrix  # (C, 2) centres of circles that cover the body
     free_radius: float  # that an obstacle has to be away from all these centres
     radius: float  # of the circle around the base that holds the body and all these centres
-    reach: FloatArray  # (256,) to the nearest lethal cell at least, by the cost of a cell
+    reach: FloatVector  # (256,) to the nearest lethal cell at least, by the cost of a cell
     uses_outline: bool  # False: the centre alone counts
     check_from: float  # cost of the centre from which the outline is looked at; ALWAYS: everywhere
     tracks_unknown: bool  # unknown cells are no obstacles
@@ -47,13 +47,13 @@ def make_body(
     layer: InflationLayerParams | None,
     resolution: float,
 ) -> Body:
-    """The body of a ``footprint`` (V, 2) [m], padded, on a local costmap of a ``resolution`` [m]."""
+    """The body of a padded ``footprint`` (V, 2) [m] on a local costmap of a ``resolution`` [m]."""
     inscribed, circumscribed = footprint_radii(footprint)
     centres, half = _cover(footprint)
     inflates_all = layer is not None and costs.ends_inflated and layer is costs.inflation("")
-    bound = (
-        _least_distances(layer, inscribed) if layer is not None and inflates_all else np.zeros(256)
-    )
+    bound = np.zeros(256)
+    if layer is not None and inflates_all:
+        bound = _least_distances(layer, inscribed)
     check_from = ALWAYS
     if layer is not None and layer.inflation_radius >= circumscribed:
         check_from = float(inflation_cost(circumscribed, inscribed, layer.cost_scaling_factor))
@@ -71,9 +71,11 @@ def make_body(
 
 
 def _cover(footprint: FloatArray) -> tuple[FloatArray, float]:
-    """Centres (C, 2) of circles that cover the footprint's bounding box, and their radius, in [m]."""
+    """Centres (C, 2) of circles that cover the footprint's bounding box, and their radius [m]."""
     low, high = footprint.min(axis=0), footprint.max(axis=0)
-    counts = _CIRCLES if high[0] - low[0] >= high[1] - low[1] else _CIRCLES[::-1]
+    counts = _CIRCLES
+    if high[0] - low[0] < high[1] - low[1]:
+        counts = _CIRCLES[::-1]
     part = (high - low) / counts
     along, across = (low[i] + part[i] * (np.arange(counts[i]) + 0.5) for i in range(2))
     centres = np.column_stack((np.repeat(along, len(across)), np.tile(across, len(along))))
@@ -81,7 +83,7 @@ def _cover(footprint: FloatArray) -> tuple[FloatArray, float]:
 
 
 def _least_distances(layer: InflationLayerParams, inscribed_radius: float) -> FloatArray:
-    """The distance (256,) in [m] that the nearest lethal cell has at least, by the cost of a cell."""
+    """The least distance (256,) in [m] of the nearest lethal cell, by the cost of a cell."""
     costs = np.arange(256.0)
     bound = np.full(256, layer.inflation_radius)
     if layer.cost_scaling_factor > 0.0:

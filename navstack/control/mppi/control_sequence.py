@@ -1,11 +1,11 @@
-"""The control sequence: how samples improve it, what it may be, how it is smoothed (``optimizer.cpp``)."""
+"""The control sequence: its update by samples, its limits, its smoothing (``optimizer.cpp``)."""
 
 import math
 
 import numpy as np
 
 from navstack.jit import njit
-from navstack.types import Float32Array
+from navstack.types import Float32Array, Float32Matrix, Float32Vector
 
 # Savitzky and Golay's quadratic filter over nine points (``utils.hpp``).
 _FILTER = (np.array((-21, 14, 39, 54, 59, 54, 39, 14, -21)) / 231).astype(np.float32)
@@ -14,11 +14,14 @@ _SHORTEST = 21  # values of a sequence that is smoothed
 _LANES = 16  # partial sums, so that the processor adds several at once
 
 
-@njit(ahead="float32[:, ::1], float32[::1], float32, float32[::1]")
+@njit(ahead=True)
 def add_control_costs(
-    controls: Float32Array, sequence: Float32Array, factor: np.float32, costs: Float32Array
+    controls: Float32Matrix, sequence: Float32Vector, factor: np.float32, costs: Float32Vector
 ) -> None:
-    """Add ``factor`` times the samples' (rows 1..T of ``controls``) distance from ``sequence`` (T,), along it."""
+    """Add ``factor`` times the samples' distance from ``sequence`` (T,), along it.
+
+    The samples are rows 1..T of ``controls``.
+    """
     for t in range(len(sequence)):
         wanted = sequence[t]
         if wanted != np.float32(0.0):
@@ -33,8 +36,8 @@ def _add_deviation(
         costs[b] += factor * (row[b] - wanted)
 
 
-@njit(ahead="float32[::1], float32")
-def softmax(costs: Float32Array, temperature: np.float32) -> Float32Array:
+@njit(ahead=True)
+def softmax(costs: Float32Vector, temperature: np.float32) -> Float32Array:
     """Shares (B,) of the trajectories in the next sequence, which sum up to 1.
 
     The cheaper, the more.
@@ -52,9 +55,9 @@ def softmax(costs: Float32Array, temperature: np.float32) -> Float32Array:
     return shares
 
 
-@njit(ahead="float32[:, ::1], float32[::1], float32[::1]")
-def weighted_mean(controls: Float32Array, shares: Float32Array, sequence: Float32Array) -> None:
-    """Write the mean of rows 1..T of ``controls`` (T + 1, B), weighted by ``shares``, into ``sequence`` (T,)."""
+@njit(ahead=True)
+def weighted_mean(controls: Float32Matrix, shares: Float32Vector, sequence: Float32Vector) -> None:
+    """Write the mean of rows 1..T of ``controls``, weighted by ``shares``, to ``sequence`` (T,)."""
     for t in range(len(sequence)):
         sequence[t] = _dot(controls[t + 1], shares)
 
@@ -75,11 +78,11 @@ def _dot(a: Float32Array, b: Float32Array) -> np.float32:
     return total
 
 
-@njit(ahead="float32[::1], float32, float32, float32, float32")
+@njit(ahead=True)
 def limit(
-    sequence: Float32Array, least: np.float32, most: np.float32, fall: np.float32, rise: np.float32
+    sequence: Float32Vector, least: np.float32, most: np.float32, fall: np.float32, rise: np.float32
 ) -> None:
-    """Keep a sequence (T,) within [``least``, ``most``], and its changes from one value to the next in [fall, rise]."""
+    """Keep a sequence (T,) in [``least``, ``most``], and its changes in [``fall``, ``rise``]."""
     last = min(most, max(sequence[0], least))
     sequence[0] = last
     for t in range(1, len(sequence)):
@@ -94,8 +97,8 @@ def limit_curvature(v: Float32Array, w: Float32Array, radius: np.float32) -> Non
     w[:] = np.clip(w, -most, most)
 
 
-@njit(ahead="float32[::1], float32[::1]")
-def smooth(sequence: Float32Array, history: Float32Array) -> None:
+@njit(ahead=True)
+def smooth(sequence: Float32Vector, history: Float32Vector) -> None:
     """Smooth a sequence (T,) that follows on ``history`` (4,), the commands of late.
 
     A short one stays as it is.

@@ -27,19 +27,17 @@ class ConstraintCritic(Critic):
         self._least = np.float32(
             math.copysign(math.hypot(params.vx_min, params.vy_max), params.vx_min or -1.0)
         )
-        self._radius = (
-            params.AckermannConstraints.min_turning_r if params.motion_model == "Ackermann" else 0.0
-        )
+        self._radius = 0.0
+        if params.motion_model == "Ackermann":
+            self._radius = params.AckermannConstraints.min_turning_r
         self._dt = np.float32(params.model_dt)
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores:
         """See the base class."""
         steps = len(rollouts.x)
-        speeds = (
-            rollouts.v
-            if rollouts.vy is None
-            else np.copysign(np.hypot(rollouts.v, rollouts.vy), rollouts.v)
-        )
+        speeds = rollouts.v
+        if rollouts.vy is not None:
+            speeds = np.copysign(np.hypot(rollouts.v, rollouts.vy), rollouts.v)
         outside = sum_outside(speeds, steps, self._least, self._most)
         if self._radius > 0.0:
             outside += sum_too_tight(
@@ -80,7 +78,10 @@ class TwirlingCritic(Critic):
 
 
 class VelocityDeadbandCritic(Critic):
-    """Speeds below those that the drive turns into motion, times their durations (``velocity_deadband_critic.cpp``)."""
+    """Speeds below those that the drive turns into motion, times their durations.
+
+    After ``velocity_deadband_critic.cpp``.
+    """
 
     def __init__(self, name: str, params: MppiParams) -> None:
         super().__init__(name, params)

@@ -3,12 +3,12 @@
 import numpy as np
 
 from navstack.jit import njit
-from navstack.types import Float32Array
+from navstack.types import Float32Array, Float32Matrix
 
 
-@njit(ahead="float32[:, ::1], int64, float32, float32")
+@njit(ahead=True)
 def sum_outside(
-    values: Float32Array, steps: int, least: np.float32, most: np.float32
+    values: Float32Matrix, steps: int, least: np.float32, most: np.float32
 ) -> Float32Array:
     """By how much the first ``steps`` rows lie outside [``least``, ``most``], in all (B,)."""
     total = np.zeros(values.shape[1], dtype=np.float32)

@@ -71,7 +71,7 @@ class MppiController(Controller):
 
     @property
     def decision(self) -> DecisionRecord | None:
-        """See the base class: the scores of the chosen sequence, and the trajectories found in collision."""
+        """See the base class: scores of the chosen sequence, and trajectories in collision."""
         if self._cycle is None:
             return None
         scene, solution, colliding = self._cycle

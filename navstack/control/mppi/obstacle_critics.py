@@ -83,11 +83,9 @@ class ObstaclesCritic(_ObstacleCritic):
         own, layer = self._own, self._layer
         reach = math.inf  # no distances
         if layer is not None and layer.inflation_radius > 0.0 and layer.cost_scaling_factor > 0.0:
-            reach = (
-                -math.inf
-                if scene.goal_distance < own.near_goal_distance
-                else layer.inflation_radius
-            )
+            reach = layer.inflation_radius
+            if scene.goal_distance < own.near_goal_distance:
+                reach = -math.inf
         near, repulsion, hits = obstacle_scores(
             rollouts,
             scene.costs,

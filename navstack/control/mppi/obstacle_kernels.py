@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from navstack.control.footprint_cost import outline_cost, walk_outline
 from navstack.control.mppi.body import OUTLINE_SLACK, Body, clearance
-from navstack.control.mppi.rollouts import ROLLOUTS, Rollouts
+from navstack.control.mppi.rollouts import Rollouts
 from navstack.costmap.costmap import (
     INSCRIBED_INFLATED_OBSTACLE,
     LETHAL_OBSTACLE,
@@ -15,7 +15,7 @@ from navstack.costmap.costmap import (
     Grid,
 )
 from navstack.jit import njit
-from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from navstack.types import BoolArray, ByteArray, ByteMatrix, Float32Array, FloatArray, IntArray
 
 CellArray = npt.NDArray[np.int32]
 _CELLS = (0.0, 0.0, 1.0)  # the grid of places that are given in cells
@@ -45,12 +45,14 @@ def pose_costs(
         cells[b] = cell if inside else outside
     flat = costs.reshape(-1)
     for b in range(len(cells)):
-        found[b] = NO_INFORMATION if cells[b] < 0 else flat[cells[b]]
+        found[b] = NO_INFORMATION
+        if cells[b] >= 0:
+            found[b] = flat[cells[b]]
 
 
 @njit()
 def is_collision(cost: int, uses_outline: bool, tracks_unknown: bool) -> bool:
-    """Whether a cost under the robot, outline or centre, means collision (``CostCritic::inCollision``)."""
+    """Whether a cost under outline or centre means collision (``CostCritic::inCollision``)."""
     if cost == INSCRIBED_INFLATED_OBSTACLE:
         return not uses_outline
     return cost == LETHAL_OBSTACLE or (cost == NO_INFORMATION and not tracks_unknown)
@@ -72,13 +74,14 @@ def touch_outlines(
 ) -> None:
     """Add to ``hits`` (B,) the trajectories whose outlines collide at their poses ``t``, of (T, B).
 
-    Looked at is where the costs of the centres, ``found``, are ``check_from`` or more. Each look
-    tells how far the body may move before it can touch anything: ``room`` in cells from the pose
-    ``seen``; both are renewed. Every question is asked of all bodies before the next one is,
-    without branches: they would be guessed wrong too often.
+    Only trajectories whose centre costs, ``found``, are ``check_from`` or more are looked at. Each
+    look tells how far the body may move before it can touch anything: ``room`` in cells from the
+    pose ``seen``; both are updated. Every test is made for all bodies before the next test, without
+    branches: the processor would often predict them wrongly.
     """
-    _, x, y, yaw, cosine, sine = rollouts
-    _, corners, circles, free_radius, radius, reach, _, _, tracks_unknown = body
+    x, y, yaw = rollouts.x, rollouts.y, rollouts.yaw
+    cosine, sine = rollouts.cosine, rollouts.sine
+    corners, circles, radius, reach = body.corners, body.circles, body.radius, body.reach
     height, width = costs.shape
     scale = 1.0 / grid[2]
     asked = np.empty(len(found) + 1, dtype=np.int32)
@@ -89,11 +92,8 @@ def touch_outlines(
     left = 0
     for i in range(count):
         b = asked[i]
-        dx, dy, turned = (
-            x[t, b] - x[seen[b], b],
-            y[t, b] - y[seen[b], b],
-            yaw[t, b] - yaw[seen[b], b],
-        )
+        dx, dy = x[t, b] - x[seen[b], b], y[t, b] - y[seen[b], b]
+        turned = yaw[t, b] - yaw[seen[b], b]
         asked[left] = b
         left += not math.sqrt(dx * dx + dy * dy) * scale + abs(turned) * radius <= room[b]
     count, left = left, 0
@@ -103,7 +103,7 @@ def touch_outlines(
         seen[b], room[b] = t, np.float32(-1.0)
         if not has_unknown:
             room[b] = clearance(
-                costs, cx, cy, cosine[t, b], sine[t, b], circles, free_radius, radius, reach
+                costs, cx, cy, cosine[t, b], sine[t, b], circles, body.free_radius, radius, reach
             )
         asked[left] = b
         left += room[b] < np.float32(0.0)
@@ -111,7 +111,7 @@ def touch_outlines(
         b = asked[i]
         cx, cy = (x[t, b] - grid[0]) * scale, (y[t, b] - grid[1]) * scale
         worst = walk_outline(costs, _CELLS, corners, cx, cy, cosine[t, b], sine[t, b], True)
-        hits[b] = is_collision(worst, True, tracks_unknown)
+        hits[b] = is_collision(worst, True, body.tracks_unknown)
         if not has_unknown:
             edge = min(min(cx, width - cx), min(cy, height - cy)) - radius
             room[b] = min(edge, reach[worst] - OUTLINE_SLACK)
@@ -125,21 +125,17 @@ def _add_costs(
     share: np.float32,
     scores: Float32Array,
 ) -> None:
-    """Add costs (n,) to scores: ``critical`` from a cost of ``near`` on, below it this ``share`` of the cost."""
+    """Add costs (n,) to scores: ``critical`` from ``near`` on, a ``share`` of them below it."""
     for b in range(len(found)):
         cost = np.float32(found[b])
         scores[b] += critical if cost >= near else cost * share
 
 
-@njit(
-    ahead=f"{ROLLOUTS}, int64, uint8[:, ::1], UniTuple(float64, 3), "
-    "NamedTuple((float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64, float64[::1], bool, "
-    "float64, bool), Body), bool, int64, float32, float32, bool"
-)
+@njit(ahead=True)
 def cost_scores(
     rollouts: Rollouts,
     step: int,
-    costs: ByteArray,
+    costs: ByteMatrix,
     grid: Grid,
     body: Body,
     has_unknown: bool,
@@ -148,10 +144,11 @@ def cost_scores(
     collision_cost: np.float32,
     repels: bool,
 ) -> tuple[Float32Array, BoolArray]:
-    """Sums (B,) of the costs under every ``step``-th pose (T, B), and which trajectories collide (``cost_critic.cpp``).
+    """Sums (B,) of the costs under every ``step``-th pose (T, B), and which trajectories collide.
 
-    A pose at ``near_collision_cost`` or more counts ``critical_cost``, a trajectory that collides ``collision_cost`` in
-    all. Others count only if obstacles ``repels``. Free space costs nothing.
+    After ``cost_critic.cpp``. A pose at ``near_collision_cost`` or more counts ``critical_cost``, a
+    trajectory that collides ``collision_cost`` in all. Other poses count only where obstacles
+    repel, ``repels``. Free space costs nothing.
     """
     steps, count = rollouts.x.shape
     scores = np.zeros(count, dtype=np.float32)
@@ -159,17 +156,15 @@ def cost_scores(
     frame = (np.float32(grid[0]), np.float32(grid[1]), np.float32(1.0 / grid[2]))
     cells, found = np.empty(count, dtype=np.int32), np.empty(count, dtype=np.uint8)
     room, seen = np.full(count, np.float32(-1.0)), np.zeros(count, dtype=np.int64)
-    near, share = np.float32(max(near_collision_cost, 1)), np.float32(1.0 if repels else 0.0)
+    near, share = np.float32(max(near_collision_cost, 1)), np.float32(repels)
     look_from = int(math.ceil(max(body.check_from, 1.0)))
     for t in range(0, steps, step):
         pose_costs(rollouts.x[t], rollouts.y[t], costs, frame, cells, found)
         _add_costs(found, near, critical_cost, share, scores)
         if not body.uses_outline:
             for b in range(count):
-                if found[b] >= INSCRIBED_INFLATED_OBSTACLE and is_collision(
-                    found[b], False, body.tracks_unknown
-                ):
-                    hits[b] = True
+                if found[b] >= INSCRIBED_INFLATED_OBSTACLE:
+                    hits[b] |= is_collision(found[b], False, body.tracks_unknown)
             continue
         touch_outlines(
             t, rollouts, found, look_from, costs, grid, body, has_unknown, room, seen, hits
@@ -191,12 +186,12 @@ def obstacle_scores(
     margin: float,
     extent: float,
 ) -> tuple[Float32Array, Float32Array, BoolArray]:
-    """How far trajectories (T, B) reach into the ``margin`` and into ``extent`` [m], and which collide.
+    """How far trajectories (T, B) reach into ``margin`` and ``extent`` [m], and which collide.
 
-    ``distances`` (256,) [m] from the centre to the nearest obstacle by cost; ``obstacles_critic.cpp``. An ``extent`` of
-    inf: nothing is known of distances; of -inf: obstacles do not repel.
+    After ``obstacles_critic.cpp``. ``distances`` (256,) [m] from the centre to the nearest obstacle
+    by cost. An ``extent`` of inf: nothing is known of distances; of -inf: obstacles do not repel.
     """
-    _, x, y, _, cosine, sine = rollouts
+    x, y, cosine, sine = rollouts.x, rollouts.y, rollouts.cosine, rollouts.sine
     steps, count = x.shape
     near = np.zeros(count, dtype=np.float32)
     repulsion = np.zeros(count, dtype=np.float32)
@@ -220,7 +215,7 @@ def obstacle_scores(
                 continue
             if extent == math.inf:
                 continue
-            distance = distances[cost] - (0.0 if by_outline else inscribed_radius)
+            distance = distances[cost] - inscribed_radius * (not by_outline)
             if distance < margin:
                 near[b] += np.float32(margin - distance)
             if extent > -math.inf:

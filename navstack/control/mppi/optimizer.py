@@ -1,4 +1,4 @@
-"""Sample control sequences around the last one, score them, and take their mean by merit (``optimizer.cpp``)."""
+"""Sample control sequences around the last one, score and average them (``optimizer.cpp``)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from navstack.control.controller import limited_share
 from navstack.control.mppi import control_sequence
 from navstack.control.mppi.critic import Critic
 from navstack.control.mppi.rollouts import Rollouts, add_noise, drift, limit_changes, roll_out
@@ -60,7 +61,7 @@ def axes_of(params: MppiParams) -> tuple[Axis, ...]:
 
 
 class Optimizer:
-    """Model predictive path integral control: Williams et al., IEEE T-RO 34 (2018), as Nav2 has it."""
+    """Model predictive path integral control (Williams et al., IEEE T-RO 34, 2018) as in Nav2."""
 
     def __init__(self, params: MppiParams, critics: Sequence[Critic], period: float) -> None:
         """Make the optimizer.
@@ -75,7 +76,8 @@ class Optimizer:
         """
         if params.model_dt < period - _SAME_PERIOD:
             raise ParameterError(
-                f"MPPI: model_dt {params.model_dt:g} s is shorter than a control period ({period:g} s); make it as long"
+                f"MPPI: model_dt {params.model_dt:g} s is shorter than a control period "
+                f"({period:g} s); make it as long"
             )
         self._params, self._critics = params, critics
         # one value of the sequence is used per cycle
@@ -104,8 +106,7 @@ class Optimizer:
 
         0 lifts the limit.
         """
-        share = limit / 100.0 if is_percentage else limit / self._params.vx_max
-        self._share = min(share, 1.0) if limit != 0.0 else 1.0
+        self._share = min(limited_share(self._params.vx_max, limit, is_percentage), 1.0)
 
     def solve(self, scene: Scene) -> Solution:
         """The command of this cycle.
@@ -239,8 +240,8 @@ class Optimizer:
         self._history[:, -1] = self._sequences[:, at]
         command = self._sequences[:, at : at + 1].copy()
         self._limit(command)  # smoothing may overshoot
-        v, w, *vy = command[:, 0].tolist()
-        solution = Solution(self._sequences.copy(), Twist2D(v, vy[0] if vy else 0.0, w), colliding)
+        v, w, vy = (*command[:, 0].tolist(), 0.0)[:3]
+        solution = Solution(self._sequences.copy(), Twist2D(v, vy, w), colliding)
         if self._shifts:
             self._sequences[:, :-1] = self._sequences[:, 1:]  # the last value is repeated
         return solution

@@ -43,7 +43,10 @@ class GoalAngleCritic(Critic):
 
 
 class PathAlignCritic(Critic):
-    """The mean distance to the path's point as far along, as long as the path is free (``path_align_critic.cpp``)."""
+    """The mean distance to the path's point as far along, as long as the path is free.
+
+    After ``path_align_critic.cpp``.
+    """
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
         """See the base class."""
@@ -62,12 +65,17 @@ class PathAlignCritic(Critic):
 
 
 class PathAngleCritic(Critic):
-    """The last pose's bearing to a point ahead, where the robot looks away from it (``path_angle_critic.cpp``)."""
+    """The last pose's bearing to a point ahead, where the robot looks away from it.
+
+    After ``path_angle_critic.cpp``.
+    """
 
     def __init__(self, name: str, params: MppiParams) -> None:
         super().__init__(name, params)
         reverses = abs(params.vx_min) >= 1e-6 and params.vx_min < 0.0
-        self._mode = self._own.mode if reverses or self._own.mode != EITHER else FORWARD
+        self._mode = self._own.mode
+        if self._mode == EITHER and not reverses:
+            self._mode = FORWARD
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
         """See the base class."""
@@ -87,11 +95,13 @@ class PathAngleCritic(Critic):
         if self._mode == EITHER:
             return min(error, math.pi - error)
         is_behind = abs(shortest_angular_distance(bearing, path_yaw)) > 0.5 * math.pi
-        return math.pi - error if self._mode == AS_THE_PATH and is_behind else error
+        if self._mode == AS_THE_PATH and is_behind:
+            return math.pi - error
+        return error
 
 
 class PathFollowCritic(Critic):
-    """The last pose's distance to the first free point some way ahead (``path_follow_critic.cpp``)."""
+    """The last pose's distance to the first free point ahead (``path_follow_critic.cpp``)."""
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
         """See the base class."""

@@ -8,7 +8,7 @@ from navstack.errors import InvalidPathError
 from navstack.geometry import shortest_angular_distance
 from navstack.jit import njit
 from navstack.params.mppi import MppiParams
-from navstack.types import FloatArray, Path, Pose2D
+from navstack.types import FloatArray, FloatMatrix, Path, Pose2D
 
 
 class PathHandler:
@@ -51,18 +51,16 @@ class PathHandler:
         seen = plan.poses[self._begin : on_grid(plan.poses, self._begin, end, grid)]
         if len(seen) == 0:
             raise InvalidPathError(
-                f"the plan is off the local costmap where it is nearest to the robot at ({pose.x:.2f}, {pose.y:.2f}); "
-                "plan again from where it is"
+                "the plan is off the local costmap where it is nearest to the robot "
+                f"at ({pose.x:.2f}, {pose.y:.2f}); plan again from where it is"
             )
         self._pass_cusp(plan, pose)
         return seen
 
     def _next_end(self, plan: Path) -> int:
-        return (
-            int(first_cusp(plan.poses, self._begin))
-            if self._params.enforce_path_inversion
-            else len(plan)
-        )
+        if not self._params.enforce_path_inversion:
+            return len(plan)
+        return int(first_cusp(plan.poses, self._begin))
 
     def _pass_cusp(self, plan: Path, pose: Pose2D) -> None:
         """Show what comes behind the cusp from the next cycle on, if the robot is there."""
@@ -79,15 +77,20 @@ class PathHandler:
             self._end = self._next_end(plan)
 
 
-@njit(ahead="float64[:, ::1], int64, float64, float64, float64, float64")
+@njit(ahead=True)
 def window(
-    poses: FloatArray, first: int, x: float, y: float, search_distance: float, prune_distance: float
+    poses: FloatMatrix,
+    first: int,
+    x: float,
+    y: float,
+    search_distance: float,
+    prune_distance: float,
 ) -> tuple[int, int]:
-    """The pose (of N, >= 1) nearest to (x, y), and one behind the last pose up to ``prune_distance`` [m] ahead of it.
+    """Begin and end of the poses (of N, >= 1): the nearest, and up to ``prune_distance`` [m] ahead.
 
     The nearest is looked for up to ``search_distance`` [m] along the plan from pose ``first``.
     """
-    nearest, _ = nearest_pose(poses, first, x, y, search_distance)
+    nearest = nearest_pose(poses, first, x, y, search_distance)[0]
     ahead = 0.0
     end = nearest + 1
     while end < len(poses):
@@ -98,11 +101,14 @@ def window(
     return nearest, end
 
 
-@njit(ahead="float64[:, ::1], int64, int64, UniTuple(float64, 4)")
+@njit(ahead=True)
 def on_grid(
-    poses: FloatArray, begin: int, end: int, grid: tuple[float, float, float, float]
+    poses: FloatMatrix, begin: int, end: int, grid: tuple[float, float, float, float]
 ) -> int:
-    """The first pose from ``begin`` on that is off the grid (origin x and y, width, height in [m]), or ``end``."""
+    """The first pose from ``begin`` on that is off the grid, or ``end``.
+
+    The grid is its origin's x and y, its width and its height, all in [m].
+    """
     origin_x, origin_y, width, height = grid
     for i in range(begin, end):
         x, y = poses[i, 0] - origin_x, poses[i, 1] - origin_y
@@ -113,7 +119,7 @@ def on_grid(
 
 @njit()
 def first_cusp(poses: FloatArray, begin: int) -> int:
-    """One behind the pose from ``begin`` on where the direction of motion turns round (``findFirstPathInversion``)."""
+    """One behind the pose where the motion turns round (``findFirstPathInversion``)."""
     for i in range(begin + 1, len(poses) - 1):
         before_x, before_y = poses[i, 0] - poses[i - 1, 0], poses[i, 1] - poses[i - 1, 1]
         after_x, after_y = poses[i + 1, 0] - poses[i, 0], poses[i + 1, 1] - poses[i, 1]

@@ -1,10 +1,13 @@
-"""Inner loops of the critics that look at the path, whose points (N,) are seen from the robot, along the map's axes."""
+"""Inner loops of the critics that look at the path.
+
+Its points (N,) are relative to the robot, along the map's axes.
+"""
 
 import math
 
 import numpy as np
 
-from navstack.control.mppi.rollouts import ROLLOUTS, Rollouts
+from navstack.control.mppi.rollouts import Rollouts
 from navstack.costmap.costmap import (
     INSCRIBED_INFLATED_OBSTACLE,
     LETHAL_OBSTACLE,
@@ -12,14 +15,22 @@ from navstack.costmap.costmap import (
     Grid,
 )
 from navstack.jit import njit
-from navstack.types import BoolArray, ByteArray, Float32Array, IntArray
+from navstack.types import (
+    BoolArray,
+    BoolVector,
+    ByteMatrix,
+    Float32Array,
+    Float32Matrix,
+    Float32Vector,
+    IntArray,
+)
 
 _TABLE_FINENESS = 16  # places per point of the path
 _ROUNDING = 0.999  # share of a gap between distances that single precision surely does not close
 
 
-@njit(ahead="float32[::1], float32[::1], float32[::1], float32[::1]")
-def furthest_point(px: Float32Array, py: Float32Array, x: Float32Array, y: Float32Array) -> int:
+@njit(ahead=True)
+def furthest_point(px: Float32Vector, py: Float32Vector, x: Float32Vector, y: Float32Vector) -> int:
     """The furthest of the path's points that is nearest to some trajectory's last position (B,).
 
     Each trajectory looks from the furthest point so far on (``findPathFurthestReachedPoint``).
@@ -47,11 +58,11 @@ def furthest_point(px: Float32Array, py: Float32Array, x: Float32Array, y: Float
     return furthest
 
 
-@njit(ahead="float32[::1], float32[::1], uint8[:, ::1], UniTuple(float64, 3), bool")
+@njit(ahead=True)
 def free_points(
-    px: Float32Array, py: Float32Array, costs: ByteArray, grid: Grid, tracks_unknown: bool
+    px: Float32Vector, py: Float32Vector, costs: ByteMatrix, grid: Grid, tracks_unknown: bool
 ) -> BoolArray:
-    """Which points (N - 1,), all but the last, lie in cells where the robot's centre may be (``findPathCosts``)."""
+    """Which points (N - 1,), all but the last, are free for the centre (``findPathCosts``)."""
     height, width = costs.shape
     free = np.zeros(max(0, len(px) - 1), dtype=np.bool_)
     for i in range(len(free)):
@@ -63,20 +74,20 @@ def free_points(
     return free
 
 
-@njit(ahead=f"{ROLLOUTS}, int64, UniTuple(float32[::1], 3), bool[::1], bool")
+@njit(ahead=True)
 def mean_misalignment(
     rollouts: Rollouts,
     step: int,
-    path: tuple[Float32Array, Float32Array, Float32Array],
-    free: BoolArray,
+    path: tuple[Float32Vector, Float32Vector, Float32Vector],
+    free: BoolVector,
     use_orientations: bool,
 ) -> Float32Array:
-    """Mean distance (B,) in [m] of every ``step``-th pose (T, B) to the point as far along of a ``path`` x, y, yaw.
+    """Mean distance (B,) [m] of every ``step``-th pose (T, B) to the path's point as far along.
 
     How far along is measured in length driven; poses whose point is not ``free`` do not count
     (``path_align_critic.cpp``).
     """
-    _, x, y, yaw, _, _ = rollouts
+    x, y, yaw = rollouts.x, rollouts.y, rollouts.yaw
     px, py, pyaw = path
     steps, count = x.shape
     length = np.zeros(len(px), dtype=np.float32)
@@ -127,7 +138,9 @@ def nearest_table(length: Float32Array) -> tuple[Float32Array, IntArray, np.floa
         middle[i] = np.float32(0.5) * (length[i] + length[i + 1])
     middle[-1] = np.float32(np.nan)  # nothing is beyond it, not even inf
     places = _TABLE_FINENESS * len(length)
-    scale = np.float32(places / length[-1]) if length[-1] > np.float32(0.0) else np.float32(0.0)
+    scale = np.float32(0.0)
+    if length[-1] > scale:
+        scale = np.float32(places / length[-1])
     table = np.empty(places + 2, dtype=np.int64)
     i = 0
     for place in range(len(table)):
@@ -141,10 +154,12 @@ def nearest_table(length: Float32Array) -> tuple[Float32Array, IntArray, np.floa
 def nearest_along(
     driven: np.float32, middle: Float32Array, table: IntArray, scale: np.float32
 ) -> int:
-    """The point whose length along the path is nearest to the length ``driven`` (``findClosestPathPt``)."""
+    """The point whose length along the path is nearest to ``driven`` (``findClosestPathPt``)."""
     place = driven * scale
-    # nan: the last
-    i = int(table[int(place) if place < np.float32(len(table) - 1) else len(table) - 1])
+    entry = len(table) - 1  # nan: the last
+    if place < np.float32(entry):
+        entry = int(place)
+    i = int(table[entry])
     while middle[i] <= driven:  # seldom: the table is fine
         i += 1
     return i
@@ -157,11 +172,11 @@ def angle_between(start: np.float32, end: np.float32) -> np.float32:
     return np.float32(turn - 2.0 * math.pi * math.floor((turn + math.pi) / (2.0 * math.pi)))
 
 
-@njit(ahead="float32[::1], float32[::1], float32[::1], float64, float64, int64, float64")
+@njit(ahead=True)
 def bearing_errors(
-    x: Float32Array,
-    y: Float32Array,
-    yaw: Float32Array,
+    x: Float32Vector,
+    y: Float32Vector,
+    yaw: Float32Vector,
     target_x: float,
     target_y: float,
     mode: int,
@@ -187,9 +202,9 @@ def bearing_errors(
     return errors
 
 
-@njit(ahead="float32[:, ::1], float32[:, ::1], float32, float32")
+@njit(ahead=True)
 def mean_distance(
-    x: Float32Array, y: Float32Array, goal_x: np.float32, goal_y: np.float32
+    x: Float32Matrix, y: Float32Matrix, goal_x: np.float32, goal_y: np.float32
 ) -> Float32Array:
     """Mean distance (B,) in [m] of the poses (T, B) to a point."""
     total = np.zeros(x.shape[1], dtype=np.float32)

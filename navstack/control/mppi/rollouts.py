@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.jit import njit
-from navstack.types import Float32Array
+from navstack.types import Float32Array, Float32Cube, Float32Matrix, Float32Vector
 
 _BLOCK = 256  # trajectories rolled out together: their last poses stay in the fastest cache
 # [rad] in one step, up to which the series below are exact to single precision
@@ -24,12 +24,12 @@ class Rollouts(NamedTuple):
     Row 0 is reached after one step at the measured velocity.
     """
 
-    controls: Float32Array  # (A, T + 1, B) v, w and, of a robot that drives sideways, vy: see there
-    x: Float32Array  # (T, B) [m] from the robot
-    y: Float32Array  # (T, B) [m] from the robot
-    yaw: Float32Array  # (T, B) [rad] not normalized
-    cosine: Float32Array  # (T, B) of yaw
-    sine: Float32Array  # (T, B)
+    controls: Float32Cube  # (A, T + 1, B) v, w and, of a robot that drives sideways, vy: see there
+    x: Float32Matrix  # (T, B) [m] from the robot
+    y: Float32Matrix  # (T, B) [m] from the robot
+    yaw: Float32Matrix  # (T, B) [rad] not normalized
+    cosine: Float32Matrix  # (T, B) of yaw
+    sine: Float32Matrix  # (T, B)
 
     @staticmethod
     def empty(steps: int, count: int, axes: int = 2) -> "Rollouts":
@@ -58,11 +58,8 @@ class Rollouts(NamedTuple):
         return self.controls[2] if len(self.controls) > 2 else None
 
 
-ROLLOUTS = f"NamedTuple((float32[:, :, ::1], {', '.join(5 * ['float32[:, ::1]'])}), Rollouts)"
-
-
-@njit(ahead="float32[::1], float32[:, ::1], float32[:, ::1]")
-def add_noise(sequence: Float32Array, noise: Float32Array, controls: Float32Array) -> None:
+@njit(ahead=True)
+def add_noise(sequence: Float32Vector, noise: Float32Matrix, controls: Float32Matrix) -> None:
     """Write ``sequence`` (T,) plus ``noise`` (T, B) into rows 1..T of ``controls`` (T + 1, B)."""
     for t in range(len(sequence)):
         wanted = sequence[t]
@@ -70,13 +67,14 @@ def add_noise(sequence: Float32Array, noise: Float32Array, controls: Float32Arra
             controls[t + 1, b] = wanted + noise[t, b]
 
 
-@njit(ahead="float32[:, ::1], float32, float32, float32")
+@njit(ahead=True)
 def limit_changes(
-    controls: Float32Array, start: np.float32, rise: np.float32, fall: np.float32
+    controls: Float32Matrix, start: np.float32, rise: np.float32, fall: np.float32
 ) -> None:
-    """Limit the changes of controls (T + 1, B) per step to [``fall``, ``rise``], from ``start`` on (row 0).
+    """Limit the changes of controls (T + 1, B) per step to [``fall``, ``rise``].
 
-    The last row stays as it is, as in ``MotionModel::predict``: no pose depends on it.
+    Row 0 becomes ``start``. The last row stays as it is, as in ``MotionModel::predict``: no pose
+    depends on it.
     """
     for b in range(controls.shape[1]):
         controls[0, b] = start
@@ -86,7 +84,7 @@ def limit_changes(
             controls[t, b] = min(last + rise, max(controls[t, b], last + fall))
 
 
-@njit(ahead=f"{ROLLOUTS}, float32, float32, float32")
+@njit(ahead=True)
 def roll_out(
     rollouts: Rollouts, start_yaw: np.float32, dt: np.float32, largest_turn: np.float32
 ) -> None:
@@ -128,11 +126,11 @@ def roll_out(
                     )
 
 
-@njit(ahead=f"{ROLLOUTS}, float32, float32")
+@njit(ahead=True)
 def drift(rollouts: Rollouts, start_yaw: np.float32, dt: np.float32) -> None:
-    """Add to the positions what the sideways velocities, rows 0..T-1 of the controls, make of these headings."""
-    controls, x, y, _, cosine, sine = rollouts
-    vy = controls[2]
+    """Add to the positions what the sideways velocities, rows 0..T-1 of the controls, make."""
+    x, y, cosine, sine = rollouts.x, rollouts.y, rollouts.cosine, rollouts.sine
+    vy = rollouts.controls[2]
     way_x = np.full(x.shape[1], -vy[0, 0] * np.float32(math.sin(start_yaw)) * dt)
     way_y = np.full(x.shape[1], vy[0, 0] * np.float32(math.cos(start_yaw)) * dt)
     for t in range(len(x)):

@@ -6,7 +6,7 @@ from navstack.control.footprint_cost import is_occupied
 from navstack.costmap.costmap import Costmap, Grid
 from navstack.jit import njit
 from navstack.params.rpp import RppParams
-from navstack.types import ByteArray, FloatArray, Pose2D, Twist2D
+from navstack.types import ByteMatrix, FloatArray, FloatMatrix, Pose2D, Twist2D
 
 SLOWEST_DRIVE = 0.01  # [m/s] slower commands count as turns on the spot ...
 SLOWEST_TURN = 0.01  # [rad/s] ... if they turn faster than this
@@ -29,7 +29,7 @@ class ArcCheck:
     def collides(
         self, command: Twist2D, pose: Pose2D, carrot_distance: float, costmap: Costmap
     ) -> bool:
-        """Whether the robot stands in an obstacle or would meet one on its way, at most up to the carrot [m]."""
+        """Whether the robot stands in an obstacle or would meet one, up to the carrot [m]."""
         start = (pose.x, pose.y, pose.yaw)
         speeds = (command.linear_x, command.angular_z)
         times = (
@@ -47,7 +47,9 @@ class ArcCheck:
         """
         if abs(command.linear_x) < SLOWEST_DRIVE and abs(command.angular_z) > SLOWEST_TURN:
             return 2.0 * math.sin(resolution / 2.0 / self._radius) / abs(command.angular_z)
-        return resolution / abs(command.linear_x) if command.linear_x != 0.0 else math.inf
+        if command.linear_x == 0.0:
+            return math.inf
+        return resolution / abs(command.linear_x)
 
     def _horizon(self, speed: float, carrot_distance: float) -> tuple[float, float]:
         """How long in [s] and how far in [m] it looks ahead."""
@@ -55,11 +57,10 @@ class ArcCheck:
         duration, distance = params.max_allowed_time_to_collision_up_to_carrot, carrot_distance
         if params.min_distance_to_obstacle > 0.0:
             slowest = max(abs(speed), params.min_approach_linear_velocity)
-            duration = (
-                max(duration, params.min_distance_to_obstacle / slowest)
-                if slowest > 0.0
-                else math.inf
-            )
+            if slowest > 0.0:
+                duration = max(duration, params.min_distance_to_obstacle / slowest)
+            else:
+                duration = math.inf
             if params.use_velocity_scaled_lookahead_dist:
                 distance = min(
                     max(distance, params.min_distance_to_obstacle), params.max_lookahead_dist
@@ -67,23 +68,21 @@ class ArcCheck:
         return duration, distance
 
 
-@njit(
-    ahead="uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], UniTuple(float64, 3), UniTuple(float64, 2), "
-    "float64, float64, float64"
-)
+@njit(ahead=True)
 def arc_collides(
-    costs: ByteArray,
+    costs: ByteMatrix,
     grid: Grid,
-    footprint: FloatArray,
+    footprint: FloatMatrix,
     start: tuple[float, float, float],
     speeds: tuple[float, float],
     time_step: float,
     duration: float,
     distance: float,
 ) -> bool:
-    """Whether a footprint (V, 2) meets an obstacle while driving at ``speeds`` [m/s, rad/s] from ``start`` (x, y, yaw).
+    """Whether a footprint (V, 2) meets an obstacle from ``start`` (x, y, yaw) on.
 
-    It looks at the start and after each ``time_step`` [s], for ``duration`` [s] or until it is ``distance`` [m] away.
+    It drives at ``speeds`` [m/s, rad/s]. It looks at the start and after each ``time_step`` [s],
+    for ``duration`` [s] or until it is ``distance`` [m] away.
     """
     (x, y, yaw), (speed, yaw_rate) = start, speeds
     if is_occupied(costs, grid, footprint, x, y, yaw):

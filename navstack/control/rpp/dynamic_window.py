@@ -1,8 +1,8 @@
-"""Dynamic Window Pure Pursuit: of the velocities that the robot can reach in a cycle, those that keep to the arc.
+"""Dynamic Window Pure Pursuit: the reachable velocity that keeps to the arc.
 
-After F. Ohnishi, M. Takahashi, "Dynamic Window Pure Pursuit", and ``dynamic_window_pure_pursuit_functions.hpp`` of Nav2
-main. In the plane of speed v and yaw rate w what can be reached is a rectangle; the arc of curvature k is the line
-w = k v through the origin.
+After F. Ohnishi, M. Takahashi, "Dynamic Window Pure Pursuit", and
+``dynamic_window_pure_pursuit_functions.hpp`` of Nav2 main. In the plane of speed v and yaw rate w
+what can be reached is a rectangle; the arc of curvature k is the line w = k v through the origin.
 """
 
 import math
@@ -57,11 +57,13 @@ def _range(now: float, faster: float, slower: float) -> tuple[float, float]:
 
 
 def regulated(window: Window, speed: float) -> Window:
-    """The window cut to speeds between standstill and ``speed`` [m/s], or its edge nearest to them."""
+    """The window cut to speeds from standstill to ``speed`` [m/s], or its edge nearest to them."""
     least, most = min(0.0, speed), max(0.0, speed)
     low, high = max(window.min_v, least), min(window.max_v, most)
-    if low > high:
-        low = high = low if low > most else high
+    if low > most:
+        high = low
+    elif low > high:
+        low = high
     return window._replace(min_v=low, max_v=high)
 
 
@@ -74,24 +76,23 @@ def best_velocity(window: Window, curvature: float, direction: float) -> Twist2D
         direction: 1 forwards, -1 backwards.
     """
     if abs(curvature) < STRAIGHT:
-        v = window.max_v if direction >= 0.0 else window.min_v
+        v = window.max_v
+        if direction < 0.0:
+            v = window.min_v
         return Twist2D(v, 0.0, min(max(0.0, window.min_w), window.max_w))
     on_arc = [(v, curvature * v) for v in (window.min_v, window.max_v)]
     on_arc += [(w / curvature, w) for w in (window.min_w, window.max_w)]
-    inside = [
+    best = [
         (v, w)
         for v, w in on_arc
         if window.min_v <= v <= window.max_v and window.min_w <= w <= window.max_w
     ]
-    if inside:
-        v, w = max(inside, key=lambda point: point[0] * direction)
-        return Twist2D(v, 0.0, w)
-    corners = [(v, w) for v in (window.min_v, window.max_v) for w in (window.min_w, window.max_w)]
-    distances = [abs(curvature * v - w) / math.hypot(curvature, 1.0) for v, w in corners]
-    near = [
-        corner
-        for corner, distance in zip(corners, distances, strict=True)
-        if distance <= min(distances) + TIE
-    ]
-    v, w = max(near, key=lambda point: point[0] * direction)
+    if not best:
+        corners = [
+            (v, w) for v in (window.min_v, window.max_v) for w in (window.min_w, window.max_w)
+        ]
+        distances = [abs(curvature * v - w) / math.hypot(curvature, 1.0) for v, w in corners]
+        nearest = min(distances) + TIE
+        best = [corners[i] for i in range(4) if distances[i] <= nearest]
+    v, w = max(best, key=lambda point: point[0] * direction)
     return Twist2D(v, 0.0, w)

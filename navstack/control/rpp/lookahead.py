@@ -7,13 +7,14 @@ Jazzy's cusps.
 import math
 
 from navstack.jit import njit
-from navstack.types import FloatArray
+from navstack.types import FloatArray, FloatMatrix
 
 SAME_HEADING = 1e-4  # [rad]
+LEAST_CHORD_SQUARED = 0.001  # [m2] as upstream; a nearer point is straight ahead
 
 
-@njit(ahead="float64[:, ::1], float64, bool")
-def lookahead_point(path: FloatArray, distance: float, beyond_end: bool) -> tuple[float, float]:
+@njit(ahead=True)
+def lookahead_point(path: FloatMatrix, distance: float, beyond_end: bool) -> tuple[float, float]:
     """The point ``distance`` [m] along the path, as (x, y).
 
     On a path that is shorter: its end, or with ``beyond_end`` the point that its last direction
@@ -24,38 +25,41 @@ def lookahead_point(path: FloatArray, distance: float, beyond_end: bool) -> tupl
         dx, dy = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
         step = math.hypot(dx, dy)
         if travelled + step >= distance:
-            share = (distance - travelled) / step if step > 0.0 else 0.0
+            share = 0.0
+            if step > 0.0:
+                share = (distance - travelled) / step
             return path[i - 1, 0] + share * dx, path[i - 1, 1] + share * dy
         travelled += step
-    x, y = path[-1, 0], path[-1, 1]
     if not beyond_end:
-        return x, y
-    direction = math.atan2(y - path[-2, 1], x - path[-2, 0])
-    rest = distance - travelled
-    return x + rest * math.cos(direction), y + rest * math.sin(direction)
+        return path[-1, 0], path[-1, 1]
+    return beyond(path, distance - travelled)
 
 
 @njit()
 def lookahead_point_on_circle(
     path: FloatArray, distance: float, beyond_end: bool
 ) -> tuple[float, float]:
-    """The point where the path leaves the circle of radius ``distance`` [m] about the robot, as (x, y).
+    """The point (x, y) where the path leaves the circle of radius ``distance`` [m].
 
-    Of a path that begins outside, its first pose; of one that stays inside as in :func:`lookahead_point`.
+    Of a path that begins outside, its first pose; of one that stays inside as in
+    :func:`lookahead_point`.
     """
     for i in range(len(path)):
         if math.hypot(path[i, 0], path[i, 1]) >= distance:
             before = max(i - 1, 0)
             return leave_circle(path[before, 0], path[before, 1], path[i, 0], path[i, 1], distance)
-    x, y = path[-1, 0], path[-1, 1]
     if not beyond_end:
-        return x, y
+        return path[-1, 0], path[-1, 1]
+    far_x, far_y = beyond(path, 2.0 * distance)
+    return leave_circle(path[-1, 0], path[-1, 1], far_x, far_y, distance)
+
+
+@njit()
+def beyond(path: FloatArray, rest: float) -> tuple[float, float]:
+    """The point ``rest`` [m] beyond the path's end, in its last direction."""
+    x, y = path[-1, 0], path[-1, 1]
     direction = math.atan2(y - path[-2, 1], x - path[-2, 0])
-    far_x, far_y = (
-        x + 2.0 * distance * math.cos(direction),
-        y + 2.0 * distance * math.sin(direction),
-    )
-    return leave_circle(x, y, far_x, far_y, distance)
+    return x + rest * math.cos(direction), y + rest * math.sin(direction)
 
 
 @njit()
@@ -89,8 +93,8 @@ def distance_to_cusp(path: FloatArray) -> float:
     return math.inf
 
 
-@njit(ahead="float64[:, ::1]")
-def path_length(path: FloatArray) -> float:
+@njit(ahead=True)
+def path_length(path: FloatMatrix) -> float:
     """Length along the path in [m]."""
     length = 0.0
     for i in range(1, len(path)):
@@ -101,4 +105,6 @@ def path_length(path: FloatArray) -> float:
 def arc_curvature(x: float, y: float) -> float:
     """Curvature in [1/m] of the arc that leaves along the x axis and meets (x, y)."""
     chord_squared = x * x + y * y
-    return 2.0 * y / chord_squared if chord_squared > 0.001 else 0.0
+    if chord_squared > LEAST_CHORD_SQUARED:
+        return 2.0 * y / chord_squared
+    return 0.0

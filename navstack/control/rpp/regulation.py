@@ -12,15 +12,16 @@ from navstack.types import FloatArray
 
 
 def speed_in_curve(speed: float, curvature: float, min_radius: float) -> float:
-    """``speed`` [m/s], reduced in proportion to the radius where that is less than ``min_radius`` [m]."""
-    radius = 1.0 / abs(curvature) if curvature != 0.0 else math.inf
-    return speed * (1.0 - (min_radius - radius) / min_radius) if radius < min_radius else speed
+    """``speed`` [m/s], reduced in proportion to a radius less than ``min_radius`` [m]."""
+    if curvature == 0.0 or 1.0 / abs(curvature) >= min_radius:
+        return speed
+    return speed * (1.0 - (min_radius - 1.0 / abs(curvature)) / min_radius)
 
 
 def speed_near_obstacle(
     speed: float, cost: int, inscribed_radius: float, params: RppParams
 ) -> float:
-    """``speed`` [m/s], reduced by the distance to the nearest obstacle that the ``cost`` under the robot stands for."""
+    """``speed`` [m/s], reduced near an obstacle, whose distance the ``cost`` tells."""
     if cost in (NO_INFORMATION, FREE_SPACE):
         return speed
     decay = math.log(cost / (INSCRIBED_INFLATED_OBSTACLE - 1))
@@ -31,7 +32,7 @@ def speed_near_obstacle(
 
 
 def speed_on_approach(speed: float, path: FloatArray, params: RppParams) -> float:
-    """``speed`` [m/s], reduced near the end of a path (N, 3) in the base frame, but not below the approach's least."""
+    """``speed`` [m/s], reduced near the end of a path (N, 3), base frame."""
     scaling = 1.0
     if path_length(path) < params.approach_velocity_scaling_dist:
         scaling = math.hypot(path[-1, 0], path[-1, 1]) / params.approach_velocity_scaling_dist

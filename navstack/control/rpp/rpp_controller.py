@@ -17,6 +17,7 @@ from navstack.control.rpp.lookahead import (
     lookahead_point_on_circle,
 )
 from navstack.control.rpp.regulation import speed_in_curve, speed_near_obstacle, speed_on_approach
+from navstack.control.turn_in_place import turn_by
 from navstack.costmap.costmap import Costmap
 from navstack.errors import ControlError, NoLegalVelocity
 from navstack.geometry import footprint_radii, normalize_angle
@@ -27,9 +28,10 @@ COLLISION_AHEAD = "collision ahead"  # the only thing that rejects a command
 
 
 class RegulatedPurePursuitController(Controller):
-    """Drives along the arc to a point ahead on the path (the carrot), slower in curves, near obstacles and at the end.
+    """Drives along the arc to a point ahead on the path, the carrot.
 
-    Where a goal is cancelled there is no later command here, so that ``use_cancel_deceleration`` has no meaning.
+    It is slower in curves, near obstacles and at the end. Where a goal is cancelled there is no
+    later command here, so that ``use_cancel_deceleration`` has no meaning.
     """
 
     def __init__(
@@ -57,7 +59,7 @@ class RegulatedPurePursuitController(Controller):
             params.use_fixed_curvature_lookahead and params.interpolate_curvature_after_goal
         )
         self._window = PathWindow(
-            params.max_robot_pose_search_dist, fewest_poses=2 if self._beyond_goal else 1
+            params.max_robot_pose_search_dist, fewest_poses=1 + self._beyond_goal
         )
         self._speed = params.desired_linear_vel  # [m/s] within the speed limit
         self.reset()
@@ -67,12 +69,7 @@ class RegulatedPurePursuitController(Controller):
         self._plan: Path | None = None
         self._at_goal = False
         self._commanded = Twist2D()  # last
-        self._decision: DecisionRecord | None = None
-
-    @property
-    def decision(self) -> DecisionRecord | None:
-        """See the base class."""
-        return self._decision
+        self._decision = None
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
         """Limit the speed to ``limit`` [m/s], or [%] of the desired one; 0 lifts the limit."""
@@ -93,7 +90,9 @@ class RegulatedPurePursuitController(Controller):
             self._window.reset()
         path = self._window.seen_from(state.pose, plan, surroundings.costmap)
         carrot, steering_point = self._points(path, state.twist.linear_x)
-        direction = -1.0 if self._params.allow_reversing and carrot[0] < 0.0 else 1.0
+        direction = 1.0
+        if self._params.allow_reversing and carrot[0] < 0.0:
+            direction = -1.0
         carrot_distance = math.hypot(*carrot)
         command = self._turn_on_the_spot(
             path, carrot_distance, steering_point, direction, state.twist.angular_z
@@ -118,14 +117,15 @@ class RegulatedPurePursuitController(Controller):
         self, wanted: Twist2D, curvature: float, direction: float, measured: Twist2D
     ) -> Twist2D:
         """The command that the robot can follow within a cycle and that keeps to the arc best."""
-        now = self._commanded if self._params.velocity_feedback == "OPEN_LOOP" else measured
-        window = regulated(reachable(now, self._params, self._period), wanted.linear_x)
+        if self._params.velocity_feedback == "OPEN_LOOP":
+            measured = self._commanded
+        window = regulated(reachable(measured, self._params, self._period), wanted.linear_x)
         return best_velocity(window, curvature, direction)
 
     def _points(
         self, path: FloatArray, speed: float
     ) -> tuple[tuple[float, float], tuple[float, float]]:
-        """The carrot and the point that gives the curvature, which are the same unless that one is fixed."""
+        """The carrot, and the point that gives the curvature: the same unless that one is fixed."""
         params = self._params
         lookahead, fixed = params.lookahead_dist, params.curvature_lookahead_dist
         if params.use_velocity_scaled_lookahead_dist:
@@ -134,7 +134,9 @@ class RegulatedPurePursuitController(Controller):
         if params.allow_reversing:
             cusp = distance_to_cusp(path)
             lookahead, fixed = min(lookahead, cusp), min(fixed, cusp)
-        point = lookahead_point if params.lookahead_along_path else lookahead_point_on_circle
+        point = lookahead_point_on_circle
+        if params.lookahead_along_path:
+            point = lookahead_point
         carrot = point(path, lookahead, False)
         if not params.use_fixed_curvature_lookahead:
             return carrot, carrot
@@ -158,25 +160,13 @@ class RegulatedPurePursuitController(Controller):
         near_goal = carrot_distance < self._xy_goal_tolerance
         self._at_goal = near_goal or (params.stateful and self._at_goal)
         if self._at_goal:
-            return self._turn(float(path[-1, 2]), yaw_rate)
+            return turn_by(float(path[-1, 2]), yaw_rate, params, self._period)
         bearing = math.atan2(steering_point[1], steering_point[0])
         if direction < 0.0:
             bearing = normalize_angle(bearing + math.pi)
-        return (
-            self._turn(bearing, yaw_rate)
-            if abs(bearing) > params.rotate_to_heading_min_angle
-            else None
-        )
-
-    def _turn(self, error: float, yaw_rate: float) -> Twist2D:
-        """The turn by ``error`` [rad] within the limits, slow enough to stop in time."""
-        params = self._params
-        sign = 1.0 if error > 0.0 else -1.0
-        change = params.max_angular_accel * self._period
-        wanted = sign * params.rotate_to_heading_angular_vel
-        wanted = min(max(wanted, yaw_rate - change), yaw_rate + change)
-        stoppable = math.sqrt(2.0 * params.max_angular_accel * abs(error))
-        return Twist2D(angular_z=sign * stoppable if abs(wanted) > stoppable else wanted)
+        if abs(bearing) <= params.rotate_to_heading_min_angle:
+            return None
+        return turn_by(bearing, yaw_rate, params, self._period)
 
     def _regulated_speed(
         self, curvature: float, path: FloatArray, pose: Pose2D, costmap: Costmap
@@ -199,7 +189,8 @@ class RegulatedPurePursuitController(Controller):
         mx, my = costmap.world_to_map(pose.x, pose.y)
         if not costmap.contains(mx, my):
             raise ControlError(
-                f"the robot at ({pose.x:.2f}, {pose.y:.2f}) m is off the local costmap; make it roll or larger"
+                f"the robot at ({pose.x:.2f}, {pose.y:.2f}) m is off the local costmap; "
+                "make it roll or larger"
             )
         return int(costmap.data[my, mx])
 

@@ -13,8 +13,9 @@ class PathAlignCritic(MapGridCritic):
     def scale(self, scene: Scene) -> float:
         """0 near the goal, where aligning the nose would destabilise."""
         dx, dy = scene.pose.x - scene.goal.x, scene.pose.y - scene.goal.y
-        near = dx * dx + dy * dy <= self.measured.nose * self.measured.nose
-        return 0.0 if near else super().scale(scene)
+        if dx * dx + dy * dy <= self.measured.nose * self.measured.nose:
+            return 0.0
+        return super().scale(scene)
 
 
 class GoalAlignCritic(MapGridCritic):

@@ -44,5 +44,5 @@ class Critic(ABC):
         """
         return None
 
-    def debrief(self, scene: Scene, command: Twist2D) -> None:  # noqa: B027 - most critics remember nothing
+    def debrief(self, scene: Scene, command: Twist2D) -> None:  # noqa: B027
         """Hear what was commanded; standstill where every trajectory was illegal."""

@@ -8,7 +8,7 @@ SCALE_PER_METRE = 0.5  # by which scales are multiplied, besides the metres of a
 
 
 class MapGridCritic(PoseCritic):
-    """After ``map_grid.cpp``: the Manhattan distance to the nearest seed cell, which ignores obstacles.
+    """After ``map_grid.cpp``: Manhattan distance to the nearest seed cell, past obstacles.
 
     Nav2 fills a grid with these distances; here they are computed for the cells that are asked for.
     """

@@ -66,10 +66,12 @@ class OscillationCritic(Critic):
 
     def measure(self, scene: Scene) -> Measure | None:
         """Nothing, while no direction is forbidden."""
-        return None if any(self._forbidden) else NO_MEASURE
+        if any(self._forbidden):
+            return None
+        return NO_MEASURE
 
     def debrief(self, scene: Scene, command: Twist2D) -> None:
-        """Follow the signs of the commands, sideways and turning only while hardly driving forward."""
+        """Follow the commands' signs, sideways and turning only while hardly driving forward."""
         x, y, theta = self._trends
         flipped = x.update(command.linear_x)
         threshold = self._params.x_only_threshold

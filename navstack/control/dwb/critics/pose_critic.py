@@ -9,7 +9,7 @@ from navstack.types import FloatArray
 
 
 class PoseCritic(Critic):
-    """Scores the last pose of a trajectory, or the sum or product over all, by a compiled measure."""
+    """Scores by a compiled measure the last pose, or the sum or product over all poses."""
 
     kind: int  # of the measure
 
@@ -35,4 +35,6 @@ class PoseCritic(Critic):
 
     def measure(self, scene: Scene) -> Measure | None:
         """The measure of the last pose."""
-        return self.measured if self.measured.aggregation == LAST else None
+        if self.measured.aggregation == LAST:
+            return self.measured
+        return None

@@ -57,7 +57,9 @@ class RotateToGoalCritic(Critic):
 
     def measure(self, scene: Scene) -> Measure | None:
         """Nothing, far from the goal."""
-        return None if self._in_window else NO_MEASURE
+        if self._in_window:
+            return None
+        return NO_MEASURE
 
     def _heading_errors(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
         ends = rollouts.yaw[:, -1]

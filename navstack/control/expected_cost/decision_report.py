@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from navstack.control.contact_risk import OMEGA, V, Y
 from navstack.control.decision import (
     RUNNER_UP,
     SLOWER,
@@ -12,7 +13,7 @@ from navstack.control.decision import (
     DecisionRecord,
     Option,
 )
-from navstack.control.expected_cost.motion_cost import TERMS, Scene, V, Y, price_one
+from navstack.control.expected_cost.motion_cost import TERMS, Scene, price_one
 from navstack.control.expected_cost.motions import name_of
 from navstack.types import FloatArray, Twist2D
 
@@ -36,28 +37,36 @@ def record(cycle: Cycle) -> DecisionRecord:
 
     Its scores are the chosen motion's terms [USD], its status says what kind of motion that is.
     """
-    total, scores, _ = _priced(cycle.chosen, cycle.scene)
-    kind = name_of(cycle.chosen)
+    chosen = _priced(cycle.chosen, cycle.scene)
     return DecisionRecord(
-        cycle.stamp, NAME, cycle.command, len(cycle.motions), 0, total, scores, kind
+        cycle.stamp,
+        NAME,
+        cycle.command,
+        samples=len(cycle.motions),
+        total=chosen.total,
+        scores=chosen.scores,
+        status=chosen.kind,
     )
 
 
 def alternatives(cycle: Cycle) -> tuple[Alternative, ...]:
-    """The cheapest motion of another kind, and the cheapest that is at most half as fast one step from now.
+    """The cheapest motion of another kind, and the cheapest at most half as fast after a step.
 
-    They may be cheaper by less than what changing the motion under way takes (``switch_usd``, ``switch_share``).
+    They may be cheaper by less than what changing the motion under way takes (``switch_usd``,
+    ``switch_share``).
     """
-    priced = [(*_priced(motion, cycle.scene), name_of(motion)) for motion in cycle.motions]
-    _, _, first = _priced(cycle.chosen, cycle.scene)
+    priced = [_priced(motion, cycle.scene) for motion in cycle.motions]
+    chosen = _priced(cycle.chosen, cycle.scene)
+    half = 0.5 * abs(chosen.command.linear_x)
     others = {
-        RUNNER_UP: [each for each in priced if each[3] != name_of(cycle.chosen)],
-        SLOWER: [each for each in priced if abs(each[2].linear_x) <= 0.5 * abs(first.linear_x)],
+        RUNNER_UP: [each for each in priced if each.kind != chosen.kind],
+        SLOWER: [each for each in priced if abs(each.command.linear_x) <= half],
     }
-    best = {kind: min(found, key=lambda each: each[0]) for kind, found in others.items() if found}
+    best = {
+        kind: min(found, key=lambda each: each.total) for kind, found in others.items() if found
+    }
     return tuple(
-        Alternative(kind, command, total, scores)
-        for kind, (total, scores, command, _) in best.items()
+        Alternative(kind, each.command, each.total, each.scores) for kind, each in best.items()
     )
 
 
@@ -67,7 +76,9 @@ def options(cycle: Cycle) -> tuple[Option, ...]:
     totals = [price_one(motion, scene, terms, states) for motion in cycle.motions]
     kinds = {name_of(cycle.chosen): cycle.chosen}
     for k in np.argsort(totals, kind="stable").tolist():
-        kinds.setdefault(name_of(cycle.motions[k]), cycle.motions[k])
+        kind = name_of(cycle.motions[k])
+        if kind not in kinds:
+            kinds[kind] = cycle.motions[k]
     found = []
     for motion in list(kinds.values())[:_SHOWN]:
         total = price_one(motion, scene, terms, states)
@@ -76,11 +87,20 @@ def options(cycle: Cycle) -> tuple[Option, ...]:
     return tuple(found)
 
 
-def _priced(motion: FloatArray, scene: Scene) -> tuple[float, tuple[CriticScore, ...], Twist2D]:
-    """A motion's cost [USD], its terms, and its velocity after the first step."""
+class _Priced(NamedTuple):
+    """What is said of one motion."""
+
+    kind: str
+    total: float  # [USD]
+    scores: tuple[CriticScore, ...]  # [USD]
+    command: Twist2D  # its velocity after the first step
+
+
+def _priced(motion: FloatArray, scene: Scene) -> _Priced:
     terms, states = np.empty(len(TERMS)), np.empty((len(scene.care), 7))
     total = price_one(motion, scene, terms, states)
     scores = tuple(
         CriticScore(name, usd, usd, 0) for name, usd in zip(TERMS, terms.tolist(), strict=True)
     )
-    return float(total), scores, Twist2D(float(states[0, V]), 0.0, float(states[0, V + 1]))
+    command = Twist2D(float(states[0, V]), 0.0, float(states[0, OMEGA]))
+    return _Priced(name_of(motion), float(total), scores, command)
