@@ -72,9 +72,9 @@ class TickRecord:
 class Navigator:
     """Localizes, maps, plans, follows or recovers, smooths and watches over it, each part when it is due.
 
-    A navigator that ``stops_when_lost`` stands while the belief's health is LOST: the smoother brings it to rest, and
-    the tree is not asked. Progress and patience do not count that time, recoveries do; after ``LOST_PATIENCE`` the
-    navigation is given up.
+    A navigator that ``stops_when_lost`` stands while the belief's health is LOST: the smoother
+    brings it to rest, and the tree is not asked. Progress and patience do not count that time,
+    recoveries do; after ``LOST_PATIENCE`` the navigation is given up.
     """
 
     def __init__(

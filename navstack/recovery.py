@@ -1,7 +1,7 @@
 """What the default behavior tree tries when neither planning nor following succeeds, one after the other.
 
-The actions are those of ``navigate_to_pose_w_replanning_and_recovery.xml``; their order and what follows on a failure
-are those of nav2_behavior_tree's RoundRobin.
+The actions are those of ``navigate_to_pose_w_replanning_and_recovery.xml``; their order and what
+follows on a failure are those of nav2_behavior_tree's RoundRobin.
 """
 
 from collections.abc import Callable, Sequence

@@ -54,9 +54,9 @@ class Costmap:
 
     def map_to_world(self, mx: int, my: int) -> tuple[float, float]:
         """The centre of a cell, in [m]."""
-        return self.origin_x + (mx + 0.5) * self.resolution, self.origin_y + (
-            my + 0.5
-        ) * self.resolution
+        x = self.origin_x + (mx + 0.5) * self.resolution
+        y = self.origin_y + (my + 0.5) * self.resolution
+        return x, y
 
     def contains(self, mx: int, my: int) -> bool:
         """Whether a cell lies on the grid."""
@@ -65,4 +65,6 @@ class Costmap:
     def cost_at(self, x: float, y: float) -> int:
         """The cost at a point; NO_INFORMATION outside the grid."""
         mx, my = self.world_to_map(x, y)
-        return int(self.data[my, mx]) if self.contains(mx, my) else NO_INFORMATION
+        if self.contains(mx, my):
+            return int(self.data[my, mx])
+        return NO_INFORMATION

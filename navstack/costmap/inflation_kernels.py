@@ -57,8 +57,8 @@ def find_sources(
 ) -> int:
     """Cells of ``costs`` [y0:yn, x0:xn] from which inflation spreads, their x, y into ``cells`` (n, 2).
 
-    Only the rim of the lethal areas counts: a source between four others is never the nearest to a cell that is no
-    source. Unknown sources count all, since they themselves become lethal.
+    Only the rim of the lethal areas counts: a source between four others is never the nearest to a
+    cell that is no source. Unknown sources count all, since they themselves become lethal.
 
     Returns:
         How many there are; those beyond the end of ``cells`` are not stored.
@@ -118,8 +118,8 @@ def copy_boxes(
 ) -> None:
     """Copy lattice boxes (k, 4) x0, xn, y0, yn (ends exclusive), all in the window, from ``source`` to ``target``.
 
-    The lattice cell (x, y) is ``source`` [y + margin, x + margin], or ``fill`` where that is beyond the edges.
-    ``window`` is x, y of the target's first cell, width and height.
+    The lattice cell (x, y) is ``source`` [y + margin, x + margin], or ``fill`` where that is beyond
+    the edges. ``window`` is x, y of the target's first cell, width and height.
     """
     height, width = source.shape
     flat, to, cost = source.reshape(-1), target.reshape(-1), np.uint8(fill)

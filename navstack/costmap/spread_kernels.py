@@ -40,13 +40,14 @@ def measure_columns(
     Args:
         cells: (n, 2) lattice x, y; the first ``count`` count.
         count: see there.
-        around: (w,) distance in a single cell's column, from ``radius`` below it on; w a multiple of BLOCK, filled up
-            with radius + 1: beyond.
+        around: (w,) distance in a single cell's column, from ``radius`` below it on; w a multiple
+            of BLOCK, filled up with radius + 1: beyond.
         radius: [cells].
         box: lattice x0, xn, y0, yn, ends exclusive.
         nearest: room for the distances, column by column from yours to yn.
-        ends: (columns, 2) room for the rows, counted from y0, among which distances up to ``radius`` lie; first and
-            end. What ``nearest`` holds of columns without any is left as it is.
+        ends: (columns, 2) room for the rows, counted from y0, among which distances up to
+            ``radius`` lie; first and end. What ``nearest`` holds of columns without any is left as
+            it is.
     """
     x0, xn, y0, yn = box
     height, columns, first, side = yn - y0, xn - x0 + 2 * radius, x0 - radius, 2 * radius + 1

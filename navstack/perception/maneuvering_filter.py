@@ -15,8 +15,8 @@ class ManeuveringFilter:
     """Two :class:`TrackFilter`, one for people on their way and one for people who turn, mixed by how likely each is.
 
     The equations are Blom and Bar-Shalom's (1988, IEEE Transactions on Automatic Control 33), as in
-    ``filterpy.kalman.IMMEstimator``. A body changes from going straight to turning and back at random, as in a
-    continuous-time Markov chain whose mean times are given.
+    ``filterpy.kalman.IMMEstimator``. A body changes from going straight to turning and back at
+    random, as in a continuous-time Markov chain whose mean times are given.
     """
 
     def __init__(

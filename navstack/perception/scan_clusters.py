@@ -91,7 +91,8 @@ def find_bodies(
 ) -> int:
     """Group neighbouring foreground beams and measure each group as the near side of an upright cylinder.
 
-    The cylinder's centre is ``body_radius`` behind the nearest return, at the bearing of the group's middle.
+    The cylinder's centre is ``body_radius`` behind the nearest return, at the bearing of the
+    group's middle.
 
     Args:
         ranges: (n,) [m].
@@ -102,8 +103,8 @@ def find_bodies(
         min_points: returns of a group.
         max_width: [m] of a group.
         body_radius: [m].
-        bodies: (n, 3) output: middle beam (may be between two), distance of the centre [m], 1 where something nearer
-            or the end of an open scan may hide a part of it, else 0.
+        bodies: (n, 3) output: middle beam (may be between two), distance of the centre [m], 1 where
+            something nearer or the end of an open scan may hide a part of it, else 0.
 
     Returns:
         How many were found.

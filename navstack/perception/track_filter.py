@@ -98,7 +98,8 @@ class TrackFilter:
 def motion_of(duration: float, acceleration_variance: float) -> tuple[FloatArray, FloatArray]:
     """The matrix (4, 4) that moves x, y, vx, vy on by ``duration`` [s], and the covariance (4, 4) that this adds.
 
-    The covariance is that of ``filterpy.common.Q_discrete_white_noise``: constant acceleration within the step.
+    The covariance is that of ``filterpy.common.Q_discrete_white_noise``: constant acceleration
+    within the step.
     """
     step, noise = _WHOLE.copy(), np.zeros((4, 4))
     step[0, 2] = step[1, 3] = duration
