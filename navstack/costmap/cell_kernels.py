@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.costmap.beam_kernels import UNTRACED, LineArray, is_hit, view_from
-from navstack.costmap.costmap import LETHAL_OBSTACLE
+from navstack.costmap.costmap import LETHAL_OBSTACLE, Box
 from navstack.costmap.kernels import is_in_range, polygon_columns, to_cell
 from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, IntArray
@@ -188,7 +188,7 @@ def drop_doubted(listed: Listed, changed: IntArray) -> int:
 @njit(ahead=f"{_LISTED}, UniTuple(int64, 4), int64[::1]")
 def drop_outside(
     listed: Listed,
-    box: tuple[int, int, int, int],
+    box: Box,
     changed: IntArray,
 ) -> int:
     """Drop the cells outside the box x0, xn, y0, yn (ends exclusive); returns how many remain."""

@@ -10,6 +10,7 @@ INSCRIBED_INFLATED_OBSTACLE = 253  # the robot's centre here means contact
 LETHAL_OBSTACLE = 254
 NO_INFORMATION = 255
 
+Box = tuple[int, int, int, int]  # x0, xn, y0, yn of cells, ends exclusive
 Grid = tuple[float, float, float]  # [m] x and y of a costmap's origin, [m] size of a cell
 
 

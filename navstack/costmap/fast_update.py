@@ -13,10 +13,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from navstack.costmap import inflation_kernels
-from navstack.costmap.costmap import Costmap
+from navstack.costmap.costmap import Box, Costmap
 from navstack.costmap.inflation import Inflation
 from navstack.costmap.obstacle_cells import ObstacleCells
-from navstack.costmap.window import Box, Window
+from navstack.costmap.window import Window
 from navstack.types import ByteArray, FloatArray, IntArray, Pose2D
 
 _LENGTH = 5  # of the array that a rolling window moves along, in windows

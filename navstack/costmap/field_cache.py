@@ -147,7 +147,7 @@ def _header(stream: Any) -> tuple[tuple[int, ...], bool, "np.dtype[Any]"]:
 
 
 def _write(file: Path, array: Array) -> None:
-    """Write beside the place and rename, so that no reader and no second process sees half a file."""
+    """Write beside the place and rename, so that nobody sees half a file."""
     try:
         file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(

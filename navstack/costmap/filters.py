@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from navstack.costmap import kernels
-from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION, Box
 from navstack.costmap.field_cache import shared_array
 from navstack.costmap.layers import Bounds, Layer
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
@@ -69,9 +69,7 @@ class KeepoutMask:
         """Whether a pose is forbidden: only the highest occupancy costs 253 or more."""
         return self._grid.value_at(pose.x, pose.y) == OCCUPIED
 
-    def raise_costs(
-        self, costs: ByteArray, region: tuple[int, int, int, int], left: int, low: int
-    ) -> None:
+    def raise_costs(self, costs: ByteArray, region: Box, left: int, low: int) -> None:
         """Raise costs to the mask's within a region x0, xn, y0, yn of their cells.
 
         The first lies at (left, low).
@@ -118,9 +116,7 @@ class KeepoutLayer(Layer):
             bounds.hold_everything()
         self._is_new = False
 
-    def update_costs(
-        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
-    ) -> None:
+    def update_costs(self, master: ByteArray, region: Box, margin: int) -> None:
         """Raise the master to the mask.
 
         What would be raised takes the override cost while the robot is let out.

@@ -14,10 +14,14 @@ import numpy as np
 
 from navstack.costmap import inflation_kernels, spread_kernels
 from navstack.costmap.cell_kernels import CellArray
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.costmap import (
+    INSCRIBED_INFLATED_OBSTACLE,
+    LETHAL_OBSTACLE,
+    NO_INFORMATION,
+    Box,
+)
 from navstack.costmap.inflation_kernels import BLOCK
 from navstack.costmap.spread_kernels import DistanceArray
-from navstack.costmap.window import Box
 from navstack.errors import ParameterError
 from navstack.params.costmap import InflationLayerParams
 from navstack.types import ByteArray, IntArray
@@ -79,7 +83,7 @@ def cost_kernel(
 
 
 class Inflation:
-    """The inflation layer: raises the costs around the lethal cells of a grid, or around listed cells."""
+    """The inflation layer: raises the costs around lethal cells of a grid or of a list."""
 
     def __init__(
         self, params: InflationLayerParams, resolution: float, inscribed_radius: float
@@ -89,10 +93,9 @@ class Inflation:
         self.costs = cost_kernel(params, resolution, inscribed_radius)
         self.radius = len(self.costs) // 2  # [cells]
         side = 2 * self.radius + 1
-        distance = np.uint8 if self.radius < np.iinfo(np.uint8).max else np.uint16
-        self._around: DistanceArray = np.full(
-            -(-side // BLOCK) * BLOCK, self.radius + 1, dtype=distance
-        )
+        distance = np.min_scalar_type(self.radius + 1)
+        length = -(-side // BLOCK) * BLOCK
+        self._around: DistanceArray = np.full(length, self.radius + 1, dtype=distance)
         self._around[:side] = np.abs(np.arange(-self.radius, self.radius + 1))
         self._profiles: ByteArray = np.zeros((self.radius + 1, side + 2 * BLOCK), dtype=np.uint8)
         self._profiles[:, BLOCK:-BLOCK] = self.costs[self.radius :]

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION, Box
 from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, IntArray
 
@@ -289,7 +289,7 @@ def free_columns(
 @njit(ahead="uint8[:, ::1], UniTuple(int64, 4), uint8[:, ::1], int64, int64, bool")
 def combine_maximum(
     master: ByteArray,
-    region: tuple[int, int, int, int],
+    region: Box,
     layer: ByteArray,
     x: int,
     y: int,

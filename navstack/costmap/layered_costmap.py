@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from navstack.costmap import kernels
-from navstack.costmap.costmap import NO_INFORMATION, Costmap
+from navstack.costmap.costmap import NO_INFORMATION, Box, Costmap
 from navstack.costmap.fast_update import FastUpdate
 from navstack.costmap.field_cache import content_key, shared_array
 from navstack.costmap.filters import FilterMask, KeepoutLayer, KeepoutMask, SpeedLimitReceiver
@@ -115,7 +115,7 @@ class LayeredCostmap:
         return self._updater.obstacle_costs
 
     @property
-    def region(self) -> tuple[int, int, int, int] | None:
+    def region(self) -> Box | None:
         """Cells x0, xn, y0, yn (ends exclusive) within which the last update wrote.
 
         None where it knows no bounds.

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from navstack.costmap import kernels
-from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION, Box
 from navstack.costmap.denoise import remove_small_groups
 from navstack.costmap.field_cache import shared_array
 from navstack.costmap.inflation import Inflation
@@ -118,7 +118,7 @@ class Bounds:
         self.values[::2] = np.minimum(self.values[::2], other[::2])
         self.values[1::2] = np.maximum(self.values[1::2], other[1::2])
 
-    def region(self, window: Window) -> tuple[int, int, int, int]:
+    def region(self, window: Window) -> Box:
         """The window's cells x0, xn, y0, yn (ends exclusive) that the bounds hold."""
         x0, y0 = window.clamped_cell(self.values[0], self.values[2])
         xn, yn = window.clamped_cell(self.values[1], self.values[3])
@@ -140,9 +140,7 @@ class Layer(ABC):
         """
 
     @abstractmethod
-    def update_costs(
-        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
-    ) -> None:
+    def update_costs(self, master: ByteArray, region: Box, margin: int) -> None:
         """Write into ``master`` within the region x0, xn, y0, yn of its cells.
 
         The window begins at the master's cell (margin, margin): see
@@ -173,9 +171,7 @@ class StaticLayer(Layer):
             bounds.hold_everything()
         self._is_new = False
 
-    def update_costs(
-        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
-    ) -> None:
+    def update_costs(self, master: ByteArray, region: Box, margin: int) -> None:
         """Overwrite all, unknown included, or with ``use_maximum`` raise.
 
         Nothing beyond the map's edges.
@@ -251,9 +247,7 @@ class ObstacleLayer(Layer):
                 self._highest,
             )
 
-    def update_costs(
-        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
-    ) -> None:
+    def update_costs(self, master: ByteArray, region: Box, margin: int) -> None:
         """Free the cells under the robot in this layer, then combine."""
         first, last = self._columns
         kernels.free_columns(self.grid, first, last, self._lowest, self._highest)
@@ -287,9 +281,7 @@ class DenoiseLayer(Layer):
     ) -> None:
         """It touches only what others changed."""
 
-    def update_costs(
-        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
-    ) -> None:
+    def update_costs(self, master: ByteArray, region: Box, margin: int) -> None:
         """Free the groups that are too small."""
         x0, xn, y0, yn = region
         remove_small_groups(
@@ -325,9 +317,7 @@ class InflationLayer(Layer):
             bounds.values += (-radius, radius, -radius, radius)
         self._previous = Bounds(current)
 
-    def update_costs(
-        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
-    ) -> None:
+    def update_costs(self, master: ByteArray, region: Box, margin: int) -> None:
         """Inflate what the layers before have written."""
         self.inflation.apply(master, *region)
 

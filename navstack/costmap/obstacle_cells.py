@@ -11,10 +11,10 @@ import numpy as np
 from navstack.costmap import cell_kernels
 from navstack.costmap.beam_kernels import LineArray
 from navstack.costmap.cell_kernels import CellArray, Listed
-from navstack.costmap.costmap import LETHAL_OBSTACLE
+from navstack.costmap.costmap import LETHAL_OBSTACLE, Box
 from navstack.costmap.layers import clearing_observations, marking_observations
 from navstack.costmap.observations import ObservationBuffer
-from navstack.costmap.window import Box, Window
+from navstack.costmap.window import Window
 from navstack.params.costmap import ObservationSourceParams, ObstacleLayerParams
 from navstack.types import ByteArray, FloatArray, IntArray
 

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.costmap.cell_kernels import CellArray
+from navstack.costmap.costmap import Box
 from navstack.costmap.inflation_kernels import BLOCK
 from navstack.jit import njit
 from navstack.types import ByteArray, IntArray
@@ -31,11 +32,11 @@ def measure_columns(
     count: int,
     around: DistanceArray,
     radius: int,
-    box: tuple[int, int, int, int],
+    box: Box,
     nearest: DistanceArray,
     ends: IntArray,
 ) -> None:
-    """For each column of a box and ``radius`` columns beside it, how far the nearest cell of the column is in each row.
+    """How far the nearest cell of each column of a box, and ``radius`` beside, is in each row.
 
     Args:
         cells: (n, 2) lattice x, y; the first ``count`` count.
@@ -85,7 +86,7 @@ def spread(
     corner: tuple[int, int],
     radius: int,
     profiles: ByteArray,
-    box: tuple[int, int, int, int],
+    box: Box,
     nearest: DistanceArray,
     ends: IntArray,
     tile: ByteArray,
@@ -125,7 +126,7 @@ def spread(
 @njit(inline="always")
 def _fill_tile(
     tile: ByteArray,
-    place: tuple[int, int, int, int],
+    place: Box,
     radius: int,
     profiles: ByteArray,
     nearest: DistanceArray,

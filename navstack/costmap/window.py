@@ -5,14 +5,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from navstack.costmap.costmap import Box
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import MapError
 from navstack.params.costmap import CostmapParams
 from navstack.types import ByteArray, FloatArray, IntArray
 
 MOST_CELLS = 20_000_000  # of a costmap, or of a map at its resolution; 223 m x 223 m at 0.05 m
-
-Box = tuple[int, int, int, int]  # x0, xn, y0, yn of lattice cells, ends exclusive
 
 
 class Window:
@@ -118,7 +117,7 @@ def _window_of(params: CostmapParams, static: OccupancyGrid | None) -> Window:
 
 
 def overlap(
-    master: ByteArray, region: tuple[int, int, int, int], grid: ByteArray, x: int, y: int
+    master: ByteArray, region: Box, grid: ByteArray, x: int, y: int
 ) -> tuple[ByteArray, ByteArray]:
     """Views of ``master`` within a region and of ``grid``, where both have cells.
 

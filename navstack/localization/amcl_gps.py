@@ -104,7 +104,7 @@ class AmclGpsLocalizer(AmclLocalizer):
         return self._last_fix.stamp
 
     def _places_at(self, fix: GpsFix, in_odom: Pose2D) -> FloatArray:
-        """Where the particles (N, 2), now where the robot was at ``in_odom``, were at a fix's time."""
+        """Where the particles (N, 2), which stand for ``in_odom``, were at a fix's time."""
         way = relative_to(in_odom, pose_at(self._odometry, fix.stamp))
         return self.particles.poses[:, :2] + _turned(way, self.particles.poses[:, 2])
 

@@ -122,7 +122,7 @@ class LikelihoodFieldModel(SensorModel):
     def _sum(
         self, cells: FloatArray, ends: FloatArray, range_max: float, first: float
     ) -> FloatArray:
-        """``first`` plus the sum of the terms of all ends (n, 2) [cells], for particles (N, 3) in cells."""
+        """``first`` plus the sum of the terms of all ends (n, 2), for particles (N, 3); [cells]."""
         if range_max != self._range_max:  # it seldom changes
             self._range_max, self._values = range_max, self._terms(range_max)
         return sum_over_beams(self._field.codes, self._values, cells, ends, first)

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from navstack.costmap.costmap import Box
 from navstack.jit import njit
 from navstack.planning.navfn_kernels import (
     BLOCK_SIZE,
@@ -49,7 +50,7 @@ def take_in_changes(
     known: ByteArray,
     crossing: Float32Array,
     width: int,
-    window: tuple[int, int, int, int],
+    window: Box,
     only_cheaper: bool,
 ) -> float:
     """Bring ``known`` (height * width,) costs up to date in a window; how deep changes reach.

@@ -217,7 +217,7 @@ def can_reach(
     x1: float,
     y1: float,
 ) -> bool:
-    """Whether the robot can drive along a line and turn at its end, which takes ``turning`` [cells]."""
+    """Whether the robot can drive along a line and turn at its end, within ``turning`` [cells]."""
     return is_edge_free(costs, blocked, room, x0, y0, x1, y1) and has_room(
         costs, x1, y1, turning, room.allow_unknown
     )
@@ -232,7 +232,7 @@ def shortcut(
     cost_weight: float,
     draws: FloatArray,
 ) -> FloatArray:
-    """Take short cuts between random points of a polyline (N, 2) in [cells] (Geraerts and Overmars, 2007).
+    """Take short cuts between random points of a polyline (N, 2) (Geraerts and Overmars, 2007).
 
     A short cut is taken where it is free and not costlier. ``draws`` (M, 2) in [0, 1) are places
     along the line.

@@ -118,7 +118,7 @@ def _solve(
 
 
 def _grow(name: str) -> Callable[[Query, float, int, Budget], FloatArray | None]:
-    """A search that grows trees until the budget is used up or, with no optimum, until they meet."""
+    """A search that grows trees until the budget is spent or, with no optimum, until they meet."""
     return lambda query, reach, _, budget: _solve(query, getattr(og, name), reach, budget)
 
 

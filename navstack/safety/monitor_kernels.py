@@ -51,8 +51,9 @@ def are_inside(
     radius: float,
     enough: int,
 ) -> bool:
-    """Whether at least ``enough`` of the first ``count`` points (n, 2) lie in the zone of a robot at (x, y, yaw).
+    """Whether ``enough`` of the first ``count`` points (n, 2) lie in a robot's zone.
 
+    The robot is at (x, y, yaw).
     The zone is a polygon (V, 2) in the robot's frame, or with a positive ``radius`` a circle about
     the robot.
     """
@@ -99,7 +100,7 @@ def collision_time(
     horizon: float,
     time_step: float,
 ) -> float:
-    """Time in [s] until the zone of a robot that keeps its velocity holds ``enough`` points (n, 2) of the base frame.
+    """Time in [s] until the zone of a robot that keeps its velocity holds ``enough`` points (n, 2).
 
     The zone is looked at now and after every ``time_step`` [s] up to ``horizon`` [s]; the time is
     that *before* the step that ends in the collision. NO_COLLISION: none. See :func:`are_inside`.

@@ -1,4 +1,4 @@
-"""A* over poses, which Hybrid-A* and the state lattice share (``a_star.cpp``, ``node_hybrid.cpp``)."""
+"""A* over poses for Hybrid-A* and the state lattice (``a_star.cpp``, ``node_hybrid.cpp``)."""
 
 import heapq
 import math

@@ -112,7 +112,7 @@ class _PosePlanner(Planner):
     def _poses(
         self, found: Found, motions: Motions, first: FloatArray, last: FloatArray
     ) -> FloatArray:
-        """The way (n, 3) [cells], every pose of its motions; the goal ends it where it was reached."""
+        """The way (n, 3) [cells], every pose of its motions, up to the goal if it was reached."""
         nodes, chain = found.nodes, [found.node]
         while nodes.parents[chain[-1]] >= 0:
             chain.append(nodes.parents[chain[-1]])
@@ -147,7 +147,7 @@ class _PosePlanner(Planner):
 
 
 class SmacHybrid(_PosePlanner):
-    """Hybrid-A*: arcs and straight pieces from any place, headings in bins (Dolgov et al., 2008)."""
+    """Hybrid-A*: arcs and lines from any place, headings in bins (Dolgov et al., 2008)."""
 
     _params: SmacHybridParams
 
