@@ -151,11 +151,9 @@ class NavigateToPose:
         None where something else drives.
         """
         decided = self._controller_server.decision
-        return (
-            self._controller_server.controller.options
-            if decided is not None and now - decided.stamp < _LATELY
-            else ()
-        )
+        if decided is None or now - decided.stamp >= _LATELY:
+            return ()
+        return self._controller_server.controller.options
 
     def replan(self, state: RobotState) -> Twist2D | None:
         """Compute a new path when one is due.
@@ -177,7 +175,9 @@ class NavigateToPose:
         except PlanningError as error:
             was_following = self._following
             self._planning_failed(error, state)
-            return Twist2D() if was_following and not self._following else None
+            if was_following and not self._following:
+                return Twist2D()
+            return None
         self._count(plans=self._counts.plans + 1)
         self._plan_retried, self._plan_error = False, ""
         self._next_plan = state.stamp + REPLANNING_PERIOD

@@ -72,10 +72,7 @@ def build_localizer(name: str, nav2: Nav2File, static_map: OccupancyGrid) -> Loc
     if name not in known:
         raise UnknownNameError("localizer", name, known)
     entry = known[name]
-    params = [
-        nav2.read(NODES[node] if entry.params is None else entry.params, node)
-        for node in entry.nodes
-    ]
+    params = [nav2.read(entry.params or NODES[node], node) for node in entry.nodes]
     localizer: Localizer = entry.create(*params, parts={"static_map": static_map})
     return localizer
 
@@ -126,7 +123,10 @@ def build_navigator(
     )
     for costmap in (local_costmap, global_costmap):
         costmap.on_speed_limit(controller.set_speed_limit)
-    tracker = (tracker or _tracker(nav2, static_map)) if controller.wants_tracks else None
+    if not controller.wants_tracks:
+        tracker = None
+    elif tracker is None:
+        tracker = _tracker(nav2, static_map)
     tree = NavigateToPose(
         build_planner(nav2, global_costmap),
         controller_server,
@@ -228,4 +228,6 @@ def _build_monitor(nav2: Nav2File, footprint: FloatArray) -> CollisionMonitor:
     Without a zone it lets every command pass, even where a scan is overdue.
     """
     params = read_collision_monitor(nav2)
-    return CollisionMonitor(params if params.polygons else CollisionMonitorParams(), footprint)
+    if not params.polygons:
+        params = CollisionMonitorParams()
+    return CollisionMonitor(params, footprint)

@@ -26,14 +26,14 @@ class Clock:
         self._early = -math.inf
 
     def is_due(self, stamp: float) -> bool:
-        """Whether a new period has begun at ``stamp`` [s] since the last time that this was true."""
+        """Whether a new period has begun at ``stamp`` [s] since this was true last."""
         if stamp < self._early:
             return False
         period = math.floor(stamp * self._rate + self._TOLERANCE)
         if period <= self._last:
             return False
         self._last = period
-        self._early = (
-            (period + 1.0 - 2.0 * self._TOLERANCE) / self._rate if self._rate > 0.0 else math.inf
-        )
+        self._early = math.inf
+        if self._rate > 0.0:
+            self._early = (period + 1.0 - 2.0 * self._TOLERANCE) / self._rate
         return True

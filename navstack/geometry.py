@@ -86,7 +86,7 @@ def footprint_radii(footprint: FloatArray) -> tuple[float, float]:
 
 
 def cover(footprint: FloatArray, count: int) -> tuple[FloatArray, float]:
-    """Centres (count,) in [m] on the base frame's x axis and the radius [m] of circles that cover a footprint."""
+    """Centres (count,) in [m] on the base's x axis and radius [m] of circles over a footprint."""
     front, rear = float(footprint[:, 0].max()), float(footprint[:, 0].min())
     half = (front - rear) / (2 * count)
     centres = np.linspace(rear + half, front - half, count)
@@ -94,6 +94,6 @@ def cover(footprint: FloatArray, count: int) -> tuple[FloatArray, float]:
 
 
 def largest_variance(covariance: FloatArray) -> float:
-    """The variance of a covariance (n, n) of x, y, .. along the direction of the plane in which it is largest."""
+    """The largest variance along any direction of the plane, of a covariance (n, n) of x, y, .."""
     a, b, c = float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
     return max(0.0, 0.5 * (a + c) + math.hypot(0.5 * (a - c), b))

@@ -55,8 +55,10 @@ def told(history: Sequence[tuple[float, str]]) -> str:
         (what, [stamp for stamp, _ in group])
         for what, group in groupby(history, key=lambda each: each[1])
     ]
-    return "; ".join(
-        f"{stamps[0]:.1f} s {what}"
-        + (f" ({len(stamps)} times until {stamps[-1]:.1f} s)" if len(stamps) > 1 else "")
-        for what, stamps in runs
-    )
+    parts = []
+    for what, stamps in runs:
+        part = f"{stamps[0]:.1f} s {what}"
+        if len(stamps) > 1:
+            part += f" ({len(stamps)} times until {stamps[-1]:.1f} s)"
+        parts.append(part)
+    return "; ".join(parts)

@@ -36,7 +36,7 @@ LOST_PATIENCE = 60.0
 
 
 class PeopleTracker(Protocol):
-    """What tells a controller of people: :class:`navstack.perception.tracker.Tracker`, or something that knows them."""
+    """Who tells a controller of people, as :class:`~navstack.perception.tracker.Tracker` does."""
 
     def reset(self) -> None:
         """Forget everything, for a new episode."""
@@ -70,11 +70,11 @@ class TickRecord:
 
 
 class Navigator:
-    """Localizes, maps, plans, follows or recovers, smooths and watches over it, each part when it is due.
+    """Localizes, maps, plans, follows or recovers, smooths and monitors, each when it is due.
 
-    A navigator that ``stops_when_lost`` stands while the belief's health is LOST: the smoother brings it to rest, and
-    the tree is not asked. Progress and patience do not count that time, recoveries do; after ``LOST_PATIENCE`` the
-    navigation is given up.
+    A navigator that ``stops_when_lost`` stands while the belief's health is LOST: the smoother
+    brings it to rest, and the tree is not asked. Progress and patience do not count that time,
+    recoveries do; after ``LOST_PATIENCE`` the navigation is given up.
     """
 
     def __init__(
@@ -168,7 +168,9 @@ class Navigator:
 
         To be asked for as :attr:`decision` is.
         """
-        return () if self._chosen is None else self._tree.alternatives(self._stamp)
+        if self._chosen is None:
+            return ()
+        return self._tree.alternatives(self._stamp)
 
     @property
     def options(self) -> tuple[Option, ...]:
@@ -186,7 +188,9 @@ class Navigator:
     @property
     def tracks(self) -> tuple[Track, ...]:
         """What moves about, at the last tick; none where nobody tracks."""
-        return () if self._tracker is None else tuple(self._tracker.tracks(self._stamp))
+        if self._tracker is None:
+            return ()
+        return tuple(self._tracker.tracks(self._stamp))
 
     def tick(self, observation: Observation) -> Twist2D:
         """The velocity to drive until the next tick, in the base frame."""
@@ -198,9 +202,8 @@ class Navigator:
         else:
             self._run_tree(state)
         if observation.scan is not None:
-            self._monitor.receive(
-                observation.scan, self._state_at(observation.scan.stamp).odom_pose
-            )
+            seen_from = self._state_at(observation.scan.stamp).odom_pose
+            self._monitor.receive(observation.scan, seen_from)
         if self._smoother_clock.is_due(state.stamp):
             smoothed = self._smoother.smooth(self._to_smooth, state.twist, state.stamp)
             self._output = self._monitor.process(smoothed, state.stamp, state.odom_pose)
@@ -248,18 +251,20 @@ class Navigator:
 
         The oldest kept before that.
         """
-        return next(
-            (state for state in reversed(self._recent) if state.stamp <= stamp), self._recent[0]
-        )
+        for state in reversed(self._recent):
+            if state.stamp <= stamp:
+                return state
+        return self._recent[0]
 
     def _map(self, state: RobotState, observation: Observation) -> None:
-        """Show a new scan to tracker and costmaps, from where it was taken, and update the costmaps that are due."""
+        """Show a new scan to tracker and costmaps, and update the costmaps that are due."""
         scan = observation.scan
-        taken = state if scan is None else self._state_at(scan.stamp)
-        if scan is not None and self._tracker is not None:
-            self._tracker.observe(scan, taken.pose, taken.odom_pose)
-        for costmap, clock in self._costmaps:
-            if scan is not None:
+        if scan is not None:
+            taken = self._state_at(scan.stamp)
+            if self._tracker is not None:
+                self._tracker.observe(scan, taken.pose, taken.odom_pose)
+            for costmap, _ in self._costmaps:
                 costmap.observe_scan(taken.pose, scan)
+        for costmap, clock in self._costmaps:
             if clock.is_due(state.stamp):
                 costmap.update(state.pose, None, state.stamp)

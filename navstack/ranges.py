@@ -105,6 +105,11 @@ def within(least: float, most: float) -> Allowed:
     return Allowed(f"{least:g} to {most:g}", lambda value: bool(least <= value <= most))
 
 
+def up_to(most: float) -> Allowed:
+    """A number above 0, up to ``most``."""
+    return Allowed(f"more than 0 to {most:g}", lambda value: bool(0 < value <= most))
+
+
 def one_of(known: Iterable[str]) -> Allowed:
     """One of some texts."""
     names = tuple(known)
@@ -115,6 +120,7 @@ POSITIVE, NOT_NEGATIVE = Allowed("more than 0", lambda value: bool(value > 0)), 
 Positive = Annotated[float, POSITIVE]
 NotNegative = Annotated[float, NOT_NEGATIVE]
 NotPositive = Annotated[float, Allowed("0 or less", lambda value: bool(value <= 0))]
+Share = Annotated[float, within(0, 1)]
 PositiveInt = Annotated[int, POSITIVE]
 NotNegativeInt = Annotated[int, NOT_NEGATIVE]
 _FINITE = Allowed("a finite number", math.isfinite)

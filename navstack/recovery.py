@@ -1,7 +1,7 @@
-"""What the default behavior tree tries when neither planning nor following succeeds, one after the other.
+"""What the default behavior tree tries when planning or following fails, one after the other.
 
-The actions are those of ``navigate_to_pose_w_replanning_and_recovery.xml``; their order and what follows on a failure
-are those of nav2_behavior_tree's RoundRobin.
+The actions are those of ``navigate_to_pose_w_replanning_and_recovery.xml``; their order and what
+follows on a failure are those of nav2_behavior_tree's RoundRobin.
 """
 
 from collections.abc import Callable, Sequence
@@ -88,7 +88,9 @@ class RoundRobin:
             command = self._actions[self._current].step(state)
         except BehaviorError as error:
             self._note(error)
-            return None if self.begin(state) else Twist2D()
+            if self.begin(state):
+                return None
+            return Twist2D()
         if command is None:
             self._failures = 0
         return command

@@ -1,10 +1,10 @@
 """What drives: a Nav2 file, a localizer, sensors and a robot, under one name."""
 
 import dataclasses
-import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 from harness.storage.shipped import is_file, resolve, shipped
 from harness.task.camera_params import CameraParams
@@ -13,6 +13,7 @@ from navstack.params.extensions import localizers, uses_map
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.ros_yaml import PARAMETERS
 from navstack.params.strict import load_dataclass, read_text
+from navstack.ranges import NotNegative, Parameters, Positive, up_to
 
 TRUTH = "ground_truth"  # the localizer and the tracker that no robot can have
 # none: all is free until it is seen
@@ -26,28 +27,12 @@ CORRELATION_TIME = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class InjectedError:
+class InjectedError(Parameters, whose="injected error", finite=True):
     """A set error on top of the true pose: one first-order Gauss-Markov process per coordinate."""
 
-    position_rms: float = 0.0  # [m] root mean square of the distance from the true position
-    heading_rms: float = 0.0  # [deg] root mean square of the angle from the true yaw
-    correlation_time: float = CORRELATION_TIME  # [s] over which the correlation falls to 1/e
-
-    def __post_init__(self) -> None:
-        """Check what the types cannot.
-
-        Raises:
-            ParameterError: a number that is negative or not finite, or no correlation time.
-        """
-        for name in ("position_rms", "heading_rms", "correlation_time"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0) or (
-                name == "correlation_time" and value == 0.0
-            ):
-                least = "more than 0" if name == "correlation_time" else "0 or more"
-                raise ParameterError(
-                    f"injected error: {name} {value} is out of range; give a number, {least}"
-                )
+    position_rms: NotNegative = 0.0  # [m] root mean square of the distance from the true position
+    heading_rms: NotNegative = 0.0  # [deg] root mean square of the angle from the true yaw
+    correlation_time: Positive = CORRELATION_TIME  # [s] over which the correlation falls to 1/e
 
     @property
     def is_zero(self) -> bool:
@@ -59,36 +44,20 @@ NO_ERROR = InjectedError()
 
 
 @dataclass(frozen=True, slots=True)
-class PolicyParams:
+class PolicyParams(Parameters, whose="policy"):
     """How a policy of the user's drives; see :mod:`harness.policy`."""
 
-    rate: float = 10.0  # [Hz] at which it is asked
-    time_limit: float = 10.0  # [s] of wall time for an answer
-    start_limit: float = 120.0  # [s] of wall time until it is there: it may have to load a network
+    rate: Annotated[float, up_to(1000)] = 10.0  # [Hz] at which it is asked
+    time_limit: Annotated[float, up_to(1800)] = 10.0  # [s] of wall time for an answer
+    # [s] of wall time until it is there: it may have to load a network
+    start_limit: Annotated[float, up_to(1800)] = 120.0
     file: str = ""  # handed to it when it is made, e.g. its weights; empty: it is made without
     # [m/s] at which the waypoints of one that answers with waypoints are followed
-    speed: float = 1.0
+    speed: Annotated[float, up_to(100)] = 1.0
     sees_people: bool = False  # whether it is told where people truly are
     # whether it was trained on collected data, which is part of the CAPEX
     data_collection: bool = False
     camera: CameraParams = CameraParams()  # whose pictures it is shown; none unless it has pixels
-
-    def __post_init__(self) -> None:
-        """Check what the types cannot.
-
-        Raises:
-            ParameterError: a value out of range.
-        """
-        for name, most in (
-            ("rate", 1000.0),
-            ("time_limit", 1800.0),
-            ("start_limit", 1800.0),
-            ("speed", 100.0),
-        ):
-            if not 0.0 < getattr(self, name) <= most:
-                raise ParameterError(
-                    f"policy: {name} {getattr(self, name)}; allowed is more than 0 to {most:g}"
-                )
 
 
 NO_POLICY = PolicyParams()

@@ -3,9 +3,10 @@
 import math
 from dataclasses import dataclass
 from enum import Enum
+from typing import Annotated
 
-from harness.world.ranges import POSITIVE, check_ranges
 from harness.world.truth import CargoState, Truth
+from navstack.ranges import Parameters, Share, up_to, within
 from navstack.types import Pose2D
 
 
@@ -19,13 +20,6 @@ class Outcome(Enum):
     ARRIVED = "arrived"  # at the goal, cargo not modelled: neither SLA nor spoiled is claimed
 
 
-_LIMITS = {
-    "arrival_radius": (POSITIVE, 1000.0),
-    "timeout": (POSITIVE, 1e5),
-    "max_tilt": (POSITIVE, math.pi),
-    "impulse_health": (POSITIVE, 1e6),
-    "real_time_factor": (0.1, 1.0),
-}
 ARRIVALS = (Outcome.SLA, Outcome.SPOILED, Outcome.ARRIVED)
 
 
@@ -38,24 +32,16 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True)
-class Rules:
+class Rules(Parameters, whose="rules"):
     """When a delivery is over."""
 
-    arrival_radius: float  # [m]
-    timeout: float  # [s] of wall time
-    max_tilt: float  # [rad]
-    impulse_health: float  # [N s]
-    spoiled_fraction: float  # share of the pieces
+    arrival_radius: Annotated[float, up_to(1000)]  # [m]
+    timeout: Annotated[float, up_to(1e5)]  # [s] of wall time
+    max_tilt: Annotated[float, up_to(math.pi)]  # [rad]
+    impulse_health: Annotated[float, up_to(1e6)]  # [N s]
+    spoiled_fraction: Share  # share of the pieces
     # [-] simulated seconds per second of wall time, by which the timeout counts
-    real_time_factor: float = 1.0
-
-    def __post_init__(self) -> None:
-        """Check what the types cannot.
-
-        Raises:
-            ParameterError: a value out of range.
-        """
-        check_ranges("rules", self, shares="spoiled_fraction", within=_LIMITS)
+    real_time_factor: Annotated[float, within(0.1, 1)] = 1.0
 
     @property
     def time_limit(self) -> float:

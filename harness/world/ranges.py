@@ -1,53 +1,8 @@
-"""Checks of parameters that types cannot make: a value out of range is refused by its name."""
+"""What rates and delays of sensors may be."""
 
-import math
-import sys
-from collections.abc import Mapping
+from typing import Annotated
 
-from navstack.errors import ParameterError
+from navstack.ranges import up_to, within
 
-POSITIVE = sys.float_info.min  # least value of what must be more than 0
-TIMING = {"rate": (POSITIVE, 10_000.0), "latency": (0.0, 60.0)}  # [Hz], [s] of a sensor
-
-Limits = Mapping[str, tuple[float, float]]  # least and most value by name
-
-
-def check_ranges(
-    where: str,
-    params: object,
-    positive: str = "",
-    not_negative: str = "",
-    shares: str = "",
-    within: Limits | None = None,
-) -> None:
-    """Refuse values out of range.
-
-    Args:
-        where: part of the file, for the message.
-        params: a dataclass.
-        positive: names of its fields, with blanks between, that must be more than 0.
-        not_negative: those that must be 0 or more.
-        shares: those that must be 0 to 1.
-        within: those with limits of their own.
-
-    Raises:
-        ParameterError: one is out of range; the message names it.
-    """
-    limits = {
-        **dict.fromkeys(positive.split(), (POSITIVE, math.inf)),
-        **dict.fromkeys(not_negative.split(), (0.0, math.inf)),
-        **dict.fromkeys(shares.split(), (0.0, 1.0)),
-        **(within or {}),
-    }
-    for name, (least, most) in limits.items():
-        value = getattr(params, name)
-        if not least <= value <= most:
-            low = "more than 0" if least == POSITIVE else f"{least:g}"
-            allowed = (
-                f"{low} to {most:g}"
-                if most < math.inf
-                else low
-                if least == POSITIVE
-                else "0 or more"
-            )
-            raise ParameterError(f"{where}: {name} {value}; allowed is {allowed}")
+Rate = Annotated[float, up_to(10_000)]  # [Hz]
+Latency = Annotated[float, within(0, 60)]  # [s]

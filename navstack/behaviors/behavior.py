@@ -54,10 +54,9 @@ class Behavior(ABC, Generic[GoalT]):
         Raises:
             BehaviorError: INVALID_INPUT.
         """
-        # [s]
-        self._deadline = (
-            state.stamp + goal.time_allowance if goal.time_allowance > 0.0 else math.inf
-        )
+        self._deadline = math.inf  # [s]
+        if goal.time_allowance > 0.0:
+            self._deadline = state.stamp + goal.time_allowance
         self._begin(goal, state)
 
     def step(self, state: RobotState, costmap: Costmap) -> Twist2D | None:
@@ -79,13 +78,14 @@ class Behavior(ABC, Generic[GoalT]):
         """The velocity of this cycle; None: done (``onCycleUpdate``)."""
 
     def _require_free(self, poses: Iterable[Pose2D], costmap: Costmap) -> None:
-        """Fail where the footprint's outline meets an obstacle, unknown cells or the end of the costmap.
+        """Fail where the footprint's outline meets an obstacle, unknown cells or the map's end.
 
         That is nav2_costmap_2d's CostmapTopicCollisionChecker.
         """
         for pose in poses:
             if footprint_cost(costmap, self._footprint, pose) >= LETHAL_OBSTACLE:
-                message = f"the robot would touch an obstacle at ({pose.x:.2f}, {pose.y:.2f}) m, {pose.yaw:.2f} rad"
+                place = f"({pose.x:.2f}, {pose.y:.2f}) m, {pose.yaw:.2f} rad"
+                message = f"the robot would touch an obstacle at {place}"
                 raise self._failure("COLLISION_AHEAD", message)
 
     def _times_ahead(self) -> list[float]:

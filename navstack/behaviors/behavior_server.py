@@ -10,7 +10,7 @@ from navstack.types import RobotState, Twist2D
 
 
 class BehaviorServer:
-    """The behaviors of a file, by the names of their sections, which are the names of their actions."""
+    """The behaviors of a file by the names of their sections, which name their actions, too."""
 
     def __init__(self, behaviors: Mapping[str, Behavior[Any]], costmap: Costmap) -> None:
         """Keep the behaviors and the local costmap in which they look ahead."""
@@ -32,7 +32,8 @@ class BehaviorServer:
         behavior = self._behaviors.get(name)
         if behavior is None or behavior.goal_type is not type(goal):
             known = ", ".join(sorted(self._behaviors)) or "none"
-            message = f"no behavior '{name}' takes a {type(goal).__name__}; behaviors of the file: {known}"
+            kind = type(goal).__name__
+            message = f"no behavior '{name}' takes a {kind}; behaviors of the file: {known}"
             raise BehaviorError("UNAVAILABLE", 0, message)
         behavior.start(goal, state)
         self._running = behavior

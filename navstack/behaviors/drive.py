@@ -1,4 +1,4 @@
-"""Drives straight on or back: nav2_behaviors::DriveOnHeading and nav2_behaviors::BackUp (``drive_on_heading.hpp``)."""
+"""Drives straight on or back: nav2_behaviors::DriveOnHeading and nav2_behaviors::BackUp."""
 
 import math
 from collections.abc import Iterator
@@ -52,17 +52,14 @@ class DriveOnHeading(Behavior[DriveGoal]):
         return Twist2D(linear_x=velocity)
 
     def _speed(self, remaining: float) -> float:
-        """The commanded speed, within what the limits allow since the last cycle and before the end of the way."""
+        """The commanded speed, within the limits and able to stop at the end of the way."""
         speed, params = abs(self._goal.speed), self._params
         if params.acceleration_limit != 0.0 and params.deceleration_limit != 0.0:
             step = 1.0 / self._server.cycle_frequency  # [s]
             slowest = self._last_speed + params.deceleration_limit * step
             fastest = self._last_speed + params.acceleration_limit * step
-            speed = min(
-                max(speed, slowest),
-                fastest,
-                math.sqrt(-2.0 * params.deceleration_limit * remaining),
-            )
+            can_stop = math.sqrt(-2.0 * params.deceleration_limit * remaining)
+            speed = min(max(speed, slowest), fastest, can_stop)
         return max(speed, params.minimum_speed)
 
     def _ahead(self, pose: Pose2D, velocity: float, remaining: float) -> Iterator[Pose2D]:
@@ -71,9 +68,9 @@ class DriveOnHeading(Behavior[DriveGoal]):
             way = velocity * time
             if abs(way) >= remaining:
                 return
-            yield Pose2D(
-                pose.x + way * math.cos(pose.yaw), pose.y + way * math.sin(pose.yaw), pose.yaw
-            )
+            x = pose.x + way * math.cos(pose.yaw)
+            y = pose.y + way * math.sin(pose.yaw)
+            yield Pose2D(x, y, pose.yaw)
 
 
 class BackUp(DriveOnHeading):

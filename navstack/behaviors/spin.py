@@ -21,7 +21,7 @@ class SpinGoal(BehaviorGoal):
 
 
 class Spin(Behavior[SpinGoal]):
-    """Turns as fast as it can still brake, between the least and the greatest rotational velocity."""
+    """Turns as fast as it can still brake, within the limits of the rotational velocity."""
 
     goal_type = SpinGoal
     codes = SPIN
@@ -42,7 +42,7 @@ class Spin(Behavior[SpinGoal]):
         return Twist2D(angular_z=velocity)
 
     def _speed(self, remaining: float) -> float:
-        """The speed from which ``rotational_acc_lim`` stops within ``remaining`` [rad], within the limits."""
+        """The speed from which ``rotational_acc_lim`` stops within ``remaining`` [rad]."""
         speed = math.sqrt(2.0 * self._server.rotational_acc_lim * remaining)
         return min(max(speed, self._server.min_rotational_vel), self._server.max_rotational_vel)
 

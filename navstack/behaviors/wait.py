@@ -27,4 +27,6 @@ class Wait(Behavior[WaitGoal]):
         self._end = state.stamp + goal.duration  # [s]
 
     def _cycle(self, state: RobotState, costmap: Costmap) -> Twist2D | None:
-        return Twist2D() if state.stamp < self._end - _ROUNDING else None
+        if state.stamp < self._end - _ROUNDING:
+            return Twist2D()
+        return None

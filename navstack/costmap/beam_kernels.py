@@ -6,7 +6,7 @@ A dense grid visits each cell of each beam. Here each lethal cell looks for a be
 through it: only beams with a bearing near its own come into question, and whether a Bresenham line
 holds a cell is one comparison.
 
-Bearings are told by a number that grows with them and costs no arc tangent: 0 to 4, one per
+A bearing is given as a number that grows with it and needs no arc tangent: 0 to 4, one per
 quadrant.
 """
 
@@ -76,7 +76,9 @@ def _bearing(dx: float, dy: float) -> float:
     share = dy / total
     if dx < 0.0:
         return 2.0 - share
-    return share if share >= 0.0 else 4.0 + share
+    if share < 0.0:
+        return 4.0 + share
+    return share
 
 
 @njit(ahead=True)
@@ -188,7 +190,9 @@ def is_hit(
     )
     for j in range(count):
         cyclic = first + j
-        k = _u(cyclic - points.shape[0] if cyclic >= points.shape[0] else cyclic)
+        if cyclic >= points.shape[0]:
+            cyclic -= points.shape[0]
+        k = _u(cyclic)
         line = lines[k]
         if line[6] == UNTRACED:
             trace_ray(points[k, 0], points[k, 1], view, line)
@@ -209,7 +213,7 @@ def is_hit(
 def candidates(
     dx: float, dy: float, reach: float, lateral: float, starts: IntArray
 ) -> tuple[int, int]:
-    """The first of the points, in their cyclic order, whose lines may hold a cell, and how many they are.
+    """The first of the points whose lines may hold a cell, and how many there are, cyclically.
 
     Args:
         dx: [cells] from the sensor to the cell's centre.
@@ -228,7 +232,12 @@ def candidates(
     bearing = _bearing(dx, dy)
     first = math.floor((bearing - half) * 0.25 * sectors)
     last = math.floor((bearing + half) * 0.25 * sectors) + 1
-    begin = starts[first if first >= 0 else first + sectors]
-    end = starts[last if last <= sectors else last - sectors]
-    around = first < 0 or last > sectors
-    return begin, end - begin + (starts[sectors] if around else 0)
+    around = 0  # points of a whole turn, where the sectors go beyond the last
+    if first < 0:
+        first += sectors
+        around = starts[sectors]
+    elif last > sectors:
+        last -= sectors
+        around = starts[sectors]
+    begin = starts[first]
+    return begin, starts[last] - begin + around

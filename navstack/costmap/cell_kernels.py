@@ -1,7 +1,7 @@
-"""Numba kernels of the obstacle layer as a list of its lethal cells, with the results of the dense ``kernels``.
+"""Numba kernels of the obstacle layer as a list of its lethal cells.
 
-Lattice cells are counted from a fixed corner. ``changed`` (4,) grows to the box x0, xn, y0, yn (ends exclusive) of all
-cells that came or went.
+Their results are those of the dense ``kernels``. Lattice cells are counted from a fixed corner.
+``changed`` (4,) grows to the box x0, xn, y0, yn (ends exclusive) of all cells that came or went.
 """
 
 import math
@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.costmap.beam_kernels import UNTRACED, is_hit, view_from
-from navstack.costmap.costmap import LETHAL_OBSTACLE
+from navstack.costmap.costmap import LETHAL_OBSTACLE, Box
 from navstack.costmap.kernels import is_in_range, polygon_columns, to_cell
 from navstack.jit import njit
 from navstack.types import (
@@ -43,8 +43,8 @@ class Listed(NamedTuple):
     cells: Int32Matrix  # (n, 2) lattice x, y; the first ``length`` count
     length: int
     # (height, width) state of each cell of the window: 0, LISTED, or LISTED and DOUBTED; wrapped
-    present: ByteMatrix
     # around (x modulo width, y modulo height), so that a moving window copies nothing
+    present: ByteMatrix
     window: IntVector  # (4,) lattice x, y of its first cell, width and height
 
 
@@ -53,11 +53,11 @@ def place_of(x: int, y: int, window: IntArray, present: ByteArray) -> int:
     """Where the flat ``present`` holds the state of a cell of the window."""
     height, width = present.shape
     column, row = x - window[0] + window[0] % width, y - window[1] + window[1] % height
-    return int(
-        (row - (height if row >= height else 0)) * width
-        + column
-        - (width if column >= width else 0)
-    )
+    if column >= width:
+        column -= width
+    if row >= height:
+        row -= height
+    return int(row * width + column)
 
 
 @njit()
@@ -139,10 +139,8 @@ def mark_cells(
     if max(abs(window[0]), abs(window[1])) > _FARTHEST:
         return count
     x0, y0 = math.floor((ox - origin_x) / resolution), math.floor((oy - origin_y) / resolution)
-    least, most = (
-        float(math.ceil(limits[0] / resolution)),
-        float(math.ceil(limits[1] / resolution)) + 1.0,
-    )
+    least = float(math.ceil(limits[0] / resolution))
+    most = float(math.ceil(limits[1] / resolution)) + 1.0
     for i in range(_u(points.shape[0])):
         px, py = points[i, 0], points[i, 1]
         if not is_in_range(px, py, ox, oy, limits):
@@ -191,7 +189,7 @@ def drop_doubted(listed: Listed, changed: IntArray) -> int:
 @njit(ahead=True)
 def drop_outside(
     listed: Listed,
-    box: tuple[int, int, int, int],
+    box: Box,
     changed: IntVector,
 ) -> int:
     """Drop the cells outside the box x0, xn, y0, yn (ends exclusive); returns how many remain."""

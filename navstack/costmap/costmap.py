@@ -10,6 +10,7 @@ INSCRIBED_INFLATED_OBSTACLE = 253  # the robot's centre here means contact
 LETHAL_OBSTACLE = 254
 NO_INFORMATION = 255
 
+Box = tuple[int, int, int, int]  # x0, xn, y0, yn of cells, ends exclusive
 Grid = tuple[float, float, float]  # [m] x and y of a costmap's origin, [m] size of a cell
 
 
@@ -54,9 +55,9 @@ class Costmap:
 
     def map_to_world(self, mx: int, my: int) -> tuple[float, float]:
         """The centre of a cell, in [m]."""
-        return self.origin_x + (mx + 0.5) * self.resolution, self.origin_y + (
-            my + 0.5
-        ) * self.resolution
+        x = self.origin_x + (mx + 0.5) * self.resolution
+        y = self.origin_y + (my + 0.5) * self.resolution
+        return x, y
 
     def contains(self, mx: int, my: int) -> bool:
         """Whether a cell lies on the grid."""
@@ -65,4 +66,6 @@ class Costmap:
     def cost_at(self, x: float, y: float) -> int:
         """The cost at a point; NO_INFORMATION outside the grid."""
         mx, my = self.world_to_map(x, y)
-        return int(self.data[my, mx]) if self.contains(mx, my) else NO_INFORMATION
+        if self.contains(mx, my):
+            return int(self.data[my, mx])
+        return NO_INFORMATION

@@ -8,9 +8,11 @@ import numpy.typing as npt
 from navstack.jit import njit
 from navstack.types import BoolArray, IntArray
 
+Int32Array = npt.NDArray[np.int32]
+
 
 @njit()
-def squared_distances(obstacles: BoolArray, farthest: int) -> npt.NDArray[np.int32]:
+def squared_distances(obstacles: BoolArray, farthest: int) -> Int32Array:
     """Squared distance in cells from every cell to the nearest obstacle, exact.
 
     ``farthest`` + 1 for all beyond.
@@ -48,12 +50,12 @@ def squared_distances(obstacles: BoolArray, farthest: int) -> npt.NDArray[np.int
 
 @njit()
 def _row_envelope(
-    column: npt.NDArray[np.int32],
+    column: Int32Array,
     reach: np.int64,
     farthest: np.int64,
     sites: IntArray,
     begins: IntArray,
-    squares: npt.NDArray[np.int32],
+    squares: Int32Array,
 ) -> None:
     """One row of squared distances.
 
@@ -89,7 +91,7 @@ def _row_envelope(
 
 
 @njit(inline="always")
-def _parabola(x: int, site: int, column: npt.NDArray[np.int32]) -> np.int64:
+def _parabola(x: int, site: int, column: Int32Array) -> np.int64:
     """Squared distance from x to the nearest obstacle of the column at ``site``."""
     height = np.int64(column[site])
     return np.int64(x - site) * np.int64(x - site) + height * height

@@ -13,10 +13,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from navstack.costmap import inflation_kernels
-from navstack.costmap.costmap import Costmap
+from navstack.costmap.costmap import Box, Costmap
 from navstack.costmap.inflation import Inflation
 from navstack.costmap.obstacle_cells import ObstacleCells
-from navstack.costmap.window import Box, Window
+from navstack.costmap.window import Window
 from navstack.types import ByteArray, FloatArray, IntArray, Pose2D
 
 _LENGTH = 5  # of the array that a rolling window moves along, in windows
@@ -81,18 +81,20 @@ class FastUpdate:
             obstacles.follow(self._window)
         window, size = self._window, self._master.data.size
         start = self._start + dy * window.size_x + dx
-        if (
-            abs(dx) >= window.size_x
-            or abs(dy) >= window.size_y
-            or not 0 <= start <= len(self._strip) - size
-        ):
-            self._all_is_stale, start = True, _LENGTH // 2 * size
+        is_elsewhere = abs(dx) >= window.size_x or abs(dy) >= window.size_y
+        if is_elsewhere or not 0 <= start <= len(self._strip) - size:
+            self._all_is_stale = True
+            start = _LENGTH // 2 * size
         self._show_from(start)
         x0, xn, y0, yn = window.bounds
-        if dx:
-            self._entered.append((xn - dx, xn, y0, yn) if dx > 0 else (x0, x0 - dx, y0, yn))
-        if dy:
-            self._entered.append((x0, xn, yn - dy, yn) if dy > 0 else (x0, xn, y0, y0 - dy))
+        if dx > 0:
+            self._entered.append((xn - dx, xn, y0, yn))
+        elif dx < 0:
+            self._entered.append((x0, x0 - dx, y0, yn))
+        if dy > 0:
+            self._entered.append((x0, xn, yn - dy, yn))
+        elif dy < 0:
+            self._entered.append((x0, xn, y0, y0 - dy))
 
     def update(self, pose: Pose2D, footprint: FloatArray) -> None:
         """Take in the newest observations.

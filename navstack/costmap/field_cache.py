@@ -1,11 +1,11 @@
-"""Arrays that are dear to compute, kept on disk between runs and shared by all processes of a machine.
+"""Arrays that are slow to compute, kept on disk between runs and shared by a machine's processes.
 
-The folder is ``$NAVSTACK_CACHE``, by default ``~/.cache/navbench``. The cache is only a cache: whatever is wrong with
-the folder or a file in it, the array is computed anew and the caller never notices. Beyond ``MOST_BYTES`` the arrays
-that have not been used for longest go.
+The folder is ``$NAVSTACK_CACHE``, by default ``~/.cache/navbench``. Whatever is wrong with the
+folder or a file in it, the array is computed anew and the caller never notices. Beyond
+``MOST_BYTES`` the arrays that have not been used for longest go.
 
-A file is an ordinary ``.npy`` file with a CRC-32 of all before it at its end. It is mapped into memory, not read:
-processes that use the same array hold it once.
+A file is an ordinary ``.npy`` file with a CRC-32 of all before it at its end. It is mapped into
+memory, not read: processes that use the same array hold it once.
 """
 
 import contextlib
@@ -36,7 +36,9 @@ _OURS = re.compile(r"[0-9a-f]{40}(\.np[yz]|-\w+\.partial)")
 def cache_folder() -> Path:
     """The folder that holds the cached arrays; it may not exist yet."""
     given = os.environ.get("NAVSTACK_CACHE")
-    return Path(given) if given else Path(os.path.expanduser("~")) / ".cache" / "navbench"
+    if given:
+        return Path(given)
+    return Path(os.path.expanduser("~")) / ".cache" / "navbench"
 
 
 def content_key(name: str, *parts: Array | float | int | str) -> str:
@@ -56,6 +58,20 @@ def content_key(name: str, *parts: Array | float | int | str) -> str:
     return digest.hexdigest()
 
 
+def shared_array(cells: int, compute: Callable[[], Array], name: str, *parts: Any) -> Array:
+    """A computed array, from disk where a map has enough cells for that to be quicker.
+
+    Args:
+        cells: of the map.
+        compute: makes the array.
+        name: of the computation, see :func:`content_key`.
+        parts: all that goes into it.
+    """
+    if cells < SHARED_FROM:
+        return compute()
+    return cached_array(content_key(name, *parts), compute)
+
+
 def cached_array(key: bytes | str, compute: Callable[[], Array]) -> Array:
     """The array that belongs to ``key``: from disk, or computed and then put there.
 
@@ -67,7 +83,9 @@ def cached_array(key: bytes | str, compute: Callable[[], Array]) -> Array:
         A C-contiguous, writable array. Who writes to it gets pages of his own; the file stays as it
         is.
     """
-    raw = key.encode() if isinstance(key, str) else key
+    raw = key
+    if isinstance(raw, str):
+        raw = raw.encode()
     file = cache_folder() / f"{hashlib.blake2b(raw, digest_size=20).hexdigest()}.npy"
     known = _read(file)
     if known is not None:
@@ -79,7 +97,9 @@ def cached_array(key: bytes | str, compute: Callable[[], Array]) -> Array:
     _write(file, array)
     _make_room(file.parent)
     mapped = _read(file)
-    return array if mapped is None else mapped
+    if mapped is None:
+        return array
+    return mapped
 
 
 def give_back(array: Array) -> bool:
@@ -91,7 +111,7 @@ def give_back(array: Array) -> bool:
     base: Any = array
     while isinstance(base, np.ndarray):
         base = base.base
-    mapped = base.obj if isinstance(base, memoryview) else None
+    mapped = getattr(base, "obj", None)  # of a memoryview
     if sys.platform != "linux" or not isinstance(mapped, mmap.mmap):
         return False
     mapped.madvise(mmap.MADV_DONTNEED)
@@ -105,11 +125,8 @@ def _read(file: Path) -> Array | None:
             shape, is_fortran, dtype = _header(stream)
             start, count = stream.tell(), int(np.prod(shape, dtype=np.int64))
             end = start + count * dtype.itemsize
-            if (
-                is_fortran
-                or dtype.hasobject
-                or os.fstat(stream.fileno()).st_size != end + _CHECK_BYTES
-            ):
+            size = os.fstat(stream.fileno()).st_size
+            if is_fortran or dtype.hasobject or size != end + _CHECK_BYTES:
                 return None
             content = mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_COPY)
         if zlib.crc32(memoryview(content)[:end]) != int.from_bytes(content[end:], "little"):
@@ -123,14 +140,14 @@ def _read(file: Path) -> Array | None:
 
 
 def _header(stream: Any) -> tuple[tuple[int, ...], bool, "np.dtype[Any]"]:
-    """Shape, whether columns come first, and type of the array in a ``.npy`` file, of which the header is read."""
+    """Read the header of a ``.npy`` file: shape, whether columns come first, and type."""
     if np.lib.format.read_magic(stream) != (1, 0):
         raise ValueError("an unknown version")
     return np.lib.format.read_array_header_1_0(stream)
 
 
 def _write(file: Path, array: Array) -> None:
-    """Write beside the place and rename, so that no reader and no second process sees half a file."""
+    """Write beside the place and rename, so that nobody sees half a file."""
     try:
         file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(

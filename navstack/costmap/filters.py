@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from navstack.costmap import kernels
-from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
-from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
+from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION, Box
+from navstack.costmap.field_cache import shared_array
 from navstack.costmap.layers import Bounds, Layer
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.costmap.window import Window, overlap
@@ -47,32 +47,29 @@ class KeepoutMask:
         """
         grid = mask.grid
         grid.require_unrotated("keepout mask")
-        first_x, columns = _cells_below(
-            window.base[0], window.resolution, grid.origin.x, grid.resolution, grid.width
-        )
-        first_y, rows = _cells_below(
-            window.base[1], window.resolution, grid.origin.y, grid.resolution, grid.height
-        )
+        base_x, base_y = window.base
         self._grid = grid
         self.params = params
-        self.x = first_x  # lattice x of the first cell
-        self.y = first_y  # lattice y of the first cell
+        # lattice x and y of the first cell
+        self.x, columns = _cells_below(
+            base_x, window.resolution, grid.origin.x, grid.resolution, grid.width
+        )
+        self.y, rows = _cells_below(
+            base_y, window.resolution, grid.origin.y, grid.resolution, grid.height
+        )
 
         def compute() -> ByteArray:
             return np.ascontiguousarray(mask_costs(grid)[rows[:, None], columns])
 
-        key = content_key("mask costs 1", grid.data, rows, columns)
-        self.costs: ByteArray = (
-            cached_array(key, compute) if grid.data.size >= SHARED_FROM else compute()
+        self.costs: ByteArray = shared_array(
+            grid.data.size, compute, "mask costs 1", grid.data, rows, columns
         )
 
     def is_lethal_at(self, pose: Pose2D) -> bool:
-        """Whether a pose is forbidden: of all occupancies only the highest becomes a cost of 253 or more."""
+        """Whether a pose is forbidden: only the highest occupancy costs 253 or more."""
         return self._grid.value_at(pose.x, pose.y) == OCCUPIED
 
-    def raise_costs(
-        self, costs: ByteArray, region: tuple[int, int, int, int], left: int, low: int
-    ) -> None:
+    def raise_costs(self, costs: ByteArray, region: Box, left: int, low: int) -> None:
         """Raise costs to the mask's within a region x0, xn, y0, yn of their cells.
 
         The first lies at (left, low).
@@ -84,12 +81,9 @@ class KeepoutMask:
     def acts_within(self, width: int, height: int) -> bool:
         """Whether all its costs but zero lie on lattice cells 0 <= x < width, 0 <= y < height."""
         own_height, own_width = self.costs.shape
-        if (
-            self.x >= 0
-            and self.y >= 0
-            and self.x + own_width <= width
-            and self.y + own_height <= height
-        ):
+        is_inside_x = 0 <= self.x <= width - own_width
+        is_inside_y = 0 <= self.y <= height - own_height
+        if is_inside_x and is_inside_y:
             return True
         outside = self.costs.copy()
         left, low = max(-self.x, 0), max(-self.y, 0)
@@ -122,9 +116,7 @@ class KeepoutLayer(Layer):
             bounds.hold_everything()
         self._is_new = False
 
-    def update_costs(
-        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
-    ) -> None:
+    def update_costs(self, master: ByteArray, region: Box, margin: int) -> None:
         """Raise the master to the mask.
 
         What would be raised takes the override cost while the robot is let out.
@@ -180,7 +172,7 @@ class SpeedFilter:
 
 
 def mask_costs(grid: OccupancyGrid) -> ByteArray:
-    """The costs of a mask's cells: 0..100 become 0..254, linearly and rounded (``CostmapFilter::getMaskCost``)."""
+    """The costs of a mask's cells: 0..100 become 0..254 (``CostmapFilter::getMaskCost``)."""
     table = np.full(256, NO_INFORMATION, dtype=np.uint8)  # by the occupancy's bit pattern
     table[: OCCUPIED + 1] = np.floor(np.arange(OCCUPIED + 1) * LETHAL_OBSTACLE / OCCUPIED + 0.5)
     costs: ByteArray = table[np.ascontiguousarray(grid.data).view(np.uint8)]

@@ -37,10 +37,13 @@ class FullUpdate:
         self._master = master
         self._window = window
         self._fill = fill
-        self._margin = _map_margin(layers) if rolling else 0
+        self._margin = 0
+        if rolling:
+            self._margin = _map_margin(layers)
         size = (window.size_y + 2 * self._margin, window.size_x + 2 * self._margin)
-        is_apart = self._margin > 0 or len(filters) > 0
-        self._work: ByteArray = np.full(size, fill, dtype=np.uint8) if is_apart else master.data
+        self._work = master.data
+        if self._margin > 0 or filters:
+            self._work = np.full(size, fill, dtype=np.uint8)
         self.region = (0, 0, 0, 0)  # cells x0, xn, y0, yn of the last update
 
     @property

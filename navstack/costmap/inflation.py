@@ -1,10 +1,11 @@
-"""Inflation: costs that fall with the distance from the nearest obstacle (nav2_costmap_2d's ``inflation_layer``).
+"""Inflation: costs that fall with the distance from the nearest obstacle (``inflation_layer.cpp``).
 
-The costs are those of Nav2 Jazzy: each cell takes the cost of its exact distance to the nearest source. Where Jazzy's
-breadth-first search assigns a cell to a source that is not its nearest (rare, one cell in 3000 of a dense scene), this
-module gives the nearest: cost never rises with distance, so that it is the highest of what all sources leave, of each
-column's sources only the nearest one above or below (:mod:`~navstack.costmap.spread_kernels`).
-Nav2 main looks costs up by a rounded distance; the parameter ``distance_steps`` does the same.
+The costs are those of Nav2 Jazzy: each cell takes the cost of its exact distance to the nearest
+source. Jazzy's breadth-first search may assign a cell to a source that is not its nearest (rare,
+one cell in 3000 of a dense scene); this module always takes the nearest. Cost never rises with
+distance, so that a cell takes the highest cost of all sources; of each column's sources only the
+nearest one above or below counts (:mod:`~navstack.costmap.spread_kernels`). Nav2 main looks costs
+up by a rounded distance; the parameter ``distance_steps`` does the same.
 """
 
 import math
@@ -13,10 +14,14 @@ import numpy as np
 
 from navstack.costmap import inflation_kernels, spread_kernels
 from navstack.costmap.cell_kernels import CellArray
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.costmap import (
+    INSCRIBED_INFLATED_OBSTACLE,
+    LETHAL_OBSTACLE,
+    NO_INFORMATION,
+    Box,
+)
 from navstack.costmap.inflation_kernels import BLOCK
 from navstack.costmap.spread_kernels import DistanceArray
-from navstack.costmap.window import Box
 from navstack.errors import ParameterError
 from navstack.params.costmap import InflationLayerParams
 from navstack.types import ByteArray, IntArray
@@ -44,7 +49,9 @@ def inflation_cost(distance: float, inscribed_radius: float, cost_scaling_factor
 def cost_kernel(
     params: InflationLayerParams, resolution: float, inscribed_radius: float
 ) -> ByteArray:
-    """The costs within ``inflation_radius`` of a cell, for the *padded* footprint's ``inscribed_radius`` [m].
+    """The costs within ``inflation_radius`` of a cell.
+
+    ``inscribed_radius`` [m] is that of the padded footprint.
 
     Returns:
         (2 radius + 1, 2 radius + 1) with the cell in the middle.
@@ -76,7 +83,7 @@ def cost_kernel(
 
 
 class Inflation:
-    """The inflation layer: raises the costs around the lethal cells of a grid, or around listed cells."""
+    """The inflation layer: raises the costs around lethal cells of a grid or of a list."""
 
     def __init__(
         self, params: InflationLayerParams, resolution: float, inscribed_radius: float
@@ -86,10 +93,9 @@ class Inflation:
         self.costs = cost_kernel(params, resolution, inscribed_radius)
         self.radius = len(self.costs) // 2  # [cells]
         side = 2 * self.radius + 1
-        distance = np.uint8 if self.radius < np.iinfo(np.uint8).max else np.uint16
-        self._around: DistanceArray = np.full(
-            -(-side // BLOCK) * BLOCK, self.radius + 1, dtype=distance
-        )
+        distance = np.min_scalar_type(self.radius + 1)
+        length = -(-side // BLOCK) * BLOCK
+        self._around: DistanceArray = np.full(length, self.radius + 1, dtype=distance)
         self._around[:side] = np.abs(np.arange(-self.radius, self.radius + 1))
         self._profiles: ByteArray = np.zeros((self.radius + 1, side + 2 * BLOCK), dtype=np.uint8)
         self._profiles[:, BLOCK:-BLOCK] = self.costs[self.radius :]
@@ -121,7 +127,7 @@ class Inflation:
     def spread(
         self, target: ByteArray, corner: tuple[int, int], cells: CellArray, count: int, box: Box
     ) -> None:
-        """Raise ``target`` in a box around the first ``count`` lattice cells (n, 2), which may lie outside.
+        """Raise ``target`` in a box around lattice cells (n, 2), which may lie outside.
 
         Args:
             target: (height, width) costs.
@@ -142,13 +148,9 @@ class Inflation:
 
     def _find(self, costs: ByteArray, x0: int, xn: int, y0: int, yn: int) -> int:
         """Put the sources into the buffer, which grows with the need, and count them."""
-        around_unknown = self.params.inflate_around_unknown
-        count = int(
-            inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._sources)
-        )
+        find, around_unknown = inflation_kernels.find_sources, self.params.inflate_around_unknown
+        count = int(find(costs, x0, xn, y0, yn, around_unknown, self._sources))
         if count > len(self._sources):
             self._sources = np.empty((2 * count, 2), dtype=np.int32)
-            count = int(
-                inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._sources)
-            )
+            count = int(find(costs, x0, xn, y0, yn, around_unknown, self._sources))
         return count

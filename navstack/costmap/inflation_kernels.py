@@ -1,4 +1,4 @@
-"""Numba kernels of the inflation: finding sources, merging costs with a grid, copying what is inflated already."""
+"""Numba kernels of the inflation: finding sources, merging costs with a grid, copying costs."""
 
 import numpy as np
 
@@ -46,7 +46,7 @@ def _holds_source(flat: ByteArray, start: int, length: int) -> bool:
 def _spreads(
     flat: ByteArray, at: np.uint64, x: int, y: int, width: int, height: int, around_unknown: bool
 ) -> bool:
-    """Whether the cell (x, y) at index ``at`` is a source that some other cell may be nearest to."""
+    """Whether the cell (x, y) at index ``at`` is a source that may be nearest to another cell."""
     if flat[at] != _LETHAL:
         return around_unknown
     return (
@@ -61,10 +61,10 @@ def _spreads(
 def find_sources(
     costs: ByteMatrix, x0: int, xn: int, y0: int, yn: int, around_unknown: bool, cells: Int32Matrix
 ) -> int:
-    """Cells of ``costs`` [y0:yn, x0:xn] from which inflation spreads, their x, y into ``cells`` (n, 2).
+    """Put x, y of the cells of ``costs`` [y0:yn, x0:xn] that inflate into ``cells`` (n, 2).
 
-    Only the rim of the lethal areas counts: a source between four others is never the nearest to a cell that is no
-    source. Unknown sources count all, since they themselves become lethal.
+    Only the rim of the lethal areas counts: a source between four others is never the nearest to a
+    cell that is no source. Unknown sources count all, since they themselves become lethal.
 
     Returns:
         How many there are; those beyond the end of ``cells`` are not stored.
@@ -125,10 +125,10 @@ def copy_boxes(
     window: IntVector,
     boxes: IntMatrix,
 ) -> None:
-    """Copy lattice boxes (k, 4) x0, xn, y0, yn (ends exclusive), all in the window, from ``source`` to ``target``.
+    """Copy lattice boxes (k, 4) x0, xn, y0, yn (ends exclusive) of the window to ``target``.
 
-    The lattice cell (x, y) is ``source`` [y + margin, x + margin], or ``fill`` where that is beyond the edges.
-    ``window`` is x, y of the target's first cell, width and height.
+    The lattice cell (x, y) is ``source`` [y + margin, x + margin], or ``fill`` where that is beyond
+    the edges. ``window`` is x, y of the target's first cell, width and height.
     """
     height, width = source.shape
     flat, to, cost = source.reshape(-1), target.reshape(-1), np.uint8(fill)

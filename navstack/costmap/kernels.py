@@ -1,15 +1,15 @@
-"""Numba kernels of the obstacle layer on a dense grid, cell for cell as nav2_costmap_2d's ``obstacle_layer.cpp``.
+"""Numba kernels of the obstacle layer on a dense grid, cell for cell as ``obstacle_layer.cpp``.
 
-World coordinates are in [m]; a grid is given by the ``origin`` (x, y) [m] of its lower left corner and its
-``resolution`` [m/cell]. ``limits`` are the least and the greatest range [m] that counts. ``bounds`` (4,) collects what
-was touched: min x, max x, min y, max y [m].
+World coordinates are in [m]; a grid is given by the ``origin`` (x, y) [m] of its lower left corner
+and its ``resolution`` [m/cell]. ``limits`` are the least and the greatest range [m] that counts.
+``bounds`` (4,) collects what was touched: min x, max x, min y, max y [m].
 """
 
 import math
 
 import numpy as np
 
-from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION, Box
 from navstack.jit import njit
 from navstack.types import (
     ByteArray,
@@ -58,7 +58,7 @@ def clip_to_grid(
     end_x: float,
     end_y: float,
 ) -> tuple[float, float]:
-    """The point (wx, wy), drawn in towards (ox, oy) onto the grid (``ObstacleLayer::raytraceFreespace``)."""
+    """The point (wx, wy), drawn in towards (ox, oy) onto the grid (``raytraceFreespace``)."""
     a = wx - ox
     b = wy - oy
     if wx < origin_x:
@@ -80,10 +80,13 @@ def clip_to_grid(
 def ray(
     x0: int, y0: int, x1: int, y1: int, max_length: float, min_length: float
 ) -> tuple[int, int, int, int, int]:
-    """A Bresenham line from cell 0 to cell 1, cut to [min_length, max_length] cells (``nav2_util::raytraceLine``).
+    """A Bresenham line from cell 0 to cell 1 (``nav2_util::raytraceLine``).
+
+    It is cut to [min_length, max_length] cells.
 
     Returns:
-        The first cell x, y, the signed differences x, y from there to cell 1 and the number of steps, -1: no cell.
+        The first cell x, y, the signed differences x, y from there to cell 1 and the number of
+        steps, -1: no cell.
     """
     dx, dy = x1 - x0, y1 - y0
     squared = dx * dx + dy * dy
@@ -121,9 +124,10 @@ def clear_rays(
     limits: tuple[float, float],
     bounds: FloatArray,
 ) -> None:
-    """Free the cells from the sensor (ox, oy) through each point's cell, within the raytrace ranges ``limits``.
+    """Free the cells from the sensor (ox, oy) through each point's cell.
 
-    The bounds grow to the ends of the beams, not to all of their cells.
+    ``limits`` are the raytrace ranges. The bounds grow to the ends of the beams, not to all of
+    their cells.
     """
     size_y, size_x = grid.shape
     origin_x, origin_y = origin[0], origin[1]
@@ -132,10 +136,8 @@ def clear_rays(
         return
     touch(bounds, ox, oy)
     end_x, end_y = origin_x + size_x * resolution, origin_y + size_y * resolution
-    min_cells, max_cells = (
-        float(math.ceil(limits[0] / resolution)),
-        float(math.ceil(limits[1] / resolution)),
-    )
+    min_cells = float(math.ceil(limits[0] / resolution))
+    max_cells = float(math.ceil(limits[1] / resolution))
     for i in range(points.shape[0]):
         wx, wy = clip_to_grid(ox, oy, points[i, 0], points[i, 1], origin_x, origin_y, end_x, end_y)
         x1, y1 = to_cell(wx, wy, origin_x, origin_y, resolution, size_x, size_y)
@@ -145,7 +147,9 @@ def clear_rays(
         free_line(grid, x, y, dx, dy, steps)
         distance = math.hypot(wx - ox, wy - oy)
         if distance >= limits[0]:
-            scale = min(1.0, limits[1] / distance) if distance > 0.0 else 1.0
+            scale = 1.0
+            if distance > limits[1]:
+                scale = limits[1] / distance
             touch(bounds, ox + (wx - ox) * scale, oy + (wy - oy) * scale)
 
 
@@ -192,9 +196,9 @@ def mark_points(
     limits: tuple[float, float],
     bounds: FloatVector,
 ) -> None:
-    """Make the cells lethal of the points that lie within the obstacle ranges ``limits`` of the sensor (ox, oy).
+    """Make the cells of points lethal within the obstacle ranges ``limits`` of the sensor (ox, oy).
 
-    They must lie so in [m] and in whole cells. The bounds grow to these points.
+    The points must be within them in [m] and in whole cells. The bounds grow to these points.
     """
     size_y, size_x = grid.shape
     x0, y0 = math.floor((ox - origin[0]) / resolution), math.floor((oy - origin[1]) / resolution)
@@ -291,30 +295,30 @@ def free_columns(
 @njit(ahead=True)
 def combine_maximum(
     master: ByteMatrix,
-    region: tuple[int, int, int, int],
+    region: Box,
     layer: ByteMatrix,
     x: int,
     y: int,
     keep_unknown: bool,
 ) -> None:
-    """Raise ``master`` to the known costs of ``layer`` (``updateWithMax`` and ``...WithoutUnknownOverwrite``).
+    """Raise ``master`` to the known costs of ``layer`` (``updateWithMax``).
 
     Args:
         master: costs.
-        region: cells x0, xn, y0, yn of it, ends exclusive; those that the layer lacks stay as they are.
+        region: cells x0, xn, y0, yn of it, ends exclusive; those that the layer lacks do not
+            change.
         layer: costs; its first cell lies on the master's cell (x, y).
         x: see there.
         y: see there.
-        keep_unknown: what is unknown in the master stays so.
+        keep_unknown: what is unknown in the master stays so
+            (``updateWithMaxWithoutUnknownOverwrite``).
     """
     x0, xn = max(region[0], x), min(region[1], x + layer.shape[1])
     flat, own, one = master.reshape(-1), layer.reshape(-1), np.uint8(1)
     length = np.uint64(max(xn - x0, 0))
     for row in range(max(region[2], y), min(region[3], y + layer.shape[0])):
-        to, at = (
-            np.uint64(row * master.shape[1] + x0),
-            np.uint64((row - y) * layer.shape[1] + x0 - x),
-        )
+        to = np.uint64(row * master.shape[1] + x0)
+        at = np.uint64((row - y) * layer.shape[1] + x0 - x)
         # No branches, so that it compiles to vector instructions.
         if keep_unknown:
             for j in range(length):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
+from navstack.costmap.field_cache import shared_array
 from navstack.costmap.filters import FilterMask, KeepoutMask, SpeedFilter
 from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
 from navstack.costmap.window import Window
@@ -63,31 +63,25 @@ class LayerList:
         They are if they are a map, then obstacles by maximum and keepout masks, then at most one
         inflation, then only keepout masks: a maximum may be taken in any order.
         """
-        rest, after = (
-            list(self.plugins),
-            [layer for layer in self.filters if isinstance(layer, KeepoutMask)],
-        )
-        if (
-            not rest
-            or not isinstance(rest.pop(0), StaticLayerParams)
-            or len(after) < len(self.filters)
-        ):
+        rest = list(self.plugins)
+        after = [layer for layer in self.filters if isinstance(layer, KeepoutMask)]
+        if not rest or not isinstance(rest.pop(0), StaticLayerParams):
+            return None
+        if len(after) < len(self.filters):
             return None
         while rest and isinstance(mask := rest[-1], KeepoutMask):
             after.append(mask)
             rest.pop()
-        last = rest.pop() if rest and isinstance(rest[-1], InflationLayerParams) else None
+        inflation = InflationLayerParams(inflation_radius=0.0)
+        if rest and isinstance(last := rest[-1], InflationLayerParams):
+            inflation = last
+            rest.pop()
         before = [layer for layer in rest if isinstance(layer, KeepoutMask)]
         obstacles = [layer for layer in rest if isinstance(layer, ObstacleLayerParams)]
         is_maximum = all(layer.combination_method != OVERWRITE for layer in obstacles)
         is_fixed = not any(mask.params.override_lethal_cost for mask in (*before, *after))
         if not (is_maximum and is_fixed and len(before) + len(obstacles) == len(rest)):
             return None
-        inflation = (
-            last
-            if isinstance(last, InflationLayerParams)
-            else InflationLayerParams(inflation_radius=0.0)
-        )
         return FastParts(before, inflation, after)
 
 
@@ -105,11 +99,13 @@ def join_layers(
         layers: list[BoundLayer] = []
         for name, layer in params.enabled_layers(names).items():
             mask = masks.get(name)
-            if isinstance(layer, KeepoutFilterParams):
-                layers += [KeepoutMask(layer, mask, window)] if mask is not None else []
-            elif not isinstance(layer, SpeedFilterParams):
+            if not isinstance(layer, KeepoutFilterParams | SpeedFilterParams):
                 layers.append(layer)
-            elif mask is not None and mask.type in (SPEED_PERCENT, SPEED_ABSOLUTE):
+            elif mask is None:
+                continue
+            elif isinstance(layer, KeepoutFilterParams):
+                layers.append(KeepoutMask(layer, mask, window))
+            elif mask.type in (SPEED_PERCENT, SPEED_ABSOLUTE):
                 speed_filters.append(SpeedFilter(mask))
         return layers
 
@@ -122,7 +118,7 @@ def with_world_mask(
     static: OccupancyGrid | None,
     keepout: BoolArray | None,
 ) -> dict[str, FilterMask]:
-    """The masks, with ``keepout`` (cells of the map ``static``) for each keepout filter that has none.
+    """The masks, with ``keepout`` (cells of the map) for each keepout filter that has none.
 
     Raises:
         MapError: the mask has not the map's shape.
@@ -131,18 +127,17 @@ def with_world_mask(
         return dict(masks)
     if keepout.shape != static.data.shape:
         raise MapError(
-            f"the keepout mask has the shape {keepout.shape}, the map {static.data.shape}; they must agree"
+            f"the keepout mask has the shape {keepout.shape}, "
+            f"the map {static.data.shape}; they must agree"
         )
 
     def compute() -> npt.NDArray[np.int8]:
         return keepout.astype(np.int8) * np.int8(OCCUPIED)
 
-    is_large = keepout.size >= SHARED_FROM
-    cells = (
-        cached_array(content_key("keepout cells 1", keepout), compute) if is_large else compute()
-    )
+    cells = shared_array(keepout.size, compute, "keepout cells 1", keepout)
     own = FilterMask(OccupancyGrid(cells, static.resolution, static.origin))
-    names = [
-        name for name, layer in params.layers.items() if isinstance(layer, KeepoutFilterParams)
-    ]
-    return {**dict.fromkeys(names, own), **masks}
+    joined = dict(masks)
+    for name, layer in params.layers.items():
+        if isinstance(layer, KeepoutFilterParams) and name not in joined:
+            joined[name] = own
+    return joined

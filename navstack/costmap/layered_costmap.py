@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from navstack.costmap import kernels
-from navstack.costmap.costmap import FREE_SPACE, NO_INFORMATION, Costmap
+from navstack.costmap.costmap import NO_INFORMATION, Box, Costmap
 from navstack.costmap.fast_update import FastUpdate
-from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
+from navstack.costmap.field_cache import content_key, shared_array
 from navstack.costmap.filters import FilterMask, KeepoutLayer, KeepoutMask, SpeedLimitReceiver
 from navstack.costmap.full_update import FullUpdate
 from navstack.costmap.inflation import Inflation
@@ -24,6 +24,7 @@ from navstack.costmap.layers import (
     Layer,
     ObstacleLayer,
     StaticLayer,
+    cost_of_unknown,
     resampled,
     static_costs,
 )
@@ -86,29 +87,26 @@ class LayeredCostmap:
         self.stamp = 0.0  # [s] of the last update
         # updated since it was last cleared, with scans as young as its sources expect
         self.is_current = False
-        self._fill = NO_INFORMATION if params.track_unknown_space else FREE_SPACE
+        self._fill = cost_of_unknown(params)
         masks = masks or {}
         if params.has_keepout_filter:
             masks, keepout = with_world_mask(params, masks, static, keepout), None
-        static = static if _has_static_layer(params) else None
+        if not _has_static_layer(params):
+            static = None
         self._window = make_window(params, static, [mask.grid for mask in masks.values()])
         self._layers = join_layers(params, masks, self._window)
         self._receivers: list[SpeedLimitReceiver] = []
         self._map = self._map_costs(static, keepout)
-        data: ByteArray = np.full(
-            (self._window.size_y, self._window.size_x), self._fill, dtype=np.uint8
-        )
-        self.master = Costmap(
-            data, self._window.resolution, self._window.origin_x, self._window.origin_y
-        )
+        window = self._window
+        data: ByteArray = np.full((window.size_y, window.size_x), self._fill, dtype=np.uint8)
+        self.master = Costmap(data, window.resolution, window.origin_x, window.origin_y)
         self._projector = ScanProjector()
-        parts = self._fast_parts() if prefer_fast else None
-        self._updater = self._full_update() if parts is None else self._fast_update(parts)
+        self._updater = self._make_updater(prefer_fast)
         self._sources = [source for layer in self._updater.layers for source in layer.sources]
 
     @property
     def is_fast(self) -> bool:
-        """Whether the map is inflated once and for all (see :mod:`~navstack.costmap.fast_update`)."""
+        """Whether the map is inflated once, see :mod:`~navstack.costmap.fast_update`."""
         return isinstance(self._updater, FastUpdate)
 
     @property
@@ -117,17 +115,20 @@ class LayeredCostmap:
         return self._updater.obstacle_costs
 
     @property
-    def region(self) -> tuple[int, int, int, int] | None:
+    def region(self) -> Box | None:
         """Cells x0, xn, y0, yn (ends exclusive) within which the last update wrote.
 
         None where it knows no bounds.
         """
-        return None if isinstance(self._updater, FastUpdate) else self._updater.region
+        if isinstance(self._updater, FastUpdate):
+            return None
+        return self._updater.region
 
     def update(self, robot_pose: Pose2D, scan: LaserScan | None, stamp: float) -> None:
-        """Take in a scan taken at ``robot_pose`` (map frame), if there is one, and write the master anew.
+        """Take in a scan taken at ``robot_pose`` (map frame), and write the master anew.
 
-        Without a new scan the previous one is applied again, as Nav2 does: obstacles stay where it saw them.
+        Without a new scan the previous one is applied again, as Nav2 does: obstacles stay where it
+        saw them.
         """
         if scan is not None:
             self.observe_scan(robot_pose, scan)
@@ -135,10 +136,7 @@ class LayeredCostmap:
             moved = self._window.centre_on(robot_pose.x, robot_pose.y)
             if moved != (0, 0):
                 self._updater.moved(*moved)
-                self.master.origin_x, self.master.origin_y = (
-                    self._window.origin_x,
-                    self._window.origin_y,
-                )
+                self._place_master()
         self.stamp = stamp
         kernels.transform(self.footprint, robot_pose.x, robot_pose.y, robot_pose.yaw, self._placed)
         self._updater.update(robot_pose, self._placed)
@@ -147,7 +145,7 @@ class LayeredCostmap:
         self.is_current = all(source.is_current(stamp) for source in self._sources)
 
     def on_speed_limit(self, receiver: SpeedLimitReceiver) -> None:
-        """Tell ``receiver`` from now on whenever the limit of a speed filter changes (Nav2's speed_limit topic)."""
+        """Call ``receiver`` whenever the limit of a speed filter changes (topic speed_limit)."""
         self._receivers.append(receiver)
 
     def observe_scan(self, robot_pose: Pose2D, scan: LaserScan) -> None:
@@ -172,13 +170,14 @@ class LayeredCostmap:
         """
         flat = np.ascontiguousarray(points[:, :2], dtype=np.float64)
         for layer in self._updater.layers:
-            if isinstance(layer, ObstacleLayer | ObstacleCells) and isinstance(
-                layer.params, ObstacleLayerParams
-            ):
-                low, high = layer.params.min_obstacle_height, layer.params.max_obstacle_height
-                is_right = (points[:, 2] >= low) & (points[:, 2] <= high)
-                for source in layer.sources:
-                    source.add(Observation(stamp, sensor_x, sensor_y, lambda: flat, flat[is_right]))
+            params = getattr(layer, "params", None)
+            if not isinstance(params, ObstacleLayerParams):
+                continue
+            heights = points[:, 2]
+            low, high = params.min_obstacle_height, params.max_obstacle_height
+            marking = flat[(heights >= low) & (heights <= high)]
+            for source in layer.sources:
+                source.add(Observation(stamp, sensor_x, sensor_y, lambda: flat, marking))
 
     def clear_entirely(self) -> None:
         """Forget all obstacles; those that the newest scan shows come back with the next update."""
@@ -190,12 +189,17 @@ class LayeredCostmap:
         for source in self._sources:
             source.clear()
         self._window.reset()
-        self.master.origin_x, self.master.origin_y = self._window.origin_x, self._window.origin_y
+        self._place_master()
         self._updater.clear()
         for speed_filter in self._layers.speed_filters:
             speed_filter.reset(self._tell)
         self.stamp = 0.0
         self.is_current = False
+
+    def _place_master(self) -> None:
+        """Put the master where the window is."""
+        self.master.origin_x = self._window.origin_x
+        self.master.origin_y = self._window.origin_y
 
     def _tell(self, limit: float, is_percentage: bool) -> None:
         for receiver in self._receivers:
@@ -204,15 +208,20 @@ class LayeredCostmap:
     def _map_costs(
         self, static: OccupancyGrid | None, keepout: BoolArray | None
     ) -> ByteArray | None:
-        if static is None:
-            if _has_static_layer(self.params):
-                raise MapError(
-                    "the costmap has a static layer, but no map was given; give one or remove the layer"
-                )
-            return None
-        return resampled(
-            static_costs(static, self.params, keepout), static.resolution, self._window.resolution
-        )
+        if static is not None:
+            costs = static_costs(static, self.params, keepout)
+            return resampled(costs, static.resolution, self._window.resolution)
+        if _has_static_layer(self.params):
+            raise MapError(
+                "the costmap has a static layer, but no map was given; give one or remove the layer"
+            )
+        return None
+
+    def _make_updater(self, prefer_fast: bool) -> FastUpdate | FullUpdate:
+        parts = self._fast_parts()
+        if parts is None or not prefer_fast:
+            return self._full_update()
+        return self._fast_update(parts)
 
     def _fast_parts(self) -> FastParts | None:
         """What the quick way needs, if it leads to the same costmap.
@@ -222,14 +231,15 @@ class LayeredCostmap:
         parts = self._layers.fast_parts()
         if self._map is None or parts is None:
             return None
+        may_have_unknown = self.params.track_unknown_space
         if self.params.rolling_window:
             height, width = self._map.shape
-            reaches_out = not all(
-                mask.acts_within(width, height) for mask in (*parts.before, *parts.after)
-            )
-            return None if self.params.track_unknown_space or reaches_out else parts
-        has_unknown = self.params.track_unknown_space and int(self._map.max()) == NO_INFORMATION
-        return None if has_unknown else parts
+            masks = (*parts.before, *parts.after)
+            if may_have_unknown or not all(mask.acts_within(width, height) for mask in masks):
+                return None
+        elif may_have_unknown and int(self._map.max()) == NO_INFORMATION:
+            return None
+        return parts
 
     def _inflation(self, params: InflationLayerParams) -> Inflation:
         return Inflation(params, self._window.resolution, self.inscribed_radius)
@@ -237,7 +247,9 @@ class LayeredCostmap:
     def _fast_update(self, parts: FastParts) -> FastUpdate:
         assert self._map is not None
         inflation = self._inflation(parts.inflation)
-        margin = inflation.radius if self.params.rolling_window else 0
+        margin = 0
+        if self.params.rolling_window:
+            margin = inflation.radius
         inflated = inflated_map(_raised(self._map, parts.before, 0), margin, self._fill, inflation)
         shown = _raised(inflated, parts.after, margin)
         if not self.params.rolling_window:
@@ -259,21 +271,21 @@ class LayeredCostmap:
         )
 
     def _full_update(self) -> FullUpdate:
-        plugins, filters = (
-            [self._make_layer(layer) for layer in layers]
-            for layers in (self._layers.plugins, self._layers.filters)
-        )
         return FullUpdate(
-            plugins, filters, self.master, self._window, self.params.rolling_window, self._fill
+            [self._make_layer(layer) for layer in self._layers.plugins],
+            [self._make_layer(layer) for layer in self._layers.filters],
+            self.master,
+            self._window,
+            self.params.rolling_window,
+            self._fill,
         )
 
     def _make_layer(self, layer: BoundLayer) -> Layer:
         if isinstance(layer, ObstacleLayerParams):
             return ObstacleLayer(layer, _buffers(layer.active_sources), self._window, self._fill)
         if isinstance(layer, SpatioTemporalLayerParams):
-            return SpatioTemporalLayer(
-                layer, _buffers(layer.active_sources), self._window, lambda: self.stamp
-            )
+            buffers = _buffers(layer.active_sources)
+            return SpatioTemporalLayer(layer, buffers, self._window, lambda: self.stamp)
         if isinstance(layer, InflationLayerParams):
             return InflationLayer(self._inflation(layer))
         if isinstance(layer, DenoiseLayerParams):
@@ -289,10 +301,8 @@ def _buffers(sources: Sequence[Source]) -> list[ObservationBuffer[Source]]:
 
 
 def _has_static_layer(params: CostmapParams) -> bool:
-    listed = (*params.plugins, *params.filters)
-    return any(
-        isinstance(layer, StaticLayerParams) for layer in params.enabled_layers(listed).values()
-    )
+    layers = params.enabled_layers((*params.plugins, *params.filters)).values()
+    return any(isinstance(layer, StaticLayerParams) for layer in layers)
 
 
 def _raised(costs: ByteArray, masks: Sequence[KeepoutMask], margin: int) -> ByteArray:
@@ -310,7 +320,8 @@ def inflated_map(costs: ByteArray, margin: int, fill: int, inflation: Inflation)
 
     Kept for the next caller.
     """
-    key = content_key("inflated-map-1", costs, margin, fill, inflation.costs)
+    name, parts = "inflated-map-1", (costs, margin, fill, inflation.costs)
+    key = content_key(name, *parts)
 
     def inflate() -> ByteArray:
         inflated = np.pad(costs, margin, constant_values=fill)
@@ -318,7 +329,7 @@ def inflated_map(costs: ByteArray, margin: int, fill: int, inflation: Inflation)
         return inflated
 
     if key not in _inflated_maps:
-        inflated = cached_array(key, inflate) if costs.size >= SHARED_FROM else inflate()
+        inflated = shared_array(costs.size, inflate, name, *parts)
         inflated.flags.writeable = False
         while len(_inflated_maps) >= _KEPT_MAPS:
             del _inflated_maps[next(iter(_inflated_maps))]

@@ -9,15 +9,16 @@ grows the bounds of what may have changed; in the second each writes within them
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from navstack.costmap import kernels
-from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION, Box
 from navstack.costmap.denoise import remove_small_groups
-from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
+from navstack.costmap.field_cache import shared_array
 from navstack.costmap.inflation import Inflation
 from navstack.costmap.observations import Observation, ObservationBuffer, SourceParams
 from navstack.costmap.occupancy_grid import UNKNOWN, OccupancyGrid
@@ -32,6 +33,9 @@ from navstack.params.costmap import (
 )
 from navstack.params.spatio_temporal import SpatioTemporalLayerParams
 from navstack.types import BoolArray, ByteArray, FloatArray, Pose2D
+
+ScanSources = Sequence[ObservationBuffer[ObservationSourceParams]]
+ScanObservation = tuple[ObservationSourceParams, Observation]
 
 SAME_RESOLUTION = 1e-5  # [m] closer resolutions are the same (StaticLayer's EPSILON)
 
@@ -49,16 +53,15 @@ def static_costs(
     grid.require_unrotated("map")
     occupancy = np.arange(256, dtype=np.uint8).view(np.int8).astype(np.int64)  # of each bit pattern
     threshold = min(max(params.lethal_cost_threshold, 0), 100)
-    scaled = (
-        0 if params.trinary_costmap else np.abs(occupancy) / max(threshold, 1) * LETHAL_OBSTACLE
-    )
-    table = np.where(
-        (occupancy >= threshold) | (occupancy < UNKNOWN), LETHAL_OBSTACLE, scaled
-    ).astype(np.uint8)
-    table[occupancy == UNKNOWN] = NO_INFORMATION if params.track_unknown_space else FREE_SPACE
+    table: ByteArray = np.full(256, FREE_SPACE, dtype=np.uint8)
+    if not params.trinary_costmap:
+        table[:] = np.minimum(np.abs(occupancy) / max(threshold, 1), 1.0) * LETHAL_OBSTACLE
+    table[(occupancy >= threshold) | (occupancy < UNKNOWN)] = LETHAL_OBSTACLE
+    table[occupancy == UNKNOWN] = cost_of_unknown(params)
     if keepout is not None and keepout.shape != grid.data.shape:
         raise MapError(
-            f"the keepout mask has the shape {keepout.shape}, the map {grid.data.shape}; they must be equal"
+            f"the keepout mask has the shape {keepout.shape}, "
+            f"the map {grid.data.shape}; they must be equal"
         )
 
     def compute() -> ByteArray:
@@ -67,10 +70,17 @@ def static_costs(
             costs[keepout] = LETHAL_OBSTACLE
         return costs
 
-    if grid.data.size < SHARED_FROM:
-        return compute()
-    forbidden = 0 if keepout is None else np.packbits(keepout)
-    return cached_array(content_key("static costs 1", grid.data, table, forbidden), compute)
+    forbidden: Any = 0
+    if keepout is not None:
+        forbidden = np.packbits(keepout)
+    return shared_array(grid.data.size, compute, "static costs 1", grid.data, table, forbidden)
+
+
+def cost_of_unknown(params: CostmapParams | SpatioTemporalLayerParams) -> int:
+    """The cost of cells of which nothing is known."""
+    if params.track_unknown_space:
+        return NO_INFORMATION
+    return FREE_SPACE
 
 
 def resampled(costs: ByteArray, resolution: float, wanted: float) -> ByteArray:
@@ -80,15 +90,11 @@ def resampled(costs: ByteArray, resolution: float, wanted: float) -> ByteArray:
     """
     if abs(resolution - wanted) < SAME_RESOLUTION:
         return costs
-    rows, columns = (
-        np.minimum(
-            ((np.arange(math.ceil(size * resolution / wanted)) + 0.5) * wanted / resolution).astype(
-                int
-            ),
-            size - 1,
-        )
-        for size in costs.shape
-    )
+    below = []
+    for size in costs.shape:
+        centres = np.arange(math.ceil(size * resolution / wanted)) + 0.5
+        below.append(np.minimum((centres * wanted / resolution).astype(int), size - 1))
+    rows, columns = below
     return np.ascontiguousarray(costs[rows[:, None], columns])
 
 
@@ -112,7 +118,7 @@ class Bounds:
         self.values[::2] = np.minimum(self.values[::2], other[::2])
         self.values[1::2] = np.maximum(self.values[1::2], other[1::2])
 
-    def region(self, window: Window) -> tuple[int, int, int, int]:
+    def region(self, window: Window) -> Box:
         """The window's cells x0, xn, y0, yn (ends exclusive) that the bounds hold."""
         x0, y0 = window.clamped_cell(self.values[0], self.values[2])
         xn, yn = window.clamped_cell(self.values[1], self.values[3])
@@ -134,9 +140,7 @@ class Layer(ABC):
         """
 
     @abstractmethod
-    def update_costs(
-        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
-    ) -> None:
+    def update_costs(self, master: ByteArray, region: Box, margin: int) -> None:
         """Write into ``master`` within the region x0, xn, y0, yn of its cells.
 
         The window begins at the master's cell (margin, margin): see
@@ -167,9 +171,7 @@ class StaticLayer(Layer):
             bounds.hold_everything()
         self._is_new = False
 
-    def update_costs(
-        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
-    ) -> None:
+    def update_costs(self, master: ByteArray, region: Box, margin: int) -> None:
         """Overwrite all, unknown included, or with ``use_maximum`` raise.
 
         Nothing beyond the map's edges.
@@ -187,7 +189,7 @@ class ObstacleLayer(Layer):
     def __init__(
         self,
         params: ObstacleLayerParams | SpatioTemporalLayerParams,
-        sources: Sequence[ObservationBuffer[ObservationSourceParams]],
+        sources: ScanSources,
         window: Window,
         fill: int,
     ) -> None:
@@ -207,31 +209,48 @@ class ObstacleLayer(Layer):
         self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds
     ) -> None:
         """Clear along all beams, then mark all returns."""
-        place = (window.origin, window.resolution)
-        for source, seen in each_observation(self._scans, clearing=True):
-            limits = (source.raytrace_min_range, source.raytrace_max_range)
-            beams = (seen.points, seen.origin_x, seen.origin_y, *place)
-            kernels.clear_rays(self.grid, *beams, limits, bounds.values)
-        for source, seen in each_observation(self._scans, clearing=False):
-            limits = (source.obstacle_min_range, source.obstacle_max_range)
-            returns = (seen.marking, seen.origin_x, seen.origin_y, *place)
-            kernels.mark_points(self.grid, *returns, limits, bounds.values)
+        for source, seen in clearing_observations(self._scans):
+            kernels.clear_rays(
+                self.grid,
+                seen.points,
+                seen.origin_x,
+                seen.origin_y,
+                window.origin,
+                window.resolution,
+                (source.raytrace_min_range, source.raytrace_max_range),
+                bounds.values,
+            )
+        for source, seen in marking_observations(self._scans):
+            kernels.mark_points(
+                self.grid,
+                seen.marking,
+                seen.origin_x,
+                seen.origin_y,
+                window.origin,
+                window.resolution,
+                (source.obstacle_min_range, source.obstacle_max_range),
+                bounds.values,
+            )
         self._place_footprint(window, footprint, bounds)
 
     def _place_footprint(self, window: Window, footprint: FloatArray, bounds: Bounds) -> None:
         """Note the cells under the robot, where they are to be freed."""
         if self.params.footprint_clearing_enabled:
             bounds.join(np.stack((footprint.min(axis=0), footprint.max(axis=0)), axis=1).ravel())
-            place = (window.origin, window.resolution, window.size_x, window.size_y)
-            self._columns = kernels.polygon_columns(footprint, *place, self._lowest, self._highest)
+            self._columns = kernels.polygon_columns(
+                footprint,
+                window.origin,
+                window.resolution,
+                window.size_x,
+                window.size_y,
+                self._lowest,
+                self._highest,
+            )
 
-    def update_costs(
-        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
-    ) -> None:
+    def update_costs(self, master: ByteArray, region: Box, margin: int) -> None:
         """Free the cells under the robot in this layer, then combine."""
-        kernels.free_columns(
-            self.grid, self._columns[0], self._columns[1], self._lowest, self._highest
-        )
+        first, last = self._columns
+        kernels.free_columns(self.grid, first, last, self._lowest, self._highest)
         if self.params.combination_method == OVERWRITE:
             target, own = overlap(master, region, self.grid, margin, margin)
             np.copyto(target, own, where=own != NO_INFORMATION)
@@ -240,7 +259,7 @@ class ObstacleLayer(Layer):
             kernels.combine_maximum(master, region, self.grid, margin, margin, keep_unknown)
 
     def clear(self) -> None:
-        """Back to what was never seen, below the robot too, which may stand elsewhere by the next update."""
+        """Forget all cells, those under the robot too: it may stand elsewhere by then."""
         self.grid[:] = self._fill
         self._columns = (0, -1)
 
@@ -262,9 +281,7 @@ class DenoiseLayer(Layer):
     ) -> None:
         """It touches only what others changed."""
 
-    def update_costs(
-        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
-    ) -> None:
+    def update_costs(self, master: ByteArray, region: Box, margin: int) -> None:
         """Free the groups that are too small."""
         x0, xn, y0, yn = region
         remove_small_groups(
@@ -300,20 +317,22 @@ class InflationLayer(Layer):
             bounds.values += (-radius, radius, -radius, radius)
         self._previous = Bounds(current)
 
-    def update_costs(
-        self, master: ByteArray, region: tuple[int, int, int, int], margin: int
-    ) -> None:
+    def update_costs(self, master: ByteArray, region: Box, margin: int) -> None:
         """Inflate what the layers before have written."""
         self.inflation.apply(master, *region)
 
 
-def each_observation(
-    sources: Sequence[ObservationBuffer[ObservationSourceParams]], clearing: bool
-) -> list[tuple[ObservationSourceParams, Observation]]:
-    """The observations of all sources that clear, or of all that mark."""
-    return [
-        (source.params, observation)
-        for source in sources
-        if (source.params.clearing if clearing else source.params.marking)
-        for observation in source.observations
-    ]
+def clearing_observations(sources: ScanSources) -> Iterator[ScanObservation]:
+    """The observations of all sources that clear."""
+    for source in sources:
+        if source.params.clearing:
+            for observation in source.observations:
+                yield source.params, observation
+
+
+def marking_observations(sources: ScanSources) -> Iterator[ScanObservation]:
+    """The observations of all sources that mark."""
+    for source in sources:
+        if source.params.marking:
+            for observation in source.observations:
+                yield source.params, observation

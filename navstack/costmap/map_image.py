@@ -1,4 +1,4 @@
-"""The pixels of a map image as GraphicsMagick (16 bits per channel) hands them to nav2_map_server."""
+"""The pixels of a map image as nav2_map_server gets them: GraphicsMagick, 16 bits a channel."""
 
 import re
 import warnings
@@ -47,7 +47,9 @@ def read_image(path: Path, average_alpha: bool) -> MapImage:
         check_regular(path, MAX_BYTES)
         with path.open("rb") as file:
             is_pgm = file.read(2) in (b"P2", b"P5")
-        return _read_pgm(path) if is_pgm else _read_other(path, average_alpha)
+        if is_pgm:
+            return _read_pgm(path)
+        return _read_other(path, average_alpha)
     except OSError as error:
         reason = error.strerror or str(error).splitlines()[0]
         raise MapError(
@@ -74,16 +76,16 @@ def _read_pgm(path: Path) -> MapImage:
     if not 1 <= largest <= _QUANTUM:
         raise MapError(f"map image {path}: largest value {largest}; a PGM allows 1 to {_QUANTUM}")
     body = memoryview(content)[header.end() :]
-    values = (
-        _ascii_values(path, bytes(body)) if header[1] == b"2" else _binary_values(body[1:], largest)
-    )
-    if len(values) < width * height:
+    if header[1] == b"2":
+        values = _ascii_values(path, bytes(body))
+    else:
+        values = _binary_values(body[1:], largest)
+    count = width * height
+    if len(values) < count:
         raise MapError(
-            f"map image {path}: truncated, {len(values)} of {width} x {height} = {width * height} pixels"
+            f"map image {path}: truncated, {len(values)} of {width} x {height} = {count} pixels"
         )
-    levels = np.minimum(values[: width * height], largest).astype(
-        np.uint8 if largest < 256 else np.uint16
-    )
+    levels = np.minimum(values[:count], largest).astype(np.min_scalar_type(largest))
     shades = np.floor(np.arange(largest + 1) * _QUANTUM / largest + 0.5) / _QUANTUM
     return MapImage(levels.reshape(height, width), shades, None)
 
@@ -130,9 +132,13 @@ def _convert(image: Image.Image, average_alpha: bool) -> MapImage:
         )
     if image.mode in ("1", "L") and not has_alpha:
         return MapImage(np.asarray(image.convert("L")), np.arange(256) * 257 / _QUANTUM, None)
-    channels = np.asarray(image.convert("RGBA" if has_alpha else "RGB"))
-    averaged = channels if average_alpha else channels[..., :3]
+    transparent = None
+    averaged = np.asarray(image.convert("RGBA" if has_alpha else "RGB"))
+    if has_alpha:
+        transparent = averaged[..., 3] < 255
+    if not average_alpha:
+        averaged = averaged[..., :3]
     levels = averaged.sum(axis=-1, dtype=np.uint16)
     count = averaged.shape[-1]
     shades = np.arange(255 * count + 1) * 257 / count / _QUANTUM
-    return MapImage(levels, shades, channels[..., 3] < 255 if has_alpha else None)
+    return MapImage(levels, shades, transparent)

@@ -1,5 +1,6 @@
-"""Maps on disk: a YAML file and an image, as ROS 2's nav2_map_server reads and writes them (``map_io.cpp``, Jazzy)."""
+"""Maps on disk: a YAML file and an image, as nav2_map_server of Jazzy has them (``map_io.cpp``)."""
 
+import contextlib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -74,7 +75,8 @@ def load_metadata(path: Path) -> MapMetadata:
         raise MapError(f"map {error}") from None
     if not isinstance(content, Mapping):
         raise MapError(
-            f"map {path}: is not a mapping; expected image, resolution, origin, negate and two thresholds"
+            f"map {path}: is not a mapping; "
+            "expected image, resolution, origin, negate and two thresholds"
         )
     origin = _get(content, "origin", path)
     if not isinstance(origin, list) or len(origin) != 3:
@@ -139,10 +141,10 @@ def _image_path(content: Mapping[str, Any], path: Path) -> Path:
 
 
 def _number(value: Any, key: str, path: Path) -> float:
-    try:
-        number = math.nan if isinstance(value, bool) else float(value)
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
+    number = math.nan
+    if not isinstance(value, bool):
+        with contextlib.suppress(TypeError, ValueError, OverflowError):
+            number = float(value)
     if not math.isfinite(number):
         raise MapError(f"map {path}: {key} {value!r} is not a finite number")
     return number
@@ -157,10 +159,10 @@ def _flag(value: Any, key: str, path: Path) -> bool:
 
 
 def _check(metadata: MapMetadata, path: Path) -> None:
+    low, high = RESOLUTIONS
     if metadata.resolution <= 0.0:
         raise MapError(f"map {path}: resolution {metadata.resolution} m/cell is not positive")
-    if not RESOLUTIONS[0] <= metadata.resolution <= RESOLUTIONS[1]:
-        low, high = RESOLUTIONS
+    if not low <= metadata.resolution <= high:
         raise MapError(
             f"map {path}: resolution {metadata.resolution} m/cell; allowed is {low:g} to {high:g}"
         )
@@ -170,7 +172,8 @@ def _check(metadata: MapMetadata, path: Path) -> None:
         )
     if not 0.0 <= metadata.free_thresh < metadata.occupied_thresh <= 1.0:
         raise MapError(
-            f"map {path}: free_thresh {metadata.free_thresh} and occupied_thresh {metadata.occupied_thresh} "
+            f"map {path}: free_thresh {metadata.free_thresh} and "
+            f"occupied_thresh {metadata.occupied_thresh} "
             "must satisfy 0 <= free_thresh < occupied_thresh <= 1"
         )
     if metadata.mode not in _MODES:
@@ -181,7 +184,9 @@ def _check(metadata: MapMetadata, path: Path) -> None:
 
 
 def _occupancy(shades: FloatTable, metadata: MapMetadata) -> FloatTable:
-    return shades if metadata.negate else 1.0 - shades
+    if metadata.negate:
+        return shades
+    return 1.0 - shades
 
 
 def _read_trinary(shades: FloatTable, metadata: MapMetadata) -> Int8Array:

@@ -62,11 +62,13 @@ class Observation:
     @property
     def marking(self) -> FloatArray:
         """The points (m, 2) [m] that may mark."""
-        return self.points if self._marking is None else self._marking
+        if self._marking is None:
+            return self.points
+        return self._marking
 
     @cached_property
     def bearings(self) -> tuple[FloatArray, IntArray]:
-        """The points sorted by their bearing from the sensor, and where each sector of them begins."""
+        """The points sorted by their bearing from the sensor, and where each sector begins."""
         starts, ordered = np.empty(SECTORS + 1, dtype=np.int64), np.empty(self.points.shape)
         beam_kernels.sort_by_bearing(self.points, self.origin_x, self.origin_y, starts, ordered)
         return ordered, starts
@@ -98,11 +100,12 @@ class ScanProjector:
         def points() -> FloatArray:
             ends = np.empty(directions.shape)
             limits = (scan.range_min, scan.range_max)
-            endless = scan.range_max - _BELOW_RANGE_MAX if inf_is_valid else math.inf
+            endless = math.inf
+            if inf_is_valid:
+                endless = scan.range_max - _BELOW_RANGE_MAX
             place = (sensor.x, sensor.y, math.cos(sensor.yaw), math.sin(sensor.yaw))
-            return ends[
-                : beam_kernels.project(scan.ranges, directions, limits, endless, place, ends)
-            ]
+            count = beam_kernels.project(scan.ranges, directions, limits, endless, place, ends)
+            return ends[:count]
 
         return Observation(scan.stamp, sensor.x, sensor.y, points)
 

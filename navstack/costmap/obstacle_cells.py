@@ -11,10 +11,10 @@ import numpy as np
 from navstack.costmap import cell_kernels
 from navstack.costmap.beam_kernels import LineArray
 from navstack.costmap.cell_kernels import CellArray, Listed
-from navstack.costmap.costmap import LETHAL_OBSTACLE
-from navstack.costmap.layers import each_observation
+from navstack.costmap.costmap import LETHAL_OBSTACLE, Box
+from navstack.costmap.layers import clearing_observations, marking_observations
 from navstack.costmap.observations import ObservationBuffer
-from navstack.costmap.window import Box, Window
+from navstack.costmap.window import Window
 from navstack.params.costmap import ObservationSourceParams, ObstacleLayerParams
 from navstack.types import ByteArray, FloatArray, IntArray
 
@@ -107,25 +107,38 @@ class ObstacleCells:
         return grid
 
     def _clear_beams(self, window: Window) -> None:
-        for source, seen in each_observation(self.sources, clearing=True):
+        for source, seen in clearing_observations(self.sources):
             ordered, starts = seen.bearings
             if len(ordered) > len(self._lines):
                 self._lines = np.empty((2 * len(ordered), 8), dtype=np.int32)
-            place = ((seen.origin_x, seen.origin_y), window.origin, window.resolution)
-            limits = (source.raytrace_min_range, source.raytrace_max_range)
-            lateral = _LATERAL if source.raytrace_min_range == 0.0 else _LATERAL_FROM_MIN_RANGE
+            lateral = _LATERAL
+            if source.raytrace_min_range > 0.0:
+                lateral = _LATERAL_FROM_MIN_RANGE
             cell_kernels.clear_hit(
-                self._listed, ordered, starts, *place, limits, lateral, self._lines
+                self._listed,
+                ordered,
+                starts,
+                (seen.origin_x, seen.origin_y),
+                window.origin,
+                window.resolution,
+                (source.raytrace_min_range, source.raytrace_max_range),
+                lateral,
+                self._lines,
             )
 
     def _mark(self, window: Window) -> None:
-        for source, seen in each_observation(self.sources, clearing=False):
+        for source, seen in marking_observations(self.sources):
             self._make_room(len(seen.marking))
-            place = ((seen.origin_x, seen.origin_y), window.origin, window.resolution)
-            limits = (source.obstacle_min_range, source.obstacle_max_range)
-            background = (self._background, self._margin)
             self.count = cell_kernels.mark_cells(
-                self._listed, seen.marking, *place, limits, *background, self._changed
+                self._listed,
+                seen.marking,
+                (seen.origin_x, seen.origin_y),
+                window.origin,
+                window.resolution,
+                (source.obstacle_min_range, source.obstacle_max_range),
+                self._background,
+                self._margin,
+                self._changed,
             )
 
     def _make_room(self, more: int) -> None:

@@ -42,11 +42,9 @@ class OccupancyGrid:
         """
         column = math.floor((x - self.origin.x) / self.resolution)
         row = math.floor((y - self.origin.y) / self.resolution)
-        return (
-            int(self.data[row, column])
-            if 0 <= column < self.width and 0 <= row < self.height
-            else UNKNOWN
-        )
+        if 0 <= column < self.width and 0 <= row < self.height:
+            return int(self.data[row, column])
+        return UNKNOWN
 
     def require_unrotated(self, name: str) -> None:
         """Refuse a yaw other than 0.
@@ -56,5 +54,6 @@ class OccupancyGrid:
         """
         if abs(math.sin(self.origin.yaw)) > 1e-9 or math.cos(self.origin.yaw) < 0.0:
             raise MapError(
-                f"the {name} is rotated by {self.origin.yaw} rad; costmaps need {name}s with an origin yaw of 0"
+                f"the {name} is rotated by {self.origin.yaw} rad; "
+                f"costmaps need {name}s with an origin yaw of 0"
             )

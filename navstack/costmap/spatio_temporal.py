@@ -15,8 +15,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
-from navstack.costmap.layers import Bounds, ObstacleLayer
+from navstack.costmap.costmap import LETHAL_OBSTACLE
+from navstack.costmap.layers import Bounds, ObstacleLayer, cost_of_unknown
 from navstack.costmap.observations import Observation, ObservationBuffer
 from navstack.costmap.window import Window
 from navstack.params.spatio_temporal import (
@@ -47,9 +47,7 @@ class SpatioTemporalLayer(ObstacleLayer):
         clock: Callable[[], float],
     ) -> None:
         """``clock`` gives the time [s] of the update."""
-        super().__init__(
-            params, (), window, NO_INFORMATION if params.track_unknown_space else FREE_SPACE
-        )
+        super().__init__(params, (), window, cost_of_unknown(params))
         self._decay = params
         self.sources = self._readings = sources
         self._clock = clock
@@ -170,8 +168,11 @@ def is_inside(
     """
     ahead = dx * math.cos(heading) + dy * math.sin(heading)
     aside = dy * math.cos(heading) - dx * math.sin(heading)
-    far = ahead if source.model_type == DEPTH_CAMERA else np.hypot(dx, dy)
+    is_camera = source.model_type == DEPTH_CAMERA
+    far = ahead
+    if not is_camera:
+        far = np.hypot(dx, dy)
     inside: BoolArray = (far >= source.min_z) & (far <= source.max_z)
-    if source.model_type == DEPTH_CAMERA or source.horizontal_fov_angle <= FULL_CIRCLE:
+    if is_camera or source.horizontal_fov_angle <= FULL_CIRCLE:
         inside &= np.abs(np.arctan2(aside, ahead)) <= source.horizontal_fov_angle / 2.0
     return inside

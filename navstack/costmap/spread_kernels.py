@@ -12,6 +12,7 @@ n (2 radius + 1).
 import numpy as np
 import numpy.typing as npt
 
+from navstack.costmap.costmap import Box
 from navstack.costmap.inflation_kernels import BLOCK
 from navstack.jit import njit
 from navstack.types import ByteArray, ByteMatrix, ByteVector, Int32Matrix, IntArray, IntMatrix
@@ -28,22 +29,23 @@ def measure_columns(
     count: int,
     around: ByteVector,
     radius: int,
-    box: tuple[int, int, int, int],
+    box: Box,
     nearest: ByteVector,
     ends: IntMatrix,
 ) -> None:
-    """For each column of a box and ``radius`` columns beside it, how far the nearest cell of the column is in each row.
+    """How far the nearest cell of each column of a box, and ``radius`` beside, is in each row.
 
     Args:
         cells: (n, 2) lattice x, y; the first ``count`` count.
         count: see there.
-        around: (w,) distance in a single cell's column, from ``radius`` below it on; w a multiple of BLOCK, filled up
-            with radius + 1: beyond.
+        around: (w,) distance in a single cell's column, from ``radius`` below it on; w a multiple
+            of BLOCK, filled up with radius + 1: beyond.
         radius: [cells].
         box: lattice x0, xn, y0, yn, ends exclusive.
         nearest: room for the distances, column by column from yours to yn.
-        ends: (columns, 2) room for the rows, counted from y0, among which distances up to ``radius`` lie; first and
-            end. What ``nearest`` holds of columns without any is left as it is.
+        ends: (columns, 2) room for the rows, counted from y0, among which distances up to
+            ``radius`` lie; first and end. What ``nearest`` holds of columns without any is left as
+            it is.
     """
     x0, xn, y0, yn = box
     height, columns, first, side = yn - y0, xn - x0 + 2 * radius, x0 - radius, 2 * radius + 1
@@ -78,7 +80,7 @@ def spread(
     corner: tuple[int, int],
     radius: int,
     profiles: ByteMatrix,
-    box: tuple[int, int, int, int],
+    box: Box,
     nearest: ByteVector,
     ends: IntMatrix,
     tile: ByteVector,
@@ -118,7 +120,7 @@ def spread(
 @njit(inline="always")
 def _fill_tile(
     tile: ByteArray,
-    place: tuple[int, int, int, int],
+    place: Box,
     radius: int,
     profiles: ByteArray,
     nearest: DistanceArray,

@@ -1,10 +1,11 @@
-"""Where a costmap lies: whole cells of a fixed lattice, moved with the robot (``Costmap2D::updateOrigin``)."""
+"""Where a costmap lies: whole cells of a fixed lattice (``Costmap2D::updateOrigin``)."""
 
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from navstack.costmap.costmap import Box
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import MapError
 from navstack.params.costmap import CostmapParams
@@ -12,11 +13,9 @@ from navstack.types import ByteArray, FloatArray, IntArray
 
 MOST_CELLS = 20_000_000  # of a costmap, or of a map at its resolution; 223 m x 223 m at 0.05 m
 
-Box = tuple[int, int, int, int]  # x0, xn, y0, yn of lattice cells, ends exclusive
-
 
 class Window:
-    """A grid of ``size_x`` x ``size_y`` cells on the lattice that has a cell corner at (base_x, base_y)."""
+    """A grid of ``size_x`` x ``size_y`` cells on a lattice with a corner at (base_x, base_y)."""
 
     def __init__(
         self, base_x: float, base_y: float, resolution: float, size_x: int, size_y: int
@@ -66,9 +65,9 @@ class Window:
 
         Takes infinite coordinates.
         """
-        return self._clamp(x, self.origin_x, self.size_x), self._clamp(
-            y, self.origin_y, self.size_y
-        )
+        mx = self._clamp(x, self.origin_x, self.size_x)
+        my = self._clamp(y, self.origin_y, self.size_y)
+        return mx, my
 
     def _clamp(self, value: float, origin: float, size: int) -> int:
         if value < origin:
@@ -81,20 +80,23 @@ class Window:
 def make_window(
     params: CostmapParams, static: OccupancyGrid | None, masks: Sequence[OccupancyGrid]
 ) -> Window:
-    """A costmap's window: a fixed one with a map takes over the map's grid, a rolling one lies on its lattice.
+    """A costmap's window: of a fixed one the map's grid, a rolling one lies on its lattice.
 
     Raises:
         MapError: costmap, map or a mask would have too many cells.
     """
     window = _window_of(params, static)
     cells = [window.size_x * window.size_y]
-    for grid in masks if static is None else (static, *masks):
+    grids = [*masks]
+    if static is not None:
+        grids.append(static)
+    for grid in grids:
         scale = grid.resolution / window.resolution
         cells.append(int(grid.width * scale) * int(grid.height * scale))
     if max(cells) > MOST_CELLS:
         raise MapError(
-            f"a costmap of {window.resolution:g} m/cell would have {max(cells):,} cells here; at most {MOST_CELLS:,} "
-            "are allowed: check the resolutions of map, masks and costmap"
+            f"a costmap of {window.resolution:g} m/cell would have {max(cells):,} cells here; "
+            f"at most {MOST_CELLS:,} are allowed: check the resolutions of map, masks and costmap"
         )
     return window
 
@@ -104,25 +106,23 @@ def _window_of(params: CostmapParams, static: OccupancyGrid | None) -> Window:
         return Window(
             static.origin.x, static.origin.y, static.resolution, static.width, static.height
         )
+    size_x = round(params.width / params.resolution)
+    size_y = round(params.height / params.resolution)
+    if static is None:
+        return Window(params.origin_x, params.origin_y, params.resolution, size_x, size_y)
     resolution = params.resolution
-    if static is not None and math.isclose(static.resolution, resolution, abs_tol=1e-5):
+    if math.isclose(static.resolution, resolution, abs_tol=1e-5):
         resolution = static.resolution
-    base_x, base_y = (
-        (params.origin_x, params.origin_y) if static is None else (static.origin.x, static.origin.y)
-    )
-    size_x, size_y = (
-        round(params.width / params.resolution),
-        round(params.height / params.resolution),
-    )
-    return Window(base_x, base_y, resolution, size_x, size_y)
+    return Window(static.origin.x, static.origin.y, resolution, size_x, size_y)
 
 
 def overlap(
-    master: ByteArray, region: tuple[int, int, int, int], grid: ByteArray, x: int, y: int
+    master: ByteArray, region: Box, grid: ByteArray, x: int, y: int
 ) -> tuple[ByteArray, ByteArray]:
-    """Views of ``master`` within a region x0, xn, y0, yn (ends exclusive) and of ``grid``, where both have cells.
+    """Views of ``master`` within a region and of ``grid``, where both have cells.
 
-    The grid's first cell lies on the master's cell (x, y).
+    The region is x0, xn, y0, yn, ends exclusive. The grid's first cell lies on the master's cell
+    (x, y).
     """
     x0, y0 = max(region[0], x), max(region[2], y)
     xn, yn = max(x0, min(region[1], x + grid.shape[1])), max(y0, min(region[3], y + grid.shape[0]))
@@ -130,7 +130,7 @@ def overlap(
 
 
 def shift(grid: ByteArray, dx: int, dy: int, fill: int) -> None:
-    """Move the content of a contiguous grid by (-dx, -dy) cells in place, as its window moves by (dx, dy)."""
+    """Move the content of a contiguous grid in place, as its window moves by (dx, dy) cells."""
     height, width = grid.shape
     if abs(dx) >= width or abs(dy) >= height:
         grid[:] = fill
@@ -141,5 +141,12 @@ def shift(grid: ByteArray, dx: int, dy: int, fill: int) -> None:
         cells[:-by] = cells[by:]
     elif by < 0:
         cells[-by:] = cells[:by].copy()  # towards the end in place takes seven times as long
-    grid[height - dy if dy > 0 else 0 : height if dy > 0 else -dy] = fill
-    grid[:, width - dx if dx > 0 else 0 : width if dx > 0 else -dx] = fill
+    # what has come in; nothing where the distance is 0
+    if dy > 0:
+        grid[height - dy :] = fill
+    else:
+        grid[:-dy] = fill
+    if dx > 0:
+        grid[:, width - dx :] = fill
+    else:
+        grid[:, :-dx] = fill

@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from navstack.localization.amcl_recovery import ScanGuide
 from navstack.localization.amcl_sensor_models import SENSOR_MODELS
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.likelihood_field import LikelihoodField
-from navstack.localization.localizer import Localizer
+from navstack.localization.localizer import Localizer, health_of, initial_covariance
 from navstack.localization.motion_model import motion_model_of
 from navstack.localization.particle_filter import Cluster, ParticleFilter
 from navstack.params.amcl import AmclParams
@@ -77,9 +78,10 @@ class AmclLocalizer(Localizer):
 
         One without covariance gets ``INITIAL_VARIANCES``.
         """
-        seed = self._params.random_seed
-        self._rng = np.random.default_rng(seed) if seed >= 0 else rng
-        covariance = belief.covariance if belief.covariance.any() else np.diag(INITIAL_VARIANCES)
+        self._rng = rng
+        if self._params.random_seed >= 0:
+            self._rng = np.random.default_rng(self._params.random_seed)
+        covariance = initial_covariance(belief, INITIAL_VARIANCES)
         self.particles.spread_normal(belief.pose, covariance, self._rng)
         self._map_to_odom: Pose2D | None = None
         self._odometry: deque[Odometry] = deque()
@@ -111,9 +113,7 @@ class AmclLocalizer(Localizer):
         while self._scans and self._odometry and self._scans[0].stamp <= self._odometry[-1].stamp:
             scan = self._scans.popleft()
             self._take_in(scan, pose_at(self._odometry, scan.stamp))
-        self._belief = Belief(
-            self._pose_now(), self._belief.covariance, self._belief.health, observation.stamp
-        )
+        self._belief = replace(self._belief, pose=self._pose_now(), stamp=observation.stamp)
         return self._belief
 
     def _pose_now(self) -> Pose2D:
@@ -133,8 +133,9 @@ class AmclLocalizer(Localizer):
         if self._last_pose is not None:
             draws = self._rng.standard_normal(self.particles.poses.shape)
             self._move(self.particles.poses, self._last_pose, in_odom, draws)
-        # Nav2 publishes the start as it was spread
-        estimate = self._estimate() if is_first else None
+        estimate = None
+        if is_first:  # Nav2 publishes the start as it was spread
+            estimate = self._estimate()
         self._last_pose, self._last_stamp = in_odom, scan.stamp
         self._weigh(scan, in_odom)
         self._counted += 1
@@ -145,7 +146,7 @@ class AmclLocalizer(Localizer):
             self._correct(*estimate, scan, in_odom)
 
     def _weigh(self, scan: LaserScan, in_odom: Pose2D) -> None:
-        """Weigh the particles, which stand where the robot was at ``in_odom``, by all that tells of the place."""
+        """Weigh the particles, which stand where the robot was at ``in_odom``, by measurements."""
         match = self._sensor_model.match(self.particles.poses, scan, self.particles.has_converged)
         self.particles.weigh(match.likelihoods, match.best)
 
@@ -183,23 +184,19 @@ class AmclLocalizer(Localizer):
         self._map_to_odom = _frame_of(pose, in_odom)
         ends = self._sensor_model.beams(scan).ends()
         if len(ends) >= FEWEST_RETURNS:
-            self._explained = float(
-                (self._field.at(transform_points(pose, ends)) <= EXPLAINED_WITHIN).mean()
-            )
+            distances = self._field.at(transform_points(pose, ends))
+            self._explained = float((distances <= EXPLAINED_WITHIN).mean())
         self._belief = Belief(pose, covariance, self._health(), scan.stamp)
 
     def _health(self) -> Health:
         """What the heaviest cluster and the share of explained returns mean."""
         weight, covariance = self._heaviest.weight, self._heaviest.covariance[:2, :2]
         deviation = math.sqrt(max(float(np.linalg.eigvalsh(covariance)[-1]), 0.0))
-        if deviation > LOST_ABOVE or weight < LOST_UNDER or self._explained < LOST_BELOW:
-            return Health.LOST
-        in_part = (
-            deviation > DEGRADED_ABOVE
-            or weight < DEGRADED_UNDER
-            or self._explained < DEGRADED_BELOW
+        explained = self._explained
+        return health_of(
+            deviation > LOST_ABOVE or weight < LOST_UNDER or explained < LOST_BELOW,
+            deviation > DEGRADED_ABOVE or weight < DEGRADED_UNDER or explained < DEGRADED_BELOW,
         )
-        return Health.DEGRADED if in_part else Health.TRACKING
 
 
 def pose_at(odometry: deque[Odometry], stamp: float) -> Pose2D:
@@ -210,11 +207,9 @@ def pose_at(odometry: deque[Odometry], stamp: float) -> Pose2D:
     after = odometry[-1]
     for before in reversed(odometry):
         if before.stamp <= stamp:
-            share = (
-                (stamp - before.stamp) / (after.stamp - before.stamp)
-                if after.stamp > before.stamp
-                else 0.0
-            )
+            share = 0.0
+            if after.stamp > before.stamp:
+                share = (stamp - before.stamp) / (after.stamp - before.stamp)
             way = relative_to(before.pose, after.pose)
             return compose(before.pose, Pose2D(share * way.x, share * way.y, share * way.yaw))
         after = before

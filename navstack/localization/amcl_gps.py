@@ -63,7 +63,9 @@ class AmclGpsLocalizer(AmclLocalizer):
         if fix is not None and all(map(math.isfinite, (fix.x, fix.y, fix.position_std))):
             self._fixes.append(fix)
             if self._knows(fix.stamp):
-                self._disagreeing = 0 if self._agrees(fix) else self._disagreeing + 1
+                self._disagreeing += 1
+                if self._agrees(fix):
+                    self._disagreeing = 0
         return super().update(observation)
 
     def _knows(self, stamp: float) -> bool:
@@ -82,7 +84,7 @@ class AmclGpsLocalizer(AmclLocalizer):
 
         Older ones are dropped.
         """
-        used = -math.inf if self._last_fix is None else self._last_fix.stamp
+        used = self._stamp_used
         usable = [
             fix
             for fix in self._fixes
@@ -90,23 +92,29 @@ class AmclGpsLocalizer(AmclLocalizer):
         ]
         newest = max(usable, key=lambda fix: fix.stamp, default=None)
         if newest is not None:
-            self._fixes = deque(
-                (fix for fix in self._fixes if fix.stamp > newest.stamp), maxlen=_WAITING
-            )
+            later = [fix for fix in self._fixes if fix.stamp > newest.stamp]
+            self._fixes = deque(later, maxlen=_WAITING)
         return newest
 
+    @property
+    def _stamp_used(self) -> float:
+        """The time [s] of the last fix that has weighed the particles."""
+        if self._last_fix is None:
+            return -math.inf
+        return self._last_fix.stamp
+
     def _places_at(self, fix: GpsFix, in_odom: Pose2D) -> FloatArray:
-        """Where the particles (N, 2), which stand where the robot was at ``in_odom``, were at a fix's time."""
+        """Where the particles (N, 2), which stand for ``in_odom``, were at a fix's time."""
         way = relative_to(in_odom, pose_at(self._odometry, fix.stamp))
         return self.particles.poses[:, :2] + _turned(way, self.particles.poses[:, 2])
 
     def _std(self, fix: GpsFix) -> float:
         """Standard deviation [m] per axis that a fix is taken to have."""
-        stated = fix.position_std if fix.position_std > 0.0 else self._gps_params.position_std
+        stated = max(fix.position_std, 0.0) or self._gps_params.position_std
         return max(stated, self._gps_params.position_std_floor)
 
     def _agrees(self, fix: GpsFix) -> bool:
-        """Whether a fix may come from where the robot was at its time, as far as the heaviest cluster tells."""
+        """Whether a fix may come from where the heaviest cluster was at its time."""
         believed = self._belief.pose
         if self._map_to_odom is not None:
             believed = compose(self._map_to_odom, pose_at(self._odometry, fix.stamp))
@@ -124,7 +132,7 @@ class AmclGpsLocalizer(AmclLocalizer):
         given = self._gps_params
         freedom = given.degrees_of_freedom
         squares = ((places - (fix.x, fix.y)) ** 2).sum(axis=1) / self._std(fix) ** 2
-        age = math.inf if self._last_fix is None else fix.stamp - self._last_fix.stamp
+        age = fix.stamp - self._stamp_used
         share = min(age / (2.0 * given.correlation_time), 1.0)
         likelihoods: FloatArray = (1.0 + squares / freedom) ** (-share * (freedom + 2.0) / 2.0)
         return likelihoods
@@ -134,10 +142,13 @@ class AmclGpsLocalizer(AmclLocalizer):
         if fix is None or not self._knows(fix.stamp):
             self.particles.resample(self._rng, None)
             return
+        least_share = 0.0
+        if self._in_doubt:
+            least_share = self._gps_params.recovery_share
         self.particles.resample(
             self._rng,
             lambda count, rng: self._draw_about(fix, count, scan, in_odom, rng),
-            self._gps_params.recovery_share if self._in_doubt else 0.0,
+            least_share,
         )
 
     @property
@@ -165,9 +176,8 @@ class AmclGpsLocalizer(AmclLocalizer):
         if imu is not None and self._knows(imu.stamp):
             turned = in_odom.yaw - pose_at(self._odometry, imu.stamp).yaw
             std = max(imu.yaw_std, self._gps_params.heading_std_floor)
-            yaws[::2] = normalize_angle(imu.yaw + turned) + std * rng.standard_normal(
-                len(yaws[::2])
-            )
+            errors = std * rng.standard_normal(len(yaws[::2]))
+            yaws[::2] = normalize_angle(imu.yaw + turned) + errors
         return yaws
 
     @property
@@ -176,7 +186,9 @@ class AmclGpsLocalizer(AmclLocalizer):
 
     def _health(self) -> Health:
         health = super()._health()
-        return Health.DEGRADED if self._disagree and health is Health.TRACKING else health
+        if self._disagree and health is Health.TRACKING:
+            health = Health.DEGRADED
+        return health
 
 
 def _turned(way: Pose2D, yaws: FloatArray) -> FloatArray:

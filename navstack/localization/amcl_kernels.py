@@ -25,7 +25,7 @@ _u = np.uint64  # unsigned indices: numba then omits the treatment of negative o
 def _take_group(
     poses: FloatArray, begin: int, group: FloatArray, reach: float, right: float, top: float
 ) -> bool:
-    """Put x, y, cosine and sine of the particles from ``begin`` on into the rows of ``group`` (4, GROUP).
+    """Put x, y, cosine and sine of particles from ``begin`` on into ``group`` (4, GROUP).
 
     Returns:
         Whether no end of a beam, ``reach`` away at most, lies beyond ``right``, ``top`` or 0.
@@ -232,15 +232,16 @@ def count_agreeing(
 def cast_rays(
     clear: CodeArray, sensors: FloatArray, bearings: FloatArray, reach: float
 ) -> FloatArray:
-    """Distance in cells from each particle's sensor along each beam to the first cell that is not free.
+    """Distance [cells] from each particle's sensor along each beam to the first occupied cell.
 
-    The cells of Bresenham's line to the ray's end, as nav2_amcl's ``map_range.c`` visits them; leaps over what
-    ``clear`` knows to be free give the same cells, because the line's row after k columns is known in closed form.
-    Off the map nothing is free.
+    The cells of Bresenham's line to the ray's end, as nav2_amcl's ``map_range.c`` visits them;
+    leaps over what ``clear`` knows to be free give the same cells, because the line's row after k
+    columns is known in closed form. Off the map nothing is free.
 
     Args:
-        clear: (H, W) for each cell, an upper bound of k such that all cells within k - 1 rows and columns are free; 0
-            where the cell itself is not. The outermost cells, all 0, are the border.
+        clear: (H, W) for each cell, an upper bound of k such that all cells within k - 1 rows and
+            columns are free; 0 where the cell itself is not. The outermost cells, all 0, are the
+            border.
         sensors: (N, 3) poses of the sensor in cells.
         bearings: (n,) [rad] in the sensor's frame.
         reach: [cells]; where nothing is hit the distance is this.
@@ -264,15 +265,20 @@ def _cast(clear: CodeArray, x: float, y: float, angle: float, reach: float) -> f
     across = math.floor(x + reach * math.cos(angle)) - column
     along = math.floor(y + reach * math.sin(angle)) - row
     is_steep = abs(along) > abs(across)
-    major, minor = (abs(along), abs(across)) if is_steep else (abs(across), abs(along))
+    major, minor = max(abs(across), abs(along)), min(abs(across), abs(along))
     step_x, step_y = (1 if across > 0 else -1), (1 if along > 0 else -1)
     k = np.int64(0)  # steps along the major axis
     while k <= major + 1:  # Nav2 looks at one cell beyond the end
-        side = (2 * k * minor + major) // (2 * major) if major > 0 else k
-        dx, dy = (side, k) if is_steep else (k, side)
+        side = k
+        if major > 0:
+            side = (2 * k * minor + major) // (2 * major)
+        dx, dy = k, side
+        if is_steep:
+            dx, dy = side, k
         cx, cy = column + step_x * dx, row + step_y * dy
-        is_inside = 0 <= cx < width and 0 <= cy < height
-        free = np.int64(clear[cy, cx] if is_inside else 0)
+        free = np.int64(0)
+        if 0 <= cx < width and 0 <= cy < height:
+            free = np.int64(clear[cy, cx])
         if free == 0:
             return math.sqrt(float(dx * dx + dy * dy))
         k += free

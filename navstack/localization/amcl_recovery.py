@@ -17,10 +17,11 @@ STEPS = ((0.4, 0.06), (0.1, 0.015))  # [m, rad] standard deviations about the be
 
 
 class ScanGuide:
-    """Draws particles that a scan suggests (sensor resetting: Lenser & Veloso 2000), where Nav2 draws any.
+    """Draws particles that a scan suggests (sensor resetting: Lenser & Veloso 2000).
 
-    Many candidates from all free space are looked at with a few beams and a wide likelihood; the best are moved about,
-    step by step closer, and the likeliest of each family is kept.
+    Nav2 draws them anywhere. Many candidates from all free space are looked at with a few beams and
+    a wide likelihood; the best are moved about, step by step closer, and the likeliest of each
+    family is kept.
     """
 
     def __init__(
@@ -46,9 +47,8 @@ class ScanGuide:
         for length, angle in STEPS:
             around = np.repeat(best[:, None], OFFSPRING, axis=1)
             around[:, 1:] += rng.standard_normal(around[:, 1:].shape) * (length, length, angle)
-            likelihoods = self._model.likelihoods(around.reshape(-1, 3), scan, False).reshape(
-                len(best), OFFSPRING
-            )
+            likelihoods = self._model.likelihoods(around.reshape(-1, 3), scan, False)
+            likelihoods = likelihoods.reshape(len(best), OFFSPRING)
             best = around[np.arange(len(best)), likelihoods.argmax(axis=1)]
             order = np.argsort(-likelihoods.max(axis=1), kind="stable")
             best = best[order]

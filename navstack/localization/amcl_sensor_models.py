@@ -76,16 +76,11 @@ class SensorModel(ABC):
         What is too near counts as no return, NaN not at all (``amcl_node.cpp``).
         """
         given = self._params
-        longest = (
-            min(scan.range_max, given.laser_max_range)
-            if given.laser_max_range > 0.0
-            else scan.range_max
-        )
-        shortest = (
-            max(scan.range_min, given.laser_min_range)
-            if given.laser_min_range > 0.0
-            else scan.range_min
-        )
+        longest, shortest = scan.range_max, scan.range_min
+        if given.laser_max_range > 0.0:
+            longest = min(longest, given.laser_max_range)
+        if given.laser_min_range > 0.0:
+            shortest = max(shortest, given.laser_min_range)
         step = self._step(len(scan.ranges))
         ranges = np.array(scan.ranges[::step], dtype=np.float64)
         bearings, directions = self._look(scan, step, len(ranges))
@@ -95,7 +90,7 @@ class SensorModel(ABC):
         return Beams(ranges, bearings, directions, longest, scan.sensor_pose)
 
     def _look(self, scan: LaserScan, step: int, count: int) -> tuple[FloatArray, FloatArray]:
-        """Bearings (n,) [rad] in the base frame and their cosines and sines (2, n), for every so many beams."""
+        """Bearings (n,) [rad] in the base frame and their cosines and sines (2, n)."""
         key = (scan.angle_min, scan.angle_increment, scan.sensor_pose.yaw, step, count)
         if key != self._key:
             self._key = key
@@ -106,10 +101,10 @@ class SensorModel(ABC):
 
 
 class LikelihoodFieldModel(SensorModel):
-    """One plus the sum over the returns of p^3, p falling off with the distance of a return from the obstacles.
+    """One plus the sum over the returns of p^3, p falling off with the distance to obstacles.
 
-    The sum of cubes in place of a product is Nav2's (``likelihood_field_model.cpp``): a few beams that hit what is not
-    on the map do little harm.
+    The sum of cubes in place of a product is Nav2's (``likelihood_field_model.cpp``): a few beams
+    that hit what is not on the map do little harm.
     """
 
     def __init__(self, params: AmclParams, field: LikelihoodField) -> None:
@@ -127,7 +122,7 @@ class LikelihoodFieldModel(SensorModel):
     def _sum(
         self, cells: FloatArray, ends: FloatArray, range_max: float, first: float
     ) -> FloatArray:
-        """``first`` plus the sum of the terms of all ends (n, 2) [cells], for particles (N, 3) in cells."""
+        """``first`` plus the sum of the terms of all ends (n, 2), for particles (N, 3); [cells]."""
         if range_max != self._range_max:  # it seldom changes
             self._range_max, self._values = range_max, self._terms(range_max)
         return sum_over_beams(self._field.codes, self._values, cells, ends, first)
@@ -182,13 +177,16 @@ class LikelihoodFieldProbModel(LikelihoodFieldModel):
         count = counts / len(cells) > given.beam_skip_threshold
         # beams without return are among them, as in Nav2
         skipped = given.max_beams - int(count.sum())
-        return ends if skipped >= given.max_beams * given.beam_skip_error_threshold else ends[count]
+        if skipped >= given.max_beams * given.beam_skip_error_threshold:
+            return ends
+        return ends[count]
 
 
 class BeamModel(SensorModel):
-    """One plus the sum of p^3 over the beams, p by comparison with the range that the map gives (``beam_model.cpp``).
+    """One plus the sum of p^3 over the beams, p by comparison with the map (``beam_model.cpp``).
 
-    A range of infinity is a beam without return; Nav2 takes only one of exactly the greatest range for that.
+    A range of infinity is a beam without return; Nav2 takes only one of exactly the greatest range
+    for that.
     """
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:

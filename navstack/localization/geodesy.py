@@ -61,7 +61,8 @@ class LocalFrame:
         if not math.hypot(x, y) <= FARTHEST:
             latitude, longitude = self.datum
             raise InputError(
-                f"{point} is more than {FARTHEST / 1000.0:.0f} km from the datum ({latitude}, {longitude}) degrees; "
+                f"{point} is more than {FARTHEST / 1000.0:.0f} km "
+                f"from the datum ({latitude}, {longitude}) degrees; "
                 "give a datum near the robot"
             )
 
@@ -69,5 +70,6 @@ class LocalFrame:
 def _check(latitude: float, longitude: float) -> None:
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 360.0):
         raise InputError(
-            f"latitude {latitude}, longitude {longitude} is not on Earth; give -90 to 90 and -180 to 180 degrees"
+            f"latitude {latitude}, longitude {longitude} is not on Earth; "
+            "give -90 to 90 and -180 to 180 degrees"
         )

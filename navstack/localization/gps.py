@@ -1,11 +1,11 @@
-"""The plainest honest localizer: the last fix is the position, the inertial unit's heading is the heading."""
+"""The plainest localizer: the last fix, and the inertial unit's heading."""
 
 import math
 
 import numpy as np
 
-from navstack.localization.localizer import Localizer
-from navstack.types import Belief, Health, Observation, Pose2D
+from navstack.localization.localizer import Localizer, health_of
+from navstack.types import Belief, Observation, Pose2D
 
 DEGRADED_AFTER = 0.5  # [s] without a fix: at 2 m/s the belief is a metre behind
 LOST_AFTER = 3.0  # [s] without a fix: no controller should drive on
@@ -50,25 +50,16 @@ class GpsLocalizer(Localizer):
             x, y = observation.gps.x, observation.gps.y
             self._fix_stamp = observation.gps.stamp
             covariance[:2, :] = covariance[:, :2] = 0.0
-            covariance[0, 0] = covariance[1, 1] = (
-                observation.gps.position_std or _POSITION_STD
-            ) ** 2
+            position_std = observation.gps.position_std or _POSITION_STD
+            covariance[0, 0] = covariance[1, 1] = position_std**2
         if observation.imu is not None:
             self._has_heading = not math.isnan(observation.imu.yaw)
             covariance[2, :] = covariance[:, 2] = 0.0
-            covariance[2, 2] = (
-                (observation.imu.yaw_std or _YAW_STD) ** 2 if self._has_heading else _UNKNOWN_YAW
-            )
-            yaw = observation.imu.yaw if self._has_heading else yaw
-        health = _health(observation.stamp - self._fix_stamp)
-        if health is Health.TRACKING and not self._has_heading:
-            health = Health.DEGRADED
+            covariance[2, 2] = _UNKNOWN_YAW
+            if self._has_heading:
+                yaw = observation.imu.yaw
+                covariance[2, 2] = (observation.imu.yaw_std or _YAW_STD) ** 2
+        age = observation.stamp - self._fix_stamp  # [s] of the last fix
+        health = health_of(age > LOST_AFTER, age > DEGRADED_AFTER or not self._has_heading)
         self._belief = Belief(Pose2D(x, y, yaw), covariance, health, observation.stamp)
         return self._belief
-
-
-def _health(age: float) -> Health:
-    """What the age of the last fix in [s] means."""
-    if age > LOST_AFTER:
-        return Health.LOST
-    return Health.DEGRADED if age > DEGRADED_AFTER else Health.TRACKING

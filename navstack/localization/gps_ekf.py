@@ -13,19 +13,19 @@ from navstack.localization.gps_ekf_filter import COMPILED, Engine, FilterState, 
 from navstack.localization.gps_ekf_history import Apply, History
 from navstack.localization.gps_ekf_kernels import GPS_X, GPS_Y, OFFSET, SIZE, SPEED, YAW, X, Y
 from navstack.localization.heading_alignment import Alignment, HeadingAlignment
-from navstack.localization.localizer import Localizer
+from navstack.localization.localizer import Localizer, health_of, initial_covariance
 from navstack.params.gps_ekf import GpsEkfParams
 from navstack.types import Belief, FloatArray, GpsFix, Health, Imu, Observation, Odometry, Pose2D
 
-# [m2, m2, rad2] of a start that comes without: set down on a mark. A
+# [m2, m2, rad2] of a start that comes without: set down on a mark. A wrong one ends in a lock-out,
+# and so in a search for the heading
 INITIAL_VARIANCES = (0.1**2, 0.1**2, 0.05**2)
-# wrong one ends in a lock-out, and so in a search for the heading
 # [rad] standard deviation of a heading from which an extended Kalman filter can start
 KNOWN_BELOW = 0.35
 ALIGNED_BELOW = 0.2  # [rad] that an alignment must reach
-DOUBTED_STD = 0.5  # [rad] of a heading after a lock-out, as it is told
+DOUBTED_STD = 0.5  # [rad] that is reported of a heading after a lock-out
 UNKNOWN_YAW_VARIANCE = math.pi**2 / 3.0  # [rad2] of a heading that may be any
-# order of messages of one stamp: the gyro tells how the robot came there
+# order of messages of one stamp: the gyro says how the robot came there
 _IMU, _ODOMETRY, _FIX = range(3)
 
 
@@ -42,7 +42,7 @@ def filterpy_engine() -> Engine:
         acceleration: float,
         densities: FloatArray,
     ) -> None:
-        """Predict with filterpy, its linear prediction of the state replaced by the motion model."""
+        """Predict with filterpy, but the state by the motion model."""
         ekf.P = covariance.copy()
         ekf.F = kernels.motion_jacobian(mean, dt, yaw_rate, gyro, acceleration)
         ekf.Q = kernels.process_noise(mean, dt, yaw_rate, gyro, densities)
@@ -96,18 +96,18 @@ class GpsEkfLocalizer(Localizer):
 
         Nothing is left to chance.
         """
-        covariance = belief.covariance if belief.covariance.any() else np.diag(INITIAL_VARIANCES)
+        covariance = initial_covariance(belief, INITIAL_VARIANCES)
         self._initial = Belief(belief.pose, covariance)
         self._history: History | None = None
         self._now = 0.0  # [s] of the newest observation
-        is_unknown = self._uses_fixes and covariance[2, 2] > KNOWN_BELOW**2
-        self._alignment = self._search() if is_unknown else None
+        self._alignment: HeadingAlignment | None = None  # None: the heading is known
+        if self._uses_fixes and covariance[2, 2] > KNOWN_BELOW**2:
+            self._alignment = self._search()
         self._knows_offset = not self._uses_fixes or self._params.imu0_yaw_offset_std < KNOWN_BELOW
         self._needs_reference, self._filter.reference_yaw = self._params.imu0_relative, 0.0
         self._is_doubted = False  # whether the heading is searched for once more
-        # [rad, rad] the last absolute one less the reckoned
+        # [rad, rad] the last absolute heading less the reckoned one, and its standard deviation
         self._orientation: tuple[float, float] | None = None
-        # heading, and its standard deviation
         # while the heading is unknown; with the distance driven
         self._last_fix: tuple[GpsFix, float] | None = None
 
@@ -129,28 +129,11 @@ class GpsEkfLocalizer(Localizer):
             stamps = [message.stamp for message in (odometry, imu, fix) if message is not None]
             self._begin(min([observation.stamp, *stamps]))
         self._now = observation.stamp
-        if imu is not None and _is_sound(
-            imu.stamp,
-            imu.angular_velocity_z,
-            imu.linear_acceleration_x,
-            imu.yaw_std,
-            imu.yaw_rate_std,
-            imu.pitch,
-        ):
+        if imu is not None and _is_sound_imu(imu):
             self._take_imu(imu)
-        if odometry is not None and _is_sound(
-            odometry.stamp,
-            odometry.twist.linear_x,
-            odometry.twist.angular_z,
-            odometry.velocity_std,
-            odometry.yaw_rate_std,
-        ):
+        if odometry is not None and _is_sound_odometry(odometry):
             self._insert(odometry, _ODOMETRY, partial(self._filter.take_odometry, message=odometry))
-        if (
-            fix is not None
-            and self._uses_fixes
-            and _is_sound(fix.stamp, fix.x, fix.y, fix.position_std)
-        ):
+        if fix is not None and self._uses_fixes and _is_sound_fix(fix):
             self._take_fix(fix)
         return self._belief_at(observation.stamp)
 
@@ -172,9 +155,8 @@ class GpsEkfLocalizer(Localizer):
             self._needs_reference = False
             self._filter.reference_yaw = self._initial.pose.yaw - self._filter.absolute_yaw(imu)
         with_yaw = self._alignment is None or self._knows_offset
-        state = self._insert(
-            imu, _IMU, partial(self._filter.take_imu, message=imu, with_yaw=with_yaw)
-        )
+        apply = partial(self._filter.take_imu, message=imu, with_yaw=with_yaw)
+        state = self._insert(imu, _IMU, apply)
         if self._alignment is None or state is None or not math.isfinite(imu.yaw):
             return
         offset = self._filter.absolute_yaw(imu) - state.mean.item(YAW)
@@ -192,15 +174,14 @@ class GpsEkfLocalizer(Localizer):
         if state is None:
             return
         self._last_fix = (fix, state.distance)
-        self._alignment.add(
-            Pose2D(state.mean.item(X), state.mean.item(Y)), fix, self._variance_of(fix)
-        )
+        reckoned = Pose2D(state.mean.item(X), state.mean.item(Y))
+        self._alignment.add(reckoned, fix, self._variance_of(fix))
         found = self._alignment.solve(ALIGNED_BELOW)
         if found is not None:
             self._align(found, fix.stamp)
 
     def _doubt(self, fix: GpsFix) -> None:
-        """Believe a fix, keep what is known of wheels and gyro, and search for the heading and the offset."""
+        """Believe a fix, keep what is known of wheels and gyro, and search for the heading."""
         state = self.state.copy()
         covariance, variance = state.covariance, self._variance_of(fix)
         for index in (X, Y, YAW, OFFSET, GPS_X, GPS_Y):
@@ -210,12 +191,13 @@ class GpsEkfLocalizer(Localizer):
         covariance[YAW, YAW] = covariance[OFFSET, OFFSET] = UNKNOWN_YAW_VARIANCE
         state.rejected = 0
         self._history = History(self._params.history_length, state)
-        self._alignment, self._is_doubted, self._knows_offset = self._search(), True, False
+        self._alignment = self._search()
+        self._is_doubted = True
+        self._knows_offset = False
 
     def _search(self) -> HeadingAlignment:
-        return HeadingAlignment(
-            self._params.gps0_correlated_share, self._params.gps0_correlation_time
-        )
+        params = self._params
+        return HeadingAlignment(params.gps0_correlated_share, params.gps0_correlation_time)
 
     def _variance_of(self, fix: GpsFix) -> float:
         return (fix.position_std or self._params.gps0_position_std) ** 2
@@ -250,10 +232,8 @@ class GpsEkfLocalizer(Localizer):
         """
         covariance = state.covariance
         if self._orientation is None:
-            state.mean[OFFSET], covariance[OFFSET, OFFSET] = (
-                0.0,
-                self._params.imu0_yaw_offset_std**2,
-            )
+            state.mean[OFFSET] = 0.0
+            covariance[OFFSET, OFFSET] = self._params.imu0_yaw_offset_std**2
             return
         offset, std = self._orientation
         state.mean[OFFSET] = normalize_angle(offset - found.turn)
@@ -271,9 +251,8 @@ class GpsEkfLocalizer(Localizer):
             return self._provisional(state)
         x, y, yaw = state.mean[:3].tolist()
         covariance = state.covariance[:3, :3].copy()
-        return Belief(
-            Pose2D(x, y, normalize_angle(yaw)), covariance, self._health(state, covariance), stamp
-        )
+        health = self._health(state, covariance)
+        return Belief(Pose2D(x, y, normalize_angle(yaw)), covariance, health, stamp)
 
     def _provisional(self, state: FilterState) -> Belief:
         """What is believed while the heading is unknown."""
@@ -287,25 +266,28 @@ class GpsEkfLocalizer(Localizer):
         if self._last_fix is not None:
             fix, driven = self._last_fix
             x, y = fix.x, fix.y
-            covariance[0, 0] = covariance[1, 1] = (
-                self._variance_of(fix) + (state.distance - driven) ** 2
-            )
+            variance = self._variance_of(fix) + (state.distance - driven) ** 2
+            covariance[0, 0] = covariance[1, 1] = variance
             covariance[0, 1] = covariance[1, 0] = 0.0
         covariance[2, :2] = covariance[:2, 2] = 0.0
         health = self._health(state, covariance)
-        health = Health.DEGRADED if health is Health.TRACKING else health
+        if health is Health.TRACKING:
+            health = Health.DEGRADED
         return Belief(Pose2D(x, y, normalize_angle(yaw)), covariance, health, state.stamp)
 
     def _health(self, state: FilterState, covariance: FloatArray) -> Health:
         params = self._params
         xx, xy, yy = covariance.item(0), covariance.item(1), covariance.item(4)
         variance = 0.5 * (xx + yy + math.hypot(xx - yy, 2.0 * xy))  # along the worst direction
-        accepted = state.accepted_stamp if self._last_fix is None else self._last_fix[0].stamp
-        age = state.stamp - accepted if self._uses_fixes else 0.0
-        if variance > params.lost_above**2 or age > params.lost_after:
-            return Health.LOST
-        is_degraded = variance > params.degraded_above**2 or age > params.degraded_after
-        return Health.DEGRADED if is_degraded else Health.TRACKING
+        age = 0.0  # [s] of the last accepted fix
+        if self._last_fix is not None:
+            age = state.stamp - self._last_fix[0].stamp
+        elif self._uses_fixes:
+            age = state.stamp - state.accepted_stamp
+        return health_of(
+            variance > params.lost_above**2 or age > params.lost_after,
+            variance > params.degraded_above**2 or age > params.degraded_after,
+        )
 
 
 class DeadReckoningLocalizer(GpsEkfLocalizer):
@@ -315,6 +297,17 @@ class DeadReckoningLocalizer(GpsEkfLocalizer):
         super().__init__(params, uses_fixes=False)
 
 
-def _is_sound(*numbers: float) -> bool:
-    """Whether all of them are numbers."""
-    return math.isfinite(sum(numbers))
+def _is_sound_imu(imu: Imu) -> bool:
+    turn, push = imu.angular_velocity_z, imu.linear_acceleration_x
+    numbers = (imu.stamp, turn, push, imu.yaw_std, imu.yaw_rate_std, imu.pitch)
+    return all(map(math.isfinite, numbers))
+
+
+def _is_sound_odometry(odometry: Odometry) -> bool:
+    speed, turn = odometry.twist.linear_x, odometry.twist.angular_z
+    numbers = (odometry.stamp, speed, turn, odometry.velocity_std, odometry.yaw_rate_std)
+    return all(map(math.isfinite, numbers))
+
+
+def _is_sound_fix(fix: GpsFix) -> bool:
+    return all(map(math.isfinite, (fix.stamp, fix.x, fix.y, fix.position_std)))

@@ -167,29 +167,25 @@ class GpsEkfFilter:
         if has_gyro:
             slip += self._compare_turns(state, rate, rate_std, speed)
         else:
-            self._hold_rate(
-                state, message.stamp, rate, 0.0, rate_std**2 + (RELATIVE_RATE * rate) ** 2
-            )
+            rate_variance = rate_std**2 + (RELATIVE_RATE * rate) ** 2
+            self._hold_rate(state, message.stamp, rate, 0.0, rate_variance)
         if slip > 0.0:  # as of white noise that has the same density at low frequencies
-            variance += (
-                slip * SLIP_LASTS / min(max(message.stamp - state.wheel_stamp, 1e-3), SLIP_LASTS)
-            )
+            period = min(max(message.stamp - state.wheel_stamp, 1e-3), SLIP_LASTS)
+            variance += slip * SLIP_LASTS / period
         state.wheel_speed, state.wheel_stamp = speed, message.stamp
         innovation = speed - state.mean.item(SPEED)
-        allowed = (
-            innovation / params.odom0_twist_rejection_threshold
-        ) ** 2 - state.covariance.item(SPEED, SPEED)
-        self.engine.correct(
-            state.mean, state.covariance, SPEED_ROW, innovation, max(variance, allowed)
-        )
+        likely = (innovation / params.odom0_twist_rejection_threshold) ** 2
+        allowed = max(variance, likely - state.covariance.item(SPEED, SPEED))
+        self.engine.correct(state.mean, state.covariance, SPEED_ROW, innovation, allowed)
 
     def _compare_turns(
         self, state: FilterState, rate: float, rate_std: float, speed: float
     ) -> float:
-        """The variance [m2/s2] that the speed gets from wheels that turn the robot otherwise than the gyro says.
+        """The variance [m2/s2] of the speed that comes from wheels that disagree with the gyro.
 
-        One wheel that slips is wrong by the difference times the track width, the mean of both by half of that. While
-        the robot all but stands the wheels have nothing to slip on, and show the gyro's bias.
+        One wheel that slips is wrong by the difference times the track width, the mean of both by
+        half of that. While the robot all but stands the wheels have nothing to slip on, and show
+        the gyro's bias.
         """
         variance = rate_std**2 + self.params.imu0_yaw_rate_std**2
         difference = state.yaw_rate - state.mean.item(BIAS) - rate
@@ -201,14 +197,17 @@ class GpsEkfFilter:
         return (max(0.0, abs(difference) - usual) * 0.5 * self.params.track_width) ** 2
 
     def _slip_variance(self, state: FilterState, speed: float, variance: float) -> float:
-        """The variance [m2/s2] that the speed gets from wheels that speed up otherwise than the accelerometer feels."""
+        """The variance [m2/s2] of the speed where wheels disagree with the accelerometer."""
         params = self.params
         if state.stamp - min(state.wheel_stamp, state.acceleration_stamp) > params.sensor_timeout:
             state.slip = 0.0
             return 0.0
         state.slip += speed - state.wheel_speed
         usual = 2.0 * variance + params.acceleration_noise**2 * SLIP_TIME
-        return state.slip**2 if state.slip**2 > SLIP_GATE**2 * usual else 0.0
+        squared = state.slip**2
+        if squared > SLIP_GATE**2 * usual:
+            return squared
+        return 0.0
 
     def _hold_rate(
         self, state: FilterState, stamp: float, rate: float, gyro: float, variance: float
@@ -230,9 +229,8 @@ class GpsEkfFilter:
             state.yaw_rate = 0.5 * (state.yaw_rate + rate)  # of the time since the last message
             state.acceleration = 0.5 * (state.acceleration + acceleration)
         self.advance(state, message.stamp)
-        self._hold_rate(
-            state, message.stamp, rate, 1.0, (message.yaw_rate_std or params.imu0_yaw_rate_std) ** 2
-        )
+        rate_std = message.yaw_rate_std or params.imu0_yaw_rate_std
+        self._hold_rate(state, message.stamp, rate, 1.0, rate_std**2)
         # a unit without accelerometer reports zeros
         if acceleration != 0.0 or message.linear_acceleration_y != 0.0:
             state.acceleration, state.acceleration_stamp = acceleration, message.stamp
@@ -241,12 +239,9 @@ class GpsEkfFilter:
 
     def absolute_yaw(self, message: Imu) -> float:
         """The absolute orientation [rad], corrected as the parameters say."""
-        return (
-            message.yaw
-            + self.params.magnetic_declination_radians
-            + self.params.yaw_offset
-            + self.reference_yaw
-        )
+        params = self.params
+        corrected = message.yaw + params.magnetic_declination_radians + params.yaw_offset
+        return corrected + self.reference_yaw
 
     def _take_yaw(self, state: FilterState, message: Imu) -> None:
         variance = (message.yaw_std or self.params.imu0_yaw_std) ** 2
@@ -254,11 +249,8 @@ class GpsEkfFilter:
         innovation = normalize_angle(self.absolute_yaw(message) - expected)
         covariance = state.covariance
         if self.uses_fixes:
-            spread = (
-                covariance.item(YAW, YAW)
-                + 2.0 * covariance.item(YAW, OFFSET)
-                + covariance.item(OFFSET, OFFSET)
-            )
+            spread = covariance.item(YAW, YAW) + 2.0 * covariance.item(YAW, OFFSET)
+            spread += covariance.item(OFFSET, OFFSET)
             if innovation**2 > self.params.imu0_pose_rejection_threshold**2 * (spread + variance):
                 covariance[OFFSET, OFFSET] += innovation**2
         self.engine.correct(state.mean, covariance, YAW_ROW, innovation, variance)
@@ -272,10 +264,8 @@ class GpsEkfFilter:
         params = self.params
         self.advance(state, message.stamp)
         total = (message.position_std or params.gps0_position_std) ** 2
-        shared, white = (
-            params.gps0_correlated_share * total,
-            (1.0 - params.gps0_correlated_share) * total,
-        )
+        shared = params.gps0_correlated_share * total
+        white = (1.0 - params.gps0_correlated_share) * total
         decay = math.exp(-(message.stamp - state.fix_stamp) / params.gps0_correlation_time)
         kernels.age_shared_error(state.mean, state.covariance, decay, shared)
         state.fix_stamp = message.stamp
@@ -283,7 +273,8 @@ class GpsEkfFilter:
             state.mean, state.covariance, message.x, message.y, white
         )
         if state.nis > params.gps0_rejection_threshold**2:
-            state.rejected_since = state.rejected_since if state.rejected else state.stamp
+            if not state.rejected:
+                state.rejected_since = state.stamp
             state.rejected += 1
             return
         state.accepted_stamp, state.rejected = message.stamp, 0
@@ -292,7 +283,7 @@ class GpsEkfFilter:
         self.engine.correct(state.mean, state.covariance, FIX_Y_ROW, y, white)
 
     def is_locked_out(self, state: FilterState) -> bool:
-        """Whether so many fixes were refused that rather the state is wrong."""
+        """Whether so many fixes were rejected that the state must be wrong."""
         if state.rejected < self.params.gps0_lockout_count:
             return False
         return state.stamp - state.rejected_since >= self.params.gps0_lockout_time

@@ -112,7 +112,7 @@ def propagate(
     acceleration: float,
     densities: FloatVector,
 ) -> None:
-    """Predict in place: ``P = F P F' + Q``, F's few entries off the diagonal applied to rows, then to columns."""
+    """Predict in place: ``P = F P F' + Q``; F's few entries off the diagonal, rows first."""
     jacobian = motion_jacobian(mean, dt, yaw_rate, gyro, acceleration)
     noise = process_noise(mean, dt, yaw_rate, gyro, densities)
     for j in range(SIZE):

@@ -33,9 +33,8 @@ class Alignment(NamedTuple):
         """A dead-reckoned position in the map frame, [m]."""
         dx, dy = x - self.center_here[0], y - self.center_here[1]
         cos, sin = math.cos(self.turn), math.sin(self.turn)
-        return float(self.center_there[0] + cos * dx - sin * dy), float(
-            self.center_there[1] + sin * dx + cos * dy
-        )
+        there_x, there_y = self.center_there.tolist()
+        return float(there_x + cos * dx - sin * dy), float(there_y + sin * dx + cos * dy)
 
 
 class HeadingAlignment:
@@ -60,9 +59,10 @@ class HeadingAlignment:
             del self._rows[1::2]
 
     def solve(self, largest_std: float) -> Alignment | None:
-        """The alignment, or None as long as the heading's standard deviation is above ``largest_std`` [rad].
+        """The alignment; None while the heading's deviation is above ``largest_std`` [rad].
 
-        A fix that is farther off the fitted way than ``FARTHEST_OFF`` standard deviations is left out.
+        A fix that is farther off the fitted way than ``FARTHEST_OFF`` standard deviations is left
+        out.
         """
         rows = np.array(self._rows)
         while len(rows) >= FEWEST_FIXES:
@@ -87,9 +87,8 @@ class HeadingAlignment:
             return None
         alike = self._share * np.exp(-np.abs(stamps[:, None] - stamps) / self._time)
         deviations = np.sqrt(variances)
-        weights = np.linalg.inv(
-            (alike + (1.0 - self._share) * np.eye(len(rows))) * np.outer(deviations, deviations)
-        )
+        correlations = alike + (1.0 - self._share) * np.eye(len(rows))
+        weights = np.linalg.inv(correlations * np.outer(deviations, deviations))
         shares = weights.sum(axis=0) / weights.sum()  # of each fix in the mean
         center_here, center_there = shares @ here, shares @ there
         a, b = here - center_here, there - center_there
@@ -100,21 +99,17 @@ class HeadingAlignment:
         sideways = np.column_stack((-sin * a[:, 0] - cos * a[:, 1], cos * a[:, 0] - sin * a[:, 1]))
         now, last_variance = self._rows[-1][:2]
         shared_variance = self._share * last_variance
-        shared = (
-            self._share
-            * np.exp(-(now - stamps) / self._time)
-            * deviations
-            * math.sqrt(last_variance)
-        )
+        decay = np.exp(-(now - stamps) / self._time)
+        shared = self._share * decay * deviations * math.sqrt(last_variance)
         return Alignment(
-            turn,
-            center_here,
-            center_there,
-            1.0 / information,
-            1.0 / float(weights.sum()),
-            shared_variance,
-            float(shares @ shared),
-            sideways.T @ weights @ shared / information,
+            turn=turn,
+            center_here=center_here,
+            center_there=center_there,
+            turn_variance=1.0 / information,
+            position_variance=1.0 / float(weights.sum()),
+            shared_variance=shared_variance,
+            shared_with_position=float(shares @ shared),
+            shared_with_turn=sideways.T @ weights @ shared / information,
         )
 
 

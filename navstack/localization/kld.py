@@ -50,7 +50,7 @@ def _key(x: float, y: float, yaw: float) -> np.int64:
 
 @njit(inline="always")
 def _slot(keys: IntArray, key: np.int64) -> np.int64:
-    """Where a key stands in a table whose length is a power of two, or the empty place where it would."""
+    """Where a key stands, or would stand, in a table whose length is a power of two."""
     mask = len(keys) - 1
     slot = np.int64((np.uint64(key) * _MIXER) >> np.uint64(32)) & mask
     while keys[slot] != _EMPTY and keys[slot] != key:
@@ -111,10 +111,11 @@ def resample(
     keys, bins = _empty_table(most), 0
     total = cumulative[-1]
     for n in range(most):
-        above = np.searchsorted(cumulative, draws[n] * total, side="right")
-        chosen = 0 if is_stray[n] else min(above, len(cumulative) - 1)
-        for i in range(3):
-            drawn[n, i] = strays[n, i] if is_stray[n] else poses[chosen, i]
+        if is_stray[n]:
+            drawn[n] = strays[n]
+        else:
+            above = np.searchsorted(cumulative, draws[n] * total, side="right")
+            drawn[n] = poses[min(above, len(cumulative) - 1)]
         key = _key(drawn[n, 0], drawn[n, 1], drawn[n, 2])
         slot = _slot(keys, key)
         if keys[slot] == _EMPTY:
@@ -153,7 +154,7 @@ def label_clusters(poses: FloatMatrix) -> npt.NDArray[np.int64]:
 
 @njit()
 def _spread(keys: IntArray, clusters: IntArray, waiting: IntArray) -> None:
-    """Give the cluster of the first waiting bin to all that touch it, directly or through others."""
+    """Give the cluster of the first waiting bin to all that touch it, also through others."""
     left = 1
     while left > 0:
         left -= 1

@@ -1,4 +1,4 @@
-"""How far every place of a map is from the nearest obstacle, for sensor models that look up where beams end."""
+"""How far every place of a map is from the nearest obstacle, for sensor models."""
 
 import math
 from copy import copy
@@ -14,11 +14,12 @@ from navstack.types import FloatArray, Pose2D
 
 
 class LikelihoodField:
-    """Distances to the nearest obstacle, up to a greatest one, as codes of which a sensor model makes likelihoods.
+    """Distances to the nearest obstacle, up to a greatest one, as codes.
 
-    Code k < ``far`` stands for a distance of sqrt(k) cells; ``far`` for all beyond the greatest distance, ``outside``
-    for places off the map. As in nav2_amcl (``map.hpp``), cell i is *centred* at origin + i * resolution, half a cell
-    off the convention of costmaps. The codes have a border of one cell that reads ``outside``.
+    Code k < ``far`` stands for a distance of sqrt(k) cells; ``far`` for all beyond the greatest
+    distance, ``outside`` for places off the map. As in nav2_amcl (``map.hpp``), cell i is *centred*
+    at origin + i * resolution, half a cell off the convention of costmaps. The codes have a border
+    of one cell that reads ``outside``.
     """
 
     def __init__(
@@ -109,7 +110,7 @@ class LikelihoodField:
 
 
 def bordered_codes(squares: npt.NDArray[np.integer], far: int) -> CodeArray:
-    """Squared distances (H, W) in cells as codes up to ``far``, with a border of one cell that reads ``far`` + 1."""
+    """Squared distances (H, W) [cells] as codes up to ``far``, with a border of ``far`` + 1."""
     codes = np.minimum(squares, far).astype(np.min_scalar_type(far + 1))
     return np.pad(codes, 1, constant_values=far + 1)
 

@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from navstack.types import Belief, Observation
+from navstack.types import Belief, FloatArray, Health, Observation
 
 
 class Localizer(ABC):
@@ -16,4 +16,20 @@ class Localizer(ABC):
 
     @abstractmethod
     def update(self, observation: Observation) -> Belief:
-        """Take in what arrived since the last call and return the belief at ``observation.stamp``."""
+        """Take in what has arrived, and return the belief at ``observation.stamp``."""
+
+
+def initial_covariance(belief: Belief, variances: tuple[float, float, float]) -> FloatArray:
+    """The covariance (3, 3) of a start; one without gets ``variances`` [m2, m2, rad2]."""
+    if belief.covariance.any():
+        return belief.covariance
+    return np.diag(variances)
+
+
+def health_of(is_lost: bool, is_degraded: bool) -> Health:
+    """The health of a localizer."""
+    if is_lost:
+        return Health.LOST
+    if is_degraded:
+        return Health.DEGRADED
+    return Health.TRACKING

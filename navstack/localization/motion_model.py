@@ -37,8 +37,9 @@ def move_differential(
     alphas: Alphas,
     draws: FloatMatrix,
 ) -> None:
-    """Move particles (N, 3) in place by a noisy rotation, translation and rotation (``differential_motion_model.cpp``).
+    """Move particles (N, 3) by noisy rotation, translation, rotation, in place.
 
+    As ``differential_motion_model.cpp``.
     Driving backwards is as noisy as driving forwards. ``alpha5`` is not used.
 
     Args:
@@ -51,13 +52,12 @@ def move_differential(
         draws: (N, 3) standard normal numbers: first rotation, translation, second rotation.
     """
     distance = math.sqrt(dx * dx + dy * dy)
-    first = 0.0 if distance < SHORTEST_BEARING else _wrap(math.atan2(dy, dx) - yaw)
+    first = 0.0
+    if distance >= SHORTEST_BEARING:
+        first = _wrap(math.atan2(dy, dx) - yaw)
     second = _wrap(_wrap(yaw_after - yaw) - first)
-    squared, off_first, off_second = (
-        distance * distance,
-        _off_axis(first) ** 2,
-        _off_axis(second) ** 2,
-    )
+    squared = distance * distance
+    off_first, off_second = _off_axis(first) ** 2, _off_axis(second) ** 2
     first_std = math.sqrt(alphas[0] * off_first + alphas[1] * squared)
     distance_std = math.sqrt(alphas[2] * squared + alphas[3] * off_first + alphas[3] * off_second)
     second_std = math.sqrt(alphas[0] * off_second + alphas[1] * squared)
@@ -79,7 +79,7 @@ def move_omni(
     alphas: Alphas,
     draws: FloatArray,
 ) -> None:
-    """Move particles (N, 3) in place by a noisy translation and rotation (``omni_motion_model.cpp``).
+    """Move particles (N, 3) by noisy translation and rotation, in place (``omni_motion_model.cpp``).
 
     Args:
         poses: x, y [m], yaw [rad] in the map frame.
@@ -88,7 +88,8 @@ def move_omni(
         dy: [m].
         yaw_after: [rad].
         alphas: of the noise.
-        draws: (N, 3) standard normal numbers: along the translation, rotation, across the translation.
+        draws: (N, 3) standard normal numbers: along the translation, rotation, across the
+            translation.
     """
     turn = _wrap(yaw_after - yaw)
     distance, bearing = math.sqrt(dx * dx + dy * dy), _wrap(math.atan2(dy, dx) - yaw)

@@ -1,4 +1,4 @@
-"""The particle filter of AMCL: weights, resampling, recovery by random particles, clusters (``pf.c``)."""
+"""The particle filter of AMCL: weights, resampling, random particles, clusters (``pf.c``)."""
 
 import math
 from collections.abc import Callable
@@ -43,9 +43,8 @@ class ParticleFilter:
     def spread_normal(self, mean: Pose2D, covariance: FloatArray, rng: np.random.Generator) -> None:
         """Start from a normal distribution with covariance (3, 3)."""
         values, axes = np.linalg.eigh(covariance)
-        draws = rng.standard_normal((self._params.most_particles, 3)) * np.sqrt(
-            np.maximum(values, 0.0)
-        )
+        deviations = np.sqrt(np.maximum(values, 0.0))
+        draws = rng.standard_normal((self._params.most_particles, 3)) * deviations
         self._start_over(mean.as_array() + draws @ axes.T)
 
     def spread_uniform(self, rng: np.random.Generator) -> None:
@@ -87,17 +86,17 @@ class ParticleFilter:
         draw_strays: Callable[[int, np.random.Generator], FloatArray] | None,
         least_share: float = 0.0,
     ) -> None:
-        """Draw new particles from the weighted ones, and some from elsewhere if the weights have fallen.
+        """Draw new particles from the weighted ones, and some elsewhere if weights have fallen.
 
         Args:
             rng: for all draws.
-            draw_strays: gives so many poses (N, 3) for particles from elsewhere, one or more; None: there are none.
+            draw_strays: gives so many poses (N, 3) for particles from elsewhere, one or more; None:
+                there are none.
             least_share: of particles from elsewhere, however the weights are.
         """
-        given, share = (
-            self._params,
-            0.0 if draw_strays is None else max(self.share_of_strays, least_share),
-        )
+        given, share = self._params, 0.0
+        if draw_strays is not None:
+            share = max(self.share_of_strays, least_share)
         draws = rng.random((2, given.most_particles))
         is_stray = draws[1] < share
         strays = np.empty((given.most_particles, 3))
@@ -141,18 +140,11 @@ def cluster_particles(
     The variance of yaw is the circular one, -2 ln R. As in Nav2, R is the resultant's length
     without division by the cluster's weight, so that a light cluster has a large variance.
     """
-    labels: IntArray = np.zeros(len(poses), dtype=np.int64) if as_one else label_clusters(poses)
-    x, y = poses[:, 0], poses[:, 1]
-    terms = (
-        np.ones(len(poses)),
-        x,
-        y,
-        np.cos(poses[:, 2]),
-        np.sin(poses[:, 2]),
-        x * x,
-        x * y,
-        y * y,
-    )
+    labels: IntArray = np.zeros(len(poses), dtype=np.int64)
+    if not as_one:
+        labels = label_clusters(poses)
+    x, y, yaw = poses.T
+    terms = (np.ones(len(poses)), x, y, np.cos(yaw), np.sin(yaw), x * x, x * y, y * y)
     sums = np.array([np.bincount(labels, weights * term) for term in terms])
     found = []
     for weight, sx, sy, cos, sin, xx, xy, yy in sums.T.tolist():
@@ -170,13 +162,15 @@ LEAST_FALL = 0.1  # [-] of the fast average of fits: smaller ones are chance, as
 
 
 class LikelihoodAverages:
-    """AMCL takes itself to be lost when a fast average of the scans' likelihood falls below a slow one.
+    """AMCL is lost when a fast average of the scans' likelihood falls below a slow one.
 
-    These are the averages of Nav2 (``pf.c``), after Augmented MCL (Probabilistic Robotics, table 8.3).
+    These are the averages of Nav2 (``pf.c``), after Augmented MCL (Probabilistic Robotics, table
+    8.3).
 
-    They start at their first value and start over whenever random particles were drawn, so that chance does not take
-    over; and a weight is a likelihood divided by the number of particles. So they notice little: the first value is
-    that of particles which are still spread widely, and fewer particles pass for a better fit.
+    They start at their first value and start over whenever random particles were drawn, so that
+    chance does not take over; and a weight is a likelihood divided by the number of particles. So
+    they notice little: the first value is that of particles which are still spread widely, and
+    fewer particles pass for a better fit.
     """
 
     def __init__(self, slow_rate: float, fast_rate: float) -> None:
@@ -206,7 +200,9 @@ class LikelihoodAverages:
 
     def _share_of_new(self, rate: float) -> float:
         """How much the newest value counts."""
-        return 1.0 if self._count == 1 else rate
+        if self._count == 1:
+            return 1.0
+        return rate
 
     @property
     def share_of_strays(self) -> float:
@@ -215,7 +211,9 @@ class LikelihoodAverages:
         How far the fast average has fallen.
         """
         slow, fast = self._averages
-        return max(1.0 - fast / slow, 0.0) if slow > 0.0 else 0.0
+        if slow <= fast:
+            return 0.0
+        return 1.0 - fast / slow
 
     def after_strays(self) -> None:
         """Random particles were drawn."""
@@ -237,13 +235,17 @@ class LastingAverages(LikelihoodAverages):
         return fit
 
     def _share_of_new(self, rate: float) -> float:
-        return max(rate, 1.0 / self._count) if rate > 0.0 else 0.0
+        if rate <= 0.0:
+            return 0.0
+        return max(rate, 1.0 / self._count)
 
     @property
     def share_of_strays(self) -> float:
         """See the base class."""
         share = super().share_of_strays
-        return share if share >= LEAST_FALL else 0.0
+        if share < LEAST_FALL:
+            return 0.0
+        return share
 
     def after_strays(self) -> None:
         """They last."""

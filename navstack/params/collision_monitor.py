@@ -28,7 +28,7 @@ _TYPE_NEEDED = Needed(
 
 
 def parse_polygon(text: str) -> FloatArray:
-    """The polygon (V, 2) in [m] of a text such as ``[[0.3, 0.2], [0.3, -0.2], [0.0, -0.2], [0.0, 0.2]]``.
+    """The polygon (V, 2) in [m] of a text: ``[[0.3, 0.2], [0.3, -0.2], [0, -0.2], [0, 0.2]]``.
 
     Numbers are read to single precision as Nav2 does.
 
@@ -125,7 +125,9 @@ class PolygonParams(Parameters):
         Nav2 stores the number as a 32-bit integer: 6,000,000,000 becomes 1,705,032,704, which no
         sensor reaches, and 3,000,000,000 becomes negative, so that no point at all is enough.
         """
-        count = self.min_points if self.max_points is None else self.max_points + 1
+        count = self.min_points
+        if self.max_points is not None:
+            count = self.max_points + 1
         return (count + 2**31) % 2**32 - 2**31
 
     def _check_polygon(self) -> None:
@@ -178,4 +180,6 @@ class CollisionMonitorParams(Parameters):
 
     def timeout_of(self, source: MonitorSourceParams) -> float:
         """The age in [s] from which on a source is stale; 0: never."""
-        return self.source_timeout if source.source_timeout is None else source.source_timeout
+        if source.source_timeout is None:
+            return self.source_timeout
+        return source.source_timeout

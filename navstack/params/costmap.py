@@ -188,7 +188,8 @@ def robot_footprint(params: CostmapParams) -> FloatArray:
     vertices = parse_vertices(params.footprint)
     if vertices is None:
         raise ParameterError(
-            f"footprint '{params.footprint}' is not a list of [x, y] pairs, e.g. [[0.3, 0.2], [0.3, -0.2], [-0.3, 0]]"
+            f"footprint '{params.footprint}' is not a list of [x, y] pairs, "
+            "e.g. [[0.3, 0.2], [0.3, -0.2], [-0.3, 0]]"
         )
     if vertices:
         return make_footprint(vertices).astype(np.float32).astype(np.float64)

@@ -179,6 +179,6 @@ class DwbParams(Parameters):
         samples = max(self.vx_samples, 1) * max(self.vy_samples, 1) * max(self.vtheta_samples, 1)
         if samples > MOST_SAMPLES:
             raise ParameterError(
-                f"vx_samples, vy_samples and vtheta_samples make {samples:,} trajectories; at most {MOST_SAMPLES:,} "
-                "are allowed"
+                f"vx_samples, vy_samples and vtheta_samples make {samples:,} trajectories; "
+                f"at most {MOST_SAMPLES:,} are allowed"
             )

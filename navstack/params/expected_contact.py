@@ -1,4 +1,4 @@
-"""Parameters of the critics that price contacts with people (this project's own, for DWB and MPPI)."""
+"""Parameters of the critics of DWB and MPPI that price contacts with people: our own."""
 
 from dataclasses import dataclass
 from typing import Annotated

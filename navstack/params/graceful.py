@@ -41,5 +41,5 @@ class GracefulParams(Parameters, whose="graceful controller"):
 
     @property
     def may_reverse(self) -> bool:
-        """Whether it drives backwards: where both are asked for, Nav2 keeps the turn on the spot."""
+        """Whether it drives backwards: with both Nav2 keeps the turn on the spot only."""
         return self.allow_backward and not self.initial_rotation

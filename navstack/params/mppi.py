@@ -58,13 +58,14 @@ class LocalCosts:
 
     def inflation(self, name: str) -> InflationLayerParams | None:
         """The inflation layer of a name, for an empty one the last; None: there is none."""
-        last = list(self.inflation_layers.values())[-1:]
-        return self.inflation_layers.get(name) if name else (last[0] if last else None)
+        if name:
+            return self.inflation_layers.get(name)
+        return next(reversed(list(self.inflation_layers.values())), None)
 
 
 @dataclass(frozen=True, slots=True)
 class MppiParams(Parameters):
-    """``nav2_mppi_controller::MPPIController`` (``optimizer.cpp``, ``path_handler.cpp``, ``controller.cpp``)."""
+    """``nav2_mppi_controller::MPPIController``."""
 
     # at least one; with none, as Nav2 allows, nothing is preferred to anything
     critics: tuple[str, ...] = ()
@@ -133,8 +134,9 @@ class MppiParams(Parameters):
         poses = self.batch_size * self.time_steps * self.iteration_count
         if poses > MOST_POSES:
             raise ParameterError(
-                f"batch_size {self.batch_size:,} x time_steps {self.time_steps:,} x iteration_count "
-                f"{self.iteration_count:,} are {poses:,} poses; at most {MOST_POSES:,} are allowed"
+                f"batch_size {self.batch_size:,} x time_steps {self.time_steps:,} x "
+                f"iteration_count {self.iteration_count:,} are {poses:,} poses; "
+                f"at most {MOST_POSES:,} are allowed"
             )
         if not self.critics:
             raise ParameterError(f"critics is empty; name at least one of {', '.join(CRITICS)}")

@@ -1,4 +1,4 @@
-"""Parameters of MPPI's critics: names and defaults are those of Nav2 Jazzy (``nav2_mppi_controller/src/critics``).
+"""Parameters of MPPI's critics: names and defaults are those of Nav2 Jazzy.
 
 Every critic adds ``(cost_weight * raw cost) ** cost_power`` to the cost of each trajectory.
 """
@@ -83,7 +83,7 @@ class GoalAngleParams(CriticParams):
 
 @dataclass(frozen=True, slots=True)
 class PathAlignParams(CriticParams):
-    """``path_align_critic.cpp``: the mean distance to the path's point as far along as the trajectory."""
+    """``path_align_critic.cpp``: the mean distance to the path's point as far along."""
 
     cost_weight: Weight = 10.0  # [1/m]
     threshold_to_consider: Distance = 0.5  # [m] to the goal, within which it counts no more
@@ -95,7 +95,7 @@ class PathAlignParams(CriticParams):
 
 @dataclass(frozen=True, slots=True)
 class PathAngleParams(CriticParams):
-    """``path_angle_critic.cpp``: the last pose's bearing to a point ahead on the path, where the robot looks away."""
+    """``path_angle_critic.cpp``: the last pose's bearing to a point ahead on the path."""
 
     cost_weight: Weight = 2.2  # [1/rad]
     threshold_to_consider: Distance = 0.5  # [m] to the goal, within which it counts no more

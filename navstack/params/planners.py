@@ -89,8 +89,8 @@ class OmplParams(Parameters):
     def _check_together(self) -> None:
         if self.state_space == "SE2" and self.algorithm not in SE2_ALGORITHMS:
             raise ParameterError(
-                f"{self.algorithm} cannot plan in SE2, where a way back is not as long as the way there; take "
-                f"{' or '.join(SE2_ALGORITHMS)}, or R2"
+                f"{self.algorithm} cannot plan in SE2, where a way back is not as long as the way "
+                f"there; take {' or '.join(SE2_ALGORITHMS)}, or R2"
             )
 
 

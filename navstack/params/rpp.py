@@ -10,7 +10,7 @@ Feedback = Annotated[str, one_of(("OPEN_LOOP", "CLOSED_LOOP"))]
 
 @dataclass(frozen=True, slots=True)
 class RppParams(Parameters, whose="regulated pure pursuit"):
-    """``nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController`` (``parameter_handler.cpp``)."""
+    """``nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController``."""
 
     desired_linear_vel: Positive = 0.5  # [m/s] on a straight path in the open
     lookahead_dist: Positive = 0.6  # [m] to the carrot

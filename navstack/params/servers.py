@@ -54,7 +54,7 @@ class BehaviorServerParams(Parameters):
 
 @dataclass(frozen=True, slots=True)
 class DriveParams(Parameters):
-    """``nav2_behaviors::DriveOnHeading`` and ``nav2_behaviors::BackUp`` (``drive_on_heading.hpp``)."""
+    """``nav2_behaviors::DriveOnHeading`` and ``nav2_behaviors::BackUp``."""
 
     acceleration_limit: NotNegative = 0.0  # [m/s2]; 0 here or below: the commanded speed at once
     deceleration_limit: NotPositive = 0.0  # [m/s2] negative

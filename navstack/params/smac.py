@@ -116,8 +116,6 @@ class SmacLatticeParams(Parameters):
 def iterations_of(params: SmacHybridParams | SmacLatticeParams) -> int:
     """How many iterations a search over poses may take."""
     seconds = params.max_planning_time
-    return (
-        min(params.max_iterations, int(seconds * ITERATIONS_PER_SECOND))
-        if seconds > 0.0
-        else params.max_iterations
-    )
+    if seconds <= 0.0:
+        return params.max_iterations
+    return min(params.max_iterations, int(seconds * ITERATIONS_PER_SECOND))

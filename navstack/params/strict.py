@@ -94,15 +94,13 @@ def dump_dataclass(value: Any) -> str:
     Every field stands in it, but one that is :data:`KEPT_OUT` and has its default: a field that
     came later.
     """
-    text, left_out = (
-        io.StringIO(),
-        {entry.name for entry in dataclasses.fields(value) if _is_left_out(entry, value)},
-    )
+    text = io.StringIO()
     writer = YAML(typ="rt", pure=True)  # keeps the order of the fields
     writer.default_flow_style = False
-    content = {
-        key: entry for key, entry in dataclasses.asdict(value).items() if key not in left_out
-    }
+    content = dataclasses.asdict(value)
+    for entry in dataclasses.fields(value):
+        if _is_left_out(entry, value):
+            del content[entry.name]
     writer.dump(_plain(content), text)
     return text.getvalue()
 
@@ -110,17 +108,18 @@ def dump_dataclass(value: Any) -> str:
 def _is_left_out(entry: "dataclasses.Field[Any]", value: Any) -> bool:
     if not KEPT_OUT.items() <= entry.metadata.items():
         return False
-    factory = entry.default_factory
-    return bool(
-        getattr(value, entry.name)
-        == (entry.default if factory is dataclasses.MISSING else factory())
-    )
+    default = entry.default
+    if entry.default_factory is not dataclasses.MISSING:
+        default = entry.default_factory()
+    return bool(getattr(value, entry.name) == default)
 
 
 def _plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
-    return [_plain(item) for item in value] if isinstance(value, tuple | list) else value
+    if isinstance(value, tuple | list):
+        return [_plain(item) for item in value]
+    return value
 
 
 def _known(cls: type[Any]) -> str:
@@ -170,15 +169,13 @@ def _convert_scalar(kind: Any, value: Any, where: str) -> Any:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if is_number and _is_endless(kind, value):
         raise ParameterError(
-            f"{where}: {value!r} is out of range; allowed is 0 or {LEAST:g} to {MOST:g}, either sign"
+            f"{where}: {value!r} is out of range; "
+            f"allowed is 0 or {LEAST:g} to {MOST:g}, either sign"
         )
     if kind is float and is_number and math.isfinite(value):
         return float(value)
-    if (
-        kind is not float
-        and isinstance(value, kind)
-        and not (kind is int and isinstance(value, bool))
-    ):
+    is_switch = isinstance(value, bool)
+    if kind is not float and isinstance(value, kind) and not (kind is int and is_switch):
         return value
     expected = {
         float: "a finite number",

@@ -12,11 +12,11 @@ from navstack.types import BoolArray, FloatArray, IntArray
 
 
 class ManeuveringFilter:
-    """Two :class:`TrackFilter`, one for people on their way and one for people who turn, mixed by how likely each is.
+    """Two :class:`TrackFilter`, for people who go straight and who turn, mixed by likelihood.
 
     The equations are Blom and Bar-Shalom's (1988, IEEE Transactions on Automatic Control 33), as in
-    ``filterpy.kalman.IMMEstimator``. A body changes from going straight to turning and back at random, as in a
-    continuous-time Markov chain whose mean times are given.
+    ``filterpy.kalman.IMMEstimator``. A body changes from going straight to turning and back at
+    random, as in a continuous-time Markov chain whose mean times are given.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class ManeuveringFilter:
         return mean, _mixture(weights, mean, parts)
 
     def distances(self, places: FloatArray, variances: FloatArray) -> FloatArray:
-        """Squared Mahalanobis distances (N, M) to measured places, of the model that each is nearer to."""
+        """Squared Mahalanobis distances (N, M) to measured places, of the nearer model."""
         near, far = (model.distances(places, variances) for model in self._models)
         return np.minimum(near, far)
 

@@ -92,9 +92,10 @@ def find_bodies(
     body_radius: float,
     bodies: FloatMatrix,
 ) -> int:
-    """Group neighbouring foreground beams and measure each group as the near side of an upright cylinder.
+    """Group neighbouring foreground beams, and measure each group as the near side of a cylinder.
 
-    The cylinder's centre is ``body_radius`` behind the nearest return, at the bearing of the group's middle.
+    The upright cylinder's centre is ``body_radius`` behind the nearest return, at the bearing of
+    the group's middle.
 
     Args:
         ranges: (n,) [m].
@@ -105,15 +106,16 @@ def find_bodies(
         min_points: returns of a group.
         max_width: [m] of a group.
         body_radius: [m].
-        bodies: (n, 3) output: middle beam (may be between two), distance of the centre [m], 1 where something nearer
-            or the end of an open scan may hide a part of it, else 0.
+        bodies: (n, 3) output: middle beam (may be between two), distance of the centre [m], 1 where
+            something nearer or the end of an open scan may hide a part of it, else 0.
 
     Returns:
         How many were found.
     """
     n = len(ranges)
-    start = first_break(ranges, foreground, increment, cluster_gap) if is_closed else 0
-    found, i = 0, 0
+    start = found = i = 0
+    if is_closed:
+        start = first_break(ranges, foreground, increment, cluster_gap)
     while i < n:
         at = (start + i) % n
         if not foreground[at]:
@@ -135,7 +137,7 @@ def find_bodies(
             hidden = not is_closed and (at == 0 or end == n - 1)
             hidden = hidden or is_hidden(ranges, (at - 1) % n, ranges[at], cluster_gap)
             hidden = hidden or is_hidden(ranges, (end + 1) % n, ranges[end], cluster_gap)
-            bodies[found, 2] = 1.0 if hidden else 0.0
+            bodies[found, 2] = hidden
             found += 1
         i += length
     return found
@@ -145,7 +147,7 @@ def find_bodies(
 def first_break(
     ranges: FloatArray, foreground: BoolArray, increment: float, cluster_gap: float
 ) -> int:
-    """The first beam that does not belong to the one before it, so that no group is cut by the end of the scan."""
+    """The first beam that does not belong to the one before it: there no group is cut."""
     n = len(ranges)
     for i in range(n):
         before = (i - 1) % n
@@ -160,7 +162,10 @@ def first_break(
 
 @njit()
 def belongs(before: float, after: float, increment: float, cluster_gap: float) -> bool:
-    """Whether two returns [m] of neighbouring beams can come from one surface, seen at no more than 60 degrees."""
+    """Whether two returns [m] of neighbouring beams can come from one surface.
+
+    It is seen at no more than 60 degrees.
+    """
     return bool(abs(after - before) <= cluster_gap + 2.0 * min(before, after) * abs(increment))
 
 

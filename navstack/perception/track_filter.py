@@ -42,7 +42,7 @@ class TrackFilter:
         self.covariances = step @ self.covariances @ step.T + noise
 
     def distances(self, places: FloatArray, variances: FloatArray) -> FloatArray:
-        """Squared Mahalanobis distances (N, M) of measured places (M, 2) [m] with variances (M,) [m2] per axis."""
+        """Squared Mahalanobis distances (N, M) of places (M, 2) [m] with variances (M,) [m2]."""
         ways = places[None, :, :] - self.states[:, None, :2]
         spread = self.covariances[:, None, :2, :2] + variances[None, :, None, None] * _UNIT
         a, b, c = spread[..., 0, 0], spread[..., 0, 1], spread[..., 1, 1]
@@ -96,16 +96,16 @@ class TrackFilter:
 
 
 def motion_of(duration: float, acceleration_variance: float) -> tuple[FloatArray, FloatArray]:
-    """The matrix (4, 4) that moves x, y, vx, vy on by ``duration`` [s], and the covariance (4, 4) that this adds.
+    """The matrix (4, 4) that moves x, y, vx, vy on by ``duration`` [s], and the added covariance.
 
-    The covariance is that of ``filterpy.common.Q_discrete_white_noise``: constant acceleration within the step.
+    The covariance is that of ``filterpy.common.Q_discrete_white_noise``: constant acceleration
+    within the step.
     """
     step, noise = _WHOLE.copy(), np.zeros((4, 4))
     step[0, 2] = step[1, 3] = duration
     noise[0, 0] = noise[1, 1] = 0.25 * duration**4 * acceleration_variance
-    noise[0, 2] = noise[1, 3] = noise[2, 0] = noise[3, 1] = (
-        0.5 * duration**3 * acceleration_variance
-    )
+    shared = 0.5 * duration**3 * acceleration_variance
+    noise[0, 2] = noise[1, 3] = noise[2, 0] = noise[3, 1] = shared
     noise[2, 2] = noise[3, 3] = duration**2 * acceleration_variance
     return step, noise
 
@@ -113,7 +113,7 @@ def motion_of(duration: float, acceleration_variance: float) -> tuple[FloatArray
 def turned(
     states: FloatArray, covariances: FloatArray, angle: float
 ) -> tuple[FloatArray, FloatArray]:
-    """States (N, 4) and covariances (N, 4, 4) in a frame in which all is turned by ``angle`` [rad] about the origin."""
+    """States (N, 4) and covariances (N, 4, 4), turned by ``angle`` [rad] about the origin."""
     cos, sin = math.cos(angle), math.sin(angle)
     rotation = np.zeros((4, 4))
     rotation[:2, :2] = rotation[2:, 2:] = (cos, -sin), (sin, cos)

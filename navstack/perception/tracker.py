@@ -99,7 +99,7 @@ class Tracker:
     def _measure(
         self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D
     ) -> tuple[FloatArray, FloatArray]:
-        """Centres (M, 2) of the bodies in a scan, odom frame [m], and their variances (M,) along each axis [m2]."""
+        """Centres (M, 2) [m] of the bodies in a scan, odom frame, and variances (M,) per axis."""
         given, ranges = self._params, scan.ranges
         foreground: BoolArray = np.empty(len(ranges), dtype=np.bool_)
         found = np.empty((len(ranges), 3))

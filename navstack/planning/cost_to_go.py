@@ -12,7 +12,7 @@ _WAITING = 200_000
 
 
 def cost_to_go(costmap: Costmap, goal: Pose2D) -> FloatArray:
-    """The cost [m] of the way from each cell (height, width) to a goal, dearer metres near obstacles.
+    """The cost [m] of the way from each cell (height, width) to a goal, higher near obstacles.
 
     Infinite where no way leads. A goal in an obstacle counts as the nearest free cell.
     """

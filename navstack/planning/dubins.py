@@ -1,7 +1,7 @@
-"""Dubins curves, the shortest ways of a car that drives forwards only, and footprints swept along them.
+"""Dubins curves, the shortest ways of a car that drives forwards, and footprints along them.
 
-Dubins, On curves of minimal length with a constraint on average curvature (1957); the words as Shkel and Lumelsky,
-Classification of the Dubins set (2001), write them. Poses are (x, y, yaw).
+Dubins, On curves of minimal length with a constraint on average curvature (1957); the words as
+Shkel and Lumelsky, Classification of the Dubins set (2001), write them. Poses are (x, y, yaw).
 """
 
 import math
@@ -25,7 +25,9 @@ SAME = 1e-9
 def _turn(angle: float) -> float:
     """The angle in [0, 2 pi); hardly less than a whole turn is none."""
     wrapped = angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi))
-    return 0.0 if wrapped > 2.0 * math.pi - SAME else wrapped
+    if wrapped > 2.0 * math.pi - SAME:
+        return 0.0
+    return wrapped
 
 
 @njit()
@@ -63,7 +65,7 @@ def _segments(word: int, d: float, a: float, b: float) -> tuple[float, float, fl
 def shortest_word(
     start: FloatArray, end: FloatArray, radius: float
 ) -> tuple[int, float, float, float]:
-    """The word of the shortest curve between poses (3,) and its three lengths, in the unit of ``radius``."""
+    """The word of the shortest curve between poses (3,) and its three lengths, as ``radius``."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     heading = math.atan2(dy, dx)
     d = math.hypot(dx, dy) / radius
@@ -107,7 +109,7 @@ def curve(start: FloatArray, end: FloatArray, radius: float, step: float) -> Flo
 
 @njit()
 def overlaps_cell(corners: FloatArray, column: int, row: int) -> bool:
-    """Whether a convex polygon (N, 2) in [cells] and a cell's square have a common point (separating axes)."""
+    """Whether a convex polygon (N, 2) in [cells] and a cell's square meet (separating axes)."""
     x0, y0 = corners[:, 0].min(), corners[:, 1].min()
     if x0 > column + 1 or corners[:, 0].max() < column or y0 > row + 1 or corners[:, 1].max() < row:
         return False

@@ -38,13 +38,11 @@ def require_on_map(start: Pose2D, goal: Pose2D, costmap: Costmap) -> None:
 
 
 def occupied(name: str, pose: Pose2D, costmap: Costmap) -> str:
-    """The message that a pose lies in an occupied cell, with the distance to the nearest free one."""
+    """The message that a pose lies in an occupied cell, and how far the nearest free one is."""
     distance = nearest_free_distance(pose, costmap)
-    hint = (
-        f"nearest free cell is {distance:.2f} m away"
-        if distance < math.inf
-        else f"no free cell within {NEAREST_FREE_RADIUS:g} m"
-    )
+    hint = f"no free cell within {NEAREST_FREE_RADIUS:g} m"
+    if distance < math.inf:
+        hint = f"nearest free cell is {distance:.2f} m away"
     return f"{name} ({pose.x:g}, {pose.y:g}) m lies in an occupied cell; {hint}"
 
 
@@ -56,11 +54,13 @@ def goal_occupied(goal: Pose2D, costmap: Costmap) -> GoalOccupiedError:
 def no_path(
     start: Pose2D, goal: Pose2D, tolerance: float | None = None, or_else: str = ""
 ) -> NoPathFoundError:
-    """The error that nothing connects start and goal, or what lies within ``tolerance`` [m] of it."""
-    near = "" if tolerance is None else f"within {tolerance:g} m of "
+    """The error that nothing connects start and goal, nor places within ``tolerance`` [m]."""
+    near = ""
+    if tolerance is not None:
+        near = f"within {tolerance:g} m of "
     return NoPathFoundError(
-        f"no path from ({start.x:g}, {start.y:g}) m to {near}({goal.x:g}, {goal.y:g}) m; check whether obstacles or "
-        f"their inflation close the way{or_else}"
+        f"no path from ({start.x:g}, {start.y:g}) m to {near}({goal.x:g}, {goal.y:g}) m; "
+        f"check whether obstacles or their inflation close the way{or_else}"
     )
 
 
@@ -93,11 +93,14 @@ def single_pose(start: Pose2D, goal: Pose2D, use_final_approach_orientation: boo
 
     Turn to the goal's heading, or stay as the robot stands (NavFn).
     """
-    return np.array([[start.x, start.y, start.yaw if use_final_approach_orientation else goal.yaw]])
+    yaw = goal.yaw
+    if use_final_approach_orientation:
+        yaw = start.yaw
+    return np.array([[start.x, start.y, yaw]])
 
 
 def face_along_last_step(poses: FloatArray, start_yaw: float) -> None:
-    """Turn the last pose along the final approach, in place (use_final_approach_orientation of NavFn)."""
+    """Turn the last pose along the final approach, in place (use_final_approach_orientation)."""
     if len(poses) == 1:
         poses[0, 2] = start_yaw
         return
@@ -108,7 +111,7 @@ def face_along_last_step(poses: FloatArray, start_yaw: float) -> None:
 
 
 def way_back(last: int, first: int, width: int, parent: Callable[[int], int]) -> IntArray:
-    """The cells (N, 2) as column, row from number ``first`` to ``last``, each the parent of the next."""
+    """The cells (N, 2) as column, row from ``first`` to ``last``, each the parent of the next."""
     chain = [last]
     while chain[-1] != first:
         chain.append(parent(chain[-1]))

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from navstack.costmap.costmap import Box
 from navstack.jit import njit
 from navstack.planning.navfn_kernels import (
     BLOCK_SIZE,
@@ -53,15 +54,16 @@ def take_in_changes(
     known: ByteVector,
     crossing: Float32Vector,
     width: int,
-    window: tuple[int, int, int, int],
+    window: Box,
     only_cheaper: bool,
 ) -> float:
-    """Bring ``known`` (height * width,) costs up to date in a window and find how deep the changes reach.
+    """Bring ``known`` (height * width,) costs up to date in a window; how deep changes reach.
 
-    ``window`` is x0, xn, y0, yn in cells, off the map's border, xn and yn exclusive. ``only_cheaper``: leave out cells
-    that have become costlier. Returns the lowest potential that a changed cell or one of its four neighbours has:
-    potentials below it do not depend on the changes, for the wave spreads from low to high. POT_HIGH: no change, or
-    none that the wave has come near.
+    ``window`` is x0, xn, y0, yn in cells, off the map's border, xn and yn exclusive.
+    ``only_cheaper``: leave out cells that have become costlier. Returns the lowest potential that a
+    changed cell or one of its four neighbours has: potentials below it do not depend on the
+    changes, for the wave spreads from low to high. POT_HIGH: no change, or none that the wave has
+    come near.
     """
     x0, xn, y0, yn = window
     level = POT_HIGH
@@ -93,7 +95,7 @@ def crosses_costlier(
     crossing: Float32Vector,
     width: int,
 ) -> bool:
-    """Whether one of the points (n, 2) [cells] lies in a cell that costs more than ``known`` says."""
+    """Whether one of the points (n, 2) [cells] lies in a cell that costs more than ``known``."""
     for i in range(points.shape[0]):
         n = int(math.floor(points[i, 1] + 0.5)) * width + int(math.floor(points[i, 0] + 0.5))
         if crossing[costs[n]] > crossing[known[n]]:
@@ -208,7 +210,7 @@ def seed_edge(
 def flag_edge(
     potential: Float32Array, begin: int, width: int, level: float, flags: ByteArray
 ) -> None:
-    """Flag the cells of a block just below ``level`` beside which a cell is unreached, by vector instructions.
+    """Flag the cells of a block just below ``level`` beside which a cell is unreached.
 
     In blocks that reach into the map's first or last row all are flagged.
     """
@@ -256,7 +258,7 @@ def respread(
     margin: float,
     limit: float,  # see run_wave
 ) -> float:
-    """Forget the potentials of ``level`` and above, then spread the wave again from those below to ``target``.
+    """Forget potentials of ``level`` and above, then spread the wave again to ``target``.
 
     Returns what :func:`run_wave` does, or -1.0 where more cells would wait than the buffers hold.
     """

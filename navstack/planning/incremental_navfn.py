@@ -108,7 +108,7 @@ class IncrementalNavfn(Planner):
         return Path(poses, stamp)
 
     def _descend(self, robot: int, source: int, costmap: Costmap) -> FloatArray | None:
-        """Points (N, 2) in [cells] from the robot's cell to the goal's through an up-to-date field."""
+        """Points (N, 2) in [cells] from the robot's cell to the goal's through a current field."""
         key = (source, costmap.data.shape, costmap.resolution, costmap.origin_x, costmap.origin_y)
         if key != self._key:
             return self._descend_anew(key, robot, source, costmap)
@@ -134,7 +134,7 @@ class IncrementalNavfn(Planner):
         return self._field.descend(robot, source)
 
     def _take_in_changes(self, robot: int, costmap: Costmap, only_cheaper: bool) -> None:
-        """Compare the costs about the robot with those known and lower the sound level accordingly."""
+        """Compare the costs about the robot with those known, and lower the sound level."""
         reach = math.ceil(self._params.change_radius / costmap.resolution)
         column, row = robot % costmap.size_x, robot // costmap.size_x
         x0, xn = max(1, column - reach), min(costmap.size_x - 1, column + reach + 1)
@@ -166,7 +166,7 @@ class IncrementalNavfn(Planner):
         return self._resume(robot, source, costmap, potential + 2.0 * HALF_REACH)
 
     def _resume(self, robot: int, source: int, costmap: Costmap, limit: float) -> bool:
-        """Spread the field anew above the sound level, but where ways would cost more than ``limit``."""
+        """Spread the field anew above the sound level, up to ways that cost ``limit``."""
         level = self._sound_below
         if level <= 2.0 * float(COST_OBSTACLE):
             return False
@@ -176,10 +176,10 @@ class IncrementalNavfn(Planner):
             costmap.origin_x,
             costmap.origin_y,
         )
-        limit = limit if limit < float(POT_HIGH) else math.inf
-        self._sound_below = self._field.resume(known, source, robot, level, MARGIN, limit) - float(
-            PRIORITY_STEP
-        )
+        if limit >= float(POT_HIGH):
+            limit = math.inf
+        reached = self._field.resume(known, source, robot, level, MARGIN, limit)
+        self._sound_below = reached - float(PRIORITY_STEP)
         if level <= self._gap_level:
             self._gap_level, self._gap_limit = level, limit
         else:
@@ -187,10 +187,11 @@ class IncrementalNavfn(Planner):
         return self._sound_below > 0.0
 
     def _follow(self, robot: int, width: int) -> float:
-        """Lower the least cost of ways over the gaps in the field by what the robot has moved since the last plan.
+        """Lower the least cost of ways over the gaps by what the robot has moved since.
 
         Returns:
-            A guess of what the way from here costs at most: the last one's, and the way from there back.
+            A guess of what the way from here costs at most: the last one's, and the way from there
+            back.
         """
         row, column = divmod(robot, width)
         last_row, last_column = divmod(self._robot, width)

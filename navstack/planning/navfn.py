@@ -18,14 +18,15 @@ from navstack.types import Float32Array, FloatArray, Path, Pose2D
 
 
 class NavfnPlanner(Planner):
-    """Dijkstra or A* on the grid with a potential that is interpolated between cells, then descent along its gradient.
+    """Dijkstra or A* on the grid, then descent along the gradient of the potential.
 
-    The potential spreads from the robot until the goal has one; the descent from the goal is then reversed. The start's
-    own cell never counts as an obstacle. All poses but the last have yaw 0. Grid points stand at
-    origin + cell * resolution, half a cell off the costmap's convention, as upstream.
+    The potential spreads from the robot until the goal has one; the descent from the goal is then
+    reversed. The start's own cell never counts as an obstacle. All poses but the last have yaw 0.
+    Grid points stand at origin + cell * resolution, half a cell off the costmap's convention, as
+    upstream.
 
-    Where Jazzy differs: no limit on the length of a path (4 * max(width, height) points there), and a start that rounds
-    to a column or row beyond the map takes the last one (undefined there).
+    Where Jazzy differs: no limit on the length of a path (4 * max(width, height) points there), and
+    a start that rounds to a column or row beyond the map takes the last one (undefined there).
     """
 
     def __init__(self, params: NavfnParams) -> None:
@@ -68,7 +69,7 @@ class NavfnPlanner(Planner):
         return Path(poses, stamp)
 
     def _spread(self, costmap: Costmap, source: int, target: int) -> None:
-        """Spread the potential from the robot to the goal, no further than a path can lead where a bound is known."""
+        """Spread the potential from the robot to the goal, within a bound where one is known."""
         bound = None
         if not self._params.use_astar and target != NOWHERE:
             bound = self._bound.towards(target, source, costmap)
@@ -102,11 +103,9 @@ def cell(pose: Pose2D, costmap: Costmap) -> int:
     """
     column = round_half_away((pose.x - costmap.origin_x) / costmap.resolution)
     row = round_half_away((pose.y - costmap.origin_y) / costmap.resolution)
-    return (
-        int(row * costmap.size_x + column)
-        if column < costmap.size_x and row < costmap.size_y
-        else NOWHERE
-    )
+    if column < costmap.size_x and row < costmap.size_y:
+        return int(row * costmap.size_x + column)
+    return NOWHERE
 
 
 def clamped_cell(pose: Pose2D, costmap: Costmap) -> int:
@@ -155,9 +154,10 @@ class GoalBound:
         self._field.forget()
 
     def towards(self, goal: int, robot: int, costmap: Costmap) -> tuple[Float32Array, float] | None:
-        """The bound (height * width,) of the remaining cost to cell ``goal``, and the limit for a way from ``robot``.
+        """The bound (height * width,) of the cost to cell ``goal``, and the limit from ``robot``.
 
-        None where the costmap has no floor, or where not even the floor lets the robot reach the goal.
+        None where the costmap has no floor, or where not even the floor lets the robot reach the
+        goal.
         """
         if costmap.floor is None:
             return None
@@ -179,5 +179,5 @@ class GoalBound:
 
 
 def is_exact(potential: np.float32, limit: float) -> bool:
-    """Whether a goal reached at ``potential`` by a wave within ``limit`` has been reached at the least cost."""
+    """Whether a goal reached at ``potential`` by a wave within ``limit`` has the least cost."""
     return bool(potential <= limit - 0.5 * SLACK)

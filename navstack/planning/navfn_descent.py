@@ -1,4 +1,4 @@
-"""Where NavFn's descent begins, and the descent along its potential's gradient (nav2_navfn_planner/navfn.cpp)."""
+"""Where NavFn's descent begins, and the descent along the gradient (navfn.cpp)."""
 
 import math
 
@@ -45,7 +45,7 @@ def gradient(potential: Float32Array, width: int, n: int) -> tuple[float, float]
 
 @njit(forceinline=True)
 def take_corner(potential: Float32Array, width: int, n: int, i: int, corners: Float32Array) -> None:
-    """The gradient of cell ``n`` plus the offset of corner ``i`` (right, above, both), into its row of ``corners``."""
+    """The gradient of cell ``n`` plus the offset of corner ``i`` (right, above, both)."""
     n += (i & 1) + width * (i >> 1)
     corners[i, 0], corners[i, 1] = gradient(potential, width, n)
 
@@ -74,7 +74,7 @@ def take_corners(
 
 @njit(forceinline=True)
 def interpolated_gradient(corners: Float32Array, dx: float, dy: float) -> tuple[float, float]:
-    """Gradient at the offset (dx, dy) from a cell, bilinear between the ``corners`` of :func:`take_corners`."""
+    """Gradient at the offset (dx, dy) from a cell, bilinear between its ``corners``."""
     rest_x, rest_y = 1.0 - np.float64(dx), 1.0 - np.float64(dy)
     x1 = np.float32(rest_x * corners[0, 0] + np.float32(dx * corners[1, 0]))
     x2 = np.float32(rest_x * corners[2, 0] + np.float32(dx * corners[3, 0]))
@@ -178,12 +178,12 @@ def step(
 def descend(
     potential: Float32Vector, width: int, start: int, source: int, path: Float32Matrix
 ) -> int:
-    """Follow the gradient from cell ``start`` to the potential's ``source`` in half-cell steps (calcPath).
+    """Follow the gradient from cell ``start`` to ``source`` in half-cell steps (calcPath).
 
-    Writes points in cells into ``path`` (N, 2) and returns how many, FAILED or EXHAUSTED. Upstream gives up after
-    4 * max(width, height) points however long the way is, and where the gradient is zero or leads round in circles
-    (A* leaves such places). Here the descent then goes back to the lowest point and on along the grid for a
-    while: every reached cell has a lower neighbour.
+    Writes points in cells into ``path`` (N, 2) and returns how many, FAILED or EXHAUSTED. Upstream
+    gives up after 4 * max(width, height) points however long the way is, and where the gradient is
+    zero or leads round in circles (A* leaves such places). Here the descent then goes back to the
+    lowest point and on along the grid for a while: every reached cell has a lower neighbour.
     """
     n, dx, dy = start, np.float32(0.0), np.float32(0.0)
     lowest, lowest_n, lowest_i = np.inf, start, 0
@@ -217,7 +217,7 @@ def descend(
 def nearest_reachable(
     potential: Float32Vector, width: int, goal: tuple[float, float], tolerance: float, grid: Grid
 ) -> tuple[float, float]:
-    """The reached point nearest to the goal, on a lattice of one cell within the tolerance square (makePlan), in [m].
+    """The reached point [m] nearest to the goal, within the tolerance's square (makePlan).
 
     The goal itself where it is reached; NaN where nothing is.
     """

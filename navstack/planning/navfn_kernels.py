@@ -1,11 +1,13 @@
-"""The hot loops of NavFn: the wavefront and the descent along its gradient (nav2_navfn_planner/navfn.cpp).
+"""The hot loops of NavFn: the wavefront (nav2_navfn_planner/navfn.cpp).
 
-Cells are numbered n = y * width + x; ``potential``, ``costs`` and ``dirty`` are flat arrays. Arithmetic is float32
-where navfn.cpp has float and float64 where it has double, so that potentials agree bit for bit.
+Cells are numbered n = y * width + x; ``potential``, ``costs`` and ``dirty`` are flat arrays.
+Arithmetic is float32 where navfn.cpp has float and float64 where it has double, so that potentials
+agree bit for bit.
 
-While a wave runs, a cell that waits in a buffer carries the negative of its potential: the flag costs no memory access
-of its own, and a waiting cell fails the "would I lower it" test by itself. The map's border is lethal in NavFn; what
-is open there is marked as waiting for the time of the wave.
+While a wave runs, a cell that waits in a buffer carries the negative of its potential: the flag
+costs no memory access of its own, and a waiting cell fails the "would I lower it" test by itself.
+The map's border is lethal in NavFn; what is open there is marked as waiting for the time of the
+wave.
 """
 
 import math
@@ -61,7 +63,7 @@ class Field(NamedTuple):
 
 
 def cost_tables(allow_unknown: bool) -> tuple[Float32Array, Float32Array]:
-    """Cost of crossing a cell, and the gain that justifies visiting it, for each costmap value 0..255 (setCostmap).
+    """Cost of crossing a cell, and the gain that justifies a visit, by cost 0..255 (setCostmap).
 
     The gain is infinite for obstacles, so that the wave never enters them.
     """
@@ -235,14 +237,18 @@ def run_wave(
     ahead: Float32Array,
     limit: float,
 ) -> float:
-    """Visit the waiting cells and those they wake, until the target is reached (propNavFnDijkstra, propNavFnAstar).
+    """Visit the waiting cells and those they wake, until the target is reached.
 
-    The first ``n_current`` cells of the first buffer wait at the outset. Cells below the threshold are visited now, the
-    others wait for the next one: buckets, not a heap. The wave ends once the target's potential + ``margin`` is
-    at most the threshold. Upstream's limit of cycles is left out; it only makes small mazes fail.
+    As propNavFnDijkstra and propNavFnAstar.
 
-    ``ahead`` bounds from below what remains from each cell to the target; where it is empty the straight line does. The
-    wave does not go on from cells whose potential and bound exceed ``limit``: no way that costs less leads over them.
+    The first ``n_current`` cells of the first buffer wait at the outset. Cells below the threshold
+    are visited now, the others wait for the next one: buckets, not a heap. The wave ends once the
+    target's potential + ``margin`` is at most the threshold. Upstream's limit of cycles is left
+    out; it only makes small mazes fail.
+
+    ``ahead`` bounds from below what remains from each cell to the target; where it is empty the
+    straight line does. The wave does not go on from cells whose potential and bound exceed
+    ``limit``: no way that costs less leads over them.
 
     Returns the threshold at the end: potentials below it by PRIORITY_STEP are final.
     """

@@ -102,7 +102,7 @@ def are_connected(
 
 @njit()
 def is_free(costs: ByteArray, blocked: BoolArray, x: float, y: float) -> bool:
-    """Whether the point (x, y) in [cells] from the map's corner lies in a free cell of ``costs`` (height, width)."""
+    """Whether (x, y) in [cells] from the map's corner lies in a free cell of ``costs``."""
     if not (0.0 <= x < costs.shape[1] and 0.0 <= y < costs.shape[0]):
         return False
     return not blocked[costs[int(y), int(x)]]
@@ -121,12 +121,18 @@ def is_line_free(
     dx, dy = x1 - x0, y1 - y0
     column, row = int(x0), int(y0)
     step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
-    per_column = abs(1.0 / dx) if dx != 0.0 else np.inf  # of the line's parameter 0..1
-    per_row = abs(1.0 / dy) if dy != 0.0 else np.inf
-    next_column = (
-        ((column + 1 - x0) if dx > 0.0 else (x0 - column)) * per_column if dx != 0.0 else np.inf
-    )
-    next_row = ((row + 1 - y0) if dy > 0.0 else (y0 - row)) * per_row if dy != 0.0 else np.inf
+    # of the line's parameter 0..1: from one column or row to the next, and to the first one
+    per_column = per_row = next_column = next_row = np.inf
+    if dx != 0.0:
+        per_column = abs(1.0 / dx)
+        next_column = (x0 - column) * per_column
+    if dx > 0.0:
+        next_column = (column + 1 - x0) * per_column
+    if dy != 0.0:
+        per_row = abs(1.0 / dy)
+        next_row = (y0 - row) * per_row
+    if dy > 0.0:
+        next_row = (row + 1 - y0) * per_row
     for _ in range(abs(int(x1) - column) + abs(int(y1) - row)):
         if next_column < next_row:
             column, next_column = column + step_x, next_column + per_column
@@ -211,7 +217,7 @@ def can_reach(
     x1: float,
     y1: float,
 ) -> bool:
-    """Whether the robot can drive along a line and turn at its end, which takes ``turning`` [cells] there."""
+    """Whether the robot can drive along a line and turn at its end, within ``turning`` [cells]."""
     return is_edge_free(costs, blocked, room, x0, y0, x1, y1) and has_room(
         costs, x1, y1, turning, room.allow_unknown
     )
@@ -226,9 +232,10 @@ def shortcut(
     cost_weight: float,
     draws: FloatArray,
 ) -> FloatArray:
-    """Take short cuts between random points of a polyline (N, 2) in [cells] (Geraerts and Overmars, 2007).
+    """Take short cuts between random points of a polyline (N, 2) (Geraerts and Overmars, 2007).
 
-    A short cut is taken where it is free and not costlier. ``draws`` (M, 2) in [0, 1) are places along the line.
+    A short cut is taken where it is free and not costlier. ``draws`` (M, 2) in [0, 1) are places
+    along the line.
     """
     path = points
     for i in range(len(draws)):

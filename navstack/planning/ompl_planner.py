@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from navstack.costmap.costmap import Costmap
 from navstack.errors import NoPathFoundError, PlanningError, StartOccupiedError
@@ -30,7 +29,7 @@ from navstack.planning.ompl_kernels import (
 )
 from navstack.planning.ompl_problem import Query
 from navstack.planning.ompl_search import Found, path_cost, search
-from navstack.planning.planner import Planner, RobotShape
+from navstack.planning.planner import Planner, RobotShape, convex_hull
 from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.types import FloatArray, Path, Pose2D
 
@@ -43,20 +42,22 @@ STRAIGHT = 1e-6  # [rad] changes of heading up to this are rounding
 
 
 class OmplPlanner(Planner):
-    """Plans with one of OMPL's algorithms, for a point in the plane or for a pose that moves along Dubins curves.
+    """Plans with one of OMPL's algorithms, for a point in the plane or a pose on Dubins curves.
 
-    In the plane (R2) the robot turns at way points, where a disc of its circumscribed radius must have room, and drives
-    straight between them, where a strip of its width must; start and goal need no room to turn. With poses (SE2) the
-    footprint itself is tried along the curves. Both hold against the squares of the costmap's lethal cells, on top of
-    ``max_allowed_cost``.
+    In the plane (R2) the robot turns at way points, where a disc of its circumscribed radius must
+    have room, and drives straight between them, where a strip of its width must; start and goal
+    need no room to turn. With poses (SE2) the footprint itself is tried along the curves. Both hold
+    against the squares of the costmap's lethal cells, on top of ``max_allowed_cost``.
 
-    While the robot drives, every plan searches anew from where it is, and the cheaper of the new path and what is left
-    of the last one is taken: a first path is there at once and gets better on the way. Once ``fruitless_searches`` in a
-    row have found nothing cheaper, the path is kept without a search as long as it is free.
+    While the robot drives, every plan searches anew from where it is, and the cheaper of the new
+    path and what is left of the last one is taken: a first path is there at once and gets better on
+    the way. Once ``fruitless_searches`` in a row have found nothing cheaper, the path is kept
+    without a search as long as it is free.
 
-    A plan is repeatable: the effort is limited by a count, and every plan seeds OMPL anew from the generator that
-    ``reset`` gave, so that it does not depend on what else the process has planned; ``max_planning_time`` gives that
-    up. An occupied start or goal is replaced by the nearest free cell.
+    A plan is repeatable: the effort is limited by a count, and every plan seeds OMPL anew from the
+    generator that ``reset`` gave, so that it does not depend on what else the process has planned;
+    ``max_planning_time`` gives that up. An occupied start or goal is replaced by the nearest free
+    cell.
     """
 
     def __init__(self, params: OmplParams, shape: RobotShape | None = None) -> None:
@@ -64,11 +65,7 @@ class OmplPlanner(Planner):
         self._params, self._shape = params, shape
         self._rng = np.random.default_rng(0)  # until reset
         self._blocked = blocked_table(params.max_allowed_cost, params.allow_unknown)
-        self._hull = (
-            np.zeros((3, 2))
-            if shape is None
-            else shape.footprint[ConvexHull(shape.footprint).vertices]
-        )
+        self._hull = convex_hull(shape)
         self._improvement: tuple[tuple[float, float], ...] = ()
         self._kept: Path | None = None
 
@@ -109,7 +106,9 @@ class OmplPlanner(Planner):
         if kept is None or self._fruitless < self._params.fruitless_searches:
             poses = self._cheaper(kept, start, goal, costmap, seed, draws)
         assert poses is not None
-        self._kept = Path(poses, stamp) if self._params.keep_valid_path else None
+        self._kept = None
+        if self._params.keep_valid_path:
+            self._kept = Path(poses, stamp)
         return Path(poses.copy(), stamp)
 
     def _cheaper(
@@ -123,35 +122,39 @@ class OmplPlanner(Planner):
     ) -> FloatArray:
         """A path found anew, or what is left of the last one where that costs hardly more."""
         try:
-            found = self._poses(
-                self._search(start, goal, costmap, seed, draws), start, goal, costmap
-            )
+            query, states = self._search(start, goal, costmap, seed, draws)
+            found = self._poses(query, states, start, goal, costmap)
         except PlanningError:
             if kept is None:
                 raise
-            found = None
-        if kept is not None and (
-            found is None or self._cost(found, costmap) > WORTH_IT * self._cost(kept, costmap)
-        ):
             self._fruitless += 1
             return kept
+        if kept is not None:
+            if self._cost(found, costmap) > WORTH_IT * self._cost(kept, costmap):
+                self._fruitless += 1
+                return kept
         self._fruitless = 0
-        assert found is not None
         return found
 
     def _cost(self, poses: FloatArray, costmap: Costmap) -> float:
         """Of a path (N, 3) [m], in [cells]."""
-        return float(
-            polyline_cost(costmap.data, to_cells(poses, costmap), self._params.cost_weight)
-        )
+        cells = to_cells(poses, costmap)
+        return float(polyline_cost(costmap.data, cells, self._params.cost_weight))
 
     def _search(
         self, start: Pose2D, goal: Pose2D, costmap: Costmap, seed: int, draws: FloatArray
     ) -> tuple[Query, FloatArray]:
         """The question, and the states of its answer."""
         query, params = self._query(start, goal, costmap), self._params
-        budget = (params.max_iterations, params.max_planning_time, params.patience)
-        found = search(query, params.algorithm, params.range / costmap.resolution, *budget, seed)
+        found = search(
+            query,
+            params.algorithm,
+            params.range / costmap.resolution,
+            params.max_iterations,
+            params.max_planning_time,
+            params.patience,
+            seed,
+        )
         self._improvement = tuple(
             (seconds, cost * costmap.resolution) for seconds, cost in found.improvement
         )
@@ -165,16 +168,18 @@ class OmplPlanner(Planner):
             raise StartOccupiedError(occupied("start", start, costmap))
         if last is None:
             raise goal_occupied(goal, costmap)
-        with_yaw = self._params.state_space == "SE2"
+        first_state, last_state = np.array(first), np.array(last)
+        if self._params.state_space == "SE2":
+            first_state, last_state = np.array((*first, start.yaw)), np.array((*last, goal.yaw))
         return Query(
-            costmap.data,
-            self._blocked,
-            self._room(costmap.resolution),
-            self._hull / costmap.resolution,
-            np.array((*first, start.yaw) if with_yaw else first),
-            np.array((*last, goal.yaw) if with_yaw else last),
-            self._params.cost_weight,
-            self._params.minimum_turning_radius / costmap.resolution,
+            costs=costmap.data,
+            blocked=self._blocked,
+            room=self._room(costmap.resolution),
+            footprint=self._hull / costmap.resolution,
+            first=first_state,
+            last=last_state,
+            cost_weight=self._params.cost_weight,
+            turning_radius=self._params.minimum_turning_radius / costmap.resolution,
         )
 
     def _room(self, resolution: float) -> Room:
@@ -185,11 +190,11 @@ class OmplPlanner(Planner):
         if self._shape is None:
             return Room(0.0, 0.0, self._params.allow_unknown)
         half_width = float(np.abs(self._hull[:, 1]).max())
-        is_covered = half_width + math.sqrt(2.0) * resolution <= self._shape.inscribed_radius
-        corridor = 0.0 if is_covered else half_width / resolution
-        return Room(
-            corridor, float(np.hypot(*self._hull.T).max()) / resolution, self._params.allow_unknown
-        )
+        corridor = half_width / resolution
+        if half_width + math.sqrt(2.0) * resolution <= self._shape.inscribed_radius:
+            corridor = 0.0
+        turning = float(np.hypot(*self._hull.T).max()) / resolution
+        return Room(corridor, turning, self._params.allow_unknown)
 
     def _free_point(self, pose: Pose2D, costmap: Costmap) -> tuple[float, float] | None:
         """The pose, or the centre of the nearest free cell within the tolerance, in [cells]."""
@@ -198,27 +203,30 @@ class OmplPlanner(Planner):
             return x, y
         radius = self._params.tolerance / costmap.resolution
         column, row = nearest_free_cell(costmap.data, self._blocked, int(x), int(y), radius)
-        return (column + 0.5, row + 0.5) if column >= 0 else None
+        if column < 0:
+            return None
+        return column + 0.5, row + 0.5
 
     def _no_path(self, query: Query, start: Pose2D, goal: Pose2D) -> PlanningError:
         """Why there is no path."""
         for name, pose, state in (("start", start, query.first), ("goal", goal, query.last)):
             if not query.can_stand(state):
                 return NoPathFoundError(
-                    f"{name} ({pose.x:g}, {pose.y:g}) m: the footprint reaches into an obstacle there, though its "
-                    "centre is free; choose another pose"
+                    f"{name} ({pose.x:g}, {pose.y:g}) m: the footprint reaches into an obstacle "
+                    "there, though its centre is free; choose another pose"
                 )
         between = f"from ({start.x:g}, {start.y:g}) m to ({goal.x:g}, {goal.y:g}) m"
         if not are_connected(query.costs, query.blocked, *query.first[:2], *query.last[:2]):
             return NoPathFoundError(
-                f"{self._params.algorithm}: no path {between}: obstacles part them; check for closed ways"
+                f"{self._params.algorithm}: no path {between}: "
+                "obstacles part them; check for closed ways"
             )
         spent, key = f"{self._params.max_iterations} iterations", "max_iterations"
         if self._params.max_planning_time > 0.0:
             spent, key = f"{self._params.max_planning_time:g} s", "max_planning_time"
         return NoPathFoundError(
-            f"{self._params.algorithm}: no path {between} within {spent}, though free cells connect them; raise {key} "
-            "or take another algorithm"
+            f"{self._params.algorithm}: no path {between} within {spent}, "
+            f"though free cells connect them; raise {key} or take another algorithm"
         )
 
     def _simplified(self, query: Query, found: Found, draws: FloatArray) -> FloatArray:
@@ -232,14 +240,13 @@ class OmplPlanner(Planner):
         shorter: FloatArray = shortcut(
             query.costs, query.blocked, query.room, found.states, query.cost_weight, draws
         )
-        return (
-            shorter if path_cost(query, shorter) <= path_cost(query, found.states) else found.states
-        )
+        if path_cost(query, shorter) <= path_cost(query, found.states):
+            return shorter
+        return found.states
 
     def _poses(
-        self, answer: tuple[Query, FloatArray], start: Pose2D, goal: Pose2D, costmap: Costmap
+        self, query: Query, states: FloatArray, start: Pose2D, goal: Pose2D, costmap: Costmap
     ) -> FloatArray:
-        query, states = answer
         if query.has_yaw:
             pieces = [query.way(a, b)[1:] for a, b in zip(states[:-1], states[1:], strict=True)]
             dense = np.vstack((states[:1], *pieces))
@@ -254,7 +261,9 @@ class OmplPlanner(Planner):
 
     def _smoothed(self, poses: FloatArray, costmap: Costmap) -> FloatArray:
         """The path with its corners rounded as far as there is room, where that is wanted."""
-        for iterations in ROUNDINGS if self._params.smooth else ():
+        if not self._params.smooth:
+            return poses
+        for iterations in ROUNDINGS:
             smoother = SimpleSmoother(SimpleSmootherParams(max_its=iterations, do_refinement=False))
             rounder = smoother.smooth(Path(poses, 0.0), costmap).poses
             if self._is_free(rounder, costmap):
@@ -275,21 +284,19 @@ class OmplPlanner(Planner):
             return None
         rest = poses[min(nearest + 1, len(poses) - 1) :]
         kept = np.vstack((start.as_array(), rest))
-        return kept if self._is_free(kept, costmap) else None
+        if not self._is_free(kept, costmap):
+            return None
+        return kept
 
     def _is_free(self, poses: FloatArray, costmap: Costmap) -> bool:
         """Whether the robot has room along a path (N, 3) and where it turns on it."""
         cells, room = to_cells(poses, costmap), self._room(costmap.resolution)
         if self._params.state_space == "SE2":
-            hull = self._hull / costmap.resolution
-            return bool(
-                is_curve_free(
-                    costmap.data, self._blocked, hull, room.turning, room.allow_unknown, cells
-                )
-            )
-        return bool(is_polyline_free(costmap.data, self._blocked, room, cells)) and all(
-            can_turn(costmap.data, self._blocked, room, x, y) for x, y in _corners(cells)
-        )
+            hull, body = self._hull / costmap.resolution, (room.turning, room.allow_unknown)
+            return bool(is_curve_free(costmap.data, self._blocked, hull, *body, cells))
+        if not is_polyline_free(costmap.data, self._blocked, room, cells):
+            return False
+        return all(can_turn(costmap.data, self._blocked, room, x, y) for x, y in _corners(cells))
 
     def _is_on(self, start: Pose2D, pose: FloatArray, cell: float) -> bool:
         """Whether the robot can go on from a path's nearest pose (3,).
@@ -308,9 +315,8 @@ class OmplPlanner(Planner):
 
 def _to_cells(pose: Pose2D, costmap: Costmap) -> tuple[float, float]:
     """A point in [cells] from the map's lower left corner."""
-    return (pose.x - costmap.origin_x) / costmap.resolution, (
-        pose.y - costmap.origin_y
-    ) / costmap.resolution
+    x, y = pose.x - costmap.origin_x, pose.y - costmap.origin_y
+    return x / costmap.resolution, y / costmap.resolution
 
 
 def _corners(points: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""What OMPL is asked: a space of states, which of them and which ways between them are free, and what ways cost."""
+"""What OMPL is asked: a space of states, which states and ways are free, and what ways cost."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -34,7 +34,7 @@ class Query:
 
     @property
     def has_yaw(self) -> bool:
-        """Whether states are poses, joined by Dubins curves, rather than points, joined by lines."""
+        """Whether states are poses, joined by Dubins curves; else points, joined by lines."""
         return len(self.first) == 3
 
     def can_stand(self, state: FloatArray) -> bool:
@@ -51,7 +51,9 @@ class Query:
         if self.has_yaw:
             return self.can_drive(start, end)  # its end is one of the poses that are tried
         x, y = end[0], end[1]
-        turning = 0.0 if self._is_end(x, y) else self.room.turning
+        turning = self.room.turning
+        if self._is_end(x, y):
+            turning = 0.0
         return bool(
             can_reach(self.costs, self.blocked, self.room, turning, start[0], start[1], x, y)
         )
@@ -79,9 +81,9 @@ class Query:
 
     def way(self, start: FloatArray, end: FloatArray) -> FloatArray:
         """Points of the way between two states, (N, 2) or (N, 3)."""
-        return (
-            curve(start, end, self.turning_radius, STEP) if self.has_yaw else np.stack((start, end))
-        )
+        if self.has_yaw:
+            return curve(start, end, self.turning_radius, STEP)
+        return np.stack((start, end))
 
     @property
     def _body(self) -> tuple[FloatArray, float, bool]:
@@ -141,22 +143,21 @@ def make_problem(query: Query) -> tuple[Any, Any]:
     for axis, size in enumerate((query.costs.shape[1], query.costs.shape[0])):
         bounds.setLow(axis, 0.0)
         bounds.setHigh(axis, float(size))
-    space = (
-        ob.DubinsStateSpace(query.turning_radius) if query.has_yaw else ob.RealVectorStateSpace(2)
-    )
+    space = ob.RealVectorStateSpace(2)
+    if query.has_yaw:
+        space = ob.DubinsStateSpace(query.turning_radius)
     space.setBounds(bounds)
     information = ob.SpaceInformation(space)
     information.setStateValidityChecker(_Validity(information, query))
     information.setMotionValidator(_Motion(information, query))
     information.setup()
     definition = ob.ProblemDefinition(information)
-    definition.setStartAndGoalStates(
-        _state(information, query.first), _state(information, query.last)
-    )
-    plain = query.cost_weight == 0.0
-    objective = (
-        ob.PathLengthOptimizationObjective(information) if plain else _Objective(information, query)
-    )
+    first, last = _state(information, query.first), _state(information, query.last)
+    definition.setStartAndGoalStates(first, last)
+    if query.cost_weight == 0.0:
+        objective = ob.PathLengthOptimizationObjective(information)
+    else:
+        objective = _Objective(information, query)
     definition.setOptimizationObjective(objective)
     return information, definition
 

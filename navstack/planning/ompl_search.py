@@ -56,7 +56,7 @@ class Budget:
         # the last cost that was worth it, checks left then
         self._worth: tuple[float, int] = (math.inf, checks)
         self._begin = clock()
-        self._end = self._begin + seconds if seconds > 0.0 else math.inf
+        self._end = self._begin + (seconds or math.inf)
         self.best_cost: Callable[[], float] | None = None  # asked now and then
         self.improvement: list[tuple[float, float]] = []
 
@@ -118,12 +118,12 @@ def _solve(
 
 
 def _grow(name: str) -> Callable[[Query, float, int, Budget], FloatArray | None]:
-    """A search that grows trees until the budget is used up or, without an optimum to look for, until they meet."""
+    """A search that grows trees until the budget is spent or, with no optimum, until they meet."""
     return lambda query, reach, _, budget: _solve(query, getattr(og, name), reach, budget)
 
 
 def _bit_star(query: Query, reach: float, _: int, budget: Budget) -> FloatArray | None:
-    """BIT* without pruning its graph, which ends the process now and then (OMPL's issues 949 and 1317)."""
+    """BIT* without pruning its graph, which may end the process (OMPL's issues 949 and 1317)."""
 
     def make(information: Any) -> Any:
         planner = og.BITstar(information)

@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from navstack.costmap.costmap import Costmap
 from navstack.types import FloatArray, Path, Pose2D
@@ -29,7 +30,7 @@ class Planner(ABC):
         """
         return ()
 
-    def reset(self, rng: np.random.Generator) -> None:  # noqa: B027 - most planners leave nothing to chance
+    def reset(self, rng: np.random.Generator) -> None:  # noqa: B027 - most planners draw nothing
         """Start a new goal; all chance of the plans to come is drawn from ``rng``."""
 
     @abstractmethod
@@ -40,3 +41,11 @@ class Planner(ABC):
             PlanningError: start or goal outside the map or in an obstacle, or nothing connects
                 them.
         """
+
+
+def convex_hull(shape: RobotShape | None) -> FloatArray:
+    """The convex hull (N, 2) in [m] of the robot's footprint; a point where it is not known."""
+    if shape is None:
+        return np.zeros((3, 2))
+    hull: FloatArray = shape.footprint[ConvexHull(shape.footprint).vertices]
+    return hull

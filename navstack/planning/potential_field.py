@@ -3,7 +3,7 @@
 import numpy as np
 
 from navstack.costmap.costmap import Costmap
-from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key, give_back
+from navstack.costmap.field_cache import give_back, shared_array
 from navstack.planning.incremental_kernels import respread
 from navstack.planning.navfn_descent import EXHAUSTED, descend, nearest_reachable
 from navstack.planning.navfn_kernels import (
@@ -37,16 +37,14 @@ def _nothing_reached(cells: int) -> Float32Array:
 
     Of a large map what is never written to stands in memory once for all processes.
     """
-    if cells < SHARED_FROM:
-        return np.full(cells, POT_HIGH)
-    return cached_array(content_key("potentials-1", cells), lambda: np.full(cells, POT_HIGH))
+    return shared_array(cells, lambda: np.full(cells, POT_HIGH), "potentials-1", cells)
 
 
 class PotentialField:
-    """The potential of every cell: the cost of the way from a source, in NavFn's units (a free cell costs 50).
+    """The potential of every cell: the cost of the way from a source (a free cell costs 50).
 
-    The arrays are as large as the map and are written only where the wave comes: a plan on a map of 16 million cells
-    of which it needs two costs what the two cost.
+    The arrays are as large as the map and are written only where the wave comes: a plan on a map of
+    16 million cells of which it needs two costs what the two cost.
     """
 
     def __init__(self, allow_unknown: bool, buffer_size: int = BUFFER_SIZE) -> None:
@@ -71,7 +69,7 @@ class PotentialField:
         ahead: Float32Array = NO_BOUND,
         limit: float = np.inf,
     ) -> float:
-        """Spread the potential anew from cell ``source`` until cell ``target`` (or NOWHERE) is reached.
+        """Spread the potential anew from cell ``source`` until ``target`` (or NOWHERE) is reached.
 
         ``margin``, ``ahead``, ``limit`` and what is returned: see :func:`run_wave`.
         """
@@ -91,34 +89,42 @@ class PotentialField:
         margin: float,
         limit: float = np.inf,
     ) -> float:
-        """Forget all potentials of ``level`` and above and spread them anew from those below, as :meth:`expand`."""
+        """Forget potentials of ``level`` and above, and spread anew from those below."""
         return float(
             respread(self._field(costmap), self._tops, source, target, level, margin, limit)
         )
 
     def _field(self, costmap: Costmap) -> Field:
         """What the kernels take, with the costs of a costmap."""
-        tables = (self._crossing, self._gain)
         return Field(
-            self.flat, self._dirty, flat_costs(costmap), *tables, costmap.size_x, self._buffers
+            self.flat,
+            self._dirty,
+            flat_costs(costmap),
+            self._crossing,
+            self._gain,
+            costmap.size_x,
+            self._buffers,
         )
 
     def nearest_reached(self, goal: Pose2D, costmap: Costmap, tolerance: float) -> Pose2D | None:
-        """The goal, or the reached point nearest to it within ``tolerance`` [m] per axis, with the goal's yaw."""
+        """The goal, or the nearest reached point within ``tolerance`` [m] per axis."""
         x, y = nearest_reachable(
             self.flat, self._shape[1], (goal.x, goal.y), tolerance, costmap.grid
         )
-        return None if np.isnan(x) else Pose2D(float(x), float(y), goal.yaw)
+        if np.isnan(x):
+            return None
+        return Pose2D(float(x), float(y), goal.yaw)
 
     def descend(self, start: int, source: int) -> FloatArray | None:
         """Points (N, 2) in [cells] from cell ``start`` down to ``source``.
 
         None where the gradient leads nowhere.
         """
-        count = EXHAUSTED
         while (count := descend(self.flat, self._shape[1], start, source, self._path)) == EXHAUSTED:
             self._path = np.empty((2 * len(self._path), 2), dtype=np.float32)
-        return self._path[:count].astype(np.float64) if count > 0 else None
+        if count <= 0:
+            return None
+        return self._path[:count].astype(np.float64)
 
     def forget(self) -> None:
         """Forget every potential, and give back the memory that they took."""

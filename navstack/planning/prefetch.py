@@ -34,7 +34,9 @@ def _prefetch(context: Any, array: Any, index: Any) -> Any:
 
 
 def _nothing(array: Any, index: Any) -> None:
-    """What stands for it where numba is switched off."""
+    """In its place where numba is switched off."""
 
 
-prefetch: Any = _nothing if config.DISABLE_JIT else intrinsic(_prefetch)  # type: ignore[attr-defined]
+prefetch: Any = _nothing
+if not config.DISABLE_JIT:  # type: ignore[attr-defined]
+    prefetch = intrinsic(_prefetch)

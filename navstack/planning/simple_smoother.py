@@ -46,7 +46,9 @@ class SimpleSmoother:
     def _smooth_stretch(self, poses: FloatArray, costmap: Costmap) -> None:
         """Smooth poses (N, 3) in place; the positions of the first and the last stay."""
         params = self._params
-        passes = 1 + (params.refinement_num if params.do_refinement else 0)
+        passes = 1
+        if params.do_refinement:
+            passes += params.refinement_num
         converged = True
         for _ in range(passes):
             if converged:

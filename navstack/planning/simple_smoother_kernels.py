@@ -105,13 +105,13 @@ def relax(
     costs: ByteArray,
     grid: Grid,
 ) -> bool:
-    """Relax the positions of poses (N, >= 2), in place, until they move less than ``tolerance`` [m] together.
+    """Relax the positions of poses (N, >= 2) until they move less than ``tolerance`` [m] together.
 
     ``weights``: of the given place and of the neighbours.
 
     Returns:
-        Whether they came to rest before ``max_its`` iterations and without meeting an obstacle; if not, the poses are
-        those before the iteration that failed.
+        Whether they came to rest before ``max_its`` iterations and without meeting an obstacle; if
+        not, the poses are those before the iteration that failed.
     """
     given = np.ascontiguousarray(poses[:, :2].T)
     last, once, twice = given.copy(), given.copy(), given.copy()
@@ -134,7 +134,7 @@ def relax(
 
 @njit()
 def stretch_ends(poses: FloatArray) -> IntArray:
-    """Indices of the poses (N, 3) where the path turns back or turns on the spot, and of the last pose."""
+    """Indices of the poses (N, 3) where the path turns back or on the spot, and of the last."""
     ends = np.empty(2 * len(poses), dtype=np.int64)
     count = 0
     for i in range(1, len(poses) - 1):
@@ -155,7 +155,7 @@ def stretch_ends(poses: FloatArray) -> IntArray:
 
 @njit()
 def face_along(poses: FloatArray, backwards: bool) -> None:
-    """Set the yaw of each pose (N, 3) but the last to the direction of the next one, or away from it, in place.
+    """Turn each pose (N, 3) but the last towards the next one, or away from it, in place.
 
     A pose at the place of the next one keeps its yaw.
     """

@@ -36,7 +36,7 @@ LOWEST, SHARE, HIGHEST = 26.0, 0.9, 252.0  # a cell counts as LOWEST + SHARE * c
 
 
 class ThetaStarPlanner(Planner):
-    """A path of straight lines between cells' centres, as short and cheap as the weights want it."""
+    """A path of straight lines between cells' centres, short and cheap as the weights say."""
 
     def __init__(self, params: ThetaStarParams) -> None:
         self._params = params
@@ -129,7 +129,7 @@ def search_lines(
     corners: int,
     weights: tuple[float, float],
 ) -> IntArray:
-    """The cell (height * width,) from which a line leads to each cell on the path from start to goal; empty: none.
+    """The cell (height * width,) from which a line leads to each cell on the path; empty: none.
 
     Args:
         costs: (height, width).

@@ -1,7 +1,4 @@
-"""Stops or slows the robot down for obstacles in its zones.
-
-Nav2_collision_monitor (``collision_monitor_node.cpp``).
-"""
+"""Stops or slows the robot down for obstacles in its zones (``collision_monitor_node.cpp``)."""
 
 import math
 from typing import NamedTuple
@@ -31,30 +28,25 @@ _PASSED = MonitorAction()
 
 
 class CollisionMonitor:
-    """The last one before the wheels. Each command is held against every zone.
-
-    The slowest outcome is driven.
+    """The last node before the wheels: of what the zones leave of a command the slowest is driven.
 
     Zones are looked at in the order of the file; the first one that stops the robot ends the
     search. The points are those of the newest scan, counted once however many sources read it.
     """
 
     def __init__(self, params: CollisionMonitorParams, footprint: FloatArray) -> None:
-        """``footprint`` is the local costmap's padded polygon (V, 2) in [m], base frame, as it publishes it."""
+        """``footprint`` is the local costmap's padded polygon (V, 2) in [m], base frame."""
         self._params = params
-        zones = ((name, params.zones[name]) for name in params.polygons)
         self._zones = [
-            make_zone(name, zone, footprint)
-            for name, zone in zones
-            if params.enabled and zone.enabled
+            make_zone(name, params.zones[name], footprint)
+            for name in params.polygons
+            if params.enabled and params.zones[name].enabled
         ]
         self._sources = {name: params.sources[name] for name in params.observation_sources}
         self._blind = {zone.name for zone in self._zones if not self._sees_scan(zone.params)}
-        timeouts = [
-            params.timeout_of(source) for source in self._sources.values() if source.reads_scan
-        ]
+        read = [source for source in self._sources.values() if source.reads_scan]
         # [s] after which the scan is stale
-        self._timeouts = [timeout for timeout in timeouts if timeout != 0.0]
+        self._timeouts = [timeout for timeout in map(params.timeout_of, read) if timeout != 0.0]
         self._projector = ScanProjector()
         self.reset()
 
@@ -67,7 +59,7 @@ class CollisionMonitor:
         self._beams = 0  # of it
         # (n, 2) [m] of it in the present base frame, once they were asked for
         self._points: FloatArray | None = None
-        self._stamp: float | None = None  # [s] of the scan; None: there is none yet
+        self._stamp = -math.inf  # [s] of the scan; -inf: there is none yet
         self._odometry: Pose2D | None = None  # at that time
 
     def receive(self, scan: LaserScan, odometry: Pose2D | None = None) -> None:
@@ -102,16 +94,18 @@ class CollisionMonitor:
         return driven
 
     def _is_stale(self, now: float) -> bool:
-        """Whether an enabled source has delivered nothing for longer than its timeout, if it has one."""
-        age = math.inf if self._stamp is None else now - self._stamp
-        return any(age > timeout for timeout in self._timeouts)
+        """Whether an enabled source has delivered nothing for longer than its timeout."""
+        return any(now - self._stamp > timeout for timeout in self._timeouts)
 
     def _points_from(self, odometry: Pose2D | None) -> FloatArray:
         """The scan's points (n, 2) in the present base frame."""
+        if self._scan is None:
+            return _NO_POINTS
         if self._points is None:
-            self._points = _NO_POINTS if self._scan is None else self._scan.points
-            then = self._odometry if self._params.base_shift_correction else None
-            if then is not None and odometry is not None and odometry != then:
+            self._points, then = self._scan.points, self._odometry
+            if then is None or odometry is None or odometry == then:
+                return self._points
+            if self._params.base_shift_correction:
                 self._points = transform_points(relative_to(odometry, then), self._points)
         return self._points
 
@@ -122,22 +116,24 @@ class CollisionMonitor:
         params = zone.params
         if not zone.select(command) or params.action_type == "none":
             return None
-        is_blind = zone.name in self._blind
-        if (0 if is_blind else self._beams) < zone.trigger_count:
+        beams = 0 if zone.name in self._blind else self._beams
+        if beams < zone.trigger_count:
             return None
-        seen = _NO_POINTS if is_blind else self._points_from(odometry)
+        seen = _NO_POINTS
+        if zone.name not in self._blind:
+            seen = self._points_from(odometry)
         if params.action_type == "approach":
             time = zone.collision_time(seen, command)
-            return None if time is None else _scaled(command, time / params.time_before_collision)
+            if time is None:
+                return None
+            return _scaled(command, time / params.time_before_collision)
         if not zone.is_triggered(seen):
             return None
         if params.action_type == "stop":
             return STANDSTILL
-        return (
-            _scaled(command, params.slowdown_ratio)
-            if params.action_type == "slowdown"
-            else _limited(command, params)
-        )
+        if params.action_type == "slowdown":
+            return _scaled(command, params.slowdown_ratio)
+        return _limited(command, params)
 
     def _sees_scan(self, params: PolygonParams) -> bool:
         names = params.sources_names or self._params.observation_sources
@@ -155,8 +151,11 @@ def _scaled(command: Twist2D, ratio: float) -> Twist2D:
 
 def _limited(command: Twist2D, params: PolygonParams) -> Twist2D:
     speed, yaw_rate = math.hypot(command.linear_x, command.linear_y), abs(command.angular_z)
-    linear = min(1.0, params.linear_limit / speed) if speed > 0.0 else 1.0
-    angular = min(1.0, params.angular_limit / yaw_rate) if yaw_rate > 0.0 else 1.0
+    linear = angular = 1.0
+    if speed > params.linear_limit:
+        linear = params.linear_limit / speed
+    if yaw_rate > params.angular_limit:
+        angular = params.angular_limit / yaw_rate
     if params.limit_keeps_curvature:
         return _scaled(command, min(linear, angular))
     limit = params.angular_limit

@@ -51,9 +51,11 @@ def are_inside(
     radius: float,
     enough: int,
 ) -> bool:
-    """Whether at least ``enough`` of the first ``count`` points (n, 2) lie in the zone of a robot at (x, y, yaw).
+    """Whether ``enough`` of the first ``count`` points (n, 2) lie in a robot's zone.
 
-    The zone is a polygon (V, 2) in the robot's frame, or with a positive ``radius`` a circle about the robot.
+    The robot is at (x, y, yaw).
+    The zone is a polygon (V, 2) in the robot's frame, or with a positive ``radius`` a circle about
+    the robot.
     """
     found = 0
     cosine, sine = math.cos(yaw), math.sin(yaw)
@@ -96,10 +98,10 @@ def collision_time(
     horizon: float,
     time_step: float,
 ) -> float:
-    """Time in [s] until the zone of a robot that keeps its velocity holds ``enough`` points (n, 2) of the base frame.
+    """Time in [s] until the zone of a robot that keeps its velocity holds ``enough`` points (n, 2).
 
-    The zone is looked at now and after every ``time_step`` [s] up to ``horizon`` [s]; the time is that *before* the
-    step that ends in the collision. NO_COLLISION: none. See :func:`are_inside`.
+    The zone is looked at now and after every ``time_step`` [s] up to ``horizon`` [s]; the time is
+    that *before* the step that ends in the collision. NO_COLLISION: none. See :func:`are_inside`.
     """
     travel = math.hypot(velocity_x, velocity_y) * (horizon + 2.0 * time_step)
     near, count = within_reach(points, extent(vertices, radius) + travel)

@@ -1,7 +1,4 @@
-"""The zones of the collision monitor.
-
-Polygons, circles, and polygons that depend on the velocity.
-"""
+"""The zones of the collision monitor: polygons, circles, polygons that depend on the velocity."""
 
 import numpy as np
 
@@ -41,7 +38,7 @@ class Zone:
         )
 
     def collision_time(self, points: FloatArray, command: Twist2D) -> float | None:
-        """Time in [s] until enough points (n, 2) lie inside, if the robot keeps driving as commanded; None: never."""
+        """Time in [s] until enough points (n, 2) lie inside, driving as commanded; None: never."""
         time = collision_time(
             points,
             self._vertices,
@@ -53,7 +50,9 @@ class Zone:
             self.params.time_before_collision,
             self.params.simulation_time_step,
         )
-        return None if time == NO_COLLISION else float(time)
+        if time == NO_COLLISION:
+            return None
+        return float(time)
 
 
 class VelocityZone(Zone):
@@ -91,4 +90,6 @@ def make_zone(name: str, params: PolygonParams, footprint: FloatArray) -> Zone:
         return VelocityZone(name, params)
     if params.type == "circle" and params.radius is not None:
         return Zone(name, params, _NO_VERTICES, params.radius)
-    return Zone(name, params, footprint if params.points is None else parse_polygon(params.points))
+    if params.points is not None:
+        footprint = parse_polygon(params.points)
+    return Zone(name, params, footprint)

@@ -1,9 +1,7 @@
-"""Keeps commands within speed and acceleration limits.
-
-Nav2_velocity_smoother (``velocity_smoother.cpp``, Jazzy).
-"""
+"""Keeps commands within speed and acceleration limits (``velocity_smoother.cpp``, Jazzy)."""
 
 import math
+from typing import NamedTuple
 
 from navstack.params.safety import VelocitySmootherParams
 from navstack.types import Twist2D
@@ -12,6 +10,15 @@ Axes = tuple[float, float, float]  # linear x, linear y, angular z
 Pair = tuple[float, float]
 
 _STANDSTILL = Twist2D()
+
+
+class AxisBounds(NamedTuple):
+    """Limits of one axis."""
+
+    low: float  # [m/s] or [rad/s] least velocity
+    high: float
+    speeding_up: float  # largest change in one cycle
+    slowing_down: float
 
 
 class VelocitySmoother:
@@ -25,13 +32,16 @@ class VelocitySmoother:
 
     def __init__(self, params: VelocitySmootherParams) -> None:
         self._params = params
-        p = params
-        self._bounds = tuple(
-            (low, high, accel / p.smoothing_frequency, -decel / p.smoothing_frequency)
-            for low, high, accel, decel in zip(
-                p.min_velocity, p.max_velocity, p.max_accel, p.max_decel, strict=True
+        rate = params.smoothing_frequency
+        self._bounds = [
+            AxisBounds(
+                low=params.min_velocity[axis],
+                high=params.max_velocity[axis],
+                speeding_up=params.max_accel[axis] / rate,
+                slowing_down=-params.max_decel[axis] / rate,
             )
-        )  # per axis: least and largest velocity, largest change in one cycle while speeding up, while slowing down
+            for axis in range(3)
+        ]
         self.reset()
 
     def reset(self) -> None:
@@ -68,8 +78,9 @@ class VelocitySmoother:
                 return _STANDSTILL
             self._command = (0.0, 0.0, 0.0)
         self._stopped = False
-        current = self._last if self._params.feedback == "OPEN_LOOP" else _axes(measured)
-        self._last = self._step(current, self._command)
+        if self._params.feedback == "CLOSED_LOOP":
+            self._last = _axes(measured)
+        self._last = self._step(self._last, self._command)
         deadbands = zip(self._last, self._params.deadband_velocity, strict=True)
         return Twist2D(*(0.0 if abs(velocity) < dead else velocity for velocity, dead in deadbands))
 
@@ -79,8 +90,10 @@ class VelocitySmoother:
         Per axis the deceleration limits the change where the speed falls or changes its sign.
         """
         axes = zip(current, command, self._bounds, strict=True)
-        changes = [_change(now, asked, *bounds) for now, asked, bounds in axes]
-        scale = min(_scale(*change) for change in changes) if self._params.scale_velocities else 1.0
+        changes = [_change(now, asked, bounds) for now, asked, bounds in axes]
+        scale = 1.0
+        if self._params.scale_velocities:
+            scale = min(_scale(*change) for change in changes)
         x, y, theta = (
             now + min(max(scale * change, -limit), limit)
             for now, (change, limit) in zip(current, changes, strict=True)
@@ -88,19 +101,19 @@ class VelocitySmoother:
         return x, y, theta
 
 
-def _change(
-    now: float, asked: float, low: float, high: float, speeding_up: float, slowing_down: float
-) -> Pair:
+def _change(now: float, asked: float, bounds: AxisBounds) -> Pair:
     """The change that is wanted of one axis, and the largest of one cycle."""
-    wanted = min(max(asked, low), high)
-    return wanted - now, speeding_up if abs(wanted) >= abs(
-        now
-    ) and now * wanted >= 0.0 else slowing_down
+    wanted = min(max(asked, bounds.low), bounds.high)
+    if abs(wanted) >= abs(now) and now * wanted >= 0.0:
+        return wanted - now, bounds.speeding_up
+    return wanted - now, bounds.slowing_down
 
 
 def _scale(change: float, limit: float) -> float:
     """Share of the wanted change that an axis can follow (``findEtaConstraint``)."""
-    return limit / abs(change) if abs(change) > limit > 0.0 else 1.0
+    if abs(change) > limit > 0.0:
+        return limit / abs(change)
+    return 1.0
 
 
 def _axes(twist: Twist2D) -> Axes:

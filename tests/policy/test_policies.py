@@ -124,7 +124,7 @@ def test_the_end_of_the_program_ends_the_policy(stack: Write) -> None:
     [
         (("policies.py:Steer", "absent.py:Steer"), "absent.py is not there"),
         (("nav2_file: gps_ekf\n", ""), "key 'nav2_file' is missing; it has the localizer's"),
-        (("time_limit: 60.0", "rate: 0.0"), "rate 0.0; allowed is more than 0 to 1000"),
+        (("time_limit: 60.0", "rate: 0.0"), "rate 0.0 must be more than 0 to 1000"),
         (("policies.py:Steer", "steered"), "unknown navigator 'steered'"),
     ],
 )

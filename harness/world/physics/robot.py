@@ -3,23 +3,20 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
-from harness.world.ranges import POSITIVE, check_ranges
 from navstack.errors import ParameterError
 from navstack.geometry import make_footprint
+from navstack.ranges import NotNegative, Parameters, up_to
 from navstack.types import FloatArray
 
-_POSITIVE = (
-    "mass height center_of_mass_height foot_radius ground_clearance wheel_radius track wheelbase caster_track "
-    "max_speed max_yaw_rate max_acceleration max_deceleration max_yaw_acceleration max_wheel_torque servo_time_constant"
-)
-_NOT_NEGATIVE = "wheel_friction body_friction rolling_resistance compute_latency"
 MAX_CORNERS, MAX_SIZE = 1000, 10.0  # of the footprint, [m] of the body
-MAX_VALUE = 1e5  # of a mass, length, speed, ...; what is larger is no robot
+# a mass, length, speed, ...; what is larger is no robot
+Size = Annotated[float, up_to(1e5)]
 
 
 @dataclass(frozen=True)
-class RobotParams:
+class RobotParams(Parameters, whose="robot"):
     """A differential drive with a box for a body: one file of ``params/robots``.
 
     The base frame's origin is on the ground below the middle of the driven axle; two casters follow
@@ -27,61 +24,56 @@ class RobotParams:
     """
 
     footprint: tuple[tuple[float, float], ...]  # [m] base frame; the body is its bounding box
-    mass: float  # [kg]
-    height: float  # [m] of the body
+    mass: Size  # [kg]
+    height: Size  # [m] of the body
     center_of_mass_x: float  # [m] base frame; between casters and axle
-    center_of_mass_height: float  # [m] above ground
-    foot_radius: float  # [m] of the spheres that stand for the treads of wheels and casters
-    ground_clearance: float  # [m] below the body
-    wheel_radius: float  # [m] of the driven wheels
-    track: float  # [m] between the driven wheels
-    wheelbase: float  # [m] from the driven axle back to the casters
-    caster_track: float  # [m] between the casters
-    wheel_friction: float  # [-] Coulomb coefficient of the driven wheels on the ground
-    rolling_resistance: float  # [-] force that rolling costs over the weight
-    max_speed: float  # [m/s]
-    max_yaw_rate: float  # [rad/s]
-    max_acceleration: float  # [m/s2] speeding up
-    max_deceleration: float  # [m/s2] slowing down
-    max_yaw_acceleration: float  # [rad/s2]
-    max_wheel_torque: float  # [N m] of each driven wheel
-    servo_time_constant: float  # [s] of the wheel speed loop
-    body_friction: float  # [-] Coulomb coefficient of the body against what it touches
+    center_of_mass_height: Size  # [m] above ground
+    foot_radius: Size  # [m] of the spheres that stand for the treads of wheels and casters
+    ground_clearance: Size  # [m] below the body
+    wheel_radius: Size  # [m] of the driven wheels
+    track: Size  # [m] between the driven wheels
+    wheelbase: Size  # [m] from the driven axle back to the casters
+    caster_track: Size  # [m] between the casters
+    wheel_friction: NotNegative  # [-] Coulomb coefficient of the driven wheels on the ground
+    rolling_resistance: NotNegative  # [-] force that rolling costs over the weight
+    max_speed: Size  # [m/s]
+    max_yaw_rate: Size  # [rad/s]
+    max_acceleration: Size  # [m/s2] speeding up
+    max_deceleration: Size  # [m/s2] slowing down
+    max_yaw_acceleration: Size  # [rad/s2]
+    max_wheel_torque: Size  # [N m] of each driven wheel
+    servo_time_constant: Size  # [s] of the wheel speed loop
+    body_friction: NotNegative  # [-] Coulomb coefficient of the body against what it touches
     bucket: tuple[float, float, float]  # [m] centre of the bucket's floor, base frame
     # [s] from an observation to the drive's hearing the command that was decided on it
-    compute_latency: float = 0.0
+    compute_latency: NotNegative = 0.0
 
-    def __post_init__(self) -> None:
-        """Check what the types cannot.
-
-        Raises:
-            ParameterError: a value out of range.
-        """
+    def _check_together(self) -> None:
         if len(self.footprint) > MAX_CORNERS:
             raise ParameterError(
-                f"robot: footprint has {len(self.footprint)} corners; at most {MAX_CORNERS} are read"
+                f"robot: footprint has {len(self.footprint)} corners; "
+                f"at most {MAX_CORNERS} are read"
             )
-        make_footprint(self.footprint)
-        if not 0.01 <= min(self.half_size) <= max(self.half_size) <= MAX_SIZE:
+        half_length, half_width = self.half_size
+        if not 0.01 <= min(half_length, half_width) <= max(half_length, half_width) <= MAX_SIZE:
             raise ParameterError(
-                f"robot: footprint reaches {self.half_size[0]} m lengthwise and {self.half_size[1]} m sideways "
+                f"robot: footprint reaches {half_length} m lengthwise and {half_width} m sideways "
                 f"from its middle; allowed are 0.01 to {MAX_SIZE:g} m"
             )
         if not all(abs(part) <= MAX_SIZE for part in self.bucket):
             raise ParameterError(
-                f"robot: bucket {list(self.bucket)} m; allowed is up to {MAX_SIZE:g} m off the base frame"
+                f"robot: bucket {list(self.bucket)} m; "
+                f"allowed is up to {MAX_SIZE:g} m off the base frame"
             )
-        limits = dict.fromkeys(_POSITIVE.split(), (POSITIVE, MAX_VALUE))
-        check_ranges("robot", self, not_negative=_NOT_NEGATIVE, within=limits)
         if not max(self.center_of_mass_height, self.ground_clearance) < self.height:
             raise ParameterError(
-                f"robot: height {self.height} m must exceed center_of_mass_height {self.center_of_mass_height} m "
-                f"and ground_clearance {self.ground_clearance} m"
+                f"robot: height {self.height} m must exceed center_of_mass_height "
+                f"{self.center_of_mass_height} m and ground_clearance {self.ground_clearance} m"
             )
         if not -self.wheelbase < self.center_of_mass_x < 0.0:
             raise ParameterError(
-                f"robot: center_of_mass_x {self.center_of_mass_x} m; allowed is between the casters at "
-                f"{-self.wheelbase} m and the axle at 0, or the robot falls over"
+                f"robot: center_of_mass_x {self.center_of_mass_x} m; allowed is between the casters "
+                f"at {-self.wheelbase} m and the axle at 0, or the robot falls over"
             )
 
     @cached_property

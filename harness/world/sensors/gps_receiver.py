@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.world.physics.body_state import BodyState
-from harness.world.ranges import TIMING, check_ranges
+from harness.world.ranges import Latency, Rate
 from harness.world.sensors.noise import GaussMarkov, NoiseStore
 from harness.world.sensors.sensor import Sensor
 from harness.world.sensors.sky import Sky
 from navstack.errors import ParameterError
+from navstack.ranges import NotNegative, Parameters, Positive, Share
 from navstack.types import FloatArray, GpsFix
 
 # [m] a receiver without error states no less, for 0 means that nothing is stated
@@ -19,42 +20,31 @@ _HALF = 0.5  # share of the sky at which multipath has its stated deviation
 
 
 @dataclass(frozen=True, slots=True)
-class GpsParams:
+class GpsParams(Parameters, whose="gps"):
     """How well the satellite receiver measures. What is left out is off."""
 
-    rate: float  # [Hz]
-    position_std: float  # [m] per axis, white
-    drift_std: float = 0.0  # [m] per axis under any sky, Gauss-Markov: orbits, clocks, atmosphere
-    drift_time: float = 600.0  # [s] its correlation time
+    rate: Rate  # [Hz]
+    position_std: NotNegative  # [m] per axis, white
+    # [m] per axis under any sky, Gauss-Markov: orbits, clocks, atmosphere
+    drift_std: NotNegative = 0.0
+    drift_time: Positive = 600.0  # [s] its correlation time
     # [m] per axis where half the sky is hidden, Gauss-Markov; grows with the hidden share
-    multipath_std: float = 0.0
-    multipath_time: float = 10.0  # [s] its correlation time
+    multipath_std: NotNegative = 0.0
+    multipath_time: Positive = 10.0  # [s] its correlation time
     # [-] of the correlated deviations that the fix's own deviation contains
-    stated_share: float = 0.0
-    lost_above: float = 1.0  # [-] hidden share of the sky above which the fix is lost; 1: never
-    found_below: float = 1.0  # [-] hidden share below which satellites are acquired again
+    stated_share: Share = 0.0
+    lost_above: Share = 1.0  # [-] hidden share of the sky above which the fix is lost; 1: never
+    found_below: Share = 1.0  # [-] hidden share below which satellites are acquired again
     # [s] from then to the next fix, mean of an exponential distribution
-    reacquisition_time: float = 0.0
+    reacquisition_time: NotNegative = 0.0
     outages: tuple[tuple[float, float], ...] = ()  # [s] from, to: no fix is measured
-    latency: float = 0.0  # [s] from measurement to delivery
+    latency: Latency = 0.0  # [s] from measurement to delivery
 
-    def __post_init__(self) -> None:
-        """Check what the types cannot.
-
-        Raises:
-            ParameterError: a value out of range.
-        """
-        check_ranges(
-            "gps",
-            self,
-            positive="drift_time multipath_time",
-            not_negative="position_std drift_std multipath_std reacquisition_time",
-            shares="stated_share lost_above found_below",
-            within=TIMING,
-        )
+    def _check_together(self) -> None:
         if self.found_below > self.lost_above:
             raise ParameterError(
-                f"gps: found_below {self.found_below} is above lost_above {self.lost_above}; give at most the same"
+                f"gps: found_below {self.found_below} is above lost_above {self.lost_above}; "
+                "give at most the same"
             )
         for start, end in self.outages:
             if not 0.0 <= start < end:

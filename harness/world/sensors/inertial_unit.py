@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.world.physics.body_state import BodyState
-from harness.world.ranges import TIMING, check_ranges
+from harness.world.ranges import Latency, Rate
 from harness.world.sensors.noise import GaussMarkov, NoiseStore, RandomWalk
 from harness.world.sensors.sensor import Sensor
 from navstack.geometry import normalize_angle
+from navstack.ranges import NotNegative, Parameters, Positive
 from navstack.types import FloatArray, Imu
 
 # [rad] a heading without error states no less, for 0 means that nothing is stated
@@ -17,36 +18,22 @@ LEAST_STATED = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
-class ImuParams:
+class ImuParams(Parameters, whose="imu"):
     """How well the inertial unit measures.
 
     Noise is white but for the gyro's bias and the heading's wander.
     """
 
-    rate: float  # [Hz]
-    yaw_std: float  # [rad] of the absolute heading
-    yaw_rate_std: float  # [rad/s]
-    yaw_rate_bias_std: float  # [rad/s] of the bias with which an episode begins
-    acceleration_std: float  # [m/s2] per axis
+    rate: Rate  # [Hz]
+    yaw_std: NotNegative  # [rad] of the absolute heading
+    yaw_rate_std: NotNegative  # [rad/s]
+    yaw_rate_bias_std: NotNegative  # [rad/s] of the bias with which an episode begins
+    acceleration_std: NotNegative  # [m/s2] per axis
     has_heading: bool = True  # whether it knows north; without, the message's yaw is nan
-    yaw_rate_bias_walk: float = 0.0  # [rad/s / sqrt(s)] random walk of the bias
-    yaw_wander_std: float = 0.0  # [rad] slow error of the heading, Gauss-Markov
-    yaw_wander_time: float = 60.0  # [s] its correlation time
-    latency: float = 0.0  # [s] from measurement to delivery
-
-    def __post_init__(self) -> None:
-        """Check what the types cannot.
-
-        Raises:
-            ParameterError: a value out of range.
-        """
-        check_ranges(
-            "imu",
-            self,
-            positive="yaw_wander_time",
-            not_negative="yaw_std yaw_rate_std yaw_rate_bias_std acceleration_std yaw_rate_bias_walk yaw_wander_std",
-            within=TIMING,
-        )
+    yaw_rate_bias_walk: NotNegative = 0.0  # [rad/s / sqrt(s)] random walk of the bias
+    yaw_wander_std: NotNegative = 0.0  # [rad] slow error of the heading, Gauss-Markov
+    yaw_wander_time: Positive = 60.0  # [s] its correlation time
+    latency: Latency = 0.0  # [s] from measurement to delivery
 
 
 class InertialUnit(Sensor[Imu]):

@@ -3,12 +3,13 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from harness.world.map.scene import Obstacle
 from harness.world.physics.body_state import BodyState
-from harness.world.ranges import POSITIVE, TIMING, check_ranges
+from harness.world.ranges import Latency, Rate
 from harness.world.sensors.glass import Glass
 from harness.world.sensors.lidar_kernels import (
     cast_circles,
@@ -20,6 +21,7 @@ from harness.world.sensors.sensor import Sensor
 from navstack.costmap.occupancy_grid import SOLID_FROM, OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.geometry import compose, relative_to
+from navstack.ranges import NotNegative, Parameters, Share, up_to, within
 from navstack.types import FloatArray, LaserScan, Pose2D
 
 MAX_BEAMS = 20_000  # ten times the densest planar lidars
@@ -37,39 +39,29 @@ class SelfFilter:
 
 
 @dataclass(frozen=True, slots=True)
-class LidarParams:
+class LidarParams(Parameters, whose="lidar"):
     """What a lidar measures and how well."""
 
-    rate: float  # [Hz]
-    beams: int  # evenly over field_of_view, the first at -field_of_view / 2
-    field_of_view: float  # [rad] at most a full turn
+    rate: Rate  # [Hz]
+    beams: Annotated[
+        int, within(1, MAX_BEAMS)
+    ]  # evenly over field_of_view, the first at -field_of_view / 2
+    field_of_view: Annotated[float, up_to(_FULL_TURN)]  # [rad] at most a full turn
     range_min: float  # [m]; nearer returns read inf
     range_max: float  # [m]; farther returns read inf
-    noise_std: float  # [m] of one range, white
+    noise_std: NotNegative  # [m] of one range, white
     mount: Pose2D  # of the sensor in the base frame
     self_filter: SelfFilter
-    dropout: float = 0.0  # [-] probability that a beam which meets something returns nothing
+    dropout: Share = 0.0  # [-] probability that a beam which meets something returns nothing
     # [-] probability that a beam which meets glass obliquely passes through
-    glass_transmission: float = 0.0
+    glass_transmission: Share = 0.0
     # [rad] from the normal of a pane; nearer to it glass always returns
-    glass_visible_angle: float = 0.0
-    latency: float = 0.0  # [s] from measurement to delivery
+    glass_visible_angle: NotNegative = 0.0
+    latency: Latency = 0.0  # [s] from measurement to delivery
     # false: beams go through them, as where a simulator's animated bodies have no surface
     sees_people: bool = True
 
-    def __post_init__(self) -> None:
-        """Check what the types cannot.
-
-        Raises:
-            ParameterError: a value out of range.
-        """
-        check_ranges(
-            "lidar",
-            self,
-            not_negative="noise_std glass_visible_angle",
-            shares="dropout glass_transmission",
-            within={**TIMING, "beams": (1, MAX_BEAMS), "field_of_view": (POSITIVE, _FULL_TURN)},
-        )
+    def _check_together(self) -> None:
         if not 0.0 <= self.range_min < self.range_max:
             raise ParameterError(
                 f"lidar: range_min {self.range_min} m, range_max {self.range_max} m; "

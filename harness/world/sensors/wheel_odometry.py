@@ -6,47 +6,34 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.world.physics.body_state import BodyState
-from harness.world.ranges import TIMING, check_ranges
+from harness.world.ranges import Latency, Rate
 from harness.world.sensors.noise import NoiseStore
 from harness.world.sensors.sensor import Sensor
 from navstack.geometry import compose, normalize_angle
+from navstack.ranges import NotNegative, Parameters
 from navstack.types import FloatArray, Odometry, Pose2D, Twist2D
 
 _GRAVITY = 9.81  # [m/s2]
 
 
 @dataclass(frozen=True, slots=True)
-class OdometryParams:
+class OdometryParams(Parameters, whose="odometry"):
     """How well the wheels measure.
 
     Scale errors and slip are drawn once per episode, the other noise is white.
     """
 
-    rate: float  # [Hz]
-    linear_scale_std: float  # [-] relative error of lengths, e.g. of the wheel radius
-    angular_scale_std: float  # [-] relative error of turns, e.g. of the track width
-    linear_noise: float  # [m / sqrt(m)] of the distance, grows with the distance driven
-    yaw_noise_per_distance: float  # [rad / sqrt(m)] of the heading
-    yaw_noise_per_turn: float  # [rad / sqrt(rad)] of the heading
-    velocity_std: float  # [m/s] of the reported forward velocity
-    yaw_rate_std: float  # [rad/s] of the reported yaw rate
+    rate: Rate  # [Hz]
+    linear_scale_std: NotNegative  # [-] relative error of lengths, e.g. of the wheel radius
+    angular_scale_std: NotNegative  # [-] relative error of turns, e.g. of the track width
+    linear_noise: NotNegative  # [m / sqrt(m)] of the distance, grows with the distance driven
+    yaw_noise_per_distance: NotNegative  # [rad / sqrt(m)] of the heading
+    yaw_noise_per_turn: NotNegative  # [rad / sqrt(rad)] of the heading
+    velocity_std: NotNegative  # [m/s] of the reported forward velocity
+    yaw_rate_std: NotNegative  # [rad/s] of the reported yaw rate
     # [-] slip ratio per traction, the acceleration in g; root mean square over episodes
-    slip: float = 0.0
-    latency: float = 0.0  # [s] from measurement to delivery
-
-    def __post_init__(self) -> None:
-        """Check what the types cannot.
-
-        Raises:
-            ParameterError: a value out of range.
-        """
-        check_ranges(
-            "odometry",
-            self,
-            not_negative="linear_scale_std angular_scale_std linear_noise yaw_noise_per_distance yaw_noise_per_turn "
-            "velocity_std yaw_rate_std slip",
-            within=TIMING,
-        )
+    slip: NotNegative = 0.0
+    latency: Latency = 0.0  # [s] from measurement to delivery
 
 
 class WheelOdometry(Sensor[Odometry]):

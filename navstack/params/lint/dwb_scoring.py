@@ -143,8 +143,8 @@ def centre_only(dwb: DwbParams, local: CostmapView, drive: Drive) -> Iterator[Fi
     if circumscribed > max(LONG_RATIO * inscribed, inscribed + LONG_MARGIN):
         yield Finding(
             f"{drive.name}.critics",
-            f"only BaseObstacle guards a footprint that reaches {circumscribed:.2f} m from the base, "
-            f"of which {inscribed:.2f} m are seen",
+            "only BaseObstacle guards a footprint that reaches "
+            f"{circumscribed:.2f} m from the base, of which {inscribed:.2f} m are seen",
             "use ObstacleFootprint instead of BaseObstacle "
             "(critics: [..., ObstacleFootprint, ...])",
         )

@@ -129,7 +129,8 @@ def demanding_progress(
     if needed > MOST_OF_TOP_SPEED * top_speed:
         yield Finding(
             f"{name}.required_movement_radius",
-            f"{radius:g} m in {time:g} s = {needed:.2f} m/s, but the top speed is {top_speed:g} m/s",
+            f"{radius:g} m in {time:g} s = {needed:.2f} m/s, "
+            f"but the top speed is {top_speed:g} m/s",
             f"movement_time_allowance: {above(5.0 * radius / top_speed, 0)}",
         )
 

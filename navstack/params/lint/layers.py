@@ -59,8 +59,8 @@ def flat_inflation(view: CostmapView) -> Iterator[Finding]:
             yield Finding(
                 f"{name}.cost_scaling_factor",
                 f"{params.cost_scaling_factor:g}/m: the cost falls only from 252 to "
-                f"{HIGHEST_SOFT_COST * left:.0f} over the {width:.2f} m beyond the inscribed radius, "
-                "then to 0",
+                f"{HIGHEST_SOFT_COST * left:.0f} over the {width:.2f} m "
+                "beyond the inscribed radius, then to 0",
                 f"cost_scaling_factor: {math.log(20.0) / width:.1f} (5 % are left at the edge)",
             )
 
@@ -132,7 +132,8 @@ def no_inflation(subject: Subject, view: CostmapView) -> Iterator[Finding]:
         yield Finding(
             "plugins",
             "no enabled InflationLayer",
-            'add one as the last layer: inflation_layer: {plugin: "nav2_costmap_2d::InflationLayer", '
+            "add one as the last layer: inflation_layer: "
+            '{plugin: "nav2_costmap_2d::InflationLayer", '
             f"inflation_radius: {above(view.circumscribed + 0.2)}}}",
         )
 

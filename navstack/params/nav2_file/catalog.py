@@ -22,7 +22,7 @@ class Catalog:
 
     @staticmethod
     def build() -> "Catalog":
-        """The catalog of this program's plugins and of installed packages' (``navstack.plugins``)."""
+        """The catalog of this program's plugins and those of installed packages."""
         families, available = {}, {}
         for family, types in nodes.FAMILIES.items():
             known = {**types, **algorithms(family)}

@@ -110,7 +110,7 @@ class Checker:
         self._check(known[kind].keys, child, f"{where}.", params, plugin)
 
     def _params_of(self, place: Place, plugins: PluginList, kind: str) -> Params | None:
-        """The dataclass of a plugin: from the table, for a critic the parent's field of its name."""
+        """The dataclass of a plugin: from the table, of a critic from the parent's fields."""
         if not place.params:
             return None
         if plugins.name_is_type and kind in place.nested_params:

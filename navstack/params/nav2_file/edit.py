@@ -72,11 +72,12 @@ def set_values(text: str, changes: Sequence[tuple[tuple[str, ...], str, Value]],
 def _new_node(text: str, path: tuple[str, ...], parameters: Mapping[str, Value]) -> str:
     """The lines of a node that a text does not have yet."""
     indented = "".join(f"{'  ' * depth}{part}:\n" for depth, part in enumerate((*path, PARAMETERS)))
-    indent, separator = "  " * (len(path) + 1), "" if not text or text.endswith("\n") else "\n"
-    lines = "".join(
-        f"{indent}{name}: {format_value(value)}\n" for name, value in parameters.items()
-    )
-    return f"{separator}\n{indented}{lines}".replace("\n", _line_end(text))
+    indent, added = "  " * (len(path) + 1), f"\n{indented}"
+    for name, value in parameters.items():
+        added += f"{indent}{name}: {format_value(value)}\n"
+    if text and not text.endswith("\n"):
+        added = f"\n{added}"
+    return added.replace("\n", _line_end(text))
 
 
 def _replacement(document: Document, node: NodeText, name: str, value: Value, where: str) -> _Edit:
@@ -89,10 +90,9 @@ def _replacement(document: Document, node: NodeText, name: str, value: Value, wh
     if document.text[entry.start] == "&":
         advice = "which ROS refuses; write its value out to change it"
         raise ParameterError(f"{where}: line {entry.line}: {name} has a YAML anchor, {advice}")
-    kept = _kept_decimal(value, entry.value)
-    return _Edit(
-        entry.start, entry.end, _replaced(document.text[entry.start : entry.end], kept, entry.value)
-    )
+    old = document.text[entry.start : entry.end]
+    new = _replaced(old, _kept_decimal(value, entry.value), entry.value)
+    return _Edit(entry.start, entry.end, new)
 
 
 def _replaced(old: str, value: Value, known: Value) -> str:
@@ -100,35 +100,46 @@ def _replaced(old: str, value: Value, known: Value) -> str:
 
     ``old`` of a block list begins behind the colon.
     """
-    root = compose_text(old) if isinstance(value, list) and "*" not in old else None
-    if isinstance(root, SequenceNode) and isinstance(value, list) and isinstance(known, list):
-        if len(value) == len(known) and all(isinstance(item, ScalarNode) for item in root.value):
-            for item, new, before in reversed(list(zip(root.value, value, known, strict=True))):
+    if isinstance(value, list) and isinstance(known, list) and len(value) == len(known):
+        items = _scalars(old)
+        if items:
+            for item, new, before in reversed(list(zip(items, value, known, strict=True))):
                 if new != before:
-                    old = (
-                        old[: item.start_mark.index]
-                        + format_value(new)
-                        + old[item.end_mark.index :]
-                    )
+                    head, tail = old[: item.start_mark.index], old[item.end_mark.index :]
+                    old = head + format_value(new) + tail
             return old
-    blank = " " if old[:1].isspace() or not old else ""
-    return blank + format_value(value)
+    text = format_value(value)
+    if old[:1].isspace() or not old:
+        text = f" {text}"
+    return text
+
+
+def _scalars(old: str) -> list[ScalarNode]:
+    """The entries of a list's text; none if it is something else, or has aliases or lists."""
+    if "*" in old:
+        return []
+    root = compose_text(old)
+    if not isinstance(root, SequenceNode):
+        return []
+    if not all(isinstance(item, ScalarNode) for item in root.value):
+        return []
+    return list(root.value)
 
 
 def _line_end(text: str) -> str:
-    return "\r\n" if "\r\n" in text else "\n"
+    if "\r\n" in text:
+        return "\r\n"
+    return "\n"
 
 
 def format_value(value: Value) -> str:
-    """A value as ROS reads it back: decimals keep their point, texts are quoted unless they are plain names."""
+    """A value as ROS reads it back: decimals keep their point, texts are quoted."""
     if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, float):
-        if math.isinf(value):
-            return ".inf" if value > 0 else "-.inf"
-        return ".nan" if math.isnan(value) else repr(value)
-    if isinstance(value, int):
-        return str(value)
+        return str(value).lower()
+    if isinstance(value, float) and not math.isfinite(value):
+        return {"inf": ".inf", "-inf": "-.inf", "nan": ".nan"}[str(value)]
+    if isinstance(value, int | float):
+        return repr(value)
     if isinstance(value, str):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     return "[" + ", ".join(format_value(item) for item in value) + "]"
@@ -147,7 +158,7 @@ def _kept_decimal(new: Value, old: Value) -> Value:
 
 
 def _addition(document: Document, mapping: MappingNode, name: str, value: Value) -> _Edit:
-    """A line below the last one of the innermost namespace that a node's mapping already has for ``name``.
+    """A line below the last one of the innermost namespace that a node has for ``name``.
 
     Within braces it comes before the first entry: behind the last one a comment may follow.
     """
@@ -158,7 +169,8 @@ def _addition(document: Document, mapping: MappingNode, name: str, value: Value)
         start = mapping.value[0][0].start_mark.index
         return _Edit(start, start, f"{line}, ")
     end = text.find("\n", end_index(mapping, text))
-    end = len(text) if end < 0 else end
+    if end < 0:
+        end = len(text)
     indent = mapping.value[0][0].start_mark.column
     end -= text[:end].endswith("\r")
     return _Edit(end, end, f"{_line_end(text)}{' ' * indent}{line}", indent)

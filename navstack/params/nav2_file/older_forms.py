@@ -26,7 +26,10 @@ def convert_older_forms(node: str, entries: dict[str, Entry]) -> list[Notice]:
         message = "a list of numbers, read as the text that Nav2 insists on"
         notices += _convert_polygon(node, entries, "footprint", TRIANGLE, message)
     if node == MONITOR:
-        message = "a list of numbers, as up to Nav2 Iron; read as today's text, which newer releases insist on"
+        message = (
+            "a list of numbers, as up to Nav2 Iron; "
+            "read as today's text, which newer releases insist on"
+        )
         for name in names_of(entries, "polygons"):
             notices += _convert_polygon(node, entries, f"{name}.points", FEWEST_VERTICES, message)
     return notices
@@ -75,7 +78,9 @@ def _pairs(value: Value, fewest: int) -> list[list[float]]:
         numbers = [number for pair in numbers if isinstance(pair, list) for number in pair]
     if len(numbers) < 2 * fewest or len(numbers) % 2:
         return []
-    flat = [float(number) for number in numbers if type(number) in (int, float)]  # type: ignore[arg-type]
-    if len(flat) < len(numbers):
-        return []
+    flat = []
+    for number in numbers:
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            return []
+        flat.append(float(number))
     return [list(pair) for pair in zip(flat[::2], flat[1::2], strict=True)]

@@ -32,7 +32,7 @@ _SPECIAL = re.compile(r"[+-]?\.?(inf|nan)", re.IGNORECASE)
 
 
 def parse_scalar(text: str, quoted: bool = False) -> Scalar:
-    """One scalar as rcl reads it: hexadecimal and octal integers, ``1e-3`` a float, ``yes`` and ``on`` true."""
+    """One scalar as rcl reads it: octal integers, ``1e-3`` a float, ``yes`` and ``on`` true."""
     if quoted:
         return text
     if text in _TRUE or text in _FALSE:
@@ -47,16 +47,22 @@ def parse_scalar(text: str, quoted: bool = False) -> Scalar:
 
 
 def is_placeholder(value: object) -> bool:
-    """Whether a text is one that launch files replace: ``$(var x)``, ``<robot_namespace>``, ``KEEPOUT_ENABLED``."""
+    """Whether launch files replace a text: ``$(var x)``, ``<namespace>``, ``KEEPOUT_ENABLED``."""
     return isinstance(value, str) and _PLACEHOLDER.fullmatch(value) is not None
 
 
 def _integer(text: str) -> int | float:
-    digits = text.lstrip("+-")
-    base = 16 if digits[:2] in ("0x", "0X") else 8 if digits[0] == "0" else 10
-    magnitude = int(digits, base)
-    value = -magnitude if text[0] == "-" else magnitude
-    return value if -(2**63) <= value < 2**63 else float(text)
+    digits, base = text.lstrip("+-"), 10
+    if digits[:2] in ("0x", "0X"):
+        base = 16
+    elif digits[0] == "0":
+        base = 8
+    value = int(digits, base)
+    if text[0] == "-":
+        value = -value
+    if -(2**63) <= value < 2**63:
+        return value
+    return float(text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +149,9 @@ class _Reader:
                     "empty", line, f"{'/'.join(here)} has no content; ROS refuses such a file"
                 )
             else:
-                hint = did_you_mean(path[-1], [PARAMETERS]) if path else ""
+                hint = ""
+                if path:
+                    hint = did_you_mean(path[-1], [PARAMETERS])
                 raise ParameterError(
                     f"{self._where}: line {line}: '{'.'.join(here)}' stands outside {PARAMETERS}"
                     f"; expected <node>: {PARAMETERS}: <parameters>{hint}"
@@ -155,8 +163,10 @@ class _Reader:
                 f"{self._where}: line {line}: {PARAMETERS} stands without a node name above it"
             )
         entries: dict[str, Entry] = {}
+        mapping = None
         if isinstance(value, MappingNode):
-            self._flatten("", value, entries, "/".join(path))
+            mapping = value
+            self._flatten("", mapping, entries, "/".join(path))
         elif _is_empty(value):
             self._remark(
                 "empty", line, f"{'/'.join(path)} has no parameters; ROS refuses such a file"
@@ -165,7 +175,6 @@ class _Reader:
             raise ParameterError(
                 f"{self._where}: line {line}: {PARAMETERS} of {'/'.join(path)} is not a mapping"
             )
-        mapping = value if isinstance(value, MappingNode) else None
         self._document.nodes.append(NodeText(path, entries, line, mapping))
 
     def _flatten(
@@ -182,12 +191,10 @@ class _Reader:
             else:
                 if dotted in entries:
                     self._duplicate(f"{node}: {dotted}", line, entries.pop(dotted).line)
+                start = value.start_mark.index
                 is_block_list = isinstance(value, SequenceNode) and not value.flow_style
-                start = (
-                    key.end_mark.index + 1
-                    if is_block_list and not is_alias(key, value)
-                    else value.start_mark.index
-                )
+                if is_block_list and not is_alias(key, value):
+                    start = key.end_mark.index + 1
                 read = self._value(value, f"{node}: {dotted}")
                 end = end_index(value, self._document.text)
                 entries[dotted] = Entry(read, line, start, end, key.end_mark.index)

@@ -26,7 +26,10 @@ def source_notices(parameters: Parameters) -> list[Notice]:
             first = topic
             continue
         else:
-            message = f"the scan of topic '{topic}' is that of '{first}' here: the robot has one planar scan"
+            message = (
+                f"the scan of topic '{topic}' is that of '{first}' here: "
+                "the robot has one planar scan"
+            )
         given = entries.get(f"{source}.data_type") or entries.get(f"{source}.topic")
         line = 0 if given is None else given.line
         notices.append(Notice("substitute", f"{node}: {source}", message, line=line))
@@ -55,7 +58,10 @@ def monitor_notices(parameters: Parameters) -> list[Notice]:
         if kind.value == "pointcloud":
             message = "a pointcloud runs on the robot's planar scan"
         elif kind.value in OTHER_SOURCES:
-            message = f"there is no sensor of type '{kind.value}' here: it sees nothing and never grows stale"
+            message = (
+                f"there is no sensor of type '{kind.value}' here: "
+                "it sees nothing and never grows stale"
+            )
         else:
             continue
         notices.append(Notice("substitute", f"{MONITOR}: {name}", message, line=kind.line))

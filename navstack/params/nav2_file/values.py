@@ -70,9 +70,9 @@ def read_values(
 
 def _made(cls: type[T], values: Mapping[str, Any], prefix: str) -> T:
     """The dataclass with these values, by parameter."""
-    fields = {field.name: parameter_of(field.name) for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
+    fields = {parameter_of(field.name): field.name for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
     try:
-        made = cls(**{field: values[name] for field, name in fields.items() if name in values})
+        made = cls(**{fields[name]: value for name, value in values.items()})
     except InputError as error:
         raise _OutOfRangeError(cls, prefix, str(error)) from None
     for name, value in values.items():  # what the dataclass itself takes at any size
@@ -120,7 +120,8 @@ def _warnings_of(name: str, kind: Any, path: str, entry: Entry) -> Iterator[Noti
         yield _whole_number(path, entry)
     known, usual = CHOICES.get(name, ((), 0))
     if known and type(entry.value) is int and entry.value not in known:
-        message = f"{_shown(entry.value)} is none of {', '.join(map(str, known))}; Nav2 warns and takes {usual}"
+        names = ", ".join(map(str, known))
+        message = f"{_shown(entry.value)} is none of {names}; Nav2 warns and takes {usual}"
         yield Notice("replaced-value", path, message, f"{name}: {usual}", entry.line)
     if _is_left_open(kind, entry):
         message = f"{_shown(entry.value)} is left to a launch file; Nav2's default is read"

@@ -1,9 +1,10 @@
-"""Polygons as Nav2 writes them in a text (``nav2_util/array_parser.cpp``, ``nav2_costmap_2d/array_parser.cpp``)."""
+"""Polygons as Nav2 writes them in a text (``array_parser.cpp``)."""
 
 import re
 
 _TOKEN = re.compile(
-    r"(?P<blank>[, \t])|(?P<bracket>[\[\]])|\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
+    r"(?P<blank>[, \t])|(?P<bracket>[\[\]])"
+    r"|\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
 )
 DEPTH = 2  # of the brackets around numbers
 
@@ -33,4 +34,6 @@ def parse_vertices(text: str) -> list[list[float]] | None:
             depth -= 1
         if not 0 <= depth <= DEPTH:
             return None
-    return found if depth == 0 else None
+    if depth:
+        return None
+    return found

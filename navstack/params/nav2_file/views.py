@@ -71,9 +71,8 @@ def read_behaviors(nav2: Nav2File) -> list[Plugin]:
     The check of the file warns of the others.
     """
     names = read_behavior_server(nav2).behavior_plugins
-    return [
-        _plugin(nav2, BEHAVIORS, "behaviors", name) for name in names if _has_behavior(nav2, name)
-    ]
+    available = [name for name in names if _has_behavior(nav2, name)]
+    return [_plugin(nav2, BEHAVIORS, "behaviors", name) for name in available]
 
 
 def _has_behavior(nav2: Nav2File, name: str) -> bool:
@@ -104,33 +103,25 @@ def _read_zone(nav2: Nav2File, name: str) -> PolygonParams:
 
 
 def read_planner(nav2: Nav2File) -> Plugin:
-    """The planner that drives: GridBased, for which Nav2's default tree asks, or else the first one listed."""
-    return _first(
-        nav2,
-        PLANNER,
-        "planners",
-        preferred(DEFAULT_PLANNER, read_planner_server(nav2).planner_plugins),
-    )
+    """The planner that drives: GridBased, for which Nav2's default tree asks, else the first."""
+    names = preferred(DEFAULT_PLANNER, read_planner_server(nav2).planner_plugins)
+    return _first(nav2, PLANNER, "planners", names)
 
 
 def read_planners(nav2: Nav2File) -> list[Plugin]:
     """All planners that the file lists."""
-    return [
-        _plugin(nav2, PLANNER, "planners", name)
-        for name in read_planner_server(nav2).planner_plugins
-    ]
+    names = read_planner_server(nav2).planner_plugins
+    return [_plugin(nav2, PLANNER, "planners", name) for name in names]
 
 
 def read_smoothers(nav2: Nav2File) -> list[Plugin]:
     """All path smoothers that the file lists; Nav2's default tree uses none."""
-    return [
-        _plugin(nav2, SMOOTHER, "smoothers", name)
-        for name in names_in(nav2.value(SMOOTHER, "smoother_plugins"))
-    ]
+    names = names_in(nav2.value(SMOOTHER, "smoother_plugins"))
+    return [_plugin(nav2, SMOOTHER, "smoothers", name) for name in names]
 
 
 def read_controller(nav2: Nav2File) -> Plugin:
-    """The controller that drives: FollowPath, for which Nav2's default tree asks, or else the first one listed."""
+    """The controller that drives: FollowPath, for which the default tree asks, else the first."""
     names = preferred(DEFAULT_CONTROLLER, read_controller_server(nav2).controller_plugins)
     return _first(nav2, CONTROLLER, "controllers", names)
 
@@ -157,7 +148,8 @@ def read_primary_controller(nav2: Nav2File, shim: Plugin) -> Plugin:
     kind = plugin_type(value)
     if kind == shim.type:
         raise ParameterError(
-            f"{where}: a rotation shim cannot be its own primary controller; name another, {_FOR_EXAMPLE}"
+            f"{where}: a rotation shim cannot be its own primary controller; "
+            f"name another, {_FOR_EXAMPLE}"
         )
     refusal = nav2.catalog.refusal("controllers", kind)
     if refusal:
@@ -170,9 +162,8 @@ def read_goal_checker(nav2: Nav2File) -> Plugin:
 
     Nav2's default tree names none, and Nav2 takes the only one or fails.
     """
-    return _first(
-        nav2, CONTROLLER, "goal_checkers", read_controller_server(nav2).goal_checker_plugins
-    )
+    names = read_controller_server(nav2).goal_checker_plugins
+    return _first(nav2, CONTROLLER, "goal_checkers", names)
 
 
 def read_progress_checker(nav2: Nav2File) -> Plugin:
@@ -180,24 +171,22 @@ def read_progress_checker(nav2: Nav2File) -> Plugin:
 
     As for the goal checker, Nav2 takes the only one or fails.
     """
-    return _first(
-        nav2, CONTROLLER, "progress_checkers", read_controller_server(nav2).progress_checker_plugins
-    )
+    names = read_controller_server(nav2).progress_checker_plugins
+    return _first(nav2, CONTROLLER, "progress_checkers", names)
 
 
 def read_dwb(nav2: Nav2File, name: str = "FollowPath") -> DwbParams:
     """DWB and its critics, as the controller itself or below a rotation shim."""
     params = nav2.read(DwbParams, CONTROLLER, name)
     own, named = nested_params(DwbParams), {}
-    types = {**nav2.catalog.available.get("dwb_critics", {}), **own}
+    types = {**nav2.catalog.available["dwb_critics"], **own}
     for critic in params.critics:
-        kind = nav2.catalog.critic_type(
-            "dwb_critics", nav2.value(CONTROLLER, f"{name}.{critic}.class", critic)
-        )
+        given = nav2.value(CONTROLLER, f"{name}.{critic}.class", critic)
+        kind = nav2.catalog.critic_type("dwb_critics", given)
         read = types.get(kind)
         if read is not None and (kind != critic or kind not in own):
             named[critic] = NamedCritic(kind, nav2.read(read, CONTROLLER, name, critic))
-    return replace(params, named_critics=named) if named else params
+    return replace(params, named_critics=named)
 
 
 def read_mppi(nav2: Nav2File, name: str = "FollowPath") -> MppiParams:
@@ -206,16 +195,14 @@ def read_mppi(nav2: Nav2File, name: str = "FollowPath") -> MppiParams:
     Raises:
         ParameterError: a critic considers the footprint of a robot that is given by its radius.
     """
-    params = nav2.read(
-        MppiParams, CONTROLLER, name, local_costs=_local_costs(read_costmap(nav2, "local_costmap"))
-    )
+    local_costs = _local_costs(read_costmap(nav2, "local_costmap"))
+    params = nav2.read(MppiParams, CONTROLLER, name, local_costs=local_costs)
     for critic in params.critics:
-        if params.local_costs.is_round and getattr(
-            getattr(params, critic), "consider_footprint", False
-        ):
+        considers = getattr(getattr(params, critic), "consider_footprint", False)
+        if local_costs.is_round and considers:
             raise ParameterError(
-                f"{nav2.path.name}: {CONTROLLER}: {name}.{critic}.consider_footprint is true, but local_costmap has no "
-                "footprint; give it one, or set this to false"
+                f"{nav2.path.name}: {CONTROLLER}: {name}.{critic}.consider_footprint is true, "
+                "but local_costmap has no footprint; give it one, or set this to false"
             )
     return params
 
@@ -298,12 +285,16 @@ def _params(nav2: Nav2File, node: str, family: str, kind: str, name: str) -> Any
         return read_dwb(nav2, name)
     if params is MppiParams:
         return read_mppi(nav2, name)
-    return None if params is None else nav2.read(params, node, name)
+    if params is None:
+        return None
+    return nav2.read(params, node, name)
 
 
 def preferred(name: str, names: tuple[str, ...]) -> tuple[str, ...]:
     """The names, with the one for which the default tree asks in front."""
-    return (name, *names) if name in names else names
+    if name in names:
+        return (name, *names)
+    return names
 
 
 def _first(nav2: Nav2File, node: str, family: str, names: tuple[str, ...]) -> Plugin:

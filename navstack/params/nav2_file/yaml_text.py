@@ -22,7 +22,7 @@ _DIGITS = "Exceeds the limit"  # begins what Python says of an endless integer
 
 
 class _BoundedComposer(Composer):
-    """Refuses deep nesting, too many values, and aliases that multiply them or contain themselves."""
+    """Refuses deep nesting, too many values, and aliases that multiply or contain themselves."""
 
     def __init__(self, loader: Any = None) -> None:
         super().__init__(loader)
@@ -88,16 +88,15 @@ def guarded(read: Callable[[], T], where: str) -> T:
     try:
         return read()
     except MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else "?"
-        raise ParameterError(
-            f"{where}: line {line} is not valid YAML: {error.problem or error.context}"
-        ) from None
+        line = "?"
+        if error.problem_mark:
+            line = str(error.problem_mark.line + 1)
+        problem = error.problem or error.context
+        raise ParameterError(f"{where}: line {line} is not valid YAML: {problem}") from None
     except (YAMLError, ValueError) as error:
-        reason = (
-            "a number with thousands of digits"
-            if str(error).startswith(_DIGITS)
-            else _first_line(error)
-        )
+        reason = _first_line(error)
+        if reason.startswith(_DIGITS):
+            reason = "a number with thousands of digits"
         raise ParameterError(f"{where}: is not valid YAML: {reason}") from None
 
 
@@ -108,4 +107,4 @@ def _reader() -> YAML:
 
 
 def _first_line(error: Exception) -> str:
-    return str(error).splitlines()[0] if str(error) else type(error).__name__
+    return next(iter(str(error).splitlines()), type(error).__name__)

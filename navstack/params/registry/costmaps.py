@@ -16,8 +16,8 @@ _SPREAD = ("navstack.costmap.inflation_kernels", "navstack.costmap.spread_kernel
 _BEAMS = (*_MAP, "navstack.costmap.cell_kernels", "navstack.costmap.beam_kernels", *_SPREAD)
 _INFLATION = Entry(params=InflationLayerParams, kernels=_SPREAD)
 _PLANAR = (
-    "runs as an obstacle layer on the robot's planar scan: one return marks its cell, whatever its height and "
-    "mark_threshold"
+    "runs as an obstacle layer on the robot's planar scan: "
+    "one return marks its cell, whatever its height and mark_threshold"
 )
 
 LAYERS = family(

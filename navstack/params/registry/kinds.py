@@ -12,8 +12,9 @@ NUMBERS = DECIMALS | WHOLE_NUMBERS | _EITHER
 
 def wrong_kind(name: str, value: object) -> str:
     """What a value should be and is not; empty if it is, or if nothing is known about its name."""
-    if name in SWITCHES:
-        return "" if isinstance(value, bool) else "true or false"
-    if name in NUMBERS:
-        return "" if isinstance(value, int | float) and not isinstance(value, bool) else "a number"
+    is_switch = isinstance(value, bool)
+    if name in SWITCHES and not is_switch:
+        return "true or false"
+    if name in NUMBERS and (is_switch or not isinstance(value, int | float)):
+        return "a number"
     return ""

@@ -22,8 +22,10 @@ def family(name: str, here: Mapping[str, Entry]) -> Family:
         name: of the family.
         here: those that run here, without what Nav2 declares.
     """
-    params = {kind: entry.params for kind, entry in here.items() if entry.params is not None}
-    read = nested_params(CRITICS[name]) if name in CRITICS else params
+    if name in CRITICS:
+        read = nested_params(CRITICS[name])
+    else:
+        read = {kind: entry.params for kind, entry in here.items() if entry.params is not None}
     tables = NAV2["families"][name]
     declared = blocks({**tables, **{kind: {} for kind in here if kind not in tables}}, read)
     selector = words(_SELECTORS.get(name, "plugin"))
@@ -50,8 +52,12 @@ def blocks(tables: Mapping[str, Any], read: Mapping[str, Params]) -> dict[str, B
 def block_of(table: Mapping[str, Any], params: Params | None = None) -> Block:
     """The block of a table, with the parameters of the dataclass that reads it."""
     given = {key: value for key, value in table.items() if key != "as_in"}
-    nested = nested_params(params) if params is not None else {}
-    own = parameters(params) if params is not None and "keys" not in given else frozenset()
+    nested: Mapping[str, Params] = {}
+    own: frozenset[str] = frozenset()
+    if params is not None:
+        nested = nested_params(params)
+        if "keys" not in given:
+            own = parameters(params)
     return Block(
         keys=own | words(given.pop("keys", "")) | words(given.pop("unread", "")),
         groups=blocks(given.pop("groups", {}), nested),

@@ -30,7 +30,8 @@ PLANNERS = family(
             make="navstack.planning.smac.pose_planner:SmacLattice",
             params=SmacLatticeParams,
             needs=("robot_shape",),
-            note="where lattice_filepath names no file here, a lattice of 0.5 m of turning radius is made",
+            note="where lattice_filepath names no file here, "
+            "a lattice of 0.5 m of turning radius is made",
         ),
         "nav2_theta_star_planner::ThetaStarPlanner": Entry(
             make="navstack.planning.theta_star:ThetaStarPlanner", params=ThetaStarParams

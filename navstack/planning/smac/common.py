@@ -38,7 +38,7 @@ def searched(
 
 
 def downsampled(costmap: Costmap, factor: int) -> Costmap:
-    """A costmap of larger cells, each with the highest cost of those below it (``costmap_downsampler.cpp``)."""
+    """A costmap of larger cells, each with the highest cost below (``costmap_downsampler.cpp``)."""
     if factor == 1:
         return costmap
     height, width = costmap.data.shape

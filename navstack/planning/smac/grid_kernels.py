@@ -1,4 +1,4 @@
-"""A* on the cells of a costmap: Node2D of nav2_smac_planner, and the heuristic that Hybrid-A* takes from it."""
+"""A* on the cells of a costmap (Node2D of nav2_smac_planner), and a heuristic for Hybrid-A*."""
 
 import heapq
 import math

@@ -48,10 +48,8 @@ def make_field(
 ) -> tuple[Field, list[tuple[float, int]]]:
     """A field in which only the goal's square is waiting."""
     coarse = goal.coarse
-    columns, rows = (
-        (ground.costs.shape[1] + coarse - 1) // coarse,
-        (ground.costs.shape[0] + coarse - 1) // coarse,
-    )
+    columns = (ground.costs.shape[1] + coarse - 1) // coarse
+    rows = (ground.costs.shape[0] + coarse - 1) // coarse
     ways = np.full(columns * rows, np.inf, dtype=np.float32)
     goal_x, goal_y = int(goal.pose[0]) // coarse, int(goal.pose[1]) // coarse
     target = goal_y * columns + goal_x
@@ -98,12 +96,13 @@ def way_to_goal(
             if ground.blocked[cost]:
                 if math.hypot(u - field.goal_x, v - field.goal_y) > field.buried:
                     continue
-                cost = 0  # nobody drives there: the way tells how far from the goal the robot is
+                cost = 0  # nobody drives there: the way is the distance from the goal
             length = math.sqrt(2.0) if k >= 4 else 1.0
-            way = field.ways[n] + length * (
-                1.0 + cost_penalty * min(float(cost), FULL_COST) / FULL_COST
-            )
+            share = cost_penalty * min(float(cost), FULL_COST) / FULL_COST
+            way = field.ways[n] + length * (1.0 + share)
             if way < field.ways[m]:
                 field.ways[m] = way
                 heapq.heappush(waiting, (way + octile(u - field.towards_x, v - field.towards_y), m))
-    return field.coarse * float(field.ways[wanted]) if field.is_known[wanted] else math.inf
+    if not field.is_known[wanted]:
+        return math.inf
+    return field.coarse * float(field.ways[wanted])

@@ -58,10 +58,12 @@ def arcs(bins: int, radius: float, reverses: bool) -> Motions:
     turns = max(1, math.ceil(angle / size - 1e-9))
     angle = turns * size
     chord = 2.0 * radius * math.sin(angle / 2.0)
-    table = []
+    signs, table = [1], []
+    if reverses:
+        signs.append(-1)
     for b in range(bins):
         found = []
-        for sign in (1, -1) if reverses else (1,):
+        for sign in signs:
             found.append(_arc(b, b, size, 0.0, sign * chord, STRAIGHT, sign < 0))
             for side, kind in ((1, LEFT), (-1, RIGHT)):
                 end = (b + sign * side * turns) % bins
@@ -126,7 +128,7 @@ def _shortest_turn(headings: FloatArray, b: int, end: int, radius: float) -> _Mo
 def _line_and_arc(
     headings: FloatArray, b: int, end: int, place: tuple[int, int], radius: float
 ) -> _Motion | None:
-    """The motion from (0, 0) to a place [cells], where one straight piece and one arc of enough radius lead there."""
+    """The motion from (0, 0) to a place [cells] by one straight piece and one wide enough arc."""
     first, last = float(headings[b]), float(headings[end])
     turn = (last - first + math.pi) % (2.0 * math.pi) - math.pi
     x, y = place
@@ -156,13 +158,12 @@ def _line_and_arc(
     )
     poses = _along(first, pieces)
     poses[-1] = (x, y, last)
-    return _Motion(
-        end, LEFT if turn > 0.0 else RIGHT, False, sum(length for length, _ in pieces), poses
-    )
+    kind = LEFT if turn > 0.0 else RIGHT
+    return _Motion(end, kind, False, sum(length for length, _ in pieces), poses)
 
 
 def _along(yaw: float, pieces: tuple[tuple[float, float], ...]) -> FloatArray:
-    """Poses (n, 3) along pieces of a length [cells] and a curvature [1/cells] from the origin, without the start."""
+    """Poses (n, 3) from the origin along pieces of a length [cells] and a curvature [1/cells]."""
     total = sum(length for length, _ in pieces)
     count = max(1, math.ceil(total / STEP - 1e-9))
     poses, x, y = [], 0.0, 0.0
@@ -202,9 +203,8 @@ def read_lattice(path: Path, resolution: float) -> Motions:
     try:
         content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         made_for = float(content["lattice_metadata"]["grid_resolution"])
-        headings = np.array(content["lattice_metadata"]["heading_angles"], dtype=np.float64) % (
-            2.0 * math.pi
-        )
+        angles = np.array(content["lattice_metadata"]["heading_angles"], dtype=np.float64)
+        headings = angles % (2.0 * math.pi)
         primitives = [_stored(primitive, made_for) for primitive in content["primitives"]]
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
         raise ParameterError(f"lattice file {path}: is none of Nav2's: {error!r}") from None
@@ -231,9 +231,13 @@ def _stored(primitive: dict[str, Any], resolution: float) -> tuple[int, _Motion]
         kind = IN_PLACE
     elif start == end:
         kind = STRAIGHT
+    elif primitive["left_turn"]:
+        kind = LEFT
     else:
-        kind = LEFT if primitive["left_turn"] else RIGHT
-    moved = poses[np.hypot(poses[:, 0], poses[:, 1]) > 1e-9] if length > 0.0 else poses[-1:]
+        kind = RIGHT
+    moved = poses[-1:]
+    if length > 0.0:
+        moved = poses[np.hypot(poses[:, 0], poses[:, 1]) > 1e-9]
     return start, _Motion(end, kind, False, length, moved)
 
 

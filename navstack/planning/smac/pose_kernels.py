@@ -1,4 +1,4 @@
-"""A* over poses: the loop that Hybrid-A* and the state lattice share (``a_star.cpp``, ``node_hybrid.cpp``)."""
+"""A* over poses for Hybrid-A* and the state lattice (``a_star.cpp``, ``node_hybrid.cpp``)."""
 
 import heapq
 import math
@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from navstack.costmap.costmap import NO_INFORMATION
 from navstack.jit import njit
 from navstack.planning.dubins import curve, is_curve_free, shortest_word, stands_free
 from navstack.planning.ompl_kernels import has_room, is_free
@@ -39,7 +40,9 @@ def step_cost(
         way *= penalties.non_straight
         if before != kind and before >= 0 and before != STRAIGHT:
             way *= 1.0 + penalties.change / penalties.non_straight
-    return way * penalties.reverse if backwards else way
+    if backwards:
+        way *= penalties.reverse
+    return way
 
 
 @njit()
@@ -75,7 +78,8 @@ def curve_to(
         dearest = 0
         for i in range(len(poses)):
             cost = ground.costs[int(poses[i, 1]), int(poses[i, 0])]
-            dearest = max(dearest, 0 if cost == 255 else cost)
+            if cost != NO_INFORMATION:
+                dearest = max(dearest, cost)
         if dearest <= expansion.max_cost:
             best, shortest = poses, t + p + q
     return best
@@ -96,9 +100,9 @@ def expand(
 ) -> int:
     """Take in where the motions from node ``n`` lead; returns how many nodes there are now."""
     x, y, b = nodes.places[n, 0], nodes.places[n, 1], nodes.headings[n]
-    before = (
-        -1 if nodes.parents[n] < 0 else motions.kinds[nodes.headings[nodes.parents[n]], nodes.by[n]]
-    )
+    before = -1
+    if nodes.parents[n] >= 0:
+        before = motions.kinds[nodes.headings[nodes.parents[n]], nodes.by[n]]
     height, width = ground.costs.shape
     bins, each = motions.ends.shape
     for k in range(each):
@@ -188,7 +192,7 @@ def search_poses(
     penalties: Penalties,
     way: Expansion,
 ) -> Found:
-    """A* from a pose (3,) [cells, cells, rad] with the number of its heading, over motions, to a goal."""
+    """A* over motions from a pose (3,) [cells, cells, rad] with its heading's number to a goal."""
     bins, each = motions.ends.shape
     field, waiting = make_field(ground, start, goal)
     # for a literal numba would compile what takes it once more

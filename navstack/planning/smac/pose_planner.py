@@ -1,18 +1,17 @@
-"""Hybrid-A* and A* on a state lattice: SmacPlannerHybrid and SmacPlannerLattice of nav2_smac_planner."""
+"""Hybrid-A* and A* on a state lattice, as nav2_smac_planner has them."""
 
 import math
 from abc import abstractmethod
 from pathlib import Path as FilePath
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Costmap
 from navstack.params.smac import REEDS_SHEPP, SmacHybridParams, SmacLatticeParams, iterations_of
 from navstack.planning.dubins import is_curve_free
 from navstack.planning.endpoints import require_on_map, single_pose, to_cells
 from navstack.planning.ompl_kernels import blocked_table
-from navstack.planning.planner import Planner, RobotShape
+from navstack.planning.planner import Planner, RobotShape, convex_hull
 from navstack.planning.smac.common import in_cells, in_metres, no_way, searched, smoothed
 from navstack.planning.smac.motions import Motions, arcs, lattice, read_lattice
 from navstack.planning.smac.pose_kernels import Found, search_poses
@@ -21,16 +20,15 @@ from navstack.types import FloatArray, Path, Pose2D
 
 LATTICE_RADIUS = 0.5  # [m] of turning, as Nav2's default lattice file has it
 COARSE = 2  # cells along the edge of a square of the heuristic, where it is downsampled
-POINT = np.zeros((3, 2))  # the footprint of a robot whose shape is not known
 
 
 class _PosePlanner(Planner):
-    """A* over motions with the cost of the way on the grid as heuristic, and curves that end a search early.
+    """A* over motions, with the way on the grid as heuristic and curves that end a search early.
 
-    Where Jazzy differs: the footprint is held exactly against the squares of obstacles at every cell of a motion, not
-    its outline at the motion's end; of Reeds and Shepp's curves to the goal only those without a change of direction
-    are tried; a smoothed path that would touch something is dropped for the one before; the limit of time is one of
-    iterations.
+    Where Jazzy differs: the footprint is held exactly against the squares of obstacles at every
+    cell of a motion, not its outline at the motion's end; of Reeds and Shepp's curves to the goal
+    only those without a change of direction are tried; a smoothed path that would touch something
+    is dropped for the one before; the limit of time is one of iterations.
     """
 
     def __init__(
@@ -39,9 +37,7 @@ class _PosePlanner(Planner):
         """``shape`` None: the costs alone say where the robot can be."""
         self._params = params
         self._blocked = blocked_table(INSCRIBED_INFLATED_OBSTACLE - 1, params.allow_unknown)
-        self._hull = (
-            POINT if shape is None else shape.footprint[ConvexHull(shape.footprint).vertices]
-        )
+        self._hull = convex_hull(shape)
 
     @abstractmethod
     def _motions(self, costmap: Costmap) -> tuple[Motions, float, bool]:
@@ -63,10 +59,8 @@ class _PosePlanner(Planner):
         motions, radius, reverses = self._motions(used)
         first, last = in_cells(start, used), in_cells(goal, used)
         target = self._goal(last, motions, radius, reverses, used.resolution)
-        heading, way = (
-            nearest_heading(motions, start.yaw),
-            self._expansion(radius, reverses, used.resolution),
-        )
+        heading = nearest_heading(motions, start.yaw)
+        way = self._expansion(radius, reverses, used.resolution)
         found = search_poses(ground, motions, first, heading, target, self._penalties(), way)
         if found.node < 0:
             raise no_way(start, goal)
@@ -85,14 +79,19 @@ class _PosePlanner(Planner):
         self, pose: FloatArray, motions: Motions, radius: float, reverses: bool, resolution: float
     ) -> Goal:
         params = self._params
+        window, coarse = 0.5 * params.lookup_table_size / resolution, 1
+        if reverses:
+            window = 0.0
+        if params.downsample_obstacle_heuristic:
+            coarse = COARSE
         return Goal(
             pose,
             nearest_heading(motions, pose[2]),
             params.tolerance / resolution,
             iterations_of(params),
             params.max_on_approach_iterations,
-            COARSE if params.downsample_obstacle_heuristic else 1,
-            0.0 if reverses else 0.5 * params.lookup_table_size / resolution,
+            coarse,
+            window,
             radius,
         )
 
@@ -113,7 +112,7 @@ class _PosePlanner(Planner):
     def _poses(
         self, found: Found, motions: Motions, first: FloatArray, last: FloatArray
     ) -> FloatArray:
-        """The way (n, 3) [cells], every pose of its motions, with the goal as its end where it was reached."""
+        """The way (n, 3) [cells], every pose of its motions, up to the goal if it was reached."""
         nodes, chain = found.nodes, [found.node]
         while nodes.parents[chain[-1]] >= 0:
             chain.append(nodes.parents[chain[-1]])
@@ -142,11 +141,13 @@ class _PosePlanner(Planner):
             ground.allow_unknown,
             cells[1:],
         )
-        return better if is_free else poses
+        if not is_free:
+            return poses
+        return better
 
 
 class SmacHybrid(_PosePlanner):
-    """Hybrid-A*: arcs and straight pieces from any place, headings in bins (Dolgov et al., 2008)."""
+    """Hybrid-A*: arcs and lines from any place, headings in bins (Dolgov et al., 2008)."""
 
     _params: SmacHybridParams
 
@@ -158,7 +159,7 @@ class SmacHybrid(_PosePlanner):
 
 
 class SmacLattice(_PosePlanner):
-    """A* on a state lattice, whose motions lead from cell centre to cell centre (Pivtoraiko and Kelly, 2005)."""
+    """A* on a state lattice, from cell centre to cell centre (Pivtoraiko and Kelly, 2005)."""
 
     _params: SmacLatticeParams
 

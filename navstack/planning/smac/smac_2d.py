@@ -46,7 +46,7 @@ class Smac2D(Planner):
         return Path(poses, stamp)
 
     def _search(self, start: Pose2D, goal: Pose2D, costmap: Costmap) -> FloatArray:
-        """The path (n, 3): start, the centres of the cells between, and the goal or the cell near it."""
+        """The path (n, 3): start, the cells' centres between, and the goal or the cell near it."""
         first, last = in_cells(start, costmap), in_cells(goal, costmap)
         begin, end = (int(first[0]), int(first[1])), (int(last[0]), int(last[1]))
         travelled = np.full(costmap.data.size, np.inf, dtype=np.float32)
@@ -70,10 +70,12 @@ class Smac2D(Planner):
         if reached < 0:
             raise no_way(start, goal)
         cells = trace_back(reached, begin[1] * width + begin[0], width, came_by) + 0.5
-        is_goal = reached == end[1] * width + end[0]
-        places = np.vstack((first[:2], cells[1:-1], last[:2] if is_goal else cells[-1]))
+        places = np.vstack((first[:2], cells[1:-1], cells[-1]))
+        if reached == end[1] * width + end[0]:
+            places[-1] = last[:2]
         steps = np.diff(places, axis=0)
-        yaws = np.append(
-            np.arctan2(steps[:, 1], steps[:, 0]), goal.yaw if math.isfinite(goal.yaw) else 0.0
-        )
+        last_yaw = 0.0
+        if math.isfinite(goal.yaw):
+            last_yaw = goal.yaw
+        yaws = np.append(np.arctan2(steps[:, 1], steps[:, 0]), last_yaw)
         return in_metres(np.column_stack((places, yaws)), costmap)

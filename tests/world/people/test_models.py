@@ -114,11 +114,11 @@ def test_the_social_world_makes_way_and_can_be_pushed():
         (lambda: PedestrianParams(model="walk"), "did you mean 'random_walk'"),
         (
             lambda: SocialForceParams(relaxation_time=0.0),
-            "relaxation_time 0.0; allowed is more than 0",
+            "relaxation_time 0.0 must be more than 0",
         ),
-        (lambda: SocialForceParams(body_stiffness=1e6), "allowed is 0 to 10000"),
-        (lambda: SocialForceParams(wall_strength=-1.0), "wall_strength -1.0; allowed is 0 or more"),
-        (lambda: ReplayParams(frame_rate=0.0), "frame_rate 0.0; allowed is more than 0"),
+        (lambda: SocialForceParams(body_stiffness=1e6), "must be 0 to 10000"),
+        (lambda: SocialForceParams(wall_strength=-1.0), "wall_strength -1.0 must be 0 or more"),
+        (lambda: ReplayParams(frame_rate=0.0), "frame_rate 0.0 must be more than 0"),
     ],
 )
 def test_impossible_parameters_are_refused(make, message):

@@ -58,5 +58,5 @@ def test_without_latency_nothing_changes(lab, robot, params):
 
 
 def test_a_negative_latency_is_refused(robot):
-    with pytest.raises(ParameterError, match="compute_latency -0.01; allowed is 0 or more"):
+    with pytest.raises(ParameterError, match="compute_latency -0.01 must be 0 or more"):
         slow(robot, -0.01)
