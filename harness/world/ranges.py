@@ -42,12 +42,15 @@ def check_ranges(
     for name, (least, most) in limits.items():
         value = getattr(params, name)
         if not least <= value <= most:
-            low = "more than 0" if least == POSITIVE else f"{least:g}"
-            allowed = (
-                f"{low} to {most:g}"
-                if most < math.inf
-                else low
-                if least == POSITIVE
-                else "0 or more"
-            )
-            raise ParameterError(f"{where}: {name} {value}; allowed is {allowed}")
+            raise ParameterError(f"{where}: {name} {value}; allowed is {_in_words(least, most)}")
+
+
+def _in_words(least: float, most: float) -> str:
+    if least == 0.0 and most == math.inf:
+        return "0 or more"
+    low = f"{least:g}"
+    if least == POSITIVE:
+        low = "more than 0"
+    if most == math.inf:
+        return low
+    return f"{low} to {most:g}"

@@ -1,12 +1,10 @@
 """Popcorn in a bucket that stands loose on the robot, as the published code spawns it.
 
-A rigid body of its own.
-
-The bucket stands on a deck, the robot's body seen from above, which is moved as
-:mod:`harness.world.cargo.cargo` moves a fixed bucket. It slides where friction does not hold it, tips
-over, and may fall off the deck; then all pieces are lost. Its walls are thick for the solver's sake
-and have no mass of their own: the bucket's centre of mass is that of its floor, and it tips over
-the edges of the space inside, until at 0.46 rad a wall stands on the deck.
+The bucket is a rigid body on a deck, the robot's body seen from above, which is moved as
+:mod:`harness.world.cargo.cargo` moves a fixed bucket. It slides where friction does not hold it,
+tips over, and may fall off the deck; then all pieces are lost. Its walls are thick for the solver's
+sake and have no mass of their own: the bucket's centre of mass is that of its floor, and it tips
+over the edges of the space inside, until at 0.46 rad a wall stands on the deck.
 """
 
 import math

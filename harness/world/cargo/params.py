@@ -51,7 +51,8 @@ class CargoParams:
         check_ranges(
             "cargo",
             self,
-            positive="bucket_mass piece_mass piece_radius bucket_width wake_acceleration settle_time",
+            positive="bucket_mass piece_mass piece_radius bucket_width "
+            "wake_acceleration settle_time",
             not_negative="bucket_friction friction rolling_friction restitution",
             within={
                 "pieces": (0, MAX_PIECES),
@@ -61,7 +62,8 @@ class CargoParams:
         )
         if self.bucket_width < 2.0 * self.piece_radius:
             raise ParameterError(
-                f"cargo: bucket_width {self.bucket_width} m holds no piece of radius {self.piece_radius} m; "
+                f"cargo: bucket_width {self.bucket_width} m holds no piece "
+                f"of radius {self.piece_radius} m; "
                 "allowed is twice the radius or more"
             )
 

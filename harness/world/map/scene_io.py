@@ -138,7 +138,8 @@ def align(grid: OccupancyGrid) -> OccupancyGrid:
     width, height = (max(math.ceil(extent / r - 1e-9), 1) for extent in high - low)
     if width * height > MAX_PIXELS:
         raise MapError(
-            f"map turned by {yaw:g} rad has {width} x {height} cells; allowed: {MAX_PIXELS}; give an origin without yaw"
+            f"map turned by {yaw:g} rad has {width} x {height} cells; allowed: {MAX_PIXELS}; give "
+            "an origin without yaw"
         )
     x = low[0] + (np.arange(width) + 0.5) * r
     y = (low[1] + (np.arange(height) + 0.5) * r)[:, None]
@@ -184,7 +185,8 @@ def _load_companion(path: Path, suffix: str, geometry: OccupancyGrid) -> Occupan
         geometry.origin,
     ):
         raise MapError(
-            f"map {companion}: its size, resolution or origin differs from {path.name}'s; all must be equal"
+            f"map {companion}: its size, resolution or origin differs from {path.name}'s; all "
+            "must be equal"
         )
     return grid
 
@@ -219,7 +221,8 @@ def _objects_text(scene: Scene) -> str:
         for obstacle in scene.obstacles
     ]
     lines = ",\n".join(json.dumps(feature, separators=(",", ":")) for feature in features)
-    return f'{{"type":"FeatureCollection","coordinates":"metres in the map frame","features":[\n{lines}\n]}}\n'
+    about = '"type":"FeatureCollection","coordinates":"metres in the map frame"'
+    return f'{{{about},"features":[\n{lines}\n]}}\n'
 
 
 def _feature(role: str, kind: str, polygon: FloatArray, more: dict[str, float]) -> dict[str, Any]:
@@ -268,7 +271,8 @@ def _polygon(feature: dict[str, Any], where: str) -> shapely.Polygon:
     ring = np.array(feature["geometry"]["coordinates"][0], dtype=float)
     if ring.ndim != 2 or not 4 <= len(ring) <= MAX_CORNERS or not (np.abs(ring) <= FARTHEST).all():
         raise MapError(
-            f"{where}: a polygon has 4 to {MAX_CORNERS} points (the first again at the end) in metres"
+            f"{where}: a polygon has 4 to {MAX_CORNERS} points (the first again at the end) in "
+            "metres"
         )
     polygon = shapely.Polygon(ring)
     if feature["geometry"]["type"] != "Polygon" or not polygon.is_valid:
@@ -290,12 +294,15 @@ def _obstacles(feature: dict[str, Any], where: str) -> list[Obstacle]:
     if not 0.0 < height <= HIGHEST:
         raise MapError(f"{where}: height {height} m is not positive and at most {HIGHEST:g} m")
     polygon = _polygon(feature, where)
-    is_convex = polygon.convex_hull.area - polygon.area <= 1e-6 * polygon.area
-    pieces = [polygon] if is_convex else shapely.constrained_delaunay_triangles(polygon).geoms
+    pieces = [polygon]
+    if polygon.convex_hull.area - polygon.area > 1e-6 * polygon.area:
+        pieces = shapely.constrained_delaunay_triangles(polygon).geoms
     return [Obstacle(kind, _ring(piece), height) for piece in pieces]
 
 
 def _ring(polygon: shapely.Polygon) -> FloatArray:
     """The corners (N, 2), counter-clockwise, the first not repeated."""
     ring = np.array(polygon.exterior.coords)[:-1, :2]
-    return ring if polygon.exterior.is_ccw else ring[::-1].copy()
+    if polygon.exterior.is_ccw:
+        return ring
+    return ring[::-1].copy()

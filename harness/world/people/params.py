@@ -57,9 +57,11 @@ class SocialForceParams:
             self,
             positive="relaxation_time person_range wall_range top_speed",
             not_negative="person_strength look_ahead wall_strength sight_angle unseen_weight",
-            shares="unaware" if self.anisotropy is None else "unaware anisotropy",
+            shares="unaware",
             within={"body_stiffness": (0.0, 1e4)},  # which the physics step can still follow
         )
+        if self.anisotropy is not None:
+            check_ranges("social_force", self, shares="anisotropy")
         if (self.robot_strength is None) != (self.robot_range is None):
             raise ParameterError("social_force: give robot_strength and robot_range, or neither")
         if self.robot_range is not None:
@@ -128,7 +130,8 @@ class PedestrianParams:
                 raise UnknownNameError(what, given, known)
         if self.goal_choice == "in_turn" and self.model == "social_force":
             raise ParameterError(
-                "pedestrians: goal_choice in_turn is for people who avoid nobody; where those of social_force go would "
+                "pedestrians: goal_choice in_turn is for people who avoid nobody; where those of "
+                "social_force go would "
                 "hang on the robot: allowed with it is random"
             )
         check_ranges(

@@ -231,10 +231,10 @@ def from_person(
     ovx: float,
     ovy: float,
 ) -> tuple[float, float]:
-    """Acceleration [m/s2] of somebody at (x, y) heading for (ex, ey) by another at (ox, oy) with velocity (ovx, ovy).
+    """Acceleration [m/s2] of somebody at (x, y) by another at (ox, oy).
 
-    The ellipse of equations 3 and 4 covers where the other walks during ``look_ahead``. Bodies that overlap are pressed
-    apart.
+    They head for (ex, ey) and (ovx, ovy). The ellipse of equations 3 and 4 covers where the other
+    walks during ``look_ahead``. Bodies that overlap are pressed apart.
     """
     rx, ry = x - ox, y - oy
     fx, fy = _elliptical(forces, forces.person_strength, forces.person_range, rx, ry, ovx, ovy, 0.0)
@@ -275,11 +275,11 @@ def _elliptical(
     ovy: float,
     excess: float,
 ) -> tuple[float, float]:
-    """Minus the gradient of V(b) at (rx, ry) [m] from the other, who is thicker than a person by ``excess`` [m].
+    """Minus the gradient of V(b) at (rx, ry) [m] from the other.
 
-    V is ``potential`` [m2/s2] that falls within ``reach`` [m].
-
-    Exactly ahead of the other, where the gradient jumps, it points to the other's left: two who meet keep right.
+    V is ``potential`` [m2/s2] that falls within ``reach`` [m]. The other is ``excess`` [m] thicker
+    than a person. Exactly ahead of the other, where the gradient jumps, it points to the other's
+    left: two who meet keep right.
     """
     sx, sy = forces.look_ahead * ovx, forces.look_ahead * ovy
     d1, d2 = math.hypot(rx, ry), math.hypot(rx - sx, ry - sy)
@@ -343,7 +343,7 @@ def from_robot(
 
 @njit()
 def from_edge(forces: Forces, x: float, y: float, edges: Edges) -> tuple[float, float]:
-    """Acceleration [m/s2] of somebody at (x, y) away from the nearest edge of the walkable area (eq. 5)."""
+    """Acceleration [m/s2] of somebody at (x, y) away from the nearest edge (eq. 5)."""
     distance = edge_distance(x, y, edges)
     if distance > 20.0 * forces.wall_range:
         return 0.0, 0.0

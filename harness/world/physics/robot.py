@@ -10,8 +10,9 @@ from navstack.geometry import make_footprint
 from navstack.types import FloatArray
 
 _POSITIVE = (
-    "mass height center_of_mass_height foot_radius ground_clearance wheel_radius track wheelbase caster_track "
-    "max_speed max_yaw_rate max_acceleration max_deceleration max_yaw_acceleration max_wheel_torque servo_time_constant"
+    "mass height center_of_mass_height foot_radius ground_clearance wheel_radius track wheelbase "
+    "caster_track max_speed max_yaw_rate max_acceleration max_deceleration max_yaw_acceleration "
+    "max_wheel_torque servo_time_constant"
 )
 _NOT_NEGATIVE = "wheel_friction body_friction rolling_resistance compute_latency"
 MAX_CORNERS, MAX_SIZE = 1000, 10.0  # of the footprint, [m] of the body
@@ -59,29 +60,31 @@ class RobotParams:
         """
         if len(self.footprint) > MAX_CORNERS:
             raise ParameterError(
-                f"robot: footprint has {len(self.footprint)} corners; at most {MAX_CORNERS} are read"
+                f"robot: footprint has {len(self.footprint)} corners; at most {MAX_CORNERS} are "
+                "read"
             )
         make_footprint(self.footprint)
         if not 0.01 <= min(self.half_size) <= max(self.half_size) <= MAX_SIZE:
             raise ParameterError(
-                f"robot: footprint reaches {self.half_size[0]} m lengthwise and {self.half_size[1]} m sideways "
-                f"from its middle; allowed are 0.01 to {MAX_SIZE:g} m"
+                f"robot: footprint reaches {self.half_size[0]} m lengthwise and "
+                f"{self.half_size[1]} m sideways from its middle; allowed are 0.01 to {MAX_SIZE:g} m"
             )
         if not all(abs(part) <= MAX_SIZE for part in self.bucket):
             raise ParameterError(
-                f"robot: bucket {list(self.bucket)} m; allowed is up to {MAX_SIZE:g} m off the base frame"
+                f"robot: bucket {list(self.bucket)} m; allowed is up to {MAX_SIZE:g} m off the "
+                "base frame"
             )
         limits = dict.fromkeys(_POSITIVE.split(), (POSITIVE, MAX_VALUE))
         check_ranges("robot", self, not_negative=_NOT_NEGATIVE, within=limits)
         if not max(self.center_of_mass_height, self.ground_clearance) < self.height:
             raise ParameterError(
-                f"robot: height {self.height} m must exceed center_of_mass_height {self.center_of_mass_height} m "
-                f"and ground_clearance {self.ground_clearance} m"
+                f"robot: height {self.height} m must exceed center_of_mass_height "
+                f"{self.center_of_mass_height} m and ground_clearance {self.ground_clearance} m"
             )
         if not -self.wheelbase < self.center_of_mass_x < 0.0:
             raise ParameterError(
-                f"robot: center_of_mass_x {self.center_of_mass_x} m; allowed is between the casters at "
-                f"{-self.wheelbase} m and the axle at 0, or the robot falls over"
+                f"robot: center_of_mass_x {self.center_of_mass_x} m; allowed is between the "
+                f"casters at {-self.wheelbase} m and the axle at 0, or the robot falls over"
             )
 
     @cached_property

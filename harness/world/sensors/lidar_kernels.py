@@ -110,10 +110,11 @@ def _find_squares(
     ahead_y: int,
     squares: ByteArray,
 ) -> None:
-    """The side of the largest free square that begins in each block and goes on along ``ahead_x`` and ``ahead_y``.
+    """The side of the largest free square that begins in each block.
 
-    It is one more than the least of the next blocks along x, along y and along both (textbook recursion). Works in
-    place on ``squares``, which are zeros, from row and column 1 on.
+    It goes on along ``ahead_x`` and ``ahead_y``, and is one more than the least of the next blocks
+    along x, along y and along both (textbook recursion). Works in place on ``squares``, which are
+    zeros, from row and column 1 on.
     """
     for i in range(rows):
         row = rows - i if ahead_y > 0 else i + 1
@@ -172,7 +173,7 @@ def _start(
 
 @njit()
 def _look(solid: npt.NDArray[np.uint16], squares: ByteArray, n: npt.NDArray[np.int32]) -> None:
-    """Read of every lane the blocks of the free square ahead, and the cells of the block where there is none.
+    """Read each lane's free square ahead, or the cells of its block where there is none.
 
     All at once, so that the processor waits for many places of memory at a time.
     """
