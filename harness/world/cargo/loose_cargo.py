@@ -16,6 +16,7 @@ from harness.world.cargo.cargo import Cargo
 from harness.world.cargo.params import CargoParams
 from harness.world.physics.engine import bullet, set_dynamics
 from harness.world.physics.motion_kernels import Quaternion, Vector
+from harness.world.physics.params import PhysicsParams
 from harness.world.physics.robot import RobotParams
 from harness.world.truth import CargoState
 
@@ -24,6 +25,16 @@ _FLOOR = 0.01  # [m] of the bucket's floor: a piece that gets through it in a st
 _DECK = 0.1  # [m] thickness of the deck
 _FALLEN = 0.05  # [m] below its place, from which on a bucket has left the deck
 _AT_REST = (0.0, 0.0, 0.0)
+
+
+def make_cargo(params: CargoParams, robot: RobotParams, physics: PhysicsParams) -> Cargo | None:
+    """The cargo of a world, to be reset; None: it has none."""
+    dt = 1.0 / physics.rate
+    if not params.pieces:
+        return None
+    if params.bucket == "free":
+        return LooseCargo(params, physics.gravity, dt, robot)
+    return Cargo(params, physics.gravity, dt)
 
 
 class LooseCargo(Cargo):

@@ -12,9 +12,9 @@ from harness.world.people.pedestrians import PedestrianModel
 from harness.world.people.social_force_kernels import (
     LOST,
     RESTLESS,
-    force_constants,
     walk_among_others,
 )
+from harness.world.people.social_forces import force_constants
 from harness.world.physics.body_state import BodyState
 from harness.world.physics.robot import RobotParams
 from navstack.costmap.occupancy_grid import OccupancyGrid

@@ -17,7 +17,7 @@ from harness.world.physics.engine import bullet, set_dynamics
 from harness.world.physics.robot import RobotParams
 from harness.world.physics.touch_kernels import find_near, may_touch
 from harness.world.truth import Partner
-from navstack.types import FloatArray, IntArray
+from navstack.types import FloatArray, IntArray, Pose2D
 
 ROBOT, FIXED, PERSON = 1, 2, 4  # collision groups
 
@@ -162,6 +162,15 @@ def add_robot(client: int, robot: RobotParams) -> int:
     make_heavy(client, body, robot.mass, robot.inertia, robot.body_friction)
     bullet.setCollisionFilterGroupMask(body, -1, ROBOT, FIXED | PERSON, physicsClientId=client)
     return body
+
+
+def put_robot(client: int, body: int, robot: RobotParams, pose: Pose2D, level: float) -> None:
+    """Set the robot's body with its base frame at ``pose`` on ground at ``level`` [m]."""
+    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+    cx, cy, cz = robot.center_of_mass
+    position = pose.x + cos * cx - sin * cy, pose.y + sin * cx + cos * cy, cz + level
+    orientation = (0.0, 0.0, math.sin(0.5 * pose.yaw), math.cos(0.5 * pose.yaw))
+    bullet.resetBasePositionAndOrientation(body, position, orientation, client)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,10 @@
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
 
 from harness.world.physics.params import ContactParams
 from harness.world.truth import Contact, CountedContact, Partner
@@ -242,6 +244,39 @@ class ContactBook:
             event.finished(self.dt, self.robot_mass) for event in self._open.values()
         )
         self._open.clear()
+
+
+def contact_points(
+    contacts: list[tuple[Any, ...]],
+    dt: float,
+    touchable: Mapping[int, Touched],
+    motions: Mapping[int, Motion],
+    gaps: Mapping[int, float],
+) -> list[ContactPoint]:
+    """What the robot touches after a step, in the solver's order.
+
+    Args:
+        contacts: as PyBullet lists them, robot first.
+        dt: [s] of the step.
+        touchable: what the bodies are.
+        motions: of bodies before the step; others stand.
+        gaps: [m] between bodies and robot before the step, where PyBullet's own does not hold.
+    """
+    points: list[ContactPoint] = []
+    for raw in contacts:
+        partner, position, normal, distance, force = raw[2], raw[6], raw[7], raw[8], raw[9]
+        if force <= 0.0 and distance > 0.0:
+            continue
+        point = ContactPoint(
+            touched=touchable[partner],
+            position=position,
+            normal=normal,
+            impulse=force * dt,
+            partner=motions.get(partner) or Motion(position, (0.0, 0.0, 0.0)),
+            distance=gaps.get(partner, distance),
+        )
+        points.append(point)
+    return points
 
 
 def merge(points: list[ContactPoint]) -> list[ContactPoint]:

@@ -7,7 +7,8 @@ import numpy as np
 
 from harness.world.map.scene import Obstacle
 from harness.world.map.shapes import grow, window_of
-from harness.world.sensors.lidar_kernels import Field, cast_grid, clearance_field
+from harness.world.sensors.lidar_kernels import cast_grid, clearance_field
+from harness.world.sensors.ray_lanes import Field
 from navstack.costmap.occupancy_grid import SOLID_FROM, OccupancyGrid
 from navstack.geometry import relative_to, transform_points
 from navstack.jit import njit
