@@ -45,7 +45,10 @@ CLOSING_SPEEDS = np.arange(6.0)  # [m/s] at which contacts are priced
 
 
 def steps_per_tick(nav2: Nav2File, rate: float) -> int:
-    """The longest tick, in physics steps at ``rate`` [Hz], at whose end every part of the brain can run when due."""
+    """The longest tick, in physics steps, at which every part of the brain runs when due.
+
+    ``rate`` [Hz] is that of the physics.
+    """
     periods = [rate / frequency for frequency in read_frequencies(nav2)]
     if any(abs(period - round(period)) > 1e-6 or period < 1.0 for period in periods):
         # some part fits no whole number of steps: it runs at the first step after it is due
@@ -102,12 +105,12 @@ def senses_on(
     def people() -> tuple[Pose2D, FloatArray]:
         return world.truth.pose, world.truth.pedestrians
 
-    seen: People | None = people if stack.policy.sees_people else None
-    look = (
-        _camera(scene, world, stack.policy.camera, persons)
-        if stack.policy.camera.is_there
-        else None
-    )
+    seen: People | None = None
+    if stack.policy.sees_people:
+        seen = people
+    look: Look | None = None
+    if stack.policy.camera.is_there:
+        look = _camera(scene, world, stack.policy.camera, persons)
     return Senses(
         localizer_on(scene, world, stack, nav2),
         _route(nav2, *planning_map(scene, stack)),
@@ -148,7 +151,9 @@ def localizer_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Lo
     if stack.localizer != TRUTH:
         return build_localizer(stack.localizer, nav2, _localization_map(scene, stack))
     truth = GroundTruthLocalizer(lambda: world.truth.pose)
-    return truth if stack.injected.is_zero else InjectedErrorLocalizer(truth, stack.injected)
+    if stack.injected.is_zero:
+        return truth
+    return InjectedErrorLocalizer(truth, stack.injected)
 
 
 def planning_map(scene: Scene, stack: Stack) -> tuple[OccupancyGrid, BoolArray | None]:
@@ -164,9 +169,8 @@ def planning_map(scene: Scene, stack: Stack) -> tuple[OccupancyGrid, BoolArray |
     if stack.planning_map == MESH:
         return scene.navigation_mesh, None
     if stack.planning_map == NO_MAP:
-        return dataclasses.replace(
-            scene.geometry, data=np.full_like(scene.geometry.data, FREE)
-        ), None
+        empty = np.full_like(scene.geometry.data, FREE)
+        return dataclasses.replace(scene.geometry, data=empty), None
     return scene.geometry, scene.walkable.data != FREE
 
 
@@ -176,4 +180,6 @@ def _localization_map(scene: Scene, stack: Stack) -> OccupancyGrid:
         return align(load_map(name))
     if name in (GEOMETRY, NO_MAP):  # without a map nobody looks at it
         return scene.mapped_geometry
-    return scene.navigation_mesh if name == MESH else scene.outlined_mesh
+    if name == MESH:
+        return scene.navigation_mesh
+    return scene.outlined_mesh

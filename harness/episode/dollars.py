@@ -49,9 +49,9 @@ class Dollars:
             truth.pose.x - self._x, truth.pose.y - self._y
         )
         for contact in truth.counted_contacts[self._contacts :]:
-            term = (
-                "pedestrian_safety" if contact.partner is Partner.PEDESTRIAN else "property_damage"
-            )
+            term = "property_damage"
+            if contact.partner is Partner.PEDESTRIAN:
+                term = "pedestrian_safety"
             found[term] -= cost_of(contact, self._prices)
         self._x, self._y, self._contacts = truth.pose.x, truth.pose.y, len(truth.counted_contacts)
         self._paid = {term: paid + found[term] for term, paid in self._paid.items()}
@@ -62,10 +62,8 @@ class Dollars:
         each = deliveries([delivery.row], self._prices.rolling_resistance_force)
         costs = running(each, self._prices)
         is_unknown = costs.revenue is None
-        whole = {
-            term: _amount(getattr(costs, term)) * (1.0 if term == "revenue" else -1.0)
-            for term in TERMS
-        }
+        whole = {term: -_amount(getattr(costs, term)) for term in TERMS}
+        whole["revenue"] = _amount(costs.revenue)
         if is_unknown and delivery.row["outcome"] == "arrived":
             whole["revenue"] = self._prices.delivery_fee.value
         return {term: amount - self._paid[term] for term, amount in whole.items()}
@@ -73,4 +71,6 @@ class Dollars:
 
 def _amount(of_one: Quantity | None) -> float:
     """What a delivery costs or earns; None: it is not modelled."""
-    return 0.0 if of_one is None else float(np.ravel(of_one)[0])
+    if of_one is None:
+        return 0.0
+    return float(np.ravel(of_one)[0])

@@ -35,7 +35,7 @@ MakeBrain = Callable[[Parts, World], Brain]
 
 @dataclass(frozen=True, slots=True)
 class Delivery:
-    """What is kept of one delivery."""
+    """Results of one delivery."""
 
     row: Row  # everything that the seed determines
     events: list[Row]
@@ -105,7 +105,7 @@ class RunningDelivery:
         return self.observation
 
     def finish(self) -> Delivery:
-        """What is kept of it, once there is a verdict.
+        """Its results, once there is a verdict.
 
         Raises:
             ValueError: there is none yet.

@@ -96,9 +96,9 @@ class Parts:
         self.params = world_params(task.world, task.pedestrians, task.people)
         self.rules = rules_of(task.rules)
         self.prices = prices_of(task.prices)
-        self._nav2 = (
-            nav2_parameters(stack.nav2_file, task.allow_unknown) if stack.nav2_file else None
-        )
+        self._nav2: Nav2File | None = None
+        if stack.nav2_file:
+            self._nav2 = nav2_parameters(stack.nav2_file, task.allow_unknown)
 
     @property
     def nav2(self) -> Nav2File:
@@ -133,25 +133,26 @@ class Parts:
                 check_apart(start, goal, radius)
                 return drawn if is_drawn else sampler.mission(start, goal)
         raise InputError(
-            f"none of {REDRAWS} missions drawn on this map has start and goal more than {radius:g} m apart, or "
-            "connects to the pose given; choose a larger map or part of it, or give both --start and --goal"
+            f"none of {REDRAWS} missions drawn on this map has start and goal more than "
+            f"{radius:g} m apart, or "
+            "connects to the pose given; choose a larger map or part of it, or give both --start "
+            "and --goal"
         )
 
     def world(self) -> PyBulletWorld:
         """The world, to be reset; the process has one for all tasks that are alike."""
-        return _world(*self._of_world())
+        return _world(*self._world_key())
 
     def new_world(self) -> PyBulletWorld:
         """A world of its own, to be reset, and to be closed by whoever asked for it."""
-        return _make_world(*self._of_world())
+        return _make_world(*self._world_key())
 
-    def _of_world(self) -> tuple[str, str, str, str, int | None, str | None, int]:
-        task, steps = self._task, PARKED_STEPS
-        if task.stack.nav2_file:
-            steps = _steps_per_tick_of(
-                task.stack.nav2_file, task.allow_unknown, self.params.physics.rate
-            )
-        stack = task.stack
+    def _world_key(self) -> tuple[str, str, str, str, int | None, str | None, int]:
+        """The arguments of :func:`_make_world`."""
+        task, stack, steps = self._task, self._task.stack, PARKED_STEPS
+        if stack.nav2_file:
+            rate = self.params.physics.rate
+            steps = _steps_per_tick_of(stack.nav2_file, task.allow_unknown, rate)
         return (
             task.map_name,
             task.world,
@@ -230,7 +231,8 @@ def world_params(path: str, pedestrians: int | None, people: str | None = None) 
         who = dataclasses.replace(who, model=people, goal_choice=choice)
     if pedestrians is not None and who.model == "replay":
         raise InputError(
-            f"--pedestrians {pedestrians} cannot be had from a recording, which has people of its own; leave it out, "
+            f"--pedestrians {pedestrians} cannot be had from a recording, which has people of its "
+            "own; leave it out, "
             "or choose --people random_walk or social_force"
         )
     if pedestrians is not None:

@@ -1,7 +1,4 @@
-"""How long the robot holds people up.
-
-They, and a twin of theirs whom it never meets, go about the same errands.
-"""
+"""How long the robot holds people up, against a twin crowd that never meets it."""
 
 import numpy as np
 
@@ -93,12 +90,15 @@ class ErrandBook:
             self._finished = self._errands.finished.copy()
 
     def finishing_times(self, stamp: float, positions: FloatArray) -> list[list[float]]:
-        """The same with the errand that each is about now, as if nothing held up people at ``positions`` any more."""
+        """When each errand was finished, and when the present one will be without hindrance.
+
+        ``positions`` (n, 2) [m] says where people are at ``stamp`` [s].
+        """
         left = self._errands.time_left(positions).tolist()
         return [[*stamps, stamp + time] for stamps, time in zip(self._stamps, left, strict=True)]
 
 
 def total_delay(held_up: list[list[float]], free: list[list[float]]) -> float:
-    """How much later in [s], summed over people, each finishes the first errand that is unfinished here or there."""
+    """By how much later [s] people finish the first errand that is unfinished, in all."""
     last = [min(len(own), len(other)) - 1 for own, other in zip(held_up, free, strict=True)]
     return sum(own[k] - other[k] for own, other, k in zip(held_up, free, last, strict=True))

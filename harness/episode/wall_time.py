@@ -1,14 +1,14 @@
-"""What of a stack goes by wall time, while the simulation may go slower than that."""
+"""What of a stack goes by wall time while the simulation may be slower."""
 
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.safety import VelocitySmootherParams
 
 
 def on_wall_time(nav2: Nav2File, real_time_factor: float) -> Nav2File:
-    """A file whose velocity smoother works on wall time, as Nav2's timer does (``create_wall_timer``).
+    """A file whose velocity smoother works on wall time, as Nav2's ``create_wall_timer`` does.
 
-    In a simulation that takes longer than it lasts the smoother comes more often per simulated second, and each time
-    it allows the same change. Here it allows more each time.
+    In a simulation that takes longer than it lasts the smoother runs more often per simulated
+    second, and each time it allows the same change. Here it allows more each time.
 
     Args:
         nav2: the file.

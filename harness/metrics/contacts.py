@@ -1,4 +1,4 @@
-"""Contacts of a delivery: which are paid for, who moved into whom, and the rows of ``events.parquet``."""
+"""Contacts of a delivery: cost, fault, and the rows of ``events.parquet``."""
 
 from collections.abc import Hashable, Iterable, Sequence
 
@@ -25,8 +25,9 @@ def property_contacts(
     None: no such thing in this world.
     """
     paid = [c.kind for c in contacts if c.partner is Partner.PROPERTY and is_paid(c)]
-    return {
-        f"{kind}_contacts": paid.count(kind) if kind in kinds else None for kind in PRICED_PROPERTY
+    counts: dict[str, int | None] = {f"{kind}_contacts": None for kind in PRICED_PROPERTY}
+    return counts | {
+        f"{kind}_contacts": paid.count(kind) for kind in PRICED_PROPERTY if kind in kinds
     }
 
 
@@ -58,9 +59,9 @@ def soft_contacts(truth: Truth) -> int:
 
 
 def event_rows(truth: Truth, costs: Sequence[float]) -> list[Row]:
-    """The events of an episode: counted contacts as published with their ``costs`` [USD], and contact events.
+    """The events of an episode: counted contacts with their ``costs`` [USD], and contact events.
 
-    Contact events show the same impacts whole and those that are not counted; they carry no cost of their own.
+    Contact events show the same impacts whole and those that are not counted; they carry no cost.
     """
     rows = [
         _event_row("counted_contact", c) | {"cost_usd": cost}
@@ -103,6 +104,6 @@ def fault(contact: Contact | CountedContact) -> str:
         return "robot_into_property"
     if abs(contact.robot_speed) < STANDING:
         return "person_into_standing_robot"
-    return (
-        "robot_into_person" if contact.robot_speed >= contact.partner_speed else "person_into_robot"
-    )
+    if contact.robot_speed >= contact.partner_speed:
+        return "robot_into_person"
+    return "person_into_robot"

@@ -50,7 +50,7 @@ class DeliveryLog:
         """Take in the state after a step, and the belief before it (None: nobody localizes)."""
         pose, twist, stamp = truth.pose, truth.twist, truth.stamp
         x, y, yaw, forward, yaw_rate = pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z
-        believed = belief.pose if belief is not None else NOWHERE.pose
+        believed = (belief or NOWHERE).pose
         self._beliefs.extend((believed.x, believed.y, believed.yaw))
         self._encounters.add(
             (stamp - self._stamp, x, y, yaw, forward, twist.linear_y, yaw_rate), truth.pedestrians
@@ -112,23 +112,27 @@ class DeliveryLog:
             "min_pedestrian_distance_m": _finite(met.min_distance),
             "min_time_to_collision_s": _finite(met.min_time_to_collision),
         }
-        is_defined = len(truth.pedestrians) > 0 and truth.stamp > 0.0
         for zone, time in (("intimate", met.intimate_time), ("personal", met.personal_time)):
-            row[f"{zone}_intrusion_s"] = time if is_defined else None
-            row[f"{zone}_intrusion_percent"] = 100.0 * time / truth.stamp if is_defined else None
+            row[f"{zone}_intrusion_s"] = row[f"{zone}_intrusion_percent"] = None
+            if len(truth.pedestrians) and truth.stamp:
+                row[f"{zone}_intrusion_s"] = time
+                row[f"{zone}_intrusion_percent"] = 100.0 * time / truth.stamp
         return row
 
 
 def _contacts(truth: Truth, kinds: frozenset[str]) -> Row:
-    cargo = truth.cargo
-    return {
+    row = {
         "collision_impulse_ns": float(sum(c.impulse for c in truth.counted_contacts)),
         "pedestrian_contacts": sum(c.partner is Partner.PEDESTRIAN for c in truth.counted_contacts),
         **property_contacts(truth.counted_contacts, kinds),
         "soft_contacts": soft_contacts(truth),
-        "pieces_at_start": cargo.pieces_at_start if cargo else None,
-        "pieces_lost": cargo.pieces_outside if cargo else None,
+        "pieces_at_start": None,
+        "pieces_lost": None,
     }
+    if truth.cargo:
+        row["pieces_at_start"] = truth.cargo.pieces_at_start
+        row["pieces_lost"] = truth.cargo.pieces_outside
+    return row
 
 
 def localization_errors(true: FloatArray, believed: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -142,4 +146,6 @@ def localization_errors(true: FloatArray, believed: FloatArray) -> tuple[FloatAr
 
 
 def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    if math.isfinite(value):
+        return value
+    return None

@@ -1,7 +1,4 @@
-"""How the robot met people: distances, time to collision, personal space.
-
-From the truth, tick by tick.
-"""
+"""How the robot met people: distances, time to collision, personal space."""
 
 import math
 from dataclasses import dataclass, field
@@ -20,7 +17,7 @@ BLOCK = 256  # ticks that are worked on at once
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """The robot as people meet it: a rectangle, and the discs that stand for it where motion is looked ahead."""
+    """The robot as people meet it: a rectangle, and the discs that stand for it in motion."""
 
     center: tuple[float, float]  # [m] of the rectangle, base frame
     half_size: tuple[float, float]  # [m] half length, half width
@@ -106,7 +103,7 @@ class Encounters:
 
 
 def in_base_frame(robot: FloatArray, people: FloatArray) -> FloatArray:
-    """Positions and velocities (m, 4) of people, each turned into the base frame of its row of ``robot`` (m, 7).
+    """Positions and velocities (m, 4) of people in the base frame of a row of ``robot`` each.
 
     Velocities stay those over ground; only their axes change.
     """

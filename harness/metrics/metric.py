@@ -68,9 +68,13 @@ class Metric:
     @property
     def arrow_type(self) -> str:
         """Type of the column."""
-        return "int64" if self.is_count else "double"
+        if self.is_count:
+            return "int64"
+        return "double"
 
     def measured(self, series: Mapping[str, FloatArray]) -> float | None:
         """The statistic of its series; None where that is empty."""
         values = series[self.series]
-        return float(STATISTICS[self.statistic](values)) if len(values) else None
+        if not len(values):
+            return None
+        return float(STATISTICS[self.statistic](values))

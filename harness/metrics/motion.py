@@ -28,11 +28,14 @@ def path_irregularity(x: FloatArray, y: FloatArray, yaw: FloatArray) -> float | 
 
 
 def success_weighted_path_length(arrived: bool, shortest: float, driven: float) -> float:
-    """SPL of one delivery (Anderson et al. 2018, arXiv:1807.06757): 0 on failure, else shortest over driven length.
+    """SPL of one delivery: 0 on failure, else shortest over driven length.
 
-    A path that is shorter than ``shortest`` [m], because the goal has a radius, counts as the shortest.
+    Anderson et al. 2018, arXiv:1807.06757. A path that is shorter than ``shortest`` [m], because
+    the goal has a radius, counts as the shortest.
     """
-    return shortest / max(shortest, driven) if arrived and shortest > 0.0 else float(arrived)
+    if not arrived or shortest <= 0.0:
+        return float(arrived)
+    return shortest / max(shortest, driven)
 
 
 def jerk(speed: FloatArray, period: float) -> FloatArray:
@@ -49,10 +52,10 @@ def lateral_acceleration(speed: FloatArray, yaw_rate: FloatArray, period: float)
 
 
 def smoothed(values: FloatArray, period: float, derivative: int = 0) -> FloatArray:
-    """A derivative of the cubic fitted to each :data:`SMOOTHING_TIME` of equally spaced values (T,).
+    """A derivative of the cubic fitted to each :data:`SMOOTHING_TIME` of values (T,).
 
-    Savitzky and Golay 1964 (Analytical Chemistry 36, 1627). Only whole windows count: the result is shorter by all but
-    one of a window's samples, and empty where there are too few values.
+    Savitzky and Golay 1964 (Analytical Chemistry 36, 1627). Only whole windows count: the result is
+    shorter by all but one of a window's samples, and empty where there are too few values.
     """
     half = max(2, round(0.5 * SMOOTHING_TIME / period))
     if len(values) < 2 * half + 1:

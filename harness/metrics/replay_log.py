@@ -1,7 +1,4 @@
-"""What a delivery looked like, and what the robot saw and meant to do.
-
-Kept so that it can be looked at.
-"""
+"""Recording of a delivery for its replay: the truth, what the robot saw and what it meant to do."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -30,14 +27,17 @@ if TYPE_CHECKING:
 
 TRACE_PERIOD = 0.1  # [s] between the rows of a recorded trajectory
 TRACE_COLUMNS = (
-    *("stamp_s", "x_m", "y_m", "yaw_rad", "linear_x_mps", "angular_z_radps"),
-    *(
-        "believed_x_m",
-        "believed_y_m",
-        "believed_yaw_rad",
-        "command_linear_x_mps",
-        "command_angular_z_radps",
-    ),
+    "stamp_s",
+    "x_m",
+    "y_m",
+    "yaw_rad",
+    "linear_x_mps",
+    "angular_z_radps",
+    "believed_x_m",
+    "believed_y_m",
+    "believed_yaw_rad",
+    "command_linear_x_mps",
+    "command_angular_z_radps",
 )
 PLAN_TOLERANCE = 0.02  # [m] that a kept plan may differ from the one that was followed
 NO_RETURN = 65535  # a beam's range where nothing came back, or from farther than FARTHEST_MM
@@ -92,11 +92,9 @@ class ReplayLog:
         if brain.plan is not self._plan:
             self._plan = brain.plan
             self._plan_stamps.append(observation.stamp)
-            points = (
-                np.empty((0, 2))
-                if self._plan is None or len(self._plan) < 2
-                else self._plan.poses[:, :2]
-            )
+            points = np.empty((0, 2))
+            if self._plan is not None and len(self._plan) > 1:
+                points = self._plan.poses[:, :2]
             self._plans.append(simplified(points, PLAN_TOLERANCE).astype(np.float32))
 
     def _keep(self, truth: Truth, brain: "Brain", command: Twist2D) -> None:
@@ -160,13 +158,11 @@ class ReplayLog:
                 [np.empty((0, 2)), *(option.path for option in options)]
             ).astype(np.float32),
             "scan_stamp": np.array(self._scan_stamps),
-            "scan_mm": np.array(self._scans, dtype=np.uint16)
-            if self._scans
-            else np.empty((0, 0), np.uint16),
+            "scan_mm": np.array(self._scans or np.empty((0, 0)), dtype=np.uint16),
             "scan_geometry": _geometry(self._scan),
             "plan_stamp": np.array(self._plan_stamps),
             "plan_size": np.array([len(plan) for plan in self._plans], dtype=np.int32),
-            "plan_xy": np.concatenate(self._plans) if self._plans else np.empty((0, 2), np.float32),
+            "plan_xy": np.concatenate([np.empty((0, 2), np.float32), *self._plans]),
         }
 
 
@@ -192,7 +188,7 @@ def millimetres(ranges: FloatArray) -> npt.NDArray[np.uint16]:
 
 
 def simplified(points: FloatArray, tolerance: float) -> FloatArray:
-    """Corners (n, 2) [m] of a line, without those that lie within ``tolerance`` [m] of the line between others."""
+    """Corners (n, 2) [m] of a line, without those within ``tolerance`` [m] of the rest."""
     if len(points) < 2:
         return points
     line = shapely.simplify(shapely.linestrings(points), tolerance, preserve_topology=False)
@@ -217,7 +213,7 @@ def _geometry(scan: LaserScan | None) -> FloatArray:
 
 
 def scan_points(arrays: Mapping[str, Any], number: int) -> FloatArray:
-    """Where the beams of a recording's scan ended, (n, 2) [m], map frame, from where the robot really was."""
+    """Where the beams of a recording's scan ended, (n, 2) [m], map frame."""
     trace, scan = arrays["trace"], arrays["scan_mm"][number]
     least, increment, _, _, *mount = arrays["scan_geometry"].tolist()
     stamp, yaws = arrays["scan_stamp"][number], np.unwrap(trace[:, 3])

@@ -22,28 +22,22 @@ def summarize(rows: Sequence[Mapping[str, Any]], rolling_resistance_force: float
     """
     outcomes = values(rows, "outcome")
 
-    def share(outcome: str) -> float:
-        return outcomes.count(outcome) / len(rows)
-
-    modelled = "arrived" not in outcomes
-    means = {
-        metric.mean_key: None
-        if None in values(rows, metric.key)
-        else _mean_of_defined(rows, metric)
-        for metric in EPISODE_METRICS
-        if metric.mean_key and metric.is_published
+    means: Row = {}
+    for metric in EPISODE_METRICS:
+        if metric.mean_key and metric.is_published:
+            means[metric.mean_key] = None
+            if None not in values(rows, metric.key):
+                means[metric.mean_key] = _mean_of_defined(rows, metric)
+    summary: Row = {
+        outcome: outcomes.count(outcome) / len(rows)
+        for outcome in ("sla", "spoiled", "timeout", "physical_assistance")
     }
-    speed = means["avg_velocity_mps"]
-    return {
-        "sla": share("sla") if modelled else None,
-        "spoiled": share("spoiled") if modelled else None,
-        "timeout": share("timeout"),
-        "physical_assistance": share("physical_assistance"),
-        "avg_mechanical_power_kw": None
-        if speed is None
-        else rolling_resistance_force * speed / 1000.0,
-        **means,
-    }
+    if "arrived" in outcomes:
+        summary["sla"] = summary["spoiled"] = None
+    speed, power = means["avg_velocity_mps"], None
+    if speed is not None:
+        power = rolling_resistance_force * speed / 1000.0
+    return {**summary, "avg_mechanical_power_kw": power, **means}
 
 
 def summarize_more(rows: Sequence[Mapping[str, Any]]) -> Row:
@@ -57,4 +51,6 @@ def summarize_more(rows: Sequence[Mapping[str, Any]]) -> Row:
 
 def _mean_of_defined(rows: Sequence[Mapping[str, Any]], metric: Metric) -> float | None:
     defined = [each for each in values(rows, metric.key) if each is not None]
-    return float(np.mean(defined)) / metric.mean_divisor if defined else None
+    if not defined:
+        return None
+    return float(np.mean(defined)) / metric.mean_divisor

@@ -75,7 +75,8 @@ class PolicyProcess:
             self._connection.send((what, given))
             if not self._connection.poll(limit):
                 raise self._lost(
-                    f"did not answer within {limit:g} s (policy: time_limit and start_limit of the stack)"
+                    f"did not answer within {limit:g} s (policy: time_limit and start_limit of "
+                    "the stack)"
                 )
             is_good, answer = self._connection.recv()
         except (EOFError, OSError):

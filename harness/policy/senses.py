@@ -38,7 +38,7 @@ class Route:
     def __init__(self, path: Path) -> None:
         """Start at the path's beginning."""
         self._points: FloatArray = np.ascontiguousarray(path.poses[:, :2])
-        steps = np.hypot(*np.diff(self._points, axis=0).T) if len(self._points) > 1 else np.empty(0)
+        steps = np.hypot(*np.diff(self._points, axis=0).T)
         self._along = np.concatenate(([0.0], np.cumsum(steps)))  # [m] of each point
         self._at = 0  # index of the point that was nearest last
 
@@ -79,12 +79,10 @@ class Senses:
             people: where they truly are; None: the policy is not told.
             look: takes a picture; None: there is no camera.
         """
-        self._localizer, self._make_route, self._people, self._look = (
-            localizer,
-            make_route,
-            people,
-            look,
-        )
+        self._localizer = localizer
+        self._make_route = make_route
+        self._people = people
+        self._look = look
 
     def reset(self, goal: Pose2D, belief: Belief, generators: Generators) -> None:
         """Start a delivery."""

@@ -1,4 +1,4 @@
-"""The process in which a policy runs: ``python -m harness.policy.serve FD`` answers requests over a pipe."""
+"""The process of a policy: ``python -m harness.policy.serve FD`` answers over a pipe."""
 
 import importlib
 import importlib.util

@@ -34,7 +34,7 @@ class WaypointFollower:
         self._points: FloatArray = np.empty((0, 2))
 
     def take(self, waypoints: FloatArray, at: Pose2D) -> None:
-        """Follow new waypoints (k, 2) [m], given in the base frame of a robot ``at`` a pose of the odom frame."""
+        """Follow new waypoints (k, 2) [m] in the base frame of a robot ``at`` a pose."""
         self._points = transform_points(at, waypoints)
 
     def follow(self, at: Pose2D) -> Twist2D:
@@ -44,7 +44,9 @@ class WaypointFollower:
         distances = np.hypot(self._points[:, 0] - at.x, self._points[:, 1] - at.y)
         nearest = int(distances.argmin())
         far = np.flatnonzero(distances[nearest:] >= LOOK_AHEAD)
-        target = nearest + int(far[0]) if len(far) else len(self._points) - 1
+        target = len(self._points) - 1
+        if len(far):
+            target = nearest + int(far[0])
         left = float(distances[-1])  # [m]
         if target == len(self._points) - 1 and left < NEAR:
             return Twist2D()

@@ -1,4 +1,4 @@
-"""A recorded log as one: all its files together, their messages in the order in which they arrived."""
+"""A recorded log: all its files together, their messages in the order of arrival."""
 
 import contextlib
 import shutil
@@ -134,7 +134,9 @@ class Bag:
                     start = stream.read(16)
             kind = next((kind for magic, kind in KINDS.items() if start.startswith(magic)), None)
             if kind is None:
-                what = "is empty" if not start else "is no bag"
+                what = "is no bag"
+                if not start:
+                    what = "is empty"
                 raise BagError(
                     f"bag '{path}' {what}; give a .bag, .mcap or .db3 file or a folder of ROS 2"
                 )
@@ -144,7 +146,7 @@ class Bag:
         return file
 
     def _unpack(self, path: Path) -> Path:
-        """A file that was compressed as a whole, decompressed into a folder that goes with this bag."""
+        """A file that was compressed as a whole, decompressed into a folder of this bag."""
         folder = self._stack.enter_context(tempfile.TemporaryDirectory(prefix="navbench-"))
         unpacked, done = Path(folder) / path.name, 0
         with (
@@ -157,18 +159,21 @@ class Bag:
                 done += len(piece)
                 if done > min(LARGEST_UNPACKED, free):
                     raise BagError(
-                        f"bag '{path}' decompresses to more than {min(LARGEST_UNPACKED, free)} bytes"
+                        f"bag '{path}' decompresses to more than {min(LARGEST_UNPACKED, free)} "
+                        "bytes"
                     )
                 out.write(piece)
         return unpacked
 
     def _files_of(self, path: Path) -> list[Path]:
-        """The files of a log, in a folder as its ``metadata.yaml`` lists them, or as they are named without it."""
+        """The files of a log: as ``metadata.yaml`` lists them, or without it by their names."""
         if path.name == METADATA:
             path = path.parent
         if not path.is_dir():
             return [path]
-        about = _metadata(path / METADATA) if (path / METADATA).exists() else {}
+        about: dict[str, Any] = {}
+        if (path / METADATA).exists():
+            about = _metadata(path / METADATA)
         mode = str(about.get("compression_mode") or "").lower()
         self._compressed_messages = self._compressed_messages or mode == "message"
         listed = about.get("relative_file_paths")
@@ -199,7 +204,9 @@ def _metadata(path: Path) -> dict[str, Any]:
         content = load_text(text, f"bag '{path}'")
     except ParameterError as error:
         raise BagError(str(error)) from None
-    about = content.get("rosbag2_bagfile_information") if isinstance(content, dict) else None
+    about = None
+    if isinstance(content, dict):
+        about = content.get("rosbag2_bagfile_information")
     if not isinstance(about, dict):
         raise BagError(f"bag '{path}' has no section rosbag2_bagfile_information")
     return about
@@ -226,7 +233,7 @@ def _joined(files: Sequence[BagFile]) -> np.ndarray:
         file.index = array("q")  # it may be large
         rows[:, 0] += number * MOST_TOPICS
         parts.append(rows)
-    index = parts[0] if len(parts) == 1 else np.concatenate(parts)
+    index = np.concatenate(parts)
     if (np.diff(index[:, 1]) < 0).any():
         index = index[np.argsort(index[:, 1], kind="stable")]
     return index

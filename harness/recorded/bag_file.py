@@ -106,4 +106,6 @@ def printable(text: str) -> str:
 def type_name(name: str) -> str:
     """A message type as ROS 2 spells it."""
     package, _, rest = name.partition("/")
-    return f"{package}/msg/{rest}" if rest and "/" not in rest else name
+    if not rest or "/" in rest:
+        return name
+    return f"{package}/msg/{rest}"

@@ -130,7 +130,9 @@ class BlockFile(BagFile):
         ``is_known``: its messages can be decoded.
         """
         entered = self.add_topic(topic)
-        self._wanted[number] = entered if is_known and topic.type in self.types else None
+        self._wanted[number] = None
+        if is_known and topic.type in self.types:
+            self._wanted[number] = entered
 
     def _enter_message(self, topic: int, time: int, *place: int) -> None:
         """Enter a message of a wanted topic; its place is as in :meth:`read`."""
@@ -180,8 +182,9 @@ def decompress(content: bytes, compression: str, size: int) -> bytes:
         full = _decompressed(content, compression, size)
     if len(full) == size:
         return full
-    more = "more" if len(full) > size else "fewer"
-    raise DamageError(f"has {more} bytes than the {size} that it says")
+    if len(full) > size:
+        raise DamageError(f"has more bytes than the {size} that it says")
+    raise DamageError(f"has fewer bytes than the {size} that it says")
 
 
 def decompress_message(content: bytes) -> bytes:

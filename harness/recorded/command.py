@@ -88,10 +88,9 @@ def localize(request: Request, show: Show) -> int:
     for text in request.static_tf:
         mountings.give(text)
     path = Path(request.params)
-    nav2 = load_nav2(
-        path if path.is_file() else resolve(request.params, shipped("params") / "nav2", "Nav2"),
-        request.allow_unknown,
-    )
+    if not path.is_file():
+        path = resolve(request.params, shipped("params") / "nav2", "Nav2")
+    nav2 = load_nav2(path, request.allow_unknown)
     frame = local_frame(request.datum)
     start = start_belief(request.initial_pose, nav2, request.localizer)
     with Bag(request.bags, TYPES) as bag:
@@ -104,7 +103,8 @@ def localize(request: Request, show: Show) -> int:
         if choice.edge is not None:
             frames = " -> ".join(map(frame_name, choice.edge))
             _warn(
-                f"there is no topic of odometry: it is taken from {frames} in {choice.topics[ODOMETRY]}"
+                f"there is no topic of odometry: it is taken from {frames} in "
+                f"{choice.topics[ODOMETRY]}"
             )
         receiver = Receiver(
             mountings, request.base_frame, odometry_frame(bag, choice), *frame, _warn, choice.edge
@@ -149,7 +149,8 @@ def _localizer(request: Request, nav2: Nav2File) -> Localizer:
     )
     if request.is_global and not isinstance(localizer, AmclLocalizer):
         raise InputError(
-            f"--global: localizer {request.localizer} cannot localize globally; amcl and amcl-gps can"
+            f"--global: localizer {request.localizer} cannot localize globally; amcl and amcl-gps "
+            "can"
         )
     return localizer
 
@@ -158,15 +159,17 @@ def _doubt_start(request: Request, start: Belief | None, is_anchor: bool) -> Non
     """Refuse or warn of a start that nobody knows; ``is_anchor``: the first fix is placed there."""
     if is_anchor and request.is_global:
         raise InputError(
-            f"--global without --datum: localizer {request.localizer} would place the first fix at a start that "
+            f"--global without --datum: localizer {request.localizer} would place the first fix "
+            "at a start that "
             "nobody knows; give --datum LAT,LON[,HEADING], or --initial-pose in place of --global"
         )
     if start is None and not request.is_global:
-        fixes, instead = (
-            (", and fixes are placed from there", "") if is_anchor else ("", " or --global")
-        )
+        fixes, instead = "", " or --global"
+        if is_anchor:
+            fixes, instead = ", and fixes are placed from there", ""
         _warn(
-            f"nobody says where the robot starts: taken to be at 0,0,0{fixes}; give --initial-pose{instead}"
+            f"nobody says where the robot starts: taken to be at 0,0,0{fixes}; give "
+            f"--initial-pose{instead}"
         )
 
 
@@ -209,10 +212,10 @@ def _finish(
     if len(trajectory):
         write_tum(request.out, trajectory)
         kept = f"the {len(trajectory)} poses until then are kept in {request.out}"
+        if isinstance(reference, str):
+            reference = replay.reference
         try:
-            comparison = _compare(
-                trajectory, replay.reference if isinstance(reference, str) else reference, request
-            )
+            comparison = _compare(trajectory, reference, request)
         except InputError as error:
             trouble, kept = trouble or str(error), f"the trajectory is kept in {request.out}"
         _print(trajectory, comparison, request)
@@ -261,16 +264,20 @@ def _print(trajectory: Trajectory, comparison: Comparison | None, request: Reque
         lines.append(
             f"APE against {request.reference}, alignment {request.alignment}: {_text(ape)}"
         )
-        lines.append(f"RPE over {request.interval:g} s: {NO_RPE if rpe is None else _text(rpe)}")
+        lines.append(f"RPE over {request.interval:g} s: {_text(rpe)}")
     sys.stdout.write("".join(f"{line}\n" for line in lines))
 
 
 NO_RPE = "none: the reference has no headings, or no two poses are that far apart"
 
 
-def _text(errors: Errors) -> str:
+def _text(errors: Errors | None) -> str:
+    if errors is None:
+        return NO_RPE
     values: dict[str, Any] = errors.as_json()
-    yaw = "" if errors.yaws is None else f"; heading median {values['yaw_median_rad']:.4f} rad"
+    yaw = ""
+    if errors.yaws is not None:
+        yaw = f"; heading median {values['yaw_median_rad']:.4f} rad"
     metres = ", ".join(
         f"{name} {values[f'{name}_m']:.3f} m" for name in ("median", "rmse", "p95", "max")
     )

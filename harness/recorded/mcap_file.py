@@ -79,7 +79,7 @@ class McapFile(BlockFile):
         self._enter_topic(key, Topic(name, kind, encoding), encoding in _ENCODINGS)
 
     def _take_message(self, head: bytes, block: int, start: int, length: int) -> None:
-        """Take in the message with this head, whose record's data begin at ``start`` of its block."""
+        """Take in the message with this head, whose data begin at ``start`` of its block."""
         if len(head) < _MESSAGE_HEAD.size:
             raise DamageError("has a message that is too short")
         channel, _, time, _ = _MESSAGE_HEAD.unpack(head)

@@ -30,15 +30,15 @@ from navstack.errors import InputError
 BAG_VERSION: Final = 9  # of the format of rosbag2's metadata: Jazzy's
 NEVER = QosTime(0, 0)
 LATCHED = Qos(
-    *(
-        QosHistory.KEEP_LAST,
-        1,
-        QosReliability.RELIABLE,
-        QosDurability.TRANSIENT_LOCAL,
-        NEVER,
-        NEVER,
-    ),
-    *(QosLiveliness.AUTOMATIC, NEVER, False),
+    history=QosHistory.KEEP_LAST,
+    depth=1,
+    reliability=QosReliability.RELIABLE,
+    durability=QosDurability.TRANSIENT_LOCAL,
+    deadline=NEVER,
+    lifespan=NEVER,
+    liveliness=QosLiveliness.AUTOMATIC,
+    liveliness_lease_duration=NEVER,
+    avoid_ros_namespace_conventions=False,
 )  # whoever listens later gets the last message, as from map_server
 NUMBERS = {"bool": np.bool_, "byte": np.uint8, "char": np.uint8} | {
     kind: np.dtype(kind).type
@@ -152,16 +152,16 @@ def _value(description: Any, value: Any) -> Any:
     if node is Nodetype.NAME:
         return build(detail, value or {})
     if node is Nodetype.BASE:
-        return (
-            value
-            if value is not None
-            else ""
-            if detail[0] == "string"
-            else NUMBERS[detail[0]](0).item()
-        )
+        if value is not None:
+            return value
+        if detail[0] == "string":
+            return ""
+        return NUMBERS[detail[0]](0).item()
     (inner, kind), size = detail
     if inner is Nodetype.NAME:
         return [build(kind, each) for each in value or ()]
     if kind[0] == "string":
         return list(value or ())
-    return np.asarray([0] * size if value is None else value, dtype=NUMBERS[kind[0]])
+    if value is None:
+        value = [0] * size
+    return np.asarray(value, dtype=NUMBERS[kind[0]])

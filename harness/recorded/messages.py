@@ -1,7 +1,4 @@
-"""From ROS messages to the robot's own.
-
-Planar, in the base frame, stamped with the time of measurement.
-"""
+"""From ROS messages to the robot's own: planar, in the base frame, with the time of measurement."""
 
 import math
 from typing import Any
@@ -47,7 +44,8 @@ def laser_scan(message: Any, stamp: float, mounting: Transform) -> LaserScan | N
         start, step = -start, -step
     if step < 0.0:
         ranges, start, step = ranges[::-1].copy(), start + (count - 1) * step, -step
-    shortest = shortest if math.isfinite(shortest) and shortest > 0.0 else 0.0
+    if not 0.0 < shortest < math.inf:
+        shortest = 0.0
     pose = Pose2D(float(mounting.translation[0]), float(mounting.translation[1]), mounting.yaw)
     return LaserScan(stamp, ranges, start, step, shortest, longest, pose)
 
@@ -60,21 +58,15 @@ def odometry(message: Any, stamp: float, child: Transform) -> Odometry | None:
     pose, twist = message.pose.pose, message.twist.twist
     turn = _turn(pose.orientation)
     numbers = (pose.position.x, pose.position.y)
-    rates = (
-        twist.linear.x,
-        twist.linear.y,
-        twist.linear.z,
-        twist.angular.x,
-        twist.angular.y,
-        twist.angular.z,
-    )
-    if turn is None or not _within(_FARTHEST, *numbers) or not _within(_FASTEST, *rates):
+    speeds = (twist.linear.x, twist.linear.y, twist.linear.z)
+    rates = (twist.angular.x, twist.angular.y, twist.angular.z)
+    if turn is None or not _within(_FARTHEST, *numbers) or not _within(_FASTEST, *speeds, *rates):
         return None
     covariance = np.asarray(message.twist.covariance, dtype=np.float64)
     speed_std, rate_std = _deviation(covariance[0]), _deviation(covariance[35])
     base = Transform(turn, np.array((*numbers, 0.0))) @ child.inverse
-    angular = child.rotation @ rates[3:]
-    linear = child.rotation @ rates[:3] + np.cross(child.translation, angular)
+    angular = child.rotation @ rates
+    linear = child.rotation @ speeds + np.cross(child.translation, angular)
     planar = Twist2D(float(linear[0]), float(linear[1]), float(angular[2]))
     x, y, _ = base.translation.tolist()
     return Odometry(stamp, Pose2D(x, y, base.yaw), planar, speed_std, rate_std)
@@ -97,8 +89,8 @@ def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -
     if not _within(_FASTEST, *pushes.tolist()):
         pushes = np.zeros(3)
     yaw, yaw_std, up = math.nan, 0.0, np.array((0.0, 0.0, 1.0))
-    turn = None if message.orientation_covariance[0] == -1.0 else _turn(message.orientation)
-    if turn is not None:
+    turn = _turn(message.orientation)
+    if turn is not None and message.orientation_covariance[0] != -1.0:
         # the base's x axis in the unit's frame is the first row
         ahead = turn @ mounting.rotation[0]
         yaw = normalize_angle(math.atan2(ahead[1], ahead[0]) - heading)
@@ -118,14 +110,18 @@ def _upright(up: FloatArray) -> FloatArray:
 
     A unit that turns it over has other axes than REP 103, and tells nothing.
     """
-    return up if up[2] > _UPRIGHT else np.array((0.0, 0.0, 1.0))
+    if up[2] > _UPRIGHT:
+        return up
+    return np.array((0.0, 0.0, 1.0))
 
 
 def coordinates(message: Any) -> tuple[float, float] | None:
     """Latitude and longitude in degrees; None: the receiver had no fix."""
     latitude, longitude = float(message.latitude), float(message.longitude)
-    is_fix = message.status.status > _NO_FIX and abs(latitude) <= 90.0 and abs(longitude) <= 360.0
-    return (latitude, longitude) if is_fix and (latitude, longitude) != (0.0, 0.0) else None
+    is_place = abs(latitude) <= 90.0 and abs(longitude) <= 360.0
+    if message.status.status <= _NO_FIX or not is_place or latitude == longitude == 0.0:
+        return None
+    return latitude, longitude
 
 
 def gps_fix(
@@ -144,10 +140,10 @@ def gps_fix(
     x = place[0] - cos * float(lever[0]) + sin * float(lever[1])
     y = place[1] - sin * float(lever[0]) - cos * float(lever[1])
     covariance = np.asarray(message.position_covariance, dtype=np.float64)
-    is_known = message.position_covariance_type != _UNKNOWN_COVARIANCE
-    return GpsFix(
-        stamp, x, y, _deviation((covariance[0] + covariance[4]) / 2.0) if is_known else 0.0
-    )
+    deviation = 0.0
+    if message.position_covariance_type != _UNKNOWN_COVARIANCE:
+        deviation = _deviation((covariance[0] + covariance[4]) / 2.0)
+    return GpsFix(stamp, x, y, deviation)
 
 
 def pose_of(message: Any) -> tuple[float, float, float] | None:
@@ -172,11 +168,13 @@ def _within(limit: float, *numbers: float) -> bool:
 
 def _deviation(variance: float) -> float:
     """The standard deviation; 0, which means that none is stated, where the variance is none."""
-    return math.sqrt(variance) if math.isfinite(variance) and variance > 0.0 else 0.0
+    if not 0.0 < variance < math.inf:
+        return 0.0
+    return math.sqrt(variance)
 
 
 def _deviation_about_z(covariance: FloatArray, mounting: Transform) -> float:
-    """The deviation about the base's z axis of a covariance (9,) that is given about the sensor's axes."""
+    """The deviation about the base's z axis of a covariance (9,) about the sensor's axes."""
     if covariance[0] == -1.0:
         return 0.0
     up = mounting.rotation[2]

@@ -1,7 +1,4 @@
-"""Where the sensors are on the robot.
-
-From ``tf_static``, from ``tf`` where it stands there, or from the user.
-"""
+"""Where the sensors are on the robot: from ``tf_static``, ``tf`` or the user."""
 
 import math
 from collections import deque
@@ -53,7 +50,7 @@ class Transform:
 
     @property
     def tilt(self) -> float:
-        """Angle in [rad] between the z axes, 0 where both point up, pi where the frame is upside down."""
+        """Angle [rad] between the z axes; pi where the frame is upside down."""
         return math.atan2(math.hypot(*self.rotation[2, :2]), self.rotation[2, 2])
 
 
@@ -146,7 +143,7 @@ class Mountings:
         return None
 
     def find_from_any(self, bases: Iterable[str], frame: str) -> tuple[Transform, bool] | None:
-        """As :meth:`find`, for the first of several base frames from which the frame can be reached."""
+        """As :meth:`find`, for the first base frame from which the frame can be reached."""
         return next(
             (found for base in bases if (found := self.find(base, frame)) is not None), None
         )
@@ -170,12 +167,15 @@ def parse_transform(text: str) -> tuple[str, str, Transform]:
     else:
         frames, values, forms = words[-2:], numbers[:-2], _BEFORE_FRAMES
     known = [value for value in values if value is not None and abs(value) <= _FARTHEST]
-    form = forms.get(len(values))
-    rotation = None if form is None or len(known) != len(values) else _rotation(form, known)
+    form, rotation = forms.get(len(values)), None
+    if form is not None and len(known) == len(values):
+        rotation = _rotation(form, known)
     if rotation is None or frame_name(frames[0]) == frame_name(frames[1]):
         raise InputError(f"--static-tf '{text}' is none of {_FORMS}; [m] and [rad]")
-    place = (*known[:2], 0.0) if form == "planar" else known[:3]
-    return frame_name(frames[0]), frame_name(frames[1]), Transform(rotation, np.array(place))
+    place = np.array(known[:3])
+    if form == "planar":
+        place[2] = 0.0
+    return frame_name(frames[0]), frame_name(frames[1]), Transform(rotation, place)
 
 
 def _rotation(form: str, values: list[float]) -> FloatArray | None:
@@ -183,8 +183,10 @@ def _rotation(form: str, values: list[float]) -> FloatArray | None:
         return from_angles(0.0, 0.0, values[2])
     if form == "quaternion":
         return from_quaternion(*values[3:])
-    roll, pitch, yaw = values[3:] if form == "roll pitch yaw" else reversed(values[3:])
-    return from_angles(roll, pitch, yaw)
+    angles = values[3:]
+    if form == "yaw pitch roll":
+        angles.reverse()
+    return from_angles(*angles)
 
 
 def _number(word: str) -> float | None:

@@ -1,4 +1,4 @@
-"""From what stands in a bag to what the robot's localizers receive, with the mountings of the sensors."""
+"""From the messages of a bag to what the robot's localizers receive."""
 
 import math
 from collections import Counter
@@ -51,11 +51,15 @@ class Receiver:
             edge: frames between which transforms tell odometry.
         """
         self._mountings, self._say = mountings, say
-        named = [frame_name(name) for name in (base_frame, odometry_frame) if name]
-        self._bases = named[:1] if base_frame else [*named, *BASE_FRAMES]
+        if base_frame:
+            self._bases = [frame_name(base_frame)]
+        else:
+            self._bases = [frame_name(name) for name in (odometry_frame, *BASE_FRAMES) if name]
         self._frame, self._shift = frame, Pose2D()
         self._heading, self._has_fix = heading, False
-        self._moving = None if edge is None else MovingFrame(edge)
+        self._moving: MovingFrame | None = None
+        if edge is not None:
+            self._moving = MovingFrame(edge)
         self._mounted: dict[tuple[str, str], Transform] = {}
         self._forces: list[np.ndarray] = []  # of the inertial unit, in the base frame
         self.left_out: Counter[str] = Counter()  # messages that hold nothing usable, by type
@@ -66,8 +70,10 @@ class Receiver:
         None: it is a transform of no interest.
         """
         if kind in TRANSFORM_TYPES:
-            message = None if self._moving is None else self._moving.stamped(message)
-        return None if message is None else messages.stamp_of(message)
+            message = self._moving and self._moving.stamped(message)
+        if message is None:
+            return None
+        return messages.stamp_of(message)
 
     def convert(self, kind: str, message: Any, stamp: float, believed: Pose2D) -> Measured | None:
         """The robot's own message; None: it holds nothing usable, or nothing new.
@@ -86,12 +92,10 @@ class Receiver:
         if kind == FIX:
             measured = self._fix(message, stamp, believed)
         elif kind in TRANSFORM_TYPES:
-            place = None if self._moving is None else self._moving.place(message)
-            if self._moving is not None and place is not None:
-                return self._moving.move(
-                    stamp, place @ self._mounting(ODOMETRY, self._moving.child).inverse
-                )
             measured = None
+            if self._moving is not None and (place := self._moving.place(message)) is not None:
+                base = place @ self._mounting(ODOMETRY, self._moving.child).inverse
+                return self._moving.move(stamp, base)
         elif kind == ODOMETRY:
             measured = messages.odometry(
                 message, stamp, self._mounting(kind, message.child_frame_id)
@@ -144,8 +148,10 @@ class Receiver:
             return IDENTITY
         if found is None:
             self._say(
-                f"nobody says where frame '{frame}' of {kind.rsplit('/', 1)[-1]} is on {self._bases[0]}: taken to be "
-                f"there, not turned; give --static-tf '{self._bases[0]} {frame or 'FRAME'} x y z roll pitch yaw'"
+                f"nobody says where frame '{frame}' of {kind.rsplit('/', 1)[-1]} is on "
+                f"{self._bases[0]}: taken to be "
+                f"there, not turned; give --static-tf '{self._bases[0]} {frame or 'FRAME'} x y z "
+                "roll pitch yaw'"
             )
             return IDENTITY
         transform, moves = found
@@ -153,7 +159,8 @@ class Receiver:
             self._say(f"frame '{frame}' moves on the robot; taken to stay where it was at first")
         if kind == SCAN and _SLANTED < transform.tilt < math.pi - _SLANTED:
             self._say(
-                f"laser '{frame}' is tilted by {math.degrees(transform.tilt):.0f} degrees; taken as level"
+                f"laser '{frame}' is tilted by {math.degrees(transform.tilt):.0f} degrees; taken "
+                "as level"
             )
         return transform
 
@@ -169,6 +176,7 @@ class Receiver:
         norm = float(np.linalg.norm(mean))
         if _GRAVITY[0] < norm < _GRAVITY[1] and (angle := math.acos(mean[2] / norm)) > _UPRIGHT:
             self._say(
-                f"gravity is {math.degrees(angle):.0f} degrees off the vertical in frame '{message.header.frame_id}': "
+                f"gravity is {math.degrees(angle):.0f} degrees off the vertical in frame "
+                f"'{message.header.frame_id}': "
                 "its mounting is wrong or missing, and so will the headings be; see --static-tf"
             )

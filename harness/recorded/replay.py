@@ -54,15 +54,16 @@ class Clock:
 
     def take(self, topic: str, arrival: float, stamp: float) -> float:
         """Go on to a message's arrival; returns the stamp to use for it, in [s]."""
-        expected = (
-            arrival + self._offset if self._arrival is None else self.now + arrival - self._arrival
-        )
-        is_near_now = self._arrival is not None and abs(stamp - self.now) <= APART
+        expected, is_near_now = arrival + self._offset, False
+        if self._arrival is not None:
+            expected = self.now + arrival - self._arrival
+            is_near_now = abs(stamp - self.now) <= APART
         is_unset = stamp == self._still.get(topic) or (stamp == 0.0 and abs(expected) > _BEGINNING)
         if is_unset or (not abs(stamp - expected) <= APART and not is_near_now):
             self.replaced[topic] += 1
             stamp = expected
-        self.now = stamp if self._arrival is None else max(self.now, stamp)
+        if self._arrival is None or stamp > self.now:
+            self.now = stamp
         self._arrival = arrival
         return stamp
 
@@ -133,7 +134,7 @@ class Replay:
             say(f"{count} messages of {kind.rsplit('/', 1)[-1]} hold nothing usable; left out")
 
     def _clock(self) -> Clock:
-        """A clock that knows unset stamps, and how far the others usually are from their arrival."""
+        """A clock that knows unset stamps, and the usual offset of the others."""
         still: dict[str, float] = {}
         known: list[tuple[float, float]] = []  # arrival, offset
         for topic in sorted(self._choice.names):
@@ -143,8 +144,8 @@ class Replay:
                 still[topic] = stamps.pop()
                 continue
             known += [(arrival, stamp - arrival) for arrival, stamp in times if stamp != 0.0]
-        offsets = [offset for _, offset in sorted(known)[:_FIRST]]
-        return Clock(median(offsets) if offsets else 0.0, still)
+        offsets = [offset for _, offset in sorted(known)[:_FIRST]] or [0.0]
+        return Clock(median(offsets), still)
 
     def _first_times(self, topic: str) -> list[tuple[float, float]]:
         """Arrival and stamp in [s] of a topic's first messages."""
@@ -160,17 +161,15 @@ class Replay:
     ) -> Belief:
         """One message, to the localizer or to the reference; returns what is believed then."""
         name, kind = message.topic.name, message.topic.type
-        is_reference, is_input = (
-            name == self._choice.reference,
-            name in self._choice.topics.values(),
-        )
+        is_input = name in self._choice.topics.values()
         measured = None
         if is_input or kind == FIX:
             measured = self._receiver.convert(kind, decoded, stamp, belief.pose)
-        if is_reference:
-            if kind == FIX:
-                row = (measured.x, measured.y, math.nan) if isinstance(measured, GpsFix) else None
-            else:
+        if name == self._choice.reference:
+            row = None
+            if isinstance(measured, GpsFix):
+                row = measured.x, measured.y, math.nan
+            elif kind != FIX:
                 row = messages.pose_of(decoded)
             if row is not None:
                 self._references.extend((stamp, *row))
@@ -179,7 +178,9 @@ class Replay:
         belief = self._localizer.update(_observation(now, measured))
         if self._is_amcl and isinstance(measured, Odometry):
             self._moved_at = measured.stamp
-        self._keep(now if self._moved_at is None else self._moved_at, belief)
+        if self._moved_at is not None:
+            now = self._moved_at
+        self._keep(now, belief)
         return belief
 
     def _keep(self, stamp: float, belief: Belief) -> None:

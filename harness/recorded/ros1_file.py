@@ -26,7 +26,8 @@ class Ros1File(BlockFile):
     def _scan(self) -> None:
         if self._file[: len(_VERSION)] != _VERSION:
             raise BagError(
-                f"bag '{self.path}' is not of the format 2.0; convert it with 'rosbag fix' or 'rosbags-convert'"
+                f"bag '{self.path}' is not of the format 2.0; convert it with 'rosbag fix' or "
+                "'rosbags-convert'"
             )
         if not self._take_records(self._file, WHOLE_FILE, len(_VERSION), ""):
             raise DamageError(

@@ -39,10 +39,14 @@ def decode(message: Message) -> Any:
         DamageError: it is not what its type says.
     """
     topic = message.topic
-    kind = TRANSFORMS if topic.type == OLD_TRANSFORMS else topic.type
+    kind = topic.type
+    if kind == OLD_TRANSFORMS:
+        kind = TRANSFORMS
     _require_definition(topic, kind)
     store = _store(topic.encoding)
-    read = store.deserialize_ros1 if topic.encoding == "ros1" else store.deserialize_cdr
+    read = store.deserialize_cdr
+    if topic.encoding == "ros1":
+        read = store.deserialize_ros1
     try:
         return read(message.content, kind)
     except (
@@ -59,7 +63,7 @@ def decode(message: Message) -> Any:
 
 
 def first_messages(bag: Bag, topic: str, most: int) -> Iterator[tuple[Message, Any]]:
-    """The first messages of a topic with their decoded selves, up to damage, which whoever reads on meets again."""
+    """The first messages of a topic, each with its decoded self, up to the first damage."""
     with contextlib.suppress(DamageError):
         for place in bag.places({topic})[:most]:
             message = bag.read(place)
@@ -68,7 +72,10 @@ def first_messages(bag: Bag, topic: str, most: int) -> Iterator[tuple[Message, A
 
 @cache
 def _store(encoding: str) -> Typestore:
-    store = get_typestore(Stores.ROS1_NOETIC if encoding == "ros1" else Stores.ROS2_JAZZY)
+    kind = Stores.ROS2_JAZZY
+    if encoding == "ros1":
+        kind = Stores.ROS1_NOETIC
+    store = get_typestore(kind)
     if TRANSFORMS not in store.fielddefs:
         store.register(
             get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS)

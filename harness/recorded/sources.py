@@ -49,7 +49,8 @@ def choose(localizer: str, topics: Topics, bag: Bag, reference: str | None) -> C
     if reference is not None and topics.type_of(reference) not in REFERENCES:
         known = ", ".join(REFERENCES)
         raise InputError(
-            f"reference {reference} is of the type {topics.type_of(reference)}; it must be one of {known}"
+            f"reference {reference} is of the type {topics.type_of(reference)}; it must be one of "
+            f"{known}"
         )
     entry = localizers()[localizer]
     needed, used = ([MESSAGES[each] for each in inputs] for inputs in (entry.inputs, entry.uses))
@@ -80,18 +81,20 @@ def odometry_frame(bag: Bag, choice: Choice) -> str | None:
     """The frame whose motion the odometry tells; None: there is no odometry."""
     if choice.edge is not None:
         return choice.edge[1]
-    odometry = (
-        first_messages(bag, choice.topics[ODOMETRY], 1) if ODOMETRY in choice.topics else iter(())
-    )
+    if ODOMETRY not in choice.topics:
+        return None
+    odometry = first_messages(bag, choice.topics[ODOMETRY], 1)
     return next((message.child_frame_id for _, message in odometry), None)
 
 
 def _missing(localizer: str, bag: Bag, kind: str, name: str | None) -> BagError:
     usual = USUAL_NAMES[kind][0]
-    what = (
-        f"has no topic of {kind} (usually {usual})" if name is None else f"has no message of {name}"
-    )
-    where = f"{bag.damage}; what stands before that" if bag.damage else "the bag"
+    what = f"has no message of {name}"
+    if name is None:
+        what = f"has no topic of {kind} (usually {usual})"
+    where = "the bag"
+    if bag.damage:
+        where = f"{bag.damage}; what stands before that"
     has = (
         ", ".join(f"{topic} ({its})" for topic, its in sorted(bag.topics.items())[:20])
         or "no topic"

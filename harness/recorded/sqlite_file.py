@@ -54,7 +54,8 @@ class SqliteFile(BagFile):
         log = self.path.with_name(f"{self.path.name}-wal")
         if log.exists() and log.stat().st_size > 0:
             raise DamageError(
-                f"was never closed by its recorder: the last messages stand in {log.name}, which is not read"
+                f"was never closed by its recorder: the last messages stand in {log.name}, which "
+                "is not read"
             )
 
     def _read_tables(self) -> None:
@@ -99,14 +100,14 @@ class SqliteFile(BagFile):
                 and found[0][0] == "table"
                 and "VIRTUAL" not in str(found[0][1]).upper()
             )
-            stored = (
-                {row[1] for row in self._database.execute(f"PRAGMA table_info({table})")}
-                if is_table
-                else set()
-            )
-            if not stored.issuperset(columns):  # columns that are computed are not among those
+            stored = set()  # without columns that are computed
+            if is_table:
+                rows = self._database.execute(f"PRAGMA table_info({table})")
+                stored = {row[1] for row in rows}
+            if not stored.issuperset(columns):
                 raise BagError(
-                    f"bag '{self.path}' is an SQLite file, but has no table '{table}' as ROS 2 writes it"
+                    f"bag '{self.path}' is an SQLite file, but has no table '{table}' as ROS 2 "
+                    "writes it"
                 )
 
     def _rows(self, query: str) -> Iterator[tuple[Any, ...]]:

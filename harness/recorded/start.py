@@ -57,7 +57,7 @@ def start_belief(given: str | None, nav2: Nav2File, localizer: str) -> Belief | 
 
 
 def local_frame(datum: str | None) -> tuple[LocalFrame | None, float]:
-    """The frame of a datum ``latitude,longitude[,heading]`` that the user gave, and its heading in [rad] from east.
+    """The frame of a datum ``latitude,longitude[,heading]``, and its heading [rad] from east.
 
     Raises:
         InputError: it is none.
@@ -65,8 +65,10 @@ def local_frame(datum: str | None) -> tuple[LocalFrame | None, float]:
     if datum is None:
         return None, 0.0
     what = "latitude,longitude[,heading] in [deg], [deg], [rad from east], e.g. 42.3758,-71.1474"
-    latitude, longitude, *more = numbers("--datum", datum, (2, 3), what)
-    heading = more[0] if more else 0.0
+    values = numbers("--datum", datum, (2, 3), what)
+    if len(values) == 2:
+        values.append(0.0)
+    latitude, longitude, heading = values
     return LocalFrame(latitude, longitude, heading), heading
 
 
@@ -87,8 +89,9 @@ def static_map(name_or_file: str | None, localizer: str) -> OccupancyGrid:
         return OccupancyGrid(np.full((1, 1), UNKNOWN, dtype=np.int8), 1.0, Pose2D())
     path = resolve(name_or_file, shipped("maps"), "map")
     grid = align(load_map(path))
-    is_built_in = path.resolve().is_relative_to(shipped("maps").resolve())
-    return Scene(path.stem, (), (), grid, grid).mapped_geometry if is_built_in else grid
+    if path.resolve().is_relative_to(shipped("maps").resolve()):
+        return Scene(path.stem, (), (), grid, grid).mapped_geometry
+    return grid
 
 
 def numbers(option: str, text: str, counts: tuple[int, ...], what: str) -> list[float]:

@@ -1,4 +1,4 @@
-"""Which topics of a bag are read: the user's choice, the only one of its type, or the one with the usual name."""
+"""Which topics of a bag are read: the user's, the only one of a type, or the usual name."""
 
 from collections.abc import Iterable, Mapping
 
@@ -57,12 +57,15 @@ class Topics:
         if name not in self._types:
             known = ", ".join(sorted(self._types)[:20]) or "none"
             raise InputError(
-                f"topic '{name}' is not in the bag{did_you_mean(name, self._types)}; it has: {known}"
+                f"topic '{name}' is not in the bag{did_you_mean(name, self._types)}; it has: "
+                f"{known}"
             )
         return name
 
     def _name(self, name: str) -> str:
-        return name if name in self._types or name.startswith("/") else f"/{name}"
+        if name in self._types or name.startswith("/"):
+            return name
+        return f"/{name}"
 
     def type_of(self, name: str) -> str:
         """The type of a topic of the bag."""
@@ -95,7 +98,8 @@ class Topics:
             name = self._chosen[usual[0]]
             if self._types[name] != kind:
                 raise InputError(
-                    f"topic {name} is of the type {self._types[name]}, not {kind}; remap another one"
+                    f"topic {name} is of the type {self._types[name]}, not {kind}; remap another "
+                    "one"
                 )
             return name
         names = sorted(name for name, its in self._types.items() if its == kind)
@@ -110,5 +114,6 @@ class Topics:
                 return candidates[0]
         shown = ", ".join(names[:20])
         raise InputError(
-            f"the bag has several topics of {kind}: {shown}; choose one with --remap {usual[0]}:=TOPIC"
+            f"the bag has several topics of {kind}: {shown}; choose one with --remap "
+            f"{usual[0]}:=TOPIC"
         )

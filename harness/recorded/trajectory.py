@@ -135,8 +135,7 @@ def align(estimate: Trajectory, reference: Trajectory, how: str) -> Trajectory:
         return estimate
     moving, fixed = estimate.poses, reference.poses
     if how == "start":
-        turn = fixed[0, 2] - moving[0, 2]
-        turn = 0.0 if math.isnan(turn) else turn
+        turn = np.nan_to_num(fixed[0, 2] - moving[0, 2])
         centre, target = moving[0, :2], fixed[0, :2]
     else:
         centre, target = moving[:, :2].mean(axis=0), fixed[:, :2].mean(axis=0)
@@ -153,15 +152,18 @@ def absolute_errors(estimate: Trajectory, reference: Trajectory) -> Errors:
     Distances, and differences of heading.
     """
     difference = estimate.poses - reference.poses
-    yaws = None if np.isnan(difference[:, 2]).any() else np.abs(_wrapped(difference[:, 2]))
+    yaws = None
+    if not np.isnan(difference[:, 2]).any():
+        yaws = np.abs(_wrapped(difference[:, 2]))
     return Errors(np.hypot(difference[:, 0], difference[:, 1]), yaws)
 
 
 def relative_errors(estimate: Trajectory, reference: Trajectory, interval: float) -> Errors | None:
-    """The relative pose error (RPE) over an interval in [s], as the TUM tools define it (Sturm et al. 2012, eq. 2).
+    """The relative pose error (RPE) over an interval [s], as the TUM tools define it.
 
-    The difference between the two motions from a pose to the one nearest to ``interval`` later, where there is one
-    within a quarter of it; None: there is none, or the reference has no headings.
+    Sturm et al. 2012, eq. 2: the difference between the two motions from a pose to the one nearest
+    to ``interval`` later, where there is one within a quarter of it. None: there is none, or the
+    reference has no headings.
     """
     if np.isnan(reference.poses[:, 2]).any():
         return None

@@ -1,1 +1,1 @@
-"""Scenarios: short situations written down as data, driven in the physical world and judged by named checks."""
+"""Scenarios: short situations as data, driven in the physical world and judged by checks."""

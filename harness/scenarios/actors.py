@@ -12,9 +12,10 @@ from navstack.types import FloatArray, Pose2D
 
 
 class ScriptedPedestrians(PedestrianModel):
-    """Everybody waits at the first waypoint, sets out at a time or when the robot is near, and walks to the last one.
+    """Everybody waits at the first waypoint, sets out when it is time, and walks to the last one.
 
-    They walk straight from waypoint to waypoint at constant speed and see nothing.
+    It is time at a given moment or when the robot is near. They walk straight from waypoint to
+    waypoint at constant speed and see nothing.
     """
 
     def __init__(self, scripts: Sequence[PersonScript]) -> None:
@@ -67,11 +68,14 @@ class ScriptedPedestrians(PedestrianModel):
         script, points, distances = self._scripts[i], self._waypoints[i], self._distances[i]
         walked = self._walked[i]
         if walked >= distances[-1]:
-            return (
-                ABSENT if script.leaves and self._under_way[i] else (*points[-1].tolist(), 0.0, 0.0)
-            )
+            if script.leaves and self._under_way[i]:
+                return ABSENT
+            x, y = points[-1].tolist()
+            return x, y, 0.0, 0.0
         leg = int(np.searchsorted(distances, walked, side="right")) - 1
         direction = (points[leg + 1] - points[leg]) / (distances[leg + 1] - distances[leg])
         x, y = (points[leg] + direction * (walked - distances[leg])).tolist()
-        vx, vy = (direction * script.speed).tolist() if self._under_way[i] else (0.0, 0.0)
+        if not self._under_way[i]:
+            return x, y, 0.0, 0.0
+        vx, vy = (direction * script.speed).tolist()
         return x, y, vx, vy

@@ -49,50 +49,46 @@ Answer = tuple[bool, str]
 
 
 def _no_collision(drive: Drive, asked: bool) -> Answer:
-    contacts = drive.truth.contacts
-    return not contacts, _touched(drive) if contacts else "touched nothing"
+    if not drive.truth.contacts:
+        return True, "touched nothing"
+    return False, _touched(drive)
 
 
 def _not_at_fault(drive: Drive, asked: bool) -> Answer:
     faults = [fault(contact) for contact in drive.truth.contacts]
-    return all(each == "person_into_standing_robot" for each in faults), ", ".join(
-        dict.fromkeys(faults)
-    ) or "no contact"
+    measured = ", ".join(dict.fromkeys(faults)) or "no contact"
+    return set(faults) <= {"person_into_standing_robot"}, measured
 
 
 def _no_injury(drive: Drive, asked: bool) -> Answer:
-    hits = [
-        contact for contact in drive.truth.counted_contacts if contact.partner is Partner.PEDESTRIAN
-    ]
-    return not hits, f"{len(hits)} counted contacts with people"
+    counted = drive.truth.counted_contacts
+    hits = sum(contact.partner is Partner.PEDESTRIAN for contact in counted)
+    return not hits, f"{hits} counted contacts with people"
 
 
 def _arrives_within(drive: Drive, seconds: float) -> Answer:
     end = float(drive.times[-1])
-    if not drive.arrived:
-        return False, f"had not arrived after {end:.1f} s" + (
-            f", gave up with {drive.error}" if drive.gave_up else ""
-        )
-    return end <= seconds, f"arrived after {end:.1f} s"
+    if drive.arrived:
+        return end <= seconds, f"arrived after {end:.1f} s"
+    measured = f"had not arrived after {end:.1f} s"
+    if drive.gave_up:
+        measured += f", gave up with {drive.error}"
+    return False, measured
 
 
 def _gives_up_with(drive: Drive, error: str) -> Answer:
-    return (
-        drive.gave_up and drive.error == error,
-        f"gave up with {drive.error}" if drive.gave_up else "did not give up",
-    )
+    if not drive.gave_up:
+        return False, "did not give up"
+    return drive.error == error, f"gave up with {drive.error}"
 
 
 def _stays_off(drive: Drive, kinds: tuple[str, ...]) -> Answer:
-    zones = {
-        kind: [zone.polygon for zone in drive.scene.zones if zone.kind == kind] for kind in kinds
-    }
-    unknown = next((kind for kind, polygons in zones.items() if not polygons), None)
-    if unknown is not None:
-        return False, f"the scene has no ground of kind '{unknown}'"
-    ground = shapely.union_all(
-        [shapely.Polygon(polygon) for polygons in zones.values() for polygon in polygons]
-    )
+    zones = [zone for zone in drive.scene.zones if zone.kind in kinds]
+    known = {zone.kind for zone in zones}
+    for kind in kinds:
+        if kind not in known:
+            return False, f"the scene has no ground of kind '{kind}'"
+    ground = shapely.union_all([shapely.Polygon(zone.polygon) for zone in zones])
     x, y, yaw = drive.poses.T
     on_it = np.zeros(len(x), dtype=bool)
     for ahead, left in drive.feet:
@@ -112,10 +108,9 @@ def _keeps_out_of(drive: Drive, areas: tuple[Area, ...]) -> Answer:
 
 def _never_closer_than(drive: Drive, least: float) -> Answer:
     nearest = float(drive.distances.min())
-    return (
-        nearest >= least,
-        "nobody was there" if nearest == math.inf else f"{nearest:.2f} m at the nearest",
-    )
+    if nearest == math.inf:
+        return True, "nobody was there"
+    return nearest >= least, f"{nearest:.2f} m at the nearest"
 
 
 def _moves_at_most(drive: Drive, most: float) -> Answer:
@@ -145,19 +140,25 @@ CHECKS: dict[str, Callable[[Drive, Any], Answer]] = {
 def judge(drive: Drive, checks: Checks) -> tuple[Finding, ...]:
     """The findings of all checks that a scenario asks for."""
     return tuple(
-        Finding(name, "" if value is True else _plain(value), *CHECKS[name](drive, value))
+        Finding(name, _plain(value), *CHECKS[name](drive, value))
         for name, value in checks.asked.items()
     )
 
 
 def _plain(value: Any) -> str:
-    return ", ".join(str(each) for each in value) if isinstance(value, tuple) else str(value)
+    if value is True:
+        return ""
+    if isinstance(value, tuple):
+        return ", ".join(map(str, value))
+    return str(value)
 
 
 def _touched(drive: Drive) -> str:
-    first = drive.truth.contacts[0]
-    more = f" and {len(drive.truth.contacts) - 1} more" if len(drive.truth.contacts) > 1 else ""
-    return f"{fault(first)} ({first.kind}) after {first.stamp:.1f} s, {first.impulse:.1f} N s{more}"
+    first, *more = drive.truth.contacts
+    words = f"{fault(first)} ({first.kind}) after {first.stamp:.1f} s, {first.impulse:.1f} N s"
+    if more:
+        words += f" and {len(more)} more"
+    return words
 
 
 def _first(drive: Drive, where: BoolArray, words: str) -> str:

@@ -84,7 +84,8 @@ def _letters(drawing: Drawing) -> np.ndarray:
         raise ParameterError(f"drawing: letter {drawing.letter} m is not a multiple of {CELL} m")
     if len(rows) * len(rows[0]) * per_letter**2 > MOST_CELLS:
         raise ParameterError(
-            f"drawing: {len(rows)} x {len(rows[0])} letters of {drawing.letter} m are too large a place"
+            f"drawing: {len(rows)} x {len(rows[0])} letters of {drawing.letter} m are too large a "
+            "place"
         )
     return np.array([[ord(letter) for letter in row] for row in rows], dtype=np.uint32)
 

@@ -106,7 +106,10 @@ def _scene(scenario: Scenario, path: Path) -> Scene:
 
 def _beside(path: Path, name: str) -> str:
     """A file beside the scenario's by its path, anything else as it is: a built-in name."""
-    return str(path.parent / name) if (path.parent / name).is_file() else name
+    beside = path.parent / name
+    if beside.is_file():
+        return str(beside)
+    return name
 
 
 def _deliver(
@@ -128,8 +131,10 @@ def _deliver(
     end = math.inf  # [s] when the aftermath of giving up is over
     while (verdict := rules.judge(world.truth, scenario.goal)) is None and world.stamp < end:
         command, truth = navigator.tick(observation), world.truth
-        believed = navigator.belief.pose if navigator.belief else truth.pose
-        error = math.hypot(believed.x - truth.pose.x, believed.y - truth.pose.y)
+        error = 0.0
+        if navigator.belief:
+            believed = navigator.belief.pose
+            error = math.hypot(believed.x - truth.pose.x, believed.y - truth.pose.y)
         observation = world.step(command)
         truth = world.truth
         pose = (truth.pose.x, truth.pose.y, truth.pose.yaw)

@@ -34,7 +34,8 @@ class Thing:
         x0, y0, x1, y1 = self.box
         if not (x0 < x1 and y0 < y1 and 0.0 < self.height <= 100.0):
             raise ParameterError(
-                f"thing: box {list(self.box)}, height {self.height} m; needed are x0 < x1 and y0 < y1"
+                f"thing: box {list(self.box)}, height {self.height} m; needed are x0 < x1 and y0 "
+                "< y1"
             )
 
 
@@ -150,11 +151,13 @@ class Scenario:
             raise ParameterError("checks: none is given")
         if not 0.0 < self.time_limit <= LONGEST or not 0 <= self.seed < 2**63:
             raise ParameterError(
-                f"time_limit {self.time_limit} s, seed {self.seed}; allowed: up to {LONGEST:g}, from 0"
+                f"time_limit {self.time_limit} s, seed {self.seed}; allowed: up to {LONGEST:g}, "
+                "from 0"
             )
         if len(self.people) + len(self.things) > MOST_ACTORS:
             raise ParameterError(
-                f"{len(self.people)} people and {len(self.things)} things; at most {MOST_ACTORS} in all"
+                f"{len(self.people)} people and {len(self.things)} things; at most {MOST_ACTORS} "
+                "in all"
             )
 
 
@@ -168,6 +171,6 @@ def load_scenario(path: Path) -> Scenario:
         return load_dataclass(Scenario, path)
     except (ParameterError, UnknownNameError) as error:
         message = str(error)
-        raise ParameterError(
-            message if message.startswith(str(path)) else f"{path}: {message}"
-        ) from None
+        if not message.startswith(str(path)):
+            message = f"{path}: {message}"
+        raise ParameterError(message) from None

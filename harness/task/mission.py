@@ -71,7 +71,8 @@ class MissionSampler:
             raise UnknownNameError("missions", sampling, SAMPLINGS)
         if mesh.origin.yaw != 0.0:
             raise MapError(
-                f"map origin has a yaw of {mesh.origin.yaw} rad; turn the map parallel to the axes first"
+                f"map origin has a yaw of {mesh.origin.yaw} rad; turn the map parallel to the "
+                "axes first"
             )
         self._mesh, self._ground, self._sampling = mesh, ground or mesh, sampling
         self._factor = max(round(_COARSE / mesh.resolution), 1)
@@ -93,7 +94,8 @@ class MissionSampler:
         """
         if len(self._cells) < 2:
             raise MapError(
-                f"map has no room to draw missions: nowhere {CLEARANCE} m of clearance to what is not walkable; "
+                f"map has no room to draw missions: nowhere {CLEARANCE} m of clearance to what is "
+                "not walkable; "
                 "give --start and --goal"
             )
         for _ in range(_MOST_BATCHES):
@@ -107,7 +109,8 @@ class MissionSampler:
                     starts[valid[0]], goals[valid[0]], float(rng.uniform(-math.pi, math.pi))
                 )
         raise MapError(
-            f"no valid mission in {_MOST_BATCHES * _BATCH} draws; the map's walkable parts may be too small"
+            f"no valid mission in {_MOST_BATCHES * _BATCH} draws; the map's walkable parts may be "
+            "too small"
         )
 
     def _anywhere(self, rng: np.random.Generator) -> IntArray:
@@ -154,7 +157,8 @@ class MissionSampler:
         from_cell, to_cell = self._nearest_passable(start), self._nearest_passable(goal)
         if from_cell is None or to_cell is None or self._label(from_cell) != self._label(to_cell):
             raise InputError(
-                f"no path of {2 * ROBOT_RADIUS} m width leads from start ({start.x:.1f}, {start.y:.1f}) m "
+                f"no path of {2 * ROBOT_RADIUS} m width leads from start ({start.x:.1f}, "
+                f"{start.y:.1f}) m "
                 f"to goal ({goal.x:.1f}, {goal.y:.1f}) m; choose poses on connected walkable ground"
             )
         return Mission(start, goal, self._length(self._path(from_cell, to_cell)))
@@ -213,7 +217,8 @@ def check_pose_free(walkable: OccupancyGrid, pose: Pose2D, what: str) -> None:
     mx, my = math.floor((pose.x - origin.x) / r), math.floor((pose.y - origin.y) / r)
     if not (0 <= mx < walkable.width and 0 <= my < walkable.height):
         raise InputError(
-            f"{where} lies outside the map; allowed: x {origin.x:.1f}..{origin.x + walkable.width * r:.1f}, "
+            f"{where} lies outside the map; allowed: x "
+            f"{origin.x:.1f}..{origin.x + walkable.width * r:.1f}, "
             f"y {origin.y:.1f}..{origin.y + walkable.height * r:.1f} m"
         )
     if walkable.data[my, mx] == FREE:
@@ -237,7 +242,8 @@ def check_apart(start: Pose2D, goal: Pose2D, arrival_radius: float) -> None:
     distance = math.hypot(goal.x - start.x, goal.y - start.y)
     if distance <= arrival_radius:
         raise InputError(
-            f"start and goal are {distance:.2f} m apart, and a delivery has arrived within {arrival_radius} m; "
+            f"start and goal are {distance:.2f} m apart, and a delivery has arrived within "
+            f"{arrival_radius} m; "
             "give poses farther apart"
         )
 
@@ -264,16 +270,18 @@ def check_footprint_free(geometry: OccupancyGrid, start: Pose2D, footprint: Floa
     covered = shapely.contains_xy(shapely.Polygon(polygon), x, y)
     if (geometry.data[rows, columns][covered] >= SOLID_FROM).any():
         raise InputError(
-            f"start ({start.x:g}, {start.y:g}) m, yaw {start.yaw:g}: the robot's footprint reaches into an obstacle "
+            f"start ({start.x:g}, {start.y:g}) m, yaw {start.yaw:g}: the robot's footprint "
+            "reaches into an obstacle "
             "there; give a start farther from it or another yaw"
         )
 
 
 def _clearance(mesh: OccupancyGrid, factor: int) -> Float32Array:
-    """Distance [m] from the centre of the middle cell of every ``factor`` x ``factor`` to the nearest that is not free.
+    """Distance [m] of every ``factor`` x ``factor`` cells to the nearest cell that is not free.
 
-    The map's edge counts too. The distance to that cell's centre less half a cell: the distance to its border, up to
-    0.2 cells more on diagonals.
+    It is measured from the centre of the middle cell, and the map's edge counts too. The distance
+    to that cell's centre less half a cell: the distance to its border, up to 0.2 cells more on
+    diagonals.
     """
     free: BoolArray = mesh.data == FREE
 

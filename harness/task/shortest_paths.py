@@ -74,7 +74,9 @@ def distance_field(
     cells = cells[((cells >= 0) & (cells < free.shape)).all(axis=1)]
     cells = cells[free[cells[:, 0], cells[:, 1]]] + 2
     padded = np.pad(free, 2)
-    last = -1 if until is None else (int(until[0]) + 2) * padded.shape[1] + int(until[1]) + 2
+    last = -1
+    if until is not None:
+        last = (int(until[0]) + 2) * padded.shape[1] + int(until[1]) + 2
     length = _dijkstra(padded, np.unique(cells[:, 0] * padded.shape[1] + cells[:, 1]), last)
     return np.ascontiguousarray(length[2:-2, 2:-2], dtype=np.float32)
 
@@ -103,19 +105,22 @@ def shortest_path(
 ) -> IntArray | None:
     """The corners (M, 2) of a shortest path between two cells, or None where there is none."""
     cells = descend(distance_field(free, np.array(goal), start), start)
-    return string_pull(free, cells) if len(cells) else None
+    if not len(cells):
+        return None
+    return string_pull(free, cells)
 
 
 def path_length(cells: IntArray) -> float:
     """Length of a polyline through cell centres, in cells."""
-    return float(np.hypot(*np.diff(cells, axis=0).T).sum()) if len(cells) > 1 else 0.0
+    return float(np.hypot(*np.diff(cells, axis=0).T).sum())
 
 
 @njit()
 def line_of_sight(free: BoolArray, my0: int, mx0: int, my1: int, mx1: int) -> bool:
-    """Whether all cells that the line between two cell centres touches are free (Amanatides & Woo, in integers).
+    """Whether all cells that the line between two cell centres touches are free.
 
-    Where the line passes exactly through a cell corner, both neighbours of the corner must be free.
+    Amanatides & Woo, in integers. Where the line passes exactly through a cell corner, both
+    neighbours of the corner must be free.
     """
     ny, nx = abs(my1 - my0), abs(mx1 - mx0)
     sy, sx = (1 if my1 > my0 else -1), (1 if mx1 > mx0 else -1)

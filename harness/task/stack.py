@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from harness.storage.shipped import is_file, resolve, shipped
 from harness.task.camera_params import CameraParams
@@ -125,17 +125,18 @@ def load_stack(
         )
     else:
         stack = load_dataclass(Stack, path)
+    changes: dict[str, Any] = {
+        name: _beside(path, getattr(stack, name))
+        for name in ("nav2_file", "planning_map", "localization_map", "robot", "sensors")
+    }
+    given = {"localizer": localizer, "robot": robot, "sensors": sensors}
+    changes |= {name: value for name, value in given.items() if value is not None}
     stack = dataclasses.replace(
         stack,
         name=path.stem,
         navigator=_policy_beside(path, stack.navigator),
         policy=dataclasses.replace(stack.policy, file=_weights_beside(path, stack.policy.file)),
-        nav2_file=_beside(path, stack.nav2_file),
-        localizer=stack.localizer if localizer is None else localizer,
-        planning_map=_beside(path, stack.planning_map),
-        localization_map=_beside(path, stack.localization_map),
-        robot=_beside(path, stack.robot) if robot is None else robot,
-        sensors=_beside(path, stack.sensors) if sensors is None else sensors,
+        **changes,
     )
     return _with_paths(stack, path)
 
@@ -156,10 +157,13 @@ def absolute_files(nav2: Nav2File) -> dict[str, str]:
 
 def policy_files(stack: Stack) -> list[Path]:
     """The files that a stack's policy is made of, as far as the stack names them."""
-    code = stack.navigator.rpartition(":")[0]
-    return [
-        Path(file) for file in (code if code.endswith(".py") else "", stack.policy.file) if file
-    ]
+    code = Path(stack.navigator.rpartition(":")[0])
+    files = []
+    if code.suffix == ".py":
+        files.append(code)
+    if stack.policy.file:
+        files.append(Path(stack.policy.file))
+    return files
 
 
 def localizer_names() -> tuple[str, ...]:
@@ -172,7 +176,9 @@ def _beside(path: Path, name_or_file: str) -> str:
 
     A name of ``params`` as it is.
     """
-    return str((path.parent / name_or_file).absolute()) if is_file(name_or_file) else name_or_file
+    if is_file(name_or_file):
+        return str((path.parent / name_or_file).absolute())
+    return name_or_file
 
 
 def _policy_beside(path: Path, navigator: str) -> str:
@@ -195,7 +201,8 @@ def _weights_beside(path: Path, file: str) -> str:
     found = (path.parent / file).absolute()
     if not found.is_file():
         raise ParameterError(
-            f"{path}: {found} is not there; files of a policy are looked for beside the stack's file"
+            f"{path}: {found} is not there; files of a policy are looked for beside the stack's "
+            "file"
         )
     return str(found)
 
@@ -206,7 +213,8 @@ def _check_map(kind: str, given: str, known: Collection[str]) -> None:
         _check(kind, given, known)
     elif not Path(given).is_file():
         raise ParameterError(
-            f"{kind} {given} is not there; give a map_server YAML file, or one of {', '.join(known)}"
+            f"{kind} {given} is not there; give a map_server YAML file, or one of "
+            f"{', '.join(known)}"
         )
 
 
@@ -232,11 +240,9 @@ def _with_paths(stack: Stack, path: Path) -> Stack:
     nav2_file = ""
     if stack.navigator != PARKED:
         if not stack.nav2_file:
-            needs = (
-                "it has the localizer's and the planner's parameters"
-                if stack.is_policy
-                else "a nav2 stack needs one"
-            )
+            needs = "a nav2 stack needs one"
+            if stack.is_policy:
+                needs = "it has the localizer's and the planner's parameters"
             raise ParameterError(f"{path}: key 'nav2_file' is missing; {needs}")
         nav2_file = str(resolve(stack.nav2_file, params / "nav2", "Nav2").resolve())
     return dataclasses.replace(

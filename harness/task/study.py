@@ -164,6 +164,8 @@ def make_study(
         _at_least("--pedestrians", pedestrians, 0, MAX_PEDESTRIANS)
     if record not in RECORDS:
         raise UnknownNameError("--record", record, RECORDS)
+    if people is not None and is_recording(people):
+        people = str(Path(people).resolve())
     params = shipped("params")
     asked = (load_stack(name, localizer, robot, sensors) for name in stacks)
     loaded = _unique_names(
@@ -179,12 +181,10 @@ def make_study(
         seed=seed,
         episode=0,
         pedestrians=pedestrians,
-        people=str(Path(people).resolve())
-        if people is not None and is_recording(people)
-        else people,
+        people=people,
         missions=missions,
-        start=parse_pose("--start", start) if start is not None else None,
-        goal=parse_pose("--goal", goal) if goal is not None else None,
+        start=_given_pose("--start", start),
+        goal=_given_pose("--goal", goal),
         keep_trace=record == "full",
         keep_decisions=record in ("decisions", "full"),
         allow_unknown=allow_unknown,
@@ -195,7 +195,7 @@ def make_study(
 
 
 def usable_workers(asked: int | None, deliveries: int) -> int:
-    """How many processes to start: what a user asked for, by default one per core, and no more than there is to do.
+    """How many processes to start: as asked for or one per core, at most one per delivery.
 
     Raises:
         InputError: fewer than one is asked for.
@@ -206,13 +206,21 @@ def usable_workers(asked: int | None, deliveries: int) -> int:
 
 
 def _absolute(map_name: str) -> str:
-    """A built-in map's name as it is, a file as its absolute path, which every process and ``run.json`` can use."""
-    return str(Path(map_name).resolve()) if is_file(map_name) else map_name
+    """A built-in map's name as it is, a file as its absolute path."""
+    if is_file(map_name):
+        return str(Path(map_name).resolve())
+    return map_name
 
 
 def is_recording(people: str) -> bool:
-    """Whether what a user gave as people is a file of recorded ones, and not the name of a model."""
+    """Whether ``people`` is a file of recorded people, not the name of a model."""
     return Path(people).suffix in RECORDINGS or len(Path(people).parts) > 1
+
+
+def _given_pose(option: str, text: str | None) -> Pose2D | None:
+    if text is None:
+        return None
+    return parse_pose(option, text)
 
 
 def parse_pose(option: str, text: str) -> Pose2D:
@@ -234,7 +242,9 @@ def parse_pose(option: str, text: str) -> Pose2D:
 
 def _at_least(option: str, value: int, least: int, most: int | None = None) -> None:
     if value < least or (most is not None and value > most):
-        limit = f"at least {least}" if most is None else f"{least} to {most}"
+        limit = f"{least} to {most}"
+        if most is None:
+            limit = f"at least {least}"
         raise InputError(f"{option} {value} is out of range; give {limit}")
 
 

@@ -1,4 +1,4 @@
-"""Plugins put in the place of those that are not available here, as ``--substitute NAME=TYPE`` asks for."""
+"""Plugins in the place of others, as ``--substitute NAME=TYPE`` asks for."""
 
 import atexit
 import dataclasses

@@ -2,27 +2,26 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from harness.task.mission import Mission
-from harness.world.cargo.cargo import Cargo
-from harness.world.cargo.loose_cargo import LooseCargo
+from harness.world.cargo.bucket_motion import BucketMotion
+from harness.world.cargo.loose_cargo import make_cargo
 from harness.world.map.scene import Scene
 from harness.world.people.crowd import Crowd
 from harness.world.people.pedestrians import PedestrianModel
-from harness.world.physics.bodies import NearObstacles, add_robot, static_index
+from harness.world.physics.bodies import NearObstacles, add_robot, put_robot, static_index
 from harness.world.physics.body_state import BodyState
 from harness.world.physics.command_delay import CommandDelay
-from harness.world.physics.contacts import ContactBook, ContactPoint, Motion
+from harness.world.physics.contacts import ContactBook, ContactPoint, Motion, contact_points
 from harness.world.physics.drive_kernels import drive_constants, drive_forces
 from harness.world.physics.elevation import elevation_of
 from harness.world.physics.engine import Server, bullet
 from harness.world.physics.footing import ON_LEVEL_GROUND, Feet
 from harness.world.physics.ground import Ground
 from harness.world.physics.impulse_limit import limited, shove
-from harness.world.physics.motion_kernels import base_state, is_shaken, point_velocity
+from harness.world.physics.motion_kernels import base_state
 from harness.world.physics.robot import RobotParams
 from harness.world.sensors.suite import SensorSuite
 from harness.world.truth import Truth
@@ -83,49 +82,36 @@ class PyBulletWorld(World):
         self._base_offset = (-x, -y, -z)  # from the centre of mass
         self._feet = Feet(robot, params.physics.gravity)
         self._reach = robot.reach + 0.1  # [m] with what is closed within one step
-        self._cargo = _make_cargo(params, robot, self._dt)
-        self._bucket = np.zeros(12)  # of :func:`is_shaken`
-        self._bucket[:3] = np.subtract(robot.bucket, robot.center_of_mass)
-        self._bucket[6:9] = (
-            params.physics.rate,
-            params.physics.gravity,
-            params.cargo.wake_acceleration,
-        )
+        self._cargo = make_cargo(params.cargo, robot, params.physics)
+        self._bucket = BucketMotion(params.cargo, robot, params.physics)
 
     def reset(self, mission: Mission, generators: Mapping[str, np.random.Generator]) -> Observation:
         """See :class:`World`; generators are those of people, sensors and cargo.
 
         Earlier episodes leave no trace.
         """
-        client, robot, physics = self._client, self._robot, self._params.physics
-        # see harness.world.physics.bodies
+        client, robot, params = self._client, self._robot, self._params
+        physics = params.physics
         self._server.empty(self._dt, physics.solver_iterations, physics.contact_erp)
         self._ground = Ground(client, self._elevation, mission.start.x, mission.start.y)
         self._body = add_robot(client, robot)
         self._obstacles = NearObstacles(client, self._index, _OBSTACLE_FRICTION, robot)
         self._pedestrians.reset(generators["pedestrians"], mission.start)
         self._crowd = Crowd(
-            client,
-            self._pedestrians,
-            self._params.people,
-            self._params.pedestrian_bodies,
-            robot,
-            physics.rate,
+            client, self._pedestrians, params.people, params.pedestrian_bodies, robot, physics.rate
         )
-        self._book = ContactBook(self._params.contacts, self._dt, robot.mass)
+        self._book = ContactBook(params.contacts, self._dt, robot.mass)
         if self._cargo:
             self._cargo.reset(generators["cargo"])
-        self._place(mission.start)
+        put_robot(client, self._body, robot, mission.start, self._ground.level)
         self._steps = 0
         self._commands.reset()
         self._work = 0.0  # [J] of the motors
         self._footing = ON_LEVEL_GROUND
         self._read_robot()
-        self._bucket[3:6] = point_velocity(
-            self._orientation, self._velocity, self._spin, *self._bucket[:3]
-        )
-        # [m], [m2] where nothing is within reach
-        self._clear_around, self._clear_squared = self._position[:2], 0.0
+        self._bucket.reset(self._orientation, self._velocity, self._spin)
+        self._clear_around = self._position[:2]  # [m] where nothing is within reach
+        self._clear_squared = 0.0  # [m2]
         self._state = self._base_state(BodyState())._replace(ax=0.0, ay=0.0)
         self._truth = self._make_truth()
         self._sensors.reset(self._state, generators)
@@ -190,24 +176,11 @@ class PyBulletWorld(World):
         if self._cargo:
             self._cargo.close()
 
-    def _place(self, start: Pose2D) -> None:
-        cos, sin = math.cos(start.yaw), math.sin(start.yaw)
-        cx, cy, cz = self._robot.center_of_mass
-        position = (
-            start.x + cos * cx - sin * cy,
-            start.y + sin * cx + cos * cy,
-            cz + self._ground.level,
-        )
-        orientation = (0.0, 0.0, math.sin(0.5 * start.yaw), math.cos(0.5 * start.yaw))
-        bullet.resetBasePositionAndOrientation(
-            self._body, position, orientation, physicsClientId=self._client
-        )
-
     def _advance(self, speed: float, yaw_rate: float, in_company: bool) -> None:
         """One physics step; alone, the robot needs nobody moved before the tick's end."""
         x, y, _ = self._position
-        (clear_x, clear_y), at_step, near = self._clear_around, False, False
-        dx, dy = x - clear_x, y - clear_y
+        at_step = near = False
+        dx, dy = x - self._clear_around[0], y - self._clear_around[1]
         if dx * dx + dy * dy >= self._clear_squared:
             at_step, near = self._look_around(x, y)
         if in_company:
@@ -226,10 +199,10 @@ class PyBulletWorld(World):
         if in_company:
             self._crowd.after_step(self._dt)
         if self._cargo and (
-            is_shaken(self._orientation, self._velocity, self._spin, self._bucket)
+            self._bucket.is_shaken(self._orientation, self._velocity, self._spin)
             or self._cargo.is_awake
         ):
-            self._cargo.step(tuple(self._bucket[9:].tolist()), self._orientation, self._spin)
+            self._cargo.step(self._bucket.acceleration, self._orientation, self._spin)
 
     def _look_around(self, x: float, y: float) -> tuple[bool, bool]:
         """Whether a step and whether an obstacle can be within reach of a robot at (x, y)."""
@@ -256,9 +229,8 @@ class PyBulletWorld(World):
         bullet.applyExternalTorque(body, -1, torque, _MAP_FRAME, client)
         if footing.scrapes:
             body_motion = Motion(position, self._velocity, self._spin)
-            for place, force in footing.friction(
-                body_motion, self._robot.body_friction, self._robot.mass / self._dt
-            ):
+            stopping = self._robot.mass / self._dt
+            for place, force in footing.friction(body_motion, self._robot.body_friction, stopping):
                 bullet.applyExternalForce(body, -1, force, place, _MAP_FRAME, client)
 
     def _read_robot(self) -> None:
@@ -280,8 +252,10 @@ class PyBulletWorld(World):
         contacts = bullet.getContactPoints(bodyA=self._body, physicsClientId=self._client)
         ground = self._ground.bodies
         if before:
-            points = self._contact_points(
-                [contact for contact in contacts if contact[2] not in ground]
+            touchable = self._obstacles.touchable | self._crowd.touchable
+            bodies = [contact for contact in contacts if contact[2] not in ground]
+            points = contact_points(
+                bodies, self._dt, touchable, self._crowd.motions, self._crowd.gaps
             )
             most = self._params.pedestrian_bodies.max_contact_impulse
             if points and most:
@@ -293,22 +267,6 @@ class PyBulletWorld(World):
             measured = self._feet.footing(below, self._position, self._orientation)
             if self._is_tilted or not measured.is_whole:
                 self._footing = measured
-
-    def _contact_points(self, contacts: list[tuple[Any, ...]]) -> list[ContactPoint]:
-        """What the robot touches after a step, in the solver's order."""
-        obstacles, people = self._obstacles.touchable, self._crowd.touchable
-        points: list[ContactPoint] = []
-        for raw in contacts:
-            partner, position, normal, distance, force = raw[2], raw[6], raw[7], raw[8], raw[9]
-            if force <= 0.0 and distance > 0.0:
-                continue
-            touched = people.get(partner) or obstacles[partner]
-            motion = self._crowd.motions.get(partner) or Motion(position, (0.0, 0.0, 0.0))
-            distance = self._crowd.gaps.get(partner, distance)
-            points.append(
-                ContactPoint(touched, position, normal, force * self._dt, motion, distance)
-            )
-        return points
 
     def _limit(self, points: list[ContactPoint], most: float) -> list[ContactPoint]:
         """Take back what points with people gave the robot beyond ``most`` [N s] each."""
@@ -338,11 +296,3 @@ class PyBulletWorld(World):
             cargo=self._cargo.state if self._cargo else None,
             motion_energy=self._work,
         )
-
-
-def _make_cargo(params: WorldParams, robot: RobotParams, dt: float) -> Cargo | None:
-    if not params.cargo.pieces:
-        return None
-    if params.cargo.bucket == "free":
-        return LooseCargo(params.cargo, params.physics.gravity, dt, robot)
-    return Cargo(params.cargo, params.physics.gravity, dt)

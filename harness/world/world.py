@@ -25,7 +25,7 @@ class World(ABC):
 
     @abstractmethod
     def step(self, command: Twist2D) -> Observation:
-        """Advance by one tick under a velocity command and return what the sensors delivered meanwhile."""
+        """Advance by one tick under a velocity command; returns what the sensors delivered."""
 
     @abstractmethod
     def close_episode(self) -> Truth:

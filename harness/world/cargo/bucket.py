@@ -82,7 +82,10 @@ def _bucket(client: int, params: CargoParams) -> int:
 
 
 def walls(half: float, height: float, wall: float) -> list[Box]:
-    """Four walls of half the thickness ``wall`` around a square floor of half the width ``half`` at height 0."""
+    """Four walls around a square floor at height 0.
+
+    ``half`` is half the floor's width, ``wall`` half the walls' thickness.
+    """
     boxes: list[Box] = []
     for sign in (1.0, -1.0):
         boxes.append(
@@ -124,7 +127,7 @@ def add_boxes(client: int, boxes: list[Box], mass: float) -> int:
 def step_with(
     client: int, bucket: int, pull: Vector, orientation: Quaternion, spin: Vector, dt: float
 ) -> None:
-    """One physics step under a pull [m/s2] on all pieces, the bucket held at an orientation and spin [rad/s]."""
+    """One physics step under a pull [m/s2] on all pieces; the bucket is held as it stands."""
     x, y, z = (SCALE * component for component in pull)
     origin = (0.0, 0.0, 0.0)
     # [m/s] makes up for what the pull does to the bucket within the step

@@ -156,7 +156,7 @@ class Cargo:
             self._server.close()
 
     def _wake(self, orientation: Quaternion) -> None:
-        """Choose the server's frame so that the bucket stands in it as it did when the pieces came to rest."""
+        """Turn the server's frame: the bucket stands in it as when the pieces came to rest."""
         if not self._is_built:
             self._server = self._server or Server()
             self._client = self._server.client

@@ -1,12 +1,10 @@
 """Popcorn in a bucket that stands loose on the robot, as the published code spawns it.
 
-A rigid body of its own.
-
-The bucket stands on a deck, the robot's body seen from above, which is moved as
-:mod:`harness.world.cargo.cargo` moves a fixed bucket. It slides where friction does not hold it, tips
-over, and may fall off the deck; then all pieces are lost. Its walls are thick for the solver's sake
-and have no mass of their own: the bucket's centre of mass is that of its floor, and it tips over
-the edges of the space inside, until at 0.46 rad a wall stands on the deck.
+The bucket is a rigid body on a deck, the robot's body seen from above, which is moved as
+:mod:`harness.world.cargo.cargo` moves a fixed bucket. It slides where friction does not hold it,
+tips over, and may fall off the deck; then all pieces are lost. Its walls are thick for the solver's
+sake and have no mass of their own: the bucket's centre of mass is that of its floor, and it tips
+over the edges of the space inside, until at 0.46 rad a wall stands on the deck.
 """
 
 import math
@@ -18,6 +16,7 @@ from harness.world.cargo.cargo import Cargo
 from harness.world.cargo.params import CargoParams
 from harness.world.physics.engine import bullet, set_dynamics
 from harness.world.physics.motion_kernels import Quaternion, Vector
+from harness.world.physics.params import PhysicsParams
 from harness.world.physics.robot import RobotParams
 from harness.world.truth import CargoState
 
@@ -26,6 +25,16 @@ _FLOOR = 0.01  # [m] of the bucket's floor: a piece that gets through it in a st
 _DECK = 0.1  # [m] thickness of the deck
 _FALLEN = 0.05  # [m] below its place, from which on a bucket has left the deck
 _AT_REST = (0.0, 0.0, 0.0)
+
+
+def make_cargo(params: CargoParams, robot: RobotParams, physics: PhysicsParams) -> Cargo | None:
+    """The cargo of a world, to be reset; None: it has none."""
+    dt = 1.0 / physics.rate
+    if not params.pieces:
+        return None
+    if params.bucket == "free":
+        return LooseCargo(params, physics.gravity, dt, robot)
+    return Cargo(params, physics.gravity, dt)
 
 
 class LooseCargo(Cargo):

@@ -1,7 +1,4 @@
-"""Solid bodies from an occupancy grid alone.
-
-Occupied cells merged into rectangles and raised to a wall.
-"""
+"""Solid bodies from an occupancy grid alone: its cells, merged and raised to walls."""
 
 import numpy as np
 
@@ -15,7 +12,7 @@ WALL_HEIGHT = 1.5  # [m] of what is known from a map only
 
 
 def extrude(grid: OccupancyGrid, solid: BoolArray) -> tuple[Obstacle, ...]:
-    """Obstacles of kind 'unknown' that cover exactly the cells of ``solid`` (H, W) of an axis-aligned grid."""
+    """Obstacles of kind 'unknown' that cover the cells of ``solid`` (H, W) of a grid."""
     x0, y0, r = grid.origin.x, grid.origin.y, grid.resolution
     return tuple(
         Obstacle(
@@ -58,7 +55,7 @@ def merge_rectangles(solid: BoolArray) -> IntArray:
 
 @njit()
 def _grow(mask: BoolArray, row: int, column: int) -> tuple[int, int]:
-    """End row and end column of the rectangle from a cell that is as wide as its row allows, then as high."""
+    """End row and end column of a rectangle, first as wide as possible, then as high."""
     height, width = mask.shape
     end_column = column + 1
     while end_column < width and mask[row, end_column]:

@@ -7,8 +7,9 @@ import shapely
 from scipy.ndimage import distance_transform_edt, label
 
 from harness.world.map.extrude import extrude, merge_rectangles
+from harness.world.map.geojson import MAX_OBJECTS
 from harness.world.map.scene import Scene, Zone
-from harness.world.map.scene_io import MAX_OBJECTS, align
+from harness.world.map.scene_io import align
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, SOLID_FROM, UNKNOWN, OccupancyGrid
 from navstack.errors import MapError
 from navstack.types import BoolArray, FloatArray, IntArray
@@ -35,7 +36,8 @@ class ImportSettings:
         """
         if not 0.0 <= self.curb_height <= 1.0 or not 0.0 <= self.margin <= 10.0:
             raise MapError(
-                f"map import: curb height {self.curb_height} m, margin {self.margin} m; allowed are 0 to 1, 0 to 10"
+                f"map import: curb height {self.curb_height} m, margin {self.margin} m; allowed "
+                "are 0 to 1, 0 to 10"
             )
 
 
@@ -64,7 +66,8 @@ def import_scene(
     is_mesh = (mesh.data >= FREE) & (mesh.data < SOLID_FROM)
     if not is_mesh.any() or not (seen.data != UNKNOWN)[is_mesh].any():
         raise MapError(
-            "map import: the mesh has no free cell, or lies outside of the geometry; check both origins"
+            "map import: the mesh has no free cell, or lies outside of the geometry; check both "
+            "origins"
         )
     road, house = _off_mesh(is_mesh, seen.data == FREE, mesh.resolution)
     beyond = distance_transform_edt(~is_mesh) * mesh.resolution > settings.margin + 1e-9
@@ -72,11 +75,13 @@ def import_scene(
     solid = seen.data >= SOLID_FROM
     is_walkable = (is_mesh | (seen.data == FREE)) & ~road & ~house & ~solid
     obstacles = extrude(seen, solid)
-    zones = _zones(road, mesh, settings.curb_height) if settings.curb_height else ()
+    zones: tuple[Zone, ...] = ()
+    if settings.curb_height:
+        zones = _zones(road, mesh, settings.curb_height)
     if len(obstacles) + len(zones) > MAX_OBJECTS:
         raise MapError(
-            f"map import: {len(obstacles)} obstacles and {len(zones)} zones; at most {MAX_OBJECTS}: "
-            "use a coarser geometry, or one without speckles"
+            f"map import: {len(obstacles)} obstacles and {len(zones)} zones; at most "
+            f"{MAX_OBJECTS}: use a coarser geometry, or one without speckles"
         )
     return Scene(name, obstacles, zones, seen, _drawn(is_walkable, mesh), _drawn(is_mesh, mesh))
 
@@ -88,20 +93,17 @@ def resampled(grid: OccupancyGrid, like: OccupancyGrid) -> OccupancyGrid:
     """
     columns = _indices(like.origin.x - grid.origin.x, like.width, like.resolution, grid.resolution)
     rows = _indices(like.origin.y - grid.origin.y, like.height, like.resolution, grid.resolution)
-    in_columns, in_rows = (
-        (columns >= 0) & (columns < grid.width),
-        (rows >= 0) & (rows < grid.height),
-    )
+    in_columns = (columns >= 0) & (columns < grid.width)
+    in_rows = (rows >= 0) & (rows < grid.height)
     data = np.full((like.height, like.width), UNKNOWN, dtype=np.int8)
     data[np.ix_(in_rows, in_columns)] = grid.data[np.ix_(rows[in_rows], columns[in_columns])]
     return OccupancyGrid(data, like.resolution, like.origin)
 
 
 def _indices(offset: float, count: int, step: float, resolution: float) -> IntArray:
-    """Cells of ``resolution`` [m] in which ``count`` centres lie, ``step`` [m] apart from ``offset`` [m] on."""
-    cells: IntArray = np.floor((offset + (np.arange(count) + 0.5) * step) / resolution).astype(
-        np.int64
-    )
+    """Cells in which ``count`` centres lie, ``step`` [m] apart from ``offset`` [m] on."""
+    centres = offset + (np.arange(count) + 0.5) * step
+    cells: IntArray = np.floor(centres / resolution).astype(np.int64)
     return cells
 
 

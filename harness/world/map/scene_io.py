@@ -9,29 +9,24 @@ from its occupied cells, its free cells are walkable, and without a mesh the wal
 mesh.
 """
 
-import json
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import shapely
 
 from harness.storage import shipped as resources
 from harness.world.map.extrude import extrude
-from harness.world.map.scene import Obstacle, Scene, Zone
+from harness.world.map.geojson import load_objects, objects_text
+from harness.world.map.scene import Scene
 from navstack.costmap.field_cache import cached_array, content_key
 from navstack.costmap.map_image import MAX_BYTES, MAX_PIXELS
 from navstack.costmap.map_io import load_map, load_metadata, save_map
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, SOLID_FROM, UNKNOWN, OccupancyGrid
 from navstack.errors import InputError, MapError, UnknownNameError
 from navstack.files import check_regular
-from navstack.types import FloatArray, Pose2D
+from navstack.types import Pose2D
 
 FREE_BELOW = 20  # [%] occupancy below which it is walkable (map_server's free_thresh)
-MAX_OBJECTS_BYTES = 20_000_000  # of a GeoJSON file; the shipped ones have 0.1 MB
-MAX_OBJECTS, MAX_CORNERS = 20_000, 10_000  # in a file, of a polygon
-HIGHEST, FARTHEST = 1000.0, 1e8  # [m] of heights and elevations, of coordinates
 _WALKABLE, _MESH = "_walkable", "_navmesh"
 
 
@@ -81,7 +76,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
     mesh = _load_companion(path, _MESH, geometry)
     objects_path = path.with_suffix(".geojson")
     if objects_path.exists():
-        obstacles, zones = _load_objects(objects_path)
+        obstacles, zones = load_objects(objects_path)
     else:
         obstacles, zones = extrude(geometry, geometry.data >= SOLID_FROM), ()
     return Scene(path.stem, obstacles, zones, geometry, walkable, mesh)
@@ -112,7 +107,7 @@ def save_scene(scene: Scene, folder: Path, name: str) -> None:
     path = Path(folder) / f"{name}.yaml"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.with_suffix(".geojson").write_text(_objects_text(scene), encoding="utf-8")
+        path.with_suffix(".geojson").write_text(objects_text(scene), encoding="utf-8")
     except OSError as error:
         raise MapError(f"map folder {folder}: cannot be written ({error.strerror})") from None
     save_map(scene.geometry, path)
@@ -138,7 +133,8 @@ def align(grid: OccupancyGrid) -> OccupancyGrid:
     width, height = (max(math.ceil(extent / r - 1e-9), 1) for extent in high - low)
     if width * height > MAX_PIXELS:
         raise MapError(
-            f"map turned by {yaw:g} rad has {width} x {height} cells; allowed: {MAX_PIXELS}; give an origin without yaw"
+            f"map turned by {yaw:g} rad has {width} x {height} cells; allowed: {MAX_PIXELS}; give "
+            "an origin without yaw"
         )
     x = low[0] + (np.arange(width) + 0.5) * r
     y = (low[1] + (np.arange(height) + 0.5) * r)[:, None]
@@ -184,7 +180,8 @@ def _load_companion(path: Path, suffix: str, geometry: OccupancyGrid) -> Occupan
         geometry.origin,
     ):
         raise MapError(
-            f"map {companion}: its size, resolution or origin differs from {path.name}'s; all must be equal"
+            f"map {companion}: its size, resolution or origin differs from {path.name}'s; all "
+            "must be equal"
         )
     return grid
 
@@ -207,95 +204,3 @@ def _resolve(name_or_path: str) -> Path:
     if name_or_path not in map_names():
         raise UnknownNameError("map", name_or_path, map_names())
     return resources.shipped("maps") / f"{name_or_path}.yaml"
-
-
-def _objects_text(scene: Scene) -> str:
-    features = [
-        _feature("zone", zone.kind, zone.polygon, {"elevation": zone.elevation})
-        for zone in scene.zones
-    ]
-    features += [
-        _feature("obstacle", obstacle.kind, obstacle.polygon, {"height": obstacle.height})
-        for obstacle in scene.obstacles
-    ]
-    lines = ",\n".join(json.dumps(feature, separators=(",", ":")) for feature in features)
-    return f'{{"type":"FeatureCollection","coordinates":"metres in the map frame","features":[\n{lines}\n]}}\n'
-
-
-def _feature(role: str, kind: str, polygon: FloatArray, more: dict[str, float]) -> dict[str, Any]:
-    ring = [*polygon.tolist(), polygon[0].tolist()]
-    geometry = {"type": "Polygon", "coordinates": [ring]}
-    return {
-        "type": "Feature",
-        "properties": {"role": role, "kind": kind, **more},
-        "geometry": geometry,
-    }
-
-
-def _load_objects(path: Path) -> tuple[tuple[Obstacle, ...], tuple[Zone, ...]]:
-    try:
-        check_regular(path, MAX_OBJECTS_BYTES)
-        features = json.loads(path.read_text(encoding="utf-8"))["features"]
-        if len(features) > MAX_OBJECTS:
-            raise MapError(f"{path}: {len(features)} features; at most {MAX_OBJECTS} are read")
-        obstacles: list[Obstacle] = []
-        zones: list[Zone] = []
-        for number, feature in enumerate(features):
-            properties = feature["properties"]
-            where = f"{path}: feature {number}"
-            if properties["role"] not in ("zone", "obstacle"):
-                raise MapError(
-                    f"{where}: role {properties['role']!r}; allowed are zone and obstacle"
-                )
-            if properties["role"] == "zone":
-                zones.append(_zone(feature, where))
-            else:
-                obstacles += _obstacles(feature, where)
-        return tuple(obstacles), tuple(zones)
-    except OSError as error:
-        raise MapError(f"{path}: cannot be read ({error.strerror})") from None
-    except RecursionError:
-        raise MapError(
-            f"{path}: is nested too deeply for a GeoJSON of obstacles and zones"
-        ) from None
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
-        raise MapError(
-            f"{path}: is not a GeoJSON of obstacles and zones ({type(error).__name__}: {error})"
-        ) from None
-
-
-def _polygon(feature: dict[str, Any], where: str) -> shapely.Polygon:
-    ring = np.array(feature["geometry"]["coordinates"][0], dtype=float)
-    if ring.ndim != 2 or not 4 <= len(ring) <= MAX_CORNERS or not (np.abs(ring) <= FARTHEST).all():
-        raise MapError(
-            f"{where}: a polygon has 4 to {MAX_CORNERS} points (the first again at the end) in metres"
-        )
-    polygon = shapely.Polygon(ring)
-    if feature["geometry"]["type"] != "Polygon" or not polygon.is_valid:
-        raise MapError(f"{where}: is not a valid polygon of at least three points in metres")
-    return polygon
-
-
-def _zone(feature: dict[str, Any], where: str) -> Zone:
-    properties = feature["properties"]
-    elevation = float(properties.get("elevation", 0.0))
-    if not abs(elevation) <= HIGHEST:
-        raise MapError(f"{where}: elevation {elevation} m is not a number within {HIGHEST:g} m")
-    return Zone(str(properties["kind"]), _ring(_polygon(feature, where)), elevation)
-
-
-def _obstacles(feature: dict[str, Any], where: str) -> list[Obstacle]:
-    """The convex pieces of a polygon: itself, or its constrained Delaunay triangles."""
-    kind, height = str(feature["properties"]["kind"]), float(feature["properties"]["height"])
-    if not 0.0 < height <= HIGHEST:
-        raise MapError(f"{where}: height {height} m is not positive and at most {HIGHEST:g} m")
-    polygon = _polygon(feature, where)
-    is_convex = polygon.convex_hull.area - polygon.area <= 1e-6 * polygon.area
-    pieces = [polygon] if is_convex else shapely.constrained_delaunay_triangles(polygon).geoms
-    return [Obstacle(kind, _ring(piece), height) for piece in pieces]
-
-
-def _ring(polygon: shapely.Polygon) -> FloatArray:
-    """The corners (N, 2), counter-clockwise, the first not repeated."""
-    ring = np.array(polygon.exterior.coords)[:-1, :2]
-    return ring if polygon.exterior.is_ccw else ring[::-1].copy()

@@ -49,7 +49,7 @@ class Rect:
         return self.depth if side % 2 == 0 else self.width
 
     def beside(self, side: int, along: float, inwards: float = 0.0) -> tuple[float, float]:
-        """The point ``along`` [m] from the lower or left end of a side (as above), ``inwards`` [m] from it."""
+        """The point ``along`` [m] from a side's lower or left end, ``inwards`` [m] from it."""
         return (
             (self.x0 + inwards, self.y0 + along),
             (self.x0 + along, self.y0 + inwards),
@@ -102,11 +102,11 @@ def polygon_area(polygon: FloatArray) -> float:
 def fill_convex(
     mask: BoolArray, polygon: FloatArray, value: bool, resolution: float, x0: float, y0: float
 ) -> None:
-    """Set the cells of a mask (H, W) whose centres lie in a convex counter-clockwise polygon (N, 2), in place.
+    """Set the cells of a mask (H, W) whose centres lie in a convex counter-clockwise polygon.
 
     Args:
         mask: row 0 = lowest y.
-        polygon: corners in [m].
+        polygon: corners (N, 2) in [m].
         value: what to set.
         resolution: [m/cell].
         x0: [m] of the mask's left edge.
@@ -127,7 +127,9 @@ def fill_convex(
 def window_of(
     polygon: FloatArray, shape: tuple[int, int], resolution: float, x0: float, y0: float
 ) -> tuple[tuple[slice, slice], BoolArray]:
-    """The part of a grid around a convex counter-clockwise polygon, and which of its cells have their centres inside.
+    """The part of a grid around a convex counter-clockwise polygon, and which cells lie in it.
+
+    A cell does if its centre does.
 
     Args:
         polygon: (N, 2) corners in [m].

@@ -45,7 +45,8 @@ def generate(seed: int = 0, name: str = "sidewalk") -> Scene:
         if deviation(measure(scene)) <= TOLERANCE:
             return scene
     raise MapError(
-        f"seed {seed} gives no world like the paper's in {_MOST_ATTEMPTS} attempts; take another seed"
+        f"seed {seed} gives no world like the paper's in {_MOST_ATTEMPTS} attempts; take another "
+        "seed"
     )
 
 
@@ -79,7 +80,7 @@ def _fit(seed: int, attempt: int, name: str, widening: float) -> tuple[Scene, fl
 
 
 def _draft(seeds: tuple[int, int], name: str, widening: float) -> tuple[Scene, float]:
-    """A world whose sidewalks are wider than drawn by ``widening`` [m], and the length of its curbs in [m]."""
+    """A world whose sidewalks are ``widening`` [m] wider than drawn, and its curbs' length [m]."""
     seed, attempt = seeds
     plan, furnishing, drawing = (
         np.random.default_rng(key) for key in ((seed,), (seed, attempt, 1), (seed, attempt, 2))
@@ -164,7 +165,7 @@ def drawn_outlines(
 
 
 def without_slivers(mesh: BoolArray, resolution: float) -> BoolArray:
-    """What of a mesh (H, W) an axis-parallel square of ``LEAST_WIDTH`` can cover without leaving it: its opening."""
+    """The opening of a mesh (H, W): what an axis-parallel square of ``LEAST_WIDTH`` can cover."""
     size = round(LEAST_WIDTH / resolution)
     cells = np.pad(mesh.astype(np.uint8), size)
     for axis in (0, 1):

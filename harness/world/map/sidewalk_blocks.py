@@ -183,7 +183,7 @@ def _alleys(rng: np.random.Generator, blocks: int) -> list[list[float]]:
 def _build_block(
     streets: Streets, block: Block, alleys: list[float], rng: np.random.Generator
 ) -> None:
-    """Fill a block with buildings, parted by alleys and standing back from the sidewalk by different amounts."""
+    """Fill a block with buildings that alleys part and that stand back from the sidewalk."""
     inner = block.interior
     along_x = inner.width >= inner.depth
     parts = _split(inner, along_x, rng.uniform(*_CUT), alleys[0])
@@ -224,7 +224,7 @@ def _lots(area: Rect, rng: np.random.Generator) -> list[Rect]:
 
 
 def _setbacks(lot: Rect, inner: Rect, rng: np.random.Generator) -> tuple[float, ...]:
-    """How far a building stands back on each side (left, bottom, right, top) that faces a sidewalk, in [m]."""
+    """How far [m] a building stands back on each side that faces a sidewalk."""
     depths = rng.choice((0.0, 0.0, 0.3, 0.6, 1.2, 2.0), size=4)
     faces = (lot.x0 == inner.x0, lot.y0 == inner.y0, lot.x1 == inner.x1, lot.y1 == inner.y1)
     return tuple(float(depth) if face else 0.0 for depth, face in zip(depths, faces, strict=True))

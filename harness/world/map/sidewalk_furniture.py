@@ -127,7 +127,7 @@ class Furnisher:
     def _place_along(
         self, name: str, size: FloatArray, strip: Rect, side: int, along: float, inwards: float
     ) -> None:
-        """Place a piece ``along`` metres from the strip's lower or left end, ``inwards`` metres from its curb."""
+        """Place a piece ``along`` [m] from the strip's lower end, ``inwards`` from the curb."""
         yaw = math.pi / 2.0 if side % 2 == 0 else 0.0
         self._place(name, size, *strip.beside(side, along, inwards), yaw, margin=0.35)
 
@@ -187,7 +187,7 @@ class Furnisher:
                     self._add("fence", np.array((length / count - 0.15, 0.14, 1.2)), x, y, yaw)
 
     def _dig_work_areas(self, count: int) -> None:
-        """Roadworks on wide sidewalks: barriers at both ends, fence panels towards the pedestrians."""
+        """Roadworks on wide sidewalks: barriers at both ends, fence panels towards people."""
         wide = [
             (b, s)
             for b in self._streets.blocks

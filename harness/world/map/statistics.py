@@ -1,7 +1,4 @@
-"""What a world measures, and what is known of the paper's.
-
-The navigation mesh, its edges, the street furniture.
-"""
+"""Measures of a world's navigation mesh and furniture, and the known ones of the paper's."""
 
 from dataclasses import dataclass
 
@@ -75,23 +72,20 @@ def measure(scene: Scene) -> MapStatistics:
     ]
     sizes = np.array([polygon_area(obstacle.polygon) for obstacle in furniture])
     counted = (sizes >= PIECE_AREA[0]) & (sizes <= PIECE_AREA[1])
-    centres = np.array(
-        [
-            o.polygon.mean(axis=0)
-            for o, is_counted in zip(furniture, counted, strict=True)
-            if is_counted
-        ]
-    )
-    nearest = cKDTree(centres).query(centres, k=2)[0][:, 1] if len(centres) > 1 else np.empty(0)
+    centres = np.array([o.polygon.mean(axis=0) for o in furniture]).reshape(-1, 2)[counted]
+    nearest = np.empty(0)
+    if len(centres) > 1:
+        nearest = cKDTree(centres).query(centres, k=2)[0][:, 1]
+    medium_share = 0.0
+    if counted.any():
+        medium_share = float(((sizes >= 0.3) & (sizes <= 1.0))[counted].mean())
     widths = medial_widths(free) * mesh.resolution
     return MapStatistics(
         walkable_area=float(free.sum()) * mesh.resolution**2,
         connected_parts=int(ndimage.label(free)[1]),
         widths=_percentiles(widths, WIDTH_PERCENTILES),
         pieces=int(counted.sum()),
-        medium_share=float(((sizes >= 0.3) & (sizes <= 1.0))[counted].mean())
-        if counted.any()
-        else 0.0,
+        medium_share=medium_share,
         spacings=_percentiles(nearest, SPACING_PERCENTILES),
     )
 
@@ -118,10 +112,11 @@ def measure_edges(scene: Scene) -> EdgeStatistics | None:
 
 
 def medial_widths(free: BoolArray) -> FloatArray:
-    """Twice the distance to the nearest blocked cell, in cells, at every cell of the integer medial axis.
+    """Widths [cells] at every cell of the integer medial axis.
 
-    The axis is where neighbouring cells have blocked cells apart from each other as their nearest, taken on the side
-    of the bisector (Hesselink & Roerdink 2008, "Euclidean skeletons ... by the integer medial axis").
+    A width is twice the distance to the nearest blocked cell. The axis is where neighbouring cells
+    have blocked cells apart from each other as their nearest, taken on the side of the bisector
+    (Hesselink & Roerdink 2008, "Euclidean skeletons ... by the integer medial axis").
     """
     near_y, near_x = ndimage.distance_transform_edt(
         free, return_distances=False, return_indices=True
@@ -144,4 +139,6 @@ def medial_widths(free: BoolArray) -> FloatArray:
 
 
 def _percentiles(values: FloatArray, at: tuple[int, ...]) -> tuple[float, ...]:
-    return tuple(float(value) for value in np.percentile(values, at)) if len(values) else ()
+    if not len(values):
+        return ()
+    return tuple(np.percentile(values, at).tolist())

@@ -11,7 +11,7 @@ from harness.world.people.params import PedestrianParams
 from harness.world.people.pedestrians import PedestrianModel
 from harness.world.people.person_bodies import add_person, person_shape, put_person
 from harness.world.people.walk_kernels import count_near
-from harness.world.physics.contacts import Motion, Touched
+from harness.world.physics.contacts import Motion, Touched, Vector
 from harness.world.physics.engine import bullet
 from harness.world.physics.robot import RobotParams
 from harness.world.truth import Partner
@@ -57,16 +57,19 @@ class Crowd:
         self._model = model
         self._is_dynamic = bodies.kind == "dynamic"
         self._is_led = self._is_dynamic and model.takes_pushes  # the model goes on from the bodies
-        self._mass = bodies.mass if self._is_dynamic else _UNSTOPPABLE
+        self._mass = _UNSTOPPABLE
+        if self._is_dynamic:
+            self._mass = bodies.mass
         self._gain = self._mass * rate  # [N s/m] reaches the wanted velocity in one step
         self._top_speed = 2.0 * people.speed  # [m/s] of a body that makes up for a push
         self._push_force = bodies.push_force  # [N]
         self._shape = person_shape(client, people.radius, people.height, robot.height)
         self._friction = friction_factor(bodies, robot.body_friction)
-        self._frames = BodyFrames(client, bodies, rate) if bodies.frame_steps > 1 else None
         # [m] with what is closed within one step
         self._reach = robot.reach + people.radius + 0.1
-        if self._frames:
+        self._frames: BodyFrames | None = None
+        if bodies.frame_steps > 1:
+            self._frames = BodyFrames(client, bodies, rate)
             self._reach += LEAP
         self._bodies: dict[int, int] = {}  # person -> body
         self.touchable: dict[int, Touched] = {}  # body -> who it is
@@ -74,7 +77,7 @@ class Crowd:
 
     @property
     def gaps(self) -> Mapping[int, float]:
-        """Distance [m] from the robot of the bodies that were brought near it for the coming step."""
+        """Distance [m] from the robot of the bodies that were put in touch with it."""
         return self._frames.gaps if self._frames else {}
 
     @property
@@ -99,10 +102,9 @@ class Crowd:
             return False
         dx, dy = states[:, 0] - x, states[:, 1] - y
         wanted = np.flatnonzero(dx * dx + dy * dy < self.ACTIVE_RADIUS**2).tolist()
-        for person in [
-            person for person in self._bodies if person not in wanted and self._may_go(person)
-        ]:
-            self._remove(person)
+        for person in list(self._bodies):
+            if person not in wanted and self._may_go(person):
+                self._remove(person)
         for person in wanted:
             if person not in self._bodies:
                 self._add(person)
@@ -171,10 +173,9 @@ class Crowd:
                 (x, y, _), (vx, vy, _) = self._body_state(body)
                 self._model.displaced(person, x, y, vx, vy)
         self._model.step(dt)
-        for person in [
-            person for person in self._bodies if self._model.states[person, 0] == math.inf
-        ]:
-            self._remove(person)
+        for person in list(self._bodies):
+            if self._model.states[person, 0] == math.inf:
+                self._remove(person)
 
     def _steer(
         self, body: int, x: float, y: float, vx: float, vy: float
@@ -185,30 +186,26 @@ class Crowd:
         if not self._is_led:
             gain *= 0.1  # in about ten steps
             vx, vy = vx + (x - bx) / _CATCH_UP_TIME, vy + (y - by) / _CATCH_UP_TIME
-            wish = math.hypot(vx, vy)
-            cap = min(1.0, self._top_speed / wish) if wish > 0.0 else 1.0
-            vx, vy = vx * cap, vy * cap
-        fx, fy = gain * (vx - ux), gain * (vy - uy)
-        force = math.hypot(fx, fy)
-        scale = min(1.0, self._push_force / force) if force > 0.0 else 1.0
+            vx, vy = _at_most(self._top_speed, vx, vy)
+        fx, fy = _at_most(self._push_force, gain * (vx - ux), gain * (vy - uy))
         fz = gain * (-bz / _CATCH_UP_TIME - uz)  # stays on the ground
-        client = self._client
         bullet.applyExternalForce(
-            body,
-            -1,
-            (fx * scale, fy * scale, fz),
-            (bx, by, bz),
-            bullet.WORLD_FRAME,
-            physicsClientId=client,
+            body, -1, (fx, fy, fz), (bx, by, bz), bullet.WORLD_FRAME, self._client
         )
         return bx, by, ux, uy
 
-    def _body_state(
-        self, body: int
-    ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    def _body_state(self, body: int) -> tuple[Vector, Vector]:
         position, _ = bullet.getBasePositionAndOrientation(body, self._client)
         velocity, _ = bullet.getBaseVelocity(body, self._client)
         return position, velocity
+
+
+def _at_most(length: float, x: float, y: float) -> tuple[float, float]:
+    """The vector (x, y), shortened to a length."""
+    norm = math.hypot(x, y)
+    if norm <= length:
+        return x, y
+    return x * (length / norm), y * (length / norm)
 
 
 def friction_factor(people: PedestrianBodyParams, robot: float) -> float:

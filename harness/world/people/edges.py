@@ -1,7 +1,4 @@
-"""The edges of the walkable area as people feel them.
-
-A grid of signed distances, and nobody crosses.
-"""
+"""The edges of the walkable area, which nobody crosses: a grid of signed distances."""
 
 import math
 from typing import NamedTuple
@@ -24,7 +21,7 @@ class Edges(NamedTuple):
 def keep_inside(
     x: float, y: float, vx: float, vy: float, dt: float, least: float, edges: Edges
 ) -> tuple[float, float, float, float]:
-    """The state after ``dt`` [s] of somebody who cannot go nearer than ``least`` [m] to the edge of the walkable area.
+    """The state after ``dt`` [s] of somebody who keeps ``least`` [m] from the edge.
 
     Who runs into the edge slides along it; who is beyond it (pushed by the robot) only gets back.
     """

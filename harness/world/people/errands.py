@@ -16,11 +16,11 @@ _REDRAWS = 1000
 
 
 class Errands:
-    """Each takes the shortest path to one of shared goals, stands a while, and sets out again, as published.
+    """Each walks to one of shared goals, stands a while, and sets out again, as published.
 
-    Each person has a random generator of its own: where one goes depends neither on the robot nor on the step. Where
-    goals are taken at random it does not depend on how many others there are, either. The arrays are the work space of
-    the kernels that do the walking.
+    Each person has a random generator of its own: where one goes depends neither on the robot nor
+    on the step. Where goals are taken at random it does not depend on how many others there are,
+    either. The arrays are the work space of the kernels that do the walking.
     """
 
     def __init__(self, params: PedestrianParams, walkable: OccupancyGrid) -> None:
@@ -65,11 +65,10 @@ class Errands:
         ]
         self._turn = 0  # their order is random
         self._rngs = rng.spawn(params.count)
-        positions = (
-            self._begin_midway(robot)
-            if params.beginning == "stationary"
-            else self._set_all_out(robot)
-        )
+        if params.beginning == "stationary":
+            positions = self._begin_midway(robot)
+        else:
+            positions = self._set_all_out(robot)
         self.finished[:] = 0
         return positions
 
@@ -101,11 +100,9 @@ class Errands:
         """
         params = self._params
         most = self.network.greatest_lengths(self.goals)
-        pairs = (
-            np.flatnonzero(~np.eye(len(self.goals), dtype=np.bool_))
-            if len(self.goals) > 1
-            else np.zeros(1, int)
-        )
+        pairs: IntArray = np.zeros(1, int)
+        if len(self.goals) > 1:
+            pairs = np.flatnonzero(~np.eye(len(self.goals), dtype=np.bool_))
         positions = np.empty((params.count, 2))
         for i in range(params.count):
             self._draw_speed(i)
@@ -114,10 +111,8 @@ class Errands:
             for _ in range(_REDRAWS):
                 moment = self._draw_errand(i, pairs, bounds, cumulated)
                 positions[i] = self._go_ahead(i, moment)
-                if (
-                    math.hypot(positions[i, 0] - robot.x, positions[i, 1] - robot.y)
-                    >= params.start_clearance
-                ):
+                dx, dy = positions[i, 0] - robot.x, positions[i, 1] - robot.y
+                if math.hypot(dx, dy) >= params.start_clearance:
                     break
         return positions
 
@@ -180,18 +175,19 @@ class Errands:
         """Give person ``i``, who has arrived, a path to a new goal, and the pause to make there."""
         own, params = self._rngs[i], self._params
         start = self._cells[i].copy()
-        self._cells[i] = (
-            self._next_goal(start)
-            if params.goal_choice == "in_turn"
-            else self._random_goal(own, start)
-        )
+        if params.goal_choice == "in_turn":
+            self._cells[i] = self._next_goal(start)
+        else:
+            self._cells[i] = self._random_goal(own, start)
         self._take(i, start)
         self.finished[i] += 1
         self.pauses[i] = own.uniform(params.pause_min, params.pause_max)
 
     def _random_goal(self, own: np.random.Generator, here: IntArray) -> IntArray:
-        others = np.flatnonzero((self.goals != here).any(axis=1))
-        goal: IntArray = self.goals[others[own.integers(len(others))]] if len(others) else here
+        others: IntArray = self.goals[(self.goals != here).any(axis=1)]
+        if not len(others):
+            return here
+        goal: IntArray = others[own.integers(len(others))]
         return goal
 
     def _next_goal(self, here: IntArray) -> IntArray:
@@ -205,11 +201,11 @@ class Errands:
         return goal
 
     def find_back(self, i: int, x: float, y: float) -> None:
-        """Give person ``i``, who was pushed off the way to (x, y) [m], a new path to the same goal."""
+        """Give person ``i``, who was pushed to (x, y) [m], a new path to the same goal."""
         self._take(i, self.network.nearest_cell(x, y))
 
     def time_left(self, positions: FloatArray) -> FloatArray:
-        """Time (n,) in [s] until people at ``positions`` (n, 2) [m] are done with their errands, walking freely."""
+        """Time (n,) [s] that people at ``positions`` (n, 2) [m] need to end their errands."""
         left = self.pauses.copy()
         for i, position in enumerate(positions):
             way = np.vstack((position, self.points[i, self.next_point[i] : self.counts[i]]))

@@ -57,7 +57,9 @@ class PedestrianModel(ABC):
     def see_robot(self, robot: BodyState) -> None:  # noqa: B027 - most people are blind
         """Look at the robot; called before every tick."""
 
-    def displaced(self, person: int, x: float, y: float, vx: float, vy: float) -> None:  # noqa: B027
+    def displaced(  # noqa: B027
+        self, person: int, x: float, y: float, vx: float, vy: float
+    ) -> None:
         """Go on from where the physics pushed ``person``: x, y [m], vx, vy [m/s], map frame."""
 
 

@@ -14,10 +14,11 @@ from navstack.types import FloatArray, Pose2D
 
 
 class ReplayPedestrians(PedestrianModel):
-    """Everybody walks as recorded, from the first sample to the last, and is absent before and after.
+    """Everybody walks as recorded, and is absent before the first sample and after the last.
 
-    Between two samples they walk straight at constant speed. Who would appear within ``start_clearance`` of the robot
-    stays absent until the recording lets him go. Nobody reacts to the robot: the people of the recording never saw it.
+    Between two samples they walk straight at constant speed. Who would appear within
+    ``start_clearance`` of the robot stays absent until the recording lets him go. Nobody reacts to
+    the robot: the people of the recording never saw it.
     """
 
     def __init__(self, params: PedestrianParams, walkable: OccupancyGrid) -> None:
@@ -48,7 +49,9 @@ class ReplayPedestrians(PedestrianModel):
 
     def reset(self, rng: np.random.Generator, robot: Pose2D) -> None:
         """See :class:`PedestrianModel`; a loop is joined at a random moment."""
-        self._time = float(rng.uniform(0.0, self._recording.duration)) if self._loop else 0.0
+        self._time = 0.0
+        if self._loop:
+            self._time = float(rng.uniform(0.0, self._recording.duration))
         self._absent[:] = True
         self._hidden[:] = False
         self._robot = (robot.x, robot.y)
@@ -96,6 +99,7 @@ def _check_place(recording: Recording, grid: OccupancyGrid) -> None:
     (x0, y0), (x1, y1) = recording.positions.min(axis=0), recording.positions.max(axis=0)
     raise InputError(
         f"the recorded people walk at x {x0:.1f}..{x1:.1f}, y {y0:.1f}..{y1:.1f} m, off the map of "
-        f"{grid.width * grid.resolution:.0f} m x {grid.height * grid.resolution:.0f} m with its corner at "
+        f"{grid.width * grid.resolution:.0f} m x {grid.height * grid.resolution:.0f} m with its "
+        "corner at "
         f"({grid.origin.x:.1f}, {grid.origin.y:.1f}) m; give replay.placement in the world file"
     )

@@ -18,7 +18,7 @@ FARTHEST = 1e8  # [m] or [s] or [frames] of a sample
 MAX_PEOPLE = 10_000  # each costs time in every step
 COLUMNS = ("id", "t", "x", "y")
 _OBSMAT_WIDTH = 8  # frame, id, x, z, y, vx, vz, vy
-_OBSMAT = {"frame": 0, "id": 1, "x": 2, "y": 4}  # of its columns
+_OBSMAT = {"id": 1, "frame": 0, "x": 2, "y": 4}  # its columns in the order of a sample
 
 Sample = tuple[float, float, float, float]  # id, t [s], x [m], y [m]
 
@@ -51,19 +51,22 @@ def load_recording(params: ReplayParams) -> Recording:
     """
     if not params.file:
         raise InputError(
-            "people of the model 'replay' need a recording; give --people FILE.csv, or replay.file in the world file"
+            "people of the model 'replay' need a recording; give --people FILE.csv, or "
+            "replay.file in the world file"
         )
     path = Path(params.file)
     lines = recording_text(path).removeprefix("\ufeff").splitlines()
     try:
-        samples = (
-            _obsmat(lines, path, params.frame_rate) if path.suffix == ".txt" else _csv(lines, path)
-        )
+        if path.suffix == ".txt":
+            samples = _obsmat(lines, path, params.frame_rate)
+        else:
+            samples = _csv(lines, path)
     except csv.Error as error:
         raise InputError(f"people file '{path}' is not a CSV file ({error})") from None
     if not samples:
         raise InputError(
-            f"people file '{path}' has no samples; at least one line of id, t [s], x [m], y [m] is needed"
+            f"people file '{path}' has no samples; at least one line of id, t [s], x [m], y [m] "
+            "is needed"
         )
     return _arrange(np.array(samples), params, path)
 
@@ -79,9 +82,10 @@ def recording_text(path: Path) -> str:
         with path.open(encoding="utf-8", newline="") as stream:  # line ends stay as they are
             return stream.read()
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not a text file"
+        reason = getattr(error, "strerror", "it is not a text file")
         raise InputError(
-            f"people file '{path}' cannot be read ({reason}); give a CSV file with the columns id, t, x, y"
+            f"people file '{path}' cannot be read ({reason}); give a CSV file with the columns "
+            "id, t, x, y"
         ) from None
 
 
@@ -107,7 +111,7 @@ def _obsmat(lines: list[str], path: Path, frame_rate: float) -> list[Sample]:
 
 
 def _sample(row: list[str], width: int, chosen: dict[str, int], path: Path, line: int) -> Sample:
-    """The id, the time (or frame), x and y of a row.
+    """The id, the time (or frame), x and y of a row, which ``chosen`` names in this order.
 
     Raises:
         InputError: a column too many or too few, or a value that is no number within ``FARTHEST``.
@@ -124,11 +128,12 @@ def _sample(row: list[str], width: int, chosen: dict[str, int], path: Path, line
             values[name] = math.nan
         if not abs(values[name]) <= FARTHEST:
             raise InputError(
-                f"people file '{path}', line {line}: {name} '{row[column].strip()}'; a finite number is needed, "
+                f"people file '{path}', line {line}: {name} '{row[column].strip()}'; a finite "
+                "number is needed, "
                 f"at most {FARTHEST:g}"
             )
-    time = values["t"] if "t" in values else values["frame"]
-    return values["id"], time, values["x"], values["y"]
+    person, time, x, y = (values[name] for name in chosen)
+    return person, time, x, y
 
 
 def _arrange(samples: FloatArray, params: ReplayParams, path: Path) -> Recording:
@@ -143,13 +148,15 @@ def _arrange(samples: FloatArray, params: ReplayParams, path: Path) -> Recording
     if len(twice):
         person, time = samples[twice[0], :2]
         raise InputError(
-            f"people file '{path}': id {person:g} has two samples at the time {time:g} s; one per person and time is "
+            f"people file '{path}': id {person:g} has two samples at the time {time:g} s; one per "
+            "person and time is "
             "allowed"
         )
     people = 1 + np.count_nonzero(~same)
     if people > MAX_PEOPLE:
         raise InputError(
-            f"people file '{path}' has {people} people; at most {MAX_PEOPLE} are read: cut a part of it"
+            f"people file '{path}' has {people} people; at most {MAX_PEOPLE} are read: cut a part "
+            "of it"
         )
     return Recording(
         firsts=np.concatenate(([0], np.flatnonzero(~same) + 1, [len(samples)])),

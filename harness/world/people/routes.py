@@ -26,7 +26,7 @@ _ENOUGH = 0.2  # share of the walkable area that must survive the keeping of a d
 
 
 class WalkingNetwork:
-    """The walkable area away from its edges, its largest connected part only, ready for many shortest paths."""
+    """The largest connected part of the walkable area, ready for many shortest paths."""
 
     def __init__(self, walkable: OccupancyGrid, agent_radius: float) -> None:
         """Prepare the search: about 0.5 s for a map of 200 m x 200 m.
@@ -70,7 +70,7 @@ class WalkingNetwork:
 
     @property
     def frame(self) -> FloatArray:
-        """Place of the grid (5,): x, y [m] of its corner in the map frame, cosine and sine of its yaw, cell [m]."""
+        """Place of the grid (5,); see :class:`~harness.world.people.edges.Edges`."""
         cos, sin = math.cos(self._origin.yaw), math.sin(self._origin.yaw)
         corner = transform_points(
             self._origin, np.array([(-_BORDER * self._cell, -_BORDER * self._cell)])
@@ -78,7 +78,7 @@ class WalkingNetwork:
         return np.array((*corner, cos, sin, self._cell))
 
     def edge_distances(self) -> FloatArray:
-        """Distance (H, W) [m] of each cell's centre to the edge of the walkable area, negative outside of it."""
+        """Distance (H, W) [m] of each cell's centre to the edge, negative outside of it."""
         inside, outside = _edge_distances(self.walkable), _edge_distances(~self.walkable)
         distances: FloatArray = (
             np.maximum(inside - 0.5, 0.0) - np.maximum(outside - 0.5, 0.0)
@@ -93,8 +93,9 @@ class WalkingNetwork:
         near = (
             np.argwhere(self._free[low[0] : low[0] + 2 * _NEAR, low[1] : low[1] + 2 * _NEAR]) + low
         )
-        cells = near if len(near) else self.cells
-        cell: IntArray = cells[((cells - middle) ** 2).sum(axis=1).argmin()]
+        if not len(near):
+            near = self.cells
+        cell: IntArray = near[((near - middle) ** 2).sum(axis=1).argmin()]
         return cell
 
     def positions(self, cells: IntArray) -> FloatArray:
@@ -118,7 +119,7 @@ class WalkingNetwork:
         return 1.01 * self._cell * most
 
     def route(self, start: IntArray, goal: IntArray) -> FloatArray:
-        """Corners (M, 2) of a shortest path (within 1 %) from one of :attr:`cells` to another, in [m], map frame."""
+        """Corners (M, 2) [m], map frame, of a path between two cells, shortest within 1 %."""
         width = self._free.shape[1]
         return self._known_route(
             int(start[0]) * width + int(start[1]), int(goal[0]) * width + int(goal[1])
@@ -159,7 +160,7 @@ def _largest_part(free: BoolArray) -> BoolArray:
 
 
 def _edge_distances(free: BoolArray) -> FloatArray:
-    """Distance (H, W) in cells of each free cell to the nearest one that is not free, 0 elsewhere."""
+    """Distance (H, W) [cells] of each free cell to the nearest that is not free, 0 elsewhere."""
     distances: FloatArray = _kept("distances to closed cells", free, distance_transform_edt)
     return distances
 
@@ -181,10 +182,13 @@ def _kept(name: str, free: BoolArray, compute: Callable[[BoolArray], Any]) -> An
 
 
 def _landmark_lengths(free: BoolArray, cells: IntArray) -> Float32Array:
-    """Lengths (N, L) of the free cells (N, 2) from landmarks, each chosen farthest from those before it, in cells."""
+    """Lengths (N, L) [cells] of the free cells (N, 2) from landmarks.
+
+    Each landmark is the farthest from those before it.
+    """
     lengths = np.empty((len(cells), _LANDMARKS), dtype=np.float32)
-    nearest = distance_field(free, cells[0])[free]
+    farthest = distance_field(free, cells[0])[free].argmax()
     for i in range(_LANDMARKS):
-        lengths[:, i] = distance_field(free, cells[nearest.argmax()])[free]
-        nearest = lengths[:, 0] if i == 0 else np.minimum(nearest, lengths[:, i])
+        lengths[:, i] = distance_field(free, cells[farthest])[free]
+        farthest = lengths[:, : i + 1].min(axis=1).argmax()
     return lengths

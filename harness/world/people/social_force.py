@@ -12,9 +12,9 @@ from harness.world.people.pedestrians import PedestrianModel
 from harness.world.people.social_force_kernels import (
     LOST,
     RESTLESS,
-    force_constants,
     walk_among_others,
 )
+from harness.world.people.social_forces import force_constants
 from harness.world.physics.body_state import BodyState
 from harness.world.physics.robot import RobotParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
@@ -24,12 +24,13 @@ _MOST_STEP = 1.0 / 60.0  # [s] of the integration; longer steps are divided
 
 
 class SocialForcePedestrians(PedestrianModel):
-    """Everybody walks from goal to goal as in the random walk, but gives way to others, to walls and to the robot.
+    """Everybody walks from goal to goal and gives way to others, to walls and to the robot.
 
-    Helbing & Molnar 1995 with their parameters, and the body compression of Helbing, Farkas & Vicsek 2000. Left out:
-    fluctuations, attractions (nobody walks in company), and friction between bodies. Ours: the robot counts as a
-    person of its size; walls are the edges of the walkable area, which nobody crosses; a pushed person looks for a new
-    path when no straight line leads back to the old one.
+    Helbing & Molnar 1995 with their parameters, and the body compression of Helbing, Farkas &
+    Vicsek 2000. Left out: fluctuations, attractions (nobody walks in company), and friction between
+    bodies. Ours: the robot counts as a person of its size; walls are the edges of the walkable
+    area, which nobody crosses; a pushed person looks for a new path when no straight line leads
+    back to the old one.
     """
 
     takes_pushes = True

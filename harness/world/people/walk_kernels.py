@@ -116,7 +116,7 @@ def _trace(moves: IntArray, width: int, start: int, goal: int, arrival: ByteArra
 
 @njit()
 def _least_length(a: Float32Array, b: Float32Array) -> float:
-    """Lower bound on the length between two cells from their landmark lengths (L,), L even, in cells."""
+    """Lower bound on the length between two cells, from their landmark lengths (L,), L even."""
     even, odd = 0.0, 0.0
     for i in range(0, len(a), 2):
         even = max(even, abs(np.float64(a[i]) - np.float64(b[i])))

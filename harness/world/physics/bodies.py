@@ -17,7 +17,7 @@ from harness.world.physics.engine import bullet, set_dynamics
 from harness.world.physics.robot import RobotParams
 from harness.world.physics.touch_kernels import find_near, may_touch
 from harness.world.truth import Partner
-from navstack.types import FloatArray
+from navstack.types import FloatArray, IntArray, Pose2D
 
 ROBOT, FIXED, PERSON = 1, 2, 4  # collision groups
 
@@ -31,19 +31,24 @@ class StaticIndex:
     def __init__(self, obstacles: tuple[Obstacle, ...]) -> None:
         self.obstacles = obstacles
         polygons = [obstacle.polygon for obstacle in obstacles]
-        self._corners = np.concatenate(polygons) if polygons else np.empty((0, 2))
-        self._first = np.cumsum([0, *(len(polygon) for polygon in polygons)])
+        self._corners, self._first = _joined(polygons)
         self._boxes = np.array(
             [(*polygon.min(axis=0), *polygon.max(axis=0)) for polygon in polygons]
         ).reshape(-1, 4)
         self._found = np.empty(len(polygons), dtype=np.int64)
 
     def near(self, x: float, y: float, radius: float) -> tuple[list[int], float]:
-        """Numbers of the obstacles within ``radius`` [m], ascending, and the distance [m] of the nearest (or inf)."""
+        """Obstacles within ``radius`` [m]: their numbers, ascending, and the least distance [m]."""
         count, nearest = find_near(
             x, y, radius, self._corners, self._first, self._boxes, self._found
         )
         return self._found[:count].tolist(), nearest
+
+
+def _joined(polygons: list[FloatArray]) -> tuple[FloatArray, IntArray]:
+    """The corners (M, 2) of all polygons, and where those of each begin (k + 1,)."""
+    first: IntArray = np.cumsum([0, *map(len, polygons)])
+    return np.concatenate([np.empty((0, 2)), *polygons]), first
 
 
 @lru_cache(maxsize=4)
@@ -91,8 +96,10 @@ class NearObstacles:
         if moved > self.REFRESH_DISTANCE:
             self._renew(x, y)
             moved = 0.0
-        ahead = self._clearance - moved
-        return ahead - reach if ahead < reach else min(ahead - reach, self.REFRESH_DISTANCE - moved)
+        free = self._clearance - moved - reach
+        if free >= 0.0:
+            free = min(free, self.REFRESH_DISTANCE - moved)
+        return free
 
     def _renew(self, x: float, y: float) -> None:
         wanted, nearest = self._index.near(x, y, self.ACTIVE_RADIUS)
@@ -105,12 +112,18 @@ class NearObstacles:
         for number in wanted:
             if number not in self._active:
                 self._add(number)
-        polygons = [self._index.obstacles[number].polygon for number in wanted]
-        self._corners = np.concatenate(polygons) if polygons else np.empty((0, 2))
-        self._first = np.cumsum([0, *(len(polygon) for polygon in polygons)])
+        self._corners, self._first = _joined(
+            [self._index.obstacles[number].polygon for number in wanted]
+        )
 
     def can_touch(self, x: float, y: float, yaw: float) -> bool:
-        """Whether a level robot with its centre of mass at (x, y) may touch something in the coming step."""
+        """Whether a level robot may touch something in the coming step.
+
+        Args:
+            x: of its centre of mass [m].
+            y: the same [m].
+            yaw: [rad].
+        """
         cos, sin = math.cos(yaw), math.sin(yaw)
         middle = x + cos * self._ahead, y + sin * self._ahead
         return bool(
@@ -128,9 +141,9 @@ class NearObstacles:
 
 
 def add_robot(client: int, robot: RobotParams) -> int:
-    """The robot: a box above four small spheres, the treads of its wheels and casters, which carry it exactly level.
+    """The robot: a box above four small spheres, which carry it exactly level.
 
-    The spheres do not turn; they slide without friction, and the drive pushes.
+    The spheres are the treads of wheels and casters. They slide without friction; the drive pushes.
     """
     a, b = robot.half_size
     x, y, z = robot.center_of_mass
@@ -151,6 +164,15 @@ def add_robot(client: int, robot: RobotParams) -> int:
     return body
 
 
+def put_robot(client: int, body: int, robot: RobotParams, pose: Pose2D, level: float) -> None:
+    """Set the robot's body with its base frame at ``pose`` on ground at ``level`` [m]."""
+    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+    cx, cy, cz = robot.center_of_mass
+    position = pose.x + cos * cx - sin * cy, pose.y + sin * cx + cos * cy, cz + level
+    orientation = (0.0, 0.0, math.sin(0.5 * pose.yaw), math.cos(0.5 * pose.yaw))
+    bullet.resetBasePositionAndOrientation(body, position, orientation, client)
+
+
 @dataclass(frozen=True, slots=True)
 class Prism:
     """The collision shape of an obstacle."""
@@ -167,7 +189,9 @@ def make_prism(client: int, polygon: FloatArray, height: float) -> Prism:
     At a sharp corner a wall may stick out by its thickness of 0.05 m.
     """
     x, y = polygon.mean(axis=0)
-    boxes = [_rectangle(polygon, height)] if is_rectangle(polygon) else _ring(polygon, height)
+    boxes = _ring(polygon, height)
+    if is_rectangle(polygon):
+        boxes = [_rectangle(polygon, height)]
     shape = bullet.createCollisionShapeArray(
         [bullet.GEOM_BOX] * len(boxes),
         halfExtents=[half for half, _, _ in boxes],

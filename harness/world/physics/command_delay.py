@@ -5,7 +5,7 @@ from collections import deque
 
 
 class CommandDelay:
-    """Delivers each command a fixed number of physics steps after the observation that it was decided on."""
+    """Delivers each command a fixed number of physics steps after its observation."""
 
     def __init__(self, latency: float, dt: float) -> None:
         """Make an empty one.

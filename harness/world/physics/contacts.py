@@ -1,9 +1,11 @@
-"""What the robot touched: counted contacts as published, and contact events with who moved into whom."""
+"""What the robot touched: counted contacts as published, and contact events."""
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
 
 from harness.world.physics.params import ContactParams
 from harness.world.truth import Contact, CountedContact, Partner
@@ -33,17 +35,12 @@ class Motion:
 
     def along(self, normal: Vector, point: Vector) -> float:
         """Velocity of the body's material at ``point`` along ``normal``, in [m/s]."""
-        rx, ry, rz = (
-            point[0] - self.position[0],
-            point[1] - self.position[1],
-            point[2] - self.position[2],
-        )
-        wx, wy, wz = self.spin
-        return (
-            (self.velocity[0] + wy * rz - wz * ry) * normal[0]
-            + (self.velocity[1] + wz * rx - wx * rz) * normal[1]
-            + (self.velocity[2] + wx * ry - wy * rx) * normal[2]
-        )
+        (px, py, pz), (x, y, z) = point, self.position
+        (vx, vy, vz), (wx, wy, wz), (nx, ny, nz) = self.velocity, self.spin, normal
+        rx, ry, rz = px - x, py - y, pz - z
+        along_x = (vx + wy * rz - wz * ry) * nx
+        along_y = (vy + wz * rx - wx * rz) * ny
+        return along_x + along_y + (vz + wx * ry - wy * rx) * nz
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +78,7 @@ class _Event:
     peak: float = 0.0  # [N s]
 
     def extend(self, stamp: float, impulse: float, impact: float) -> None:
-        """Take in a step's ``impulse`` [N s], of which ``impact`` [N s] stopped bodies that came together."""
+        """Take in a step's ``impulse`` [N s] and the part of it that is ``impact`` [N s]."""
         self.last = stamp
         self.peak = max(self.peak, impulse)
         self.impulse += impact
@@ -159,7 +156,10 @@ class ContactBook:
         if not points:
             return
         merged = merge(points)
-        self._count(stamp, merged if self.params.per == "partner" else points, robot)
+        if self.params.per == "partner":
+            self._count(stamp, merged, robot)
+        else:
+            self._count(stamp, points, robot)
         impacts = self._impacts(stamp, points, robot)
         for point in merged:
             if point.impulse > 0.0:
@@ -190,10 +190,12 @@ class ContactBook:
                     return _Phase.ARRIVING
                 return _Phase.PUSHING
         closing = point.robot_speed(robot) + point.partner_speed
-        return _Phase.MEETING if closing > self.params.impact_speed else _Phase.PUSHING
+        if closing > self.params.impact_speed:
+            return _Phase.MEETING
+        return _Phase.PUSHING
 
     def _count(self, stamp: float, points: list[ContactPoint], robot: Motion) -> None:
-        """The published accounting: the first partner or point strong enough, then a cool-down in reports."""
+        """The published count: the first contact strong enough, then a cool-down in reports."""
         if self._cool_down > 0:
             self._cool_down -= 1
             return
@@ -242,6 +244,39 @@ class ContactBook:
             event.finished(self.dt, self.robot_mass) for event in self._open.values()
         )
         self._open.clear()
+
+
+def contact_points(
+    contacts: list[tuple[Any, ...]],
+    dt: float,
+    touchable: Mapping[int, Touched],
+    motions: Mapping[int, Motion],
+    gaps: Mapping[int, float],
+) -> list[ContactPoint]:
+    """What the robot touches after a step, in the solver's order.
+
+    Args:
+        contacts: as PyBullet lists them, robot first.
+        dt: [s] of the step.
+        touchable: what the bodies are.
+        motions: of bodies before the step; others stand.
+        gaps: [m] between bodies and robot before the step, where PyBullet's own does not hold.
+    """
+    points: list[ContactPoint] = []
+    for raw in contacts:
+        partner, position, normal, distance, force = raw[2], raw[6], raw[7], raw[8], raw[9]
+        if force <= 0.0 and distance > 0.0:
+            continue
+        point = ContactPoint(
+            touched=touchable[partner],
+            position=position,
+            normal=normal,
+            impulse=force * dt,
+            partner=motions.get(partner) or Motion(position, (0.0, 0.0, 0.0)),
+            distance=gaps.get(partner, distance),
+        )
+        points.append(point)
+    return points
 
 
 def merge(points: list[ContactPoint]) -> list[ContactPoint]:

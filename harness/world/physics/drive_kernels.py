@@ -60,7 +60,10 @@ def drive_constants(robot: RobotParams, gravity: float, dt: float) -> FloatArray
 def step_towards(
     now: float, target: float, dt: float, time_constant: float, up: float, down: float
 ) -> float:
-    """The next value of a first-order servo, its rate limited by ``up`` away from zero and ``down`` towards zero."""
+    """The next value of a first-order servo.
+
+    Its rate is limited by ``up`` away from zero and by ``down`` towards zero.
+    """
     change = (target - now) * dt / time_constant
     limit = dt * (up if change * now >= 0.0 else down)
     return now + min(max(change, -limit), limit)

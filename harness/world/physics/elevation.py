@@ -41,12 +41,12 @@ class Elevation:
 
     def clearance(self, x: float, y: float) -> float:
         """Distance from a point to the nearest step, in [m]; inf if there is none."""
-        return (
-            math.inf if self.is_flat else float(shapely.distance(self._edges, shapely.Point(x, y)))
-        )
+        if self.is_flat:
+            return math.inf
+        return float(shapely.distance(self._edges, shapely.Point(x, y)))
 
     def around(self, x: float, y: float, half: float) -> dict[float, list[FloatArray]]:
-        """The ground within a square around a point, cut to convex counter-clockwise polygons (N, 2), by height [m].
+        """Convex counter-clockwise polygons (N, 2) of the ground around a point, by height [m].
 
         Args:
             x: [m] of the centre.
@@ -98,11 +98,10 @@ def _convex_pieces(region: shapely.Geometry) -> list[FloatArray]:
     are_convex = shapely.area(shapely.convex_hull(polygons)) - shapely.area(polygons) < _SLIVER
     pieces: list[shapely.Geometry] = []
     for polygon, is_convex in zip(polygons, are_convex.tolist(), strict=True):
-        pieces += (
-            [polygon]
-            if is_convex
-            else shapely.get_parts(shapely.constrained_delaunay_triangles(polygon)).tolist()
-        )
+        if is_convex:
+            pieces.append(polygon)
+        else:
+            pieces += shapely.constrained_delaunay_triangles(polygon).geoms
     found = np.array(pieces, dtype=object)
     # GEOS's normal form goes clockwise and ends where it began.
     return [

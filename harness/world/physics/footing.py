@@ -1,7 +1,4 @@
-"""What the ground does to the robot beside holding it up.
-
-How the wheels grip, and how the body scrapes over it.
-"""
+"""How the wheels grip the ground, and how the body scrapes over it."""
 
 import math
 from dataclasses import dataclass
@@ -47,10 +44,8 @@ class Footing:
         """
         forces: list[tuple[Vector, Vector]] = []
         for scrape in self.scrapes:
-            x, y = (
-                motion.along((1.0, 0.0, 0.0), scrape.position),
-                motion.along((0.0, 1.0, 0.0), scrape.position),
-            )
+            x = motion.along((1.0, 0.0, 0.0), scrape.position)
+            y = motion.along((0.0, 1.0, 0.0), scrape.position)
             speed = math.hypot(x, y)
             if speed > 0.0:
                 slow = min(coefficient * scrape.load / speed, stopping / len(self.scrapes))
@@ -83,9 +78,11 @@ class Feet:
         """How it stands on level ground.
 
         Touched by something, its wheels grip with what the axle carries at rest: pushed sideways,
-            the casters swivel.
+        the casters swivel.
         """
-        return self._touched if is_touched else ON_LEVEL_GROUND
+        if is_touched:
+            return self._touched
+        return ON_LEVEL_GROUND
 
     def footing(self, contacts: list[Any], position: Vector, orientation: Any) -> Footing:
         """Sort the robot's contacts with the ground.

@@ -51,7 +51,10 @@ def limited(
 
 
 def shove(client: int, body: int, change: FloatArray, turn: FloatArray, dt: float) -> None:
-    """Change a body's velocity by ``change`` [m/s] and spin by ``turn`` [rad/s], as if at the last step's beginning."""
+    """Add ``change`` [m/s] to a body's velocity and ``turn`` [rad/s] to its spin.
+
+    Its pose changes as if that had happened at the last step's beginning.
+    """
     position, orientation = bullet.getBasePositionAndOrientation(body, client)
     velocity, spin = bullet.getBaseVelocity(body, client)
     angle = float(np.linalg.norm(turn)) * dt

@@ -25,7 +25,10 @@ def rotate(orientation: Quaternion, x: float, y: float, z: float) -> Vector:
 def point_velocity(
     orientation: Quaternion, velocity: Vector, spin: Vector, x: float, y: float, z: float
 ) -> Vector:
-    """Map-frame velocity [m/s] of the body's point (x, y, z) [m], given in the body frame from the centre of mass."""
+    """Map-frame velocity [m/s] of a point (x, y, z) [m] of the body.
+
+    The point is given in the body frame, from the centre of mass.
+    """
     (vx, vy, vz), (wx, wy, wz) = velocity, spin
     rx, ry, rz = rotate(orientation, x, y, z)
     return vx + wy * rz - wz * ry, vy + wz * rx - wx * rz, vz + wx * ry - wy * rx
@@ -69,7 +72,7 @@ def base_state(
     vy_before: float,
     tick: float,
 ) -> tuple[float, float, float, float, float, float, float, float, float]:
-    """The fields of :class:`~harness.world.physics.body_state.BodyState`, as tuples come from the physics.
+    """The fields of a :class:`~harness.world.physics.body_state.BodyState`.
 
     Args:
         position: [m] of the centre of mass, map frame, and so the next three.

@@ -1,4 +1,4 @@
-"""The parameters of physics and contacts: ``physics`` and ``contacts`` in a file of ``params/worlds``."""
+"""The parameters of physics and contacts: two sections of a file of ``params/worlds``."""
 
 from dataclasses import dataclass
 from typing import Annotated

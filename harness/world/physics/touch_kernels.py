@@ -65,7 +65,7 @@ def _are_apart(
     begin: int,
     end: int,
 ) -> bool:
-    """Whether an axis shows that the rectangle keeps ``margin`` to the polygon of corners ``begin`` to ``end``."""
+    """Whether an axis parts rectangle and polygon (corners ``begin`` to ``end``) by ``margin``."""
     low_along, high_along, low_across, high_across = math.inf, -math.inf, math.inf, -math.inf
     for k in range(begin, end):
         dx, dy = corners[k, 0] - x, corners[k, 1] - y
@@ -133,10 +133,7 @@ def find_near(
 
 @njit()
 def _distance(x: float, y: float, corners: FloatArray, begin: int, end: int) -> float:
-    """Distance [m] from a point to a convex polygon of corners ``begin`` to ``end``.
-
-    0 inside it.
-    """
+    """Distance [m] from a point to a convex polygon of corners ``begin`` to ``end``; 0 inside."""
     squared, is_inside = math.inf, True
     px, py = corners[end - 1, 0], corners[end - 1, 1]
     for k in range(begin, end):

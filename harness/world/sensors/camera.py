@@ -1,4 +1,4 @@
-"""A colour camera: what stands and walks around the robot, drawn by PyBullet's software renderer."""
+"""A colour camera, drawn by PyBullet's software renderer."""
 
 import math
 
@@ -8,7 +8,8 @@ import shapely
 
 from harness.task.camera_params import CameraParams
 from harness.world.map.scene import Scene
-from harness.world.physics.bodies import StaticIndex, static_index
+from harness.world.map.shapes import Rect
+from harness.world.physics.bodies import static_index
 from harness.world.physics.elevation import elevation_of
 from harness.world.physics.engine import Server, bullet
 from navstack.types import FloatArray, Pose2D
@@ -20,19 +21,21 @@ NEAREST = 0.05  # [m] of what is drawn
 # [m] the robot moves before the choice is made anew; beyond the range that bodies stay
 RENEW, KEPT = 5.0, 10.0
 COLORS: dict[str, Color] = {  # of obstacles and zones by kind
-    **{
-        "building_glass": (0.55, 0.62, 0.70),
-        "mailbox": (0.10, 0.25, 0.65),
-        "trash_bin": (0.20, 0.35, 0.25),
-    },
-    **{"plant": (0.20, 0.50, 0.18), "fence": (0.45, 0.35, 0.25), "bollard": (0.75, 0.65, 0.15)},
-    **{
-        "hydrant": (0.75, 0.12, 0.10),
-        "barrier": (0.90, 0.45, 0.10),
-        "traffic_light": (0.15, 0.15, 0.15),
-    },
-    **{"road": (0.25, 0.25, 0.27), "sidewalk": (0.66, 0.65, 0.62), "crosswalk": (0.85, 0.85, 0.85)},
-    **{"plaza": (0.70, 0.66, 0.58), "lawn": (0.35, 0.55, 0.25), "construction": (0.60, 0.50, 0.35)},
+    "building_glass": (0.55, 0.62, 0.70),
+    "mailbox": (0.10, 0.25, 0.65),
+    "trash_bin": (0.20, 0.35, 0.25),
+    "plant": (0.20, 0.50, 0.18),
+    "fence": (0.45, 0.35, 0.25),
+    "bollard": (0.75, 0.65, 0.15),
+    "hydrant": (0.75, 0.12, 0.10),
+    "barrier": (0.90, 0.45, 0.10),
+    "traffic_light": (0.15, 0.15, 0.15),
+    "road": (0.25, 0.25, 0.27),
+    "sidewalk": (0.66, 0.65, 0.62),
+    "crosswalk": (0.85, 0.85, 0.85),
+    "plaza": (0.70, 0.66, 0.58),
+    "lawn": (0.35, 0.55, 0.25),
+    "construction": (0.60, 0.50, 0.35),
 }
 OTHER: Color = (0.50, 0.50, 0.50)
 SKIN: Color = (0.85, 0.65, 0.50)
@@ -44,6 +47,7 @@ CLOTHES: tuple[Color, ...] = (
     (0.25, 0.25, 0.28),
 )
 NOWHERE = (0.0, 0.0, -1000.0)  # [m]
+BEYOND = 50.0  # [m] of ground beyond the map's edge
 GROUND = -0.5  # [m] below the lowest zone: the ground beside all zones
 
 
@@ -64,7 +68,7 @@ class Camera:
         """
         self._params, self._server = params, Server()
         self._client = self._server.client
-        self._index: StaticIndex = static_index(scene)
+        self._index = static_index(scene)
         self._elevation = elevation_of(scene)
         self._bodies: dict[int, int] = {}  # of the obstacles that are drawn, by their numbers
         self._center = (math.inf, math.inf)
@@ -125,14 +129,11 @@ class Camera:
                 )
 
     def _put_people(self, people: FloatArray) -> None:
-        if len(self._people) > len(people):  # of another delivery
-            for body in self._people[len(people) :]:
-                bullet.removeBody(body, physicsClientId=self._client)
-            del self._people[len(people) :]
+        while len(self._people) > len(people):  # of another delivery
+            bullet.removeBody(self._people.pop(), physicsClientId=self._client)
         while len(self._people) < len(people):
-            self._people.append(
-                self._body(self._persons[len(self._people) % len(CLOTHES)], NOWHERE)
-            )
+            person = self._persons[len(self._people) % len(CLOTHES)]
+            self._people.append(self._body(person, NOWHERE))
         for body, (x, y) in zip(self._people, people[:, :2].tolist(), strict=True):
             place = (x, y, self._elevation.level(x, y)) if math.isfinite(x) else NOWHERE
             bullet.resetBasePositionAndOrientation(
@@ -141,17 +142,11 @@ class Camera:
 
     def _lay_ground(self, scene: Scene) -> None:
         lowest = min((zone.elevation for zone in scene.zones), default=0.0)
-        grid = scene.geometry
-        (x, y), half = (
-            (grid.origin.x, grid.origin.y),
-            0.5 * grid.resolution * max(grid.data.shape) + 50.0,
-        )
-        square = (
-            np.array(((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))) * half
-            + (x + half, y + half)
-            - 50.0
-        )
-        self._prism(square, lowest + GROUND, lowest - 1e-3, OTHER)
+        grid, corner = scene.geometry, scene.geometry.origin
+        side = grid.resolution * max(grid.data.shape)
+        square = Rect(corner.x, corner.y, corner.x + side, corner.y + side)
+        square = square.inset(-BEYOND, -BEYOND, -BEYOND, -BEYOND)
+        self._prism(square.polygon, lowest + GROUND, lowest - 1e-3, OTHER)
         for number, zone in enumerate(scene.zones):  # of two that overlap the later one is seen
             top = zone.elevation + 1e-3 * number / max(1, len(scene.zones))
             self._prism(zone.polygon, lowest + GROUND, top, COLORS.get(zone.kind, OTHER))
@@ -162,19 +157,16 @@ class Camera:
         Its sides, and its top in triangles.
         """
         center = polygon.mean(axis=0)
-        lower, upper = (
-            np.column_stack((polygon - center, np.full(len(polygon), z))) for z in (bottom, top)
-        )
-        triangles = [
-            (corner_a, corner_b, corner_c)
-            for a, b, c, d in zip(
-                lower, np.roll(lower, -1, axis=0), np.roll(upper, -1, axis=0), upper, strict=True
-            )
-            for corner_a, corner_b, corner_c in ((a, b, c), (a, c, d))
-        ]
-        for each in shapely.constrained_delaunay_triangles(shapely.Polygon(polygon - center)).geoms:
-            corners = np.array(shapely.geometry.polygon.orient(each).exterior.coords)[:3, :2]
-            triangles.append(tuple(np.array((*corner, top)) for corner in corners))  # type: ignore[arg-type]
+        outline = polygon - center
+        lower = np.column_stack((outline, np.full(len(polygon), bottom)))
+        upper = np.column_stack((outline, np.full(len(polygon), top)))
+        next_lower, next_upper = np.roll(lower, -1, axis=0), np.roll(upper, -1, axis=0)
+        triangles: list[FloatArray] = []
+        for a, b, c, d in zip(lower, next_lower, next_upper, upper, strict=True):
+            triangles += [np.array((a, b, c)), np.array((a, c, d))]
+        for part in shapely.constrained_delaunay_triangles(shapely.Polygon(outline)).geoms:
+            corners = np.array(shapely.geometry.polygon.orient(part).exterior.coords)[:3, :2]
+            triangles.append(np.column_stack((corners, np.full(3, top))))
         vertices = np.concatenate(triangles)
         shape = bullet.createVisualShape(
             bullet.GEOM_MESH,

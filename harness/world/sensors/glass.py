@@ -1,4 +1,4 @@
-"""Glass fronts, which a lidar sees where it looks at them squarely and mostly looks through elsewhere."""
+"""Glass fronts: a lidar sees them squarely, and mostly looks through them elsewhere."""
 
 import math
 from collections.abc import Sequence
@@ -7,7 +7,8 @@ import numpy as np
 
 from harness.world.map.scene import Obstacle
 from harness.world.map.shapes import grow, window_of
-from harness.world.sensors.lidar_kernels import Field, cast_grid, clearance_field
+from harness.world.sensors.lidar_kernels import cast_grid, clearance_field
+from harness.world.sensors.ray_lanes import Field
 from navstack.costmap.occupancy_grid import SOLID_FROM, OccupancyGrid
 from navstack.geometry import relative_to, transform_points
 from navstack.jit import njit
@@ -18,12 +19,13 @@ _INSIDE = 1e-6  # [cells] behind the border at which a ray entered a cell
 
 
 class Glass:
-    """The glass obstacles of a scene on the cells of its geometry, and what stands there without them.
+    """The glass obstacles of a scene on the cells of its geometry, and what stands behind them.
 
-    A beam that meets glass within ``visible_angle`` of the normal returns: the pane reflects it back (Foster, Sun,
-    Park & Kuipers, "VisAGGE: Visible Angle Grid for Glass Environments", ICRA 2013: glass is seen from a narrow range
-    of angles). Farther from the normal the reflection is lost, and the beam passes with probability ``transmission``;
-    else it met a frame, a blind or dirt. Having passed one pane it passes all, to what is not of glass.
+    A beam that meets glass within ``visible_angle`` of the normal returns: the pane reflects it
+    back (Foster, Sun, Park & Kuipers, "VisAGGE: Visible Angle Grid for Glass Environments", ICRA
+    2013: glass is seen from a narrow range of angles). Farther from the normal the reflection is
+    lost, and the beam passes with probability ``transmission``; else it met a frame, a blind or
+    dirt. Having passed one pane it passes all, to what is not of glass.
     """
 
     def __init__(self, geometry: OccupancyGrid, obstacles: Sequence[Obstacle]) -> None:
@@ -159,7 +161,10 @@ def see_through(
 def _incidence(
     x: float, y: float, dx: float, dy: float, start: int, end: int, edges: FloatArray
 ) -> float:
-    """Cosine of incidence of a beam along (dx, dy) on that of the edges ``start`` to ``end`` that is nearest (x, y)."""
+    """Cosine of incidence of a beam along (dx, dy) on the edge that is nearest (x, y).
+
+    Looks at the edges ``start`` to ``end``.
+    """
     nearest, incidence = -math.inf, 1.0
     for edge in range(start, end):
         outside = edges[edge, 0] * x + edges[edge, 1] * y - edges[edge, 2]

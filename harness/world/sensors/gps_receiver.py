@@ -1,4 +1,4 @@
-"""The satellite receiver: white noise, slow errors, multipath near buildings and outages between them."""
+"""The satellite receiver: white noise, slow errors, multipath and outages near buildings."""
 
 import math
 from dataclasses import dataclass
@@ -78,17 +78,19 @@ class GpsReceiver(Sensor[GpsFix]):
 
     def reset(self, body: BodyState, rng: np.random.Generator) -> None:
         """Start an episode; under open sky the receiver has a fix."""
-        of_drift, of_multipath, self._of_outages = rng.spawn(3)
+        drift_rng, multipath_rng, self._outage_rng = rng.spawn(3)
         self._noise = NoiseStore(rng, 2)
-        self._drift = GaussMarkov(of_drift, 2, self._params.drift_time)
-        self._multipath = GaussMarkov(of_multipath, 2, self._params.multipath_time)
+        self._drift = GaussMarkov(drift_rng, 2, self._params.drift_time)
+        self._multipath = GaussMarkov(multipath_rng, 2, self._params.multipath_time)
         self._silent_until = 0.0  # [s]; inf: too much of the sky is hidden
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> GpsFix | None:
         """The position now; None: there is no fix."""
         params, noise = self._params, self._noise.row()
         x, y = body.x + params.position_std * noise[0], body.y + params.position_std * noise[1]
-        hidden = self._sky.hidden(body.x, body.y) if self._sky else 0.0
+        hidden = 0.0
+        if self._sky:
+            hidden = self._sky.hidden(body.x, body.y)
         multipath_std = params.multipath_std * hidden / _HALF
         for process, deviation in (
             (self._drift, params.drift_std),
@@ -108,9 +110,8 @@ class GpsReceiver(Sensor[GpsFix]):
         if hidden > params.lost_above:
             self._silent_until = math.inf
         elif self._silent_until == math.inf and hidden <= params.found_below:
-            self._silent_until = (
-                stamp + params.reacquisition_time * self._of_outages.standard_exponential()
-            )
+            delay = params.reacquisition_time * self._outage_rng.standard_exponential()
+            self._silent_until = stamp + delay
         return stamp < self._silent_until or any(
             start <= stamp < end for start, end in params.outages
         )

@@ -47,16 +47,17 @@ class InertialUnit(Sensor[Imu]):
 
     def __init__(self, params: ImuParams) -> None:
         self._params = params
-        stated = max(math.hypot(params.yaw_std, params.yaw_wander_std), LEAST_STATED)
-        self._yaw_std = stated if params.has_heading else 0.0
+        self._yaw_std = 0.0
+        if params.has_heading:
+            self._yaw_std = max(math.hypot(params.yaw_std, params.yaw_wander_std), LEAST_STATED)
 
     def reset(self, body: BodyState, rng: np.random.Generator) -> None:
         """Draw this episode's first bias."""
-        of_bias, of_wander = rng.spawn(2)
+        bias_rng, wander_rng = rng.spawn(2)
         self._bias = self._params.yaw_rate_bias_std * rng.standard_normal()
         self._noise = NoiseStore(rng, 4)
-        self._walk = RandomWalk(of_bias)
-        self._wander = GaussMarkov(of_wander, 1, self._params.yaw_wander_time)
+        self._walk = RandomWalk(bias_rng)
+        self._wander = GaussMarkov(wander_rng, 1, self._params.yaw_wander_time)
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Imu:
         """Heading, yaw rate and accelerations now."""

@@ -95,7 +95,9 @@ class Lidar(Sensor[LaserScan]):
                 any.
         """
         self._params = params
-        self._glass = Glass(geometry, obstacles) if params.glass_transmission else None
+        self._glass: Glass | None = None
+        if params.glass_transmission:
+            self._glass = Glass(geometry, obstacles)
         self._origin = geometry.origin
         self._resolution = geometry.resolution
         self._radius = pedestrian_radius
@@ -112,7 +114,7 @@ class Lidar(Sensor[LaserScan]):
 
     def reset(self, body: BodyState, rng: np.random.Generator) -> None:
         """Start an episode whose noise comes from ``rng``."""
-        self._of_dropouts, self._of_glass = rng.spawn(2)
+        self._dropout_rng, self._glass_rng = rng.spawn(2)
         self._rng = rng
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> LaserScan:
@@ -125,7 +127,7 @@ class Lidar(Sensor[LaserScan]):
                 relative_to(self._origin, sensor),
                 self._directions,
                 ranges,
-                self._of_glass.random(params.beams),
+                self._glass_rng.random(params.beams),
                 params.glass_transmission,
                 params.glass_visible_angle,
                 params.range_max,
@@ -133,7 +135,7 @@ class Lidar(Sensor[LaserScan]):
         if params.sees_people:
             self._meet_people(sensor, pedestrians, ranges)
         if params.dropout:
-            ranges[self._of_dropouts.random(params.beams) < params.dropout] = math.inf
+            ranges[self._dropout_rng.random(params.beams) < params.dropout] = math.inf
         finish_scan(
             ranges,
             self._rng.standard_normal(params.beams) * params.noise_std,

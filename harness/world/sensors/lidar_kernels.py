@@ -9,46 +9,38 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from harness.world.sensors.ray_lanes import (
+    BEAM,
+    COLUMN,
+    FLOATS,
+    INTEGERS,
+    LANES,
+    LENGTH,
+    ROW,
+    SHIFT_X,
+    SHIFT_Y,
+    SIDE,
+    SIGN_X,
+    SIGN_Y,
+    STOPS,
+    TILE,
+    Field,
+    advance,
+    look_ahead,
+    place_of,
+    start_lane,
+)
 from navstack.jit import njit
 from navstack.types import (
     BoolMatrix,
     ByteArray,
-    ByteVector,
     FloatArray,
     FloatMatrix,
     FloatVector,
-    Uint16Vector,
 )
 
-Field = tuple[int, int, int, Uint16Vector, ByteVector]  # of clearance_field
-Index = TypeVar("Index", int, np.int32)  # vector instructions work on many of 32 bits
 Unsigned = TypeVar("Unsigned", np.uint8, np.uint16)
-
-_BITS = 2  # a block's side is 2 ** _BITS cells, so that shifts find the block of a cell
-_TILE_BITS = 3  # and a tile's 2 ** _TILE_BITS blocks
-_SIDE, _TILE = 1 << _BITS, 1 << _TILE_BITS
 _MAX_SQUARE = np.int64(255)  # [blocks]
-# rays that are under way at a time; a constant, so that the loops over them use vector instructions
-LANES = 32
-# Where in the buffers of the rays their values stand: in that of floats
-X, Y, DX, DY, INVERSE_X, INVERSE_Y = (LANES * i for i in range(6))  # start, direction, one over it
-# so far [cells], and the cell that it leads to
-LENGTH, COLUMN, ROW = (LANES * i for i in range(6, 9))
-# that mirror cells: cell * sign + shift
-SIGN_X, SIGN_Y, SHIFT_X, SHIFT_Y = (LANES * i for i in range(9, 13))
-FLOATS = 13 * LANES
-# ... and in that of integers.
-# block, its squares', beam; see _look, _go
-AT, SQUARES_AT, BEAM, BLOCKS, CELLS, STOPS = (LANES * i for i in range(6))
-INTEGERS = 6 * LANES
-_u, _i = np.uint64, np.int32  # unsigned indices spare the treatment of negative ones
-
-
-@njit()
-def _place_of(row: Index, column: Index, tiles: int) -> Index:
-    """Where a block stands in a table with ``tiles`` tiles per row."""
-    tile = (row >> _TILE_BITS) * tiles + (column >> _TILE_BITS)
-    return (tile << 2 * _TILE_BITS) + ((row & (_TILE - 1)) << _TILE_BITS) + (column & (_TILE - 1))
 
 
 @njit(ahead=True)
@@ -69,14 +61,14 @@ def clearance_field(occupied: BoolMatrix) -> Field:
         free.
     """
     height, width = occupied.shape
-    rows, columns = -(-height // _SIDE), -(-width // _SIDE)
-    tiles = -(-(columns + 2) // _TILE)
-    solid = np.full((-(-(rows + 2) // _TILE) * _TILE, tiles * _TILE), 0xFFFF, np.uint16)
+    rows, columns = -(-height // SIDE), -(-width // SIDE)
+    tiles = -(-(columns + 2) // TILE)
+    solid = np.full((-(-(rows + 2) // TILE) * TILE, tiles * TILE), 0xFFFF, np.uint16)
     for row in range(rows):
         for column in range(columns):
             bits = 0
-            for bit in range(_SIDE * _SIDE):
-                y, x = _SIDE * row + bit // _SIDE, _SIDE * column + bit % _SIDE
+            for bit in range(SIDE * SIDE):
+                y, x = SIDE * row + bit // SIDE, SIDE * column + bit % SIDE
                 if y >= height or x >= width or occupied[y, x]:
                     bits |= 1 << bit
             solid[row + 1, column + 1] = bits
@@ -85,13 +77,8 @@ def clearance_field(occupied: BoolMatrix) -> Field:
         ahead = np.zeros(solid.shape, np.uint8)
         _find_squares(solid, rows, columns, 1 - 2 * (quadrant & 1), 1 - (quadrant & 2), ahead)
         _by_tiles(ahead, squares[quadrant])
-    return (
-        height,
-        width,
-        tiles,
-        _by_tiles(solid, np.empty(solid.size, np.uint16)),
-        squares.reshape(-1),
-    )
+    blocks = _by_tiles(solid, np.empty(solid.size, np.uint16))
+    return height, width, tiles, blocks, squares.reshape(-1)
 
 
 @njit()
@@ -105,7 +92,7 @@ def _by_tiles(
     rows, columns = table.shape
     for row in range(rows):
         for column in range(columns):
-            ordered[_place_of(row, column, columns // _TILE)] = table[row, column]
+            ordered[place_of(row, column, columns // TILE)] = table[row, column]
     return ordered
 
 
@@ -118,10 +105,11 @@ def _find_squares(
     ahead_y: int,
     squares: ByteArray,
 ) -> None:
-    """The side of the largest free square that begins in each block and goes on along ``ahead_x`` and ``ahead_y``.
+    """The side of the largest free square that begins in each block.
 
-    It is one more than the least of the next blocks along x, along y and along both (textbook recursion). Works in
-    place on ``squares``, which are zeros, from row and column 1 on.
+    It goes on along ``ahead_x`` and ``ahead_y``, and is one more than the least of the next blocks
+    along x, along y and along both (textbook recursion). Works in place on ``squares``, which are
+    zeros, from row and column 1 on.
     """
     for i in range(rows):
         row = rows - i if ahead_y > 0 else i + 1
@@ -131,112 +119,6 @@ def _find_squares(
                 beside = min(squares[row, column + ahead_x], squares[row + ahead_y, column])
                 least = np.int64(min(beside, squares[row + ahead_y, column + ahead_x]))
                 squares[row, column] = min(least + 1, _MAX_SQUARE)
-
-
-@njit()
-def _start(
-    lane: int,
-    beam: int,
-    x0: float,
-    y0: float,
-    cos: float,
-    sin: float,
-    directions: FloatArray,
-    field: Field,
-    b: FloatArray,
-    n: npt.NDArray[np.int32],
-) -> None:
-    """Begin to cast a beam in a lane of the buffers.
-
-    Other arguments are those of :func:`cast_grid`.
-
-    Coordinates are mirrored where needed, so that every ray goes to higher x and y.
-    """
-    _, _, tiles, solid, _ = field
-    dx = cos * directions[beam, 0] - sin * directions[beam, 1]
-    dy = sin * directions[beam, 0] + cos * directions[beam, 1]
-    sign_x, sign_y = (-1.0 if dx < 0.0 else 1.0), (-1.0 if dy < 0.0 else 1.0)
-    # the mirrored cell is -1 - cell
-    b[SIGN_X + lane], b[SHIFT_X + lane] = sign_x, 0.5 * (sign_x - 1.0)
-    b[SIGN_Y + lane], b[SHIFT_Y + lane] = sign_y, 0.5 * (sign_y - 1.0)
-    column, row = math.floor(x0), math.floor(y0)
-    b[COLUMN + lane] = column * sign_x + b[SHIFT_X + lane]
-    b[ROW + lane] = row * sign_y + b[SHIFT_Y + lane]
-    b[X + lane], b[Y + lane], b[DX + lane], b[DY + lane] = (
-        x0 * sign_x,
-        y0 * sign_y,
-        abs(dx),
-        abs(dy),
-    )
-    b[INVERSE_X + lane], b[INVERSE_Y + lane] = (
-        1.0 / max(abs(dx), 1e-300),
-        1.0 / max(abs(dy), 1e-300),
-    )
-    b[LENGTH + lane] = 0.0
-    n[BEAM + lane] = beam
-    n[AT + lane] = _place_of((row >> _BITS) + 1, (column >> _BITS) + 1, tiles)
-    n[SQUARES_AT + lane] = ((dx < 0.0) + 2 * (dy < 0.0)) * len(solid)
-
-
-@njit()
-def _look(solid: npt.NDArray[np.uint16], squares: ByteArray, n: npt.NDArray[np.int32]) -> None:
-    """Read of every lane the blocks of the free square ahead, and the cells of the block where there is none.
-
-    All at once, so that the processor waits for many places of memory at a time.
-    """
-    for i in range(LANES):
-        n[BLOCKS + i] = squares[_u(n[SQUARES_AT + i] + n[AT + i])]
-    for i in range(LANES):
-        n[CELLS + i] = solid[_u(n[AT + i] if n[BLOCKS + i] == 0 else 0)]
-
-
-@njit()
-def _go(reach: float, tiles: int, b: FloatArray, n: npt.NDArray[np.int32]) -> None:
-    """Take every ray out of the free square ahead of it, or into the next cell.
-
-    Those in occupied cells or beyond ``reach`` stop. A ray through a corner passes the neighbour
-    along x. Without branches, and with nothing that processors have no vector instructions for:
-    cells are floats, places are int32.
-    """
-    for i in range(LANES):
-        cx, cy, sign_x, sign_y = b[COLUMN + i], b[ROW + i], b[SIGN_X + i], b[SIGN_Y + i]
-        shift_x, shift_y, x, y, length = (
-            b[SHIFT_X + i],
-            b[SHIFT_Y + i],
-            b[X + i],
-            b[Y + i],
-            b[LENGTH + i],
-        )
-        blocks, cells = n[BLOCKS + i], n[CELLS + i]
-        bit = _SIDE * (_i(cy * sign_y + shift_y) & (_SIDE - 1)) + (
-            _i(cx * sign_x + shift_x) & (_SIDE - 1)
-        )
-        is_hit = (cells >> bit) & 1
-        stops = (blocks == 0) & (is_hit != 0) | (length > reach)
-        leap_x, leap_y = (
-            (np.floor(cx / _SIDE) + blocks) * _SIDE,
-            (np.floor(cy / _SIDE) + blocks) * _SIDE,
-        )
-        step_x, step_y = cx + 1.0, cy + 1.0
-        end_x, end_y = (leap_x if blocks > 0 else step_x), (leap_y if blocks > 0 else step_y)
-        to_x, to_y = (end_x - x) * b[INVERSE_X + i], (end_y - y) * b[INVERSE_Y + i]
-        along_x = to_x <= to_y
-        t = to_x if along_x else to_y
-        # The cell across the border is known exactly; the other coordinate never goes back or
-        # leaves the square.
-        next_x, next_y = np.floor(x + t * b[DX + i]), np.floor(y + t * b[DY + i])
-        last_x, last_y = end_x - 1.0, end_y - 1.0
-        next_x, next_y = (
-            (last_x if next_x > last_x else next_x),
-            (last_y if next_y > last_y else next_y),
-        )
-        next_x, next_y = (cx if next_x < cx else next_x), (cy if next_y < cy else next_y)
-        next_x, next_y = (end_x if along_x else next_x), (next_y if along_x else end_y)
-        next_x, next_y = (cx if stops else next_x), (cy if stops else next_y)
-        b[COLUMN + i], b[ROW + i], b[LENGTH + i] = next_x, next_y, (length if stops else t)
-        column, row = _i(next_x * sign_x + shift_x), _i(next_y * sign_y + shift_y)
-        n[AT + i] = _place_of((row >> _BITS) + 1, (column >> _BITS) + 1, tiles)
-        n[STOPS + i] = stops
 
 
 @njit(ahead=True)
@@ -273,11 +155,11 @@ def cast_grid(
     b, n = np.empty(FLOATS), np.zeros(INTEGERS, np.int32)
     begun, ended = min(LANES, len(directions)), 0
     for lane in range(LANES):
-        _start(lane, min(lane, begun - 1), x0, y0, cos, sin, directions, field, b, n)
+        start_lane(lane, min(lane, begun - 1), x0, y0, cos, sin, directions, field, b, n)
     n[BEAM + begun : BEAM + LANES] = -1  # these cast the last one again, for nothing
     while ended < len(directions):
-        _look(solid, squares, n)
-        _go(reach, tiles, b, n)
+        look_ahead(solid, squares, n)
+        advance(reach, tiles, b, n)
         for lane in range(LANES):
             beam = n[BEAM + lane]
             if n[STOPS + lane] == 0 or beam < 0:
@@ -289,7 +171,7 @@ def cast_grid(
             ended += 1
             n[BEAM + lane] = -1
             if begun < len(directions):
-                _start(lane, begun, x0, y0, cos, sin, directions, field, b, n)
+                start_lane(lane, begun, x0, y0, cos, sin, directions, field, b, n)
                 begun += 1
 
 

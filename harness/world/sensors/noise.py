@@ -24,10 +24,11 @@ class NoiseStore:
 
 
 class GaussMarkov:
-    """Independent stationary first-order Gauss-Markov processes of variance 1 and a common correlation time.
+    """Independent stationary first-order Gauss-Markov processes of variance 1.
 
-    x(t + dt) = exp(-dt / time) x(t) + sqrt(1 - exp(-2 dt / time)) w with w standard normal, which holds for any dt
-    (Brown & Hwang, Introduction to Random Signals and Applied Kalman Filtering, "Gauss-Markov process").
+    x(t + dt) = exp(-dt / time) x(t) + sqrt(1 - exp(-2 dt / time)) w with w standard normal, which
+    holds for any dt (Brown & Hwang, Introduction to Random Signals and Applied Kalman Filtering,
+    "Gauss-Markov process").
     """
 
     def __init__(self, rng: np.random.Generator, columns: int, time: float) -> None:

@@ -90,7 +90,10 @@ class SensorSuite:
             pedestrian_radius: [m].
         """
         odometry, imu, gps, lidar = params.odometry, params.imu, params.gps, params.lidar
-        receiver = GpsReceiver(gps, sky_of(scene) if gps.depends_on_sky else None)
+        sky: Sky | None = None
+        if gps.depends_on_sky:
+            sky = sky_of(scene)
+        receiver = GpsReceiver(gps, sky)
         caster = Lidar(lidar, scene.geometry, pedestrian_radius, scene.obstacles)
         self._odometry = Channel(
             "odometry", WheelOdometry(odometry), odometry.rate, odometry.latency

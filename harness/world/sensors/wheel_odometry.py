@@ -55,11 +55,11 @@ class WheelOdometry(Sensor[Odometry]):
 
     def reset(self, body: BodyState, rng: np.random.Generator) -> None:
         """Draw this episode's scale errors and slip and start at the odom frame's origin."""
-        (of_slip,) = rng.spawn(1)
+        (slip_rng,) = rng.spawn(1)
         self._linear_scale = 1.0 + self._params.linear_scale_std * rng.standard_normal()
         self._angular_scale = 1.0 + self._params.angular_scale_std * rng.standard_normal()
         self._noise = NoiseStore(rng, 5)
-        self._slip = self._params.slip * abs(of_slip.standard_normal())
+        self._slip = self._params.slip * abs(slip_rng.standard_normal())
         self._body = body
         self._pose = Pose2D()
 
@@ -89,17 +89,15 @@ class WheelOdometry(Sensor[Odometry]):
 
 
 def _traction(acceleration: float) -> float:
-    """Share of the weight that an acceleration [m/s2] takes.
-
-    No wheel pulls with more than the weight.
-    """
+    """Share of the weight that an acceleration [m/s2] takes, at most all of it."""
     return max(-1.0, min(1.0, acceleration / _GRAVITY))
 
 
 def wheel_motion(before: BodyState, after: BodyState) -> tuple[float, float]:
-    """How far [m] and by what angle [rad] the wheels rolled between two states, on an arc of constant curvature.
+    """How far [m] and by what angle [rad] the wheels rolled between two states, on an arc.
 
-    The chord is projected on the mean heading, which drops sideways motion, and stretched to the arc's length.
+    The chord is projected on the mean heading, which drops sideways motion, and stretched to the
+    arc's length.
     """
     turn = normalize_angle(after.yaw - before.yaw)
     middle = before.yaw + 0.5 * turn
@@ -108,7 +106,7 @@ def wheel_motion(before: BodyState, after: BodyState) -> tuple[float, float]:
 
 
 def along_arc(distance: float, turn: float) -> tuple[float, float]:
-    """The end x, y [m] of an arc of length ``distance`` [m] that turns by ``turn`` [rad], in the frame of its start."""
+    """The end x, y [m] of an arc of a length [m] and a turn [rad], in the frame of its start."""
     chord = distance * _chord_per_arc(turn)
     return chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn)
 

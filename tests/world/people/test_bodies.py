@@ -130,8 +130,7 @@ def test_a_body_off_its_way_is_pushed_back(world_of, monkeypatch, behind, push_f
     """A tenth of the momentum [N s] in a step of 1/120 s; 75 kg."""
     world = world_of(model="random_walk", count=1, speed=1.0)
     crowd, (x, y, *_) = world._crowd, world._pedestrians.states[0].tolist()
-    bodies = dataclasses.replace(crowd._params.pedestrian_bodies, push_force=push_force)
-    crowd._params = dataclasses.replace(crowd._params, pedestrian_bodies=bodies)
+    crowd._push_force = push_force
     assert crowd.follow(x, y)
     (body,) = crowd.touchable
     place = x - behind[0], y - behind[1], -behind[2]
@@ -140,9 +139,9 @@ def test_a_body_off_its_way_is_pushed_back(world_of, monkeypatch, behind, push_f
     pushes = []
     monkeypatch.setattr(bullet, "applyExternalForce", lambda *given, **more: pushes.append(given))
     assert crowd._steer(body, x, y, 0.6, 0.8) == pytest.approx((*place[:2], 0.0, 0.0))
-    assert pushes == [
-        (body, -1, pytest.approx(force, abs=1e-6), pytest.approx(place), bullet.WORLD_FRAME)
-    ]
+    ((pushed, _, given, at, frame, _),) = pushes
+    assert (pushed, frame) == (body, bullet.WORLD_FRAME)
+    assert given == pytest.approx(force, abs=1e-6) and at == pytest.approx(place)
 
 
 @pytest.mark.parametrize(

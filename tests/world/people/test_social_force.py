@@ -18,11 +18,13 @@ from harness.world.people.social_force_kernels import (
     RESTLESS,
     _heading,
     _need,
+    walk_among_others,
+)
+from harness.world.people.social_forces import (
     force_constants,
     from_edge,
     from_person,
     from_robot,
-    walk_among_others,
 )
 from harness.world.people.walk_kernels import Walks
 from harness.world.physics.body_state import BodyState

@@ -8,6 +8,7 @@ import pytest
 
 from harness.world.map.scene import Obstacle
 from harness.world.map.shapes import box, octagon
+from harness.world.physics.contacts import ContactBook
 from harness.world.physics.engine import bullet
 from harness.world.truth import Partner
 from navstack.types import Pose2D, Twist2D
@@ -77,9 +78,11 @@ def test_a_wall_ahead_is_met_by_the_front_wherever_the_robot_looks(lab, robot, p
 def test_a_contact_point_tells_how_far_apart_the_bodies_were(lab, robot, params, monkeypatch):
     told = []
     with lab.world(robot, params, [wall(0.3)], steps_per_tick=1) as world:
-        make = world._contact_points
+        record = world._book.record
         monkeypatch.setattr(
-            world, "_contact_points", lambda contacts: told.extend(found := make(contacts)) or found
+            ContactBook,
+            "record",
+            lambda book, stamp, points, robot: told.extend(points) or record(stamp, points, robot),
         )
         lab.drive(world, 120, v=0.5)
     assert max(point.impulse for point in told) > 1.0
