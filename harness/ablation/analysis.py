@@ -9,11 +9,12 @@ import numpy as np
 from harness.ablation.arms import KINDS, injected_kind, injected_level, is_buildable
 from harness.analysis.compare import Compared, Side, compare
 from harness.economics.break_even import break_even_runs
+from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.valuation import CENT, margins, missions
 from harness.metrics.columns import Row
 from harness.statistics.bootstrap import bootstrap_quantile
-from harness.statistics.interval import Interval
+from harness.statistics.interval import NO_INTERVAL, Interval
 from harness.statistics.paired import holm, paired_slope
 from harness.study.drive import StackResult
 from harness.study.stored_run import StoredRun
@@ -21,7 +22,6 @@ from harness.task.stack import GEOMETRY, TRUTH, Stack
 from navstack.errors import UnknownNameError
 from navstack.params.extensions import uses_map
 
-MARGIN = "contribution_margin"
 COMPARED = (MARGIN, "sla", "avg_localization_error_median_m")  # metrics of harness.analysis.compare
 SURE = 0.05  # adjusted p below which a difference is called significant
 # Quantiles over the deliveries of a quantile over each delivery's ticks: key, column, level, factor
@@ -32,7 +32,6 @@ ERRORS = (
     ("heading_error_median_deg", "heading_error_median_rad", 0.5, 180.0 / np.pi),
     ("heading_error_p95_deg", "heading_error_p95_rad", 0.95, 180.0 / np.pi),
 )
-NO_INTERVAL = Interval(None, None, None, 0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,9 +15,9 @@ import numpy as np
 from harness.analysis.rare import difference_with_unseen
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.cost_model import running
+from harness.economics.cost_terms import DOLLARS, MARGIN
 from harness.economics.valuation import (
     CENT,
-    DOLLARS,
     MISSION,
     OUTCOMES,
     deliveries,
@@ -37,8 +37,7 @@ from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
 
 PAIR = ("seed", "episode", *MISSION)  # columns in which two deliveries of one mission agree
-EARNED = ("revenue", "contribution_margin")
-MARGIN = "contribution_margin"
+EARNED = ("revenue", MARGIN)
 FAMILY = (MARGIN, "sla")  # whose p values are adjusted together, unless metrics are named
 SHORT = {"margin": MARGIN}  # as elsewhere on the command line
 # metric -> accounting
@@ -247,7 +246,7 @@ def _columns(side: Side, rows: Sequence[Row], asked: Collection[str]) -> dict[st
     costs = running(each, prices)
     columns: dict[str, FloatArray | None] = {
         **{key: getattr(each, key) for key in OUTCOMES},
-        **{term: getattr(costs, term) for term in DOLLARS},
+        **{key: costs.amounts[key] for key in DOLLARS},
         **mean_columns(rows),
         **{
             key: margins(rows, prices, side.run.events, name)

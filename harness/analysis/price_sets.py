@@ -10,16 +10,17 @@ from typing import Any
 
 from harness.analysis.repricing import Choices, accounted_margins, choose
 from harness.economics.accountings import AT_FAULT, MONOTONE, PUBLISHED
-from harness.economics.cost_model import Measured, price
-from harness.economics.optional_terms import OptionalTerms, load_optional_prices, together
+from harness.economics.cost_model import price
+from harness.economics.measured import Measured
+from harness.economics.optional_prices import load_optional_prices
+from harness.economics.optional_terms import OptionalTerms
 from harness.economics.prices import load_prices, price_sets
-from harness.economics.valuation import beyond
+from harness.economics.valuation import all_optional_costs
 from harness.metrics.summary import summarize
-from harness.statistics.interval import Interval
+from harness.statistics.interval import NO_INTERVAL, Interval
 from harness.study.stored_run import StoredRun, StoredStack
 
 Parts = Sequence[tuple[StoredRun, StoredStack]]  # a stack in its runs
-NO_INTERVAL = Interval(None, None, None, 0)
 
 # Injury curve -> set of prices that has it (None: those of the run), and accounting of contacts.
 CURVES = {
@@ -104,7 +105,7 @@ def money_of(parts: Parts, choices: Choices) -> Money:
     prices = choices.prices
     known = accounted_margins(first, parts, [prices.accounting], choices)
     measured = Measured(**summarize(rows, prices.rolling_resistance_force))
-    extra = together(beyond(measured, stack, prices, choices.optional).values())
+    extra = all_optional_costs(measured, stack, prices, choices.optional)
     capex = price(measured, stack.carries, stack.data_collection, prices, extra).capex_usd
     return Money(known.get(prices.accounting, NO_INTERVAL), capex, prices.robot_life_runs)
 

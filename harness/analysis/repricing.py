@@ -17,20 +17,17 @@ from harness.economics.accountings import (
 from harness.economics.break_even import break_even_runs
 from harness.economics.contact_costs import injury_costs, turning_impulse
 from harness.economics.contact_limits import beyond_limit, limit_speed
-from harness.economics.cost_model import Economics, Measured, Running, price, running
-from harness.economics.optional_terms import (
-    TERMS,
-    OptionalTerms,
-    check_terms,
-    load_optional_prices,
-    together,
-)
+from harness.economics.cost_model import Economics, RunningCosts, price, running
+from harness.economics.cost_terms import COUNTED_TERMS, MARGIN, OPTIONAL_TERMS, Paid
+from harness.economics.measured import Measured
+from harness.economics.optional_prices import load_optional_prices
+from harness.economics.optional_terms import OptionalTerms, check_terms
 from harness.economics.price import check_prices, names_of, price_keys, with_values
 from harness.economics.prices import Prices, checked, load_prices
 from harness.economics.valuation import (
     CENT,
     Valuation,
-    beyond,
+    all_optional_costs,
     deliveries,
     margins,
     mean_intervals,
@@ -40,14 +37,18 @@ from harness.economics.valuation import (
 )
 from harness.metrics.columns import Row
 from harness.metrics.summary import summarize
-from harness.statistics.interval import Interval, wilson_interval
+from harness.statistics.interval import NO_INTERVAL, Interval, wilson_interval
 from harness.study.stored_run import StoredRun, StoredStack, repriced
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
 
 # Prices that replace those of today, by key -> the money then, and all prices then.
 Evaluate = Callable[[Mapping[str, float]], tuple[Economics, Prices]]
-VARIED = ("pedestrian_safety", "property_damage", "opex", "contribution_margin")
+# the money that an accounting of contacts changes
+VARIED = (
+    *(key for key, term in COUNTED_TERMS.items() if term.paid is Paid.CONTACT),
+    *("opex", MARGIN),
+)
 # beside accountings: the margin of the published one less that of ``monotone``
 FORGIVEN = "forgiven"
 
@@ -117,7 +118,7 @@ def choose(
         [*loaded.terms, *(name.strip() for text in terms for name in text.split(","))]
     )
     for key in (key for key in values if key in other):
-        users = [term for term, (_, used) in TERMS.items() if other[key] in used]
+        users = [name for name, term in OPTIONAL_TERMS.items() if other[key] in term.prices]
         if not set(users) & set(names):
             raise InputError(
                 f"--set {key} has no effect without an optional term; add --with {' or '.join(users)}"
@@ -163,22 +164,22 @@ def _reprice(run: StoredRun, stack: StoredStack, choices: Choices) -> Repriced:
 
 
 def _accounting(
-    run: StoredRun, stack: StoredStack, valuation: Valuation, costs: Running
+    run: StoredRun, stack: StoredStack, valuation: Valuation, costs: RunningCosts
 ) -> Accounting:
     """The money under an accounting, on the same resamples as under the others."""
-    terms = {term: getattr(costs, term) for term in VARIED}
+    terms = {key: costs.amounts[key] for key in VARIED}
     intervals = mean_intervals(terms, missions(stack.rows), run.seed, CENT)
-    margin = intervals["contribution_margin"].value if "contribution_margin" in intervals else None
+    margin = intervals.get(MARGIN, NO_INTERVAL).value
     return Accounting(intervals, break_even_runs(valuation.economics.capex_usd, margin))
 
 
 def _running_costs(
     run: StoredRun, stack: StoredStack, choices: Choices, names: Collection[str] = ACCOUNTINGS
-) -> Iterator[tuple[str, Running]]:
+) -> Iterator[tuple[str, RunningCosts]]:
     """What a stack's deliveries cost and earn under every accounting, an entry per delivery."""
     prices = choices.prices
     each = deliveries(stack.rows, prices.rolling_resistance_force)
-    extra = together(beyond(each, stack, prices, choices.optional).values())
+    extra = all_optional_costs(each, stack, prices, choices.optional)
     for name in names:
         yield name, running(accounted(each, stack.rows, run.events, name, prices), prices, extra)
 
@@ -211,7 +212,7 @@ def accounted_margins(
 
 
 def _margins(
-    known: Sequence[Mapping[str, Running]], rows: Sequence[Row], seed: int
+    known: Sequence[Mapping[str, RunningCosts]], rows: Sequence[Row], seed: int
 ) -> dict[str, Interval]:
     """Mean margins by accounting of several runs' deliveries together.
 
@@ -263,7 +264,8 @@ def _stack_document(run: StoredRun, result: Repriced, optional: OptionalTerms) -
                 "capex_usd": term.capex_usd,
                 "opex_usd_per_run": term.opex,
                 "prices": {
-                    key: dataclasses.asdict(getattr(optional.prices, key)) for key in TERMS[name][1]
+                    key: dataclasses.asdict(getattr(optional.prices, key))
+                    for key in OPTIONAL_TERMS[name].prices
                 },
             }
             for name, term in valuation.terms.items()
@@ -304,7 +306,7 @@ def evaluator(run: StoredRun, stack: StoredStack, choices: Choices) -> Evaluate:
                 / 1000.0,
             }
         )
-        extra = together(beyond(measured, stack, prices, optional).values())
+        extra = all_optional_costs(measured, stack, prices, optional)
         return price(measured, stack.carries, stack.data_collection, prices, extra), prices
 
     return economics_at
@@ -318,7 +320,7 @@ def profits(run: StoredRun, stack: StoredStack, choices: Choices) -> FloatArray:
     """
     stack = repriced(stack, run.events, choices.prices)
     each = deliveries(stack.rows, choices.prices.rolling_resistance_force)
-    extra = together(beyond(each, stack, choices.prices, choices.optional).values())
+    extra = all_optional_costs(each, stack, choices.prices, choices.optional)
     margin = margins(stack.rows, choices.prices, extra=extra)
     if margin is None:
         raise InputError(

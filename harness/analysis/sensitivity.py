@@ -14,7 +14,7 @@ import numpy as np
 from harness.analysis.repricing import Choices, Evaluate, evaluator, profits
 from harness.economics.break_even import break_even_probability
 from harness.economics.cost_model import Economics
-from harness.economics.optional_terms import TERMS
+from harness.economics.cost_terms import OPTIONAL_TERMS
 from harness.economics.price import limits_of, price_keys
 from harness.economics.prices import Prices
 from harness.economics.valuation import missions, profit_draws, tells_of_rare
@@ -159,7 +159,7 @@ def _of_stack(
 ) -> Sensitivity:
     evaluate = evaluator(run, stack, choices)
     economics, prices = evaluate({})
-    optional = [key for name in choices.optional.names for key in TERMS[name][1]]
+    optional = [key for name in choices.optional.names for key in OPTIONAL_TERMS[name].prices]
     margin = profits(run, stack, choices)
     clusters, spread = missions(stack.rows), None
     if tells_of_rare(margin, clusters):

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from harness.economics.contact_costs import injury_costs, monotone_injury_costs
-from harness.economics.cost_model import Measured
+from harness.economics.measured import Measured
 from harness.economics.prices import Prices, load_severe
 from harness.metrics.columns import Row
 from harness.metrics.contacts import PRICED_PROPERTY, PROPERTY_IMPULSE

@@ -1,6 +1,5 @@
 """What deliveries come to: their means, what they cost and earn, and how sure all that is."""
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -9,8 +8,16 @@ import numpy as np
 
 from harness.economics.accountings import PUBLISHED, accounted
 from harness.economics.break_even import break_even_probability
-from harness.economics.cost_model import NOTHING_BEYOND, Beyond, Economics, Measured, price, running
-from harness.economics.optional_terms import TERMS, Inputs, OptionalTerms, together
+from harness.economics.cost_model import Economics, price, running
+from harness.economics.cost_terms import DOLLARS, CostInputs
+from harness.economics.measured import Measured
+from harness.economics.optional_terms import (
+    NO_EXTRA_COSTS,
+    ExtraCosts,
+    OptionalTerms,
+    extra_costs,
+    together,
+)
 from harness.economics.prices import Prices
 from harness.metrics.catalog import EPISODE_METRICS
 from harness.metrics.columns import Row
@@ -30,10 +37,6 @@ from navstack.types import FloatArray
 
 OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
 ARRIVED = "arrived"  # outcome of an arrival whose cargo nobody modelled
-DOLLARS = (
-    *("pedestrian_safety", "property_damage", "repair", "service_compensation"),
-    *("opex", "revenue", "contribution_margin"),
-)
 CENT = 0.01  # [USD] deliveries whose costs differ by less are alike
 # columns that tell missions apart
 MISSION = ("map", "start_x_m", "start_y_m", "start_yaw_rad", "goal_x_m", "goal_y_m")
@@ -88,7 +91,7 @@ class Valuation:
     economics: Economics
     intervals: dict[str, Interval]  # of rates (Wilson) and of means (bootstrap over missions)
     risk: Risk
-    terms: dict[str, Beyond]  # the optional ones, each by itself
+    terms: dict[str, ExtraCosts]  # the optional ones, each by itself
 
 
 def value(
@@ -110,14 +113,14 @@ def value(
     """
     force = prices.rolling_resistance_force
     summary, each = summarize(rows, force), deliveries(rows, force)
-    terms = beyond(Measured(**summary), stack, prices, optional)
-    each_running = running(each, prices, together(beyond(each, stack, prices, optional).values()))
+    terms = optional_costs(Measured(**summary), stack, prices, optional)
+    each_running = running(each, prices, all_optional_costs(each, stack, prices, optional))
     economics = price(
         Measured(**summary), stack.carries, stack.data_collection, prices, together(terms.values())
     )
     clusters = missions(rows)
     means = {key: getattr(each, key) for key in summary if key not in OUTCOMES}
-    dollars = {term: getattr(each_running, term) for term in DOLLARS}
+    dollars = {key: each_running.amounts[key] for key in DOLLARS}
     further = [metric for metric in EPISODE_METRICS if not metric.is_published]
     return Valuation(
         measured=summary,
@@ -185,7 +188,7 @@ def margins(
     prices: Prices,
     events: Sequence[Row] = (),
     accounting: str = PUBLISHED,
-    extra: Beyond = NOTHING_BEYOND,
+    extra: ExtraCosts = NO_EXTRA_COSTS,
 ) -> FloatArray | None:
     """Each delivery's contribution margin [USD], shape (n,).
 
@@ -207,14 +210,21 @@ def margins(
     )
 
 
-def beyond(
+def optional_costs(
     measured: Measured, stack: Priced, prices: Prices, optional: OptionalTerms | None
-) -> dict[str, Beyond]:
+) -> dict[str, ExtraCosts]:
     """The optional terms, each by itself, of a run's means or of each delivery."""
     if optional is None:
         return {}
-    given = Inputs(measured, stack.localizer, prices, optional.prices)
-    return {name: TERMS[name][0](given) for name in optional.names}
+    given = CostInputs(measured, prices, optional.prices, stack.localizer)
+    return {name: extra_costs(name, given) for name in optional.names}
+
+
+def all_optional_costs(
+    measured: Measured, stack: Priced, prices: Prices, optional: OptionalTerms | None
+) -> ExtraCosts:
+    """The sum of the optional terms."""
+    return together(optional_costs(measured, stack, prices, optional).values())
 
 
 def missions(rows: Sequence[Row]) -> IntArray:
@@ -322,7 +332,7 @@ def valuation_document(valuation: Valuation | None) -> Row:
             name: intervals[name].as_json() if name in intervals else None for name in OUTCOMES
         },
         "measured": {**valuation.measured, **valuation.more},
-        "economics": dataclasses.asdict(valuation.economics),
+        "economics": valuation.economics.as_json(),
         "intervals": {name: interval.as_json() for name, interval in intervals.items()},
         "risk": valuation.risk.as_json(),
     }

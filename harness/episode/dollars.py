@@ -4,21 +4,16 @@ import math
 
 import numpy as np
 
-from harness.economics.cost_model import Quantity, running
+from harness.economics.cost_model import running
+from harness.economics.cost_terms import COUNTED_TERMS
+from harness.economics.measured import Quantity
 from harness.economics.prices import Prices
 from harness.economics.valuation import deliveries
 from harness.episode.episode import Delivery, cost_of
 from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.world.truth import Partner, Truth
 
-TERMS = (
-    "revenue",
-    "electricity",
-    "service_compensation",
-    "pedestrian_safety",
-    "property_damage",
-    "repair",
-)
+REWARDED = ("revenue", *COUNTED_TERMS)
 
 
 class Dollars:
@@ -40,11 +35,11 @@ class Dollars:
             prices.electricity.value * prices.rolling_resistance_force / JOULES_PER_KWH
         ) / prices.electro_mechanical_efficiency
         self._x, self._y, self._contacts = truth.pose.x, truth.pose.y, 0
-        self._paid = dict.fromkeys(TERMS, 0.0)
+        self._paid = dict.fromkeys(REWARDED, 0.0)
 
     def since(self, truth: Truth) -> dict[str, float]:
         """What the time since the last question came to."""
-        found = dict.fromkeys(TERMS, 0.0)
+        found = dict.fromkeys(REWARDED, 0.0)
         found["electricity"] = -self._per_metre * math.hypot(
             truth.pose.x - self._x, truth.pose.y - self._y
         )
@@ -62,7 +57,7 @@ class Dollars:
         each = deliveries([delivery.row], self._prices.rolling_resistance_force)
         costs = running(each, self._prices)
         is_unknown = costs.revenue is None
-        whole = {term: -_amount(getattr(costs, term)) for term in TERMS}
+        whole = {key: -_amount(amount) for key, amount in costs.terms.items()}
         whole["revenue"] = _amount(costs.revenue)
         if is_unknown and delivery.row["outcome"] == "arrived":
             whole["revenue"] = self._prices.delivery_fee.value

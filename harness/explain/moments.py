@@ -11,8 +11,9 @@ import numpy as np
 
 from harness.economics.accountings import COUNTED, PERSON
 from harness.economics.cost_model import running
+from harness.economics.cost_terms import COUNTED_TERMS, DOLLARS, Paid
 from harness.economics.prices import Prices
-from harness.economics.valuation import DOLLARS, deliveries
+from harness.economics.valuation import deliveries
 from harness.explain.evidence import Evidence
 from harness.metrics.columns import Row
 from harness.study.stored_run import StoredRun
@@ -28,7 +29,8 @@ SPOILED, TIMEOUT, ASSISTANCE = (
 COSTLY = (SPOILED, TIMEOUT, ASSISTANCE)
 # [m] around where it ended, [s]: whoever stays there so long is stuck
 STUCK_PLACE, STUCK_TIME = 2.0, 10.0
-COMPONENTS = ("electricity", *DOLLARS)  # fields of harness.economics.cost_model.Running
+# keys of harness.economics.cost_model.RunningCosts.amounts
+COMPONENTS = (*(key for key in COUNTED_TERMS if key not in DOLLARS), *DOLLARS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +62,7 @@ def costs_of(row: Row, prices: Prices) -> dict[str, float | None]:
     if row["pieces_at_start"] is None:  # which only the outcome of an arrival says
         measured = dataclasses.replace(measured, sla=None, spoiled=None)
     money = running(measured, prices)
-    values = {name: getattr(money, name) for name in COMPONENTS}
+    values = {name: money.amounts[name] for name in COMPONENTS}
     return {
         name: None if value is None else float(np.ravel(value)[0]) for name, value in values.items()
     }
@@ -92,8 +94,9 @@ def moments_of(evidence: Evidence, rules: Rules, prices: Prices) -> list[Moment]
     outcome = evidence.row["outcome"]
     if outcome in COSTLY:
         money = costs_of(evidence.row, prices)
-        parts = [money["service_compensation"], money["repair"] if outcome == ASSISTANCE else 0.0]
-        cost = None if None in parts else sum(part for part in parts if part is not None)
+        parts = [money[key] for key, term in COUNTED_TERMS.items() if term.paid is Paid.OUTCOME]
+        known = [part for part in parts if part is not None]
+        cost = sum(known) if len(known) == len(parts) else None
         stamp = {SPOILED: _spoiled_at, TIMEOUT: _stuck_since, ASSISTANCE: _end_of}[outcome](
             evidence, rules
         )

@@ -13,7 +13,6 @@ from rich.console import Console
 from rich.text import Text
 
 from harness.ablation.analysis import (
-    MARGIN,
     SURE,
     Ablation,
     Arm,
@@ -23,6 +22,7 @@ from harness.ablation.analysis import (
     wrong_maps,
 )
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
+from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import OUTCOMES
 from harness.report.figures import error_bars, save_figure
 from harness.report.markdown import interval_text, number_text, p_text

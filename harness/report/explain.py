@@ -7,6 +7,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
+from harness.economics.cost_terms import COST_LABELS
 from harness.explain.document import Explained, Saving, instant
 from harness.explain.evidence import WEIGHTED, Evidence
 from harness.explain.moments import COMPONENTS
@@ -15,11 +16,11 @@ from harness.explain.words import alternatives_at, gaps_to, is_same
 from harness.metrics.columns import Row
 from harness.report.markdown import number_text
 from harness.report.sheet import Sheet, declared, print_sheet
-from harness.report.texts import COSTS, TEXTS, notes
+from harness.report.texts import TEXTS, notes
 from navstack.control.decision import RUNNER_UP, SLOWER
 
 WORDS_WIDTH = 100  # [characters]
-TITLES = COSTS | {"contribution_margin": "contribution margin", "opex": "all costs"}
+TITLES = COST_LABELS | {"contribution_margin": "contribution margin", "opex": "all costs"}
 
 
 def print_explanation(

@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from harness.economics.cost_model import Measured, price
+from harness.economics.cost_model import price
+from harness.economics.measured import Measured
 from harness.economics.prices import Prices
 from harness.report.tables import Column, values_of
 from harness.storage.shipped import resolve, shipped

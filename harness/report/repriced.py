@@ -10,6 +10,7 @@ from rich.console import Console
 from harness.analysis.price_sets import UnderSet
 from harness.analysis.repricing import VARIED, Choices, Repriced
 from harness.economics.accountings import PUBLISHED
+from harness.economics.cost_terms import COST_TERMS, MARGIN
 from harness.economics.valuation import Risk
 from harness.report.markdown import interval_text
 from harness.report.sheet import Sheet, declared, print_sheet
@@ -19,6 +20,7 @@ from harness.statistics.interval import Interval
 from harness.study.stored_run import StoredRun
 
 TITLES = TEXTS.accountings
+VARIED_TITLES = {"opex": "OPEX", MARGIN: "Margin"}
 
 
 def print_repriced(
@@ -135,4 +137,5 @@ def _accountings(result: Repriced) -> Sheet:
         cells = [interval_text(found.intervals.get(term), absent="undefined") for term in VARIED]
         runs = found.break_even_runs
         rows.append((TITLES[name], *cells, "--" if runs is None else f"{runs:,.0f}"))
-    return declared("accountings", rows, stack=result.stack.name)
+    columns = [VARIED_TITLES.get(key) or COST_TERMS[key].title for key in VARIED]
+    return declared("accountings", rows, columns=[*columns, "BEP (runs)"], stack=result.stack.name)

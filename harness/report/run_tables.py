@@ -8,7 +8,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from harness.analysis.compare import MARGIN, Side
+from harness.analysis.compare import Side
+from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.episode.factory import world_params
 from harness.report.published import load_published, published_columns

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from harness.economics.cost_terms import COUNTED_TERMS
 from harness.metrics.catalog import GROUPS
 from harness.metrics.metric import Metric
 from harness.report.texts import read_data
@@ -24,6 +25,18 @@ class Section:
 
     title: str
     rows: tuple[Row, ...]
+    starts_with_terms: bool = False  # the rows of COST_TERMS come first
+
+    @property
+    def all_rows(self) -> tuple[Row, ...]:
+        """Its rows with those of the cost terms."""
+        if not self.starts_with_terms:
+            return self.rows
+        terms = (
+            Row(term.title, key, term.decimals, absent="undefined")
+            for key, term in COUNTED_TERMS.items()
+        )
+        return (*terms, *self.rows)
 
 
 @dataclass(frozen=True, slots=True)

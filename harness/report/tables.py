@@ -14,7 +14,8 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from harness.economics.cost_model import Economics, Measured
+from harness.economics.cost_model import Economics
+from harness.economics.measured import Measured
 from harness.economics.valuation import OUTCOMES, Valuation
 from harness.metrics.contacts import PRICED_PROPERTY
 from harness.report.table_rows import LAYOUTS, Layout, Row
@@ -58,7 +59,7 @@ def own_column(title: str, valuation: Valuation, n: int) -> Column:
 
 def values_of(measured: Measured, economics: Economics) -> dict[str, float | None]:
     """What both say, by their fields."""
-    return {**asdict(measured), **asdict(economics)}
+    return {**asdict(measured), **economics.as_json()}
 
 
 class QuietConsole(Console):
@@ -159,7 +160,7 @@ def _table(layout: Layout, columns: Sequence[Column]) -> Table:
     """Values stand below each other, and so do their intervals."""
     table = report_table(layout.title)
     table.add_column("Metric", no_wrap=True, vertical="bottom")
-    rows = [row for section in layout.sections for row in section.rows]
+    rows = [row for section in layout.sections for row in section.all_rows]
     cells = []
     for column in columns:
         spans = {row.key: span_text(column.interval(row.key), row) for row in rows}
@@ -173,7 +174,7 @@ def _table(layout: Layout, columns: Sequence[Column]) -> Table:
         table.add_column(Text("\n".join(title)), justify="right", no_wrap=True, vertical="bottom")
     for section in layout.sections:
         table.add_row(Text(section.title, style="italic"))
-        for row in section.rows:
+        for row in section.all_rows:
             style = "bold" if row.bold else ""
             table.add_row(INDENT + row.label, *(Text(own[row.key]) for own in cells), style=style)
         table.add_section()

@@ -29,7 +29,6 @@ class Instant:
 class Texts:
     """The file's content."""
 
-    costs: dict[str, str]  # by field of harness.economics.cost_model.Economics
     outcomes: dict[str, str]
     accountings: dict[str, str]
     tuning_figures: dict[str, str]  # stem of a figure -> what it shows
@@ -46,7 +45,7 @@ def read_data(cls: type[T], name: str) -> T:
 
 
 TEXTS = read_data(Texts, "texts.toml")
-COSTS, OUTCOMES = TEXTS.costs, TEXTS.outcomes
+OUTCOMES = TEXTS.outcomes
 
 
 def notes(name: str, **values: str) -> list[str]:

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from harness.economics.cost_terms import MARGIN
 from harness.report.figures import SUFFIXES, error_bars, save_figure
 from harness.report.markdown import bounds_text, number_text
 from harness.report.texts import TEXTS
 from harness.report.tuning_sheets import value_text
 from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import Evidence
-from harness.tuning.explanation import MARGIN, Explanation
+from harness.tuning.explanation import Explanation
 from harness.tuning.history import Best
 from harness.tuning.importance import Importance
 from harness.tuning.objective import is_money

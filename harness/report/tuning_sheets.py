@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 
 from harness.economics.accountings import ACCOUNTINGS
+from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import CENT
 from harness.metrics.columns import Row
 from harness.report.markdown import bounds_text, interval_text, number_text, p_text
@@ -11,7 +12,7 @@ from harness.report.sheet import Sheet, declared
 from harness.report.texts import notes
 from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import Evidence
-from harness.tuning.explanation import MARGIN, Explanation
+from harness.tuning.explanation import Explanation
 from harness.tuning.importance import Importance
 from harness.tuning.objective import score_text
 from harness.tuning.partings import Parting, sentence

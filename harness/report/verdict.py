@@ -5,8 +5,9 @@ Whether each stack earns money, and whether the best is told from the others.
 
 from collections.abc import Sequence
 
-from harness.analysis.compare import MARGIN, Side, compare, have_common_missions
+from harness.analysis.compare import Side, compare, have_common_missions
 from harness.analysis.rare import margin_with_unseen
+from harness.economics.cost_terms import MARGIN
 from harness.report.comparison import SURE
 from harness.report.markdown import bounds_text, interval_text, p_text
 from harness.statistics.interval import Interval

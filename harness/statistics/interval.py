@@ -33,6 +33,9 @@ class Interval:
         return {"value": self.value, "low": self.low, "high": self.high, "n": self.n}
 
 
+NO_INTERVAL = Interval(None, None, None, 0)
+
+
 def wilson_interval(successes: int, n: int) -> Interval:
     """Share of successes with Wilson's 95 % score interval (Wilson 1927).
 
@@ -42,7 +45,7 @@ def wilson_interval(successes: int, n: int) -> Interval:
     if not 0 <= successes <= n:
         raise ValueError(f"{successes} successes of {n} trials; successes must lie in 0..n")
     if n == 0:
-        return Interval(None, None, None, 0)
+        return NO_INTERVAL
     share = successes / n
     middle = (share + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n)
     half = Z / (1.0 + Z * Z / n) * math.sqrt(share * (1.0 - share) / n + Z * Z / (4.0 * n * n))

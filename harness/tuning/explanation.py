@@ -12,6 +12,7 @@ import numpy as np
 
 from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_model import running
+from harness.economics.cost_terms import COUNTED_TERMS, MARGIN
 from harness.economics.prices import Prices
 from harness.economics.unseen import (
     difference_admitting_unseen,
@@ -36,15 +37,10 @@ from navstack.errors import ParameterError
 
 EXPLANATION = "explanation.json"
 WATERFALL_MISSIONS = 40  # of the test: with five players 1200 deliveries beside those of the test
-MARGIN = "contribution_margin"
-# Terms of the cost model -> what they are called, and whether they are earned (1) or paid (-1).
+# Parts of the margin -> what they are called, and whether they are earned (1) or paid (-1).
 COMPONENTS = {
     "revenue": ("Revenue", 1.0),
-    "service_compensation": ("Service compensation", -1.0),
-    "pedestrian_safety": ("Pedestrian injuries", -1.0),
-    "property_damage": ("Property damage", -1.0),
-    "repair": ("Repair", -1.0),
-    "electricity": ("Electricity", -1.0),
+    **{key: (term.title.capitalize(), -1.0) for key, term in COUNTED_TERMS.items()},
     MARGIN: ("Contribution margin", 1.0),
 }
 
@@ -152,7 +148,7 @@ def components(pairs: Pairs) -> dict[str, Evidence]:
     ]
     found = {}
     for key, (title, sign) in COMPONENTS.items():
-        before, after = (sign * np.broadcast_to(getattr(each, key), pairs.n) for each in costs)
+        before, after = (sign * np.broadcast_to(each.amounts[key], pairs.n) for each in costs)
         found[key] = pairs.compare(title, MONEY, before, after)
     return found
 

@@ -42,9 +42,7 @@ def paper_document(prices: Prices) -> dict[str, Any]:
 
 
 def _economics(method: PublishedMethod, prices: Prices) -> dict[str, float | None]:
-    return dataclasses.asdict(
-        price(method.measured, method.sensors, method.data_collection, prices)
-    )
+    return price(method.measured, method.sensors, method.data_collection, prices).as_json()
 
 
 def print_paper(console: Console, prices: Prices) -> None:

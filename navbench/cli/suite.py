@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from harness.analysis.compare import MARGIN
+from harness.economics.cost_terms import MARGIN
 from harness.execution.workers import Workers
 from harness.report.markdown import interval_text
 from harness.report.page.document import write_study_page

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from harness.economics.optional_terms import load_optional_prices
+from harness.economics.optional_prices import load_optional_prices
 from harness.economics.price import price_keys
 from harness.economics.prices import load_prices
 

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.economics.break_even import break_even_days, break_even_runs, thresholds
-from harness.economics.cost_model import Measured, price
+from harness.economics.cost_model import price
+from harness.economics.measured import Measured
 from harness.economics.prices import load_prices
 from harness.report.published import load_published
 from navstack.errors import UnknownNameError
@@ -35,9 +36,7 @@ NOTHING = Measured(
 
 
 def economics_of(method):
-    return dataclasses.asdict(
-        price(method.measured, method.sensors, method.data_collection, PRICES)
-    )
+    return price(method.measured, method.sensors, method.data_collection, PRICES).as_json()
 
 
 def assert_equal(actual, expected):
@@ -154,7 +153,9 @@ def test_at_a_threshold_the_margin_is_zero(rate, effect):
 
 def test_at_the_repair_threshold_repair_equals_the_fee():
     measured = dataclasses.replace(NOTHING, physical_assistance=LIMITS.physical_assistance_rate)
-    assert price(measured, (), False, PRICES).repair == pytest.approx(PRICES.delivery_fee.value)
+    assert price(measured, (), False, PRICES).running.terms["repair"] == pytest.approx(
+        PRICES.delivery_fee.value
+    )
 
 
 def test_break_even_of_a_perfect_robot():
@@ -175,7 +176,7 @@ def test_cargo_not_modelled_leaves_dependent_terms_undefined():
     economics = price(
         dataclasses.replace(NOTHING, sla=None, spoiled=None, timeout=0.1), ("gps",), False, PRICES
     )
-    undefined = {key for key, value in dataclasses.asdict(economics).items() if value is None}
+    undefined = {key for key, value in economics.as_json().items() if value is None}
     assert undefined == {
         *("service_compensation", "opex", "revenue"),
         *("contribution_margin", "break_even_runs", "break_even_days"),
@@ -225,8 +226,5 @@ def test_opex_is_the_sum_of_its_terms(values):
         physical_assistance=assistance / 100,
     )
     e = price(measured, (), False, PRICES)
-    terms = (
-        e.electricity + e.service_compensation + e.pedestrian_safety + e.property_damage + e.repair
-    )
-    assert e.opex == pytest.approx(terms)
+    assert e.opex == pytest.approx(sum(e.running.terms.values()))
     assert e.contribution_margin == pytest.approx(e.revenue - e.opex)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from harness.economics.cost_model import Measured
+from harness.economics.measured import Measured
 from harness.economics.valuation import OUTCOMES
 from harness.metrics.catalog import EPISODE_METRICS, FACTS, RUN_METRICS
 from harness.metrics.columns import EPISODE_COLUMNS

@@ -15,8 +15,9 @@ import pytest
 from harness.analysis.repricing import choose, document, reprice
 from harness.economics.accountings import accounted
 from harness.economics.contact_costs import injury_cost, mais_probabilities, monotone_injury_costs
-from harness.economics.cost_model import Measured, running
-from harness.economics.optional_terms import load_optional_prices
+from harness.economics.cost_model import running
+from harness.economics.measured import Measured
+from harness.economics.optional_prices import load_optional_prices
 from harness.economics.prices import load_prices, price_sets
 from harness.economics.valuation import Risk, valuation_document, value
 from harness.metrics.columns import EVENT_COLUMNS
@@ -243,7 +244,7 @@ def test_what_has_no_price_has_one_in_monotone() -> None:
         [0.4 * 50.0],
         [0.4],
     )
-    assert running(found, load_prices()).property_damage.tolist() == [40.0]
+    assert running(found, load_prices()).terms["property_damage"].tolist() == [40.0]
 
 
 def test_property_keeps_its_own_threshold(write_run: WriteRun) -> None:

@@ -15,11 +15,12 @@ import pytest
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from harness.analysis.compare import MARGIN, Side, compare
+from harness.analysis.compare import Side, compare
 from harness.analysis.price_sets import NO_INTERVAL, Money, money_of, order, under_curves
 from harness.analysis.repricing import FORGIVEN, accounted_margins, choose, reprice
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.contact_limits import beyond_limit
+from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import price_sets
 from harness.economics.valuation import margins, value
 from harness.metrics.columns import EVENT_COLUMNS

@@ -67,7 +67,7 @@ def money_of(entry: Entry, term: str) -> list[float | None]:
 
     None where it is undefined.
     """
-    values = getattr(entry.running, term)
+    values = entry.running.amounts[term]
     if values is None:
         return [None] * len(entry.stack.rows)
     spread: list[float | None] = np.broadcast_to(values, len(entry.stack.rows)).tolist()

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from harness.analysis.compare import Side
-from harness.economics.cost_model import Running, running
+from harness.economics.cost_model import RunningCosts, running
 from harness.economics.prices import Prices
 from harness.economics.valuation import (
     Valuation,
@@ -32,7 +32,7 @@ class Entry:
     stack: StoredStack
     prices: Prices
     valuation: Valuation
-    running: Running  # [USD/run] arrays (n,), one entry per delivery
+    running: RunningCosts  # [USD/run] arrays (n,), one entry per delivery
     events: dict[int, list[Row]]  # of every delivery, by episode
 
     @property

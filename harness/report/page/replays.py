@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from harness.analysis.compare import side_of
+from harness.economics.cost_terms import COST_LABELS
 from harness.metrics.columns import Row
 from harness.report.page.deliveries import contacts, money_of, recording_of, rounded, trajectory
 from harness.report.page.entries import Entry, entries_of
 from harness.report.page.recording_code import COARSE, Fineness, encode, load_recording
 from harness.report.replay import Replay, contacts_shown
-from harness.report.texts import COSTS
 from harness.storage.parameters import parameter_folder
 from harness.storage.shipped import shipped
 from harness.study.stored_run import StoredRun
@@ -94,7 +94,7 @@ def replay(recorded: Recorded, fineness: Fineness = COARSE) -> Json:
         "contacts": contacts(entry.events[row["episode"]]),
         "money": {
             term: rounded(money_of(entry, term)[recorded.index], 4)
-            for term in ("revenue", "opex", "contribution_margin", *COSTS)
+            for term in ("revenue", "opex", "contribution_margin", *COST_LABELS)
         },
         "reasons": _reasons(entry, row, arrays),
         "history": row.get("navigator_history") or "",

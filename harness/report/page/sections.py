@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from harness.analysis.compare import MARGIN, compare, have_common_missions
+from harness.analysis.compare import compare, have_common_missions
 from harness.analysis.rare import margin_with_unseen
 from harness.analysis.repricing import FORGIVEN, accounted_margins
 from harness.economics.accountings import AT_FAULT, PUBLISHED
-from harness.economics.valuation import ARRIVED, CENT, DOLLARS, OUTCOMES, missions
+from harness.economics.cost_terms import COST_LABELS, DOLLARS, MARGIN
+from harness.economics.valuation import ARRIVED, CENT, OUTCOMES, missions
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.metric import Metric
 from harness.report.comparison import winner
@@ -23,7 +24,7 @@ from harness.report.repriced import TITLES, forgiven
 from harness.report.run_tables import PUBLISHED_BESIDE
 from harness.report.table_rows import LAYOUTS, Row
 from harness.report.tables import Column, number_text, span_text, table_notes
-from harness.report.texts import COSTS, notes
+from harness.report.texts import notes
 from harness.report.verdict import earnings, rankings
 from harness.statistics.interval import Interval
 from navstack.types import FloatArray
@@ -141,7 +142,10 @@ def tables(entries: Sequence[Entry]) -> Json:
             {
                 "title": layout.title,
                 "sections": [
-                    {"title": section.title, "rows": [_row(row, columns) for row in section.rows]}
+                    {
+                        "title": section.title,
+                        "rows": [_row(row, columns) for row in section.all_rows],
+                    }
                     for section in layout.sections
                 ],
             }
@@ -165,7 +169,7 @@ def waterfall(entries: Sequence[Entry]) -> list[Json]:
         {
             "label": f"{column.title} (paper)" if column.published else column.title,
             "revenue": column.values["revenue"],
-            "terms": [[title, column.values[term]] for term, title in COSTS.items()],
+            "terms": [[title, column.values[term]] for term, title in COST_LABELS.items()],
             "margin": _quantity(column, "contribution_margin"),
             "paper": column.published,
         }

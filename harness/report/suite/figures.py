@@ -2,15 +2,16 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import cycle, islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harness.analysis.compare import MARGIN
+from harness.economics.cost_terms import COST_LABELS, MARGIN
 from harness.report.figures import save_panels
 from harness.report.suite.results import Results, Standing
-from harness.report.texts import COSTS, OUTCOMES
+from harness.report.texts import OUTCOMES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +25,8 @@ MOST_PANELS = 24
 SMALL = 6.5  # [pt] of numbers beside the lines
 # Okabe and Ito's colours, which most eyes tell apart
 EARNS, LOSES, OPEN = "#0072b2", "#d55e00", "#8a8a8a"
-PALETTE = ("#0072b2", "#e69f00", "#8a8a8a", "#d55e00", "#56b4e9")
+PALETTE = ("#0072b2", "#e69f00", "#8a8a8a", "#d55e00", "#56b4e9", "#009e73", "#f0e442", "#cc79a7")
+COST_COLOURS = tuple(islice(cycle(PALETTE), len(COST_LABELS)))
 OUTCOME_COLOURS = ("#009e73", "#e69f00", "#8a8a8a", "#d55e00")
 # [USD] a margin below the first makes the axis logarithmic beyond the second
 FAR, LINEAR = -100.0, 10.0
@@ -131,12 +133,8 @@ def _costs(figure: "Figure", results: Results) -> None:
 
     def line(axes: "Axes", place: int, standing: Standing) -> None:
         assert standing.valuation is not None
-        if (
-            _stack(
-                axes, place, [getattr(standing.valuation.economics, key) for key in COSTS], PALETTE
-            )
-            > end
-        ):
+        terms = standing.valuation.economics.running.terms
+        if _stack(axes, place, [terms[key] for key in COST_LABELS], COST_COLOURS) > end:
             axes.plot(
                 end * 1.03,
                 place,
@@ -152,7 +150,7 @@ def _costs(figure: "Figure", results: Results) -> None:
 
     panels = _panels(figure, results, line, total, "costs [USD/delivery], means")
     panels[0].set_xlim(0.0, 1.05 * end or 1.0)
-    _legend(figure, panels[0], tuple(COSTS.values()), PALETTE)
+    _legend(figure, panels[0], tuple(COST_LABELS.values()), COST_COLOURS)
 
 
 def _outcomes(figure: "Figure", results: Results) -> None:

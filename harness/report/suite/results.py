@@ -10,12 +10,12 @@ from functools import cached_property
 from pathlib import Path
 from statistics import fmean
 
-from harness.analysis.compare import MARGIN, Comparison, Side, compare, have_common_missions
-from harness.analysis.price_sets import NO_INTERVAL
+from harness.analysis.compare import Comparison, Side, compare, have_common_missions
 from harness.analysis.repricing import accounted_margins
+from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import CENT, Valuation, margins, valuation_document, value
 from harness.metrics.columns import Row
-from harness.statistics.interval import Interval
+from harness.statistics.interval import NO_INTERVAL, Interval
 from harness.statistics.paired import PairedDifference, holm
 from harness.study.stored_run import StoredRun, load_run
 from harness.study.suite import Cell, Condition, Suite, cells, conditions, run_of, stored_suite

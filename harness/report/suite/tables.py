@@ -1,17 +1,15 @@
 """The tables of a suite: Markdown for its page, and every quantity of every stack as Parquet."""
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from harness.analysis.compare import MARGIN
-from harness.analysis.price_sets import NO_INTERVAL
 from harness.analysis.rare import margin_with_unseen
 from harness.economics.accountings import PUBLISHED
+from harness.economics.cost_terms import MARGIN
 from harness.report.markdown import bounds_text, interval_text, number_text, p_text, table
 from harness.report.suite.results import Results, Standing
 from harness.report.texts import OUTCOMES
-from harness.statistics.interval import Interval
+from harness.statistics.interval import NO_INTERVAL, Interval
 from harness.storage.files import writing
 from harness.storage.rows import Row
 from harness.storage.tables import write_table
@@ -159,7 +157,7 @@ def _quantities(results: Results, standing: Standing) -> Sequence[Row]:
         "opex_cvar95_usd_per_run": risk.opex_cvar95_usd_per_run,
     }
     others = {
-        **dataclasses.asdict(valuation.economics),
+        **valuation.economics.as_json(),
         "break_even_probability": risk.break_even_probability,
     }
     rows = [
