@@ -10,7 +10,6 @@ import shapely
 from harness.metrics.delivery_log import NOWHERE
 from harness.world.truth import Truth
 from navstack.control.decision import Option
-from navstack.geometry import transform_points
 from navstack.types import (
     FloatArray,
     LaserScan,
@@ -210,20 +209,6 @@ def _geometry(scan: LaserScan | None) -> FloatArray:
         mount.yaw,
     )
     return np.array(numbers)
-
-
-def scan_points(arrays: Mapping[str, Any], number: int) -> FloatArray:
-    """Where the beams of a recording's scan ended, (n, 2) [m], map frame."""
-    trace, scan = arrays["trace"], arrays["scan_mm"][number]
-    least, increment, _, _, *mount = arrays["scan_geometry"].tolist()
-    stamp, yaws = arrays["scan_stamp"][number], np.unwrap(trace[:, 3])
-    x, y, yaw = (
-        float(np.interp(stamp, trace[:, 0], column)) for column in (trace[:, 1], trace[:, 2], yaws)
-    )
-    seen = scan != NO_RETURN
-    angles = least + increment * np.flatnonzero(seen)
-    ends = scan[seen, np.newaxis] / 1000.0 * np.column_stack((np.cos(angles), np.sin(angles)))
-    return transform_points(Pose2D(x, y, yaw), transform_points(Pose2D(*mount), ends))
 
 
 def tracks_of(arrays: Mapping[str, Any]) -> list[FloatArray]:

@@ -1,4 +1,4 @@
-"""A recorded delivery as every kind of replay shows it."""
+"""A recorded delivery as a replay shows it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,8 +19,6 @@ MAP_MARGIN = 20.0  # [m] around the way: the map of a whole town has 16 million 
 class Replay:
     """What a replay shows beside the map."""
 
-    name: str
-    ending: str  # what is said at the end
     arrays: Mapping[str, Any]  # of the recording
     contacts: Sequence[Row]  # of :func:`contacts_shown`
     footprint: FloatArray  # (N, 2) [m], base frame

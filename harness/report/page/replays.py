@@ -45,7 +45,9 @@ class Recorded:
     def loss(self) -> float:
         """What it lost [USD]; what earns most comes last."""
         margin = self.entry.margin
-        return 0.0 if margin is None else -float(margin[self.index])
+        if margin is None:
+            return 0.0
+        return -float(margin[self.index])
 
 
 def recorded_of(entries: Sequence[Entry]) -> list[Recorded]:
@@ -176,12 +178,8 @@ def shown(recorded: Recorded) -> Replay:
     """
     entry, row = recorded.entry, recorded.row
     robot, radius = bodies(entry)
-    ending = f"{row['outcome'].replace('_', ' ')} after {row['duration_s']:.1f} s"
-    if entry.margin is not None:
-        ending += f": {-recorded.loss:+.2f} $"
     contacts = contacts_shown(entry.events[row["episode"]])
-    name = f"{entry.stack.name}-{row['episode']}"
-    return Replay(name, ending, load_recording(recorded.path), contacts, robot.polygon, radius)
+    return Replay(load_recording(recorded.path), contacts, robot.polygon, radius)
 
 
 def bodies(entry: Entry) -> tuple[RobotParams, float]:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 from rosbags.highlevel import AnyReader
 
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS
@@ -15,7 +14,6 @@ from harness.recorded.bag import Bag
 from harness.recorded.ros_messages import TYPES
 from harness.report.replay import Replay, contacts_shown, grid_around
 from harness.report.replay_bag import GREY, RED, write_bag
-from harness.report.replay_gif import FRAMES_PER_SECOND, SPEED, frame_times
 from harness.storage.checksums import write_checksums
 from harness.storage.tables import read_rows
 from harness.world.map.scene_io import load_scene
@@ -129,7 +127,7 @@ def test_a_person_who_was_hit_is_red_whatever_the_price(
     ]
     write_bag(
         tmp_path / "d.mcap",
-        Replay("", "", make_arrays(ROW), contacts_shown(hits), CORNERS, 0.3),
+        Replay(make_arrays(ROW), contacts_shown(hits), CORNERS, 0.3),
         None,
     )
     with AnyReader([tmp_path / "d.mcap"]) as reader:
@@ -140,26 +138,6 @@ def test_a_person_who_was_hit_is_red_whatever_the_price(
         ]
     colours = [(m.markers[0].color.r, m.markers[0].color.g, m.markers[0].color.b) for m in found]
     np.testing.assert_allclose(colours, [GREY, RED, RED, GREY], rtol=1e-6)
-
-
-def test_an_animation_shows_the_whole_delivery(folder: Path, tmp_path: Path) -> None:
-    assert run(str(folder), "1", "--gif", str(tmp_path / "d.gif")) == 0
-    times, speed = frame_times(20.0)
-    with Image.open(tmp_path / "d.gif") as animation:
-        assert (animation.format, speed, times[-1]) == ("GIF", SPEED, 20.0)
-        duration = sum(_shown(animation, k) for k in range(animation.n_frames))
-        # [ms]; alike frames are joined
-        assert duration == pytest.approx(1000.0 * len(times) / FRAMES_PER_SECOND)
-        pictures = []
-        for k in (0, animation.n_frames // 2):
-            animation.seek(k)
-            pictures.append(np.asarray(animation.convert("RGB")))
-    assert (pictures[0] != pictures[1]).any(axis=2).mean() > 0.01
-
-
-def _shown(animation: Image.Image, number: int) -> float:
-    animation.seek(number)
-    return float(animation.info["duration"])
 
 
 def test_headings_of_a_plan_point_to_the_next_pose_and_the_last_one_stays(
@@ -197,7 +175,7 @@ def test_a_way_off_the_map_has_no_map(
         load_scene("sidewalk").geometry,
     )
     assert grid_around(grid, arrays["trace"]) is None
-    write_bag(tmp_path / "d.mcap", Replay("", "", arrays, [], CORNERS, 0.3), grid)
+    write_bag(tmp_path / "d.mcap", Replay(arrays, [], CORNERS, 0.3), grid)
     with AnyReader([tmp_path / "d.mcap"]) as reader:
         assert "/map" not in {connection.topic for connection in reader.connections}
 
@@ -207,7 +185,7 @@ def test_the_absent_stand_nowhere(
 ) -> None:
     arrays = make_arrays({**ROW, "duration_s": 2.0})
     arrays["crowd"][:10, 1] = np.inf
-    write_bag(tmp_path / "d.mcap", Replay("", "", arrays, [], CORNERS, 0.3), None)
+    write_bag(tmp_path / "d.mcap", Replay(arrays, [], CORNERS, 0.3), None)
     with AnyReader([tmp_path / "d.mcap"]) as reader:
         people = [c for c in reader.connections if c.topic == "/people"]
         messages = [
@@ -231,9 +209,8 @@ def test_what_cannot_be_shown_is_said_in_one_line(
     page = ("--html", str(tmp_path / "p.html"))
     (tmp_path / "d.mcap").mkdir()
     for arguments, said in (
-        ((str(folder), "1"), "give --html FILE, --gif FILE, --mcap FILE or"),
+        ((str(folder), "1"), "give --html FILE or --mcap FILE"),
         ((str(folder), "0", *page), "was not recorded (recorded: 1)"),
-        ((str(folder), "0", "--gif", str(tmp_path / "d.gif")), "was not recorded (recorded: 1)"),
         ((str(folder), "9", *page), "finished no episode 9"),
         ((str(two), "0", *page), "has 2 stacks; choose one of"),
         ((f"{two}:c", "0", *page), "'c'"),
@@ -243,7 +220,6 @@ def test_what_cannot_be_shown_is_said_in_one_line(
             "its folder does not exist",
         ),
         ((str(folder), "1", "--mcap", str(tmp_path / "d.mcap")), "it is a folder; give a file"),
-        ((str(folder), "1", "--gif", str(tmp_path / "d.png")), "give a name that ends with .gif"),
         (
             (str(folder), "1", *page, "--mcap", str(tmp_path / "no" / "d.mcap")),
             "its folder does not exist",

@@ -1,14 +1,12 @@
 """What --record full keeps beside the trajectory, in a real delivery."""
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
 
 from harness.episode.episode import Delivery, run_episode
-from harness.metrics.replay_log import NO_RETURN, millimetres, scan_points
+from harness.metrics.replay_log import NO_RETURN, millimetres
 from harness.task.study import make_study
 
 START, GOAL = "-67.875,-71.875,0", "-67.875,-66,0"
@@ -110,17 +108,3 @@ def test_ranges_become_millimetres() -> None:
         NO_RETURN,
         NO_RETURN,
     ]
-
-
-def test_a_scan_between_two_rows_is_seen_from_where_the_robot_was_then(
-    make_arrays: Callable[..., dict[str, Any]],
-) -> None:
-    arrays = make_arrays(
-        {"duration_s": 5.0, "start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 8.0, "goal_y_m": 0.0}
-    )
-    arrays["trace"][:2, 1:4] = (0.0, 0.0, 3.1), (0.2, 0.0, -3.1)
-    arrays["scan_stamp"][0] = arrays["trace"][:2, 0].mean()
-    arrays["scan_mm"][0] = 65535
-    arrays["scan_mm"][0, 7] = 10_000
-    arrays["scan_geometry"][:] = (0.0, 0.0, 0.1, 12.0, 0.0, 0.0, 0.0)
-    np.testing.assert_allclose(scan_points(arrays, 0), [[0.1 - 10.0, 0.0]], atol=1e-9)
