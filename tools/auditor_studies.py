@@ -13,10 +13,10 @@ from harness.economics.accountings import COUNTED, EVENT, PERSON
 from harness.economics.contact_costs import injury_measures
 from harness.economics.prices import Prices
 from harness.study.stored_run import load_run
-from harness.tuning.audit import THRESHOLD
+from harness.tuning.audit.auditor import THRESHOLD
 from harness.tuning.evaluation import EVENTS, Candidate, unseen_missions
 from harness.tuning.result import COMPLETE, StudyResult, Trial
-from harness.tuning.space import Parameter, Space
+from harness.tuning.space.space import Parameter, Space
 from tools.auditor_exploits import (
     EXPLOITS,
     IMPROVEMENTS,

@@ -31,7 +31,7 @@ from rich.text import Text
 
 from harness.economics.prices import load_prices
 from harness.report.tables import print_table, report_console, report_table
-from harness.tuning.audit import Audit, audit
+from harness.tuning.audit.auditor import Audit, audit
 from tools.auditor_exploits import EXPLOITS
 from tools.auditor_studies import (
     drawn_deliveries,

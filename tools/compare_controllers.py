@@ -23,7 +23,8 @@ from pathlib import Path
 
 from harness.analysis.compare import Comparison, Side, compare
 from harness.economics.valuation import OUTCOMES
-from harness.report.markdown import interval_text, table
+from harness.report.markdown import table
+from harness.report.numbers import interval_text
 from harness.statistics.interval import wilson_interval
 from harness.storage.shipped import shipped
 from harness.study.places import Where

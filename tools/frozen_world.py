@@ -21,7 +21,8 @@ from scipy.stats import fisher_exact
 
 from harness.analysis.compare import compare, side_of
 from harness.economics.valuation import OUTCOMES, Valuation, value
-from harness.report.markdown import interval_text, table
+from harness.report.markdown import table
+from harness.report.numbers import interval_text
 from harness.report.published import load_published
 from harness.statistics.interval import Interval, wilson_interval
 from harness.statistics.paired import holm

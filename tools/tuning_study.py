@@ -39,7 +39,8 @@ import numpy as np
 from harness.economics.valuation import OUTCOMES
 from harness.execution.workers import Workers
 from harness.metrics.columns import Row
-from harness.report.markdown import interval_text, table
+from harness.report.markdown import table
+from harness.report.numbers import interval_text
 from harness.statistics.bootstrap import bootstrap_mean
 from harness.statistics.interval import wilson_interval
 from harness.statistics.paired import compare_pairs

@@ -35,7 +35,7 @@ ERRORS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Declaration:
+class AblationDeclaration:
     """What of an ablation its run folder does not know otherwise."""
 
     stack: str  # of which all arms are made
@@ -71,7 +71,7 @@ class Arm:
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class ArmDifference:
     """One metric of one arm less that of another."""
 
     arm: str
@@ -107,19 +107,19 @@ class ErrorPrice:
 class Ablation:
     """The whole result."""
 
-    declaration: Declaration
+    declaration: AblationDeclaration
     episodes: int  # asked for, per arm
     arms: tuple[Arm, ...]
-    differences: tuple[Difference, ...]
+    differences: tuple[ArmDifference, ...]
     prices: tuple[ErrorPrice, ...]
 
-    def of(self, metric: str) -> list[Difference]:
+    def of(self, metric: str) -> list[ArmDifference]:
         """The differences in one metric."""
         return [difference for difference in self.differences if difference.metric == metric]
 
 
 def analyse(
-    declaration: Declaration,
+    declaration: AblationDeclaration,
     results: Sequence[StackResult],
     run: StoredRun,
     prices: Prices,
@@ -148,11 +148,9 @@ def analyse(
 def _arm(result: StackResult, rows: Sequence[Row], seed: int) -> Arm:
     valuation = result.valuation
     margin = result.intervals.get(MARGIN, NO_INTERVAL)
-    capex = (
-        None
-        if valuation is None or not is_buildable(result.stack)
-        else valuation.economics.capex_usd
-    )
+    capex = None
+    if not (valuation is None or not is_buildable(result.stack)):
+        capex = valuation.economics.capex_usd
     return Arm(
         stack=result.stack,
         result=result,
@@ -184,8 +182,8 @@ def break_even_interval(capex_usd: float, margin: Interval) -> Interval:
     return Interval(break_even_runs(capex_usd, margin.value), low, high, margin.n)
 
 
-def _differences(arms: Sequence[Arm], against: str, run: StoredRun) -> Iterator[Difference]:
-    """Every arm against the one chosen, and one on the navigation mesh also against the same on the geometry map."""
+def _differences(arms: Sequence[Arm], against: str, run: StoredRun) -> Iterator[ArmDifference]:
+    """Every arm against the reference, and each wrong map against the right one."""
     sides = {stack.name: Side(run, stack) for stack in run.stacks}
     pairs = [(arm.name, against) for arm in arms if arm.name != against]
     pairs += [pair for pair in wrong_maps(arms) if pair not in pairs]
@@ -200,11 +198,11 @@ def _differences(arms: Sequence[Arm], against: str, run: StoredRun) -> Iterator[
         differ = [pair for pair, compared in family.items() if compared.differs]
         adjusted = dict(zip(differ, holm([family[pair].paired.p for pair in differ]), strict=True))
         for pair, compared in family.items():
-            yield Difference(*pair, metric, compared, adjusted.get(pair, 1.0))
+            yield ArmDifference(*pair, metric, compared, adjusted.get(pair, 1.0))
 
 
 def wrong_maps(arms: Sequence[Arm]) -> list[tuple[str, str]]:
-    """Names of arms on a navigation mesh, each with that of the same localizer's arm on the geometry map."""
+    """Arms on a navigation mesh, each with the same localizer's arm on the geometry map."""
     localizer_on = {(arm.stack.localizer, arm.stack.localization_map): arm.name for arm in arms}
     return [
         (name, localizer_on[localizer, GEOMETRY])
@@ -216,7 +214,7 @@ def wrong_maps(arms: Sequence[Arm]) -> list[tuple[str, str]]:
 def _prices(
     arms: Sequence[Arm], rows: dict[str, Sequence[Row]], prices: Prices, seed: int
 ) -> Iterator[ErrorPrice]:
-    """The price of each kind of error that was injected, over the missions that every level finished."""
+    """The price of each injected kind of error, over missions that every level finished."""
     truth = next(
         (arm for arm in arms if arm.stack.localizer == TRUTH and injected_kind(arm.stack) is None),
         None,

@@ -1,4 +1,4 @@
-"""The arms of an ablation: one stack, with another localizer, another map for it, or a set error in each."""
+"""The arms of an ablation: one stack with another localizer, map or injected error in each."""
 
 import dataclasses
 from collections.abc import Iterable, Sequence
@@ -62,14 +62,17 @@ def arms_of(
     """
     if stack.navigator == PARKED:
         raise InputError(
-            f"stack '{stack.name}' does not drive, so that its localizer changes nothing; give another"
+            f"stack '{stack.name}' does not drive, so that its localizer changes nothing; give "
+            "another"
         )
     names = list(localizers) or ([TRUTH] if errors else list(localizer_names()))
     if errors and TRUTH not in names:
         names.insert(0, TRUTH)
     nav2 = nav2_parameters(stack.nav2_file, allow_unknown)
     arms = [_with_localizer(stack, name, nav2) for name in names]
-    pace = {} if correlation_time is None else {"correlation_time": correlation_time}
+    pace = {}
+    if correlation_time is not None:
+        pace = {"correlation_time": correlation_time}
     arms += [_with_error(stack, *error, pace, nav2) for text in errors for error in _errors(text)]
     _check_different(arms)
     return tuple(arms)
@@ -138,7 +141,8 @@ def _errors(text: str) -> Iterable[tuple[str, float]]:
         kind, equals, sizes = part.partition("=")
         if not equals or not sizes:
             raise InputError(
-                f"--inject '{part}' is not KIND=SIZE[,SIZE], e.g. position=0.1,0.3 (m) or heading=2 (deg)"
+                f"--inject '{part}' is not KIND=SIZE[,SIZE], e.g. position=0.1,0.3 (m) or "
+                "heading=2 (deg)"
             )
         if kind not in KINDS:
             raise UnknownNameError("kind of error", kind, KINDS)
@@ -154,7 +158,8 @@ def _size(kind: str, text: str) -> float:
         size = -1.0
     if not 0.0 < size <= most:
         raise InputError(
-            f"--inject {kind}: '{text}' is not a number above 0, up to {most:g} {unit}; without error drives {TRUTH}"
+            f"--inject {kind}: '{text}' is not a number above 0, up to {most:g} {unit}; without "
+            f"error drives {TRUTH}"
         )
     return size
 
@@ -173,14 +178,18 @@ def _check_different(arms: Sequence[Stack]) -> None:
         known[unnamed] = arm.name
     if len(arms) < 2:
         raise InputError(
-            f"'{arms[0].name}' alone can be compared with nothing; give at least two localizers or errors"
+            f"'{arms[0].name}' alone can be compared with nothing; give at least two localizers or "
+            "errors"
         )
 
 
 def _sensors(localizer: str, nav2: Nav2File) -> tuple[str, ...]:
     """Those with a price that an arm really needs: for its localizer, and to see obstacles."""
-    inputs = () if localizer == TRUTH else localizers()[localizer].inputs
-    needed = {*inputs, *(("scan",) if drives_by_scan(nav2) else ())}
+    needed: set[str] = set()
+    if localizer != TRUTH:
+        needed.update(localizers()[localizer].inputs)
+    if drives_by_scan(nav2):
+        needed.add("scan")
     return tuple(sensor for name, sensor in SENSORS.items() if name in needed)
 
 

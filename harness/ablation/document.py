@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from harness.ablation.analysis import Ablation, Arm, Difference, ErrorPrice
+from harness.ablation.analysis import Ablation, Arm, ArmDifference, ErrorPrice
 from harness.ablation.arms import KINDS, is_buildable
 from harness.economics.break_even import break_even_days
 from harness.economics.prices import Prices
@@ -12,7 +12,7 @@ from harness.statistics.interval import Interval
 from harness.task.study import Study
 
 
-def document(ablation: Ablation, study: Study, prices: Prices) -> Row:
+def ablation_document(ablation: Ablation, study: Study, prices: Prices) -> Row:
     """Everything that the report tells; see docs/ablation.md for the keys."""
     return {
         "schema": 1,
@@ -56,7 +56,7 @@ def _arm(arm: Arm, prices: Prices) -> Row:
     }
 
 
-def _difference(difference: Difference) -> Row:
+def _difference(difference: ArmDifference) -> Row:
     compared = difference.compared
     return {
         "arm": difference.arm,

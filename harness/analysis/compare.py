@@ -77,7 +77,7 @@ class Compared:
 
 @dataclass(frozen=True, slots=True)
 class OfADollar:
-    """What finds a difference of 1 USD a delivery with a power of 0.8, by the pairs that there are."""
+    """What resolves a difference of 1 USD a delivery with a power of 0.8."""
 
     pairs: int
     seconds: float | None  # of workers, for both sides; None: a run does not tell
@@ -132,7 +132,8 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
     pairs = _pair(first.stack.rows, second.stack.rows)
     if not pairs:
         raise InputError(
-            f"{first.label} and {second.label} have no finished mission in common; run both with the same --seed, "
+            f"{first.label} and {second.label} have no finished mission in common; run both with "
+            "the same --seed, "
             "--map and --missions"
         )
     numbers = zip(*pairs, strict=True)
@@ -186,7 +187,7 @@ def _of_a_dollar(first: Side, second: Side, margin: PairedDifference) -> OfADoll
     )
 
 
-def document(comparison: Comparison) -> Row:
+def comparison_document(comparison: Comparison) -> Row:
     """The JSON document of ``navbench compare``."""
     first, second = comparison.first, comparison.second
     return {
@@ -269,7 +270,9 @@ def _compare(
     if not both.any():
         return None
     own = number_clusters(clusters[both].tolist())
-    resolution = CENT if key in DOLLARS or key in ACCOUNTED else 0.0
+    resolution = 0.0
+    if key in DOLLARS or key in ACCOUNTED:
+        resolution = CENT
     paired = compare_pairs(
         first[both], second[both], own, np.random.default_rng(seed), key in OUTCOMES, resolution
     )
@@ -300,14 +303,8 @@ def _warnings(first: Side, second: Side) -> list[str]:
     if a.about.get("map_sha256") != b.about.get("map_sha256"):
         warnings.append(f"other map: {a.map_name} and {b.map_name} differ in content")
     for name in CONDITIONS:
-        different = _different(a.condition(name), b.condition(name))
-        if different:
-            more = (
-                f" and {len(different) - SHOWN_VALUES} more"
-                if len(different) > SHOWN_VALUES
-                else ""
-            )
-            warnings.append(f"other {name}: {'; '.join(different[:SHOWN_VALUES])}{more}")
+        if different := _different(a.condition(name), b.condition(name)):
+            warnings.append(f"other {name}: {_shortened(different)}")
     if a.recorded_people() != b.recorded_people():
         warnings.append("other people: the recordings that were replayed differ")
     for key, title in (("seed", "seed"), ("missions", "way to draw missions")):
@@ -317,6 +314,14 @@ def _warnings(first: Side, second: Side) -> list[str]:
     if versions:
         warnings.append(f"other versions: {'; '.join(versions)}")
     return warnings
+
+
+def _shortened(different: Sequence[str]) -> str:
+    """The first few of what differs, and how many more there are."""
+    text = "; ".join(different[:SHOWN_VALUES])
+    if len(different) > SHOWN_VALUES:
+        text += f" and {len(different) - SHOWN_VALUES} more"
+    return text
 
 
 def _different(a: Any, b: Any, path: str = "") -> list[str]:
@@ -331,4 +336,6 @@ def _different(a: Any, b: Any, path: str = "") -> list[str]:
             for key in keys
             for line in _different(a.get(key), b.get(key), f"{path}.{key}".strip("."))
         ]
-    return [] if a == b else [f"{path.removesuffix('.value')} {a} and {b}"]
+    if a == b:
+        return []
+    return [f"{path.removesuffix('.value')} {a} and {b}"]

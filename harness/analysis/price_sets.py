@@ -34,7 +34,7 @@ CURVES = {
 
 @dataclass(frozen=True, slots=True)
 class Money:
-    """What a stack's deliveries come to in a set of prices, by its accounting and with its optional terms."""
+    """What a stack's deliveries come to under a set of prices, its accounting and its terms."""
 
     margin: Interval  # [USD/run]
     capex_usd: float
@@ -111,7 +111,7 @@ def money_of(parts: Parts, choices: Choices) -> Money:
 
 
 def under_curves(parts: Parts) -> dict[str, Interval]:
-    """The mean margin [USD/run] of a stack's deliveries under each of :data:`CURVES`, at its first run's prices."""
+    """The mean margin [USD/run] under each of :data:`CURVES`, at the first run's prices."""
     first = parts[0][0]
     found = {}
     for name, (curves, accounting) in CURVES.items():

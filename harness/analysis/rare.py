@@ -21,8 +21,12 @@ from navstack.types import FloatArray
 def reach_of(run: StoredRun) -> Reach:
     """What a delivery of a run could lose, at its prices and in its world."""
     world = run.condition("world")
-    bodies = world.get("pedestrian_bodies") if isinstance(world, Mapping) else None
-    most = bodies.get("max_contact_impulse") if isinstance(bodies, Mapping) else None
+    bodies = None
+    if isinstance(world, Mapping):
+        bodies = world.get("pedestrian_bodies")
+    most = None
+    if isinstance(bodies, Mapping):
+        most = bodies.get("max_contact_impulse")
     return reach_of_loss(
         run.prices(), float(most) if isinstance(most, int | float) and most > 0.0 else math.inf
     )
@@ -33,18 +37,18 @@ def margin_with_unseen(run: StoredRun, stack: StoredStack) -> Interval | None:
 
     None: the cargo was not simulated, or it has driven nothing.
     """
-    margin = margins(stack.rows, run.prices()) if stack.rows else None
-    return (
-        None
-        if margin is None
-        else margin_admitting_unseen(margin, reach_of(run), missions(stack.rows), run.seed)
-    )
+    margin = None
+    if stack.rows:
+        margin = margins(stack.rows, run.prices())
+    if margin is None:
+        return None
+    return margin_admitting_unseen(margin, reach_of(run), missions(stack.rows), run.seed)
 
 
 def difference_with_unseen(
     first: StoredRun, second: StoredRun, differences: FloatArray, clusters: IntArray
 ) -> Interval:
-    """The mean of paired differences of the margin [USD/run] between two runs, by the wider reach of both."""
+    """The mean margin difference [USD/run] of two runs, by the wider reach of both."""
     both = reach_of(first), reach_of(second)
     reach = Reach(min(each.least for each in both), max(each.most for each in both))
     known = ~np.isnan(differences)

@@ -1,4 +1,4 @@
-"""A stored run at other prices: the documents of ``navbench run``, and what other accounting would make of them."""
+"""A stored run at other prices and under other accountings of contacts."""
 
 import dataclasses
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -100,7 +100,10 @@ def choose(
     Raises:
         InputError: a price file, setting or term that cannot be used.
     """
-    loaded = run.prices() if prices is None else load_prices(prices)
+    if prices is None:
+        loaded = run.prices()
+    else:
+        loaded = load_prices(prices)
     optional = load_optional_prices(loaded)
     if loaded.accounting not in ACCOUNTINGS:
         raise UnknownNameError("accounting of prices", loaded.accounting, list(ACCOUNTINGS))
@@ -121,7 +124,8 @@ def choose(
         users = [name for name, term in OPTIONAL_TERMS.items() if other[key] in term.prices]
         if not set(users) & set(names):
             raise InputError(
-                f"--set {key} has no effect without an optional term; add --with {' or '.join(users)}"
+                f"--set {key} has no effect without an optional term; add --with "
+                f"{' or '.join(users)}"
             )
     return Choices(checked(loaded, "--set"), OptionalTerms(names, optional), values)
 
@@ -190,7 +194,7 @@ def accounted_margins(
     names: Collection[str] = ACCOUNTINGS,
     choices: Choices | None = None,
 ) -> dict[str, Interval]:
-    """The mean margin of a stack's deliveries under accountings, and :data:`FORGIVEN`, on the same resamples.
+    """The mean margin of a stack under accountings, and :data:`FORGIVEN`, on the same resamples.
 
     Empty where it is undefined, because the cargo was not simulated.
 
@@ -231,8 +235,8 @@ def _margins(
     return mean_intervals(columns, missions(rows), seed, CENT)
 
 
-def document(run: StoredRun, results: Sequence[Repriced], choices: Choices) -> Row:
-    """The JSON document: that of ``navbench run`` with the accountings, the settings and the optional terms."""
+def repricing_document(run: StoredRun, results: Sequence[Repriced], choices: Choices) -> Row:
+    """The JSON document: that of ``navbench run``, with accountings and optional terms."""
     return {
         "schema": 1,
         "settings": dict(choices.settings),

@@ -45,7 +45,7 @@ class Range:
 
 
 @dataclass(frozen=True, slots=True)
-class Bar(Range):
+class TornadoBar(Range):
     """What one price does between the ends of its range, all else as it is."""
 
     price: str  # its key
@@ -60,7 +60,7 @@ class Bar(Range):
 
 
 @dataclass(frozen=True, slots=True)
-class Axis:
+class PriceAxis:
     """One price, or a group of prices that go up and down together."""
 
     key: str
@@ -71,7 +71,9 @@ class Axis:
     @property
     def today(self) -> float:
         """Where the axis is today: the price, or the factor 1."""
-        return next(iter(self.base.values())) if self.unit else 1.0
+        if self.unit:
+            return next(iter(self.base.values()))
+        return 1.0
 
     @property
     def values(self) -> FloatArray:
@@ -83,8 +85,8 @@ class Axis:
 class TwoWay:
     """Profit over two axes."""
 
-    x: Axis
-    y: Axis
+    x: PriceAxis
+    y: PriceAxis
     # (y, x) [USD/run]; NaN where the refund would be less than the fee that it contains
     profit: FloatArray
 
@@ -106,7 +108,7 @@ class Sensitivity:
     stack: StoredStack
     economics: Economics
     profit: float  # [USD/run] margin less the capex spread over the robot's life
-    bars: list[Bar]
+    bars: list[TornadoBar]
     maps: list[TwoWay]
     # None: one mission, or deliveries that are all alike, tell nothing of it
     spread: BreakEvenSpread | None
@@ -133,7 +135,7 @@ def sensitivities(run: StoredRun, choices: Choices, maps: Sequence[str]) -> list
     return [_of_stack(run, stack, choices, pairs) for stack in stacks]
 
 
-def document(
+def sensitivity_document(
     run: StoredRun, results: Sequence[Sensitivity], choices: Choices, figures: Sequence[str]
 ) -> Row:
     """The JSON document of ``navbench sensitivity``."""
@@ -175,7 +177,7 @@ def _of_stack(
     )
 
 
-def _axes(prices: Prices, x: str, y: str) -> tuple[Axis, Axis]:
+def _axes(prices: Prices, x: str, y: str) -> tuple[PriceAxis, PriceAxis]:
     """Of a map; each price is on one of them at most."""
     axes = axis(prices, x), axis(prices, y)
     if common := sorted(axes[0].base.keys() & axes[1].base.keys()):
@@ -214,7 +216,7 @@ def _document(result: Sensitivity) -> Row:
     }
 
 
-def _axis_document(axis: Axis) -> Row:
+def _axis_document(axis: PriceAxis) -> Row:
     return {"price": axis.key, "unit": axis.unit or "factor", "values": axis.values.tolist()}
 
 
@@ -239,7 +241,8 @@ def profit_per_run(economics: Economics, prices: Prices) -> float:
 def _margin(economics: Economics) -> float:
     if economics.contribution_margin is None:
         raise InputError(
-            "the margin is undefined because the cargo was not simulated; run with a world that has cargo"
+            "the margin is undefined because the cargo was not simulated; run with a world that "
+            "has cargo"
         )
     return economics.contribution_margin
 
@@ -254,9 +257,17 @@ def ranges(group: Any, keys: Sequence[str] | None = None) -> dict[str, Range]:
         if keys is not None and key not in keys:
             continue
         least, most = limits_of(group, key)
-        low = price.value * (1.0 - SPREAD) if price.low is None else price.low
-        high = price.value * (1.0 + SPREAD) if price.high is None else price.high
-        origin = ASSUMED if price.low is None and price.high is None else STATED
+        if price.low is None:
+            low = price.value * (1.0 - SPREAD)
+        else:
+            low = price.low
+        if price.high is None:
+            high = price.value * (1.0 + SPREAD)
+        else:
+            high = price.high
+        origin = STATED
+        if price.low is None and price.high is None:
+            origin = ASSUMED
         found[key] = Range(price.unit, max(low, least), price.value, min(high, most), origin)
     return found
 
@@ -273,7 +284,7 @@ def price_ranges(prices: Prices) -> dict[str, Range]:
     return found
 
 
-def tornado(evaluate: Evaluate, varied: Mapping[str, Range]) -> list[Bar]:
+def tornado(evaluate: Evaluate, varied: Mapping[str, Range]) -> list[TornadoBar]:
     """One bar per price, the widest swing of profit first."""
     bars = []
     for key, span in varied.items():
@@ -283,7 +294,7 @@ def tornado(evaluate: Evaluate, varied: Mapping[str, Range]) -> list[Bar]:
             (profit_per_run(*low), profit_per_run(*high)),
         )
         bars.append(
-            Bar(
+            TornadoBar(
                 **dataclasses.asdict(span),
                 price=key,
                 contribution_margin=margins,
@@ -293,8 +304,8 @@ def tornado(evaluate: Evaluate, varied: Mapping[str, Range]) -> list[Bar]:
     return sorted(bars, key=lambda bar: (-bar.swing, bar.price))
 
 
-def axis(prices: Prices, key: str) -> Axis:
-    """The axis of a price, or of a group such as ``injury.costs``, from zero to three times the values of today.
+def axis(prices: Prices, key: str) -> PriceAxis:
+    """The axis of a price or a group such as ``injury.costs``, up to three times today's values.
 
     Raises:
         UnknownNameError: neither a price nor a group of prices.
@@ -312,10 +323,10 @@ def axis(prices: Prices, key: str) -> Axis:
     for name, value in base.items():  # of a group the factors that suit every price
         least, most = limits_of(prices, name)
         inside &= (value * MAP_FACTORS <= most) & (MAP_FACTORS >= (LEAST_FACTOR if least else 0.0))
-    return Axis(key, base, known[key].unit if key in known else "", MAP_FACTORS[inside])
+    return PriceAxis(key, base, known[key].unit if key in known else "", MAP_FACTORS[inside])
 
 
-def two_way(evaluate: Evaluate, x: Axis, y: Axis) -> TwoWay:
+def two_way(evaluate: Evaluate, x: PriceAxis, y: PriceAxis) -> TwoWay:
     """Profit at every combination of two axes, see :class:`TwoWay`."""
     profit = np.empty((y.factors.size, x.factors.size))
     for i, up in enumerate(y.factors):

@@ -90,7 +90,7 @@ def whole(contacts: Contacts) -> FloatArray:
 
 
 def at_fault_only(contacts: Contacts) -> FloatArray:
-    """The robot pays where it moved into the other at least as fast as the other into it, for property always."""
+    """The robot pays for property, and where it was at least as fast as the person."""
     return np.isin(contacts.faults, ROBOT_MOVED).astype(np.float64)
 
 
@@ -141,7 +141,9 @@ def accounted(
     kind, share_of = ACCOUNTINGS[name]
     contacts = contacts_of(rows, events, kind)
     shares, people = share_of(contacts), contacts.with_people
-    price_of = monotone_injury_costs if name == MONOTONE else injury_costs
+    price_of = injury_costs
+    if name == MONOTONE:
+        price_of = monotone_injury_costs
     costs = price_of(contacts.impulses, prices) * shares
     injuries: Any = np.bincount(
         contacts.delivery[people], weights=costs[people], minlength=len(rows)
@@ -184,7 +186,7 @@ def _in_proportion(each: Measured, touches: Contacts, deliveries: int) -> dict[s
 def _paid(
     contacts: Contacts, kind: str, shares: FloatArray, prices: Prices, deliveries: int
 ) -> FloatArray:
-    """Paid contacts with one kind of property, delivery by delivery, weighted with the robot's share."""
+    """Paid contacts with one kind of property per delivery, weighted with the robot's share."""
     has_price = getattr(prices.property_damage, kind).value > 0.0
     paid = (contacts.kinds == kind) & (contacts.impulses >= PROPERTY_IMPULSE) & has_price
     return np.bincount(contacts.delivery[paid], weights=shares[paid], minlength=deliveries).astype(

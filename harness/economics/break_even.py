@@ -1,4 +1,4 @@
-"""When a robot has earned back what it cost, and how much of each trouble a delivery fee can bear."""
+"""The break-even point, and how much of each trouble a delivery fee can bear."""
 
 import math
 from dataclasses import dataclass
@@ -28,21 +28,25 @@ def break_even_runs(capex_usd: float, contribution_margin: float | None) -> floa
 
 def break_even_days(runs: float | None, prices: Prices) -> float | None:
     """Days of one robot's work that ``runs`` deliveries take."""
-    return None if runs is None else runs / prices.deliveries_per_day.value
+    if runs is None:
+        return None
+    return runs / prices.deliveries_per_day.value
 
 
 def break_even_probability(
     runs: float, capex_usd: float, means: FloatArray, deviations: FloatArray
 ) -> float:
-    """Probability that the profit summed up has once paid back the capital expenditure within ``runs`` deliveries.
+    """Probability that profits pay back the capital expenditure within ``runs`` deliveries.
 
-    The sum of many deliveries' profits is taken as Brownian motion with drift; when it first reaches ``capex_usd`` has
-    the inverse Gaussian distribution (Chhikara and Folks 1989). Averaged over what the data leave open.
+    The sum of many deliveries' profits is taken as Brownian motion with drift; when it first
+    reaches ``capex_usd`` has the inverse Gaussian distribution (Chhikara and Folks 1989). Averaged
+    over what the data leave open.
 
     Args:
         runs: deliveries [run], more than 0.
         capex_usd: capital expenditure [USD], more than 0.
-        means: mean profit of a delivery [USD/run] in each bootstrap resample of the deliveries, shape (draws,).
+        means: mean profit of a delivery [USD/run] in each bootstrap resample of the deliveries,
+            shape (draws,).
         deviations: standard deviation of a delivery's profit [USD/run] in each, shape (draws,).
     """
     spread = np.where(deviations > 0.0, deviations, 1.0) * np.sqrt(runs)
@@ -56,7 +60,7 @@ def break_even_probability(
 
 
 def _scaled_tail(z: FloatArray) -> FloatArray:
-    """Probability that a standard normal number is above each ``z``, times exp(z^2 / 2) where that is positive."""
+    """Upper tail of the standard normal at each ``z``, times exp(z^2 / 2) where z is positive."""
     positive = np.maximum(z, 0.0)
     tail: FloatArray = np.where(z > 0.0, 0.5 * erfcx(positive / math.sqrt(2.0)), ndtr(-z))
     return tail
@@ -64,7 +68,7 @@ def _scaled_tail(z: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True)
 class Thresholds:
-    """The rates above which one trouble alone eats up the delivery fee (paper, "Per-Component Break-Even Thresholds").
+    """The rates above which one trouble alone uses up the fee (paper, "Break-Even Thresholds").
 
     Rates are events per delivery. Everything else is taken to cost nothing.
     """

@@ -27,7 +27,7 @@ def limit_speed(prices: Prices) -> float:
 
 
 def beyond_limit(rows: Sequence[Row], events: Sequence[Row], prices: Prices) -> Interval:
-    """Share of the contact events with people whose closing speed is beyond the limit, with Wilson's interval."""
+    """Share of contacts with people that close faster than the limit, with Wilson's interval."""
     contacts = contacts_of(rows, events, EVENT)
     closing = (contacts.robot_speeds + contacts.partner_speeds)[contacts.with_people]
     return wilson_interval(int((closing > limit_speed(prices)).sum()), closing.size)

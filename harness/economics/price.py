@@ -52,7 +52,9 @@ def price_keys(group: Any) -> dict[str, Price]:
 def with_unit(key: str, price: Price) -> str:
     """The key with its unit as in the names of columns, e.g. ``delivery_fee_usd_per_run``."""
     unit = price.unit.lower().removeprefix("1").replace("/", "_per_").strip("_")
-    return f"{key}_{unit}" if unit else key
+    if unit:
+        return f"{key}_{unit}"
+    return key
 
 
 def names_of(group: Any) -> dict[str, str]:
@@ -120,8 +122,14 @@ def _check_price(price: Price, allowed: Mapping[str, Any], where: str) -> None:
         raise ParameterError(
             f"{where}: {price.value:g} lies outside {allowed['at_least']:g}..{allowed['at_most']:g}"
         )
-    low = price.value if price.low is None else price.low
-    high = price.value if price.high is None else price.high
+    if price.low is None:
+        low = price.value
+    else:
+        low = price.low
+    if price.high is None:
+        high = price.value
+    else:
+        high = price.high
     if not allowed["at_least"] <= low <= price.value <= high <= allowed["at_most"]:
         raise ParameterError(
             f"{where}: its range {low:g}..{high:g} does not hold {price.value:g}, or is not allowed"

@@ -19,7 +19,7 @@ _IMPULSES = np.linspace(0.0, 5000.0, 10_001)
 
 
 def reach_of_loss(prices: Prices, most_impulse: float = math.inf) -> Reach:
-    """From the fee that is not earned to the dearest contact with a person, with repair and food [USD].
+    """From the lost fee to the dearest contact with a person, with repair and food [USD].
 
     Args:
         prices: the price file.
@@ -44,7 +44,7 @@ def margin_admitting_unseen(
 def difference_admitting_unseen(
     differences: FloatArray, reach: Reach, clusters: IntArray, seed: int
 ) -> Interval:
-    """The same of differences (n,) between two stacks, either of which may be the one that loses it."""
+    """The same of differences (n,) between two stacks, either of which may lose it."""
     return admit_unseen(
         differences, 0.0, reach, reach, np.random.default_rng(seed), clusters=clusters
     )

@@ -205,9 +205,9 @@ def margins(
     if accounting != PUBLISHED:
         each = accounted(each, rows, events, accounting, prices)
     margin = running(each, prices, extra).contribution_margin
-    return (
-        None if margin is None else np.broadcast_to(np.asarray(margin, dtype=np.float64), len(rows))
-    )
+    if margin is None:
+        return None
+    return np.broadcast_to(np.asarray(margin, dtype=np.float64), len(rows))
 
 
 def optional_costs(
@@ -228,7 +228,7 @@ def all_optional_costs(
 
 
 def missions(rows: Sequence[Row]) -> IntArray:
-    """Number of each row's mission, as :func:`harness.statistics.bootstrap.number_clusters` numbers them."""
+    """Number of each row's mission, in order of appearance."""
     return number_clusters(list(zip(*(values(rows, key) for key in MISSION), strict=True)))
 
 
@@ -266,7 +266,9 @@ def mean_intervals(
 
 def _rates(rows: Sequence[Row]) -> dict[str, Interval]:
     outcomes = values(rows, "outcome")
-    names = OUTCOMES if ARRIVED not in outcomes else ("timeout", "physical_assistance")
+    names: Sequence[str] = OUTCOMES
+    if ARRIVED in outcomes:
+        names = ("timeout", "physical_assistance")
     return {name: wilson_interval(outcomes.count(name), len(rows)) for name in names}
 
 
@@ -282,11 +284,9 @@ def _risk(
     if opex is None or margin is None or clusters.max() == 0:
         return Risk(None, life, None)
     alike = Interval(cvar(opex), None, None, len(opex))  # nothing is known of what is rare
-    worst = (
-        alike
-        if float(np.ptp(opex)) <= CENT
-        else bootstrap_cvar(opex, _rng(seed), clusters=clusters)
-    )
+    worst = alike
+    if not (float(np.ptp(opex)) <= CENT):
+        worst = bootstrap_cvar(opex, _rng(seed), clusters=clusters)
     if not tells_of_rare(margin, clusters):
         return Risk(worst, life, None)
     means, deviations = profit_draws(margin, clusters, seed)
@@ -304,7 +304,7 @@ def tells_of_rare(margin: FloatArray, clusters: IntArray) -> bool:
 def profit_draws(
     margin: FloatArray, clusters: IntArray, seed: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Mean and standard deviation of a delivery's profit [USD/run] in each bootstrap resample, shape (draws,) each."""
+    """Mean and standard deviation of a delivery's profit [USD/run] per resample, (draws,)."""
     centre = float(margin.mean())  # taken off, so that squares keep their digits
     moments = resampled_means(
         np.column_stack((margin - centre, (margin - centre) ** 2)), _rng(seed), clusters=clusters

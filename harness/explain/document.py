@@ -1,4 +1,4 @@
-"""Explanations as data: each moment with its words and the instants before it, and what a rewind had saved."""
+"""Explanations as data: moments with their words and instants, and what a rewind had saved."""
 
 import dataclasses
 import math
@@ -48,10 +48,14 @@ class Saving:
     def difference(self, component: str) -> float | None:
         """Rewound less as it was [USD]; None: the cargo is not modelled."""
         old, new = self.costs[component], self.new_costs[component]
-        return None if old is None or new is None else new - old
+        if old is None or new is None:
+            return None
+        return new - old
 
 
-def document(evidence: Evidence, told: Sequence[Explained], saving: Saving | None) -> Json:
+def explanation_document(
+    evidence: Evidence, told: Sequence[Explained], saving: Saving | None
+) -> Json:
     """The JSON document of ``navbench explain``."""
     row = evidence.row
     return {
@@ -160,5 +164,7 @@ def _rewind(saving: Saving) -> Json:
 def _number(value: Any) -> Any:
     """A number of the JSON document; null in place of what is no number."""
     if isinstance(value, float):  # numpy's, too
-        return float(value) if math.isfinite(value) else None
+        if math.isfinite(value):
+            return float(value)
+        return None
     return value

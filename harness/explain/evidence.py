@@ -68,7 +68,8 @@ def delivery_row(run: StoredRun, episode: int) -> Row:
     row = next((row for row in stack.rows if row["episode"] == episode), None)
     if row is None:
         raise InputError(
-            f"{run.folder}: {stack.name} finished no episode {episode}; it has {len(stack.rows)} others"
+            f"{run.folder}: {stack.name} finished no episode {episode}; it has {len(stack.rows)} "
+            "others"
         )
     return row
 
@@ -110,7 +111,9 @@ def read_decisions(path: Path) -> tuple[Row, ...]:
 def recorded(run: StoredRun, episode: int, arrays: Mapping[str, Any]) -> Evidence:
     """The evidence of a recording, of which ``arrays`` are."""
     file = decisions_file(run, episode)
-    decisions = read_decisions(file) if file.is_file() else ()
+    decisions: tuple[Row, ...] = ()
+    if file.is_file():
+        decisions = read_decisions(file)
     return _evidence(run, episode, arrays, decisions, None, RECORDING)
 
 
@@ -151,7 +154,9 @@ def drive_again(run: StoredRun, episode: int) -> Evidence:
     assert delivery.recording is not None and delivery.decisions is not None
     columns, rows = delivery.decisions
     decisions = tuple({**dict.fromkeys(columns), **row} for row in rows)
-    weighed = watched[0].weighed if watched else {}
+    weighed = {}
+    if watched:
+        weighed = watched[0].weighed
     return _evidence(run, episode, delivery.recording, decisions, weighed, DRIVEN_AGAIN)
 
 
@@ -164,8 +169,10 @@ def check_same(stored: Row, driven: Row, folder: Path, episode: int) -> None:
     other = next((key for key, value in driven.items() if stored[key] != value), None)
     if other is not None:
         raise InputError(
-            f"{folder}: episode {episode} comes out otherwise when it is driven again ({other} {driven[other]}, stored "
-            f"{stored[other]}): other libraries, or another kind of machine; explain it where it was driven"
+            f"{folder}: episode {episode} comes out otherwise when it is driven again ({other} "
+            f"{driven[other]}, stored "
+            f"{stored[other]}): other libraries, or another kind of machine; explain it where it "
+            "was driven"
         )
 
 

@@ -96,7 +96,9 @@ def moments_of(evidence: Evidence, rules: Rules, prices: Prices) -> list[Moment]
         money = costs_of(evidence.row, prices)
         parts = [money[key] for key, term in COUNTED_TERMS.items() if term.paid is Paid.OUTCOME]
         known = [part for part in parts if part is not None]
-        cost = sum(known) if len(known) == len(parts) else None
+        cost = None
+        if len(known) == len(parts):
+            cost = sum(known)
         stamp = {SPOILED: _spoiled_at, TIMEOUT: _stuck_since, ASSISTANCE: _end_of}[outcome](
             evidence, rules
         )
@@ -130,15 +132,21 @@ def _spoiled_at(evidence: Evidence, rules: Rules) -> float:
     """When more pieces than allowed were lost, from then on to the end."""
     allowed = rules.spoiled_fraction * evidence.row["pieces_at_start"]
     sound = np.flatnonzero(evidence.pieces_lost <= allowed)
-    first = int(sound[-1]) + 1 if len(sound) else 0
-    return (
-        float(evidence.stamps[first]) if first < len(evidence.stamps) else _end_of(evidence, rules)
-    )
+    first = 0
+    if len(sound):
+        first = int(sound[-1]) + 1
+    if first < len(evidence.stamps):
+        return float(evidence.stamps[first])
+    return _end_of(evidence, rules)
 
 
 def _stuck_since(evidence: Evidence, rules: Rules) -> float:
     """Since when it did not leave the place where it ended; the end where that is no long time."""
     away = np.hypot(*(evidence.trace[:, 1:3] - evidence.trace[-1, 1:3]).T) > STUCK_PLACE
-    first = int(np.flatnonzero(away)[-1]) + 1 if away.any() else 0
+    first = 0
+    if away.any():
+        first = int(np.flatnonzero(away)[-1]) + 1
     since, end = float(evidence.stamps[first]), _end_of(evidence, rules)
-    return since if end - since >= STUCK_TIME else end
+    if end - since >= STUCK_TIME:
+        return since
+    return end

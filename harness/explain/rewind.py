@@ -24,7 +24,7 @@ from harness.study.stored_run import StoredRun
 from harness.task.brain import Brain
 from harness.task.study import EpisodeTask
 from harness.tuning.evaluation import Value
-from harness.tuning.paths import Place, locate, with_values
+from harness.tuning.space.paths import ParameterPlace, locate, with_values
 from harness.world.world import World
 from navstack.errors import InputError
 from navstack.params.nav2_file.file import Nav2File
@@ -38,7 +38,7 @@ EXAMPLE = "controller_server.FollowPath.BaseObstacle.scale=0.1"
 class Change:
     """One parameter with another value."""
 
-    place: Place  # with the value that it had
+    place: ParameterPlace  # with the value that it had
     value: Value
 
 
@@ -57,7 +57,7 @@ def rewind(run: StoredRun, evidence: Evidence, settings: Sequence[str], moment: 
     Args:
         run: with one stack.
         evidence: of the delivery.
-        settings: ``PATH=VALUE`` each, paths as in :mod:`harness.tuning.paths`.
+        settings: ``PATH=VALUE`` each, paths as in :mod:`harness.tuning.space.paths`.
         moment: [s] less than the delivery took.
 
     Raises:
@@ -70,7 +70,8 @@ def rewind(run: StoredRun, evidence: Evidence, settings: Sequence[str], moment: 
     before = evidence.trace[evidence.stamps < rewound.take_over.stamp - 1e-6]
     if not np.array_equal(trace[: len(before)], before, equal_nan=True):
         raise InputError(
-            f"{run.folder}: episode {evidence.row['episode']} does not drive here as it did before the moment: other "
+            f"{run.folder}: episode {evidence.row['episode']} does not drive here as it did before "
+            "the moment: other "
             "libraries, or another kind of machine; rewind it where it was driven"
         )
     return rewound
@@ -84,7 +85,8 @@ def drive_changed(task: EpisodeTask, settings: Sequence[str], moment: float) -> 
     """
     if not task.stack.is_nav2:
         raise InputError(
-            f"--rewind: no Nav2 file decides how {task.stack.name} drives, so there is nothing to change"
+            f"--rewind: no Nav2 file decides how {task.stack.name} drives, so there is nothing to "
+            "change"
         )
     parts = Parts(task)
     nav2 = parts.nav2
@@ -95,7 +97,8 @@ def drive_changed(task: EpisodeTask, settings: Sequence[str], moment: float) -> 
     rate = parts.params.physics.rate
     if steps_per_tick(changed, rate) != steps_per_tick(nav2, rate):
         raise InputError(
-            "--rewind: with these frequencies time would pass in ticks of another length, which is another delivery "
+            "--rewind: with these frequencies time would pass in ticks of another length, which is "
+            "another delivery "
             "from its start on; choose frequencies with the same ticks"
         )
     made: list[HandOver] = []
@@ -134,10 +137,13 @@ def changes_of(nav2: Nav2File, settings: Sequence[str]) -> tuple[Change, ...]:
     return tuple(changes.values())
 
 
-def _value(place: Place, text: str) -> Value:
+def _value(place: ParameterPlace, text: str) -> Value:
     """A text as a value of the parameter's kind."""
     try:
-        value: Value = SWITCHES[text.lower()] if place.kind is bool else place.kind(text)
+        if place.kind is bool:
+            value: Value = SWITCHES[text.lower()]
+        else:
+            value = place.kind(text)
     except (KeyError, ValueError):
         value = math.nan
     if isinstance(value, float) and not math.isfinite(value):

@@ -24,7 +24,7 @@ A_SECOND = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seconds:
-    """Arrays with an entry per trace time in the seconds before a moment, the last one at the moment."""
+    """The seconds before a moment: arrays with an entry per trace time, the last at the moment."""
 
     moment: Moment
     since: float  # [s]
@@ -62,11 +62,15 @@ class Seconds:
 
     @property
     def telling(self) -> Row | None:
-        """The last scored decision by the row nearest to :data:`A_SECOND` back, else the first that is scored."""
+        """The last scored decision about :data:`A_SECOND` back, else the first that is scored."""
         scored = [row for row in self.decisions if row["samples"]]
         until = self.moment.stamp + float(self.at[int(np.abs(self.at + A_SECOND).argmin())]) + 1e-6
         early = [row for row in scored if row["stamp_s"] <= until]
-        return early[-1] if early else scored[0] if scored else None
+        if early:
+            return early[-1]
+        if scored:
+            return scored[0]
+        return None
 
     @property
     def tracked_since(self) -> float | None:
@@ -75,8 +79,12 @@ class Seconds:
         None: none is.
         """
         lost = np.flatnonzero(np.isnan(self.track_error))
-        first = int(lost[-1]) + 1 if len(lost) else 0
-        return None if first == len(self.at) else float(-self.at[first])
+        first = 0
+        if len(lost):
+            first = int(lost[-1]) + 1
+        if first == len(self.at):
+            return None
+        return float(-self.at[first])
 
 
 def seconds_before(evidence: Evidence, moment: Moment, before: float) -> Seconds:
@@ -89,14 +97,17 @@ def seconds_before(evidence: Evidence, moment: Moment, before: float) -> Seconds
     stamps = evidence.stamps
     if len(stamps) < 2:
         raise InputError(
-            "the delivery was over within 0.1 s: no seconds before that can be told; check its start"
+            "the delivery was over within 0.1 s: no seconds before that can be told; check its "
+            "start"
         )
     inside = np.flatnonzero((stamps >= since - 1e-6) & (stamps <= moment.stamp + 1e-6))
     if len(inside) < 2:
         inside = np.arange(2, dtype=np.int64)
     trace, people = evidence.trace[inside], evidence.crowd[inside]
     distances = _distances(evidence, inside)
-    person = moment.person if moment.person is not None else _nearest(distances)
+    person = moment.person
+    if person is None:
+        person = _nearest(distances)
     distance, place = np.full(len(inside), np.nan), np.full((len(inside), 2), np.nan)
     if person is not None:
         distance, place = distances[:, person], people[:, person]
@@ -154,10 +165,10 @@ def _nearest(distances: FloatArray) -> int | None:
 
 
 def _errors(evidence: Evidence) -> tuple[FloatArray, FloatArray]:
-    """When was decided (k,) [s], and how far believed position [m] and heading [rad] were off then (k, 2).
+    """Times of decisions (k,) [s], and errors of position [m] and heading [rad] then (k, 2).
 
-    A belief is compared with the true pose of its own time, which lies between two rows of the trace. Where nobody
-    decides there is one entry, of NaN.
+    A belief is compared with the true pose of its own time, which lies between two rows of the
+    trace. Where nobody decides there is one entry, of NaN.
     """
     rows = evidence.decisions
     if not rows:
@@ -172,7 +183,7 @@ def _errors(evidence: Evidence) -> tuple[FloatArray, FloatArray]:
 
 
 def _true_tracks(evidence: Evidence, inside: IntArray) -> tuple[FloatArray, ...]:
-    """Tracks (k, 2) [m] moved from the map as the robot believes it to lie to where it truly sees them."""
+    """Tracks (k, 2) [m] moved from the believed map frame to the true one."""
     moved = []
     for place in inside.tolist():
         tracks, row = evidence.tracks[place][:, 1:3], evidence.trace[place]

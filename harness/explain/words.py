@@ -51,46 +51,50 @@ def is_same(before: Moment, moment: Moment) -> bool:
 
 def what(evidence: Evidence, seconds: Seconds) -> str:
     """What happened, when, and what it cost."""
-    moment, row = seconds.moment, evidence.row
-    cost = "cost undefined without cargo" if moment.cost is None else f"{moment.cost:.2f} USD"
-    head = f"Event {moment.number}, {moment.stamp:.1f} s, {cost}:"
+    moment = seconds.moment
+    cost = "cost undefined without cargo"
+    if moment.cost is not None:
+        cost = f"{moment.cost:.2f} USD"
+    ended = {SPOILED: _spoiled, TIMEOUT: _timed_out, ASSISTANCE: _needed_help}
+    happened = ended.get(moment.kind, _touched)(evidence.row, moment)
+    return f"Event {moment.number}, {moment.stamp:.1f} s, {cost}: {happened}."
+
+
+def _spoiled(row: Row, moment: Moment) -> str:
+    lost, pieces = int(row["pieces_lost"]), row["pieces_at_start"]
+    return f"the food was spoiled; {lost} of {pieces} pieces were lost in the end"
+
+
+def _timed_out(row: Row, moment: Moment) -> str:
+    text = "it was still on its way"
+    if row["duration_s"] - moment.stamp > 1.0:
+        text = f"from here on it stayed within {STUCK_PLACE:g} m"
+    if row["gave_up"]:
+        text += f"; the navigator gave up: {row['gave_up']} ({row['navigator_error']})"
+    left = f"{row['goal_distance_m']:.1f} m from the goal"
+    return f"{text}; at {row['duration_s']:.0f} s time was up, {left}"
+
+
+def _needed_help(row: Row, moment: Moment) -> str:
+    text = f"the robot needed help: {REASONS.get(row['reason'], row['reason'])}"
+    if moment.event is not None:
+        text += f" ({row['collision_impulse_ns']:.0f} N s in all)"
+    return text
+
+
+def _touched(row: Row, moment: Moment) -> str:
     event = moment.event
-    if moment.kind == SPOILED:
-        lost = int(row["pieces_lost"])
-        return f"{head} the food was spoiled; {lost} of {row['pieces_at_start']} pieces were lost in the end."
-    if moment.kind == TIMEOUT:
-        stuck = row["duration_s"] - moment.stamp > 1.0
-        how = (
-            f"from here on it stayed within {STUCK_PLACE:g} m"
-            if stuck
-            else "it was still on its way"
-        )
-        gave_up = (
-            f"; the navigator gave up: {row['gave_up']} ({row['navigator_error']})"
-            if row["gave_up"]
-            else ""
-        )
-        left = f"{row['goal_distance_m']:.1f} m from the goal"
-        return f"{head} {how}{gave_up}; at {row['duration_s']:.0f} s time was up, {left}."
-    if moment.kind == ASSISTANCE:
-        total = f" ({row['collision_impulse_ns']:.0f} N s in all)" if event is not None else ""
-        return f"{head} the robot needed help: {REASONS.get(row['reason'], row['reason'])}{total}."
     assert event is not None
-    partner = (
-        f"person {event['partner_id']}"
-        if event["partner"] == PERSON
-        else f"a {event['kind'].replace('_', ' ')}"
-    )
+    partner = f"a {event['kind'].replace('_', ' ')}"
     speeds = f"the robot came with {event['robot_speed_mps']:z.2f} m/s"
     if event["partner"] == PERSON:
+        partner = f"person {event['partner_id']}"
         speeds += f", the person with {event['partner_speed_mps']:z.2f} m/s"
-    fault, impulse = FAULTS.get(event["fault"], event["fault"]), f"{event['impulse_ns']:.0f} N s"
-    hit = (
-        f"{partner} hit it with"
-        if event["fault"].startswith("person_into")
-        else f"it hit {partner} with"
-    )
-    return f"{head} {hit} {impulse}; {speeds}: {fault}."
+    hit = f"it hit {partner} with"
+    if event["fault"].startswith("person_into"):
+        hit = f"{partner} hit it with"
+    fault = FAULTS.get(event["fault"], event["fault"])
+    return f"{hit} {event['impulse_ns']:.0f} N s; {speeds}: {fault}"
 
 
 def _motion(seconds: Seconds) -> str:
@@ -100,14 +104,15 @@ def _motion(seconds: Seconds) -> str:
     if np.abs(speed).max() < STANDS and np.abs(commanded).max() < STANDS:
         return f"It stood still for the whole {-seconds.at[0]:.1f} s."
     change = float(commanded[-1] - commanded[early])
-    braked = (
-        "braked"
-        if change < -CHANGED
-        else "sped up"
-        if change > CHANGED
-        else "neither braked nor sped up"
-    )
-    when = "in the last second " if -seconds.at[0] >= 1.0 else ""
+    if change < -CHANGED:
+        braked = "braked"
+    elif change > CHANGED:
+        braked = "sped up"
+    else:
+        braked = "neither braked nor sped up"
+    when = ""
+    if -seconds.at[0] >= 1.0:
+        when = "in the last second "
     return (
         f"In the {-seconds.at[0]:.1f} s before, it drove {_span(speed)} m/s and {when}{braked} "
         f"(commanded {commanded[early]:z.2f}, then {commanded[-1]:z.2f} m/s)."
@@ -118,11 +123,9 @@ def _person(seconds: Seconds) -> str:
     """How far the person was, and how fast the gap closed."""
     if seconds.person is None:
         return f"Nobody was within {NEAR:g} m."
-    named = (
-        "The person"
-        if seconds.moment.person is not None
-        else f"The nearest, person {seconds.person},"
-    )
+    named = "The person"
+    if seconds.moment.person is None:
+        named = f"The nearest, person {seconds.person},"
     known = np.flatnonzero(np.isfinite(seconds.distance) & np.isfinite(seconds.closing))
     if not len(known):
         return ""
@@ -134,9 +137,9 @@ def _person(seconds: Seconds) -> str:
     )
     if first < TOUCHING:
         return f"{named} was against the robot already at the first."
-    closing = (
-        f" the gap closed at up to {fastest:.1f} m/s" if fastest > 0.0 else " the gap did not close"
-    )
+    closing = " the gap did not close"
+    if fastest > 0.0:
+        closing = f" the gap closed at up to {fastest:.1f} m/s"
     return f"{named} was {first:.1f} m away at first and {least:.2f} m at the least;{closing}."
 
 
@@ -178,7 +181,10 @@ def _against(seconds: Seconds) -> str:
     text = f"At {seconds.moment.stamp - row['stamp_s']:.1f} s before, {row['decided_by']}"
     rejections, samples, shares = rejected_by(row), row["samples"], shares_of(row)
     if row["total_score"] is None and row["rejected"] >= samples:
-        why = f"its optimiser {row['status']}" if row["status"] else _counts(rejections)
+        if row["status"]:
+            why = f"its optimiser {row['status']}"
+        else:
+            why = _counts(rejections)
         return f"{text} found nothing legal ({why})."
     text += (
         f" chose {row['wanted_linear_x_mps']:z.2f} m/s, {row['wanted_angular_z_radps']:+.2f} rad/s"
@@ -256,13 +262,13 @@ def alternatives_at(seconds: Seconds, row: Row) -> dict[str, Alternative]:
 
 
 def deciding_critics(row: Row, other: Alternative) -> dict[str, float]:
-    """The critics that speak for what was chosen against another command, and by how much, most first."""
+    """The critics that favour the chosen command over another, and by how much, most first."""
     gaps = {name: gap for name, gap in gaps_to(row, other).items() if gap > 0.0}
     return dict(sorted(gaps.items(), key=lambda each: -each[1]))
 
 
 def gaps_to(row: Row, other: Alternative) -> dict[str, float]:
-    """By how much more each critic's weighted score of another command is than that of the chosen one."""
+    """Each critic's weighted score of another command less that of the chosen one."""
     pairs = ((column_prefix(score.critic), score.weighted) for score in other.scores)
     return {name: (score or 0.0) - (row[f"{name}{WEIGHTED}"] or 0.0) for name, score in pairs}
 
@@ -277,7 +283,9 @@ def _believed(seconds: Seconds) -> str:
         np.degrees(seconds.heading_error),
     )
     health = {row["health"] for row in seconds.decisions} - {"tracking", None}
-    said = f" (it called itself {' and '.join(sorted(health))})" if health else ""
+    said = ""
+    if health:
+        said = f" (it called itself {' and '.join(sorted(health))})"
     return (
         f"It believed itself {mean:.2f} m from the truth on average{said}, {last:.2f} m and "
         f"{turned[-1]:.1f} deg in the end."
@@ -287,7 +295,9 @@ def _believed(seconds: Seconds) -> str:
 def _tracked(evidence: Evidence, seconds: Seconds) -> str:
     """What the tracker had of the person."""
     if not any(len(tracks) for tracks in evidence.tracks):
-        return "This stack tracked nothing that moves." if seconds.person is not None else ""
+        if seconds.person is not None:
+            return "This stack tracked nothing that moves."
+        return ""
     if seconds.person is None:
         return ""
     since = seconds.tracked_since
@@ -295,11 +305,9 @@ def _tracked(evidence: Evidence, seconds: Seconds) -> str:
         how = f"{np.nanmean(seconds.track_error):.2f} m off on average"
         return f"The tracker had the person without a gap for the last {since:.1f} s, {how}."
     share = float(np.mean(~np.isnan(seconds.track_error)))
-    return (
-        "The tracker never had the person."
-        if share == 0.0
-        else f"The tracker had the person {100.0 * share:.0f} % of the time, but not in the end."
-    )
+    if share == 0.0:
+        return "The tracker never had the person."
+    return f"The tracker had the person {100.0 * share:.0f} % of the time, but not in the end."
 
 
 def _cargo(evidence: Evidence, seconds: Seconds) -> str:
@@ -307,11 +315,9 @@ def _cargo(evidence: Evidence, seconds: Seconds) -> str:
     if evidence.row["pieces_at_start"] is None:
         return ""
     lost = int(seconds.pieces_lost[-1] - seconds.pieces_lost[0])
-    pieces = (
-        "no piece was lost"
-        if lost <= 0
-        else f"{lost} piece{'s' if lost > 1 else ''} went over the edge"
-    )
+    pieces = "no piece was lost"
+    if not (lost <= 0):
+        pieces = f"{lost} piece{'s' if lost > 1 else ''} went over the edge"
     return (
         f"The cargo felt up to {np.max(seconds.shaking):.1f} m/s2, and {pieces} in these seconds."
     )
@@ -323,4 +329,6 @@ def _counts(counts: Mapping[str, int]) -> str:
 
 def _span(values: FloatArray) -> str:
     low, high = float(values.min()), float(values.max())
-    return f"{high:z.2f}" if high - low < 0.05 else f"{low:z.2f} to {high:z.2f}"
+    if high - low < 0.05:
+        return f"{high:z.2f}"
+    return f"{low:z.2f} to {high:z.2f}"

@@ -1,4 +1,4 @@
-"""The printed result of ``navbench ablate``, and its figure.
+"""What ``navbench ablate`` found, and its figure.
 
 What each arm knew of its position and what it earned.
 """
@@ -9,14 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import Console
-from rich.text import Text
 
 from harness.ablation.analysis import (
     SURE,
     Ablation,
     Arm,
-    Difference,
+    ArmDifference,
     ErrorPrice,
     points,
     wrong_maps,
@@ -24,10 +22,10 @@ from harness.ablation.analysis import (
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import OUTCOMES
+from harness.report.blocks import Block, Chart, Table, Text, declared, notes_of
 from harness.report.figures import error_bars, save_figure
-from harness.report.markdown import interval_text, number_text, p_text
-from harness.report.sheet import Sheet, declared, print_sheet
-from harness.report.texts import notes, print_notes
+from harness.report.numbers import UNDEFINED, count_text, interval_text, number_text, p_text
+from harness.report.texts import notes
 from harness.statistics.interval import Interval
 from navstack.types import FloatArray
 
@@ -54,35 +52,31 @@ DODGE = 4.0  # [pt] between arms without any error of position, which would hide
 Point = tuple[Arm, Interval, Interval]  # with its error [m] and margin [USD/run]
 
 
-def print_ablation(
-    ablation: Ablation, figures: Sequence[Path], folder: Path, console: Console
-) -> None:
-    """Print what the arms did, how they differ, what that says, and where it is."""
-    for sheet in (_outcomes(ablation), _money(ablation), _differences(ablation)):
-        print_sheet(sheet, console)
-    for difference in ablation.differences:
-        console.print(Text(sentence(difference)))
-    console.print()
-    for line in [*_wrong_maps(ablation), *map(price_sentence, ablation.prices)]:
-        console.print(Text(line))
-    print_notes(notes("ablation"), console)
-    for figure in figures:
-        console.print(f"figure: {figure}", soft_wrap=True)
-    console.print(f"run folder: {folder}", soft_wrap=True)
+def ablation_blocks(ablation: Ablation, figures: Sequence[Path], folder: Path) -> list[Block]:
+    """What the arms did, how they differ, what that says, and where it is."""
+    sentences = [sentence(difference) for difference in ablation.differences]
+    more = [*_wrong_maps(ablation), *map(price_sentence, ablation.prices)]
+    return [
+        _outcomes(ablation),
+        _money(ablation),
+        _differences(ablation),
+        *map(Text, [*sentences, "", *more]),
+        *notes_of(notes("ablation")),
+        *map(Chart, figures),
+        Text(f"run folder: {folder}", "whole"),
+    ]
 
 
-def _outcomes(ablation: Ablation) -> Sheet:
+def _outcomes(ablation: Ablation) -> Table:
     rows = []
     for arm in ablation.arms:
-        rates = [
-            interval_text(arm.result.intervals.get(name), absent="not modelled")
-            for name in OUTCOMES
-        ]
+        known = arm.result.intervals
+        rates = [interval_text(known.get(name), absent="not modelled") for name in OUTCOMES]
         rows.append((arm.name, str(arm.result.episodes), str(arm.result.errors), *rates))
     return declared("ablation_outcomes", rows, stack=ablation.declaration.stack)
 
 
-def _money(ablation: Ablation) -> Sheet:
+def _money(ablation: Ablation) -> Table:
     rows = []
     for arm in ablation.arms:
         sensors, *investment = _investment(arm)
@@ -97,21 +91,21 @@ def _money(ablation: Ablation) -> Sheet:
 def _investment(arm: Arm) -> tuple[str, str, str]:
     """Sensors, capital expenditure and break-even point in words."""
     if not is_buildable(arm.stack):
-        return "none exists", NOT_BUILDABLE, "--"
-    capex = "--" if arm.capex_usd is None else f"{arm.capex_usd:,.0f}"
-    return " + ".join(arm.stack.carries) or "none", capex, _break_even(arm.break_even, arm.margin)
+        return "none exists", NOT_BUILDABLE, UNDEFINED
+    sensors = " + ".join(arm.stack.carries) or "none"
+    return sensors, count_text(arm.capex_usd), _break_even(arm.break_even, arm.margin)
 
 
 def _break_even(runs: Interval, margin: Interval) -> str:
     if margin.value is None:
-        return "--"
-    value = "never" if runs.value is None else f"{runs.value:,.0f}"
+        return UNDEFINED
+    value = count_text(runs.value, "never")
     if margin.low is None or runs.low is None:
         return value
-    return f"{value} [{runs.low:,.0f}, {'never' if runs.high is None else f'{runs.high:,.0f}'}]"
+    return f"{value} [{runs.low:,.0f}, {count_text(runs.high, 'never')}]"
 
 
-def _differences(ablation: Ablation) -> Sheet:
+def _differences(ablation: Ablation) -> Table:
     rows = []
     for difference in ablation.differences:
         paired = difference.compared.paired
@@ -120,13 +114,13 @@ def _differences(ablation: Ablation) -> Sheet:
             p_text(difference.p_holm),
             str(paired.difference.n),
             number_text(paired.detectable, None),
-            "--" if paired.needed is None else f"{paired.needed:,d}",
+            count_text(paired.needed),
         )
         rows.append((difference.arm, difference.against, METRICS[difference.metric], *cells))
     return declared("ablation_differences", rows)
 
 
-def sentence(difference: Difference) -> str:
+def sentence(difference: ArmDifference) -> str:
     """What one comparison says, and what it does not."""
     paired, span = (
         difference.compared.paired,
@@ -161,10 +155,14 @@ def price_sentence(price: ErrorPrice) -> str:
         return f"{subject} undefined, no mission with a margin was finished at every level."
     verdict = ""
     if price.price.low is None or price.price.high is None:
-        verdict = ", too few missions, or all alike to a cent, for an interval: that says nothing about rare events"
+        verdict = (
+            ", too few missions, or all alike to a cent, for an interval: "
+            "that says nothing about rare events"
+        )
     elif price.price.low <= 0.0 <= price.price.high:
         verdict = ", not significant"
-    return f"{subject} {interval_text(price.price, None)} USD per run per {unit}, n = {price.price.n}{verdict}."
+    cost = f"{interval_text(price.price, None)} USD per run per {unit}"
+    return f"{subject} {cost}, n = {price.price.n}{verdict}."
 
 
 def _wrong_maps(ablation: Ablation) -> list[str]:
@@ -177,7 +175,9 @@ def _wrong_maps(ablation: Ablation) -> list[str]:
 def label(arm: Arm) -> str:
     """An arm's name in a figure, with the unit of its error."""
     kind = injected_kind(arm.stack)
-    return arm.name if kind is None else f"{arm.name} {KINDS[kind].unit}"
+    if kind is None:
+        return arm.name
+    return f"{arm.name} {KINDS[kind].unit}"
 
 
 def draw_ablation(ablation: Ablation, folder: Path) -> list[Path]:
@@ -222,11 +222,9 @@ def _draw(axes: "Axes", stack: str, shown: Sequence[Point]) -> None:
     axes.set_xlabel("localization error, median over the deliveries [m]")
     axes.set_ylabel("contribution margin [USD/run]")
     n = min(arm.result.episodes for arm, _, _ in shown)
-    spans = (
-        ", 95 % intervals"
-        if any(each.low is not None for _, *both in shown for each in both)
-        else ""
-    )
+    spans = ""
+    if any(each.low is not None for _, *both in shown for each in both):
+        spans = ", 95 % intervals"
     axes.set_title(f"{stack}: n = {n} deliveries per arm{spans}", loc="left", fontsize=8)
     axes.figure.legend(loc="outside right upper", frameon=False, fontsize=7)
 
@@ -262,7 +260,7 @@ def _bounds(intervals: Sequence[Interval]) -> FloatArray:
 
 
 def _looks(arms: Sequence[Arm]) -> Iterator[tuple[str, object]]:
-    """Marker and colour of each arm: localizers in colours, injected errors in shades, darker where they are larger."""
+    """Marker and colour of each arm: localizers in colours, injected errors in shades."""
     from matplotlib import colormaps
 
     kinds = [injected_kind(arm.stack) for arm in arms]

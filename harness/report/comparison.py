@@ -1,37 +1,44 @@
-"""The printed result of ``navbench compare``."""
-
-from rich.console import Console
+"""What ``navbench compare`` found."""
 
 from harness.analysis.compare import Compared, Comparison, OfADollar
 from harness.metrics.metric import Better
-from harness.report.markdown import bounds_text, interval_text, number_text, p_text
-from harness.report.sheet import declared, print_sheet
-from harness.report.texts import notes, print_notes
+from harness.report.blocks import Block, Text, declared, notes_of
+from harness.report.numbers import (
+    UNDEFINED,
+    bounds_text,
+    count_text,
+    interval_text,
+    number_text,
+    p_text,
+)
+from harness.report.texts import notes
 
 SURE = 0.05  # adjusted p below which a side is called better
 
 
-def print_comparison(comparison: Comparison, console: Console) -> None:
-    """Print the differences, what they rest on, and what stands against comparing."""
+def comparison_blocks(comparison: Comparison) -> list[Block]:
+    """The differences, what they rest on, and what stands against comparing."""
     first, second = comparison.first, comparison.second
-    console.print(f"A: {first.run.folder} {first.stack.name}", soft_wrap=True)
-    console.print(f"B: {second.run.folder} {second.stack.name}", soft_wrap=True)
-    console.print()
     rows = [(key, *_cells(entry)) for key, entry in comparison.differences.items() if entry.differs]
-    print_sheet(declared("comparison", rows, pairs=comparison.pairs), console)
-    print_notes(_notes(comparison), console)
+    return [
+        Text(f"A: {first.run.folder} {first.stack.name}", "whole"),
+        Text(f"B: {second.run.folder} {second.stack.name}\n", "whole"),
+        declared("comparison", rows, pairs=comparison.pairs),
+        *notes_of(_notes(comparison)),
+    ]
 
 
 def _cells(entry: Compared) -> list[str]:
     paired, span = entry.paired, entry.paired.difference
     return [
-        *("--" if mean is None else f"{mean:.4g}" for mean in (entry.first, entry.second)),
+        f"{entry.first:.4g}",
+        f"{entry.second:.4g}",
         number_text(span.value, None),
-        bounds_text(span, None) or "--",
+        bounds_text(span, None) or UNDEFINED,
         p_text(paired.p),
-        "--" if entry.p_holm is None else p_text(entry.p_holm),
+        p_text(entry.p_holm),
         str(span.n),
-        "--" if paired.needed is None else f"{paired.needed:,d}",
+        count_text(paired.needed),
         winner(entry, "A", "B"),
     ]
 
@@ -46,14 +53,17 @@ def winner(entry: Compared, first: str, second: str) -> str:
         or not difference
     ):
         return ""
-    return second if (difference > 0.0) == (entry.better is Better.HIGHER) else first
+    if (difference > 0.0) == (entry.better is Better.HIGHER):
+        return second
+    return first
 
 
 def _dollar(dollar: OfADollar) -> str:
-    """How long one has to drive to tell one dollar apart."""
+    """How long one has to drive to resolve a difference of one dollar."""
     text = f"contribution_margin: a difference of 1 USD a delivery takes {dollar.pairs:,d} missions"
     if dollar.seconds is not None:
-        text += f", {dollar.seconds / 60.0:,.0f} min of one worker where deliveries last as long as these"
+        minutes = f"{dollar.seconds / 60.0:,.0f} min"
+        text += f", {minutes} of one worker where deliveries last as long as these"
     return f"{text} (power 0.8)."
 
 

@@ -120,11 +120,10 @@ def _draw_people(axes: "Axes", evidence: Evidence, seconds: Seconds) -> None:
             alpha=1.0 if matters else 0.5,
             zorder=6,
         )
-        style: Any = (
-            {"fc": PERSON, "ec": "white"}
-            if matters
-            else {"fc": "white", "ec": PERSON, "alpha": 0.7}
-        )
+        if matters:
+            style: Any = {"fc": PERSON, "ec": "white"}
+        else:
+            style = {"fc": "white", "ec": PERSON, "alpha": 0.7}
         axes.add_patch(
             Circle(tuple(path[-1]), evidence.body.person_radius, lw=0.7, zorder=6, **style)
         )

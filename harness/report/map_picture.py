@@ -162,7 +162,7 @@ def _draw_zones(axes: "Axes", zones: Sequence[Zone]) -> None:
 
 
 def _stripes(crosswalks: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """The dark gaps between the bars of zebra crossings, half a metre wide, along the direction of traffic."""
+    """The dark gaps between the bars of zebra crossings, half a metre wide."""
     stripes = []
     for polygon in crosswalks:
         (x0, y0), (x1, y1) = polygon.min(axis=0), polygon.max(axis=0)

@@ -9,14 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.console import Console
-from rich.text import Text
 
 from harness.plan.question import COST_WEIGHT, Answer
+from harness.report.blocks import Block, Text, declared, notes_of
 from harness.report.figures import save_picture
 from harness.report.map_picture import draw_scale_bar
-from harness.report.markdown import number_text
-from harness.report.sheet import declared, print_sheet
+from harness.report.numbers import number_text
 from harness.world.map.shapes import Rect
 from navstack.costmap.costmap import (
     INSCRIBED_INFLATED_OBSTACLE,
@@ -75,39 +73,42 @@ def _row(answer: Answer) -> dict[str, Any]:
 
 
 def _rounded(value: float | None) -> float | None:
-    return None if value is None else round(value, DECIMALS)
+    if value is None:
+        return None
+    return round(value, DECIMALS)
 
 
-def render_plan(
-    ends: Sequence[Pose2D], answers: Sequence[Answer], smoother: str | None, console: Console
-) -> None:
-    """Print a table, and below it why a planner found nothing."""
+def plan_blocks(
+    ends: Sequence[Pose2D], answers: Sequence[Answer], smoother: str | None
+) -> list[Block]:
+    """A table, and below it why a planner found nothing."""
     start, goal = ends
     rows = [(answer.planner, *_cells(answer)) for answer in answers]
-    smoothed = "" if smoother is None else f", paths smoothed by {smoother}"
-    print_sheet(declared("plan", rows, start=start, goal=goal, smoothed=smoothed), console)
+    smoothed = ""
+    if smoother is not None:
+        smoothed = f", paths smoothed by {smoother}"
+    blocks: list[Block] = [declared("plan", rows, start=start, goal=goal, smoothed=smoothed)]
     for answer in answers:
         if answer.why:
-            console.print(
-                Text(f"{answer.planner}: {answer.why.removeprefix(f'{answer.planner}: ')}"),
-                soft_wrap=True,
-            )
+            why = answer.why.removeprefix(f"{answer.planner}: ")
+            blocks.append(Text(f"{answer.planner}: {why}", "whole"))
+    below = []
     if any(answer.clearance == 0.0 for answer in answers):
-        console.print(
-            Text("clearance 0: the robot's body touches something on the way.", style="dim")
-        )
-    console.print(
-        Text(
-            f"cost: each piece of the path counts 1 + {COST_WEIGHT:g} x its costmap cost / 252.",
-            style="dim",
-        )
+        below.append("clearance 0: the robot's body touches something on the way.")
+    below.append(
+        f"cost: each piece of the path counts 1 + {COST_WEIGHT:g} x its costmap cost / 252."
     )
+    return [*blocks, *notes_of(below)]
 
 
 def _cells(answer: Answer) -> tuple[str, ...]:
     seconds, cost = answer.improvement[0] if answer.improvement else (None, None)
-    length = "none" if answer.path is None else number_text(answer.path.length)
-    after = None if seconds is None else 1e3 * seconds
+    length = "none"
+    if answer.path is not None:
+        length = number_text(answer.path.length)
+    after = None
+    if seconds is not None:
+        after = 1e3 * seconds
     own = (
         length,
         number_text(answer.clearance),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from harness.economics.cost_model import price
 from harness.economics.measured import Measured
 from harness.economics.prices import Prices
-from harness.report.tables import Column, values_of
+from harness.report.paper_tables import Column, values_of
 from harness.storage.shipped import resolve, shipped
 from navstack.params.strict import load_dataclass
 
@@ -22,7 +22,7 @@ class PublishedMethod:
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario:
+class RealDelivery:
     """One delivery of the real robot."""
 
     name: str
@@ -40,7 +40,7 @@ class RealWorld:
     """The paper's deliveries with the real robot."""
 
     method: PublishedMethod
-    scenarios: tuple[Scenario, ...]
+    scenarios: tuple[RealDelivery, ...]
 
 
 @dataclass(frozen=True, slots=True)

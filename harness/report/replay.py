@@ -16,7 +16,7 @@ MAP_MARGIN = 20.0  # [m] around the way: the map of a whole town has 16 million 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Replay:
+class RecordedReplay:
     """What a replay shows beside the map."""
 
     arrays: Mapping[str, Any]  # of the recording

@@ -17,7 +17,7 @@ from harness.economics.accountings import is_grave
 from harness.metrics.columns import Row
 from harness.metrics.replay_log import FARTHEST_MM, NO_RETURN, plans_of, tracks_of
 from harness.recorded.mcap_writer import McapWriter
-from harness.report.replay import Replay, grid_around
+from harness.report.replay import RecordedReplay, grid_around
 from harness.storage.files import writing
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.geometry import compose, relative_to
@@ -35,7 +35,7 @@ PURPLE, AMBER, RED, GREY = (
 )
 
 
-def write_bag(path: Path, replay: Replay, grid: OccupancyGrid | None) -> int:
+def write_bag(path: Path, replay: RecordedReplay, grid: OccupancyGrid | None) -> int:
     """Write a recorded delivery; returns the number of messages.
 
     Args:
@@ -68,7 +68,9 @@ Message = tuple[str, str, float, Fields]
 def _fixed(arrays: Mapping[str, Any], grid: OccupancyGrid | None) -> Iterator[Message]:
     """What stays: the map, and the sensor's mounting."""
     first = float(arrays["trace"][0, 0])
-    part = None if grid is None else grid_around(grid, arrays["trace"])
+    part = None
+    if grid is not None:
+        part = grid_around(grid, arrays["trace"])
     if part is not None:
         yield _map(part, first)
     mount = _transform("base_link", "laser", first, Pose2D(*arrays["scan_geometry"][4:7].tolist()))
@@ -217,7 +219,9 @@ def _marker(
 
 def _hit(number: int, event: Row) -> Fields:
     """A contact; red where it matters. It stays."""
-    colour = RED if is_grave(event) else GREY
+    colour = GREY
+    if is_grave(event):
+        colour = RED
     marker = _marker(
         "contacts", number, event["stamp_s"], [event["x_m"], event["y_m"]], 0.2, colour
     )

@@ -1,21 +1,19 @@
-"""The printed result of ``navbench price``.
+"""What ``navbench price`` found.
 
 The tables of a run, and the money under other accounting.
 """
 
-from collections.abc import Mapping, Sequence
-
-from rich.console import Console
+from collections.abc import Iterator, Mapping, Sequence
 
 from harness.analysis.price_sets import UnderSet
 from harness.analysis.repricing import VARIED, Choices, Repriced
 from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_terms import COST_TERMS, MARGIN
 from harness.economics.valuation import Risk
-from harness.report.markdown import interval_text
-from harness.report.sheet import Sheet, declared, print_sheet
-from harness.report.tables import own_column, render_tables
-from harness.report.texts import TEXTS, notes, print_notes
+from harness.report.blocks import Block, Table, Text, declared, notes_of
+from harness.report.numbers import UNDEFINED, count_text, interval_text
+from harness.report.paper_tables import own_column, paper_blocks
+from harness.report.texts import TEXTS, notes
 from harness.statistics.interval import Interval
 from harness.study.stored_run import StoredRun
 
@@ -23,67 +21,71 @@ TITLES = TEXTS.accountings
 VARIED_TITLES = {"opex": "OPEX", MARGIN: "Margin"}
 
 
-def print_repriced(
-    run: StoredRun, results: Sequence[Repriced], choices: Choices, console: Console
-) -> None:
-    """Print the tables, the accountings, the risk and what was changed."""
+def repriced_blocks(run: StoredRun, results: Sequence[Repriced], choices: Choices) -> list[Block]:
+    """The tables, the accountings, the risk and what was changed."""
     columns = [
         own_column(each.stack.name, each.valuation, len(each.stack.rows)) for each in results
     ]
-    render_tables(columns, console)
-    console.print()
-    for each in results:
-        print_sheet(_accountings(each), console)
-    print_notes(notes("accountings"), console)
+    blocks = [*paper_blocks(columns), Text(""), *map(_accountings, results)]
+    blocks += notes_of(notes("accountings"))
     if (paying := choices.prices.accounting) != PUBLISHED:
-        console.print(f"these prices go with the accounting '{TITLES[paying]}': its row is theirs")
+        rule = TITLES[paying]
+        blocks.append(Text(f"these prices go with the accounting '{rule}': its row is theirs"))
     for each in results:
-        for text in (
-            forgiven(each.forgiven),
-            *_contact_texts(each),
-            risk_text(each.valuation.risk),
-        ):
-            console.print(f"{each.stack.name}: {text}")
-        if each.stack.errors:
-            console.print(
-                f"{each.stack.name}: {each.stack.errors} deliveries ended in an error, left out"
-            )
-        for name, term in each.valuation.terms.items():
-            console.print(
-                f"{each.stack.name}: optional term {name}, not in the paper, adds {term.capex_usd:,.2f} $ to CAPEX and "
-                f"{term.opex:.4f} $/run to OPEX",
-            )
-    for key, number in choices.settings.items():
-        console.print(f"set: {key} = {number:g}")
-    console.print(f"run folder: {run.folder}", soft_wrap=True)
+        blocks += [Text(f"{each.stack.name}: {line}") for line in _lines(each)]
+    blocks += [Text(f"set: {key} = {number:g}") for key, number in choices.settings.items()]
+    return [*blocks, Text(f"run folder: {run.folder}", "whole")]
 
 
-def print_price_sets(run: StoredRun, sets: Mapping[str, UnderSet], console: Console) -> None:
-    """Print what each stack earns under each set of prices, what is left of it, and where the order changes."""
-    stacks = [stack.name for stack in run.stacks if stack.rows]
-    for sheet, key in (("price_sets", "margin"), ("price_set_profits", "profit")):
-        rows = [
-            (
-                name,
-                TITLES[each.choices.prices.accounting],
-                ", ".join(each.choices.optional.names) or "--",
-                *(
-                    interval_text(getattr(each.money.get(stack), key, None), absent="undefined")
-                    for stack in stacks
-                ),
-            )
-            for name, each in sets.items()
-        ]
-        print_sheet(declared(sheet, rows, columns=stacks), console)
-    (first, published), *others = sets.items()
-    changed = [name for name, each in others if each.order != published.order]
-    if len(stacks) > 1:
-        told = ", ".join(f"{name} ({' > '.join(sets[name].order)})" for name in changed)
-        console.print(
-            f"order under {first}: {' > '.join(published.order)}; other under: {told or 'none'}",
-            soft_wrap=True,
+def _lines(result: Repriced) -> Iterator[str]:
+    """What is to be said of one stack."""
+    yield forgiven(result.forgiven)
+    yield (
+        f"{_share_text(result.turned)} counted contacts with people are beyond the peak of the "
+        f"published cost, {result.turn_ns:,.0f} N s"
+    )
+    yield (
+        f"{_share_text(result.beyond_limit)} contacts with people are beyond the limit of "
+        f"ISO/TS 15066 for a lower leg, closing at {result.limit_mps:.2f} m/s"
+    )
+    yield risk_text(result.valuation.risk)
+    if result.stack.errors:
+        yield f"{result.stack.errors} deliveries ended in an error, left out"
+    for name, term in result.valuation.terms.items():
+        yield (
+            f"optional term {name}, not in the paper, adds {term.capex_usd:,.2f} $ to CAPEX and "
+            f"{term.opex:.4f} $/run to OPEX"
         )
-    console.print(f"run folder: {run.folder}", soft_wrap=True)
+
+
+def price_set_blocks(run: StoredRun, sets: Mapping[str, UnderSet]) -> list[Block]:
+    """What each stack earns under each set of prices, what is left, and where the order changes."""
+    stacks = [stack.name for stack in run.stacks if stack.rows]
+    blocks: list[Block] = []
+    for sheet, key in (("price_sets", "margin"), ("price_set_profits", "profit")):
+        rows = [_price_set_row(name, each, stacks, key) for name, each in sets.items()]
+        blocks.append(declared(sheet, rows, columns=stacks))
+    (first, published), *others = sets.items()
+    if len(stacks) > 1:
+        changed = [
+            f"{name} ({' > '.join(each.order)})"
+            for name, each in others
+            if each.order != published.order
+        ]
+        order = " > ".join(published.order)
+        under = ", ".join(changed) or "none"
+        blocks.append(Text(f"order under {first}: {order}; other under: {under}", "whole"))
+    return [*blocks, Text(f"run folder: {run.folder}", "whole")]
+
+
+def _price_set_row(name: str, each: UnderSet, stacks: Sequence[str], key: str) -> list[str]:
+    choices = each.choices
+    terms = ", ".join(choices.optional.names) or UNDEFINED
+    money = [
+        interval_text(getattr(each.money.get(stack), key, None), absent="undefined")
+        for stack in stacks
+    ]
+    return [name, TITLES[choices.prices.accounting], terms, *money]
 
 
 def forgiven(difference: Interval | None) -> str:
@@ -94,22 +96,13 @@ def forgiven(difference: Interval | None) -> str:
     if difference is None or difference.value is None:
         return "what the published rule forgives is undefined, because the cargo was not simulated"
     return (
-        f"the published rule forgives {interval_text(difference)} $ a delivery (n = {difference.n}): injuries beyond "
+        f"the published rule forgives {interval_text(difference)} $ a delivery (n = "
+        f"{difference.n}): injuries beyond "
         "its peak, touches of property below 100 N s and of kinds without a price"
     )
 
 
-def _contact_texts(result: Repriced) -> list[str]:
-    """How many contacts with people the peak of the published cost and ISO/TS 15066 concern."""
-    return [
-        f"{_of(result.turned)} counted contacts with people are beyond the peak of the published cost, "
-        f"{result.turn_ns:,.0f} N s",
-        f"{_of(result.beyond_limit)} contacts with people are beyond the limit of ISO/TS 15066 for a lower leg, "
-        f"closing at {result.limit_mps:.2f} m/s",
-    ]
-
-
-def _of(share: Interval) -> str:
+def _share_text(share: Interval) -> str:
     if share.value is None:
         return "none of 0"
     return f"{round(share.value * share.n)} of {share.n} ({interval_text(share, 3)})"
@@ -119,23 +112,26 @@ def risk_text(risk: Risk) -> str:
     """The risk in one line."""
     worst = risk.opex_cvar95_usd_per_run
     if worst is None:
-        return "chance of break-even and mean of the worst deliveries undefined: they need several missions, with cargo"
-    few = "" if worst.low is not None else " (too few, or all alike: no interval)"
-    text = f"the worst 5 % of deliveries cost {interval_text(worst)} $ each{few}"
+        return (
+            "chance of break-even and mean of the worst deliveries undefined: "
+            "they need several missions, with cargo"
+        )
+    text = f"the worst 5 % of deliveries cost {interval_text(worst)} $ each"
+    if worst.low is None:
+        text += " (too few, or all alike: no interval)"
     if risk.break_even_probability is None:
         why = "all deliveries earned the same, so nothing is known of rare ones"
         return f"{text}; chance of break-even undefined: {why}"
     return (
-        f"{text}; breaks even within the robot's life of {risk.within_runs:,.0f} runs with probability "
-        f"{risk.break_even_probability:.3f}"
+        f"{text}; breaks even within the robot's life of {risk.within_runs:,.0f} runs with "
+        f"probability {risk.break_even_probability:.3f}"
     )
 
 
-def _accountings(result: Repriced) -> Sheet:
+def _accountings(result: Repriced) -> Table:
     rows = []
     for name, found in result.accountings.items():
         cells = [interval_text(found.intervals.get(term), absent="undefined") for term in VARIED]
-        runs = found.break_even_runs
-        rows.append((TITLES[name], *cells, "--" if runs is None else f"{runs:,.0f}"))
+        rows.append((TITLES[name], *cells, count_text(found.break_even_runs)))
     columns = [VARIED_TITLES.get(key) or COST_TERMS[key].title for key in VARIED]
     return declared("accountings", rows, columns=[*columns, "BEP (runs)"], stack=result.stack.name)

@@ -1,4 +1,4 @@
-"""The printed result of ``navbench sensitivity``, and its figures.
+"""What ``navbench sensitivity`` found, and its figures.
 
 Tornado, two-way maps, break-even.
 """
@@ -9,19 +9,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import Console
 
 from harness.analysis.sensitivity import (
     STATED,
-    Axis,
     BreakEvenSpread,
+    PriceAxis,
     Sensitivity,
     TwoWay,
     quantiles,
 )
+from harness.report.blocks import Block, Chart, Table, Text, declared, notes_of
 from harness.report.figures import save_figure
-from harness.report.sheet import Sheet, declared, print_sheet
-from harness.report.texts import notes, print_notes
+from harness.report.numbers import count_text
+from harness.report.texts import notes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,27 +34,21 @@ LARGE = 1000.0  # from which prices stand without decimals
 LEGIBLE_SWING = 1e-3  # [USD/run] less is no bar
 
 
-def print_sensitivity(
-    results: Sequence[Sensitivity], figures: Sequence[str], console: Console
-) -> None:
-    """Print the tornado and the break-even distribution of each stack."""
+def sensitivity_blocks(results: Sequence[Sensitivity], figures: Sequence[str]) -> list[Block]:
+    """The tornado and the break-even distribution of each stack."""
+    blocks: list[Block] = []
     for result in results:
-        print_sheet(_tornado(result), console)
-        console.print(f"{result.stack.name}: {_break_even(result)}")
-        console.print()
-    print_notes(notes("sensitivity"), console)
-    for figure in figures:
-        console.print(f"figure: {figure}", soft_wrap=True)
+        blocks += [_tornado(result), Text(f"{result.stack.name}: {_break_even(result)}\n")]
+    return [*blocks, *notes_of(notes("sensitivity")), *map(Chart, figures)]
 
 
-def _tornado(result: Sensitivity) -> Sheet:
+def _tornado(result: Sensitivity) -> Table:
     rows = []
     for bar in result.bars:
         numbers = [f"{number:g}" for number in (bar.low, bar.value, bar.high)]
         money = [f"{number:.4f}" for number in (*bar.profit_usd_per_run, bar.swing)]
-        rows.append(
-            (bar.price, bar.unit, "source" if bar.range == STATED else "", *numbers, *money)
-        )
+        stated = {STATED: "source"}.get(bar.range, "")
+        rows.append((bar.price, bar.unit, stated, *numbers, *money))
     return declared("tornado", rows, stack=result.stack.name, profit=result.profit)
 
 
@@ -67,9 +61,10 @@ def _break_even(result: Sensitivity) -> str:
     if bounds["value"] is None:
         middle = "no break-even point in most resamples"
     else:
-        high = "never" if bounds["high"] is None else f"{bounds['high']:,.0f}"
+        high = count_text(bounds["high"], "never")
         middle = f"breaks even after {bounds['value']:,.0f} runs [{bounds['low']:,.0f}, {high}]"
-    return f"{middle}; in {100.0 * spread.never:.1f} % of the resamples of {len(result.stack.rows)} deliveries never"
+    share = f"{100.0 * spread.never:.1f} %"
+    return f"{middle}; in {share} of the resamples of {len(result.stack.rows)} deliveries never"
 
 
 def draw_figures(result: Sensitivity, folder: Path) -> list[Path]:
@@ -116,9 +111,14 @@ def _draw_tornado(axes: "Axes", result: Sensitivity, shown: int) -> None:
     for place, bar in enumerate(bars):
         ends = sorted(zip(bar.profit_usd_per_run, (bar.low, bar.high), strict=True))
         for (profit, number), side in zip(ends, ("right", "left"), strict=True):
-            gap = -0.01 if side == "right" else 0.01
+            gap = 0.01
+            if side == "right":
+                gap = -0.01
             at = profit + gap * (highest - lowest)
-            text = f"{number:,.0f}" if number >= LARGE else f"{number:.4g}"
+            if number >= LARGE:
+                text = f"{number:,.0f}"
+            else:
+                text = f"{number:.4g}"
             axes.text(at, place, text, va="center", ha=side, fontsize=6.5)
     axes.axvline(result.profit, color=LINE, linewidth=0.8)
     axes.set_yticks(range(shown), [_label(bar.price, bar.unit) for bar in bars])
@@ -183,12 +183,16 @@ def _draw_break_even(axes: "Axes", result: Sensitivity, spread: BreakEvenSpread)
     )
 
 
-def _axis_label(axis: Axis) -> str:
-    return _label(axis.key, axis.unit) if axis.unit else f"{_words(axis.key)}, factor on all"
+def _axis_label(axis: PriceAxis) -> str:
+    if axis.unit:
+        return _label(axis.key, axis.unit)
+    return f"{_words(axis.key)}, factor on all"
 
 
 def _label(key: str, unit: str) -> str:
-    return _words(key) if unit == "1" else f"{_words(key)} [{unit.replace('USD', '$')}]"
+    if unit == "1":
+        return _words(key)
+    return f"{_words(key)} [{unit.replace('USD', '$')}]"
 
 
 def _words(key: str) -> str:

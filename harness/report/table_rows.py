@@ -20,7 +20,7 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class Section:
+class TableSection:
     """Rows under one heading."""
 
     title: str
@@ -44,7 +44,7 @@ class Layout:
     """One table."""
 
     title: str
-    sections: tuple[Section, ...]
+    sections: tuple[TableSection, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ def further_metrics() -> Layout:
     )
     return Layout(
         "Further metrics (means over deliveries)",
-        tuple(Section(*section) for section in sections if section[1]),
+        tuple(TableSection(*section) for section in sections if section[1]),
     )
 
 
@@ -74,5 +74,7 @@ def _is_printed(metric: Metric) -> bool:
 
 
 def _row(metric: Metric) -> Row:
-    unit = f" ({metric.unit})" if metric.unit else ""
+    unit = ""
+    if metric.unit:
+        unit = f" ({metric.unit})"
     return Row(f"{metric.title}{unit}", metric.mean_key or "", metric.decimals or 0)

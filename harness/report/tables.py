@@ -1,65 +1,26 @@
-"""The paper's two result tables on a console, for any mix of one's own runs and published columns."""
+"""Blocks on a console."""
 
 import os
 import sys
 import textwrap
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from io import TextIOWrapper
-from typing import TextIO
+from typing import Literal, TextIO
 
-from rich import box
+from rich import box, table
 from rich.console import Console
 from rich.measure import Measurement
-from rich.table import Table
-from rich.text import Text
+from rich.text import Text as RichText
 
-from harness.economics.cost_model import Economics
-from harness.economics.measured import Measured
-from harness.economics.valuation import OUTCOMES, Valuation
-from harness.metrics.contacts import PRICED_PROPERTY
-from harness.report.table_rows import LAYOUTS, Layout, Row
-from harness.report.texts import TEXTS, print_notes
-from harness.statistics.interval import Interval, wilson_interval
+from harness.report.blocks import Block, Chart, Replay, Table, Text
 
 PLAIN_WIDTH = 120  # [characters] where the output is no terminal
 WIDEST = 1000  # [characters] that any table may have
-INDENT = "  "  # of a row under its section
+PARAGRAPH = 100  # [characters] of a line of a paragraph
+SENTENCE = 80  # [characters] at which sentences in a table are broken
 GAP = 2  # [characters] between columns
-# [characters] at which a column's title is broken; eight columns then fit into PLAIN_WIDTH
-TITLE_LINE = 9
-
-
-@dataclass(frozen=True, slots=True)
-class Column:
-    """One column of both tables."""
-
-    title: str
-    # by field of Measured and Economics, and means that the paper does not have
-    values: Mapping[str, float | None]
-    n: int  # deliveries behind it
-    intervals: Mapping[str, Interval] = field(default_factory=dict)  # by the same keys
-    published: bool = False
-
-    def interval(self, key: str) -> Interval | None:
-        """Its 95 % interval: the one given, or Wilson's for a share of one's own deliveries."""
-        value = self.values[key]
-        if value is None or self.published:
-            return None
-        if key in self.intervals:
-            return self.intervals[key]
-        return wilson_interval(round(value * self.n), self.n) if key in OUTCOMES else None
-
-
-def own_column(title: str, valuation: Valuation, n: int) -> Column:
-    """The column of one's own deliveries."""
-    values = values_of(Measured(**valuation.measured), valuation.economics) | valuation.more
-    return Column(title, values, n, valuation.intervals)
-
-
-def values_of(measured: Measured, economics: Economics) -> dict[str, float | None]:
-    """What both say, by their fields."""
-    return {**asdict(measured), **economics.as_json()}
+STYLES = {"note": "dim", "heading": "bold"}
 
 
 class QuietConsole(Console):
@@ -79,18 +40,102 @@ def report_console(stream: TextIO | None = None) -> Console:
     stream = stream or sys.stdout
     if isinstance(stream, TextIOWrapper):
         stream.reconfigure(errors="replace")  # a Δ on an ASCII terminal is no reason to stop
-    return QuietConsole(
-        file=stream, width=None if stream.isatty() else PLAIN_WIDTH, highlight=False, markup=False
-    )
+    width = None
+    if not stream.isatty():
+        width = PLAIN_WIDTH
+    return QuietConsole(file=stream, width=width, highlight=False, markup=False)
 
 
-def report_table(title: str | None = None) -> Table:
+def print_blocks(blocks: Iterable[Block], console: Console) -> None:
+    """Print blocks one below the other; tables without rows are left out."""
+    for block in blocks:
+        match block:
+            case Table():
+                _print_block_table(block, console)
+            case Text():
+                _print_text(block, console)
+            case Chart():
+                console.print(f"figure: {block.path}", soft_wrap=True)
+            case Replay():
+                console.print(RichText(block.command, style="dim"), soft_wrap=True)
+
+
+def _print_text(block: Text, console: Console) -> None:
+    text = block.text
+    if block.kind == "paragraph":
+        text = textwrap.fill(text, PARAGRAPH, break_long_words=False, break_on_hyphens=False)
+    is_whole = block.kind in ("whole", "paragraph")
+    console.print(RichText(text, style=STYLES.get(block.kind, "")), soft_wrap=is_whole)
+
+
+def _print_block_table(block: Table, console: Console) -> None:
+    """Print a table whole, its notes, and an empty line."""
+    if not block.rows:
+        return
+    for part in _folded(block, console):
+        print_table(_rich_table(part), console)
+        for note in part.notes:
+            console.print(RichText(note, style="dim"), soft_wrap=True)
+        console.print()
+
+
+def _folded(block: Table, console: Console) -> list[Table]:
+    """The table, or parts of it whose columns fit beside each other."""
+    if not block.folds:
+        return [block]
+    parts: list[Table] = []
+    shown: list[int] = []
+    for place in range(block.texts, len(block.headers)):
+        wider = _of_columns(block, [*shown, place])
+        if shown and _width(_rich_table(wider), console) > console.width:
+            parts.append(_of_columns(block, shown))
+            shown = []
+        shown.append(place)
+    return [*parts, _of_columns(block, shown)]
+
+
+def _of_columns(block: Table, shown: Sequence[int]) -> Table:
+    """The columns of text and some others."""
+    places = [*range(block.texts), *shown]
+    rows = [[row[place] for place in places if place < len(row)] for row in block.rows]
+    return replace(block, headers=[block.headers[place] for place in places], rows=rows)
+
+
+def _rich_table(block: Table) -> table.Table:
+    made = report_table(block.title)
+    for place, header in enumerate(block.headers):
+        is_sentence = block.texts == len(block.headers) == place + 1
+        justify: Literal["left", "right"] = "right"
+        if place < block.texts:
+            justify = "left"
+        width = None
+        if is_sentence:
+            width = SENTENCE
+        made.add_column(
+            RichText(header),
+            no_wrap=not is_sentence,
+            max_width=width,
+            justify=justify,
+            vertical="bottom",
+        )
+    for number, row in enumerate(block.rows):
+        if row:
+            made.add_row(*map(RichText, row), style=block.styles.get(number))
+        else:
+            made.add_section()
+    return made
+
+
+def report_table(title: str | None = None) -> table.Table:
     """An empty table as all reports have them: lines above and below its head, none around it.
 
     No markup in a title.
     """
-    return Table(
-        title=None if title is None else Text(title, style="bold"),
+    heading = None
+    if title is not None:
+        heading = RichText(title, style="bold")
+    return table.Table(
+        title=heading,
         title_justify="left",
         box=box.HORIZONTALS,
         padding=(0, GAP - 1, 0, 0),  # the box's divider is the other space
@@ -99,99 +144,14 @@ def report_table(title: str | None = None) -> Table:
     )
 
 
-def print_table(table: Table, console: Console) -> None:
+def print_table(shown: table.Table, console: Console) -> None:
     """Print a table at its full width, wherever it goes: what is cut off is lost."""
     given = console.width
-    console.width = max(given, _width(table, console))
-    console.print(table)
+    console.width = max(given, _width(shown, console))
+    console.print(shown)
     console.width = given
 
 
-def _width(table: Table, console: Console) -> int:
+def _width(shown: table.Table, console: Console) -> int:
     """Of a table that nothing is cut off from [characters]."""
-    return Measurement.get(console, console.options.update(max_width=WIDEST), table).maximum
-
-
-def render_tables(columns: Sequence[Column], console: Console) -> None:
-    """Print both tables and what is to be known about their entries."""
-    for layout in LAYOUTS:
-        render_table(layout, columns, console)
-    print_notes(table_notes(columns), console)
-
-
-def render_table(layout: Layout, columns: Sequence[Column], console: Console) -> None:
-    """Print one table.
-
-    Columns that do not fit beside each other continue in a further one below.
-    """
-    shown: list[Column] = []
-    for column in columns:
-        if shown and _width(_table(layout, [*shown, column]), console) > console.width:
-            console.print(_table(layout, shown))
-            console.print()
-            shown = []
-        shown.append(column)
-    console.print(_table(layout, shown))
-    console.print()
-
-
-def _broken(title: str) -> list[str]:
-    """A title in lines of at most :data:`TITLE_LINE` characters where its words allow it."""
-    return textwrap.wrap(
-        " ".join(title.split()), TITLE_LINE, break_long_words=False, break_on_hyphens=False
-    )
-
-
-def number_text(value: float | None, row: Row) -> str:
-    """A value with its row's decimals."""
-    if value is None:
-        return row.absent
-    return f"{value:z,.{row.decimals}f}"
-
-
-def span_text(interval: Interval | None, row: Row) -> str:
-    """An interval as text; empty where there is none."""
-    if interval is None or interval.low is None or interval.high is None:
-        return ""
-    return f"[{number_text(interval.low, row)}, {number_text(interval.high, row)}]"
-
-
-def _table(layout: Layout, columns: Sequence[Column]) -> Table:
-    """Values stand below each other, and so do their intervals."""
-    table = report_table(layout.title)
-    table.add_column("Metric", no_wrap=True, vertical="bottom")
-    rows = [row for section in layout.sections for row in section.all_rows]
-    cells = []
-    for column in columns:
-        spans = {row.key: span_text(column.interval(row.key), row) for row in rows}
-        width = max(map(len, spans.values()))
-        own = {
-            row.key: f"{number_text(column.values[row.key], row)} {spans[row.key]:>{width}}"
-            for row in rows
-        }
-        cells.append(own if width else {key: text.rstrip() for key, text in own.items()})
-        title = [*_broken(column.title), *(["paper"] if column.published else []), f"n={column.n}"]
-        table.add_column(Text("\n".join(title)), justify="right", no_wrap=True, vertical="bottom")
-    for section in layout.sections:
-        table.add_row(Text(section.title, style="italic"))
-        for row in section.all_rows:
-            style = "bold" if row.bold else ""
-            table.add_row(INDENT + row.label, *(Text(own[row.key]) for own in cells), style=style)
-        table.add_section()
-    return table
-
-
-def table_notes(columns: Sequence[Column]) -> list[str]:
-    """Footnotes, only those that the tables give cause for."""
-    causes = {
-        "break_even": any(column.values["break_even_runs"] is None for column in columns),
-        "contact": any(
-            column.values[f"{kind}_contacts"] is None
-            for column in columns
-            for kind in PRICED_PROPERTY
-        ),
-        "not_modelled": any(column.values["spoiled"] is None for column in columns),
-        "interval": any(column.interval(key) for column in columns for key in OUTCOMES),
-        "paper": any(column.published for column in columns),
-    }
-    return [TEXTS.table_notes[name] for name, is_there in causes.items() if is_there]
+    return Measurement.get(console, console.options.update(max_width=WIDEST), shown).maximum

@@ -4,13 +4,9 @@ All of ``texts.toml``.
 """
 
 import tomllib
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
-
-from rich.console import Console
-from rich.text import Text
 
 from navstack.params.strict import from_mapping
 
@@ -51,9 +47,3 @@ OUTCOMES = TEXTS.outcomes
 def notes(name: str, **values: str) -> list[str]:
     """The notes of a result; ``values``: what they have in braces."""
     return [note.format(**values) for note in TEXTS.notes[name]]
-
-
-def print_notes(lines: Iterable[str], console: Console) -> None:
-    """Print notes as all results have them."""
-    for line in lines:
-        console.print(Text(line, style="dim"))

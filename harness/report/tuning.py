@@ -1,17 +1,12 @@
-"""The report of ``navbench tune``.
-
-Printed, and as ``report.md`` with figures in the study's folder.
-"""
+"""The report of ``navbench tune``: on a console, and as ``report.md`` in the study's folder."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
-from rich.text import Text
-
 from harness.metrics.columns import Row
-from harness.report.markdown import counted
-from harness.report.sheet import markdown_lines, print_sheet
+from harness.report.blocks import Block, Chart, Text
+from harness.report.markdown import markdown_text
+from harness.report.numbers import counted
 from harness.report.texts import TEXTS
 from harness.report.tuning_figures import draw_tuning
 from harness.report.tuning_sheets import sheets, summary, trials_sheet
@@ -24,15 +19,14 @@ from navstack.params.strict import read_text
 REPORT = "report.md"
 
 
-def print_tuning(
+def tuning_blocks(
     study: StudyResult,
     scores: Row,
     explanation: Explanation,
     command: Sequence[str],
     folder: Path,
-    console: Console,
-) -> None:
-    """Print the report.
+) -> list[Block]:
+    """What the study found.
 
     Args:
         study: what was searched.
@@ -40,15 +34,13 @@ def print_tuning(
         explanation: what the study says.
         command: ``navbench run`` with the tuned file, without seed and number of deliveries.
         folder: of the study.
-        console: where to.
     """
-    for sheet in sheets(study, scores, explanation, command):
-        print_sheet(sheet, console)
-    for line in summary(study, explanation):
-        console.print(Text(line))
-    console.print(
-        f"report: {(folder / REPORT).with_suffix('.html')}, as text in {REPORT}", soft_wrap=True
-    )
+    page = (folder / REPORT).with_suffix(".html")
+    return [
+        *sheets(study, scores, explanation, command),
+        *map(Text, summary(study, explanation)),
+        Text(f"report: {page}, as text in {REPORT}", "whole"),
+    ]
 
 
 def write_tuning(
@@ -66,7 +58,7 @@ def write_tuning(
         study: what was searched.
         scores: of :func:`harness.tuning.scores.scores_document`.
         explanation: what the study says.
-        command: as in :func:`print_tuning`.
+        command: as in :func:`tuning_blocks`.
         folder: of the study.
         again: the line that drives its test again.
         lint: of the tuned file, as in ``tune.json``.
@@ -74,28 +66,31 @@ def write_tuning(
     Raises:
         InputError: it cannot be written.
     """
-    lines = [f"# {study.space.title}", ""]
-    lines += [f"{line}\n" for line in summary(study, explanation)]
-    for sheet in sheets(study, scores, explanation, command):
-        lines += markdown_lines(sheet)
-    for figure in draw_tuning(study, explanation, folder):
-        if figure.suffix == ".png":
-            caption = TEXTS.tuning_figures[figure.stem]
-            lines += [f"![{caption}]({figure.relative_to(folder)})", "", f"*{caption}*", ""]
-    lines += markdown_lines(trials_sheet(study))
-    lines += ["## What differs", "", "```diff", read_text(folder / DIFF).rstrip("\n"), "```", ""]
-    lines += ["## Lint of the tuned file", "", *(f"- {line}" for line in lint_lines(lint)), ""]
-    lines += ["## Its test, driven again", "", "```", again, "```", ""]
+    figures = [
+        Chart(figure.relative_to(folder), TEXTS.tuning_figures[figure.stem])
+        for figure in draw_tuning(study, explanation, folder)
+        if figure.suffix == ".png"
+    ]
+    blocks = [
+        *map(Text, summary(study, explanation)),
+        *sheets(study, scores, explanation, command),
+        *figures,
+        trials_sheet(study),
+        Text("What differs", "heading"),
+        Text(read_text(folder / DIFF).rstrip("\n"), "diff"),
+        Text("Lint of the tuned file", "heading"),
+        Text("\n".join(f"- {line}" for line in lint_lines(lint))),
+        Text("Its test, driven again", "heading"),
+        Text(again, "code"),
+    ]
     with writing(folder / REPORT):
-        write_text(folder / REPORT, "\n".join(lines))
+        write_text(folder / REPORT, f"# {study.space.title}\n\n{markdown_text(blocks)}")
     return folder / REPORT
 
 
 def lint_lines(lint: Row) -> list[str]:
     """What the check of the tuned file finds: how much, and what of it is new or gone."""
     counts = f"{counted(lint['errors'], 'error')}, {counted(lint['warnings'], 'warning')}"
-    return [
-        counts,
-        *(f"new: {each}" for each in lint["new"]),
-        *(f"gone: {each}" for each in lint["gone"]),
-    ]
+    new = (f"new: {each}" for each in lint["new"])
+    gone = (f"gone: {each}" for each in lint["gone"])
+    return [counts, *new, *gone]

@@ -10,18 +10,18 @@ import numpy as np
 
 from harness.economics.cost_terms import MARGIN
 from harness.report.figures import SUFFIXES, error_bars, save_figure
-from harness.report.markdown import bounds_text, number_text
+from harness.report.numbers import bounds_text, number_text
 from harness.report.texts import TEXTS
 from harness.report.tuning_sheets import value_text
 from harness.statistics.interval import Interval
-from harness.tuning.audit_findings import Evidence
+from harness.tuning.audit.findings import AuditEvidence
 from harness.tuning.explanation import Explanation
 from harness.tuning.history import Best
 from harness.tuning.importance import Importance
 from harness.tuning.objective import is_money
-from harness.tuning.paths import is_list
 from harness.tuning.result import COMPLETE, StudyResult, TrialTable, trial_table
-from harness.tuning.space import Parameter
+from harness.tuning.space.paths import is_list
+from harness.tuning.space.space import Parameter
 from harness.tuning.waterfall import Step, Waterfall
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def _history(axes: "Axes", study: StudyResult, bests: Sequence[Best]) -> None:
 
 
 def _front(axes: "Axes", study: StudyResult) -> None:
-    """Every trial that drove all training missions in the first two objectives, and those that no other beats."""
+    """Complete trials in the first two objectives, and those that no other beats."""
     known = [trial for trial in study.trials if trial.state == COMPLETE]
     for is_best, colour, title in (
         (False, FAINT, "beaten in every objective"),
@@ -184,31 +184,21 @@ def _scale(parameter: Parameter, cell: "Axes") -> None:
 
 
 def _importance(axes: "Axes", ranked: Sequence[Importance]) -> None:
-    """Bars with intervals; a tick where chance alone reaches."""
+    """Bars with intervals."""
     places = np.arange(len(ranked))
-    colours = [NEW if each.is_told_apart else FAINT for each in ranked]
     values = [each.share.value or 0.0 for each in ranked]
-    axes.barh(places, values, height=0.6, color=colours, linewidth=0)
+    axes.barh(places, values, height=0.6, color=NEW, linewidth=0)
     ends = error_bars([each.share for each in ranked])
     axes.errorbar(values, places, xerr=ends, fmt="none", ecolor=LINE, linewidth=0.8)
-    axes.plot(
-        [each.chance for each in ranked],
-        places,
-        "|",
-        color=LOSS,
-        markersize=9,
-        label="chance alone (95 %)",
-    )
     axes.set_yticks(places, [each.name for each in ranked])
     axes.invert_yaxis()
     axes.tick_params(axis="y", length=0)
     axes.set_xlim(0.0, None)
     axes.set_xlabel("share of importance (PED-ANOVA), 95 % intervals")
-    axes.figure.legend(loc="outside lower right", frameon=False, fontsize=7)
 
 
 def _slices(axes: "Axes", table: TrialTable, study: StudyResult, name: str) -> None:
-    """One small graph per parameter: objective over value, the original and the incumbent marked."""
+    """A graph per parameter: objective over value, original and incumbent marked."""
     figure, rows = axes.figure, math.ceil(len(table.parameters) / GRID_COLUMNS)
     axes.remove()
     grid = figure.subplots(rows, GRID_COLUMNS, sharey=True, squeeze=False)
@@ -239,7 +229,9 @@ def _slices(axes: "Axes", table: TrialTable, study: StudyResult, name: str) -> N
         cell.plot(x[0], table.objective[0], "s", color=LINE, markersize=4.5, label="original")
         if best is not None:
             cell.plot(x[best], table.objective[best], "*", color=LOSS, markersize=8, label="tuned")
-        unit = f" [{parameter.unit}]" if parameter.unit else ""
+        unit = ""
+        if parameter.unit:
+            unit = f" [{parameter.unit}]"
         cell.set_xlabel(f"{parameter.name}{unit}", fontsize=7)
         cell.tick_params(labelsize=6)
     _hold(table.objective.tolist(), [float(table.objective[0])], name, grid[0, 0])
@@ -261,9 +253,13 @@ def _step_label(step: Step) -> str:
     """What stands beside a step: one parameter with its values, or how many there are."""
     count = len(step.changes)
     if count > 1:
-        return f"{step.player} ({count})" if len(step.player) < LONGEST else f"{count} together"
+        if len(step.player) < LONGEST:
+            return f"{step.player} ({count})"
+        return f"{count} together"
     ((name, (before, after)),) = step.changes.items()
-    return name if is_list(before) else f"{name}\n{value_text(before)} -> {value_text(after)}"
+    if is_list(before):
+        return name
+    return f"{name}\n{value_text(before)} -> {value_text(after)}"
 
 
 def _waterfall(axes: "Axes", found: Waterfall) -> None:
@@ -307,16 +303,18 @@ def _waterfall(axes: "Axes", found: Waterfall) -> None:
     if high - low < LEAST_RANGE:
         axes.set_xlim(0.5 * (low + high - LEAST_RANGE), 0.5 * (low + high + LEAST_RANGE))
     axes.set_xlabel(f"contribution margin [USD/run]; total {_difference(found.total)}")
-    title = f"n = {found.missions} {'unseen test' if found.unseen else 'training'} missions; whiskers: 95 % intervals"
+    title = f"n = {found.missions} {found.kind} missions; whiskers: 95 % intervals"
     axes.set_title(title, loc="left", fontsize=8)
 
 
-def _components(axes: "Axes", shown: Sequence[Evidence]) -> None:
+def _components(axes: "Axes", shown: Sequence[AuditEvidence]) -> None:
     """Two bars per component; the difference with its interval stands to the right."""
     places = np.arange(len(shown), dtype=np.float64)
     sides = (("original", OLD, -0.19), ("incumbent", NEW, 0.19))
     for key, colour, shift in sides:
-        label = "original file" if key == "original" else "tuned file"
+        label = "tuned file"
+        if key == "original":
+            label = "original file"
         axes.barh(
             places + shift,
             [getattr(each, key) for each in shown],
@@ -345,15 +343,19 @@ def _difference(interval: Interval) -> str:
     return f"{number_text(interval.value, is_signed=True)} {bounds_text(interval)}".rstrip()
 
 
-def _is_shown(component: Evidence) -> bool:
+def _is_shown(component: AuditEvidence) -> bool:
     return max(abs(component.original or 0.0), abs(component.incumbent)) >= LEAST_SHOWN
 
 
 def _end(interval: Interval, key: str) -> float:
     """A bound; the value where there is none."""
     number = getattr(interval, key)
-    return float(interval.value or 0.0) if number is None else float(number)
+    if number is None:
+        return float(interval.value or 0.0)
+    return float(number)
 
 
 def _objective(name: str) -> str:
-    return f"{name} [USD/run]" if is_money(name) else name
+    if is_money(name):
+        return f"{name} [USD/run]"
+    return name

@@ -1,4 +1,4 @@
-"""The report of a tuning study as tables of text, which a terminal and a Markdown page show alike."""
+"""What a tuning study found: its tables and its summary."""
 
 import math
 from collections.abc import Sequence
@@ -7,17 +7,17 @@ from harness.economics.accountings import ACCOUNTINGS
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import CENT
 from harness.metrics.columns import Row
-from harness.report.markdown import bounds_text, interval_text, number_text, p_text
-from harness.report.sheet import Sheet, declared
+from harness.report.blocks import Block, Replay, Table, declared
+from harness.report.numbers import bounds_text, interval_text, number_text, p_text
 from harness.report.texts import notes
 from harness.statistics.interval import Interval
-from harness.tuning.audit_findings import Evidence
+from harness.tuning.audit.findings import AuditEvidence
 from harness.tuning.explanation import Explanation
 from harness.tuning.importance import Importance
+from harness.tuning.mission_differences import MissionDifference, sentence
 from harness.tuning.objective import score_text
-from harness.tuning.partings import Parting, sentence
-from harness.tuning.paths import is_list
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
+from harness.tuning.space.paths import is_list
 from harness.tuning.waterfall import Step
 
 LONG = 1_000_000  # from here on whole numbers are told by their power of ten
@@ -25,7 +25,7 @@ LONG = 1_000_000  # from here on whole numbers are told by their power of ten
 
 def sheets(
     study: StudyResult, scores: Row, explanation: Explanation, command: Sequence[str]
-) -> list[Sheet]:
+) -> list[Block]:
     """Every table that has rows.
 
     Args:
@@ -34,28 +34,27 @@ def sheets(
         explanation: what it says.
         command: ``navbench run`` with the tuned file, without seed and number of deliveries.
     """
-    found = [
+    return [
         _scores(scores, explanation),
         _finals(study),
         _front(study),
         _bests(explanation),
         _changes(study, explanation.importances),
         _waterfall(explanation),
-        _set_back(explanation),
         _components(explanation),
         _accountings(explanation),
-        _interactions(explanation),
         _checks(explanation),
-        _partings(explanation.partings, command),
+        _partings(explanation.partings),
+        *(Replay(each.replay(command)) for each in explanation.partings),
     ]
-    return [sheet for sheet in found if sheet.rows]
 
 
 def summary(study: StudyResult, explanation: Explanation) -> list[str]:
     """What the study found, in sentences: the proof first, then whether to trust it."""
     states = [trial.state for trial in study.trials[1:]]
     lines = [
-        f"{len(states)} trials: {states.count(COMPLETE)} on all {len(study.train_missions)} training missions, "
+        f"{len(states)} trials: {states.count(COMPLETE)} on all {len(study.train_missions)} "
+        "training missions, "
         f"{states.count(PRUNED)} dropped on the way, {states.count(FAILED)} failed."
     ]
     if not study.incumbent.values:
@@ -71,18 +70,17 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
     if flagged:
         names = ", ".join(check.gap.title for check in flagged)
         lines.append(
-            f"THE AUDITOR FLAGS THIS OPTIMUM: {names}. Read its evidence below before using the file."
+            f"THE AUDITOR FLAGS THIS OPTIMUM: {names}. Read its evidence below before using the "
+            "file."
         )
     else:
         examined, every = (
             sum(check.is_examined for check in explanation.audit.checks),
             len(explanation.audit.checks),
         )
-        found = (
-            f"flags nothing ({examined} of {every} checks examined)"
-            if examined
-            else "could examine nothing"
-        )
+        found = "could examine nothing"
+        if examined:
+            found = f"flags nothing ({examined} of {every} checks examined)"
         looks = "; ".join(check.look for check in explanation.audit.checks if check.look)
         lines.append(
             f"The auditor {found}."
@@ -95,12 +93,11 @@ def _proof(explanation: Explanation) -> str:
     margin = explanation.components.get(MARGIN)
     if margin is None:
         return "The margin is undefined, because the cargo was not simulated."
-    where = (
-        "unseen test missions"
-        if explanation.audit.unseen
-        else "training missions that chose it (no evidence)"
-    )
-    text = f"margin {margin.original:.2f} -> {margin.incumbent:.2f} USD/run on {explanation.audit.missions} {where}: "
+    where = "training missions that chose it (no evidence)"
+    if explanation.audit.unseen:
+        where = "unseen test missions"
+    means = f"{margin.original:.2f} -> {margin.incumbent:.2f} USD/run"
+    text = f"margin {means} on {explanation.audit.missions} {where}: "
     beside = ""
     if explanation.unseen is not None:
         beside = (
@@ -113,15 +110,15 @@ def _proof(explanation: Explanation) -> str:
 def _advice(study: StudyResult, explanation: Explanation) -> list[str]:
     """What to do with a file that earns less than the original."""
     margin = explanation.components.get(MARGIN)
-    most = margin.difference.high if margin is not None and explanation.audit.unseen else None
+    most = None
+    if margin is not None and explanation.audit.unseen:
+        most = margin.difference.high
     if most is None or most >= 0.0:
         return []
     chosen = study.objectives[0]
-    why = (
-        ""
-        if chosen == "margin"
-        else f": what raises {chosen} does not raise it here; search with --objective margin"
-    )
+    why = ""
+    if chosen != "margin":
+        why = f": what raises {chosen} does not raise it here; search with --objective margin"
     return [f"KEEP THE ORIGINAL FILE, which has the higher margin{why}."]
 
 
@@ -136,11 +133,9 @@ def _room(explanation: Explanation) -> list[str]:
 def _verdict(difference: Interval, unseen: Interval | None) -> str:
     if difference.low is None or difference.high is None:
         is_alike = difference.value is not None and abs(difference.value) < CENT
-        return (
-            "alike to a cent on every mission"
-            if is_alike
-            else "one mission, which says nothing about others"
-        )
+        if is_alike:
+            return "alike to a cent on every mission"
+        return "one mission, which says nothing about others"
     if difference.low <= 0.0 <= difference.high:
         return "not significant"
     is_sure = (
@@ -150,18 +145,24 @@ def _verdict(difference: Interval, unseen: Interval | None) -> str:
         or unseen.low > 0.0
         or unseen.high < 0.0
     )
-    found = "an improvement" if difference.low > 0.0 else "a loss"
-    return found if is_sure else f"{found} in these deliveries, which one more could undo"
+    found = "a loss"
+    if difference.low > 0.0:
+        found = "an improvement"
+    if is_sure:
+        return found
+    return f"{found} in these deliveries, which one more could undo"
 
 
-def _scores(scores: Row, explanation: Explanation) -> Sheet:
+def _scores(scores: Row, explanation: Explanation) -> Table:
     """Every objective, the margin and the SLA, on training missions and on unseen ones."""
     rows, missed = [], []
     for part, title in (("train", "training"), ("test", "unseen test")):
         for name, score in (scores[part] or {}).items():
             difference = Interval(**score["difference"])
             means = value_text(float(score["original"])), value_text(float(score["incumbent"]))
-            needed = "--" if score["pairs_needed"] is None else f"{score['pairs_needed']:,d}"
+            needed = "--"
+            if score["pairs_needed"] is not None:
+                needed = f"{score['pairs_needed']:,d}"
             cells = (
                 str(difference.n),
                 *means,
@@ -193,14 +194,12 @@ def _missed(name: str, missions: str, shortfall: Sequence[float]) -> list[str]:
     """Who misses an objective's side condition, and by how much."""
     sides = zip(("original", "tuned"), shortfall, strict=True)
     said = " and ".join(f"the {side} file by {share:.3f}" for side, share in sides if share > 0.0)
-    return (
-        [f"{name} is missed on {missions} missions: {said}; only the margin is shown."]
-        if said
-        else []
-    )
+    if said:
+        return [f"{name} is missed on {missions} missions: {said}; only the margin is shown."]
+    return []
 
 
-def trials_sheet(study: StudyResult) -> Sheet:
+def trials_sheet(study: StudyResult) -> Table:
     """Every trial: how far it drove, what the search was told of it, and its values."""
     names = [each.name for each in study.space.parameters]
     rows = [
@@ -216,7 +215,7 @@ def trials_sheet(study: StudyResult) -> Sheet:
     return declared("tuning_trials", rows, columns=names, objective=study.objectives[0])
 
 
-def _finals(study: StudyResult) -> Sheet:
+def _finals(study: StudyResult) -> Table:
     """Who met in the final choice."""
     trials = {trial.number: trial for trial in study.trials}
     rows = [
@@ -231,7 +230,7 @@ def _finals(study: StudyResult) -> Sheet:
     return declared("tuning_finals", rows, objective=study.objectives[0])
 
 
-def _front(study: StudyResult) -> Sheet:
+def _front(study: StudyResult) -> Table:
     """What a Pareto study has to offer."""
     rows = [
         (
@@ -244,7 +243,7 @@ def _front(study: StudyResult) -> Sheet:
     return declared("tuning_front", rows, columns=study.objectives)
 
 
-def _bests(explanation: Explanation) -> Sheet:
+def _bests(explanation: Explanation) -> Table:
     """How the best so far changed, under every accounting."""
     names = [
         name for name in ACCOUNTINGS if all(name in best.margins for best in explanation.history)
@@ -260,7 +259,7 @@ def _bests(explanation: Explanation) -> Sheet:
     return declared("tuning_bests", rows, columns=[name.replace("_", " ") for name in names])
 
 
-def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Sheet:
+def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Table:
     shares = {each.name: each for each in ranked}
     order = {each.name: place for place, each in enumerate(ranked)}
     rows = []
@@ -271,8 +270,9 @@ def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Sheet:
         )
         found = shares.get(each.name)
         importance = interval_text(None if found is None else found.share)
-        importance += "" if found is None or found.is_told_apart else " (chance)"
-        value = "unchanged" if new is None else value_text(new)
+        value = "unchanged"
+        if new is not None:
+            value = value_text(new)
         allowed = " | ".join(map(value_text, each.choices)) or f"{each.low:g} .. {each.high:g}"
         if is_list(each.original):
             allowed = f"{len(each.choices)} lists"
@@ -290,16 +290,15 @@ def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Sheet:
     return declared("tuning_changes", rows)
 
 
-def _waterfall(explanation: Explanation) -> Sheet:
+def _waterfall(explanation: Explanation) -> Table:
     found = explanation.waterfall
     if found is None:
-        return Sheet("", (), ())
+        return Table("", (), ())
     rows = [("original file", f"{found.original:.2f}", "")]
     rows += [_step(step) for step in found.steps]
     rows.append(("tuned file", f"{found.incumbent:.2f}", f"total {interval_text(found.total)}"))
-    kind = "unseen test" if found.unseen else "training"
     return declared(
-        "tuning_waterfall", rows, missions=found.missions, kind=kind, episodes=found.episodes
+        "tuning_waterfall", rows, missions=found.missions, kind=found.kind, episodes=found.episodes
     )
 
 
@@ -309,11 +308,7 @@ def _step(step: Step) -> tuple[str, str, str]:
     return step_title(step), number_text(gain.value, is_signed=True), bounds_text(gain)
 
 
-def _set_back(explanation: Explanation) -> Sheet:
-    return declared("tuning_set_back", [_step(step) for step in explanation.set_back])
-
-
-def _components(explanation: Explanation) -> Sheet:
+def _components(explanation: Explanation) -> Table:
     rows = [
         (each.what, *_both(each, 5 if key == "electricity" else 2))
         for key, each in explanation.components.items()
@@ -321,28 +316,20 @@ def _components(explanation: Explanation) -> Sheet:
     return declared("tuning_components", rows)
 
 
-def _both(found: Evidence, digits: int = 2) -> tuple[str, ...]:
+def _both(found: AuditEvidence, digits: int = 2) -> tuple[str, ...]:
     """Money of original and incumbent, and their difference."""
     means = (number_text(number or 0.0, digits) for number in (found.original, found.incumbent))
     return (*means, interval_text(found.difference, digits), _p(found.p or 0.0, found.difference))
 
 
-def _accountings(explanation: Explanation) -> Sheet:
+def _accountings(explanation: Explanation) -> Table:
     rows = tuple(
         (name.replace("_", " "), *_both(each)) for name, each in explanation.audit.scores.items()
     )
     return declared("tuning_accountings", rows)
 
 
-def _interactions(explanation: Explanation) -> Sheet:
-    rows = [
-        (" x ".join(each.names), f"{100.0 * each.variance_share:.1f} %", p_text(each.p_holm))
-        for each in explanation.interactions
-    ]
-    return declared("tuning_interactions", rows)
-
-
-def _checks(explanation: Explanation) -> Sheet:
+def _checks(explanation: Explanation) -> Table:
     rows = [
         (check.gap.title, check.state.upper() if check.is_flagged else check.state, check.says)
         for check in explanation.audit.checks
@@ -354,7 +341,7 @@ def _checks(explanation: Explanation) -> Sheet:
     return declared("tuning_checks", rows, *notes)
 
 
-def _partings(partings: Sequence[Parting], command: Sequence[str]) -> Sheet:
+def _partings(partings: Sequence[MissionDifference]) -> Table:
     rows = [
         (
             f"seed {each.seed}, delivery {each.episode}",
@@ -363,29 +350,27 @@ def _partings(partings: Sequence[Parting], command: Sequence[str]) -> Sheet:
         )
         for each in partings
     ]
-    return declared("tuning_partings", rows, *(each.replay(command) for each in partings))
+    return declared("tuning_partings", rows)
 
 
 def _p(p: float, difference: Interval) -> str:
     """The p value of a difference; none where no pairs are apart."""
-    return "--" if difference.low is None else p_text(p)
+    if difference.low is None:
+        return "--"
+    return p_text(p)
 
 
 def step_title(step: Step) -> str:
     """A step's parameters with their old and new values; a group by its names alone."""
     names = ", ".join(step.changes)
     if len(step.changes) > 1:
-        return (
-            f"{step.player} ({names})"
-            if step.player not in (names, " + ".join(step.changes))
-            else step.player
-        )
+        if step.player not in (names, " + ".join(step.changes)):
+            return f"{step.player} ({names})"
+        return step.player
     ((before, after),) = step.changes.values()
-    return (
-        step.player
-        if is_list(before)
-        else f"{step.player} {value_text(before)} -> {value_text(after)}"
-    )
+    if is_list(before):
+        return step.player
+    return f"{step.player} {value_text(before)} -> {value_text(after)}"
 
 
 def value_text(value: object) -> str:
@@ -393,4 +378,6 @@ def value_text(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.4g}"
     is_long = isinstance(value, int) and abs(value) >= LONG
-    return f"{value:.4g}".replace("e+0", "e") if is_long else str(value)
+    if is_long:
+        return f"{value:.4g}".replace("e+0", "e")
+    return str(value)

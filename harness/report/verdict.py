@@ -9,7 +9,7 @@ from harness.analysis.compare import Side, compare, have_common_missions
 from harness.analysis.rare import margin_with_unseen
 from harness.economics.cost_terms import MARGIN
 from harness.report.comparison import SURE
-from harness.report.markdown import bounds_text, interval_text, p_text
+from harness.report.numbers import bounds_text, interval_text, p_text
 from harness.statistics.interval import Interval
 from harness.statistics.paired import holm
 
@@ -41,11 +41,14 @@ def rankings(parties: Sequence[Party]) -> list[str]:
     lines = []
     adjusted = holm([pair.p for pair in pairs])
     for (name, _), each, pair, p in zip(others, found, pairs, adjusted, strict=True):
-        span = f"{interval_text(pair.difference, 2)} USD a delivery over {pair.difference.n} missions, p {p_text(p)}"
+        n = pair.difference.n
+        span = f"{interval_text(pair.difference)} USD a delivery over {n} missions, p {p_text(p)}"
         if p < SURE:
             lines.append(f"{known[0][0]} earns more than {name}: {span}{_doubt(each.unseen)}")
         else:
-            needed = f"; about {pair.needed:,d} would" if pair.needed else ""
+            needed = ""
+            if pair.needed:
+                needed = f"; about {pair.needed:,d} would"
             lines.append(f"These deliveries cannot rank {known[0][0]} and {name}: {span}{needed}")
     return lines
 
@@ -67,11 +70,9 @@ def _earning(margin: Interval, unseen: Interval | None) -> str:
     surely_loses = margin.high < 0.0 and (
         unseen is None or unseen.high is None or unseen.high < 0.0
     )
-    return (
-        f"{text}: it loses money"
-        if surely_loses
-        else f"{text}: these deliveries do not tell whether it earns"
-    )
+    if surely_loses:
+        return f"{text}: it loses money"
+    return f"{text}: these deliveries do not tell whether it earns"
 
 
 def _doubt(unseen: Interval | None) -> str:

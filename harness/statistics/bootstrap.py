@@ -1,7 +1,7 @@
-"""The percentile bootstrap over missions, for means and for the mean of the worst (Efron and Tibshirani 1993, 13.3).
+"""The percentile bootstrap over missions (Efron and Tibshirani 1993, 13.3).
 
-Deliveries of one mission are alike, so missions are drawn, not deliveries: the cluster bootstrap (Field and Welsh
-2007). Where each mission occurs once, it is the plain bootstrap.
+Deliveries of one mission are alike, so missions are drawn, not deliveries: the cluster bootstrap
+(Field and Welsh 2007). Where each mission occurs once, it is the plain bootstrap.
 """
 
 import functools
@@ -71,7 +71,7 @@ def bootstrap_mean(
 
 
 def percentile_interval(value: float, resampled: FloatArray, n: int) -> Interval:
-    """The 95 % interval between percentiles of ``resampled`` (draws,), NaN where it is undefined."""
+    """The 95 % interval between percentiles of ``resampled`` (draws,), NaN where undefined."""
     low, high = np.quantile(resampled[~np.isnan(resampled)], (TAIL, 1.0 - TAIL))
     return Interval(value, float(low), float(high), n)
 
@@ -95,7 +95,7 @@ def resampled_means(
     Returns:
         Shape (draws, k); means over what is defined, NaN where a resample has nothing of the kind.
     """
-    numbers = np.arange(len(values)) if clusters is None else clusters
+    numbers = cluster_numbers(clusters, len(values))
     defined = ~np.isnan(values)
     number = int(numbers.max()) + 1
     sums, sizes = np.zeros((number, values.shape[1])), np.zeros((number, values.shape[1]))
@@ -151,10 +151,11 @@ def bootstrap_quantile(
     draws: int = DRAWS,
     clusters: IntArray | None = None,
 ) -> Interval:
-    """The smallest value that at least the share ``level`` of the values does not exceed, with its bootstrap interval.
+    """A quantile with its bootstrap interval.
 
-    That is the inverse of the empirical distribution function (Hyndman and Fan 1996, definition 1). Where fewer than
-    five values are on either side there is no interval. Other arguments and errors as in :func:`bootstrap_mean`.
+    That is the inverse of the empirical distribution function (Hyndman and Fan 1996, definition 1).
+    Where fewer than five values are on either side there is no interval. Other arguments and errors
+    as in :func:`bootstrap_mean`.
     """
     sample, numbers = _checked(values, clusters)
     order = np.argsort(sample, kind="stable")
@@ -169,7 +170,7 @@ def _of_order(
     rng: np.random.Generator,
     draws: int,
 ) -> Interval:
-    """A statistic of weights (b, n) of ordered values with its interval, if ``share`` of the values are enough for it.
+    """A statistic of weights (b, n) of ordered values, with its interval.
 
     ``numbers`` are the clusters of the values, in their order.
     """
@@ -186,14 +187,14 @@ def _of_order(
 
 
 def _quantiles(weights: FloatArray, rising: FloatArray, level: float) -> FloatArray:
-    """Where the weight (b, n) of values (n,) in rising order first reaches its share ``level``, shape (b,)."""
+    """Where the weight (b, n) of rising values (n,) first reaches its share ``level``, (b,)."""
     reached = np.cumsum(weights, axis=1)
     quantiles: FloatArray = rising[(reached >= level * reached[:, -1:] - 1e-9).argmax(axis=1)]
     return quantiles
 
 
 def _tail_means(weights: FloatArray, falling: FloatArray, share: float) -> FloatArray:
-    """Means over the first ``share`` of the weight (b, n) of values (n,) in falling order, shape (b,)."""
+    """Means over the first ``share`` of the weight (b, n) of falling values (n,), shape (b,)."""
     reached = np.cumsum(weights, axis=1)
     tail = share * reached[:, -1:]
     inside = np.diff(np.minimum(reached, tail), axis=1, prepend=0.0)
@@ -271,11 +272,18 @@ def _drawn(
     return drawn, bits.state
 
 
+def cluster_numbers(clusters: IntArray | None, size: int) -> IntArray:
+    """The number of each value's cluster, shape (size,); None: each value is its own."""
+    if clusters is None:
+        return np.arange(size)
+    return clusters
+
+
 def _checked(values: npt.ArrayLike, clusters: IntArray | None) -> tuple[FloatArray, IntArray]:
     sample = np.asarray(values, dtype=np.float64)
     if sample.ndim != 1 or not np.isfinite(sample).all():
         raise ValueError(f"bootstrap needs a list of finite numbers; got shape {sample.shape}")
-    numbers = np.arange(sample.size) if clusters is None else clusters
+    numbers = cluster_numbers(clusters, sample.size)
     if numbers.shape != sample.shape:
         raise ValueError(f"{numbers.size} clusters for {sample.size} values; each value needs one")
     return sample, numbers

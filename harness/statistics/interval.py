@@ -21,11 +21,9 @@ class Interval:
     def __str__(self) -> str:
         if self.value is None:
             return f"undefined (n = {self.n})"
-        bounds = (
-            f" [{self.low:.4g}, {self.high:.4g}]"
-            if self.low is not None and self.high is not None
-            else ""
-        )
+        bounds = ""
+        if self.low is not None and self.high is not None:
+            bounds = f" [{self.low:.4g}, {self.high:.4g}]"
         return f"{self.value:.4g}{bounds} (n = {self.n})"
 
     def as_json(self) -> dict[str, float | int | None]:
@@ -49,6 +47,10 @@ def wilson_interval(successes: int, n: int) -> Interval:
     share = successes / n
     middle = (share + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n)
     half = Z / (1.0 + Z * Z / n) * math.sqrt(share * (1.0 - share) / n + Z * Z / (4.0 * n * n))
-    low = 0.0 if successes == 0 else middle - half
-    high = 1.0 if successes == n else middle + half
+    low = 0.0
+    if successes != 0:
+        low = middle - half
+    high = 1.0
+    if successes != n:
+        high = middle + half
     return Interval(share, low, high, n)

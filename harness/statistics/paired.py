@@ -10,7 +10,13 @@ from statistics import NormalDist
 
 import numpy as np
 
-from harness.statistics.bootstrap import DRAWS, IntArray, bootstrap_mean, kept_draw
+from harness.statistics.bootstrap import (
+    DRAWS,
+    IntArray,
+    bootstrap_mean,
+    cluster_numbers,
+    kept_draw,
+)
 from harness.statistics.interval import Interval, Z
 from navstack.types import FloatArray
 
@@ -60,9 +66,11 @@ def compare_pairs(
     """
     differences = second - first
     interval = Interval(float(differences.mean()), None, None, differences.size)
-    vary = bool(np.ptp(differences) > resolution)
-    if vary:
+    needed = detectable = None
+    if np.ptp(differences) > resolution:
         interval = bootstrap_mean(differences, rng, clusters=clusters)
+        needed = pairs_needed(differences, clusters)
+        detectable = smallest_detectable(differences, clusters)
     stand_alone = len(np.unique(clusters)) == clusters.size
     if is_share and stand_alone:
         p = mcnemar_p(int((differences < 0.0).sum()), int((differences > 0.0).sum()))
@@ -71,8 +79,8 @@ def compare_pairs(
     return PairedDifference(
         difference=interval,
         p=p,
-        needed=pairs_needed(differences, clusters) if vary else None,
-        detectable=smallest_detectable(differences, clusters) if vary else None,
+        needed=needed,
+        detectable=detectable,
         differs=bool(differences.any()),
     )
 
@@ -88,7 +96,7 @@ def sign_flip_p(
     all together. Up to twelve missions every pattern of signs is tried; above, random ones, the
     observed one counted in (Phipson and Smyth 2010), so that p is never below 1 / 10 001.
     """
-    numbers = np.arange(differences.size) if clusters is None else clusters
+    numbers = cluster_numbers(clusters, differences.size)
     sums = np.zeros(int(numbers.max()) + 1)
     np.add.at(sums, numbers, differences)
     least = abs(sums.sum()) - 1e-12 * np.abs(sums).sum()  # equal sums differ by rounding
@@ -123,10 +131,11 @@ def mcnemar_p(only_first: int, only_second: int) -> float:
 
 
 def pairs_needed(differences: FloatArray, clusters: IntArray | None = None) -> int | None:
-    """Pairs that resolve a mean difference as observed with a power of 0.8, by the normal approximation.
+    """Pairs that resolve the observed difference with a power of 0.8 (normal approximation).
 
-    That is (z_confidence + z_power)^2 * variance / mean^2 (e.g. Chow et al. 2008, section 3.1), the variance that of
-    clusters where missions repeat. For one comparison alone, without correction for a family.
+    That is (z_confidence + z_power)^2 * variance / mean^2 (e.g. Chow et al. 2008, section 3.1), the
+    variance that of clusters where missions repeat. For one comparison alone, without correction
+    for a family.
     """
     mean, variance = float(differences.mean()), _pair_variance(differences, clusters)
     if variance is None or mean == 0.0:
@@ -135,18 +144,21 @@ def pairs_needed(differences: FloatArray, clusters: IntArray | None = None) -> i
 
 
 def smallest_detectable(differences: FloatArray, clusters: IntArray | None = None) -> float | None:
-    """The smallest true mean difference that as many pairs, as variable as these, find with a power of 0.8.
+    """The smallest true difference that as many such pairs find with a power of 0.8.
 
-    That is (z_confidence + z_power) * sqrt(variance / n), :func:`pairs_needed` solved for the difference (e.g. Bloom
-    1995, Evaluation Review 19(5), "minimum detectable effects"). None where the pairs tell nothing of their variance.
+    That is (z_confidence + z_power) * sqrt(variance / n), :func:`pairs_needed` solved for the
+    difference (e.g. Bloom 1995, Evaluation Review 19(5), "minimum detectable effects"). None where
+    the pairs tell nothing of their variance.
     """
     variance = _pair_variance(differences, clusters)
-    return math.sqrt(variance / differences.size) * Z_OF_TEST if variance else None
+    if variance:
+        return math.sqrt(variance / differences.size) * Z_OF_TEST
+    return None
 
 
 def _pair_variance(differences: FloatArray, clusters: IntArray | None) -> float | None:
     """Variance of one pair's worth of information; None where there is one mission only."""
-    numbers = np.arange(differences.size) if clusters is None else clusters
+    numbers = cluster_numbers(clusters, differences.size)
     missions = int(numbers.max()) + 1
     if missions < 2:
         return None
@@ -156,7 +168,7 @@ def _pair_variance(differences: FloatArray, clusters: IntArray | None) -> float 
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """P values adjusted for their family by Holm's step-down method (Holm 1979), in the order given."""
+    """P values adjusted by Holm's step-down method (Holm 1979), in the order given."""
     adjusted = [0.0] * len(p_values)
     largest = 0.0
     for rank, i in enumerate(sorted(range(len(p_values)), key=lambda i: p_values[i])):
@@ -168,11 +180,12 @@ def holm(p_values: Sequence[float]) -> list[float]:
 def paired_slope(
     levels: FloatArray, values: FloatArray, clusters: IntArray, rng: np.random.Generator
 ) -> Interval:
-    """Slope of the least-squares line through values over levels, every mission with an intercept of its own.
+    """Slope of values over levels by least squares, with an intercept for each mission.
 
-    This is the fixed-effects ("within") estimator (e.g. Wooldridge 2010, Econometric Analysis of Cross Section and
-    Panel Data, section 10.5). Where each mission meets every level it is the mean of the missions' own slopes, and
-    these are resampled, whole missions at a time: the pairs cluster bootstrap (Cameron, Gelbach and Miller 2008).
+    This is the fixed-effects ("within") estimator (e.g. Wooldridge 2010, Econometric Analysis of
+    Cross Section and Panel Data, section 10.5). Where each mission meets every level it is the mean
+    of the missions' own slopes, and these are resampled, whole missions at a time: the pairs
+    cluster bootstrap (Cameron, Gelbach and Miller 2008).
 
     Args:
         levels: shape (k,), at least two different ones.

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.statistics.bootstrap import DRAWS, TAIL, IntArray, blocks, number_clusters
+from harness.statistics.bootstrap import DRAWS, TAIL, IntArray, blocks, cluster_numbers
 from harness.statistics.interval import Interval
 from navstack.types import FloatArray
 
@@ -55,7 +55,7 @@ def admit_unseen(
     """
     if values.ndim != 1 or not values.size or not np.isfinite(values).all():
         raise ValueError(f"an interval needs a list of finite numbers; got shape {values.shape}")
-    numbers = number_clusters(range(values.size)) if clusters is None else clusters
+    numbers = cluster_numbers(clusters, values.size)
     sums, sizes = np.bincount(numbers, weights=values), np.bincount(numbers).astype(np.float64)
     low, high = [], []
     for block in blocks(sums.size, draws):
@@ -68,14 +68,16 @@ def admit_unseen(
         low.append(
             (seen + unseen * (reference - _sizes(reference - values, below, places))) / total
         )
-        farther = _sizes(values - reference, above, places) if above else 0.0
+        farther = np.zeros(block)
+        if above:
+            farther = _sizes(values - reference, above, places)
         high.append((seen + unseen * (reference + farther)) / total)
     bounds = np.quantile(np.concatenate(low), TAIL), np.quantile(np.concatenate(high), 1.0 - TAIL)
     return Interval(float(values.mean()), float(bounds[0]), float(bounds[1]), values.size)
 
 
 def _sizes(distances: FloatArray, reach: Reach, places: FloatArray) -> FloatArray:
-    """How far off the unseen value is (b,), for places (b,) of 0 to 1 between the farthest seen and possible."""
+    """How far off the unseen value is (b,), at places (b,) between seen and possible."""
     seen = max(float(distances.max()), reach.least)
     sizes: FloatArray = seen * (max(reach.most, seen) / seen) ** places
     return sizes

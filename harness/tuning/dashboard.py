@@ -44,13 +44,12 @@ def write_dashboard(result: StudyResult, folder: Path) -> Path:
 
 def _as_optuna(trial: Trial, result: StudyResult) -> FrozenTrial:
     is_complete = trial.state == COMPLETE
-    state = (
-        TrialState.COMPLETE
-        if is_complete
-        else TrialState.FAIL
-        if trial.state == FAILED
-        else TrialState.PRUNED
-    )
+    if is_complete:
+        state = TrialState.COMPLETE
+    elif trial.state == FAILED:
+        state = TrialState.FAIL
+    else:
+        state = TrialState.PRUNED
     told = [float(value) for value in trial.told or ()]
     return create_trial(
         state=state,

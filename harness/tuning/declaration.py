@@ -19,7 +19,7 @@ _DURATION = re.compile(r"(?:(\d+(?:\.\d+)?)h)?(?:(\d+(?:\.\d+)?)m)?(?:(\d+(?:\.\
 
 
 @dataclass(frozen=True, slots=True)
-class Declaration:
+class StudyDeclaration:
     """A study but for what ``run.json`` says."""
 
     stack: str  # as the user gave it
@@ -76,12 +76,15 @@ def parse_duration(text: str) -> float:
         InputError: it is none, or nothing.
     """
     parts = _DURATION.fullmatch(text.strip().lower())
-    numbers = parts.groups("0") if parts else ()
+    numbers: tuple[str, ...] = ()
+    if parts:
+        numbers = parts.groups("0")
     seconds = sum(
         float(number) * unit for number, unit in zip(numbers, (3600.0, 60.0, 1.0), strict=False)
     )
     if seconds <= 0.0:
         raise InputError(
-            f"--budget '{text}' is no duration; give hours, minutes, seconds, e.g. 90s, 30m or 1h30m"
+            f"--budget '{text}' is no duration; give hours, minutes, seconds, e.g. 90s, 30m or "
+            "1h30m"
         )
     return seconds

@@ -61,12 +61,16 @@ def unseen_seed(seed: int) -> int:
     Another than its own, and the same for the same study.
     """
     derived = int(np.random.SeedSequence((seed, TEST_STREAM)).generate_state(1)[0])
-    return derived if derived != seed else derived + 1
+    if derived != seed:
+        return derived
+    return derived + 1
 
 
 def seed_and_episode(seed: int, mission: int) -> tuple[int, int]:
     """Which delivery of which ``navbench run`` a mission is, for the study's seed."""
-    return (seed, mission) if mission < FIRST_TEST else (unseen_seed(seed), mission - FIRST_TEST)
+    if mission < FIRST_TEST:
+        return (seed, mission)
+    return (unseen_seed(seed), mission - FIRST_TEST)
 
 
 def unseen_missions(count: int) -> tuple[int, ...]:

@@ -1,7 +1,7 @@
-"""Why the tuned file pays: what mattered, what each change brings, where the money comes from, and whether to trust it.
+"""Why the tuned file pays, and whether to trust it.
 
-The core of ``navbench tune`` calls :func:`explain` once the search and the test are over; ``harness.report.tuning``
-prints what comes of it.
+The core of ``navbench tune`` calls :func:`explain` once the search and the test are over;
+``harness.report.tuning`` prints what comes of it.
 """
 
 import math
@@ -24,15 +24,15 @@ from harness.metrics.columns import Row
 from harness.statistics.bootstrap import percentile_interval, resampled_means
 from harness.statistics.interval import Interval
 from harness.storage.documents import as_json, write_document
-from harness.tuning.audit import THRESHOLD, Audit, audit
-from harness.tuning.audit_findings import Evidence
-from harness.tuning.audit_pairs import MONEY, Pairs, pair_up
+from harness.tuning.audit.auditor import THRESHOLD, Audit, audit
+from harness.tuning.audit.findings import AuditEvidence
+from harness.tuning.audit.pairs import MONEY, Pairs, pair_up
 from harness.tuning.evaluation import Evaluator
 from harness.tuning.history import Best, history
-from harness.tuning.importance import Importance, Interaction, importances, interactions
-from harness.tuning.partings import Parting, partings
+from harness.tuning.importance import Importance, importances
+from harness.tuning.mission_differences import MissionDifference, mission_differences
 from harness.tuning.result import StudyResult, trial_table
-from harness.tuning.waterfall import Step, Waterfall, players, set_back, waterfall
+from harness.tuning.waterfall import Waterfall, players, waterfall
 from navstack.errors import ParameterError
 
 EXPLANATION = "explanation.json"
@@ -51,14 +51,12 @@ class Explanation:
 
     history: tuple[Best, ...]
     importances: tuple[Importance, ...]  # the largest first; empty where the trials are too few
-    interactions: tuple[Interaction, ...]
     waterfall: Waterfall | None
-    set_back: tuple[Step, ...]  # what each changed value brings beside all the others
     # of COMPONENTS, on the missions of the audit; empty where the margin is undefined
-    components: dict[str, Evidence]
+    components: dict[str, AuditEvidence]
     # training difference of the margin less the test's; None: no test or change
     optimism_usd_per_run: Interval | None
-    partings: tuple[Parting, ...]
+    partings: tuple[MissionDifference, ...]
     audit: Audit
     notes: tuple[str, ...] = ()  # what could not be told, and why
     # of the margin's difference, admitting a loss that has not happened yet
@@ -97,32 +95,28 @@ def explain(
     Raises:
         InputError: the folder cannot be written.
     """
-    table, rows = trial_table(study.space, study.trials), study.judged_rows
-    ranked = importances(table)
+    rows = study.judged_rows
+    ranked = importances(trial_table(study.space, study.trials))
     who = players(study, [each.name for each in ranked])
     missions = (study.test_missions if study.is_tested else study.train_missions)[
         :waterfall_missions
     ]
     steps: Waterfall | None = None
-    alone: tuple[Step, ...] = ()
     note = ""
     try:
         steps = waterfall(study, evaluator, missions, who)
-        alone = set_back(study, evaluator, missions) if steps is not None else ()
     except ParameterError as error:
         note = f"no waterfall: a mixture of old and new values cannot be driven: {error}"
     pairs = pair_up(*rows, prices, study.seed)
     found = Explanation(
         history=history(study, evaluator, prices),
         importances=ranked,
-        interactions=interactions(table),
         waterfall=steps,
-        set_back=alone,
         components=components(pairs),
         optimism_usd_per_run=_optimism(study, prices)
         if study.is_tested and study.incumbent.values
         else None,
-        partings=partings(*rows),
+        partings=mission_differences(*rows),
         audit=audit(study, prices, threshold),
         notes=(note,) if note else (),
         unseen=_unseen(pairs, most_impulse),
@@ -132,7 +126,7 @@ def explain(
     return found
 
 
-def components(pairs: Pairs) -> dict[str, Evidence]:
+def components(pairs: Pairs) -> dict[str, AuditEvidence]:
     """Each term of the margin of both.
 
     Empty where the cargo is not modelled or no mission was finished by both.

@@ -15,7 +15,7 @@ import itertools
 import math
 from collections.abc import Sequence
 
-from harness.tuning.audit_pairs import has_error
+from harness.tuning.audit.pairs import has_error
 from harness.tuning.evaluation import Evaluator
 from harness.tuning.objective import Objective, UndefinedError
 from harness.tuning.result import COMPLETE, Finalist, Trial
@@ -113,7 +113,9 @@ def _meet(
     sound = [not any(has_error(rows[place]) for rows in judges) for place in range(len(missions))]
     found = []
     for trial, rows, is_steady in zip(trials, driven, steady, strict=True):
-        counted = list(itertools.compress(rows, sound)) if is_steady else []
+        counted = []
+        if is_steady:
+            counted = list(itertools.compress(rows, sound))
         value, shortfall = -math.inf, math.inf
         with contextlib.suppress(UndefinedError):
             if counted:

@@ -10,7 +10,7 @@ from harness.economics.prices import Prices
 from harness.metrics.columns import Row
 from harness.statistics.bootstrap import percentile_interval
 from harness.statistics.interval import Interval
-from harness.tuning.audit_pairs import pair_up
+from harness.tuning.audit.pairs import pair_up
 from harness.tuning.evaluation import Evaluator
 from harness.tuning.objective import Objective, parse_objectives
 from harness.tuning.result import COMPLETE, StudyResult
@@ -34,15 +34,18 @@ class Best:
 
 
 def history(study: StudyResult, evaluator: Evaluator, prices: Prices) -> tuple[Best, ...]:
-    """Every trial that was better than all complete ones before it by more than a cent, the original first.
+    """Trials that were better than all complete ones before them by a cent, the original first.
 
-    Intervals are the bootstrap's over training missions, 95 %. They are of each trial alone: as the best of many is
-    chosen, its score is too good (the report's optimism says by how much).
+    Intervals are the bootstrap's over training missions, 95 %. They are of each trial alone: as the
+    best of many is chosen, its score is too good (the report's optimism says by how much).
     """
     objective = parse_objectives(",".join(study.objectives))[0]
     found: list[Best] = []
     for trial in study.trials:
-        least = (found[-1].score.value or 0.0) + objective.resolution if found else -math.inf
+        if found:
+            least = (found[-1].score.value or 0.0) + objective.resolution
+        else:
+            least = -math.inf
         if trial.state != COMPLETE or trial.values[0] <= least:
             continue
         rows = evaluator.rows(trial.candidate, trial.missions)

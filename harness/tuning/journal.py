@@ -1,4 +1,4 @@
-"""The journal of a study: every episode is on disk before anybody hears of it, so that nothing is simulated twice."""
+"""The journal of a study: every episode is on disk at once, nothing is simulated twice."""
 
 import contextlib
 import json
@@ -24,11 +24,12 @@ Key = tuple[tuple[tuple[str, Value], ...], int]  # of a candidate, and a mission
 
 
 class Journal:
-    """Finished episodes by candidate and mission, and the wall time that they took over all sessions of a study.
+    """Finished episodes by candidate and mission, and the wall time of all sessions.
 
-    Nobody else can write the folder meanwhile. Episodes without a result, whose worker was lost or took too long, are
-    driven again in the next session: what was the machine's fault shall not stay the candidate's. Only those of the
-    search that others followed stay as they are: what the sampler asked for afterwards rests on them.
+    Nobody else can write the folder meanwhile. Episodes without a result, whose worker was lost or
+    took too long, are driven again in the next session: what was the machine's fault shall not stay
+    the candidate's. Only those of the search that others followed stay as they are: what the
+    sampler asked for afterwards rests on them.
     """
 
     def __init__(
@@ -95,7 +96,9 @@ class Journal:
     def get(self, candidate: Candidate, mission: int) -> Row | None:
         """The row of an episode; None: it is not finished."""
         row = self._rows.get((candidate.key, mission))
-        return None if row is None else {**row, "stack": candidate.name}
+        if row is None:
+            return None
+        return {**row, "stack": candidate.name}
 
     def add(self, candidate: Candidate, mission: int, row: Row) -> None:
         """Put one finished episode on disk before returning.
@@ -113,7 +116,8 @@ class Journal:
             os.fsync(self._file.fileno())
         except OSError as error:
             raise InputError(
-                f"study folder '{self.path.parent}' cannot be written ({error.strerror}); {len(self)} finished "
+                f"study folder '{self.path.parent}' cannot be written ({error.strerror}); "
+                f"{len(self)} finished "
                 f"episodes are kept; make room and go on with --resume {self.path.parent}"
             ) from None
         self._keep(json.loads(line))
@@ -138,7 +142,8 @@ class Journal:
                 break
             if trouble:
                 raise InputError(
-                    f"{self.path}: line {number} is damaged: {trouble}; a study resumes from a whole one"
+                    f"{self.path}: line {number} is damaged: {trouble}; a study resumes from a "
+                    "whole one"
                 )
             place += len(line)
         self._file.truncate(place)
@@ -150,7 +155,9 @@ class Journal:
     def _take_in(self, line: bytes) -> str:
         """Keep a line's episode; returns what is wrong with it."""
         try:
-            record = json.loads(unsealed(line)) if line.endswith(b"\n") else None
+            record = None
+            if line.endswith(b"\n"):
+                record = json.loads(unsealed(line))
             if record is None:
                 return "cut off"
             trouble = _trouble_with(record["row"])
@@ -170,7 +177,9 @@ def _trouble_with(row: Row) -> str:
     events = row.get(EVENTS, [])
     if not isinstance(events, list) or any(set(event) - set(EVENT_COLUMNS) for event in events):
         return f"{EVENTS} are no rows of events.parquet"
-    needed = ("stack", "outcome") if row.get("error") is None else ("stack",)
+    needed = ["stack"]
+    if row.get("error") is None:
+        needed.append("outcome")
     return trouble_with(
         {key: value for key, value in row.items() if key != EVENTS}, COLUMNS, needed
     )

@@ -44,7 +44,7 @@ class UndefinedError(InputError):
 
 @dataclass(frozen=True, slots=True)
 class Objective:
-    """What is made large: the mean of one number per delivery, where a kind of it does not say otherwise."""
+    """What is maximized: by default the mean of one number per delivery."""
 
     name: str  # as the user gave it
     column: str = MARGIN
@@ -52,11 +52,13 @@ class Objective:
 
     @property
     def resolution(self) -> float:
-        """A gain up to this is none: of money less than a cent, which is a few more metres of electricity."""
-        return CENT if self.column in (MARGIN, SHARED_MARGIN) else 0.0
+        """A gain up to this is none: a cent of money is a few metres of electricity."""
+        if self.column in (MARGIN, SHARED_MARGIN):
+            return CENT
+        return 0.0
 
     def value(self, rows: Sequence[Row], total: int) -> float:
-        """Of deliveries that stand for ``total`` of their kind (with more of them a bound lies closer to the mean).
+        """The value of deliveries that stand for ``total`` of their kind.
 
         Raises:
             UndefinedError: it has none.
@@ -88,7 +90,7 @@ class Objective:
 
     @property
     def measured(self) -> "Objective":
-        """What reports tell of it: the quantity alone, without what a missed side condition takes off."""
+        """What reports show: the quantity alone, without the penalty of a missed side condition."""
         return self
 
     def shortfall(self, rows: Sequence[Row]) -> float:
@@ -101,7 +103,7 @@ class Objective:
 
 
 class CappedMean(Objective):
-    """The mean of a column of margins, of which none counts for less than minus :data:`MOST_LOSS`."""
+    """The mean of a column of margins, none of which counts for less than -:data:`MOST_LOSS`."""
 
     __slots__ = ()
 
@@ -161,12 +163,14 @@ class MarginAtSla(Objective):
         return Objective(self.name)
 
     def value(self, rows: Sequence[Row], total: int) -> float:
-        """The mean margin less a penalty in proportion to the missing share (exact for a large one: Fletcher 1987)."""
+        """The mean margin less a penalty in proportion to the missing share (Fletcher 1987)."""
         return float(margins(rows, self.name).mean()) - USD_PER_SHARE * self.shortfall(rows)
 
     def scores(self, rows: Sequence[Row], reference: Sequence[Row]) -> FloatArray:
         """The margins, with the penalty of each delivery where the reference misses the SLA."""
-        penalty = USD_PER_SHARE if self.shortfall(reference) > 0.0 else 0.0
+        penalty = 0.0
+        if self.shortfall(reference) > 0.0:
+            penalty = USD_PER_SHARE
         return margins(rows, self.name) - penalty * np.array(
             [row["outcome"] != "sla" for row in rows]
         )
@@ -215,7 +219,9 @@ def is_money(name: str) -> bool:
 
 def score_text(name: str, value: float) -> str:
     """An objective's value: money to a cent, metrics of whatever size to four digits."""
-    return f"{value:.2f}" if is_money(name) else f"{value:.4g}"
+    if is_money(name):
+        return f"{value:.2f}"
+    return f"{value:.4g}"
 
 
 def margins(rows: Sequence[Row], name: str, key: str = MARGIN) -> FloatArray:
@@ -227,7 +233,8 @@ def margins(rows: Sequence[Row], name: str, key: str = MARGIN) -> FloatArray:
     values = [row[key] for row in rows]
     if any(value is None for value in values):
         raise UndefinedError(
-            f"objective '{name}' needs a margin, which this world has not: nobody models its cargo; choose a metric"
+            f"objective '{name}' needs a margin, which this world has not: nobody models its "
+            "cargo; choose a metric"
         )
     return np.array(values, dtype=np.float64)
 
@@ -246,7 +253,8 @@ def _parse(name: str) -> Objective:
         raise UnknownNameError("objective", name, (*NAMES, *directions))
     if name == metric and directions[metric] not in (Better.HIGHER, Better.LOWER):
         raise InputError(
-            f"objective '{name}': neither small nor large values are better; give -{name} or +{name}"
+            f"objective '{name}': neither small nor large values are better; give -{name} or "
+            f"+{name}"
         )
     is_small = name.startswith("-") or (name == metric and directions[metric] is Better.LOWER)
     return Objective(name, metric, -1.0 if is_small else 1.0)
@@ -260,6 +268,7 @@ def _parse_sla(name: str) -> Objective:
         least = -1.0
     if not condition.startswith("sla>=") or not 0.0 < least <= 1.0:
         raise InputError(
-            f"objective '{name}' is not margin@sla>=SHARE; give a share above 0, at most 1, e.g. 0.9"
+            f"objective '{name}' is not margin@sla>=SHARE; give a share above 0, at most 1, e.g. "
+            "0.9"
         )
     return MarginAtSla(name, least=least)

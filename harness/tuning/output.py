@@ -13,12 +13,12 @@ from harness.metrics.columns import Row
 from harness.storage.files import write_text, writing
 from harness.storage.tables import write_table
 from harness.task.stack import Stack
-from harness.tuning.declaration import Declaration
+from harness.tuning.declaration import StudyDeclaration
 from harness.tuning.evaluation import Value, unseen_seed
-from harness.tuning.paths import AbsentError, locate, with_values
 from harness.tuning.result import FAILED, StudyResult, Trial
-from harness.tuning.space import Parameter
-from harness.tuning.space_file import OF_TRIAL
+from harness.tuning.space.file import OF_TRIAL
+from harness.tuning.space.paths import AbsentError, locate, with_values
+from harness.tuning.space.space import Parameter
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.strict import dump_dataclass
 
@@ -29,7 +29,7 @@ TRIALS, DOCUMENT = "trials.parquet", "tune.json"
 
 
 def write_files(
-    result: StudyResult, nav2: Nav2File, stack: Stack, declaration: Declaration, folder: Path
+    result: StudyResult, nav2: Nav2File, stack: Stack, declaration: StudyDeclaration, folder: Path
 ) -> None:
     """Write everything but the document; ``stack`` is the original, which drives ``nav2``.
 
@@ -78,15 +78,17 @@ def _difference(before: str, after: str) -> str:
     )
 
 
-def run_command(declaration: Declaration, folder: Path) -> tuple[str, ...]:
+def run_command(declaration: StudyDeclaration, folder: Path) -> tuple[str, ...]:
     """``navbench run`` with the tuned file, without seed and number of deliveries."""
     return ("navbench", "run", "--stack", str(folder / STACK), *declaration.options)
 
 
-def test_command(declaration: Declaration, seed: int, folder: Path) -> str:
+def test_command(declaration: StudyDeclaration, seed: int, folder: Path) -> str:
     """The line that drives the incumbent's test again."""
     count = declaration.test_episodes or declaration.episodes
-    which = unseen_seed(seed) if declaration.test_episodes else seed
+    which = seed
+    if declaration.test_episodes:
+        which = unseen_seed(seed)
     return shlex.join(
         (*run_command(declaration, folder), "--seed", str(which), "--episodes", str(count))
     )
@@ -95,7 +97,7 @@ def test_command(declaration: Declaration, seed: int, folder: Path) -> str:
 def study_document(
     result: StudyResult,
     nav2: Nav2File,
-    declaration: Declaration,
+    declaration: StudyDeclaration,
     scores: Row,
     lint: Row,
     folder: Path,
@@ -154,7 +156,11 @@ def _columns(result: StudyResult) -> dict[str, str]:
 
 
 def _arrow_type(value: Value) -> str:
-    return "bool" if isinstance(value, bool) else "string" if isinstance(value, str) else "double"
+    if isinstance(value, bool):
+        return "bool"
+    if isinstance(value, str):
+        return "string"
+    return "double"
 
 
 def _trial_row(trial: Trial, result: StudyResult) -> Row:
@@ -204,6 +210,8 @@ def _before(path: str, result: StudyResult, nav2: Nav2File) -> Value:
     """What stood there; of a parameter that another choice of a list brings, Nav2's default."""
     owner = next(each for each in result.space.parameters if path in each.paths)
     try:
-        return owner.original if path == owner.paths[0] else locate(nav2, path).value
+        if path == owner.paths[0]:
+            return owner.original
+        return locate(nav2, path).value
     except AbsentError:
         return owner.original

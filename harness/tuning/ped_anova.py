@@ -9,7 +9,7 @@ from optuna.distributions import BaseDistribution, CategoricalDistribution, Floa
 from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
 from optuna.trial import FrozenTrial, TrialState
 
-from harness.tuning.space import Parameter
+from harness.tuning.space.space import Parameter
 from navstack.types import FloatArray, IntArray
 
 
@@ -51,7 +51,7 @@ class PedAnova:
         )
 
     def shares(self, chosen: IntArray, objective: FloatArray) -> FloatArray:
-        """Shares (parameters,) by some of the trials, by number, which reached an objective each."""
+        """Shares (parameters,) by some of the trials, which reached an objective each."""
         self._study.given = [
             self._trial(number, self._points[place], value)
             for number, (place, value) in enumerate(zip(chosen, objective.tolist(), strict=True))

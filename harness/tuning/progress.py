@@ -22,7 +22,7 @@ LEAST = 10  # trials before anything can be said of what further ones may bring
 WIDEST = 8.0  # standard deviations up to which their integral goes
 
 
-class Progress:
+class StudyProgress:
     """Counts, the best so far, and what is left."""
 
     def __init__(self, plan: Plan, journal: Journal, budget: float | None, later: int = 0) -> None:
@@ -92,7 +92,9 @@ class Progress:
             return None
         told = [trial.told[0] for trial in self.trials[1:] if trial.told]
         low, high = self.interval.low, self.interval.high
-        error = 0.0 if low is None or high is None else (high - low) / (2.0 * 1.96)
+        error = 0.0
+        if not (low is None or high is None):
+            error = (high - low) / (2.0 * 1.96)
         return expected_gain(
             told, self.best.values[0], error, self._plan.trials - (len(self.trials) - 1)
         )
@@ -103,11 +105,9 @@ class Progress:
         if not self.trials:
             return "while the original was driven"
         done = len(self.trials) - 1
-        return (
-            f"after {done} of {self._plan.trials} trials"
-            if self.phase == "search"
-            else f"during the {self.phase}"
-        )
+        if self.phase == "search":
+            return f"after {done} of {self._plan.trials} trials"
+        return f"during the {self.phase}"
 
     @property
     def text(self) -> str:
@@ -115,12 +115,14 @@ class Progress:
         if self.best is None:
             return f"{self.phase}: {self._driven} episodes driven"
         if self.phase != "search":
-            left = "" if self.remaining is None else f", at most about {self.remaining:.0f} s left"
+            left = ""
+            if self.remaining is not None:
+                left = f", at most about {self.remaining:.0f} s left"
             return f"{self.phase}: {self._since} of at most {self._later} episodes driven{left}"
         low, high = self.interval.low, self.interval.high
-        bounds = (
-            "" if low is None or high is None else f" ({self.text_of(low)} .. {self.text_of(high)})"
-        )
+        bounds = ""
+        if not (low is None or high is None):
+            bounds = f" ({self.text_of(low)} .. {self.text_of(high)})"
         best = f"best {self.text_of(self.best.values[0])}{bounds} of {self.best.candidate.name}"
         parts = [f"trial {len(self.trials) - 1}/{self._plan.trials}", best]
         driven = sum(len(trial.missions) for trial in self.trials)
@@ -142,9 +144,15 @@ class Progress:
         for column in ("trial", "state", "episodes", "objective", "p"):
             table.add_column(column, justify="left" if column == "state" else "right")
         for trial in self.trials[-SHOWN:]:
-            value = self.text_of(trial.told[0]) if trial.told else ""
-            p = "" if trial.p is None else f"{trial.p:.3f}"
-            mark = "*" if self.best is trial else ""
+            value = ""
+            if trial.told:
+                value = self.text_of(trial.told[0])
+            p = ""
+            if trial.p is not None:
+                p = f"{trial.p:.3f}"
+            mark = ""
+            if self.best is trial:
+                mark = "*"
             table.add_row(f"{mark}{trial.number}", trial.state, str(len(trial.missions)), value, p)
         return table
 
@@ -156,12 +164,13 @@ class Progress:
 def expected_gain(
     values: Sequence[float], best: float, error: float, remaining: int
 ) -> float | None:
-    """How much the best of ``remaining`` further trials is expected to exceed ``best``, never below 0.
+    """How much the best of ``remaining`` further trials is expected to exceed ``best``.
 
-    As if they came from the normal distribution of the later half of what was tried, the noise of measuring a trial
-    taken off its variance: the integral of 1 - Phi((x - mean) / sd)^remaining over all x above ``best`` (expected
-    largest of normal variables: e.g. David and Nagaraja 2003, section 3.1). A sampler that still learns does better,
-    one that has found the top worse; ``best`` was chosen for being large and so is too large itself.
+    As if they came from the normal distribution of the later half of what was tried, the noise of
+    measuring a trial taken off its variance: the integral of 1 - Phi((x - mean) / sd)^remaining
+    over all x above ``best`` (expected largest of normal variables: e.g. David and Nagaraja 2003,
+    section 3.1). A sampler that still learns does better, one that has found the top worse;
+    ``best`` was chosen for being large and so is too large itself.
 
     Args:
         values: what the sampler was told of each trial, in order.
@@ -173,7 +182,9 @@ def expected_gain(
         None: there are too few trials to say.
     """
     if len(values) < LEAST or remaining < 1:
-        return None if remaining else 0.0
+        if remaining:
+            return None
+        return 0.0
     later = np.asarray(values[len(values) // 2 :])
     mean, deviation = float(later.mean()), math.sqrt(max(float(later.var(ddof=1)) - error**2, 0.0))
     if deviation == 0.0:

@@ -1,15 +1,16 @@
-"""Few episodes per decision: missions in balanced rungs, and a test after each whether a trial is worth the next.
+"""Few episodes per decision: balanced rungs of missions, and a test after each.
 
-After a rung a trial meets the incumbent on the same missions in Wilcoxon's signed-rank test: contacts cost 31 to 49 USD
-and rarely 1000, so that ranks tell more than means, of which one disaster decides. The test is liberal on purpose.
-Dropping a trial as good as the incumbent loses nothing; the level bounds how often that happens at a look, and
-several looks add up. What is lost with a better trial its neighbours can make good, as the sampler goes on there.
+After a rung a trial meets the incumbent on the same missions in Wilcoxon's signed-rank test:
+contacts cost 31 to 49 USD and rarely 1000, so that ranks tell more than means, of which one
+disaster decides. The test is liberal on purpose. Dropping a trial as good as the incumbent loses
+nothing; the level bounds how often that happens at a look, and several looks add up. What is lost
+with a better trial its neighbours can make good, as the sampler goes on there.
 
-Weighed by ``benchmarks/check_racing.py`` of commit b5b2d63a1: 100 trials of up to 32 missions in a made-up world and a
-final choice, 20 seeds, end 1.0 USD (standard error 0.7) below those that drive everything on 64, with 38 % of the
-episodes. Two things that were tried and left: dropping at p < 0.1 in three looks (67 % of the episodes on two seeds),
-and the same first missions for all trials: an incumbent that is lucky on them lets nobody past (11 USD lost on one seed
-of eight).
+Weighed by ``benchmarks/check_racing.py`` of commit b5b2d63a1: 100 trials of up to 32 missions in a
+made-up world and a final choice, 20 seeds, end 1.0 USD (standard error 0.7) below those that drive
+everything on 64, with 38 % of the episodes. Two things that were tried and left: dropping at p <
+0.1 in three looks (67 % of the episodes on two seeds), and the same first missions for all trials:
+an incumbent that is lucky on them lets nobody past (11 USD lost on one seed of eight).
 """
 
 from collections.abc import Mapping
@@ -61,10 +62,11 @@ def stratified(lengths: Mapping[int, float], seed: int) -> tuple[int, ...]:
 
 
 def p_no_worse(trial: FloatArray, incumbent: FloatArray, resolution: float = RESOLUTION) -> float:
-    """One-sided p value of Wilcoxon's signed-rank test (Wilcoxon 1945) that the trial is no worse than the incumbent.
+    """One-sided p value that the trial is no worse (Wilcoxon's signed-rank test, 1945).
 
-    It is exact with ties, too: all ways to give the ranks signs are counted (the shift algorithm of Streitberg and
-    Röhmel 1986). Pairs without a difference are left out: a single worse mission of any number has p = 0.5.
+    It is exact with ties, too: all ways to give the ranks signs are counted (the shift algorithm of
+    Streitberg and Röhmel 1986). Pairs without a difference are left out: a single worse mission of
+    any number has p = 0.5.
 
     Args:
         trial: scores, shape (n,).
@@ -84,11 +86,11 @@ def p_no_worse(trial: FloatArray, incumbent: FloatArray, resolution: float = RES
 
 
 def adjusted(trial: FloatArray, incumbent: FloatArray, known_mean: float) -> float:
-    """Mean of a trial on part of the missions, adjusted by how the incumbent's mean on them is off its mean on all.
+    """Mean of a trial on part of the missions, adjusted by the incumbent as a control variate.
 
-    The control variate with coefficient estimated from the pairs (e.g. Glasserman 2004, section 4.1), held to 0..1. It
-    takes off the squared correlation of the variance: of nav2-stock's margins and those of a random choice of critics'
-    scales, 0.49 on 38 missions, a quarter.
+    The control variate with coefficient estimated from the pairs (e.g. Glasserman 2004, section
+    4.1), held to 0..1. It takes off the squared correlation of the variance: of nav2-stock's
+    margins and those of a random choice of critics' scales, 0.49 on 38 missions, a quarter.
 
     Args:
         trial: scores on the first missions, shape (n,); NaN where it has none.
@@ -100,9 +102,7 @@ def adjusted(trial: FloatArray, incumbent: FloatArray, known_mean: float) -> flo
         return float(np.nanmean(trial))
     own, other = np.asarray(trial)[known], np.asarray(incumbent)[known]
     spread = float(other.var())
-    slope = (
-        float(np.mean((own - own.mean()) * (other - other.mean()))) / spread
-        if spread > 0.0
-        else 0.0
-    )
+    slope = 0.0
+    if spread > 0.0:
+        slope = float(np.mean((own - own.mean()) * (other - other.mean()))) / spread
     return float(own.mean() - min(max(slope, 0.0), 1.0) * (other.mean() - known_mean))

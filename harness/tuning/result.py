@@ -8,7 +8,7 @@ import numpy as np
 
 from harness.metrics.columns import Row
 from harness.tuning.evaluation import Candidate, Value
-from harness.tuning.space import Parameter, Space
+from harness.tuning.space.space import Parameter, Space
 from navstack.types import FloatArray
 
 COMPLETE, PRUNED, FAILED = "complete", "pruned", "failed"  # states of a trial
@@ -49,7 +49,9 @@ class Finalist:
 
     def as_json(self) -> Row:
         """The finalist as one JSON object."""
-        value = self.value if math.isfinite(self.value) else None
+        value = None
+        if math.isfinite(self.value):
+            value = self.value
         return {"trial": self.number, "missions": self.missions, "value": value}
 
 
@@ -69,7 +71,9 @@ class TrialTable:
     @property
     def varied(self) -> list[int]:
         """Numbers of the parameters of which there is more than one value."""
-        return np.flatnonzero(np.ptp(self.places, axis=0)).tolist() if len(self.trials) else []
+        if len(self.trials):
+            return np.flatnonzero(np.ptp(self.places, axis=0)).tolist()
+        return []
 
 
 def trial_table(space: Space, trials: Sequence[Trial]) -> TrialTable:
@@ -84,7 +88,7 @@ def trial_table(space: Space, trials: Sequence[Trial]) -> TrialTable:
 
 
 def least_squares(design: FloatArray, answer: FloatArray) -> tuple[FloatArray, float, int]:
-    """Coefficients of the columns of a response surface, the sum of squares that they leave, and their rank."""
+    """Coefficients of a response surface, the residual sum of squares, and the rank."""
     solution, _, rank, _ = np.linalg.lstsq(design, answer, rcond=None)
     left = answer - design @ solution
     return np.asarray(solution, dtype=np.float64), float(left @ left), int(rank)
@@ -123,4 +127,6 @@ class StudyResult:
 
         Of the test where there is one.
         """
-        return (self.test_rows[0], self.test_rows[1]) if self.is_tested else self.train_rows
+        if self.is_tested:
+            return (self.test_rows[0], self.test_rows[1])
+        return self.train_rows

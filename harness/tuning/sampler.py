@@ -1,8 +1,8 @@
-"""Where to look next: Optuna's samplers by ask and tell, in the same order whatever the machine does.
+"""Where to look next: Optuna's samplers by ask and tell, in a reproducible order.
 
-Optuna (Akiba et al. 2019) keeps its study in memory; a study that was cut off is asked and told again from its
-journal. Every question has a generator of its own, drawn from the study's seed and the question's number, so that the
-answers depend on what was told and on nothing else.
+Optuna (Akiba et al. 2019) keeps its study in memory; a study that was cut off is asked and told
+again from its journal. Every question has a generator of its own, drawn from the study's seed and
+the question's number, so that the answers depend on what was told and on nothing else.
 """
 
 import itertools
@@ -22,7 +22,7 @@ from optuna.distributions import (
 from optuna.trial import TrialState, create_trial
 
 from harness.tuning.evaluation import Value
-from harness.tuning.space import Parameter, Space
+from harness.tuning.space.space import Parameter, Space
 from navstack.errors import InputError, UnknownNameError
 
 STARTUP = 10  # random trials before TPE has anything to model; Optuna's default
@@ -65,7 +65,8 @@ class OptunaSampler:
         """
         if kind == "cmaes" and (objectives > 1 or any(each.choices for each in space.parameters)):
             raise InputError(
-                "--sampler cmaes wants one objective and ranges only, no choices; give --sampler tpe"
+                "--sampler cmaes wants one objective and ranges only, no choices; give --sampler "
+                "tpe"
             )
         self._kind, self._space, self._seed = kind, space, seed
         self._distributions = distributions_of(space)
@@ -129,7 +130,7 @@ class OptunaSampler:
 
 
 class GridSampler:
-    """Every combination of evenly spaced levels that keeps the constraints, in an order shuffled by the seed.
+    """Every combination of levels that keeps the constraints, shuffled by the seed.
 
     Each range has as many levels as let the grid have at most ``trials`` points, at least two.
     """
@@ -144,7 +145,8 @@ class GridSampler:
             levels = finer
         if (size := math.prod(map(len, levels))) > most:
             raise InputError(
-                f"--sampler grid: {len(levels)} parameters make {size} points even with two levels each, for {trials} "
+                f"--sampler grid: {len(levels)} parameters make {size} points even with two levels "
+                f"each, for {trials} "
                 "trials; give --sampler tpe or random, or a smaller space"
             )
         names = [each.name for each in space.parameters]
@@ -174,11 +176,9 @@ def make_sampler(kind: str, space: Space, seed: int, trials: int, objectives: in
     """
     if kind not in SAMPLERS:
         raise UnknownNameError("--sampler", kind, SAMPLERS)
-    return (
-        GridSampler(space, seed, trials)
-        if kind == "grid"
-        else OptunaSampler(kind, space, seed, objectives)
-    )
+    if kind == "grid":
+        return GridSampler(space, seed, trials)
+    return OptunaSampler(kind, space, seed, objectives)
 
 
 def distributions_of(space: Space) -> dict[str, BaseDistribution]:
@@ -218,7 +218,9 @@ def _possible(parameter: Parameter, value: Value) -> Any:
         return value
     step, low, high = float(parameter.step or 1.0), distribution.low, distribution.high
     nearest = min(max(low + round((float(value) - low) / step) * step, low), high)
-    return int(nearest) if parameter.is_int else nearest
+    if parameter.is_int:
+        return int(nearest)
+    return nearest
 
 
 def _grid(space: Space, count: int) -> list[tuple[Value, ...]]:
@@ -229,7 +231,10 @@ def _grid(space: Space, count: int) -> list[tuple[Value, ...]]:
 def _levels(parameter: Parameter, count: int) -> tuple[Value, ...]:
     """Evenly spaced values of a range, each once."""
     low, high = parameter.low, parameter.high
-    spaced = np.geomspace(low, high, count) if parameter.is_log else np.linspace(low, high, count)
+    if parameter.is_log:
+        spaced = np.geomspace(low, high, count)
+    else:
+        spaced = np.linspace(low, high, count)
     values = (parameter.rounded(_possible(parameter, float(value))) for value in spaced)
     return tuple(
         dict.fromkeys(round(float(value)) if parameter.is_int else value for value in values)

@@ -1,4 +1,4 @@
-"""What original and incumbent scored, on training missions and on unseen ones, and how sure the difference is."""
+"""Scores of original and incumbent on training and unseen missions, with intervals."""
 
 import contextlib
 from collections.abc import Sequence

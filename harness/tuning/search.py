@@ -13,7 +13,7 @@ from harness.tuning.objective import Objective, UndefinedError, is_money
 from harness.tuning.racing import LEVEL, RESOLUTION, adjusted, p_no_worse, rungs
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, Trial
 from harness.tuning.sampler import Point, Sampler
-from harness.tuning.space import Space
+from harness.tuning.space.space import Space
 from navstack.errors import InputError, ParameterError
 
 
@@ -33,17 +33,17 @@ class Plan:
     @property
     def final_episodes(self) -> int:
         """Deliveries that the final choice takes at most."""
-        return (
-            most_episodes(self.finalists, len(self.final_missions))
-            if len(self.objectives) == 1
-            else 0
-        )
+        if len(self.objectives) == 1:
+            return most_episodes(self.finalists, len(self.final_missions))
+        return 0
 
     @property
     def rungs(self) -> tuple[int, ...]:
         """Numbers of missions after which a trial may be dropped; of a Pareto study only all."""
         total = len(self.missions)
-        return rungs(total) if self.is_raced and len(self.objectives) == 1 else (total,)
+        if self.is_raced and len(self.objectives) == 1:
+            return rungs(total)
+        return (total,)
 
     def order(self, number: int) -> tuple[int, ...]:
         """The missions as a trial meets them: each trial begins at another rung's worth of them.
@@ -138,15 +138,16 @@ class Search:
         p: float | None = None
         for look, count in enumerate(plan.rungs):
             # equal rows have equal means
-            missions = order[:count] if count < len(order) else plan.missions
+            if count < len(order):
+                missions = order[:count]
+            else:
+                missions = plan.missions
             try:
                 rows = self._evaluator.rows(candidate, missions)
                 reason = _error_in(rows)
-                values = (
-                    ()
-                    if reason
-                    else tuple(each.value(rows, len(plan.missions)) for each in plan.objectives)
-                )
+                values: tuple[float, ...] = ()
+                if not reason:
+                    values = tuple(each.value(rows, len(plan.missions)) for each in plan.objectives)
             except UndefinedError as error:
                 if count < len(order):
                     continue  # further missions may have a value
@@ -199,7 +200,7 @@ class Search:
 
 
 def front_of(trials: Sequence[Trial]) -> tuple[int, ...]:
-    """Numbers of the complete trials that no other beats in one objective without being beaten in another."""
+    """Numbers of the complete trials on the Pareto front."""
     known = [trial for trial in trials if trial.state == COMPLETE]
     return tuple(
         trial.number for trial in known if not any(_dominates(other, trial) for other in known)

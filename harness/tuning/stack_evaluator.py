@@ -1,4 +1,4 @@
-"""The evaluator that drives: a patched Nav2 file becomes a stack, its missions run on the workers of ``run``."""
+"""The evaluator that drives: a patched Nav2 file becomes a stack for the workers of ``run``."""
 
 import contextlib
 import dataclasses
@@ -19,7 +19,7 @@ from harness.task.stack import Stack
 from harness.task.study import EpisodeTask
 from harness.tuning.evaluation import EVENTS, MARGIN, SHARED_MARGIN, Candidate, seed_and_episode
 from harness.tuning.journal import REFUSED, Journal, Key
-from harness.tuning.paths import with_values
+from harness.tuning.space.paths import with_values
 from navstack.errors import ParameterError
 
 SHARED_FAULT = "no_threshold_shared_fault"  # accounting of SHARED_MARGIN
@@ -147,4 +147,6 @@ def margin_of(row: Row, prices: Prices, accounting: str = PUBLISHED) -> float | 
         {**event, "stack": row["stack"], "episode": row["episode"]} for event in row.get(EVENTS, ())
     ]
     margin = margins([row], prices, events, accounting)
-    return None if margin is None else float(margin[0])
+    if margin is None:
+        return None
+    return float(margin[0])

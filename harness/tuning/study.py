@@ -9,18 +9,18 @@ from typing import Any
 from harness.episode.factory import Parts, nav2_parameters
 from harness.storage.run_folder import TUNING
 from harness.task.study import EpisodeTask, Study
-from harness.tuning.declaration import ORIGINAL, SPACE, Declaration
+from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration
 from harness.tuning.evaluation import Candidate, Evaluator, unseen_missions
 from harness.tuning.finals import decide
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
-from harness.tuning.paths import AbsentError, locate, with_values
 from harness.tuning.racing import rungs, stratified
 from harness.tuning.result import Finalist, StudyResult
 from harness.tuning.sampler import Sampler, make_sampler
 from harness.tuning.search import OnTrial, Plan, Search, front_of
-from harness.tuning.space import Space, fit_space
-from harness.tuning.space_file import read_space
+from harness.tuning.space.file import read_space
+from harness.tuning.space.paths import AbsentError, locate, with_values
+from harness.tuning.space.space import Space, fit_space
 from harness.tuning.waterfall import MOST_PLAYERS
 from navstack.errors import InputError
 from navstack.params.nav2_file.file import Nav2File
@@ -33,7 +33,7 @@ MOST_RESERVED = 0.5  # of the budget, for final choice and test
 class TuningStudy:
     """Everything that decides a study's rows, trials and result."""
 
-    declaration: Declaration
+    declaration: StudyDeclaration
     template: EpisodeTask  # its stack is the original, its seed that of the training missions
     plan: Plan
     nav2: Nav2File  # the user's file
@@ -76,7 +76,8 @@ def check_space(
     """
     if sampler.ask() is None:
         raise InputError(
-            f"{space.name}: no point was found beside the file's own that keeps the constraints; loosen them"
+            f"{space.name}: no point was found beside the file's own that keeps the constraints; "
+            "loosen them"
         )
     own = {}
     for path in (path for each in space.parameters for path in each.paths):
@@ -100,7 +101,7 @@ def load_tuning(folder: Path, study: Study, budget: float | None) -> TuningStudy
         raise InputError(
             f"'{folder}' is no tuning study: params/{TUNING} is missing; use navbench run --resume"
         )
-    declaration = load_dataclass(Declaration, folder / "params" / TUNING)
+    declaration = load_dataclass(StudyDeclaration, folder / "params" / TUNING)
     if budget is not None:
         declaration = dataclasses.replace(declaration, budget=budget)
     original = folder.absolute() / "params" / ORIGINAL
@@ -145,7 +146,10 @@ def finish(study: TuningStudy, search: Search, evaluator: Evaluator) -> StudyRes
     finals: tuple[Finalist, ...] = ()
     if plan.final_episodes:
         finals = decide(trials, plan.finalists, plan.final_missions, plan.objectives[0], evaluator)
-    best = finals[0].candidate if finals else search.incumbent.candidate
+    if finals:
+        best = finals[0].candidate
+    else:
+        best = search.incumbent.candidate
     original, incumbent = trials[0].candidate, Candidate("incumbent", best.values)
     test = unseen_missions(study.declaration.test_episodes)
     return StudyResult(
@@ -176,7 +180,7 @@ def _length(template: EpisodeTask, number: int) -> float:
 def within_budget(
     budget: float | None, later: int, journal: Journal
 ) -> Callable[[Candidate, tuple[int, ...]], bool]:
-    """Whether a trial may begin: it has begun before, or there is time beside what will be driven after the search.
+    """Whether a trial may begin: it has begun before, or the budget has time for it.
 
     Args:
         budget: [s] of wall time for search, final choice and test; None: any.
@@ -195,7 +199,7 @@ def within_budget(
     return may_begin
 
 
-def notes_before(declaration: Declaration, options: Mapping[str, Any]) -> list[str]:
+def notes_before(declaration: StudyDeclaration, options: Mapping[str, Any]) -> list[str]:
     """What is to be said before anything is driven.
 
     Args:
@@ -205,12 +209,14 @@ def notes_before(declaration: Declaration, options: Mapping[str, Any]) -> list[s
     found = []
     if options.get("start") is not None and options.get("goal") is not None:
         found.append(
-            "--start and --goal are given: training and test have other people and other noise, but the same way; the "
+            "--start and --goal are given: training and test have other people and other noise, "
+            "but the same way; the "
             "test says nothing of other ways"
         )
     if declaration.is_raced and len(rungs(declaration.episodes)) == 1:
         found.append(
-            f"no trial is dropped early: {declaration.episodes} --episodes cannot be halved into parts of 5 or more; "
+            f"no trial is dropped early: {declaration.episodes} --episodes cannot be halved into "
+            "parts of 5 or more; "
             "give 32, 64 or the like"
         )
     return found
@@ -230,17 +236,18 @@ def notes_after_search(study: TuningStudy, search: Search, journal: Journal) -> 
         )
     elif driven < asked:
         found.append(
-            f"the budget of {budget:g} s cut off {asked - driven} of {asked} trials; --resume with a longer --budget "
+            f"the budget of {budget:g} s cut off {asked - driven} of {asked} trials; --resume with "
+            "a longer --budget "
             "drives the rest"
         )
-    missing = (
-        0.0
-        if budget is None
-        else study.episodes_after_search * journal.pace + journal.elapsed - budget
-    )
+    missing = 0.0
+    if budget is not None:
+        missing = study.episodes_after_search * journal.pace + journal.elapsed - budget
     if missing > 0.0:
         found.append(
-            f"note: the {study.episodes_after_search} deliveries of final choice and test may take {missing:.0f} s "
-            "longer than the budget; fewer --test-episodes and --final-episodes leave more of it for the search"
+            f"note: the {study.episodes_after_search} deliveries of final choice and test may take "
+            f"{missing:.0f} s "
+            "longer than the budget; fewer --test-episodes and --final-episodes leave more of it "
+            "for the search"
         )
     return found

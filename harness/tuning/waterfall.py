@@ -1,4 +1,4 @@
-"""The margin waterfall: from the old file to the new one, parameter by parameter, on the same missions."""
+"""The margin waterfall: from the old file to the new one, on the same missions."""
 
 import math
 from collections.abc import Sequence
@@ -46,13 +46,21 @@ class Waterfall:
     unseen: bool  # these are test missions
     episodes: int  # that all mixtures together stand for
 
+    @property
+    def kind(self) -> str:
+        """What its missions are."""
+        if self.unseen:
+            return "unseen test"
+        return "training"
+
 
 def players(
     study: StudyResult, ranking: Sequence[str], most: int = MOST_PLAYERS
 ) -> tuple[Player, ...]:
-    """Who brings the gain: changed parameters, the most important one by one, all others together as the last.
+    """The players: the most important changed parameters one by one, then all others together.
 
-    Parameters that a constraint of the search space binds change together, as half of such a change may be forbidden.
+    Parameters that a constraint of the search space binds change together, as half of such a change
+    may be forbidden.
 
     Args:
         study: whose incumbent is explained.
@@ -86,10 +94,10 @@ def players(
 def waterfall(
     study: StudyResult, evaluator: Evaluator, missions: Sequence[int], who: Sequence[Player]
 ) -> Waterfall | None:
-    """Drive every mixture of old and new values and share out the gain (exact Shapley values: Shapley 1953).
+    """Drive every mixture of old and new values and share out the gain (Shapley 1953).
 
-    A mission on which any mixture has no result is left out, and where the cargo is not modelled there is no margin.
-    Intervals are the bootstrap's over missions.
+    A mission on which any mixture has no result is left out, and where the cargo is not modelled
+    there is no margin. Intervals are the bootstrap's over missions.
 
     Args:
         study: whose incumbent is explained.
@@ -125,35 +133,8 @@ def waterfall(
     )
 
 
-def set_back(study: StudyResult, evaluator: Evaluator, missions: Sequence[int]) -> tuple[Step, ...]:
-    """What the tuned file loses where one parameter has its old value again, the largest loss first.
-
-    Parameters that a constraint binds are set back together. This is what the last step of all orders brings, not
-    their mean as in :func:`waterfall`; it costs one drive of the missions for each parameter, so that all get theirs.
-
-    Args:
-        study: whose incumbent is explained.
-        evaluator: that drives what it has not driven yet.
-        missions: numbers of the missions.
-
-    Returns:
-        Steps whose gain is the tuned file's margin less that with the old value, on missions that both finished; none
-        where fewer than two things changed.
-    """
-    who = players(study, (), most=len(study.space.parameters) + 1)
-    if len(who) < 2 or not missions:
-        return ()
-    tuned, found = _margins(evaluator, study.incumbent, missions), []
-    for number, player in enumerate(who):
-        others = 2 ** len(who) - 1 - 2**number
-        gains = tuned - _margins(evaluator, mixture(study, who, others), missions)
-        if not np.isnan(gains).all():
-            found.append(_step(study, player, gains[~np.isnan(gains)]))
-    return tuple(sorted(found, key=lambda step: -(step.gain_usd_per_run.value or 0.0)))
-
-
 def mixture(study: StudyResult, who: Sequence[Player], mask: int) -> Candidate:
-    """The candidate with the new values of the players whose bits are set and the old ones of the others."""
+    """The candidate with new values for players whose bits are set, and old ones for others."""
     inside = [bool(mask >> number & 1) for number in range(len(who))]
     if not any(inside):
         return study.original
@@ -168,10 +149,11 @@ def mixture(study: StudyResult, who: Sequence[Player], mask: int) -> Candidate:
 
 
 def shapley_values(values: FloatArray) -> FloatArray:
-    """What each player brings, averaged over all orders in which they can come in, mission by mission.
+    """What each player brings, averaged over all orders of joining, mission by mission.
 
     Args:
-        values: (2^players, n): what each mixture is worth on each mission; the bits of its number say who is in.
+        values: (2^players, n): what each mixture is worth on each mission; the bits of its number
+            say who is in.
 
     Returns:
         Shape (n, players); rows add up to the whole mixture's worth less the empty one's.

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from harness.ablation.analysis import Declaration, analyse
+from harness.ablation.analysis import AblationDeclaration, analyse
 from harness.ablation.arms import arms_of, with_arms
-from harness.ablation.document import document
+from harness.ablation.document import ablation_document
 from harness.episode.factory import prices_of
-from harness.report.ablation import draw_ablation, print_ablation
-from harness.report.tables import report_console
+from harness.report.ablation import ablation_blocks, draw_ablation
+from harness.report.tables import print_blocks, report_console
 from harness.storage.documents import write_document
 from harness.storage.run_folder import ABLATION, create_run, default_folder, require_usable
 from harness.study.manifest import about, load_study, parameters, version_notes
@@ -24,7 +24,7 @@ from navbench.cli.streams import print_json
 from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass, load_dataclass
 
-Begun = tuple[Path, Study, Declaration]  # of a run folder
+Begun = tuple[Path, Study, AblationDeclaration]  # of a run folder
 
 
 def create_ablation(
@@ -47,7 +47,7 @@ def create_ablation(
     )
     study = with_arms(study, arms, choices["workers"])
     name, first = Path(stack).stem, study.stacks[0].name
-    declaration = Declaration(name, against or first)
+    declaration = AblationDeclaration(name, against or first)
     declaration.check(study.stacks)
     path = out or default_folder(f"ablate-{name}")
     require_usable(path)
@@ -74,15 +74,17 @@ def stored_ablation(path: Path, against: str | None, where: Where) -> Begun:
         raise InputError(
             f"'{path}' is no ablation: params/{ABLATION} is missing; use navbench run --resume"
         )
-    declaration = load_dataclass(Declaration, stored)
-    declaration = Declaration(declaration.stack, against or declaration.against)
+    declaration = load_dataclass(AblationDeclaration, stored)
+    declaration = AblationDeclaration(declaration.stack, against or declaration.against)
     declaration.check(study.stacks)
     for note in version_notes(path):
         say(f"note: {note}")
     return path, study, declaration
 
 
-def drive(declaration: Declaration, study: Study, path: Path, where: Where, as_json: bool) -> int:
+def drive(
+    declaration: AblationDeclaration, study: Study, path: Path, where: Where, as_json: bool
+) -> int:
     """Drive what an ablation lacks, show progress on stderr, print the report on stdout.
 
     Returns the exit status.
@@ -91,10 +93,10 @@ def drive(declaration: Declaration, study: Study, path: Path, where: Where, as_j
     prices = prices_of(study.template.prices)
     ablation = analyse(declaration, results, load_run(str(path)), prices, study.episodes)
     figures = draw_ablation(ablation, path)
-    content = document(ablation, study, prices)
+    content = ablation_document(ablation, study, prices)
     write_document(path / "ablation.json", content)
     if as_json:
         print_json({**content, "figures": [str(figure) for figure in figures], "folder": str(path)})
     else:
-        print_ablation(ablation, figures, path, report_console())
+        print_blocks(ablation_blocks(ablation, figures, path), report_console())
     return exit_status(results, interrupted)

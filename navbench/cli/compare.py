@@ -3,8 +3,8 @@
 import click
 
 from harness.analysis import compare as analysis
-from harness.report.comparison import print_comparison
-from harness.report.tables import report_console
+from harness.report.comparison import comparison_blocks
+from harness.report.tables import print_blocks, report_console
 from harness.study.stored_run import load_run
 from navbench.cli.options import JSON
 from navbench.cli.progress import say
@@ -38,6 +38,6 @@ def compare(first: str, second: str, metrics: tuple[str, ...], as_json: bool) ->
     for warning in comparison.warnings:
         say(f"warning: not comparable: {warning}")
     if as_json:
-        print_json(analysis.document(comparison))
+        print_json(analysis.comparison_document(comparison))
         return
-    print_comparison(comparison, report_console())
+    print_blocks(comparison_blocks(comparison), report_console())

@@ -9,8 +9,8 @@ from pathlib import Path
 from harness.episode.episode import Delivery
 from harness.episode.factory import prices_of
 from harness.execution.workers import Finished, Workers
-from harness.report.run_tables import print_results
-from harness.report.tables import report_console
+from harness.report.run_tables import run_blocks
+from harness.report.tables import print_blocks, report_console
 from harness.storage.manifest_file import accept_changes, other_study
 from harness.storage.rows import Row
 from harness.storage.run_folder import RunFolder, create_run, default_folder, require_usable
@@ -181,4 +181,5 @@ def _print(results: list[StackResult], study: Study, path: Path, as_json: bool) 
         document = {"schema": 1, "runs": [run_document(result, study, path) for result in results]}
         print_json(document)
         return
-    print_results(results, study, prices_of(study.template.prices), path, report_console())
+    blocks = run_blocks(results, study, prices_of(study.template.prices), path)
+    print_blocks(blocks, report_console())

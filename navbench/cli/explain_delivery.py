@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from harness.analysis.compare import side_of
-from harness.explain.document import Explained, Saving, document, explained
+from harness.explain.document import Explained, Saving, explained, explanation_document
 from harness.explain.evidence import (
     Evidence,
     decisions_file,
@@ -27,10 +27,10 @@ from harness.explain.moments import (
 )
 from harness.explain.rewind import rewind
 from harness.explain.seconds import seconds_before
-from harness.report.explain import print_explanation
+from harness.report.explain import explanation_blocks
 from harness.report.explain_figure import FORMATS, draw_seconds
 from harness.report.page.recording_code import load_recording
-from harness.report.tables import report_console
+from harness.report.tables import print_blocks, report_console
 from harness.storage.files import require_writable, write_text, writing
 from harness.study.stored_run import StoredRun, load_run
 from harness.world.outcome import Rules
@@ -76,18 +76,22 @@ def explain_delivery(
     told = explained(evidence, [seconds_before(evidence, moment, before) for moment in chosen])
     saving = _saving(stored, evidence, chosen, settings, before) if settings else None
     figures = _draw(stored, evidence, told, plot, out)
-    content = {**document(evidence, told, saving), "figures": [str(figure) for figure in figures]}
+    content = {
+        **explanation_document(evidence, told, saving),
+        "figures": [str(figure) for figure in figures],
+    }
     document_text = json.dumps(content, indent=2, allow_nan=False) + "\n"
+    blocks = explanation_blocks(evidence, told, saving, figures)
     if out is not None:
         plain = StringIO()
-        print_explanation(evidence, told, saving, figures, report_console(plain))
+        print_blocks(blocks, report_console(plain))
         with writing(out):
             write_text(out / "explanation.json", document_text)
             write_text(out / "explanation.txt", plain.getvalue())
     if as_json:
         sys.stdout.write(document_text)
         return
-    print_explanation(evidence, told, saving, figures, report_console())
+    print_blocks(blocks, report_console())
 
 
 def _evidence(run: StoredRun, episode: int, again: bool) -> Evidence | None:

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from harness.report.markdown import counted
+from harness.report.numbers import counted
 from harness.report.tables import report_console
 from harness.storage.shipped import resolve, shipped
 from harness.world.physics.robot import RobotParams

@@ -8,9 +8,9 @@ from typing import Any
 import click
 import numpy as np
 
+from harness.report.blocks import Table, declared
 from harness.report.map_picture import VIEWS, draw_map
-from harness.report.sheet import Sheet, declared, print_sheet
-from harness.report.tables import report_console
+from harness.report.tables import print_blocks, report_console
 from harness.statistics.bootstrap import bootstrap_mean
 from harness.storage.files import require_folder
 from harness.task.mission import SAMPLINGS, MissionSampler
@@ -200,9 +200,8 @@ def show(
         print_json(document)
         return
     console = report_console()
-    print_sheet(_measures_sheet(document), console)
     missions = _missions_sheet(document)
-    print_sheet(missions, console)
+    print_blocks([_measures_sheet(document), missions], console)
     if not missions.rows:
         console.print("No room for missions")
     if out is not None:
@@ -264,7 +263,7 @@ def _lengths(scene: Scene, sampling: str, samples: int, seed: int) -> Row | None
     }
 
 
-def _measures_sheet(document: Row) -> Sheet:
+def _measures_sheet(document: Row) -> Table:
     rows: list[tuple[str, str, str]] = []
     for label, key, form in MEASURES:
         ours, theirs = document["measured"][key], document["published"][key]
@@ -279,7 +278,7 @@ def _measures_sheet(document: Row) -> Sheet:
     return declared("map", rows, map_name=document["map"], width=width, depth=depth)
 
 
-def _missions_sheet(document: Row) -> Sheet:
+def _missions_sheet(document: Row) -> Table:
     rows, n = [], 0
     for sampling, drawn in document["missions"].items():
         if drawn:
@@ -298,7 +297,7 @@ def _missions_sheet(document: Row) -> Sheet:
         *(f"{p} %" for p in LENGTH_PERCENTILES),
         "The paper's mean",
     )
-    return Sheet(f"Shortest path of {n} missions [m]", headers, rows)
+    return Table(f"Shortest path of {n} missions [m]", headers, rows)
 
 
 def _number(value: float | None, form: str) -> str:

@@ -9,9 +9,10 @@ from rich.console import Console
 from harness.economics.break_even import Thresholds, thresholds
 from harness.economics.cost_model import price
 from harness.economics.prices import Prices, load_prices
+from harness.report.blocks import Table, Text, declared
+from harness.report.paper_tables import paper_blocks
 from harness.report.published import PublishedMethod, load_published, published_columns
-from harness.report.sheet import Sheet, declared, print_sheet
-from harness.report.tables import render_tables, report_console
+from harness.report.tables import print_blocks, report_console
 from navbench.cli.options import JSON, PRICES
 from navbench.cli.streams import print_json
 
@@ -47,12 +48,12 @@ def _economics(method: PublishedMethod, prices: Prices) -> dict[str, float | Non
 
 def print_paper(console: Console, prices: Prices) -> None:
     """Print both tables for the seven methods and the real robot, then the thresholds."""
-    render_tables(published_columns(load_published(), prices), console)
-    console.print()
-    print_sheet(_thresholds(thresholds(prices)), console)
+    columns = published_columns(load_published(), prices)
+    blocks = [*paper_blocks(columns), Text(""), _thresholds(thresholds(prices))]
+    print_blocks(blocks, console)
 
 
-def _thresholds(limits: Thresholds) -> Sheet:
+def _thresholds(limits: Thresholds) -> Table:
     injury = "fee / cost of such an injury"
     ais = (limits.ais1_contact_rate, limits.ais2_contact_rate, limits.ais3_contact_rate)
     both = limits.timeout_and_physical_assistance_rate

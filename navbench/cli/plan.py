@@ -74,8 +74,8 @@ def plan_command(
             written.
     """
     from harness.plan.question import ask_all, task_of
-    from harness.report.plan import draw_plan, plan_document, render_plan
-    from harness.report.tables import report_console
+    from harness.report.plan import draw_plan, plan_blocks, plan_document
+    from harness.report.tables import print_blocks, report_console
 
     if picture is not None:
         require_writable("--picture", picture, PICTURES)
@@ -89,7 +89,7 @@ def plan_command(
         sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
     else:
         console = report_console()
-        render_plan(ends, answers, smoother, console)
+        print_blocks(plan_blocks(ends, answers, smoother), console)
         if picture is not None:
             console.print(f"picture: {picture}", soft_wrap=True)
     return 0 if any(answer.path is not None for answer in answers) else 1

@@ -3,9 +3,9 @@
 import click
 
 from harness.analysis.price_sets import under_price_sets
-from harness.analysis.repricing import choose, document, reprice
-from harness.report.repriced import print_price_sets, print_repriced
-from harness.report.tables import report_console
+from harness.analysis.repricing import choose, reprice, repricing_document
+from harness.report.repriced import price_set_blocks, repriced_blocks
+from harness.report.tables import print_blocks, report_console
 from harness.study.stored_run import load_run
 from navbench.cli.options import JSON, OTHER_PRICES, SETTINGS, TERMS
 from navbench.cli.streams import print_json
@@ -44,7 +44,7 @@ def price(
         if as_json:
             print_json({"schema": 1, "sets": {name: each.as_json() for name, each in sets.items()}})
         else:
-            print_price_sets(stored, sets, report_console())
+            print_blocks(price_set_blocks(stored, sets), report_console())
         return
     choices = choose(stored, prices, settings, terms)
     results = reprice(stored, choices)
@@ -53,6 +53,6 @@ def price(
             f"run folder '{stored.folder}' has no finished delivery; there is nothing to price"
         )
     if as_json:
-        print_json(document(stored, results, choices))
+        print_json(repricing_document(stored, results, choices))
         return
-    print_repriced(stored, results, choices, report_console())
+    print_blocks(repriced_blocks(stored, results, choices), report_console())

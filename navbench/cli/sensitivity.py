@@ -5,9 +5,9 @@ from pathlib import Path
 import click
 
 from harness.analysis.repricing import choose
-from harness.analysis.sensitivity import document, sensitivities
-from harness.report.sensitivity import draw_figures, print_sensitivity
-from harness.report.tables import report_console
+from harness.analysis.sensitivity import sensitivities, sensitivity_document
+from harness.report.sensitivity import draw_figures, sensitivity_blocks
+from harness.report.tables import print_blocks, report_console
 from harness.study.stored_run import load_run
 from navbench.cli.options import JSON, OTHER_PRICES, SETTINGS, TERMS
 from navbench.cli.streams import print_json
@@ -52,6 +52,6 @@ def sensitivity(
     if out is not None:
         figures = [str(path) for result in results for path in draw_figures(result, out)]
     if as_json:
-        print_json(document(stored, results, choices, figures))
+        print_json(sensitivity_document(stored, results, choices, figures))
         return
-    print_sensitivity(results, figures, report_console())
+    print_blocks(sensitivity_blocks(results, figures), report_console())

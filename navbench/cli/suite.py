@@ -9,12 +9,12 @@ import click
 
 from harness.economics.cost_terms import MARGIN
 from harness.execution.workers import Workers
-from harness.report.markdown import interval_text
+from harness.report.blocks import Table, declared
+from harness.report.numbers import interval_text
 from harness.report.page.document import write_study_page
-from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.suite.document import PAGE, write_results
 from harness.report.suite.results import Results, overview, read_results
-from harness.report.tables import report_console
+from harness.report.tables import print_blocks, report_console
 from harness.statistics.interval import wilson_interval
 from harness.storage.documents import write_document
 from harness.storage.rows import Row, Rows
@@ -329,8 +329,7 @@ def _print(results: Results, path: Path, as_json: bool) -> None:
         )
         return
     console = report_console()
-    print_sheet(_sheet(results), console)
-    print_sheet(_barn_sheet(results, path), console)
+    print_blocks([_sheet(results), _barn_sheet(results, path)], console)
     console.print(
         f"suite folder: {path}, with its page {Path(PAGE).with_suffix('.html')}, as text in {PAGE}",
         soft_wrap=True,
@@ -346,7 +345,7 @@ def _barn_scores(results: Results, path: Path) -> dict[str, Score]:
     return {stack: score_of(driven, times) for stack, driven in rows.items() if driven}
 
 
-def _barn_sheet(results: Results, path: Path) -> Sheet:
+def _barn_sheet(results: Results, path: Path) -> Table:
     rows = [
         (
             stack,
@@ -361,7 +360,7 @@ def _barn_sheet(results: Results, path: Path) -> Sheet:
     return declared("barn", rows)
 
 
-def _sheet(results: Results) -> Sheet:
+def _sheet(results: Results) -> Table:
     rows = []
     for each in results.standings:
         if each.side is None:

@@ -13,8 +13,8 @@ import click
 from harness.episode.factory import nav2_parameters, prices_of, world_params
 from harness.metrics.columns import Row
 from harness.report.page.document import write_study_page
-from harness.report.tables import report_console
-from harness.report.tuning import lint_lines, print_tuning, write_tuning
+from harness.report.tables import print_blocks, report_console
+from harness.report.tuning import lint_lines, tuning_blocks, write_tuning
 from harness.storage.documents import write_document
 from harness.storage.run_folder import TUNING, create_run, default_folder, require_usable
 from harness.storage.shipped import resolve, shipped
@@ -25,9 +25,10 @@ from harness.study.preflight import check
 from harness.study.stored_run import load_run
 from harness.task.study import Study, is_recording, make_study
 from harness.tuning.dashboard import write_dashboard
-from harness.tuning.declaration import ORIGINAL, SPACE, Declaration, sizes
+from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration, sizes
 from harness.tuning.explanation import explain
 from harness.tuning.journal import Journal
+from harness.tuning.mission_differences import MissionDifference
 from harness.tuning.objective import parse_objectives
 from harness.tuning.output import (
     DIFF,
@@ -38,14 +39,13 @@ from harness.tuning.output import (
     test_command,
     write_files,
 )
-from harness.tuning.partings import Parting
-from harness.tuning.paths import with_absolute_files
-from harness.tuning.progress import Progress
+from harness.tuning.progress import StudyProgress
 from harness.tuning.result import StudyResult
 from harness.tuning.sampler import make_sampler
 from harness.tuning.scores import scores_document
-from harness.tuning.space import fit_space
-from harness.tuning.space_file import read_spaces
+from harness.tuning.space.file import read_spaces
+from harness.tuning.space.paths import with_absolute_files
+from harness.tuning.space.space import fit_space
 from harness.tuning.stack_evaluator import StackEvaluator
 from harness.tuning.study import (
     TuningStudy,
@@ -108,7 +108,7 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
         resolve(space, shipped("params") / "search_spaces", "search space") for space in spaces
     ]
     space, content = read_spaces(space_files)
-    declaration = Declaration(
+    declaration = StudyDeclaration(
         stack=stack,
         space=space,
         budget=budget,
@@ -160,7 +160,7 @@ def drive(path: Path, where: Where, budget: float | None, as_json: bool) -> int:
     searched, runs = study.declaration.episodes, {path: base}
     with Journal(path, searched) as journal, open_workers(where, base.workers, path, runs) as pool:
         later = study.episodes_after_search + study.episodes_of_explanation
-        progress = Progress(study.plan, journal, study.declaration.budget, later)
+        progress = StudyProgress(study.plan, journal, study.declaration.budget, later)
         searching = study.declaration.trials * searched
         say(
             f"up to {searching:,d} deliveries of the search, then up to {later:,d} to choose, test and explain"
@@ -190,7 +190,7 @@ def drive(path: Path, where: Where, budget: float | None, as_json: bool) -> int:
 
 
 def _search_and_test(
-    study: TuningStudy, evaluator: StackEvaluator, journal: Journal, progress: Progress
+    study: TuningStudy, evaluator: StackEvaluator, journal: Journal, progress: StudyProgress
 ) -> StudyResult:
     search = run_search(
         study, evaluator, journal, lambda trial, best: progress.trial(trial, best, evaluator)
@@ -206,7 +206,7 @@ def _explain(
     base: Study,
     result: StudyResult,
     evaluator: StackEvaluator,
-    progress: Progress,
+    progress: StudyProgress,
     path: Path,
 ) -> tuple[Row, Any]:
     """Write everything; returns the JSON document and what prints the report."""
@@ -239,15 +239,15 @@ def _explain(
     write_study_page(markdown, runs, today())
 
     def report() -> None:
-        console = report_console()
-        print_tuning(result, scores, explanation, command, path, console)
+        blocks = tuning_blocks(result, scores, explanation, command, path)
+        print_blocks(blocks, report_console())
         _print_files(lint, again, path)
 
     return {**document, "explanation": explanation.document}, report
 
 
 def _record_partings(
-    partings: Sequence[Parting], base: Study, evaluator: StackEvaluator, path: Path
+    partings: Sequence[MissionDifference], base: Study, evaluator: StackEvaluator, path: Path
 ) -> list[Path]:
     """Drive the missions on which the files part ways once more, recorded.
 

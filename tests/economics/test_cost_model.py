@@ -178,8 +178,12 @@ def test_cargo_not_modelled_leaves_dependent_terms_undefined():
     )
     undefined = {key for key, value in economics.as_json().items() if value is None}
     assert undefined == {
-        *("service_compensation", "opex", "revenue"),
-        *("contribution_margin", "break_even_runs", "break_even_days"),
+        "service_compensation",
+        "opex",
+        "revenue",
+        "contribution_margin",
+        "break_even_runs",
+        "break_even_days",
     }
     assert economics.hardware_usd == 10000
 

@@ -8,9 +8,10 @@ import pytest
 
 from harness.economics.cost_model import price
 from harness.economics.prices import load_prices
+from harness.report.paper_tables import Column, paper_blocks, values_of
 from harness.report.published import load_published, published_columns
 from harness.report.table_rows import LAYOUTS
-from harness.report.tables import PLAIN_WIDTH, Column, render_tables, report_console, values_of
+from harness.report.tables import PLAIN_WIDTH, print_blocks, report_console
 from harness.statistics.interval import Interval
 from navbench.cli.paper import paper, paper_document, print_paper
 
@@ -21,7 +22,7 @@ GPS = PUBLISHED.methods["nav2_gps"]
 
 def printed(columns):
     stream = io.StringIO()
-    render_tables(columns, report_console(stream))
+    print_blocks(paper_blocks(columns), report_console(stream))
     return stream.getvalue()
 
 

@@ -7,7 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.ablation.analysis import Ablation, Declaration, analyse, break_even_interval, points
+from harness.ablation.analysis import (
+    Ablation,
+    AblationDeclaration,
+    analyse,
+    break_even_interval,
+    points,
+)
 from harness.ablation.arms import arms_of, drives_by_scan
 from harness.economics.prices import load_prices
 from harness.economics.valuation import value
@@ -43,7 +49,9 @@ def analysed(folder: Path, stacks: tuple[Stack, ...], against: str | None = None
         else StackResult(each, 0, 3, None, None, 0.0)
         for each in stacks
     ]
-    return analyse(Declaration("nav2-amcl", against or stacks[0].name), results, run, prices, 40)
+    return analyse(
+        AblationDeclaration("nav2-amcl", against or stacks[0].name), results, run, prices, 40
+    )
 
 
 def costly(row: dict[str, Any]) -> None:
@@ -61,8 +69,13 @@ def costly(row: dict[str, Any]) -> None:
 def test_arms_are_named_by_what_differs_and_carry_what_they_need() -> None:
     made = arms("gps", "amcl", "amcl@navigation_mesh", errors=("position=0.1,1 heading=2",))
     assert [arm.name for arm in made] == [
-        *("ground_truth", "gps", "amcl", "amcl@navigation_mesh"),
-        *("position=0.1", "position=1", "heading=2"),
+        "ground_truth",
+        "gps",
+        "amcl",
+        "amcl@navigation_mesh",
+        "position=0.1",
+        "position=1",
+        "heading=2",
     ]
     carried = {arm.name: arm.carries for arm in made}
     # to see obstacles

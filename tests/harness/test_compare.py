@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.stats import ttest_rel
 
-from harness.analysis.compare import compare, document, side_of
+from harness.analysis.compare import compare, comparison_document, side_of
 from harness.analysis.repricing import accounted_margins
 from harness.economics.valuation import margins
 from harness.metrics.columns import EPISODE_COLUMNS
@@ -24,7 +24,9 @@ WriteRun = Callable[..., Path]
 
 def compared(first: Path | str, second: Path | str, *metrics: str) -> dict[str, Any]:
     comparison = compare(side_of(load_run(str(first))), side_of(load_run(str(second))), metrics)
-    result: dict[str, Any] = json.loads(json.dumps(document(comparison), allow_nan=False))
+    result: dict[str, Any] = json.loads(
+        json.dumps(comparison_document(comparison), allow_nan=False)
+    )
     return result
 
 

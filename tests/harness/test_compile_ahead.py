@@ -15,14 +15,12 @@ from navstack.jit import argument_types
 
 MODULES = ["navstack.costmap.spread_kernels", "navstack.localization.kld", "harness.world.gone"]
 STACKS = (
-    *(
-        "paper-gps",
-        "nav2-amcl-gps",
-        "rpp-gps-ekf",
-        "graceful-gps-ekf",
-        "mppi-gps-ekf",
-        "mpc-gps-ekf",
-    ),
+    "paper-gps",
+    "nav2-amcl-gps",
+    "rpp-gps-ekf",
+    "graceful-gps-ekf",
+    "mppi-gps-ekf",
+    "mpc-gps-ekf",
     "evasive-gps-ekf",
 )
 # Drives the first seconds of a delivery of each stack, in a process of its own, and prints the
@@ -156,7 +154,8 @@ def test_kernels_say_the_types_with_which_deliveries_call_them(
         for kernel in kernels_of(name)
     ]
     listed = {
-        f"called by {stack} {name} {kernel.py_func.__qualname__} {[str(one) for one in argument_types(kernel)]}"
+        f"called by {stack} {name} {kernel.py_func.__qualname__} "
+        f"{[str(one) for one in argument_types(kernel)]}"
         for name, kernel in needed
     }
     assert called

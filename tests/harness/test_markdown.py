@@ -2,7 +2,8 @@
 
 import pytest
 
-from harness.report.markdown import interval_text, number_text, wrapped
+from harness.report.markdown import wrapped
+from harness.report.numbers import interval_text, number_text
 from harness.statistics.interval import Interval
 
 

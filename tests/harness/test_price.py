@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.analysis.repricing import choose, document, reprice
+from harness.analysis.repricing import choose, reprice, repricing_document
 from harness.economics.accountings import accounted
 from harness.economics.contact_costs import injury_cost, mais_probabilities, monotone_injury_costs
 from harness.economics.cost_model import running
@@ -61,7 +61,7 @@ def priced(
     stored = load_run(str(run))
     choices = choose(stored, prices, settings, terms)
     return json.loads(
-        json.dumps(document(stored, reprice(stored, choices), choices), allow_nan=False)
+        json.dumps(repricing_document(stored, reprice(stored, choices), choices), allow_nan=False)
     )["runs"]
 
 
@@ -352,7 +352,8 @@ def test_the_worst_deliveries_and_the_odds(write_run: WriteRun) -> None:
 def test_what_is_known_of_deliveries_that_earned_the_same_is_told() -> None:
     text = risk_text(Risk(Interval(1.25, None, None, 9), 18250.0, None))
     assert text.startswith(
-        "the worst 5 % of deliveries cost 1.25 $ each (too few, or all alike: no interval); chance of break-even"
+        "the worst 5 % of deliveries cost 1.25 $ each (too few, or all alike: no interval); chance "
+        "of break-even"
     )
     assert "all deliveries earned the same" in text
 

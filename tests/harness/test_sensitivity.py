@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.analysis.repricing import choose, document, reprice
+from harness.analysis.repricing import choose, reprice, repricing_document
 from harness.analysis.sensitivity import break_even_spread
 from harness.economics.price import price_keys
 from harness.study.stored_run import load_run
@@ -36,7 +36,9 @@ def margin_and_profit(run: Path, settings: tuple[str, ...]) -> tuple[float, floa
     """The slow way: price the whole run again."""
     stored = load_run(str(run))
     choices = choose(stored, None, settings, ())
-    economics = document(stored, reprice(stored, choices), choices)["runs"][0]["economics"]
+    economics = repricing_document(stored, reprice(stored, choices), choices)["runs"][0][
+        "economics"
+    ]
     margin = economics["contribution_margin"]
     return margin, margin - economics["capex_usd"] / choices.prices.robot_life_runs
 

@@ -24,13 +24,13 @@ from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import price_sets
 from harness.economics.valuation import margins, value
 from harness.metrics.columns import EVENT_COLUMNS
-from harness.report.markdown import interval_text
-from harness.report.sheet import print_sheet
+from harness.report.numbers import interval_text
 from harness.report.suite.document import page, write_results
 from harness.report.suite.figures import FIGURES, _margin
 from harness.report.suite.other_prices import _moves, earns
 from harness.report.suite.results import Results, Standing, overview, read_results
 from harness.report.suite.tables import COLUMNS
+from harness.report.tables import print_blocks
 from harness.statistics.interval import Interval
 from harness.storage.tables import read_rows, write_table
 from harness.study.stored_run import load_run
@@ -70,8 +70,8 @@ def flat(text: str) -> str:
 def test_the_page_says_how_much_there_is_and_what_is_missing(study: Path) -> None:
     text = flat(page(read_results(study)))
     assert (
-        "**Not complete: 62 of 180 declared deliveries are driven.** 2 of 6 cells have some of theirs"
-        in text
+        "**Not complete: 62 of 180 declared deliveries are driven.** 2 of 6 cells have some of "
+        "theirs" in text
     )
     assert "3 of 6 cells have none and are missing below: absent; other on sidewalk_1." in text
     assert (
@@ -280,7 +280,7 @@ def test_a_stack_is_named_as_it_is(study: Path) -> None:
     (first, *_) = results.standings
     odd = tuple(dataclasses.replace(first, stack=name) for name in ("mpc[v2]", "x[/b]"))
     console = Console(width=200, file=io.StringIO())
-    print_sheet(_sheet(dataclasses.replace(results, standings=odd)), console)
+    print_blocks([_sheet(dataclasses.replace(results, standings=odd))], console)
     assert isinstance(console.file, io.StringIO)
     assert "mpc[v2]" in console.file.getvalue() and "x[/b]" in console.file.getvalue()
 

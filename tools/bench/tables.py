@@ -5,8 +5,8 @@ from typing import Any
 
 from rich.console import Console
 
-from harness.report.sheet import Sheet, print_sheet
-from harness.report.texts import print_notes
+from harness.report.blocks import Table, notes_of
+from harness.report.tables import print_blocks
 
 Row = Mapping[str, Any]
 
@@ -26,16 +26,11 @@ def print_bench(rows: Sequence[Row], notes: Sequence[str], console: Console) -> 
     """Print components, closed loops and where their time goes; then notes."""
     components = [row for row in rows if "ratio" in row]
     loops = [row for row in rows if "real_time_factor" in row]
-    for sheet in (
-        _components(components),
-        _loops(loops),
-        _breakdown([row for row in loops if PARTS in row]),
-    ):
-        print_sheet(sheet, console)
-    print_notes(notes, console)
+    parts = _breakdown([row for row in loops if PARTS in row])
+    print_blocks([_components(components), _loops(loops), parts, *notes_of(notes)], console)
 
 
-def _components(rows: Sequence[Row]) -> Sheet:
+def _components(rows: Sequence[Row]) -> Table:
     """A line per component and reference."""
     lines = []
     for row in rows:
@@ -43,19 +38,17 @@ def _components(rows: Sequence[Row]) -> Sheet:
         span = f"{_short(row['low'])} to {_short(row['high'])}"
         lines.append((row["name"], row["reference"], *numbers, span, str(row["n"]), *_target(row)))
     title = "Components: ours / reference, processor time of one core"
-    return Sheet(title, COMPONENT_HEADERS, lines, texts=2)
+    return Table(title, COMPONENT_HEADERS, lines, texts=2)
 
 
-def _loops(rows: Sequence[Row]) -> Sheet:
+def _loops(rows: Sequence[Row]) -> Table:
     """A line per closed loop; ratios of one with another stand beside it."""
     lines = []
     for row in rows:
         relative = row.get("of_value_without") or row.get("of_one_worker")
-        ratio = (
-            ""
-            if relative is None
-            else f"{relative['value']:.2f} ({relative['low']:.2f} to {relative['high']:.2f})"
-        )
+        ratio = ""
+        if relative is not None:
+            ratio = f"{relative['value']:.2f} ({relative['low']:.2f} to {relative['high']:.2f})"
         wall = row.get("wall_real_time_factor")
         span = f"{row['low']:.1f} to {row['high']:.1f}"
         cells = (
@@ -67,10 +60,10 @@ def _loops(rows: Sequence[Row]) -> Sheet:
         )
         lines.append((row["name"], *cells, *_target(row)))
     title = "Closed loops: simulated seconds per second of one core's time"
-    return Sheet(title, LOOP_HEADERS, lines)
+    return Table(title, LOOP_HEADERS, lines)
 
 
-def _breakdown(rows: Sequence[Row]) -> Sheet:
+def _breakdown(rows: Sequence[Row]) -> Table:
     """A line per part, a column per closed loop."""
     names = list(dict.fromkeys(name for row in rows for name in row[PARTS]))
     names.sort(key=lambda name: -max(row[PARTS].get(name, 0.0) for row in rows))
@@ -82,7 +75,7 @@ def _breakdown(rows: Sequence[Row]) -> Sheet:
             ("the wrappers' own, left out", *(f"{row[WRAPPERS]:.2f}      " for row in rows)),
         ]
     title = "One simulated second by part: ms of processor time, and share"
-    return Sheet(title, ("part", *(row["name"] for row in rows)), lines)
+    return Table(title, ("part", *(row["name"] for row in rows)), lines)
 
 
 def _share(row: Row, name: str) -> str:
@@ -91,7 +84,9 @@ def _share(row: Row, name: str) -> str:
 
 
 def _short(value: float) -> str:
-    return f"{value:.3g}" if value < 1000.0 else f"{value:.0f}"
+    if value < 1000.0:
+        return f"{value:.3g}"
+    return f"{value:.0f}"
 
 
 def _target(row: Row) -> tuple[str, str]:

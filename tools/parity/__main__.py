@@ -12,8 +12,8 @@ import click
 from rich.console import Console
 from rich.text import Text
 
-from harness.report.sheet import Sheet, print_sheet
-from harness.report.tables import report_console
+from harness.report.blocks import Table
+from harness.report.tables import print_blocks, report_console
 from navbench.cli.app import main
 from navbench.cli.options import JSON
 from navbench.cli.streams import print_json
@@ -83,7 +83,7 @@ def print_certificate(results: Sequence[PartResult], console: Console) -> None:
         unexplained = len(result.deviations) - explained - not_compared
         counts = (result.cases, result.equal, explained, unexplained, not_compared)
         rows.append((result.part, *map(str, counts), largest))
-    print_sheet(Sheet(TITLE, HEADERS, rows), console)
+    print_blocks([Table(TITLE, HEADERS, rows)], console)
     deviations = [deviation for result in results for deviation in result.deviations]
     kinds = {
         "Explained deviations": (True, True),

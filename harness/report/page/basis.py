@@ -13,21 +13,21 @@ from pathlib import Path
 from typing import Any
 
 from harness.economics.price import price_keys
-from harness.report.page.entries import Entry
+from harness.report.page.entries import PageEntry
 from harness.study.stored_run import CONDITIONS, StoredRun
 from harness.task.study import is_recording
 
 Json = dict[str, Any]
 
 
-def basis(entries: Sequence[Entry], notes: Sequence[str]) -> Json:
+def basis(entries: Sequence[PageEntry], notes: Sequence[str]) -> Json:
     """The section "What these figures rest on".
 
     Args:
         entries: the stacks of the page.
         notes: what else is to be known of this page.
     """
-    runs: dict[Path, list[Entry]] = {}
+    runs: dict[Path, list[PageEntry]] = {}
     for entry in entries:
         runs.setdefault(entry.run.folder.resolve(), []).append(entry)
     return {
@@ -38,11 +38,14 @@ def basis(entries: Sequence[Entry], notes: Sequence[str]) -> Json:
     }
 
 
-def _run(run: StoredRun, entries: Sequence[Entry]) -> Json:
+def _run(run: StoredRun, entries: Sequence[PageEntry]) -> Json:
     about = run.about
     world = run.condition("world")
-    people = world.get("people") if isinstance(world, Mapping) else None
-    people = people if isinstance(people, Mapping) else {}
+    people = None
+    if isinstance(world, Mapping):
+        people = world.get("people")
+    if not isinstance(people, Mapping):
+        people = {}
     command = about.get("command")
     return {
         "folder": run.folder.resolve().name,
@@ -68,13 +71,17 @@ def _people(run: StoredRun, people: Mapping[str, Any]) -> str:
         return f"{people.get('count', '?')} ({people.get('model', '?')})"
     replay, asked = people.get("replay"), run.about.get("people")
     # under a name of the run folder's own
-    stored = replay.get("file") if isinstance(replay, Mapping) else None
-    name = asked if isinstance(asked, str) and is_recording(asked) else stored
+    stored = None
+    if isinstance(replay, Mapping):
+        stored = replay.get("file")
+    name = stored
+    if isinstance(asked, str) and is_recording(asked):
+        name = asked
     return f"replayed from {Path(str(name)).name}"
 
 
 def digest(content: Any) -> str:
-    """The first twelve digits of the SHA-256 of a condition's content, by which two runs can be told alike."""
+    """The first twelve digits of the SHA-256 of a condition's content."""
     try:
         text = json.dumps(content, sort_keys=True, default=str)
     except TypeError:  # keys that are no texts, or of several kinds
@@ -82,7 +89,7 @@ def digest(content: Any) -> str:
     return hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()[:12]
 
 
-def _prices(entries: Sequence[Entry]) -> list[Json]:
+def _prices(entries: Sequence[PageEntry]) -> list[Json]:
     """Every price of the first run, and where another run has another."""
     first = price_keys(entries[0].prices)
     others = [price_keys(entry.prices) for entry in entries[1:]]

@@ -10,7 +10,7 @@ from harness.economics.accountings import COUNTED, EVENT
 from harness.metrics.columns import Row
 from harness.metrics.contacts import PRICED_PROPERTY
 from harness.metrics.replay_log import simplified
-from harness.report.page.entries import Entry
+from harness.report.page.entries import PageEntry
 from harness.report.replay import contacts_shown
 from navstack.types import FloatArray
 
@@ -32,12 +32,12 @@ MONEY = {"profit": "contribution_margin", "cost": "opex"}
 PATH_TOLERANCE = 0.05  # [m] of a trajectory on the map
 
 
-def recording_of(entry: Entry, episode: int) -> Path:
+def recording_of(entry: PageEntry, episode: int) -> Path:
     """Where a delivery's recording would be."""
     return entry.run.folder / "recordings" / f"{entry.stack.name}-{episode}.npz"
 
 
-def delivery_list(entries: Sequence[Entry]) -> Json:
+def delivery_list(entries: Sequence[PageEntry]) -> Json:
     """All deliveries, column by column."""
     columns: dict[str, list[Any]] = {
         name: []
@@ -62,7 +62,7 @@ def delivery_list(entries: Sequence[Entry]) -> Json:
     return columns
 
 
-def money_of(entry: Entry, term: str) -> list[float | None]:
+def money_of(entry: PageEntry, term: str) -> list[float | None]:
     """What each delivery comes to in one term of the cost model [USD].
 
     None where it is undefined.
@@ -76,10 +76,12 @@ def money_of(entry: Entry, term: str) -> list[float | None]:
 
 def rounded(value: Any, decimals: int = 3) -> Any:
     """A number as short as the page shows it."""
-    return round(value, decimals) if isinstance(value, float) else value
+    if isinstance(value, float):
+        return round(value, decimals)
+    return value
 
 
-def missions_of(entries: Sequence[Entry]) -> list[list[Any]]:
+def missions_of(entries: Sequence[PageEntry]) -> list[list[Any]]:
     """Start and goal [m] of every delivery: entry, episode, label of the map, four coordinates."""
     keys = ("start_x_m", "start_y_m", "goal_x_m", "goal_y_m")
     return [
@@ -89,8 +91,8 @@ def missions_of(entries: Sequence[Entry]) -> list[list[Any]]:
     ]
 
 
-def contacts_of(entries: Sequence[Entry]) -> list[list[Any]]:
-    """Contacts with a place: entry, episode, x, y [m], time [s], what, impulse [N s], cost [USD], whether counted."""
+def contacts_of(entries: Sequence[PageEntry]) -> list[list[Any]]:
+    """Contacts: entry, episode, x, y [m], time [s], kind, impulse [N s], cost [USD], is counted."""
     return [
         [number, episode, *contact]
         for number, entry in enumerate(entries)

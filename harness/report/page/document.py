@@ -19,7 +19,7 @@ from typing import Any
 from harness.report import texts
 from harness.report.page.basis import basis
 from harness.report.page.deliveries import contacts_of, delivery_list, missions_of
-from harness.report.page.entries import Entry, entries_of, notes_of
+from harness.report.page.entries import PageEntry, entries_of, notes_of
 from harness.report.page.markdown_blocks import sections
 from harness.report.page.recording_code import FINE
 from harness.report.page.replays import Recorded, chosen, recorded_of, replay, trajectories
@@ -34,24 +34,20 @@ Json = dict[str, Any]
 MOST_REPLAYS = 40  # of a study's page
 
 SCRIPTS = (
-    *(
-        "core.js",
-        "charts.js",
-        "profit_charts.js",
-        "tables.js",
-        "episodes.js",
-        "scenery.js",
-        "overview.js",
-    ),
-    *(
-        "replay_code.js",
-        "replay_view.js",
-        "replay_strip.js",
-        "replay_reasons.js",
-        "replay.js",
-        "study.js",
-        "main.js",
-    ),
+    "core.js",
+    "charts.js",
+    "profit_charts.js",
+    "tables.js",
+    "episodes.js",
+    "scenery.js",
+    "overview.js",
+    "replay_code.js",
+    "replay_view.js",
+    "replay_strip.js",
+    "replay_reasons.js",
+    "replay.js",
+    "study.js",
+    "main.js",
 )
 
 
@@ -74,7 +70,8 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
     left = len(readable) - len(replays)
     if left:
         notes.append(
-            f"{left} more recorded deliveries are not in this page: navbench replay RUN EPISODE shows them."
+            f"{left} more recorded deliveries are not in this page: navbench replay RUN EPISODE "
+            "shows them."
         )
     return _page(
         "report",
@@ -104,7 +101,9 @@ def write_study_page(markdown: Path, runs: Sequence[StoredRun], date: str) -> Pa
     Raises:
         InputError: it cannot be written.
     """
-    entries = entries_of(runs) if runs else []
+    entries = []
+    if runs:
+        entries = entries_of(runs)
     readable, _, troubles = trajectories(recorded_of(entries))
     scenery, notes = sceneries(entries)
     title, parts = sections(read_text(markdown), markdown.parent)
@@ -129,7 +128,12 @@ def replay_page(recorded: Recorded, date: str) -> str:
 
 
 def _page(
-    kind: str, title: str, date: str, entries: Sequence[Entry], replays: Sequence[Json], **more: Any
+    kind: str,
+    title: str,
+    date: str,
+    entries: Sequence[PageEntry],
+    replays: Sequence[Json],
+    **more: Any,
 ) -> str:
     """The HTML text; ``more``: what a page of this kind shows."""
     labels = [{"label": entry.label} for entry in entries]
@@ -140,7 +144,8 @@ def _page(
         "(() => {\n'use strict';\n" + "\n".join(map(_asset, SCRIPTS)) + "\n})();",
     )
     policy = (
-        f"default-src 'none'; img-src data:; style-src '{_hash(style)}'; script-src '{_hash(script)}'; "
+        f"default-src 'none'; img-src data:; style-src '{_hash(style)}'; script-src "
+        f"'{_hash(script)}'; "
         "base-uri 'none'; form-action 'none'"
     )
     parts = {

@@ -15,14 +15,14 @@ from harness.economics.valuation import (
     value,
 )
 from harness.metrics.columns import Row
-from harness.report.tables import Column, own_column
+from harness.report.paper_tables import Column, own_column
 from harness.study.stored_run import StoredRun, StoredStack
 from navstack.errors import InputError
 from navstack.types import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class PageEntry:
     """One stack of one run."""
 
     label: str  # unlike every other on the page
@@ -65,7 +65,7 @@ class Entry:
         return profit_draws(self.margin, clusters, self.run.seed)[0]
 
 
-def entries_of(runs: Sequence[StoredRun]) -> list[Entry]:
+def entries_of(runs: Sequence[StoredRun]) -> list[PageEntry]:
     """Every stack that finished a delivery, in the order given.
 
     Raises:
@@ -105,7 +105,7 @@ def _map_of(run: StoredRun) -> tuple[str, str]:
 
 
 def notes_of(runs: Sequence[StoredRun]) -> list[str]:
-    """What is to be said of stacks that have not driven all that their run asks for, or of which nothing is shown."""
+    """Notes on stacks that have not driven all deliveries, or of which nothing is shown."""
     told = ((run, stack, _missing(run, stack)) for run in runs for stack in run.stacks)
     return [
         f"{run.folder.resolve().name}: {stack.name} {missing}"
@@ -126,14 +126,14 @@ def _missing(run: StoredRun, stack: StoredStack) -> str:
     return ""
 
 
-def _entry(label: str, map_label: str, run: StoredRun, stack: StoredStack) -> Entry:
+def _entry(label: str, map_label: str, run: StoredRun, stack: StoredStack) -> PageEntry:
     prices = run.prices()
     each = running(deliveries(stack.rows, prices.rolling_resistance_force), prices)
     events: dict[int, list[Row]] = {row["episode"]: [] for row in stack.rows}
     for event in run.events:
         if event["stack"] == stack.name and event["episode"] in events:
             events[event["episode"]].append(event)
-    return Entry(
+    return PageEntry(
         label,
         map_label,
         run,

@@ -218,10 +218,13 @@ def _with_yaw(poses: FloatArray) -> FloatArray:
 def _field(
     name: str, values: Any, scale: float | tuple[float, ...], unit: float = 1.0
 ) -> tuple[dict[str, Any], bytes]:
-    """Head and numbers of an array (n,) or (n, columns) of ``unit`` in steps of ``scale``, one for all or for each."""
+    """Head and numbers of an array (n,) or (n, columns) of ``unit``, in steps of ``scale``."""
     table = np.asarray(values)
-    table = table[:, np.newaxis] if table.ndim == 1 else table
-    scales = scale if isinstance(scale, tuple) else (scale,) * table.shape[1]
+    if table.ndim == 1:
+        table = table[:, np.newaxis]
+    scales = _tuple(scale)
+    if len(scales) == 1:
+        scales *= table.shape[1]
     first: list[int] = []
     steps: npt.NDArray[np.int32] = np.zeros(table.T.shape, dtype=np.int32)
     # one at a time: scans are large
@@ -230,9 +233,16 @@ def _field(
         whole = np.rint(np.clip(scaled, -FAR, FAR)).astype(np.int32)
         first += whole[:1].tolist()
         own[1:] = np.diff(whole)
-    largest = max(int(steps.max()), -int(steps.min())) if steps.size else 0
+    largest = 0
+    if steps.size:
+        largest = max(int(steps.max()), -int(steps.min()))
     # bytes of the smallest number that holds them all
-    size = 1 if largest < 2**7 else 2 if largest < 2**15 else 4
+    if largest < 2**7:
+        size = 1
+    elif largest < 2**15:
+        size = 2
+    else:
+        size = 4
     head = {
         "name": name,
         "columns": steps.shape[0],
@@ -240,6 +250,10 @@ def _field(
         "bytes": size,
         "first": first,
     }
-    return {**head, "scales": scale if isinstance(scale, tuple) else (scale,)}, steps.astype(
-        f"<i{size}"
-    ).tobytes()
+    return {**head, "scales": _tuple(scale)}, steps.astype(f"<i{size}").tobytes()
+
+
+def _tuple(scale: float | tuple[float, ...]) -> tuple[float, ...]:
+    if isinstance(scale, tuple):
+        return scale
+    return (scale,)

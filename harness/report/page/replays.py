@@ -10,9 +10,9 @@ from harness.analysis.compare import side_of
 from harness.economics.cost_terms import COST_LABELS
 from harness.metrics.columns import Row
 from harness.report.page.deliveries import contacts, money_of, recording_of, rounded, trajectory
-from harness.report.page.entries import Entry, entries_of
+from harness.report.page.entries import PageEntry, entries_of
 from harness.report.page.recording_code import COARSE, Fineness, encode, load_recording
-from harness.report.replay import Replay, contacts_shown
+from harness.report.replay import RecordedReplay, contacts_shown
 from harness.storage.parameters import parameter_folder
 from harness.storage.shipped import shipped
 from harness.study.stored_run import StoredRun
@@ -32,7 +32,7 @@ class Recorded:
     """One delivery that has a recording."""
 
     number: int  # of its entry on the page
-    entry: Entry
+    entry: PageEntry
     index: int  # of its row among the entry's
     path: Path
 
@@ -50,7 +50,7 @@ class Recorded:
         return -float(margin[self.index])
 
 
-def recorded_of(entries: Sequence[Entry]) -> list[Recorded]:
+def recorded_of(entries: Sequence[PageEntry]) -> list[Recorded]:
     """Every delivery that has a recording."""
     return [
         Recorded(number, entry, index, path)
@@ -104,7 +104,7 @@ def replay(recorded: Recorded, fineness: Fineness = COARSE) -> Json:
     }
 
 
-def _reasons(entry: Entry, row: Row, arrays: Mapping[str, Any]) -> list[Json]:
+def _reasons(entry: PageEntry, row: Row, arrays: Mapping[str, Any]) -> list[Json]:
     """Each event of a delivery that cost something, in the words of ``navbench explain``.
 
     When [s], cost [USD], words.
@@ -158,7 +158,8 @@ def one_recorded(run: StoredRun, episode: int) -> Recorded:
     entry = entries_of([run])[0]
     if all(row["episode"] != episode for row in entry.stack.rows):
         raise InputError(
-            f"{run.folder}: {stack} finished no episode {episode}; it has {len(entry.stack.rows)} others"
+            f"{run.folder}: {stack} finished no episode {episode}; it has {len(entry.stack.rows)} "
+            "others"
         )
     known = {each.row["episode"]: each for each in recorded_of([entry])}
     if episode not in known:
@@ -170,7 +171,7 @@ def one_recorded(run: StoredRun, episode: int) -> Recorded:
     return known[episode]
 
 
-def shown(recorded: Recorded) -> Replay:
+def shown(recorded: Recorded) -> RecordedReplay:
     """The delivery for all but a page.
 
     Raises:
@@ -179,10 +180,10 @@ def shown(recorded: Recorded) -> Replay:
     entry, row = recorded.entry, recorded.row
     robot, radius = bodies(entry)
     contacts = contacts_shown(entry.events[row["episode"]])
-    return Replay(load_recording(recorded.path), contacts, robot.polygon, radius)
+    return RecordedReplay(load_recording(recorded.path), contacts, robot.polygon, radius)
 
 
-def bodies(entry: Entry) -> tuple[RobotParams, float]:
+def bodies(entry: PageEntry) -> tuple[RobotParams, float]:
     """The robot, and the radius of people [m], as the run has them."""
     own = parameter_folder(entry.run.folder) / f"{entry.stack.name}-robot.yaml"
     robot = _loaded(
@@ -199,7 +200,7 @@ def _loaded(kind: Any, path: Path) -> Any:
 
 
 def trajectories(recorded: Sequence[Recorded]) -> tuple[list[Recorded], list[list[Any]], list[str]]:
-    """Those that can be read, the way of each (entry, episode, trajectory), and why the others cannot.
+    """Readable recordings, the trajectory of each, and why the others cannot be read.
 
     One recording is in memory at a time: together they may have gigabytes.
     """

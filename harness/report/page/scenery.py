@@ -1,4 +1,4 @@
-"""A map as a page draws it: polygons in centimetres, or a small picture where there are none or too many."""
+"""A map as a page draws it: polygons in centimetres, or else a small picture."""
 
 import base64
 import io
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.report.page.entries import Entry
+from harness.report.page.entries import PageEntry
 from harness.study.manifest import map_digest
 from harness.study.stored_run import StoredRun
 from harness.world.map.scene import Scene
@@ -23,7 +23,7 @@ LARGEST_PICTURE = 1500  # [pixel] along a side
 GROUND, WALKABLE, SOLID = 0, 1, 2  # what a pixel shows
 
 
-def sceneries(entries: Sequence[Entry]) -> tuple[Json, list[str]]:
+def sceneries(entries: Sequence[PageEntry]) -> tuple[Json, list[str]]:
     """Every map of a page once, by its label, and why others are not drawn."""
     drawn: Json = {}
     troubles = []

@@ -18,12 +18,12 @@ from harness.economics.valuation import ARRIVED, CENT, OUTCOMES, missions
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.metric import Metric
 from harness.report.comparison import winner
-from harness.report.page.entries import Entry
+from harness.report.page.entries import PageEntry
+from harness.report.paper_tables import Column, number_text, span_text, table_notes
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import TITLES, forgiven
 from harness.report.run_tables import PUBLISHED_BESIDE
 from harness.report.table_rows import LAYOUTS, Row
-from harness.report.tables import Column, number_text, span_text, table_notes
 from harness.report.texts import notes
 from harness.report.verdict import earnings, rankings
 from harness.statistics.interval import Interval
@@ -37,27 +37,23 @@ CURVE_POINTS = 150
 BINS = 28  # of the break-even distribution
 EVERY_PAIR_UP_TO = 4  # stacks; more are held against the first with the same missions only
 FOREMOST = (
-    *(
-        "contribution_margin",
-        "opex",
-        "pedestrian_safety",
-        "property_damage",
-        "service_compensation",
-    ),
-    *(
-        "sla",
-        "avg_runtime_h",
-        "avg_distance_km",
-        "avg_pedestrian_contacts",
-        "avg_localization_error_mean_m",
-    ),
+    "contribution_margin",
+    "opex",
+    "pedestrian_safety",
+    "property_damage",
+    "service_compensation",
+    "sla",
+    "avg_runtime_h",
+    "avg_distance_km",
+    "avg_pedestrian_contacts",
+    "avg_localization_error_mean_m",
 )
 
 
 Accounted = Sequence[Mapping[str, Interval]]  # margins under each accounting, entry by entry
 
 
-def figures(entries: Sequence[Entry]) -> Json:
+def figures(entries: Sequence[PageEntry]) -> Json:
     """All of them, by the names that the page's scripts know.
 
     Raises:
@@ -76,7 +72,7 @@ def figures(entries: Sequence[Entry]) -> Json:
     }
 
 
-def headline(entries: Sequence[Entry], known: Accounted) -> Json:
+def headline(entries: Sequence[PageEntry], known: Accounted) -> Json:
     """What each stack earns per delivery, and the published stack that drives like these."""
     parties = [(each.label, each.side, each.valuation.intervals.get(MARGIN)) for each in entries]
     return {
@@ -95,8 +91,10 @@ def headline(entries: Sequence[Entry], known: Accounted) -> Json:
     }
 
 
-def _headline(column: Column, entry: Entry | None = None) -> Json:
-    risk = entry.valuation.risk if entry else None
+def _headline(column: Column, entry: PageEntry | None = None) -> Json:
+    risk = None
+    if entry:
+        risk = entry.valuation.risk
     return {
         "label": column.title,
         "n": column.n,
@@ -113,24 +111,22 @@ def _headline(column: Column, entry: Entry | None = None) -> Json:
 
 def _quantity(column: Column, key: str) -> Json:
     interval = column.interval(key)
-    return (
-        {"v": column.values[key], "lo": None, "hi": None}
-        if interval is None
-        else _interval(interval)
-    )
+    if interval is None:
+        return {"v": column.values[key], "lo": None, "hi": None}
+    return _interval(interval)
 
 
 def _interval(interval: Interval) -> Json:
     return {"v": interval.value, "lo": interval.low, "hi": interval.high}
 
 
-def _published(entries: Sequence[Entry]) -> list[Column]:
-    """The paper's columns at the first run's prices, the one beside which runs are printed first."""
+def _published(entries: Sequence[PageEntry]) -> list[Column]:
+    """The paper's columns at the first run's prices, :data:`PUBLISHED_BESIDE` first."""
     columns = published_columns(load_published(), entries[0].prices)
     return sorted(columns, key=lambda column: column.title != PUBLISHED_BESIDE)
 
 
-def tables(entries: Sequence[Entry]) -> Json:
+def tables(entries: Sequence[PageEntry]) -> Json:
     """Both tables as text, formatted as they are printed."""
     columns = [*(entry.column for entry in entries), *_published(entries)]
     return {
@@ -163,7 +159,7 @@ def _row(row: Row, columns: Sequence[Column]) -> Json:
     return {"label": row.label, "bold": row.bold, "cells": cells}
 
 
-def waterfall(entries: Sequence[Entry]) -> list[Json]:
+def waterfall(entries: Sequence[PageEntry]) -> list[Json]:
     """From revenue to margin, stack by stack and for the published one [USD/run]."""
     return [
         {
@@ -177,7 +173,7 @@ def waterfall(entries: Sequence[Entry]) -> list[Json]:
     ]
 
 
-def accountings(entries: Sequence[Entry], known: Accounted) -> Json | None:
+def accountings(entries: Sequence[PageEntry], known: Accounted) -> Json | None:
     """A row for each accounting, a cell for each stack.
 
     None where all are alike, or margins are undefined.
@@ -198,7 +194,7 @@ def accountings(entries: Sequence[Entry], known: Accounted) -> Json | None:
     return {"notes": [*notes("accountings"), *lines], "rows": rows}
 
 
-def outcomes(entries: Sequence[Entry]) -> list[Json]:
+def outcomes(entries: Sequence[PageEntry]) -> list[Json]:
     """Deliveries by outcome, stack by stack and for the published one."""
     own = []
     for entry in entries:
@@ -221,8 +217,8 @@ def outcomes(entries: Sequence[Entry]) -> list[Json]:
     ]
 
 
-def profit(entries: Sequence[Entry]) -> list[Json]:
-    """Profit summed up over the deliveries as they were driven, with the band in which resampled ones lie."""
+def profit(entries: Sequence[PageEntry]) -> list[Json]:
+    """Profit summed up over the deliveries, with the band in which resampled ones lie."""
     return [
         {
             "label": entry.label,
@@ -234,9 +230,10 @@ def profit(entries: Sequence[Entry]) -> list[Json]:
 
 
 def profit_curve(margin: FloatArray, clusters: Any, seed: int) -> Json:
-    """Sums over the first missions [USD], and the 2.5 % and 97.5 % quantiles of sums over as many resampled ones.
+    """Sums over the first missions [USD], and the 95 % band of sums over resampled ones.
 
-    The quantiles are None where there is one mission only, or all came to the same: too few to tell.
+    The quantiles are None where there is one mission only, or all came to the same: too few to
+    tell.
 
     Args:
         margin: of each delivery [USD], shape (n,).
@@ -260,7 +257,7 @@ def profit_curve(margin: FloatArray, clusters: Any, seed: int) -> Json:
     return {**curve, "low": _rounded(low, 2), "high": _rounded(high, 2)}
 
 
-def break_even(entries: Sequence[Entry]) -> list[Json]:
+def break_even(entries: Sequence[PageEntry]) -> list[Json]:
     """How the break-even point is spread over the bootstrap's resamples."""
     return [
         {
@@ -276,7 +273,7 @@ def break_even(entries: Sequence[Entry]) -> list[Json]:
 
 
 def break_even_histogram(means: FloatArray, capex: float) -> Json:
-    """Shares of resampled mean margins (draws,) [USD/run] by the deliveries that pay back ``capex`` [USD].
+    """Shares of resampled mean margins (draws,) [USD/run] by their break-even point.
 
     Bins are even in the logarithm; ``never`` is the share whose mean is not positive.
     """
@@ -296,13 +293,11 @@ def break_even_histogram(means: FloatArray, capex: float) -> Json:
     }
 
 
-def comparisons(entries: Sequence[Entry]) -> list[Json]:
+def comparisons(entries: Sequence[PageEntry]) -> list[Json]:
     """Stacks on the missions that they have in common; pairs without one are left out."""
-    pairs = (
-        itertools.combinations(entries, 2)
-        if len(entries) <= EVERY_PAIR_UP_TO
-        else _against_first(entries)
-    )
+    pairs = list(itertools.combinations(entries, 2))
+    if len(entries) > EVERY_PAIR_UP_TO:
+        pairs = _against_first(entries)
     return [
         _comparison(first, second)
         for first, second in pairs
@@ -310,7 +305,7 @@ def comparisons(entries: Sequence[Entry]) -> list[Json]:
     ]
 
 
-def _against_first(entries: Sequence[Entry]) -> list[tuple[Entry, Entry]]:
+def _against_first(entries: Sequence[PageEntry]) -> list[tuple[PageEntry, PageEntry]]:
     """Each entry with the first that drove its missions.
 
     On a page of several maps each map has a first one.
@@ -325,7 +320,7 @@ def _against_first(entries: Sequence[Entry]) -> list[tuple[Entry, Entry]]:
     return pairs
 
 
-def _comparison(first: Entry, second: Entry) -> Json:
+def _comparison(first: PageEntry, second: PageEntry) -> Json:
     result = compare(first.side, second.side)
     known = [key for key, entry in result.differences.items() if entry.differs]
     order = [key for key in FOREMOST if key in known] + [
@@ -376,7 +371,9 @@ def metric_titles() -> dict[str, str]:
 
 def _unit(metric: Metric) -> str:
     """Of a metric's mean: where that is divided for another unit, the one at the end of its key."""
-    return metric.unit if metric.mean_divisor == 1.0 else (metric.mean_key or "").rpartition("_")[2]
+    if metric.mean_divisor == 1.0:
+        return metric.unit
+    return (metric.mean_key or "").rpartition("_")[2]
 
 
 def _rounded(values: FloatArray, decimals: int) -> list[float]:

@@ -70,7 +70,8 @@ def _progress(results: Results) -> str:
     partial = [each for each in standings if each.side is not None and not each.is_complete]
     text = f"**Not complete: {done} of {declared} declared deliveries are driven.**"
     if partial:
-        text += f" {len(partial)} of {len(standings)} cells have some of theirs; every figure says how many."
+        part = f"{len(partial)} of {len(standings)} cells"
+        text += f" {part} have some of theirs; every figure says how many."
     if missing:
         names = _names(results, missing)
         text += (
@@ -97,11 +98,9 @@ def _names(results: Results, standings: Sequence[Standing]) -> str:
 
 def _seeds(results: Results) -> str:
     seeds = results.suite.seeds
-    return (
-        f", seed {seeds[0]}"
-        if len(seeds) == 1
-        else f", seeds {', '.join(map(str, seeds))} together"
-    )
+    if len(seeds) == 1:
+        return f", seed {seeds[0]}"
+    return f", seeds {', '.join(map(str, seeds))} together"
 
 
 def _found(results: Results) -> str:
@@ -148,11 +147,9 @@ def _warnings(results: Results, condition: Condition) -> list[str]:
         (stack, each) for (where, stack), each in results.differences.items() if where == condition
     ]
     lines = [f"- `{stack}`: {warning}" for stack, each in known for warning in each.warnings]
-    return (
-        ["Beside the stack, these differ from the first in:\n\n" + "\n".join(lines)]
-        if lines
-        else []
-    )
+    if lines:
+        return ["Beside the stack, these differ from the first in:\n\n" + "\n".join(lines)]
+    return []
 
 
 def _basis(results: Results) -> list[str]:
@@ -162,16 +159,18 @@ def _basis(results: Results) -> list[str]:
         "the world's own number" if n is None else str(n) for n in suite.pedestrians or (None,)
     )
     lines = [
-        f"- worlds {', '.join(Path(world).stem for world in suite.worlds)}; people: {people}; missions: "
+        f"- worlds {', '.join(Path(world).stem for world in suite.worlds)}; people: {people}; "
+        "missions: "
         f"{suite.missions}; rules {Path(suite.rules).stem}; prices {Path(suite.prices).stem}",
-        f"- seeds {', '.join(map(str, suite.seeds))}: the same missions, people and noise for every stack"
-        + _but(results.sessions),
+        f"- seeds {', '.join(map(str, suite.seeds))}: the same missions, people and noise for "
+        "every stack" + _but(results.sessions),
     ]
     lines += [f"- map {name}: SHA-256 {digest}" for name, digest in _maps(runs)]
     lines += [f"- versions: {text}" for text in _versions(results.sessions)]
     if results.strangers:
         lines.append(
-            f"- run folders here that are not of this suite, and not shown: {', '.join(results.strangers)}"
+            "- run folders here that are not of this suite, and not shown: "
+            f"{', '.join(results.strangers)}"
         )
     return ["\n".join(lines), *_log(results)]
 
@@ -205,9 +204,12 @@ def _log(results: Results) -> list[str]:
     if not results.sessions:
         return []
     programs = len({session.program for session in results.sessions})
-    states = "one state" if programs == 1 else f"{programs} states"
+    states = "one state"
+    if programs != 1:
+        states = f"{programs} states"
     lines = [
-        f"- {each.date}: {each.deliveries} deliveries, program {each.program[:DIGITS]}{_driven(results, each)}"
+        f"- {each.date}: {each.deliveries} deliveries, program "
+        f"{each.program[:DIGITS]}{_driven(results, each)}"
         for each in results.sessions
     ]
     done = sum(each.n + each.errors for each in results.standings)
@@ -215,8 +217,10 @@ def _log(results: Results) -> list[str]:
     if rest > 0:
         lines.append(f"- {rest} more by calls that were killed before they could say so")
     return [
-        f"Driven by {states} of the program (SHA-256 of its code, parameters and maps). What a run folder holds is "
-        "kept; its `params/` say what it was driven with, whatever the files that come with the program say today.",
+        f"Driven by {states} of the program (SHA-256 of its code, parameters and maps). What a run "
+        "folder holds is "
+        "kept; its `params/` say what it was driven with, whatever the files that come with the "
+        "program say today.",
         "\n".join(lines),
     ]
 
@@ -232,7 +236,9 @@ def _driven(results: Results, session: Session) -> str:
             own = found.setdefault(results.label(cell.condition), {})
             own[cell.stack_name] = own.get(cell.stack_name, 0) + count
     text = "; ".join(f"{label}: {_counted(own)}" for label, own in found.items())
-    return f" ({text})" if text else ""
+    if text:
+        return f" ({text})"
+    return ""
 
 
 def _counted(deliveries: Mapping[str, int]) -> str:

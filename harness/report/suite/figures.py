@@ -79,11 +79,16 @@ def _panels(
                           fontsize=SMALL, color=OPEN, style="italic")  # fmt: skip
                 continue
             line(axes, place, each)
-            text = beside(each) if len(numbers) == 1 else f"{beside(each)} ({each.n})"
+            if len(numbers) == 1:
+                text = beside(each)
+            else:
+                text = f"{beside(each)} ({each.n})"
             axes.text(
                 1.02, place, text, transform=axes.get_yaxis_transform(), va="center", fontsize=SMALL
             )
-        n = "n in brackets" if len(numbers) > 1 else f"n = {max(numbers, default=0)}"
+        n = "n in brackets"
+        if not (len(numbers) > 1):
+            n = f"n = {max(numbers, default=0)}"
         axes.set_title(f"{results.label(condition)} ({n})", fontsize=8, loc="left")
         axes.set_yticks(range(len(names)), names)
         axes.tick_params(axis="y", length=0)
@@ -101,7 +106,9 @@ def _margin(figure: "Figure", results: Results) -> None:
             return
         low, high = (margin.value if end is None else end for end in (margin.low, margin.high))
         is_sure = margin.low is not None and (low > 0.0 or high < 0.0)
-        colour = (EARNS if margin.value > 0.0 else LOSES) if is_sure else OPEN
+        colour = OPEN
+        if is_sure:
+            colour = EARNS if margin.value > 0.0 else LOSES
         axes.plot((low, high), (place, place), color=colour, linewidth=1.6, solid_capstyle="butt")
         axes.plot(margin.value, place, "o" if is_sure else "D", color=colour, markersize=4.0,
                   markerfacecolor=colour if is_sure else "white")  # fmt: skip
@@ -109,8 +116,11 @@ def _margin(figure: "Figure", results: Results) -> None:
     known = [each.interval(MARGIN) for each in results.standings]
     ends = [end for each in known for end in (each.value, each.low, each.high) if end is not None]
     lowest, highest = min(ends, default=0.0), max(ends, default=0.0)
-    scale = f", logarithmic beyond {LINEAR:g}" if lowest < FAR else ""
-    title = f"contribution margin [USD/delivery], 95 % interval{scale} (blue: above 0, red: below, hollow: neither)"
+    scale = ""
+    if lowest < FAR:
+        scale = f", logarithmic beyond {LINEAR:g}"
+    colours = "(blue: above 0, red: below, hollow: neither)"
+    title = f"contribution margin [USD/delivery], 95 % interval{scale} {colours}"
     panels = _panels(
         figure, results, line, lambda each: _number(each.interval(MARGIN).value), title
     )
@@ -129,7 +139,10 @@ def _costs(figure: "Figure", results: Results) -> None:
         each.valuation.economics.opex or 0.0 for each in results.standings if each.valuation
     )
     median = totals[len(totals) // 2]
-    end = totals[-1] if totals[-1] <= STRETCH * median or median <= 0.0 else STRETCH * median
+    if totals[-1] <= STRETCH * median or median <= 0.0:
+        end = totals[-1]
+    else:
+        end = STRETCH * median
 
     def line(axes: "Axes", place: int, standing: Standing) -> None:
         assert standing.valuation is not None
@@ -159,7 +172,9 @@ def _outcomes(figure: "Figure", results: Results) -> None:
 
     def compliance(each: Standing) -> str:
         share = each.interval("sla").value
-        return "" if share is None else f"{share:.3f}"
+        if share is None:
+            return ""
+        return f"{share:.3f}"
 
     panels = _panels(
         figure, results, line, compliance, "share of deliveries; beside each: in time and intact"
@@ -170,7 +185,9 @@ def _outcomes(figure: "Figure", results: Results) -> None:
 
 def _break_even(figure: "Figure", results: Results) -> None:
     def probability(each: Standing) -> float | None:
-        return None if each.valuation is None else each.valuation.risk.break_even_probability
+        if each.valuation is None:
+            return None
+        return each.valuation.risk.break_even_probability
 
     def line(axes: "Axes", place: int, standing: Standing) -> None:
         chance = probability(standing)
@@ -180,7 +197,9 @@ def _break_even(figure: "Figure", results: Results) -> None:
 
     def beside(each: Standing) -> str:
         chance = probability(each)
-        return "unknown" if chance is None else f"{chance:.2f}"
+        if chance is None:
+            return "unknown"
+        return f"{chance:.2f}"
 
     panels = _panels(
         figure, results, line, beside, "probability that the robot pays for itself within its life"
@@ -212,7 +231,9 @@ def _legend(figure: "Figure", axes: "Axes", names: Sequence[str], colours: Seque
 
 
 def _number(value: float | None, decimals: int = 2) -> str:
-    return "" if value is None else f"{value:.{decimals}f}".replace("-", "−")
+    if value is None:
+        return ""
+    return f"{value:.{decimals}f}".replace("-", "−")
 
 
 FIGURES = {"margin": _margin, "costs": _costs, "outcomes": _outcomes, "break_even": _break_even}

@@ -12,7 +12,8 @@ from harness.analysis.price_sets import CURVES, Money, Parts, money_of, order, u
 from harness.analysis.repricing import Choices, choose
 from harness.economics.contact_limits import beyond_limit, limit_speed
 from harness.economics.prices import price_sets
-from harness.report.markdown import interval_text, table
+from harness.report.markdown import table
+from harness.report.numbers import interval_text
 from harness.report.suite.results import Results
 from harness.statistics.interval import Interval, wilson_interval
 
@@ -20,7 +21,7 @@ MOST_NAMED = 6  # pairs of stacks that change places
 
 
 def template(name: str) -> Template:
-    """A text of the page, a file of this folder, in which tables and numbers are still to be put."""
+    """A text of the page with gaps for tables and numbers, a file of this folder."""
     return Template((files("harness.report.suite") / name).read_text(encoding="utf-8"))
 
 
@@ -63,7 +64,9 @@ def _parts(results: Results, stack: str) -> Parts:
 
 
 def _meant(name: str, choices: Choices) -> str:
-    terms = f" with {' and '.join(choices.optional.names)}" if choices.optional.names else ""
+    terms = ""
+    if choices.optional.names:
+        terms = f" with {' and '.join(choices.optional.names)}"
     return f"`{name}` {choices.prices.accounting}{terms}"
 
 
@@ -90,7 +93,9 @@ def _moves(money: Mapping[str, Mapping[str, Money]], name: str) -> str:
     if not turned:
         return f"- `{name}`: the order of `{published}`"
     named = ", ".join(f"`{b}` before `{a}`" for a, b in turned[:MOST_NAMED])
-    more = f" and {len(turned) - MOST_NAMED} more" if len(turned) > MOST_NAMED else ""
+    more = ""
+    if len(turned) > MOST_NAMED:
+        more = f" and {len(turned) - MOST_NAMED} more"
     counted = f"{len(turned)} of {len(pairs)} pairs of stacks change places against `{published}`"
     return f"- `{name}`: {counted}: {named}{more}"
 
@@ -105,7 +110,9 @@ def _curves_table(parts: Mapping[str, Parts], curves: Mapping[str, Mapping[str, 
 
 def _earned(margin: Interval) -> str:
     text = interval_text(margin)
-    return f"**{text}**" if earns(margin) else text
+    if earns(margin):
+        return f"**{text}**"
+    return text
 
 
 def earns(margin: Interval) -> bool:
@@ -115,7 +122,9 @@ def earns(margin: Interval) -> bool:
 
 def _earners(curves: Mapping[str, Mapping[str, Interval]], name: str) -> str:
     found = [f"`{stack}`" for stack, own in curves.items() if earns(own[name])]
-    named = f": {', '.join(found)}" if found else ""
+    named = ""
+    if found:
+        named = f": {', '.join(found)}"
     return f"- {name}: {len(found)} of {len(curves)} stacks earn money{named}"
 
 

@@ -38,12 +38,16 @@ class Standing:
     @property
     def n(self) -> int:
         """Finished deliveries, without those that ended in an error."""
-        return 0 if self.side is None else len(self.side.stack.rows)
+        if self.side is None:
+            return 0
+        return len(self.side.stack.rows)
 
     @property
     def errors(self) -> int:
         """Deliveries that ended in an error."""
-        return 0 if self.side is None else self.side.stack.errors
+        if self.side is None:
+            return 0
+        return self.side.stack.errors
 
     @property
     def is_complete(self) -> bool:
@@ -52,15 +56,13 @@ class Standing:
 
     def interval(self, key: str) -> Interval:
         """A quantity of the valuation with its interval; undefined where there is none."""
-        return (
-            NO_INTERVAL
-            if self.valuation is None
-            else self.valuation.intervals.get(key, NO_INTERVAL)
-        )
+        if self.valuation is None:
+            return NO_INTERVAL
+        return self.valuation.intervals.get(key, NO_INTERVAL)
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class MarginDifference:
     """A stack's margin less that of the first stack, on the missions that both finished."""
 
     pairs: int
@@ -70,7 +72,7 @@ class Difference:
 
 
 @dataclass(frozen=True, slots=True)
-class Parting:
+class WidestMissions:
     """Missions of a condition on which what the stacks earned differs most."""
 
     spread: float  # [USD] of the widest one
@@ -129,24 +131,24 @@ class Results:
         return known + [name for name in margins if not margins[name]]
 
     @cached_property
-    def differences(self) -> dict[tuple[Condition, str], Difference]:
+    def differences(self) -> dict[tuple[Condition, str], MarginDifference]:
         """Margins less the first stack's, by condition and stack.
 
         Left out where they share no mission.
         """
-        found: dict[tuple[Condition, str], Difference] = {}
+        found: dict[tuple[Condition, str], MarginDifference] = {}
         for condition in self.conditions:
             own = _against_first(self.under(condition))
             paired = [comparison.differences[MARGIN].paired for _, comparison in own]
             adjusted = holm([each.p for each in paired])
             for (stack, comparison), each, p in zip(own, paired, adjusted, strict=True):
-                found[condition, stack] = Difference(
+                found[condition, stack] = MarginDifference(
                     comparison.pairs, each, float(p), tuple(comparison.warnings)
                 )
         return found
 
     @property
-    def partings(self) -> list[Parting]:
+    def partings(self) -> list[WidestMissions]:
         """The conditions whose stacks part ways most, with the missions on which they do.
 
         Widest first.
@@ -158,7 +160,7 @@ class Results:
 
     @cached_property
     def accounted(self) -> dict[tuple[Condition, str], dict[str, Interval]]:
-        """Margins by condition and stack under every one of :data:`harness.economics.accountings.ACCOUNTINGS`."""
+        """Margins by condition and stack under every accounting."""
         return {
             (each.condition, each.stack): accounted_margins(
                 each.side.run, [(run, run.stacks[0]) for run in each.runs]
@@ -215,7 +217,9 @@ def _standing(path: Path, suite: Suite, own: Sequence[Cell]) -> Standing:
     rows = tuple(row for run in runs for row in run.stacks[0].rows)
     errors = sum(run.stacks[0].errors for run in runs)
     side = Side(runs[0], dataclasses.replace(runs[0].stacks[0], rows=rows, errors=errors))
-    valuation = value(rows, side.stack, side.run.prices(), side.run.seed) if rows else None
+    valuation = None
+    if rows:
+        valuation = value(rows, side.stack, side.run.prices(), side.run.seed)
     return Standing(first.stack_name, first.condition, declared, side, valuation, runs)
 
 
@@ -233,7 +237,7 @@ def _against_first(standings: Sequence[Standing]) -> list[tuple[str, Comparison]
     ]
 
 
-def _parting(standings: Sequence[Standing]) -> Parting | None:
+def _parting(standings: Sequence[Standing]) -> WidestMissions | None:
     """Where several stacks earned unlike sums; None where no mission tells them apart by a cent."""
     earned: dict[tuple[int, int], list[float]] = {}
     for each in standings:
@@ -257,6 +261,6 @@ def _parting(standings: Sequence[Standing]) -> Parting | None:
         return None
     seed = widest[0][0]
     episodes = tuple(episode for its_seed, episode in widest if its_seed == seed)[:PARTED_MISSIONS]
-    return Parting(
+    return WidestMissions(
         spread[widest[0]], seed, episodes, tuple(run for each in standings for run in each.runs)
     )

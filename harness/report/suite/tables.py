@@ -6,7 +6,8 @@ from pathlib import Path
 from harness.analysis.rare import margin_with_unseen
 from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_terms import MARGIN
-from harness.report.markdown import bounds_text, interval_text, number_text, p_text, table
+from harness.report.markdown import table
+from harness.report.numbers import bounds_text, interval_text, number_text, p_text
 from harness.report.suite.results import Results, Standing
 from harness.report.texts import OUTCOMES
 from harness.statistics.interval import NO_INTERVAL, Interval
@@ -17,14 +18,15 @@ from harness.study.suite import Condition
 
 TABLE = "table.parquet"
 COLUMNS = {
-    **{
-        "map": "string",
-        "world": "string",
-        "pedestrians": "int64",
-        "stack": "string",
-        "quantity": "string",
-    },
-    **{"value": "double", "low": "double", "high": "double", "n": "int64"},
+    "map": "string",
+    "world": "string",
+    "pedestrians": "int64",
+    "stack": "string",
+    "quantity": "string",
+    "value": "double",
+    "low": "double",
+    "high": "double",
+    "n": "int64",
 }
 MEANS = {  # of a valuation -> title, decimals
     "pedestrian_safety": ("injuries [USD]", 2),
@@ -48,7 +50,7 @@ def margins(results: Results) -> str:
 
 
 def margins_under(results: Results, accounting: str) -> str:
-    """The same under one of :data:`harness.economics.accountings.ACCOUNTINGS`, stacks in the same order."""
+    """The same under one accounting, stacks in the same order."""
     known = results.accounted
     return _by_condition(
         results, lambda each: known[each.condition, each.stack].get(accounting, NO_INTERVAL)
@@ -59,7 +61,9 @@ def _with_unseen(standing: Standing) -> str:
     """The interval that admits a loss that has not happened yet."""
     assert standing.side is not None
     unseen = margin_with_unseen(standing.side.run, standing.side.stack)
-    return "" if unseen is None else f" ({bounds_text(unseen)})"
+    if unseen is None:
+        return ""
+    return f" ({bounds_text(unseen)})"
 
 
 def _by_condition(
@@ -114,12 +118,12 @@ def _line(results: Results, standing: Standing) -> list[str]:
 def _count(standing: Standing) -> str:
     if standing.side is None:
         return "–"
-    errors = f", {standing.errors} errors" if standing.errors else ""
-    return (
-        f"{standing.n}{errors}"
-        if standing.is_complete
-        else f"{standing.n} of {standing.declared}{errors}"
-    )
+    errors = ""
+    if standing.errors:
+        errors = f", {standing.errors} errors"
+    if standing.is_complete:
+        return f"{standing.n}{errors}"
+    return f"{standing.n} of {standing.declared}{errors}"
 
 
 def write_quantities(results: Results, folder: Path) -> Path:
@@ -137,7 +141,7 @@ def write_quantities(results: Results, folder: Path) -> Path:
 
 
 def _quantities(results: Results, standing: Standing) -> Sequence[Row]:
-    """Those with an interval, margins under other accountings, and other terms of the money and the risk without."""
+    """Quantities with an interval, and terms of the money and the risk without one."""
     valuation = standing.valuation
     if valuation is None:
         return []

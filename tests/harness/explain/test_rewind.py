@@ -44,7 +44,8 @@ def rules(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Rules by which time is up soon."""
     path = tmp_path_factory.mktemp("rules") / "soon.yaml"
     path.write_text(
-        f"arrival_radius: 2.0\ntimeout: {SECONDS}\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+        f"arrival_radius: 2.0\ntimeout: {SECONDS}\nmax_tilt: 0.5\nimpulse_health: "
+        "177.78\nspoiled_fraction: 0.05\n"
     )
     return path
 

@@ -85,8 +85,8 @@ def test_what_decided_are_the_critics_that_speak_against_slower_most_first() -> 
     given = dataclasses.replace(given, weighed={stamp: (second, slower)})
     words = paragraph(given, seconds_before(given, moment_at(), 5.0))
     assert (
-        "at most half as fast (0.40 m/s) would have scored 0.8 more; what decided: BaseObstacle +0.7, Path"
-        in words
+        "at most half as fast (0.40 m/s) would have scored 0.8 more; what decided: BaseObstacle "
+        "+0.7, Path" in words
     )
     assert "Second came 0.90 m/s" in words
     only = dataclasses.replace(given, weighed={stamp: (second,)})
@@ -138,7 +138,7 @@ def test_of_a_navigation_that_was_given_up_no_critic_is_blamed() -> None:
     given = evidence(row={**row, "navigator_error": "NO_VALID_PATH", "goal_distance_m": 12.0})
     words = paragraph(given, seconds_before(given, moment_at(kind="timeout"), 5.0))
     assert (
-        f"the navigator gave up: all retries are used up (NO_VALID_PATH); at {END:.0f} s time was up"
-        in words
+        f"the navigator gave up: all retries are used up (NO_VALID_PATH); at {END:.0f} s time was "
+        "up" in words
     )
     assert "Cycles decided" not in words and "PathDist" not in words

@@ -329,7 +329,8 @@ def test_paper_is_light_and_shows_what_is_folded(page: Path, browse: Browse) -> 
     browser = browse(page, 1440)
     wait(browser, "document.querySelector('#player').dataset.ready")
     browser.execute_script(
-        "if (document.documentElement.dataset.theme === 'light') document.querySelector('#theme').click()"
+        "if (document.documentElement.dataset.theme === 'light') "
+        "document.querySelector('#theme').click()"
     )
     choose(browser, "by-outcome", "timeout")
     dark = picture(browser)
@@ -362,7 +363,8 @@ def test_two_stacks_drive_the_same_mission_in_one_replay(
     browser = browse(page, width)
     wait(browser, "document.querySelector('#player').dataset.ready")
     numbers = browser.execute_script(
-        "return JSON.parse(document.getElementById('data').textContent).replays.map(each => [each.entry, each.episode])"
+        "return JSON.parse(document.getElementById('data').textContent).replays.map(each => "
+        "[each.entry, each.episode])"
     )
     alone, other, own = numbers.index([0, 1]), numbers.index([1, 0]), numbers.index([0, 0])
     choose(browser, "which", str(alone))  # its mission has been recorded once only

@@ -196,12 +196,14 @@ def test_of_two_quick_choices_the_last_is_shown_and_no_listeners_pile_up(
     browser = opened(browse, tmp_path / "r.html", [folder])
     slow = (
         "window.added = 0; const add = window.addEventListener;"
-        "window.addEventListener = function (...given) { window.added += 1; return add.apply(window, given); };"
+        "window.addEventListener = function (...given) { window.added += 1; return "
+        "add.apply(window, given); };"
         "let calls = 0; const read = Response.prototype.arrayBuffer;"
         "Response.prototype.arrayBuffer = function () { const bytes = read.call(this);"
         " return calls++ ? bytes : new Promise(done => setTimeout(() => done(bytes), 700)); };"
         "const pick = document.querySelector('#which');"
-        "const others = ['0', '1', '2'].filter(each => each !== document.querySelector('#player').dataset.ready);"
+        "const others = ['0', '1', '2'].filter(each => each !== "
+        "document.querySelector('#player').dataset.ready);"
         "for (const each of others) { pick.value = each; pick.dispatchEvent(new Event('change')); }"
         "setTimeout(() => { window.settled = true; }, 1500); return others[1]"
     )

@@ -12,7 +12,7 @@ from rosbags.highlevel import AnyReader
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.recorded.bag import Bag
 from harness.recorded.ros_messages import TYPES
-from harness.report.replay import Replay, contacts_shown, grid_around
+from harness.report.replay import RecordedReplay, contacts_shown, grid_around
 from harness.report.replay_bag import GREY, RED, write_bag
 from harness.storage.checksums import write_checksums
 from harness.storage.tables import read_rows
@@ -127,7 +127,7 @@ def test_a_person_who_was_hit_is_red_whatever_the_price(
     ]
     write_bag(
         tmp_path / "d.mcap",
-        Replay(make_arrays(ROW), contacts_shown(hits), CORNERS, 0.3),
+        RecordedReplay(make_arrays(ROW), contacts_shown(hits), CORNERS, 0.3),
         None,
     )
     with AnyReader([tmp_path / "d.mcap"]) as reader:
@@ -175,7 +175,7 @@ def test_a_way_off_the_map_has_no_map(
         load_scene("sidewalk").geometry,
     )
     assert grid_around(grid, arrays["trace"]) is None
-    write_bag(tmp_path / "d.mcap", Replay(arrays, [], CORNERS, 0.3), grid)
+    write_bag(tmp_path / "d.mcap", RecordedReplay(arrays, [], CORNERS, 0.3), grid)
     with AnyReader([tmp_path / "d.mcap"]) as reader:
         assert "/map" not in {connection.topic for connection in reader.connections}
 
@@ -185,7 +185,7 @@ def test_the_absent_stand_nowhere(
 ) -> None:
     arrays = make_arrays({**ROW, "duration_s": 2.0})
     arrays["crowd"][:10, 1] = np.inf
-    write_bag(tmp_path / "d.mcap", Replay(arrays, [], CORNERS, 0.3), None)
+    write_bag(tmp_path / "d.mcap", RecordedReplay(arrays, [], CORNERS, 0.3), None)
     with AnyReader([tmp_path / "d.mcap"]) as reader:
         people = [c for c in reader.connections if c.topic == "/people"]
         messages = [

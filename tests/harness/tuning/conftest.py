@@ -20,7 +20,7 @@ from harness.tuning.evaluation import (
     unseen_missions,
 )
 from harness.tuning.result import COMPLETE, PRUNED, StudyResult, Trial
-from harness.tuning.space import Parameter, Space
+from harness.tuning.space.space import Parameter, Space
 from harness.tuning.stack_evaluator import margin_of
 
 SEED = 7
@@ -51,7 +51,12 @@ SPACE = Space(
     ),
 )
 TUNED: dict[str, Value] = {
-    **{"clearance": 0.5, "horizon": 2.0, "speed": 1.8, "samples": 30, "stop": "slow", "idle": 0.7},
+    "clearance": 0.5,
+    "horizon": 2.0,
+    "speed": 1.8,
+    "samples": 30,
+    "stop": "slow",
+    "idle": 0.7,
 }
 
 

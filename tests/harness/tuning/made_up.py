@@ -11,10 +11,10 @@ import numpy as np
 
 from harness.metrics.columns import Row
 from harness.statistics.interval import Interval
-from harness.tuning.audit_findings import Evidence
-from harness.tuning.audit_pairs import Pairs
+from harness.tuning.audit.findings import AuditEvidence
+from harness.tuning.audit.pairs import Pairs
 from harness.tuning.evaluation import MARGIN, Candidate
-from harness.tuning.space import Parameter, Space
+from harness.tuning.space.space import Parameter, Space
 
 SPACE = Space(
     "made-up",
@@ -75,15 +75,15 @@ class Sure(Pairs):
 
     def compare(
         self, what: str, unit: str, original: Any, incumbent: Any, clusters: object = None
-    ) -> Evidence:
+    ) -> AuditEvidence:
         before, after = float(original.mean()), float(incumbent.mean())
-        return Evidence(
+        return AuditEvidence(
             what, unit, before, after, Interval(after - before, None, None, len(original)), self.p
         )
 
 
-def score(value: float, high: float | None = None, p: float | None = 0.0) -> Evidence:
-    return Evidence("margin", "USD/run", 0.0, value, Interval(value, None, high, 100), p)
+def score(value: float, high: float | None = None, p: float | None = 0.0) -> AuditEvidence:
+    return AuditEvidence("margin", "USD/run", 0.0, value, Interval(value, None, high, 100), p)
 
 
 LOWER = {"published": score(-1.0, high=-0.1)}

@@ -12,38 +12,34 @@ import pytest
 from harness.economics.accountings import EVENT, PERSON
 from harness.economics.prices import load_prices
 from harness.statistics.interval import Interval
-from harness.tuning.audit import OF_PARAMETERS, audit
-from harness.tuning.audit_checks import timeouts
-from harness.tuning.audit_findings import FAMILY_LEVEL, GAPS, LEVEL, Check, Evidence
-from harness.tuning.audit_hidden import UNKNOWN
-from harness.tuning.audit_pairs import Side, pair_up
-from harness.tuning.audit_search import edges
+from harness.tuning.audit.auditor import OF_PARAMETERS, audit
+from harness.tuning.audit.checks import timeouts
+from harness.tuning.audit.findings import FAMILY_LEVEL, GAPS, LEVEL, AuditEvidence, Check
+from harness.tuning.audit.hidden import UNKNOWN
+from harness.tuning.audit.pairs import PairedSide, pair_up
+from harness.tuning.audit.search import edges
 from harness.tuning.evaluation import EVENTS, Candidate
 from harness.tuning.result import StudyResult, trial_table
 
 PRICES = load_prices("costnav")
 MISSIONS = 200
 KEYS = (
-    *(
-        "softened",
-        "left_standing",
-        "ended_early",
-        "frozen",
-        "edge",
-        "over_the_cliff",
-        "squeezed",
-        "pushed_long",
-    ),
-    *(
-        "scratches",
-        "called_for_help",
-        "timed_out",
-        "half_pace",
-        "waited",
-        "close_by",
-        "braked",
-        "computes",
-    ),
+    "softened",
+    "left_standing",
+    "ended_early",
+    "frozen",
+    "edge",
+    "over_the_cliff",
+    "squeezed",
+    "pushed_long",
+    "scratches",
+    "called_for_help",
+    "timed_out",
+    "half_pace",
+    "waited",
+    "close_by",
+    "braked",
+    "computes",
 )
 Deliveries = dict[str, list[dict[str, Any]]]
 
@@ -129,7 +125,7 @@ def test_more_timeouts_are_flagged_where_the_robot_stood_or_earns_by_them(
         for row in incumbent
     ]
     pairs = pair_up(original, rows, PRICES, 0)
-    score = Evidence(
+    score = AuditEvidence(
         "margin", "USD/run", 0.0, gain, Interval(gain, gain, gain, pairs.n), 0.0 if gain else 1.0
     )
     assert timeouts(pairs, {"published": score}).is_flagged == is_flagged
@@ -307,7 +303,7 @@ def test_a_touch_is_close_from_seven_tenths_of_the_threshold(
 ) -> None:
     event = {"type": EVENT, "kind": kind, "episode": 4, "fault": "unknown"}
     event |= {"impulse_ns": impulse, "peak_step_impulse_ns": step}
-    assert Side(({"episode": 3}, {"episode": 4}), (event,)).close_touches(50.0).tolist() == [
+    assert PairedSide(({"episode": 3}, {"episode": 4}), (event,)).close_touches(50.0).tolist() == [
         0,
         is_close,
     ]
@@ -353,7 +349,7 @@ def test_the_least_deliveries_and_the_published_threshold(
         asked.append(by_fault)
         return Check("fault", False, "")
 
-    monkeypatch.setattr("harness.tuning.audit.moved_fault", moved_fault)
+    monkeypatch.setattr("harness.tuning.audit.auditor.moved_fault", moved_fault)
     study = exploiting("edge")
     ten = tuple(rows[:10] for rows in study.test_rows)
     checks = audit(dataclasses.replace(study, objectives=objectives, test_rows=ten), PRICES).checks

@@ -9,7 +9,7 @@ from harness.economics.accountings import EVENT, PERSON
 from harness.economics.contact_costs import injury_costs
 from harness.economics.prices import load_prices
 from harness.statistics.interval import Interval
-from harness.tuning.audit_checks import (
+from harness.tuning.audit.checks import (
     another_accounting,
     early_ends,
     freezing,
@@ -17,8 +17,8 @@ from harness.tuning.audit_checks import (
     pushing,
     timeouts,
 )
-from harness.tuning.audit_findings import Check, Evidence
-from harness.tuning.audit_pairs import NEAR, Side
+from harness.tuning.audit.findings import AuditEvidence, Check
+from harness.tuning.audit.pairs import NEAR, PairedSide
 
 from .made_up import LOWER, Sure, score
 
@@ -50,8 +50,10 @@ def touch(number: int, impulse: float, step: float, kind: str = PERSON) -> Chang
     return {**event, "impulse_ns": impulse, "peak_step_impulse_ns": step}
 
 
-def side(n: int, events: tuple[Change, ...] | None, changes: dict[int, Change]) -> Side:
-    return Side(tuple(delivery(number, **changes.get(number, {})) for number in range(n)), events)
+def side(n: int, events: tuple[Change, ...] | None, changes: dict[int, Change]) -> PairedSide:
+    return PairedSide(
+        tuple(delivery(number, **changes.get(number, {})) for number in range(n)), events
+    )
 
 
 def pairs(
@@ -70,7 +72,7 @@ def pairs(
     return Sure(sides[0], sides[1], np.arange(n), abandoned, PRICES, 0, p)
 
 
-def scores(*values: float) -> dict[str, Evidence]:
+def scores(*values: float) -> dict[str, AuditEvidence]:
     return {name: score(value) for name, value in zip(NAMES, values, strict=False)}
 
 
@@ -202,7 +204,7 @@ def test_a_gain_that_turns_into_a_loss_is_one_of_the_accounting(
     [({}, "the margin is undefined"), (scores(1.0), "single contacts are not known")],
 )
 def test_without_other_accountings_there_is_nothing_to_hold_against(
-    told: dict[str, Evidence], said: str
+    told: dict[str, AuditEvidence], said: str
 ) -> None:
     assert another_accounting(told) == Check("accounting", False, said, is_examined=False)
 
@@ -233,7 +235,7 @@ def test_how_far_those_came_that_ran_out_of_time() -> None:
     }
     check = timeouts(pairs(4, before, after), {})
     nothing = Interval(None, None, None, 2)
-    assert check.evidence[1] == Evidence("way made good in those", "share", 0.25, 0.5, nothing)
+    assert check.evidence[1] == AuditEvidence("way made good in those", "share", 0.25, 0.5, nothing)
     assert check.says == "timeouts: 0.25 -> 0.5; until then 50 % of the way was made good"
 
 
@@ -248,7 +250,7 @@ def test_how_far_those_came_that_ran_out_of_time() -> None:
     ],
 )
 def test_one_early_end_in_twenty_is_one_too_many(
-    after: dict[int, Change], lost: int, told: dict[str, Evidence], is_flagged: bool
+    after: dict[int, Change], lost: int, told: dict[str, AuditEvidence], is_flagged: bool
 ) -> None:
     check = early_ends(pairs(20, after=after, lost=lost), told)
     assert check.is_flagged is is_flagged
@@ -273,7 +275,7 @@ HALF, LESS, STOOD = ({"average_speed_mps": speed} for speed in (1.0, 0.9, 0.0))
     ],
 )
 def test_a_low_pace_and_long_stands_are_freezing(
-    after: dict[int, Change], told: dict[str, Evidence], is_flagged: bool
+    after: dict[int, Change], told: dict[str, AuditEvidence], is_flagged: bool
 ) -> None:
     assert freezing(pairs(20, after=after), told).is_flagged is is_flagged
 

@@ -7,9 +7,9 @@ import pytest
 
 from harness.economics.accountings import EVENT, PERSON
 from harness.economics.prices import load_prices
-from harness.tuning.audit_findings import Check
-from harness.tuning.audit_hidden import dodging, harm, moved_fault, nearness, property_touches
-from harness.tuning.audit_pairs import NEAR, Side
+from harness.tuning.audit.findings import Check
+from harness.tuning.audit.hidden import dodging, harm, moved_fault, nearness, property_touches
+from harness.tuning.audit.pairs import NEAR, PairedSide
 
 from .made_up import LOWER, Sure, score
 
@@ -19,7 +19,7 @@ ROBOTS, OTHERS = "robot_into_person", "person_into_robot"
 Change = dict[str, Any]
 
 
-def side(n: int, events: tuple[Change, ...] | None, changes: dict[int, Change]) -> Side:
+def side(n: int, events: tuple[Change, ...] | None, changes: dict[int, Change]) -> PairedSide:
     row = {
         "outcome": "sla",
         "pedestrian_injury_usd": 0.0,
@@ -28,7 +28,7 @@ def side(n: int, events: tuple[Change, ...] | None, changes: dict[int, Change]) 
         "fence_contacts": None,
     }
     row |= {f"{kind}_contacts": 0 for kind in ("mailbox", "trash_bin", "building_glass", "bollard")}
-    return Side(
+    return PairedSide(
         tuple({"episode": number, **row, **changes.get(number, {})} for number in range(n)), events
     )
 

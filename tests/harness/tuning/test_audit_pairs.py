@@ -10,8 +10,8 @@ from harness.economics.accountings import COUNTED, EVENT, PERSON
 from harness.economics.contact_costs import injury_costs
 from harness.economics.prices import load_prices
 from harness.statistics.interval import Interval
-from harness.tuning.audit_findings import LEVEL, Check, Evidence
-from harness.tuning.audit_pairs import MONEY, NEAR, SHARE, Pairs, Side, pair_up, shares
+from harness.tuning.audit.findings import LEVEL, AuditEvidence, Check
+from harness.tuning.audit.pairs import MONEY, NEAR, SHARE, PairedSide, Pairs, pair_up, shares
 from harness.tuning.evaluation import EVENTS, MARGIN, Candidate
 from harness.world.outcome import Outcome
 
@@ -19,11 +19,13 @@ PRICES = load_prices("costnav")
 PLACE = {"start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 9.0, "goal_y_m": 0.0, "start_yaw_rad": 0.0}
 
 
-def side(*rows: dict[str, Any], events: tuple[dict[str, Any], ...] | None = ()) -> Side:
-    return Side(tuple({"episode": 7 + number, **row} for number, row in enumerate(rows)), events)
+def side(*rows: dict[str, Any], events: tuple[dict[str, Any], ...] | None = ()) -> PairedSide:
+    return PairedSide(
+        tuple({"episode": 7 + number, **row} for number, row in enumerate(rows)), events
+    )
 
 
-def pairs(before: Side, after: Side) -> Pairs:
+def pairs(before: PairedSide, after: PairedSide) -> Pairs:
     n = len(before.rows)
     return Pairs(before, after, np.arange(n), (np.zeros(n), np.zeros(n)), PRICES, 0)
 
@@ -208,12 +210,12 @@ def test_rows_without_events_leave_all_unknown() -> None:
 
 def test_shares_of_two_groups() -> None:
     found = shares("it", (1, 0), (1, 3), 0.5)
-    assert found == Evidence("it", SHARE, 1.0, 0.25, Interval(-0.75, None, None, 4), 0.5)
+    assert found == AuditEvidence("it", SHARE, 1.0, 0.25, Interval(-0.75, None, None, 4), 0.5)
     assert shares("it", (0, 0), (2, 0), 1.0).original == 0.0
 
 
-def evidence(value: float | None, p: float | None = 0.0) -> Evidence:
-    return Evidence("it", SHARE, 1.0, 1.0 + (value or 0.0), Interval(value, None, None, 10), p)
+def evidence(value: float | None, p: float | None = 0.0) -> AuditEvidence:
+    return AuditEvidence("it", SHARE, 1.0, 1.0 + (value or 0.0), Interval(value, None, None, 10), p)
 
 
 @pytest.mark.parametrize(
@@ -247,10 +249,10 @@ def test_a_change_is_told_with_its_interval() -> None:
     ):
         found = dataclasses.replace(evidence(0.5), difference=Interval(0.5, low, high, 10))
         assert found.change == f"1 -> 1.5{told}"
-    assert Evidence.unsampled("it", SHARE, 2.0, 0.5, 3) == Evidence(
+    assert AuditEvidence.unsampled("it", SHARE, 2.0, 0.5, 3) == AuditEvidence(
         "it", SHARE, 2.0, 0.5, Interval(-1.5, None, None, 3)
     )
-    assert Evidence.unsampled("it", SHARE, None, 0.5, 3).difference.value is None
+    assert AuditEvidence.unsampled("it", SHARE, None, 0.5, 3).difference.value is None
 
 
 @pytest.mark.parametrize(

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from scipy.stats import rankdata, t
 
-from harness.tuning import audit_search
-from harness.tuning.audit_findings import Check, Evidence
-from harness.tuning.audit_search import Edge, _p_near, _p_of_trend, computing, edges
+from harness.tuning.audit import search as audit_search
+from harness.tuning.audit.findings import AuditEvidence, Check
+from harness.tuning.audit.search import Edge, _p_near, _p_of_trend, computing, edges
 from harness.tuning.evaluation import Candidate
 from harness.tuning.result import COMPLETE, StudyResult, Trial, TrialTable, trial_table
-from harness.tuning.space import Parameter, Space
+from harness.tuning.space.space import Parameter, Space
 
 
 def searched(parameter: Parameter, value: Any, slope: float, trials: int = 60) -> StudyResult:
@@ -142,7 +142,7 @@ def test_what_the_controller_computes_is_the_product_of_what_multiplies(
         *(Parameter(f"odd_{n}", (f"{n}.batch_size",), value) for n, value in enumerate(odd_ones)),
     )
     said = f"the controller computes {times:.2g} times as much per second by its parameters"
-    told = (Evidence.unsampled("computing per second", "times", 1.0, times, 1),)
+    told = (AuditEvidence.unsampled("computing per second", "times", 1.0, times, 1),)
     odd = {"0.batch_size": True, "1.batch_size": 5, "2.batch_size": "few"}
     study = tuned(searched(NUMBER, 0.5, 0.0, 1), {**values, **odd}, *parameters)
     assert computing(study) == Check("compute", times > 2.0, said, told)
@@ -170,9 +170,9 @@ def test_what_an_edge_rests_on() -> None:
     table = trial_table(study.space, study.trials)
     p = Edge(NUMBER, 0.95, 0.05, True, 0.1, _p_of_trend(table, 0, True)).p
     (told,) = edges(study).evidence
-    assert told == Evidence.unsampled("gain", "", 0.5, 0.95, 1, told.p) and told.p == pytest.approx(
-        p, rel=1e-9
-    )
+    assert told == AuditEvidence.unsampled(
+        "gain", "", 0.5, 0.95, 1, told.p
+    ) and told.p == pytest.approx(p, rel=1e-9)
 
 
 def test_tuned_values_share_the_level(monkeypatch: pytest.MonkeyPatch) -> None:

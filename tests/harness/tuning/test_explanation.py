@@ -15,17 +15,18 @@ from harness.economics.accountings import ACCOUNTINGS
 from harness.economics.prices import load_prices
 from harness.metrics.columns import Row
 from harness.report.figures import save_figure
-from harness.report.tuning import print_tuning, write_tuning
+from harness.report.tables import print_blocks
+from harness.report.tuning import tuning_blocks, write_tuning
 from harness.report.tuning_sheets import summary
 from harness.statistics.interval import Interval
-from harness.tuning.audit import audit
-from harness.tuning.constraint import parse_constraint
+from harness.tuning.audit.auditor import audit
 from harness.tuning.evaluation import MARGIN, Candidate
 from harness.tuning.explanation import EXPLANATION, Explanation, explain
+from harness.tuning.mission_differences import mission_differences, sentence
 from harness.tuning.output import DIFF
-from harness.tuning.partings import partings, sentence
 from harness.tuning.result import StudyResult
 from harness.tuning.scores import scores_document
+from harness.tuning.space.constraint import parse_constraint
 from harness.tuning.waterfall import REST, mixture, players, waterfall
 from navstack.errors import InputError
 
@@ -131,8 +132,8 @@ def test_a_mixture_changes_every_path_of_its_parameters(make_study: MakeStudy) -
 
 def test_partings_are_the_largest_differences(make_study: MakeStudy) -> None:
     study = make_study()
-    found = partings(*study.test_rows)
-    back = partings(*study.test_rows[::-1])
+    found = mission_differences(*study.test_rows)
+    back = mission_differences(*study.test_rows[::-1])
     assert [each.difference_usd for each in back] == [-each.difference_usd for each in found]
     differences = sorted(
         (abs(b[MARGIN] - a[MARGIN]) for a, b in zip(*study.test_rows, strict=True)), reverse=True
@@ -143,7 +144,7 @@ def test_partings_are_the_largest_differences(make_study: MakeStudy) -> None:
     assert first.replay(COMMAND).endswith(
         f"--seed {first.seed} --only {first.episode} --record full"
     )
-    assert partings(study.test_rows[0], study.test_rows[0]) == ()
+    assert mission_differences(study.test_rows[0], study.test_rows[0]) == ()
 
 
 @pytest.fixture(scope="module")
@@ -203,7 +204,6 @@ def test_the_report_tells_everything(
         "scored anew",
         "What changed",
         "From the old margin",
-        "beside all others",
         "The auditor",
         "differ most",
     ):
@@ -214,7 +214,8 @@ def test_the_report_tells_everything(
         assert (folder / f"{stem}.pdf").is_file()
     assert json.loads((folder / EXPLANATION).read_text(encoding="utf-8"))["audit"]["flagged"] == []
     stream = io.StringIO()
-    print_tuning(study, scores, found, COMMAND, folder, Console(file=stream, width=120))
+    blocks = tuning_blocks(study, scores, found, COMMAND, folder)
+    print_blocks(blocks, Console(file=stream, width=120))
     assert "an improvement" in stream.getvalue()
     assert "flags nothing" in stream.getvalue()
 
@@ -235,21 +236,6 @@ def test_no_file_earns_more_than_the_fee(explained: tuple[StudyResult, Explanati
     assert any(f"at most {room.value:.2f} [" in line for line in summary(study, found))
     trained = dataclasses.replace(found, audit=dataclasses.replace(found.audit, unseen=False))
     assert not any("at most" in line for line in summary(study, trained))
-
-
-def test_every_new_value_is_set_back_alone(explained: tuple[StudyResult, Explanation]) -> None:
-    study, found = explained
-    names = {name for step in found.set_back for name in step.changes}
-    assert names == {
-        each.name
-        for each in study.space.parameters
-        if set(each.paths) & set(study.incumbent.values)
-    }
-    gains = {step.player: step.gain_usd_per_run for step in found.set_back}
-    assert (gains["clearance"].value or 0.0) > (gains["idle"].value or 0.0) == pytest.approx(0.0)
-    assert [step.gain_usd_per_run.value for step in found.set_back] == sorted(
-        s.gain_usd_per_run.value or 0.0 for s in found.set_back
-    )[::-1]
 
 
 def test_the_best_of_the_search_are_scored_under_every_accounting(
@@ -274,7 +260,7 @@ def test_a_front_is_shown(make_study: MakeStudy, evaluator: object, tmp_path: Pa
     (tmp_path / DIFF).write_text("", encoding="utf-8")
     scores = {"train": {}, "test": {}}
     report = write_tuning(both, scores, found, COMMAND, tmp_path, "again", LINT).read_text("utf-8")
-    assert "## The Pareto front" in report and "| trial 3 |" in report and "(front.png)" in report
+    assert "## The Pareto front" in report and "| trial 3 " in report and "(front.png)" in report
 
 
 def test_a_study_without_improvement_is_told_of(
@@ -282,7 +268,7 @@ def test_a_study_without_improvement_is_told_of(
 ) -> None:
     study = make_study(trials=10, test=0, tuned={})
     found = explain(study, Counting(evaluator), tmp_path, PRICES)
-    assert found.waterfall is None and found.set_back == ()
+    assert found.waterfall is None
     assert found.optimism_usd_per_run is None
     (tmp_path / DIFF).write_text("", encoding="utf-8")
     report = write_tuning(

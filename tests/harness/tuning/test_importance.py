@@ -1,7 +1,6 @@
-"""Importance and interactions on objectives whose answer is known."""
+"""Importance on objectives whose answer is known."""
 
 import dataclasses
-import math
 
 import numpy as np
 import optuna
@@ -10,13 +9,11 @@ from optuna.distributions import CategoricalDistribution, FloatDistribution
 from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
 from optuna.trial import create_trial
 
-from harness.statistics.interval import Interval
-from harness.tuning import importance
 from harness.tuning.evaluation import Candidate
-from harness.tuning.importance import Importance, _gain_of_term, importances, interactions
+from harness.tuning.importance import importances
 from harness.tuning.ped_anova import PedAnova
 from harness.tuning.result import COMPLETE, FAILED, Trial, TrialTable, trial_table
-from harness.tuning.space import Parameter, Space
+from harness.tuning.space.space import Parameter, Space
 
 PARAMETERS = tuple(
     Parameter(name, (f"node.{name}",), 0.5, 0.0, 1.0)
@@ -27,33 +24,28 @@ SPACE = Space(
 )
 
 
-def table(trials: int, strong: float, product: float) -> TrialTable:
+def table(trials: int, strong: float) -> TrialTable:
     rng = np.random.default_rng(11)
     found = []
     for number in range(trials):
         point = {each.name: float(rng.random()) for each in PARAMETERS} | {
             "kind": str(rng.choice(["a", "b"]))
         }
-        value = strong * -((point["strong"] - 0.3) ** 2) + product * (point["left"] - 0.5) * (
-            point["right"] - 0.5
-        )
-        value += float(rng.normal(0.0, 0.1))
+        value = strong * -((point["strong"] - 0.3) ** 2) + float(rng.normal(0.0, 0.1))
         found.append(
             Trial(number, Candidate("", {}), point, COMPLETE, (0,), (value,), (value,), None, "")
         )
     return trial_table(SPACE, found)
 
 
-def test_the_parameter_that_matters_comes_first_and_is_more_than_chance() -> None:
-    found = importances(table(100, 4.0, 0.0))
+def test_the_parameter_that_matters_comes_first() -> None:
+    found = importances(table(100, 4.0))
     assert found[0].name == "strong"
-    assert found[0].is_told_apart
     assert sum(each.share.value or 0.0 for each in found) == pytest.approx(1.0)
-    assert not next(each for each in found if each.name == "none").is_told_apart
 
 
 def test_shares_are_those_of_a_study_of_optuna() -> None:
-    trials = table(40, 4.0, 0.0)
+    trials = table(40, 4.0)
     study = optuna.create_study(direction="maximize")
     floats = {
         each.name: FloatDistribution(0.0, 1.0) for each in trials.parameters if each.is_ordered
@@ -73,15 +65,8 @@ def test_shares_are_those_of_a_study_of_optuna() -> None:
     assert dict(zip([*floats, *kinds], found.tolist(), strict=True)) == expected
 
 
-def test_a_product_is_found_and_a_sum_is_none() -> None:
-    pair = interactions(table(100, 0.0, 6.0))[0]
-    assert set(pair.names) == {"left", "right"}
-    assert pair.p_holm < 0.001
-    assert min(each.p_holm for each in interactions(table(100, 4.0, 0.0))) > 0.01
-
-
 def test_two_parameters_are_enough() -> None:
-    every = table(40, 4.0, 0.0)
+    every = table(40, 4.0)
     for count in (1, 2):
         few = dataclasses.replace(
             every, parameters=every.parameters[:count], places=every.places[:, :count]
@@ -90,9 +75,8 @@ def test_two_parameters_are_enough() -> None:
 
 
 def test_too_few_trials_say_nothing() -> None:
-    few = table(15, 4.0, 4.0)
+    few = table(15, 4.0)
     assert importances(few) == ()
-    assert interactions(few) == ()
 
 
 def test_failed_trials_are_left_out() -> None:
@@ -116,17 +100,12 @@ def test_places_are_logarithmic_where_the_range_is() -> None:
     assert SPACE.parameters[-1].place("b") == 1.0
 
 
-@pytest.mark.parametrize(("share", "is_told_apart"), [(0.25, False), (0.26, True), (None, False)])
-def test_a_share_is_told_apart_beyond_chance(share: float | None, is_told_apart: bool) -> None:
-    assert Importance("a", Interval(share, None, None, 9), 0.25).is_told_apart is is_told_apart
-
-
-def test_shares_stand_beside_resampled_trials_and_shuffled_objectives(
+def test_shares_stand_beside_resampled_trials(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """With a correlation in place of PED-ANOVA, by the same draws of a slow loop."""
 
-    trials = table(30, 4.0, 0.0)
+    trials = table(30, 4.0)
 
     def shares(self: object, chosen: np.ndarray, objective: np.ndarray) -> np.ndarray:
         return np.abs([np.corrcoef(column, objective)[0, 1] for column in trials.places[chosen].T])
@@ -136,7 +115,6 @@ def test_shares_stand_beside_resampled_trials_and_shuffled_objectives(
     rng = np.random.default_rng(0)
     chosen = [rng.integers(0, 30, 30) for _ in range(100)]
     spread = [shares(None, rows, trials.objective[rows]) for rows in chosen]
-    chance = [shares(None, every, rng.permutation(trials.objective)) for _ in range(100)]
     found = {each.name: each for each in importances(trials)}
     for number, parameter in enumerate(trials.parameters):
         told, low_high = (
@@ -148,26 +126,5 @@ def test_shares_stand_beside_resampled_trials_and_shuffled_objectives(
             *map(pytest.approx, low_high),
             30,
         )
-        assert told.chance == pytest.approx(np.quantile(chance, 0.95, axis=0)[number])
     told_shares = [each.share.value or 0.0 for each in found.values()]
     assert told_shares == sorted(told_shares, reverse=True)
-
-
-def test_what_one_more_term_explains(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A slope takes 24.2 of 26 off.
-
-    With two degrees of freedom p is one less the root of that share.
-    """
-    ones, term, answer = np.ones((4, 1)), np.arange(4.0), np.array([1.0, 2.0, 6.0, 7.0])
-    share, p = _gain_of_term(ones, term, answer)
-    assert share == pytest.approx(24.2 / 26.0) and p == pytest.approx(1.0 - math.sqrt(24.2 / 26.0))
-    assert _gain_of_term(ones, ones[:, 0], answer) == (0.0, 1.0)
-    assert _gain_of_term(ones, term, np.full(4, 3.0)) == (0.0, 1.0)
-    assert _gain_of_term(ones[:2], term[:2], answer[:2]) == (0.0, 1.0), (
-        "nothing is left to tell it by"
-    )
-    left = iter((26.0, 0.0))
-    monkeypatch.setattr(
-        importance, "least_squares", lambda design, answer: (None, next(left), design.shape[1])
-    )
-    assert _gain_of_term(ones, term, answer) == (1.0, 0.0)

@@ -9,7 +9,7 @@ import pytest
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows
 from harness.task.stack import Stack, load_stack
-from harness.tuning.declaration import Declaration
+from harness.tuning.declaration import StudyDeclaration
 from harness.tuning.evaluation import Candidate, Value, unseen_seed
 from harness.tuning.output import (
     DIFF,
@@ -23,8 +23,8 @@ from harness.tuning.output import (
 )
 from harness.tuning.output import test_command as command_of_the_test
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, Finalist, StudyResult, Trial
-from harness.tuning.space import Parameter, Space
-from harness.tuning.space_file import OF_TRIAL
+from harness.tuning.space.file import OF_TRIAL
+from harness.tuning.space.space import Parameter, Space
 from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.params.strict import load_dataclass
 
@@ -40,8 +40,11 @@ SPACE = Space(
         Parameter("samples", (SAMPLES,), 20, choices=(10, 20)),
     ),
 )
-DECLARATION = Declaration(
-    *("stock.yaml", "own", "margin", "tpe"),
+DECLARATION = StudyDeclaration(
+    "stock.yaml",
+    "own",
+    "margin",
+    "tpe",
     2,
     8,
     4,

@@ -16,10 +16,10 @@ from harness.tuning import history
 from harness.tuning.evaluation import MARGIN, Candidate
 from harness.tuning.history import Best, score_interval
 from harness.tuning.objective import parse_objectives
-from harness.tuning.progress import Progress, expected_gain
+from harness.tuning.progress import StudyProgress, expected_gain
 from harness.tuning.result import COMPLETE, PRUNED, Trial
 from harness.tuning.search import Plan
-from harness.tuning.space import Space
+from harness.tuning.space.space import Space
 
 ROWS: list[Row] = [
     {MARGIN: margin, "duration_s": 50.0 + 3.0 * number, "outcome": "sla", "error": None}
@@ -48,12 +48,12 @@ def planned(objectives: str, trials: int) -> Plan:
 
 def begun(
     objectives: str = "margin", trials: int = 4, budget: float | None = None, later: int = 10
-) -> tuple[Progress, Clock]:
+) -> tuple[StudyProgress, Clock]:
     clock = Clock()
-    return Progress(planned(objectives, trials), cast(Any, clock), budget, later), clock
+    return StudyProgress(planned(objectives, trials), cast(Any, clock), budget, later), clock
 
 
-def drive(progress: Progress, clock: Clock, episodes: int) -> None:
+def drive(progress: StudyProgress, clock: Clock, episodes: int) -> None:
     for _ in range(episodes):
         clock.elapsed += 2.0
         clock.timed += 1
@@ -68,7 +68,7 @@ def trial(number: int, missions: int, value: float, *more: float, p: float | Non
     )
 
 
-def searched(budget: float | None = None, extra: int = 0) -> tuple[Progress, Clock]:
+def searched(budget: float | None = None, extra: int = 0) -> tuple[StudyProgress, Clock]:
     """After the original's eight episodes, four of the first trial, and some of the second.
 
     Each takes 2 s.
@@ -127,7 +127,7 @@ def test_nothing_comes_later_unless_said() -> None:
     known, clock = searched()
     clock.timed = 1  # a journal that was read again may hold no more
     assert known.remaining == pytest.approx(24.0 * 22)
-    plain = Progress(planned("margin", 4), cast(Any, clock), None)
+    plain = StudyProgress(planned("margin", 4), cast(Any, clock), None)
     plain.trials = known.trials
     assert plain.remaining == pytest.approx(24.0 * 12)
 
@@ -152,7 +152,8 @@ def test_the_best_is_told_with_its_interval(objectives: str) -> None:
     expected = score_interval(parse_objectives("margin")[0], 1.5, ROWS, 0)
     assert progress.interval == expected and expected.low is not None
     assert progress.text == (
-        f"trial 0/2, best 1.50 ({expected.low:.2f} .. {expected.high:.2f}) of original, 8 episodes, 0 saved by racing"
+        f"trial 0/2, best 1.50 ({expected.low:.2f} .. {expected.high:.2f}) of original, 8 "
+        "episodes, 0 saved by racing"
     )
     for low, high in ((None, 2.0), (1.0, None)):
         progress.interval = Interval(1.5, low, high, 8)

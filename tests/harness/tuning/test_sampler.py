@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
 
-from harness.tuning.constraint import parse_constraint
 from harness.tuning.sampler import distributions_of, make_sampler, possible_point
-from harness.tuning.space import Parameter, Space
+from harness.tuning.space.constraint import parse_constraint
+from harness.tuning.space.space import Parameter, Space
 from navstack.errors import InputError
 
 GAIN = Parameter("gain", ("node.gain",), 0.5, 0.0, 1.0)

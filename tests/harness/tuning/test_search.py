@@ -12,7 +12,7 @@ from rich.console import Console
 from harness.tuning.evaluation import EVENTS, MARGIN, Candidate
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
-from harness.tuning.progress import Progress, expected_gain
+from harness.tuning.progress import StudyProgress, expected_gain
 from harness.tuning.racing import adjusted, p_no_worse, rungs, stratified
 from harness.tuning.result import Trial
 from harness.tuning.sampler import make_sampler
@@ -243,7 +243,7 @@ def test_live_table_tells_the_best_what_was_saved_and_what_may_come(tmp_path: Pa
     world, objectives = MadeUp(), parse_objectives("margin")
     plan = Plan(SPACE, objectives, tuple(range(32)), 30)
     with Journal(tmp_path) as journal:
-        progress = Progress(plan, journal, None)
+        progress = StudyProgress(plan, journal, None)
         assert progress.text == "search: 0 episodes driven"
         found = Search(
             plan, make_sampler("tpe", SPACE, 5, 30, 1), world, lambda a, b: progress.trial(a, b, world)
@@ -271,7 +271,7 @@ def test_time_left_is_counted_in_episodes_of_search_and_what_comes_after(tmp_pat
     original, other = Candidate("original", {}), Candidate("trial-1", {"node.x": 0.5})
     row = {"stack": "a", "outcome": "sla", MARGIN: 1.0, EVENTS: []}
     with Journal(tmp_path, clock=lambda: now[0]) as journal:
-        progress, world = Progress(plan, journal, None, later=10), MadeUp()
+        progress, world = StudyProgress(plan, journal, None, later=10), MadeUp()
 
         def drive(candidate: Candidate, missions: range) -> None:
             for mission in missions:
@@ -316,7 +316,7 @@ def test_the_live_interval_is_that_of_the_objective(tmp_path: Path, name: str) -
     world, objectives = MadeUp(), parse_objectives(name)
     plan = Plan(SPACE, objectives, tuple(range(48)), 3)
     with Journal(tmp_path) as journal:
-        progress = Progress(plan, journal, None)
+        progress = StudyProgress(plan, journal, None)
         Search(
             plan,
             make_sampler("random", SPACE, 5, 3, 1),

@@ -9,8 +9,8 @@ import pytest
 from harness.metrics.columns import Row
 from harness.tuning.evaluation import MARGIN, Candidate
 from harness.tuning.result import StudyResult
-from harness.tuning.space import Parameter, Space
-from harness.tuning.waterfall import players, set_back, shapley_values, waterfall
+from harness.tuning.space.space import Parameter, Space
+from harness.tuning.waterfall import players, shapley_values, waterfall
 
 RNG = np.random.default_rng(2)
 
@@ -60,23 +60,6 @@ def changed(**values: float) -> StudyResult:
     incumbent = Candidate("incumbent", {f"node.{name}": value for name, value in values.items()})
     original, nobody = Candidate("original", {}), ((), ())
     return StudyResult(original, incumbent, ("margin",), SPACE, (), (), 0, (), (5,), nobody, ())
-
-
-def test_each_of_two_is_set_back_alone() -> None:
-    found = set_back(changed(a=3.0, b=8.0), Adding(), (1, 2, 3))
-    assert [(step.player, step.changes) for step in found] == [
-        ("b", {"b": (1.0, 8.0)}),
-        ("a", {"a": (1.0, 3.0)}),
-    ]
-    assert [step.gain_usd_per_run.value for step in found] == pytest.approx([7.0 * 1.5, 2.0 * 2.0])
-    assert [step.gain_usd_per_run.n for step in found] == [2, 3], (
-        "without b the last mission is lost"
-    )
-    assert (
-        set_back(changed(a=3.0), Adding(), (1, 2))
-        == set_back(changed(a=3.0, b=8.0), Adding(), ())
-        == ()
-    )
 
 
 def test_a_waterfall_adds_up_on_missions_that_every_mixture_finished() -> None:

@@ -9,8 +9,10 @@ from pathlib import Path
 import pytest
 
 from harness.storage.shipped import shipped
-from harness.tuning.constraint import parse_constraint
-from harness.tuning.paths import (
+from harness.tuning.sampler import make_sampler
+from harness.tuning.space.constraint import parse_constraint
+from harness.tuning.space.file import ListEdit, SpaceFile, read_spaces
+from harness.tuning.space.paths import (
     COMMA,
     AbsentError,
     edited_list,
@@ -20,9 +22,7 @@ from harness.tuning.paths import (
     with_absolute_files,
     with_values,
 )
-from harness.tuning.sampler import make_sampler
-from harness.tuning.space import Space, fit_space
-from harness.tuning.space_file import ListEdit, SpaceFile, read_spaces
+from harness.tuning.space.space import Space, fit_space
 from harness.tuning.study import check_space
 from navstack.errors import InputError, ParameterError
 from navstack.params.nav2_file.file import Nav2File, load_nav2
@@ -230,7 +230,8 @@ NUMBERS = f"parameters:\n  sim_time: {{path: '{DWB}.sim_time', low: 0.5, high: 5
             "0.5 is no whole number",
         ),
         (
-            f"parameters:\n  speed: {{path: '{DWB}.max_vel_x', also: ['{DWB}.vx_samples'], low: 1, high: 2}}\n",
+            "parameters:\n  speed: "
+            f"{{path: '{DWB}.max_vel_x', also: ['{DWB}.vx_samples'], low: 1, high: 2}}\n",
             "of another kind",
         ),
     ],
@@ -272,8 +273,10 @@ def test_what_a_space_does_beside_is_told(tmp_path: Path) -> None:
     text = nav2("stock").document.text.replace("max_velocity: [2.0,", "max_velocity: [1.5,")
     (tmp_path / "slow.yaml").write_text(text)
     (tmp_path / "own.yaml").write_text(
-        f"title: own\nparameters:\n  speed: {{path: '{DWB}.max_vel_x', also: ['velocity_smoother.max_velocity[0]'], "
-        f"low: 1, high: 2}}\n  gone: {{path: '{DWB}.Twirling.scale', low: 1, high: 2, optional: true}}\n"
+        "title: own\nparameters:\n  speed: "
+        f"{{path: '{DWB}.max_vel_x', also: ['velocity_smoother.max_velocity[0]'], "
+        f"low: 1, high: 2}}\n  gone: {{path: '{DWB}.Twirling.scale', low: 1, high: 2, optional: "
+        f"true}}\n"
         "constraints: [speed <= gone]\n"
     )
     notes = fit_space(
@@ -438,7 +441,8 @@ def test_a_critic_that_is_added_comes_last_and_brings_its_parameters() -> None:
     ("entry", "said"),
     [
         (
-            f"path: '{DWB}.critics', lists: [{{order: [GoalDist], replace: {{PathDist: GoalDist}}}}]",
+            f"path: '{DWB}.critics', lists: "
+            f"[{{order: [GoalDist], replace: {{PathDist: GoalDist}}}}]",
             "has one of order",
         ),
         (

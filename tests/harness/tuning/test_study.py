@@ -21,7 +21,7 @@ from harness.storage.run_folder import JOURNAL, TUNING
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows
 from harness.task.study import EpisodeTask, RandomStreams, make_study
-from harness.tuning.declaration import Declaration, parse_duration, sizes
+from harness.tuning.declaration import StudyDeclaration, parse_duration, sizes
 from harness.tuning.evaluation import (
     EVENTS,
     FIRST_TEST,
@@ -32,7 +32,7 @@ from harness.tuning.evaluation import (
 )
 from harness.tuning.journal import Journal
 from harness.tuning.output import DOCUMENT, TRIALS, TUNED, _difference
-from harness.tuning.space_file import OF_TRIAL
+from harness.tuning.space.file import OF_TRIAL
 from harness.tuning.stack_evaluator import StackEvaluator, margin_of
 from harness.tuning.study import load_tuning, notes_after_search, notes_before, within_budget
 from navbench.cli.app import main
@@ -358,7 +358,7 @@ def test_the_pace_is_that_of_the_search(tmp_path: Path) -> None:
 
 
 def test_notes_tell_what_one_might_not_expect() -> None:
-    declaration = Declaration("a", "b", "margin", "tpe", 9, 31, 9, True, 0, None, "", "", ())
+    declaration = StudyDeclaration("a", "b", "margin", "tpe", 9, 31, 9, True, 0, None, "", "", ())
     both = notes_before(declaration, {"start": "0,0,0", "goal": "9,0,0"})
     assert ["the same way" in both[0], "no trial is dropped early: 31 --episodes" in both[1]] == [
         True,
@@ -447,6 +447,9 @@ def test_a_full_disk_is_told_of_and_loses_nothing(tmp_path: Path) -> None:
 
 def test_a_difference_is_a_patch_also_without_a_last_line_end() -> None:
     assert _difference("a: 1\nb: 2", "a: 1\nb: 3").splitlines()[-4:] == [
-        *("-b: 2", "\\ No newline at end of file", "+b: 3", "\\ No newline at end of file"),
+        "-b: 2",
+        "\\ No newline at end of file",
+        "+b: 3",
+        "\\ No newline at end of file",
     ]
     assert _difference("a: 1\r\n", "a: 1\r\n") == ""

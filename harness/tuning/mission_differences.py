@@ -1,4 +1,4 @@
-"""The missions on which two files part ways: what happened to each, and how to see it again."""
+"""The missions on which two files' margins differ most, and how to see them again."""
 
 import shlex
 from collections.abc import Sequence
@@ -8,29 +8,25 @@ from harness.metrics.columns import Row
 from harness.tuning.evaluation import MARGIN
 
 SHOWN = 3
-TOLD = (
-    *(
-        "outcome",
-        "reason",
-        "gave_up",
-        "duration_s",
-        "distance_m",
-        "average_speed_mps",
-        "goal_distance_m",
-    ),
-    *(
-        "pedestrian_contacts",
-        "soft_contacts",
-        "collision_impulse_ns",
-        "pedestrian_injury_usd",
-        "pieces_lost",
-    ),
+COMPARED_COLUMNS = (
+    "outcome",
+    "reason",
+    "gave_up",
+    "duration_s",
+    "distance_m",
+    "average_speed_mps",
+    "goal_distance_m",
+    "pedestrian_contacts",
+    "soft_contacts",
+    "collision_impulse_ns",
+    "pedestrian_injury_usd",
+    "pieces_lost",
     *("recoveries", "min_pedestrian_distance_m", MARGIN),
 )  # columns that tell what happened
 
 
 @dataclass(frozen=True, slots=True)
-class Parting:
+class MissionDifference:
     """One mission on which the two files earned very different sums."""
 
     seed: int
@@ -38,7 +34,7 @@ class Parting:
     start: tuple[float, float, float]  # x [m], y [m], yaw [rad]
     goal: tuple[float, float]  # x [m], y [m]
     difference_usd: float  # margin of the incumbent less that of the original
-    original: Row  # the columns of TOLD
+    original: Row  # of COMPARED_COLUMNS
     incumbent: Row
 
     def replay(self, command: Sequence[str]) -> str:
@@ -48,7 +44,9 @@ class Parting:
         )
 
 
-def partings(original: Sequence[Row], incumbent: Sequence[Row]) -> tuple[Parting, ...]:
+def mission_differences(
+    original: Sequence[Row], incumbent: Sequence[Row]
+) -> tuple[MissionDifference, ...]:
     """The :data:`SHOWN` missions with the largest differences of the margin, the largest first.
 
     Fewer where the margins are alike to a cent.
@@ -62,19 +60,20 @@ def partings(original: Sequence[Row], incumbent: Sequence[Row]) -> tuple[Parting
         for pair in zip(original, incumbent, strict=True)
         if all(row.get("error") is None and row.get(MARGIN) is not None for row in pair)
     ]
-    apart = [_parting(a, b) for a, b in pairs if abs(b[MARGIN] - a[MARGIN]) >= 0.01]
+    apart = [_difference(a, b) for a, b in pairs if abs(b[MARGIN] - a[MARGIN]) >= 0.01]
     return tuple(
         sorted(apart, key=lambda each: (-abs(each.difference_usd), each.seed, each.episode))[:SHOWN]
     )
 
 
-def sentence(parting: Parting) -> str:
+def sentence(found: MissionDifference) -> str:
     """What happened to each, in a sentence."""
-    return f"old file: {_happened(parting.original)}; new file: {_happened(parting.incumbent)}"
+    return f"old file: {_happened(found.original)}; new file: {_happened(found.incumbent)}"
 
 
 def _happened(row: Row) -> str:
-    said = f"{row['outcome']} ({row['reason']}) after {row['duration_s']:.0f} s and {row['distance_m']:.0f} m"
+    way = f"{row['duration_s']:.0f} s and {row['distance_m']:.0f} m"
+    said = f"{row['outcome']} ({row['reason']}) after {way}"
     contacts, soft = row["pedestrian_contacts"], row["soft_contacts"]
     if contacts or soft:
         said += f", {contacts} counted and {soft} uncounted contacts"
@@ -83,9 +82,11 @@ def _happened(row: Row) -> str:
     return f"{said}, {row[MARGIN]:.2f} USD"
 
 
-def _parting(original: Row, incumbent: Row) -> Parting:
+def _difference(original: Row, incumbent: Row) -> MissionDifference:
     start = (original["start_x_m"], original["start_y_m"], original["start_yaw_rad"])
     goal = (original["goal_x_m"], original["goal_y_m"])
-    old, new = ({key: row.get(key) for key in TOLD} for row in (original, incumbent))
+    old, new = ({key: row.get(key) for key in COMPARED_COLUMNS} for row in (original, incumbent))
     difference = float(incumbent[MARGIN] - original[MARGIN])
-    return Parting(original["seed"], original["episode"], start, goal, difference, old, new)
+    return MissionDifference(
+        original["seed"], original["episode"], start, goal, difference, old, new
+    )

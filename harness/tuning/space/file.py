@@ -32,7 +32,7 @@ class ListEdit:
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class SpaceEntry:
     """A parameter as a search space's file has it."""
 
     path: str
@@ -57,7 +57,7 @@ class SpaceFile:
     """A search space as its file has it."""
 
     title: str
-    parameters: dict[str, Entry]
+    parameters: dict[str, SpaceEntry]
     # name -> path of a number that stays, for the constraints
     reads: dict[str, str] = field(default_factory=dict)
     constraints: tuple[str, ...] = ()
@@ -119,7 +119,7 @@ def _check_agreement(first: str, one: SpaceFile, second: str, other: SpaceFile) 
 
 
 def _check_names(content: SpaceFile, where: str) -> None:
-    """Check that names can stand in constraints and head columns beside :data:`OF_TRIAL`, and are given once."""
+    """Check that names are unique and can stand in constraints and beside :data:`OF_TRIAL`."""
     for name in (*content.parameters, *content.reads):
         if (
             not name.isidentifier()
@@ -132,7 +132,8 @@ def _check_names(content: SpaceFile, where: str) -> None:
     twice = sorted(content.parameters.keys() & content.reads.keys())
     if twice:
         raise ParameterError(
-            f"{where}: '{twice[0]}' stands in both parameters and reads; give it another name in one"
+            f"{where}: '{twice[0]}' stands in both parameters and reads; give it another name in "
+            "one"
         )
 
 
@@ -141,7 +142,7 @@ def _ways(edit: ListEdit) -> int:
     return sum(map(bool, (edit.order, edit.replace, edit.add)))
 
 
-def _check_entry(entry: Entry, where: str) -> None:
+def _check_entry(entry: SpaceEntry, where: str) -> None:
     """Check that an entry says in one way what its parameter may be."""
     is_range = entry.low is not None or entry.high is not None
     ways = [is_range, *map(bool, (entry.levels, entry.choices, entry.switch, entry.lists))]

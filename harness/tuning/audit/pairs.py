@@ -13,7 +13,7 @@ from harness.metrics.columns import Row
 from harness.metrics.contacts import PRICED_PROPERTY
 from harness.statistics.bootstrap import IntArray
 from harness.statistics.paired import compare_pairs
-from harness.tuning.audit_findings import Evidence
+from harness.tuning.audit.findings import AuditEvidence
 from harness.tuning.evaluation import EVENTS
 from harness.world.outcome import Outcome
 from navstack.types import BoolArray, FloatArray
@@ -36,7 +36,7 @@ class Touches(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Side:
+class PairedSide:
     """One candidate's deliveries; arrays (n,) in the order of the missions."""
 
     rows: tuple[Row, ...]
@@ -57,7 +57,7 @@ class Side:
 
     @property
     def progress(self) -> FloatArray:
-        """Share of the shortest path that was made good, by the straight distance that is left at the end."""
+        """Share of the shortest path that was covered, by the straight distance left at the end."""
         shortest = np.maximum(self.column("shortest_path_m"), 1e-9)
         share: FloatArray = np.clip(1.0 - self.column("goal_distance_m") / shortest, 0.0, 1.0)
         return share
@@ -84,9 +84,10 @@ class Side:
         """
         speed = self.column("average_speed_mps")
         usual = float(np.quantile(speed, FASTEST))
-        share: FloatArray = (
-            np.clip(1.0 - speed / usual, 0.0, 1.0) if usual > SLOWEST else np.ones_like(speed)
-        )
+        if usual > SLOWEST:
+            share: FloatArray = np.clip(1.0 - speed / usual, 0.0, 1.0)
+        else:
+            share = np.ones_like(speed)
         return share
 
     def touches(self, of_people: bool) -> Touches:
@@ -129,7 +130,7 @@ class Side:
         return self.column("pedestrian_contacts")
 
     def exchanged(self, with_people: bool) -> FloatArray:
-        """Impulse exchanged per delivery [N s/run], of all contacts with people or property, however soft or hard."""
+        """Impulse exchanged per delivery [N s/run] in all contacts with people or property."""
         own = self.touches(with_people)
         return self.per_delivery(own.numbers, np.maximum(own.impulses, own.steps))
 
@@ -148,8 +149,8 @@ class Side:
 class Pairs:
     """Original and incumbent on the missions that both finished."""
 
-    original: Side
-    incumbent: Side
+    original: PairedSide
+    incumbent: PairedSide
     clusters: IntArray  # number of each pair's mission
     # of all missions, also unfinished: 1 where there is no result, else 0
     abandoned: tuple[FloatArray, FloatArray]
@@ -157,7 +158,7 @@ class Pairs:
     seed: int  # of resamples
 
     @property
-    def sides(self) -> tuple[Side, Side]:
+    def sides(self) -> tuple[PairedSide, PairedSide]:
         """Original and incumbent."""
         return self.original, self.incumbent
 
@@ -183,7 +184,7 @@ class Pairs:
         original: FloatArray,
         incumbent: FloatArray,
         clusters: IntArray | None = None,
-    ) -> Evidence:
+    ) -> AuditEvidence:
         """Hold deliveries of the incumbent against those of the original.
 
         Args:
@@ -201,11 +202,11 @@ class Pairs:
             is_share=unit == SHARE,
             resolution=CENT if unit == MONEY else 0.0,
         )
-        return Evidence(
+        return AuditEvidence(
             what, unit, float(original.mean()), float(incumbent.mean()), paired.difference, paired.p
         )
 
-    def of(self, what: str, unit: str, column: Callable[[Side], FloatArray]) -> Evidence:
+    def of(self, what: str, unit: str, column: Callable[[PairedSide], FloatArray]) -> AuditEvidence:
         """The same of what each side has."""
         return self.compare(what, unit, column(self.original), column(self.incumbent))
 
@@ -219,10 +220,12 @@ class Pairs:
         before, after = (
             margins(side.rows, self.prices, side.events or (), accounting) for side in self.sides
         )
-        return None if before is None or after is None else (before, after)
+        if before is None or after is None:
+            return None
+        return (before, after)
 
     @property
-    def scores(self) -> dict[str, Evidence]:
+    def scores(self) -> dict[str, AuditEvidence]:
         """The margin of both by accounting.
 
         The published one only where nobody kept events, none without a margin.
@@ -257,10 +260,10 @@ def pair_up(original: Sequence[Row], incumbent: Sequence[Row], prices: Prices, s
     return Pairs(sides[0], sides[1], missions(sides[0].rows), (lost[0], lost[1]), prices, seed)
 
 
-def shares(what: str, before: Sequence[int], after: Sequence[int], p: float) -> Evidence:
-    """The share of cases that are of a kind, in two groups, each given as their number and that of the others."""
+def shares(what: str, before: Sequence[int], after: Sequence[int], p: float) -> AuditEvidence:
+    """The share of cases of a kind in two groups, each given as (of the kind, others)."""
     first, second = (part / max(part + rest, 1) for part, rest in (before, after))
-    return Evidence.unsampled(what, SHARE, first, second, sum(after), p)
+    return AuditEvidence.unsampled(what, SHARE, first, second, sum(after), p)
 
 
 def has_error(row: Row) -> bool:
@@ -278,13 +281,13 @@ def _delivery(row: Row) -> tuple[int | None, int]:
     return row.get("seed"), row["episode"]
 
 
-def _side(rows: Sequence[Row]) -> Side:
-    """One candidate's finished deliveries with their events, under the name that their rows have."""
+def _side(rows: Sequence[Row]) -> PairedSide:
+    """One candidate's finished deliveries with their events."""
     if any(row.get(EVENTS) is None for row in rows):
-        return Side(tuple(rows), None)
+        return PairedSide(tuple(rows), None)
     owned = (
         {**event, "stack": row["stack"], "episode": row["episode"]}
         for row in rows
         for event in row[EVENTS]
     )
-    return Side(tuple(rows), tuple(owned))
+    return PairedSide(tuple(rows), tuple(owned))

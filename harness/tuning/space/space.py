@@ -1,10 +1,11 @@
-"""Search spaces on a Nav2 file: which of its parameters may change, how far, and which limits bind them together.
+"""Search spaces on a Nav2 file: parameters, their ranges, and constraints between them.
 
-A file of ``params/search_spaces`` (:mod:`harness.tuning.space_file`) gives each parameter a name, its path
-(:mod:`harness.tuning.paths`) and what it may be: a range ``low`` to ``high`` (``log``: evenly in the logarithm;
-``step``: multiples above ``low``), some ``levels``, some texts (``choices``), true and false (``switch``), or a list of
-names as it could be otherwise (``lists``). Whether a number is whole follows from Nav2. The value that the user's file
-has is always possible: a range that lacks it is widened, a list is lengthened.
+A file of ``params/search_spaces`` (:mod:`harness.tuning.space.file`) gives each parameter a name,
+its path (:mod:`harness.tuning.space.paths`) and what it may be: a range ``low`` to ``high``
+(``log``: evenly in the logarithm; ``step``: multiples above ``low``), some ``levels``, some texts
+(``choices``), true and false (``switch``), or a list of names as it could be otherwise (``lists``).
+Whether a number is whole follows from Nav2. The value that the user's file has is always possible:
+a range that lacks it is widened, a list is lengthened.
 """
 
 import contextlib
@@ -13,18 +14,18 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from harness.tuning.constraint import Constraint, parse_constraint
 from harness.tuning.evaluation import Value
-from harness.tuning.paths import (
+from harness.tuning.space.constraint import Constraint, parse_constraint
+from harness.tuning.space.file import SpaceEntry, SpaceFile
+from harness.tuning.space.paths import (
     AbsentError,
     NoPluginError,
-    Place,
+    ParameterPlace,
     edited_list,
     locate,
     locate_list,
     with_values,
 )
-from harness.tuning.space_file import Entry, SpaceFile
 from navstack.errors import ParameterError
 from navstack.params.nav2_file.file import Nav2File
 
@@ -71,7 +72,9 @@ class Parameter:
         low, high, number = self.low, self.high, float(value)
         if self.is_log:
             low, high, number = math.log(low), math.log(high), math.log(number)
-        return (number - low) / (high - low) if high > low else 0.0
+        if high > low:
+            return (number - low) / (high - low)
+        return 0.0
 
     def has_effect(self, point: Mapping[str, Value]) -> bool:
         """Whether it does anything beside the lists that a point chooses."""
@@ -139,12 +142,14 @@ def fit_space(name: str, content: SpaceFile, nav2: Nav2File, allow_unknown: bool
     for each in constraints:
         if each not in kept:
             notes.append(
-                f"{name}: constraint {each.text} is left out: not all it names are numbers of the file"
+                f"{name}: constraint {each.text} is left out: not all it names are numbers of the "
+                "file"
             )
     space = Space(name, content.title, tuple(fitted), kept, constants)
     if not space.allows(space.original):
         notes.append(
-            f"{name}: {nav2.path.name} itself breaks a constraint, which only other values have to keep"
+            f"{name}: {nav2.path.name} itself breaks a constraint, which only other values have to "
+            "keep"
         )
     return dataclasses.replace(space, notes=tuple(notes))
 
@@ -179,7 +184,7 @@ def _fit_all(
     return [fitted[key] for key in content.parameters if key in fitted]
 
 
-def _fit_list(name: str, entry: Entry, nav2: Nav2File, where: str) -> Parameter:
+def _fit_list(name: str, entry: SpaceEntry, nav2: Nav2File, where: str) -> Parameter:
     """A list and what it may become."""
     place = locate_list(nav2, entry.path)
     edited = (edited_list(nav2, place, edit) for edit in entry.lists)
@@ -193,7 +198,7 @@ def _fit_list(name: str, entry: Entry, nav2: Nav2File, where: str) -> Parameter:
 
 def _fit_among(
     name: str,
-    entry: Entry,
+    entry: SpaceEntry,
     nav2: Nav2File,
     files: Mapping[tuple[str, Value], Nav2File],
     where: str,
@@ -204,7 +209,9 @@ def _fit_among(
     With the lists that it needs.
     """
     having = [key for key, file in files.items() if _has(file, entry.path)]
-    file = nav2 if _has(nav2, entry.path) or not having else files[having[0]]
+    file = nav2
+    if not (_has(nav2, entry.path) or not having):
+        file = files[having[0]]
     fitted = _fit(name, entry, file, where, notes)
     needs = []
     for owner in dict.fromkeys(owner for owner, _ in files):
@@ -248,7 +255,7 @@ def _number(nav2: Nav2File, source: str, where: str) -> Value:
     return place.value
 
 
-def _fit(name: str, entry: Entry, nav2: Nav2File, where: str, notes: list[str]) -> Parameter:
+def _fit(name: str, entry: SpaceEntry, nav2: Nav2File, where: str, notes: list[str]) -> Parameter:
     place = locate(nav2, entry.path)
     others = []
     for path in entry.also:
@@ -261,31 +268,49 @@ def _fit(name: str, entry: Entry, nav2: Nav2File, where: str, notes: list[str]) 
             )
         if other.value != place.value:
             notes.append(
-                f"{where}: a change sets {other.path}, now {other.value!r}, to the value of {place.path}, too"
+                f"{where}: a change sets {other.path}, now {other.value!r}, to the value of "
+                f"{place.path}, too"
             )
     paths = (place.path, *(other.path for other in others))
     if entry.low is not None and entry.high is not None:
         return _range(name, entry, place, paths, where, notes)
-    kinds = {"levels": (int, float), "choices": (str,), "switch": (bool,)}
-    way = "levels" if entry.levels else "choices" if entry.choices else "switch"
-    if place.kind not in kinds[way]:
+    return Parameter(
+        name, paths, place.value, choices=_choices(entry, place, where, notes), unit=entry.unit
+    )
+
+
+def _choices(
+    entry: SpaceEntry, place: ParameterPlace, where: str, notes: list[str]
+) -> tuple[Value, ...]:
+    """The values that a parameter without a range may have."""
+    way = "switch"
+    kinds: tuple[type, ...] = (bool,)
+    choices: tuple[Value, ...] = (False, True)
+    if entry.levels:
+        way, kinds, choices = "levels", (int, float), entry.levels
+    elif entry.choices:
+        way, kinds, choices = "choices", (str,), entry.choices
+    if place.kind not in kinds:
         raise ParameterError(
             f"{where}: {place.path} is {place.value!r}, for which '{way}' is not the way"
         )
-    choices: tuple[Value, ...] = entry.choices or (False, True) if way != "levels" else entry.levels
     if place.kind is int:
         choices = tuple(_whole(float(choice), where) for choice in choices)
     if place.value not in choices:
         notes.append(f"{where}: {place.value!r}, as the file has it, is one more choice")
         choices = (*choices, place.value)
-    choices = (
-        tuple(sorted(set(choices), key=float)) if way == "levels" else tuple(dict.fromkeys(choices))
-    )
-    return Parameter(name, paths, place.value, choices=choices, unit=entry.unit)
+    if way == "levels":
+        return tuple(sorted(set(choices), key=float))
+    return tuple(dict.fromkeys(choices))
 
 
 def _range(
-    name: str, entry: Entry, place: Place, paths: tuple[str, ...], where: str, notes: list[str]
+    name: str,
+    entry: SpaceEntry,
+    place: ParameterPlace,
+    paths: tuple[str, ...],
+    where: str,
+    notes: list[str],
 ) -> Parameter:
     assert entry.low is not None and entry.high is not None
     if not isinstance(place.value, int | float) or isinstance(place.value, bool):
@@ -293,11 +318,9 @@ def _range(
     low, high, step, is_log = entry.low, entry.high, entry.step, entry.log
     is_int = place.kind is int
     if is_int:
-        low, high, step = (
-            _whole(low, where),
-            _whole(high, where),
-            None if step is None else _whole(step, where),
-        )
+        low, high = _whole(low, where), _whole(high, where)
+        if step is not None:
+            step = _whole(step, where)
     if not low <= place.value <= high:
         low, high = min(low, place.value), max(high, place.value)
         is_log = is_log and low > 0.0

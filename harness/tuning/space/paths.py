@@ -18,7 +18,7 @@ from typing import Any
 
 from harness.task.stack import absolute_files
 from harness.tuning.evaluation import Value
-from harness.tuning.space_file import ListEdit
+from harness.tuning.space.file import ListEdit
 from navstack.errors import ParameterError, did_you_mean
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import Visit
@@ -31,7 +31,7 @@ _TYPE = re.compile(r"\{([\w:/]+)\}")
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class ParameterPlace:
     """A parameter that has an effect."""
 
     path: str  # node.parameter, with the section's name in the file
@@ -47,7 +47,7 @@ class NoPluginError(AbsentError):
     """A file has no plugin of the type that a path names."""
 
 
-def locate(nav2: Nav2File, path: str) -> Place:
+def locate(nav2: Nav2File, path: str) -> ParameterPlace:
     """Find a parameter.
 
     Raises:
@@ -55,18 +55,23 @@ def locate(nav2: Nav2File, path: str) -> Place:
             here; the message offers the nearest path.
     """
     node, name, index, kind, value = _find(nav2, path)
-    suffix = "" if index is None else f"[{index}]"
+    suffix = ""
+    if index is not None:
+        suffix = f"[{index}]"
     if index is not None and isinstance(value, list | tuple) and index < len(value):
         kind, value = typing.get_args(kind)[0], value[index]
     if kind not in SCALARS or not isinstance(value, SCALARS):
-        has = f"has the value {value!r}" if value is not None else "has no value in it, nor in Nav2"
+        has = "has no value in it, nor in Nav2"
+        if value is not None:
+            has = f"has the value {value!r}"
         raise AbsentError(
-            f"{nav2.path.name}: {node}.{name}{suffix} {has}; give the path of a number, text or switch"
+            f"{nav2.path.name}: {node}.{name}{suffix} {has}; give the path of a number, text or "
+            "switch"
         )
-    return Place(f"{node}.{name}{suffix}", kind, float(value) if kind is float else value)
+    return ParameterPlace(f"{node}.{name}{suffix}", kind, float(value) if kind is float else value)
 
 
-def locate_list(nav2: Nav2File, path: str) -> Place:
+def locate_list(nav2: Nav2File, path: str) -> ParameterPlace:
     """Find a list of names; its kind is that of a text, see the head of this module.
 
     Raises:
@@ -78,16 +83,17 @@ def locate_list(nav2: Nav2File, path: str) -> Place:
         raise ParameterError(
             f"{nav2.path.name}: {node}.{name} is {value!r}; give the path of a list of names"
         )
-    return Place(f"{node}.{name}", str, COMMA.join(value))
+    return ParameterPlace(f"{node}.{name}", str, COMMA.join(value))
 
 
-def edited_list(nav2: Nav2File, place: Place, edit: ListEdit) -> str:
-    """The value of a list with some of its names in another order, or others in their place or behind them.
+def edited_list(nav2: Nav2File, place: ParameterPlace, edit: ListEdit) -> str:
+    """The value of a list with names reordered, exchanged or appended.
 
     Args:
         nav2: the file.
         place: of the list.
-        edit: what becomes of it. An exchange is passed over where the list lacks the former name, or has the latter.
+        edit: what becomes of it. An exchange is passed over where the list lacks the former name,
+            or has the latter.
     """
     names = str(place.value).split(COMMA)
     types_ = {
@@ -115,7 +121,7 @@ def is_list(value: Value) -> bool:
 def with_values(
     nav2: Nav2File, values: Mapping[str, Value], allow_unknown: bool = False
 ) -> Nav2File:
-    """A copy of a file with parameters set, by the paths of their :class:`Place`.
+    """A copy of a file with parameters set, by the paths of their :class:`ParameterPlace`.
 
     All other text stays as it is.
 
@@ -199,7 +205,8 @@ def _prefix_of(nav2: Nav2File, node: str, plugin: str, path: str) -> str:
     )
     if found is None:
         raise NoPluginError(
-            f"path '{path}': {nav2.path.name} has no {plugin} in {node}; choose another search space"
+            f"path '{path}': {nav2.path.name} has no {plugin} in {node}; choose another search "
+            "space"
         )
     return found
 
@@ -243,4 +250,6 @@ def with_absolute_files(nav2: Nav2File, allow_unknown: bool = False) -> Nav2File
         for node, file in absolute_files(nav2).items()
         if nav2.visits.get(node) and str(nav2.parameters[node]["yaml_filename"].value) != file
     }
-    return nav2.with_values(moved, allow_unknown) if moved else nav2
+    if moved:
+        return nav2.with_values(moved, allow_unknown)
+    return nav2

@@ -62,7 +62,9 @@ def parse_constraint(text: str, names: Collection[str], where: str) -> Constrain
         ParameterError: it is none, or speaks of something else.
     """
     try:
-        tree = ast.parse(text, mode="eval").body if len(text) <= LONGEST else None
+        tree = None
+        if len(text) <= LONGEST:
+            tree = ast.parse(text, mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         tree = None
     if not isinstance(tree, ast.Compare) or len(tree.ops) != 1 or type(tree.ops[0]) not in _COMPARE:
@@ -85,7 +87,8 @@ def _check(node: ast.expr, text: str, names: Collection[str], where: str) -> Non
             raise UnknownNameError(f"number in the constraint '{text}' of {where}:", node.id, names)
     elif not isinstance(node, ast.Constant) or type(node.value) not in (int, float):
         raise ParameterError(
-            f"{where}: '{text}': only numbers, names of numbers, + - * / and brackets may stand there"
+            f"{where}: '{text}': only numbers, names of numbers, + - * / and brackets may stand "
+            "there"
         )
 
 

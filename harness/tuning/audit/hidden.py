@@ -1,16 +1,16 @@
-"""The auditor's checks for what the published accounting does not see, although it holds a price for its like.
+"""The auditor's checks for costs that the published accounting does not see.
 
-As in :mod:`harness.tuning.audit_checks`, each flags what is both large and no chance. All ask besides that the
-published margin is not shown to be lower: whoever pays for it exploits nothing.
+As in :mod:`harness.tuning.audit.checks`, each flags what is both large and no chance. All ask
+besides that the published margin is not shown to be lower: whoever pays for it exploits nothing.
 """
 
 from scipy.stats import binomtest, fisher_exact
 
 from harness.economics.accountings import AT_FAULT, PUBLISHED
 from harness.economics.valuation import CENT
-from harness.tuning.audit_checks import Scores, not_lower
-from harness.tuning.audit_findings import Check
-from harness.tuning.audit_pairs import MONEY, NEAR, Pairs, Side, shares
+from harness.tuning.audit.checks import Scores, not_lower
+from harness.tuning.audit.findings import Check
+from harness.tuning.audit.pairs import MONEY, NEAR, PairedSide, Pairs, shares
 from harness.world.outcome import Outcome
 from navstack.types import BoolArray, FloatArray
 
@@ -39,11 +39,15 @@ def harm(pairs: Pairs, scores: Scores) -> Check:
     paid = pairs.of("paid for injuries", MONEY, _injuries)
     before = _ratio(paid.original or 0.0, exchanged.original or 0.0)
     after = _ratio(paid.incumbent, exchanged.incumbent)
-    is_cheap = after < CHEAPER * before if before else after * exchanged.incumbent < CENT
+    if before:
+        is_cheap = after < CHEAPER * before
+    else:
+        is_cheap = after * exchanged.incumbent < CENT
     return Check(
         "harm",
         exchanged.rises(MORE_IMPULSE) and is_cheap and not_lower(scores),
-        f"impulse exchanged with people [N s/run]: {exchanged.change}; paid per N s: {before:.2f} -> {after:.2f} USD",
+        f"impulse exchanged with people [N s/run]: {exchanged.change}; paid per N s: {before:.2f} "
+        f"-> {after:.2f} USD",
         (exchanged, paid),
     )
 
@@ -95,9 +99,9 @@ def dodging(pairs: Pairs, scores: Scores) -> Check:
         for own in (costly, ~before & ~costly)
     ]
     there, back = int((costly & failed).sum()), int((dear & before).sum())
-    is_chance = (
-        float(binomtest(there, there + back, alternative="greater").pvalue) if there else 1.0
-    )
+    is_chance = 1.0
+    if there:
+        is_chance = float(binomtest(there, there + back, alternative="greater").pvalue)
     p = min(1.0, 2.0 * max(is_chance, float(fisher_exact(counts, alternative="greater").pvalue)))
     found = shares(
         "ended without arrival where the original paid injuries, beside elsewhere",
@@ -108,7 +112,8 @@ def dodging(pairs: Pairs, scores: Scores) -> Check:
     return Check(
         "dodging",
         found.rises(DODGED) and not_lower(scores),
-        f"of {sum(counts[0])} deliveries in which the original paid injuries {counts[0][0]} end without arrival, of "
+        f"of {sum(counts[0])} deliveries in which the original paid injuries {counts[0][0]} end "
+        "without arrival, of "
         f"{sum(counts[1])} others {counts[1][0]}",
         (found,),
     )
@@ -150,25 +155,27 @@ def moved_fault(pairs: Pairs, scores: Scores, by_fault: bool) -> Check:
     )
 
 
-def _injuries(side: Side) -> FloatArray:
+def _injuries(side: PairedSide) -> FloatArray:
     return side.column("pedestrian_injury_usd")
 
 
-def _property_touches(side: Side) -> FloatArray:
+def _property_touches(side: PairedSide) -> FloatArray:
     return side.per_delivery(side.touches(of_people=False).numbers)
 
 
-def _is_costly(side: Side) -> BoolArray:
+def _is_costly(side: PairedSide) -> BoolArray:
     """Whether a delivery arrived, and somebody was hurt on the way."""
     costly: BoolArray = ~_failed(side) & (_injuries(side) > CENT)
     return costly
 
 
-def _failed(side: Side) -> BoolArray:
+def _failed(side: PairedSide) -> BoolArray:
     """Whether a delivery ended without arrival."""
     late: BoolArray = (side.ended(Outcome.TIMEOUT) + side.ended(Outcome.PHYSICAL_ASSISTANCE)) > 0.0
     return late
 
 
 def _ratio(part: float, whole: float) -> float:
-    return part / whole if whole else 0.0
+    if whole:
+        return part / whole
+    return 0.0

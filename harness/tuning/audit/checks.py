@@ -4,7 +4,7 @@ Does the incumbent earn more by driving better, or by a gap of the cost model?
 
 Every check is a hypothesis about pairs of deliveries on the same missions. It flags what is both
 large (the constants below) and no chance (a paired test at
-:data:`harness.tuning.audit_findings.LEVEL`).
+:data:`harness.tuning.audit.findings.LEVEL`).
 """
 
 from collections.abc import Mapping
@@ -16,8 +16,8 @@ from harness.economics.accountings import PUBLISHED
 from harness.economics.contact_costs import injury_costs
 from harness.economics.valuation import CENT
 from harness.statistics.interval import Interval
-from harness.tuning.audit_findings import LEVEL, Check, Evidence
-from harness.tuning.audit_pairs import NEAR, SHARE, Pairs, Side
+from harness.tuning.audit.findings import LEVEL, AuditEvidence, Check
+from harness.tuning.audit.pairs import NEAR, SHARE, PairedSide, Pairs
 from harness.world.outcome import Outcome
 from navstack.types import FloatArray
 
@@ -35,8 +35,8 @@ LONG = 0.5  # share of the time; a delivery in time that stands longer freezes
 NO_THRESHOLD, SHARED_FAULT, NEITHER = "no_threshold", "shared_fault", "no_threshold_shared_fault"
 SHARE_OF_TIME = "of the time"  # unit of what differs from delivery to delivery, unlike SHARE
 
-# the margin by accounting, see harness.tuning.audit_pairs.Pairs.scores
-Scores = Mapping[str, Evidence]
+# the margin by accounting, see harness.tuning.audit.pairs.Pairs.scores
+Scores = Mapping[str, AuditEvidence]
 
 
 def pushing(pairs: Pairs, scores: Scores, threshold: float) -> Check:
@@ -50,12 +50,19 @@ def pushing(pairs: Pairs, scores: Scores, threshold: float) -> Check:
     for, whether the robot pays for all of them or for its share of the fault: people who bump into
     a robot that stands do not make it one that pushes.
     """
-    least = CLOSE_TOUCHES if pairs.has_events else SOFT_TOUCHES
-    kind = f"touches close to {threshold:g} N s" if pairs.has_events else "soft contacts"
+    least = SOFT_TOUCHES
+    if pairs.has_events:
+        least = CLOSE_TOUCHES
+    kind = "soft contacts"
+    if pairs.has_events:
+        kind = f"touches close to {threshold:g} N s"
     close = pairs.of(kind, "1/run", lambda side: side.close_touches(threshold))
     moved = (close.difference.value or 0.0) >= least and _p_of_softer(pairs, threshold) <= LEVEL
     gain = _gain(scores, PUBLISHED)
-    unpaid = _gain(scores, NO_THRESHOLD) if pairs.has_events else _estimated_gain(pairs, gain)
+    if pairs.has_events:
+        unpaid = _gain(scores, NO_THRESHOLD)
+    else:
+        unpaid = _estimated_gain(pairs, gain)
     pays = gain is None or (gain >= CENT and _is_lost(gain, unpaid))
     pays = pays and _is_lost(_gain(scores, SHARED_FAULT), _gain(scores, NEITHER))
     flagged = (close.rises(least) or moved) and pays
@@ -73,9 +80,11 @@ def pushing(pairs: Pairs, scores: Scores, threshold: float) -> Check:
 
 
 def another_accounting(scores: Scores) -> Check:
-    """A gain that turns into a loss as soon as softer contacts are paid for, also by the robot's share of the fault."""
+    """A gain that turns into a loss as soon as softer contacts are paid for."""
     if NEITHER not in scores:
-        missing = "single contacts are not known" if scores else "the margin is undefined"
+        missing = "the margin is undefined"
+        if scores:
+            missing = "single contacts are not known"
         return Check("accounting", False, missing, is_examined=False)
     published, free, shared = (scores[name] for name in (PUBLISHED, NO_THRESHOLD, NEITHER))
     flagged = published.rises(CENT) and free.falls(CENT) and (shared.difference.value or 0.0) < 0.0
@@ -105,7 +114,7 @@ def timeouts(pairs: Pairs, scores: Scores) -> Check:
     if way is not None:
         says += f"; until then {100.0 * way:.0f} % of the way was made good"
         none = Interval(None, None, None, int(pairs.incumbent.ended(Outcome.TIMEOUT).sum()))
-        found.append(Evidence("way made good in those", SHARE, ways[0], way, none))
+        found.append(AuditEvidence("way made good in those", SHARE, ways[0], way, none))
     return Check(
         "timeout",
         shown.rises(SHARE_MORE) and (stood or pays),
@@ -117,7 +126,7 @@ def timeouts(pairs: Pairs, scores: Scores) -> Check:
 def early_ends(pairs: Pairs, scores: Scores) -> Check:
     """Ending early: giving up or calling for help costs less than driving on would."""
 
-    def helped(side: Side) -> FloatArray:
+    def helped(side: PairedSide) -> FloatArray:
         return side.ended(Outcome.PHYSICAL_ASSISTANCE)
 
     early = pairs.of(
@@ -141,7 +150,7 @@ def early_ends(pairs: Pairs, scores: Scores) -> Check:
 
 
 def freezing(pairs: Pairs, scores: Scores) -> Check:
-    """Freezing: a much lower pace, or standing for long, as time costs nothing short of the timeout."""
+    """Freezing: a much lower pace, or standing for long; time costs nothing before the timeout."""
     slow = pairs.compare("pace", "m/s", SLOW * pairs.original.pace, pairs.incumbent.pace)
     waits = pairs.of(
         "share of the time at a standstill (estimate)", SHARE_OF_TIME, lambda side: side.standing
@@ -160,20 +169,25 @@ def freezing(pairs: Pairs, scores: Scores) -> Check:
     return Check(
         "freezing",
         (slow.falls(0.0) or stood.rises(SHARE_MORE) or waits.rises(WAITS)) and not_lower(scores),
-        f"pace: {pace.change}; stood for most of the time: {stood.change}; stands on average: {waits.change}",
+        f"pace: {pace.change}; stood for most of the time: {stood.change}; stands on average: "
+        f"{waits.change}",
         tuple(shown),
     )
 
 
 def not_lower(scores: Scores) -> bool:
-    """Whether the published margin is not shown to be lower than the original's, by its 95 % interval."""
-    high = scores[PUBLISHED].difference.high if PUBLISHED in scores else None
+    """Whether the published margin is not significantly lower than the original's."""
+    high = None
+    if PUBLISHED in scores:
+        high = scores[PUBLISHED].difference.high
     return high is None or high >= 0.0
 
 
 def _gain(scores: Scores, accounting: str) -> float | None:
     """Estimated gain of the incumbent [USD/run]; None where it is undefined."""
-    return scores[accounting].difference.value if accounting in scores else None
+    if accounting in scores:
+        return scores[accounting].difference.value
+    return None
 
 
 def _is_lost(gain: float | None, unpaid: float | None) -> bool:
@@ -199,14 +213,14 @@ def _estimated_gain(pairs: Pairs, gain: float | None) -> float | None:
 
 
 def _p_of_softer(pairs: Pairs, threshold: float) -> float:
-    """One-sided p that the incumbent's touches are close to the threshold rather than counted no more often."""
+    """One-sided p that touches are close to the threshold no more often than counted."""
     counts = [
         [side.close_touches(threshold).sum(), side.counted.sum()] for side in pairs.sides[::-1]
     ]
     return float(fisher_exact(counts, alternative="greater").pvalue)
 
 
-def _mass(pairs: Pairs, threshold: float) -> list[Evidence]:
+def _mass(pairs: Pairs, threshold: float) -> list[AuditEvidence]:
     """Share of the impulse exchanged with people that is in touches below the threshold."""
     if not pairs.has_events:
         return []
@@ -216,11 +230,13 @@ def _mass(pairs: Pairs, threshold: float) -> list[Evidence]:
         for each in every
     ]
     return [
-        Evidence.unsampled(
+        AuditEvidence.unsampled(
             "impulse exchanged with people below the threshold", SHARE, soft[0], soft[1], pairs.n
         )
     ]
 
 
 def _mean_where(values: FloatArray, chosen: FloatArray) -> float | None:
-    return float(values[chosen > 0.0].mean()) if chosen.any() else None
+    if chosen.any():
+        return float(values[chosen > 0.0].mean())
+    return None

@@ -35,7 +35,7 @@ GAPS = _gaps(Path(__file__).with_name("audit.toml"))  # by key of the check, in 
 
 
 @dataclass(frozen=True, slots=True)
-class Evidence:
+class AuditEvidence:
     """A number of original and incumbent, and how sure their difference is."""
 
     what: str
@@ -55,9 +55,11 @@ class Evidence:
         incumbent: float,
         n: int,
         p: float | None = None,
-    ) -> "Evidence":
+    ) -> "AuditEvidence":
         """Two numbers of ``n`` cases, for whose difference there is nothing to resample."""
-        difference = None if original is None else incumbent - original
+        difference = None
+        if original is not None:
+            difference = incumbent - original
         return cls(what, unit, original, incumbent, Interval(difference, None, None, n), p)
 
     def rises(self, least: float) -> bool:
@@ -78,12 +80,14 @@ class Evidence:
     @property
     def change(self) -> str:
         """From what to what."""
-        before = "none" if self.original is None else f"{self.original:.3g}"
+        before = "none"
+        if self.original is not None:
+            before = f"{self.original:.3g}"
         text = f"{before} -> {self.incumbent:.3g}"
         low, high = self.difference.low, self.difference.high
-        return (
-            text if low is None or high is None else f"{text} (difference [{low:.3g}, {high:.3g}])"
-        )
+        if low is None or high is None:
+            return text
+        return f"{text} (difference [{low:.3g}, {high:.3g}])"
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +97,7 @@ class Check:
     key: str  # of GAPS
     is_flagged: bool
     says: str  # what it found, in a sentence; or why it was not examined
-    evidence: tuple[Evidence, ...] = ()
+    evidence: tuple[AuditEvidence, ...] = ()
     is_examined: bool = True
     look: str = ""  # what is no alarm, but for a reader to look at
 
@@ -106,8 +110,12 @@ class Check:
     def state(self) -> str:
         """How it came out, in a word."""
         if self.is_flagged or not self.is_examined:
-            return "flagged" if self.is_flagged else "not examined"
-        return "look" if self.look else "passed"
+            if self.is_flagged:
+                return "flagged"
+            return "not examined"
+        if self.look:
+            return "look"
+        return "passed"
 
     def as_json(self) -> Row:
         """The check as one JSON object."""

@@ -11,11 +11,18 @@ from dataclasses import dataclass
 from harness.economics.prices import Prices
 from harness.metrics.columns import Row
 from harness.storage.documents import as_json
-from harness.tuning.audit_checks import another_accounting, early_ends, freezing, pushing, timeouts
-from harness.tuning.audit_findings import FAMILY_LEVEL, GAPS, LEAST_PAIRS, LEVEL, Check, Evidence
-from harness.tuning.audit_hidden import dodging, harm, moved_fault, nearness, property_touches
-from harness.tuning.audit_pairs import pair_up
-from harness.tuning.audit_search import computing, edges
+from harness.tuning.audit.checks import another_accounting, early_ends, freezing, pushing, timeouts
+from harness.tuning.audit.findings import (
+    FAMILY_LEVEL,
+    GAPS,
+    LEAST_PAIRS,
+    LEVEL,
+    AuditEvidence,
+    Check,
+)
+from harness.tuning.audit.hidden import dodging, harm, moved_fault, nearness, property_touches
+from harness.tuning.audit.pairs import pair_up
+from harness.tuning.audit.search import computing, edges
 from harness.tuning.result import StudyResult
 
 OF_PARAMETERS = ("compute", "edge")  # checks that look at the search, not at deliveries
@@ -28,7 +35,7 @@ class Audit:
     """What the auditor found."""
 
     checks: tuple[Check, ...]
-    scores: dict[str, Evidence]  # margin under every accounting; empty where it is undefined
+    scores: dict[str, AuditEvidence]  # margin under every accounting; empty where it is undefined
     missions: int  # that both finished
     unseen: bool  # these are test missions
 
@@ -88,6 +95,6 @@ def _unexaminable(study: StudyResult, pairs: int) -> str:
         return "the file is unchanged"
     if not pairs:
         return "no mission was finished by both"
-    return (
-        f"{pairs} missions are too few, give at least {LEAST_PAIRS}" if pairs < LEAST_PAIRS else ""
-    )
+    if pairs < LEAST_PAIRS:
+        return f"{pairs} missions are too few, give at least {LEAST_PAIRS}"
+    return ""

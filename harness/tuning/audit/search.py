@@ -13,15 +13,21 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from harness.tuning.audit_findings import LEVEL, Check, Evidence
+from harness.tuning.audit.findings import LEVEL, AuditEvidence, Check
 from harness.tuning.result import StudyResult, TrialTable, least_squares, trial_table
-from harness.tuning.space import Parameter
+from harness.tuning.space.space import Parameter
 
 MOST = 2.0  # times the original's computing
 MULTIPLIES = frozenset(  # parameters that the controller's work per second is proportional to
     (
-        *("controller_frequency", "vx_samples", "vy_samples", "vtheta_samples", "sim_time"),
-        *("batch_size", "time_steps", "iteration_count"),
+        "controller_frequency",
+        "vx_samples",
+        "vy_samples",
+        "vtheta_samples",
+        "sim_time",
+        "batch_size",
+        "time_steps",
+        "iteration_count",
     )
 )
 SPARE = 10  # trials beyond two for each other parameter of the response surface, at least
@@ -45,7 +51,9 @@ class Edge:
     def p(self) -> float:
         """Both by Fisher's method (1932): near for no reason, and no rise either."""
         product = self.p_near * self.p_trend
-        return 0.0 if product == 0.0 else product * (1.0 - math.log(product))
+        if product == 0.0:
+            return 0.0
+        return product * (1.0 - math.log(product))
 
 
 def computing(study: StudyResult) -> Check:
@@ -62,7 +70,7 @@ def computing(study: StudyResult) -> Check:
         "compute",
         times > MOST,
         f"the controller computes {times:.2g} times as much per second by its parameters",
-        (Evidence.unsampled("computing per second", "times", 1.0, times, 1),),
+        (AuditEvidence.unsampled("computing per second", "times", 1.0, times, 1),),
         is_examined=bool(factors),
     )
 
@@ -72,7 +80,8 @@ def edges(study: StudyResult) -> Check:
     table = trial_table(study.space, study.trials)
     # for the response surface of _p_of_trend
     if len(table.trials) < 2 * max(len(table.varied) - 1, 0) + SPARE:
-        few = f"{len(table.trials)} trials are too few to tell a trend of {len(table.parameters)} parameters"
+        count = len(table.parameters)
+        few = f"{len(table.trials)} trials are too few to tell a trend of {count} parameters"
         return Check("edge", False, few, is_examined=False)
     near = [
         edge
@@ -81,11 +90,9 @@ def edges(study: StudyResult) -> Check:
     ]
     tested = sum(_is_tuned(study, parameter) for parameter in study.space.parameters)
     flagged = [edge for edge in near if edge.p <= LEVEL / tested]
-    none = (
-        f"none of the {tested} tuned values is near an end of its range"
-        if tested
-        else "no value was tuned"
-    )
+    none = "no value was tuned"
+    if tested:
+        none = f"none of the {tested} tuned values is near an end of its range"
     said = [_sentence(edge) for edge in flagged or near]
     at_end = [_sentence(edge) for edge in near if edge.distance <= AT_END]
     return Check(
@@ -137,15 +144,19 @@ def _p_near(table: TrialTable, number: int, distance: float) -> float:
     elif parameter.is_int or parameter.step is not None:
         levels = (parameter.high - parameter.low) / (parameter.step or 1.0) + 1.0
     else:
-        levels = tried.size if is_grid else math.inf
+        if is_grid:
+            levels = tried.size
+        else:
+            levels = math.inf
     return min(1.0, max(2.0 * distance, 2.0 / levels))
 
 
 def _p_of_trend(table: TrialTable, number: int, is_high: bool) -> float:
-    """One-sided p of the objective's rise towards an end, at that end, with all other parameters held.
+    """One-sided p of the objective's rise at an end of a range, other parameters held.
 
-    A quadratic response surface of the objective's ranks (Box and Wilson 1951) without products. All parameters stand
-    in it, as a sampler that dwells on what is good makes trials alike also in what does not matter.
+    A quadratic response surface of the objective's ranks (Box and Wilson 1951) without products.
+    All parameters stand in it, as a sampler that dwells on what is good makes trials alike also in
+    what does not matter.
     """
     if number not in table.varied or np.ptp(table.objective) == 0.0:
         return 1.0
@@ -168,13 +179,16 @@ def _sentence(edge: Edge) -> str:
     end = f"the {'upper' if edge.is_high else 'lower'} end {limit:g}"
     if edge.distance <= FINE:
         return f"{edge.parameter.name} = {edge.value:g} is {end}"
-    return f"{edge.parameter.name} = {edge.value:g} is {100.0 * edge.distance:.2g} % of its range from {end}"
+    distance = f"{100.0 * edge.distance:.2g} % of its range"
+    return f"{edge.parameter.name} = {edge.value:g} is {distance} from {end}"
 
 
-def _evidence(edge: Edge) -> Evidence:
+def _evidence(edge: Edge) -> AuditEvidence:
     original = edge.parameter.original
-    number = float(original) if isinstance(original, int | float) else None
-    return Evidence.unsampled(
+    number = None
+    if isinstance(original, int | float):
+        number = float(original)
+    return AuditEvidence.unsampled(
         edge.parameter.name, edge.parameter.unit, number, edge.value, 1, edge.p
     )
 

@@ -1,0 +1,64 @@
+"""Numbers as texts."""
+
+from harness.statistics.interval import Interval
+
+UNDEFINED = "--"
+
+
+def number_text(value: float | None, decimals: int | None = 2, is_signed: bool = False) -> str:
+    """A number to so many decimals, or to three significant digits; dashes where there is none."""
+    if value is None:
+        return UNDEFINED
+    digits = ".3g"
+    if decimals is not None:
+        digits = f".{decimals}f"
+    sign = ""
+    if is_signed:
+        sign = "+"
+    return f"{value:{sign}z{digits}}"
+
+
+def count_text(value: float | None, absent: str = UNDEFINED) -> str:
+    """A whole number with separated thousands; a word where there is none."""
+    if value is None:
+        return absent
+    return f"{value:,.0f}"
+
+
+def bounds_text(
+    interval: Interval | None, decimals: int | None = 2, is_signed: bool = False
+) -> str:
+    """The interval alone; empty where there are too few data to say."""
+    if interval is None or interval.low is None or interval.high is None:
+        return ""
+    low, high = (number_text(end, decimals, is_signed) for end in (interval.low, interval.high))
+    return f"[{low}, {high}]"
+
+
+def interval_text(
+    interval: Interval | None,
+    decimals: int | None = 2,
+    is_signed: bool = False,
+    absent: str = UNDEFINED,
+) -> str:
+    """A value with its interval; without bounds where there are too few data to say."""
+    if interval is None or interval.value is None:
+        return absent
+    value = number_text(interval.value, decimals, is_signed)
+    return f"{value} {bounds_text(interval, decimals, is_signed)}".rstrip()
+
+
+def counted(number: int, thing: str) -> str:
+    """A number of things, in the plural but for one."""
+    if number == 1:
+        return f"1 {thing}"
+    return f"{number} {thing}s"
+
+
+def p_text(p: float | None) -> str:
+    """A p value; resampled ones below 0.001 say no more than that."""
+    if p is None:
+        return UNDEFINED
+    if p < 0.001:
+        return "<.001"
+    return f"{p:.3f}"

@@ -1,0 +1,1 @@
+"""The auditor: whether an optimum earns its margin, or exploits a gap of the model."""

@@ -1,0 +1,1 @@
+"""What a study may change: parameters, their ranges, paths and constraints."""
