@@ -8,7 +8,7 @@ from harness.economics.break_even import break_even_days
 from harness.economics.prices import Prices
 from harness.economics.valuation import OUTCOMES
 from harness.metrics.columns import Row
-from harness.statistics.interval import Interval
+from harness.statistics.interval import Interval, interval_json
 from harness.task.study import Study
 
 
@@ -43,9 +43,7 @@ def _arm(arm: Arm, prices: Prices) -> Row:
         else None,
         "episodes": arm.result.episodes,
         "errors": arm.result.errors,
-        "outcomes": {
-            name: intervals[name].as_json() if name in intervals else None for name in OUTCOMES
-        },
+        "outcomes": {name: interval_json(intervals.get(name)) for name in OUTCOMES},
         **{key: error.as_json() for key, error in arm.errors.items()},
         "contribution_margin_usd": arm.margin.as_json(),
         "sensors": list(stack.carries),

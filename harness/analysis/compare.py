@@ -29,7 +29,7 @@ from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.columns import Row
 from harness.metrics.metric import Better
 from harness.statistics.bootstrap import IntArray, number_clusters
-from harness.statistics.interval import Interval
+from harness.statistics.interval import Interval, interval_json
 from harness.statistics.paired import PairedDifference, compare_pairs, holm
 from harness.storage.rows import take, values
 from harness.study.stored_run import CONDITIONS, StoredRun, StoredStack
@@ -153,9 +153,9 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
         if (
             entry := _compare(columns[0][key], columns[1][key], clusters, key, first.run.seed)
         ) is not None:
-            known[key] = (
-                entry if named or key in FAMILY else dataclasses.replace(entry, p_holm=None)
-            )
+            if not named and key not in FAMILY:
+                entry = dataclasses.replace(entry, p_holm=None)
+            known[key] = entry
     family = [key for key, entry in known.items() if entry.p_holm is not None and entry.differs]
     for key, p_holm in zip(family, holm([known[key].paired.p for key in family]), strict=True):
         known[key] = dataclasses.replace(known[key], p_holm=p_holm)
@@ -182,9 +182,11 @@ def _of_a_dollar(first: Side, second: Side, margin: PairedDifference) -> OfADoll
         return None
     pairs = max(2, math.ceil(margin.difference.n * margin.detectable**2))
     each = [side.run.seconds_a_delivery(side.stack.name) for side in (first, second)]
-    return OfADollar(
-        pairs, None if None in each else pairs * sum(time for time in each if time is not None)
-    )
+    known = [seconds for seconds in each if seconds is not None]
+    total = None
+    if len(known) == len(each):
+        total = pairs * sum(known)
+    return OfADollar(pairs, total)
 
 
 def comparison_document(comparison: Comparison) -> Row:
@@ -215,7 +217,7 @@ def comparison_document(comparison: Comparison) -> Row:
             for key, entry in comparison.differences.items()
         },
         "of_a_dollar": None if comparison.dollar is None else dataclasses.asdict(comparison.dollar),
-        "margin_with_unseen": None if comparison.unseen is None else comparison.unseen.as_json(),
+        "margin_with_unseen": interval_json(comparison.unseen),
         "warnings": comparison.warnings,
     }
 
@@ -284,7 +286,7 @@ def _compare(
 @cache
 def _directions() -> dict[str, Better]:
     directions = {metric.key: metric.better for metric in RUN_METRICS}
-    directions |= {term: Better.HIGHER if term in EARNED else Better.LOWER for term in DOLLARS}
+    directions |= dict.fromkeys(DOLLARS, Better.LOWER) | dict.fromkeys(EARNED, Better.HIGHER)
     directions |= dict.fromkeys(ACCOUNTED, Better.HIGHER)
     return directions | {
         metric.mean_key: metric.better for metric in EPISODE_METRICS if metric.mean_key

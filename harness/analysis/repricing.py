@@ -37,7 +37,7 @@ from harness.economics.valuation import (
 )
 from harness.metrics.columns import Row
 from harness.metrics.summary import summarize
-from harness.statistics.interval import NO_INTERVAL, Interval, wilson_interval
+from harness.statistics.interval import NO_INTERVAL, Interval, interval_json, wilson_interval
 from harness.study.stored_run import StoredRun, StoredStack, repriced
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
@@ -256,7 +256,7 @@ def _stack_document(run: StoredRun, result: Repriced, optional: OptionalTerms) -
         "accountings": {
             name: _accounting_document(each) for name, each in result.accountings.items()
         },
-        "forgiven_usd_per_run": None if result.forgiven is None else result.forgiven.as_json(),
+        "forgiven_usd_per_run": interval_json(result.forgiven),
         "contacts_beyond_turn": {"impulse_ns": result.turn_ns, "share": result.turned.as_json()},
         "contacts_beyond_iso_ts_15066": {
             "closing_speed_mps": result.limit_mps,
@@ -280,7 +280,7 @@ def _stack_document(run: StoredRun, result: Repriced, optional: OptionalTerms) -
 
 def _accounting_document(accounting: Accounting) -> Row:
     intervals = accounting.intervals
-    terms = {term: intervals[term].as_json() if term in intervals else None for term in VARIED}
+    terms = {term: interval_json(intervals.get(term)) for term in VARIED}
     return {**terms, "break_even_runs": accounting.break_even_runs}
 
 

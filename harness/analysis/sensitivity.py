@@ -199,21 +199,31 @@ def _document(result: Sensitivity) -> Row:
                 "x": _axis_document(each.x),
                 "y": _axis_document(each.y),
                 "profit_usd_per_run": [
-                    [None if math.isnan(value) else value for value in row]
-                    for row in each.profit.tolist()
+                    [_finite(value) for value in row] for row in each.profit.tolist()
                 ],
             }
             for each in result.maps
         ],
-        "break_even": None
-        if (spread := result.spread) is None
-        else {
-            "never": spread.never,
-            "runs": quantiles(spread),
-            "within_runs": spread.curve_runs.tolist(),
-            "probability": spread.curve_probability.tolist(),
-        },
+        "break_even": _spread_document(result.spread),
     }
+
+
+def _spread_document(spread: BreakEvenSpread | None) -> Row | None:
+    if spread is None:
+        return None
+    return {
+        "never": spread.never,
+        "runs": quantiles(spread),
+        "within_runs": spread.curve_runs.tolist(),
+        "probability": spread.curve_probability.tolist(),
+    }
+
+
+def _finite(value: float) -> float | None:
+    """A number of the JSON document; None where it is none."""
+    if math.isfinite(value):
+        return float(value)
+    return None
 
 
 def _axis_document(axis: PriceAxis) -> Row:
@@ -223,10 +233,7 @@ def _axis_document(axis: PriceAxis) -> Row:
 def quantiles(spread: BreakEvenSpread) -> dict[str, float | None]:
     """Median and 95 % interval of the break-even point [run]; None: never."""
     low, middle, high = np.quantile(spread.runs, QUANTILES, method="inverted_cdf")
-    return {
-        key: float(number) if np.isfinite(number) else None
-        for key, number in (("value", middle), ("low", low), ("high", high))
-    }
+    return {"value": _finite(middle), "low": _finite(low), "high": _finite(high)}
 
 
 def profit_per_run(economics: Economics, prices: Prices) -> float:
@@ -257,17 +264,12 @@ def ranges(group: Any, keys: Sequence[str] | None = None) -> dict[str, Range]:
         if keys is not None and key not in keys:
             continue
         least, most = limits_of(group, key)
-        if price.low is None:
-            low = price.value * (1.0 - SPREAD)
-        else:
-            low = price.low
-        if price.high is None:
-            high = price.value * (1.0 + SPREAD)
-        else:
-            high = price.high
-        origin = STATED
-        if price.low is None and price.high is None:
-            origin = ASSUMED
+        low, high = price.value * (1.0 - SPREAD), price.value * (1.0 + SPREAD)
+        origin = ASSUMED
+        if price.low is not None:
+            low, origin = price.low, STATED
+        if price.high is not None:
+            high, origin = price.high, STATED
         found[key] = Range(price.unit, max(low, least), price.value, min(high, most), origin)
     return found
 

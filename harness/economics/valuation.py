@@ -31,7 +31,7 @@ from harness.statistics.bootstrap import (
     percentile_interval,
     resampled_means,
 )
-from harness.statistics.interval import Interval, wilson_interval
+from harness.statistics.interval import Interval, interval_json, wilson_interval
 from harness.storage.rows import values
 from navstack.types import FloatArray
 
@@ -328,9 +328,7 @@ def valuation_document(valuation: Valuation | None) -> Row:
         }
     intervals = valuation.intervals
     return {
-        "outcomes": {
-            name: intervals[name].as_json() if name in intervals else None for name in OUTCOMES
-        },
+        "outcomes": {name: interval_json(intervals.get(name)) for name in OUTCOMES},
         "measured": {**valuation.measured, **valuation.more},
         "economics": valuation.economics.as_json(),
         "intervals": {name: interval.as_json() for name, interval in intervals.items()},

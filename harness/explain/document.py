@@ -5,11 +5,12 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from harness.explain.decision_words import alternatives_at
 from harness.explain.evidence import Evidence
 from harness.explain.moments import COMPONENTS, Moment
 from harness.explain.rewind import Rewound
 from harness.explain.seconds import Seconds
-from harness.explain.words import alternatives_at, paragraph
+from harness.explain.words import paragraph
 from harness.metrics.columns import Row
 from navstack.control.decision import Alternative
 

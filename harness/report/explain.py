@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from harness.economics.cost_terms import COST_LABELS, MARGIN
+from harness.explain.decision_words import alternatives_at, gaps_to
 from harness.explain.document import Explained, Saving, instant
 from harness.explain.evidence import RECORDING, WEIGHTED, Evidence
 from harness.explain.moments import COMPONENTS
 from harness.explain.seconds import Seconds
-from harness.explain.words import alternatives_at, gaps_to, is_same
+from harness.explain.words import is_same
 from harness.metrics.columns import Row
 from harness.report.blocks import Block, Chart, Table, Text, declared
 from harness.report.numbers import UNDEFINED, counted, number_text

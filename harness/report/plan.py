@@ -54,21 +54,25 @@ def plan_document(ends: Sequence[Pose2D], answers: Sequence[Answer]) -> dict[str
 
 
 def _row(answer: Answer) -> dict[str, Any]:
-    found = answer.path is not None
+    length = touches = None
+    poses: list[list[float]] = []
+    if answer.path is not None:
+        length, touches = answer.path.length, answer.clearance == 0.0
+        poses = answer.path.poses.round(DECIMALS).tolist()
     return {
         "planner": answer.planner,
-        "found": found,
+        "found": answer.path is not None,
         "why": answer.why,
-        "length_m": round(answer.path.length, DECIMALS) if answer.path is not None else None,
+        "length_m": _rounded(length),
         "clearance_m": _rounded(answer.clearance),
-        "touches": answer.clearance == 0.0 if found else None,
+        "touches": touches,
         "cost": _rounded(answer.cost),
         "time_ms": round(1e3 * answer.seconds, 3),
         "improvement": [
             [round(seconds, DECIMALS), round(cost, DECIMALS)]
             for seconds, cost in answer.improvement
         ],
-        "path": answer.path.poses.round(DECIMALS).tolist() if answer.path is not None else [],
+        "path": poses,
     }
 
 
@@ -102,20 +106,21 @@ def plan_blocks(
 
 
 def _cells(answer: Answer) -> tuple[str, ...]:
-    seconds, cost = answer.improvement[0] if answer.improvement else (None, None)
     length = "none"
     if answer.path is not None:
         length = number_text(answer.path.length)
-    after = None
-    if seconds is not None:
-        after = 1e3 * seconds
-    own = (
+    first_cost = first_time = None
+    if answer.improvement:
+        seconds, first_cost = answer.improvement[0]
+        first_time = 1e3 * seconds
+    return (
         length,
         number_text(answer.clearance),
         number_text(answer.cost, 1),
         number_text(1e3 * answer.seconds, 1),
+        number_text(first_cost),
+        number_text(first_time, 1),
     )
-    return (*own, number_text(cost), number_text(after, 1))
 
 
 def draw_plan(

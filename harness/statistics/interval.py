@@ -26,12 +26,24 @@ class Interval:
             bounds = f" [{self.low:.4g}, {self.high:.4g}]"
         return f"{self.value:.4g}{bounds} (n = {self.n})"
 
+    @property
+    def includes_zero(self) -> bool:
+        """Whether it has bounds, between which 0 lies."""
+        return self.low is not None and self.high is not None and self.low <= 0.0 <= self.high
+
     def as_json(self) -> dict[str, float | int | None]:
         """The quantity as one JSON object."""
         return {"value": self.value, "low": self.low, "high": self.high, "n": self.n}
 
 
 NO_INTERVAL = Interval(None, None, None, 0)
+
+
+def interval_json(interval: Interval | None) -> dict[str, float | int | None] | None:
+    """The interval as one JSON object; None where there is none."""
+    if interval is None:
+        return None
+    return interval.as_json()
 
 
 def wilson_interval(successes: int, n: int) -> Interval:

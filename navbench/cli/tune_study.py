@@ -14,7 +14,7 @@ from harness.episode.factory import nav2_parameters, prices_of, world_params
 from harness.metrics.columns import Row
 from harness.report.page.document import write_study_page
 from harness.report.tables import print_blocks, report_console
-from harness.report.tuning import lint_lines, tuning_blocks, write_tuning
+from harness.report.tuning.document import lint_lines, tuning_blocks, write_tuning
 from harness.storage.documents import write_document
 from harness.storage.run_folder import TUNING, create_run, default_folder, require_usable
 from harness.storage.shipped import resolve, shipped

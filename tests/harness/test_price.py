@@ -23,6 +23,7 @@ from harness.economics.valuation import Risk, valuation_document, value
 from harness.metrics.columns import EVENT_COLUMNS
 from harness.report.repriced import forgiven, risk_text
 from harness.statistics.interval import Interval
+from harness.storage.parameters import parameter_folder
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows, write_table
 from harness.study.stored_run import load_run, repriced
@@ -601,16 +602,9 @@ def test_contacts_beyond_the_peak_and_beyond_the_limit_are_counted(write_run: Wr
 
 def test_a_set_has_terms_and_prices_of_its_own_and_is_kept_whole(tmp_path: Path) -> None:
     """A stored study goes on only with the price file that it holds, so published prices are dumped as ever."""
-    study = (
-        Path(__file__).parents[2]
-        / "results"
-        / "baseline"
-        / "study"
-        / "sidewalk-published-seed3000-parked"
-    )
-    assert load_text(dump_dataclass(load_prices()), "dump") == load_yaml(
-        study / "params" / "prices.yaml"
-    )
+    study = Path(__file__).parents[2] / "results" / "baseline" / "controllers"
+    stored = load_yaml(parameter_folder(study) / "prices.yaml")
+    assert load_text(dump_dataclass(load_prices()), "dump") == stored
     for name in price_sets():
         prices = load_prices(name)
         (tmp_path / "kept.yaml").write_text(dump_dataclass(prices), encoding="utf-8")

@@ -42,23 +42,26 @@ BROKEN = (
 PLAN_TOLERANCE = 0.05  # [m] of a plan on a page
 # of the arrays of a recording; equal words are equal lengths
 SHAPES: dict[str, tuple[int | str, ...]] = {
-    **{
-        "trace": ("rows", 11),
-        "crowd": ("rows", "people", 2),
-        "pieces_lost": ("rows",),
-        "odometry": ("rows", 5),
-    },
-    **{"belief_covariance": ("rows", 3), "motion_energy_j": ("rows",)},
-    **{"track_count": ("rows",), "tracks": ("tracks", 6)},
-    **{"scan_stamp": ("scans",), "scan_mm": ("scans", "beams"), "scan_geometry": (7,)},
-    **{"plan_stamp": ("plans",), "plan_size": ("plans",), "plan_xy": ("corners", 2)},
-    **{
-        "option_count": ("rows",),
-        "option_total": ("options",),
-        "option_size": ("options",),
-        "option_xy": ("ways", 2),
-    },
+    "trace": ("rows", 11),
+    "crowd": ("rows", "people", 2),
+    "pieces_lost": ("rows",),
+    "odometry": ("rows", 5),
+    "belief_covariance": ("rows", 3),
+    "motion_energy_j": ("rows",),
+    "track_count": ("rows",),
+    "tracks": ("tracks", 6),
+    "scan_stamp": ("scans",),
+    "scan_mm": ("scans", "beams"),
+    "scan_geometry": (7,),
+    "plan_stamp": ("plans",),
+    "plan_size": ("plans",),
+    "plan_xy": ("corners", 2),
+    "option_count": ("rows",),
+    "option_total": ("options",),
+    "option_size": ("options",),
+    "option_xy": ("ways", 2),
 }
+FINITE = ("scan_geometry", "plan_xy", "option_xy")
 # Those of them that hold whole numbers from 0 on.
 WHOLE = ("pieces_lost", "scan_mm", *(name for name in SHAPES if name.endswith(("_count", "_size"))))
 
@@ -129,35 +132,43 @@ def _trouble_with(arrays: Mapping[str, Any]) -> str:
 
 def _match(arrays: Mapping[str, Any]) -> bool:
     """Whether the arrays fit together."""
-    lengths: dict[int | str, int] = {}
-    for name, shape in SHAPES.items():
-        found = arrays[name].shape
-        if len(found) != len(shape):
-            return False
-        own = zip(shape, found, strict=True)
-        if any(
-            lengths.setdefault(each, each if isinstance(each, int) else length) != length
-            for each, length in own
-        ):
-            return False
-    counts = (
-        (arrays["track_count"], arrays["tracks"]),
-        (arrays["plan_size"], arrays["plan_xy"]),
-        (arrays["option_count"], arrays["option_size"]),
-        (arrays["option_size"], arrays["option_xy"]),
-    )
     return (
-        all(arrays[name].dtype.kind in "iu" and (arrays[name] >= 0).all() for name in WHOLE)
-        and all(
-            (sizes <= len(what)).all() and int(sizes.sum()) == len(what) for sizes, what in counts
-        )
+        _have_declared_shapes(arrays)
+        and all(_are_counts(arrays[name]) for name in WHOLE)
+        and _add_up(arrays["track_count"], arrays["tracks"])
+        and _add_up(arrays["plan_size"], arrays["plan_xy"])
+        and _add_up(arrays["option_count"], arrays["option_size"])
+        and _add_up(arrays["option_size"], arrays["option_xy"])
         and _is_rising(arrays["scan_stamp"])
         and _is_rising(arrays["plan_stamp"])
-        and all(
-            bool(np.isfinite(arrays[name]).all())
-            for name in ("scan_geometry", "plan_xy", "option_xy")
-        )
+        and all(np.isfinite(arrays[name]).all() for name in FINITE)
     )
+
+
+def _have_declared_shapes(arrays: Mapping[str, Any]) -> bool:
+    """Whether lengths that are declared by number are so, and those of one name are equal."""
+    lengths: dict[int | str, int] = {}
+    for name, shape in SHAPES.items():
+        if arrays[name].ndim != len(shape):
+            return False
+        for declared, actual in zip(shape, arrays[name].shape, strict=True):
+            if isinstance(declared, int):
+                lengths[declared] = declared
+            elif declared not in lengths:
+                lengths[declared] = actual
+            if lengths[declared] != actual:
+                return False
+    return True
+
+
+def _are_counts(numbers: npt.NDArray[Any]) -> bool:
+    """Whether all are whole numbers from 0 on."""
+    return numbers.dtype.kind in "iu" and bool((numbers >= 0).all())
+
+
+def _add_up(sizes: npt.NDArray[Any], parts: npt.NDArray[Any]) -> bool:
+    """Whether parts of these sizes make up the whole; a single one may not wrap the sum around."""
+    return bool((sizes <= len(parts)).all()) and int(sizes.sum()) == len(parts)
 
 
 def _is_rising(stamps: FloatArray) -> bool:

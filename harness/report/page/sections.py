@@ -3,21 +3,17 @@
 Headline, tables, waterfall, outcomes, profit, break-even, comparisons.
 """
 
-import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from harness.analysis.compare import compare, have_common_missions
 from harness.analysis.rare import margin_with_unseen
 from harness.analysis.repricing import FORGIVEN, accounted_margins
 from harness.economics.accountings import AT_FAULT, PUBLISHED
-from harness.economics.cost_terms import COST_LABELS, DOLLARS, MARGIN
+from harness.economics.cost_terms import COST_LABELS, MARGIN
 from harness.economics.valuation import ARRIVED, CENT, OUTCOMES, missions
-from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
-from harness.metrics.metric import Metric
-from harness.report.comparison import winner
+from harness.report.page.comparisons import comparisons, interval_ends
 from harness.report.page.entries import PageEntry
 from harness.report.paper_tables import Column, number_text, span_text, table_notes
 from harness.report.published import load_published, published_columns
@@ -35,19 +31,6 @@ DRAWS = 2000  # resamples of a profit curve
 MOST_DRAWN = 4_000_000  # resampled missions in memory
 CURVE_POINTS = 150
 BINS = 28  # of the break-even distribution
-EVERY_PAIR_UP_TO = 4  # stacks; more are held against the first with the same missions only
-FOREMOST = (
-    "contribution_margin",
-    "opex",
-    "pedestrian_safety",
-    "property_damage",
-    "service_compensation",
-    "sla",
-    "avg_runtime_h",
-    "avg_distance_km",
-    "avg_pedestrian_contacts",
-    "avg_localization_error_mean_m",
-)
 
 
 Accounted = Sequence[Mapping[str, Interval]]  # margins under each accounting, entry by entry
@@ -79,8 +62,8 @@ def headline(entries: Sequence[PageEntry], known: Accounted) -> Json:
         "stacks": [
             {
                 **_headline(entry.column, entry),
-                "atFault": _interval(each[AT_FAULT]) if AT_FAULT in each else None,
-                "unseen": _interval(unseen)
+                "atFault": interval_ends(each[AT_FAULT]) if AT_FAULT in each else None,
+                "unseen": interval_ends(unseen)
                 if (unseen := margin_with_unseen(entry.run, entry.stack))
                 else None,
             }
@@ -103,7 +86,7 @@ def _headline(column: Column, entry: PageEntry | None = None) -> Json:
         "opex": _quantity(column, "opex"),
         "breakEvenRuns": column.values["break_even_runs"],
         "probability": risk.break_even_probability if risk else None,
-        "worst": _interval(risk.opex_cvar95_usd_per_run)
+        "worst": interval_ends(risk.opex_cvar95_usd_per_run)
         if risk and risk.opex_cvar95_usd_per_run
         else None,
     }
@@ -113,11 +96,7 @@ def _quantity(column: Column, key: str) -> Json:
     interval = column.interval(key)
     if interval is None:
         return {"v": column.values[key], "lo": None, "hi": None}
-    return _interval(interval)
-
-
-def _interval(interval: Interval) -> Json:
-    return {"v": interval.value, "lo": interval.low, "hi": interval.high}
+    return interval_ends(interval)
 
 
 def _published(entries: Sequence[PageEntry]) -> list[Column]:
@@ -291,89 +270,6 @@ def break_even_histogram(means: FloatArray, capex: float) -> Json:
         "shares": _rounded(counts / len(means), 5),
         "never": never,
     }
-
-
-def comparisons(entries: Sequence[PageEntry]) -> list[Json]:
-    """Stacks on the missions that they have in common; pairs without one are left out."""
-    pairs = list(itertools.combinations(entries, 2))
-    if len(entries) > EVERY_PAIR_UP_TO:
-        pairs = _against_first(entries)
-    return [
-        _comparison(first, second)
-        for first, second in pairs
-        if have_common_missions(first.side, second.side)
-    ]
-
-
-def _against_first(entries: Sequence[PageEntry]) -> list[tuple[PageEntry, PageEntry]]:
-    """Each entry with the first that drove its missions.
-
-    On a page of several maps each map has a first one.
-    """
-    pairs = []
-    for number, entry in enumerate(entries):
-        first = next(
-            (each for each in entries[:number] if have_common_missions(each.side, entry.side)), None
-        )
-        if first is not None:
-            pairs.append((first, entry))
-    return pairs
-
-
-def _comparison(first: PageEntry, second: PageEntry) -> Json:
-    result = compare(first.side, second.side)
-    known = [key for key, entry in result.differences.items() if entry.differs]
-    order = [key for key in FOREMOST if key in known] + [
-        key for key in known if key not in FOREMOST
-    ]
-    rows, titles = [], metric_titles()
-    for key in order:
-        entry = result.differences[key]
-        span = entry.paired.difference
-        rows.append(
-            {
-                "metric": titles.get(key, key),
-                "a": entry.first,
-                "b": entry.second,
-                "difference": _interval(span),
-                "p": entry.paired.p,
-                "pHolm": entry.p_holm,
-                "needed": entry.paired.needed,
-                "better": winner(entry, first.label, second.label),
-                "first": key in FOREMOST,
-            }
-        )
-    return {
-        "a": first.label,
-        "b": second.label,
-        "pairs": result.pairs,
-        "leftOut": list(result.left_out),
-        "warnings": result.warnings,
-        "unseen": None if result.unseen is None else _interval(result.unseen),
-        "rows": rows,
-        "alike": len(result.differences) - len(known),
-    }
-
-
-def metric_titles() -> dict[str, str]:
-    """What the metrics of a comparison are called, with their units."""
-    named = [(metric.key, metric) for metric in RUN_METRICS]
-    named += [(metric.mean_key, metric) for metric in EPISODE_METRICS if metric.mean_key]
-    titles = {
-        key: f"{metric.title} [{unit}]" if (unit := _unit(metric)) else metric.title
-        for key, metric in named
-    }
-    return {
-        **titles,
-        **{term: f"{term.replace('_', ' ').capitalize()} [USD/run]" for term in DOLLARS},
-    }
-
-
-def _unit(metric: Metric) -> str:
-    """Of a metric's mean: where that is divided for another unit, the one at the end of its key."""
-    if metric.mean_divisor == 1.0:
-        return metric.unit
-    return (metric.mean_key or "").rpartition("_")[2]
 
 
 def _rounded(values: FloatArray, decimals: int) -> list[float]:

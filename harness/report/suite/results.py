@@ -4,6 +4,7 @@ Every stack under every condition, its seeds together, driven or not.
 """
 
 import dataclasses
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -154,7 +155,8 @@ class Results:
         Widest first.
         """
         found = [
-            _parting([each for each in self.under(where) if each.n]) for where in self.conditions
+            _widest_missions([each for each in self.under(where) if each.n])
+            for where in self.conditions
         ]
         return sorted(filter(None, found), key=lambda each: -each.spread)[:PARTED_CONDITIONS]
 
@@ -237,17 +239,17 @@ def _against_first(standings: Sequence[Standing]) -> list[tuple[str, Comparison]
     ]
 
 
-def _parting(standings: Sequence[Standing]) -> WidestMissions | None:
-    """Where several stacks earned unlike sums; None where no mission tells them apart by a cent."""
-    earned: dict[tuple[int, int], list[float]] = {}
+def _widest_missions(standings: Sequence[Standing]) -> WidestMissions | None:
+    """Where several stacks' margins differ; None where no mission's differ by a cent."""
+    earned: defaultdict[tuple[int, int], list[float]] = defaultdict(list)
     for each in standings:
         assert each.side is not None
         rows = each.side.stack.rows
         known = margins(rows, each.side.run.prices())
-        for row, margin in zip(
-            rows, () if known is None else known.tolist(), strict=known is not None
-        ):
-            earned.setdefault((row["seed"], row["episode"]), []).append(margin)
+        if known is None:
+            return None
+        for row, margin in zip(rows, known.tolist(), strict=True):
+            earned[row["seed"], row["episode"]].append(margin)
     spread = {
         mission: max(of_all) - min(of_all)
         for mission, of_all in earned.items()

@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from harness.explain.decision_words import deciding_critics, rejected_by, shares_of
 from harness.explain.seconds import seconds_before
-from harness.explain.words import deciding_critics, paragraph, rejected_by, shares_of
+from harness.explain.words import paragraph
 from harness.metrics.decisions import CRITIC_COLUMNS
 from navstack.control.decision import RUNNER_UP, SLOWER, Alternative, CriticScore
 from navstack.types import Twist2D

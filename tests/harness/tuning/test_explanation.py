@@ -16,8 +16,8 @@ from harness.economics.prices import load_prices
 from harness.metrics.columns import Row
 from harness.report.figures import save_figure
 from harness.report.tables import print_blocks
-from harness.report.tuning import tuning_blocks, write_tuning
-from harness.report.tuning_sheets import summary
+from harness.report.tuning.document import tuning_blocks, write_tuning
+from harness.report.tuning.summary import summary
 from harness.statistics.interval import Interval
 from harness.tuning.audit.auditor import audit
 from harness.tuning.evaluation import MARGIN, Candidate

@@ -4,8 +4,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from harness.report.figures import WIDTH_INCH
-from harness.report.tuning_figures import _waterfall
-from harness.report.tuning_sheets import value_text
+from harness.report.tuning.figures import _waterfall
+from harness.report.tuning.tables import value_text
 from harness.statistics.interval import Interval
 from harness.tuning.waterfall import REST, Step, Waterfall
 

@@ -8,8 +8,9 @@ from harness.report.blocks import Block, Chart, Text
 from harness.report.markdown import markdown_text
 from harness.report.numbers import counted
 from harness.report.texts import TEXTS
-from harness.report.tuning_figures import draw_tuning
-from harness.report.tuning_sheets import sheets, summary, trials_sheet
+from harness.report.tuning.figures import draw_tuning
+from harness.report.tuning.summary import summary
+from harness.report.tuning.tables import sheets, trials_sheet
 from harness.storage.files import write_text, writing
 from harness.tuning.explanation import Explanation
 from harness.tuning.output import DIFF

@@ -12,7 +12,7 @@ from harness.economics.cost_terms import MARGIN
 from harness.report.figures import SUFFIXES, error_bars, save_figure
 from harness.report.numbers import bounds_text, number_text
 from harness.report.texts import TEXTS
-from harness.report.tuning_sheets import value_text
+from harness.report.tuning.tables import value_text
 from harness.statistics.interval import Interval
 from harness.tuning.audit.findings import AuditEvidence
 from harness.tuning.explanation import Explanation

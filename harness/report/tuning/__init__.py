@@ -1,0 +1,1 @@
+"""What a tuning study found: its report, tables and figures."""

@@ -1,0 +1,101 @@
+"""What a tuning study found, in sentences."""
+
+from harness.economics.cost_terms import MARGIN
+from harness.economics.valuation import CENT
+from harness.report.numbers import (
+    bounds_text,
+    interval_text,
+)
+from harness.statistics.interval import Interval
+from harness.tuning.audit.auditor import Audit
+from harness.tuning.explanation import Explanation
+from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
+
+
+def summary(study: StudyResult, explanation: Explanation) -> list[str]:
+    """What the study found, in sentences: the proof first, then whether to trust it."""
+    states = [trial.state for trial in study.trials[1:]]
+    lines = [
+        f"{len(states)} trials: {states.count(COMPLETE)} on all {len(study.train_missions)} "
+        "training missions, "
+        f"{states.count(PRUNED)} dropped on the way, {states.count(FAILED)} failed."
+    ]
+    if not study.incumbent.values:
+        lines.append("No trial was better than the original file: it stays as it is.")
+        return [*lines, *_room(explanation)]
+    lines += [
+        _proof(explanation),
+        *_advice(study, explanation),
+        *_room(explanation),
+        *explanation.notes,
+    ]
+    return [*lines, _audit_text(explanation.audit)]
+
+
+def _audit_text(audit: Audit) -> str:
+    """Whether the auditor flags the optimum."""
+    if audit.flagged:
+        names = ", ".join(check.gap.title for check in audit.flagged)
+        flags = f"THE AUDITOR FLAGS THIS OPTIMUM: {names}."
+        return f"{flags} Read its evidence below before using the file."
+    examined = sum(check.is_examined for check in audit.checks)
+    text = "The auditor could examine nothing."
+    if examined:
+        text = f"The auditor flags nothing ({examined} of {len(audit.checks)} checks examined)."
+    if looks := "; ".join(check.look for check in audit.checks if check.look):
+        text += f" Look at values at an end of their range: {looks}."
+    return text
+
+
+def _proof(explanation: Explanation) -> str:
+    margin = explanation.components.get(MARGIN)
+    if margin is None:
+        return "The margin is undefined, because the cargo was not simulated."
+    where = "training missions that chose it (no evidence)"
+    if explanation.audit.unseen:
+        where = "unseen test missions"
+    means = f"{margin.original:.2f} -> {margin.incumbent:.2f} USD/run"
+    text = f"margin {means} on {explanation.audit.missions} {where}: "
+    text += f"difference {interval_text(margin.difference)}"
+    if explanation.unseen is not None:
+        bounds = bounds_text(explanation.unseen)
+        text += f" ({bounds} if a loss that has not happened yet is admitted)"
+    return f"{text}, {_verdict(margin.difference, explanation.unseen)}."
+
+
+def _advice(study: StudyResult, explanation: Explanation) -> list[str]:
+    """What to do with a file that earns less than the original."""
+    margin = explanation.components.get(MARGIN)
+    most = None
+    if margin is not None and explanation.audit.unseen:
+        most = margin.difference.high
+    if most is None or most >= 0.0:
+        return []
+    chosen = study.objectives[0]
+    why = ""
+    if chosen != "margin":
+        why = f": what raises {chosen} does not raise it here; search with --objective margin"
+    return [f"KEEP THE ORIGINAL FILE, which has the higher margin{why}."]
+
+
+def _room(explanation: Explanation) -> list[str]:
+    room = explanation.room_usd_per_run
+    if room is None or not explanation.audit.unseen:
+        return []
+    left = f"{interval_text(room)} USD/run to gain, if a loss that has not happened yet is admitted"
+    return [f"Nothing earns more than the fee, which leaves a better file at most {left}."]
+
+
+def _verdict(difference: Interval, unseen: Interval | None) -> str:
+    if difference.low is None or difference.high is None:
+        if difference.value is not None and abs(difference.value) < CENT:
+            return "alike to a cent on every mission"
+        return "one mission, which says nothing about others"
+    if difference.includes_zero:
+        return "not significant"
+    found = "a loss"
+    if difference.low > 0.0:
+        found = "an improvement"
+    if unseen is not None and unseen.includes_zero:
+        found += " in these deliveries, which one more could undo"
+    return found
