@@ -55,9 +55,9 @@ class Controller(ABC):
     _decision: DecisionRecord | None = None  # of the last cycle, where it is made at once
 
     def seed(self, rng: np.random.Generator) -> None:  # noqa: B027 - few draw
-        """Draw all chance from ``rng`` from now on.
+        """Draw all random numbers from ``rng`` from now on.
 
-        A new navigation begins, :meth:`reset` follows.
+        A new navigation begins; :meth:`reset` follows.
         """
 
     @abstractmethod
@@ -85,7 +85,7 @@ class Controller(ABC):
     def decision(self) -> DecisionRecord | None:
         """How the last cycle since the reset was decided, failed ones included.
 
-        None: there is none, or it is not told.
+        None: there is none, or the controller keeps none.
 
         Made when it is asked for, which must be before the next cycle.
         """
@@ -95,7 +95,7 @@ class Controller(ABC):
     def alternatives(self) -> tuple[Alternative, ...]:
         """What the last cycle's command was preferred to.
 
-        None: nothing legal was left, or it is not told.
+        Empty: nothing legal was left, or the controller keeps none.
 
         Made when it is asked for, which must be before the next cycle, and may take longer than the
         cycle itself.
@@ -104,9 +104,9 @@ class Controller(ABC):
 
     @property
     def options(self) -> tuple[Option, ...]:
-        """Motions that the last cycle weighed, the chosen one first.
+        """Motions that the last cycle compared, the chosen one first.
 
-        To be asked for as :attr:`alternatives` are.
+        Made when it is asked for, like :attr:`alternatives`.
         """
         return ()
 

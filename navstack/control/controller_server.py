@@ -43,7 +43,7 @@ class ControllerServer:
     def reset(self, rng: np.random.Generator) -> None:
         """Forget the goal and everything learnt on the way to it.
 
-        All chance in control is drawn from ``rng``.
+        The controller draws all random numbers from ``rng``.
         """
         self.stopwatch.clear()
         self.controller.seed(rng)
@@ -73,7 +73,7 @@ class ControllerServer:
     def set_plan(self, plan: Path) -> None:
         """Take over a newer plan to the same goal.
 
-        Whether that is reached is asked afresh (``setPlannerPath``).
+        The goal checker starts afresh (``setPlannerPath``).
         """
         self.plan = plan
         self._goal = None

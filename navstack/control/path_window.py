@@ -13,9 +13,7 @@ from navstack.types import FloatArray, FloatMatrix, Path, Pose2D
 class PathWindow:
     """Cuts the plan from the pose nearest to the robot to the edge of the local costmap.
 
-    What lies behind is forgotten.
-
-    Plan and costmap share the map frame.
+    Passed poses are forgotten. Plan and costmap share the map frame.
     """
 
     def __init__(self, search_distance: float | None, fewest_poses: int) -> None:
@@ -65,12 +63,9 @@ class PathWindow:
 def nearest_pose(
     poses: FloatArray, first: int, x: float, y: float, search_distance: float
 ) -> tuple[int, int]:
-    """The pose (of N, >= 1) nearest to (x, y).
+    """The pose (of N, >= 1) nearest to (x, y), and the first pose that was not looked at.
 
-    Searched are ``search_distance`` [m] along the plan from pose ``first``.
-
-    Returns:
-        Its index, and that of the first pose that was not looked at.
+    The search goes from pose ``first`` for ``search_distance`` [m] along the plan.
     """
     nearest = first
     least = math.hypot(poses[first, 0] - x, poses[first, 1] - y)

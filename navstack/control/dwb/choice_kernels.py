@@ -101,9 +101,9 @@ def choose(
 ) -> tuple[int, np.float32]:
     """Index and total of the best trajectory, the first of equals; -1: none is legal.
 
-    Each is examined only as long as it may win: first what its end (``ends``) costs at least, then
+    Each is examined only as long as it may win: first the least that its end (``ends``) costs, then
     all that its end costs, then whether all its poses are legal. Totals are rounded to float32
-    critic by critic, which keeps bounds bounds.
+    critic by critic, so that the bounds are lower bounds of them.
     """
     kinds, noses, scales = terms.kinds, terms.noses, terms.scales
     path = plan_cells(situation.plan, situation)

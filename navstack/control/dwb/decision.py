@@ -14,8 +14,8 @@ from navstack.control.dwb.scoring import Scores, Scoring
 class Decision:
     """How one cycle was decided.
 
-    The choice is made for good. What else there is to tell is found when it is asked for, which
-    must be before the next cycle.
+    The choice is made at once. Records are made when they are asked for, which must be before the
+    next cycle.
     """
 
     def __init__(self, scoring: Scoring, scene: Scene) -> None:
@@ -62,7 +62,7 @@ class Decision:
     def alternatives(self) -> tuple[Alternative, ...]:
         """The best of the other legal trajectories, and of those at most half as fast.
 
-        None where all are illegal.
+        Empty where all are illegal.
         """
         if not self.is_legal:
             return ()

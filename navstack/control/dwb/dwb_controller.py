@@ -23,9 +23,8 @@ class DwbController(Controller):
     """``dwb_core::DWBLocalPlanner`` of Nav2 Jazzy.
 
     Nav2 stops scoring a trajectory once it is worse than the best so far
-    (``short_circuit_trajectory_evaluation``); that never changes the winner. Here every critic
-    scores all trajectories at once, and shipped ones only where these end, as far as that tells the
-    winner.
+    (``short_circuit_trajectory_evaluation``), which never changes the winner. Here trajectories are
+    compared by where they end, and only those that may win are scored in full.
     """
 
     def __init__(

@@ -1,6 +1,6 @@
 """Where trajectories end, all at once, without the poses in between.
 
-The inner loops behind :mod:`.choice_kernels`.
+Inner loops of :mod:`.choice_kernels`.
 """
 
 import math
@@ -28,11 +28,9 @@ def end_poses(
 ) -> FloatArray:
     """Last poses (5, K) of the trajectories of ``commands`` (K, 3).
 
-    X, y, yaw, and the yaw's sine and cosine.
-
-    To the last bit what :func:`~navstack.control.dwb.kernels.roll_out` makes of the same arguments,
-    for robots that do not move sideways; sine and cosine are those of its recurrence. ``robot``
-    (6,): pose and velocity.
+    A pose is x, y, yaw, and the yaw's sine and cosine. To the last bit it is the one of
+    :func:`~navstack.control.dwb.kernels.roll_out`, for robots that do not move sideways; sine and
+    cosine are those of its recurrence. ``robot`` (6,) is pose and velocity.
     """
     count = len(commands)
     ends = np.empty((5, count))
@@ -104,7 +102,7 @@ def start_tile(
 def step_tile(b: FloatArray, active: int, changes: tuple[bool, bool]) -> tuple[bool, bool]:
     """Drive the first ``active`` trajectories one step.
 
-    Whether speeds and turns may differ in later steps.
+    Returns whether speeds, and turns, may differ in later steps.
     """
     lanes = (active + LANES - 1) // LANES * LANES
     speeds_change, turns_change = changes
@@ -123,7 +121,7 @@ def _load_axis(
 ) -> None:
     """Put an axis of a trajectory into a buffer.
 
-    Velocity, change per step, and the command as bound on one side.
+    These are velocity, change per step, least and greatest velocity.
     """
     b[at], b[at + TILE] = now, limits[1] * dt
     b[at + 2 * TILE], b[at + 3 * TILE] = wanted, math.inf
@@ -136,9 +134,8 @@ def _load_axis(
 def _speed_up(b: FloatArray, axis: int, count: int) -> bool:
     """Find the next velocities of the first ``count`` trajectories.
 
-    Whether any later step's may differ.
-
-    ``axis``: VX or RATE, which their steps and bounds follow in the buffer.
+    Returns whether later ones may differ. ``axis`` is VX or RATE, which steps and bounds follow in
+    the buffer.
     """
     changes = 0
     for i in range(count):

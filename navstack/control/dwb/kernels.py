@@ -15,12 +15,10 @@ SMALL_TURN = 0.05  # [rad] up to which the series below are exact to the last bi
 
 @njit()
 def step_counts(commands: FloatArray, sim_time: float, linear: float, angular: float) -> IntArray:
-    """Steps (K,) of the commands' (K, 3) trajectories.
+    """Numbers of steps (K,) of the commands' (K, 3) trajectories.
 
-    At most ``linear`` [m] and ``angular`` [rad] each.
-
-    ``StandardTrajectoryGenerator::getTimeSteps``: the command decides, not the speed that the robot
-    reaches.
+    A step is at most ``linear`` [m] and ``angular`` [rad] long at the commanded velocity
+    (``StandardTrajectoryGenerator::getTimeSteps``).
     """
     steps = np.empty(len(commands), dtype=np.int64)
     distance = 0.0

@@ -107,9 +107,9 @@ def locate(poses: FloatArray, ahead: float, situation: Situation, cells: CellArr
 def read_map(
     kind: int, poses: FloatArray, cells: CellArray, situation: Situation, scores: FloatArray
 ) -> None:
-    """Write what the map says of poses (5, M) whose scored points are in cells (2, M).
+    """Write the costs of poses (5, M) whose scored points are in cells (2, M).
 
-    Their costs, 0 for a distance; inf: illegal.
+    0 where the kind is a distance; inf: the pose is illegal.
     """
     costs = situation.costs
     for k in range(len(scores)):
@@ -138,7 +138,7 @@ def outline_score(x: float, y: float, yaw: float, situation: Situation) -> float
 def add_distances(cells: CellArray, seeds: CellArray, scores: FloatArray) -> None:
     """Add to scores (M,) the distances in [cells] from cells (2, M) to the nearest seed (2, S).
 
-    What ``MapGrid`` holds in a cell: its wave front ignores obstacles.
+    These are Manhattan distances, as ``MapGrid`` holds them: its wave front ignores obstacles.
     """
     for k in range(len(scores)):
         least = np.int32(2147483647)
@@ -154,7 +154,7 @@ def trajectory_score(
 ) -> float:
     """The score of a trajectory with poses (5, T); inf: it is illegal.
 
-    Without seeds distances are infinite, those of the nose as to an unreachable cell.
+    Without seeds the pose's distance is infinite, and the nose's is that of an unreachable cell.
     """
     is_cost, minds_all = measure.kind < PATH_DISTANCE, measure.kind <= GOAL_DISTANCE
     if measure.aggregation == LAST and not minds_all:

@@ -78,12 +78,6 @@ class Rollouts:
         heading: FloatArray = before + (position - index) * (after - before)
         return heading
 
-    @property
-    def yaw_rates(self) -> FloatArray:
-        """Yaw rate (K, T - 1) in [rad/s] between consecutive poses; 0 after the end."""
-        rates: FloatArray = np.diff(self.yaw, axis=1) * (self.steps / self.sim_time)[:, None]
-        return rates
-
 
 class RolloutGenerator:
     """Makes the rollouts of one cycle, after Nav2's two trajectory generators.

@@ -1,8 +1,8 @@
-"""What the critics say of the trajectories of a cycle, and which of them is the best.
+"""The critics' scores of the trajectories of a cycle, and the best trajectory.
 
 A critic is a class that scores all trajectories. The shipped critics that read the map or the plan
-do so with kernels of :mod:`.pose_score`, which the compiled search calls, too: it finds the choice
-in a tenth of the time. Any other critic takes part in it with the costs that its class gives.
+score with kernels of :mod:`.pose_score`. The compiled search calls the same kernels and finds the
+choice in a tenth of the time. Other critics take part in it with their raw costs.
 """
 
 from collections.abc import Mapping
@@ -52,10 +52,7 @@ class Scores:
         return Twist2D(*self.rollouts.commands[index].tolist())
 
     def rejections(self) -> dict[str, int]:
-        """Trajectories per critic, of which the first that objects counts.
-
-        Without critics that reject none.
-        """
+        """Rejected trajectories per critic; the first critic that objects counts."""
         # the others have no infinite score
         illegal = np.isinf(self.raw[:, ~np.isfinite(self.totals)])
         first = illegal.argmax(axis=0)[illegal.any(axis=0)]
@@ -64,10 +61,7 @@ class Scores:
 
 
 class Scoring:
-    """Has the critics score the trajectories.
-
-    All of them in full, or as far as it takes to find the best.
-    """
+    """Has the critics score the trajectories: all in full, or as far as the choice needs."""
 
     def __init__(self, generator: RolloutGenerator, critics: Mapping[str, Critic]) -> None:
         self._generator = generator
@@ -87,9 +81,9 @@ class Scoring:
         return Scores(tuple(self._critics), scales, raw, add_weighted(raw, scales), rollouts)
 
     def best(self, scene: Scene) -> Choice | None:
-        """The choice that all scores make, many times faster.
+        """The choice that :meth:`score_all` leads to, many times faster.
 
-        None: it takes them, or no trajectory is legal.
+        None: the search does not apply, or found no legal trajectory.
         """
         if not self._generator.ends_suffice or scene.velocity.linear_y != 0.0:
             return None
@@ -107,7 +101,7 @@ class Scoring:
     def _terms(self, scene: Scene) -> Terms | None:
         """What the critics score in this cycle.
 
-        None: a weight is negative, so that what is not looked at yet may lower a total.
+        None: a weight is negative, so that there are no lower bounds of totals.
         """
         kinds: list[int] = []
         noses: list[float] = []

@@ -1,6 +1,6 @@
-"""How far it is to whatever does not move.
+"""Distances to static obstacles.
 
-Signed distances from the map, and from what the scans show beyond it.
+They are signed, and come from the map and from what scans show besides.
 """
 
 import math
@@ -47,7 +47,7 @@ class Clearance(NamedTuple):
 def map_clearance(world: Costmap) -> Clearance:
     """The clearance on the map of a global costmap.
 
-    FAR everywhere where that costmap does not know its map.
+    It is FAR everywhere if that costmap has no map.
     """
     nothing = np.zeros((0, 0), dtype=np.float32)
     grid = (world.origin_x, world.origin_y, world.resolution)
@@ -143,11 +143,10 @@ def unmapped_blocks(
 
 @njit(ahead=True)
 def signed_distances(blocked: BoolMatrix, cell: float) -> Float32Array:
-    """Distances [m] from cells' middles to the nearest blocked cell, negative within one.
+    """Distances [m] from cells' middles to the nearest blocked cell, negative inside.
 
-    To the nearest free cell.
-
-    Half a cell less than between the middles of both; no more than FAR.
+    Inside they are to the nearest free cell. They are half a cell less than those between middles,
+    and at most FAR.
     """
     most = int(math.ceil(FAR / cell)) + 1
     metres = np.empty(blocked.shape, dtype=np.float32)

@@ -33,10 +33,7 @@ class Cycle(NamedTuple):
 
 
 def record(cycle: Cycle) -> DecisionRecord:
-    """The decision.
-
-    Its scores are the chosen motion's terms [USD], its status says what kind of motion that is.
-    """
+    """The decision; scores are the chosen motion's terms [USD], the status its kind."""
     chosen = _priced(cycle.chosen, cycle.scene)
     return DecisionRecord(
         cycle.stamp,

@@ -39,6 +39,7 @@ _SLACK = 2.0  # [m] by which a plan may always be longer than the field's way
 _PATIENCE = 5.0  # [s] between two fields on account of a longer plan
 _GOT_ON = 1.0  # [m] by which the cost to go must fall to count as progress
 _STANDS = 0.05  # [m/s] up to which the robot stands
+_ROUNDING = 1e-9  # [s]
 _ROOT_TWO_PI = math.sqrt(2.0 * math.pi)
 
 
@@ -187,7 +188,10 @@ class ExpectedCostController(Controller):
         given = self._params
         pose, tracks = state.pose, surroundings.tracks
         people = nearest(tracks, pose, state.stamp, given.max_tracks, given.range)
-        if self._clearance is None or state.stamp - self._seen >= given.clearance_period - 1e-9:
+        if (
+            self._clearance is None
+            or state.stamp - self._seen >= given.clearance_period - _ROUNDING
+        ):
             around = np.array([(each.x, each.y, each.radius) for each in tracks]).reshape(-1, 3)
             self._clearance = with_obstacles(
                 self._map_clearance, surroundings.costmap, self._world, (pose.x, pose.y), around
@@ -214,12 +218,9 @@ class ExpectedCostController(Controller):
         )
 
     def _start(self, state: RobotState) -> FloatArray:
-        """The state (5,) from which to decide.
+        """The state (5,) from which to decide: the believed pose and the commanded motion.
 
-        The pose believed and the motion commanded, which no noise disturbs.
-
-        Where odometry says something very different, or the robot was driven by someone else, that
-        counts.
+        The command has no noise. Odometry counts where it is very different, or after a pause.
         """
         v, w = self._motion
         measured = state.twist
@@ -229,9 +230,9 @@ class ExpectedCostController(Controller):
         return np.array((state.pose.x, state.pose.y, state.pose.yaw, v, w))
 
     def _sure_speed(self, state: RobotState) -> float:
-        """The largest speed [m/s] that suits how sure the believed place is.
+        """The largest speed [m/s] that suits the spread of the believed place.
 
-        Half of it at ``unsure_std``.
+        At ``unsure_std`` it is half of the limit.
         """
         unsure = state.position_std / self._params.unsure_std
         return self._limits.max_speed / (1.0 + unsure * unsure)
@@ -239,9 +240,8 @@ class ExpectedCostController(Controller):
     def _second_usd(self, state: RobotState) -> float:
         """What a second of delay costs [USD/s].
 
-        Its own price, and by how much it makes being late more likely.
-
-        The longer the robot has come no nearer to the goal, the less it hopes that waiting helps.
+        That is its own price, and the rise of the probability to be late. The price grows with the
+        time in which the robot has come no nearer to the goal.
         """
         given = self._params
         if self._began is None:
@@ -300,8 +300,8 @@ class ExpectedCostController(Controller):
     def _switch_usd(self, risk: float) -> float:
         """By how much [USD] another motion must be cheaper than the present one of this risk [USD].
 
-        The best of many motions looks better than it is, since prices carry the noise of tracks: a
-        robot that follows every such gain hesitates between two ways until neither is left.
+        Prices carry the noise of tracks, so that the best of many looks better than it is. A robot
+        that follows every such gain hesitates between two ways.
         """
         return self._params.switch_usd + self._params.switch_share * risk
 

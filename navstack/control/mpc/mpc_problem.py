@@ -42,11 +42,8 @@ class MpcProblem:
         """
         function, self.is_compiled = _gauss_newton_step(sizes, generated_code)
         steps = sizes.steps
-        self._states, self._ends, self._jerks = (
-            np.zeros((steps, _X)),
-            np.zeros((steps, _X)),
-            np.zeros((steps, _U)),
-        )
+        self._states, self._ends = np.zeros((steps, _X)), np.zeros((steps, _X))
+        self._jerks = np.zeros((steps, _U))
         self._stages, self._shared = np.zeros((steps, sizes.stage)), np.zeros(sizes.shared)
         self._times = np.zeros(steps)
         self._low, self._high = np.zeros((steps, _ROW)), np.zeros((steps, _ROW))
@@ -130,7 +127,7 @@ def residuals(state: ca.SX, stage: ca.SX, shared: ca.SX, sizes: Sizes) -> list[c
         for j in range(sizes.people):
             person = at.BASE + 3 * sizes.circles + 3 * j
             px, py = cx - stage[person], cy - stage[person + 1]
-            distance = ca.sqrt(px * px + py * py + 1e-6)
+            distance = ca.sqrt(px * px + py * py + at.SOFTENED)
             people.append(ca.fmax(0.0, stage[person + 2] - distance))
     limit = shared[at.LATERAL_LIMIT]
     return [
@@ -148,11 +145,8 @@ def residuals(state: ca.SX, stage: ca.SX, shared: ca.SX, sizes: Sizes) -> list[c
 def linearisation(sizes: Sizes) -> ca.Function:
     """Of one step: the model's Jacobians, the cost's gradients and Gauss-Newton Hessians."""
     state, end, jerk = ca.SX.sym("state", _X), ca.SX.sym("end", _X), ca.SX.sym("jerk", _U)
-    stage, shared, dt = (
-        ca.SX.sym("stage", sizes.stage),
-        ca.SX.sym("shared", sizes.shared),
-        ca.SX.sym("dt"),
-    )
+    stage, shared = ca.SX.sym("stage", sizes.stage), ca.SX.sym("shared", sizes.shared)
+    dt = ca.SX.sym("dt")
     after = robot_model.step(state, jerk, dt)
     terms = residuals(end, stage, shared, sizes)
     weighted = ca.vertcat(*(ca.sqrt(dt * shared[i]) * term for i, term in enumerate(terms)))
@@ -179,7 +173,15 @@ def _gauss_newton_step(sizes: Sizes, generated_code: bool) -> tuple[ca.Function,
     steps = sizes.steps
     mapped = linearisation(sizes).map("linearise", "serial", steps, [5], [])
     linearise = compiled(mapped) if generated_code else None
-    symbols = [ca.MX.sym(f"i{k}", *size) for k, size in enumerate(_input_sizes(sizes))]
+    shapes = (
+        (_X, steps),
+        (_U, steps),
+        (_X, steps),
+        (sizes.stage, steps),
+        (1, steps),
+        (sizes.shared, 1),
+    )
+    symbols = [ca.MX.sym(f"i{k}", *shape) for k, shape in enumerate(shapes)]
     low, high = ca.MX.sym("low", _ROW * steps), ca.MX.sym("high", _ROW * steps)
     by_state, by_jerk, slope, curvature, jerk_slope, jerk_curvature = (linearise or mapped)(
         *symbols
@@ -210,18 +212,6 @@ def _gauss_newton_step(sizes: Sizes, generated_code: bool) -> tuple[ca.Function,
     outputs = [solved[name] for name in ("x", "cost", "lam_a", "lam_x")]
     function = ca.Function("gauss_newton_step", [*symbols, low, high], outputs)
     return function, linearise is not None
-
-
-def _input_sizes(sizes: Sizes) -> list[tuple[int, int]]:
-    steps = sizes.steps
-    return [
-        (_X, steps),
-        (_U, steps),
-        (_X, steps),
-        (sizes.stage, steps),
-        (1, steps),
-        (sizes.shared, 1),
-    ]
 
 
 def _dynamics_pattern(steps: int) -> tuple[ca.Sparsity, list[int]]:

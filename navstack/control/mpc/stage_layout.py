@@ -15,6 +15,8 @@ JERK = 7  # [m/s3] of the wanted progress
 CONTOUR = 8  # [-] factor of the contour weight
 # then 3 numbers per circle of the footprint: gradient x, y and offset [m] of its half-plane
 BASE = 9
+# [m2] added to squared distances to people, so that their roots have gradients at 0
+SOFTENED = 1e-6
 # and then 3 per person: x, y [m] and the distance [m] below which a circle's centre costs
 
 # Of the whole horizon.

@@ -193,7 +193,7 @@ def cost_terms(states: FloatArray, jerks: FloatArray, horizon: Horizon) -> Float
             for i in range(circles):
                 px = state[0] + shared[at.CIRCLES + i] * cosine - stage[place]
                 py = state[1] + shared[at.CIRCLES + i] * sine - stage[place + 1]
-                inside = stage[place + 2] - math.sqrt(px * px + py * py + 1e-6)
+                inside = stage[place + 2] - math.sqrt(px * px + py * py + at.SOFTENED)
                 if inside > 0.0:
                     terms[at.W_PERSON] += dt * inside * inside
     return terms

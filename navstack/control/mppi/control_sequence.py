@@ -38,10 +38,7 @@ def _add_deviation(
 
 @njit(ahead=True)
 def softmax(costs: Float32Vector, temperature: np.float32) -> Float32Array:
-    """Shares (B,) of the trajectories in the next sequence, which sum up to 1.
-
-    The cheaper, the more.
-    """
+    """Shares (B,) of the trajectories in the next sequence; cheaper ones get more."""
     least = costs[0]
     for b in range(len(costs)):
         least = min(least, costs[b])

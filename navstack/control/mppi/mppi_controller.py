@@ -1,6 +1,7 @@
 """Nav2's model predictive path integral controller."""
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -75,35 +76,23 @@ class MppiController(Controller):
         if self._cycle is None:
             return None
         scene, solution, colliding = self._cycle
-        rejected = max(colliding.values(), default=0)
-        if solution is None:
-            nothing = tuple(
-                CriticScore(name, None, None, colliding.get(name, 0)) for name in self._critics
-            )
-            return DecisionRecord(
-                scene.stamp,
-                NAME,
-                Twist2D(),
-                self._params.batch_size,
-                rejected,
-                scores=nothing,
-                status="failed",
-            )
-        told = self._optimizer.score_alone(solution, scene)
-        scores = tuple(
-            CriticScore(critic.name, raw, weighted, colliding.get(critic.name, 0))
-            for critic, raw, weighted in told
-        )
-        total = sum(score.weighted for score in scores if score.weighted is not None)
-        return DecisionRecord(
+        record = DecisionRecord(
             scene.stamp,
             NAME,
-            solution.command,
-            self._params.batch_size,
-            rejected,
-            total,
-            scores,
-            "solved",
+            Twist2D(),
+            samples=self._params.batch_size,
+            rejected=max(colliding.values(), default=0),
+            scores=tuple(
+                CriticScore(name, None, None, colliding.get(name, 0)) for name in self._critics
+            ),
+            status="failed",
+        )
+        if solution is None:
+            return record
+        scores = self._optimizer.score_alone(solution, scene)
+        total = sum(score.weighted for score in scores if score.weighted is not None)
+        return replace(
+            record, command=solution.command, total=total, scores=scores, status="solved"
         )
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.control.controller import limited_share
+from navstack.control.decision import CriticScore
 from navstack.control.mppi import control_sequence
 from navstack.control.mppi.critic import Critic
 from navstack.control.mppi.rollouts import Rollouts, add_noise, drift, limit_changes, roll_out
@@ -122,28 +123,25 @@ class Optimizer:
             self.reset()
         raise NoLegalVelocity(colliding)
 
-    def score_alone(
-        self, solution: Solution, scene: Scene
-    ) -> list[tuple[Critic, float | None, float | None]]:
-        """Raw and weighted score of the chosen sequence per critic.
-
-        None: the critic did not count.
-        """
+    def score_alone(self, solution: Solution, scene: Scene) -> tuple[CriticScore, ...]:
+        """The chosen sequence's scores, without numbers of a critic that did not count."""
         rollouts = self._roll_out(self._single, solution.sequences, self._no_noise, scene)
-        told: list[tuple[Critic, float | None, float | None]] = []
+        found: list[CriticScore] = []
         for critic in self._critics:
             scores = critic.score(rollouts, scene)
-            if scores is None:
-                told.append((critic, None, None))
-            else:
-                told.append((critic, float(scores.raw[0]), float(critic.weighted(scores.raw)[0])))
-        return told
+            raw = weighted = None
+            if scores is not None:
+                raw, weighted = float(scores.raw[0]), float(critic.weighted(scores.raw)[0])
+            found.append(
+                CriticScore(critic.name, raw, weighted, solution.colliding.get(critic.name, 0))
+            )
+        return tuple(found)
 
     def _optimize(self, scene: Scene) -> dict[str, int]:
-        """Update the sequence; the answer counts the trajectories in collision by critic.
+        """Update the sequence; returns the numbers of trajectories in collision by critic.
 
-        Costs add up over the updates of a cycle, and a critic in whose eyes all collide is the last
-        to be asked.
+        Costs add up over the updates of a cycle. After a critic that finds all in collision no
+        other is asked.
         """
         params = self._params
         costs = np.zeros(params.batch_size, dtype=_FLOAT)
@@ -200,7 +198,7 @@ class Optimizer:
     def _update(self, rollouts: Rollouts, costs: Float32Array) -> bool:
         """Make the samples' mean by merit the new sequence, within the limits.
 
-        False: it cannot be told.
+        False: costs are not finite.
         """
         params = self._params
         for controls, sequence, axis in zip(

@@ -26,7 +26,7 @@ from navstack.types import (
 )
 
 _TABLE_FINENESS = 16  # places per point of the path
-_ROUNDING = 0.999  # share of a gap between distances that single precision surely does not close
+_ROUNDING = 0.999  # share of a gap between distances that single precision does not close
 
 
 @njit(ahead=True)

@@ -11,11 +11,9 @@ from navstack.types import FloatArray, Twist2D
 class Critic(ABC):
     """Scores trajectories.
 
-    The raw score is kept apart from its weight, so that a decision can be explained.
-
-    Each cycle it is shown the scene once (:meth:`prepare`) and told the command (:meth:`debrief`).
-    The raw costs may be asked for at any time before the next scene, so that they must not depend
-    on the command.
+    The raw score is kept apart from its weight, so that a decision can be explained. Each cycle
+    calls :meth:`prepare` with the scene and :meth:`debrief` with the command. Raw costs may be
+    asked for until the next cycle; they must not depend on the command.
     """
 
     wants_tracks = False  # whether it looks at what moves about
@@ -38,9 +36,9 @@ class Critic(ABC):
         """One cost >= 0 per trajectory, (K, T) -> (K,); inf is the only "illegal"."""
 
     def measure(self, scene: Scene) -> Measure | None:
-        """What the compiled search scores in this cycle instead of asking for :meth:`raw_costs`.
+        """What the compiled search scores in this cycle.
 
-        None: it asks.
+        None: the search takes :meth:`raw_costs`.
         """
         return None
 

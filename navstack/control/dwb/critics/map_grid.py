@@ -8,9 +8,10 @@ SCALE_PER_METRE = 0.5  # by which scales are multiplied, besides the metres of a
 
 
 class MapGridCritic(PoseCritic):
-    """After ``map_grid.cpp``: Manhattan distance to the nearest seed cell, past obstacles.
+    """After ``map_grid.cpp``: the Manhattan distance to the nearest seed cell.
 
-    Nav2 fills a grid with these distances; here they are computed for the cells that are asked for.
+    Obstacles do not count. Nav2 fills a grid with these distances; here they are computed for the
+    cells that are asked for.
     """
 
     def __init__(self, params: DistParams | AlignParams, dwb: DwbParams) -> None:

@@ -13,13 +13,12 @@ from navstack.types import FloatArray
 
 
 class RotateToGoalCritic(Critic):
-    """After ``rotate_to_goal.cpp``: nothing far from the goal; then slower samples only.
+    """After ``rotate_to_goal.cpp``.
 
-    Then turns only.
-
-    Entering the tolerance and having stopped are both remembered until the next plan. Jazzy asks
-    for the goal's distance alone; with a finite ``path_length_tolerance`` the plan must be that
-    short too, as in Nav2 main.
+    Far from the goal it scores nothing. Near the goal only slower samples are legal, and after a
+    stop only turns. Entering the tolerance and having stopped are remembered until the next plan.
+    Jazzy looks at the goal's distance alone; with a finite ``path_length_tolerance`` the plan must
+    be that short too, as in Nav2 main.
     """
 
     def __init__(self, params: RotateToGoalParams, dwb: DwbParams) -> None:
