@@ -24,7 +24,7 @@ from navstack.control.controller_server import ControllerServer
 from navstack.control.decision import Alternative, DecisionRecord, Option
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.errors import BehaviorError, ControlError, PlanningError
-from navstack.navigation_status import Counts, Status, Trouble, told
+from navstack.navigation_status import Counts, Status, Trouble, history_text
 from navstack.planning.planner import Planner
 from navstack.recovery import default_recoveries
 from navstack.stopwatch import Latencies, Stopwatch
@@ -113,7 +113,7 @@ class NavigateToPose:
     def trouble(self) -> Trouble:
         """What went wrong last, and why the tree gave up if it did."""
         failure = self._recoveries.last_failure
-        trouble = replace(self._trouble, history=told(self._history))
+        trouble = replace(self._trouble, history=history_text(self._history))
         if failure is None:
             return trouble
         return replace(trouble, recovery_error=failure.code, recovery_error_code=failure.number)
@@ -250,7 +250,7 @@ class NavigateToPose:
             self._next_plan = state.stamp + REPLANNING_PERIOD
             if not self._following:
                 self._follow(Path(self._goal.as_array()[None]), state.stamp)
-            return  # whoever gives way also without a plan is not made to stand
+            return  # a controller that gives way without a plan need not stand
         if self._following:
             self._control_error = ""  # broken off, which is no failure
         self._turn_to_recoveries(error.code, COMPUTE_PATH_TO_POSE, state)

@@ -43,13 +43,15 @@ class Trouble:
     recovery_error: str = ""  # name of the last failure of a recovery
     recovery_error_code: int | None = None  # Nav2's number of it; 0: the behavior does not exist
     gave_up: str = ""  # why the tree ended without success
-    history: str = ""  # failures, recoveries and the end, in order of time: of :func:`told`
+    history: str = (
+        ""  # failures, recoveries and the end, in order of time, see :func:`history_text`
+    )
 
 
-def told(history: Sequence[tuple[float, str]]) -> str:
+def history_text(history: Sequence[tuple[float, str]]) -> str:
     """What happened when [s], in one line.
 
-    What happens again and again is told once, with its number and last time.
+    What is repeated stands once, with its number and last time.
     """
     runs = [
         (what, [stamp for stamp, _ in group])

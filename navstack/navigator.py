@@ -30,7 +30,7 @@ from navstack.types import (
     Twist2D,
 )
 
-_KEPT = 64  # states of late, at 60 Hz a second of them
+_KEPT = 64  # recent states: one second at 60 Hz
 # [s] that a lost robot stands before it gives up; assumed: outages of satellites are shorter
 LOST_PATIENCE = 60.0
 
@@ -231,7 +231,7 @@ class Navigator:
             self._take(Twist2D())
 
     def _take(self, command: Twist2D | None) -> None:
-        """Hand a command to the smoother; None: whoever was asked is not driving."""
+        """Hand a command to the smoother; None: who was asked does not drive."""
         if command is not None:
             self._to_smooth = self._chosen = command
 

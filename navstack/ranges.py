@@ -15,7 +15,7 @@ from typing import Annotated, Any, Protocol, get_type_hints
 from navstack.errors import ParameterError, UnknownNameError
 
 
-class Rule(Protocol):
+class ValueRule(Protocol):
     """A rule for the value of one field, as it stands in the field's ``Annotated``."""
 
     def taken(self, name: str, value: Any, where: str) -> Any:
@@ -178,7 +178,7 @@ class Parameters:
 
 
 @cache
-def _rules(kind: Any) -> tuple[tuple[str, tuple[Rule, ...]], ...]:
+def _rules(kind: Any) -> tuple[tuple[str, tuple[ValueRule, ...]], ...]:
     """The rules of each field of a dataclass."""
     hints = get_type_hints(kind, include_extras=True)
     return tuple(

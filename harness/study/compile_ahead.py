@@ -26,7 +26,7 @@ from harness.execution.workers import Workers, available_cores
 from harness.storage.shipped import compiled_code
 from harness.task.stack import Stack
 from navstack.jit import argument_types, processor, source_stamp
-from navstack.params.registry.entry import Entry
+from navstack.params.registry.entry import AlgorithmEntry
 from navstack.params.registry.localizers import LOCALIZERS
 from navstack.params.registry.nodes import FAMILIES
 
@@ -51,7 +51,7 @@ _SAVE, _LOAD = IndexDataCacheFile.save, IndexDataCacheFile.load
 
 def needed_modules(stacks: Sequence[Stack]) -> list[str]:
     """The modules whose kernels the deliveries of stacks call, those that take longest first."""
-    entries: list[Entry] = []
+    entries: list[AlgorithmEntry] = []
     for stack in stacks:
         text = ""
         if stack.nav2_file:
@@ -65,7 +65,7 @@ def needed_modules(stacks: Sequence[Stack]) -> list[str]:
     return _modules_of(entries)
 
 
-def _modules_of(entries: Iterable[Entry]) -> list[str]:
+def _modules_of(entries: Iterable[AlgorithmEntry]) -> list[str]:
     modules = [module for entry in entries for module in entry.kernels]
     if modules:
         modules.append(MONITOR)
@@ -74,7 +74,7 @@ def _modules_of(entries: Iterable[Entry]) -> list[str]:
 
 def every_module() -> list[str]:
     """The modules of kernels of all registered algorithms and of the world."""
-    entries: list[Entry] = [*LOCALIZERS.values()]
+    entries: list[AlgorithmEntry] = [*LOCALIZERS.values()]
     for family in FAMILIES.values():
         entries += family.values()
     return _modules_of(entries)

@@ -28,7 +28,7 @@ from navstack.costmap.layers import (
     resampled,
     static_costs,
 )
-from navstack.costmap.observations import Observation, ObservationBuffer, ScanProjector, Source
+from navstack.costmap.observations import ObservationBuffer, PointObservation, ScanProjector, Source
 from navstack.costmap.obstacle_cells import ObstacleCells
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.costmap.spatio_temporal import SpatioTemporalLayer
@@ -154,7 +154,7 @@ class LayeredCostmap:
         A planar scan says nothing about heights: min_obstacle_height and max_obstacle_height do not
             apply to it.
         """
-        projected: dict[bool, Observation] = {}
+        projected: dict[bool, PointObservation] = {}
         for source in self._sources:
             inf_is_valid = source.params.inf_is_valid
             if inf_is_valid not in projected:
@@ -177,7 +177,7 @@ class LayeredCostmap:
             low, high = params.min_obstacle_height, params.max_obstacle_height
             marking = flat[(heights >= low) & (heights <= high)]
             for source in layer.sources:
-                source.add(Observation(stamp, sensor_x, sensor_y, lambda: flat, marking))
+                source.add(PointObservation(stamp, sensor_x, sensor_y, lambda: flat, marking))
 
     def clear_entirely(self) -> None:
         """Forget all obstacles; those that the newest scan shows come back with the next update."""
@@ -263,7 +263,9 @@ class LayeredCostmap:
             obstacles,
             shown,
             margin,
-            self._inflation(parts.inflation),  # anew: what the whole map took is freed
+            self._inflation(
+                parts.inflation
+            ),  # another one: the buffers for the whole map are freed
             self.master,
             self._window,
             self.params.rolling_window,

@@ -20,7 +20,7 @@ from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.costmap.denoise import remove_small_groups
 from navstack.costmap.field_cache import shared_array
 from navstack.costmap.inflation import Inflation
-from navstack.costmap.observations import Observation, ObservationBuffer, SourceParams
+from navstack.costmap.observations import ObservationBuffer, PointObservation, SourceParams
 from navstack.costmap.occupancy_grid import UNKNOWN, OccupancyGrid
 from navstack.costmap.window import Window, overlap, shift
 from navstack.errors import MapError
@@ -35,7 +35,7 @@ from navstack.params.spatio_temporal import SpatioTemporalLayerParams
 from navstack.types import BoolArray, ByteArray, FloatArray, Pose2D
 
 ScanSources = Sequence[ObservationBuffer[ObservationSourceParams]]
-ScanObservation = tuple[ObservationSourceParams, Observation]
+ScanObservation = tuple[ObservationSourceParams, PointObservation]
 
 SAME_RESOLUTION = 1e-5  # [m] closer resolutions are the same (StaticLayer's EPSILON)
 

@@ -24,7 +24,7 @@ Source = TypeVar("Source", bound=SourceParams, covariant=True)
 _BELOW_RANGE_MAX = 1e-4
 
 
-class Observation:
+class PointObservation:
     """The points of one scan in the map frame, with the place of the sensor.
 
     They are worked out when first asked for: most scans that a slow costmap is shown are replaced
@@ -84,7 +84,7 @@ class ScanProjector:
         self._key: tuple[float, float, int] = (0.0, 0.0, -1)
         self._directions: FloatArray = np.empty((0, 2))  # unit vectors in the sensor frame
 
-    def project(self, scan: LaserScan, robot_pose: Pose2D, inf_is_valid: bool) -> Observation:
+    def project(self, scan: LaserScan, robot_pose: Pose2D, inf_is_valid: bool) -> PointObservation:
         """The points of a scan taken at ``robot_pose`` (map frame): range_min <= range < range_max.
 
         With ``inf_is_valid`` a beam without return gives a point just below range_max, which clears
@@ -107,7 +107,7 @@ class ScanProjector:
             count = beam_kernels.project(scan.ranges, directions, limits, endless, place, ends)
             return ends[:count]
 
-        return Observation(scan.stamp, sensor.x, sensor.y, points)
+        return PointObservation(scan.stamp, sensor.x, sensor.y, points)
 
 
 class ObservationBuffer(Generic[Source]):
@@ -115,10 +115,10 @@ class ObservationBuffer(Generic[Source]):
 
     def __init__(self, params: Source) -> None:
         self.params = params
-        self._observations: list[Observation] = []
+        self._observations: list[PointObservation] = []
         self._newest = -math.inf  # [s]
 
-    def add(self, observation: Observation) -> None:
+    def add(self, observation: PointObservation) -> None:
         """Take a new observation and drop what is out of date by then.
 
         Without persistence the newest stays alone, until the next one comes.
@@ -144,6 +144,6 @@ class ObservationBuffer(Generic[Source]):
         self._newest = -math.inf
 
     @property
-    def observations(self) -> list[Observation]:
+    def observations(self) -> list[PointObservation]:
         """The observations to apply now."""
         return self._observations

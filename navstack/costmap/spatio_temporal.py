@@ -17,7 +17,7 @@ import numpy as np
 
 from navstack.costmap.costmap import LETHAL_OBSTACLE
 from navstack.costmap.layers import Bounds, ObstacleLayer, cost_of_unknown
-from navstack.costmap.observations import Observation, ObservationBuffer
+from navstack.costmap.observations import ObservationBuffer, PointObservation
 from navstack.costmap.window import Window
 from navstack.params.spatio_temporal import (
     DEPTH_CAMERA,
@@ -61,7 +61,7 @@ class SpatioTemporalLayer(ObstacleLayer):
         self._read = [-math.inf] * len(self._readings)  # [s] newest scan taken in, of each source
 
     def moved(self, dx: int, dy: int) -> None:
-        """The grid is written anew with every update."""
+        """The grid is written with every update."""
 
     def update_bounds(
         self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds
@@ -85,7 +85,7 @@ class SpatioTemporalLayer(ObstacleLayer):
                 self._mark(source, reading, now)
         self._place_footprint(window, footprint, bounds)
 
-    def _take_readings(self) -> list[tuple[SpatioTemporalSourceParams, Observation]]:
+    def _take_readings(self) -> list[tuple[SpatioTemporalSourceParams, PointObservation]]:
         readings = []
         for k, buffer in enumerate(self._readings):
             once = buffer.params.clear_after_reading
@@ -108,7 +108,7 @@ class SpatioTemporalLayer(ObstacleLayer):
         y: FloatArray,
         heading: float,
         now: float,
-        frustums: list[tuple[SpatioTemporalSourceParams, Observation]],
+        frustums: list[tuple[SpatioTemporalSourceParams, PointObservation]],
     ) -> BoolArray:
         """Which voxels (n,) are dropped; the marks of those that a frustum aged are moved back."""
         age = now - self._marks
@@ -132,7 +132,9 @@ class SpatioTemporalLayer(ObstacleLayer):
         on = (column >= 0) & (row >= 0) & (column < window.size_x) & (row < window.size_y)
         self.grid[row[on], column[on]] = LETHAL_OBSTACLE
 
-    def _mark(self, source: SpatioTemporalSourceParams, reading: Observation, now: float) -> None:
+    def _mark(
+        self, source: SpatioTemporalSourceParams, reading: PointObservation, now: float
+    ) -> None:
         """Mark the voxels of the returns of a scan."""
         points = reading.marking
         distance = np.hypot(points[:, 0] - reading.origin_x, points[:, 1] - reading.origin_y)

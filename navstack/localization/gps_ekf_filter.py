@@ -75,7 +75,7 @@ class FilterState:
     level: float = 1.0  # [-] share of the way that is horizontal: cosine of the pitch measured last
     wheel_speed: float = math.nan  # [m/s] measured last, of it the horizontal share
     wheel_stamp: float = -math.inf  # [s] of it
-    slip: float = 0.0  # [m/s] by which the wheels sped up more than the accelerometer felt, of late
+    slip: float = 0.0  # [m/s] by which the wheels recently sped up more than the accelerometer felt
     fix_stamp: float = -math.inf  # [s] of the last fix
     accepted_stamp: float = -math.inf  # [s] of the last fix that was let in
     rejected: int = 0  # fixes in succession

@@ -12,7 +12,7 @@ _START = -1  # rank of the state in which the history begins
 
 
 class History:
-    """The messages of late in the order of their stamps, and the state after each.
+    """The recent messages in the order of their stamps, and the state after each.
 
     A late message is put where it belongs and what follows is applied anew. The result is that of
     messages in order, for the same steps are taken. A message older than the history is refused.

@@ -227,7 +227,7 @@ class LastingAverages(LikelihoodAverages):
 
     Each average is the plain mean until its rate takes over, and lasts. It is of the fit, which
     does not change with the number of particles or returns, nor with the random particles as long
-    as one of all is right. Looking for poses that fit is dear, so that a fall of less than
+    as one of all is right. Looking for poses that fit is slow, so that a fall of less than
     ``LEAST_FALL`` brings none.
     """
 

@@ -39,12 +39,12 @@ class ExpectedCostParams(Parameters, whose="expected-cost controller"):
     turn_gain: Positive = 2.5  # [1/s] yaw rate wanted per angle off the field's descent
     max_tracks: Annotated[int, within(1, 50)] = 8  # people that are looked at, the nearest
     range: NotNegative = 12.0  # [m] up to which they are looked at
-    # plan over field's way from which on the field is made anew
+    # [-] plan over field's way from which on the field is computed again
     replan_length_ratio: Positive = 1.3
     # [m] beside the planner's path within which the field leads to the goal; 0: anywhere
     corridor: NotNegative = 0.0
     clearance_period: Positive = 0.2  # [s] between two looks at the local costmap
-    # gives way also while it stands, after arrival, and where Nav2 would recover
+    # also gives way while it stands, after arrival, and where Nav2 would recover
     evades_at_rest: bool = True
 
     # [USD] of a counted contact at a closing speed of 0, 1, .. m/s: injury curves of Wang 2022
@@ -68,7 +68,7 @@ class ExpectedCostParams(Parameters, whose="expected-cost controller"):
     late_usd: NotNegative = 6.98  # [USD] of being late: the fee not earned, and paid back
     time_limit: Positive = 241.0  # [s] after which the delivery is late
     lateness_std: Positive = 20.0  # [s] of the time that the rest of the way takes
-    # [s] over which what may happen falls to 1/e: the robot decides anew until then
+    # [s] over which the weight of later events falls to 1/e: the robot decides again until then
     caution_time: Positive = 6.0
     # [USD] of risk from which on all motions are compared, not the few of an empty street
     alarm_usd: NotNegative = 0.03

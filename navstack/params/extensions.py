@@ -13,8 +13,8 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from navstack.errors import NavstackError, ParameterError
-from navstack.params.registry.block import Block
-from navstack.params.registry.entry import Entry, Params
+from navstack.params.registry.block import ParameterBlock
+from navstack.params.registry.entry import AlgorithmEntry, Params
 from navstack.params.registry.localizers import INPUTS, LOCALIZERS, OWN_NODE, LocalizerEntry
 from navstack.params.registry.nodes import FAMILIES
 
@@ -98,7 +98,7 @@ def plugin_packages() -> list[str]:
     )
 
 
-def algorithms(family: str) -> dict[str, Entry]:
+def algorithms(family: str) -> dict[str, AlgorithmEntry]:
     """The algorithms of a family that run here, by type.
 
     This program's, then those of other packages.
@@ -122,12 +122,12 @@ def uses_map(localizer: str) -> bool:
     return entry is not None and entry.uses_map
 
 
-def _entry(extension: Extension) -> Entry:
-    keys = Block(
+def _entry(extension: Extension) -> AlgorithmEntry:
+    keys = ParameterBlock(
         frozenset(field.name for field in dataclasses.fields(extension.params))
         | {"plugin", "class"}
     )
-    return Entry(keys, _maker(extension), extension.params, NEEDS[extension.family])
+    return AlgorithmEntry(keys, _maker(extension), extension.params, NEEDS[extension.family])
 
 
 def _localizer(extension: Extension) -> LocalizerEntry:

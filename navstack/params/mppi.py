@@ -16,12 +16,12 @@ from navstack.params.mppi_critics import (
     CostParams,
     GoalAngleParams,
     GoalParams,
+    MppiPreferForwardParams,
+    MppiTwirlingParams,
     ObstaclesParams,
     PathAlignParams,
     PathAngleParams,
     PathFollowParams,
-    PreferForwardParams,
-    TwirlingParams,
     VelocityDeadbandParams,
 )
 from navstack.ranges import Allowed, Parameters, one_of, within
@@ -119,8 +119,8 @@ class MppiParams(Parameters):
     PathAlignCritic: PathAlignParams = field(default_factory=PathAlignParams)
     PathAngleCritic: PathAngleParams = field(default_factory=PathAngleParams)
     PathFollowCritic: PathFollowParams = field(default_factory=PathFollowParams)
-    PreferForwardCritic: PreferForwardParams = field(default_factory=PreferForwardParams)
-    TwirlingCritic: TwirlingParams = field(default_factory=TwirlingParams)
+    PreferForwardCritic: MppiPreferForwardParams = field(default_factory=MppiPreferForwardParams)
+    TwirlingCritic: MppiTwirlingParams = field(default_factory=MppiTwirlingParams)
     VelocityDeadbandCritic: VelocityDeadbandParams = field(default_factory=VelocityDeadbandParams)
     # this program's own
     ExpectedContactCritic: MppiContactParams = field(default_factory=MppiContactParams)

@@ -114,7 +114,7 @@ class PathFollowParams(CriticParams):
 
 
 @dataclass(frozen=True, slots=True)
-class PreferForwardParams(CriticParams):
+class MppiPreferForwardParams(CriticParams):
     """``prefer_forward_critic.cpp``: the way driven backwards."""
 
     cost_weight: Weight = 5.0  # [1/m]
@@ -122,7 +122,7 @@ class PreferForwardParams(CriticParams):
 
 
 @dataclass(frozen=True, slots=True)
-class TwirlingParams(CriticParams):
+class MppiTwirlingParams(CriticParams):
     """``twirling_critic.cpp``: the mean yaw rate, except within the goal checker's tolerance."""
 
     cost_weight: Weight = 10.0  # [s/rad]

@@ -20,8 +20,8 @@ class Tracker:
     """Groups the returns that no map explains, and follows each group with a Kalman filter.
 
     Groups are assigned to bodies so that the sum of squared Mahalanobis distances is least, within
-    a gate. A body is told of after ``min_hits`` groups and forgotten after ``max_coasting`` without
-    one. It is followed in the odom frame, where the robot's own motion is smooth, and told of in
+    a gate. A body is reported after ``min_hits`` groups and forgotten after ``max_coasting`` without
+    one. It is followed in the odom frame, where the robot's own motion is smooth, and reported in
     the map frame: a jump of the belief moves all bodies, but gives none of them a speed.
     """
 
@@ -73,26 +73,27 @@ class Tracker:
 
     def tracks(self, stamp: float) -> list[Track]:
         """The bodies that are followed, at a time [s] no earlier than the last scan's."""
-        told = np.flatnonzero(self._hits >= self._params.min_hits)
-        if not len(told) or self._stamp is None:
+        reported = np.flatnonzero(self._hits >= self._params.min_hits)
+        if not len(reported) or self._stamp is None:
             return []
         frame = self._map_to_odom
         states, covariances = turned(
-            *self._filter.ahead(told, max(stamp - self._stamp, 0.0)), frame.yaw
+            *self._filter.ahead(reported, max(stamp - self._stamp, 0.0)), frame.yaw
         )
+        ids = self._ids[reported].tolist()
         return [
             Track(
-                number,
-                stamp,
-                x + frame.x,
-                y + frame.y,
-                vx,
-                vy,
-                self._params.body_radius,
-                covariance,
+                id=number,
+                stamp=stamp,
+                x=x + frame.x,
+                y=y + frame.y,
+                vx=vx,
+                vy=vy,
+                radius=self._params.body_radius,
+                covariance=covariance,
             )
             for number, (x, y, vx, vy), covariance in zip(
-                self._ids[told].tolist(), states.tolist(), covariances, strict=True
+                ids, states.tolist(), covariances, strict=True
             )
         ]
 

@@ -38,7 +38,7 @@ WAITING_CELLS = 200_000  # per buffer; a wave that is taken up again starts from
 MARGIN = 1000.0
 # of what the way would cost through free cells that the last stretch is taken to cost at most
 COSTLY_SHARE = 2.0
-# of potential (2 m of free cells); twice that beyond the robot's, a field is not spread anew
+# of potential (2 m of free cells); twice that beyond the robot's, a field is not spread again
 HALF_REACH = 2000.0
 
 

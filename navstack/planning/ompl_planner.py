@@ -28,7 +28,7 @@ from navstack.planning.ompl_kernels import (
     shortcut,
 )
 from navstack.planning.ompl_problem import Query
-from navstack.planning.ompl_search import Found, path_cost, search
+from navstack.planning.ompl_search import OmplResult, path_cost, search
 from navstack.planning.planner import Planner, RobotShape, convex_hull
 from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.types import FloatArray, Path, Pose2D
@@ -229,7 +229,7 @@ class OmplPlanner(Planner):
             f"though free cells connect them; raise {key} or take another algorithm"
         )
 
-    def _simplified(self, query: Query, found: Found, draws: FloatArray) -> FloatArray:
+    def _simplified(self, query: Query, found: OmplResult, draws: FloatArray) -> FloatArray:
         """The states with short cuts taken, in the plane, where that is wanted.
 
         Not where it would cost more.

@@ -30,7 +30,7 @@ ou.setLogLevel(ou.LOG_NONE)  # it writes to standard output otherwise
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Found:
+class OmplResult:
     """What came of a search."""
 
     states: FloatArray | None  # (N, 2) or (N, 3) in [cells]; None: no path
@@ -212,7 +212,7 @@ def search(
     seconds: float,
     patience: int,
     seed: int,
-) -> Found:
+) -> OmplResult:
     """Search with an algorithm of :data:`ALGORITHMS`.
 
     Args:
@@ -230,7 +230,7 @@ def search(
     states = ALGORITHMS[algorithm](query, reach, checks, budget)
     if states is not None:
         budget.note(path_cost(query, states))
-    return Found(states, tuple(budget.improvement))
+    return OmplResult(states, tuple(budget.improvement))
 
 
 def path_cost(query: Query, states: FloatArray) -> float:

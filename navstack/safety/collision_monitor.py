@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from navstack.costmap.observations import Observation, ScanProjector
+from navstack.costmap.observations import PointObservation, ScanProjector
 from navstack.geometry import relative_to, transform_points
 from navstack.params.collision_monitor import CollisionMonitorParams, PolygonParams
-from navstack.safety.monitor_zones import Zone, make_zone
+from navstack.safety.monitor_zones import MonitorZone, make_zone
 from navstack.types import FloatArray, LaserScan, Pose2D, Twist2D
 
 INVALID_SOURCE = "invalid source"  # Nav2's name of what stops the robot for want of a fresh scan
@@ -55,7 +55,7 @@ class CollisionMonitor:
         for zone in self._zones:
             zone.reset()
         self.action = _PASSED
-        self._scan: Observation | None = None  # in the base frame at its time
+        self._scan: PointObservation | None = None  # in the base frame at its time
         self._beams = 0  # of it
         # (n, 2) [m] of it in the present base frame, once they were asked for
         self._points: FloatArray | None = None
@@ -110,7 +110,7 @@ class CollisionMonitor:
         return self._points
 
     def _safe_velocity(
-        self, zone: Zone, command: Twist2D, odometry: Pose2D | None
+        self, zone: MonitorZone, command: Twist2D, odometry: Pose2D | None
     ) -> Twist2D | None:
         """What a zone leaves of the command; None: it has nothing against it."""
         params = zone.params

@@ -9,7 +9,7 @@ from navstack.types import FloatArray, Twist2D
 _NO_VERTICES: FloatArray = np.empty((0, 2))
 
 
-class Zone:
+class MonitorZone:
     """An area about the robot, in the base frame, that obstacles should not enter."""
 
     def __init__(
@@ -55,7 +55,7 @@ class Zone:
         return float(time)
 
 
-class VelocityZone(Zone):
+class VelocityZone(MonitorZone):
     """A polygon for each range of velocities.
 
     One that no range covers keeps the last polygon (``VelocityPolygon``).
@@ -81,7 +81,7 @@ class VelocityZone(Zone):
         return len(self._vertices) > 0
 
 
-def make_zone(name: str, params: PolygonParams, footprint: FloatArray) -> Zone:
+def make_zone(name: str, params: PolygonParams, footprint: FloatArray) -> MonitorZone:
     """The zone that a polygon's parameters describe.
 
     ``footprint`` (V, 2) in [m] stands in where they give no shape.
@@ -89,7 +89,7 @@ def make_zone(name: str, params: PolygonParams, footprint: FloatArray) -> Zone:
     if params.type == "velocity_polygon":
         return VelocityZone(name, params)
     if params.type == "circle" and params.radius is not None:
-        return Zone(name, params, _NO_VERTICES, params.radius)
+        return MonitorZone(name, params, _NO_VERTICES, params.radius)
     if params.points is not None:
         footprint = parse_polygon(params.points)
-    return Zone(name, params, footprint)
+    return MonitorZone(name, params, footprint)

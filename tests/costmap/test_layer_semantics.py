@@ -8,7 +8,7 @@ import pytest
 
 from navstack.costmap.costmap import NO_INFORMATION
 from navstack.costmap.layered_costmap import LayeredCostmap
-from navstack.costmap.observations import Observation, ObservationBuffer
+from navstack.costmap.observations import ObservationBuffer, PointObservation
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.params.costmap import (
     MAXIMUM,
@@ -176,7 +176,7 @@ def test_observations_of_a_buffer_are_no_older_than_it_remembers(persistence: fl
     for gap in (0.25, 0.5, 0.25, 0.25, 1.25, 0.25):
         stamps.append(stamps[-1] + gap)
     for count, newest in enumerate(stamps, 1):
-        buffer.add(Observation(newest, 0.0, 0.0, lambda: np.empty((0, 2))))
+        buffer.add(PointObservation(newest, 0.0, 0.0, lambda: np.empty((0, 2))))
         young = [
             stamp
             for stamp in stamps[count - 2 :: -1]

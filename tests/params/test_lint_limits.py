@@ -18,14 +18,14 @@ from navstack.params.lint.mppi import mppi_biased_noise, mppi_capped_speed
 from navstack.params.lint.robot import MORE, faster_than_robot, harder_than_robot
 from navstack.params.lint.rule import above, below, decimal, whole_above
 from navstack.params.lint.speed import large_deadband
-from navstack.params.lint.subject import Drive, RobotLimits, Subject
+from navstack.params.lint.subject import DrivingPlugin, RobotLimits, Subject
 from navstack.params.mppi import MppiParams
 from navstack.params.safety import VelocitySmootherParams
 
 BODY = RobotLimits(
     "testbot", np.array([[0.2, 0.1], [0.2, -0.1], [-0.2, 0.0]]), 1.0, 2.0, 3.0, 2.5, 4.0
 )
-DRIVE = Drive("DWB", "FollowPath")
+DRIVE = DrivingPlugin("DWB", "FollowPath")
 AT_THE_LIMIT = DwbParams(
     max_vel_theta=MORE * 2.0,
     acc_lim_x=MORE * 3.0,

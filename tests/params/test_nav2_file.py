@@ -8,9 +8,9 @@ from navstack.errors import ParameterError
 from navstack.params.costmap import CostmapParams, robot_footprint
 from navstack.params.dwb import DwbParams
 from navstack.params.nav2_file.file import load_nav2
-from navstack.params.nav2_file.findings import Section
-from navstack.params.nav2_file.place import Place
-from navstack.params.nav2_file.ros_yaml import Entry
+from navstack.params.nav2_file.findings import ParameterSection
+from navstack.params.nav2_file.place import Namespace
+from navstack.params.nav2_file.ros_yaml import ParameterEntry
 from navstack.params.nav2_file.views import (
     read_controller,
     read_controller_server,
@@ -22,7 +22,7 @@ from navstack.params.nav2_file.views import (
     read_progress_checker,
     read_velocity_smoother,
 )
-from navstack.params.registry.block import Block
+from navstack.params.registry.block import ParameterBlock
 
 SHIPPED = Path(__file__).parents[2] / "params" / "nav2"
 FOLDER = os.environ.get("NAVSTACK_DATA")
@@ -186,7 +186,9 @@ def test_a_wildcard_parameter_that_no_node_has_is_unknown(inspect):
 
 
 def test_what_a_file_leaves_out_has_no_line():
-    place = Place(Block(), Section({"width": Entry(3, 7, 0, 0, 0)}), "", ())
+    place = Namespace(
+        ParameterBlock(), ParameterSection({"width": ParameterEntry(3, 7, 0, 0, 0)}), "", ()
+    )
     assert (place.line_of("width"), place.line_of("height")) == (7, 0)
 
 

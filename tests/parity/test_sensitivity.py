@@ -106,14 +106,14 @@ CONSTANTS = (
         "adjust_gap3",
         jit=False,
     ),
-    Constant(DWB_PARAMS, "    forward_prune_distance: float = {} ", 2.0, "dwb_jazzy", "curve"),
+    Constant(DWB_PARAMS, "    forward_prune_distance: float = {}\n", 2.0, "dwb_jazzy", "curve"),
     # Nothing of the recorded plans lies farther behind than the default, nor does any command lie
     # just beyond 0.05.
     Constant(
         DWB_PARAMS, "    prune_distance: float = {} ", 2.0, "dwb_jazzy", "corridor", factors=(0.5,)
     ),
     Constant(
-        DWB_PARAMS, "    x_only_threshold: float = {} ", 0.05, "dwb", "oscillation", factors=(0.5,)
+        DWB_PARAMS, "    x_only_threshold: float = {}\n", 0.05, "dwb", "oscillation", factors=(0.5,)
     ),
     Constant(
         SHIM,
@@ -144,21 +144,21 @@ CONSTANTS = (
         "vs_costnav_default_accel",
     ),
     Constant(
-        "navstack/params/smoothers.py",
+        "navstack/params/planners.py",
         "w_data: NotNegative = {} ",
         0.2,
         "simple_smoother",
         "sm_empty60",
     ),
     Constant(
-        "navstack/params/smoothers.py",
+        "navstack/params/planners.py",
         "w_smooth: NotNegative = {} ",
         0.3,
         "simple_smoother",
         "sm_empty60",
     ),
     Constant(
-        "navstack/params/smoothers.py",
+        "navstack/params/planners.py",
         "neighbours\n    do_refinement: bool = True  # smooth the smoothed path again\n"
         "    refinement_num: NotNegativeInt = {} ",
         2,
@@ -167,7 +167,7 @@ CONSTANTS = (
     ),
     Constant(RPP_PARAMS, "    desired_linear_vel: Positive = {} ", 0.5, *STRAIGHT),
     Constant(RPP_PARAMS, "    lookahead_dist: Positive = {} ", 0.6, *STRAIGHT),
-    Constant(RPP_PARAMS, "    approach_velocity_scaling_dist: NotNegative = {} ", 0.6, *STRAIGHT),
+    Constant(RPP_PARAMS, "    approach_velocity_scaling_dist: NotNegative = {}\n", 0.6, *STRAIGHT),
     Constant(RPP_PARAMS, "    max_angular_accel: Positive = {} ", 3.2, *STRAIGHT),
     Constant(
         RPP_PARAMS, "    regulated_linear_scaling_min_radius: Positive = {} ", 0.9, "rpp", "arc"

@@ -14,7 +14,14 @@ from navstack.planning.smac.motions import _along, arcs
 from navstack.planning.smac.node_kernels import make_nodes
 from navstack.planning.smac.pose_kernels import Found, curve_to, search_poses, step_cost
 from navstack.planning.smac.pose_planner import SmacHybrid
-from navstack.planning.smac.pose_problem import NARROW, ROOMY, Expansion, Goal, Ground, Penalties
+from navstack.planning.smac.pose_problem import (
+    NARROW,
+    ROOMY,
+    Expansion,
+    Goal,
+    Ground,
+    Penalties,
+)
 from navstack.types import Pose2D
 
 PENALTIES = Penalties(2.0, 0.5, 1.2, 3.0, 0.1, 5.0)

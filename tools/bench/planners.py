@@ -19,7 +19,7 @@ from navstack.planning.navfn_kernels import cost_tables
 from navstack.planning.ompl_kernels import polyline_cost
 from navstack.planning.planner import Planner
 from navstack.planning.simple_smoother import SimpleSmoother
-from navstack.safety.monitor_zones import Zone
+from navstack.safety.monitor_zones import MonitorZone
 from navstack.types import FloatArray, Path, Pose2D, Twist2D
 from tools.bench import twins
 from tools.bench.component import (
@@ -200,7 +200,7 @@ def approach() -> Prepared:
     vectors = golden("smoother_velocity_collision_shim")
     polygon = vectors["cm_polygon"].astype(np.float64)
     params = PolygonParams(type="polygon", action_type="approach", min_points=4)
-    zone, velocity = Zone("approach", params, polygon), (0.8, 0.0, 0.3)
+    zone, velocity = MonitorZone("approach", params, polygon), (0.8, 0.0, 0.3)
     along = np.linspace(-4.0, 4.0, 180)
     points = np.concatenate([np.column_stack((along, np.full(180, side))) for side in (-1.2, 1.3)])
     given = (

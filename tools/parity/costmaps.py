@@ -11,7 +11,7 @@ from scipy.ndimage import distance_transform_edt
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.costmap.inflation import Inflation, cell_distance, inflation_cost
 from navstack.costmap.layered_costmap import LayeredCostmap
-from navstack.costmap.observations import Observation, ObservationBuffer
+from navstack.costmap.observations import ObservationBuffer, PointObservation
 from navstack.costmap.obstacle_cells import ObstacleCells
 from navstack.costmap.window import Window
 from navstack.geometry import footprint_radii, pad_footprint, transform_points
@@ -294,7 +294,7 @@ def _check_cells(case: Case, comparison: Comparison, params: CostmapParams) -> N
         origin = case[f"s{k}_sensor_origin"]
         flat = np.ascontiguousarray(points[:, :2])
         buffer.add(
-            Observation(float(k), float(origin[0]), float(origin[1]), flat.copy, flat[marking])
+            PointObservation(float(k), float(origin[0]), float(origin[1]), flat.copy, flat[marking])
         )
         cells.update(window, transform_points(pose, footprint))
         comparison.equal(f"step {k}: list of cells", cells.as_grid(window), case[f"s{k}_obst_grid"])

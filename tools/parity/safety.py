@@ -11,7 +11,7 @@ import numpy as np
 from navstack.params.collision_monitor import PolygonParams
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.strict import from_mapping
-from navstack.safety.monitor_zones import Zone
+from navstack.safety.monitor_zones import MonitorZone
 from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.types import Twist2D
 from tools.parity.comparison import Comparison
@@ -110,7 +110,7 @@ def _inputs(file: GoldenFile) -> frozenset[str]:
     return frozenset((POLYGON, "cm_vels", *_clouds(file)))
 
 
-def _times(zone: Zone, file: GoldenFile) -> list[list[float]]:
+def _times(zone: MonitorZone, file: GoldenFile) -> list[list[float]]:
     """Time to collision [s] of each cloud (row) with each velocity (column)."""
     velocities = [Twist2D(*velocity) for velocity in file["cm_vels"]]
     table = [
@@ -127,7 +127,7 @@ def _clouds(file: GoldenFile) -> list[str]:
     ]
 
 
-def _zone(file: GoldenFile, **recorded: float) -> Zone:
+def _zone(file: GoldenFile, **recorded: float) -> MonitorZone:
     given = {"type": "polygon", "action_type": "approach", **recorded}
     params = from_mapping(PolygonParams, given, str(file.path))
-    return Zone(POLYGON, params, file[POLYGON])
+    return MonitorZone(POLYGON, params, file[POLYGON])

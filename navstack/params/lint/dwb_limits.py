@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from navstack.params.dwb import DwbParams
 from navstack.params.lint.rule import Finding, RuleGroup, above, decimal
-from navstack.params.lint.subject import CONTROLLER, Drive
+from navstack.params.lint.subject import CONTROLLER, DrivingPlugin
 
 FEW_SAMPLES = 2  # Nav2 raises fewer to this: both ends of the range and nothing between
 
@@ -12,7 +12,7 @@ RULES = RuleGroup("DWB: limits and samples", CONTROLLER)
 
 
 @RULES.warning
-def no_motion(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+def no_motion(dwb: DwbParams, drive: DrivingPlugin) -> Iterator[Finding]:
     """DWB's speed limits are 0.
 
     Why: DWB has no velocity to choose but standing still.
@@ -33,7 +33,7 @@ def no_motion(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
 
 
 @RULES.error
-def crossed_limits(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+def crossed_limits(dwb: DwbParams, drive: DrivingPlugin) -> Iterator[Finding]:
     """A lower limit of DWB lies above its upper one.
 
     Why: no velocity satisfies both, and Nav2 does not check: DWB fails in every cycle or drives at
@@ -59,7 +59,7 @@ def crossed_limits(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
 
 
 @RULES.error
-def wrong_sign(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+def wrong_sign(dwb: DwbParams, drive: DrivingPlugin) -> Iterator[Finding]:
     """An acceleration of DWB is negative, or a deceleration positive.
 
     Why: the range of reachable velocities comes out upside down and nothing is sampled in it.
@@ -74,7 +74,7 @@ def wrong_sign(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
 
 
 @RULES.warning
-def no_acceleration(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+def no_acceleration(dwb: DwbParams, drive: DrivingPlugin) -> Iterator[Finding]:
     """DWB may move along an axis but not change its velocity.
 
     Why: only velocities that the robot has already are sampled: from standstill it never starts,
@@ -92,7 +92,7 @@ def no_acceleration(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
 
 
 @RULES.warning
-def capped_speed(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+def capped_speed(dwb: DwbParams, drive: DrivingPlugin) -> Iterator[Finding]:
     """max_speed_xy lies below max_vel_x.
 
     Why: max_speed_xy bounds the speed over ground, so max_vel_x is never reached.
@@ -106,7 +106,7 @@ def capped_speed(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
 
 
 @RULES.warning
-def idle_minimum(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+def idle_minimum(dwb: DwbParams, drive: DrivingPlugin) -> Iterator[Finding]:
     """Only one of min_speed_xy and min_speed_theta is set.
 
     Why: Nav2 drops a sample only if it is slower than both, and nothing is slower than 0: this
@@ -130,7 +130,7 @@ def idle_minimum(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
 
 
 @RULES.warning
-def short_reach(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+def short_reach(dwb: DwbParams, drive: DrivingPlugin) -> Iterator[Finding]:
     """sim_time x acceleration does not span DWB's speeds.
 
     Why: the samples end where the acceleration leads within sim_time: from standstill the top speed
@@ -155,7 +155,7 @@ def short_reach(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
 
 
 @RULES.warning
-def few_samples(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+def few_samples(dwb: DwbParams, drive: DrivingPlugin) -> Iterator[Finding]:
     """DWB tries an axis only at the ends of its range.
 
     Why: the robot drives at full speed or not at all and swings from one side to the other.

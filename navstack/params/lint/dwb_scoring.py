@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from navstack.params.dwb import DwbParams
 from navstack.params.lint.costmap_view import CostmapView
 from navstack.params.lint.rule import Finding, RuleGroup, above, below, decimal, whole_above
-from navstack.params.lint.subject import CONTROLLER, Drive
+from navstack.params.lint.subject import CONTROLLER, DrivingPlugin
 from navstack.params.servers import ControllerServerParams
 
 HIGHEST_SOFT_COST = 252.0  # of a cell that may still be entered
@@ -23,7 +23,7 @@ RULES = RuleGroup("DWB: trajectories and critics", CONTROLLER)
 
 @RULES.warning
 def beyond_the_plan(
-    dwb: DwbParams, local: CostmapView, drive: Drive, top_speed: float
+    dwb: DwbParams, local: CostmapView, drive: DrivingPlugin, top_speed: float
 ) -> Iterator[Finding]:
     """DWB's trajectories are longer than the piece of the plan that it is shown.
 
@@ -52,7 +52,7 @@ def beyond_the_plan(
 
 @RULES.warning
 def beyond_the_window(
-    dwb: DwbParams, local: CostmapView, drive: Drive, top_speed: float
+    dwb: DwbParams, local: CostmapView, drive: DrivingPlugin, top_speed: float
 ) -> Iterator[Finding]:
     """DWB's trajectories leave the local costmap.
 
@@ -73,7 +73,11 @@ def beyond_the_window(
 
 @RULES.warning
 def short_horizon(
-    dwb: DwbParams, braking: float, server: ControllerServerParams, drive: Drive, top_speed: float
+    dwb: DwbParams,
+    braking: float,
+    server: ControllerServerParams,
+    drive: DrivingPlugin,
+    top_speed: float,
 ) -> Iterator[Finding]:
     """The robot cannot stop within DWB's horizon.
 
@@ -91,7 +95,7 @@ def short_horizon(
 
 @RULES.warning
 def coarse_steps(
-    dwb: DwbParams, local: CostmapView, drive: Drive, top_speed: float
+    dwb: DwbParams, local: CostmapView, drive: DrivingPlugin, top_speed: float
 ) -> Iterator[Finding]:
     """DWB's scored poses are farther apart than a wall is thick.
 
@@ -115,7 +119,7 @@ def coarse_steps(
 
 
 @RULES.warning
-def no_obstacle_critic(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+def no_obstacle_critic(dwb: DwbParams, drive: DrivingPlugin) -> Iterator[Finding]:
     """No critic of DWB looks at obstacles.
 
     Why: trajectories through people and walls score as well as free ones; a scale of 0 switches a
@@ -131,7 +135,7 @@ def no_obstacle_critic(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
 
 
 @RULES.warning
-def centre_only(dwb: DwbParams, local: CostmapView, drive: Drive) -> Iterator[Finding]:
+def centre_only(dwb: DwbParams, local: CostmapView, drive: DrivingPlugin) -> Iterator[Finding]:
     """BaseObstacle is the only obstacle critic of a long or off-centre footprint.
 
     Why: it looks at the cell under the base only; corners beyond the inscribed circle hit what they
@@ -151,7 +155,9 @@ def centre_only(dwb: DwbParams, local: CostmapView, drive: Drive) -> Iterator[Fi
 
 
 @RULES.warning
-def drowned_obstacles(dwb: DwbParams, local: CostmapView, drive: Drive) -> Iterator[Finding]:
+def drowned_obstacles(
+    dwb: DwbParams, local: CostmapView, drive: DrivingPlugin
+) -> Iterator[Finding]:
     """The path critics outweigh BaseObstacle.
 
     Why: the robot cuts through inflated cells rather than leave the path by a cell: inflation has
@@ -174,7 +180,7 @@ def drowned_obstacles(dwb: DwbParams, local: CostmapView, drive: Drive) -> Itera
 
 
 @RULES.warning
-def long_nose(dwb: DwbParams, local: CostmapView, drive: Drive) -> Iterator[Finding]:
+def long_nose(dwb: DwbParams, local: CostmapView, drive: DrivingPlugin) -> Iterator[Finding]:
     """An alignment critic scores a point far ahead of the robot.
 
     Why: this point is pulled onto the path regardless of obstacles, so that the robot itself swings

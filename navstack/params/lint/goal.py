@@ -10,7 +10,7 @@ from navstack.params.checkers import SimpleGoalCheckerParams, SimpleProgressChec
 from navstack.params.dwb import DwbParams
 from navstack.params.lint.costmap_view import CostmapView
 from navstack.params.lint.rule import Finding, RuleGroup, above, decimal
-from navstack.params.lint.subject import CONTROLLER, Drive, Named, Subject
+from navstack.params.lint.subject import CONTROLLER, DrivingPlugin, Named, Subject
 from navstack.params.rotation_shim import RotationShimParams
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import ControllerServerParams
@@ -24,7 +24,7 @@ RULES = RuleGroup("Goal, progress and turning on the spot", CONTROLLER)
 
 @RULES.warning
 def stops_outside(
-    dwb: DwbParams, drive: Drive, goal_checker: Named[SimpleGoalCheckerParams]
+    dwb: DwbParams, drive: DrivingPlugin, goal_checker: Named[SimpleGoalCheckerParams]
 ) -> Iterator[Finding]:
     """DWB turns on the spot before the goal checker is satisfied.
 
@@ -89,7 +89,9 @@ def goal_below_a_cell(
 
 
 @RULES.warning
-def impatient(subject: Subject, server: ControllerServerParams, drive: Drive) -> Iterator[Finding]:
+def impatient(
+    subject: Subject, server: ControllerServerParams, drive: DrivingPlugin
+) -> Iterator[Finding]:
     """One failed control cycle aborts following.
 
     Why: a single scan in which every trajectory touches something clears the local costmap,

@@ -256,7 +256,7 @@ def _right_order(view: CostmapView) -> str:
 
 
 def _takes_robot_for_a_point(subject: Subject, view: CostmapView) -> bool:
-    """Whether whoever uses a costmap looks at the cost of the robot's centre only."""
+    """Whether the user of a costmap looks at the cost of the robot's centre only."""
     if view is subject.world:
         planners = subject.names("planner_server", "planner_plugins") or ("GridBased",)
         kinds = [

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from navstack.params.lint.costmap_view import CostmapView
 from navstack.params.lint.rule import Finding, RuleGroup, above, decimal, whole_above
-from navstack.params.lint.subject import CONTROLLER, MPPI, Drive, Subject
+from navstack.params.lint.subject import CONTROLLER, MPPI, DrivingPlugin, Subject
 from navstack.params.mppi import MppiParams
 from navstack.params.servers import ControllerServerParams
 
@@ -16,7 +16,7 @@ RULES = RuleGroup("MPPI", CONTROLLER)
 
 
 @RULES.warning
-def mppi_capped_speed(mppi: MppiParams, drive: Drive) -> Iterator[Finding]:
+def mppi_capped_speed(mppi: MppiParams, drive: DrivingPlugin) -> Iterator[Finding]:
     """MPPI's vx_std is too small for vx_max.
 
     Why: the control cost outweighs what PathFollowCritic gains: the robot never gets near vx_max,
@@ -39,7 +39,7 @@ def mppi_capped_speed(mppi: MppiParams, drive: Drive) -> Iterator[Finding]:
 
 
 @RULES.warning
-def mppi_biased_noise(mppi: MppiParams, drive: Drive) -> Iterator[Finding]:
+def mppi_biased_noise(mppi: MppiParams, drive: DrivingPlugin) -> Iterator[Finding]:
     """MPPI may brake harder than speed up, or the other way round.
 
     Why: each sample changes by no more per step, which pulls the samples towards the larger limit:
@@ -56,7 +56,7 @@ def mppi_biased_noise(mppi: MppiParams, drive: Drive) -> Iterator[Finding]:
 
 @RULES.warning
 def mppi_outruns_window(
-    subject: Subject, drive: Drive, local: CostmapView, top_speed: float
+    subject: Subject, drive: DrivingPlugin, local: CostmapView, top_speed: float
 ) -> Iterator[Finding]:
     """MPPI's horizon reaches beyond the local costmap.
 
@@ -79,7 +79,7 @@ def mppi_outruns_window(
 
 @RULES.error
 def mppi_steps_too_short(
-    subject: Subject, drive: Drive, server: ControllerServerParams
+    subject: Subject, drive: DrivingPlugin, server: ControllerServerParams
 ) -> Iterator[Finding]:
     """MPPI's model_dt is shorter than a control period.
 
@@ -98,7 +98,9 @@ def mppi_steps_too_short(
 
 
 @RULES.warning
-def mppi_no_such_layer(mppi: MppiParams, local: CostmapView, drive: Drive) -> Iterator[Finding]:
+def mppi_no_such_layer(
+    mppi: MppiParams, local: CostmapView, drive: DrivingPlugin
+) -> Iterator[Finding]:
     """A critic of MPPI names an inflation layer that the local costmap does not have.
 
     Why: costs then tell no distances: CostCritic walks along the outline of every pose, and

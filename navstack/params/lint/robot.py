@@ -8,7 +8,7 @@ from navstack.geometry import footprint_radii
 from navstack.params.dwb import DwbParams
 from navstack.params.lint.costmap_view import CostmapView
 from navstack.params.lint.rule import Finding, RuleGroup, decimal
-from navstack.params.lint.subject import CONTROLLER, Drive, RobotLimits, Subject
+from navstack.params.lint.subject import CONTROLLER, DrivingPlugin, RobotLimits, Subject
 from navstack.types import FloatArray
 
 MORE = 1.01  # a limit is exceeded by more than rounding
@@ -37,7 +37,9 @@ def faster_than_robot(subject: Subject, robot: RobotLimits, top_speed: float) ->
 
 
 @RULES.warning
-def harder_than_robot(robot: RobotLimits, dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+def harder_than_robot(
+    robot: RobotLimits, dwb: DwbParams, drive: DrivingPlugin
+) -> Iterator[Finding]:
     """DWB counts on accelerations that the robot does not have.
 
     Why: the robot brakes later and turns wider than the trajectories that were checked.

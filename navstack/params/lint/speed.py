@@ -11,7 +11,7 @@ from navstack.params.lint.subject import (
     MONITOR,
     PURSUIT,
     SMOOTHER,
-    Drive,
+    DrivingPlugin,
     Subject,
 )
 from navstack.params.safety import VelocitySmootherParams
@@ -53,7 +53,7 @@ def smoother_caps(
 
 @RULES.warning
 def smoother_is_softer(
-    subject: Subject, smoother: VelocitySmootherParams, dwb: DwbParams, drive: Drive
+    subject: Subject, smoother: VelocitySmootherParams, dwb: DwbParams, drive: DrivingPlugin
 ) -> Iterator[Finding]:
     """The velocity smoother changes speed more gently than DWB simulates.
 
@@ -210,7 +210,7 @@ def slow_controller(server: ControllerServerParams, top_speed: float) -> Iterato
 
 
 @RULES.warning
-def blind_pursuit(subject: Subject, drive: Drive) -> Iterator[Finding]:
+def blind_pursuit(subject: Subject, drive: DrivingPlugin) -> Iterator[Finding]:
     """Pure pursuit without collision detection, and no collision monitor.
 
     Why: nothing between the planner's last path and the wheels looks at obstacles.

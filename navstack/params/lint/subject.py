@@ -65,7 +65,7 @@ class RobotLimits:
 
 
 @dataclass(frozen=True, slots=True)
-class Drive:
+class DrivingPlugin:
     """The controller that follows the path: FollowPath, else the first one listed.
 
     Of a rotation shim the one below it.
@@ -152,18 +152,18 @@ class Subject:
         )
 
     @cached_property
-    def drive(self) -> Drive | None:
+    def drive(self) -> DrivingPlugin | None:
         """The controller that follows the path."""
         name = self._driving_controller
         if name is None:
             return None
         kind = self._type_of(name)
         if kind != SHIM:
-            return Drive(kind, name)
+            return DrivingPlugin(kind, name)
         below = f"{name}.primary_controller"  # a namespace of its own in Nav2 main, a type in Jazzy
         if self.value(CONTROLLER, f"{below}.plugin"):
-            return Drive(self._type_of(below), below)
-        return Drive(plugin_type(self.value(CONTROLLER, below, "")), name)
+            return DrivingPlugin(self._type_of(below), below)
+        return DrivingPlugin(plugin_type(self.value(CONTROLLER, below, "")), name)
 
     @cached_property
     def dwb(self) -> DwbParams | None:
@@ -201,7 +201,7 @@ class Subject:
     @property
     def speed_name(self) -> str:
         """The parameter that gives the top speed."""
-        drive = self.drive or Drive(DWB, "FollowPath")
+        drive = self.drive or DrivingPlugin(DWB, "FollowPath")
         return f"{drive.name}.{_SPEEDS.get(drive.type, _SPEEDS[DWB])[0]}"
 
     @cached_property

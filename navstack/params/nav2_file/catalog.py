@@ -8,15 +8,15 @@ from navstack.errors import did_you_mean
 from navstack.params.extensions import algorithms
 from navstack.params.registry import bindings, nodes
 from navstack.params.registry.bindings import nested_params
-from navstack.params.registry.block import OPEN, Block
-from navstack.params.registry.entry import Entry, Params
+from navstack.params.registry.block import OPEN, ParameterBlock
+from navstack.params.registry.entry import AlgorithmEntry, Params
 
 
 @dataclass(frozen=True)
 class Catalog:
     """Blocks by node and by plugin type, and the plugins that are available."""
 
-    families: Mapping[str, Mapping[str, Entry]]  # of Nav2 and of this program, by type
+    families: Mapping[str, Mapping[str, AlgorithmEntry]]  # of Nav2 and of this program, by type
     # those that run here, with their parameters; by family and type
     available: Mapping[str, Mapping[str, Params | None]]
 
@@ -74,7 +74,7 @@ class Catalog:
         return available or known
 
 
-def _has_own_params(family: str, entry: Entry) -> bool:
+def _has_own_params(family: str, entry: AlgorithmEntry) -> bool:
     """Whether an algorithm runs here.
 
     The parameters of this program's critics are fields of their controller's.
@@ -100,14 +100,14 @@ def node_kind(name: str) -> str | None:
     return next(iter(known), None)
 
 
-def node_block(name: str) -> Block | None:
+def node_block(name: str) -> ParameterBlock | None:
     """The block of a node by its name in the file; None for a node Nav2 does not have."""
     if name in nodes.FOREIGN_NODES:
         return OPEN
     kind = node_kind(name)
     if kind is None:
         return None
-    return nodes.NODES.get(kind, Block())
+    return nodes.NODES.get(kind, ParameterBlock())
 
 
 def node_params(name: str) -> Params | None:

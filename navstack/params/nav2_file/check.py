@@ -8,15 +8,15 @@ from navstack.params.nav2_file.findings import (
     UNKNOWN_KEY,
     Findings,
     Notice,
-    Section,
+    ParameterSection,
     Visit,
     value_of,
 )
 from navstack.params.nav2_file.hints import nearly_equal, unknown_name
-from navstack.params.nav2_file.place import Place, joined, type_of
-from navstack.params.nav2_file.ros_yaml import Entry, is_placeholder
+from navstack.params.nav2_file.place import Namespace, joined, type_of
+from navstack.params.nav2_file.ros_yaml import ParameterEntry, is_placeholder
 from navstack.params.nav2_file.values import form_notices
-from navstack.params.registry.block import OPEN, Block, PluginList
+from navstack.params.registry.block import OPEN, ParameterBlock, PluginList
 from navstack.params.registry.entry import Params
 from navstack.params.registry.kinds import wrong_kind
 from navstack.params.registry.localizers import OWN_NODE
@@ -33,7 +33,9 @@ class Checker:
         self._catalog = catalog
         self.findings = Findings()
 
-    def check_node(self, block: Block, root: Section, params: Params | None) -> Findings:
+    def check_node(
+        self, block: ParameterBlock, root: ParameterSection, params: Params | None
+    ) -> Findings:
         """Check a whole node; ``params`` is what this program reads of it."""
         if params is None and self._node != OWN_NODE:
             self.findings.ignored.append(self._node)
@@ -41,11 +43,16 @@ class Checker:
         return self.findings
 
     def _check(
-        self, block: Block, section: Section, prefix: str, params: Params | None, plugin: str = ""
+        self,
+        block: ParameterBlock,
+        section: ParameterSection,
+        prefix: str,
+        params: Params | None,
+        plugin: str = "",
     ) -> None:
         """Check a namespace, of a type of plugin or another one, and those in it."""
         read_by = () if params is None else (params,)
-        place = self._with_delegates(Place(block, section, prefix, read_by))
+        place = self._with_delegates(Namespace(block, section, prefix, read_by))
         self._note_renames(place)
         for params in place.params:
             self.findings.visits.append(Visit(place.prefix, params, plugin))
@@ -64,14 +71,14 @@ class Checker:
                 self._check_unread(f"{prefix}{key}", key, entry)
         self._check_sections(place)
 
-    def _check_unread(self, path: str, key: str, entry: Entry) -> None:
+    def _check_unread(self, path: str, key: str, entry: ParameterEntry) -> None:
         """A value that this program does not read."""
         self.findings.notices += form_notices(key, f"{self._node}: {path}", entry)
         expected = wrong_kind(key, entry.value)
         if expected and not is_placeholder(entry.value):
             self._error("bad-value", path, f"{entry.value!r} is not {expected}", entry.line)
 
-    def _check_sections(self, place: Place) -> None:
+    def _check_sections(self, place: Namespace) -> None:
         for key, plugins in place.block.plugins.items():
             for name in place.listed_names(key):
                 self._check_plugin(place, key, plugins, name)
@@ -84,13 +91,13 @@ class Checker:
             elif name not in place.all_listed:
                 self._check_unlisted(place, name, child)
 
-    def _check_plugin(self, place: Place, key: str, plugins: PluginList, name: str) -> None:
+    def _check_plugin(self, place: Namespace, key: str, plugins: PluginList, name: str) -> None:
         """A sub-namespace that a list such as controller_plugins names."""
         where = f"{place.prefix}{name}"
-        child = place.section.sections.get(name, Section())
+        child = place.section.sections.get(name, ParameterSection())
         kind = type_of(self._catalog, plugins, name, child)
         if kind is None:
-            if name not in place.section.values:  # else told as a value where a section belongs
+            if name not in place.section.values:  # else reported as a value in a section's place
                 message = f"'{key}' names it, but its '{plugins.selector}' is missing"
                 self._error("missing-plugin", where, message, child.first_line())
             return
@@ -109,7 +116,7 @@ class Checker:
         plugin = "" if plugins.name_is_type else kind
         self._check(known[kind].keys, child, f"{where}.", params, plugin)
 
-    def _params_of(self, place: Place, plugins: PluginList, kind: str) -> Params | None:
+    def _params_of(self, place: Namespace, plugins: PluginList, kind: str) -> Params | None:
         """The dataclass of a plugin: from the table, of a critic from the parent's fields."""
         if not place.params:
             return None
@@ -117,7 +124,9 @@ class Checker:
             return place.nested_params[kind]
         return self._catalog.available[plugins.family].get(kind)
 
-    def _note_unread(self, plugins: PluginList, kind: str, where: str, child: Section) -> None:
+    def _note_unread(
+        self, plugins: PluginList, kind: str, where: str, child: ParameterSection
+    ) -> None:
         """A plugin that does not run here, or that runs without parameters of its own."""
         if self._catalog.is_available(plugins.family, kind):
             known = self._catalog.families[plugins.family][kind].keys.own_keys - {plugins.selector}
@@ -130,12 +139,12 @@ class Checker:
         else:
             self._ignore(f"{where} ({kind})")
 
-    def _check_named(self, place: Place, key: str, inner: Block, name: str) -> None:
+    def _check_named(self, place: Namespace, key: str, inner: ParameterBlock, name: str) -> None:
         """A sub-namespace that a list such as observation_sources names."""
-        child = place.section.sections.get(name, Section())
+        child = place.section.sections.get(name, ParameterSection())
         self._check(inner, child, f"{place.prefix}{name}.", place.nested_params.get(key))
 
-    def _check_unlisted(self, place: Place, name: str, child: Section) -> None:
+    def _check_unlisted(self, place: Namespace, name: str, child: ParameterSection) -> None:
         """A sub-namespace that no list names.
 
         Of fixed name, left over from another setup, or unknown.
@@ -155,7 +164,9 @@ class Checker:
             self._ignore(f"{path} (no list names it)")
         self._check(left_over, child, f"{path}.", None)
 
-    def _left_over(self, place: Place, name: str, child: Section) -> Block | None:
+    def _left_over(
+        self, place: Namespace, name: str, child: ParameterSection
+    ) -> ParameterBlock | None:
         """The block of a section that Nav2 itself leaves unread because no list names it."""
         for plugins in place.block.plugins.values():
             known = self._catalog.families[plugins.family]
@@ -167,7 +178,7 @@ class Checker:
                 return inner
         return None
 
-    def _with_delegates(self, place: Place) -> Place:
+    def _with_delegates(self, place: Namespace) -> Namespace:
         """Join the plugin that shares this namespace, such as RotationShim's primary controller."""
         for key, family in place.block.delegates.items():
             entry = place.section.values.get(key)
@@ -183,8 +194,8 @@ class Checker:
         return place
 
     def _delegate(
-        self, place: Place, family: str, where: str, entry: Entry
-    ) -> tuple[Block, Params | None]:
+        self, place: Namespace, family: str, where: str, entry: ParameterEntry
+    ) -> tuple[ParameterBlock, Params | None]:
         """Block and dataclass of the delegate that an entry names; open where there is none."""
         kind = plugin_type(entry.value)
         known = self._catalog.families[family]
@@ -199,14 +210,14 @@ class Checker:
             return OPEN, None
         return known[kind].keys, self._catalog.available[family][kind]
 
-    def _require_delegate(self, place: Place, key: str) -> None:
+    def _require_delegate(self, place: Namespace, key: str) -> None:
         section = place.section.sections.get(key)
         if place.params and (section is None or "plugin" not in section.values):
             message = f"is missing; name the plugin that does the work, e.g. {EXAMPLES[key]}"
             line = place.section.first_line()
             self._error("missing-plugin", f"{place.prefix}{key}", message, line)
 
-    def _check_delegate(self, place: Place, key: str, child: Section) -> None:
+    def _check_delegate(self, place: Namespace, key: str, child: ParameterSection) -> None:
         """A delegate in a namespace of its own, as Nav2 main has it."""
         if "plugin" not in child.values:
             return  # reported as missing
@@ -214,7 +225,7 @@ class Checker:
         block, params = self._delegate(place, family, f"{prefix}plugin", child.values["plugin"])
         self._check(block, child, prefix, params)
 
-    def _note_renames(self, place: Place) -> None:
+    def _note_renames(self, place: Namespace) -> None:
         """Parameters under the name of another release.
 
         Where today's name is given, too, the other has no effect.
@@ -229,7 +240,7 @@ class Checker:
                 self.findings.renames[path] = f"{place.prefix}{name}"
                 self._warn("renamed", path, f"{what}; read as '{name}'", values[other].line)
 
-    def _unknown_value(self, place: Place, key: str, entry: Entry) -> None:
+    def _unknown_value(self, place: Namespace, key: str, entry: ParameterEntry) -> None:
         """A key that Nav2 does not have here, or the name of a section with a value of its own."""
         path, critics = f"{place.prefix}{key}", self._critics(place)
         if key in place.block.groups and key not in critics:
@@ -241,7 +252,7 @@ class Checker:
         else:
             self._unknown(place, key, entry.line)
 
-    def _unknown(self, place: Place, name: str, line: int) -> None:
+    def _unknown(self, place: Namespace, name: str, line: int) -> None:
         path, sibling = f"{place.prefix}{name}", self._sibling_with(place, name)
         if sibling:
             self._ignore(f"{path} (of {sibling})")
@@ -263,7 +274,7 @@ class Checker:
         refusal = self._catalog.refusal(family, kind)
         self._notice("unknown-plugin", where, refusal, line, is_error)
 
-    def _critics(self, place: Place) -> set[str]:
+    def _critics(self, place: Namespace) -> set[str]:
         """Names of the sub-namespaces whose name alone gives their type."""
         critics: set[str] = set()
         for plugins in place.block.plugins.values():
@@ -271,7 +282,7 @@ class Checker:
                 critics |= self._catalog.families[plugins.family].keys()
         return critics
 
-    def _sibling_with(self, place: Place, name: str) -> str:
+    def _sibling_with(self, place: Namespace, name: str) -> str:
         """Another plugin of the same family with this parameter, which the file had before."""
         kind = plugin_type(value_of(place.section.values, "plugin", ""))
         types = next((types for types in self._catalog.families.values() if kind in types), {})

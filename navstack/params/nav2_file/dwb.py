@@ -5,11 +5,13 @@ from typing import Any
 
 from navstack.params.dwb import FALLBACK_SCALES, DwbParams
 from navstack.params.nav2_file.findings import Visit, value_of
-from navstack.params.nav2_file.ros_yaml import Entry
+from navstack.params.nav2_file.ros_yaml import ParameterEntry
 from navstack.params.registry.bindings import nested_params
 
 
-def fallback_scales(entries: Mapping[str, Entry], prefix: str) -> dict[str, Entry]:
+def fallback_scales(
+    entries: Mapping[str, ParameterEntry], prefix: str
+) -> dict[str, ParameterEntry]:
     """The critics' scales that a file leaves to Nav2, on line 0; none where it names its critics.
 
     Args:
@@ -23,7 +25,7 @@ def fallback_scales(entries: Mapping[str, Entry], prefix: str) -> dict[str, Entr
         bias = value_of(entries, f"{prefix}{older}", scale)
         # anything else is reported where it stands
         if isinstance(bias, int | float) and not isinstance(bias, bool):
-            found[f"{prefix}{critic}.scale"] = Entry(float(bias), 0, 0, 0, 0)
+            found[f"{prefix}{critic}.scale"] = ParameterEntry(float(bias), 0, 0, 0, 0)
     return {name: entry for name, entry in found.items() if name not in entries}
 
 

@@ -21,7 +21,7 @@ from navstack.params.nav2_file.findings import (
     Findings,
     Notice,
     Parameters,
-    Section,
+    ParameterSection,
     Visit,
     is_told,
     value_of,
@@ -40,7 +40,7 @@ from navstack.params.nav2_file.nodes import (
 from navstack.params.nav2_file.older_forms import convert_older_forms
 from navstack.params.nav2_file.ros_yaml import (
     Document,
-    Entry,
+    ParameterEntry,
     Value,
     load_document,
     parse_document,
@@ -50,7 +50,7 @@ from navstack.params.nav2_file.sources import monitor_notices, source_notices
 from navstack.params.nav2_file.values import INTEGERS, read_values, value_notices
 from navstack.params.registry import nodes
 from navstack.params.registry.bindings import parameter_of
-from navstack.params.registry.block import Block
+from navstack.params.registry.block import ParameterBlock
 from navstack.params.registry.entry import Params
 
 T = TypeVar("T")
@@ -245,7 +245,7 @@ def parse_nav2(text: str, path: Path, catalog: Catalog, allow_unknown: bool = Fa
 
 
 def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catalog) -> Nav2File:
-    parameters: dict[str, dict[str, Entry]] = {}
+    parameters: dict[str, dict[str, ParameterEntry]] = {}
     found: dict[str, Findings] = {}
     for node in nodes_to_check(document):
         block = node_block(node)
@@ -273,10 +273,14 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
     )
 
 
-def _check_node(node: str, block: Block, entries: dict[str, Entry], catalog: Catalog) -> Findings:
+def _check_node(
+    node: str, block: ParameterBlock, entries: dict[str, ParameterEntry], catalog: Catalog
+) -> Findings:
     """Check one node, and give its parameters today's names and forms."""
     older = convert_older_forms(node, entries)
-    findings = Checker(node, catalog).check_node(block, Section.of(entries), node_params(node))
+    findings = Checker(node, catalog).check_node(
+        block, ParameterSection.of(entries), node_params(node)
+    )
     findings.notices += older
     findings.apply_renames(entries)
     for visit in findings.visits:

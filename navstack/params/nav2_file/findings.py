@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from navstack.params.nav2_file.ros_yaml import Entry, Value
+from navstack.params.nav2_file.ros_yaml import ParameterEntry, Value
 from navstack.params.registry.entry import Params
 
-Parameters = Mapping[str, Mapping[str, Entry]]  # node -> dotted name -> entry
+Parameters = Mapping[str, Mapping[str, ParameterEntry]]  # node -> dotted name -> entry
 
 UNKNOWN = "unknown-plugin"  # ids of notices
 UNKNOWN_KEY, MISSPELT = "unknown-key", "misspelt-key"
@@ -37,21 +37,21 @@ class Notice:
 
 
 @dataclass(slots=True)
-class Section:
+class ParameterSection:
     """A namespace of parameters."""
 
-    values: dict[str, Entry] = field(default_factory=dict)
-    sections: dict[str, "Section"] = field(default_factory=dict)
+    values: dict[str, ParameterEntry] = field(default_factory=dict)
+    sections: dict[str, "ParameterSection"] = field(default_factory=dict)
 
     @staticmethod
-    def of(entries: Mapping[str, Entry]) -> "Section":
+    def of(entries: Mapping[str, ParameterEntry]) -> "ParameterSection":
         """The tree of dotted names."""
-        root = Section()
+        root = ParameterSection()
         for dotted, entry in entries.items():
             *parts, name = dotted.split(".")
             section = root
             for part in parts:
-                section = section.sections.setdefault(part, Section())
+                section = section.sections.setdefault(part, ParameterSection())
             section.values[name] = entry
         return root
 
@@ -81,7 +81,7 @@ class Findings:
     # dotted name in the file -> today's dotted name
     renames: dict[str, str] = field(default_factory=dict)
 
-    def apply_renames(self, entries: dict[str, Entry]) -> None:
+    def apply_renames(self, entries: dict[str, ParameterEntry]) -> None:
         """Give parameters today's names."""
         for old, new in self.renames.items():
             entry = entries.pop(old)
@@ -100,13 +100,13 @@ def is_told(message: str, notices: Iterable[Notice]) -> bool:
     return any(f"critics: '{name}' is not available" in message for name in refused)
 
 
-def value_of(entries: Mapping[str, Entry], name: str, default: Value) -> Value:
+def value_of(entries: Mapping[str, ParameterEntry], name: str, default: Value) -> Value:
     """A parameter of a node by its dotted name."""
     return entries[name].value if name in entries else default
 
 
 def names_of(
-    entries: Mapping[str, Entry], name: str, default: Iterable[str] = ()
+    entries: Mapping[str, ParameterEntry], name: str, default: Iterable[str] = ()
 ) -> tuple[str, ...]:
     """The names in a list parameter of a node."""
     return names_in(value_of(entries, name, list(default)))

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from navstack.errors import did_you_mean
 from navstack.params.nav2_file.catalog import Catalog
 from navstack.params.registry import nodes
-from navstack.params.registry.block import Block
+from navstack.params.registry.block import ParameterBlock
 
 NEARLY_EQUAL = 0.85  # similarity from which a name is taken for a misspelt one
 MOST_HOMES = 3  # places named at most
@@ -60,7 +60,7 @@ def _homes(catalog: Catalog, name: str) -> Iterator[str]:
             yield from _homes_in(kind, entry.keys, name)
 
 
-def _homes_in(where: str, block: Block, name: str) -> Iterator[str]:
+def _homes_in(where: str, block: ParameterBlock, name: str) -> Iterator[str]:
     if name in block.own_keys or name in block.groups:
         yield where
     for group, inner in block.groups.items():

@@ -14,7 +14,7 @@ from navstack.params.nav2_file.findings import (
     Parameters,
 )
 from navstack.params.nav2_file.hints import nearly_equal
-from navstack.params.nav2_file.ros_yaml import Document, Entry, NodeText
+from navstack.params.nav2_file.ros_yaml import Document, NodeText, ParameterEntry
 from navstack.params.registry import bindings, nodes
 from navstack.params.registry.block import OPEN
 
@@ -62,9 +62,9 @@ def sections_of(document: Document, node: str) -> list[NodeText]:
     ]
 
 
-def entries_of(document: Document, node: str) -> dict[str, Entry]:
+def entries_of(document: Document, node: str) -> dict[str, ParameterEntry]:
     """The parameters that a file sets for a node."""
-    entries: dict[str, Entry] = {}
+    entries: dict[str, ParameterEntry] = {}
     for text in sections_of(document, node):
         entries |= text.entries
     return entries

@@ -5,7 +5,7 @@ from dataclasses import replace
 from navstack.params.collision_monitor import FEWEST_VERTICES
 from navstack.params.nav2_file.findings import Notice, names_in, names_of
 from navstack.params.nav2_file.nodes import COSTMAPS, MONITOR
-from navstack.params.nav2_file.ros_yaml import Entry, Value
+from navstack.params.nav2_file.ros_yaml import ParameterEntry, Value
 
 TRIANGLE = 3  # vertices that a footprint has at least
 # node -> Eloquent's list of names, its list of types, today's list
@@ -17,7 +17,7 @@ _LISTS = {
 }
 
 
-def convert_older_forms(node: str, entries: dict[str, Entry]) -> list[Notice]:
+def convert_older_forms(node: str, entries: dict[str, ParameterEntry]) -> list[Notice]:
     """Change a node's parameters to today's forms; a notice of each change."""
     notices = []
     if node in _LISTS:
@@ -36,7 +36,7 @@ def convert_older_forms(node: str, entries: dict[str, Entry]) -> list[Notice]:
 
 
 def _convert_plugins(
-    node: str, entries: dict[str, Entry], ids: str, types: str, today: str
+    node: str, entries: dict[str, ParameterEntry], ids: str, types: str, today: str
 ) -> list[Notice]:
     """Turn both lists of Eloquent into today's one, and the types into parameters of the names.
 
@@ -56,7 +56,7 @@ def _convert_plugins(
 
 
 def _convert_polygon(
-    node: str, entries: dict[str, Entry], name: str, fewest: int, message: str
+    node: str, entries: dict[str, ParameterEntry], name: str, fewest: int, message: str
 ) -> list[Notice]:
     """Turn a polygon that is a list into a text."""
     entry = entries.get(name)

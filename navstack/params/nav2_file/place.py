@@ -4,22 +4,22 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 
 from navstack.params.nav2_file.catalog import Catalog, plugin_type
-from navstack.params.nav2_file.findings import Section, names_in, value_of
+from navstack.params.nav2_file.findings import ParameterSection, names_in, value_of
 from navstack.params.nav2_file.hints import nearly_equal
 from navstack.params.registry.bindings import NO_EFFECT, ONLY_WITHOUT, field_names, nested_params
-from navstack.params.registry.block import Block, PluginList
+from navstack.params.registry.block import ParameterBlock, PluginList
 from navstack.params.registry.entry import Params
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class Namespace:
     """A namespace, what Nav2 declares there, and the dataclasses that read it.
 
     Without a dataclass all of it is ignored.
     """
 
-    block: Block
-    section: Section
+    block: ParameterBlock
+    section: ParameterSection
     prefix: str
     params: tuple[Params, ...]
 
@@ -79,7 +79,9 @@ class Place:
         return {name for key in lists for name in self.listed_names(key)}
 
 
-def type_of(catalog: Catalog, plugins: PluginList, name: str, child: Section) -> str | None:
+def type_of(
+    catalog: Catalog, plugins: PluginList, name: str, child: ParameterSection
+) -> str | None:
     """The type of a plugin: as given, Nav2's default for its name, or None."""
     if plugins.name_is_type:
         critic = value_of(child.values, plugins.selector, name)
@@ -89,6 +91,8 @@ def type_of(catalog: Catalog, plugins: PluginList, name: str, child: Section) ->
     return plugins.defaults.get(name)
 
 
-def joined(block: Block, other: Block) -> Block:
+def joined(block: ParameterBlock, other: ParameterBlock) -> ParameterBlock:
     """A block with the parameters of both."""
-    return Block(*(getattr(block, each.name) | getattr(other, each.name) for each in fields(Block)))
+    return ParameterBlock(
+        *(getattr(block, each.name) | getattr(other, each.name) for each in fields(ParameterBlock))
+    )

@@ -66,7 +66,7 @@ def _integer(text: str) -> int | float:
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class ParameterEntry:
     """One parameter of a file."""
 
     value: Value
@@ -81,7 +81,7 @@ class NodeText:
     """What a file says about one node."""
 
     path: tuple[str, ...]  # namespaces and name, as nested in the file
-    entries: dict[str, Entry]  # by dotted name
+    entries: dict[str, ParameterEntry]  # by dotted name
     line: int
     mapping: MappingNode | None  # below ros__parameters; None: nothing there
 
@@ -162,7 +162,7 @@ class _Reader:
             raise ParameterError(
                 f"{self._where}: line {line}: {PARAMETERS} stands without a node name above it"
             )
-        entries: dict[str, Entry] = {}
+        entries: dict[str, ParameterEntry] = {}
         mapping = None
         if isinstance(value, MappingNode):
             mapping = value
@@ -178,7 +178,7 @@ class _Reader:
         self._document.nodes.append(NodeText(path, entries, line, mapping))
 
     def _flatten(
-        self, prefix: str, mapping: MappingNode, entries: dict[str, Entry], node: str
+        self, prefix: str, mapping: MappingNode, entries: dict[str, ParameterEntry], node: str
     ) -> None:
         for name, key, value in self._pairs(mapping, f"{node}: {prefix}"):
             dotted, line = f"{prefix}{name}", key.start_mark.line + 1
@@ -197,7 +197,7 @@ class _Reader:
                     start = key.end_mark.index + 1
                 read = self._value(value, f"{node}: {dotted}")
                 end = end_index(value, self._document.text)
-                entries[dotted] = Entry(read, line, start, end, key.end_mark.index)
+                entries[dotted] = ParameterEntry(read, line, start, end, key.end_mark.index)
 
     def _pairs(self, mapping: MappingNode, prefix: str) -> Iterator[tuple[str, ScalarNode, Node]]:
         """The last occurrence of each key of a mapping, merge keys resolved.

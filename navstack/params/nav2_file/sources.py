@@ -8,7 +8,7 @@ from navstack.params.nav2_file.findings import Notice, Parameters, names_of, val
 from navstack.params.nav2_file.nodes import COSTMAPS, MONITOR
 from navstack.params.registry.nodes import DEFAULT_LAYERS
 
-OBSTACLE_LAYER = "nav2_costmap_2d::ObstacleLayer"  # a VoxelLayer is told as a whole
+OBSTACLE_LAYER = "nav2_costmap_2d::ObstacleLayer"  # a VoxelLayer has a notice of its own
 
 
 def source_notices(parameters: Parameters) -> list[Notice]:

@@ -12,7 +12,7 @@ from navstack.errors import InputError, ParameterError
 from navstack.params.costmap import CHOICES, WITHOUT_LAYERS, CostmapParams
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.findings import Notice, Visit
-from navstack.params.nav2_file.ros_yaml import Entry, Value, is_placeholder
+from navstack.params.nav2_file.ros_yaml import ParameterEntry, Value, is_placeholder
 from navstack.params.registry.bindings import parameter_of
 from navstack.params.registry.kinds import DECIMALS, WHOLE_NUMBERS
 
@@ -35,7 +35,7 @@ ENDLESS = ("_range", "_height", "path_length_tolerance")
 
 
 def read_values(
-    cls: type[T], entries: Mapping[str, Entry], prefix: str, given: Mapping[str, Any]
+    cls: type[T], entries: Mapping[str, ParameterEntry], prefix: str, given: Mapping[str, Any]
 ) -> T:
     """Fill a dataclass from the parameters below a dotted prefix (ending in a dot, or empty).
 
@@ -82,7 +82,9 @@ def _made(cls: type[T], values: Mapping[str, Any], prefix: str) -> T:
     return made
 
 
-def value_notices(node: str, entries: Mapping[str, Entry], visits: Iterable[Visit]) -> list[Notice]:
+def value_notices(
+    node: str, entries: Mapping[str, ParameterEntry], visits: Iterable[Visit]
+) -> list[Notice]:
     """Values of the wrong kind or out of range, and numbers of a form that Nav2 refuses."""
     notices: list[Notice] = []
     for visit in visits:
@@ -97,7 +99,7 @@ def value_notices(node: str, entries: Mapping[str, Entry], visits: Iterable[Visi
     return notices
 
 
-def _mistakes(entries: Mapping[str, Entry], visit: Visit) -> list[tuple[str, str, int]]:
+def _mistakes(entries: Mapping[str, ParameterEntry], visit: Visit) -> list[tuple[str, str, int]]:
     """Path, reason and line of each value for which a dataclass cannot be read."""
     given = WITHOUT_LAYERS if visit.params is CostmapParams else {}
     try:
@@ -112,7 +114,7 @@ def _mistakes(entries: Mapping[str, Entry], visit: Visit) -> list[tuple[str, str
     return []
 
 
-def _warnings_of(name: str, kind: Any, path: str, entry: Entry) -> Iterator[Notice]:
+def _warnings_of(name: str, kind: Any, path: str, entry: ParameterEntry) -> Iterator[Notice]:
     """What to say of a value that can be read."""
     if name in INTEGERS and isinstance(entry.value, float):
         yield _decimal_number(path, entry)
@@ -128,7 +130,7 @@ def _warnings_of(name: str, kind: Any, path: str, entry: Entry) -> Iterator[Noti
         yield Notice("placeholder", path, message, "write true or false", entry.line)
 
 
-def form_notices(name: str, path: str, entry: Entry) -> list[Notice]:
+def form_notices(name: str, path: str, entry: ParameterEntry) -> list[Notice]:
     """The same for a parameter that this program does not read.
 
     Nothing where its name does not tell its form.
@@ -140,12 +142,12 @@ def form_notices(name: str, path: str, entry: Entry) -> list[Notice]:
     return []
 
 
-def _whole_number(path: str, entry: Entry) -> Notice:
+def _whole_number(path: str, entry: ParameterEntry) -> Notice:
     message = f"{_shown(entry.value)} has no decimal point, and Nav2 refuses a whole number here"
     return Notice("whole-number", path, message, "write 1.0 instead of 1", entry.line)
 
 
-def _decimal_number(path: str, entry: Entry) -> Notice:
+def _decimal_number(path: str, entry: ParameterEntry) -> Notice:
     message = f"{_shown(entry.value)} has a decimal point, and Nav2 refuses a decimal number here"
     return Notice("decimal-number", path, message, "write 3 instead of 3.0", entry.line)
 
@@ -188,7 +190,7 @@ def _read_fields(cls: type[Any], given: Mapping[str, Any]) -> Iterator[tuple[str
             yield name, hints[name]
 
 
-def _field_value(name: str, kind: Any, entry: Entry, prefix: str) -> Any:
+def _field_value(name: str, kind: Any, entry: ParameterEntry, prefix: str) -> Any:
     if name in LISTS_ONLY and isinstance(entry.value, str):
         raise _WrongKindError(f"{prefix}{name}", f"{_shown(entry.value)} is not a list", entry.line)
     value = entry.value
@@ -197,7 +199,7 @@ def _field_value(name: str, kind: Any, entry: Entry, prefix: str) -> Any:
     return _convert(kind, value, f"{prefix}{name}", entry.line)
 
 
-def _is_left_open(kind: Any, entry: Entry) -> bool:
+def _is_left_open(kind: Any, entry: ParameterEntry) -> bool:
     """Whether a switch is a placeholder, as in Nav2's own files of Rolling."""
     return kind is bool and is_placeholder(entry.value)
 

@@ -21,15 +21,17 @@ class PluginList:
 
 
 @dataclass(frozen=True)
-class Block:
+class ParameterBlock:
     """The parameters that Nav2 declares in one namespace, of any release from Foxy to Rolling."""
 
     keys: frozenset[str] = frozenset()
-    groups: Mapping[str, "Block"] = field(default_factory=dict)  # sub-namespaces of fixed name
+    groups: Mapping[str, "ParameterBlock"] = field(
+        default_factory=dict
+    )  # sub-namespaces of fixed name
     # list parameter -> what it names
     plugins: Mapping[str, PluginList] = field(default_factory=dict)
     # list parameter -> block of each named sub-namespace
-    named: Mapping[str, "Block"] = field(default_factory=dict)
+    named: Mapping[str, "ParameterBlock"] = field(default_factory=dict)
     # older name -> today's name, same meaning
     renamed: Mapping[str, str] = field(default_factory=dict)
     # name of a later release -> Jazzy's name, same meaning
@@ -49,4 +51,4 @@ class Block:
         return self.keys | self.structure_keys
 
 
-OPEN = Block(is_open=True)
+OPEN = ParameterBlock(is_open=True)

@@ -5,7 +5,7 @@ from navstack.params.expected_cost import ExpectedCostParams
 from navstack.params.graceful import GracefulParams
 from navstack.params.mpc import MpcParams
 from navstack.params.mppi import MppiParams
-from navstack.params.registry.entry import Entry, Params
+from navstack.params.registry.entry import AlgorithmEntry, Params
 from navstack.params.registry.nav2 import family
 from navstack.params.rotation_shim import RotationShimParams
 from navstack.params.rpp import RppParams
@@ -28,7 +28,7 @@ _DWB_CRITICS = {  # name -> module of its class
 DWB_CRITICS = family(
     "dwb_critics",
     {
-        name: Entry(
+        name: AlgorithmEntry(
             make=f"navstack.control.dwb.critics.{module}:{name}Critic",
             needs=("dwb",),
             kernels=_CONTACT if name == "ExpectedContact" else (),
@@ -54,7 +54,7 @@ _MPPI_CRITICS: dict[str, tuple[str, tuple[str, ...]]] = {  # class -> its module
 MPPI_CRITICS = family(
     "mppi_critics",
     {
-        name: Entry(
+        name: AlgorithmEntry(
             make=f"navstack.control.mppi.{module}:{name}",
             needs=needs,
             kernels=_CONTACT if name == "ExpectedContactCritic" else (),
@@ -69,13 +69,15 @@ _CONTROL = ("footprint", "control_frequency", "xy_goal_tolerance")
 
 def _controller(
     make: str, params: Params, kernels: str, needs: tuple[str, ...] = _CONTROL
-) -> Entry:
+) -> AlgorithmEntry:
     """A controller of ``navstack.control``.
 
     ``kernels``: modules of ``navstack``, with blanks between.
     """
     modules = tuple(f"navstack.{module}" for module in kernels.split())
-    return Entry(make=f"navstack.control.{make}", params=params, needs=needs, kernels=modules)
+    return AlgorithmEntry(
+        make=f"navstack.control.{make}", params=params, needs=needs, kernels=modules
+    )
 
 
 CONTROLLERS = family(

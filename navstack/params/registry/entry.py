@@ -5,19 +5,19 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-from navstack.params.registry.block import Block
+from navstack.params.registry.block import ParameterBlock
 
 Params = type[Any]  # a frozen dataclass whose fields are named like the parameters
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class AlgorithmEntry:
     """An algorithm by its type in a Nav2 file.
 
     One without ``make`` and ``params`` is Nav2's and not available here.
     """
 
-    keys: Block = Block()  # what Nav2 declares, in any release
+    keys: ParameterBlock = ParameterBlock()  # what Nav2 declares, in any release
     # "module:name", imported when it is asked for; empty for a layer
     make: str | Callable[..., Any] = ""
     params: Params | None = None  # None: it has none
@@ -40,4 +40,4 @@ class Entry:
         return make(*given, *(parts[name] for name in self.needs))
 
 
-Family = Mapping[str, Entry]
+Family = Mapping[str, AlgorithmEntry]

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from navstack.params.registry.entry import Entry
+from navstack.params.registry.entry import AlgorithmEntry
 
 ODOMETRY, IMU, FIX, SCAN = INPUTS = ("odometry", "imu", "fix", "scan")
 OWN_NODE = "localizer"  # of a Nav2 file, for the parameters of a localizer of another package
@@ -16,7 +16,7 @@ _EKF_KERNELS = ("navstack.localization.gps_ekf_kernels",)
 
 
 @dataclass(frozen=True, slots=True)
-class LocalizerEntry(Entry):
+class LocalizerEntry(AlgorithmEntry):
     """A localizer; ``make`` takes the parameters of each of its nodes, then what it needs."""
 
     nodes: tuple[str, ...] = ()  # of a Nav2 file

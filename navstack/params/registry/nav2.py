@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from navstack.params.registry.bindings import CRITICS, nested_params, parameters
-from navstack.params.registry.block import Block, PluginList, words
-from navstack.params.registry.entry import Entry, Family, Params
+from navstack.params.registry.block import ParameterBlock, PluginList, words
+from navstack.params.registry.entry import AlgorithmEntry, Family, Params
 
 NAV2 = tomllib.loads(Path(__file__).with_name("nav2.toml").read_text(encoding="utf-8"))
 # parameter that gives a plugin's type, if not "plugin"
 _SELECTORS = {"dwb_critics": "class", "mppi_critics": ""}
 
 
-def family(name: str, here: Mapping[str, Entry]) -> Family:
+def family(name: str, here: Mapping[str, AlgorithmEntry]) -> Family:
     """A family of algorithms: those that Nav2 declares, then this program's own.
 
     Args:
@@ -31,14 +31,14 @@ def family(name: str, here: Mapping[str, Entry]) -> Family:
     selector = words(_SELECTORS.get(name, "plugin"))
     return {
         kind: replace(
-            here.get(kind, Entry()),
+            here.get(kind, AlgorithmEntry()),
             keys=block if block.is_open else replace(block, keys=block.keys | selector),
         )
         for kind, block in declared.items()
     }
 
 
-def blocks(tables: Mapping[str, Any], read: Mapping[str, Params]) -> dict[str, Block]:
+def blocks(tables: Mapping[str, Any], read: Mapping[str, Params]) -> dict[str, ParameterBlock]:
     """The blocks of tables that stand beside each other, by name.
 
     ``read`` are the dataclasses that read them.
@@ -49,7 +49,7 @@ def blocks(tables: Mapping[str, Any], read: Mapping[str, Params]) -> dict[str, B
     }
 
 
-def block_of(table: Mapping[str, Any], params: Params | None = None) -> Block:
+def block_of(table: Mapping[str, Any], params: Params | None = None) -> ParameterBlock:
     """The block of a table, with the parameters of the dataclass that reads it."""
     given = {key: value for key, value in table.items() if key != "as_in"}
     nested: Mapping[str, Params] = {}
@@ -58,7 +58,7 @@ def block_of(table: Mapping[str, Any], params: Params | None = None) -> Block:
         nested = nested_params(params)
         if "keys" not in given:
             own = parameters(params)
-    return Block(
+    return ParameterBlock(
         keys=own | words(given.pop("keys", "")) | words(given.pop("unread", "")),
         groups=blocks(given.pop("groups", {}), nested),
         named=blocks(given.pop("named", {}), nested),

@@ -9,7 +9,7 @@ from navstack.params.checkers import (
     SimpleProgressCheckerParams,
     StoppedGoalCheckerParams,
 )
-from navstack.params.registry.entry import Entry, Family, Params
+from navstack.params.registry.entry import AlgorithmEntry, Family, Params
 from navstack.params.registry.nav2 import family
 from navstack.params.servers import DriveParams
 
@@ -17,7 +17,9 @@ from navstack.params.servers import DriveParams
 def _checkers(kind: str, params: Mapping[str, Params]) -> Family:
     """The goal or progress checkers, by class; their module is named after the kind."""
     here = {
-        f"nav2_controller::{name}": Entry(make=f"navstack.control.{kind}:{name}", params=each)
+        f"nav2_controller::{name}": AlgorithmEntry(
+            make=f"navstack.control.{kind}:{name}", params=each
+        )
         for name, each in params.items()
     }
     return family(f"{kind}s", here)
@@ -43,11 +45,13 @@ PROGRESS_CHECKERS = _checkers(
 BEHAVIORS = family(
     "behaviors",
     {
-        "nav2_behaviors::Spin": Entry(make="navstack.behaviors.spin:Spin"),
-        "nav2_behaviors::BackUp": Entry(make="navstack.behaviors.drive:BackUp", params=DriveParams),
-        "nav2_behaviors::DriveOnHeading": Entry(
+        "nav2_behaviors::Spin": AlgorithmEntry(make="navstack.behaviors.spin:Spin"),
+        "nav2_behaviors::BackUp": AlgorithmEntry(
+            make="navstack.behaviors.drive:BackUp", params=DriveParams
+        ),
+        "nav2_behaviors::DriveOnHeading": AlgorithmEntry(
             make="navstack.behaviors.drive:DriveOnHeading", params=DriveParams
         ),
-        "nav2_behaviors::Wait": Entry(make="navstack.behaviors.wait:Wait"),
+        "nav2_behaviors::Wait": AlgorithmEntry(make="navstack.behaviors.wait:Wait"),
     },
 )
