@@ -1,7 +1,4 @@
-"""What drives a stack in a world, or sees for whoever does.
-
-Its localizer, its maps, its navigator.
-"""
+"""The navigator of a stack in a world, or the senses of its policy."""
 
 import dataclasses
 import math
@@ -57,11 +54,10 @@ def steps_per_tick(nav2: Nav2File, rate: float) -> int:
 
 
 def delivery_prices(prices: Prices, rules: Rules, counted_impulse: float) -> DeliveryPrices:
-    """What a controller that minimises dollars is told of a study.
+    """The prices of a study for a controller that minimises dollars.
 
-    Contacts count from ``counted_impulse`` [N s] on.
-
-    Who walks on whatever he hits changes the robot's velocity by the closing speed.
+    Contacts count from ``counted_impulse`` [N s] on. A person who walks on changes the robot's
+    velocity by the closing speed.
     """
     counted_speed = counted_impulse / prices.robot_mass.value
     return DeliveryPrices(

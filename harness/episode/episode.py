@@ -57,7 +57,7 @@ class RunningDelivery:
 
         Args:
             task: the delivery.
-            make_brain: what drives it, or senses for whoever does.
+            make_brain: what drives it, or senses for an external driver.
             world: one of its own, of :meth:`Parts.new_world`, so that several can be under way in a
                 process; None: the process's.
 
@@ -92,10 +92,7 @@ class RunningDelivery:
         return self.parts.rules.judge(self.world.truth, self.mission.goal)
 
     def drive(self, command: Twist2D) -> Observation:
-        """Drive a tick by a command, which ``brain`` gave or whoever else.
-
-        Returns what the sensors delivered.
-        """
+        """Drive a tick by a command; returns what the sensors delivered."""
         self._command = command
         self._decisions.record(self.brain)
         self._replay.record(self.world.truth, self.observation, self.brain, command)

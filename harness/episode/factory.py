@@ -144,7 +144,7 @@ class Parts:
         return _world(*self._world_key())
 
     def new_world(self) -> PyBulletWorld:
-        """A world of its own, to be reset, and to be closed by whoever asked for it."""
+        """A world of its own, to be reset, and to be closed by the caller."""
         return _make_world(*self._world_key())
 
     def _world_key(self) -> tuple[str, str, str, str, int | None, str | None, int]:

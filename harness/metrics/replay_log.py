@@ -102,18 +102,35 @@ class ReplayLog:
         self._trace.append(
             (
                 truth.stamp,
-                *(pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z),
-                *(believed.x, believed.y, believed.yaw, command.linear_x, command.angular_z),
+                pose.x,
+                pose.y,
+                pose.yaw,
+                twist.linear_x,
+                twist.angular_z,
+                believed.x,
+                believed.y,
+                believed.yaw,
+                command.linear_x,
+                command.angular_z,
             )
         )
         self._crowd.append(truth.pedestrians[:, :2].copy())
         pose, twist, covariance = odometry.pose, odometry.twist, belief.covariance
+        pieces_lost = 0
+        if truth.cargo:
+            pieces_lost = truth.cargo.pieces_outside
         self._rows.append(
             (
-                truth.cargo.pieces_outside if truth.cargo else 0,
+                pieces_lost,
                 truth.motion_energy,
-                *(pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z),
-                *(covariance[0, 0], covariance[0, 1], covariance[1, 1]),
+                pose.x,
+                pose.y,
+                pose.yaw,
+                twist.linear_x,
+                twist.angular_z,
+                covariance[0, 0],
+                covariance[0, 1],
+                covariance[1, 1],
             )
         )
         self._tracks.append(brain.tracks)

@@ -12,10 +12,7 @@ from navstack.types import Belief, FloatArray, Generators, Observation, Path, Po
 
 
 class SteeredBrain(Brain):
-    """Senses, and holds the command that somebody gives.
-
-    A policy, or whoever steps an environment.
-    """
+    """Senses, and holds the command of a policy or of an environment's user."""
 
     def __init__(self, senses: Senses, rate: float) -> None:
         """Stand.

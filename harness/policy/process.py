@@ -15,7 +15,7 @@ from navstack.types import FloatArray
 
 # unless the user says otherwise
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-PATIENCE = 5.0  # [s] for a process to end that was told to
+PATIENCE = 5.0  # [s] for a process to end
 
 
 class PolicyProcess:

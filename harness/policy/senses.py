@@ -76,7 +76,7 @@ class Senses:
         Args:
             localizer: the stack's.
             make_route: plans from a pose to another one.
-            people: where they truly are; None: the policy is not told.
+            people: where they truly are; None: the policy does not see them.
             look: takes a picture; None: there is no camera.
         """
         self._localizer = localizer

@@ -74,7 +74,7 @@ def serve(connection: "Connection[Any, Any]") -> None:
             else:
                 answer = answer_of(policy, given)
             connection.send((True, answer))
-        except Exception as error:  # whatever the user's code raises is told
+        except Exception as error:  # whatever the user's code raises
             connection.send((False, f"{type(error).__name__}: {error}"))
 
 

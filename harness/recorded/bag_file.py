@@ -50,7 +50,7 @@ class BagFile(ABC):
         self.damage: str | None = None  # one line: where the file broke off
 
     def scan(self) -> None:
-        """Find the topics and messages; what cannot be read is told by ``damage``.
+        """Find the topics and messages; ``damage`` says what cannot be read.
 
         Raises:
             BagError: it is no such file, or holds too much.

@@ -1,7 +1,4 @@
-"""Writes ROS 2 messages into an MCAP file, as ``ros2 bag record -s mcap`` does.
-
-Made of plain mappings.
-"""
+"""Writes ROS 2 messages into an MCAP file, as ``ros2 bag record -s mcap`` does."""
 
 import tempfile
 from collections.abc import Mapping
@@ -39,7 +36,7 @@ LATCHED = Qos(
     liveliness=QosLiveliness.AUTOMATIC,
     liveliness_lease_duration=NEVER,
     avoid_ros_namespace_conventions=False,
-)  # whoever listens later gets the last message, as from map_server
+)  # late subscribers get the last message, as from map_server
 NUMBERS = {"bool": np.bool_, "byte": np.uint8, "char": np.uint8} | {
     kind: np.dtype(kind).type
     for kind in (

@@ -106,10 +106,7 @@ def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -
 
 
 def _upright(up: FloatArray) -> FloatArray:
-    """The vertical (3,) in the base frame.
-
-    A unit that turns it over has other axes than REP 103, and tells nothing.
-    """
+    """The vertical (3,) in the base frame; a unit with other axes than REP 103 is ignored."""
     if up[2] > _UPRIGHT:
         return up
     return np.array((0.0, 0.0, 1.0))

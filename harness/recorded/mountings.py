@@ -1,7 +1,7 @@
 """Where the sensors are on the robot: from ``tf_static``, ``tf`` or the user."""
 
 import math
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -124,19 +124,17 @@ class Mountings:
 
     def find(self, base: str, frame: str) -> tuple[Transform, bool] | None:
         """Where a frame stands in the base frame, and whether that changes; None: nobody knows."""
-        neighbours: dict[str, list[tuple[str, Transform, bool]]] = {}
+        neighbours: defaultdict[str, list[tuple[str, Transform, bool]]] = defaultdict(list)
         for child, edge in self._edges.items():
-            neighbours.setdefault(edge.parent, []).append((child, edge.transform, edge.moves))
-            neighbours.setdefault(child, []).append(
-                (edge.parent, edge.transform.inverse, edge.moves)
-            )
+            neighbours[edge.parent].append((child, edge.transform, edge.moves))
+            neighbours[child].append((edge.parent, edge.transform.inverse, edge.moves))
         waiting = deque([(base, IDENTITY, False)])
         seen = {base}
         while waiting:
             here, transform, moves = waiting.popleft()
             if here == frame:
                 return transform, moves
-            for there, step, step_moves in neighbours.get(here, ()):
+            for there, step, step_moves in neighbours[here]:
                 if there not in seen:
                     seen.add(there)
                     waiting.append((there, transform @ step, moves or step_moves))

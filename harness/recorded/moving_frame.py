@@ -15,7 +15,7 @@ Edge = tuple[str, str]  # names of parent and child as the transforms spell them
 
 
 def odometry_edge(message: Any) -> Edge | None:
-    """Frames between which a ``tf2_msgs/TFMessage`` tells odometry; None: it does not."""
+    """Frames between which a ``tf2_msgs/TFMessage`` has odometry; None: it has none."""
     for stamped in message.transforms:
         parent = stamped.header.frame_id
         if frame_name(parent).rsplit("/", 1)[-1] in ODOMETRY_FRAMES:
@@ -27,7 +27,7 @@ class MovingFrame:
     """Odometry from the transform between two frames; velocities from one time to the next.
 
     As in robot_localization's differential mode, the first pose only begins, and the velocity after
-    a gap is the mean one over it. What is not newer than the last tells no velocity and is passed
+    a gap is the mean one over it. What is not newer than the last gives no velocity and is passed
     over.
     """
 

@@ -18,7 +18,7 @@ from navstack.types import GpsFix, Imu, LaserScan, Odometry, Pose2D
 
 # of a laser's plane, beyond which it is worth a word that it is taken as level
 _SLANTED = math.radians(10.0)
-_WEIGHED = 100  # messages of an inertial unit whose mean tells where is up
+_WEIGHED = 100  # messages of an inertial unit whose mean gives the vertical
 _GRAVITY = (7.0, 12.5)  # [m/s2] norm of a mean that is gravity
 _UPRIGHT = math.radians(30.0)  # from the z axis at which gravity may be found
 
@@ -43,7 +43,7 @@ class Receiver:
         Args:
             mountings: where the sensors are.
             base_frame: that they are mounted on; None: the odometry's, or one with a usual name.
-            odometry_frame: whose motion the odometry tells; None: there is no odometry.
+            odometry_frame: that the odometry is of; None: there is no odometry.
             frame: for fixes; None: such that the first fix stands where the robot is believed to
                 be.
             heading: [rad] of the map's x axis, counter-clockwise from east.

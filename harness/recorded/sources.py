@@ -31,7 +31,7 @@ class Choice:
 
     topics: dict[str, str]  # by type of message: those that go to the localizer
     reference: str | None = None  # of the poses to compare with
-    # frames between which the odometry is told, where its topic is one of transforms
+    # frames of the odometry where its topic is one of transforms
     edge: Edge | None = None
 
     @property
@@ -69,7 +69,7 @@ def choose(localizer: str, topics: Topics, bag: Bag, reference: str | None) -> C
 
 
 def _moving_frame(bag: Bag, topics: Topics) -> tuple[str, Edge] | None:
-    """A topic of transforms that tells odometry, and between which frames."""
+    """A topic of transforms that has odometry, and between which frames."""
     for name in (name for name, is_static in topics.transforms() if not is_static):
         for _, message in first_messages(bag, name, MOST_TRANSFORMS):
             if (edge := odometry_edge(message)) is not None:
@@ -78,7 +78,7 @@ def _moving_frame(bag: Bag, topics: Topics) -> tuple[str, Edge] | None:
 
 
 def odometry_frame(bag: Bag, choice: Choice) -> str | None:
-    """The frame whose motion the odometry tells; None: there is no odometry."""
+    """The frame that the odometry is of; None: there is no odometry."""
     if choice.edge is not None:
         return choice.edge[1]
     if ODOMETRY not in choice.topics:

@@ -16,7 +16,7 @@ from navstack.params.nav2_file.file import Nav2File
 from navstack.types import Belief, Pose2D
 
 FARTHEST = 1e7  # [m]
-ANY_HEADING = np.diag((1.0, 1.0, math.pi**2 / 3.0))  # [m2, m2, rad2] of a start that nobody tells
+ANY_HEADING = np.diag((1.0, 1.0, math.pi**2 / 3.0))  # [m2, m2, rad2] of an unknown start
 
 
 def start_belief(given: str | None, nav2: Nav2File, localizer: str) -> Belief | None:
@@ -29,7 +29,7 @@ def start_belief(given: str | None, nav2: Nav2File, localizer: str) -> Belief | 
 
     Returns:
         The belief; without deviations its covariance is 0, for which each localizer has a default.
-        None: nobody says.
+        None: it is unknown.
 
     Raises:
         InputError: what the user or the file gives is no pose.

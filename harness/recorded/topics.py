@@ -105,11 +105,14 @@ class Topics:
         names = sorted(name for name, its in self._types.items() if its == kind)
         names = [name for name in names if self._counts[name] > 0] or names[:1]
         names = [name for name in names if name != apart_from] or names
-        if len(names) <= 1:
-            return names[0] if names else None
-        for candidates in (
-            [n for n in names if n == u] or [n for n in names if n.endswith(u)] for u in usual
-        ):
+        if not names:
+            return None
+        if len(names) == 1:
+            return names[0]
+        for ending in usual:
+            if ending in names:
+                return ending
+            candidates = [name for name in names if name.endswith(ending)]
             if len(candidates) == 1:
                 return candidates[0]
         shown = ", ".join(names[:20])

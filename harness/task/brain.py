@@ -10,10 +10,7 @@ from navstack.types import Belief, Generators, Observation, Path, Pose2D, Track,
 
 
 class Brain(Protocol):
-    """What drives.
-
-    Whoever inherits from it stands, and has nothing to tell, but for what it says itself.
-    """
+    """What drives. The defaults are those of a robot that stands and reports nothing."""
 
     @property
     def belief(self) -> Belief | None:

@@ -95,14 +95,14 @@ class MissionSampler:
         if len(self._cells) < 2:
             raise MapError(
                 f"map has no room to draw missions: nowhere {CLEARANCE} m of clearance to what is "
-                "not walkable; "
-                "give --start and --goal"
+                "not walkable; give --start and --goal"
             )
         for _ in range(_MOST_BATCHES):
             starts = self._anywhere(rng)
-            goals = (
-                self._around(starts, rng) if self._sampling == "published" else self._anywhere(rng)
-            )
+            if self._sampling == "published":
+                goals = self._around(starts, rng)
+            else:
+                goals = self._anywhere(rng)
             valid = np.flatnonzero(self._are_valid(starts, goals))
             if len(valid):
                 return self._assemble(
@@ -120,10 +120,8 @@ class MissionSampler:
 
     def _around(self, starts: IntArray, rng: np.random.Generator) -> IntArray:
         """Cells (N, 2) at random bearings and distances from others, wherever they fall."""
-        bearings, distances = (
-            rng.uniform(-math.pi, math.pi, _BATCH),
-            rng.uniform(*self._distances, _BATCH),
-        )
+        bearings = rng.uniform(-math.pi, math.pi, _BATCH)
+        distances = rng.uniform(*self._distances, _BATCH)
         offsets = distances * np.stack((np.sin(bearings), np.cos(bearings))) / self._cell_size
         cells: IntArray = np.rint(starts + offsets.T).astype(np.int64)
         return cells
@@ -186,10 +184,8 @@ class MissionSampler:
     def _nearest_passable(self, pose: Pose2D) -> IntArray | None:
         """The passable coarse cell nearest to a pose, within 1 m of it."""
         size = self._cell_size
-        row, column = (
-            int((pose.y - self._mesh.origin.y) / size),
-            int((pose.x - self._mesh.origin.x) / size),
-        )
+        row = int((pose.y - self._mesh.origin.y) / size)
+        column = int((pose.x - self._mesh.origin.x) / size)
         reach = math.ceil(1.0 / size)
         low = np.maximum((row - reach, column - reach), 0)
         cells = low + np.argwhere(
@@ -255,18 +251,13 @@ def check_footprint_free(geometry: OccupancyGrid, start: Pose2D, footprint: Floa
         InputError: it does.
     """
     polygon = transform_points(start, footprint)
-    low = np.floor(
-        (polygon.min(axis=0) - (geometry.origin.x, geometry.origin.y)) / geometry.resolution
-    ).astype(int)
-    high = np.ceil(
-        (polygon.max(axis=0) - (geometry.origin.x, geometry.origin.y)) / geometry.resolution
-    ).astype(int)
-    low = np.maximum(low, 0)
-    rows, columns = np.mgrid[
-        low[1] : min(high[1], geometry.height), low[0] : min(high[0], geometry.width)
-    ]
-    x = geometry.origin.x + (columns + 0.5) * geometry.resolution
-    y = geometry.origin.y + (rows + 0.5) * geometry.resolution
+    corner, size = geometry.origin, geometry.resolution
+    cells = (polygon - (corner.x, corner.y)) / size
+    low = np.maximum(np.floor(cells.min(axis=0)).astype(int), 0)
+    high = np.minimum(np.ceil(cells.max(axis=0)).astype(int), (geometry.width, geometry.height))
+    rows, columns = np.mgrid[low[1] : high[1], low[0] : high[0]]
+    x = corner.x + (columns + 0.5) * size
+    y = corner.y + (rows + 0.5) * size
     covered = shapely.contains_xy(shapely.Polygon(polygon), x, y)
     if (geometry.data[rows, columns][covered] >= SOLID_FROM).any():
         raise InputError(

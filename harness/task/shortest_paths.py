@@ -41,15 +41,15 @@ _SQRT5 = math.sqrt(5.0)
 
 # (dy, dx) of the moves, and the two cells that must be free besides the target: the cells that the
 # line touches.
-_MOVES = np.array(
-    [(0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1)]
-    + [(1, 2), (2, 1), (2, -1), (1, -2), (-1, -2), (-2, -1), (-2, 1), (-1, 2)]
-)
+_STRAIGHT = [(0, 1), (1, 0), (0, -1), (-1, 0)]
+_DIAGONAL = [(1, 1), (1, -1), (-1, -1), (-1, 1)]
+_KNIGHT = [(1, 2), (2, 1), (2, -1), (1, -2), (-1, -2), (-2, -1), (-2, 1), (-1, 2)]
+_MOVES = np.array(_STRAIGHT + _DIAGONAL + _KNIGHT)
 _LENGTHS = np.array([1.0] * 4 + [_SQRT2] * 4 + [_SQRT5] * 8)
 _BETWEEN = np.array(
-    [((dy, dx), (dy, dx)) for dy, dx in _MOVES[:4]]
-    + [((dy, 0), (0, dx)) for dy, dx in _MOVES[4:8]]
-    + [((int(dy / 2), int(dx / 2)), (int(np.sign(dy)), int(np.sign(dx)))) for dy, dx in _MOVES[8:]]
+    [((dy, dx), (dy, dx)) for dy, dx in _STRAIGHT]
+    + [((dy, 0), (0, dx)) for dy, dx in _DIAGONAL]
+    + [((int(dy / 2), int(dx / 2)), (np.sign(dy), np.sign(dx))) for dy, dx in _KNIGHT]
 )
 _BUCKETS = 4  # ceil(longest move) + 1, buckets one cell wide
 

@@ -54,7 +54,7 @@ class PolicyParams(Parameters, whose="policy"):
     file: str = ""  # handed to it when it is made, e.g. its weights; empty: it is made without
     # [m/s] at which the waypoints of one that answers with waypoints are followed
     speed: Annotated[float, up_to(100)] = 1.0
-    sees_people: bool = False  # whether it is told where people truly are
+    sees_people: bool = False  # whether it receives the true positions of people
     # whether it was trained on collected data, which is part of the CAPEX
     data_collection: bool = False
     camera: CameraParams = CameraParams()  # whose pictures it is shown; none unless it has pixels

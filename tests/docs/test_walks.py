@@ -98,9 +98,9 @@ def test_a_sensor_error_is_one_file(walk: Walk) -> None:
     walk.edit(
         ODOMETRY,
         (
-            "    latency: float = 0.0  # [s]",
+            "    latency: ",
             "    velocity_offset: float = 0.0  # [m/s] of the reported forward velocity\n"
-            "    latency: float = 0.0  # [s]",
+            "    latency: ",
         ),
         ("linear * body.vx + ", "linear * body.vx + params.velocity_offset + "),
     )

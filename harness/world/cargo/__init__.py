@@ -1,1 +1,1 @@
-"""What is carried, and what of it is spilt."""
+"""The cargo and what is spilt of it."""

@@ -1,1 +1,1 @@
-"""What stands where: scenes, generated sidewalks and imported maps."""
+"""Scenes: generated sidewalks, imported maps, and their files."""

@@ -38,11 +38,14 @@ class Rect:
         """The rectangle with each side moved inwards, in [m]; negative values move it outwards."""
         return Rect(self.x0 + left, self.y0 + bottom, self.x1 - right, self.y1 - top)
 
+    def grown(self, margin: float) -> "Rect":
+        """The rectangle with all sides moved outwards by ``margin`` [m]."""
+        return self.inset(-margin, -margin, -margin, -margin)
+
     def overlaps(self, other: "Rect") -> bool:
         """Whether the two share an inner point."""
-        return (
-            self.x0 < other.x1 and other.x0 < self.x1 and self.y0 < other.y1 and other.y0 < self.y1
-        )
+        is_beside = self.x1 <= other.x0 or other.x1 <= self.x0
+        return not (is_beside or self.y1 <= other.y0 or other.y1 <= self.y0)
 
     def side_length(self, side: int) -> float:
         """Length [m] of the left, bottom, right or top side."""
@@ -87,9 +90,8 @@ def grow(polygon: FloatArray, margin: float) -> FloatArray:
     outwards = np.stack((along[:, 1], -along[:, 0]), axis=1) / np.hypot(*along.T)[:, None]
     before = np.roll(outwards, 1, axis=0)
     # A corner moves along the bisector of its edges' normals: the mitre.
-    moved: FloatArray = (
-        polygon + margin * (before + outwards) / (1.0 + (before * outwards).sum(axis=1))[:, None]
-    )
+    cosines = (before * outwards).sum(axis=1)
+    moved: FloatArray = polygon + margin * (before + outwards) / (1.0 + cosines)[:, None]
     return moved
 
 

@@ -82,9 +82,9 @@ def _fit(seed: int, attempt: int, name: str, widening: float) -> tuple[Scene, fl
 def _draft(seeds: tuple[int, int], name: str, widening: float) -> tuple[Scene, float]:
     """A world whose sidewalks are ``widening`` [m] wider than drawn, and its curbs' length [m]."""
     seed, attempt = seeds
-    plan, furnishing, drawing = (
-        np.random.default_rng(key) for key in ((seed,), (seed, attempt, 1), (seed, attempt, 2))
-    )
+    plan = np.random.default_rng((seed,))
+    furnishing = np.random.default_rng((seed, attempt, 1))
+    drawing = np.random.default_rng((seed, attempt, 2))
     streets = lay_out(plan, widening)
     obstacles = (*streets.buildings, *Furnisher(streets, furnishing).furnish())
     zones = streets.zones()

@@ -96,11 +96,12 @@ def lay_out(rng: np.random.Generator, widening: float = 0.0) -> Streets:
     plaza = int(rng.integers(COLUMNS * ROWS))
     for number in range(COLUMNS * ROWS):
         row, column = divmod(number, COLUMNS)
-        drawn = Rect(lanes_x[column][0], lanes_y[row][0], lanes_x[column][1], lanes_y[row][1])
-        area = drawn.inset(*([-widening] * 4))
-        streets.blocks.append(
-            Block(area, tuple(widths[number].tolist()), "plaza" if number == plaza else "buildings")
-        )
+        (x0, x1), (y0, y1) = lanes_x[column], lanes_y[row]
+        drawn = Rect(x0, y0, x1, y1)
+        area, use = drawn.grown(widening), "buildings"
+        if number == plaza:
+            use = "plaza"
+        streets.blocks.append(Block(area, tuple(widths[number].tolist()), use))
     _add_crosswalks(streets, rng)
     alleys = _alleys(rng, len(streets.blocks) - 1)
     for block in streets.blocks:
@@ -188,12 +189,9 @@ def _build_block(
     along_x = inner.width >= inner.depth
     parts = _split(inner, along_x, rng.uniform(*_CUT), alleys[0])
     if len(alleys) > 1:
-        halves = zip(parts, alleys[1:], strict=True)
-        parts = [
-            piece
-            for half, alley in halves
-            for piece in _split(half, not along_x, rng.uniform(*_CUT), alley)
-        ]
+        halves, parts = parts, []
+        for half, alley in zip(halves, alleys[1:], strict=True):
+            parts += _split(half, not along_x, rng.uniform(*_CUT), alley)
     for part in parts:
         for lot in _lots(part, rng):
             faces = _setbacks(lot, inner, rng)
@@ -231,11 +229,8 @@ def _setbacks(lot: Rect, inner: Rect, rng: np.random.Generator) -> tuple[float, 
 
 
 def _add_building(streets: Streets, area: Rect, rng: np.random.Generator) -> None:
-    streets.buildings.append(
-        Obstacle(
-            "building_glass", np.round(area.polygon, 3), round(float(rng.uniform(6.0, 24.0)), 1)
-        )
-    )
+    height = round(float(rng.uniform(6.0, 24.0)), 1)
+    streets.buildings.append(Obstacle("building_glass", np.round(area.polygon, 3), height))
 
 
 def _build_plaza(streets: Streets, block: Block, rng: np.random.Generator) -> None:
@@ -250,17 +245,14 @@ def _build_plaza(streets: Streets, block: Block, rng: np.random.Generator) -> No
 
 def _sow_lawns(streets: Streets, rng: np.random.Generator) -> None:
     """Turn some buildings into lawns: nobody walks there, and the lidar sees across."""
-    chosen = set(
-        rng.permutation(len(streets.buildings))[
-            : round(_LAWN_SHARE * len(streets.buildings))
-        ].tolist()
-    )
-    streets.lawns += [
-        bounds(building.polygon) for k, building in enumerate(streets.buildings) if k in chosen
-    ]
-    streets.buildings = [
-        building for k, building in enumerate(streets.buildings) if k not in chosen
-    ]
+    buildings, streets.buildings = streets.buildings, []
+    order = rng.permutation(len(buildings)).tolist()
+    chosen = set(order[: round(_LAWN_SHARE * len(buildings))])
+    for number, building in enumerate(buildings):
+        if number in chosen:
+            streets.lawns.append(bounds(building.polygon))
+        else:
+            streets.buildings.append(building)
 
 
 def _open_construction_site(streets: Streets, rng: np.random.Generator) -> None:

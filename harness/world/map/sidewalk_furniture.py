@@ -65,6 +65,8 @@ _FACADE_LEAST_WIDTH = 3.7  # [m] narrower sidewalks have nothing along the facad
 _PANEL_LENGTH = 3.0  # [m] of fence around a building site, about
 _PANEL_INSET = 0.1  # [m] inside the site's edge, so that the way beside it keeps its width
 _APPROACH = 1.2  # [m] kept free around crosswalks
+# [m] of a traffic light from a crosswalk's corner, across and along it
+_SIGNAL_BESIDE, _SIGNAL_BEYOND = 0.35, 0.45
 
 
 class Furnisher:
@@ -75,7 +77,7 @@ class Furnisher:
         self._count = 0  # of the pieces, those of a size that counts
         self._streets = streets
         self._rng = rng
-        self._taken: list[Rect] = [area.inset(*([-_APPROACH] * 4)) for area in streets.crosswalks]
+        self._taken: list[Rect] = [area.grown(_APPROACH) for area in streets.crosswalks]
 
     def furnish(self) -> tuple[Obstacle, ...]:
         """Furnish the streets.
@@ -114,14 +116,8 @@ class Furnisher:
         along = max(neighbours) + self._spacing(_FACADE_SPACING)
         while along < length - max(neighbours):
             name, size = self._draw(_FACADE_MIX)
-            self._place_along(
-                name,
-                size,
-                strip,
-                side,
-                along,
-                width - self._rng.uniform(*_FACADE_GAP) - 0.5 * size[1],
-            )
+            inwards = width - self._rng.uniform(*_FACADE_GAP) - 0.5 * size[1]
+            self._place_along(name, size, strip, side, along, inwards)
             along += self._spacing(_FACADE_SPACING)
 
     def _place_along(
@@ -141,47 +137,34 @@ class Furnisher:
             self._place(name, size, x, y, float(self._rng.uniform(0.0, math.pi / 2.0)), margin=0.8)
         for x in np.arange(area.x0 + 0.8, area.x1, 1.7):
             if self._rng.random() < 0.8:
-                self._place(
-                    "bollard",
-                    self._draw({"bollard": 1})[1],
-                    float(x),
-                    area.y1 - 0.2,
-                    0.0,
-                    margin=0.5,
-                )
+                name, size = self._draw({"bollard": 1})
+                self._place(name, size, float(x), area.y1 - 0.2, 0.0, margin=0.5)
 
     def _signal_crosswalks(self, share: float) -> None:
         """Traffic lights beside the ends of some crosswalks."""
         for area in self._streets.crosswalks:
             crosses_x = any(area.x0 == block.area.x1 for block in self._streets.blocks)
-            for end in (0, 1):
+            dx, dy = _SIGNAL_BESIDE, _SIGNAL_BEYOND
+            if crosses_x:
+                dx, dy = dy, dx
+            for x, y in ((area.x0 - dx, area.y0 - dy), (area.x1 + dx, area.y1 + dy)):
                 if self._rng.random() > share:
                     continue
-                if crosses_x:
-                    x, y = (
-                        (area.x0 - 0.45, area.x1 + 0.45)[end],
-                        (area.y0 - 0.35, area.y1 + 0.35)[end],
-                    )
-                else:
-                    x, y = (
-                        (area.x0 - 0.35, area.x1 + 0.35)[end],
-                        (area.y0 - 0.45, area.y1 + 0.45)[end],
-                    )
-                size = self._draw({"traffic_light": 1})[1]
-                reach = Rect(x, y, x, y).inset(*([-size[0]] * 4))
+                _, size = self._draw({"traffic_light": 1})
+                reach = Rect(x, y, x, y).grown(size[0])
                 if not any(bounds(piece.polygon).overlaps(reach) for piece in self.pieces):
                     self._add("traffic_light", size, x, y, 0.0)
 
     def _fence_in(self, area: Rect) -> None:
         """Panels just inside those sides of a building site that do not lean on a building."""
         walls = [bounds(building.polygon) for building in self._streets.buildings]
-        line = area.inset(*([_PANEL_INSET] * 4))
+        line = area.grown(-_PANEL_INSET)
         for side in range(4):
             length = line.side_length(side)
             count = max(round(length / _PANEL_LENGTH), 1)
             for k in range(count):
                 x, y = line.beside(side, (k + 0.5) * length / count)
-                reach = Rect(x, y, x, y).inset(*([-2.0 * _PANEL_INSET] * 4))
+                reach = Rect(x, y, x, y).grown(2.0 * _PANEL_INSET)
                 if not any(wall.overlaps(reach) for wall in walls):
                     yaw = math.pi / 2.0 if side % 2 == 0 else 0.0
                     self._add("fence", np.array((length / count - 0.15, 0.14, 1.2)), x, y, yaw)
@@ -229,7 +212,7 @@ class Furnisher:
         self, name: str, size: FloatArray, x: float, y: float, yaw: float, margin: float
     ) -> None:
         """Add a piece unless something is within ``margin`` [m]."""
-        area = bounds(_outline(name, size, x, y, yaw)).inset(*([-margin] * 4))
+        area = bounds(_outline(name, size, x, y, yaw)).grown(margin)
         if not any(area.overlaps(taken) for taken in self._taken):
             self._add(name, size, x, y, yaw)
 

@@ -1,1 +1,1 @@
-"""Who walks: models of pedestrians, recorded ones, and the crowd that they form."""
+"""Models of pedestrians, recorded ones, and their bodies near the robot."""

@@ -61,7 +61,7 @@ class ReplayParams(Parameters, whose="replay"):
 class PedestrianParams(Parameters, whose="pedestrians"):
     """Who walks, and how; the values are those of the published evaluation unless noted.
 
-    ``count`` and what follows ``height`` is not for a replay, whose recording says it all.
+    A replay uses neither ``count`` nor what follows ``height``: its recording has them.
     """
 
     # published: random_walk

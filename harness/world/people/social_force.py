@@ -90,8 +90,12 @@ class SocialForcePedestrians(PedestrianModel):
         cos, sin = math.cos(robot.yaw), math.sin(robot.yaw)
         cx, cy = self._robot_center
         self._robot[:] = (
-            *(robot.x + cos * cx - sin * cy, robot.y + sin * cx + cos * cy, cos, sin),
-            *(cos * robot.vx - sin * robot.vy, sin * robot.vx + cos * robot.vy),
+            robot.x + cos * cx - sin * cy,
+            robot.y + sin * cx + cos * cy,
+            cos,
+            sin,
+            cos * robot.vx - sin * robot.vy,
+            sin * robot.vx + cos * robot.vy,
         )
 
     def displaced(self, person: int, x: float, y: float, vx: float, vy: float) -> None:

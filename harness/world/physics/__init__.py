@@ -1,1 +1,1 @@
-"""What moves and touches: bodies, contacts, drive and ground."""
+"""Rigid bodies, contacts, drive and ground."""

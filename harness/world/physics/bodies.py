@@ -58,10 +58,7 @@ def static_index(scene: Scene) -> StaticIndex:
 
 
 class NearObstacles:
-    """Keeps bodies for the obstacles near the robot only.
-
-    Far ones would cost time in every step.
-    """
+    """Bodies of the obstacles near the robot; far ones would cost time in every step."""
 
     ACTIVE_RADIUS = 3.5  # [m] around the body's centre
     REFRESH_DISTANCE = 1.0  # [m] the robot moves before the choice is made anew

@@ -1,4 +1,4 @@
-"""How the robot's body truly moves: what the physics tells the sensors."""
+"""The true motion of the robot's body, which the physics hands to the sensors."""
 
 from typing import NamedTuple
 

@@ -14,10 +14,7 @@ _SLIVER = 1e-4  # [m2] pieces of ground smaller than this are left out
 
 
 class Elevation:
-    """The ground of a scene: level regions that meet in vertical steps.
-
-    What no zone covers lies at height 0.
-    """
+    """Level regions that meet in vertical steps; ground without a zone lies at height 0."""
 
     def __init__(self, zones: tuple[Zone, ...]) -> None:
         # height [m] -> polygons; without height 0, which is all the rest

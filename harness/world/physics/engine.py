@@ -1,4 +1,4 @@
-"""PyBullet without its talk: what it prints from C on standard output would spoil ``--json``."""
+"""PyBullet, silenced: what it prints from C on standard output would spoil ``--json``."""
 
 import contextlib
 import importlib
@@ -37,10 +37,7 @@ bullet = _import_quietly()
 
 
 class Server:
-    """A physics server of its own inside this process.
-
-    It is freed with the last reference at the latest.
-    """
+    """A physics server inside this process, freed with the last reference at the latest."""
 
     def __init__(self) -> None:
         """Open it.

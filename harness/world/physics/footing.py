@@ -57,11 +57,11 @@ ON_LEVEL_GROUND = Footing(LEVEL, LEVEL)
 
 
 class Feet:
-    """Tells how the robot stands.
+    """Finds how the robot stands.
 
     Four feet carry a rigid body in more ways than one, and the solver's choice among them is not
-    that of a real frame. So the loads of the wheels are measured only where they cannot be told
-    otherwise.
+    that of a real frame. So the loads of the wheels are measured only where nothing else gives
+    them.
     """
 
     def __init__(self, robot: RobotParams, gravity: float) -> None:

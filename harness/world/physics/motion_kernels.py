@@ -5,6 +5,9 @@ import math
 from navstack.jit import njit
 from navstack.types import FloatVector
 
+# Places in the array of :func:`is_shaken`.
+PLACE, VELOCITY, RATE, GRAVITY, THRESHOLD, ACCELERATION = 0, 3, 6, 7, 8, 9
+
 Vector = tuple[float, float, float]  # x, y, z
 Quaternion = tuple[float, float, float, float]  # x, y, z, w
 
@@ -40,17 +43,22 @@ def is_shaken(orientation: Quaternion, velocity: Vector, spin: Vector, bucket: F
 
     See :func:`lean_and_shake`.
 
-    Takes the motion as :func:`base_state` does, and of the bucket (12,), changed in place: its
-    place (x, y, z) [m] in the body frame from the centre of mass; its velocity [m/s] before the
-    step, map frame, which becomes that after it; the rate of the steps [Hz], gravity [m/s2] and the
-    threshold [m/s2]; its mean acceleration [m/s2] during the step, which is found here.
+    Takes the motion as :func:`base_state` does, and of the bucket (12,), changed in place: at
+    ``PLACE`` its place (x, y, z) [m] in the body frame from the centre of mass; at ``VELOCITY`` its
+    velocity [m/s] before the step, map frame, which becomes that after it; the rate of the steps
+    [Hz], gravity [m/s2] and the threshold [m/s2]; at ``ACCELERATION`` its mean acceleration [m/s2]
+    during the step, which is found here.
     """
-    ux, uy, uz = point_velocity(orientation, velocity, spin, bucket[0], bucket[1], bucket[2])
-    rate = bucket[6]
-    ax, ay, az = (ux - bucket[3]) * rate, (uy - bucket[4]) * rate, (uz - bucket[5]) * rate
-    bucket[3], bucket[4], bucket[5] = ux, uy, uz
-    bucket[9], bucket[10], bucket[11] = ax, ay, az
-    return bool(lean_and_shake(ax, ay, az, orientation[0], orientation[1], bucket[7]) > bucket[8])
+    x, y, z = bucket[PLACE], bucket[PLACE + 1], bucket[PLACE + 2]
+    ux, uy, uz = point_velocity(orientation, velocity, spin, x, y, z)
+    rate = bucket[RATE]
+    ax = (ux - bucket[VELOCITY]) * rate
+    ay = (uy - bucket[VELOCITY + 1]) * rate
+    az = (uz - bucket[VELOCITY + 2]) * rate
+    bucket[VELOCITY], bucket[VELOCITY + 1], bucket[VELOCITY + 2] = ux, uy, uz
+    bucket[ACCELERATION], bucket[ACCELERATION + 1], bucket[ACCELERATION + 2] = ax, ay, az
+    shake = lean_and_shake(ax, ay, az, orientation[0], orientation[1], bucket[GRAVITY])
+    return bool(shake > bucket[THRESHOLD])
 
 
 @njit(ahead=True)

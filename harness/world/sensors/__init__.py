@@ -1,1 +1,1 @@
-"""What the robot is told: sensors with their errors."""
+"""The robot's sensors with their errors."""

@@ -145,8 +145,7 @@ class Camera:
         grid, corner = scene.geometry, scene.geometry.origin
         side = grid.resolution * max(grid.data.shape)
         square = Rect(corner.x, corner.y, corner.x + side, corner.y + side)
-        square = square.inset(-BEYOND, -BEYOND, -BEYOND, -BEYOND)
-        self._prism(square.polygon, lowest + GROUND, lowest - 1e-3, OTHER)
+        self._prism(square.grown(BEYOND).polygon, lowest + GROUND, lowest - 1e-3, OTHER)
         for number, zone in enumerate(scene.zones):  # of two that overlap the later one is seen
             top = zone.elevation + 1e-3 * number / max(1, len(scene.zones))
             self._prism(zone.polygon, lowest + GROUND, top, COLORS.get(zone.kind, OTHER))

@@ -1,6 +1,6 @@
-"""Who knows the truth, exactly or with a set error: the harness injects it, no brain has it.
+"""Localizer and tracker that know the truth, exactly or with an injected error.
 
-What a metre or a degree costs can only be asked of an error that one sets.
+An injected error shows what a metre or a degree costs.
 """
 
 import math
@@ -32,7 +32,7 @@ class GroundTruthLocalizer(Localizer):
         self._true_pose = true_pose
 
     def reset(self, belief: Belief, rng: np.random.Generator) -> None:
-        """Nothing to do: the initial belief does not matter to who knows."""
+        """Nothing to do: the initial belief does not matter."""
 
     def update(self, observation: Observation) -> Belief:
         """The true pose, with zero covariance."""
@@ -40,7 +40,7 @@ class GroundTruthLocalizer(Localizer):
 
 
 class GroundTruthTracker:
-    """Tells of all people as they are, behind walls too, without error and without delay."""
+    """All people as they are, behind walls too, without error and without delay."""
 
     def __init__(self, people: Callable[[], FloatArray], radius: float) -> None:
         """Look at the world.

@@ -1,4 +1,4 @@
-"""Rays on an occupancy grid, many under way at a time. Grid units are cells; row 0 is the lowest y."""
+"""Rays on an occupancy grid, many at a time. Grid units are cells; row 0 is the lowest y."""
 
 import math
 from typing import TypeVar
