@@ -76,7 +76,7 @@ def forecasts(tasks: Sequence[EpisodeTask]) -> FloatArray:
 def margins_of(folder: Path) -> FloatArray:
     """What each mission of a run's only stack earned [USD]."""
     run = load_run(str(folder))
-    return profits(run, run.stacks[0], choose(run, None, (), ()))
+    return profits(run, run.stacks[0], choose(run, None, {}, ()))
 
 
 def table(folder: Path, first: str, second: str) -> None:

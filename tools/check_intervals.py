@@ -104,7 +104,7 @@ def driven(folders: list[Path]) -> Iterator[tuple[str, FloatArray, Draw]]:
                     place = "/".join(file.parent.relative_to(folder.parent).parts[-2:])
                     yield (
                         f"{place}: {stack.name}",
-                        profits(run, stack, choose(run, None, (), ())),
+                        profits(run, stack, choose(run, None, {}, ())),
                         partial(_with_unseen, reach=reach_of(run)),
                     )
 

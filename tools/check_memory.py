@@ -161,7 +161,7 @@ def main() -> None:
         print(
             f"   in proportion {pss:.0f}, private {uss:.0f} (a worker's may be {MOST_PRIVATE:.0f})"
         )
-    sys.exit(1 if failed else 0)
+    sys.exit(bool(failed))
 
 
 if __name__ == "__main__":

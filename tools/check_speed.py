@@ -23,7 +23,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -190,14 +190,19 @@ def too_late(number: int, frame: FrameType | None) -> None:
 def check(before: Driver, after: Driver, arguments: argparse.Namespace) -> bool:
     """Compare and print; whether all is well."""
     is_well = True
-    deliveries = arguments.deliveries or (QUICK_DELIVERIES if arguments.quick else DELIVERIES)
-    loops: Sequence[str] = arguments.loop or (QUICK_LOOPS if arguments.quick else tuple(LOOPS))
-    for loop in loops:
+    deliveries, loops = DELIVERIES, tuple(LOOPS)
+    if arguments.quick:
+        deliveries, loops = QUICK_DELIVERIES, QUICK_LOOPS
+    deliveries = arguments.deliveries or deliveries
+    for loop in arguments.loop or loops:
         speed = compare_speed(before, after, loop, deliveries, arguments.seconds)
         ratio, slower = speed.ratio, speed.is_slower(arguments.tolerance)
         is_well = is_well and not slower
-        span = "" if ratio.low is None else f" [{ratio.low:.3f}, {ratio.high:.3f}]"
-        verdict = "SLOWER" if slower else "not slower"
+        span, verdict = "", "not slower"
+        if ratio.low is not None:
+            span = f" [{ratio.low:.3f}, {ratio.high:.3f}]"
+        if slower:
+            verdict = "SLOWER"
         print(
             f"{loop}: time of the tree / {arguments.against}: {ratio.value:.3f}{span}, n = {ratio.n}: {verdict}",
             flush=True,

@@ -19,13 +19,14 @@ import sys
 from pathlib import Path
 
 from harness.report.markdown import wrapped
-from harness.report.suite.results import Results, read_results
+from harness.report.suite.results import Results
 from harness.report.suite.tables import margins
 from harness.storage.shipped import shipped
 from harness.study.places import Where
 from harness.study.suite import DECLARATION, Portion, declare, load_suite
+from navbench.api.suite import suite, write_overview
+from navbench.cli.driving import exit_status
 from navbench.cli.signals import run_script
-from navbench.cli.suite import begin_suite, write_overview
 from navstack.errors import NavstackError
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -116,10 +117,9 @@ def main() -> None:
             results = write_overview(out)
         else:
             portion = Portion(tuple(asked.stack), tuple(asked.map), asked.episodes)
-            status = begin_suite(
-                asked.suite, asked.world, portion, Where(workers=asked.workers), out, as_json=False
-            )
-            results = read_results(out)
+            where = Where(workers=asked.workers)
+            found = suite(asked.suite, portion=portion, world=asked.world, where=where, out=out)
+            status, results = exit_status(found.is_interrupted, found.has_errors), found.results
         if out.resolve() == BASELINE / README_SHOWS:
             publish(results, ROOT / "README.md")
     except (NavstackError, ValueError) as error:

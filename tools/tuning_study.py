@@ -281,11 +281,10 @@ def arguments_of(
     """Of ``navbench tune``: the question's, then those that are given, which count where both are."""
     if (study / "run.json").exists():
         return ["--resume", str(study)]
-    spaces = (
-        []
-        if "--space" in given
-        else [part for space in question.spaces for part in ("--space", space)]
-    )
+    spaces: list[str] = []
+    if "--space" not in given:
+        for space in question.spaces:
+            spaces += ["--space", space]
     own = ["--objective", question.objective, "--world", "easy"]
     return ["--stack", str(original), "--out", str(study), *spaces, *own, *given]
 
@@ -302,22 +301,23 @@ def main() -> None:
         parser.add_argument(f"--{name}")
     parser.add_argument("--workers", type=int)
     asked, given = parser.parse_known_args()
-    given += ["--no-racing"] if asked.unraced else []
-    question = QUESTIONS[asked.question]
-    name = asked.name or asked.question + ("-unraced" if asked.unraced else "")
+    question, name = QUESTIONS[asked.question], asked.question
+    if asked.unraced:
+        given.append("--no-racing")
+        name += "-unraced"
+    name = asked.name or name
     driven, folder = DRIVEN / name, KEPT / name
     try:
         unpack(driven, folder / ARCHIVE)
         original = incremental(question.stack, question.localizer, driven / "stacks")
-        rival = (
-            incremental(question.rival, question.localizer, driven / "stacks")
-            if question.rival
-            else ""
-        )
-        workers = ["--workers", str(asked.workers)] if asked.workers else []
+        rival, workers = "", []
+        if question.rival:
+            rival = str(incremental(question.rival, question.localizer, driven / "stacks"))
+        if asked.workers:
+            workers = ["--workers", str(asked.workers)]
         with kept(driven, folder / ARCHIVE):
             tune([*arguments_of(given, question, original, driven / "study"), *workers])
-            sides = test_rows(driven / "study", str(rival), driven / "rival", asked.workers)
+            sides = test_rows(driven / "study", rival, driven / "rival", asked.workers)
         if asked.beside:
             unpack(DRIVEN / asked.beside, KEPT / asked.beside / ARCHIVE)
             other = test_rows(DRIVEN / asked.beside / "study", "", driven, asked.workers)

@@ -28,6 +28,7 @@ from tools.parity.part import Case, Shape, existing
 
 TOLERANCE = 1e-5  # of trajectories, raw scores and totals, which Nav2 adds up in float32
 FREQUENCY = 30.0  # [Hz] of the recorded controller
+NO_COMMAND = (np.nan, np.nan, np.nan)
 RESOLUTION = 0.05  # [m] of the grid that plans are densified for
 POINT_TOLERANCE = 1e-9  # [m] of plans
 PLAN_LENGTH_OF_MAIN = 1.0  # [m] within which Nav2 main's RotateToGoal begins to act
@@ -95,7 +96,9 @@ def _check_following(
     """
     controller = DwbController(params, _footprint(case.file), FREQUENCY)
     following = case.facts.get("sequence_after", ())
-    for k, step in enumerate((case.facts, *following) if following else ()):
+    if not following:
+        return
+    for k, step in enumerate((case.facts, *following)):
         decision = controller.decide(_state(step), path, Pose2D(*case.facts["goal"]), surroundings)
         _check_choice(comparison, step, decision, f"cycle {k}: ")
         if "n_osc" in step:
@@ -224,13 +227,14 @@ def _check_choice(
     comparison: Comparison, step: Mapping[str, Any], decision: Decision, at: str = ""
 ) -> None:
     """The chosen command, exactly (also the one that Nav2 chose with its short circuit), and what was rejected."""
-    command = decision.command if decision.is_legal else None
-    chosen = (
-        [np.nan] * 3 if command is None else [command.linear_x, command.linear_y, command.angular_z]
-    )
+    chosen = NO_COMMAND
+    if decision.is_legal:
+        command = decision.command
+        chosen = (command.linear_x, command.linear_y, command.angular_z)
     for key in ("cmd", "short_circuit_cmd"):
         if key in step:
-            comparison.equal(f"{at}{key}", chosen, [np.nan] * 3 if step[key] is None else step[key])
+            recorded = step[key] or NO_COMMAND
+            comparison.equal(f"{at}{key}", chosen, recorded)
     if decision.is_legal and "best_index" in step:
         comparison.equal(f"{at}index of the best", decision.choice.index, step["best_index"])
     if "n_illegal" in step:
@@ -301,7 +305,9 @@ def check_velocities(case: Case, comparison: Comparison) -> None:
     The fact is the velocity alone, or with changed parameters.
     """
     facts = case.file.meta[case.name]
-    velocity, overrides = (facts["vel"], facts["over"]) if isinstance(facts, dict) else (facts, {})
+    velocity, overrides = facts, {}
+    if isinstance(facts, dict):
+        velocity, overrides = facts["vel"], facts["over"]
     generator = RolloutGenerator(_params(case.file, overrides), FREQUENCY)
     comparison.equal("velocities", generator.sample(Twist2D(*velocity)), case.file[case.name])
 

@@ -42,11 +42,8 @@ class GoldenFile:
             raise self.unusable(f"is not a readable .npz file ({_reason(error)})") from None
         if not isinstance(arrays, np.lib.npyio.NpzFile):
             raise self.unusable("is a single array, not an .npz file")
-        largest = (
-            max((member.file_size for member in arrays.zip.infolist()), default=0)
-            if arrays.zip
-            else 0
-        )
+        members = arrays.zip.infolist() if arrays.zip else []
+        largest = max((member.file_size for member in members), default=0)
         if largest > MOST_BYTES:
             raise self.unusable(f"holds an array of {largest} bytes, at most {MOST_BYTES} are read")
         self._arrays = arrays
@@ -87,8 +84,12 @@ class GoldenFile:
         """The facts under nested keys of ``meta_json``; empty where there are none."""
         found: Any = self.meta
         for key in keys:
-            found = found.get(key) if isinstance(found, dict) else None
-        return found if isinstance(found, dict) else {}
+            if not isinstance(found, dict):
+                return {}
+            found = found.get(key)
+        if not isinstance(found, dict):
+            return {}
+        return found
 
     def _read_meta(self) -> dict[str, Any]:
         if META not in self._arrays.files:
@@ -130,4 +131,4 @@ def read_folder(folder: Path) -> list[GoldenFile]:
 
 def _reason(error: Exception) -> str:
     lines = (getattr(error, "strerror", None) or str(error)).splitlines()
-    return lines[0] if lines else type(error).__name__
+    return next(iter(lines), type(error).__name__)
