@@ -56,7 +56,8 @@ def main() -> None:
             spilled += bool(found[1][1]["pieces_lost"])
             differing += found[0][2] != found[1][2]
         print(
-            f"{stack}: {times[0] / times[1]:.3f} of the time, {spilled} of {len(tasks)} deliveries spilled",
+            f"{stack}: {times[0] / times[1]:.3f} of the time, {spilled} of {len(tasks)} "
+            "deliveries spilled",
             flush=True,
         )
     print(f"{differing} deliveries differ")

@@ -1,17 +1,20 @@
-"""Is the working tree slower than a commit, and does it drive the same? Both are run at once, a delivery each in turn.
+"""Is the working tree slower than a commit, and are its rows the same?
 
 Usage: python -m tools.check_speed --against COMMIT [--tolerance 0.15] [--quick] [--rows 20]
 
-The commit is exported (git archive) into a temporary folder. A process of each version drives the first 20 s of the
-same deliveries, never both at a time, in the order commit, tree, tree, commit; what counts is processor time per
-simulated second. Tree over commit is given with a 95 % interval (bootstrap over deliveries), for each closed loop of
-:mod:`tools.bench`. The check fails only where the whole interval lies above 1 + tolerance: a busy machine widens the
-interval, it does not fail the check. The first delivery of an exported commit compiles for half a minute or more.
+The commit is exported (git archive) into a temporary folder. A process of each version drives the
+first 20 s of the same deliveries, never both at a time, in the order commit, tree, tree, commit;
+what counts is processor time per simulated second. Tree over commit is given with a 95 % interval
+(bootstrap over deliveries), for each closed loop of
+:mod:`tools.bench`. The check fails only where the whole interval lies above 1 + tolerance: a busy
+machine widens the interval, it does not fail the check. The first delivery of an exported commit
+compiles for half a minute or more.
 
---rows N also drives N whole deliveries of each loop and compares their rows; the check fails where they differ, and
-says in which columns. COMMIT may also be a folder that holds another tree.
+--rows N also drives N whole deliveries of each loop and compares their rows; the check fails where
+they differ, and says in which columns. COMMIT may also be a folder that holds another tree.
 
-Exit status 0: not slower (and the same rows); 1: slower, other rows, or not done within --time-limit.
+Exit status 0: not slower (and the same rows); 1: slower, other rows, or not done within
+--time-limit.
 """
 
 import argparse
@@ -54,9 +57,13 @@ class Driver:
         self._tree = tree
         environment = {**os.environ, "PYTHONPATH": str(tree)}
         self._process = subprocess.Popen(
-            [sys.executable, "-P", str(DRIVER)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-            env=environment, cwd=tree,
-        )  # fmt: skip
+            [sys.executable, "-P", str(DRIVER)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
+            cwd=tree,
+        )
 
     def ask(self, loop: str, episode: int, seconds: float | None) -> None:
         """Begin a delivery."""
@@ -81,7 +88,8 @@ class Driver:
         given: Answer = json.loads(line)
         if Path(given["program"]) != self._tree.resolve():
             raise Failure(
-                f"{self._tree} holds no version of this program: {given['program']} drove in its place"
+                f"{self._tree} holds no version of this program: {given['program']} drove in its "
+                "place"
             )
         return given
 
@@ -145,7 +153,7 @@ class Rows:
 
 
 def compare_rows(before: Driver, after: Driver, loop: str, deliveries: int) -> Rows:
-    """Drive whole deliveries with both versions at once and compare what comes of them, to the last digit."""
+    """Drive whole deliveries with both versions and compare their rows, to the last digit."""
     differing, columns, only_in_one = [], set(), set()
     for episode in range(deliveries):
         for driver in (before, after):
@@ -175,7 +183,8 @@ def version(given: str, tree: Path) -> Iterator[Path]:
         )
         if archive.returncode:
             raise Failure(
-                f"--against {given} is neither a commit of {tree} nor a folder; give one, e.g. HEAD~1"
+                f"--against {given} is neither a commit of {tree} nor a folder; give one, e.g. "
+                "HEAD~1"
             )
         subprocess.run(["tar", "-x", "-C", folder], input=archive.stdout, check=True)
         yield Path(folder)
@@ -204,7 +213,8 @@ def check(before: Driver, after: Driver, arguments: argparse.Namespace) -> bool:
         if slower:
             verdict = "SLOWER"
         print(
-            f"{loop}: time of the tree / {arguments.against}: {ratio.value:.3f}{span}, n = {ratio.n}: {verdict}",
+            f"{loop}: time of the tree / {arguments.against}: {ratio.value:.3f}{span}, n = "
+            f"{ratio.n}: {verdict}",
             flush=True,
         )
         if arguments.rows:
@@ -219,7 +229,10 @@ def show_rows(rows: Rows) -> bool:
     if not rows.differing:
         print(f"{rows.loop}: {rows.compared} of {rows.compared} rows are identical", flush=True)
         return True
-    count = f"{len(rows.differing)} of {rows.compared} rows DIFFER, the first is delivery {rows.differing[0]}"
+    count = (
+        f"{len(rows.differing)} of {rows.compared} rows DIFFER, the first is delivery "
+        f"{rows.differing[0]}"
+    )
     print(f"{rows.loop}: {count}; columns: {', '.join(rows.columns)}", flush=True)
     return False
 

@@ -132,7 +132,8 @@ def tables(folder: Path) -> str:
     about = f"{len(sides[0].stack.rows)} missions, seed {run.seed}, map {run.map_name}"
     return (
         f"{about}\n\n{what_each_does(comparisons, sides)}\n\n"
-        f"Minus {sides[0].stack.name}, paired, 95 % intervals:\n\n{against_the_first(comparisons, sides)}\n"
+        f"Minus {sides[0].stack.name}, paired, 95 % "
+        f"intervals:\n\n{against_the_first(comparisons, sides)}\n"
     )
 
 

@@ -286,7 +286,7 @@ def standing(driven: dict[Cell, Delivered]) -> str:
 
 
 def earnings(driven: dict[Cell, Delivered]) -> str:
-    """Who earns money, and the differences on the same missions, adjusted for all of them (Holm)."""
+    """Who earns money, and the differences on the same missions, adjusted (Holm)."""
     cells = [cell for cell in driven if cell.stack in EARNING]
     against = {cell: Cell(EARNING[0], cell.place) for cell in cells if cell.stack != EARNING[0]}
     pairs = {

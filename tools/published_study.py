@@ -47,9 +47,12 @@ def headline(results: Results) -> str:
     state = f"{done} deliveries" if done == declared else f"so far {done} of {declared} deliveries"
     names = ", ".join(f"`{Path(name).stem}`" for name in results.suite.maps)
     text = (
-        f"**What three stacks earn** on the maps {names} ({state}, seed {results.suite.seeds[0]}, world "
-        f"`{Path(results.suite.worlds[0]).stem}`): contribution margin [USD/delivery], 95 % bootstrap intervals over "
-        "missions; in round brackets those that admit [a loss that has not happened yet](docs/money.md#intervals). "
+        f"**What three stacks earn** on the maps {names} ({state}, seed {results.suite.seeds[0]}, "
+        "world "
+        f"`{Path(results.suite.worlds[0]).stem}`): contribution margin [USD/delivery], 95 % "
+        "bootstrap intervals over "
+        "missions; in round brackets those that admit [a loss that has not happened "
+        "yet](docs/money.md#intervals). "
         "Costs, outcomes, break-even and paired differences: "
         f"[the study](results/baseline/{README_SHOWS}/index.md)."
     )
@@ -76,7 +79,8 @@ def publish(results: Results, readme: Path) -> None:
     missing = sum(each.valuation is None for each in results.standings)
     if missing:
         print(
-            f"README.md is left as it is: {missing} of {len(results.standings)} cells have no delivery yet"
+            f"README.md is left as it is: {missing} of {len(results.standings)} cells have no "
+            "delivery yet"
         )
         return
     text = filled(readme.read_text(encoding="utf-8"), headline(results))

@@ -83,7 +83,7 @@ QUESTIONS = {
 
 
 def incremental(name: str, localizer: str, folder: Path) -> Path:
-    """Write a shipped stack with the incremental planner, and the MPC's quick solver, into a folder; its stack file.
+    """Write a shipped stack with the incremental planner and the MPC's quick solver.
 
     Raises:
         NavstackError: the stack has no planner to exchange.
@@ -256,14 +256,16 @@ def effort(document: Row) -> str:
     driven, trials = document["training_episodes"], document["trials"]
     states = ", ".join(f"{count} {state}" for state, count in trials.items())
     return (
-        f"Objective {', '.join(document['objectives'])}, space {document['space']['name']}, seed {document['seed']}: "
-        f"trials {states}; {driven['driven']} training deliveries ({driven['without_racing']} without racing), "
+        f"Objective {', '.join(document['objectives'])}, space {document['space']['name']}, seed "
+        f"{document['seed']}: "
+        f"trials {states}; {driven['driven']} training deliveries ({driven['without_racing']} "
+        "without racing), "
         f"{sum(each['missions'] for each in document['finals'])} of the final choice.\n\n"
     )
 
 
 def keep(driven: Path, folder: Path, text: str) -> None:
-    """Write what is kept beside the archive, without figures and without the paths of this machine."""
+    """Write what is kept beside the archive, without figures and this machine's paths."""
     for name in (TUNED, STACK, DIFF, TRIALS):
         shutil.copyfile(driven / "study" / name, folder / name)
     report = read_text(driven / "study" / "report.md")
@@ -278,7 +280,7 @@ def keep(driven: Path, folder: Path, text: str) -> None:
 def arguments_of(
     given: Sequence[str], question: Question, original: Path, study: Path
 ) -> list[str]:
-    """Of ``navbench tune``: the question's, then those that are given, which count where both are."""
+    """Of ``navbench tune``: the question's, then those that are given, which win."""
     if (study / "run.json").exists():
         return ["--resume", str(study)]
     spaces: list[str] = []

@@ -71,8 +71,10 @@ def require_agreement(
     off = float(np.abs(found[known] - expected[known]).max(initial=0.0))
     if unlike.any() or off > tolerance * largest:
         raise TwinError(
-            f"{name}: the kernel and its numpy twin differ by {off:g} (largest value {largest:g}; allowed is "
-            f"{tolerance:g} of it), {int(unlike.sum())} of {found.size} values are finite in one only"
+            f"{name}: the kernel and its numpy twin differ by {off:g} (largest value {largest:g}; "
+            "allowed is "
+            f"{tolerance:g} of it), {int(unlike.sum())} of {found.size} values are finite in one "
+            "only"
         )
 
 

@@ -18,10 +18,10 @@ from tools.bench.measure import CPP, TWO_WORKERS, WITH_CARGO
 
 HEAD = """# Speed over time
 
-A row per `python -m tools.bench --history tools/bench/history.md`: medians on the machine that the row names. So
-compare rows of one machine only, and versions by `make check-speed`, which runs both at once. Closed loops in x real
-time on one core (processor time), without cargo; components as ours / recorded C++. How it is measured: docs/speed.md.
-A + behind a commit: files had been changed since.
+A row per `python -m tools.bench --history tools/bench/history.md`: medians on the machine that the
+row names. So compare rows of one machine only, and versions by `make check-speed`, which runs both
+at once. Closed loops in x real time on one core (processor time), without cargo; components as
+ours / recorded C++. How it is measured: docs/speed.md. A + behind a commit: files had been changed.
 
 """
 LOOPS = {

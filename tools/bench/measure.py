@@ -72,7 +72,8 @@ def chosen(only: Sequence[str]) -> list[str]:
         for part in [given] if _fitting(given) else given.split(","):
             if not part.strip():
                 raise InputError(
-                    f"--only '{given}' names nothing; give a name, a part of one, {' or '.join(GROUPS)}"
+                    f"--only '{given}' names nothing; give a name, a part of one, "
+                    f"{' or '.join(GROUPS)}"
                 )
             fitting = _fitting(part.strip())
             if not fitting:

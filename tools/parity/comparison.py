@@ -81,5 +81,6 @@ class Comparison:
         if first:
             at = f" at {list(first)}"
         self.wrong.append(
-            f"{what}: {int(differs.sum())} of {differs.size} differ, first{at}: {a[first]}, recorded {b[first]}"
+            f"{what}: {int(differs.sum())} of {differs.size} differ, first{at}: {a[first]}, "
+            f"recorded {b[first]}"
         )

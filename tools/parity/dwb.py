@@ -1,4 +1,4 @@
-"""DWB: scenes of Nav2 main, sequences of Jazzy with the pruning of the plan, sampled velocities, densified plans."""
+"""DWB: scenes of Nav2 main, sequences of Jazzy, sampled velocities, densified plans."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -51,7 +51,8 @@ SUFFIXES = (
 )
 
 OUT_OF_BOUNDS = (
-    "RotateToGoal.lookahead_time >= 0: upstream reads its score's time beyond the end of an array; RotateToGoal's "
+    "RotateToGoal.lookahead_time >= 0: upstream reads its score's time beyond the end of "
+    "an array; RotateToGoal's "
     "scores, the totals and the command are not compared"
 )
 
@@ -226,7 +227,7 @@ def _check_grids(
 def _check_choice(
     comparison: Comparison, step: Mapping[str, Any], decision: Decision, at: str = ""
 ) -> None:
-    """The chosen command, exactly (also the one that Nav2 chose with its short circuit), and what was rejected."""
+    """The chosen command, exactly, also with Nav2's short circuit, and what was rejected."""
     chosen = NO_COMMAND
     if decision.is_legal:
         command = decision.command
@@ -251,7 +252,7 @@ def _check_choice(
 
 
 def find_sequences(file: GoldenFile) -> Iterator[Case]:
-    """Sequences ``<case>_costmap``, ``<case>_path``, ``<case>_s<k>_vel`` (k from 0) with ``steps`` in their facts."""
+    """Sequences ``<case>_costmap``, ``_path``, ``_s<k>_vel`` (k from 0), facts ``steps``."""
     for name in file.bases("_s0_vel"):
         inputs = {f"{name}_costmap", f"{name}_path"}
         steps = file.facts(name).get("steps", ())

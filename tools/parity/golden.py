@@ -26,7 +26,7 @@ class GoldenError(InputError):
 
 
 class GoldenFile:
-    """One file of vectors: arrays by name, read when they are asked for, and the facts of ``meta_json``."""
+    """One file of vectors: arrays by name, read on demand, and the facts of ``meta_json``."""
 
     def __init__(self, path: Path) -> None:
         """Open a file; only its names and its facts are read.
@@ -72,7 +72,7 @@ class GoldenFile:
             raise self.unusable(f"is damaged at array '{name}' ({_reason(error)})") from None
 
     def bases(self, suffix: str, prefix: str = "") -> list[str]:
-        """What stands between ``prefix`` and ``suffix`` in the names of the arrays that have both, sorted."""
+        """What stands between ``prefix`` and ``suffix`` in the names of arrays, sorted."""
         long_enough = len(prefix) + len(suffix)
         return sorted(
             name[len(prefix) : len(name) - len(suffix)]
@@ -107,7 +107,8 @@ class GoldenFile:
     def unusable(self, trouble: str) -> GoldenError:
         """The error that says why this file cannot be used."""
         return GoldenError(
-            f"{self.path}: {trouble}; a file of golden vectors is wanted: record it again or remove it"
+            f"{self.path}: {trouble}; a file of golden vectors is wanted: record it again or "
+            "remove it"
         )
 
 
@@ -119,7 +120,8 @@ def read_folder(folder: Path) -> list[GoldenFile]:
     """
     if not folder.is_dir():
         raise GoldenError(
-            f"golden folder '{folder}' is not a folder; give a folder of .npz files of golden vectors"
+            f"golden folder '{folder}' is not a folder; give a folder of .npz files of golden "
+            "vectors"
         )
     paths = sorted(folder.glob("*.npz"))
     if not paths:
