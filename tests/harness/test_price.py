@@ -532,7 +532,7 @@ def test_deliveries_of_one_mission_are_one_cluster(write_run: WriteRun) -> None:
 def test_changed_prices_say_what_they_were(write_run: WriteRun) -> None:
     run = load_run(str(write_run("run", episodes=1)))
     assert (
-        dataclasses.asdict(choose(run, None, ("refund=36",), ()).prices.refund)["source"].count(
+        dataclasses.asdict(choose(run, None, {"refund": 36.0}, ()).prices.refund)["source"].count(
             "35.42"
         )
         == 1
