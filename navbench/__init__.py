@@ -1,4 +1,4 @@
-"""Drive, price and compare deliveries from Python.
+"""Drive, price and compare deliveries from Python: everything that the commands do.
 
 ``python -m navbench`` is the program of the same name.
 
@@ -18,41 +18,109 @@ from navstack.dispatch import pin
 if TYPE_CHECKING:
     from harness.episode.episode import Delivery, RunningDelivery
     from harness.policy.interface import Policy, PolicyObservation
+    from harness.recorded.command import Request
     from harness.statistics.interval import Interval
+    from harness.study.places import Where
+    from harness.study.suite import Portion
     from harness.task.camera_params import CameraParams
-    from navbench.api import Run, compare, load, make_world, plan, price, run
+    from navbench.api.ablate import ablate, resume_ablation
+    from navbench.api.explain import explain
+    from navbench.api.lint import lint
+    from navbench.api.localize import localize
+    from navbench.api.maps import import_map, make_map, measure_map
+    from navbench.api.money import compare, price, price_sets, sensitivity
+    from navbench.api.paper import paper
+    from navbench.api.plan import plan
+    from navbench.api.report import replay, report
+    from navbench.api.run import make_world, resume, run
+    from navbench.api.runs import Run, load
+    from navbench.api.scenario import scenario
+    from navbench.api.suite import resume_suite, suite
+    from navbench.api.tune import resume_tuning, tune
+    from navbench.api.verify import verify
     from navstack.errors import InputError, NavstackError
     from navstack.types import Pose2D, Twist2D
 
 pin()  # before anything loads numpy
 
-# fmt: off
-__all__ = [
-    "CameraParams", "Delivery", "InputError", "Interval", "NavstackError", "Policy", "PolicyObservation", "Pose2D",
-    "Run", "RunningDelivery", "Twist2D", "compare", "load", "make_world", "plan", "price", "run",
-]
-# fmt: on
-_WHERE = {
-    "CameraParams": "harness.task.camera_params",
-    "Delivery": "harness.episode.episode",
-    "InputError": "navstack.errors",
-    "Interval": "harness.statistics.interval",
-    "NavstackError": "navstack.errors",
-    "Policy": "harness.policy.interface",
-    "PolicyObservation": "harness.policy.interface",
-    "Pose2D": "navstack.types",
-    "RunningDelivery": "harness.episode.episode",
-    "Twist2D": "navstack.types",
+_NAMES = {  # by module
+    "harness.episode.episode": ("Delivery", "RunningDelivery"),
+    "harness.policy.interface": ("Policy", "PolicyObservation"),
+    "harness.recorded.command": ("Request",),
+    "harness.statistics.interval": ("Interval",),
+    "harness.study.places": ("Where",),
+    "harness.study.suite": ("Portion",),
+    "harness.task.camera_params": ("CameraParams",),
+    "navbench.api.ablate": ("ablate", "resume_ablation"),
+    "navbench.api.explain": ("explain",),
+    "navbench.api.lint": ("lint",),
+    "navbench.api.localize": ("localize",),
+    "navbench.api.maps": ("import_map", "make_map", "measure_map"),
+    "navbench.api.money": ("compare", "price", "price_sets", "sensitivity"),
+    "navbench.api.paper": ("paper",),
+    "navbench.api.plan": ("plan",),
+    "navbench.api.report": ("replay", "report"),
+    "navbench.api.run": ("make_world", "resume", "run"),
+    "navbench.api.runs": ("Run", "load"),
+    "navbench.api.scenario": ("scenario",),
+    "navbench.api.suite": ("resume_suite", "suite"),
+    "navbench.api.tune": ("resume_tuning", "tune"),
+    "navbench.api.verify": ("verify",),
+    "navstack.errors": ("InputError", "NavstackError"),
+    "navstack.types": ("Pose2D", "Twist2D"),
 }
+_WHERE = {name: module for module, names in _NAMES.items() for name in names}
+__all__ = [
+    "CameraParams",
+    "Delivery",
+    "InputError",
+    "Interval",
+    "NavstackError",
+    "Policy",
+    "PolicyObservation",
+    "Portion",
+    "Pose2D",
+    "Request",
+    "Run",
+    "RunningDelivery",
+    "Twist2D",
+    "Where",
+    "ablate",
+    "compare",
+    "explain",
+    "import_map",
+    "lint",
+    "load",
+    "localize",
+    "make_map",
+    "make_world",
+    "measure_map",
+    "paper",
+    "plan",
+    "price",
+    "price_sets",
+    "replay",
+    "report",
+    "resume",
+    "resume_ablation",
+    "resume_suite",
+    "resume_tuning",
+    "run",
+    "scenario",
+    "sensitivity",
+    "suite",
+    "tune",
+    "verify",
+]
 
 
 def __getattr__(name: str) -> Any:
     """What is asked for, imported then: the program itself needs little of it."""
-    if name not in __all__:
+    if name not in _WHERE:
         raise AttributeError(
-            f"module 'navbench' has no attribute '{name}'; it has {', '.join(sorted(__all__))}"
+            f"module 'navbench' has no attribute '{name}'; it has {', '.join(__all__)}"
         )
-    return getattr(importlib.import_module(_WHERE.get(name, "navbench.api")), name)
+    return getattr(importlib.import_module(_WHERE[name]), name)
 
 
 def __dir__() -> list[str]:

@@ -167,7 +167,8 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
             raise InputError("the delivery is over, or none has begun; call reset()")
         if numbers.shape != (2,) or not np.isfinite(numbers).all():
             raise InputError(
-                f"action {action!r} is not two finite numbers: shares of the highest velocity and yaw rate"
+                f"action {action!r} is not two finite numbers: shares of the highest velocity and "
+                "yaw rate"
             )
         speed, yaw_rate = (np.clip(numbers, -1.0, 1.0) * self.fastest).tolist()
         brain.command = Twist2D(speed, 0.0, yaw_rate)

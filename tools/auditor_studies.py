@@ -1,4 +1,4 @@
-"""Studies made of deliveries, honest ones and such with an exploit of the cost model planted, for check_auditor.py."""
+"""Studies made of deliveries: honest ones, and some with a planted exploit of the cost model."""
 
 import copy
 import dataclasses
@@ -34,7 +34,10 @@ SAMPLES = Parameter("samples", ("node.vx_samples",), 20, 5.0, 200.0, is_int=True
 
 
 def stored_deliveries(folders: Sequence[Path]) -> dict[str, list[Row]]:
-    """The deliveries of runs of one seed by stack, on the missions that all finished, each with its events."""
+    """The deliveries of runs of one seed by stack, on the missions that all finished.
+
+    Each has its events.
+    """
     runs = [load_run(str(folder)) for folder in folders]
     rows = {
         stack.name: {row["episode"]: dict(row) for row in stack.rows}
@@ -52,7 +55,7 @@ def stored_deliveries(folders: Sequence[Path]) -> dict[str, list[Row]]:
 
 
 def drawn_deliveries(rng: np.random.Generator, n: int) -> dict[str, list[Row]]:
-    """Deliveries of three made-up stacks on the same missions, which differ in pace and in touches."""
+    """Deliveries of three made-up stacks on the same missions: other pace, other touches."""
     lengths = rng.uniform(20.0, 190.0, n)
     kinds = {
         "fast": (1.8, 0.4, 150.0, 0.08),
@@ -191,9 +194,10 @@ def resampled(
     rng: np.random.Generator,
     exchanged: float = 0.0,
 ) -> tuple[list[Row], list[Row]]:
-    """Rows of original and incumbent on missions drawn with replacement, each taken for a mission of its own.
+    """Rows of original and incumbent on resampled missions, each taken for one of its own.
 
-    ``exchanged`` is the share of missions on which the two change places; at a half they do not differ.
+    ``exchanged`` is the share of missions on which the two change places; at a half they do not
+    differ.
     """
     sides: tuple[list[Row], list[Row]] = ([], [])
     for number, chosen in enumerate(rng.integers(0, len(stacks[0]), missions)):

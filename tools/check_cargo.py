@@ -50,16 +50,18 @@ def main() -> None:
         run_episode(tasks[0])  # compiles, and fills caches
         times, spilled = [0.0, 0.0], 0
         for number, task in enumerate(tasks):
-            found = {way: driven(task, way) for way in ((0, 1) if number % 2 else (1, 0))}
+            first = 1 - number % 2
+            found = {way: driven(task, way) for way in (first, 1 - first)}
             times = [spent + found[way][0] for way, spent in enumerate(times)]
             spilled += bool(found[1][1]["pieces_lost"])
             differing += found[0][2] != found[1][2]
         print(
-            f"{stack}: {times[0] / times[1]:.3f} of the time, {spilled} of {len(tasks)} deliveries spilled",
+            f"{stack}: {times[0] / times[1]:.3f} of the time, {spilled} of {len(tasks)} "
+            "deliveries spilled",
             flush=True,
         )
     print(f"{differing} deliveries differ")
-    sys.exit(1 if differing else 0)
+    sys.exit(bool(differing))
 
 
 if __name__ == "__main__":

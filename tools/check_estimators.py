@@ -54,7 +54,10 @@ KEPT = ("mission", "pedestrians", "cargo")  # generators whose draws a copy repe
 
 
 def forecasts(tasks: Sequence[EpisodeTask]) -> FloatArray:
-    """How near somebody comes to a robot on the planner's first path [m], centre to centre, in each delivery."""
+    """How near people come to a robot on the planner's first path, in each delivery.
+
+    In [m], centre to centre.
+    """
     parts, ground = Parts(tasks[0]), make_ground(tasks[0])
     planner = make_planner("NavFn", parts.nav2, ground.shape, 0.0)
     people = make_pedestrians(parts.params.people, parts.scene.navigation_mesh, parts.robot)
@@ -76,11 +79,11 @@ def forecasts(tasks: Sequence[EpisodeTask]) -> FloatArray:
 def margins_of(folder: Path) -> FloatArray:
     """What each mission of a run's only stack earned [USD]."""
     run = load_run(str(folder))
-    return profits(run, run.stacks[0], choose(run, None, (), ()))
+    return profits(run, run.stacks[0], choose(run, None, {}, ()))
 
 
 def table(folder: Path, first: str, second: str) -> None:
-    """Print what each estimator leaves of the variance, and the missions that it needs for 1 USD."""
+    """Print what each estimator leaves of the variance, and how many missions it needs."""
     differences = margins_of(folder / second) - margins_of(folder / first)
     group = np.digitize(forecasts(list(load_study(folder / first, 1).tasks())), GROUPS)
     shares = np.bincount(group, minlength=len(GROUPS) + 1) / len(group)
@@ -94,7 +97,8 @@ def table(folder: Path, first: str, second: str) -> None:
     means = [round(float(differences[group == number].mean()), 2) for number in range(len(shares))]
     print(f"{folder.name}: {second} less {first}, n = {len(group)}")
     print(
-        f"  shares of the groups {np.round(shares, 3).tolist()}, mean difference in each [USD] {means}"
+        f"  shares of the groups {np.round(shares, 3).tolist()}, mean difference in each [USD] "
+        f"{means}"
     )
     for name, variance in left.items():
         print(f"  {name:10} {variance / plain:.2f}, {Z_OF_TEST**2 * variance:.0f} missions")
@@ -118,7 +122,10 @@ def in_a_copy(work: Callable[[], Any]) -> Any:
 
 
 def make_fresh(number: int) -> None:
-    """Have every generator of this process draw something else, but for those whose draws a copy repeats."""
+    """Have every generator of this process draw something else.
+
+    Those whose draws a copy repeats are left out.
+    """
     for generator in gc.get_objects():
         if isinstance(generator, np.random.Generator):
             seeds = generator.bit_generator.seed_seq
@@ -132,7 +139,10 @@ def make_fresh(number: int) -> None:
 def continued(
     task: EpisodeTask, reach: float, copies: int
 ) -> tuple[list[dict[str, Any]], list[float]]:
-    """How the copies of a delivery end, and the processor time [s] until it is copied and then of each copy."""
+    """How the copies of a delivery end, and their processor time.
+
+    In [s], until it is copied and then of each copy.
+    """
     delivery = RunningDelivery(task)
 
     def drive(goes_on: Callable[[], bool]) -> float:
@@ -177,15 +187,18 @@ def split(folder: Path, missions: int, reach: float, copies: int) -> None:
     before = float(np.mean([seconds[0] for _, seconds in found]))
     after = float(np.mean([np.mean(seconds[1:]) for _, seconds in found])) / before
     print(
-        f"{folder.name}: {sum(len(each) > 1 for each in values)} of {missions} missions copied {copies} times"
+        f"{folder.name}: {sum(len(each) > 1 for each in values)} of {missions} missions copied "
+        f"{copies} times"
     )
     print(
-        f"  {within:.2f} of the variance lies within missions; after copying {after / (1.0 + after):.2f} of the time"
+        f"  {within:.2f} of the variance lies within missions; after copying "
+        f"{after / (1.0 + after):.2f} of the time"
     )
     for number in (2, 4, 8):
         left = 1.0 - within * (1.0 - 1.0 / number)
         print(
-            f"  {number} copies: variance {left:.2f}, times time {left * (1.0 + number * after) / (1.0 + after):.2f}"
+            f"  {number} copies: variance {left:.2f}, times time "
+            f"{left * (1.0 + number * after) / (1.0 + after):.2f}"
         )
 
 

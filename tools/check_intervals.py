@@ -44,7 +44,7 @@ BASELINE = Path(__file__).resolve().parents[1] / "results" / "baseline"
 
 
 def costs(rng: np.random.Generator, n: int) -> FloatArray:
-    """Costs [USD] of deliveries: contacts with people, repairs, refunds of the fee and of the food."""
+    """Costs [USD] of deliveries: contacts with people, repairs, refunds."""
     people, repair = 32.0 * rng.poisson(0.3, n), 36.0 * (rng.random(n) < 0.2)
     late, spoiled = 3.5 * (rng.random(n) < 0.1), 32.0 * (rng.random(n) < 0.1)
     return people + repair + late + spoiled
@@ -95,7 +95,7 @@ Draw = Callable[[FloatArray, np.random.Generator], Interval]  # an interval from
 
 
 def driven(folders: list[Path]) -> Iterator[tuple[str, FloatArray, Draw]]:
-    """Each stack with enough deliveries, their margins [USD], and the interval that admits the unseen."""
+    """Each stack with enough deliveries, their margins [USD], and the wider interval."""
     for folder in folders:
         for file in sorted(folder.rglob("run.json")):
             run = load_run(str(file.parent))
@@ -104,7 +104,7 @@ def driven(folders: list[Path]) -> Iterator[tuple[str, FloatArray, Draw]]:
                     place = "/".join(file.parent.relative_to(folder.parent).parts[-2:])
                     yield (
                         f"{place}: {stack.name}",
-                        profits(run, stack, choose(run, None, (), ())),
+                        profits(run, stack, choose(run, None, {}, ())),
                         partial(_with_unseen, reach=reach_of(run)),
                     )
 
@@ -166,7 +166,7 @@ def _shares(
     replications: int,
     rng: np.random.Generator,
 ) -> list[float]:
-    """How often intervals of each kind hold the mean of all ``margins``, from ``n`` of them drawn with replacement."""
+    """How often intervals of each kind hold the mean of all ``margins``, from ``n`` resampled."""
     truth, held = float(margins.mean()), [0] * len(kinds)
     for _ in range(replications):
         sample = rng.choice(margins, n)

@@ -44,7 +44,10 @@ from tools.options import parsed
 
 ALLOWED = 0.05
 MOST_PRIVATE = 300e6 / 2**20  # [MiB] of a worker
-RULES = "arrival_radius: 2.0\ntimeout: {timeout}\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+RULES = (
+    "arrival_radius: 2.0\ntimeout: {timeout}\nmax_tilt: 0.5\nimpulse_health: "
+    "177.78\nspoiled_fraction: 0.05\n"
+)
 PARENT = "program"
 
 
@@ -114,11 +117,13 @@ def measure_rows(arguments: argparse.Namespace, folder: Path) -> None:
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
         spent, more = time.process_time() - began, memory(os.getpid())[0] - before
         print(
-            f"{step:<8} {more:+8.0f} MiB since the beginning, peak {peak:.0f} MiB, {spent:6.1f} s of processor time"
+            f"{step:<8} {more:+8.0f} MiB since the beginning, peak {peak:.0f} MiB, {spent:6.1f} s "
+            "of processor time"
         )
 
     print(
-        f"{study.total} deliveries, {(folder / JOURNAL).stat().st_size / 1e6:.0f} MB of journal, {before:.0f} MiB"
+        f"{study.total} deliveries, {(folder / JOURNAL).stat().st_size / 1e6:.0f} MB of journal, "
+        f"{before:.0f} MiB"
     )
     with RunFolder(folder, TABLES, study.total) as run:
         report("resumed")
@@ -143,7 +148,8 @@ def main() -> None:
     failed = False
     steps = 10
     print(
-        f"RSS [MiB] after each tenth of {arguments.episodes} deliveries, {arguments.stack}, and growth from 2nd to last"
+        f"RSS [MiB] after each tenth of {arguments.episodes} deliveries, {arguments.stack}, and "
+        "growth from 2nd to last"
     )
     for process, sizes_of_it in sizes.items():
         tenth = max(len(sizes_of_it) // steps, 1)
@@ -161,7 +167,7 @@ def main() -> None:
         print(
             f"   in proportion {pss:.0f}, private {uss:.0f} (a worker's may be {MOST_PRIVATE:.0f})"
         )
-    sys.exit(1 if failed else 0)
+    sys.exit(bool(failed))
 
 
 if __name__ == "__main__":

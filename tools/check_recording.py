@@ -1,10 +1,10 @@
-"""What keeping more of a delivery costs: ``--record decisions`` and ``full`` against ``events``, files included.
+"""What keeping more of a delivery costs: ``decisions`` and ``full`` against ``events``.
 
 Usage: python -m tools.check_recording [--stack NAME ...] [--episodes N] [--rounds N]
 
-The deliveries 0, 1 ... of seed 0 are driven in this process with each kind of recording in turn, after a round that
-compiles and fills caches. Processor time; a kind's cost is the least of its rounds over the least of ``events``. Exit
-status 1 where ``full`` costs more than MOST.
+The deliveries 0, 1 ... of seed 0 are driven in this process with each kind of recording in turn,
+after a round that compiles and fills caches. Processor time; a kind's cost is the least of its
+rounds over the least of ``events``. Exit status 1 where ``full`` costs more than MOST.
 """
 
 import sys
@@ -53,7 +53,8 @@ def main() -> None:
             for record, each in zip(RECORDS[1:], least[1:], strict=True)
         )
         print(
-            f"{stack}: events {least[0]:.2f} s, {told} (least of {asked.rounds}, {asked.episodes} deliveries)"
+            f"{stack}: events {least[0]:.2f} s, {told} (least of {asked.rounds}, {asked.episodes} "
+            "deliveries)"
         )
         costs[stack] = least[RECORDS.index("full")] / least[0] - 1.0
     dear = [f"{stack} {100.0 * cost:.0f} %" for stack, cost in costs.items() if cost > MOST]

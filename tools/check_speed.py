@@ -1,17 +1,20 @@
-"""Is the working tree slower than a commit, and does it drive the same? Both are run at once, a delivery each in turn.
+"""Is the working tree slower than a commit, and are its rows the same?
 
 Usage: python -m tools.check_speed --against COMMIT [--tolerance 0.15] [--quick] [--rows 20]
 
-The commit is exported (git archive) into a temporary folder. A process of each version drives the first 20 s of the
-same deliveries, never both at a time, in the order commit, tree, tree, commit; what counts is processor time per
-simulated second. Tree over commit is given with a 95 % interval (bootstrap over deliveries), for each closed loop of
-:mod:`tools.bench`. The check fails only where the whole interval lies above 1 + tolerance: a busy machine widens the
-interval, it does not fail the check. The first delivery of an exported commit compiles for half a minute or more.
+The commit is exported (git archive) into a temporary folder. A process of each version drives the
+first 20 s of the same deliveries, never both at a time, in the order commit, tree, tree, commit;
+what counts is processor time per simulated second. Tree over commit is given with a 95 % interval
+(bootstrap over deliveries), for each closed loop of
+:mod:`tools.bench`. The check fails only where the whole interval lies above 1 + tolerance: a busy
+machine widens the interval, it does not fail the check. The first delivery of an exported commit
+compiles for half a minute or more.
 
---rows N also drives N whole deliveries of each loop and compares their rows; the check fails where they differ, and
-says in which columns. COMMIT may also be a folder that holds another tree.
+--rows N also drives N whole deliveries of each loop and compares their rows; the check fails where
+they differ, and says in which columns. COMMIT may also be a folder that holds another tree.
 
-Exit status 0: not slower (and the same rows); 1: slower, other rows, or not done within --time-limit.
+Exit status 0: not slower (and the same rows); 1: slower, other rows, or not done within
+--time-limit.
 """
 
 import argparse
@@ -23,7 +26,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -54,9 +57,13 @@ class Driver:
         self._tree = tree
         environment = {**os.environ, "PYTHONPATH": str(tree)}
         self._process = subprocess.Popen(
-            [sys.executable, "-P", str(DRIVER)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-            env=environment, cwd=tree,
-        )  # fmt: skip
+            [sys.executable, "-P", str(DRIVER)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
+            cwd=tree,
+        )
 
     def ask(self, loop: str, episode: int, seconds: float | None) -> None:
         """Begin a delivery."""
@@ -81,7 +88,8 @@ class Driver:
         given: Answer = json.loads(line)
         if Path(given["program"]) != self._tree.resolve():
             raise Failure(
-                f"{self._tree} holds no version of this program: {given['program']} drove in its place"
+                f"{self._tree} holds no version of this program: {given['program']} drove in its "
+                "place"
             )
         return given
 
@@ -145,7 +153,7 @@ class Rows:
 
 
 def compare_rows(before: Driver, after: Driver, loop: str, deliveries: int) -> Rows:
-    """Drive whole deliveries with both versions at once and compare what comes of them, to the last digit."""
+    """Drive whole deliveries with both versions and compare their rows, to the last digit."""
     differing, columns, only_in_one = [], set(), set()
     for episode in range(deliveries):
         for driver in (before, after):
@@ -175,7 +183,8 @@ def version(given: str, tree: Path) -> Iterator[Path]:
         )
         if archive.returncode:
             raise Failure(
-                f"--against {given} is neither a commit of {tree} nor a folder; give one, e.g. HEAD~1"
+                f"--against {given} is neither a commit of {tree} nor a folder; give one, e.g. "
+                "HEAD~1"
             )
         subprocess.run(["tar", "-x", "-C", folder], input=archive.stdout, check=True)
         yield Path(folder)
@@ -190,16 +199,22 @@ def too_late(number: int, frame: FrameType | None) -> None:
 def check(before: Driver, after: Driver, arguments: argparse.Namespace) -> bool:
     """Compare and print; whether all is well."""
     is_well = True
-    deliveries = arguments.deliveries or (QUICK_DELIVERIES if arguments.quick else DELIVERIES)
-    loops: Sequence[str] = arguments.loop or (QUICK_LOOPS if arguments.quick else tuple(LOOPS))
-    for loop in loops:
+    deliveries, loops = DELIVERIES, tuple(LOOPS)
+    if arguments.quick:
+        deliveries, loops = QUICK_DELIVERIES, QUICK_LOOPS
+    deliveries = arguments.deliveries or deliveries
+    for loop in arguments.loop or loops:
         speed = compare_speed(before, after, loop, deliveries, arguments.seconds)
         ratio, slower = speed.ratio, speed.is_slower(arguments.tolerance)
         is_well = is_well and not slower
-        span = "" if ratio.low is None else f" [{ratio.low:.3f}, {ratio.high:.3f}]"
-        verdict = "SLOWER" if slower else "not slower"
+        span, verdict = "", "not slower"
+        if ratio.low is not None:
+            span = f" [{ratio.low:.3f}, {ratio.high:.3f}]"
+        if slower:
+            verdict = "SLOWER"
         print(
-            f"{loop}: time of the tree / {arguments.against}: {ratio.value:.3f}{span}, n = {ratio.n}: {verdict}",
+            f"{loop}: time of the tree / {arguments.against}: {ratio.value:.3f}{span}, n = "
+            f"{ratio.n}: {verdict}",
             flush=True,
         )
         if arguments.rows:
@@ -214,7 +229,10 @@ def show_rows(rows: Rows) -> bool:
     if not rows.differing:
         print(f"{rows.loop}: {rows.compared} of {rows.compared} rows are identical", flush=True)
         return True
-    count = f"{len(rows.differing)} of {rows.compared} rows DIFFER, the first is delivery {rows.differing[0]}"
+    count = (
+        f"{len(rows.differing)} of {rows.compared} rows DIFFER, the first is delivery "
+        f"{rows.differing[0]}"
+    )
     print(f"{rows.loop}: {count}; columns: {', '.join(rows.columns)}", flush=True)
     return False
 

@@ -30,7 +30,9 @@ from harness.storage.shipped import shipped
 from harness.study.places import Where
 from harness.study.stored_run import load_run
 from harness.task.study import make_study
-from navbench.cli.driving import begin_run, resume_run
+from navbench.api.driving import begin
+from navbench.api.run import drive_rest
+from navbench.cli.driving import print_driven
 from navbench.cli.signals import run_script
 from navstack.errors import NavstackError
 from navstack.params.nav2_file.edit import set_value
@@ -130,7 +132,8 @@ def tables(folder: Path) -> str:
     about = f"{len(sides[0].stack.rows)} missions, seed {run.seed}, map {run.map_name}"
     return (
         f"{about}\n\n{what_each_does(comparisons, sides)}\n\n"
-        f"Minus {sides[0].stack.name}, paired, 95 % intervals:\n\n{against_the_first(comparisons, sides)}\n"
+        f"Minus {sides[0].stack.name}, paired, 95 % "
+        f"intervals:\n\n{against_the_first(comparisons, sides)}\n"
     )
 
 
@@ -176,7 +179,7 @@ def main() -> None:
     asked = parser.parse_args()
     try:
         if (asked.out / "run.json").exists():
-            status = resume_run(asked.out, Where(workers=asked.workers), as_json=False)
+            driven = drive_rest(asked.out, Where(workers=asked.workers))
         else:
             with tempfile.TemporaryDirectory() as variants:
                 study = make_study(
@@ -189,7 +192,8 @@ def main() -> None:
                     world=asked.world,
                     workers=asked.workers,
                 )
-                status = begin_run(study, asked.out, Where(), as_json=False)
+                driven = begin(study, asked.out, Where())
+        status = print_driven(driven, as_json=False)
         if status:
             sys.exit(status)
         text = tables(asked.out)

@@ -70,7 +70,7 @@ def simulate(world: str, seed: int) -> Recording:
 
 
 def measure(recordings: list[Recording]) -> dict[str, FloatArray]:
-    """Speeds [m/s], separations [m] and post-encroachment times [s] of several recordings taken together."""
+    """Speeds [m/s], separations [m] and post-encroachment times [s] of several recordings."""
     return {
         "speed": np.concatenate([walking_speeds(r) for r in recordings]),
         "separation": np.concatenate([separations(r, PERIOD) for r in recordings]),

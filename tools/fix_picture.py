@@ -54,7 +54,8 @@ def draw_fixes(
     recording = run / "recordings" / f"{stack}-{episode}.npz"
     if not recording.is_file():
         raise InputError(
-            f"{recording} does not exist; make the run with --record full and give a stack and episode of it"
+            f"{recording} does not exist; make the run with --record full and give a stack and "
+            "episode of it"
         )
     with np.load(recording, allow_pickle=False) as arrays:
         way = arrays["trace"][:, :3]
@@ -120,7 +121,7 @@ def _draw_places(
 
 
 def _draw_errors(axes: "Axes", measured: dict[str, FloatArray]) -> None:
-    """Distance of each fix from the truth, and the root mean square that its stated deviation would give."""
+    """Distance of each fix from the truth, and the RMS that its stated deviation implies."""
     for (name, fixes), colour in zip(measured.items(), COLOURS, strict=False):
         errors = np.hypot(fixes[:, 1], fixes[:, 2])
         size = f"RMS {np.sqrt(np.mean(errors**2)):.2f} m" if len(errors) else "no fix"

@@ -34,7 +34,9 @@ from harness.study.stored_run import StoredRun, load_run
 from harness.task.study import make_study
 from harness.world.map.importer import ImportSettings, import_scene
 from harness.world.map.scene_io import save_scene
-from navbench.cli.driving import begin_run, resume_run
+from navbench.api.driving import begin
+from navbench.api.run import drive_rest
+from navbench.cli.driving import print_driven
 from navbench.cli.signals import run_script
 from navstack.costmap.map_io import load_map
 from navstack.errors import NavstackError
@@ -142,7 +144,7 @@ def drive(cell: Cell, own_map: Path | None, workers: int | None) -> None:
     if (folder / "summary.json").exists():
         return
     if (folder / "run.json").exists():
-        status = resume_run(folder, where, as_json=False)
+        driven = drive_rest(folder, where)
     else:
         stack, place = cell.stack, cell.place
         if place == OWN_MAP:
@@ -159,7 +161,8 @@ def drive(cell: Cell, own_map: Path | None, workers: int | None) -> None:
             map_name=place,
             workers=workers,
         )
-        status = begin_run(study, folder, where, as_json=False)
+        driven = begin(study, folder, where)
+    status = print_driven(driven, as_json=False)
     if status:
         sys.exit(status)
     if own_map is not None:  # what is kept names no folder of this machine
@@ -187,8 +190,12 @@ def read(cell: Cell) -> Delivered:
 
 def p_text(p: float) -> str:
     """A p value, in bold where equality is rejected."""
-    text = f"p = {p:.3f}" if p >= 0.001 else "p < 0.001"
-    return f"**{text}**" if p < LEVEL else text
+    text = f"p = {p:.3f}"
+    if p < 0.001:
+        text = "p < 0.001"
+    if p < LEVEL:
+        text = f"**{text}**"
+    return text
 
 
 def shares(driven: dict[Cell, Delivered]) -> str:
@@ -241,14 +248,11 @@ def predictions(driven: dict[Cell, Delivered]) -> str:
         line = [cell.place, cell.stack]
         method = load_published().methods[METHODS[cell.stack]]
         for key, decimals, gate in PREDICTED:
-            ours, ratio = (
-                delivered.came_to.intervals[key],
-                f"{mean_of(delivered, key) / getattr(method.measured, key):.2f}",
-            )
-            is_missed = gate is not None and not gate[0] <= float(ratio) <= gate[1]
-            line.append(
-                f"{interval_text(ours, decimals)}: {f'**{ratio}**' if is_missed else ratio}"
-            )
+            ours = interval_text(delivered.came_to.intervals[key], decimals)
+            ratio = f"{mean_of(delivered, key) / getattr(method.measured, key):.2f}"
+            if gate is not None and not gate[0] <= float(ratio) <= gate[1]:
+                ratio = f"**{ratio}**"
+            line.append(f"{ours}: {ratio}")
         lines.append(line)
     heading = ["injuries [USD]", "impulse [N s]", "distance [km]", "speed [m/s]", "time [h]"]
     return table(["place", "stack", *heading], lines)
@@ -282,7 +286,7 @@ def standing(driven: dict[Cell, Delivered]) -> str:
 
 
 def earnings(driven: dict[Cell, Delivered]) -> str:
-    """Who earns money, and the differences on the same missions, adjusted for all of them (Holm)."""
+    """Who earns money, and the differences on the same missions, adjusted (Holm)."""
     cells = [cell for cell in driven if cell.stack in EARNING]
     against = {cell: Cell(EARNING[0], cell.place) for cell in cells if cell.stack != EARNING[0]}
     pairs = {
@@ -302,14 +306,23 @@ def earnings(driven: dict[Cell, Delivered]) -> str:
             interval_text(means[key], 2)
             for key in ("pedestrian_injury_usd_per_run", "contribution_margin")
         ]
-        paired = (
-            f"{interval_text(found[cell].difference, 2)}, {p_text(adjusted[cell])}"
-            if cell in found
-            else "--"
-        )
+        paired = "--"
+        if cell in found:
+            paired = f"{interval_text(found[cell].difference, 2)}, {p_text(adjusted[cell])}"
         lines.append([cell.place, cell.stack, *texts, paired])
     heading = ["SLA", "injuries [USD]", "margin [USD]", f"minus {EARNING[0]} [USD], p (Holm)"]
     return table(["place", "stack", *heading], lines)
+
+
+def drive_asked(asked: argparse.Namespace) -> None:
+    """Drive the cells that are asked for, as far as their map is there."""
+    own_map = published_map(KEPT.parents[1] / "published_map")
+    for cell in CELLS:
+        is_known = own_map is not None or cell.place != OWN_MAP
+        is_stack = not asked.stack or cell.stack in asked.stack
+        is_place = not asked.place or cell.place in asked.place
+        if is_known and is_stack and is_place:
+            drive(cell, own_map, asked.workers)
 
 
 def main() -> None:
@@ -324,13 +337,8 @@ def main() -> None:
     )
     asked = parser.parse_args()
     try:
-        own_map = None if asked.tables else published_map(KEPT.parents[1] / "published_map")
-        for cell in () if asked.tables else CELLS:
-            is_asked = (not asked.stack or cell.stack in asked.stack) and (
-                not asked.place or cell.place in asked.place
-            )
-            if is_asked and (own_map is not None or cell.place != OWN_MAP):
-                drive(cell, own_map, asked.workers)
+        if not asked.tables:
+            drive_asked(asked)
         driven = {cell: read(cell) for cell in CELLS if (cell.folder / "summary.json").exists()}
         aligned = "\n\n".join(part(driven) for part in (shares, predictions, standing, earnings))
         # as the other tables of the page

@@ -53,7 +53,7 @@ COPIED = (
     "pyproject.toml",
 )
 TRACKED = ("results/baseline", "README.md", "CHANGELOG.md", "mkdocs.yml", "Makefile")
-PACKAGES = ("navstack", "harness")
+PACKAGES = ("navstack", "harness", "navbench")
 LIBRARIES = (
     "numba",
     "scipy.optimize",

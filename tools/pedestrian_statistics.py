@@ -51,7 +51,7 @@ def walking_speeds(recording: Recording) -> FloatArray:
 
 
 def separations(recording: Recording, period: float) -> FloatArray:
-    """Distance (N,) [m] from each sample to the nearest other person at the time who is no companion.
+    """Distance (N,) [m] from each sample to the nearest person who is no companion.
 
     Args:
         recording: sampled every ``period`` [s].
@@ -93,10 +93,11 @@ def companions(recording: Recording, period: float) -> BoolArray:
 
 
 def post_encroachment_times(recording: Recording, period: float) -> FloatArray:
-    """Times (N,) [s] after which somebody is where another was, of all pairs of strangers whose ways meet.
+    """Times (N,) [s] after which somebody is where another was, of all pairs of strangers.
 
-    Of each pair the least time between samples that are within :data:`SAME_PLACE`, up to :data:`LONGEST_PET` (Allen,
-    Shin & Cooper 1978; between people as in the literature on crossings: of bodies, not of their edges).
+    Of each pair the least time between samples that are within :data:`SAME_PLACE`, up to
+    :data:`LONGEST_PET` (Allen, Shin & Cooper 1978; between people as in the literature on
+    crossings: of bodies, not of their edges).
     """
     together, found = companions(recording, period), []
     people = [_refined(times, positions) for times, positions in _people(recording)]
@@ -124,7 +125,7 @@ def _refined(times: FloatArray, positions: FloatArray) -> tuple[FloatArray, Floa
 def prediction_errors(
     recording: Recording, observed: int = 8, predicted: int = 12
 ) -> tuple[float, float, int]:
-    """Errors of "goes on as in the last step", over all windows of ``observed`` and ``predicted`` samples.
+    """Errors of "goes on as in the last step", over all windows of samples.
 
     Returns:
         Average and final displacement error (ADE, FDE) [m], and the number of windows.

@@ -19,13 +19,14 @@ import sys
 from pathlib import Path
 
 from harness.report.markdown import wrapped
-from harness.report.suite.results import Results, read_results
+from harness.report.suite.results import Results
 from harness.report.suite.tables import margins
 from harness.storage.shipped import shipped
 from harness.study.places import Where
 from harness.study.suite import DECLARATION, Portion, declare, load_suite
+from navbench.api.suite import suite, write_overview
+from navbench.cli.driving import exit_status
 from navbench.cli.signals import run_script
-from navbench.cli.suite import begin_suite, write_overview
 from navstack.errors import NavstackError
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -46,9 +47,12 @@ def headline(results: Results) -> str:
     state = f"{done} deliveries" if done == declared else f"so far {done} of {declared} deliveries"
     names = ", ".join(f"`{Path(name).stem}`" for name in results.suite.maps)
     text = (
-        f"**What three stacks earn** on the maps {names} ({state}, seed {results.suite.seeds[0]}, world "
-        f"`{Path(results.suite.worlds[0]).stem}`): contribution margin [USD/delivery], 95 % bootstrap intervals over "
-        "missions; in round brackets those that admit [a loss that has not happened yet](docs/money.md#intervals). "
+        f"**What three stacks earn** on the maps {names} ({state}, seed {results.suite.seeds[0]}, "
+        "world "
+        f"`{Path(results.suite.worlds[0]).stem}`): contribution margin [USD/delivery], 95 % "
+        "bootstrap intervals over "
+        "missions; in round brackets those that admit [a loss that has not happened "
+        "yet](docs/money.md#intervals). "
         "Costs, outcomes, break-even and paired differences: "
         f"[the study](results/baseline/{README_SHOWS}/index.md)."
     )
@@ -75,7 +79,8 @@ def publish(results: Results, readme: Path) -> None:
     missing = sum(each.valuation is None for each in results.standings)
     if missing:
         print(
-            f"README.md is left as it is: {missing} of {len(results.standings)} cells have no delivery yet"
+            f"README.md is left as it is: {missing} of {len(results.standings)} cells have no "
+            "delivery yet"
         )
         return
     text = filled(readme.read_text(encoding="utf-8"), headline(results))
@@ -116,10 +121,9 @@ def main() -> None:
             results = write_overview(out)
         else:
             portion = Portion(tuple(asked.stack), tuple(asked.map), asked.episodes)
-            status = begin_suite(
-                asked.suite, asked.world, portion, Where(workers=asked.workers), out, as_json=False
-            )
-            results = read_results(out)
+            where = Where(workers=asked.workers)
+            found = suite(asked.suite, portion=portion, world=asked.world, where=where, out=out)
+            status, results = exit_status(found.is_interrupted, found.has_errors), found.results
         if out.resolve() == BASELINE / README_SHOWS:
             publish(results, ROOT / "README.md")
     except (NavstackError, ValueError) as error:

@@ -83,7 +83,7 @@ QUESTIONS = {
 
 
 def incremental(name: str, localizer: str, folder: Path) -> Path:
-    """Write a shipped stack with the incremental planner, and the MPC's quick solver, into a folder; its stack file.
+    """Write a shipped stack with the incremental planner and the MPC's quick solver.
 
     Raises:
         NavstackError: the stack has no planner to exchange.
@@ -256,14 +256,16 @@ def effort(document: Row) -> str:
     driven, trials = document["training_episodes"], document["trials"]
     states = ", ".join(f"{count} {state}" for state, count in trials.items())
     return (
-        f"Objective {', '.join(document['objectives'])}, space {document['space']['name']}, seed {document['seed']}: "
-        f"trials {states}; {driven['driven']} training deliveries ({driven['without_racing']} without racing), "
+        f"Objective {', '.join(document['objectives'])}, space {document['space']['name']}, seed "
+        f"{document['seed']}: "
+        f"trials {states}; {driven['driven']} training deliveries ({driven['without_racing']} "
+        "without racing), "
         f"{sum(each['missions'] for each in document['finals'])} of the final choice.\n\n"
     )
 
 
 def keep(driven: Path, folder: Path, text: str) -> None:
-    """Write what is kept beside the archive, without figures and without the paths of this machine."""
+    """Write what is kept beside the archive, without figures and this machine's paths."""
     for name in (TUNED, STACK, DIFF, TRIALS):
         shutil.copyfile(driven / "study" / name, folder / name)
     report = read_text(driven / "study" / "report.md")
@@ -278,14 +280,13 @@ def keep(driven: Path, folder: Path, text: str) -> None:
 def arguments_of(
     given: Sequence[str], question: Question, original: Path, study: Path
 ) -> list[str]:
-    """Of ``navbench tune``: the question's, then those that are given, which count where both are."""
+    """Of ``navbench tune``: the question's, then those that are given, which win."""
     if (study / "run.json").exists():
         return ["--resume", str(study)]
-    spaces = (
-        []
-        if "--space" in given
-        else [part for space in question.spaces for part in ("--space", space)]
-    )
+    spaces: list[str] = []
+    if "--space" not in given:
+        for space in question.spaces:
+            spaces += ["--space", space]
     own = ["--objective", question.objective, "--world", "easy"]
     return ["--stack", str(original), "--out", str(study), *spaces, *own, *given]
 
@@ -302,22 +303,23 @@ def main() -> None:
         parser.add_argument(f"--{name}")
     parser.add_argument("--workers", type=int)
     asked, given = parser.parse_known_args()
-    given += ["--no-racing"] if asked.unraced else []
-    question = QUESTIONS[asked.question]
-    name = asked.name or asked.question + ("-unraced" if asked.unraced else "")
+    question, name = QUESTIONS[asked.question], asked.question
+    if asked.unraced:
+        given.append("--no-racing")
+        name += "-unraced"
+    name = asked.name or name
     driven, folder = DRIVEN / name, KEPT / name
     try:
         unpack(driven, folder / ARCHIVE)
         original = incremental(question.stack, question.localizer, driven / "stacks")
-        rival = (
-            incremental(question.rival, question.localizer, driven / "stacks")
-            if question.rival
-            else ""
-        )
-        workers = ["--workers", str(asked.workers)] if asked.workers else []
+        rival, workers = "", []
+        if question.rival:
+            rival = str(incremental(question.rival, question.localizer, driven / "stacks"))
+        if asked.workers:
+            workers = ["--workers", str(asked.workers)]
         with kept(driven, folder / ARCHIVE):
             tune([*arguments_of(given, question, original, driven / "study"), *workers])
-            sides = test_rows(driven / "study", str(rival), driven / "rival", asked.workers)
+            sides = test_rows(driven / "study", rival, driven / "rival", asked.workers)
         if asked.beside:
             unpack(DRIVEN / asked.beside, KEPT / asked.beside / ARCHIVE)
             other = test_rows(DRIVEN / asked.beside / "study", "", driven, asked.workers)

@@ -20,7 +20,7 @@ from harness.storage.run_folder import MANIFEST, RunFolder, create_run
 from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
-from navbench.cli.progress import say
+from navbench.api.progress import say
 
 
 def drive(executor: Executor, at_once: int, study: Study, path: Path) -> None:

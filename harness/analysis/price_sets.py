@@ -85,7 +85,7 @@ def under_price_sets(run: StoredRun) -> dict[str, UnderSet]:
     """What a run's stacks come to under each set, by its name; the published set first."""
     found = {}
     for name in price_sets():
-        choices = choose(run, name, (), ())
+        choices = choose(run, name, {}, ())
         money = {
             stack.name: money_of([(run, stack)], choices) for stack in run.stacks if stack.rows
         }

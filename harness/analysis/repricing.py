@@ -85,7 +85,7 @@ class Repriced:
 
 
 def choose(
-    run: StoredRun, prices: str | None, settings: Sequence[str], terms: Sequence[str]
+    run: StoredRun, prices: str | None, settings: Mapping[str, float], terms: Sequence[str]
 ) -> Choices:
     """What to price a run with.
 
@@ -93,9 +93,9 @@ def choose(
         run: the run, whose own prices are the default.
         prices: a name of params/prices or a file; None: the run's own. Its optional terms are among
             those asked for.
-        settings: ``KEY=VALUE`` each; keys of the price file or of the optional terms', with or
-            without the unit.
-        terms: names of optional terms, each entry one or several separated by commas.
+        settings: values by key of the price file or of the optional terms', with or without the
+            unit.
+        terms: names of optional terms.
 
     Raises:
         InputError: a price file, setting or term that cannot be used.
@@ -107,37 +107,24 @@ def choose(
     optional = load_optional_prices(loaded)
     if loaded.accounting not in ACCOUNTINGS:
         raise UnknownNameError("accounting of prices", loaded.accounting, list(ACCOUNTINGS))
-    values = dict(_setting(text) for text in settings)
     own, other = names_of(loaded), names_of(optional)
-    for key in values:
+    for key in settings:
         if key not in own | other:
             raise UnknownNameError("price", key, sorted(own | other))
-    loaded = with_values(loaded, {key: number for key, number in values.items() if key in own})
+    loaded = with_values(loaded, {key: number for key, number in settings.items() if key in own})
     optional = with_values(
-        optional, {key: number for key, number in values.items() if key in other}
+        optional, {key: number for key, number in settings.items() if key in other}
     )
     check_prices(optional, "--set")
-    names = check_terms(
-        [*loaded.terms, *(name.strip() for text in terms for name in text.split(","))]
-    )
-    for key in (key for key in values if key in other):
+    names = check_terms([*loaded.terms, *terms])
+    for key in (key for key in settings if key in other):
         users = [name for name, term in OPTIONAL_TERMS.items() if other[key] in term.prices]
         if not set(users) & set(names):
             raise InputError(
                 f"--set {key} has no effect without an optional term; add --with "
                 f"{' or '.join(users)}"
             )
-    return Choices(checked(loaded, "--set"), OptionalTerms(names, optional), values)
-
-
-def _setting(text: str) -> tuple[str, float]:
-    key, _, number = text.partition("=")
-    try:
-        return key.strip(), float(number)
-    except ValueError:
-        raise InputError(
-            f"--set '{text}' is not KEY=NUMBER, e.g. delivery_fee_usd_per_run=4.99"
-        ) from None
+    return Choices(checked(loaded, "--set"), OptionalTerms(names, optional), settings)
 
 
 def reprice(run: StoredRun, choices: Choices) -> list[Repriced]:

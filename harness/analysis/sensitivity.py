@@ -115,18 +115,20 @@ class Sensitivity:
     life_runs: float  # [run] of the robot
 
 
-def sensitivities(run: StoredRun, choices: Choices, maps: Sequence[str]) -> list[Sensitivity]:
+def sensitivities(
+    run: StoredRun, choices: Choices, maps: Sequence[tuple[str, str]]
+) -> list[Sensitivity]:
     """Work out every stack of a run.
 
     Args:
         run: the run.
         choices: prices and optional terms to start from.
-        maps: pairs of prices or of groups of prices, ``X,Y`` each; none: :data:`MAPS`.
+        maps: pairs of prices or of groups of prices; none: :data:`MAPS`.
 
     Raises:
         InputError: an unknown price, no finished delivery, or a margin that is undefined.
     """
-    pairs = [_pair(text) for text in maps] or list(MAPS)
+    pairs = list(maps) or list(MAPS)
     stacks = [stack for stack in run.stacks if stack.rows]
     if not stacks:
         raise InputError(
@@ -147,13 +149,6 @@ def sensitivity_document(
         "runs": [_document(result) for result in results],
         "figures": list(figures),
     }
-
-
-def _pair(text: str) -> tuple[str, str]:
-    x, comma, y = (part.strip() for part in text.partition(","))
-    if not comma or not x or not y:
-        raise InputError(f"--map '{text}' is not two prices X,Y, e.g. delivery_fee,injury.costs")
-    return x, y
 
 
 def _of_stack(

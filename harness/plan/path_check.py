@@ -78,7 +78,12 @@ class Obstacles:
         return least
 
     def _near(self, points: FloatArray, radius: float) -> np.ndarray:
-        """Squares that may be within ``REACH`` of a body of a circumscribed radius [m] at one of the points (N, 2)."""
+        """Squares that may be within ``REACH`` of a body at one of the points (N, 2).
+
+        Args:
+            points: [m].
+            radius: [m] of the circle around the body.
+        """
         limit = REACH + radius + 2.0 * self._resolution
         distances, _ = cKDTree(points).query(self._corners, distance_upper_bound=limit)
         corners = self._corners[np.isfinite(distances)]
@@ -87,7 +92,7 @@ class Obstacles:
 
 
 def placements_along(points: FloatArray, start_yaw: float, goal_yaw: float) -> FloatArray:
-    """Poses (M, 3) of a body that drives forwards along a polyline (N, 2) and turns on the spot at its corners."""
+    """Poses (M, 3) of a body that drives along a polyline (N, 2) and turns at its corners."""
     steps = np.diff(points, axis=0)
     moves = np.hypot(*steps.T) > 1e-9
     points = np.vstack((points[:-1][moves], points[-1:]))
@@ -104,11 +109,16 @@ def placements_along(points: FloatArray, start_yaw: float, goal_yaw: float) -> F
 
 
 def swept(placements: FloatArray, footprint: FloatArray) -> np.ndarray:
-    """Convex hulls of a body at each two successive placements (N, 3), as N - 1 polygons (one where N is 1)."""
+    """Convex hulls of a body at each two successive placements (N, 3).
+
+    N - 1 polygons; one where N is 1.
+    """
     cos, sin = np.cos(placements[:, 2])[:, None], np.sin(placements[:, 2])[:, None]
     x = placements[:, :1] + cos * footprint[:, 0] - sin * footprint[:, 1]
     y = placements[:, 1:2] + sin * footprint[:, 0] + cos * footprint[:, 1]
     corners = np.stack((x, y), axis=-1)
-    pairs = np.concatenate((corners[:-1], corners[1:]), axis=1) if len(corners) > 1 else corners
+    pairs = corners
+    if len(corners) > 1:
+        pairs = np.concatenate((corners[:-1], corners[1:]), axis=1)
     hulls: np.ndarray = shapely.convex_hull(shapely.multipoints(shapely.points(pairs)))
     return hulls

@@ -90,9 +90,9 @@ def make_ground(task: EpisodeTask, start: Pose2D | None = None) -> Ground:
     layered = build_global_costmap(parts.nav2, grid, keepout)
     layered.update(start or Pose2D(grid.origin.x, grid.origin.y), None, 0.0)
     taken = grid.data == OCCUPIED
-    obstacles = Obstacles(
-        taken if keepout is None else taken | keepout, grid.resolution, grid.origin.x, grid.origin.y
-    )
+    if keepout is not None:
+        taken |= keepout
+    obstacles = Obstacles(taken, grid.resolution, grid.origin.x, grid.origin.y)
     return Ground(layered.master, robot_shape(layered), obstacles, parts.robot.polygon)
 
 
@@ -109,7 +109,7 @@ def ends_of(task: EpisodeTask) -> tuple[Pose2D, Pose2D]:
 
 
 def compile_first(shape: RobotShape) -> None:
-    """Let every planner and the smoother work once on next to nothing, so that no time is taken for compiling."""
+    """Let every planner and the smoother work once, so that no time is taken for compiling."""
     costmap = Costmap(np.zeros((60, 60), dtype=np.uint8), 0.05, 0.0, 0.0)
     for kind, entry in algorithms("planners").items():
         params = _defaults(kind)
@@ -147,7 +147,9 @@ def make_planner(
     given = [plugin.params for plugin in read_planners(nav2) if plugin.type == kind]
     if kind == OMPL:  # its own section goes before another algorithm's
         given.sort(key=lambda params: params.algorithm != name)
-    params = given[0] if given else _defaults(kind)
+    if not given:
+        given.append(_defaults(kind))
+    params = given[0]
     if isinstance(params, OmplParams):
         params = dataclasses.replace(params, algorithm=name, **changes)
         if seconds > 0.0:
@@ -161,7 +163,9 @@ def make_planner(
 def _defaults(planner: str) -> Any:
     """The parameters of a planner that no file gives."""
     make = algorithms("planners")[planner].params
-    return make() if make else None
+    if make is None:
+        return None
+    return make()
 
 
 def make_smoother(name: str, nav2: Nav2File) -> SimpleSmoother:
@@ -173,7 +177,7 @@ def make_smoother(name: str, nav2: Nav2File) -> SimpleSmoother:
     if name != SMOOTHER:
         raise UnknownNameError("smoother", name, (SMOOTHER,))
     given = [plugin.params for plugin in read_smoothers(nav2)]
-    return SimpleSmoother(given[0] if given else SimpleSmootherParams())
+    return SimpleSmoother(next(iter(given), SimpleSmootherParams()))
 
 
 def ask(
@@ -212,8 +216,8 @@ def ask(
 
 def task_of(
     map_name: str,
-    start: str | None,
-    goal: str | None,
+    start: Sequence[float] | None,
+    goal: Sequence[float] | None,
     seed: int,
     params: str | None,
     allow_unknown: bool = True,
@@ -222,7 +226,7 @@ def task_of(
 
     Args:
         map_name: a built-in map or a map_server YAML file.
-        start: x,y,yaw [m, m, rad]; None: drawn.
+        start: x [m], y [m], yaw [rad]; None: drawn.
         goal: likewise.
         seed: of what is drawn.
         params: a Nav2 parameter file, or a name of params/nav2; None: the stack's.
@@ -231,11 +235,9 @@ def task_of(
     Raises:
         InputError: an unknown name, or a pose that is not three numbers.
     """
-    stack = (
-        "nav2-gps"
-        if params is None
-        else str(resolve(params, shipped("params") / "nav2", "Nav2").resolve())
-    )
+    stack = "nav2-gps"
+    if params is not None:
+        stack = str(resolve(params, shipped("params") / "nav2", "Nav2").resolve())
     study = make_study(
         stacks=(stack,),
         episodes=1,
@@ -266,7 +268,9 @@ def ask_all(
         InputError: an unknown name, or a pose that cannot be used.
     """
     nav2 = Parts(task).nav2
-    smooth = None if smoother is None else make_smoother(smoother, nav2)
+    smooth = None
+    if smoother is not None:
+        smooth = make_smoother(smoother, nav2)
     ends = ends_of(task)
     ground = make_ground(task, ends[0])
     planners = [make_planner(name, nav2, ground.shape, seconds) for name in names]

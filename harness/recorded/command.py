@@ -1,7 +1,5 @@
 """``navbench localize``: a recorded log through a localizer, to a trajectory and its errors."""
 
-import json
-import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -12,7 +10,7 @@ import numpy as np
 from rich.console import Console
 
 from harness.recorded.bag import Bag
-from harness.recorded.bag_file import BagError, DamageError
+from harness.recorded.bag_file import DamageError
 from harness.recorded.mountings import Mountings, frame_name
 from harness.recorded.receiver import Receiver
 from harness.recorded.replay import Replay
@@ -40,8 +38,6 @@ from navstack.params.extensions import localizers
 from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.types import Belief, Pose2D
 
-INTERRUPTED = 130
-
 Comparison = tuple[Errors, Errors | None]  # APE and RPE
 Show = Callable[[], AbstractContextManager[Callable[[float], None]]]
 
@@ -66,19 +62,40 @@ class Request:
     base_frame: str | None = None
     seed: int = 0
     allow_unknown: bool = True
-    as_json: bool = False
 
 
-def localize(request: Request, show: Show) -> int:
-    """Replay, write the trajectory, print the result; returns the exit status.
+@dataclass(frozen=True, slots=True)
+class Localized:
+    """What a localizer made of a log."""
+
+    request: Request
+    trajectory: Trajectory  # which is written, unless it is empty
+    ape: Errors | None  # None: there is no reference
+    rpe: Errors | None
+    trouble: str  # what ended it early, and what is kept; empty: nothing
+    is_interrupted: bool
+
+    def as_json(self) -> dict[str, Any]:
+        """As ``navbench localize --json`` prints it."""
+        ape, rpe = self.ape, self.rpe
+        return {
+            "poses": len(self.trajectory),
+            "final": [float(value) for value in self.trajectory.poses[-1]],
+            "ape": ape and {"alignment": self.request.alignment, **ape.as_json()},
+            "rpe": rpe and {"interval_s": self.request.interval, **rpe.as_json()},
+            "out": str(self.request.out),
+        }
+
+
+def localize(request: Request, show: Show) -> Localized:
+    """Replay, write the trajectory, compare it with the reference.
 
     Args:
         request: of the user.
         show: shows progress meanwhile; yields what hears of the share that is done.
 
     Raises:
-        InputError: something given cannot be used, or the log breaks off; what was computed is
-            written before.
+        InputError: something given cannot be used.
     """
     require_writable("--out", request.out)
     _require_no_input(request)
@@ -112,9 +129,9 @@ def localize(request: Request, show: Show) -> int:
         localizer = _localizer(request, nav2)
         _doubt_start(request, start, FIX in choice.topics and request.datum is None)
         replay = Replay(bag, choice, receiver, localizer)
-        trouble, status = _run(replay, request, localizer, start or Belief(Pose2D()), show)
-        trouble = trouble or bag.damage
-    return _finish(replay, request, reference, trouble, status)
+        trouble, is_interrupted = _run(replay, request, localizer, start or Belief(Pose2D()), show)
+        trouble = trouble or bag.damage or ""
+    return _finish(replay, request, reference, trouble, is_interrupted)
 
 
 def _require_no_input(request: Request) -> None:
@@ -175,10 +192,10 @@ def _doubt_start(request: Request, start: Belief | None, is_anchor: bool) -> Non
 
 def _run(
     replay: Replay, request: Request, localizer: Localizer, start: Belief, show: Show
-) -> tuple[str | None, int]:
+) -> tuple[str, bool]:
     """Replay to the end, the first damage or an interrupt.
 
-    Returns what went wrong and the exit status.
+    Returns what went wrong and whether it was an interrupt.
     """
 
     def begin(belief: Belief) -> None:
@@ -192,20 +209,20 @@ def _run(
             for share in replay.run(start, begin, _warn):
                 update(share)
     except KeyboardInterrupt:
-        return f"interrupted after {share:.0%} of the messages", INTERRUPTED
+        return f"interrupted after {share:.0%} of the messages", True
     except (DamageError, InputError) as error:
-        return str(error), 1
-    return None, 0
+        return str(error), False
+    return "", False
 
 
 def _finish(
     replay: Replay,
     request: Request,
     reference: Trajectory | str | None,
-    trouble: str | None,
-    status: int,
-) -> int:
-    """Write and print what there is; then tell what went wrong."""
+    trouble: str,
+    is_interrupted: bool,
+) -> Localized:
+    """Write what there is, compare it, and say what went wrong."""
     trajectory = replay.trajectory
     kept = "no pose was computed"
     comparison = None
@@ -218,15 +235,12 @@ def _finish(
             comparison = _compare(trajectory, reference, request)
         except InputError as error:
             trouble, kept = trouble or str(error), f"the trajectory is kept in {request.out}"
-        _print(trajectory, comparison, request)
-    elif trouble is None:
+    elif not trouble:
         trouble = f"no message of {', '.join(sorted(replay.topics))} holds anything usable"
-    if status == INTERRUPTED:
-        _say(f"{trouble}; {kept}")
-        return status
-    if trouble is not None:
-        raise BagError(f"{trouble}; {kept}")
-    return 0
+    if trouble:
+        trouble = f"{trouble}; {kept}"
+    ape, rpe = comparison or (None, None)
+    return Localized(request, trajectory, ape, rpe, trouble, is_interrupted)
 
 
 def _compare(
@@ -242,51 +256,6 @@ def _compare(
     return absolute_errors(aligned, matched), relative_errors(estimate, matched, request.interval)
 
 
-def _print(trajectory: Trajectory, comparison: Comparison | None, request: Request) -> None:
-    ape, rpe = comparison or (None, None)
-    final = [float(value) for value in trajectory.poses[-1]]
-    if request.as_json:
-        document = {
-            "poses": len(trajectory),
-            "final": final,
-            "ape": ape and {"alignment": request.alignment, **ape.as_json()},
-            "rpe": rpe and {"interval_s": request.interval, **rpe.as_json()},
-            "out": str(request.out),
-        }
-        sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
-        return
-    lasted = trajectory.stamps[-1] - trajectory.stamps[0]
-    lines = [
-        f"{request.localizer}: {len(trajectory)} poses over {lasted:.1f} s in {request.out}",
-        f"final pose: x {final[0]:.3f} m, y {final[1]:.3f} m, yaw {final[2]:.4f} rad",
-    ]
-    if ape is not None:
-        lines.append(
-            f"APE against {request.reference}, alignment {request.alignment}: {_text(ape)}"
-        )
-        lines.append(f"RPE over {request.interval:g} s: {_text(rpe)}")
-    sys.stdout.write("".join(f"{line}\n" for line in lines))
-
-
-NO_RPE = "none: the reference has no headings, or no two poses are that far apart"
-
-
-def _text(errors: Errors | None) -> str:
-    if errors is None:
-        return NO_RPE
-    values: dict[str, Any] = errors.as_json()
-    yaw = ""
-    if errors.yaws is not None:
-        yaw = f"; heading median {values['yaw_median_rad']:.4f} rad"
-    metres = ", ".join(
-        f"{name} {values[f'{name}_m']:.3f} m" for name in ("median", "rmse", "p95", "max")
-    )
-    return f"{metres}, n {values['n']}{yaw}"
-
-
 def _warn(text: str) -> None:
-    _say(f"warning: {text}")
-
-
-def _say(line: str) -> None:
+    line = f"warning: {text}"
     Console(stderr=True, highlight=False).print(line, markup=False, soft_wrap=True)

@@ -17,7 +17,7 @@ from harness.storage.run_folder import MANIFEST, create_run
 from harness.storage.shipped import DEFAULT_WORLD
 from harness.study.manifest import about, load_study, parameters
 from harness.study.stored_run import MOST_PEOPLE
-from harness.task.study import Study, make_study
+from harness.task.study import Study, make_study, parse_pose
 from navstack.errors import InputError, ParameterError, UnknownNameError
 from navstack.files import check_regular
 from navstack.params.nav2_file.yaml_text import load_text
@@ -210,6 +210,9 @@ def cell_study(suite: Suite, cell: Cell, episodes: int) -> Study:
         InputError: a value that ``navbench run`` would refuse too.
     """
     shared: dict[str, Any] = {key: getattr(suite, key) for key in _OF_ALL_CELLS}
+    for key in ("start", "goal"):
+        if shared[key] is not None:
+            shared[key] = parse_pose(f"--{key}", shared[key])
     where = dataclasses.asdict(cell.condition)
     return make_study(stacks=[cell.stack], episodes=episodes, seed=cell.seed, **where, **shared)
 

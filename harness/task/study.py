@@ -140,8 +140,8 @@ def make_study(
     localizer: str | None = None,
     robot: str | None = None,
     sensors: str | None = None,
-    start: str | None = None,
-    goal: str | None = None,
+    start: Sequence[float] | None = None,
+    goal: Sequence[float] | None = None,
     workers: int | None = None,
     prices: str = "costnav",
     rules: str = "costnav",
@@ -183,8 +183,8 @@ def make_study(
         pedestrians=pedestrians,
         people=people,
         missions=missions,
-        start=_given_pose("--start", start),
-        goal=_given_pose("--goal", goal),
+        start=_pose("--start", start),
+        goal=_pose("--goal", goal),
         keep_trace=record == "full",
         keep_decisions=record in ("decisions", "full"),
         allow_unknown=allow_unknown,
@@ -217,27 +217,32 @@ def is_recording(people: str) -> bool:
     return Path(people).suffix in RECORDINGS or len(Path(people).parts) > 1
 
 
-def _given_pose(option: str, text: str | None) -> Pose2D | None:
-    if text is None:
-        return None
-    return parse_pose(option, text)
-
-
-def parse_pose(option: str, text: str) -> Pose2D:
+def parse_pose(option: str, text: str) -> tuple[float, ...]:
     """A pose given as ``x,y,yaw``.
 
     Raises:
         InputError: not three finite numbers.
     """
     try:
-        values = [float(part) for part in text.split(",")]
+        values = tuple(float(part) for part in text.split(","))
     except ValueError:
-        values = []
+        values = ()
+    _check_pose(option, values, text)
+    return values
+
+
+def _pose(option: str, values: Sequence[float] | None) -> Pose2D | None:
+    if values is None:
+        return None
+    _check_pose(option, values, values)
+    return Pose2D(*values)
+
+
+def _check_pose(option: str, values: Sequence[float], given: object) -> None:
     if len(values) != 3 or not all(abs(value) <= FARTHEST for value in values):
         raise InputError(
-            f"{option} '{text}' is not x,y,yaw: three numbers in [m], [m], [rad], e.g. 12.5,-3,1.57"
+            f"{option} '{given}' is not x,y,yaw: three numbers in [m], [m], [rad], e.g. 12.5,-3,1.57"
         )
-    return Pose2D(*values)
 
 
 def _at_least(option: str, value: int, least: int, most: int | None = None) -> None:

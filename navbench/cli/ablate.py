@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from navbench.cli.options import refuse_others, study_options
+from navbench.cli.driving import exit_status
+from navbench.cli.options import names_of, refuse_others, study_options
+from navbench.cli.streams import print_json
 from navstack.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,13 +20,27 @@ DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows th
 
 @click.command()
 @click.argument("more_errors", nargs=-1, metavar="[KIND=SIZE[,SIZE]]...")
-@click.option("--localizers", metavar="NAME[@MAP][,...]", help="Localizers, each on its own or another map of the "
-              "stack (geometry, navigation_mesh); default: all, with --inject ground_truth.")  # fmt: skip
-@click.option("--stack", default=DEFAULT_STACK, show_default=True,
-              help="What drives: a name of params/stacks, a stack file or a Nav2 parameter file.")  # fmt: skip
-@click.option("--inject", "errors", multiple=True, metavar="KIND=SIZE[,SIZE]",
-              help="Errors on top of ground_truth, an arm each: position [m, RMS] or heading [deg, RMS]; repeatable, "
-              "and more may follow.")  # fmt: skip
+@click.option(
+    "--localizers",
+    metavar="NAME[@MAP][,...]",
+    help="Localizers, each on its own or another map of the "
+    "stack (geometry, navigation_mesh); default: all, with --inject ground_truth.",
+)
+@click.option(
+    "--stack",
+    default=DEFAULT_STACK,
+    show_default=True,
+    help="What drives: a name of params/stacks, a stack file or a Nav2 parameter file.",
+)
+@click.option(
+    "--inject",
+    "errors",
+    multiple=True,
+    metavar="KIND=SIZE[,SIZE]",
+    help="Errors on top of ground_truth, an arm each: position [m, RMS] or heading [deg, "
+    "RMS]; repeatable, "
+    "and more may follow.",
+)
 @click.option(
     "--correlation-time", type=float, help="[s] over which an injected error changes; default: 10."
 )
@@ -37,17 +53,19 @@ DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows th
     type=click.Path(path_type=Path),
     help="Run folder; default: results/<time>-ablate-<stack>.",
 )
-@click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
-              help="Go on with an interrupted ablation, or print a finished one, from its folder.")  # fmt: skip
+@click.option(
+    "--resume",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Go on with an interrupted ablation, or print a finished one, from its folder.",
+)
 @click.pass_context
 def ablate(
     context: click.Context,
     /,
     more_errors: tuple[str, ...],
     localizers: str | None,
-    stack: str,
     errors: tuple[str, ...],
-    correlation_time: float | None,
     against: str | None,
     out: Path | None,
     resume: Path | None,
@@ -57,8 +75,8 @@ def ablate(
 ) -> None:
     """Drive one stack with one localizer after the other on the same missions, people and noise.
 
-    The report tells what each knows of its position, what that earns, what its sensors cost, and which differences are
-    more than chance.
+    The report tells what each knows of its position, what that earns, what its sensors cost, and
+    which differences are more than chance.
 
     docs/ablation.md tells how to read the report and where its formulas are from.
 
@@ -70,19 +88,25 @@ def ablate(
       navbench ablate --localizers gps,gps-ekf --sensors rtk_urban --json
       navbench ablate --resume results/latest
     """
-    from navbench.cli.ablate_study import create_ablation, drive, stored_ablation
+    from harness.report.ablation import ablation_blocks
+    from harness.report.tables import print_blocks, report_console
+    from navbench.api import ablate as api
 
     if resume is not None:
         refuse_others(context)
-        path, study, declaration = stored_ablation(resume, against, where)
+        found = api.resume_ablation(resume, against, where)
     else:
         if more_errors and not errors:
+            first = more_errors[0]
             raise InputError(
-                f"'{more_errors[0]}' follows no --inject; give --inject {more_errors[0]}, or leave it out"
+                f"'{first}' follows no --inject; give --inject {first}, or leave it out"
             )
-        names = [name.strip() for name in localizers.split(",")] if localizers is not None else []
-        arms = names, (*errors, *more_errors), correlation_time
-        path, study, declaration = create_ablation(
-            stack, *arms, against, out, {**choices, "workers": where.workers}
-        )
-    sys.exit(drive(declaration, study, path, where, as_json))
+        names = names_of([] if localizers is None else [localizers])
+        choices |= {"against": against, "out": out, "where": where}
+        found = api.ablate(localizers=names, errors=(*errors, *more_errors), **choices)
+    if as_json:
+        print_json(found.as_json())
+    else:
+        blocks = ablation_blocks(found.ablation, found.figures, found.driven.folder)
+        print_blocks(blocks, report_console())
+    sys.exit(exit_status(found.driven.is_interrupted, found.driven.has_errors))

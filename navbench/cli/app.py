@@ -59,8 +59,8 @@ def app() -> None:
       navbench run --stack my_robot_nav2.yaml --map my_map.yaml --episodes 5 --json
       navbench paper
 
-    Exit status: 0 done; 1 bad input; 2 unknown command or option; 3 done, but some deliveries ended in an error; 130
-    interrupted, finished deliveries kept.
+    Exit status: 0 done; 1 bad input; 2 unknown command or option; 3 done, but some deliveries ended
+    in an error; 130 interrupted, finished deliveries kept.
     """
 
 

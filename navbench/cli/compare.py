@@ -2,12 +2,13 @@
 
 import click
 
-from harness.analysis import compare as analysis
+from harness.analysis.compare import comparison_document
 from harness.report.comparison import comparison_blocks
 from harness.report.tables import print_blocks, report_console
-from harness.study.stored_run import load_run
+from navbench.api import money
+from navbench.api.progress import say
+from navbench.api.runs import load
 from navbench.cli.options import JSON
-from navbench.cli.progress import say
 from navbench.cli.streams import print_json
 
 
@@ -18,11 +19,14 @@ from navbench.cli.streams import print_json
     "--metric",
     "metrics",
     multiple=True,
-    help="Compare this one only, e.g. margin; repeatable. Default: all, and p adjusted for margin and SLA.",
+    help=(
+        "Compare this one only, e.g. margin; repeatable. Default: all, and p adjusted for "
+        "margin and SLA."
+    ),
 )
 @JSON
 def compare(first: str, second: str, metrics: tuple[str, ...], as_json: bool) -> None:
-    """Compare two runs, or two stacks of one run, on the missions that they have in common: B minus A.
+    """Compare two runs, or two stacks of one, on their common missions: B minus A.
 
     A and B are run folders, or FOLDER:stack where a folder has several stacks.
 
@@ -32,12 +36,10 @@ def compare(first: str, second: str, metrics: tuple[str, ...], as_json: bool) ->
       navbench compare results/both:nav2-gps results/both:parked
       navbench compare results/before results/after --metric sla --metric margin --json
     """
-    comparison = analysis.compare(
-        analysis.side_of(load_run(first)), analysis.side_of(load_run(second)), metrics
-    )
+    comparison = money.compare(load(first), load(second), metrics)
     for warning in comparison.warnings:
         say(f"warning: not comparable: {warning}")
     if as_json:
-        print_json(analysis.comparison_document(comparison))
-        return
-    print_blocks(comparison_blocks(comparison), report_console())
+        print_json(comparison_document(comparison))
+    else:
+        print_blocks(comparison_blocks(comparison), report_console())

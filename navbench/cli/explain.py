@@ -1,37 +1,62 @@
 """The command ``navbench explain``."""
 
+import json
+import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from navbench.cli.options import JSON, Finite
 
+if TYPE_CHECKING:
+    from navbench.api.runs import Run
 
-# fmt: off
+
 @click.command()
 @click.argument("run", metavar="RUN")
 @click.argument("episode", type=click.IntRange(min=0))
 @click.option("--stack", help="Of a run of several.")
-@click.option("--event", type=click.IntRange(min=1), help="Number of the event; default: all, and the costliest for "
-              "--plot and --rewind.")
-@click.option("--before", type=Finite(min=0.2, max=60.0), default=5.0, show_default=True,
-              help="Seconds shown before the event, and rewound.")
-@click.option("--again", is_flag=True, help="Drive it again even if it was recorded: also shows DWB's alternatives.")
-@click.option("--rewind", "settings", multiple=True, metavar="PATH=VALUE",
-              help="What a parameter of the Nav2 file would have saved, e.g. "
-              "controller_server.FollowPath.max_vel_x=1.5; repeatable.")
-@click.option("--plot", type=click.Path(path_type=Path), metavar="FILE", help="Figure (PNG, PDF or SVG).")
-@click.option("--out", type=click.Path(path_type=Path), metavar="FOLDER",
-              help="Folder for explanation.json, explanation.txt and a figure (PDF and PNG) of each event.")
+@click.option(
+    "--event",
+    type=click.IntRange(min=1),
+    help="Number of the event; default: all, and the costliest for --plot and --rewind.",
+)
+@click.option(
+    "--before",
+    type=Finite(min=0.2, max=60.0),
+    default=5.0,
+    show_default=True,
+    help="Seconds shown before the event, and rewound.",
+)
+@click.option(
+    "--again",
+    is_flag=True,
+    help="Drive it again even if it was recorded: also shows DWB's alternatives.",
+)
+@click.option(
+    "--rewind",
+    multiple=True,
+    metavar="PATH=VALUE",
+    help="What a parameter of the Nav2 file would have saved, e.g. "
+    "controller_server.FollowPath.max_vel_x=1.5; repeatable.",
+)
+@click.option(
+    "--plot", type=click.Path(path_type=Path), metavar="FILE", help="Figure (PNG, PDF or SVG)."
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="FOLDER",
+    help="Folder for explanation.json, explanation.txt and a figure (PDF and PNG) of each event.",
+)
 @JSON
-# fmt: on
-def explain(**choices: Any) -> None:
+def explain(run: str, episode: int, stack: str | None, as_json: bool, **choices: Any) -> None:
     """Tell why a delivery cost what it cost: the seconds before each event that had to be paid for.
 
-    RUN is a run folder, or RUN:STACK; EPISODE is the number of the delivery. Where it was not recorded (--record full),
-    it is driven again. With --rewind it is driven once more, with another parameter from some seconds before the event
-    on.
+    RUN is a run folder, or RUN:STACK; EPISODE is the number of the delivery. Where it was not
+    recorded (--record full), it is driven again. With --rewind it is driven once more, with another
+    parameter from some seconds before the event on.
 
     \b
     Examples:
@@ -39,6 +64,34 @@ def explain(**choices: Any) -> None:
       navbench explain results/latest 7 --stack nav2-gps --event 2 --before 8 --plot event.png
       navbench explain results/latest 7 --rewind controller_server.FollowPath.max_vel_x=1.5
     """
-    from navbench.cli.explain_delivery import explain_delivery
+    from harness.report.explain import explanation_blocks
+    from harness.report.tables import print_blocks, report_console
+    from navbench.api import explain as api
+    from navbench.api.runs import load
 
-    explain_delivery(**choices)
+    loaded = load(run)
+    if stack is not None:
+        loaded = loaded[stack]
+    found = api.explain(loaded, episode, **choices)
+    if found is None:
+        _say_nothing_to_tell(loaded, episode, as_json)
+    elif as_json:
+        sys.stdout.write(api.document_text(found))
+    else:
+        told = found.evidence, found.told, found.saving, found.figures
+        print_blocks(explanation_blocks(*told), report_console())
+
+
+def _say_nothing_to_tell(run: "Run", episode: int, as_json: bool) -> None:
+    """Say so, and which other episodes have something to tell."""
+    from harness.explain.moments import costly_episodes
+
+    others = costly_episodes(run.stored)
+    if as_json:
+        nothing = {"schema": 1, "episode": episode, "events": [], "costly_episodes": others}
+        sys.stdout.write(json.dumps(nothing) + "\n")
+        return
+    some = "nor in any other episode"
+    if others:
+        some = f"episodes that have some: {', '.join(map(str, others))}"
+    click.echo(f"episode {episode} of {run.stacks[0]} has no event that cost anything; {some}")

@@ -2,57 +2,151 @@
 
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from navbench.cli.driving import INTERRUPTED
 from navbench.cli.options import JSON, STRICT, Finite
+from navbench.cli.streams import print_json
+
+if TYPE_CHECKING:
+    from harness.recorded.command import Localized
+    from harness.recorded.trajectory import Errors
+
+NO_RPE = "none: the reference has no headings, or no two poses are that far apart"
 
 
-# fmt: off
 @click.command()
-@click.option("--bag", "bags", multiple=True, required=True, type=click.Path(path_type=Path),
-              help="A .bag, .mcap or .db3 file or a folder of ROS 2; repeatable for a log in several files.")
-@click.option("--map", "map_name", help="A map_server YAML file or a built-in map; for amcl and amcl-gps.")
+@click.option(
+    "--bag",
+    "bags",
+    multiple=True,
+    required=True,
+    type=click.Path(path_type=Path),
+    help="A .bag, .mcap or .db3 file or a folder of ROS 2; repeatable for a log in several files.",
+)
+@click.option(
+    "--map", "map_name", help="A map_server YAML file or a built-in map; for amcl and amcl-gps."
+)
 @click.option("--params", required=True, help="A Nav2 parameter file, or a name of params/nav2.")
-@click.option("--localizer", required=True, help="Such as gps-ekf or amcl; docs/localization.md lists them.")
-@click.option("--out", required=True, type=click.Path(path_type=Path), help="Trajectory to write, in TUM's format.")
-@click.option("--static-tf", multiple=True, metavar="TEXT",
-              help="Where a sensor is: 'PARENT CHILD x y yaw' or 'PARENT CHILD x y z roll pitch yaw', [m] and [rad]; "
-              "repeatable.")
-@click.option("--remap", multiple=True, metavar="USUAL:=ACTUAL", help="Another topic, e.g. /scan:=/front/scan.")
-@click.option("--reference", metavar="TOPIC|FILE", help="Poses to compare with: of a topic, or of a TUM file.")
-@click.option("--align", "alignment", type=click.Choice(("none", "start", "se2")), default="none", show_default=True,
-              help="How the trajectory is laid on the reference before the APE is taken.")
-@click.option("--interval", type=Finite(min=0.0, max=1e6, min_open=True), default=1.0, show_default=True,
-              help="Of the RPE, in [s].")
-@click.option("--initial-pose", metavar="x,y,yaw[,std_xy,std_yaw]",
-              help="Where the robot starts; default: the file's, for amcl, else 0,0,0.")
-@click.option("--global", "is_global", is_flag=True, help="Start anywhere on the map; for amcl and amcl-gps.")
-@click.option("--datum", metavar="LAT,LON[,HEADING]", help="Origin of the local frame, [rad] of its x axis from east; "
-              "default: such that the first fix is where the robot starts.")
+@click.option(
+    "--localizer", required=True, help="Such as gps-ekf or amcl; docs/localization.md lists them."
+)
+@click.option(
+    "--out",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="Trajectory to write, in TUM's format.",
+)
+@click.option(
+    "--static-tf",
+    multiple=True,
+    metavar="TEXT",
+    help="Where a sensor is: 'PARENT CHILD x y yaw' or 'PARENT CHILD x y z roll pitch yaw', "
+    "[m] and [rad]; "
+    "repeatable.",
+)
+@click.option(
+    "--remap",
+    multiple=True,
+    metavar="USUAL:=ACTUAL",
+    help="Another topic, e.g. /scan:=/front/scan.",
+)
+@click.option(
+    "--reference", metavar="TOPIC|FILE", help="Poses to compare with: of a topic, or of a TUM file."
+)
+@click.option(
+    "--align",
+    "alignment",
+    type=click.Choice(("none", "start", "se2")),
+    default="none",
+    show_default=True,
+    help="How the trajectory is laid on the reference before the APE is taken.",
+)
+@click.option(
+    "--interval",
+    type=Finite(min=0.0, max=1e6, min_open=True),
+    default=1.0,
+    show_default=True,
+    help="Of the RPE, in [s].",
+)
+@click.option(
+    "--initial-pose",
+    metavar="x,y,yaw[,std_xy,std_yaw]",
+    help="Where the robot starts; default: the file's, for amcl, else 0,0,0.",
+)
+@click.option(
+    "--global", "is_global", is_flag=True, help="Start anywhere on the map; for amcl and amcl-gps."
+)
+@click.option(
+    "--datum",
+    metavar="LAT,LON[,HEADING]",
+    help="Origin of the local frame, [rad] of its x axis from east; "
+    "default: such that the first fix is where the robot starts.",
+)
 @click.option("--base-frame", help="Frame of the robot; default: the odometry's child frame.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the particles.")
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the particles."
+)
 @STRICT
 @JSON
-# fmt: on
-def localize(**choices: Any) -> None:
+def localize(as_json: bool, **choices: Any) -> None:
     """Run one of the robot's localizers over a recorded ROS 1 or ROS 2 bag, without ROS.
 
-    Reads LaserScan, Imu, NavSatFix, Odometry and the frames of tf_static; writes the believed poses; prints the errors
-    (APE, RPE) against a reference. docs/recorded_logs.md describes it.
+    Reads LaserScan, Imu, NavSatFix, Odometry and the frames of tf_static; writes the believed
+    poses; prints the errors (APE, RPE) against a reference. docs/recorded_logs.md describes it.
 
     \b
     Examples:
       navbench localize --bag drive.bag --params stock --localizer gps-ekf --out drive.tum \
           --reference /fix --align start
-      navbench localize --bag rosbag2_drive --map office.yaml --params my_nav2.yaml --localizer amcl --out drive.tum
+      navbench localize --bag rosbag2_drive --map office.yaml --params my_nav2.yaml \\
+          --localizer amcl --out drive.tum
       navbench localize --bag drive.mcap --params stock --localizer odom_imu --out drive.tum \\
           --static-tf "base_link imu_link 0 0 0.5 1.5708 0 -1.5708" --remap /imu/data:=/xsens/imu
 
-    Exit status: 0 done; 1 bad input, or a log that breaks off (what was computed is kept); 130 interrupted (likewise).
+    Exit status: 0 done; 1 bad input, or a log that breaks off (what was computed is kept); 130
+    interrupted (likewise).
     """
-    from harness.recorded.command import Request, localize
-    from navbench.cli.progress import share_shown
+    from harness.recorded.bag_file import BagError
+    from harness.recorded.command import Request
+    from navbench.api.localize import localize
+    from navbench.api.progress import say
 
-    sys.exit(localize(Request(**choices), lambda: share_shown("messages")))
+    found = localize(Request(**choices))
+    if len(found.trajectory):
+        if as_json:
+            print_json(found.as_json())
+        else:
+            sys.stdout.write("".join(f"{line}\n" for line in _lines(found)))
+    if found.is_interrupted:
+        say(found.trouble)
+        sys.exit(INTERRUPTED)
+    if found.trouble:
+        raise BagError(found.trouble)
+
+
+def _lines(found: "Localized") -> list[str]:
+    request, stamps, poses = found.request, found.trajectory.stamps, found.trajectory.poses
+    x, y, yaw = poses[-1]
+    lasted = stamps[-1] - stamps[0]  # [s]
+    lines = [
+        f"{request.localizer}: {len(poses)} poses over {lasted:.1f} s in {request.out}",
+        f"final pose: x {x:.3f} m, y {y:.3f} m, yaw {yaw:.4f} rad",
+    ]
+    if found.ape is not None:
+        reference = f"{request.reference}, alignment {request.alignment}"
+        lines.append(f"APE against {reference}: {_text(found.ape)}")
+        rpe = NO_RPE if found.rpe is None else _text(found.rpe)
+        lines.append(f"RPE over {request.interval:g} s: {rpe}")
+    return lines
+
+
+def _text(errors: "Errors") -> str:
+    values: dict[str, Any] = errors.as_json()
+    metres = [f"{name} {values[f'{name}_m']:.3f} m" for name in ("median", "rmse", "p95", "max")]
+    text = f"{', '.join(metres)}, n {values['n']}"
+    if errors.yaws is not None:
+        text += f"; heading median {values['yaw_median_rad']:.4f} rad"
+    return text

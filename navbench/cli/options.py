@@ -2,7 +2,7 @@
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import click
@@ -24,6 +24,46 @@ class Finite(click.FloatRange):
         return number
 
 
+class Pose(click.ParamType[tuple[float, ...] | None]):
+    """x [m], y [m], yaw [rad], as ``x,y,yaw``."""
+
+    name = "pose"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The numbers.
+
+        Raises:
+            InputError: not three finite ones.
+        """
+        from harness.task.study import parse_pose
+
+        assert param is not None
+        return parse_pose(param.opts[0], value)
+
+
+def settings_of(texts: Iterable[str]) -> dict[str, float]:
+    """Values by key, of ``KEY=VALUE`` each.
+
+    Raises:
+        InputError: one is something else.
+    """
+    settings: dict[str, float] = {}
+    for text in texts:
+        key, _, number = text.partition("=")
+        try:
+            settings[key.strip()] = float(number)
+        except ValueError:
+            raise InputError(
+                f"--set '{text}' is not KEY=NUMBER, e.g. delivery_fee_usd_per_run=4.99"
+            ) from None
+    return settings
+
+
+def names_of(texts: Iterable[str]) -> list[str]:
+    """Every name in texts that hold one or several, separated by commas."""
+    return [name.strip() for text in texts for name in text.split(",")]
+
+
 PRICES = click.option(
     "--prices", default="costnav", help="Prices: a name of params/prices or a YAML file."
 )
@@ -33,66 +73,154 @@ JSON = click.option(
 OTHER_PRICES = click.option(
     "--prices", help="Prices: a name of params/prices or a file; default: the run's own."
 )
-SETTINGS = click.option("--set", "settings", multiple=True, metavar="KEY=VALUE",
-                        help="Another value of one price, e.g. delivery_fee=4.99; repeatable.")  # fmt: skip
-TERMS = click.option("--with", "terms", multiple=True, metavar="TERM[,TERM]",
-                     help="Costs that the paper leaves out: mapping_survey, operator, remote_assistance, "
-                     "on_site_assistance, battery_wear.")  # fmt: skip
-LOCALIZER = click.option("--localizer", help="Localizer instead of the stack's own, such as gps-ekf or amcl; "
-                         "docs/localization.md lists them.")  # fmt: skip
+SETTINGS = click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="KEY=VALUE",
+    callback=lambda _, __, texts: settings_of(texts),
+    help="Another value of one price, e.g. delivery_fee=4.99; repeatable.",
+)
+TERMS = click.option(
+    "--with",
+    "terms",
+    multiple=True,
+    metavar="TERM[,TERM]",
+    callback=lambda _, __, texts: names_of(texts),
+    help="Costs that the paper leaves out: mapping_survey, operator, remote_assistance, "
+    "on_site_assistance, battery_wear.",
+)
+LOCALIZER = click.option(
+    "--localizer",
+    help="Localizer instead of the stack's own, such as gps-ekf or amcl; "
+    "docs/localization.md lists them.",
+)
 _WHERE = (
-    click.option("--workers", type=int,
-                 help="Processes, or deliveries at a time on a cluster; default: one per core, or per worker of it."),
-    click.option("--episode-timeout", type=Finite(0.0, 1e9, min_open=True), default=Where().time_limit,
-                 show_default=True,
-                 help="Wall time in [s] after which a delivery counts as hung; it is tried twice."),
-    click.option("--executor", type=click.Choice(EXECUTORS), default=EXECUTORS[0], show_default=True,
-                 help="Where deliveries are driven: local, processes of this machine; dask, a cluster that runs."),
-    click.option("--scheduler", metavar="ADDRESS", help="Of the Dask cluster, e.g. tcp://host:8786."),
-)  # fmt: skip
-BESIDE_RESUME = (  # they change no row
-    *(
-        "resume",
-        "workers",
-        "episode_timeout",
-        "executor",
-        "scheduler",
-        "as_json",
-        "against",
-        "budget",
+    click.option(
+        "--workers",
+        type=int,
+        help=(
+            "Processes, or deliveries at a time on a cluster; default: one per core, or per "
+            "worker of it."
+        ),
+    ),
+    click.option(
+        "--episode-timeout",
+        type=Finite(0.0, 1e9, min_open=True),
+        default=Where().time_limit,
+        show_default=True,
+        help="Wall time in [s] after which a delivery counts as hung; it is tried twice.",
+    ),
+    click.option(
+        "--executor",
+        type=click.Choice(EXECUTORS),
+        default=EXECUTORS[0],
+        show_default=True,
+        help=(
+            "Where deliveries are driven: local, processes of this machine; dask, a cluster "
+            "that runs."
+        ),
+    ),
+    click.option(
+        "--scheduler", metavar="ADDRESS", help="Of the Dask cluster, e.g. tcp://host:8786."
     ),
 )
+BESIDE_RESUME = (  # they change no row
+    *("resume", "workers", "episode_timeout", "executor", "scheduler", "as_json"),
+    *("against", "budget"),
+)
 
-_EPISODES = click.option("--episodes", type=int, default=20, show_default=True,
-                         help="Deliveries per stack, at least 1.")  # fmt: skip
-_ONLY = click.option("--only", type=int, multiple=True, metavar="NUMBER",
-                     help="Of the deliveries only this one; repeatable. Then --episodes does not count.")  # fmt: skip
-_RECORD = click.option("--record", default="events", show_default=True, help="events; decisions: also why each command "
-                       "was given; full: trajectories too.")  # fmt: skip
+_EPISODES = click.option(
+    "--episodes", type=int, default=20, show_default=True, help="Deliveries per stack, at least 1."
+)
+_ONLY = click.option(
+    "--only",
+    type=int,
+    multiple=True,
+    metavar="NUMBER",
+    help="Of the deliveries only this one; repeatable. Then --episodes does not count.",
+)
+_RECORD = click.option(
+    "--record",
+    default="events",
+    show_default=True,
+    help="events; decisions: also why each command was given; full: trajectories too.",
+)
 _CONDITIONS = (
-    click.option("--seed", type=int, default=0, show_default=True, help="Same seed, same deliveries; 0 or more."),
-    click.option("--map", "map_name", default="sidewalk", show_default=True,
-                 help="A built-in map or a map_server YAML file."),
-    click.option("--pedestrians", type=int, help="Number of people; default: the world's own (20)."),
-    click.option("--people", help="How they walk: random_walk, social_force, replay, or a recording (CSV with columns "
-                 "id, t, x, y; obsmat.txt); default: the world's own."),
-    click.option("--world", default=DEFAULT_WORLD, show_default=True, help="A name of params/worlds or a YAML file."),
-    click.option("--rules", default="costnav", show_default=True,
-                 help="How deliveries end: a name of params/rules or a YAML file."),
-    click.option("--missions", default="published", show_default=True,
-                 help="How they are drawn: published (nearer goals more often) or uniform."),
+    click.option(
+        "--seed",
+        type=int,
+        default=0,
+        show_default=True,
+        help="Same seed, same deliveries; 0 or more.",
+    ),
+    click.option(
+        "--map",
+        default="sidewalk",
+        show_default=True,
+        help="A built-in map or a map_server YAML file.",
+    ),
+    click.option(
+        "--pedestrians", type=int, help="Number of people; default: the world's own (20)."
+    ),
+    click.option(
+        "--people",
+        help="How they walk: random_walk, social_force, replay, or a recording (CSV with columns "
+        "id, t, x, y; obsmat.txt); default: the world's own.",
+    ),
+    click.option(
+        "--world",
+        default=DEFAULT_WORLD,
+        show_default=True,
+        help="A name of params/worlds or a YAML file.",
+    ),
+    click.option(
+        "--rules",
+        default="costnav",
+        show_default=True,
+        help="How deliveries end: a name of params/rules or a YAML file.",
+    ),
+    click.option(
+        "--missions",
+        default="published",
+        show_default=True,
+        help="How they are drawn: published (nearer goals more often) or uniform.",
+    ),
     click.option("--robot", help="A name of params/robots or a file, instead of the stack's own."),
-    click.option("--sensors", help="A name of params/sensors or a file, instead of the stack's own."),
-    click.option("--start", help="x,y,yaw [m, m, rad] of every start, instead of sampled ones."),
-    click.option("--goal", help="x,y,yaw [m, m, rad] of every goal, instead of sampled ones."),
+    click.option(
+        "--sensors", help="A name of params/sensors or a file, instead of the stack's own."
+    ),
+    click.option(
+        "--start",
+        type=Pose(),
+        metavar="TEXT",
+        help="x,y,yaw [m, m, rad] of every start, instead of sampled ones.",
+    ),
+    click.option(
+        "--goal",
+        type=Pose(),
+        metavar="TEXT",
+        help="x,y,yaw [m, m, rad] of every goal, instead of sampled ones.",
+    ),
     PRICES,
-)  # fmt: skip
-STRICT = click.option("--strict", "allow_unknown", is_flag=True, flag_value=False, default=True,
-                      help="Refuse keys unknown to Nav2 in its file; else they are ignored, as Nav2 does.")  # fmt: skip
+)
+STRICT = click.option(
+    "--strict",
+    "allow_unknown",
+    is_flag=True,
+    flag_value=False,
+    default=True,
+    help="Refuse keys unknown to Nav2 in its file; else they are ignored, as Nav2 does.",
+)
 
-SUBSTITUTE = click.option("--substitute", "substitutes", multiple=True, metavar="NAME=TYPE",
-                          help="Put another plugin in the place of the Nav2 file's own, e.g. "
-                          "FollowPath=dwb_core::DWBLocalPlanner; repeatable.")  # fmt: skip
+SUBSTITUTE = click.option(
+    "--substitute",
+    "substitutes",
+    multiple=True,
+    metavar="NAME=TYPE",
+    help="Put another plugin in the place of the Nav2 file's own, e.g. "
+    "FollowPath=dwb_core::DWBLocalPlanner; repeatable.",
+)
 
 
 def where_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -124,7 +252,7 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def condition_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command :func:`study_options` without the number of deliveries and what is recorded of them."""
+    """Give a command :func:`study_options` but for the number of deliveries and the record."""
     return _with(where_options(command), (*_CONDITIONS, STRICT, SUBSTITUTE, JSON))
 
 

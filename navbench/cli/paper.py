@@ -1,18 +1,15 @@
 """The command ``navbench paper``: the cost model applied to what the paper measured."""
 
-import dataclasses
-from typing import Any
-
 import click
 from rich.console import Console
 
-from harness.economics.break_even import Thresholds, thresholds
-from harness.economics.cost_model import price
-from harness.economics.prices import Prices, load_prices
+from harness.economics.break_even import Thresholds
 from harness.report.blocks import Table, Text, declared
 from harness.report.paper_tables import paper_blocks
-from harness.report.published import PublishedMethod, load_published, published_columns
+from harness.report.published import published_columns
 from harness.report.tables import print_blocks, report_console
+from navbench.api import paper as api
+from navbench.api.paper import Paper
 from navbench.cli.options import JSON, PRICES
 from navbench.cli.streams import print_json
 
@@ -22,34 +19,17 @@ from navbench.cli.streams import print_json
 @JSON
 def paper(prices: str, as_json: bool) -> None:
     """Print the paper's two tables from its published measurements, and its thresholds."""
-    loaded = load_prices(prices)
+    found = api.paper(prices)
     if as_json:
-        print_json(paper_document(loaded))
+        print_json(found.as_json())
     else:
-        print_paper(report_console(), loaded)
+        print_paper(report_console(), found)
 
 
-def paper_document(prices: Prices) -> dict[str, Any]:
-    """The JSON document: economics of the seven methods and of the real robot, and the thresholds."""
-    published = load_published()
-    return {
-        "methods": {
-            name: {"economics": _economics(method, prices)}
-            for name, method in published.methods.items()
-        },
-        "real_world_canvas": {"economics": _economics(published.real_world_canvas.method, prices)},
-        "thresholds": dataclasses.asdict(thresholds(prices)),
-    }
-
-
-def _economics(method: PublishedMethod, prices: Prices) -> dict[str, float | None]:
-    return price(method.measured, method.sensors, method.data_collection, prices).as_json()
-
-
-def print_paper(console: Console, prices: Prices) -> None:
+def print_paper(console: Console, paper: Paper) -> None:
     """Print both tables for the seven methods and the real robot, then the thresholds."""
-    columns = published_columns(load_published(), prices)
-    blocks = [*paper_blocks(columns), Text(""), _thresholds(thresholds(prices))]
+    columns = published_columns(paper.published, paper.prices)
+    blocks = [*paper_blocks(columns), Text(""), _thresholds(paper.thresholds)]
     print_blocks(blocks, console)
 
 

@@ -7,22 +7,37 @@ from typing import Any
 import click
 
 from harness.study.places import Where
+from navbench.cli.driving import print_driven
 from navbench.cli.options import LOCALIZER, refuse_others, study_options
 from navstack.errors import InputError
 
 
 @click.command()
-@click.option("--stack", "stacks", multiple=True, default=("nav2-gps",), show_default=True,
-              help="A name of params/stacks, a stack file or a Nav2 parameter file; repeatable.")  # fmt: skip
+@click.option(
+    "--stack",
+    "stacks",
+    multiple=True,
+    default=("nav2-gps",),
+    show_default=True,
+    help="A name of params/stacks, a stack file or a Nav2 parameter file; repeatable.",
+)
 @LOCALIZER
 @study_options
 @click.option(
     "--out", type=click.Path(path_type=Path), help="Run folder; default: results/<time>-<stack>."
 )
-@click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
-              help="Go on with an interrupted run, from its folder alone.")  # fmt: skip
-@click.option("--force", "is_forced", is_flag=True,
-              help="With --resume: also if its files were changed; run.json says so.")  # fmt: skip
+@click.option(
+    "--resume",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Go on with an interrupted run, from its folder alone.",
+)
+@click.option(
+    "--force",
+    "is_forced",
+    is_flag=True,
+    help="With --resume: also if its files were changed; run.json says so.",
+)
 @click.pass_context
 def run(
     context: click.Context,
@@ -45,12 +60,13 @@ def run(
       navbench run --start -67.9,-71.9,0 --goal -89.7,-63.5,0 --episodes 3
       navbench run --resume results/latest
     """
-    from harness.task.study import make_study
-    from navbench.cli.driving import begin_run, resume_run
+    from navbench.api.run import drive, drive_rest
 
     if resume is not None:
         refuse_others(context, "is_forced")
-        sys.exit(resume_run(resume, where, as_json, is_forced))
-    if is_forced:
+        driven = drive_rest(resume, where, is_forced)
+    elif is_forced:
         raise InputError("--force goes with --resume DIR, whose files were changed")
-    sys.exit(begin_run(make_study(workers=where.workers, **choices), out, where, as_json))
+    else:
+        driven = drive(out=out, where=where, **choices)
+    sys.exit(print_driven(driven, as_json))

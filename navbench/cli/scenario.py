@@ -11,7 +11,8 @@ from rich.console import Console
 from rich.text import Text
 
 from harness.report.tables import report_console, report_table
-from harness.scenarios.runner import Result, run_scenario
+from harness.scenarios.runner import Result
+from navbench.api import scenario as api
 from navbench.cli.options import JSON
 from navbench.cli.streams import print_json
 from navstack.errors import InputError
@@ -26,7 +27,8 @@ FOLDER = Path("tests/scenarios")
 def scenario(files: tuple[Path, ...], everything: bool, as_json: bool) -> None:
     """Drive short situations in the physical world and check what comes of them.
 
-    A FILE says who stands where, what happens and what must come of it; docs/scenarios.md describes it.
+    A FILE says who stands where, what happens and what must come of it; docs/scenarios.md describes
+    it.
 
     \b
     Examples:
@@ -35,16 +37,16 @@ def scenario(files: tuple[Path, ...], everything: bool, as_json: bool) -> None:
 
     Exit status: 0 everything came as the files expect; 1 something did not.
     """
-    results = [run_scenario(path) for path in _chosen(files, everything)]
+    results = api.scenario(_chosen(files, everything))
     if as_json:
         print_json(document(results), ensure_ascii=False)
     else:
         print_results(results, report_console())
     others = [result.path.stem for result in results if not result.as_expected]
     if others:
-        sys.stderr.write(
-            f"navbench: not as expected: {', '.join(others)}; see the checks, or 'expect' in the files\n"
-        )
+        names = ", ".join(others)
+        advice = "see the checks, or 'expect' in the files"
+        sys.stderr.write(f"navbench: not as expected: {names}; {advice}\n")
         sys.exit(1)
 
 

@@ -7,7 +7,7 @@ from types import FrameType
 
 
 def stop_like_ctrl_c() -> None:
-    """Have SIGTERM and SIGHUP raise KeyboardInterrupt in this process, unless the caller was started to ignore them."""
+    """Have SIGTERM and SIGHUP raise KeyboardInterrupt, unless they were ignored at the start."""
     for name in ("SIGTERM", "SIGHUP"):
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:  # nohup's wish stands

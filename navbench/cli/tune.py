@@ -1,4 +1,4 @@
-"""The command ``navbench tune``: from a Nav2 file to one that earns more, with proof on missions it never saw."""
+"""The command ``navbench tune``: from a Nav2 file to one that earns more."""
 
 import sys
 from pathlib import Path
@@ -6,55 +6,103 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from navbench.cli.driving import INTERRUPTED, SOME_ERRORS
 from navbench.cli.options import LOCALIZER, condition_options, refuse_others
+from navbench.cli.streams import print_json
 
 if TYPE_CHECKING:
     from harness.study.places import Where
+    from navbench.api.tune import Tuned
 
 DEFAULT_STACK = "nav2-stock"
 
 
 @click.command()
-@click.option("--stack", default=DEFAULT_STACK, show_default=True,
-              help="What is tuned: a name of params/stacks, a stack file or a Nav2 parameter file.")  # fmt: skip
+@click.option(
+    "--stack",
+    default=DEFAULT_STACK,
+    show_default=True,
+    help="What is tuned: a name of params/stacks, a stack file or a Nav2 parameter file.",
+)
 @LOCALIZER
-@click.option("--space", "spaces", multiple=True, default=("dwb_critics",), show_default=True,
-              help="What may change: a name of params/search_spaces or a YAML file; may be repeated.")  # fmt: skip
-@click.option("--objective", default="margin", show_default=True,
-              help="margin, capped_margin, shared_margin, cvar, lower_bound, margin@sla>=SHARE, or a metric such as "
-              "-duration_s; several, separated by commas, for a Pareto front.")  # fmt: skip
+@click.option(
+    "--space",
+    "spaces",
+    multiple=True,
+    default=("dwb_critics",),
+    show_default=True,
+    help="What may change: a name of params/search_spaces or a YAML file; may be repeated.",
+)
+@click.option(
+    "--objective",
+    default="margin",
+    show_default=True,
+    help="margin, capped_margin, shared_margin, cvar, lower_bound, margin@sla>=SHARE, or a "
+    "metric such as "
+    "-duration_s; several, separated by commas, for a Pareto front.",
+)
 @click.option("--sampler", default="tpe", show_default=True, help="tpe, cmaes, random or grid.")
 @click.option(
     "--trials", type=int, default=100, show_default=True, help="Files to try, beside the original."
 )
 @click.option(
     "--budget",
-    help="Wall time of search, final choice and test, e.g. 30m; trials for which there is no time are left out.",
+    help=(
+        "Wall time of search, final choice and test, e.g. 30m; trials for which there is no "
+        "time are left out."
+    ),
 )
-@click.option("--episodes", type=int, default=32, show_default=True,
-              help="Training missions, the same for every trial; racing likes 32, 64 and the like.")  # fmt: skip
-@click.option("--test-episodes", type=int, show_default="400, fewer for a small search",
-              help="Unseen missions on which original and result are compared; 0: none.")  # fmt: skip
-@click.option("--finalists", type=int, default=4, show_default=True,
-              help="Trials that meet the original on further training missions at the end; 0: none.")  # fmt: skip
-@click.option("--final-episodes", type=int, show_default="128, fewer for a small search",
-              help="Such missions; the worse half of the finalists drops out after each round.")  # fmt: skip
+@click.option(
+    "--episodes",
+    type=int,
+    default=32,
+    show_default=True,
+    help="Training missions, the same for every trial; racing likes 32, 64 and the like.",
+)
+@click.option(
+    "--test-episodes",
+    type=int,
+    show_default="400, fewer for a small search",
+    help="Unseen missions on which original and result are compared; 0: none.",
+)
+@click.option(
+    "--finalists",
+    type=int,
+    default=4,
+    show_default=True,
+    help="Trials that meet the original on further training missions at the end; 0: none.",
+)
+@click.option(
+    "--final-episodes",
+    type=int,
+    show_default="128, fewer for a small search",
+    help="Such missions; the worse half of the finalists drops out after each round.",
+)
 @click.option(
     "--racing/--no-racing",
     "is_raced",
     default=True,
     help="Whether hopeless trials are dropped early.",
 )
-@click.option("--waterfall", "waterfall_missions", type=click.IntRange(0, 1000), show_default="40, fewer",
-              help="Missions on which the explanation drives mixtures of old and new; 0: no waterfall.")  # fmt: skip
+@click.option(
+    "--waterfall",
+    "waterfall_missions",
+    type=click.IntRange(0, 1000),
+    show_default="40, fewer",
+    help="Missions on which the explanation drives mixtures of old and new; 0: no waterfall.",
+)
 @condition_options
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
     help="Study folder; default: results/<time>-tune-<stack>.",
 )
-@click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
-              help="Go on with an interrupted study, or print a finished one, from its folder.")  # fmt: skip
+@click.option(
+    "--resume",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Go on with an interrupted study, or print a finished one, from its folder.",
+)
 @click.pass_context
 def tune(
     context: click.Context,
@@ -66,31 +114,62 @@ def tune(
     as_json: bool,
     **choices: Any,
 ) -> None:
-    """Tune a Nav2 parameter file for what its deliveries earn, and test the result on missions it never saw.
+    """Tune a Nav2 file for what its deliveries earn, and test it on missions it never saw.
 
-    Every trial drives the same training missions; one that is worse than the best so far is dropped early. The best few
-    meet again on further ones, and original and result are compared on test missions. The study folder has the tuned
-    file with your comments, its lint, every trial, and the line that drives the test again. Ctrl-C keeps what is
-    finished; --resume goes on.
+    Every trial drives the same training missions; one that is worse than the best so far is dropped
+    early. The best few meet again on further ones, and original and result are compared on test
+    missions. The study folder has the tuned file with your comments, its lint, every trial, and the
+    line that drives the test again. Ctrl-C keeps what is finished; --resume goes on.
 
     \b
     Examples:
       navbench tune --stack my_nav2.yaml --localizer gps-ekf --space dwb_critics --trials 100
-      navbench tune --stack nav2-stock --space dwb_critics --world social --objective shared_margin --budget 2h
+      navbench tune --space dwb_critics --world social --objective shared_margin --budget 2h
       navbench tune --stack nav2-stock --space dwb_sampling --objective cvar --budget 30m
       navbench tune --stack mpc-gps-ekf --space mpc_weights --objective "margin@sla>=0.9"
-      navbench tune --stack nav2-gps --space inflation --objective margin,-pedestrian_delay_s --sampler tpe
+      navbench tune --stack nav2-gps --space inflation --objective margin,-pedestrian_delay_s
       navbench tune --resume results/latest
 
-    Exit status: 0 finished; 1 bad input; 3 finished, but some deliveries ended in an error; 130 interrupted.
+    Exit status: 0 finished; 1 bad input; 3 finished, but some deliveries ended in an error; 130
+    interrupted.
     """
     from harness.tuning.declaration import parse_duration
-    from navbench.cli.tune_study import create_study, drive
+    from navbench.api import tune as api
+    from navbench.api.progress import say
 
     seconds = None if budget is None else parse_duration(budget)
     if resume is not None:
         refuse_others(context)
-        folder = resume.resolve()  # a link may point elsewhere before the study ends
+        found = api.resume_tuning(resume, seconds, where)
     else:
-        folder = create_study(seconds, out, {**choices, "workers": where.workers})
-    sys.exit(drive(folder, where, seconds, as_json))
+        found = api.tune(budget=seconds, out=out, where=where, **choices)
+    if found is None:
+        sys.exit(INTERRUPTED)
+    if as_json:
+        print_json(found.as_json())
+    else:
+        _print(found)
+    if found.errors:
+        count, first = len(found.errors), found.errors[0]
+        say(f"episodes that ended in an error: {count}, e.g. {first}")
+        sys.exit(SOME_ERRORS)
+
+
+def _print(found: "Tuned") -> None:
+    from harness.report.tables import print_blocks, report_console
+    from harness.report.tuning.document import lint_lines, tuning_blocks
+    from harness.tuning.output import DIFF, TUNED
+
+    path = found.folder
+    told = found.result, found.scores, found.explanation, found.run_command
+    print_blocks(tuning_blocks(*told, path), report_console())
+    first, *rest = lint_lines(found.lint)
+    lines = [
+        f"tuned file: {path / TUNED}",
+        f"difference: {path / DIFF}",
+        f"lint of the tuned file: {first}",
+        *(f"  {line}" for line in rest),
+        "drive its test again:",
+        f"  {found.test_command}",
+    ]
+    sys.stdout.write("".join(f"{line}\n" for line in lines))

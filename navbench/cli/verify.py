@@ -9,7 +9,6 @@ import click
 
 from navbench.cli.options import JSON
 from navbench.cli.streams import print_json
-from navstack.errors import InputError
 
 if TYPE_CHECKING:
     from harness.study.verification import Verification
@@ -35,9 +34,9 @@ if TYPE_CHECKING:
 def verify(folder: Path, sample: int, seed: int, as_json: bool) -> None:
     """Check the files of a run, or of a suite's runs, and drive some of its deliveries again.
 
-    A delivery repeats if every column of its row comes out as it is stored, to the last bit. Where a run
-    comes from other libraries, or from a machine that computes otherwise, a delivery that differs is not
-    comparable here: it is counted, and the run is neither called sound nor changed.
+    A delivery repeats if every column of its row comes out as it is stored, to the last bit. Where
+    a run comes from other libraries, or from a machine that computes otherwise, a delivery that
+    differs is not comparable here: it is counted, and the run is neither called sound nor changed.
 
     \b
     Examples:
@@ -46,15 +45,9 @@ def verify(folder: Path, sample: int, seed: int, as_json: bool) -> None:
 
     Exit status: 0 nothing was changed; 1 something was, or a delivery came out otherwise.
     """
-    from harness.storage.run_folder import MANIFEST
-    from harness.study.verification import verify_run
+    from navbench.api import verify as api
 
-    runs = sorted(file.parent for file in folder.glob(f"*/{MANIFEST}"))
-    if (folder / MANIFEST).is_file():
-        runs = [folder]
-    if not runs:
-        raise InputError(f"'{folder}' holds no run; give the folder that a run or a suite wrote")
-    found = [verify_run(run, sample, seed) for run in runs]
+    found = api.verify(folder, sample, seed)
     verdicts = [each.is_sound for each in found]
     if as_json:
         documents = [_document(each) for each in found]

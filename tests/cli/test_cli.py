@@ -212,9 +212,9 @@ def test_paper_prints_one_json_document(capsys: pytest.CaptureFixture[str]) -> N
 def test_a_world_is_found_by_its_former_name_and_says_so(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert status("run", "--world", "costnav", "--start", "1,2") == 1, "for the start"
+    assert status("run", "--world", "costnav", "--missions", "far") == 1, "for the missions"
     note, error = capsys.readouterr().err.splitlines()
-    assert note == "note: the world 'costnav' is called 'easy' now" and "1,2" in error
+    assert note == "note: the world 'costnav' is called 'easy' now" and "'far'" in error
 
 
 @pytest.mark.parametrize(

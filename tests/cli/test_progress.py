@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from navbench.cli import progress
+from navbench.api import progress
 
 
 def test_lines_tell_how_far_it_is_where_there_is_no_terminal(

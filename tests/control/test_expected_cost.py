@@ -33,8 +33,9 @@ from navstack.errors import InvalidPathError, ParameterError
 from navstack.params.expected_cost import DeliveryPrices
 from navstack.planning.cost_to_go import cost_to_go
 from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
-from tools.bench import twin_expected_cost as twin
-from tools.bench.expected_cost import FOOTPRINT, GOAL, PARAMS, scene_of, street
+
+from . import expected_cost_twin as twin
+from .expected_cost_twin import FOOTPRINT, GOAL, PARAMS, scene_of, street
 
 
 def make(params=PARAMS, world=None, prices=None) -> ExpectedCostController:

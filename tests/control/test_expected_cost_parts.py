@@ -16,7 +16,8 @@ from navstack.control.expected_cost.people import Spread, corner_ahead, predict
 from navstack.costmap.costmap import Costmap
 from navstack.planning.cost_to_go import _free_cell, cost_to_go
 from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
-from tools.bench.expected_cost import FOOTPRINT, GOAL, PARAMS, street
+
+from .expected_cost_twin import FOOTPRINT, GOAL, PARAMS, street
 
 
 def prediction(one):

@@ -13,7 +13,8 @@ from harness.report.published import load_published, published_columns
 from harness.report.table_rows import LAYOUTS
 from harness.report.tables import PLAIN_WIDTH, print_blocks, report_console
 from harness.statistics.interval import Interval
-from navbench.cli.paper import paper, paper_document, print_paper
+from navbench.api.paper import paper as read_paper
+from navbench.cli.paper import paper, print_paper
 
 PRICES = load_prices("costnav")
 PUBLISHED = load_published()
@@ -44,7 +45,7 @@ def own(intervals=None, **changes):
 
 def test_paper_fits_the_plain_width_in_one_block():
     stream = io.StringIO()
-    print_paper(report_console(stream), PRICES)
+    print_paper(report_console(stream), read_paper())
     text = stream.getvalue()
     assert max(map(len, text.splitlines())) <= PLAIN_WIDTH
     assert "\x1b" not in text
@@ -135,7 +136,7 @@ def test_a_rounded_zero_has_no_sign():
 
 def test_an_ascii_stream_does_not_stop_the_report():
     stream = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
-    print_paper(report_console(stream), PRICES)
+    print_paper(report_console(stream), read_paper())
     stream.seek(0)
     assert "Avg Collision ?v" in stream.read()
 
@@ -143,7 +144,7 @@ def test_an_ascii_stream_does_not_stop_the_report():
 def test_json_document(capsys):
     paper.callback("costnav", as_json=True)
     document = json.loads(capsys.readouterr().out)
-    assert document == paper_document(PRICES)
+    assert document == read_paper().as_json()
     assert list(document) == ["methods", "real_world_canvas", "thresholds"]
     assert document["methods"]["nav2_amcl"]["economics"]["break_even_runs"] is None
     assert document["methods"]["nav2_amcl"]["economics"]["capex_usd"] == 13000

@@ -85,7 +85,7 @@ def deliveries() -> dict[str, Delivery]:
     return {record: run_episode(next(iter(study.tasks()))) for record, study in studies.items()}
 
 
-START, GOAL = "-67.875,-71.875,0", "-67.875,-66,0"
+START, GOAL = (-67.875, -71.875, 0.0), (-67.875, -66.0, 0.0)
 
 
 def test_rows_do_not_depend_on_what_is_recorded(deliveries: dict[str, Delivery]) -> None:

@@ -28,6 +28,7 @@ from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows, write_table
 from harness.study.stored_run import load_run, repriced
 from navbench.cli.app import main
+from navbench.cli.options import names_of, settings_of
 from navbench.cli.price import price
 from navstack.errors import InputError
 from navstack.params.nav2_file.yaml_text import load_text
@@ -60,7 +61,7 @@ def priced(
     terms: tuple[str, ...] = (),
 ) -> Any:
     stored = load_run(str(run))
-    choices = choose(stored, prices, settings, terms)
+    choices = choose(stored, prices, settings_of(settings), names_of(terms))
     return json.loads(
         json.dumps(repricing_document(stored, reprice(stored, choices), choices), allow_nan=False)
     )["runs"]
@@ -114,7 +115,10 @@ def test_a_single_price_is_set_with_or_without_its_unit(write_run: WriteRun, nam
 def test_every_price_can_be_set(write_run: WriteRun) -> None:
     run = load_run(str(write_run("run", episodes=2)))
     choices = choose(
-        run, None, ("property_damage.mailbox=51", "injury.costs.mais_1=9", "robot_life_year=3"), ()
+        run,
+        None,
+        {"property_damage.mailbox": 51.0, "injury.costs.mais_1": 9.0, "robot_life_year": 3.0},
+        (),
     )
     assert choices.prices.property_damage.mailbox.value == 51
     assert choices.prices.injury.costs.mais_1.value == 9
@@ -147,7 +151,7 @@ def test_what_cannot_be_used_is_refused_in_one_line(
 ) -> None:
     run = load_run(str(write_run("run", episodes=1)))
     with pytest.raises(InputError, match=message) as caught:
-        choose(run, None, settings, terms)
+        choose(run, None, settings_of(settings), names_of(terms))
     assert "\n" not in str(caught.value)
 
 
@@ -320,7 +324,7 @@ def test_cargo_not_modelled_stays_undefined(
     assert entry["economics"]["opex"] is None
     assert entry["risk"]["opex_cvar95_usd_per_run"] is None
     assert entry["accountings"]["no_threshold"]["contribution_margin"] is None
-    price.callback(str(run), None, (), (), as_json=False)
+    price.callback(str(run), None, {}, (), as_json=False)
     assert "undefined" in capsys.readouterr().out
 
 
@@ -377,13 +381,13 @@ def test_deliveries_without_a_result_are_counted_in_the_print(
     def fail(row: dict[str, Any]) -> None:
         row["error"] = "it broke" if row["episode"] in (2, 5) else None
 
-    price.callback(str(write_run("run", episodes=12, change=fail)), None, (), (), as_json=False)
+    price.callback(str(write_run("run", episodes=12, change=fail)), None, {}, (), as_json=False)
     assert "mine: 2 deliveries ended in an error, left out" in capsys.readouterr().out
 
 
 def test_tables(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
     run = write_run("run", ("one", "two"))
-    price.callback(f"{run}:two", None, ("delivery_fee=4.99",), ("operator",), as_json=False)
+    price.callback(f"{run}:two", None, {"delivery_fee": 4.99}, ("operator",), as_json=False)
     text = capsys.readouterr().out
     assert (
         "two: the same contacts, accounted for in other ways" in text and "one" not in text.split()
@@ -415,7 +419,7 @@ def test_a_damaged_folder_is_refused_in_one_line(
     run = write_run("run", episodes=2)
     damage(run)
     with pytest.raises(InputError, match=message) as caught:
-        price.callback(str(run), None, (), (), as_json=True)
+        price.callback(str(run), None, {}, (), as_json=True)
     assert "\n" not in str(caught.value)
 
 
@@ -528,7 +532,7 @@ def test_deliveries_of_one_mission_are_one_cluster(write_run: WriteRun) -> None:
 def test_changed_prices_say_what_they_were(write_run: WriteRun) -> None:
     run = load_run(str(write_run("run", episodes=1)))
     assert (
-        dataclasses.asdict(choose(run, None, ("refund=36",), ()).prices.refund)["source"].count(
+        dataclasses.asdict(choose(run, None, {"refund": 36.0}, ()).prices.refund)["source"].count(
             "35.42"
         )
         == 1
@@ -552,7 +556,7 @@ def test_every_set_is_the_published_one_but_for_what_it_says() -> None:
 
 def test_a_run_under_all_sets(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
     run = write_run("run", ("one", "two"), crowd=3.0)
-    price.callback(str(run), "all", (), (), as_json=True)
+    price.callback(str(run), "all", {}, (), as_json=True)
     sets = json.loads(capsys.readouterr().out)["sets"]
     assert list(sets) == price_sets() and price_sets()[0] == "costnav"
     for name, found in sets.items():
@@ -565,10 +569,10 @@ def test_a_run_under_all_sets(write_run: WriteRun, capsys: pytest.CaptureFixture
             share = found["capex_usd"][stack] / alone["risk"]["break_even"]["within_runs"]
             assert found["profits"][stack]["low"] == pytest.approx(expected["low"] - share)
     assert sets["insurer"]["accounting"] == "robot_at_fault"
-    price.callback(str(run), "all", (), (), as_json=False)
+    price.callback(str(run), "all", {}, (), as_json=False)
     assert "order under costnav: " in capsys.readouterr().out
     with pytest.raises(InputError, match="takes neither --set nor --with"):
-        price.callback(str(run), "all", ("delivery_fee=4",), (), as_json=False)
+        price.callback(str(run), "all", {"delivery_fee": 4.0}, (), as_json=False)
 
 
 def test_the_curve_of_crash_tests_goes_through_what_was_measured() -> None:
@@ -583,7 +587,7 @@ def test_the_curve_of_crash_tests_goes_through_what_was_measured() -> None:
 def test_contacts_beyond_the_peak_and_beyond_the_limit_are_counted(write_run: WriteRun) -> None:
     run = load_run(str(write_run("run", crowd=4.0)))
     squeezed = tuple({**each, "impulse_ns": 20.0 * each["impulse_ns"]} for each in run.events)
-    (result,) = reprice(dataclasses.replace(run, events=squeezed), choose(run, None, (), ()))
+    (result,) = reprice(dataclasses.replace(run, events=squeezed), choose(run, None, {}, ()))
     people = [each for each in squeezed if each["kind"] == "pedestrian"]
     counted = [each["impulse_ns"] > 1042.25 for each in people if each["type"] == "counted_contact"]
     assert (result.turned.value, result.turned.n) == (pytest.approx(np.mean(counted)), len(counted))

@@ -12,7 +12,8 @@ from harness.analysis.repricing import choose, reprice, repricing_document
 from harness.analysis.sensitivity import break_even_spread
 from harness.economics.price import price_keys
 from harness.study.stored_run import load_run
-from navbench.cli.sensitivity import sensitivity
+from navbench.cli.options import names_of, settings_of
+from navbench.cli.sensitivity import pairs_of, sensitivity
 from navstack.errors import InputError
 
 WriteRun = Callable[..., Path]
@@ -26,7 +27,8 @@ def varied(
         *maps: str, settings: tuple[str, ...] = (), terms: tuple[str, ...] = ()
     ) -> tuple[Path, dict[str, Any]]:
         run = write_run("run")
-        sensitivity.callback(str(run), None, settings, terms, maps, None, as_json=True)
+        values = settings_of(settings), names_of(terms), pairs_of(maps)
+        sensitivity.callback(str(run), None, *values, None, as_json=True)
         return run, json.loads(capsys.readouterr().out)
 
     return vary
@@ -35,7 +37,7 @@ def varied(
 def margin_and_profit(run: Path, settings: tuple[str, ...]) -> tuple[float, float]:
     """The slow way: price the whole run again."""
     stored = load_run(str(run))
-    choices = choose(stored, None, settings, ())
+    choices = choose(stored, None, settings_of(settings), ())
     economics = repricing_document(stored, reprice(stored, choices), choices)["runs"][0][
         "economics"
     ]
@@ -133,7 +135,7 @@ def test_a_map_of_nothing_is_refused(
 ) -> None:
     run = write_run("run", episodes=2)
     with pytest.raises(InputError, match=message):
-        sensitivity.callback(str(run), None, (), (), maps, None, as_json=True)
+        sensitivity.callback(str(run), None, {}, (), pairs_of(maps), None, as_json=True)
 
 
 def test_a_group_is_varied_as_far_as_every_price_of_it_may_be(varied: Callable[..., Any]) -> None:
@@ -150,7 +152,7 @@ def test_a_refund_below_its_fee_is_no_price(
 ) -> None:
     run = write_run("run", episodes=2)
     sensitivity.callback(
-        str(run), None, ("delivery_fee=30",), (), ("delivery_fee,refund",), None, as_json=True
+        str(run), None, {"delivery_fee": 30.0}, (), [("delivery_fee", "refund")], None, as_json=True
     )
     result = json.loads(capsys.readouterr().out)["runs"][0]
     bars = {bar["price"]: bar for bar in result["tornado"]}
@@ -174,10 +176,10 @@ def test_one_delivery_or_deliveries_all_alike_tell_nothing_of_break_even(
         write_run("alike", episodes=6, crowd=0.0, change=alike),
     ):
         figures = tmp_path / f"{run.name}-figures"
-        sensitivity.callback(str(run), None, (), (), (), figures, as_json=True)
+        sensitivity.callback(str(run), None, {}, (), (), figures, as_json=True)
         assert json.loads(capsys.readouterr().out)["runs"][0]["break_even"] is None, run.name
         assert not list(figures.glob("*break-even*"))
-        sensitivity.callback(str(run), None, (), (), (), None, as_json=False)
+        sensitivity.callback(str(run), None, {}, (), (), None, as_json=False)
         assert "tell nothing of how sure break-even is" in capsys.readouterr().out
 
 
@@ -187,7 +189,7 @@ def test_cargo_not_modelled_has_no_profit_to_vary(write_run: WriteRun) -> None:
 
     run = write_run("run", episodes=2, change=arrive)
     with pytest.raises(InputError, match="cargo was not simulated"):
-        sensitivity.callback(str(run), None, (), (), (), None, as_json=True)
+        sensitivity.callback(str(run), None, {}, (), (), None, as_json=True)
 
 
 def test_figures_and_tables(
@@ -195,7 +197,7 @@ def test_figures_and_tables(
 ) -> None:
     run = write_run("run", episodes=6)
     sensitivity.callback(
-        str(run), None, (), (), ("delivery_fee,refund",), tmp_path / "figures", as_json=False
+        str(run), None, {}, (), [("delivery_fee", "refund")], tmp_path / "figures", as_json=False
     )
     text = capsys.readouterr().out
     assert "mine: profit" in text and "in 100.0 % of the resamples of 6 deliveries never" in text

@@ -140,7 +140,7 @@ def test_the_table_has_every_quantity_and_figures_are_the_same_every_time(study:
 def test_margins_under_other_accountings_are_those_of_price(study: Path) -> None:
     results = read_results(study)
     run = load_run(str(study / "sidewalk-published_2-seed0-other"))
-    (expected,) = reprice(run, choose(run, None, (), ()))
+    (expected,) = reprice(run, choose(run, None, {}, ()))
     standing = results.standings[1]
     found = results.accounted[standing.condition, "other"]
     own = {name: each.intervals[MARGIN] for name, each in expected.accountings.items()}
@@ -171,7 +171,7 @@ def test_other_prices_are_told_of_stacks_that_drove_everywhere(study: Path) -> N
         for place in ("sidewalk", "sidewalk_1")
     ]
     parts = [(run, run.stacks[0]) for run in runs]
-    money = [money_of(parts, choose(runs[0], name, (), ())) for name in price_sets()]
+    money = [money_of(parts, choose(runs[0], name, {}, ())) for name in price_sets()]
     curves = under_curves(parts)
     ranked = " | ".join(f"1. {interval_text(each.profit)}" for each in money)
     assert f"| `mine` | {ranked} |" in section and "`other`" not in section

@@ -38,8 +38,8 @@ def valid_run(episodes: int) -> Path:
         map_name=str(world),
         pedestrians=0,
         rules=str(rules),
-        start="2,2,0",
-        goal="8,8,0",
+        start=(2.0, 2.0, 0.0),
+        goal=(8.0, 8.0, 0.0),
     )
     create_run(root / "run", about(study, ["navbench"]), parameters(study))
     study = load_study(root / "run", 1)

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from harness.storage.shipped import shipped
+from navbench.api.lint import robot_limits
 from navbench.cli.app import main
-from navbench.cli.lint import robot_limits
 from navstack.params.lint.rules import lint
 from navstack.params.nav2_file.file import load_nav2
 

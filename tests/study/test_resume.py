@@ -244,7 +244,7 @@ def test_a_stack_cannot_lead_out_of_the_folder(study: Study, tmp_path: Path) -> 
 def test_stored_parameters_are_those_that_were_given(stack: str, tmp_path: Path) -> None:
     """Written, read back and written again, the parameters of a run are the same."""
     given = make_study(
-        stacks=[stack], episodes=1, pedestrians=7, people="social_force", start="1,2,0.5"
+        stacks=[stack], episodes=1, pedestrians=7, people="social_force", start=(1.0, 2.0, 0.5)
     )
     path = begin(tmp_path / "run", given)
     stored = load_study(path)

@@ -1,1 +1,1 @@
-"""How fast everything is: components against plain numpy and recorded C++, deliveries against real time."""
+"""How fast everything is: against plain numpy, recorded C++ and real time."""

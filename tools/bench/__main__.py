@@ -21,17 +21,34 @@ if TYPE_CHECKING:
 Row = dict[str, Any]
 
 
-# fmt: off
 @click.command("python -m tools.bench")
-@click.option("--only", multiple=True, metavar="NAME", help="A name, a part of one, components or loops; "
-              "several with commas between them, or repeated.")
-@click.option("--runs", type=click.IntRange(min=1), help="Readings per component and deliveries per closed loop; "
-              "default: 40 and 10.")
-@click.option("--quick", is_flag=True, help="Few readings and the first 15 s of few deliveries: a look, no figures.")
-@click.option("--history", type=click.Path(path_type=Path), metavar="FILE.md", help="Add a row to this table.")
-@click.option("--out", type=click.Path(path_type=Path), metavar="FILE.json", help="Write the document of --json here.")
+@click.option(
+    "--only",
+    multiple=True,
+    metavar="NAME",
+    help="A name, a part of one, components or loops; "
+    "several with commas between them, or repeated.",
+)
+@click.option(
+    "--runs",
+    type=click.IntRange(min=1),
+    help="Readings per component and deliveries per closed loop; default: 40 and 10.",
+)
+@click.option(
+    "--quick",
+    is_flag=True,
+    help="Few readings and the first 15 s of few deliveries: a look, no figures.",
+)
+@click.option(
+    "--history", type=click.Path(path_type=Path), metavar="FILE.md", help="Add a row to this table."
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="FILE.json",
+    help="Write the document of --json here.",
+)
 @JSON
-# fmt: on
 def bench(
     only: tuple[str, ...],
     runs: int | None,
@@ -42,10 +59,11 @@ def bench(
 ) -> None:
     """Measure how fast everything is.
 
-    Components are compared with plain numpy and with recorded times of Nav2's C++, whole deliveries with real time. The
-    breakdown shows the parts of one simulated second.
+    Components are compared with plain numpy and with recorded times of Nav2's C++,
+    whole deliveries with real time. The breakdown shows the parts of one simulated second.
 
-    Times are processor time of one core; readings of ours and the reference alternate. docs/speed.md explains them.
+    Times are processor time of one core; readings of ours and the reference alternate.
+    docs/speed.md explains them.
 
     \b
     Examples:
@@ -78,7 +96,9 @@ def bench(
         raise
     if not rows:
         raise InputError("nothing could be measured; why stands above")
-    notes = _notes(rows, f"machine: {machine()}; {before:.1f} processes wanted a core when it began")
+    notes = _notes(
+        rows, f"machine: {machine()}; {before:.1f} processes wanted a core when it began"
+    )
     if history is not None:
         append(history, rows)
     _show(rows, notes, out, as_json)
@@ -127,7 +147,10 @@ def _notes(rows: Sequence[Row], about: str) -> list[str]:
     if any(row.get("reference") == CPP for row in rows):
         notes.append(f"{CPP}: {SOURCE}; the target is for the median.")
     if any("real_time_factor" in row for row in rows):
-        notes.append("x real time: median over deliveries, from the world's reset to the rows; quartiles beside it.")
+        notes.append(
+            "x real time: median over deliveries, from the world's reset to the rows; "
+            "quartiles beside it."
+        )
     if any(row["name"] == TWO_WORKERS for row in rows):
         notes.append("two workers: wall time, which another load on the machine spoils.")
     return notes

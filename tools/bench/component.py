@@ -23,6 +23,7 @@ from tools.bench.timing import Step
 from tools.parity.golden import GoldenFile
 
 TWIN = "numpy twin"
+MEASURED = "measured in turn in this run; results agree"
 SOURCE = "Nav2's C++ (g++ 12.2 -O2), recorded on another machine of this class: indicative"
 
 
@@ -49,8 +50,6 @@ class Component:
     prepare: Callable[[], Prepared]  # raises TwinError where the twin does not agree
     recorded_ms: float | None = None  # [ms] median of Nav2's own C++
     target: float | None = None  # of ours / recorded
-    reference: str = TWIN  # what the twin is
-    agrees: str = "measured in turn in this run; results agree"  # what is known of the two
 
 
 def require_agreement(
@@ -72,8 +71,10 @@ def require_agreement(
     off = float(np.abs(found[known] - expected[known]).max(initial=0.0))
     if unlike.any() or off > tolerance * largest:
         raise TwinError(
-            f"{name}: the kernel and its numpy twin differ by {off:g} (largest value {largest:g}; allowed is "
-            f"{tolerance:g} of it), {int(unlike.sum())} of {found.size} values are finite in one only"
+            f"{name}: the kernel and its numpy twin differ by {off:g} (largest value {largest:g}; "
+            "allowed is "
+            f"{tolerance:g} of it), {int(unlike.sum())} of {found.size} values are finite in one "
+            "only"
         )
 
 
@@ -88,8 +89,8 @@ def golden(name: str) -> GoldenFile:
 
 def golden_folder() -> Path:
     """Where the golden vectors are: ``NAVSTACK_GOLDEN``, else ``tests/golden`` of a checkout."""
-    given = os.environ.get("NAVSTACK_GOLDEN")
-    return Path(given) if given else Path(__file__).resolve().parents[2] / "tests" / "golden"
+    usual = Path(__file__).resolve().parents[2] / "tests" / "golden"
+    return Path(os.environ.get("NAVSTACK_GOLDEN") or usual)
 
 
 @lru_cache(maxsize=4)

@@ -12,15 +12,16 @@ from typing import Any
 
 from harness.execution.workers import available_cores
 from harness.storage.files import write_text
+from navstack.dispatch import processor
 from navstack.errors import InputError
 from tools.bench.measure import CPP, TWO_WORKERS, WITH_CARGO
 
 HEAD = """# Speed over time
 
-A row per `python -m tools.bench --history tools/bench/history.md`: medians on the machine that the row names. So
-compare rows of one machine only, and versions by `make check-speed`, which runs both at once. Closed loops in x real
-time on one core (processor time), without cargo; components as ours / recorded C++. How it is measured: docs/speed.md.
-A + behind a commit: files had been changed since.
+A row per `python -m tools.bench --history tools/bench/history.md`: medians on the machine that the
+row names. So compare rows of one machine only, and versions by `make check-speed`, which runs both
+at once. Closed loops in x real time on one core (processor time), without cargo; components as
+ours / recorded C++. How it is measured: docs/speed.md. A + behind a commit: files had been changed.
 
 """
 LOOPS = {
@@ -56,23 +57,27 @@ def history_row(rows: Sequence[Row]) -> str:
     """
     loops = {row["name"]: row for row in rows if "real_time_factor" in row}
     ratios = {row["name"]: row["ratio"] for row in rows if row.get("reference") == CPP}
+    factors = {name: row["real_time_factor"] for name, row in loops.items()}
     cargo = [
         row["of_value_without"]["value"] for name, row in loops.items() if name.endswith(WITH_CARGO)
     ]
-    two = loops.get(TWO_WORKERS)
+    speedup = loops.get(TWO_WORKERS, {}).get("of_one_worker", {})
     cells = [
         datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d"),
         commit(),
         machine(),
-        *(
-            f"{loops[name]['real_time_factor']:.1f}" if name in loops else UNKNOWN
-            for name in LOOPS.values()
-        ),
-        f"{min(cargo):.2f}" if cargo else UNKNOWN,
-        f"{two['of_one_worker']['value']:.2f}" if two else UNKNOWN,
-        *(f"{ratios[name]:.3g}" if name in ratios else UNKNOWN for name in RATIOS.values()),
+        *(_cell(factors.get(name), ".1f") for name in LOOPS.values()),
+        _cell(min(cargo, default=None), ".2f"),
+        _cell(speedup.get("value"), ".2f"),
+        *(_cell(ratios.get(name), ".3g") for name in RATIOS.values()),
     ]
     return f"| {' | '.join(cells)} |\n"
+
+
+def _cell(value: float | None, form: str) -> str:
+    if value is None:
+        return UNKNOWN
+    return format(value, form)
 
 
 def read_history(file: Path) -> str:
@@ -82,7 +87,9 @@ def read_history(file: Path) -> str:
         InputError: the file is no such history, or cannot be read.
     """
     try:
-        text = file.read_text(encoding="utf-8") if file.exists() else HEAD + HEADER
+        if not file.exists():
+            return HEAD + HEADER
+        text = file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"--history {file} cannot be read: {error}") from None
     if HEADER not in text:
@@ -107,16 +114,6 @@ def append(file: Path, rows: Sequence[Row]) -> None:
         ) from None
 
 
-def processor() -> str:
-    """The processor's name as the system gives it."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return UNKNOWN
-    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    return next(names, UNKNOWN)
-
-
 def machine() -> str:
     """Processor and number of cores that this process may use."""
     return f"{processor()}, {available_cores()} cores"
@@ -136,7 +133,9 @@ def commit(folder: Path | None = None) -> str:
     found = _git(folder, "rev-parse", "--short=9", "HEAD")
     if found is None:
         return UNKNOWN
-    return found + ("+" if _git(folder, "status", "--porcelain", "--untracked-files=no") else "")
+    if _git(folder, "status", "--porcelain", "--untracked-files=no"):
+        found += "+"
+    return found
 
 
 def _git(folder: Path, *words: str) -> str | None:

@@ -67,7 +67,10 @@ class Driven:
 
 
 class Course:
-    """A loop's deliveries of seed 0 on the shipped map in world ``published``, whole or cut off after some seconds."""
+    """A loop's deliveries of seed 0 on the shipped map in world ``published``.
+
+    Whole ones, or cut off after some seconds.
+    """
 
     def __init__(
         self, loop: Loop, folder: Path, with_cargo: bool = True, seconds: float | None = None
@@ -135,7 +138,8 @@ def _changed(folder: Path, file: Path, old: str, new: str) -> str:
     text = file.read_text(encoding="utf-8")
     if old not in text:
         raise ParameterError(
-            f"{file} no longer holds '{old.strip()}'; the closed loops of the benchmark must follow it"
+            f"{file} no longer holds '{old.strip()}'; the closed loops of the benchmark must "
+            "follow it"
         )
     copy = folder / file.parent.name / file.name
     copy.parent.mkdir(parents=True, exist_ok=True)

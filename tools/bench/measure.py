@@ -15,9 +15,9 @@ from harness.execution.workers import Workers, available_cores
 from harness.task.study import EpisodeTask
 from navstack.errors import InputError, NavstackError, UnknownNameError
 from navstack.types import FloatArray
-from tools.bench import controllers, costmaps, expected_cost, localizers, planners
+from tools.bench import controllers, costmaps, localizers, planners
 from tools.bench.breakdown import break_down
-from tools.bench.component import SOURCE, Component
+from tools.bench.component import MEASURED, SOURCE, TWIN, Component
 from tools.bench.loops import LOOPS, Course, Driven, Loop, drive
 from tools.bench.timing import PROCESSOR, WALL, Spread, readings
 
@@ -31,7 +31,7 @@ LEAST_WITH_CARGO = 0.8  # of the factor without
 WITH_CARGO = ", with cargo"
 COMPONENTS = {
     component.name: component
-    for module in (costmaps, controllers, expected_cost, planners, localizers)
+    for module in (costmaps, controllers, planners, localizers)
     for component in module.COMPONENTS
 }
 GROUPS = {"components": tuple(COMPONENTS), "loops": (*LOOPS, TWO_WORKERS)}
@@ -72,7 +72,8 @@ def chosen(only: Sequence[str]) -> list[str]:
         for part in [given] if _fitting(given) else given.split(","):
             if not part.strip():
                 raise InputError(
-                    f"--only '{given}' names nothing; give a name, a part of one, {' or '.join(GROUPS)}"
+                    f"--only '{given}' names nothing; give a name, a part of one, "
+                    f"{' or '.join(GROUPS)}"
                 )
             fitting = _fitting(part.strip())
             if not fitting:
@@ -102,48 +103,43 @@ def measure(name: str, effort: Effort, folder: Path) -> list[Row]:
     if name in COMPONENTS:
         return component_rows(COMPONENTS[name], effort)
     if name == TWO_WORKERS:
-        return [workers_row(effort, folder)] if available_cores() > 1 else []
+        if available_cores() == 1:
+            return []
+        return [workers_row(effort, folder)]
     return loop_rows(LOOPS[name], effort, folder)
 
 
 def component_rows(component: Component, effort: Effort) -> list[Row]:
     """Times of a component in this process against its twin and against the recorded C++."""
     prepared = component.prepare()
-    steps = [prepared.ours] if prepared.twin is None else [prepared.ours, prepared.twin]
+    steps = [prepared.ours]
+    if prepared.twin is not None:
+        steps.append(prepared.twin)
     taken = 1e3 * readings(steps, effort.runs, effort.budget, effort.fewest)
     ours = taken[:, 0, PROCESSOR]
-    references: list[tuple[str, FloatArray | float | None, float | None, str]] = [
-        (CPP, component.recorded_ms, component.target, SOURCE),
-        (
-            component.reference,
-            None if prepared.twin is None else taken[:, 1, PROCESSOR],
-            None,
-            component.agrees,
-        ),
-    ]
     known = {
         "name": component.name,
         "ours_ms": np.median(ours),
         "ours_wall_ms": np.median(taken[:, 0, WALL]),
     }
-    return [
-        {
-            **known,
-            "reference": name,
-            "reference_ms": np.median(took),
-            **_ratio(ours / took, target),
-            "note": note,
-        }
-        for name, took, target, note in references
-        if took is not None
-    ]
+    rows = []
+    if component.recorded_ms is not None:
+        compared = _compared(ours, component.recorded_ms, component.target)
+        rows.append({**known, "reference": CPP, **compared, "note": SOURCE})
+    if prepared.twin is not None:
+        compared = _compared(ours, taken[:, 1, PROCESSOR], None)
+        rows.append({**known, "reference": TWIN, **compared, "note": MEASURED})
+    return rows
 
 
-def _ratio(ratios: FloatArray, target: float | None) -> Row:
-    """Median and quartiles of ratios (n,), and whether the median keeps below the target."""
-    spread = Spread.of(ratios)
-    met = None if target is None else spread.median <= target
-    return {**spread.as_json("ratio"), "target": target, "met": met}
+def _compared(ours: FloatArray, reference: FloatArray | float, target: float | None) -> Row:
+    """Median and quartiles of ours / reference, and whether the median keeps the target."""
+    spread = Spread.of(ours / reference)
+    row = {"reference_ms": np.median(reference), **spread.as_json("ratio")}
+    met = None
+    if target is not None:
+        met = spread.median <= target
+    return row | {"target": target, "met": met}
 
 
 def loop_rows(loop: Loop, effort: Effort, folder: Path) -> list[Row]:
@@ -159,7 +155,7 @@ def loop_rows(loop: Loop, effort: Effort, folder: Path) -> list[Row]:
         drive(course.task(0))
     driven: list[list[Driven]] = [[], []]
     for episode in range(effort.deliveries):
-        for which in (0, 1) if episode % 2 == 0 else (1, 0):
+        for which in (episode % 2, 1 - episode % 2):
             driven[which].append(drive(courses[which].task(episode)))
     empty, full = (np.array([each.factor for each in deliveries]) for deliveries in driven)
     return [
@@ -203,7 +199,9 @@ def workers_row(effort: Effort, folder: Path) -> Row:
         for workers in (one, two):
             _drive_all(workers, [course.task(0)] * 4)
         for turn in range(effort.rounds):
-            order = (one, two) if turn % 2 == 0 else (two, one)
+            order = [one, two]
+            if turn % 2:
+                order.reverse()
             took = {id(workers): _drive_all(workers, tasks) for workers in order}
             (wall_one, by_one), (wall_two, by_two) = took[id(one)], took[id(two)]
             speedups.append(wall_one / wall_two)

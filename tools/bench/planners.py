@@ -146,10 +146,10 @@ def _cost(path: Path, costmap: Costmap) -> float:
 
 
 def replanning() -> Prepared:
-    """Plans to one goal from along the way, every 1.5 m, past other people each time, in an endless round of drives.
+    """Plans to one goal from along the way, every 1.5 m, past other people each time.
 
-    Every plan costs what the exact NavFn's does, but for the corners that either cuts. The costmaps are made before any
-    time is taken.
+    Every plan costs what the exact NavFn's does, but for the corners that either cuts. The costmaps
+    are made before any time is taken.
     """
     planner, exact = IncrementalNavfn(IncrementalNavfnParams()), NavfnPlanner(NavfnParams())
     start, goal = missions()[0]

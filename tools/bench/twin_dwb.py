@@ -55,7 +55,10 @@ def commands_of(p: DwbParams, state: RobotState) -> FloatArray:
 
 
 def roll_out(p: DwbParams, state: RobotState, commands: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Poses (K, T, 3) of all trajectories, the last one repeated to the end, and their numbers of steps (K,)."""
+    """Poses (K, T, 3) of all trajectories and their numbers of steps (K,).
+
+    The last pose is repeated to the end.
+    """
     way = np.abs(commands[:, 0]) * p.sim_time / p.linear_granularity
     turn = np.abs(commands[:, 2]) * p.sim_time / p.angular_granularity
     steps = np.maximum(1, np.ceil(np.maximum(way, turn))).astype(np.int64)
@@ -91,7 +94,7 @@ def cells_of(points: FloatArray, costmap: Costmap) -> IntArray:
 
 
 def on_plan(plan: FloatArray, costmap: Costmap) -> IntArray:
-    """Cells (S, 2) of a plan (N, 3) whose points are no more than two cells apart, all on the map."""
+    """Cells (S, 2) of a plan (N, 3), no more than two cells apart, all on the map."""
     cells = cells_of(plan[:, :2], costmap)
     return cells[np.concatenate(((True,), (np.diff(cells, axis=0) != 0).any(axis=1)))]
 
@@ -125,8 +128,11 @@ def totals(
     path = on_plan(near, costmap)
     bearing = math.atan2(goal[1] - state.pose.y, goal[0] - state.pose.x)
     for params, is_goal, is_nose in (
-        (p.GoalAlign, True, True), (p.PathAlign, False, True), (p.PathDist, False, False), (p.GoalDist, True, False)
-    ):  # fmt: skip
+        (p.GoalAlign, True, True),
+        (p.PathAlign, False, True),
+        (p.PathDist, False, False),
+        (p.GoalDist, True, False),
+    ):
         ahead = getattr(params, "forward_point_distance", 0.0) if is_nose else 0.0
         seeds = path
         if is_goal:

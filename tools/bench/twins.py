@@ -26,7 +26,7 @@ def unit(angles: npt.NDArray[np.floating]) -> FloatArray:
 def inflate(
     costs: ByteArray, resolution: float, inscribed: float, radius: float, scaling: float
 ) -> ByteArray:
-    """Costs (H, W) without unknown cells, raised around the lethal ones by their exact distance (Jazzy's rule)."""
+    """Costs (H, W) without unknown cells, raised around lethal ones by Jazzy's rule."""
     distance = ndimage.distance_transform_edt(costs != LETHAL)
     near = distance <= math.ceil(radius / resolution)
     metres = distance[near] * resolution
@@ -47,9 +47,10 @@ def clear_and_mark(
     points: FloatArray,
     longest: float,
 ) -> None:
-    """Free the Bresenham lines from the sensor (2,) through points (n, 2), then mark those within ``longest``.
+    """Free the lines from the sensor (2,) through points (n, 2), then mark the near ones.
 
-    In place; all in [m]. Lines end with the grid (``ObstacleLayer::raytraceFreespace``) and after ``longest``.
+    In place; all in [m]. Lines end with the grid (``ObstacleLayer::raytraceFreespace``) and after
+    ``longest``.
     """
     height, width = grid.shape
     far = origin + (width * resolution, height * resolution)
@@ -78,7 +79,7 @@ def clear_and_mark(
 def _drawn_in(
     points: FloatArray, sensor: FloatArray, low: FloatArray, high: FloatArray
 ) -> FloatArray:
-    """Points (n, 2) beyond a box, drawn onto its edge towards the sensor, 1 mm inside at the far edges."""
+    """Points (n, 2) beyond a box, drawn onto its edge towards the sensor."""
     drawn = points.copy()
     beam = points - sensor
     for beyond, edge, inset in ((np.less, low, 0.0), (np.greater, high, 0.001)):
@@ -131,10 +132,18 @@ def planar_wave(crossing: FloatArray, source: tuple[int, int]) -> FloatArray:
 
 
 def likelihoods(
-    distances: FloatArray, origin: tuple[float, float], resolution: float, poses: FloatArray, ends: FloatArray,
-    sigma: float, z_hit: float, z_rand: float, range_max: float, farthest: float,
-) -> FloatArray:  # fmt: skip
-    """One plus the sum of p^3 over the returns (AMCL's likelihood field), for particles (N, 3) in [m], shape (N,).
+    distances: FloatArray,
+    origin: tuple[float, float],
+    resolution: float,
+    poses: FloatArray,
+    ends: FloatArray,
+    sigma: float,
+    z_hit: float,
+    z_rand: float,
+    range_max: float,
+    farthest: float,
+) -> FloatArray:
+    """One plus the sum of p^3 over the returns (N,), for particles (N, 3) in [m].
 
     Args:
         distances: (H, W) [m] to the nearest obstacle; cell i is centred at origin + i * resolution.
@@ -166,7 +175,7 @@ def likelihoods(
 def move_differential(
     poses: FloatArray, motion: Sequence[float], alphas: Sequence[float], draws: FloatArray
 ) -> None:
-    """Move particles (N, 3) in place by a turn, a way [m] and a turn again, each with its error (Thrun et al. 2005).
+    """Move particles (N, 3) in place by turn, way [m] and turn (Thrun et al. 2005).
 
     Args:
         poses: x, y [m], yaw [rad].
@@ -213,7 +222,7 @@ def time_to_collision(
     horizon: float,
     step: float,
 ) -> float:
-    """Time [s] before the step after which ``enough`` points (n, 2) lie in the polygon (V, 2) that drives; -1: never.
+    """Time [s] until ``enough`` points (n, 2) lie in the polygon (V, 2) that drives; -1: never.
 
     The velocity is vx, vy [m/s] and yaw rate [rad/s] in the base frame and stays.
     """
@@ -252,9 +261,10 @@ def _inside(points: FloatArray, polygon: FloatArray) -> BoolArray:
 def cast(
     occupied: BoolArray, x: float, y: float, directions: FloatArray, reach: float
 ) -> FloatArray:
-    """How far (n,) rays from (x, y) along unit vectors (n, 2) go until an occupied cell, all in cells; inf: none.
+    """How far (n,) rays from (x, y) along unit vectors (n, 2) go until an occupied cell.
 
-    Each ray is cut at every line of the grid that it crosses; the middle of a piece says in which cell it lies.
+    Each ray is cut at every line of the grid that it crosses; the middle of a piece says in which
+    cell it lies.
     """
     lines = np.arange(-math.ceil(reach) - 1, math.ceil(reach) + 2)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -28,11 +28,15 @@ HEADERS = (
 
 
 @click.command("python -m tools.parity")
-@click.option("--golden", "folder", type=click.Path(path_type=Path),
-              help="Folder of golden vectors (.npz); default: $NAVSTACK_GOLDEN, else tests/golden.")  # fmt: skip
+@click.option(
+    "--golden",
+    "folder",
+    type=click.Path(path_type=Path),
+    help="Folder of golden vectors (.npz); default: $NAVSTACK_GOLDEN, else tests/golden.",
+)
 @JSON
 def parity(folder: Path | None, as_json: bool) -> None:
-    """Run recorded inputs of Nav2's own C++ through navstack and compare: a certificate, part by part.
+    """Run recorded inputs of Nav2's own C++ through navstack and compare, part by part.
 
     \b
     Examples:
@@ -45,7 +49,8 @@ def parity(folder: Path | None, as_json: bool) -> None:
     results = certify(read_folder(folder))
     if not results:
         raise GoldenError(
-            f"golden folder '{folder}' holds no case of any part; see docs/parity.md for their names"
+            f"golden folder '{folder}' holds no case of any part; see docs/parity.md for their "
+            "names"
         )
     if as_json:
         print_json(document(results))

@@ -1,4 +1,4 @@
-"""AMCL's map side: distance fields of a map, and weights of particles on recorded distance fields."""
+"""AMCL's map side: distance fields, and weights of particles on recorded ones."""
 
 import re
 from collections.abc import Iterator
@@ -55,7 +55,7 @@ def check_field(case: Case, comparison: Comparison) -> None:
 
 
 def find_weights(file: GoldenFile) -> Iterator[Case]:
-    """Scans ``<case>_ranges``, ``_bearings`` with ``_weights_norm`` for ``weights_poses``, each on a recorded field."""
+    """Scans ``<case>_ranges``, ``_bearings`` and ``_weights_norm`` of ``weights_poses``."""
     for base in file.bases("_weights_norm"):
         arrays = {f"{base}_{suffix}" for suffix in ("ranges", "bearings", "weights_norm")}
         facts = file.facts(base)

@@ -57,7 +57,7 @@ def uniforms(seed: int) -> Iterator[float]:
 
 
 def normals(seed: int) -> Iterator[float]:
-    """Standard normal numbers made from them by the polar method (``pf_pdf.c``), which leaves out zeros."""
+    """Standard normal numbers made from them by the polar method (``pf_pdf.c``)."""
     symmetric = (2.0 * drawn - 1.0 for drawn in uniforms(seed) if drawn != 0.0)
     while True:
         first, second = next(symmetric), next(symmetric)
@@ -132,7 +132,7 @@ def check_limits(case: Case, comparison: Comparison) -> None:
 
 
 def find_resamplings(file: GoldenFile) -> Iterator[Case]:
-    """Particles ``resample_<case>_in_poses`` with ``_in_w`` and what was drawn of them, ``_out_poses_seed<s>``."""
+    """Particles ``resample_<case>_in_poses`` with ``_in_w``; drawn ``_out_poses_seed<s>``."""
     for name in sorted(file.names):
         given = OUTPUT.fullmatch(name)
         arrays = (
@@ -145,7 +145,7 @@ def find_resamplings(file: GoldenFile) -> Iterator[Case]:
 
 
 def check_resampling(case: Case, comparison: Comparison) -> None:
-    """Every particle with the recording's random numbers, the clusters, and the limits of the recorded sweep."""
+    """Every particle with the recording's random numbers, the clusters, the limits."""
     name, seed = case.settings(OUTPUT)
     poses, weights = (case.file[f"resample_{name}_in_{suffix}"] for suffix in ("poses", "w"))
     facts = case.file.facts("kld_costnav")
@@ -215,7 +215,7 @@ def check_spread(case: Case, comparison: Comparison) -> None:
 
 
 def _errors(poses: FloatArray, recorded: FloatArray, count: int) -> FloatArray:
-    """How far recorded moments of ``count`` particles are from ours, in standard errors of the difference."""
+    """How far recorded moments of ``count`` particles are from ours, in standard errors."""
     batches = np.array([_moments(batch)[: len(recorded)] for batch in np.split(poses, BATCHES)])
     of_one = batches.var(axis=0, ddof=1) * BATCH  # variance of a moment of a single particle
     errors: FloatArray = (recorded - batches.mean(axis=0)) / np.sqrt(

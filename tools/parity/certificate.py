@@ -1,4 +1,4 @@
-"""The certificate: which recorded cases of Nav2's C++ navstack reproduces, and where it deviates and why."""
+"""The certificate: which recorded cases of Nav2's C++ navstack reproduces, and why not."""
 
 import math
 import re

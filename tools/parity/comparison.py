@@ -77,7 +77,10 @@ class Comparison:
         self, what: str, differs: BoolArray, a: npt.NDArray[Any], b: npt.NDArray[Any]
     ) -> None:
         first = tuple(int(i) for i in np.argwhere(differs)[0])
-        at = f" at {list(first)}" if first else ""
+        at = ""
+        if first:
+            at = f" at {list(first)}"
         self.wrong.append(
-            f"{what}: {int(differs.sum())} of {differs.size} differ, first{at}: {a[first]}, recorded {b[first]}"
+            f"{what}: {int(differs.sum())} of {differs.size} differ, first{at}: {a[first]}, "
+            f"recorded {b[first]}"
         )

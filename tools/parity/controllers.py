@@ -1,4 +1,4 @@
-"""Regulated pure pursuit along a path, and the rotation shim in closed loops of Nav2 Jazzy and of Nav2 main."""
+"""Regulated pure pursuit along a path, and the rotation shim in closed loops."""
 
 from collections.abc import Mapping
 from dataclasses import fields
@@ -47,7 +47,10 @@ SHIM_OF_MAIN = Shape(
 
 
 def check_rpp(case: Case, comparison: Comparison) -> None:
-    """Every command in order on one controller, whether the path begins at the robot (as recorded) or is cut there."""
+    """Every command in order on one controller.
+
+    The path begins at the robot, as recorded, or is cut there.
+    """
     recorded = ["collision" in error for error in case.facts["errors"]]
     for what, begins in (
         ("recorded path", case["path_start_idx"]),
@@ -115,7 +118,7 @@ def check_shim_of_main(case: Case, comparison: Comparison) -> None:
 def _rollout(
     case: Case, poses: np.ndarray, twists: np.ndarray, is_replanned: np.ndarray
 ) -> np.ndarray:
-    """The shim's command (N, 3) for each pose and measured twist (N, 3), where there may be a new plan (N,)."""
+    """The shim's command (N, 3) for each pose and twist (N, 3), maybe with a new plan (N,)."""
     shim, surroundings, plan = _shim(case.facts["params"]), _surroundings(case), Path(case["path"])
     commands = []
     for pose, twist, is_new in zip(poses, twists, is_replanned, strict=True):

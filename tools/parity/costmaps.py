@@ -1,4 +1,4 @@
-"""Inflation (cost against distance, grids by the rules of Nav2 Jazzy and main) and the obstacle layer in sequences."""
+"""Inflation by the rules of Nav2 Jazzy and main, and the obstacle layer in sequences."""
 
 import math
 from collections.abc import Iterator
@@ -33,16 +33,21 @@ MAIN_STEPS = 100  # [1/cell] of Nav2 main's table of costs
 MISSED_SHARE = 1e-3
 
 NOT_NEAREST = (
-    "inflate_around_unknown: Jazzy's breadth-first search does not find the nearest source of a few cells, which "
+    "inflate_around_unknown: Jazzy's breadth-first search does not find the nearest "
+    "source of a few cells, which "
     "then cost too little there"
 )
 MISSED_AT_RADIUS = (
-    "recorded with approximate square roots, which leave out cells exactly at the inflation radius; navstack inflates "
+    "recorded with approximate square roots, which leave out cells exactly at the "
+    "inflation radius; navstack inflates "
     "them, as the same source does with exact ones"
 )
 
 
-ROUNDED = "the cost before it is cut to an integer is one but for rounding, and is cut to the next lower one"
+ROUNDED = (
+    "the cost before it is cut to an integer is one but for rounding, and is cut to the next "
+    "lower one"
+)
 CLOSE = 1e-4  # of an integer, within which single precision may cut to the one below
 
 GRIDS = Shape(("{}_out_legacy", "{}_in"))  # inflated by Jazzy
@@ -164,7 +169,10 @@ def check_main_grid(case: Case, comparison: Comparison) -> None:
 def compare_but_at_radius(
     comparison: Comparison, what: str, ours: ByteArray, target: ByteArray, at_the_radius: BoolArray
 ) -> None:
-    """Costs by Nav2 main's rule must be equal, but for cells at the radius that the recording leaves as they were."""
+    """Costs by Nav2 main's rule must be equal, but for cells at the radius.
+
+    The recording leaves those as they were.
+    """
     missed = (ours != target) & at_the_radius & (ours > target)
     if missed.any():
         comparison.allow(MISSED_AT_RADIUS)

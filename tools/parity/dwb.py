@@ -1,4 +1,4 @@
-"""DWB: scenes of Nav2 main, sequences of Jazzy with the pruning of the plan, sampled velocities, densified plans."""
+"""DWB: scenes of Nav2 main, sequences of Jazzy, sampled velocities, densified plans."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -28,6 +28,7 @@ from tools.parity.part import Case, Shape, existing
 
 TOLERANCE = 1e-5  # of trajectories, raw scores and totals, which Nav2 adds up in float32
 FREQUENCY = 30.0  # [Hz] of the recorded controller
+NO_COMMAND = (np.nan, np.nan, np.nan)
 RESOLUTION = 0.05  # [m] of the grid that plans are densified for
 POINT_TOLERANCE = 1e-9  # [m] of plans
 PLAN_LENGTH_OF_MAIN = 1.0  # [m] within which Nav2 main's RotateToGoal begins to act
@@ -50,7 +51,8 @@ SUFFIXES = (
 )
 
 OUT_OF_BOUNDS = (
-    "RotateToGoal.lookahead_time >= 0: upstream reads its score's time beyond the end of an array; RotateToGoal's "
+    "RotateToGoal.lookahead_time >= 0: upstream reads its score's time beyond the end of "
+    "an array; RotateToGoal's "
     "scores, the totals and the command are not compared"
 )
 
@@ -95,7 +97,9 @@ def _check_following(
     """
     controller = DwbController(params, _footprint(case.file), FREQUENCY)
     following = case.facts.get("sequence_after", ())
-    for k, step in enumerate((case.facts, *following) if following else ()):
+    if not following:
+        return
+    for k, step in enumerate((case.facts, *following)):
         decision = controller.decide(_state(step), path, Pose2D(*case.facts["goal"]), surroundings)
         _check_choice(comparison, step, decision, f"cycle {k}: ")
         if "n_osc" in step:
@@ -223,14 +227,15 @@ def _check_grids(
 def _check_choice(
     comparison: Comparison, step: Mapping[str, Any], decision: Decision, at: str = ""
 ) -> None:
-    """The chosen command, exactly (also the one that Nav2 chose with its short circuit), and what was rejected."""
-    command = decision.command if decision.is_legal else None
-    chosen = (
-        [np.nan] * 3 if command is None else [command.linear_x, command.linear_y, command.angular_z]
-    )
+    """The chosen command, exactly, also with Nav2's short circuit, and what was rejected."""
+    chosen = NO_COMMAND
+    if decision.is_legal:
+        command = decision.command
+        chosen = (command.linear_x, command.linear_y, command.angular_z)
     for key in ("cmd", "short_circuit_cmd"):
         if key in step:
-            comparison.equal(f"{at}{key}", chosen, [np.nan] * 3 if step[key] is None else step[key])
+            recorded = step[key] or NO_COMMAND
+            comparison.equal(f"{at}{key}", chosen, recorded)
     if decision.is_legal and "best_index" in step:
         comparison.equal(f"{at}index of the best", decision.choice.index, step["best_index"])
     if "n_illegal" in step:
@@ -247,7 +252,7 @@ def _check_choice(
 
 
 def find_sequences(file: GoldenFile) -> Iterator[Case]:
-    """Sequences ``<case>_costmap``, ``<case>_path``, ``<case>_s<k>_vel`` (k from 0) with ``steps`` in their facts."""
+    """Sequences ``<case>_costmap``, ``_path``, ``_s<k>_vel`` (k from 0), facts ``steps``."""
     for name in file.bases("_s0_vel"):
         inputs = {f"{name}_costmap", f"{name}_path"}
         steps = file.facts(name).get("steps", ())
@@ -301,7 +306,9 @@ def check_velocities(case: Case, comparison: Comparison) -> None:
     The fact is the velocity alone, or with changed parameters.
     """
     facts = case.file.meta[case.name]
-    velocity, overrides = (facts["vel"], facts["over"]) if isinstance(facts, dict) else (facts, {})
+    velocity, overrides = facts, {}
+    if isinstance(facts, dict):
+        velocity, overrides = facts["vel"], facts["over"]
     generator = RolloutGenerator(_params(case.file, overrides), FREQUENCY)
     comparison.equal("velocities", generator.sample(Twist2D(*velocity)), case.file[case.name])
 

@@ -26,7 +26,7 @@ class GoldenError(InputError):
 
 
 class GoldenFile:
-    """One file of vectors: arrays by name, read when they are asked for, and the facts of ``meta_json``."""
+    """One file of vectors: arrays by name, read on demand, and the facts of ``meta_json``."""
 
     def __init__(self, path: Path) -> None:
         """Open a file; only its names and its facts are read.
@@ -42,11 +42,8 @@ class GoldenFile:
             raise self.unusable(f"is not a readable .npz file ({_reason(error)})") from None
         if not isinstance(arrays, np.lib.npyio.NpzFile):
             raise self.unusable("is a single array, not an .npz file")
-        largest = (
-            max((member.file_size for member in arrays.zip.infolist()), default=0)
-            if arrays.zip
-            else 0
-        )
+        members = arrays.zip.infolist() if arrays.zip else []
+        largest = max((member.file_size for member in members), default=0)
         if largest > MOST_BYTES:
             raise self.unusable(f"holds an array of {largest} bytes, at most {MOST_BYTES} are read")
         self._arrays = arrays
@@ -75,7 +72,7 @@ class GoldenFile:
             raise self.unusable(f"is damaged at array '{name}' ({_reason(error)})") from None
 
     def bases(self, suffix: str, prefix: str = "") -> list[str]:
-        """What stands between ``prefix`` and ``suffix`` in the names of the arrays that have both, sorted."""
+        """What stands between ``prefix`` and ``suffix`` in the names of arrays, sorted."""
         long_enough = len(prefix) + len(suffix)
         return sorted(
             name[len(prefix) : len(name) - len(suffix)]
@@ -87,8 +84,12 @@ class GoldenFile:
         """The facts under nested keys of ``meta_json``; empty where there are none."""
         found: Any = self.meta
         for key in keys:
-            found = found.get(key) if isinstance(found, dict) else None
-        return found if isinstance(found, dict) else {}
+            if not isinstance(found, dict):
+                return {}
+            found = found.get(key)
+        if not isinstance(found, dict):
+            return {}
+        return found
 
     def _read_meta(self) -> dict[str, Any]:
         if META not in self._arrays.files:
@@ -106,7 +107,8 @@ class GoldenFile:
     def unusable(self, trouble: str) -> GoldenError:
         """The error that says why this file cannot be used."""
         return GoldenError(
-            f"{self.path}: {trouble}; a file of golden vectors is wanted: record it again or remove it"
+            f"{self.path}: {trouble}; a file of golden vectors is wanted: record it again or "
+            "remove it"
         )
 
 
@@ -118,7 +120,8 @@ def read_folder(folder: Path) -> list[GoldenFile]:
     """
     if not folder.is_dir():
         raise GoldenError(
-            f"golden folder '{folder}' is not a folder; give a folder of .npz files of golden vectors"
+            f"golden folder '{folder}' is not a folder; give a folder of .npz files of golden "
+            "vectors"
         )
     paths = sorted(folder.glob("*.npz"))
     if not paths:
@@ -130,4 +133,4 @@ def read_folder(folder: Path) -> list[GoldenFile]:
 
 def _reason(error: Exception) -> str:
     lines = (getattr(error, "strerror", None) or str(error)).splitlines()
-    return lines[0] if lines else type(error).__name__
+    return next(iter(lines), type(error).__name__)

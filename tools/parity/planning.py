@@ -45,7 +45,8 @@ REFUSALS: tuple[tuple[str, str, type[PlanningError]], ...] = (
 
 NOT_PLANNED = "upstream answers without planning: its potential is uninitialised and not compared"
 TOO_LONG_UPSTREAM = (
-    "the wave reaches the goal, but upstream's descent gives up after 4 * max(width, height) points; navstack finds "
+    "the wave reaches the goal, but upstream's descent gives up after 4 * max(width, "
+    "height) points; navstack finds "
     "the path"
 )
 
@@ -146,7 +147,7 @@ def _check_failure(
     goal: Pose2D,
     tolerance: float,
 ) -> None:
-    """No path upstream: none here either, but where the goal was reached and upstream's limit of points struck."""
+    """No path upstream: none here either, unless upstream's limit of points struck."""
     target = cell(goal, costmap)
     reached = target >= 0 and case["potential"].reshape(-1)[target] < POT_HIGH
     limit = LONGEST_UPSTREAM * max(costmap.size_x, costmap.size_y)

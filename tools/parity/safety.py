@@ -63,7 +63,7 @@ def check_smoother(case: Case, comparison: Comparison) -> None:
 
 
 def find_times(file: GoldenFile) -> Iterator[Case]:
-    """Tables ``cm_time_<case>`` of clouds ``cm_cloud_<i>`` (rows) by velocities ``cm_vels`` (columns)."""
+    """Tables ``cm_time_<case>`` of clouds ``cm_cloud_<i>`` by velocities ``cm_vels``."""
     inputs = _inputs(file)
     for base in file.bases("", prefix="cm_time_"):
         if inputs <= file.names and file.facts(FACTS, base):
@@ -78,7 +78,7 @@ def check_times(case: Case, comparison: Comparison) -> None:
 
 
 def find_overflows(file: GoldenFile) -> Iterator[Case]:
-    """Facts ``<...>min_points_<n>`` of a number beyond 32 bits, with the table of ``times`` in the facts themselves."""
+    """Facts ``<...>min_points_<n>`` of a number beyond 32 bits, with ``times`` in them."""
     inputs = _inputs(file)
     for key, facts in file.facts(FACTS).items():
         if inputs <= file.names and OVERFLOW.fullmatch(key) and "stored_int" in facts:

@@ -34,7 +34,7 @@ def at_other_prices(results: Results) -> str:
     if not parts:
         return ""
     first = next(iter(parts.values()))[0][0]
-    sets = {name: choose(first, name, (), ()) for name in price_sets()}
+    sets = {name: choose(first, name, {}, ()) for name in price_sets()}
     money = {
         name: {stack: money_of(own, choices) for stack, own in parts.items()}
         for name, choices in sets.items()

@@ -63,9 +63,7 @@ def test_a_map_that_has_changed_is_not_drawn_behind_a_figure(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     scenes = []
-    monkeypatch.setattr(
-        "navbench.cli.explain_delivery.draw_seconds", lambda *given: scenes.append(given[2])
-    )
+    monkeypatch.setattr("navbench.api.explain.draw_seconds", lambda *given: scenes.append(given[2]))
     about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     for digest in (about["map_sha256"], map_digest(load_scene("sidewalk"))):
         (folder / "run.json").write_text(

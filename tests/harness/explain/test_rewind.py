@@ -29,7 +29,7 @@ from navstack.control.decision import RUNNER_UP
 from navstack.errors import InputError
 from navstack.navigation_status import Status
 
-START, GOAL = "10,20,0", "50,22,0"  # in the hall
+START, GOAL = (10.0, 20.0, 0.0), (50.0, 22.0, 0.0)  # in the hall
 Here = Callable[[], AbstractContextManager[None]]
 SECONDS = 5.0  # [s] of every delivery here
 MOMENT = 2.0  # [s]
@@ -182,9 +182,9 @@ def folder(
         "--map",
         str(hall),
         "--start",
-        START,
+        ",".join(map(str, START)),
         "--goal",
-        GOAL,
+        ",".join(map(str, GOAL)),
         "--rules",
         str(rules),
         "--out",

@@ -223,7 +223,7 @@ def test_an_event_and_its_contact_have_one_time(
 
 def test_who_pays_is_what_price_says(write_run: Callable[..., Path]) -> None:
     run = load_run(str(write_run("one", stacks=("a", "b"), episodes=12)))
-    expected = reprice(run, choose(run, None, (), ()))
+    expected = reprice(run, choose(run, None, {}, ()))
     told = data_of(report_page([run], 0, ""))["accountings"]
     assert sum("the published rule forgives" in note for note in told["notes"]) == len(run.stacks)
     assert [row["title"] for row in told["rows"]] == list(TITLES.values())

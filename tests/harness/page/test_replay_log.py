@@ -9,7 +9,7 @@ from harness.episode.episode import Delivery, run_episode
 from harness.metrics.replay_log import NO_RETURN, millimetres
 from harness.task.study import make_study
 
-START, GOAL = "-67.875,-71.875,0", "-67.875,-66,0"
+START, GOAL = (-67.875, -71.875, 0.0), (-67.875, -66.0, 0.0)
 
 
 @pytest.fixture(scope="module")

@@ -1,20 +1,19 @@
-"""A tuning study as ``navbench tune`` begins it, goes on with it and tells of it."""
+"""From a Nav2 file to one that earns more, tested on missions it never saw."""
 
 import dataclasses
+import inspect
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import click
-
 from harness.episode.factory import nav2_parameters, prices_of, world_params
 from harness.metrics.columns import Row
 from harness.report.page.document import write_study_page
-from harness.report.tables import print_blocks, report_console
-from harness.report.tuning.document import lint_lines, tuning_blocks, write_tuning
+from harness.report.tuning.document import write_tuning
 from harness.storage.documents import write_document
 from harness.storage.run_folder import TUNING, create_run, default_folder, require_usable
 from harness.storage.shipped import resolve, shipped
@@ -26,12 +25,11 @@ from harness.study.stored_run import load_run
 from harness.task.study import Study, is_recording, make_study
 from harness.tuning.dashboard import write_dashboard
 from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration, sizes
-from harness.tuning.explanation import explain
+from harness.tuning.explanation import Explanation, explain
 from harness.tuning.journal import Journal
 from harness.tuning.mission_differences import MissionDifference
 from harness.tuning.objective import parse_objectives
 from harness.tuning.output import (
-    DIFF,
     DOCUMENT,
     TUNED,
     run_command,
@@ -56,54 +54,96 @@ from harness.tuning.study import (
     notes_before,
     run_search,
 )
-from navbench.cli.driving import INTERRUPTED, SOME_ERRORS
-from navbench.cli.lint import robot_limits
-from navbench.cli.progress import say, shown
-from navbench.cli.report import today
-from navbench.cli.streams import print_json
+from navbench.api.driving import say_notes
+from navbench.api.lint import robot_limits
+from navbench.api.progress import say, shown
+from navbench.api.report import today
 from navstack.errors import InputError
 from navstack.params.lint.rules import lint
 from navstack.params.nav2_file.file import inspect_nav2
 from navstack.params.strict import dump_dataclass, read_text
 
-OWN_OPTIONS = (
-    "objective",
-    "sampler",
-    "trials",
-    "episodes",
-    "test_episodes",
-    "finalists",
-    "final_episodes",
-    "is_raced",
-    "waterfall_missions",
-)  # that run does not have
+DEFAULT_STACK = "nav2-stock"
+FILES = ("map", "world", "rules", "prices")  # options that may be files
 RUN_OPTIONS = (
-    "map",
-    "pedestrians",
-    "people",
-    "world",
-    "rules",
-    "missions",
-    "start",
-    "goal",
-    "prices",
+    *("map", "pedestrians", "people", "world", "rules", "missions", "start", "goal", "prices"),
 )
 
 
-def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]) -> Path:
-    """Check what a user asks for, and write down all of it; returns the study's folder.
+@dataclass(frozen=True)
+class Tuned:
+    """A finished study."""
+
+    folder: Path
+    result: StudyResult
+    scores: Row
+    explanation: Explanation
+    lint: Row  # of the tuned file
+    run_command: Sequence[str]  # ``navbench run`` with the tuned file
+    test_command: str  # drives its test again
+    document: Row
+    errors: Sequence[str]  # of episodes that ended in one
+
+    def as_json(self) -> Row:
+        """As ``navbench tune --json`` prints it."""
+        return {**self.document, "explanation": self.explanation.document}
+
+
+def tune(
+    stack: str = DEFAULT_STACK,
+    spaces: Sequence[str] = ("dwb_critics",),
+    *,
+    objective: str = "margin",
+    sampler: str = "tpe",
+    trials: int = 100,
+    budget: float | None = None,
+    episodes: int = 32,
+    test_episodes: int | None = None,
+    finalists: int = 4,
+    final_episodes: int | None = None,
+    is_raced: bool = True,
+    waterfall_missions: int | None = None,
+    out: Path | None = None,
+    where: Where | None = None,
+    map: str = "sidewalk",  # noqa: A002 - as the option is called
+    **options: Any,
+) -> Tuned | None:
+    """Tune a Nav2 parameter file for what its deliveries earn, and test it on unseen missions.
+
+    Args:
+        stack: a name of params/stacks, a stack file or a Nav2 parameter file.
+        spaces: what may change: names of params/search_spaces or YAML files.
+        objective: margin, capped_margin, shared_margin, cvar, lower_bound, margin@sla>=SHARE, or a
+            metric such as -duration_s; several, separated by commas, for a Pareto front.
+        sampler: tpe, cmaes, random or grid.
+        trials: files to try, beside the original.
+        budget: [s] of wall time; None: as long as it takes.
+        episodes: training missions, the same for every trial.
+        test_episodes: unseen missions of the test; None: as the size of the search wants it.
+        finalists: trials that meet the original on further training missions; 0: none.
+        final_episodes: such missions; None: as the size of the search wants it.
+        is_raced: whether hopeless trials are dropped early.
+        waterfall_missions: on which the explanation drives mixtures of old and new; 0: none.
+        out: study folder; None: ``results/<time>-tune-<stack>``.
+        where: deliveries are driven; None: on this machine.
+        map: a built-in map or a map_server YAML file.
+        options: as of :func:`navbench.run`.
+
+    Returns:
+        None where it is interrupted; what is finished is kept in the folder.
 
     Raises:
         InputError: a value that ``navbench run`` would refuse too, or a search space that does not
             fit the file.
     """
-    own = {name: choices.pop(name) for name in OWN_OPTIONS}
-    own |= {
-        name: size
-        for name, size in sizes(own["trials"], own["episodes"]).items()
-        if own[name] is None
+    where = where or Where()
+    usual = sizes(trials, episodes)
+    given = {
+        "test_episodes": test_episodes,
+        "final_episodes": final_episodes,
+        "waterfall_missions": waterfall_missions,
     }
-    stack, spaces = choices.pop("stack"), choices.pop("spaces")
+    usual |= {name: size for name, size in given.items() if size is not None}
     space_files = [
         resolve(space, shipped("params") / "search_spaces", "search space") for space in spaces
     ]
@@ -111,59 +151,74 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
     declaration = StudyDeclaration(
         stack=stack,
         space=space,
+        objective=objective,
+        sampler=sampler,
+        trials=trials,
+        episodes=episodes,
+        is_raced=is_raced,
+        finalists=finalists,
         budget=budget,
         sensors="",
         robot="",
-        options=_run_options(choices),
-        **own,
+        options=_run_options({"map": map, **options}),
+        **usual,
     )
-    objectives = parse_objectives(declaration.objective)
+    objectives = parse_objectives(objective)
     study = make_study(
-        stacks=[stack], episodes=max(declaration.test_episodes, declaration.episodes), **choices
+        stacks=[stack],
+        episodes=max(declaration.test_episodes, episodes),
+        map_name=map,
+        workers=where.workers,
+        **options,
     )
-    original = study.stacks[0]
+    original, allow_unknown = study.stacks[0], study.template.allow_unknown
     if not original.is_nav2:
         raise InputError(
-            f"stack '{original.name}' does not drive by a Nav2 file that could be tuned; give another"
+            f"stack '{original.name}' does not drive by a Nav2 file that could be tuned; "
+            "give another"
         )
     declaration = dataclasses.replace(
         declaration, sensors=_short(original.sensors), robot=_short(original.robot)
     )
-    nav2 = nav2_parameters(original.nav2_file, study.template.allow_unknown)
-    fitted = fit_space(space, content, nav2, study.template.allow_unknown)
-    sampler = make_sampler(
-        declaration.sampler, fitted, study.template.seed, declaration.trials, len(objectives)
-    )
-    check_space(fitted, nav2, sampler, study.template.allow_unknown)
+    nav2 = nav2_parameters(original.nav2_file, allow_unknown)
+    fitted = fit_space(space, content, nav2, allow_unknown)
+    drawing = make_sampler(sampler, fitted, study.template.seed, trials, len(objectives))
+    check_space(fitted, nav2, drawing, allow_unknown)
     path = out or default_folder(f"tune-{original.name}")
     require_usable(path)
-    for note in (*check(study), *fitted.notes, *notes_before(declaration, choices)):
-        say(f"note: {note}")
+    say_notes((*check(study), *fitted.notes, *notes_before(declaration, options)))
+    space_text = dump_dataclass(content)
+    if len(space_files) == 1:
+        space_text = read_text(space_files[0])
     texts = {
         TUNING: dump_dataclass(declaration),
-        SPACE: read_text(space_files[0]) if len(space_files) == 1 else dump_dataclass(content),
-        ORIGINAL: with_absolute_files(nav2, study.template.allow_unknown).document.text,
+        SPACE: space_text,
+        ORIGINAL: with_absolute_files(nav2, allow_unknown).document.text,
     }
     create_run(path, about(study, sys.argv), {**parameters(study), **texts})
-    return path
+    return _drive(path, where, budget)
 
 
-def drive(path: Path, where: Where, budget: float | None, as_json: bool) -> int:
-    """Drive what a study lacks, show progress on stderr, tell the result on stdout.
+def resume_tuning(
+    folder: Path, budget: float | None = None, where: Where | None = None
+) -> Tuned | None:
+    """Go on with the study of a folder; otherwise as :func:`tune`."""
+    # a link may point elsewhere before the study ends
+    return _drive(folder.resolve(), where or Where(), budget)
 
-    Returns the exit status.
-    """
+
+def _drive(path: Path, where: Where, budget: float | None) -> Tuned | None:
     base = load_study(path, where.workers)
     study = load_tuning(path, base, budget)
-    for note in version_notes(path):
-        say(f"note: {note}")
+    say_notes(version_notes(path))
     searched, runs = study.declaration.episodes, {path: base}
     with Journal(path, searched) as journal, open_workers(where, base.workers, path, runs) as pool:
         later = study.episodes_after_search + study.episodes_of_explanation
         progress = StudyProgress(study.plan, journal, study.declaration.budget, later)
         searching = study.declaration.trials * searched
         say(
-            f"up to {searching:,d} deliveries of the search, then up to {later:,d} to choose, test and explain"
+            f"up to {searching:,d} deliveries of the search, "
+            f"then up to {later:,d} to choose, test and explain"
         )
         if len(journal):
             say(f"going on after {len(journal)} episodes")
@@ -174,19 +229,11 @@ def drive(path: Path, where: Where, budget: float | None, as_json: bool) -> int:
                 with shown(progress):
                     result = _search_and_test(study, evaluator, journal, progress)
                     journal.stop_clock()
-                    document, report = _explain(study, base, result, evaluator, progress, path)
+                    return _explain(study, base, result, evaluator, progress, journal.errors, path)
             except KeyboardInterrupt:
-                kept = f"{len(journal)} finished episodes are kept in {path}; go on with --resume {path}"
-                say(f"interrupted {progress.when}; {kept}")
-                return INTERRUPTED
-    if as_json:
-        print_json(document)
-    else:
-        report()
-    if journal.errors:
-        count, first = len(journal.errors), journal.errors[0]
-        say(f"episodes that ended in an error: {count}, e.g. {first}")
-    return SOME_ERRORS if journal.errors else 0
+                kept = f"{len(journal)} finished episodes are kept in {path}"
+                say(f"interrupted {progress.when}; {kept}; go on with --resume {path}")
+                return None
 
 
 def _search_and_test(
@@ -207,9 +254,10 @@ def _explain(
     result: StudyResult,
     evaluator: StackEvaluator,
     progress: StudyProgress,
+    errors: Sequence[str],
     path: Path,
-) -> tuple[Row, Any]:
-    """Write everything; returns the JSON document and what prints the report."""
+) -> Tuned:
+    """Work out the explanation, and write everything."""
     declaration = study.declaration
     write_files(result, study.nav2, base.stacks[0], declaration, path)
     write_dashboard(result, path)
@@ -232,18 +280,19 @@ def _explain(
     command, again = run_command(declaration, path), test_command(declaration, result.seed, path)
     markdown = write_tuning(result, scores, explanation, command, path, again, lint)
     progress.begin("replays")
-    runs = [
-        load_run(str(each))
-        for each in _record_partings(explanation.partings, base, evaluator, path)
-    ]
-    write_study_page(markdown, runs, today())
-
-    def report() -> None:
-        blocks = tuning_blocks(result, scores, explanation, command, path)
-        print_blocks(blocks, report_console())
-        _print_files(lint, again, path)
-
-    return {**document, "explanation": explanation.document}, report
+    folders = _record_partings(explanation.partings, base, evaluator, path)
+    write_study_page(markdown, [load_run(str(each)) for each in folders], today())
+    return Tuned(
+        folder=path,
+        result=result,
+        scores=scores,
+        explanation=explanation,
+        lint=lint,
+        run_command=command,
+        test_command=again,
+        document=document,
+        errors=errors,
+    )
 
 
 def _record_partings(
@@ -273,47 +322,36 @@ def lint_of(folder: Path, robot: str, allow_unknown: bool) -> Row:
         for file in (folder / "params" / ORIGINAL, folder / TUNED)
     )
     before = {(notice.id, notice.path) for notice in known}
+    after = {(notice.id, notice.path) for notice in found}
     return {
         "errors": sum(notice.is_error for notice in found),
         "warnings": sum(not notice.is_error for notice in found),
         "new": [str(notice) for notice in found if (notice.id, notice.path) not in before],
-        "gone": [
-            str(each)
-            for each in known
-            if (each.id, each.path) not in {(new.id, new.path) for new in found}
-        ],
+        "gone": [str(notice) for notice in known if (notice.id, notice.path) not in after],
     }
 
 
-def _print_files(lint: Row, command: str, path: Path) -> None:
-    first, *rest = lint_lines(lint)
-    lines = [
-        f"tuned file: {path / TUNED}",
-        f"difference: {path / DIFF}",
-        f"lint of the tuned file: {first}",
-    ]
-    lines += [f"  {line}" for line in rest]
-    sys.stdout.write("\n".join((*lines, "drive its test again:", f"  {command}", "")))
-
-
-def _run_options(choices: dict[str, Any]) -> tuple[str, ...]:
+def _run_options(choices: Mapping[str, Any]) -> tuple[str, ...]:
     """The options of ``navbench run`` that differ from its defaults, as one writes them."""
-    files = {"map", "world", "rules", "prices"}
+    usual = inspect.signature(make_study).parameters
     given: list[str] = []
     for name in RUN_OPTIONS:
-        value = choices["map_name" if name == "map" else name]
-        default = next(
-            each.default
-            for each in click.get_current_context().command.params
-            if f"--{name}" in each.opts
-        )
+        value = choices.get(name)
+        default = usual["map_name" if name == "map" else name].default
         if value is None or value == default:
             continue
-        is_file = (name in files and Path(value).is_file()) or (
+        if name in ("start", "goal"):
+            text = ",".join(f"{number:.15g}" for number in value)
+        elif (name in FILES and Path(value).is_file()) or (
             name == "people" and is_recording(value)
-        )
-        given += [f"--{name}", str(Path(value).resolve()) if is_file else str(value)]
-    return tuple(given) if choices["allow_unknown"] else (*given, "--strict")
+        ):
+            text = str(Path(value).resolve())
+        else:
+            text = str(value)
+        given += [f"--{name}", text]
+    if not choices.get("allow_unknown", True):
+        given.append("--strict")
+    return tuple(given)
 
 
 def _short(file: str) -> str:

@@ -1,14 +1,25 @@
-"""The prices of the expected-cost controller's motions in plain numpy, all motions at once (docs/expected_cost.md)."""
+"""The prices of the expected-cost controller's motions in plain numpy, and scenes to price."""
 
 import math
 
 import numpy as np
 import numpy.typing as npt
 
-from navstack.control.expected_cost.field import Field
-from navstack.control.expected_cost.motion_cost import Scene
-from navstack.types import FloatArray
+from navstack.control.contact_risk import ContactRates, body_of, nearest
+from navstack.control.expected_cost.clearance import map_clearance, with_obstacles
+from navstack.control.expected_cost.field import Field, make_field
+from navstack.control.expected_cost.motion_cost import Limits, Rates, Scene
+from navstack.control.expected_cost.people import Spread, predict
+from navstack.costmap.costmap import Costmap
+from navstack.geometry import cover
+from navstack.params.expected_cost import ExpectedCostParams
+from navstack.planning.cost_to_go import cost_to_go
+from navstack.types import FloatArray, Pose2D, Track
 
+PARAMS = ExpectedCostParams()
+FOOTPRINT = np.array(((0.14, 0.25), (0.14, -0.25), (-0.607, -0.25), (-0.607, 0.25)))  # [m]
+GOAL = Pose2D(15.0, 28.0, 0.5 * math.pi)
+GOAL_RADIUS = 0.5  # [m]
 _FAR = 3.0  # [m] beyond what the scans show, and beyond which nobody is touched
 _OFF_MAP = -1.0  # [m]
 _CERTAIN = 4.0  # standard deviations beyond which nothing happens
@@ -176,3 +187,61 @@ def chance(z: FloatArray) -> FloatArray:
     """That a standard normal variable is above z: the logistic function nearest to it."""
     found: FloatArray = 1.0 / (1.0 + np.exp(1.702 * z))
     return found
+
+
+def street() -> Costmap:
+    """30 x 30 m, a street of 15 m along y between two walls."""
+    data = np.zeros((600, 600), dtype=np.uint8)
+    data[:, :150] = data[:, 450:] = 254
+    floor = data.copy()
+    floor.flags.writeable = False
+    return Costmap(data, 0.05, 0.0, 0.0, floor)
+
+
+def scene_of(rng: np.random.Generator, count: int) -> Scene:
+    """A random situation among ``count`` people on the street, with something that no map shows."""
+    world = street()
+    seen = Costmap(np.ascontiguousarray(world.data[60:540, 60:540]), 0.05, 3.0, 3.0)
+    seen.data[300:306, 200:210] = 254
+    place = Pose2D(15.0 + rng.uniform(-6.5, 6.5), rng.uniform(6.0, 26.0))
+    clearance = with_obstacles(
+        map_clearance(world), seen, world, (place.x, place.y), np.zeros((0, 3))
+    )
+    people = nearest(crowd(rng, count, place, 2.0), place, 0.0, count, math.inf)
+    spread = Spread(*(getattr(PARAMS, name) for name in Spread._fields))
+    return Scene(
+        np.array(
+            (
+                place.x,
+                place.y,
+                rng.uniform(-3.0, 3.0),
+                rng.uniform(-1.0, 2.0),
+                rng.uniform(-1.0, 1.0),
+            )
+        ),
+        make_field(world, GOAL, 0.2, cost_to_go),
+        clearance,
+        predict(people, place.x, place.y, PARAMS.steps, PARAMS.step, spread, clearance),
+        body_of(FOOTPRINT),
+        *cover(FOOTPRINT, 4),
+        Limits(
+            goal_radius=GOAL_RADIUS, **{name: getattr(PARAMS, name) for name in Limits._fields[:-1]}
+        ),
+        Rates(*(float(getattr(PARAMS, name)) for name in Rates._fields)),
+        ContactRates(*(getattr(PARAMS, name) for name in ContactRates._fields)),
+        np.array(PARAMS.contact_usd),
+        np.exp(-PARAMS.step * np.arange(1, PARAMS.steps + 1) / PARAMS.caution_time),
+        PARAMS.step,
+    )
+
+
+def crowd(rng: np.random.Generator, count: int, place: Pose2D, away: float) -> tuple[Track, ...]:
+    """People about ``away`` [m] from a place, who walk about 1 m/s in any direction."""
+    offsets, velocities = rng.normal(0.0, away, (count, 2)), rng.normal(0.0, 1.0, (count, 2))
+    covariance = np.diag((0.02, 0.02, 0.02, 0.02))
+    return tuple(
+        Track(k, 0.0, place.x + dx, place.y + dy, vx, vy, 0.3, covariance)
+        for k, ((dx, dy), (vx, vy)) in enumerate(
+            zip(offsets.tolist(), velocities.tolist(), strict=True)
+        )
+    )

@@ -1,0 +1,132 @@
+"""One localizer after the other on the same deliveries."""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from harness.ablation.analysis import Ablation, AblationDeclaration, analyse
+from harness.ablation.arms import arms_of, with_arms
+from harness.ablation.document import ablation_document
+from harness.episode.factory import prices_of
+from harness.metrics.columns import Row
+from harness.report.ablation import draw_ablation
+from harness.storage.documents import write_document
+from harness.storage.run_folder import ABLATION, create_run, default_folder, require_usable
+from harness.study.manifest import about, load_study, parameters, version_notes
+from harness.study.places import Where
+from harness.study.preflight import check
+from harness.study.stored_run import load_run
+from harness.task.study import make_study
+from navbench.api.driving import Driven, drive_folder, say_notes
+from navstack.errors import InputError
+from navstack.params.strict import dump_dataclass, load_dataclass
+
+DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows the wheels
+
+
+@dataclass(frozen=True)
+class Ablated:
+    """What each arm earns, and how they differ."""
+
+    driven: Driven  # which may be interrupted
+    ablation: Ablation
+    content: Row
+    figures: list[Path]
+
+    def as_json(self) -> Row:
+        """As ``navbench ablate --json`` prints it."""
+        figures = [str(figure) for figure in self.figures]
+        return {**self.content, "figures": figures, "folder": str(self.driven.folder)}
+
+
+def ablate(
+    stack: str = DEFAULT_STACK,
+    localizers: Sequence[str] = (),
+    errors: Sequence[str] = (),
+    *,
+    correlation_time: float | None = None,
+    against: str | None = None,
+    out: Path | None = None,
+    where: Where | None = None,
+    map: str = "sidewalk",  # noqa: A002 - as the option is called
+    episodes: int = 20,
+    **options: Any,
+) -> Ablated:
+    """Drive one stack with one localizer after the other on the same missions, people and noise.
+
+    Args:
+        stack: what drives.
+        localizers: ``NAME`` or ``NAME@MAP`` each; none: all, with ``errors`` the ground truth.
+        errors: ``position=0.1,0.3`` [m] or ``heading=2`` [deg] each, an arm for every value.
+        correlation_time: [s] over which such an error changes; None: the usual one.
+        against: arm to which the others are compared; None: the first.
+        out: run folder; None: ``results/<time>-ablate-<stack>``.
+        where: deliveries are driven; None: on this machine.
+        map: a built-in map or a map_server YAML file.
+        episodes: deliveries of each arm.
+        options: as of :func:`navbench.run`.
+
+    Raises:
+        InputError: a value that ``navbench run`` would refuse too, or arms that cannot be had.
+    """
+    where = where or Where()
+    study = make_study(
+        stacks=[stack], episodes=episodes, map_name=map, workers=where.workers, **options
+    )
+    asked = localizers, errors, correlation_time
+    arms = arms_of(study.stacks[0], *asked, study.template.allow_unknown)
+    study = with_arms(study, arms, where.workers)
+    name, first = Path(stack).stem, study.stacks[0].name
+    declaration = AblationDeclaration(name, against or first)
+    declaration.check(study.stacks)
+    path = out or default_folder(f"ablate-{name}")
+    require_usable(path)
+    # all arms share the Nav2 file and the robot that notes are about
+    own = f"{first}: "
+    notes = [note for note in check(study) if note.startswith(own)]
+    say_notes(f"{name}: {note.removeprefix(own)}" for note in notes)
+    texts = {**parameters(study), ABLATION: dump_dataclass(declaration)}
+    create_run(path, about(study, sys.argv), texts)
+    return _drive(path, declaration, where)
+
+
+def resume_ablation(
+    folder: Path, against: str | None = None, where: Where | None = None
+) -> Ablated:
+    """Go on with the ablation of a run folder.
+
+    Args:
+        folder: of the run.
+        against: arm to which the others are compared; None: the one of before.
+        where: deliveries are driven; None: on this machine.
+
+    Raises:
+        InputError: the folder holds none, or has no such arm.
+    """
+    where = where or Where()
+    path = folder.resolve()  # a link may point elsewhere before the run ends
+    study = load_study(path, where.workers)
+    stored = path / "params" / ABLATION
+    if not stored.is_file():
+        raise InputError(
+            f"'{path}' is no ablation: params/{ABLATION} is missing; use navbench run --resume"
+        )
+    declaration = load_dataclass(AblationDeclaration, stored)
+    declaration = AblationDeclaration(declaration.stack, against or declaration.against)
+    declaration.check(study.stacks)
+    say_notes(version_notes(path))
+    return _drive(path, declaration, where)
+
+
+def _drive(path: Path, declaration: AblationDeclaration, where: Where) -> Ablated:
+    study = load_study(path, where.workers)
+    driven = drive_folder(study, path, where)
+    prices = prices_of(study.template.prices)
+    run = load_run(str(path))
+    ablation = analyse(declaration, driven.results, run, prices, study.episodes)
+    figures = draw_ablation(ablation, path)
+    content = ablation_document(ablation, study, prices)
+    write_document(path / "ablation.json", content)
+    return Ablated(driven, ablation, content, figures)

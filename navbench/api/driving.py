@@ -1,0 +1,146 @@
+"""What the functions that drive have in common: progress while they do, and what is said of it."""
+
+import statistics
+import sys
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.episode.episode import Delivery
+from harness.execution.workers import Finished, Workers
+from harness.storage.rows import Row
+from harness.storage.run_folder import RunFolder, create_run, default_folder, require_usable
+from harness.study.drive import TABLES, StackResult, drive_missing, finish, require_own
+from harness.study.manifest import about, load_study, parameters
+from harness.study.places import Where, open_workers
+from harness.study.preflight import check
+from harness.task.study import EpisodeTask, Study
+from navbench.api.progress import Bar, say, shown
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What came of the deliveries of a run folder."""
+
+    study: Study
+    folder: Path
+    results: list[StackResult]
+    is_interrupted: bool  # and what is finished is kept
+
+    @property
+    def has_errors(self) -> bool:
+        """Whether deliveries ended in an error."""
+        return any(result.errors for result in self.results)
+
+
+class Tally(Bar):
+    """Finished episodes, their outcomes and their speed."""
+
+    def __init__(self, total: int, done: int) -> None:
+        super().__init__("{done} of {total} deliveries", total, done)
+        self._outcomes: Counter[str] = Counter()
+        self._factors: list[float] = []  # real-time factor of each delivery
+
+    def add(self, finished: Finished[EpisodeTask, Delivery], record: Row) -> None:
+        """Take in one finished episode."""
+        row = record["row"]
+        if row.get("error"):
+            self._outcomes["error"] += 1
+        else:
+            self._outcomes[row["outcome"]] += 1
+            self._factors.append(record["timing"]["real_time_factor"])
+        self.done += 1
+        if finished.lost and finished.error is None:
+            task = finished.task
+            say(f"repeated {task.stack.name} episode {task.episode}: {finished.lost[0]}")
+
+    @property
+    def note(self) -> str:
+        """Outcomes so far and the median real-time factor per core."""
+        outcomes = "  ".join(f"{name} {count}" for name, count in sorted(self._outcomes.items()))
+        if not self._factors:
+            return outcomes or "starting; the first delivery ever also compiles"
+        return f"{outcomes}  {statistics.median(self._factors):.0f} x real time per core"
+
+
+def begin(study: Study, out: Path | None, where: Where) -> Driven:
+    """Check a study, make its run folder and drive it, with notes and progress on stderr.
+
+    Args:
+        study: to be driven.
+        out: run folder; None: ``results/<time>-<stacks>``.
+        where: it is driven.
+
+    Raises:
+        InputError: something that the user gave cannot be used.
+    """
+    path = out or default_folder("-".join(stack.name for stack in study.stacks))
+    require_usable(path)
+    say_notes(check(study))
+    create_run(path, about(study, sys.argv), parameters(study))
+    return drive_folder(load_study(path, study.workers), path, where)
+
+
+def drive_folder(study: Study, path: Path, where: Where) -> Driven:
+    """Drive what a run folder lacks, with progress on stderr.
+
+    Args:
+        study: as its folder tells it.
+        path: of the folder.
+        where: they are driven.
+    """
+    is_stopped = False
+    with RunFolder(path, TABLES, study.total) as folder:
+        say_notes(folder.notes)
+        require_own(study, folder)
+        say_what_is_done(folder, study)
+        tally = Tally(study.total, len(folder.rows))
+        if not folder.is_closed:
+            with open_workers(where, study.workers, path, {path: study}) as workers, shown(tally):
+                is_stopped = is_interrupted(study, folder, workers, tally)
+        results = finish(study, folder)
+    say_what_failed(folder.rows.where(bool, "error"))
+    if is_stopped:
+        tally.done = len(folder.rows)  # the last one may have been kept and not yet counted
+        say_interrupted(tally, path)
+    return Driven(study, path, results, is_stopped)
+
+
+def is_interrupted(study: Study, folder: RunFolder, workers: Workers, tally: Tally) -> bool:
+    """Drive what a folder lacks; returns whether it was interrupted."""
+    if folder.is_closed:
+        return False
+    try:
+        drive_missing(study, folder, workers, tally.add)
+    except KeyboardInterrupt:
+        return True
+    return False
+
+
+def say_notes(notes: Iterable[str]) -> None:
+    """Write each on standard error."""
+    for note in notes:
+        say(f"note: {note}")
+
+
+def say_what_is_done(folder: RunFolder, study: Study) -> None:
+    """Tell how much of a run there already is."""
+    if folder.is_complete:
+        say(f"run {folder.path} is complete: all of its {study.total} deliveries are finished")
+    elif folder.rows:
+        say(f"going on after {len(folder.rows)} of {study.total} deliveries")
+
+
+def say_what_failed(rows: Iterable[Row]) -> None:
+    """Tell the deliveries that ended in an error."""
+    for row in rows:
+        say(f"error in {row['stack']} episode {row['episode']}: {row['error']}")
+
+
+def say_interrupted(tally: Tally, path: Path, options: str = "") -> None:
+    """Tell what an interrupt leaves; ``options`` go with the one that goes on."""
+    kept = "none was finished"
+    if tally.done:
+        kept = f"the finished ones are kept in {path}; go on with --resume {path}{options}"
+    say(f"interrupted after {tally.done} of {tally.total} deliveries; {kept}")

@@ -1,0 +1,172 @@
+"""Why a delivery cost what it cost: evidence, words, figures, a document."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+from harness.analysis.compare import side_of
+from harness.explain.document import Explained, Saving, explained, explanation_document
+from harness.explain.evidence import (
+    Evidence,
+    decisions_file,
+    delivery_row,
+    drive_again,
+    events_of,
+    recorded,
+)
+from harness.explain.moments import (
+    Moment,
+    costliest,
+    costs_of,
+    is_costly,
+    moments_of,
+)
+from harness.explain.rewind import rewind as drive_rewound
+from harness.explain.seconds import seconds_before
+from harness.report.explain import explanation_blocks
+from harness.report.explain_figure import FORMATS, draw_seconds
+from harness.report.page.recording_code import load_recording
+from harness.report.tables import print_blocks, report_console
+from harness.storage.files import require_writable, write_text, writing
+from harness.study.stored_run import StoredRun
+from harness.world.outcome import Rules
+from navbench.api.progress import say
+from navbench.api.report import map_of
+from navbench.api.runs import Run
+from navstack.errors import InputError
+from navstack.params.strict import load_dataclass
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What is to be said of a delivery."""
+
+    evidence: Evidence
+    told: list[Explained]
+    saving: Saving | None  # None: nothing was rewound
+    figures: list[Path]
+
+    def as_json(self) -> dict[str, Any]:
+        """As ``navbench explain --json`` prints it."""
+        figures = [str(figure) for figure in self.figures]
+        return {**explanation_document(self.evidence, self.told, self.saving), "figures": figures}
+
+
+def explain(
+    run: Run,
+    episode: int,
+    *,
+    event: int | None = None,
+    before: float = 5.0,
+    again: bool = False,
+    rewind: Sequence[str] = (),
+    plot: Path | None = None,
+    out: Path | None = None,
+) -> Explanation | None:
+    """Why a delivery cost what it cost: the seconds before each event that had to be paid for.
+
+    Args:
+        run: with one stack.
+        episode: number of the delivery.
+        event: number of the event; None: all, and the costliest for ``plot`` and ``rewind``.
+        before: [s] that are shown before the event, and rewound.
+        again: whether it is driven again even if it was recorded.
+        rewind: ``PATH=VALUE`` of parameters, of which is worked out what they would have saved.
+        plot: figure to draw; None: none.
+        out: folder for the document, the text and a figure of each event; None: none.
+
+    Returns:
+        None where nothing cost anything.
+
+    Raises:
+        InputError: something that was given cannot be used.
+    """
+    if plot is not None:
+        require_writable("figure", plot, FORMATS)
+    stored = run.stored
+    side_of(stored)  # one stack
+    evidence = _evidence(stored, episode, again)
+    if evidence is None:
+        return None
+    rules = load_dataclass(Rules, stored.folder / "params" / "rules.yaml")
+    chosen = moments_of(evidence, rules, stored.prices())
+    if event is not None:
+        count = len(chosen)
+        if event > count:
+            raise InputError(f"--event {event}: the delivery has {count}; give 1 to {count}")
+        chosen = [chosen[event - 1]]
+    told = explained(evidence, [seconds_before(evidence, moment, before) for moment in chosen])
+    saving = _saving(stored, evidence, chosen, rewind, before) if rewind else None
+    figures = _draw(stored, evidence, told, plot, out)
+    explanation = Explanation(evidence, told, saving, figures)
+    if out is not None:
+        _write(explanation, out)
+    return explanation
+
+
+def document_text(explanation: Explanation) -> str:
+    """The document as it is printed and written."""
+    return json.dumps(explanation.as_json(), indent=2, allow_nan=False) + "\n"
+
+
+def _write(explanation: Explanation, out: Path) -> None:
+    plain = StringIO()
+    each = explanation
+    blocks = explanation_blocks(each.evidence, each.told, each.saving, each.figures)
+    print_blocks(blocks, report_console(plain))
+    with writing(out):
+        write_text(out / "explanation.json", document_text(explanation))
+        write_text(out / "explanation.txt", plain.getvalue())
+
+
+def _evidence(run: StoredRun, episode: int, again: bool) -> Evidence | None:
+    """What there is to tell; None: nothing cost anything."""
+    row, stack = delivery_row(run, episode), run.stacks[0].name
+    if not is_costly(row, events_of(run, episode)):
+        return None
+    file = run.folder / "recordings" / f"{stack}-{episode}.npz"
+    if not again and file.is_file() and decisions_file(run, episode).is_file():
+        return recorded(run, episode, load_recording(file))
+    say(f"episode {episode} of {stack} is driven again")
+    return drive_again(run, episode)
+
+
+def _saving(
+    run: StoredRun,
+    evidence: Evidence,
+    moments: list[Moment],
+    settings: Sequence[str],
+    before: float,
+) -> Saving:
+    """What the costliest moment would have cost with other parameters from before it on."""
+    moment, prices = costliest(moments), run.prices()
+    rewound = drive_rewound(run, evidence, settings, max(moment.stamp - before, 0.0))
+    costs, new_costs = costs_of(evidence.row, prices), costs_of(rewound.delivery.row, prices)
+    return Saving(rewound, moment, before, evidence.row, costs, new_costs)
+
+
+def _draw(
+    run: StoredRun, evidence: Evidence, told: list[Explained], plot: Path | None, out: Path | None
+) -> list[Path]:
+    """Draw what was asked for; returns the files."""
+    if plot is None and out is None:
+        return []
+    if out is not None:
+        with writing(out):
+            out.mkdir(parents=True, exist_ok=True)
+    scene, files = map_of(run, "the figure"), []
+    costly = costliest([each.seconds.moment for each in told])
+    for each in told:
+        number = each.seconds.moment.number
+        wanted = []
+        if plot is not None and each.seconds.moment is costly:
+            wanted.append(plot)
+        if out is not None:
+            wanted += [out / f"event-{number}{suffix}" for suffix in (".pdf", ".png")]
+        if wanted:
+            draw_seconds(evidence, each.seconds, scene, wanted)
+            files += wanted
+    return files
