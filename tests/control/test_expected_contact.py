@@ -209,7 +209,7 @@ def test_the_decision_tells_the_critics_dollars() -> None:
     [
         (lambda: ContactPrices(touch_usd=-1.0), "touch_usd -1.0 must be 0 or more"),
         (lambda: ContactPrices(speed_std=0.0), "speed_std 0.0 must be more than 0"),
-        (lambda: ContactPrices(contact_usd=(1.0,)), "must be two prices or more"),
+        (lambda: ContactPrices(contact_usd=(1.0,)), "two prices or more"),
         (
             lambda: MppiContactParams(trajectory_point_step=0),
             "trajectory_point_step 0 must be more than 0",
