@@ -120,7 +120,10 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(
             f"module 'navbench' has no attribute '{name}'; it has {', '.join(__all__)}"
         )
-    return getattr(importlib.import_module(_WHERE[name]), name)
+    found = getattr(importlib.import_module(_WHERE[name]), name)
+    if _WHERE[name].startswith("navbench.api"):
+        importlib.import_module("harness.execution.arithmetic").warn_of_other_arithmetic()
+    return found
 
 
 def __dir__() -> list[str]:

@@ -35,7 +35,7 @@ FOLDERS = {"published": "study", "evasive": "evasive_study", "measured": "measur
 README_SHOWS = "evasive_study"
 BASELINE = ROOT / "results" / "baseline"
 BEGIN, END = (
-    "<!-- study: benchmarks/published_study.py writes what follows -->",
+    "<!-- study: tools/published_study.py writes what follows -->",
     "<!-- study ends -->",
 )
 

@@ -4,6 +4,7 @@ Versions alone do not say that: each of the three picks its loops by the process
 and a digest of the results stands in a run's manifest. Runs are comparable where the digests agree.
 """
 
+import ctypes
 import hashlib
 import importlib
 import math
@@ -11,6 +12,7 @@ import platform
 import warnings
 from collections.abc import Mapping
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,6 +33,8 @@ DIGITS = 12  # of a digest
 NOTED_FEATURES = ("avx", "avx2", "fma", "avx512f", "avx512dq", "avx512bw", "avx512vl")
 _TITLES = {"c_library": "C library", "numpy": "numpy", "blas": "OpenBLAS"}
 _AVX512_LEVELS = ("X86_V4", "AVX512_SKX")  # as numpy 2.4 calls the first, and older ones
+_PINNED_CORES = ("", PINS["OPENBLAS_CORETYPE"], "Zen")  # Zen has Haswell's loops
+_CORE_NAME = "scipy_openblas_get_corename64_"  # in the library that numpy's wheels bring
 _POINTS = 2001
 _MATRIX_SIZE = 24
 _OF_ONE = (math.sin, math.cos, math.tan, math.atan, math.exp, math.tanh)
@@ -91,6 +95,7 @@ def _minor(python: str) -> list[str]:
     return python.split(".")[:2]
 
 
+@cache
 def warn_of_other_arithmetic() -> None:
     """Warn, once a process, where it does not compute as the program does: what follows, what to do.
 
@@ -114,6 +119,28 @@ def trouble_of_this_process() -> str:
     if _numpy_runs_avx512():
         setting = f"NPY_DISABLE_CPU_FEATURES='{PINS['NPY_DISABLE_CPU_FEATURES']}'"
         return f"numpy was loaded before navbench, with AVX-512: import navbench first, or set {setting}"
+    if blas_core() not in _PINNED_CORES:
+        setting = f"OPENBLAS_CORETYPE={PINS['OPENBLAS_CORETYPE']}"
+        return (
+            f"numpy was loaded before navbench, with OpenBLAS for {blas_core()}: import navbench "
+            f"first, or set {setting}"
+        )
+    return ""
+
+
+def blas_core() -> str:
+    """The processor for which numpy's OpenBLAS runs its loops, e.g. ``Haswell``; empty: unknown."""
+    try:
+        lines = Path("/proc/self/maps").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return ""
+    libraries = {line.split()[-1] for line in lines if "openblas64" in line and "numpy" in line}
+    for library in libraries:
+        loaded = ctypes.CDLL(library)
+        if hasattr(loaded, _CORE_NAME):
+            ask = getattr(loaded, _CORE_NAME)
+            ask.restype = ctypes.c_char_p
+            return str(ask().decode())
     return ""
 
 

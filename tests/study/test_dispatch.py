@@ -17,6 +17,7 @@ SEED, MAP, PEOPLE = 42, "sidewalk_2", 40
 SECONDS = 8.0  # of each delivery
 NEAR = 3.5  # [m] that somebody comes to the robot in each
 NO_AVX512 = "X86_V4 AVX512_ICL AVX512_SPR"
+NUMPY_AVX2 = {"NPY_DISABLE_CPU_FEATURES": NO_AVX512}
 # A user's environment that asks for other loops than the program's.
 ENVIRONMENTS: Mapping[str, Mapping[str, str]] = {
     "the machine's own": {},
@@ -98,3 +99,25 @@ def test_other_loops_have_another_digest() -> None:
         digests[title] = json.loads(told.stdout)
     for name in ("c_library", "blas"):
         assert digests["oldest"][name] != digests["AVX2"][name]
+
+
+@pytest.mark.parametrize(
+    ("first", "asked", "says"),
+    [
+        ("navbench", {"OPENBLAS_CORETYPE": "Nehalem"}, ""),
+        ("numpy", {"OPENBLAS_CORETYPE": "Nehalem", **NUMPY_AVX2}, "with OpenBLAS for Nehalem"),
+        ("numpy", {"OPENBLAS_CORETYPE": "Haswell", **NUMPY_AVX2}, ""),
+        ("navbench", {TUNABLES: "glibc.cpu.hwcaps=-FMA"}, f"{TUNABLES} hides"),
+    ],
+)
+def test_who_imports_into_other_loops_gets_one_line(
+    first: str, asked: Mapping[str, str], says: str
+) -> None:
+    code = f"import {first}, navbench; navbench.run; navbench.load"
+    command = [sys.executable, "-W", "default", "-c", code]
+    done = subprocess.run(
+        command, env=environment(asked), capture_output=True, text=True, check=True
+    )
+    told = [line for line in done.stderr.splitlines() if "NavstackWarning" in line]
+    assert len(told) == bool(says)
+    assert not says or (says in told[0] and "differ in last bits" in told[0])
