@@ -1,6 +1,6 @@
 """What runs earn: compared, at other prices, and what it depends on."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,16 +30,21 @@ def compare(first: Run, second: Run, metrics: Collection[str] = ()) -> Compariso
 
 
 @dataclass(frozen=True)
-class Repricing:
-    """A run at other prices; ``repricing["nav2-gps"]`` is one stack of it."""
+class Repricing(Mapping[str, Repriced]):
+    """A run at other prices: results by stack."""
 
     run: Run
     choices: Choices
     results: list[Repriced]
 
     def __getitem__(self, stack: str) -> Repriced:
-        """The result of one stack."""
-        return {each.stack.name: each for each in self.results}[stack]
+        return next(each for each in self.results if each.stack.name == stack)
+
+    def __iter__(self) -> Iterator[str]:
+        return (each.stack.name for each in self.results)
+
+    def __len__(self) -> int:
+        return len(self.results)
 
     def as_json(self) -> Row:
         """As ``navbench price --json`` prints it."""

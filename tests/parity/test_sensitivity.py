@@ -20,7 +20,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 GOLDEN = ROOT / "tests" / "golden"
-PACKAGES = ("navstack", "harness")
+PACKAGES = ("navstack", "harness", "tools")
 BOTH = (0.5, 2.0)
 UNCHANGED = "unchanged"
 # by other processes, into the folders of compiled code
@@ -57,7 +57,7 @@ class Constant:
 
 NAVFN = "navstack/planning/navfn_kernels.py"
 DWB_PARAMS = "navstack/params/dwb.py"
-SHIM = "navstack/control/rotation_shim.py"
+TURN = "navstack/control/turn_in_place.py"
 RPP_PARAMS = "navstack/params/rpp.py"
 NEAR = ("navfn", "near_goal_dijkstra")
 EMPTY = ("navfn", "empty60_dijkstra")
@@ -116,16 +116,16 @@ CONSTANTS = (
         DWB_PARAMS, "    x_only_threshold: float = {}\n", 0.05, "dwb", "oscillation", factors=(0.5,)
     ),
     Constant(
-        SHIM,
-        "math.sqrt({} * p.max_angular_accel * abs(error))",
+        TURN,
+        "math.sqrt({} * limits.max_angular_accel * abs(error))",
         2.0,
         "rotation_shim",
         "rsj_rotate_once",
     ),
     Constant(
-        SHIM,
-        "change = {} * self._period",
-        "p.max_angular_accel",
+        TURN,
+        "change = {} * period",
+        "limits.max_angular_accel",
         "rotation_shim",
         "rsj_rotate_once",
     ),
