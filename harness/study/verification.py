@@ -14,6 +14,8 @@ from harness.storage.manifest_file import mixed_files
 from harness.storage.run_folder import JOURNAL
 from harness.study.manifest import differences, load_study, version_notes
 from harness.study.stored_run import load_run
+from harness.task.study import EpisodeTask
+from navstack.errors import MapError
 
 
 @dataclass(slots=True)
@@ -63,10 +65,16 @@ def verify_run(folder: Path, sample: int, seed: int) -> Verification:
         return found  # what would be driven is not what was
     rows = [row for stack in load_run(str(folder)).stacks for row in stack.rows]
     chosen = np.random.default_rng(seed).permutation(len(rows))[:sample]
+    try:
+        tasks = {(task.stack_number, task.episode): task for task in load_study(folder).tasks()}
+    except MapError as error:  # one of the user's, which is not on this machine
+        found.reasons.append(str(error))
+        found.not_comparable += [_name(rows[place]) for place in sorted(chosen)]
+        return found
     for place in sorted(chosen):
         row = rows[place]
-        name = f"{row['stack']} {row['episode']}"
-        columns = _differing_columns(folder, row)
+        name = _name(row)
+        columns = _differing_columns(folder, row, tasks[row["stack_number"], row["episode"]])
         if not columns:
             found.repeated.append(name)
         elif found.reasons:
@@ -76,12 +84,13 @@ def verify_run(folder: Path, sample: int, seed: int) -> Verification:
     return found
 
 
-def _differing_columns(folder: Path, stored: Row) -> list[str]:
+def _name(row: Row) -> str:
+    return f"{row['stack']} {row['episode']}"
+
+
+def _differing_columns(folder: Path, stored: Row, task: EpisodeTask) -> list[str]:
     """The columns of a delivery that come out otherwise; those that its table lacks are left out."""
     there = pq.read_schema(folder / "episodes.parquet").names
-    key = stored["stack_number"], stored["episode"]
-    tasks = load_study(folder).tasks()
-    task = next(task for task in tasks if (task.stack_number, task.episode) == key)
     row = run_episode(task).row
     return sorted(name for name in there if not _is_same(row.get(name), stored[name]))
 

@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from harness.storage.checksums import CHECKSUMS, changed_files
+from harness.storage.checksums import CHECKSUMS, changed_files, write_checksums
 from harness.storage.run_folder import RunFolder, create_run
 from harness.storage.shipped import shipped
 from harness.study.drive import TABLES
@@ -152,3 +152,45 @@ def test_what_is_changed_while_a_run_is_driven_is_noticed(tmp_path: Path) -> Non
     with RunFolder(tmp_path / "run", TABLES, 1):
         (tmp_path / "run" / "params" / "rules.yaml").write_text("timeout: 4.0\n")
     assert changed_files(tmp_path / "run", is_finished=True) == ["params/rules.yaml"]
+
+
+def test_a_row_of_another_machine_is_not_comparable_here(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No alarm, no praise: it is counted; a planted edit of a file is still found."""
+    manifest = json.loads((run / "run.json").read_text())
+    manifest["machine"]["arithmetic"]["numpy"] = "0" * 12
+    manifest["machine"]["processor"] = "Another One"
+    (run / "run.json").write_text(json.dumps(manifest))
+    table = pq.read_table(run / "episodes.parquet")
+    place = table.schema.get_field_index("shortest_path_m")
+    edited = table.set_column(place, "shortest_path_m", pa.array([1.0, 2.0, 3.0]))
+    pq.write_table(edited, run / "episodes.parquet")
+    write_checksums(run)
+    status, out, _ = navbench(capsys, "verify", str(run), "--json")
+    (found,) = json.loads(out)["runs"]
+    assert (status, found["sound"], len(found["not_comparable"])) == (0, None, 3)
+    assert found["repeated"] == [] and found["other"] == {}
+    _, out, _ = navbench(capsys, "verify", str(run))
+    assert "3 not comparable here: the run began elsewhere: on Another One" in out
+    (run / "params" / "rules.yaml").write_text("timeout: 4.0")
+    assert navbench(capsys, "verify", str(run))[0] == 1
+
+
+def test_a_run_on_a_map_that_is_not_here_is_not_comparable(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    manifest = json.loads((run / "run.json").read_text())
+    (run / "run.json").write_text(json.dumps({**manifest, "map_name": "/nowhere/town.yaml"}))
+    write_checksums(run)
+    status, out, _ = navbench(capsys, "verify", str(run), "--sample", "2", "--json")
+    (found,) = json.loads(out)["runs"]
+    assert (status, found["sound"], len(found["not_comparable"])) == (0, None, 2)
+    assert "town.yaml" in found["reasons"][0]
+
+
+def test_nothing_is_called_sound_that_was_not_compared(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status, out, _ = navbench(capsys, "verify", str(run), "--sample", "0", "--json")
+    assert status == 0 and json.loads(out)["sound"] is None
