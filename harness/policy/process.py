@@ -1,4 +1,7 @@
-"""A policy in a process of its own: it may crash or hang, and only its delivery is lost."""
+"""A policy in a process of its own: it may crash or hang, and only its delivery is lost.
+
+That protects from accidents. A policy that wants to do harm can do what its user can.
+"""
 
 import contextlib
 import multiprocessing
@@ -9,7 +12,9 @@ import weakref
 from multiprocessing.connection import Connection
 from typing import Any
 
+from harness.policy.answers import MOST_BYTES, AnswerError, unpacked
 from harness.policy.interface import PolicyError, PolicyObservation
+from harness.storage.texts import clean_text
 from harness.task.stack import PolicyParams
 from navstack.types import FloatArray
 
@@ -46,7 +51,9 @@ class PolicyProcess:
         Raises:
             PolicyError: it fails, does not answer in time, or what it answers is neither.
         """
-        answer: FloatArray = self._ask("act", observation, self._params.time_limit)
+        answer = self._ask("act", observation, self._params.time_limit)
+        if answer is None:
+            raise self._lost("answered nothing where it was asked to act")
         return answer
 
     def start(self) -> None:
@@ -69,8 +76,12 @@ class PolicyProcess:
         self._end = weakref.finalize(self, _end, self._process, ours)
         self._ask("load", (self._policy, self._params.file), self._params.start_limit)
 
-    def _ask(self, what: str, given: Any, limit: float) -> Any:
-        """Send a request and wait for its answer."""
+    def _ask(self, what: str, given: Any, limit: float) -> FloatArray | None:
+        """Send a request and wait for its answer; None: it was done.
+
+        Raises:
+            PolicyError: there is none, or it is an error.
+        """
         try:
             self._connection.send((what, given))
             if not self._connection.poll(limit):
@@ -78,11 +89,16 @@ class PolicyProcess:
                     f"did not answer within {limit:g} s (policy: time_limit and start_limit of "
                     "the stack)"
                 )
-            is_good, answer = self._connection.recv()
+            answer = unpacked(self._connection.recv_bytes(MOST_BYTES))
+        except AnswerError as error:
+            raise self._lost(f"answered with {error}") from None
         except (EOFError, OSError):
+            # a pipe reads no more after a message beyond the limit
+            if not self._connection.readable:
+                raise self._lost(f"answered with more than {MOST_BYTES} bytes") from None
             raise self._lost(f"ended while it was asked to {what}{self._status()}") from None
-        if not is_good:
-            raise PolicyError(f"policy {self._policy}: {what}: {answer}")
+        if isinstance(answer, str):
+            raise PolicyError(clean_text(f"policy {self._policy}: {what}: {answer}"))
         return answer
 
     def _status(self) -> str:
@@ -94,7 +110,7 @@ class PolicyProcess:
 
     def _lost(self, why: str) -> PolicyError:
         self.close()
-        return PolicyError(f"policy {self._policy} {why}")
+        return PolicyError(clean_text(f"policy {self._policy} {why}"))
 
     def close(self) -> None:
         """End the process."""

@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from harness.policy.answers import packed, packed_error
+
 LOOK = 2.0  # [s] between two looks at whether the program that asks is still there
 
 
@@ -41,22 +43,6 @@ def _module_of_file(path: Path) -> ModuleType:
     return module
 
 
-def answer_of(policy: Any, observation: Any) -> Any:
-    """What a policy answers, as an array that can be driven.
-
-    Raises:
-        ValueError: it is neither a velocity nor waypoints.
-    """
-    answer = np.asarray(policy.act(observation), dtype=np.float64)
-    if answer.shape != (2,) and not (answer.ndim == 2 and answer.shape[1] == 2 and len(answer)):
-        raise ValueError(
-            f"an answer of shape {answer.shape}; a velocity has (2,), waypoints have (k, 2)"
-        )
-    if not np.isfinite(answer).all():
-        raise ValueError("an answer that is not finite")
-    return answer
-
-
 def serve(connection: "Connection[Any, Any]") -> None:
     """Answer until nobody asks any more."""
     policy: Any = None
@@ -72,10 +58,11 @@ def serve(connection: "Connection[Any, Any]") -> None:
             elif what == "reset":
                 policy.reset(given)
             else:
-                answer = answer_of(policy, given)
-            connection.send((True, answer))
+                answer = np.asarray(policy.act(given), dtype=np.float64)
+            message = packed(answer)
         except Exception as error:  # whatever the user's code raises
-            connection.send((False, f"{type(error).__name__}: {error}"))
+            message = packed_error(f"{type(error).__name__}: {error}")
+        connection.send_bytes(message)
 
 
 def _end_with_parent() -> None:

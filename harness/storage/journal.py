@@ -11,6 +11,7 @@ from typing import IO
 from harness.storage.checksums import sealed, unsealed
 from harness.storage.rows import Columns, Row, Rows
 from harness.storage.tables import is_of_kind, read_rows
+from harness.storage.texts import clean_texts
 from navstack.errors import InputError
 
 LARGEST = 1e12  # of any number; more is no measurement of ours
@@ -41,7 +42,7 @@ def line_of(record: Row) -> bytes:
 
 
 def record_of(line: bytes) -> Row | None:
-    """The record of a line; None: it was cut off or is damaged."""
+    """The record of a line, its texts cleaned; None: it was cut off or is damaged."""
     try:
         record = json.loads(unsealed(line))
         whole = (
@@ -50,6 +51,7 @@ def record_of(line: bytes) -> Row | None:
             and all(isinstance(number, int) for number in key_of(record))
         )
         whole = whole and isinstance(record["events"], list) and isinstance(record["timing"], dict)
+        record = clean_texts(record)
     except (ValueError, KeyError, TypeError, RecursionError):
         return None
     return dict(record) if whole else None
@@ -96,7 +98,7 @@ def records_in(
 def events_at(journal: IO[bytes], place: int) -> list[Row]:
     """The events of the record that begins at a byte of a journal."""
     journal.seek(place)
-    events: list[Row] = json.loads(unsealed(journal.readline()))["events"]
+    events: list[Row] = clean_texts(json.loads(unsealed(journal.readline()))["events"])
     return events
 
 
@@ -179,9 +181,7 @@ def trouble_with(row: object, columns: Columns, needed: Sequence[str] = ()) -> s
 
 
 def _is_odd(value: object, kind: str | None) -> bool:
-    """Whether a value of the right type can be no measurement, or is a text that no table takes."""
-    if isinstance(value, str) and not value.isascii():
-        return any("\ud800" <= char <= "\udfff" for char in value)
+    """Whether a value of the right type can be no measurement."""
     return kind == "double" and isinstance(value, int | float) and not abs(value) <= LARGEST
 
 

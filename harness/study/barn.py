@@ -4,10 +4,13 @@ A world is a Gazebo file of cylinders with the shortest path beside it, ``world_
 ``path_<i>.npy`` (Perille et al. 2020, "Benchmarking Metric Ground Navigation").
 """
 
+import contextlib
 import json
 import math
+import tokenize
+import warnings
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,6 +33,22 @@ PATH_CELL, PATH_ORIGIN = 0.15, (-4.575, 5.075)  # [m] of the cells in which path
 TOP_SPEED = 2.0  # [m/s] at which the optimal time is reckoned
 CORNERS = 12  # of the polygon that stands for a circle; it is drawn around it
 MOST_BYTES, MOST_CYLINDERS = 20_000_000, 5000
+FARTHEST = 1e6  # [m] or [cells] of anything in a world
+# what NumPy raises of a header that is none; it is read as Python's literals are
+NO_HEADER = (
+    OSError,
+    ValueError,
+    TypeError,
+    KeyError,
+    SyntaxError,
+    OverflowError,
+    RecursionError,
+    MemoryError,
+    tokenize.TokenError,
+)
+REAL = "iuf"  # kinds of NumPy's types that are real numbers
+LONGEST = 200  # [characters] of what NumPy says of a file
+MAPS = "maps"  # folder of the maps, in a study's folder
 TIMES = "optimal_times.json"  # [s] of each map, in a study's folder
 
 
@@ -64,11 +83,12 @@ def cylinders(path: Path) -> FloatArray:
     values = np.array(found, dtype=np.float64).reshape(-1, 3)
     if (
         not 0 < len(values) <= MOST_CYLINDERS
-        or not np.isfinite(values).all()
+        or not (np.abs(values) <= FARTHEST).all()  # nor is one of them NaN
         or not (values[:, 2] > 0.0).all()
     ):
         raise InputError(
-            f"{path}: has {len(values)} cylinders; 1 to {MOST_CYLINDERS} with places and radii are read"
+            f"{path}: has {len(values)} cylinders; 1 to {MOST_CYLINDERS} with places and "
+            f"radii up to {FARTHEST:g} m are read"
         )
     return values
 
@@ -80,11 +100,39 @@ def _cylinder(model: ElementTree.Element) -> tuple[float, float, float]:
 
 def map_names(worlds: Path, folder: Path) -> list[str]:
     """Files of the maps that :func:`make_maps` makes."""
-    return [str(folder / "maps" / f"barn_{number}.yaml") for number in world_numbers(worlds)]
+    return [str(folder / MAPS / f"barn_{number}.yaml") for number in world_numbers(worlds)]
+
+
+@contextlib.contextmanager
+def made_maps(worlds: Path, folder: Path) -> Iterator[None]:
+    """Make the maps, and take them away again where a study that is to have them is refused.
+
+    Raises:
+        InputError: a world or its path cannot be read.
+        MapError: the folder cannot be written.
+    """
+    before = _files_of(folder)
+    try:
+        make_maps(worlds, folder)
+        yield
+    except BaseException:
+        for file in _files_of(folder) - before:
+            file.unlink(missing_ok=True)
+        for each in (folder / MAPS, folder):
+            with contextlib.suppress(OSError):  # it holds something else, or was never made
+                each.rmdir()
+        raise
+
+
+def _files_of(folder: Path) -> set[Path]:
+    """The maps and optimal times of a study's folder."""
+    return {*(folder / MAPS).glob("*"), *folder.glob(TIMES)}
 
 
 def make_maps(worlds: Path, folder: Path) -> None:
     """Write a map of every world into a study's folder, those that are missing, and the optimal times.
+
+    All worlds are read before the first map is written: one that is refused leaves nothing behind.
 
     Raises:
         InputError: a world or its path cannot be read.
@@ -92,13 +140,14 @@ def make_maps(worlds: Path, folder: Path) -> None:
     """
     numbers = world_numbers(worlds)
     times = {f"barn_{number}": optimal_time(worlds / f"path_{number}.npy") for number in numbers}
-    for number, file in zip(numbers, map(Path, map_names(worlds, folder)), strict=True):
-        if not file.exists():
-            save_scene(
-                scene_of(file.stem, cylinders(worlds / f"world_{number}.world")),
-                file.parent,
-                file.stem,
-            )
+    files = dict(zip(numbers, map(Path, map_names(worlds, folder)), strict=True))
+    posts = {
+        file: cylinders(worlds / f"world_{number}.world")
+        for number, file in files.items()
+        if not file.exists()
+    }
+    for file, circles in posts.items():
+        save_scene(scene_of(file.stem, circles), file.parent, file.stem)
     write_text(folder / TIMES, json.dumps(times, indent=1))
 
 
@@ -131,14 +180,37 @@ def optimal_time(path: Path) -> float:
     Raises:
         InputError: it is no such file.
     """
-    try:
-        check_regular(path, MOST_BYTES)
-        cells = np.load(path, allow_pickle=False)
-        inner = cells * PATH_CELL + np.array(PATH_ORIGIN)
-    except (OSError, ValueError, TypeError) as error:
-        raise InputError(f"{path}: is no path of a world ({error})") from None
+    inner = _path_cells(path) * PATH_CELL + np.array(PATH_ORIGIN)
     corners = np.vstack(((START.x, START.y), inner, (GOAL.x, GOAL.y)))
     return float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum()) / TOP_SPEED
+
+
+def _path_cells(path: Path) -> FloatArray:
+    """The cells (n, 2) of a path.
+
+    Raises:
+        InputError: the file holds something else.
+    """
+    try:
+        check_regular(path, MOST_BYTES)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of sizes that overflow, and headers of Python 2
+            # mapped, so that a header cannot ask for more memory than the file has bytes
+            stored = np.lib.format.open_memmap(path, mode="r")
+    except NO_HEADER as error:
+        why = str(error).partition("\n")[0][:LONGEST]
+        raise InputError(f"{path}: is no path of a world ({why or type(error).__name__})") from None
+    if stored.ndim != 2 or stored.shape[1] != 2 or not len(stored) or stored.dtype.kind not in REAL:
+        raise InputError(
+            f"{path}: is no path of a world: shape {stored.shape} of {stored.dtype}; (n, 2) real "
+            "numbers are needed, n at least 1"
+        )
+    cells: FloatArray = np.array(stored, dtype=np.float64)
+    if not (np.abs(cells) <= FARTHEST).all():
+        raise InputError(
+            f"{path}: is no path of a world: a cell is not finite, or beyond {FARTHEST:g}"
+        )
+    return cells
 
 
 def score(arrived: bool, seconds: float, optimal: float, least: float = 4.0) -> float:
@@ -173,11 +245,15 @@ def optimal_times(folder: Path) -> dict[str, float]:
     if not file.is_file():
         return {}
     try:
-        return {
+        check_regular(file, MOST_BYTES)
+        times = {
             str(name): float(seconds)
             for name, seconds in json.loads(file.read_text(encoding="utf-8")).items()
         }
-    except (ValueError, TypeError, AttributeError):
+        if not all(0.0 < seconds <= FARTHEST for seconds in times.values()):
+            raise ValueError
+        return times
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError):
         raise InputError(f"{file} is damaged; remove it and give --worlds again") from None
 
 

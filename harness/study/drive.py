@@ -16,6 +16,7 @@ from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUM
 from harness.statistics.interval import Interval
 from harness.storage.rows import Rows
 from harness.storage.run_folder import RunFolder
+from harness.storage.texts import clean_texts
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask, Study
 from navstack.errors import InputError
@@ -86,7 +87,15 @@ def drive_missing(study: Study, folder: RunFolder, workers: Workers, on_finished
 
 
 def record_of(finished: Finished[EpisodeTask, Delivery]) -> Row:
-    """An episode as the run folder keeps it; one without a result becomes an error row."""
+    """An episode as the run folder keeps it; one without a result becomes an error row.
+
+    Texts are cleaned: what a policy raises, or a file is called, need not be UTF-8.
+    """
+    record: Row = clean_texts(_record_of(finished))
+    return record
+
+
+def _record_of(finished: Finished[EpisodeTask, Delivery]) -> Row:
     if finished.result is not None:
         delivery = finished.result
         return {"row": delivery.row, "events": delivery.events, "timing": delivery.timing}

@@ -24,6 +24,7 @@ from harness.storage.manifest_file import read_manifest, require_unchanged
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Row
 from harness.storage.run_folder import MANIFEST
+from harness.storage.texts import clean_text
 from harness.task.stack import Stack, absolute_files, policy_files
 from harness.task.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
 from harness.world.map.scene import Scene
@@ -232,7 +233,11 @@ def _stored_stack(folder: Path, content: Any, where: str) -> Stack:
     files = {key: str(parameters / Path(file).name) for key, file in _files(stack).items()}
     nav2_file = files.get("nav2_file", "")
     return dataclasses.replace(
-        stack, sensors=files["sensors"], robot=files["robot"], nav2_file=nav2_file
+        stack,
+        name=clean_text(stack.name),
+        sensors=files["sensors"],
+        robot=files["robot"],
+        nav2_file=nav2_file,
     )
 
 

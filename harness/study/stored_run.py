@@ -24,6 +24,7 @@ from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Rows, values
 from harness.storage.run_folder import JOURNAL, MANIFEST, OF_STACKS, count_finished
 from harness.storage.tables import read_rows
+from harness.storage.texts import clean_text
 from navstack.errors import InputError, UnknownNameError
 from navstack.files import check_regular
 from navstack.params.strict import load_yaml
@@ -237,7 +238,7 @@ def _described(folder: Path) -> dict[str, Any]:
     try:
         stacks = [
             (
-                s["name"],
+                clean_text(s["name"]),
                 tuple(s["carries"]),
                 s["localizer"],
                 s.get("policy", {}).get("data_collection") is True,

@@ -15,6 +15,7 @@ from harness.storage.manifest_file import extend_run
 from harness.storage.parameters import parameter_folder
 from harness.storage.run_folder import MANIFEST, create_run
 from harness.storage.shipped import DEFAULT_WORLD
+from harness.storage.texts import name_of
 from harness.study.manifest import about, load_study, parameters
 from harness.study.stored_run import MOST_PEOPLE
 from harness.task.study import Study, make_study, parse_pose
@@ -85,7 +86,7 @@ class Cell:
     @property
     def stack_name(self) -> str:
         """Of the stack, which may be given as a file."""
-        return Path(self.stack).stem
+        return name_of(self.stack)
 
     @property
     def name(self) -> str:
@@ -97,7 +98,7 @@ class Cell:
         """Name of the run folder that a stored suite has for all stacks on the same missions."""
         where = self.condition
         people = "" if where.pedestrians is None else f"-people{where.pedestrians}"
-        return f"{Path(where.map_name).stem}-{Path(where.world).stem}{people}-seed{self.seed}"
+        return f"{name_of(where.map_name)}-{name_of(where.world)}{people}-seed{self.seed}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +124,7 @@ class Portion:
         return [
             cell
             for cell in cells(suite)
-            if cell.stack_name in stacks and Path(cell.condition.map_name).stem in maps
+            if cell.stack_name in stacks and name_of(cell.condition.map_name) in maps
         ]
 
     @property
@@ -136,11 +137,11 @@ class Portion:
 
 def _chosen(option: str, asked: Sequence[str], declared: Sequence[str]) -> set[str]:
     """Names of what is asked for of what a suite declares; nothing asked: all."""
-    known = [Path(name).stem for name in declared]
+    known = [name_of(name) for name in declared]
     for name in asked:
-        if Path(name).stem not in known:
+        if name_of(name) not in known:
             raise UnknownNameError(option, name, known)
-    return {Path(name).stem for name in asked or declared}
+    return {name_of(name) for name in asked or declared}
 
 
 def load_suite(path: Path, maps: Sequence[str] = ()) -> Suite:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from harness.storage.shipped import is_file, resolve, shipped
+from harness.storage.texts import clean_text, name_of
 from harness.task.camera_params import CameraParams
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.extensions import localizers, uses_map
@@ -121,7 +122,7 @@ def load_stack(
     if PARAMETERS in read_text(path):  # every node of a Nav2 file has this key
         stack = load_dataclass(Stack, stacks / "nav2-gps.yaml")
         stack = dataclasses.replace(
-            stack, nav2_file=str(path.absolute()), title=f"Nav2 file {path.name}"
+            stack, nav2_file=str(path.absolute()), title=f"Nav2 file {clean_text(path.name)}"
         )
     else:
         stack = load_dataclass(Stack, path)
@@ -133,7 +134,7 @@ def load_stack(
     changes |= {name: value for name, value in given.items() if value is not None}
     stack = dataclasses.replace(
         stack,
-        name=path.stem,
+        name=name_of(path),
         navigator=_policy_beside(path, stack.navigator),
         policy=dataclasses.replace(stack.policy, file=_weights_beside(path, stack.policy.file)),
         **changes,

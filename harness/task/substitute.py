@@ -10,10 +10,12 @@ from pathlib import Path
 from harness.storage.shipped import shipped
 from harness.task.stack import Stack, absolute_files
 from navstack.errors import InputError, did_you_mean
-from navstack.params.nav2_file.catalog import plugin_type
+from navstack.params.nav2_file.catalog import node_block, plugin_type
 from navstack.params.nav2_file.file import Nav2File, inspect_nav2
+from navstack.params.nav2_file.findings import names_of
 from navstack.params.nav2_file.ros_yaml import Value
 
+CONTROLLERS = "controller_server"  # the node of those that drive
 DONORS = ("stock.yaml", "tuned.yaml")  # of params/nav2, asked before the others
 
 
@@ -29,25 +31,46 @@ def with_substitutes(stack: Stack, given: Sequence[str], allow_unknown: bool) ->
         allow_unknown: whether keys unknown to Nav2 are let pass.
 
     Raises:
-        InputError: one of them is not NAME=TYPE, or the file has no plugin of that name.
+        InputError: one of them is not NAME=TYPE, the stack has no Nav2 file or that no plugin of
+            that name, or no such plugin runs here.
         ParameterError: the file cannot be used with them.
     """
-    if not given or not stack.nav2_file:
+    wanted = [_parsed(text) for text in given]
+    if not wanted:
         return stack
+    if not stack.nav2_file:
+        raise InputError(
+            f"--substitute '{given[0]}' cannot be done: stack '{stack.name}' has no Nav2 file; give "
+            "stacks that have one"
+        )
     path = Path(stack.nav2_file)
     nav2 = inspect_nav2(path, allow_unknown)
     changes: dict[str, Value] = {}
-    for text in given:
-        name, found, kind = text.partition("=")
-        if not (name and found and kind):
-            raise InputError(
-                f"--substitute '{text}' is not NAME=TYPE, e.g. FollowPath=dwb_core::DWBLocalPlanner"
-            )
-        changes |= _changes(nav2, name, plugin_type(kind))
+    for name, kind in wanted:
+        changes |= _changes(nav2, name, kind)
+    if stack.is_policy and any(change.startswith(f"{CONTROLLERS}.") for change in changes):
+        raise InputError(
+            f"--substitute '{given[0]}' cannot be done: a policy drives stack '{stack.name}', and "
+            f"the {CONTROLLERS} of its Nav2 file is not used"
+        )
     changes |= {f"{node}.yaml_filename": file for node, file in absolute_files(nav2).items()}
     return dataclasses.replace(
         stack, nav2_file=_kept(nav2.with_values(changes, allow_unknown), path.name)
     )
+
+
+def _parsed(text: str) -> tuple[str, str]:
+    """Name and type of a NAME=TYPE.
+
+    Raises:
+        InputError: it is none.
+    """
+    name, _, kind = (part.strip() for part in text.partition("="))
+    if not (name and kind):
+        raise InputError(
+            f"--substitute '{text}' is not NAME=TYPE, e.g. FollowPath=dwb_core::DWBLocalPlanner"
+        )
+    return name, plugin_type(kind)
 
 
 def _changes(nav2: Nav2File, name: str, kind: str) -> dict[str, Value]:
@@ -66,6 +89,8 @@ def _changes(nav2: Nav2File, name: str, kind: str) -> dict[str, Value]:
     changes: dict[str, Value] = {}
     for node in nodes:
         own = nav2.parameters[node]
+        if refusal := _refusal(nav2, node, name, kind):
+            raise InputError(f"--substitute '{name}={kind}' cannot be done: {refusal}")
         changes |= {
             f"{node}.{key}": value
             for key, value in _donated(node, name, kind).items()
@@ -73,6 +98,21 @@ def _changes(nav2: Nav2File, name: str, kind: str) -> dict[str, Value]:
         }
         changes[f"{node}.{name}.plugin"] = kind
     return changes
+
+
+def _refusal(nav2: Nav2File, node: str, name: str, kind: str) -> str:
+    """Why a plugin of a type cannot have a name in a node; empty if it can."""
+    block = node_block(node)
+    lists = {} if block is None else block.plugins
+    families = [
+        plugins.family
+        for key, plugins in lists.items()
+        if name in names_of(nav2.parameters[node], key, plugins.defaults)
+    ]
+    # of what no list names, such as the controller in another one, all that the node may have
+    families = families or [plugins.family for plugins in lists.values()]
+    refusals = [nav2.catalog.refusal(family, kind) for family in families]
+    return refusals[0] if refusals and all(refusals) else ""
 
 
 def _donated(node: str, name: str, kind: str) -> dict[str, Value]:

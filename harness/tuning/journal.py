@@ -13,6 +13,7 @@ from harness.storage.checksums import sealed, unsealed
 from harness.storage.files import locked, no_links, require_real_folders, sync_folder, writing
 from harness.storage.journal import trouble_with
 from harness.storage.run_folder import JOURNAL, MOST_JOURNAL, MOST_LINE
+from harness.storage.texts import clean_texts
 from harness.tuning.evaluation import EVENTS, MARGIN, Candidate, Value
 from navstack.errors import InputError
 from navstack.files import check_regular
@@ -160,6 +161,7 @@ class Journal:
                 record = json.loads(unsealed(line))
             if record is None:
                 return "cut off"
+            record |= {part: clean_texts(record[part]) for part in ("row", EVENTS)}
             trouble = _trouble_with(record["row"])
             if trouble:
                 return trouble

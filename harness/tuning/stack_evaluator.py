@@ -14,6 +14,7 @@ from harness.episode.episode import Delivery, run_episode
 from harness.episode.factory import nav2_parameters, prices_of
 from harness.execution.workers import Finished, Workers
 from harness.metrics.columns import Row
+from harness.storage.texts import clean_text
 from harness.study.drive import record_of
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask
@@ -91,7 +92,7 @@ class StackEvaluator:
             row: Row = {
                 "stack": "",
                 "outcome": None,
-                "error": f"{REFUSED}{error}",
+                "error": clean_text(f"{REFUSED}{error}"),
                 MARGIN: None,
                 EVENTS: [],
             }

@@ -14,6 +14,7 @@ from harness.metrics.columns import Row
 from harness.report.ablation import draw_ablation
 from harness.storage.documents import write_document
 from harness.storage.run_folder import ABLATION, create_run, default_folder, require_usable
+from harness.storage.texts import name_of
 from harness.study.manifest import about, load_study, parameters, version_notes
 from harness.study.places import Where
 from harness.study.preflight import check
@@ -78,7 +79,7 @@ def ablate(
     asked = localizers, errors, correlation_time
     arms = arms_of(study.stacks[0], *asked, study.template.allow_unknown)
     study = with_arms(study, arms, where.workers)
-    name, first = Path(stack).stem, study.stacks[0].name
+    name, first = name_of(stack), study.stacks[0].name
     declaration = AblationDeclaration(name, against or first)
     declaration.check(study.stacks)
     path = out or default_folder(f"ablate-{name}")

@@ -4,6 +4,7 @@ import dataclasses
 import sys
 from collections import defaultdict
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from harness.storage.run_folder import (
 )
 from harness.storage.shipped import resolve, shipped
 from harness.study.again import PARTINGS, record_again, recorded_again
-from harness.study.barn import Score, make_maps, map_names, optimal_times, score_of
+from harness.study.barn import Score, made_maps, map_names, optimal_times, score_of
 from harness.study.drive import TABLES, finish, require_own
 from harness.study.manifest import load_study, version_notes
 from harness.study.places import Where, open_workers
@@ -120,9 +121,8 @@ def suite(
         require_same(path, declared)
     else:
         require_usable(path)
-    if barn is not None:
-        make_maps(barn, path)
-    _check_cells(path, declared, portion)
+    with nullcontext() if barn is None else made_maps(barn, path):
+        _check_cells(path, declared, portion)
     declare(path, declared)
     return _drive(path, declared, portion, where or Where())
 

@@ -9,8 +9,11 @@ import numpy.typing as npt
 from navstack.costmap.distances import squared_distances
 from navstack.costmap.field_cache import cached_array, content_key
 from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
+from navstack.errors import ParameterError
 from navstack.localization.amcl_kernels import CodeArray, cells_of
 from navstack.types import FloatArray, Pose2D
+
+MOST_CELLS = 4000  # to an obstacle; a field has a number for each squared distance
 
 
 class LikelihoodField:
@@ -116,6 +119,15 @@ def bordered_codes(squares: npt.NDArray[np.integer], far: int) -> CodeArray:
 
 
 def farthest_code(max_distance: float, resolution: float) -> int:
-    """The greatest squared distance in cells that is not beyond ``max_distance``."""
+    """The greatest squared distance in cells that is not beyond ``max_distance``.
+
+    Raises:
+        ParameterError: it is too far.
+    """
+    if not 0.0 <= max_distance <= MOST_CELLS * resolution:
+        raise ParameterError(
+            f"amcl: laser_likelihood_max_dist {max_distance:g} m on a map of {resolution:g} m/cell; "
+            f"0 to {MOST_CELLS} cells can be told apart, here up to {MOST_CELLS * resolution:g} m"
+        )
     # a map's resolution is often a 32-bit number
     return math.floor((max_distance / resolution) ** 2 + 1e-6)

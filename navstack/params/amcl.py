@@ -6,52 +6,60 @@ from typing import Annotated
 from navstack.ranges import (
     POSITIVE,
     NotNegative,
-    NotNegativeInt,
     Parameters,
     Positive,
     PositiveInt,
     at_least,
     at_most,
     one_of,
+    up_to,
+    within,
 )
 
+SHORTEST_RANGE = 0.01  # [m] that a laser may have at most
 LASER_MODELS = ("beam", "likelihood_field", "likelihood_field_prob")
 # name -> spelling of releases before plugins
 MOTION_MODELS = {
     "nav2_amcl::DifferentialMotionModel": "differential",
     "nav2_amcl::OmniMotionModel": "omnidirectional",
 }
+Alpha = Annotated[float, within(0, 1e6)]
+# shares, that need not add up to 1; a likelihood is a product of cubes of them
+ShareOfReturns = Annotated[float, within(0, 100)]
+Particles = Annotated[int, within(1, 1_000_000)]  # 100 MB, and more than a second for each scan
 MotionModel = Annotated[str, one_of((*MOTION_MODELS, *MOTION_MODELS.values()))]
 
 
 @dataclass(frozen=True, slots=True)
-class AmclParams(Parameters, whose="amcl"):
+class AmclParams(Parameters, whose="amcl", finite=True):
     """Node ``amcl`` (``amcl_node.cpp``).
 
     Frames, topics and what concerns publishing have no effect here.
     """
 
     robot_model_type: MotionModel = "nav2_amcl::DifferentialMotionModel"
-    alpha1: NotNegative = 0.2  # [-] variance of a rotation per squared rotation
-    alpha2: NotNegative = 0.2  # [rad2/m2] variance of a rotation per squared translation
-    alpha3: NotNegative = 0.2  # [-] variance of a translation per squared translation
-    alpha4: NotNegative = 0.2  # [m2/rad2] variance of a translation per squared rotation
+    alpha1: Alpha = 0.2  # [-] variance of a rotation per squared rotation
+    alpha2: Alpha = 0.2  # [rad2/m2] variance of a rotation per squared translation
+    alpha3: Alpha = 0.2  # [-] variance of a translation per squared translation
+    alpha4: Alpha = 0.2  # [m2/rad2] variance of a translation per squared rotation
     # [-] variance of a sideways translation per squared translation; omnidirectional only
-    alpha5: NotNegative = 0.2
+    alpha5: Alpha = 0.2
 
     laser_model_type: Annotated[str, one_of(LASER_MODELS)] = "likelihood_field"
     max_beams: Annotated[int, at_least(2)] = 60  # of a scan, evenly spaced
     laser_max_range: float = 100.0  # [m] beyond which there is no return; 0 or less: the scan's own
     laser_min_range: float = -1.0  # [m] up to which there is no return; 0 or less: the scan's own
     # [m] an obstacle farther from a return is taken to be that far
-    laser_likelihood_max_dist: Positive = 2.0
-    sigma_hit: Positive = 0.2  # [m] standard deviation of a return about an obstacle
-    z_hit: NotNegative = 0.5  # [-] share of returns from what is on the map
-    z_rand: NotNegative = 0.5  # [-] share of returns from anywhere
-    z_max: NotNegative = 0.05  # [-] share of beams without return; beam model only
+    laser_likelihood_max_dist: Annotated[float, up_to(1000)] = 2.0
+    # [m] standard deviation of a return about an obstacle
+    sigma_hit: Annotated[float, within(1e-4, 1000)] = 0.2
+    z_hit: ShareOfReturns = 0.5  # [-] share of returns from what is on the map
+    z_rand: ShareOfReturns = 0.5  # [-] share of returns from anywhere
+    z_max: ShareOfReturns = 0.05  # [-] share of beams without return; beam model only
     # [-] share of returns from what stands in front of the map; beam model only
-    z_short: NotNegative = 0.05
-    lambda_short: NotNegative = 0.1  # [1/m] by which those fall off with the range
+    z_short: ShareOfReturns = 0.05
+    # [1/m] by which those fall off with the range
+    lambda_short: Annotated[float, within(0, 1e6)] = 0.1
     # likelihood_field_prob ignores beams that most particles find off the map
     do_beamskip: bool = False
     # [m] to an obstacle within which a return agrees with the map
@@ -61,8 +69,8 @@ class AmclParams(Parameters, whose="amcl"):
     # [-] share of ignored beams from which on none is ignored
     beam_skip_error_threshold: float = 0.9
 
-    min_particles: PositiveInt = 500
-    max_particles: PositiveInt = 2000
+    min_particles: Particles = 500
+    max_particles: Particles = 2000
     pf_err: Positive = 0.05  # [-] allowed distance between the true distribution and the particles'
     # [-] quantile of the normal distribution for the probability of staying within pf_err
     pf_z: NotNegative = 0.99
@@ -72,7 +80,7 @@ class AmclParams(Parameters, whose="amcl"):
     recovery_alpha_fast: NotNegative = 0.0  # [-] rate of the fast one
     # poses anywhere of which a scan picks the random particles; 0: no choice, as in Nav2, which
     # has no such parameter
-    recovery_candidates: NotNegativeInt = 0
+    recovery_candidates: Annotated[int, within(0, 1_000_000)] = 0
     update_min_d: NotNegative = 0.25  # [m] along x or y of odometry after which a scan counts
     update_min_a: NotNegative = 0.2  # [rad] of rotation after which a scan counts
     random_seed: int = -1  # of the particle filter; negative: the generator that is given at reset
@@ -81,6 +89,13 @@ class AmclParams(Parameters, whose="amcl"):
     def most_particles(self) -> int:
         """``max_particles``, but never less than ``min_particles``, as Nav2 corrects it."""
         return max(self.min_particles, self.max_particles)
+
+    def _check_together(self) -> None:
+        self._require(
+            "laser_max_range",
+            self.laser_max_range <= 0.0 or self.laser_max_range >= SHORTEST_RANGE,
+            f"0 or less (the scan's own), or at least {SHORTEST_RANGE:g}",
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +121,6 @@ class AmclGpsParams(Parameters, whose="amcl_gps", finite=True):
         0.02  # [-] of the particles that are drawn then, each time
     )
     # poses about the fix of which a scan picks these particles
-    recovery_candidates: PositiveInt = 2000
+    recovery_candidates: Particles = 2000
     # [rad] of half of these poses about the inertial unit's heading; the others have any heading
     heading_std_floor: Positive = 0.1

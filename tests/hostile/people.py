@@ -24,6 +24,8 @@ RECORDINGS: dict[str, Callable[[], str | bytes]] = {
     "has astronomic places": lambda: "id,t,x,y\n1,0,5,5\n1,1,1e300,-1e300\n",
     "has astronomic times": lambda: "id,t,x,y\n1,-1e308,5,5\n1,1e308,6,5\n",
     "has somebody in two places": lambda: "id,t,x,y\n1,0,5,5\n1,0,6,5\n",
+    "has a teleport": lambda: "id,t,x,y\n1,0,5,5\n1,1e-6,10,5\n",
+    "goes back in time": lambda: "id,t,x,y\n1,1,5,5\n1,0,6,5\n",
     "lies off the map": lambda: "id,t,x,y\n1,0,500,500\n1,1,501,500\n",
     "has a field of 200 000 characters": lambda: f"id,t,x,y\n1,0,{'5' * 200_000},5\n",
     "has 100 000 people": lambda: "id,t,x,y\n" + "".join(f"{i},0,5,5\n" for i in range(100_000)),

@@ -16,7 +16,7 @@ from navstack.localization.amcl_sensor_models import (
     LikelihoodFieldProbModel,
 )
 from navstack.localization.free_space import FreeSpace
-from navstack.localization.likelihood_field import LikelihoodField
+from navstack.localization.likelihood_field import LikelihoodField, farthest_code
 from navstack.localization.motion_model import motion_model_of, move_differential, move_omni
 from navstack.localization.particle_filter import (
     LEAST_FALL,
@@ -228,18 +228,37 @@ def test_motion_models_by_name(name, kernel):
     ("given", "message"),
     [
         ({"max_beams": 1}, "max_beams 1 must be 2 or more"),
-        ({"sigma_hit": 0.0}, "sigma_hit 0.0 must be more than 0"),
-        ({"alpha3": -0.1}, "alpha3 -0.1 must be 0 or more"),
+        ({"sigma_hit": 0.0}, "sigma_hit 0.0 must be 0.0001 to 1000"),
+        ({"alpha3": -0.1}, r"alpha3 -0\.1 must be 0 to 1e\+06"),
         (
             {"laser_model_type": "laser"},
             "must be one of beam, likelihood_field, likelihood_field_prob",
         ),
         ({"robot_model_type": "diff"}, "nav2_amcl::OmniMotionModel, differential"),
+        ({"laser_likelihood_max_dist": 1e9}, "max_dist 1000000000.0 must be more than 0 to 1000"),
+        ({"laser_likelihood_max_dist": math.inf}, "max_dist inf must be a finite number"),
+        ({"max_particles": 10**9}, "max_particles 1000000000 must be 1 to 1e.06"),
+        ({"min_particles": 0}, "min_particles 0 must be 1 to 1e.06"),
+        ({"recovery_candidates": 10**12}, "recovery_candidates 1000000000000 must be 0 to 1e.06"),
+        ({"sigma_hit": 1e-300}, "sigma_hit 1e-300 must be 0.0001 to 1000"),
+        ({"z_rand": 1e300}, r"z_rand 1e\+300 must be 0 to 100"),
+        ({"alpha1": math.inf}, "alpha1 inf must be a finite number"),
+        ({"laser_max_range": 1e-300}, r"laser_max_range 1e-300 must be 0 or less \(the scan's own"),
     ],
 )
 def test_parameters_out_of_range_are_refused(given, message):
     with pytest.raises(ParameterError, match=message):
         AmclParams(**given)
+
+
+@pytest.mark.parametrize(("resolution", "farthest"), [(0.05, 200.0), (0.0001, 0.4), (0.25, 1000.0)])
+def test_a_field_has_so_many_distances_and_no_more(resolution: float, farthest: float) -> None:
+    assert farthest_code(farthest, resolution) == 4000**2
+    cells = OccupancyGrid(np.zeros((4, 4), dtype=np.int8), resolution, Pose2D())
+    for more in (1.01 * farthest, 1e9, 1e300, math.inf, math.nan):
+        with pytest.raises(ParameterError, match="0 to 4000 cells can be told apart") as told:
+            LikelihoodField.of_map(cells, more)
+        assert "\n" not in str(told.value)
 
 
 def filter_of(grid, **params):

@@ -68,6 +68,16 @@ class Endless(Steer):
         return [float("nan"), 0.0]
 
 
+class Far(Steer):
+    def act(self, seen):
+        return [[1e300, 1e300]]
+
+
+class Unreadable(Steer):
+    def act(self, seen):
+        raise ValueError(os.fsdecode(b"weights-\\xff.bin"))
+
+
 class Looks(Steer):
     """Drives where the picture of its camera is bright enough, and shows that it came over."""
 

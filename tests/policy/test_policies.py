@@ -3,9 +3,12 @@
 One that fails costs its own deliveries only.
 """
 
+import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 
+import pyarrow.parquet as pq
 import pytest
 
 import navbench
@@ -15,6 +18,7 @@ from harness.policy.process import PolicyProcess
 from harness.study.manifest import load_study, version_notes
 from harness.task.stack import PolicyParams, load_stack
 from harness.task.study import EpisodeTask, make_study
+from navbench.cli.app import main
 from navstack.errors import InputError, ParameterError
 
 Write = Callable[..., Path]
@@ -25,6 +29,8 @@ ENDS = {
     "Hangs": "did not answer within 2 s",
     "Odd": r"an answer of shape \(3,\); a velocity has \(2,\), waypoints have \(k, 2\)",
     "Endless": "an answer that is not finite",
+    "Far": r"policies.py:Far: act: .* an answer with the number 1e\+300",
+    "Unreadable": r"act: ValueError: weights-\\udcff\.bin",
 }
 
 
@@ -175,3 +181,43 @@ def test_a_changed_policy_is_noted_when_a_run_goes_on(
     assert version_notes(tmp_path / "run") == [
         "the run began with other files of its policy: further rows may differ"
     ]
+
+
+def test_a_policy_takes_another_planner_and_no_controller(stack: Write) -> None:
+    given = {"stacks": [str(stack("Steer"))], "episodes": 1}
+    with pytest.raises(
+        InputError, match="a policy drives stack 'steer', and the controller_server"
+    ):
+        make_study(**given, substitutes=["FollowPath=dwb_core::DWBLocalPlanner"])  # type: ignore[arg-type]
+    make_study(**given, substitutes=["GridBased=navstack::IncrementalNavfn"])  # type: ignore[arg-type]
+
+
+ODD = os.fsdecode(b"odd-\xff")  # a name of a file that is not UTF-8
+
+
+@pytest.mark.parametrize("name", ["Steer", "Unreadable"])
+def test_names_and_errors_that_are_not_utf_8_lock_no_run(
+    name: str,
+    stack: Write,
+    hall: Path,
+    in_process: None,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    odd = stack(name).rename(tmp_path / f"{ODD}.yaml")
+    rules, out = str(tmp_path / "rules.yaml"), tmp_path / "run"
+    arguments = ["--map", str(hall), "--pedestrians", "0", "--rules", rules, "--out", str(out)]
+    arguments += ["--episodes", "1", "--stack", str(odd), "--workers", "1", "--record", "decisions"]
+    for words in (["run", *arguments], ["run", "--resume", str(out)]):
+        with pytest.raises(SystemExit) as leaving:
+            main(words)
+        assert leaving.value.code == (0 if name == "Steer" else 3)
+        told = capsys.readouterr()
+        assert "Traceback" not in told.err
+        (told.out + told.err).encode()
+    rows = pq.read_table(out / "episodes.parquet").to_pylist()
+    error = None if name == "Steer" else r"PolicyError: .*weights-\\udcff\.bin"
+    assert [row["stack"] for row in rows] == [r"odd-\udcff"]
+    assert all(
+        row["error"] is None if error is None else re.match(error, row["error"]) for row in rows
+    )

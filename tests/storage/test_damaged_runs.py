@@ -65,7 +65,6 @@ def with_value(part: str, key: str, value: object) -> Record:
         (record(0) | {"timing": {}}, "timing: wall_s is missing"),
         (with_value("events", "impulse_ns", "hard"), "event: impulse_ns 'hard'"),
         (with_value("events", "surprise", 1.0), "event: surprise"),
-        (with_value("events", "kind", "\ud800"), "event: kind"),
         (with_value("events", "x_m", float("nan")), "event: x_m nan"),
         (with_value("timing", "wall_s", "long"), "timing: wall_s 'long'"),
         (with_value("timing", "real_time_factor", None), "timing: real_time_factor is missing"),
@@ -88,6 +87,27 @@ def test_a_line_with_wrong_values_is_passed_over_wherever_it_stands(
                 and len(note) < 600
             )
             assert folder.finished == {(0, 1)}
+
+
+ODD_TEXTS = {
+    "a name that is not UTF-8": ("weights-\udcff.bin", r"weights-\udcff.bin"),
+    "a lone surrogate": ("\ud800", r"\ud800"),
+    "a text without end": ("é" * 100_000, "é" * 1000),
+}
+
+
+@pytest.mark.parametrize(("text", "kept"), ODD_TEXTS.values(), ids=ODD_TEXTS)
+def test_a_text_that_no_table_takes_is_cleaned_when_the_journal_is_read(
+    tmp_path: Path, text: str, kept: str
+) -> None:
+    lost = {"stack": text, "stack_number": 0, "seed": 0, "episode": 1, "error": text}
+    failed = {"row": lost, "events": [], "timing": {"stack": text, "episode": 1}}
+    path = begun(tmp_path / "run", with_value("events", "kind", text), failed)
+    with RunFolder(path, TABLES, 2) as folder:
+        assert not folder.notes and folder.rows.values("error") == [None, kept]
+    assert pq.read_table(path / "episodes.parquet")["error"].to_pylist() == [None, kept]
+    assert pq.read_table(path / "events.parquet")["kind"].to_pylist() == [kept]
+    assert pq.read_table(path / "timings.parquet")["stack"].to_pylist() == ["mine", kept]
 
 
 @pytest.mark.parametrize(

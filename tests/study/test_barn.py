@@ -1,15 +1,27 @@
 """The BARN challenge's worlds as maps, its score, and a run in one of them."""
 
+import io
 import json
 import math
 import os
+import pickle
 import tarfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from harness.study.barn import CELL, GOAL, START, cylinders, optimal_time, scene_of, score, score_of
+from harness.study.barn import (
+    CELL,
+    GOAL,
+    START,
+    cylinders,
+    made_maps,
+    optimal_time,
+    scene_of,
+    score,
+    score_of,
+)
 from navbench.cli.app import main
 from navstack.costmap.occupancy_grid import OCCUPIED
 from navstack.errors import InputError
@@ -106,6 +118,119 @@ def test_what_is_no_world_is_one_line(tmp_path: Path, text: str) -> None:
     (tmp_path / "world_1.world").write_text(text)
     with pytest.raises(InputError, match="world_1.world: "):
         cylinders(tmp_path / "world_1.world")
+
+
+def as_npy(header: str, content: bytes = b"") -> bytes:
+    """A file of numbers whose header is written by hand."""
+    text = header.ljust(117) + "\n"
+    return b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text.encode() + content
+
+
+def saved(values: object, **options: object) -> bytes:
+    stream = io.BytesIO()
+    np.save(stream, np.array(values, **options))  # type: ignore[call-overload]
+    return stream.getvalue()
+
+
+SHAPED = "{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}"
+PATHS: dict[str, bytes] = {
+    "is empty": b"",
+    "is a zip archive": b"PK\x03\x04" + bytes(100),
+    "is a pickle": pickle.dumps([(1, 2)]),
+    "claims more than there is": as_npy(SHAPED.format("<f8", "(9000000000, 2)"), bytes(32)),
+    "claims a little more than there is": as_npy(SHAPED.format("<f8", "(3, 2)"), bytes(32)),
+    "claims more than can be counted": as_npy(SHAPED.format("<f8", f"({2**62}, 2)"), bytes(32)),
+    "has a negative shape": as_npy(SHAPED.format("<f8", "(-1, 2)"), bytes(32)),
+    "has a header that is no literal": as_npy("open('x', 'w')"),
+    "has a header that is cut off": as_npy("{'descr': (((("),
+    "has a header that is deep": as_npy("(" * 5000),
+    "has a header without a type": as_npy("{'fortran_order': False, 'shape': (1, 2)}", bytes(16)),
+    "has a header of another version": b"\x93NUMPY\x09\x00" + bytes(100),
+    "holds objects": saved([(None, {})], dtype=object),
+    "holds a NaN": saved([(17.0, math.nan)]),
+    "holds an infinity": saved([(math.inf, 3.0)]),
+    "holds a number beyond all measure": saved([(1e300, 3.0)]),
+    "is complex": saved([(17.0 + 1j, 3.0)]),
+    "holds truths": saved([(True, False)]),
+    "holds texts": saved([("17", "3")]),
+    "holds times": saved([(17, 3)], dtype="M8[s]"),
+    "has no dimension": saved(17.0),
+    "has one dimension": saved([17.0, 3.0]),
+    "has three columns": saved([(17.0, 3.0, 1.0)]),
+    "has three dimensions": saved([[(17.0, 3.0)]]),
+    "has no cells": saved(np.zeros((0, 2))),
+}
+
+
+@pytest.mark.parametrize("content", PATHS.values(), ids=PATHS)
+def test_what_is_no_path_is_one_line(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "path_1.npy").write_bytes(content)
+    with pytest.raises(InputError, match=r"path_1\.npy: is no path of a world") as told:
+        optimal_time(tmp_path / "path_1.npy")
+    assert "\n" not in str(told.value) and len(str(told.value)) < 500
+
+
+@pytest.mark.parametrize("kind", ["<f8", ">f4", "<f2", "<i4", "u1", "<i8"])
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_a_path_may_have_any_real_type(tmp_path: Path, kind: str, order: str) -> None:
+    cells = [(17, row) for row in range(30)]
+    (tmp_path / "path_1.npy").write_bytes(saved(cells, dtype=kind, order=order))
+    write_world(tmp_path, 3, [])
+    assert optimal_time(tmp_path / "path_1.npy") == optimal_time(tmp_path / "path_3.npy")
+
+
+@pytest.mark.parametrize("post", [("nan", "6"), ("inf", "6"), ("1e300", "6"), ("1", "-1e7")])
+def test_a_post_off_this_world_is_one_line(tmp_path: Path, post: tuple[str, str]) -> None:
+    model = MODEL.format(n=0, x=post[0], y=post[1])
+    (tmp_path / "world_1.world").write_text(WORLD.format(models=model))
+    with pytest.raises(InputError, match=r"world_1\.world: has 1 cylinders; .* up to 1e\+06 m"):
+        cylinders(tmp_path / "world_1.world")
+
+
+def snapshot(folder: Path) -> set[Path]:
+    return set(folder.rglob("*"))
+
+
+@pytest.mark.parametrize(
+    ("file", "content"),
+    [
+        ("world_2.world", b"<sdf/>"),
+        ("path_2.npy", saved([(17.0, math.nan)])),
+        ("path_2.npy", b"PK\x03\x04"),
+    ],
+)
+@pytest.mark.parametrize("out", ["new", "made"])
+def test_a_refused_world_leaves_no_maps_behind(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], file: str, content: bytes, out: str
+) -> None:
+    worlds = tmp_path / "worlds"
+    worlds.mkdir()
+    (tmp_path / "made").mkdir()
+    for number in (1, 2, 3):
+        write_world(worlds, number, [(-3.0, 6.0)])
+    (worlds / file).write_bytes(content)
+    before = snapshot(tmp_path)
+    status, _, error = navbench(
+        capsys, "--worlds", str(worlds), "--stack", "jackal-dwb", "--out", str(tmp_path / out)
+    )
+    assert status == 1 and file in error and error.count("\n") == 1
+    assert snapshot(tmp_path) - before == set()
+
+
+def test_a_study_that_is_refused_takes_its_maps_away_and_keeps_those_of_others(
+    tmp_path: Path,
+) -> None:
+    write_world(tmp_path, 1, [(-3.0, 6.0)])
+    out = tmp_path / "out"
+    with made_maps(tmp_path, out):
+        pass
+    known = snapshot(out)
+    assert {path.name for path in known} >= {"maps", "barn_1.yaml", "optimal_times.json"}
+    write_world(tmp_path, 2, [(-3.0, 6.0)])
+    with pytest.raises(InputError, match="start"), made_maps(tmp_path, out):
+        assert snapshot(out) > known
+        raise InputError("no start")
+    assert snapshot(out) == known
 
 
 def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:

@@ -57,9 +57,36 @@ def test_the_refusal_of_a_foreign_controller_names_the_way_on(foreign):
     [
         ("FollowPath", "'FollowPath' is not NAME=TYPE"),
         ("=x", "is not NAME=TYPE"),
+        ("FollowPath=", "is not NAME=TYPE"),
+        (" = ", "is not NAME=TYPE"),
         (f"FolowPath={DWB}", "has no plugin 'FolowPath'; did you mean 'FollowPath'"),
+        ("FollowPath=os.system", "FollowPath=os.system' cannot be done: unknown plugin"),
+        (
+            "FollowPath=dwb_core::DWBLocalPlaner",
+            "did you mean 'dwb_core::DWBLocalPlanner'",
+        ),
+        ("GridBased=dwb_core::DWBLocalPlanner", "cannot be done: unknown plugin 'dwb_core"),
+        ("FollowPath=nav2_navfn_planner::NavfnPlanner", "cannot be done: unknown plugin"),
+        ("inflation_layer=os.system", "cannot be done: unknown plugin 'os.system'"),
     ],
 )
 def test_what_cannot_be_put_in_is_one_line(foreign, given, message):
     with pytest.raises(InputError, match=message):
         make_study(stacks=[str(foreign)], episodes=1, substitutes=[given])
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("FollowPath=os.system", "stack 'parked' has no Nav2 file"),
+        (f"FollowPath={DWB}", "stack 'parked' has no Nav2 file"),
+        ("=x", "'=x' is not NAME=TYPE"),
+        ("FollowPath", "'FollowPath' is not NAME=TYPE"),
+    ],
+)
+@pytest.mark.parametrize("stacks", [["parked"], ["nav2-gps-ekf", "parked"]])
+def test_a_stack_without_a_nav2_file_takes_no_other_plugin(stacks, given, message):
+    if message.startswith("stack") and stacks[0] != "parked" and "os.system" in given:
+        message = "cannot be done"  # the first stack refuses it already
+    with pytest.raises(InputError, match=message):
+        make_study(stacks=stacks, episodes=1, substitutes=[given])

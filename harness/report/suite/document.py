@@ -17,6 +17,7 @@ from harness.report.suite.tables import (
     write_quantities,
 )
 from harness.storage.files import write_text, writing
+from harness.storage.texts import name_of
 from harness.study.stored_run import StoredRun
 from harness.study.suite import Condition, cells
 from harness.study.suite_log import Session
@@ -122,7 +123,7 @@ def _found(results: Results) -> str:
         else "",
         liability=_liability(results),
         prices=at_other_prices(results),
-        first=Path(results.suite.stacks[0]).stem,
+        first=name_of(results.suite.stacks[0]),
         conditions="\n\n".join(conditions),
     )
     return re.sub("\n{3,}", "\n\n", text).rstrip()

@@ -18,6 +18,7 @@ from harness.economics.valuation import CENT, Valuation, margins, valuation_docu
 from harness.metrics.columns import Row
 from harness.statistics.interval import NO_INTERVAL, Interval
 from harness.statistics.paired import PairedDifference, holm
+from harness.storage.texts import name_of
 from harness.study.stored_run import StoredRun, load_run
 from harness.study.suite import Cell, Condition, Suite, cells, conditions, run_of, stored_suite
 from harness.study.suite_log import Session, sessions_of
@@ -122,7 +123,7 @@ class Results:
 
         Those that did not come last.
         """
-        margins: dict[str, list[float]] = {Path(stack).stem: [] for stack in self.suite.stacks}
+        margins: dict[str, list[float]] = {name_of(stack): [] for stack in self.suite.stacks}
         for each in self.standings:
             if (margin := each.interval(MARGIN).value) is not None:
                 margins[each.stack].append(margin)

@@ -14,6 +14,7 @@ from harness.statistics.interval import NO_INTERVAL, Interval
 from harness.storage.files import writing
 from harness.storage.rows import Row
 from harness.storage.tables import write_table
+from harness.storage.texts import name_of
 from harness.study.suite import Condition
 
 TABLE = "table.parquet"
@@ -39,7 +40,7 @@ def counts(results: Results) -> str:
     """How many deliveries stand in each cell."""
     rows = [
         [stack, *(_count(each) for each in results.standings if each.stack == stack)]
-        for stack in (Path(name).stem for name in results.suite.stacks)
+        for stack in (name_of(name) for name in results.suite.stacks)
     ]
     return table(["stack", *map(results.label, results.conditions)], rows)
 
@@ -91,7 +92,7 @@ def _by_condition(
 def of_condition(results: Results, condition: Condition) -> str:
     """What every stack that drove under a condition did, the best on average on top."""
     standings = {each.stack: each for each in results.under(condition)}
-    first = Path(results.suite.stacks[0]).stem
+    first = name_of(results.suite.stacks[0])
     titles = [*OUTCOMES.values(), "margin [USD]", f"margin minus `{first}`'s", "p", "break-even"]
     rows = [
         [f"`{stack}`", str(standings[stack].n), *_line(results, standings[stack])]

@@ -11,11 +11,12 @@ from harness.world.people.params import ReplayParams
 from navstack.errors import InputError
 from navstack.files import check_regular
 from navstack.geometry import transform_points
-from navstack.types import FloatArray, IntArray
+from navstack.types import BoolArray, FloatArray, IntArray
 
 MAX_BYTES = 20_000_000  # of a recording; an hour of a busy square has about 10 MB
 FARTHEST = 1e8  # [m] or [s] or [frames] of a sample
 MAX_PEOPLE = 10_000  # each costs time in every step
+MAX_SPEED = 15.0  # [m/s] between two samples; the fastest sprinter runs 12.4 m/s
 COLUMNS = ("id", "t", "x", "y")
 _OBSMAT_WIDTH = 8  # frame, id, x, z, y, vx, vz, vy
 _OBSMAT = {"id": 1, "frame": 0, "x": 2, "y": 4}  # its columns in the order of a sample
@@ -137,21 +138,14 @@ def _sample(row: list[str], width: int, chosen: dict[str, int], path: Path, line
 
 
 def _arrange(samples: FloatArray, params: ReplayParams, path: Path) -> Recording:
-    """Sort (N, 4) samples by person and time.
+    """Sort (N, 4) samples by person; those of one person are in order of time as they stand.
 
     Raises:
-        InputError: somebody is in two places at once, or there are too many.
+        InputError: somebody cannot have walked so, or there are too many.
     """
-    samples = samples[np.lexsort((samples[:, 1], samples[:, 0]))]
+    samples = samples[np.argsort(samples[:, 0], kind="stable")]
     same = np.diff(samples[:, 0]) == 0.0
-    twice = np.flatnonzero(same & (np.diff(samples[:, 1]) == 0.0))
-    if len(twice):
-        person, time = samples[twice[0], :2]
-        raise InputError(
-            f"people file '{path}': id {person:g} has two samples at the time {time:g} s; one per "
-            "person and time is "
-            "allowed"
-        )
+    _check_walks(samples, same, path)
     people = 1 + np.count_nonzero(~same)
     if people > MAX_PEOPLE:
         raise InputError(
@@ -162,4 +156,40 @@ def _arrange(samples: FloatArray, params: ReplayParams, path: Path) -> Recording
         firsts=np.concatenate(([0], np.flatnonzero(~same) + 1, [len(samples)])),
         times=samples[:, 1] - samples[:, 1].min(),
         positions=transform_points(params.placement, samples[:, 2:]),
+    )
+
+
+def _check_walks(samples: FloatArray, same: BoolArray, path: Path) -> None:
+    """Check that people can have walked as their samples say.
+
+    Args:
+        samples: (N, 4) person after person.
+        same: (N - 1,) whether the next sample is of the same person.
+        path: of the file.
+
+    Raises:
+        InputError: somebody is in two places at once, goes back in time, or is too fast.
+    """
+    duration = np.diff(samples[:, 1])  # [s]
+    distance = np.hypot(*np.diff(samples[:, 2:], axis=0).T)  # [m]
+    impossible = same & ((duration <= 0.0) | (distance > MAX_SPEED * duration))
+    if not impossible.any():
+        return
+    at = int(impossible.argmax())
+    person, before = samples[at, :2]
+    after = samples[at + 1, 1]
+    told = f"people file '{path}': id {person:g}"
+    if after == before:
+        raise InputError(
+            f"{told} has two samples at the time {after:g} s; one per person and time is allowed"
+        )
+    if after < before:
+        raise InputError(
+            f"{told} goes back in time, from {before:.9g} s to {after:.9g} s; the samples of a "
+            "person are needed in order of time"
+        )
+    raise InputError(
+        f"{told} moves {distance[at]:.3g} m in the {duration[at]:.3g} s after {before:.9g} s; at "
+        f"most {MAX_SPEED:g} m/s are taken for a walk: give somebody who is lost and found again "
+        "another id"
     )

@@ -326,6 +326,20 @@ def test_a_lost_delivery_of_a_trial_that_others_followed_stays_lost(tmp_path: Pa
         assert within_budget(0.0, 0, journal)(OTHER, (0,)), "it has begun before"
 
 
+def test_a_text_that_is_not_utf_8_does_not_lock_a_study(tmp_path: Path) -> None:
+    """Its journal may have been written before texts were cleaned."""
+    lost, other = Candidate("trial", {"FollowPath.sim_time": 1.0}), Candidate("original", {})
+    failed = {"stack": "trial-\udcff", "outcome": None, "error": "\udcff" * 9000, EVENTS: []}
+    with Journal(tmp_path) as journal:
+        journal.add(lost, 0, failed)
+        journal.add(other, 0, {"stack": "x", "outcome": "arrived", EVENTS: [{"kind": "\udc80"}]})
+    with Journal(tmp_path, searched=4) as journal:
+        (error,) = journal.errors
+        row = journal.get(other, 0)
+    assert len(error) == 1000 and error.startswith(r"\udcff\udcff")
+    assert row is not None and row[EVENTS] == [{"kind": r"\udc80"}]
+
+
 def test_a_trial_that_no_file_can_have_is_gone_through_again(
     tmp_path: Path, task: EpisodeTask
 ) -> None:

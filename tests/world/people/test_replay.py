@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -71,8 +72,8 @@ def test_people_walk_straight_between_samples_and_are_absent_outside(tmp_path, t
     assert tuple(states[1]) == pytest.approx(second, abs=1e-6)
 
 
-def test_rows_and_columns_may_come_in_any_order(tmp_path):
-    mixed = "y, note, t, id, x\n3,c,13,7,2\n0,a,10,7,0\n2,e,14,9,5\n5,d,11,9,5\n0,b,12,7,2\n"
+def test_people_and_columns_may_come_in_any_order(tmp_path):
+    mixed = "y, note, t, id, x\n5,d,11,9,5\n0,a,10,7,0\n0,b,12,7,2\n2,e,14,9,5\n3,c,13,7,2\n"
     one, other = (load_recording(ReplayParams(write(tmp_path, text))) for text in (TWO, mixed))
     assert np.array_equal(one.times, other.times) and np.array_equal(one.positions, other.positions)
     assert np.array_equal(one.firsts, (0, 3, 5)) and np.array_equal(other.firsts, one.firsts)
@@ -173,6 +174,33 @@ def test_a_bad_file_is_refused_in_one_line(tmp_path, name, text, message):
     assert name in str(caught.value) and "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.csv", "id,t,x,y\n1,0,0,0\n1,1e-6,3,4\n", "id 1 moves 5 m in the 1e-06 s after 0 s"),
+        ("a.csv", "id,t,x,y\n1,0,0,0\n1,1,0,15.1\n", "id 1 moves 15.1 m in the 1 s after 0 s"),
+        (
+            "a.csv",
+            "id,t,x,y\n2,0,0,0\n1,0,0,0\n2,5,1,0\n1,5,70,0\n1,9,180,0\n",
+            "id 1 moves 110 m in the 4 s after 5 s",
+        ),
+        ("a.csv", "id,t,x,y\n1,0,0,0\n1,2,1,0\n1,1,2,0\n", "id 1 goes back in time, from 2 s to 1"),
+        ("a.csv", "id,t,x,y\n1,3,0,0\n2,4,0,0\n1,2,0,0\n", "id 1 goes back in time, from 3 s to 2"),
+        ("a.txt", "30 4 3 9 4 0 0 0\n0 4 5 9 6 0 0 0\n", "id 4 goes back in time, from 1.2 s to 0"),
+        ("a.txt", "0 4 3 9 4 0 0 0\n1 4 5 9 6 0 0 0\n", "id 4 moves 2.83 m in the 0.04 s after 0"),
+    ],
+)
+def test_who_cannot_have_walked_so_is_refused_in_one_line(tmp_path, name, text, message):
+    with pytest.raises(InputError, match=re.escape(message)) as caught:
+        load_recording(ReplayParams(write(tmp_path, text, name)))
+    assert name in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_sprint_is_no_teleport_and_another_person_may_be_anywhere(tmp_path):
+    rows = "id,t,x,y\n1,0,0,0\n1,1,15,0\n2,0.5,500,500\n2,1,500,505\n"
+    assert load_recording(ReplayParams(write(tmp_path, rows))).count == 2
+
+
 def test_a_sample_may_be_as_far_as_can_be(tmp_path):
     found = load_recording(ReplayParams(write(tmp_path, "y,id,t,x\n-1e8,1,0,1e8\n7,1e8,1e8,5\n")))
     assert found.positions.tolist() == [[1e8, -1e8], [5.0, 7.0]] and found.times.tolist() == [
@@ -182,7 +210,7 @@ def test_a_sample_may_be_as_far_as_can_be(tmp_path):
 
 
 def test_a_data_set_counts_frames_and_has_x_and_y_in_its_third_and_fifth_column(tmp_path):
-    file = write(tmp_path, "30 1 3 9 4 0 0 0\n\n0 1 5 9 6 0 0 0\n", "a.txt")
+    file = write(tmp_path, "0 1 5 9 6 0 0 0\n\n30 1 3 9 4 0 0 0\n", "a.txt")
     found = load_recording(ReplayParams(file, frame_rate=15.0))
     assert found.positions.tolist() == [[5.0, 6.0], [3.0, 4.0]] and found.times.tolist() == [
         0.0,

@@ -1,0 +1,34 @@
+"""Texts that come from elsewhere, made such that every file, table and terminal takes them."""
+
+from pathlib import Path
+from typing import Any
+
+LONGEST_TEXT = 1000  # [characters] of a text in a row
+
+
+def clean_text(text: str) -> str:
+    r"""A text without what UTF-8 cannot hold, of at most :data:`LONGEST_TEXT` characters.
+
+    Names of files that are not UTF-8 have lone surrogates in Python: ``\udcff`` becomes ``\\udcff``.
+    """
+    if len(text) > LONGEST_TEXT:
+        text = text[:LONGEST_TEXT]
+    if text.isascii():
+        return text
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")[:LONGEST_TEXT]
+
+
+def name_of(file: str | Path) -> str:
+    """The name of what a file holds: a stack or a map. One that is given by its name has that."""
+    return clean_text(Path(file).stem)
+
+
+def clean_texts(value: Any) -> Any:
+    """A value of JSON with each of its texts cleaned; names of columns stay as they are."""
+    if isinstance(value, str):
+        return clean_text(value)
+    if isinstance(value, dict):
+        return {key: clean_texts(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [clean_texts(each) for each in value]
+    return value
