@@ -56,11 +56,11 @@ class RppParams(Parameters, whose="regulated pure pursuit"):
     # its window is about the last command; CLOSED_LOOP: about the measured velocity
     velocity_feedback: Feedback = "OPEN_LOOP"
     min_linear_vel: float = -0.5  # [m/s]
-    max_angular_vel: float = 1.0  # [rad/s]
-    min_angular_vel: float = -1.0  # [rad/s]
-    max_linear_accel: float = 0.5  # [m/s2]
-    max_linear_decel: float = -0.5  # [m/s2]
-    max_angular_decel: float = -1.0  # [rad/s2]
+    max_angular_vel: float = 2.5  # [rad/s]
+    min_angular_vel: float = -2.5  # [rad/s]
+    max_linear_accel: float = 2.5  # [m/s2]
+    max_linear_decel: float = -2.5  # [m/s2]
+    max_angular_decel: float = -3.2  # [rad/s2]
 
     use_collision_detection: bool = True  # look along the commanded arc
     # [s] looked ahead, at most up to the carrot
