@@ -6,15 +6,18 @@ from typing import Annotated
 from navstack.ranges import (
     POSITIVE,
     NotNegative,
-    NotNegativeInt,
     Parameters,
     Positive,
     PositiveInt,
     at_least,
     at_most,
     one_of,
+    up_to,
+    within,
 )
 
+MOST_PARTICLES = 1_000_000  # a scan takes seconds with so many
+Particles = Annotated[int, within(1, MOST_PARTICLES)]
 LASER_MODELS = ("beam", "likelihood_field", "likelihood_field_prob")
 # name -> spelling of releases before plugins
 MOTION_MODELS = {
@@ -44,7 +47,7 @@ class AmclParams(Parameters, whose="amcl"):
     laser_max_range: float = 100.0  # [m] beyond which there is no return; 0 or less: the scan's own
     laser_min_range: float = -1.0  # [m] up to which there is no return; 0 or less: the scan's own
     # [m] an obstacle farther from a return is taken to be that far
-    laser_likelihood_max_dist: Positive = 2.0
+    laser_likelihood_max_dist: Annotated[float, up_to(1000.0)] = 2.0
     sigma_hit: Positive = 0.2  # [m] standard deviation of a return about an obstacle
     z_hit: NotNegative = 0.5  # [-] share of returns from what is on the map
     z_rand: NotNegative = 0.5  # [-] share of returns from anywhere
@@ -61,8 +64,8 @@ class AmclParams(Parameters, whose="amcl"):
     # [-] share of ignored beams from which on none is ignored
     beam_skip_error_threshold: float = 0.9
 
-    min_particles: PositiveInt = 500
-    max_particles: PositiveInt = 2000
+    min_particles: Particles = 500
+    max_particles: Particles = 2000
     pf_err: Positive = 0.05  # [-] allowed distance between the true distribution and the particles'
     # [-] quantile of the normal distribution for the probability of staying within pf_err
     pf_z: NotNegative = 0.99
@@ -72,7 +75,7 @@ class AmclParams(Parameters, whose="amcl"):
     recovery_alpha_fast: NotNegative = 0.0  # [-] rate of the fast one
     # poses anywhere of which a scan picks the random particles; 0: no choice, as in Nav2, which
     # has no such parameter
-    recovery_candidates: NotNegativeInt = 0
+    recovery_candidates: Annotated[int, within(0, MOST_PARTICLES)] = 0
     update_min_d: NotNegative = 0.25  # [m] along x or y of odometry after which a scan counts
     update_min_a: NotNegative = 0.2  # [rad] of rotation after which a scan counts
     random_seed: int = -1  # of the particle filter; negative: the generator that is given at reset
@@ -106,6 +109,6 @@ class AmclGpsParams(Parameters, whose="amcl_gps", finite=True):
         0.02  # [-] of the particles that are drawn then, each time
     )
     # poses about the fix of which a scan picks these particles
-    recovery_candidates: PositiveInt = 2000
+    recovery_candidates: Particles = 2000
     # [rad] of half of these poses about the inertial unit's heading; the others have any heading
     heading_std_floor: Positive = 0.1
