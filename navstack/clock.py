@@ -16,7 +16,7 @@ class Clock:
 
     def __init__(self, rate: float) -> None:
         """Make a clock of ``rate`` [Hz]."""
-        self._rate = rate
+        self.rate = rate  # [Hz]
         self.reset()
 
     def reset(self) -> None:
@@ -29,11 +29,11 @@ class Clock:
         """Whether a new period has begun at ``stamp`` [s] since this was true last."""
         if stamp < self._early:
             return False
-        period = math.floor(stamp * self._rate + self._TOLERANCE)
+        period = math.floor(stamp * self.rate + self._TOLERANCE)
         if period <= self._last:
             return False
         self._last = period
         self._early = math.inf
-        if self._rate > 0.0:
-            self._early = (period + 1.0 - 2.0 * self._TOLERANCE) / self._rate
+        if self.rate > 0.0:
+            self._early = (period + 1.0 - 2.0 * self._TOLERANCE) / self.rate
         return True

@@ -266,5 +266,5 @@ class Navigator:
             for costmap, _ in self._costmaps:
                 costmap.observe_scan(taken.pose, scan)
         for costmap, clock in self._costmaps:
-            if clock.is_due(state.stamp):
+            if clock.rate > 0.0 and clock.is_due(state.stamp):
                 costmap.update(state.pose, None, state.stamp)

@@ -85,6 +85,17 @@ class Replaced:
         return value if value in self.known else self.usual
 
 
+@dataclass(frozen=True, slots=True)
+class Capped:
+    """Takes the largest number that matters in place of any larger one, as of an infinite one."""
+
+    most: float
+
+    def taken(self, name: str, value: Any, where: str) -> Any:
+        """The value, or the largest."""
+        return min(value, self.most)
+
+
 def at_least(least: float) -> Allowed:
     """A number of ``least`` or more."""
     return Allowed(f"{least:g} or more", lambda value: bool(value >= least))

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from harness.economics.valuation import CENT, margins, missions
 from harness.metrics.columns import Row
 from harness.statistics.bootstrap import bootstrap_quantile
 from harness.statistics.interval import NO_INTERVAL, Interval
-from harness.statistics.paired import holm, paired_slope
+from harness.statistics.paired import SURE, holm, paired_slope
 from harness.study.drive import StackResult
 from harness.study.stored_run import StoredRun
 from harness.task.stack import GEOMETRY, TRUTH, Stack
@@ -23,7 +23,6 @@ from navstack.errors import UnknownNameError
 from navstack.params.extensions import uses_map
 
 COMPARED = (MARGIN, "sla", "avg_localization_error_median_m")  # metrics of harness.analysis.compare
-SURE = 0.05  # adjusted p below which a difference is called significant
 # Quantiles over the deliveries of a quantile over each delivery's ticks: key, column, level, factor
 # on the column.
 ERRORS = (
@@ -197,7 +196,8 @@ def _differences(arms: Sequence[Arm], against: str, run: StoredRun) -> Iterator[
         family = {pair: found[metric] for pair, found in known.items() if metric in found}
         differ = [pair for pair, compared in family.items() if compared.differs]
         adjusted = dict(zip(differ, holm([family[pair].paired.p for pair in differ]), strict=True))
-        for pair, compared in family.items():
+        for pair, alone in family.items():
+            compared = replace(alone, paired=alone.paired.in_family(len(differ)))
             yield ArmDifference(*pair, metric, compared, adjusted.get(pair, 1.0))
 
 

@@ -30,7 +30,7 @@ from harness.metrics.columns import Row
 from harness.metrics.metric import Better
 from harness.statistics.bootstrap import IntArray, number_clusters
 from harness.statistics.interval import Interval, interval_json
-from harness.statistics.paired import PairedDifference, compare_pairs, holm
+from harness.statistics.paired import PairedDifference, compare_pairs, fewest_missions, holm
 from harness.storage.rows import take, values
 from harness.study.stored_run import CONDITIONS, StoredRun, StoredStack
 from navstack.errors import InputError, UnknownNameError
@@ -158,7 +158,8 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
             known[key] = entry
     family = [key for key, entry in known.items() if entry.p_holm is not None and entry.differs]
     for key, p_holm in zip(family, holm([known[key].paired.p for key in family]), strict=True):
-        known[key] = dataclasses.replace(known[key], p_holm=p_holm)
+        paired = known[key].paired.in_family(len(family))
+        known[key] = dataclasses.replace(known[key], paired=paired, p_holm=p_holm)
     unseen = dollar = None
     if MARGIN in known:
         dollar = _of_a_dollar(first, second, known[MARGIN].paired)
@@ -180,7 +181,7 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
 def _of_a_dollar(first: Side, second: Side, margin: PairedDifference) -> OfADollar | None:
     if margin.detectable is None:
         return None
-    pairs = max(2, math.ceil(margin.difference.n * margin.detectable**2))
+    pairs = max(fewest_missions(), math.ceil(margin.difference.n * margin.detectable**2))
     each = [side.run.seconds_a_delivery(side.stack.name) for side in (first, second)]
     known = [seconds for seconds in each if seconds is not None]
     total = None

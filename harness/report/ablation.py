@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harness.ablation.analysis import (
-    SURE,
     Ablation,
     Arm,
     ArmDifference,
@@ -27,6 +26,7 @@ from harness.report.figures import error_bars, save_figure
 from harness.report.numbers import UNDEFINED, count_text, interval_text, number_text, p_text
 from harness.report.texts import notes
 from harness.statistics.interval import Interval
+from harness.statistics.paired import SURE
 from navstack.types import FloatArray
 
 if TYPE_CHECKING:

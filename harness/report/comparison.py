@@ -12,8 +12,7 @@ from harness.report.numbers import (
     p_text,
 )
 from harness.report.texts import notes
-
-SURE = 0.05  # adjusted p below which a side is called better
+from harness.statistics.paired import SURE
 
 
 def comparison_blocks(comparison: Comparison) -> list[Block]:

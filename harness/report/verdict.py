@@ -8,10 +8,9 @@ from collections.abc import Sequence
 from harness.analysis.compare import Side, compare, have_common_missions
 from harness.analysis.rare import margin_with_unseen
 from harness.economics.cost_terms import MARGIN
-from harness.report.comparison import SURE
 from harness.report.numbers import bounds_text, interval_text, p_text
 from harness.statistics.interval import Interval
-from harness.statistics.paired import holm
+from harness.statistics.paired import SURE, holm
 
 # a stack's name, its deliveries and its margin [USD/run], if it is defined
 Party = tuple[str, Side, Interval | None]
@@ -37,7 +36,7 @@ def rankings(parties: Sequence[Party]) -> list[str]:
         (name, side) for name, side, _ in known[1:] if have_common_missions(known[0][1], side)
     ]
     found = [compare(side, known[0][1], [MARGIN]) for _, side in others]
-    pairs = [each.differences[MARGIN].paired for each in found]
+    pairs = [each.differences[MARGIN].paired.in_family(len(found)) for each in found]
     lines = []
     adjusted = holm([pair.p for pair in pairs])
     for (name, _), each, pair, p in zip(others, found, pairs, adjusted, strict=True):

@@ -5,7 +5,7 @@ Intervals, tests, and how many it takes to be sure.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import NormalDist
 
 import numpy as np
@@ -22,6 +22,7 @@ from navstack.types import FloatArray
 
 EXACT_UP_TO = 12  # clusters of which every pattern of signs is tried
 SIGNS_AT_ONCE = 1_000_000  # of a block of patterns; bounds the memory
+SURE = 0.05  # p value, adjusted for its family, below which a difference is called so
 POWER = 0.8
 # standard errors that a difference must measure to be found with the power
 Z_OF_TEST = Z + NormalDist().inv_cdf(POWER)
@@ -35,9 +36,21 @@ class PairedDifference:
     p: float  # probability of a difference at least as large if there were none
     # pairs that would resolve the observed difference; None: it is zero, or all differ alike
     needed: int | None
-    detectable: float | None  # smallest difference that these pairs resolve; None: all differ alike
+    # smallest difference that these pairs resolve; None: all differ alike, or they are too few
+    detectable: float | None
     # whether any pair does; where none does, no test can find a difference (Tarone 1990)
     differs: bool
+    missions: int  # that the pairs are of
+
+    def in_family(self, size: int) -> "PairedDifference":
+        """The same, tested together with others, ``size`` in all (Holm): that takes more pairs."""
+        fewest = fewest_missions(size)
+        needed, detectable = self.needed, self.detectable
+        if needed is not None:
+            needed = max(needed, _pairs_of(fewest, self.difference.n, self.missions))
+        if self.missions < fewest:
+            detectable = None
+        return replace(self, needed=needed, detectable=detectable)
 
 
 def compare_pairs(
@@ -82,7 +95,22 @@ def compare_pairs(
         needed=needed,
         detectable=detectable,
         differs=bool(differences.any()),
+        missions=len(np.unique(clusters)),
     )
+
+
+def fewest_missions(family: int = 1) -> int:
+    """The missions without which the sign-flip test finds nothing, however large it is.
+
+    The least two-sided p value of n missions is 2 / 2^n, times the size of the family by Holm's
+    method: five missions do not get below 0.0625.
+    """
+    return math.floor(math.log2(2.0 * max(family, 1) / SURE)) + 1
+
+
+def _pairs_of(missions: int, pairs: int, own_missions: int) -> int:
+    """The pairs of so many missions, each driven as often as the present ones."""
+    return math.ceil(missions * pairs / own_missions)
 
 
 def sign_flip_p(
@@ -134,13 +162,14 @@ def pairs_needed(differences: FloatArray, clusters: IntArray | None = None) -> i
     """Pairs that resolve the observed difference with a power of 0.8 (normal approximation).
 
     That is (z_confidence + z_power)^2 * variance / mean^2 (e.g. Chow et al. 2008, section 3.1), the
-    variance that of clusters where missions repeat. For one comparison alone, without correction
-    for a family.
+    variance that of clusters where missions repeat; but of :func:`fewest_missions` at least. For
+    one comparison alone, without correction for a family.
     """
     mean, variance = float(differences.mean()), _pair_variance(differences, clusters)
     if variance is None or mean == 0.0:
         return None
-    return max(2, math.ceil(Z_OF_TEST * Z_OF_TEST * variance / (mean * mean)))
+    fewest = _pairs_of(fewest_missions(), differences.size, _missions(differences, clusters))
+    return max(fewest, math.ceil(Z_OF_TEST * Z_OF_TEST * variance / (mean * mean)))
 
 
 def smallest_detectable(differences: FloatArray, clusters: IntArray | None = None) -> float | None:
@@ -148,18 +177,22 @@ def smallest_detectable(differences: FloatArray, clusters: IntArray | None = Non
 
     That is (z_confidence + z_power) * sqrt(variance / n), :func:`pairs_needed` solved for the
     difference (e.g. Bloom 1995, Evaluation Review 19(5), "minimum detectable effects"). None where
-    the pairs tell nothing of their variance.
+    the pairs tell nothing of their variance, or are of fewer than :func:`fewest_missions`.
     """
     variance = _pair_variance(differences, clusters)
-    if variance:
+    if variance and _missions(differences, clusters) >= fewest_missions():
         return math.sqrt(variance / differences.size) * Z_OF_TEST
     return None
+
+
+def _missions(differences: FloatArray, clusters: IntArray | None) -> int:
+    return int(cluster_numbers(clusters, differences.size).max()) + 1
 
 
 def _pair_variance(differences: FloatArray, clusters: IntArray | None) -> float | None:
     """Variance of one pair's worth of information; None where there is one mission only."""
     numbers = cluster_numbers(clusters, differences.size)
-    missions = int(numbers.max()) + 1
+    missions = _missions(differences, clusters)
     if missions < 2:
         return None
     deviations = np.zeros(missions)

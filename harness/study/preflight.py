@@ -134,7 +134,9 @@ def file_notes(nav2: Nav2File) -> list[str]:
 
 
 def ignored_keys(nav2: Nav2File) -> str:
-    """What of a Nav2 file has no effect here: whole nodes by name, single keys by their number."""
-    nodes = [key for key in nav2.ignored if ": " not in key]
-    keys = len(nav2.ignored) - len(nodes)
-    return f"without effect here are {', '.join(nodes)} and {keys} keys; the run folder lists them in params/"
+    """What of a Nav2 file is not modelled here: whole nodes by name, single keys by their number."""
+    names = [key for key in nav2.ignored if ": " not in key]
+    keys = len(nav2.ignored) - len(names)
+    if keys:
+        names.append(f"{keys} keys")
+    return f"not modelled here: {', '.join(names)}; the run folder lists them in params/"

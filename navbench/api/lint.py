@@ -21,7 +21,7 @@ class Linted:
 
     path: Path
     notices: Sequence[Notice]
-    ignored: Sequence[str]  # parameters without effect here
+    ignored: Sequence[str]  # parameters that are not modelled here
 
     @property
     def errors(self) -> list[Notice]:

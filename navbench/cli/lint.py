@@ -80,7 +80,7 @@ def _print(found: Linted, console: Console) -> None:
             console.print(_table(notices))
             console.print()
     if found.ignored:
-        console.print(Text("Without effect here", style="bold"))
+        console.print(Text("Not modelled here", style="bold"))
         for node, names in _by_node(found.ignored).items():
             line = f"{node}: {', '.join(names)}" if names else node
             console.print(Text(line, style="dim"))

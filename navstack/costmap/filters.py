@@ -14,6 +14,7 @@ import numpy as np
 from navstack.costmap import kernels
 from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION, Box
 from navstack.costmap.field_cache import shared_array
+from navstack.costmap.lattice_costs import DenseCosts, LatticeCosts, Part, SampledCosts, fits
 from navstack.costmap.layers import Bounds, Layer
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.costmap.window import Window, overlap
@@ -58,12 +59,12 @@ class KeepoutMask:
             base_y, window.resolution, grid.origin.y, grid.resolution, grid.height
         )
 
-        def compute() -> ByteArray:
-            return np.ascontiguousarray(mask_costs(grid)[rows[:, None], columns])
-
-        self.costs: ByteArray = shared_array(
-            grid.data.size, compute, "mask costs 1", grid.data, rows, columns
-        )
+        self._on_lattice: LatticeCosts
+        if fits(rows, columns):
+            self._on_lattice = DenseCosts(_costs_on(grid, rows, columns), self.x, self.y)
+        else:
+            self._on_lattice = SampledCosts(mask_costs(grid), rows, columns, self.x, self.y)
+        self._shape = (rows.size, columns.size)
 
     def is_lethal_at(self, pose: Pose2D) -> bool:
         """Whether a pose is forbidden: only the highest occupancy costs 253 or more."""
@@ -76,16 +77,22 @@ class KeepoutMask:
 
         Unknown cells take any known cost; unknown cells of the mask change nothing.
         """
-        kernels.combine_maximum(costs, region, self.costs, self.x - left, self.y - low, False)
+        kernels.combine_maximum(costs, region, *self.part(region, left, low), False)
+
+    def part(self, region: Box, left: int, low: int) -> Part:
+        """See :class:`~navstack.costmap.lattice_costs.LatticeCosts`."""
+        return self._on_lattice.part(region, left, low)
 
     def acts_within(self, width: int, height: int) -> bool:
         """Whether all its costs but zero lie on lattice cells 0 <= x < width, 0 <= y < height."""
-        own_height, own_width = self.costs.shape
+        own_height, own_width = self._shape
         is_inside_x = 0 <= self.x <= width - own_width
         is_inside_y = 0 <= self.y <= height - own_height
         if is_inside_x and is_inside_y:
             return True
-        outside = self.costs.copy()
+        if not isinstance(self._on_lattice, DenseCosts):
+            return False
+        outside = self._on_lattice.costs.copy()
         left, low = max(-self.x, 0), max(-self.y, 0)
         outside[low : max(height - self.y, 0), left : max(width - self.x, 0)] = FREE_SPACE
         return bool(np.isin(outside, (FREE_SPACE, NO_INFORMATION)).all())
@@ -125,9 +132,7 @@ class KeepoutLayer(Layer):
         if not self._lets_out:
             self._mask.raise_costs(master, region, left, low)
             return
-        target, own = overlap(
-            master, region, self._mask.costs, self._mask.x - left, self._mask.y - low
-        )
+        target, own = overlap(master, region, *self._mask.part(region, left, low))
         is_raised = (own != NO_INFORMATION) & ((own > target) | (target == NO_INFORMATION))
         target[is_raised] = self._mask.params.lethal_override_cost
 
@@ -177,6 +182,15 @@ def mask_costs(grid: OccupancyGrid) -> ByteArray:
     table[: OCCUPIED + 1] = np.floor(np.arange(OCCUPIED + 1) * LETHAL_OBSTACLE / OCCUPIED + 0.5)
     costs: ByteArray = table[np.ascontiguousarray(grid.data).view(np.uint8)]
     return costs
+
+
+def _costs_on(grid: OccupancyGrid, rows: IntArray, columns: IntArray) -> ByteArray:
+    """The costs of a mask's cells below lattice cells, kept for the next caller."""
+
+    def compute() -> ByteArray:
+        return np.ascontiguousarray(mask_costs(grid)[rows[:, None], columns])
+
+    return shared_array(grid.data.size, compute, "mask costs 1", grid.data, rows, columns)
 
 
 def _cells_below(

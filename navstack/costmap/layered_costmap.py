@@ -17,6 +17,7 @@ from navstack.costmap.field_cache import content_key, shared_array
 from navstack.costmap.filters import FilterMask, KeepoutLayer, KeepoutMask, SpeedLimitReceiver
 from navstack.costmap.full_update import FullUpdate
 from navstack.costmap.inflation import Inflation
+from navstack.costmap.lattice_costs import DenseCosts, SampledCosts
 from navstack.costmap.layer_list import BoundLayer, FastParts, join_layers, with_world_mask
 from navstack.costmap.layers import (
     DenoiseLayer,
@@ -207,7 +208,7 @@ class LayeredCostmap:
 
     def _map_costs(
         self, static: OccupancyGrid | None, keepout: BoolArray | None
-    ) -> ByteArray | None:
+    ) -> DenseCosts | SampledCosts | None:
         if static is not None:
             costs = static_costs(static, self.params, keepout)
             return resampled(costs, static.resolution, self._window.resolution)
@@ -226,18 +227,18 @@ class LayeredCostmap:
     def _fast_parts(self) -> FastParts | None:
         """What the quick way needs, if it leads to the same costmap.
 
-        No unknown cells, no mask beyond the map.
+        No unknown cells, no mask beyond the map, and a map that fits into memory.
         """
         parts = self._layers.fast_parts()
-        if self._map is None or parts is None:
+        if not isinstance(self._map, DenseCosts) or parts is None:
             return None
         may_have_unknown = self.params.track_unknown_space
         if self.params.rolling_window:
-            height, width = self._map.shape
+            height, width = self._map.costs.shape
             masks = (*parts.before, *parts.after)
             if may_have_unknown or not all(mask.acts_within(width, height) for mask in masks):
                 return None
-        elif may_have_unknown and int(self._map.max()) == NO_INFORMATION:
+        elif may_have_unknown and int(self._map.costs.max()) == NO_INFORMATION:
             return None
         return parts
 
@@ -245,12 +246,12 @@ class LayeredCostmap:
         return Inflation(params, self._window.resolution, self.inscribed_radius)
 
     def _fast_update(self, parts: FastParts) -> FastUpdate:
-        assert self._map is not None
-        inflation = self._inflation(parts.inflation)
+        assert isinstance(self._map, DenseCosts)
+        costs, inflation = self._map.costs, self._inflation(parts.inflation)
         margin = 0
         if self.params.rolling_window:
             margin = inflation.radius
-        inflated = inflated_map(_raised(self._map, parts.before, 0), margin, self._fill, inflation)
+        inflated = inflated_map(_raised(costs, parts.before, 0), margin, self._fill, inflation)
         shown = _raised(inflated, parts.after, margin)
         if not self.params.rolling_window:
             self.master.floor = shown  # obstacles only ever raise it

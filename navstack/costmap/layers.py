@@ -20,6 +20,7 @@ from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.costmap.denoise import remove_small_groups
 from navstack.costmap.field_cache import shared_array
 from navstack.costmap.inflation import Inflation
+from navstack.costmap.lattice_costs import DenseCosts, LatticeCosts, SampledCosts, fits
 from navstack.costmap.observations import ObservationBuffer, PointObservation, SourceParams
 from navstack.costmap.occupancy_grid import UNKNOWN, OccupancyGrid
 from navstack.costmap.window import Window, overlap, shift
@@ -83,19 +84,21 @@ def cost_of_unknown(params: CostmapParams | SpatioTemporalLayerParams) -> int:
     return FREE_SPACE
 
 
-def resampled(costs: ByteArray, resolution: float, wanted: float) -> ByteArray:
-    """Costs on a grid of another resolution with the same corner.
+def resampled(costs: ByteArray, resolution: float, wanted: float) -> DenseCosts | SampledCosts:
+    """Costs on a lattice of another resolution with the same corner.
 
     Each cell takes the one below its centre.
     """
     if abs(resolution - wanted) < SAME_RESOLUTION:
-        return costs
+        return DenseCosts(costs)
     below = []
     for size in costs.shape:
         centres = np.arange(math.ceil(size * resolution / wanted)) + 0.5
         below.append(np.minimum((centres * wanted / resolution).astype(int), size - 1))
     rows, columns = below
-    return np.ascontiguousarray(costs[rows[:, None], columns])
+    if not fits(rows, columns):
+        return SampledCosts(costs, rows, columns)
+    return DenseCosts(np.ascontiguousarray(costs[rows[:, None], columns]))
 
 
 @dataclass(slots=True)
@@ -157,8 +160,8 @@ class Layer(ABC):
 class StaticLayer(Layer):
     """The map (``static_layer.cpp``)."""
 
-    def __init__(self, costs: ByteArray, params: CostmapParams, window: Window) -> None:
-        self._costs = costs  # on the window's lattice
+    def __init__(self, costs: LatticeCosts, params: CostmapParams, window: Window) -> None:
+        self._costs = costs
         self._params = params
         self._window = window
         self._is_new = True
@@ -176,11 +179,12 @@ class StaticLayer(Layer):
 
         Nothing beyond the map's edges.
         """
-        x, y = margin - self._window.cell_x, margin - self._window.cell_y
+        left, low = self._window.cell_x - margin, self._window.cell_y - margin
+        costs, x, y = self._costs.part(region, left, low)
         if self._params.use_maximum:
-            kernels.combine_maximum(master, region, self._costs, x, y, False)
+            kernels.combine_maximum(master, region, costs, x, y, False)
         else:
-            np.copyto(*overlap(master, region, self._costs, x, y))
+            np.copyto(*overlap(master, region, costs, x, y))
 
 
 class ObstacleLayer(Layer):

@@ -153,6 +153,8 @@ def _number(value: Any, key: str, path: Path) -> float:
 def _flag(value: Any, key: str, path: Path) -> bool:
     if isinstance(value, int):
         return bool(value)
+    with contextlib.suppress(ValueError):  # quotes do not matter to nav2_map_server
+        return bool(int(str(value)))
     if str(value).lower() in _WORDS:
         return _WORDS[str(value).lower()]
     raise MapError(f"map {path}: {key} {value!r} is neither 0 or 1 nor true or false")

@@ -8,10 +8,8 @@ import numpy as np
 from navstack.costmap.costmap import Box
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import MapError
-from navstack.params.costmap import CostmapParams
+from navstack.params.costmap import MOST_CELLS, CostmapParams
 from navstack.types import ByteArray, FloatArray, IntArray
-
-MOST_CELLS = 20_000_000  # of a costmap, or of a map at its resolution; 223 m x 223 m at 0.05 m
 
 
 class Window:
@@ -82,14 +80,18 @@ def make_window(
 ) -> Window:
     """A costmap's window: of a fixed one the map's grid, a rolling one lies on its lattice.
 
+    Of map and masks a rolling one samples what it shows, so that their size does not matter.
+
     Raises:
-        MapError: costmap, map or a mask would have too many cells.
+        MapError: the costmap, or of a fixed one map or a mask, would have too many cells.
     """
     window = _window_of(params, static)
     cells = [window.size_x * window.size_y]
     grids = [*masks]
     if static is not None:
         grids.append(static)
+    if params.rolling_window:
+        grids = []
     for grid in grids:
         scale = grid.resolution / window.resolution
         cells.append(int(grid.width * scale) * int(grid.height * scale))

@@ -17,6 +17,7 @@ from navstack.ranges import (
 )
 
 SHORTEST_RANGE = 0.01  # [m] that a laser may have at most
+MOST_PARTICLES = 1_000_000  # 100 MB, and more than a second for each scan
 LASER_MODELS = ("beam", "likelihood_field", "likelihood_field_prob")
 # name -> spelling of releases before plugins
 MOTION_MODELS = {
@@ -26,7 +27,7 @@ MOTION_MODELS = {
 Alpha = Annotated[float, within(0, 1e6)]
 # shares, that need not add up to 1; a likelihood is a product of cubes of them
 ShareOfReturns = Annotated[float, within(0, 100)]
-Particles = Annotated[int, within(1, 1_000_000)]  # 100 MB, and more than a second for each scan
+Particles = Annotated[int, within(1, MOST_PARTICLES)]
 MotionModel = Annotated[str, one_of((*MOTION_MODELS, *MOTION_MODELS.values()))]
 
 
@@ -80,7 +81,7 @@ class AmclParams(Parameters, whose="amcl", finite=True):
     recovery_alpha_fast: NotNegative = 0.0  # [-] rate of the fast one
     # poses anywhere of which a scan picks the random particles; 0: no choice, as in Nav2, which
     # has no such parameter
-    recovery_candidates: Annotated[int, within(0, 1_000_000)] = 0
+    recovery_candidates: Annotated[int, within(0, MOST_PARTICLES)] = 0
     update_min_d: NotNegative = 0.25  # [m] along x or y of odometry after which a scan counts
     update_min_a: NotNegative = 0.2  # [rad] of rotation after which a scan counts
     random_seed: int = -1  # of the particle filter; negative: the generator that is given at reset

@@ -21,6 +21,7 @@ ACTIONS = ("stop", "slowdown", "limit", "approach", "none")
 SCAN_SOURCES = ("scan", "pointcloud")  # types of sources that read the robot's planar scan here ...
 OTHER_SOURCES = ("range", "polygon", "costmap")  # ... and those that nothing feeds
 FEWEST_VERTICES = 4  # Nav2 refuses triangles
+MOST_LOOKS = 10_000  # of approach ahead in a cycle; Nav2's defaults make 20
 _TYPE_NEEDED = Needed(
     ", and without it Nav2's collision monitor does not start; "
     f"give one of {', '.join(SHAPES)}, or take the zone from polygons"
@@ -117,6 +118,9 @@ class PolygonParams(Parameters):
             self._require("velocity_polygons", is_right, "the names of one polygon or more")
         if self.type == "polygon":
             self._check_polygon()
+        looks = self.time_before_collision / self.simulation_time_step
+        allowed = f"at least time_before_collision / {MOST_LOOKS:,}"
+        self._require("simulation_time_step", looks <= MOST_LOOKS, allowed)
 
     @property
     def trigger_count(self) -> int:

@@ -19,9 +19,19 @@ from navstack.geometry import make_footprint
 from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
 from navstack.params.nav2_file.vertices import parse_vertices
 from navstack.params.spatio_temporal import SpatioTemporalLayerParams
-from navstack.ranges import NotNegative, NotNegativeInt, Parameters, Positive, Replaced
+from navstack.ranges import (
+    NOT_NEGATIVE,
+    Capped,
+    NotNegative,
+    NotNegativeInt,
+    Parameters,
+    Positive,
+    Replaced,
+    within,
+)
 from navstack.types import FloatArray
 
+MOST_CELLS = 20_000_000  # of a costmap, or of a map at its resolution; 223 m x 223 m at 0.05 m
 OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN = 0, 1, 2  # values of combination_method
 CIRCLE_VERTICES = 16  # of a footprint made from robot_radius
 # Names of numbers that stand for a choice: the known ones, and the one that Nav2 takes in place of
@@ -32,6 +42,9 @@ CHOICES: dict[str, tuple[tuple[int, ...], int]] = {
 }
 CombinationMethod = Annotated[int, Replaced(*CHOICES["combination_method"])]
 GroupConnectivityType = Annotated[int, Replaced(*CHOICES["group_connectivity_type"])]
+
+# [m] from the sensor; no map is wider, and cells are counted by it
+Reach = Annotated[float, NOT_NEGATIVE, Capped(1e6)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,10 +63,10 @@ class ObservationSourceParams(Parameters, whose="observation source"):
 
     marking: bool = True
     clearing: bool = False
-    obstacle_max_range: NotNegative = 2.5  # [m] farther returns do not mark
-    obstacle_min_range: NotNegative = 0.0  # [m] nearer returns do not mark
-    raytrace_max_range: NotNegative = 3.0  # [m] beams clear up to here
-    raytrace_min_range: NotNegative = 0.0  # [m] beams clear from here
+    obstacle_max_range: Reach = 2.5  # [m] farther returns do not mark
+    obstacle_min_range: Reach = 0.0  # [m] nearer returns do not mark
+    raytrace_max_range: Reach = 3.0  # [m] beams clear up to here
+    raytrace_min_range: Reach = 0.0  # [m] beams clear from here
     # a beam without return clears (as if it ended at range_max); False: it says nothing
     inf_is_valid: bool = False
     # [s] scans are applied again for so long; 0: the newest only
@@ -89,7 +102,7 @@ class InflationLayerParams(Parameters):
     """``inflation_layer.cpp``."""
 
     enabled: bool = True
-    inflation_radius: NotNegative = 0.55  # [m]
+    inflation_radius: Annotated[float, within(0.0, 100.0)] = 0.55  # [m]
     # [1/m] how fast the cost falls beyond the inscribed radius
     cost_scaling_factor: NotNegative = 10.0
     inflate_unknown: bool = False  # unknown cells take any cost > 0; False: only 253 and more
@@ -134,11 +147,12 @@ class CostmapParams(Parameters):
 
     width: Positive = 5.0  # [m] of a costmap without a static layer, and of every rolling one
     height: Positive = 5.0  # [m]
-    resolution: Positive = 0.1  # [m/cell]; a fixed costmap with a static layer takes the map's
+    # [m/cell] as a map's may be; a fixed costmap with a static layer takes the map's
+    resolution: Annotated[float, within(1e-4, 1e3)] = 0.1
     origin_x: float = 0.0  # [m] of the lower left corner while nothing else sets it
     origin_y: float = 0.0  # [m]
     rolling_window: bool = False  # the costmap moves with the robot
-    update_frequency: Positive = 5.0  # [Hz]
+    update_frequency: NotNegative = 5.0  # [Hz] 0: it starts and is never updated
     footprint: str = "[]"  # "[[x, y], ...]" in [m]; "[]": a circle of robot_radius
     robot_radius: float = 0.1  # [m]
     footprint_padding: float = 0.01  # [m] added to each vertex
@@ -153,6 +167,13 @@ class CostmapParams(Parameters):
     layers: Mapping[str, LayerParams] = field(default_factory=_default_layers)
 
     def _check_together(self) -> None:
+        cells = self.width / self.resolution * (self.height / self.resolution)
+        if self.rolling_window and cells > MOST_CELLS:
+            raise ParameterError(
+                f"width {self.width:g} m and height {self.height:g} m at resolution "
+                f"{self.resolution:g} m/cell are {cells:,.0f} cells; at most {MOST_CELLS:,} are "
+                "allowed"
+            )
         for name in (*self.plugins, *self.filters):
             if name not in self.layers:
                 raise ParameterError(

@@ -11,9 +11,12 @@ from typing import Any
 
 from navstack.errors import ParameterError
 from navstack.params.expected_contact import DwbContactParams
-from navstack.ranges import Parameters
+from navstack.ranges import Parameters, Positive
 
 MOST_SAMPLES = 100_000  # trajectories per cycle; Nav2's defaults make about 400
+MOST_POSES = 2_000_000  # of all trajectories of a cycle; Nav2's defaults make about 50 000
+# [m/s, rad/s] tolerance of all comparisons in one_d_velocity_iterator.hpp
+EPSILON = 1e-5
 
 # Where a file names no critics: critic -> ROS 1's parameter that gives its scale, and the scale
 # where that is absent (loadBackwardsCompatibleParameters in dwb_local_planner.cpp).
@@ -150,12 +153,12 @@ class DwbParams(Parameters):
     vx_samples: int = 20
     vy_samples: int = 5
     vtheta_samples: int = 20
-    sim_time: float = 1.7  # [s] length of a trajectory
+    sim_time: Positive = 1.7  # [s] length of a trajectory
     sim_period: float | None = None  # [s] of LimitedAccelGenerator; absent: one control period
     discretize_by_time: bool = False
-    time_granularity: float = 0.5  # [s] between poses, if discretize_by_time
-    linear_granularity: float = 0.5  # [m] between poses at most
-    angular_granularity: float = 0.025  # [rad] between poses at most
+    time_granularity: Positive = 0.5  # [s] between poses, if discretize_by_time
+    linear_granularity: Positive = 0.5  # [m] between poses at most
+    angular_granularity: Positive = 0.025  # [rad] between poses at most
     include_last_point: bool = True  # the last pose twice
     # command the first velocity of the ramp instead of the sample
     limit_vel_cmd_in_traj: bool = False
@@ -182,3 +185,24 @@ class DwbParams(Parameters):
                 f"vx_samples, vy_samples and vtheta_samples make {samples:,} trajectories; "
                 f"at most {MOST_SAMPLES:,} are allowed"
             )
+        if samples * self.largest_steps > MOST_POSES:
+            raise ParameterError(
+                f"sim_time {self.sim_time:g} s and the granularities make {samples:,} trajectories "
+                f"of {self.largest_steps:,} poses; at most {MOST_POSES:,} poses in all are allowed"
+            )
+
+    @property
+    def largest_steps(self) -> int:
+        """An upper bound of the steps of any sample's trajectory."""
+        if self.discretize_by_time:
+            return _whole(self.sim_time / self.time_granularity)
+        vx = max(abs(self.min_vel_x), abs(self.max_vel_x))
+        vy = max(abs(self.min_vel_y), abs(self.max_vel_y))
+        linear = (math.hypot(vx, vy) + 2.0 * EPSILON) * self.sim_time / self.linear_granularity
+        angular = (self.max_vel_theta + 2.0 * EPSILON) * self.sim_time / self.angular_granularity
+        return _whole(max(linear, angular))
+
+
+def _whole(steps: float) -> int:
+    """Steps rounded up, at least one; beyond ``MOST_POSES`` it does not matter how many."""
+    return max(1, math.ceil(min(steps, 2.0 * MOST_POSES)))

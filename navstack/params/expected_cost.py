@@ -35,7 +35,7 @@ class ExpectedCostParams(Parameters, whose="expected-cost controller"):
 
     steps: Annotated[int, within(2, 200)] = 36  # of a motion
     step: Positive = 0.12  # [s]
-    cell: Positive = 0.2  # [m] of the cost-to-go field
+    cell: Annotated[float, within(0.02, 10.0)] = 0.2  # [m] of the cost-to-go field of all the map
     turn_gain: Positive = 2.5  # [1/s] yaw rate wanted per angle off the field's descent
     max_tracks: Annotated[int, within(1, 50)] = 8  # people that are looked at, the nearest
     range: NotNegative = 12.0  # [m] up to which they are looked at

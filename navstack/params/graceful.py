@@ -1,8 +1,9 @@
 """Parameters of the graceful controller: names and defaults are those of Nav2 Jazzy."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from navstack.ranges import NotNegative, Parameters, Positive
+from navstack.ranges import NotNegative, Parameters, Positive, at_least
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +38,8 @@ class GracefulParams(Parameters, whose="graceful controller"):
     allow_backward: bool = False
 
     use_collision_detection: bool = True  # look for obstacles on the way to the target
-    in_place_collision_resolution: Positive = 0.1  # [rad] between looks while turning at the goal
+    # [rad] between looks while turning at the goal; finer ones are never done
+    in_place_collision_resolution: Annotated[float, at_least(1e-3)] = 0.1
 
     @property
     def may_reverse(self) -> bool:

@@ -12,13 +12,23 @@ from navstack.ranges import (
     Positive,
     PositiveInt,
     Replaced,
+    up_to,
     within,
 )
 
 OMPL_ALGORITHMS = ("BITstar", "FMT", "InformedRRTstar", "PRMstar", "RRTConnect", "RRTstar")
 STATE_SPACES = ("R2", "SE2")
+MOST_ITERATIONS = 10_000_000  # of a search; they take minutes
 # the others take it that a way back is as long as the way there
 SE2_ALGORITHMS = ("RRTConnect", "RRTstar")
+
+
+# [m] of a goal; NavFn looks at every cell of the square, others at every cell of the circle
+Tolerance = Annotated[float, within(0.0, 100.0)]
+TurningRadius = Annotated[float, up_to(100.0)]  # [m]; wider curves are straight on a map
+# of a path's smoothing; after some hundreds nothing moves any more
+SmootherIterations = Annotated[int, within(0, 100_000)]
+Refinements = Annotated[int, within(0, 100)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +36,7 @@ class NavfnParams(Parameters):
     """nav2_navfn_planner::NavfnPlanner; the defaults are Nav2's."""
 
     # [m] an unreachable goal may be replaced by a reachable point this near (per axis)
-    tolerance: NotNegative = 0.5
+    tolerance: Tolerance = 0.5
     use_astar: bool = False  # A* explores less and is not optimal; False: Dijkstra
     allow_unknown: bool = True  # plan through unknown cells, at the highest cost
     # the last pose looks along the path instead of along the goal
@@ -37,7 +47,7 @@ class NavfnParams(Parameters):
 class IncrementalNavfnParams(Parameters):
     """navstack::IncrementalNavfn: NavFn's field, kept between plans to the same goal."""
 
-    tolerance: NotNegative = 0.5  # [m] as in NavfnParams
+    tolerance: Tolerance = 0.5  # [m] as in NavfnParams
     allow_unknown: bool = True  # as in NavfnParams
     use_final_approach_orientation: bool = False  # as in NavfnParams
     # [m] about the robot, per axis, where the costmap may change between two plans
@@ -70,9 +80,9 @@ class OmplParams(Parameters):
     patience: NotNegativeInt = 1000
     # R2: points, turning on the spot; SE2: poses on Dubins curves, see SE2_ALGORITHMS
     state_space: Annotated[str, Known("state space", STATE_SPACES)] = "R2"
-    minimum_turning_radius: Positive = 0.5  # [m] of those curves
+    minimum_turning_radius: TurningRadius = 0.5  # [m] of those curves
     # [m] an occupied start or goal is replaced by the nearest free cell this near
-    tolerance: NotNegative = 0.5
+    tolerance: Tolerance = 0.5
     allow_unknown: bool = True  # plan through unknown cells
     # highest costmap cost the path may touch; 253 and above are contact
     max_allowed_cost: Annotated[int, within(0, 252)] = 252
@@ -87,6 +97,9 @@ class OmplParams(Parameters):
     smooth: bool = True  # round the corners of the path, where there is room (R2)
 
     def _check_together(self) -> None:
+        ends = self.max_planning_time > 0.0 or self.max_iterations <= MOST_ITERATIONS
+        allowed = f"at most {MOST_ITERATIONS:,} without a max_planning_time"
+        self._require("max_iterations", ends, allowed)
         if self.state_space == "SE2" and self.algorithm not in SE2_ALGORITHMS:
             raise ParameterError(
                 f"{self.algorithm} cannot plan in SE2, where a way back is not as long as the way "
@@ -100,9 +113,9 @@ class SimpleSmootherParams(Parameters):
 
     # [m] it ends once all poses together move less than this in one iteration
     tolerance: NotNegative = 1e-10
-    max_its: NotNegativeInt = 1000  # iterations, after which the last but one is taken
+    max_its: SmootherIterations = 1000  # iterations, after which the last but one is taken
     w_data: NotNegative = 0.2  # pull towards the given path
     w_smooth: NotNegative = 0.3  # pull towards the middle of the neighbours
     do_refinement: bool = True  # smooth the smoothed path again
-    refinement_num: NotNegativeInt = 2  # so many times
+    refinement_num: Refinements = 2  # so many times
     enforce_path_inversion: bool = True  # smooth the stretches between cusps apart

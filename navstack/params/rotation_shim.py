@@ -4,10 +4,13 @@ Names and defaults are those of Nav2 Jazzy, read at ``FollowPath.*``.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from navstack.ranges import Parameters, at_most
 
 
 @dataclass(frozen=True, slots=True)
-class RotationShimParams:
+class RotationShimParams(Parameters):
     """``nav2_rotation_shim_controller::RotationShimController``."""
 
     primary_controller: str = ""  # plug-in that follows the path once the heading is right
@@ -17,7 +20,8 @@ class RotationShimParams:
     forward_sampling_distance: float = 0.5
     rotate_to_heading_angular_vel: float = 1.8  # [rad/s]
     max_angular_accel: float = 3.2  # [rad/s2]
-    simulate_ahead_time: float = 1.0  # [s] of the turn that must be free of collisions
+    # [s] of the turn that must be free of collisions; one look a control period
+    simulate_ahead_time: Annotated[float, at_most(100.0)] = 1.0
     # turn to the goal's yaw within the goal checker's xy tolerance
     rotate_to_goal_heading: bool = False
     rotate_to_heading_once: bool = False  # decide once per goal instead of once per plan

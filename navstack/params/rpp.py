@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.ranges import NotNegative, Parameters, Positive, one_of
+from navstack.ranges import NotNegative, Parameters, Positive, at_most, one_of, within
 
+# Of a look ahead, which takes one step a cell: more keeps a cycle from ending.
+MOST_SECONDS, MOST_METRES = 100.0, 100.0
 Feedback = Annotated[str, one_of(("OPEN_LOOP", "CLOSED_LOOP"))]
 
 
@@ -56,17 +58,17 @@ class RppParams(Parameters, whose="regulated pure pursuit"):
     # its window is about the last command; CLOSED_LOOP: about the measured velocity
     velocity_feedback: Feedback = "OPEN_LOOP"
     min_linear_vel: float = -0.5  # [m/s]
-    max_angular_vel: float = 1.0  # [rad/s]
-    min_angular_vel: float = -1.0  # [rad/s]
-    max_linear_accel: float = 0.5  # [m/s2]
-    max_linear_decel: float = -0.5  # [m/s2]
-    max_angular_decel: float = -1.0  # [rad/s2]
+    max_angular_vel: float = 2.5  # [rad/s]
+    min_angular_vel: float = -2.5  # [rad/s]
+    max_linear_accel: float = 2.5  # [m/s2]
+    max_linear_decel: float = -2.5  # [m/s2]
+    max_angular_decel: float = -3.2  # [rad/s2]
 
     use_collision_detection: bool = True  # look along the commanded arc
     # [s] looked ahead, at most up to the carrot
-    max_allowed_time_to_collision_up_to_carrot: NotNegative = 1.0
+    max_allowed_time_to_collision_up_to_carrot: Annotated[float, within(0.0, MOST_SECONDS)] = 1.0
     # [m] looked ahead at least, however slow; 0 or less: no such distance
-    min_distance_to_obstacle: float = -1.0
+    min_distance_to_obstacle: Annotated[float, at_most(MOST_METRES)] = -1.0
 
     def _check_together(self) -> None:
         reaches, least = self.max_lookahead_dist >= self.min_lookahead_dist, self.min_lookahead_dist

@@ -1,8 +1,9 @@
 """Parameters of Nav2's task servers and behaviors: names and defaults are those of Nav2 Jazzy."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from navstack.ranges import NotNegative, NotPositive, Parameters, Positive
+from navstack.ranges import NotNegative, NotPositive, Parameters, Positive, within
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +47,8 @@ class BehaviorServerParams(Parameters):
 
     cycle_frequency: Positive = 10.0  # [Hz]
     behavior_plugins: tuple[str, ...] = ("spin", "backup", "drive_on_heading", "wait")
-    simulate_ahead_time: NotNegative = 2.0  # [s] for which the motion must be free of collisions
+    # [s] for which the motion must be free of collisions; one look a cycle
+    simulate_ahead_time: Annotated[float, within(0.0, 100.0)] = 2.0
     max_rotational_vel: NotNegative = 1.0  # [rad/s]
     min_rotational_vel: float = 0.4  # [rad/s]; as in Nav2 negative ones slow nothing down
     rotational_acc_lim: NotNegative = 3.2  # [rad/s2]

@@ -8,26 +8,35 @@ plans must not depend on the machine. On the grid a million iterations take a fi
 from dataclasses import asdict, dataclass, field
 from typing import Annotated
 
-from navstack.params.planners import SimpleSmootherParams
-from navstack.ranges import Known, NotNegative, Parameters, Positive, PositiveInt, Replaced
+from navstack.params.planners import (
+    Refinements,
+    SimpleSmootherParams,
+    SmootherIterations,
+    TurningRadius,
+)
+from navstack.ranges import Known, NotNegative, Parameters, Positive, Replaced, within
 
 DUBIN, REEDS_SHEPP = "DUBIN", "REEDS_SHEPP"
 MODELS = (DUBIN, REEDS_SHEPP)
 UNLIMITED = 2**31 - 1
 Iterations = Annotated[int, Replaced(range(1, UNLIMITED), UNLIMITED)]  # 0 or less: no limit
 ITERATIONS_PER_SECOND = 40_000  # about what one core of an AMD EPYC does
+# Headings of a search: with fewer no arc leads from one to the next, and each has a table of
+# motions; 720 are half a degree each.
+Bins = Annotated[int, within(4, 720)]
+Downsampling = Annotated[int, within(1, 100)]  # cells along an edge of a coarse one
 
 
 @dataclass(frozen=True, slots=True)
-class SmacSmootherParams:
+class SmacSmootherParams(Parameters):
     """The ``smoother`` group of all three."""
 
-    max_iterations: int = 1000
-    w_smooth: float = 0.3
-    w_data: float = 0.2
-    tolerance: float = 1e-10  # [m]
+    max_iterations: SmootherIterations = 1000
+    w_smooth: NotNegative = 0.3
+    w_data: NotNegative = 0.2
+    tolerance: NotNegative = 1e-10  # [m]
     do_refinement: bool = True
-    refinement_num: int = 2
+    refinement_num: Refinements = 2
 
     @property
     def as_simple(self) -> SimpleSmootherParams:
@@ -42,7 +51,7 @@ class Smac2DParams(Parameters):
 
     tolerance: NotNegative = 0.125  # [m] of a goal that cannot be reached itself
     downsample_costmap: bool = False
-    downsampling_factor: PositiveInt = 1
+    downsampling_factor: Downsampling = 1
     cost_travel_multiplier: NotNegative = 1.0  # a step costs 1 + this * cost / 252 times its length
     allow_unknown: bool = True
     max_iterations: Iterations = 1_000_000
@@ -59,10 +68,10 @@ class SmacHybridParams(Parameters):
 
     tolerance: NotNegative = 0.25  # [m]
     downsample_costmap: bool = False
-    downsampling_factor: PositiveInt = 1
-    angle_quantization_bins: PositiveInt = 72
+    downsampling_factor: Downsampling = 1
+    angle_quantization_bins: Bins = 72
     motion_model_for_search: Annotated[str, Known("motion_model_for_search", MODELS)] = DUBIN
-    minimum_turning_radius: Positive = 0.4  # [m]
+    minimum_turning_radius: TurningRadius = 0.4  # [m]
     allow_unknown: bool = True
     max_iterations: Iterations = 1_000_000
     max_on_approach_iterations: Iterations = 1000
@@ -118,4 +127,4 @@ def iterations_of(params: SmacHybridParams | SmacLatticeParams) -> int:
     seconds = params.max_planning_time
     if seconds <= 0.0:
         return params.max_iterations
-    return min(params.max_iterations, int(seconds * ITERATIONS_PER_SECOND))
+    return int(min(params.max_iterations, seconds * ITERATIONS_PER_SECOND))

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from navstack.ranges import Allowed, Parameters, Positive
+from navstack.ranges import Allowed, Parameters, within
 
 LINEAR, EXPONENTIAL = 0, 1  # values of decay_model; any other one keeps voxels for ever
 DEPTH_CAMERA, LIDAR_3D = 0, 1  # values of model_type
@@ -42,7 +42,8 @@ class SpatioTemporalLayerParams(Parameters):
     """``spatio_temporal_voxel_layer.cpp``."""
 
     enabled: bool = True
-    voxel_size: Positive = 0.05  # [m]
+    # [m]; a scan's points are counted by voxels, whose numbers are whole
+    voxel_size: Annotated[float, within(1e-3, 1e3)] = 0.05
     # [s] how long a voxel stays; a negative one vanishes with the next update
     voxel_decay: float = -1.0
     decay_model: int = LINEAR

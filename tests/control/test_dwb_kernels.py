@@ -20,7 +20,6 @@ from navstack.control.dwb.pose_score import (
 )
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
-from navstack.control.dwb.velocity_samples import largest_steps
 from navstack.control.footprint_cost import footprint_cost, line_cost
 from navstack.control.plan_handling import cells_of_points, densify, window_bounds
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
@@ -155,8 +154,8 @@ def test_there_is_room_for_the_steps_of_every_sample(by_time: bool) -> None:
             params.max_vel_theta * 1.7 / 0.05
         ]
         most = 1.7 / 0.3 if by_time else max(steps)
-        assert largest_steps(params) - math.ceil(most) in (0, 1)
-        assert largest_steps(params) >= most
+        assert params.largest_steps - math.ceil(most) in (0, 1)
+        assert params.largest_steps >= most
 
 
 @pytest.mark.parametrize(
@@ -169,7 +168,7 @@ def test_there_is_room_for_a_step_more_of_samples_a_little_beyond_the_limits(
         critics=("PathDist",), max_vel_x=forward, max_vel_theta=turn, sim_time=1.0, linear_granularity=0.1,
         angular_granularity=0.05, discretize_by_time=False,
     )  # fmt: skip
-    assert largest_steps(params) == steps
+    assert params.largest_steps == steps
 
 
 def test_step_counts_follow_the_command() -> None:

@@ -21,6 +21,7 @@ LIMITS = {
     "max_linear_decel": -1.2,
     "max_angular_accel": 1.5,
     "max_angular_decel": -2.0,
+    "max_angular_vel": 1.0,
 }
 
 

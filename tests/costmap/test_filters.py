@@ -125,16 +125,14 @@ def test_a_cell_takes_the_masks_cost_at_its_centre(resolution: float) -> None:
     window = Window(-2.0, -1.5, RESOLUTION, 10, 10)
     sampled = KeepoutMask(KeepoutFilterParams(), mask, window)
     costs = mask_costs(mask.grid)
+    own, left, low = sampled.part((0, 1, 0, 1), 0, 0)
     for y in range(-20, 320):
         for x in range(-20, 420):
             column = math.floor((-2.0 + (x + 0.5) * RESOLUTION + 1.013) / resolution)
             row = math.floor((-1.5 + (y + 0.5) * RESOLUTION - 0.46) / resolution)
             expected = costs[row, column] if 0 <= column < 60 and 0 <= row < 40 else NO_INFORMATION
-            height, width = sampled.costs.shape
-            inside = 0 <= x - sampled.x < width and 0 <= y - sampled.y < height
-            assert (
-                sampled.costs[y - sampled.y, x - sampled.x] if inside else NO_INFORMATION
-            ) == expected
+            inside = 0 <= x - left < own.shape[1] and 0 <= y - low < own.shape[0]
+            assert (own[y - low, x - left] if inside else NO_INFORMATION) == expected
 
 
 def test_a_mask_acts_within_a_map_where_all_its_costs_but_zero_are_cells_of_it() -> None:

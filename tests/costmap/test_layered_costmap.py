@@ -5,8 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from navstack.costmap import layered_costmap
+from navstack.costmap import lattice_costs, layered_costmap
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.lattice_costs import DenseCosts
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.costmap.layers import Bounds, resampled, static_costs
 from navstack.costmap.occupancy_grid import OccupancyGrid
@@ -21,6 +22,7 @@ from navstack.params.costmap import (
     StaticLayerParams,
     robot_footprint,
 )
+from navstack.params.filters import KeepoutFilterParams
 from navstack.types import ByteArray, LaserScan, Pose2D
 
 RESOLUTION = 0.05
@@ -40,6 +42,7 @@ def make_params(
         "obstacle_layer": ObstacleLayerParams(
             observation_sources=("scan",), sources={"scan": source}
         ),
+        "keepout_filter": KeepoutFilterParams(),
         "inflation_layer": InflationLayerParams(inflation_radius=0.8, cost_scaling_factor=3.0),
     }
     basis = CostmapParams(
@@ -360,10 +363,50 @@ def test_occupancies_become_costs(trinary: bool, track_unknown: bool, expected: 
 
 def test_a_coarser_map_keeps_its_places() -> None:
     costs = np.array([[0, 254], [100, 7]], dtype=np.uint8)
-    np.testing.assert_array_equal(
-        resampled(costs, 0.1, 0.05), costs.repeat(2, axis=0).repeat(2, axis=1)
+    finer = resampled(costs, 0.1, 0.05)
+    assert isinstance(finer, DenseCosts)
+    np.testing.assert_array_equal(finer.costs, costs.repeat(2, axis=0).repeat(2, axis=1))
+    same = resampled(costs, 0.05, 0.05000001)
+    assert isinstance(same, DenseCosts)
+    assert same.costs is costs
+
+
+@pytest.mark.parametrize("use_maximum", [True, False])
+def test_a_rolling_costmap_samples_what_it_shows_of_a_map_that_is_too_fine(
+    use_maximum: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(4)
+    static = make_map(rng)
+    keepout = rng.random(static.data.shape) < 0.01
+    params = make_params(
+        ("static_layer", "obstacle_layer", "keepout_filter", "inflation_layer"),
+        rolling_window=True,
+        resolution=0.02,
+        size=3.0,
+        use_maximum=use_maximum,
     )
-    assert resampled(costs, 0.05, 0.05000001) is costs
+    whole = LayeredCostmap(params, static, keepout, prefer_fast=False)
+    monkeypatch.setattr(lattice_costs, "MOST_CELLS", 20_000)
+    sampled = LayeredCostmap(params, static, keepout)
+    assert not sampled.is_fast
+    for stamp, x in enumerate((-3.0, -2.9, 0.0, 4.0, 9.5, -12.0)):  # the last two beyond the map
+        scan = random_scan(rng, float(stamp))
+        for costmap in (whole, sampled):
+            costmap.update(Pose2D(x, 0.7 * x, 0.3), scan, float(stamp))
+        np.testing.assert_array_equal(sampled.master.data, whole.master.data)
+
+
+def test_a_fine_rolling_costmap_has_a_place_on_every_map() -> None:
+    static = OccupancyGrid(np.zeros((1000, 1000), dtype=np.int8), 0.2, Pose2D())
+    static.data[500, 500] = 100
+    plugins = ("static_layer", "inflation_layer")
+    params = make_params(plugins, rolling_window=True, resolution=0.04, size=3.0)
+    costmap = LayeredCostmap(params, static)  # the map has 25 million cells of 0.04 m
+    costmap.update(Pose2D(100.1, 99.0, 0.0), None, 0.0)
+    assert costmap.master.cost_at(100.1, 100.1) == LETHAL_OBSTACLE
+    assert costmap.master.cost_at(100.1, 99.9) == 253
+    with pytest.raises(ParameterError, match="25,000,000 cells; at most 20,000,000 are allowed"):
+        dataclasses.replace(params, width=200.0, height=200.0)
 
 
 def test_what_cannot_be_used_is_refused() -> None:

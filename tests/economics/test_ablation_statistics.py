@@ -23,7 +23,9 @@ def test_smallest_detectable_by_hand():
         2.801585 * 3.0 / np.sqrt(50.0), rel=1e-6
     )
     assert smallest_detectable(np.array([1.0])) is None
-    assert smallest_detectable(np.array([1.0, 3.0])) == pytest.approx(2.801585, rel=1e-6)
+    assert smallest_detectable(np.array([1.0, 3.0] * 3)) == pytest.approx(
+        2.801585 * np.sqrt(1.2 / 6.0), rel=1e-6
+    )
     assert smallest_detectable(np.full(20, 2.5)) is None
 
 

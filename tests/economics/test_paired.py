@@ -8,7 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest, ttest_1samp
 
-from harness.statistics.paired import compare_pairs, holm, mcnemar_p, pairs_needed, sign_flip_p
+from harness.statistics.paired import (
+    SURE,
+    compare_pairs,
+    fewest_missions,
+    holm,
+    mcnemar_p,
+    pairs_needed,
+    sign_flip_p,
+)
 
 
 def rng(seed=0):
@@ -106,8 +114,30 @@ def test_pairs_needed_by_hand():
     assert pairs_needed(standard + 0.5) == 32
     assert pairs_needed(standard + 0.1) == 785
     assert pairs_needed(np.array([1.0])) is None
-    assert pairs_needed(np.array([1.0, 3.0])) == 4  # 7.8489 * 2 / 4
-    assert pairs_needed(np.array([9.0, 10.0])) == 2  # 0.04, but a variance takes two
+    assert pairs_needed(np.array([0.0, 3.0])) == 16  # 7.8489 * 4.5 / 2.25
+    assert pairs_needed(np.array([9.0, 10.0])) == 6  # 0.04, but no test finds it with five
+
+
+@pytest.mark.parametrize(("family", "fewest"), [(1, 6), (2, 7), (3, 7), (10, 9), (100, 12)])
+def test_fewer_missions_find_nothing_however_large(family, fewest):
+    """Differences of one sign have the least p value that there is."""
+    least = [family * sign_flip_p(np.arange(1.0, n + 1.0), rng()) for n in (fewest - 1, fewest)]
+    assert least[0] >= SURE > least[1]
+    assert fewest_missions(family) == fewest
+
+
+@pytest.mark.parametrize("repeats", [1, 3])
+def test_of_too_few_missions_nothing_is_called_detectable(repeats):
+    for n in (2, 5, 6, 8, 9):
+        second = np.repeat(100.0 + np.arange(n), repeats)
+        clusters = np.repeat(np.arange(n), repeats)
+        alone = compare_pairs(np.zeros(n * repeats), second, clusters, rng())
+        assert (alone.detectable is not None) == (n >= 6)
+        assert alone.needed == 6 * repeats
+        ten = alone.in_family(10)
+        assert (ten.detectable is not None) == (n >= 9)
+        assert ten.needed == 9 * repeats
+        assert (ten.p, ten.difference) == (alone.p, alone.difference)
 
 
 def test_pairs_needed_gives_the_power_it_says():

@@ -52,7 +52,7 @@ def test_a_difference_is_found_with_sign_interval_and_p(write_run: WriteRun) -> 
     assert time["n"] == 40
     assert time["p"] == pytest.approx(1 / 10_001)
     assert time["p_holm"] is None, "not of the family, which has not been asked for"
-    assert time["pairs_needed"] == 2
+    assert time["pairs_needed"] == 6
     sla = result["differences"]["sla"]
     assert (sla["a"], sla["b"]) == (pytest.approx(26 / 40), 1.0)
     assert sla["p"] == pytest.approx(2 / 2**14)  # McNemar: 14 pairs disagree, all one way

@@ -309,7 +309,7 @@ def test_voxel_layer_runs_as_obstacle_layer_with_a_note(inspect):
         ),
         (
             "planner_server: {ros__parameters: {GridBased: {tolerance: -1.0}}}",
-            "GridBased: tolerance -1.0 must be 0 or more",
+            "GridBased: tolerance -1.0 must be 0 to 100",
         ),
         (
             costmap("      footprint: [[0.1, 0.1], [0.1, -0.1]]\n"),

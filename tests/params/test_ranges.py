@@ -12,6 +12,7 @@ from navstack.errors import InputError, ParameterError
 from navstack.ranges import (
     POSITIVE,
     Allowed,
+    Capped,
     Known,
     Needed,
     NotNegative,
@@ -73,6 +74,10 @@ def test_none_is_not_checked():
 def test_an_unknown_number_is_replaced_by_the_usual_one():
     assert WheelParams(teeth=5).teeth == 8
     assert WheelParams(teeth=4).teeth == 4
+
+
+def test_a_number_beyond_what_matters_is_cut():
+    assert [Capped(9.0).taken("reach", value, "") for value in (1, 9.5, math.inf)] == [1, 9.0, 9.0]
 
 
 def test_a_changed_copy_is_checked_too():

@@ -443,10 +443,10 @@ def test_a_lattice_file_of_nav2_is_read(tmp_path):
         ),
         (
             lambda: SmacHybridParams(angle_quantization_bins=0),
-            "angle_quantization_bins 0 must be more than 0",
+            "angle_quantization_bins 0 must be 4 to 720",
         ),
         (lambda: Smac2DParams(tolerance=-0.1), "tolerance -0.1 must be 0 or more"),
-        (lambda: Smac2DParams(downsampling_factor=0), "downsampling_factor 0 must be more than 0"),
+        (lambda: Smac2DParams(downsampling_factor=0), "downsampling_factor 0 must be 1 to 100"),
         (
             lambda: SmacLatticeParams(analytic_expansion_ratio=0.0),
             "analytic_expansion_ratio 0.0 must be more than 0",

@@ -141,7 +141,9 @@ class Results:
         found: dict[tuple[Condition, str], MarginDifference] = {}
         for condition in self.conditions:
             own = _against_first(self.under(condition))
-            paired = [comparison.differences[MARGIN].paired for _, comparison in own]
+            paired = [
+                comparison.differences[MARGIN].paired.in_family(len(own)) for _, comparison in own
+            ]
             adjusted = holm([each.p for each in paired])
             for (stack, comparison), each, p in zip(own, paired, adjusted, strict=True):
                 found[condition, stack] = MarginDifference(

@@ -8,12 +8,11 @@ import numpy as np
 
 from navstack.control.dwb.choice_kernels import Sampling
 from navstack.control.dwb.kernels import roll_out, step_counts
-from navstack.control.dwb.velocity_samples import combine, largest_steps
-from navstack.errors import ParameterError, UnknownNameError
+from navstack.control.dwb.velocity_samples import combine
+from navstack.errors import UnknownNameError
 from navstack.params.dwb import DwbParams
 from navstack.types import BoolArray, FloatArray, IntArray, Pose2D, Twist2D
 
-MOST_POSES = 2_000_000  # of all trajectories of a cycle; Nav2's defaults make about 50 000
 STANDARD = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED_ACCEL = "dwb_plugins::LimitedAccelGenerator"
 GENERATORS = (STANDARD, LIMITED_ACCEL)
@@ -91,9 +90,7 @@ class RolloutGenerator:
 
         Raises:
             UnknownNameError: ``trajectory_generator_name`` does not exist.
-            ParameterError: the simulated time or a granularity is not positive.
         """
-        _check(params)
         name = params.trajectory_generator_name
         if name not in GENERATORS:
             raise UnknownNameError("trajectory generator", name, GENERATORS)
@@ -117,7 +114,7 @@ class RolloutGenerator:
         )
         stays_in_line = p.min_vel_y == p.max_vel_y == 0.0
         self.ends_suffice = stays_in_line and not (p.discretize_by_time or p.limit_vel_cmd_in_traj)
-        self._length = largest_steps(params) + 1 + params.include_last_point
+        self._length = params.largest_steps + 1 + params.include_last_point
         self._buffer = np.empty((3, 0, self._length))
 
     def limit_speed(self, limit: float, is_percentage: bool) -> None:
@@ -182,17 +179,3 @@ class RolloutGenerator:
             _ = rollouts.x  # which finds the first velocities
             rollouts.commands = first
         return rollouts
-
-
-def _check(params: DwbParams) -> None:
-    for name in ("sim_time", "time_granularity", "linear_granularity", "angular_granularity"):
-        value = getattr(params, name)
-        if not value > 0.0:
-            raise ParameterError(f"FollowPath.{name} is {value}; it must be greater than 0")
-    samples = max(params.vx_samples, 1) * max(params.vy_samples, 1) * max(params.vtheta_samples, 1)
-    if samples * largest_steps(params) > MOST_POSES:
-        raise ParameterError(
-            f"FollowPath: sim_time {params.sim_time:g} s and the granularities make "
-            f"{samples:,} trajectories of {largest_steps(params):,} poses; "
-            f"at most {MOST_POSES:,} poses in all are allowed"
-        )

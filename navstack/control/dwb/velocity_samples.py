@@ -3,15 +3,11 @@
 Their last bits are Nav2's, too.
 """
 
-import math
-
 import numpy as np
 
 from navstack.jit import njit
-from navstack.params.dwb import DwbParams
+from navstack.params.dwb import EPSILON
 from navstack.types import FloatArray, IntArray
-
-EPSILON = 1e-5  # [m/s, rad/s] tolerance of all comparisons in one_d_velocity_iterator.hpp
 
 
 @njit()
@@ -98,14 +94,3 @@ def combine(
                 samples[n, 2] = yaw_rate
                 n += 1
     return samples[:n]
-
-
-def largest_steps(params: DwbParams) -> int:
-    """An upper bound of the steps of any sample's trajectory."""
-    if params.discretize_by_time:
-        return max(1, math.ceil(params.sim_time / params.time_granularity))
-    vx = max(abs(params.min_vel_x), abs(params.max_vel_x))
-    vy = max(abs(params.min_vel_y), abs(params.max_vel_y))
-    linear = (math.hypot(vx, vy) + 2.0 * EPSILON) * params.sim_time / params.linear_granularity
-    angular = (params.max_vel_theta + 2.0 * EPSILON) * params.sim_time / params.angular_granularity
-    return max(1, math.ceil(max(linear, angular)))

@@ -32,10 +32,9 @@ class ArcCheck:
         """Whether the robot stands in an obstacle or would meet one, up to the carrot [m]."""
         start = (pose.x, pose.y, pose.yaw)
         speeds = (command.linear_x, command.angular_z)
-        times = (
-            self._time_step(command, costmap.resolution),
-            *self._horizon(command.linear_x, carrot_distance),
-        )
+        duration, distance = self._horizon(command.linear_x, carrot_distance)
+        step = self._time_step(command, costmap.resolution)
+        times = (step, min(duration, _lap(command) + step), distance)
         return bool(
             arc_collides(costmap.data, costmap.grid, self._footprint, start, speeds, *times)
         )
@@ -66,6 +65,13 @@ class ArcCheck:
                     max(distance, params.min_distance_to_obstacle), params.max_lookahead_dist
                 )
         return duration, distance
+
+
+def _lap(command: Twist2D) -> float:
+    """Time in [s] of a full turn, after which the robot meets what it met before."""
+    if command.angular_z == 0.0:
+        return math.inf
+    return 2.0 * math.pi / abs(command.angular_z)
 
 
 @njit(ahead=True)

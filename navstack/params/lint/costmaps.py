@@ -154,7 +154,7 @@ def sees_too_late(
     Why: at top speed the robot hits what stands in its way although it brakes at once.
     """
     marking = {name: source for name, source in local.sources() if source.marking}
-    if not marking or top_speed <= 0.0:
+    if not marking or top_speed <= 0.0 or local.params.update_frequency == 0.0:
         return
     farthest = seen = max(source.obstacle_max_range for source in marking.values())
     if local.params.rolling_window:
@@ -185,7 +185,10 @@ def late_costmap(
     """
     timeout = subject.number(CONTROLLER, "costmap_update_timeout", COSTMAP_UPDATE_TIMEOUT)
     frequency = local.params.update_frequency
-    if 1.0 / frequency >= timeout:
+    if frequency == 0.0:
+        found = "0 Hz: it is never updated, and the robot does not move"
+        yield Finding("update_frequency", found, "update_frequency: 5.0")
+    elif 1.0 / frequency >= timeout:
         note = subject.default_note(CONTROLLER, "costmap_update_timeout")
         advice = f"costmap_update_timeout: {above(2.0 / frequency)} in the controller server"
         if timeout > 0.0:

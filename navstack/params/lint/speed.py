@@ -180,6 +180,8 @@ def blind_drive(local: CostmapView, top_speed: float) -> Iterator[Finding]:
     Why: a pedestrian who steps out is not in the costmap while the robot drives this far.
     """
     frequency = local.params.update_frequency
+    if frequency == 0.0:
+        return
     driven = top_speed / frequency
     if driven > LONGEST_BLIND_DRIVE:
         yield Finding(

@@ -26,6 +26,7 @@ from navstack.params.nav2_file.findings import (
     is_told,
     value_of,
 )
+from navstack.params.nav2_file.newer_forms import convert_newer_forms
 from navstack.params.nav2_file.nodes import (
     default_path,
     entries_of,
@@ -277,11 +278,11 @@ def _check_node(
     node: str, block: ParameterBlock, entries: dict[str, ParameterEntry], catalog: Catalog
 ) -> Findings:
     """Check one node, and give its parameters today's names and forms."""
-    older = convert_older_forms(node, entries)
+    forms = convert_older_forms(node, entries) + convert_newer_forms(node, entries)
     findings = Checker(node, catalog).check_node(
         block, ParameterSection.of(entries), node_params(node)
     )
-    findings.notices += older
+    findings.notices += forms
     findings.apply_renames(entries)
     for visit in findings.visits:
         if visit.params is DwbParams:

@@ -1,0 +1,80 @@
+"""Parameters in the forms of Nav2 main, turned into Jazzy's, which this program reads."""
+
+from dataclasses import replace
+
+from navstack.params.mppi import MOTION_MODELS
+from navstack.params.nav2_file.catalog import plugin_type
+from navstack.params.nav2_file.findings import Notice, names_of
+from navstack.params.nav2_file.ros_yaml import ParameterEntry
+
+CONTROLLER, MPPI = "controller_server", "nav2_mppi_controller::MPPIController"
+USUAL_GROUP = "diff_drive"  # of a file that names no motion model (optimizer.cpp)
+_MODELS = {f"mppi::{name}MotionModel": name for name in MOTION_MODELS}
+# What MPPI itself reads up to Nav2 Kilted, and its path handler since (feasible_path_handler.cpp).
+_OF_PATH_HANDLER = (
+    "prune_distance",
+    "max_robot_pose_search_dist",
+    "enforce_path_inversion",
+    "inversion_xy_tolerance",
+    "inversion_yaw_tolerance",
+)
+
+
+def convert_newer_forms(node: str, entries: dict[str, ParameterEntry]) -> list[Notice]:
+    """Change a node's parameters to Jazzy's forms; a notice of what has none."""
+    if node != CONTROLLER:
+        return []
+    notices: list[Notice] = []
+    for name in _mppi_namespaces(entries):
+        notices += _convert_motion_model(f"{name}.", entries)
+        _convert_path_handler(f"{name}.", entries)
+    return notices
+
+
+def _mppi_namespaces(entries: dict[str, ParameterEntry]) -> list[str]:
+    """Where an MPPI controller has its parameters: in its own section, or in its shim's."""
+    keys = [key for key, entry in entries.items() if plugin_type(entry.value) == MPPI]
+    ends = (".plugin", ".primary_controller")
+    return [key.rpartition(".")[0] for key in keys if key.endswith(ends)]
+
+
+def _convert_motion_model(prefix: str, entries: dict[str, ParameterEntry]) -> list[Notice]:
+    """Since #6076 ``motion_model`` names a group of parameters, whose plugin is the model."""
+    key = f"{prefix}motion_model"
+    chosen = str(entries[key].value) if key in entries else USUAL_GROUP
+    notices = []
+    for group in _plugin_groups(prefix, entries):
+        is_chosen = group.removeprefix(prefix) == chosen
+        kind = entries[f"{group}.plugin"]
+        model = _MODELS.get(plugin_type(kind.value))
+        if model is None and not is_chosen:
+            continue
+        radius = entries.pop(f"{group}.min_turning_r", None)
+        del entries[f"{group}.plugin"]
+        if is_chosen and radius is not None:
+            entries[f"{prefix}AckermannConstraints.min_turning_r"] = radius
+        if is_chosen:
+            entries[key] = replace(entries.get(key, kind), value=model or MOTION_MODELS[0])
+        if model is None:
+            message = f"motion model {kind.value} is not available here; take one of "
+            path = f"{CONTROLLER}: {group}.plugin"
+            message += ", ".join(_MODELS)
+            notices.append(Notice("bad-value", path, message, line=kind.line, is_error=True))
+    return notices
+
+
+def _plugin_groups(prefix: str, entries: dict[str, ParameterEntry]) -> list[str]:
+    """The sections just below a prefix that have a plugin."""
+    paths = [key.rpartition(".")[0] for key in entries if key.endswith(".plugin")]
+    return [
+        path for path in paths if path.startswith(prefix) and "." not in path.removeprefix(prefix)
+    ]
+
+
+def _convert_path_handler(prefix: str, entries: dict[str, ParameterEntry]) -> None:
+    """The one path handler prunes the plan for the controller, whose own values do not count."""
+    for handler in names_of(entries, "path_handler_plugins")[:1]:
+        for name in _OF_PATH_HANDLER:
+            given = entries.pop(f"{handler}.{name}", None)
+            if given is not None:
+                entries[f"{prefix}{name}"] = given
