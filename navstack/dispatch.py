@@ -26,6 +26,7 @@ PINS: Mapping[str, str] = {
     # its sine and exponential round differently from the C library's
     "NUMBA_DISABLE_INTEL_SVML": "1",
 }
+_ASKS_FOR_MORE = "NPY_ENABLE_CPU_FEATURES"
 TUNABLES = "GLIBC_TUNABLES"
 _MASKS_FEATURES = "glibc.cpu.hwcaps"
 _CPU_INFO = Path("/proc/cpuinfo")
@@ -57,6 +58,7 @@ def is_pinnable() -> bool:
 def pin() -> None:
     """Set :data:`PINS`: for this process where numpy is not loaded yet, and for those that it starts."""
     if is_pinnable():
+        os.environ.pop(_ASKS_FOR_MORE, None)  # numpy refuses to load where both are set
         os.environ.update(PINS)
 
 

@@ -160,7 +160,7 @@ CONSTANTS = (
     Constant(
         "navstack/params/planners.py",
         "neighbours\n    do_refinement: bool = True  # smooth the smoothed path again\n"
-        "    refinement_num: NotNegativeInt = {} ",
+        "    refinement_num: Refinements = {} ",
         2,
         "simple_smoother",
         "sm_empty60",
