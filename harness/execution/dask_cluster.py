@@ -266,7 +266,8 @@ class DaskCluster:
             raise NoExecutorError(self._gone)
         if not outcome.done():
             raise WorkerLostError(
-                f"its Dask worker {address} was lost (killed, stopped, out of memory, or its machine is gone)"
+                f"its Dask worker {address} was lost (killed, stopped, out of memory, or its "
+                "machine is gone)"
             )
         try:
             made = outcome.result()
@@ -295,7 +296,8 @@ class DaskCluster:
         self._avoided.add(address)
         if not worker.is_guarded:
             self._warn(
-                f"Dask worker {address} has no nanny that could stop what it does; it is not used any more"
+                f"Dask worker {address} has no nanny that could stop what it does; it is not used "
+                "any more"
             )
             return
         self._doomed.append(address)

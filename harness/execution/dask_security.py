@@ -32,5 +32,6 @@ def check_security(scheduler: str) -> None:
         )
     if security.require_encryption and not is_encrypted:
         raise InputError(
-            f"--scheduler {scheduler} has no TLS, which Dask's require-encryption demands; give tls://..."
+            f"--scheduler {scheduler} has no TLS, which Dask's require-encryption demands; give "
+            "tls://..."
         )

@@ -74,7 +74,8 @@ def trouble(here: Look, there: Look) -> str:
     """Why a worker cannot be used, and what to do; empty if it can."""
     if there.threads != 1:
         return (
-            f"has {there.threads} threads, and PyBullet's worlds are kept per process: start workers with "
+            f"has {there.threads} threads, and PyBullet's worlds are kept per process: start "
+            "workers with "
             "--nthreads 1, and --nworkers for more of them"
         )
     for name, ours in here.versions.items():
@@ -91,7 +92,8 @@ def trouble(here: Look, there: Look) -> str:
         )
     if there.project != here.project:
         return (
-            "has other code, parameters or maps of this program: use the same checkout on every machine and restart "
+            "has other code, parameters or maps of this program: use the same checkout on every "
+            "machine and restart "
             "its workers"
         )
     if there.code != here.code:

@@ -37,7 +37,8 @@ def require_writable(what: str, file: Path, suffixes: Sequence[str] = ()) -> Non
         raise InputError(f"{what} '{file}' cannot be written: it is a folder; give a file")
     if not file.absolute().parent.is_dir():
         raise InputError(
-            f"{what} '{file}' cannot be written: its folder does not exist; make it, or choose another"
+            f"{what} '{file}' cannot be written: its folder does not exist; make it, or choose "
+            "another"
         )
     if not os.access(file if file.exists() else file.absolute().parent, os.W_OK):
         raise InputError(f"{what} '{file}' cannot be written: permission denied; choose another")
@@ -74,7 +75,8 @@ def require_real_folders(path: Path) -> None:
     for folder in folders:
         if folder.is_symlink() and not folder.is_file():
             raise InputError(
-                f"'{folder}' is a symbolic link, and a run is written to folders of its own only; put a real folder "
+                f"'{folder}' is a symbolic link, and a run is written to folders of its own only; "
+                "put a real folder "
                 "in its place, or remove it"
             )
 

@@ -118,7 +118,8 @@ def finished_in_tables(path: Path, tables: Mapping[str, Columns]) -> tuple[Rows,
     for number, (row, timing) in enumerate(zip(rows, timings, strict=True), start=1):
         if trouble := _trouble_in({"row": row, "timing": timing}, tables):
             raise InputError(
-                f"run folder '{path}' has damaged tables: row {number}, {trouble}; a run resumes from whole tables"
+                f"run folder '{path}' has damaged tables: row {number}, {trouble}; a run resumes "
+                "from whole tables"
             )
     return rows, timings
 

@@ -72,7 +72,8 @@ def require_unchanged(path: Path) -> None:
     """
     if changed := changed_files(path, not (path / JOURNAL).exists()):
         raise InputError(
-            f"run folder '{path}' was changed since it was written: {', '.join(changed[:3])}; restore it, or go on "
+            f"run folder '{path}' was changed since it was written: {', '.join(changed[:3])}; "
+            "restore it, or go on "
             f"with --resume {path} --force, which marks the run as mixed"
         )
 

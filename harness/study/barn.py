@@ -63,7 +63,8 @@ def world_numbers(folder: Path) -> list[int]:
     )
     if not numbers:
         raise InputError(
-            f"--worlds {folder} has no world_<number>.world; give the folder of the challenge's worlds"
+            f"--worlds {folder} has no world_<number>.world; give the folder of the challenge's "
+            "worlds"
         )
     return numbers
 

@@ -62,7 +62,8 @@ def require_own(study: Study, folder: RunFolder) -> None:
         )
         if not own:
             raise InputError(
-                f"run folder '{folder.path}' holds delivery {episode} of stack '{name}', which its study has not: "
+                f"run folder '{folder.path}' holds delivery {episode} of stack '{name}', which its "
+                "study has not: "
                 "its journal or table belongs to another run"
             )
 

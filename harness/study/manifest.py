@@ -118,7 +118,8 @@ def load_study(folder: Path, workers: int | None = None) -> Study:
     recorded = content.get("versions", {}).get(PROGRAM)
     if recorded != version(PROGRAM):
         raise InputError(
-            f"{where}: made by {PROGRAM} {recorded}, this is {version(PROGRAM)}; resume it with that one"
+            f"{where}: made by {PROGRAM} {recorded}, this is {version(PROGRAM)}; resume it with "
+            "that one"
         )
     names = [
         field.name for field in dataclasses.fields(EpisodeTask) if field.name not in OF_ONE_EPISODE

@@ -60,14 +60,16 @@ def _check_scheduler(address: str) -> None:
     match = ADDRESS.fullmatch(address)
     if match is None or not 1 <= int(match["port"]) <= MOST_PORT:
         raise InputError(
-            f"--scheduler {address!r} is no address of a Dask scheduler; give SCHEME://HOST:PORT (tcp, tls, ws or wss; "
+            f"--scheduler {address!r} is no address of a Dask scheduler; give SCHEME://HOST:PORT "
+            "(tcp, tls, ws or wss; "
             f"port 1 to {MOST_PORT}; IPv6 in brackets), e.g. tcp://HOST:8786"
         )
     try:
         from harness.execution.dask_security import check_security
     except ModuleNotFoundError as error:
         raise InputError(
-            f"--executor dask needs the package {error.name}, which is not installed; pip install 'navbench[dask]'"
+            f"--executor dask needs the package {error.name}, which is not installed; pip install "
+            "'navbench[dask]'"
         ) from None
     check_security(address)
 

@@ -176,8 +176,10 @@ def repriced(stack: StoredStack, events: Sequence[Row], prices: Prices) -> Store
         there = len(impulses.get(episode, ()))
         if told is not None and told != there:
             raise InputError(
-                f"episode {episode} of {stack.name} has {told} contacts with people in episodes.parquet and "
-                f"{there} in events.parquet: they are of different states of the run; take a whole copy"
+                f"episode {episode} of {stack.name} has {told} contacts with people in "
+                "episodes.parquet and "
+                f"{there} in events.parquet: they are of different states of the run; take a whole "
+                "copy"
             )
     force = prices.rolling_resistance_force
     rows = Rows(EPISODE_COLUMNS)
@@ -195,14 +197,16 @@ def _load(folder: Path) -> StoredRun:
         if known := other_study(folder):
             kind, command = known
             raise InputError(
-                f"'{folder}' is {kind}, not a run with its table; navbench {command} --resume {folder} finishes it"
+                f"'{folder}' is {kind}, not a run with its table; navbench {command} --resume "
+                f"{folder} finishes it"
             )
         unfinished = f"; finish it with --resume {folder}" if (folder / JOURNAL).is_file() else ""
         raise InputError(f"run folder '{folder}' has no episodes.parquet{unfinished}")
     rows = read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)
     if (waiting := count_finished(folder) - len(rows)) > 0:
         sys.stderr.write(
-            f"note: {folder} has {waiting} more finished deliveries than its tables tell of: it is being driven, or "
+            f"note: {folder} has {waiting} more finished deliveries than its tables tell of: it is "
+            "being driven, or "
             "was cut off; --resume it to have them all\n"
         )
     _check_whole(rows, folder / "episodes.parquet")
@@ -256,7 +260,8 @@ def _described(folder: Path) -> dict[str, Any]:
         sound = False
     if not sound:
         raise InputError(
-            f"{folder / MANIFEST}: is damaged; it should name the seed, the map and the stacks of a run"
+            f"{folder / MANIFEST}: is damaged; it should name the seed, the map and the stacks of "
+            "a run"
         )
     return {**about, "stacks": stacks}
 
@@ -271,7 +276,8 @@ def _check_whole(rows: Sequence[Row], where: Path) -> None:
         )
         if key in seen:
             raise InputError(
-                f"{where}: row {number}: delivery {row['episode']} of '{row['stack']}' is there twice"
+                f"{where}: row {number}: delivery {row['episode']} of '{row['stack']}' is there "
+                "twice"
             )
         if row["error"] is None and row["outcome"] not in ENDS:
             raise InputError(
@@ -279,7 +285,8 @@ def _check_whole(rows: Sequence[Row], where: Path) -> None:
             )
         if below:
             raise InputError(
-                f"{where}: row {number}: {below} {row[below]:g} is no measurement; it cannot be negative"
+                f"{where}: row {number}: {below} {row[below]:g} is no measurement; it cannot be "
+                "negative"
             )
         seen.add(key)
 

@@ -119,7 +119,8 @@ class Portion:
         maps = _chosen("--map", self.maps, suite.maps)
         if self.episodes is not None and not 1 <= self.episodes <= suite.episodes:
             raise InputError(
-                f"--episodes {self.episodes} is out of range; the suite declares 1 to {suite.episodes}"
+                f"--episodes {self.episodes} is out of range; the suite declares 1 to "
+                f"{suite.episodes}"
             )
         return [
             cell
@@ -172,7 +173,8 @@ def load_suite(path: Path, maps: Sequence[str] = ()) -> Suite:
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise ParameterError(
-            f"{path}: two cells are named '{twice}'; give each value once, and files different names"
+            f"{path}: two cells are named '{twice}'; give each value once, and files different "
+            "names"
         )
     return suite
 
@@ -277,7 +279,8 @@ def _require_common(path: Path, begun: Cell, cell: Cell, texts: Mapping[str, str
     other = [name for name in _differing(folder, texts) if name in names]
     if other:
         raise InputError(
-            f"'{path / cell.name}' would be driven with another {other[0]} than '{folder}', whose deliveries the "
+            f"'{path / cell.name}' would be driven with another {other[0]} than '{folder}', whose "
+            "deliveries the "
             "same suite has; restore the file, or begin the suite in a new folder"
         )
 
@@ -322,7 +325,8 @@ def require_alike(path: Path, cell: Cell, study: Study) -> None:
         other.append("way to draw missions")
     if other:
         raise InputError(
-            f"run folder '{folder}' was driven with another {other[0]} than today's; remove the folder to drive it "
+            f"run folder '{folder}' was driven with another {other[0]} than today's; remove the "
+            "folder to drive it "
             f"anew, or go on with the old one by --resume {path}"
         )
 

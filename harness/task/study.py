@@ -241,7 +241,8 @@ def _pose(option: str, values: Sequence[float] | None) -> Pose2D | None:
 def _check_pose(option: str, values: Sequence[float], given: object) -> None:
     if len(values) != 3 or not all(abs(value) <= FARTHEST for value in values):
         raise InputError(
-            f"{option} '{given}' is not x,y,yaw: three numbers in [m], [m], [rad], e.g. 12.5,-3,1.57"
+            f"{option} '{given}' is not x,y,yaw: three numbers in [m], [m], [rad], e.g. "
+            "12.5,-3,1.57"
         )
 
 

@@ -40,7 +40,8 @@ def with_substitutes(stack: Stack, given: Sequence[str], allow_unknown: bool) ->
         return stack
     if not stack.nav2_file:
         raise InputError(
-            f"--substitute '{given[0]}' cannot be done: stack '{stack.name}' has no Nav2 file; give "
+            f"--substitute '{given[0]}' cannot be done: stack '{stack.name}' has no Nav2 file; "
+            "give "
             "stacks that have one"
         )
     path = Path(stack.nav2_file)

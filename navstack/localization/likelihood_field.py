@@ -126,7 +126,8 @@ def farthest_code(max_distance: float, resolution: float) -> int:
     """
     if not 0.0 <= max_distance <= MOST_CELLS * resolution:
         raise ParameterError(
-            f"amcl: laser_likelihood_max_dist {max_distance:g} m on a map of {resolution:g} m/cell; "
+            f"amcl: laser_likelihood_max_dist {max_distance:g} m on a map of {resolution:g} "
+            "m/cell; "
             f"0 to {MOST_CELLS} cells can be told apart, here up to {MOST_CELLS * resolution:g} m"
         )
     # a map's resolution is often a 32-bit number

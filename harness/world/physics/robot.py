@@ -72,7 +72,8 @@ class RobotParams(Parameters, whose="robot"):
             )
         if not -self.wheelbase < self.center_of_mass_x < 0.0:
             raise ParameterError(
-                f"robot: center_of_mass_x {self.center_of_mass_x} m; allowed is between the casters "
+                f"robot: center_of_mass_x {self.center_of_mass_x} m; allowed is between the "
+                "casters "
                 f"at {-self.wheelbase} m and the axle at 0, or the robot falls over"
             )
 
