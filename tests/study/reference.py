@@ -3,11 +3,16 @@
 After a change that is meant to change what stacks do, write them anew:
 
     python tests/study/reference.py
+
+With ``--check`` they are driven and compared, also on an emulated processor:
+
+    qemu-x86_64 -cpu EPYC-Rome python tests/study/reference.py --check
 """
 
 import navstack.dispatch  # isort: skip  # noqa: F401  first: it chooses the loops of numpy
 
 import json
+import sys
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -71,6 +76,15 @@ def difference(driven: dict[str, Any]) -> str:
     return other_arithmetic(driven["machine"])
 
 
+def differing(row: Row, expected: Row) -> list[str]:
+    """The columns in which a row is not as expected; NaN is as NaN."""
+    return [
+        name
+        for name, value in expected.items()
+        if row.get(name) != value and not (value != value and row.get(name) != row.get(name))
+    ]
+
+
 def write() -> None:
     """Drive all deliveries and store their rows."""
     assert not trouble_of_this_process()
@@ -83,5 +97,20 @@ def write() -> None:
     pq.write_table(table, TABLE, compression="zstd")
 
 
+def check() -> int:
+    """Drive all deliveries, and say of each whether it came out as it is stored."""
+    rows, driven = stored()
+    sys.stdout.write(f"comparable: {difference(driven) or 'yes'}\n")
+    others = 0
+    for stack, episode in DELIVERIES:
+        columns = differing(drive(stack, episode), rows[stack, episode])
+        others += bool(columns)
+        sys.stdout.write(f"{stack} {episode}: {', '.join(columns) or 'as stored'}\n")
+        sys.stdout.flush()
+    return min(others, 1)
+
+
 if __name__ == "__main__":
+    if sys.argv[1:] == ["--check"]:
+        sys.exit(check())
     write()
