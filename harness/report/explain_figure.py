@@ -204,7 +204,7 @@ def _draw_scores(axes: "Axes", seconds: Seconds) -> None:
         return
     values = np.array([[row[name] or 0.0 for name in names] for row in rows])
     stamps = np.array([row["stamp_s"] for row in rows]) - seconds.moment.stamp
-    order = np.argsort(-np.abs(values).mean(axis=0))
+    order = np.argsort(-np.abs(values).mean(axis=0), kind="stable")
     order = order[np.abs(values[:, order]).max(axis=0) > 0.0]
     shown = [values[:, place] for place in order[:SHOWN]]
     labels = [names[place].removesuffix(WEIGHTED) for place in order[:SHOWN]]

@@ -43,7 +43,9 @@ class ScanGuide:
         Over and over again if there are not enough.
         """
         families = min(FAMILIES, len(poses))
-        best = poses[np.argpartition(-self._coarse_fit(poses, scan), families - 1)[:families]]
+        # stable: which of equal ones another selection takes depends on the processor
+        order = np.argsort(-self._coarse_fit(poses, scan), kind="stable")
+        best = poses[order[:families]]
         for length, angle in STEPS:
             around = np.repeat(best[:, None], OFFSPRING, axis=1)
             around[:, 1:] += rng.standard_normal(around[:, 1:].shape) * (length, length, angle)
