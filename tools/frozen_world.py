@@ -1,12 +1,14 @@
-"""World ``published_2`` beside the published rows.
+"""World ``published_3`` beside the published rows.
 
 Drives what is not kept, writes the tables of docs/calibration.md.
 
 Usage: python -m tools.frozen_world [--tables] [--workers N] [--stack NAME] [--place NAME]
+           [--seed N --episodes N --out FOLDER]
 
-Stacks drive seed 0, 400 deliveries at every place: three generated maps and the published one, if
-NAVSTACK_DATA names a folder with costnav/sidewalk.png and sidewalk_navmesh.png. Nothing was fitted
-to them. --tables drives nothing; --stack and --place, repeatable, drive some of the cells.
+Stacks drive seed 7000, 400 deliveries at every place: three generated maps and the published one,
+if NAVSTACK_DATA names a folder with costnav/sidewalk.png and sidewalk_navmesh.png. Nothing was
+fitted to them. --tables drives nothing; --stack and --place, repeatable, drive some of the cells.
+With another seed the runs are kept in FOLDER, the tables are printed, and the page stays as it is.
 """
 
 import argparse
@@ -31,7 +33,7 @@ from harness.storage.files import write_text
 from harness.storage.shipped import shipped
 from harness.study.places import Where
 from harness.study.stored_run import StoredRun, load_run
-from harness.task.study import make_study
+from harness.task.study import Study, make_study
 from harness.world.map.importer import ImportSettings, import_scene
 from harness.world.map.scene_io import save_scene
 from navbench.api.driving import begin
@@ -41,11 +43,16 @@ from navbench.cli.signals import run_script
 from navstack.costmap.map_io import load_map
 from navstack.errors import NavstackError
 
-WORLD, SEED, EPISODES = "published_2", 0, 400
-KEPT = Path(__file__).resolve().parents[1] / "results" / "baseline" / WORLD
+WORLD, SEED, EPISODES = "published_3", 7000, 400
+ROOT = Path(__file__).resolve().parents[1]
+KEPT = ROOT / "results" / "baseline" / WORLD
 OWN_MAP = "costnav"  # the published map, imported
+# [m] its curbs: 8 inches, Los Angeles' standard (Complete Streets Design Guide, E 633.4); assumed,
+# and what other heights do
+CURBS = {OWN_MAP: 0.20, "costnav_curb_0.15": 0.15, "costnav_curb_0.12": 0.12}
 GEOMETRY = "paper-amcl-geometry"  # as paper-amcl, its map the image of the real walls
-PLACES = ("sidewalk", "sidewalk_1", "sidewalk_2", OWN_MAP)
+PLACES = ("sidewalk", "sidewalk_1", "sidewalk_2", *CURBS)
+MAIN_PLACES = PLACES[:4]
 METHODS = {  # stack -> published method that it stands for
     "paper-gps": "nav2_gps",
     "paper-gps-seen": "nav2_gps",
@@ -54,7 +61,7 @@ METHODS = {  # stack -> published method that it stands for
     GEOMETRY: "nav2_amcl",
 }
 # the first is the one that margins are held against
-EARNING = ("nav2-gps-ekf", "mpc-gps-ekf", "evasive-gps-ekf")
+EARNING = ("nav2-gps-ekf", "mpc-gps-ekf", "evasive-gps-ekf", "mppi-contact-gps-ekf")
 # [m] of the images, by the published file and by correlation with it
 MESH_CORNER, GEOMETRY_CORNER = -100.875, -100.775
 FAMILIES = (  # of shares that are tested together: a stack for each published row
@@ -70,7 +77,7 @@ PREDICTED = (  # key, decimals, allowed ours / published; None: reported
     ("avg_velocity_mps", 2, None),
     ("avg_runtime_h", 4, None),
 )
-PAGE = KEPT.parents[2] / "docs" / "calibration.md"
+PAGE = ROOT / "docs" / "calibration.md"
 BEGIN, END = "<!-- tools/frozen_world.py writes what follows -->", "<!-- tables end -->"
 STANDING = 172.0  # [s] that the published NavDP, which hardly moves, takes for a run
 
@@ -82,31 +89,35 @@ class Cell:
     stack: str
     place: str
 
-    @property
-    def folder(self) -> Path:
-        """Its run folder."""
-        return KEPT / self.place / self.stack
-
 
 # In the order in which they are driven. The geometry image exists of the published map only.
 CELLS = [
-    *(Cell(stack, place) for stack in ("paper-gps", "paper-amcl") for place in PLACES),
+    Cell("paper-gps", OWN_MAP),
+    Cell("paper-amcl", OWN_MAP),
     Cell(GEOMETRY, OWN_MAP),
-    *(Cell("parked", place) for place in PLACES),
-    *(Cell(stack, place) for stack in EARNING for place in PLACES),
-    *(Cell(stack, place) for stack in ("paper-gps-seen", "paper-amcl-seen") for place in PLACES),
+    Cell("parked", OWN_MAP),
+    *(Cell(stack, OWN_MAP) for stack in ("paper-gps-seen", "paper-amcl-seen")),
+    *(Cell(stack, OWN_MAP) for stack in EARNING),
+    *(Cell("paper-gps", place) for place in CURBS if place != OWN_MAP),
+    *(Cell(stack, place) for stack in EARNING for place in MAIN_PLACES[:3]),
+    *(
+        Cell(stack, place)
+        for stack in ("paper-gps", "paper-amcl", "parked", "paper-gps-seen", "paper-amcl-seen")
+        for place in MAIN_PLACES[:3]
+    ),
 ]
 
 
 def published_map(folder: Path) -> Path | None:
-    """The published map as a world, made in ``folder``, with the stack of AMCL on its geometry.
+    """The published map as worlds, made in ``folder``, with the stack of AMCL on its geometry.
 
-    None: no images.
+    Returns:
+        Its folder; None: no images.
     """
     images = Path(os.environ.get("NAVSTACK_DATA", "")) / "costnav"
     if not (images / "sidewalk_navmesh.png").exists():
         return None
-    if not (folder / f"{OWN_MAP}.yaml").exists():
+    if not all((folder / f"{place}.yaml").exists() for place in CURBS):
         folder.mkdir(parents=True, exist_ok=True)
         mesh = _described(folder, images / "sidewalk_navmesh.png", MESH_CORNER)
         geometry = _described(folder, images / "sidewalk.png", GEOMETRY_CORNER)
@@ -117,12 +128,11 @@ def published_map(folder: Path) -> Path | None:
         write_text(
             folder / f"{GEOMETRY}.yaml", yaml.safe_dump({**stack, "localization_map": str(served)})
         )
-        save_scene(
-            import_scene(OWN_MAP, load_map(mesh), load_map(geometry), ImportSettings()),
-            folder,
-            OWN_MAP,
-        )
-    return folder / f"{OWN_MAP}.yaml"
+        for place, curb in CURBS.items():
+            settings = ImportSettings(curb_height=curb)
+            scene = import_scene(place, load_map(mesh), load_map(geometry), settings)
+            save_scene(scene, folder, place)
+    return folder
 
 
 def _described(folder: Path, image: Path, corner: float) -> Path:
@@ -135,40 +145,60 @@ def _described(folder: Path, image: Path, corner: float) -> Path:
     return path
 
 
-def drive(cell: Cell, own_map: Path | None, workers: int | None) -> None:
-    """Drive what a cell lacks of its deliveries.
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """What is driven where, and kept where."""
 
-    Leaves the program where that does not end well.
-    """
-    folder, where = cell.folder, Where(workers=workers)
-    if (folder / "summary.json").exists():
-        return
-    if (folder / "run.json").exists():
-        driven = drive_rest(folder, where)
-    else:
+    seed: int
+    episodes: int
+    kept: Path
+    workers: int | None
+    own_maps: Path | None  # folder of the published map's worlds; None: no images
+
+    def folder(self, cell: Cell) -> Path:
+        """The run folder of a cell."""
+        return self.kept / cell.place / cell.stack
+
+    def is_driven(self, cell: Cell) -> bool:
+        """Whether a cell has all its deliveries."""
+        return (self.folder(cell) / "summary.json").exists()
+
+    def drive(self, cell: Cell) -> None:
+        """Drive what a cell lacks of its deliveries.
+
+        Leaves the program where that does not end well.
+        """
+        folder, where = self.folder(cell), Where(workers=self.workers)
+        if self.is_driven(cell):
+            return
+        if (folder / "run.json").exists():
+            driven = drive_rest(folder, where)
+        else:
+            driven = begin(self._study(cell), folder, where)
+        status = print_driven(driven, as_json=False)
+        if status:
+            sys.exit(status)
+        if self.own_maps is not None:  # what is kept names no folder of this machine
+            manifest = folder / "run.json"
+            text = manifest.read_text(encoding="utf-8").replace(f"{self.own_maps}/", "")
+            write_text(manifest, text)
+            write_checksums(folder)
+
+    def _study(self, cell: Cell) -> Study:
         stack, place = cell.stack, cell.place
-        if place == OWN_MAP:
-            assert own_map is not None
-            stack, place = (
-                str(own_map.parent / f"{stack}.yaml") if stack == GEOMETRY else stack,
-                str(own_map),
-            )
-        study = make_study(
+        if place in CURBS:
+            assert self.own_maps is not None
+            place = str(self.own_maps / f"{place}.yaml")
+        if stack == GEOMETRY:
+            stack = str(self.own_maps / f"{stack}.yaml")
+        return make_study(
             stacks=[stack],
-            episodes=EPISODES,
-            seed=SEED,
+            episodes=self.episodes,
+            seed=self.seed,
             world=WORLD,
             map_name=place,
-            workers=workers,
+            workers=self.workers,
         )
-        driven = begin(study, folder, where)
-    status = print_driven(driven, as_json=False)
-    if status:
-        sys.exit(status)
-    if own_map is not None:  # what is kept names no folder of this machine
-        manifest = folder / "run.json"
-        write_text(manifest, manifest.read_text(encoding="utf-8").replace(f"{own_map.parent}/", ""))
-        write_checksums(folder)
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,9 +210,9 @@ class Delivered:
     came_to: Valuation
 
 
-def read(cell: Cell) -> Delivered:
+def read(folder: Path) -> Delivered:
     """The deliveries of a cell that is driven."""
-    run = load_run(str(cell.folder))
+    run = load_run(str(folder))
     (stack,) = run.stacks
     outcomes = [row["outcome"] for row in stack.rows]
     return Delivered(run, outcomes, value(stack.rows, stack, run.prices(), run.seed))
@@ -314,15 +344,14 @@ def earnings(driven: dict[Cell, Delivered]) -> str:
     return table(["place", "stack", *heading], lines)
 
 
-def drive_asked(asked: argparse.Namespace) -> None:
+def drive_asked(drive: Drive, asked: argparse.Namespace) -> None:
     """Drive the cells that are asked for, as far as their map is there."""
-    own_map = published_map(KEPT.parents[1] / "published_map")
     for cell in CELLS:
-        is_known = own_map is not None or cell.place != OWN_MAP
+        is_known = drive.own_maps is not None or cell.place not in CURBS
         is_stack = not asked.stack or cell.stack in asked.stack
         is_place = not asked.place or cell.place in asked.place
         if is_known and is_stack and is_place:
-            drive(cell, own_map, asked.workers)
+            drive.drive(cell)
 
 
 def main() -> None:
@@ -335,15 +364,26 @@ def main() -> None:
     parser.add_argument(
         "--place", action="append", default=[], choices=PLACES, help="repeatable; default: all"
     )
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--episodes", type=int, default=EPISODES)
+    parser.add_argument("--out", type=Path, default=KEPT)
     asked = parser.parse_args()
+    if (asked.seed, asked.episodes) != (SEED, EPISODES) and asked.out == KEPT:
+        parser.error(
+            f"with another seed or number than {SEED} and {EPISODES} name a folder by --out"
+        )
+    own_maps = published_map(ROOT / "results" / "published_map")
+    drive = Drive(asked.seed, asked.episodes, asked.out, asked.workers, own_maps)
     try:
         if not asked.tables:
-            drive_asked(asked)
-        driven = {cell: read(cell) for cell in CELLS if (cell.folder / "summary.json").exists()}
+            drive_asked(drive, asked)
+        driven = {cell: read(drive.folder(cell)) for cell in CELLS if drive.is_driven(cell)}
         aligned = "\n\n".join(part(driven) for part in (shares, predictions, standing, earnings))
         # as the other tables of the page
         tables = re.sub(r" +(?= \|)", "", re.sub("-{4,}", "---", aligned))
         print(tables)
+        if asked.out != KEPT:
+            return
         before, begin, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
         write_text(PAGE, f"{before}{begin}\n\n{tables}\n\n{END}{rest.partition(END)[2]}")
     except NavstackError as error:

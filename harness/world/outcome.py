@@ -51,15 +51,15 @@ class Rules(Parameters, whose="rules"):
     def judge(self, truth: Truth, goal: Pose2D) -> Verdict | None:
         """The verdict on the current state; None while the delivery goes on.
 
-        Physical assistance goes before arrival: a robot that lies at the goal has not delivered.
+        Arrival goes before a fall and used-up health in the same moment, as in the published code.
         """
+        if math.hypot(truth.pose.x - goal.x, truth.pose.y - goal.y) <= self.arrival_radius:
+            return self._arrival(truth.cargo)
         if truth.tilt > self.max_tilt:
             return Verdict(Outcome.PHYSICAL_ASSISTANCE, "orientation")
         counted = truth.counted_contacts
         if counted and sum(contact.impulse for contact in counted) >= self.impulse_health:
             return Verdict(Outcome.PHYSICAL_ASSISTANCE, "impulse")
-        if math.hypot(truth.pose.x - goal.x, truth.pose.y - goal.y) <= self.arrival_radius:
-            return self._arrival(truth.cargo)
         if truth.stamp >= self.time_limit:
             return Verdict(Outcome.TIMEOUT, "timeout")
         return None

@@ -102,7 +102,7 @@ class PyBulletWorld(World):
         )
         self._book = ContactBook(params.contacts, self._dt, robot.mass)
         if self._cargo:
-            self._cargo.reset(generators["cargo"])
+            self._cargo.reset(generators["cargo"], mission.start.yaw)
         put_robot(client, self._body, robot, mission.start, self._ground.level)
         self._steps = 0
         self._commands.reset()
@@ -202,7 +202,7 @@ class PyBulletWorld(World):
             self._bucket.is_shaken(self._orientation, self._velocity, self._spin)
             or self._cargo.is_awake
         ):
-            self._cargo.step(self._bucket.acceleration, self._orientation, self._spin)
+            self._cargo.step(self._bucket.step_of(self._orientation, self._spin))
 
     def _look_around(self, x: float, y: float) -> tuple[bool, bool]:
         """Whether a step and whether an obstacle can be within reach of a robot at (x, y)."""

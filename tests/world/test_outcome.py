@@ -52,10 +52,9 @@ def counted(*impulses: float) -> tuple[CountedContact, ...]:
         ({"tilt": 0.49}, None),
         ({"counted_contacts": counted(177.7)}, None),
         ({"counted_contacts": counted(100.0, 77.8)}, Outcome.PHYSICAL_ASSISTANCE),
-        (
-            {"counted_contacts": counted(100.0, 77.8), "pose": Pose2D(9.0, 0.0)},
-            Outcome.PHYSICAL_ASSISTANCE,
-        ),
+        # arrival goes first, as in the published code
+        ({"counted_contacts": counted(100.0, 77.8), "pose": Pose2D(9.0, 0.0)}, Outcome.SLA),
+        ({"tilt": 0.51, "pose": Pose2D(9.0, 0.0)}, Outcome.SLA),
     ],
 )
 def test_rules(rules: Rules, changes: dict[str, object], expected: Outcome | None) -> None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from harness.world.cargo.cargo import BucketStep
 from harness.world.cargo.params import CargoParams
 from harness.world.physics.motion_kernels import (
     ACCELERATION,
@@ -25,7 +26,7 @@ class BucketMotion:
     def __init__(self, params: CargoParams, robot: RobotParams, physics: PhysicsParams) -> None:
         """Prepare for a bucket on a robot."""
         self._bucket = np.zeros(12)
-        self._bucket[PLACE : PLACE + 3] = np.subtract(robot.bucket, robot.center_of_mass)
+        self._bucket[PLACE : PLACE + 3] = np.subtract(params.place_on(robot), robot.center_of_mass)
         self._bucket[RATE] = physics.rate
         self._bucket[GRAVITY] = physics.gravity
         self._bucket[THRESHOLD] = params.wake_acceleration
@@ -40,8 +41,8 @@ class BucketMotion:
         """Whether a step shakes or tilts the bucket beyond what its pieces bear at rest."""
         return is_shaken(orientation, velocity, spin, self._bucket)
 
-    @property
-    def acceleration(self) -> Vector:
-        """Mean [m/s2] during the last step, map frame, without gravity."""
+    def step_of(self, orientation: Quaternion, spin: Vector) -> BucketStep:
+        """The last step, in which the robot's body has come to this orientation and spin."""
         x, y, z = self._bucket[ACCELERATION:].tolist()
-        return x, y, z
+        vx, vy, vz = self._bucket[VELOCITY : VELOCITY + 3].tolist()
+        return BucketStep((x, y, z), (vx, vy, vz), orientation, spin)

@@ -17,6 +17,7 @@ contact solver's tolerances (about 1 mm) are small against a piece; times are re
 
 import dataclasses
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,14 +29,20 @@ from harness.world.physics.motion_kernels import Quaternion, Vector, lean_and_sh
 from harness.world.truth import CargoState
 from navstack.types import BoolArray, FloatArray
 
-# see lean_and_shake; acceleration, orientation and spin as given
-Shaking = tuple[float, Vector, Quaternion, Vector]
-
 _CHECK_STEPS = 12  # physics steps between two looks for lost pieces
 # [s] over which shaking is averaged: about how long a piece takes from wall to wall at 4 m/s2
 _JOLT_TIME = 0.2
 _LEVEL = (0.0, 0.0, 0.0, 1.0)
 _REST = (0.0, 0.0, 0.0)
+
+
+class BucketStep(NamedTuple):
+    """How the bucket's place on the robot moves in one physics step, map frame."""
+
+    acceleration: Vector  # [m/s2] of the centre of the bucket's floor, without gravity
+    velocity: Vector  # [m/s] of the same point after the step
+    orientation: Quaternion  # of the robot's body
+    spin: Vector  # [rad/s] of the robot's body
 
 
 class Cargo:
@@ -53,16 +60,18 @@ class Cargo:
         self._gravity = gravity
         self._dt = dt
         # in which the pieces were poured
-        self._standing = dataclasses.replace(params, bucket="fixed")
+        self._standing = dataclasses.replace(params, bucket="fixed", place=None, drop=0.0)
         self._server: Server | None = None  # 28 MB, of use only once the bucket is shaken
 
-    def reset(self, rng: np.random.Generator) -> None:
+    def reset(self, rng: np.random.Generator, yaw: float = 0.0) -> None:
         """Fill the bucket.
 
-        ``rng`` chooses among settled heaps and the eight ways to turn and mirror one.
+        Args:
+            rng: chooses among settled heaps and the eight ways to turn and mirror one.
+            yaw: [rad] of the robot at the start; matters to a bucket that stands loose.
         """
         pour, image = int(rng.integers(POURS)), int(rng.integers(8))
-        heap = turned(settled_heap(self._standing, self._gravity, self._dt, pour), image)
+        heap = turned(self._settled(pour), image)
         self._heap = heap[is_inside(heap, self.params)]
         self._is_built = False  # in the server; many a delivery never shakes its cargo
         self._orientation: Quaternion = _LEVEL
@@ -71,10 +80,14 @@ class Cargo:
         # while the pieces move they are looked at ten times per second
         self.state = CargoState(self._at_start, 0)
         # all steps, none of which has spilled anything; None: one may have
-        self._waiting: list[Shaking] | None = []
+        self._waiting: list[BucketStep] | None = []
         self._harmless = harmless_jolt(self._heap, self.params, self._gravity)
         self._jolt = 0.0  # [m/s2] mean of the shaking since the pieces rested
         self._begin()
+
+    def _settled(self, pour: int) -> FloatArray:
+        """Centres (n, 3) [m] of the pieces at rest in the standing bucket."""
+        return settled_heap(self._standing, self._gravity, self._dt, pour)
 
     def _begin(self) -> None:
         self._is_awake = False
@@ -103,46 +116,42 @@ class Cargo:
         local: FloatArray = ((places - position) / SCALE) @ rotation
         return local
 
-    def step(self, acceleration: Vector, orientation: Quaternion, spin: Vector) -> None:
-        """Advance by one physics step.
-
-        Args:
-            acceleration: [m/s2] of the centre of the bucket's floor, map frame, without gravity.
-            orientation: of the robot's body in the map frame.
-            spin: [rad/s] of the robot's body, map frame.
-        """
-        shake = lean_and_shake(*acceleration, *orientation[:2], self._gravity)
+    def step(self, moved: BucketStep) -> None:
+        """Advance by one physics step."""
+        shake = self._shake(moved)
         if self._waiting is not None:
-            self._waiting.append((shake, acceleration, orientation, spin))
+            self._waiting.append(moved)
             before = self._jolt if self._is_awake else 0.0  # pieces at rest
             self._jolt = before + (shake - before) * self._dt / _JOLT_TIME
             if self._jolt > self._harmless:
                 self._catch_up()
                 return
-        self._advance(shake, acceleration, orientation, spin)
+        self._advance(moved)
+
+    def _shake(self, moved: BucketStep) -> float:
+        """How far [m/s2] gravity seems to lean or grow in a step; see :func:`lean_and_shake`."""
+        return lean_and_shake(*moved.acceleration, *moved.orientation[:2], self._gravity)
 
     def _catch_up(self) -> None:
         """Simulate all steps since the beginning, and from now on each as it comes."""
         waiting, self._waiting = self._waiting, None
         if waiting is not None:
             self._begin()
-            for shaking in waiting:
-                self._advance(*shaking)
+            for moved in waiting:
+                self._advance(moved)
 
-    def _advance(
-        self, shake: float, acceleration: Vector, orientation: Quaternion, spin: Vector
-    ) -> None:
+    def _advance(self, moved: BucketStep) -> None:
         is_simulated = self._waiting is None
-        if shake > self.params.wake_acceleration:
+        if self._shake(moved) > self.params.wake_acceleration:
             self._calm_steps = 0
             if not self._is_awake and is_simulated:
-                self._wake(orientation)
+                self._wake(moved.orientation)
             self._is_awake = True
         elif not self._is_awake:
             return
         self._calm_steps += 1
         if is_simulated:
-            self._simulate(acceleration, orientation, spin)
+            self._simulate(moved)
         if self._calm_steps * self._dt > self.params.settle_time:
             self._is_awake = False
             if is_simulated:
@@ -177,17 +186,23 @@ class Cargo:
         for piece in self._pieces:
             bullet.resetBaseVelocity(piece, _REST, _REST, physicsClientId=self._client)
 
-    def _simulate(self, acceleration: Vector, orientation: Quaternion, spin: Vector) -> None:
-        client, (ax, ay, az) = self._client, acceleration
-        cos, sin = math.cos(self._heading), math.sin(self._heading)
-        # [m/s2] on the pieces, server's frame
-        pull = (-cos * ax - sin * ay, sin * ax - cos * ay, -self._gravity - az)
-        self._orientation = in_frame(self._heading, orientation)
+    def _simulate(self, moved: BucketStep) -> None:
+        self._orientation = in_frame(self._heading, moved.orientation)
         self._bucket_yaw = _yaw(self._orientation)
-        wx, wy, wz = spin
-        spin_here = (cos * wx + sin * wy, -sin * wx + cos * wy, wz)
-        step_with(client, self._held, pull, self._orientation, spin_here, self._dt)
+        spin = self._here(moved.spin)
+        step_with(self._client, self._held, self._pull(moved), self._orientation, spin, self._dt)
         self._steps += 1
+
+    def _here(self, vector: Vector) -> Vector:
+        """A vector of the map frame, seen from the server's frame."""
+        x, y, z = vector
+        cos, sin = math.cos(self._heading), math.sin(self._heading)
+        return cos * x + sin * y, -sin * x + cos * y, z
+
+    def _pull(self, moved: BucketStep) -> Vector:
+        """What the pieces feel [m/s2]: gravity and the frame's acceleration, server's frame."""
+        x, y, z = self._here(moved.acceleration)
+        return -x, -y, -self._gravity - z
 
     def _look(self) -> None:
         """Count what is outside and remove what has left the bucket's surroundings."""
@@ -200,8 +215,12 @@ class Cargo:
             for i in np.flatnonzero(far)[::-1].tolist():
                 bullet.removeBody(self._pieces.pop(i), physicsClientId=self._client)
                 self._lost += 1
-        outside = self._lost + int((~is_inside(self.positions, self.params)).sum())
+        outside = self._lost + int((~self._are_inside(self.positions)).sum())
         self.state = CargoState(self._at_start, outside)
+
+    def _are_inside(self, places: FloatArray) -> BoolArray:
+        """Which pieces (n, 3) [m], bucket's frame, count as being in the bucket."""
+        return is_inside(places, self.params)
 
 
 def harmless_jolt(heap: FloatArray, params: CargoParams, gravity: float) -> float:

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
+from harness.world.physics.robot import MAX_SIZE, RobotParams
 from navstack.errors import ParameterError
 from navstack.ranges import Known, NotNegative, Parameters, Positive, up_to, within
 
@@ -37,16 +38,31 @@ class CargoParams(Parameters, whose="cargo"):
     settle_time: Positive = 0.5  # [s] below it after which they rest again
     # 'fixed' to the robot; 'free': stands loose on it, as the published code spawns it
     bucket: Annotated[str, Known("cargo: bucket", BUCKETS)] = "fixed"
+    # [m] centre of the bucket's floor, base frame, z above ground; None: the robot's own
+    place: tuple[float, float, float] | None = None
+    # [m] above the deck from which a free one is dropped before the first count
+    drop: Annotated[float, within(0, 1)] = 0.0
     bucket_mass: Positive = 0.05  # [kg] of a free one: cardboard; assumed
     # [-] Coulomb coefficient of a free one on the robot; PhysX's default
     bucket_friction: NotNegative = 0.5
 
     def _check_together(self) -> None:
+        if self.place and not all(abs(part) <= MAX_SIZE for part in self.place):
+            raise ParameterError(
+                f"cargo: place {list(self.place)} m; allowed are three numbers from -{MAX_SIZE} to "
+                f"{MAX_SIZE} m"
+            )
         if self.bucket_width < 2.0 * self.piece_radius:
             raise ParameterError(
                 f"cargo: bucket_width {self.bucket_width} m holds no piece of radius "
                 f"{self.piece_radius} m; allowed is twice the radius or more"
             )
+
+    def place_on(self, robot: RobotParams) -> tuple[float, float, float]:
+        """Centre of the bucket's floor on a robot [m]; base frame, z above ground."""
+        if self.place is None:
+            return robot.bucket
+        return self.place
 
     @property
     def bucket_height(self) -> float:

@@ -7,8 +7,14 @@ import numpy as np
 import pytest
 
 from harness.world.cargo.bucket import SCALE, _bucket, build, hold
-from harness.world.cargo.cargo import Cargo
-from harness.world.cargo.loose_cargo import LooseCargo
+from harness.world.cargo.cargo import BucketStep, Cargo
+from harness.world.cargo.loose_cargo import (
+    LooseCargo,
+    about_vertical,
+    are_in_box_of,
+    bucket_boxes,
+    mass_of_open_box,
+)
 from harness.world.cargo.params import CargoParams
 from harness.world.physics.engine import Server, bullet
 from navstack.errors import ParameterError, UnknownNameError
@@ -30,41 +36,30 @@ def place(cargo):
     return np.array(cargo._pose()[0]) / SCALE
 
 
-# Bullet multiplies it and the root
-@pytest.mark.parametrize(("friction", "factor"), [(0.25, 0.6), (0.0, 0.0)])
-def test_the_bucket_and_the_deck_have_their_thicknesses_below_and_outside(
-    monkeypatch, robot, friction, factor
-):
+def flat(box):
+    return [*box[0], *box[1]]
+
+
+def test_the_bucket_and_the_deck_have_their_thicknesses_below_and_outside(robot):
     """Ten times as large: floor 0.01 m, walls 0.02 m, deck 0.1 m.
 
     The deck is the robot's body about the bucket.
     """
-    params = dataclasses.replace(FREE, bucket_width=0.2, friction=friction, bucket_friction=0.3)
-    made, height = [], 10.0 * params.bucket_height
-    monkeypatch.setattr(
-        "harness.world.cargo.loose_cargo.add_boxes", lambda *given: made.append(given) or 5
-    )
-    monkeypatch.setattr(
-        "harness.world.cargo.loose_cargo.set_dynamics", lambda *given, **more: made.append(more)
-    )
-    monkeypatch.setattr(
-        "harness.world.cargo.loose_cargo.hold", lambda *given: made.append(given) or 6
-    )
-    moved = dataclasses.replace(robot, bucket=(-0.1335, 0.05, 0.8))
-    assert LooseCargo(params, GRAVITY, DT, moved)._make_deck_and_bucket(3, params) == 6
-    (client, (floor, *sides), mass), dynamics, (_, (deck,), of_deck, restitution) = made
-    assert (client, mass, restitution) == (3, params.bucket_mass, 0.0)
-    flat = lambda box: [*box[0], *box[1]]  # noqa: E731
+    params = dataclasses.replace(FREE, bucket_width=0.2, place=(-0.1335, 0.05, 0.8))
+    height = 10.0 * params.bucket_height
+    floor, *sides = bucket_boxes(params)
     assert flat(floor) == pytest.approx([1.0, 1.0, 0.05, 0.0, 0.0, -0.05])
     expected = [(0.1, 1.2, 0.5 * height, sign * 1.1, 0.0, 0.5 * height) for sign in (1.0, -1.0)]
     expected += [(1.0, 0.1, 0.5 * height, 0.0, sign * 1.1, 0.5 * height) for sign in (1.0, -1.0)]
     assert np.array(sorted(map(flat, sides))) == pytest.approx(np.array(sorted(expected)))
+    deck = LooseCargo(params, GRAVITY, DT, robot)._deck_box
     assert flat(deck) == pytest.approx([3.735, 2.5, 0.5, -1.0, -0.5, -0.1 - 0.5])
-    assert dynamics == {
-        "lateralFriction": math.sqrt(friction),
-        "restitution": math.sqrt(params.restitution),
-    }
-    assert of_deck == pytest.approx(factor)
+
+
+@pytest.mark.parametrize(("friction", "factor"), [(0.25, 0.6), (0.0, 0.0)])
+def test_the_decks_friction_makes_bullets_product_the_asked_one(robot, friction, factor):
+    params = dataclasses.replace(FREE, friction=friction, bucket_friction=0.3)
+    assert LooseCargo(params, GRAVITY, DT, robot)._factor == pytest.approx(factor)
 
 
 def test_a_fixed_bucket_has_its_floor_below_and_its_walls_outside(monkeypatch):
@@ -119,9 +114,11 @@ def test_pieces_weigh_rub_and_roll_as_asked():
     server.close()
 
 
-def accelerate(cargo, acceleration, seconds):
-    for _ in range(round(seconds / DT)):
-        cargo.step(acceleration, LEVEL, STILL)
+def accelerate(cargo, acceleration, seconds, velocity=STILL):
+    """Accelerate for some seconds; the velocity is that at the beginning."""
+    for k in range(round(seconds / DT)):
+        now = tuple((np.array(velocity) + np.multiply(acceleration, (k + 1) * DT)).tolist())
+        cargo.step(BucketStep(acceleration, now, LEVEL, STILL))
 
 
 @pytest.mark.parametrize("friction", [0.3, 0.5])
@@ -143,7 +140,7 @@ def test_with_enough_friction_it_tips_where_gravity_no_longer_holds_it(robot):
     H: centre of mass above the deck, b: half the floor's width.
     """
     tall = dataclasses.replace(FREE, bucket_friction=20.0, bucket_width=0.04, piece_mass=1e-9)
-    limit = GRAVITY * 0.02 / 0.01
+    limit = GRAVITY * 0.02 / (mass_of_open_box(tall)[0] + 0.01)
     for acceleration, tips in ((0.8 * limit, False), (1.3 * limit, True)):
         cargo = make(tall, robot)
         accelerate(cargo, (acceleration, 0.0, 0.0), 0.5)
@@ -157,16 +154,123 @@ def test_on_a_slope_it_slides_beyond_the_angle_of_friction(robot):
         cargo = make(dataclasses.replace(FREE, piece_mass=1e-9), robot)
         tilted = (0.0, math.sin(0.5 * angle), 0.0, math.cos(0.5 * angle))
         for _ in range(60):
-            cargo.step(STILL, tilted, STILL)
+            cargo.step(BucketStep(STILL, STILL, tilted, STILL))
         assert (float(np.linalg.norm(place(cargo))) > 0.02) == slides
         cargo.close()
 
 
-def test_who_falls_off_the_robot_loses_everything(robot):
-    cargo = make(dataclasses.replace(FULL, bucket_friction=0.1), robot)
-    accelerate(cargo, (0.0, 9.0, 0.0), 1.0)
-    assert cargo.state.pieces_outside == cargo.state.pieces_at_start == 50
+ABOVE_BASE_LINK = dataclasses.replace(FULL, place=(0.0, 0.0, 0.47))
+
+
+@pytest.mark.parametrize("share", [0.85, 1.2])
+def test_it_falls_where_the_way_that_a_shock_gives_it_exceeds_that_to_the_edge(robot, share):
+    """A change of speed dv lets it slide dv^2 / (2 mu g); its middle must pass the deck's edge."""
+    to_edge = robot.center[0] + robot.half_size[0]
+    change = share * math.sqrt(2.0 * 0.5 * GRAVITY * to_edge)
+    cargo = make(dataclasses.replace(ABOVE_BASE_LINK, pieces=1, piece_mass=1e-9), robot)
+    accelerate(cargo, (-change / (2.0 * DT), 0.0, 0.0), 2.0 * DT, (change, 0.0, 0.0))
+    accelerate(cargo, STILL, 3.0)
+    fallen = place(cargo)[2] < -0.3
+    assert fallen == (share > 1.0)
+    assert (cargo._left_deck is not None) == fallen
     cargo.close()
+
+
+@pytest.mark.parametrize("height", [0.3, 0.8])
+def test_it_falls_freely_to_the_ground_and_stays_behind(robot, height):
+    """After sqrt(2 h / g) it is down; a robot that drives on has left it behind."""
+    params = dataclasses.replace(
+        FREE, place=(0.0, 0.0, height), bucket_friction=0.0, piece_mass=1e-9, settle_time=9.0
+    )
+    cargo = make(params, robot)
+    accelerate(cargo, (0.0, -20.0, 0.0), 0.25)
+    heights, speed = [], (0.0, -5.0, 0.0)
+    for _ in range(round(0.9 / DT)):
+        cargo.step(BucketStep(STILL, speed, LEVEL, STILL))
+        heights.append(place(cargo)[2])
+    begins = next(k for k, z in enumerate(heights) if z < -0.02)
+    lands = next(k for k, z in enumerate(heights) if z < -height + 0.05)
+    falling = (lands - begins) * DT
+    expected = math.sqrt(2.0 * (height - 0.05) / GRAVITY) - math.sqrt(2.0 * 0.02 / GRAVITY)
+    assert falling == pytest.approx(expected, abs=0.04)
+    assert min(heights) > -height - 0.1
+    assert place(cargo)[1] > 0.5
+    cargo.close()
+
+
+def test_on_the_ground_friction_stops_it(robot):
+    """It lands at rest in the map, though the robot drives on at 2 m/s."""
+    cargo = make(dataclasses.replace(ABOVE_BASE_LINK, bucket_friction=0.5), robot)
+    accelerate(cargo, (0.0, -25.0, 0.0), 0.2)
+    speed = (0.0, -5.0, 0.0)
+    for _ in range(round(1.5 / DT)):
+        cargo.step(BucketStep(STILL, speed, LEVEL, STILL))
+    before = place(cargo)
+    for _ in range(12):
+        cargo.step(BucketStep(STILL, speed, LEVEL, STILL))
+    drift = (place(cargo) - before) / (12 * DT) + np.array(speed)  # [m/s] in the map
+    assert np.abs(drift).max() < 0.3
+    cargo.close()
+
+
+def test_what_fell_with_its_pieces_has_lost_none_by_that(robot):
+    """Published: pieces count that are in the bucket's box, wherever it is."""
+    cargo = make(ABOVE_BASE_LINK, robot)
+    accelerate(cargo, (8.0, 0.0, 0.0), 0.02)  # wakes it
+    shift = SCALE * np.array((0.0, 1.0, -0.47 + 0.01))
+    for body in (cargo._bucket, *cargo._pieces):  # carried down beside the robot
+        at, how = bullet.getBasePositionAndOrientation(body, cargo._client)
+        bullet.resetBasePositionAndOrientation(body, (at + shift).tolist(), how, cargo._client)
+    accelerate(cargo, STILL, 1.0)
+    assert place(cargo)[2] == pytest.approx(-0.47, abs=0.02)
+    assert cargo.state.pieces_outside == 0
+    cargo.close()
+
+
+def test_what_is_thrown_off_spills(robot):
+    cargo = make(ABOVE_BASE_LINK, robot)
+    accelerate(cargo, (0.0, -25.0, 0.0), 0.2)
+    accelerate(cargo, STILL, 3.0)
+    assert not cargo.is_awake
+    assert cargo.state.pieces_outside > 0.5 * cargo.state.pieces_at_start
+    lost = cargo.state
+    accelerate(cargo, (9.0, 0.0, 0.0), 0.3)  # does not move it any more
+    assert cargo.state == lost
+    cargo.close()
+
+
+@pytest.mark.parametrize(("angle", "counts"), [(0.0, False), (0.25 * math.pi, True)])
+def test_a_turned_bucket_has_a_larger_box(angle, counts):
+    """Its sides are the map's axes: at 45 degrees it reaches sqrt(2) as far."""
+    outside = np.array(((0.07, 0.0, 0.02), (0.0, -0.07, 0.02)))
+    assert are_in_box_of(outside, about_vertical(angle), FULL).tolist() == [counts, counts]
+    inside, above = np.array(((0.0, 0.0, 0.05),)), np.array(((0.0, 0.0, 1.0),))
+    assert are_in_box_of(inside, about_vertical(angle), FULL).all()
+    assert not are_in_box_of(above, about_vertical(angle), FULL).any()
+
+
+@pytest.mark.parametrize("yaw", [0.4, -2.5])
+def test_it_is_put_there_without_the_robots_heading(robot, yaw):
+    """And the box counts along the map's axes: nothing is lost by the heading alone."""
+    cargo = LooseCargo(ABOVE_BASE_LINK, GRAVITY, DT, robot)
+    cargo.reset(np.random.default_rng(0), yaw)
+    heading = (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
+    for _ in range(30):
+        cargo.step(BucketStep((5.5, 0.0, 0.0), STILL, heading, STILL))
+    x, y, z, w = cargo._pose()[1]
+    on_robot = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    assert on_robot == pytest.approx(-yaw, abs=0.1)
+    assert cargo.state.pieces_outside == 0
+    cargo.close()
+
+
+def test_it_is_dropped_before_the_first_count(robot):
+    """From 2 cm nothing jumps out; from a metre some do, and they count as never loaded."""
+    for drop, whole in ((0.02, True), (1.0, False)):
+        cargo = make(dataclasses.replace(ABOVE_BASE_LINK, drop=drop), robot)
+        assert (cargo.state.pieces_at_start == 50) == whole
+        assert cargo.state.pieces_outside == 0
+        cargo.close()
 
 
 @pytest.mark.parametrize("deceleration", [3.0, 4.4])
@@ -204,3 +308,23 @@ def test_impossible_buckets_are_refused():
     for change in ({"bucket_mass": 0.0}, {"bucket_friction": -0.1}):
         with pytest.raises(ParameterError, match=next(iter(change))):
             CargoParams(**change)
+
+
+def test_the_open_box_weighs_as_its_plates_do():
+    """Against a sum over many points of its five plates."""
+    params = dataclasses.replace(FULL, bucket_width=0.1, bucket_mass=0.2)
+    ticks = (np.arange(60) + 0.5) / 60.0
+    along, up = (each.ravel() for each in np.meshgrid(ticks - 0.5, ticks))
+    height, wall = params.bucket_height, np.full(along.size, 0.05)
+    plates = [np.stack((0.1 * along, 0.1 * (up - 0.5), 0.0 * up), axis=1)]
+    for sign in (1.0, -1.0):
+        plates.append(np.stack((sign * wall, 0.1 * along, height * up), axis=1))
+        plates.append(np.stack((0.1 * along, sign * wall, height * up), axis=1))
+    areas = np.repeat((0.01, *(4 * [0.1 * height])), along.size)
+    masses = 0.2 * areas / areas.sum()
+    points = np.concatenate(plates)
+    middle, inertia = mass_of_open_box(params)
+    assert middle == pytest.approx(masses @ points[:, 2] / 0.2)
+    x, y, z = (points - (0.0, 0.0, middle)).T
+    expected = (masses @ (y**2 + z**2), masses @ (x**2 + z**2), masses @ (x**2 + y**2))
+    assert inertia == pytest.approx(expected, rel=1e-3)
