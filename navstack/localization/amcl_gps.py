@@ -24,9 +24,10 @@ class AmclGpsLocalizer(AmclLocalizer):
     the time since the last fix is of twice the correlation time, at most as one.
 
     Where ``patience`` fixes in a row disagree with the belief, and where AMCL is lost, a small
-    share of the particles is drawn about the last fix at every resampling until that is over: the
-    scan picks them among many poses there and decides by its weights which of the two was right
-    (sensor resetting, Lenser & Veloso 2000). Scans count then even where the robot stands. Random
+    share of the particles is drawn anew at every resampling until that is over: the scan picks them
+    among many poses about the last fix and about the particles alike, so that they appear at the
+    fix only where the scan fits there at least as well (sensor resetting, Lenser & Veloso 2000).
+    Scans count then even where the robot stands. Random
     particles of AMCL's own recovery are drawn about the fix too. Without a fix of the last seconds
     there are none: another will come, and a scan fits in many places.
 
@@ -158,13 +159,21 @@ class AmclGpsLocalizer(AmclLocalizer):
     def _draw_about(
         self, fix: GpsFix, count: int, scan: LaserScan, in_odom: Pose2D, rng: np.random.Generator
     ) -> FloatArray:
-        """Poses (count, 3) at ``in_odom`` on whose way a fix may have come, and a scan."""
+        """Poses (count, 3) at ``in_odom`` that a scan fits best, about the fix or the particles.
+
+        Both are moved closer to the scan alike. If only those about the fix were, they would fit
+        better than the particles about the true pose, which the motion's noise scatters.
+        """
         candidates = rng.standard_normal((self._gps_params.recovery_candidates, 3)) * self._std(fix)
         candidates[:, :2] += (fix.x, fix.y)
         candidates[:, 2] = self._headings(len(candidates), in_odom, rng)
         way = relative_to(in_odom, pose_at(self._odometry, fix.stamp))
         candidates[:, :2] -= _turned(way, candidates[:, 2])
-        return self._guide.pick(candidates, count, scan, rng)
+        poses, fits = self._guide.refine(candidates, scan, rng)
+        own_poses, own_fits = self._guide.refine(self.particles.poses, scan, rng)
+        order = np.argsort(-np.concatenate((own_fits, fits)), kind="stable")
+        best = np.concatenate((own_poses, poses))[order]
+        return best[np.arange(count) % len(best)]
 
     def _headings(self, count: int, in_odom: Pose2D, rng: np.random.Generator) -> FloatArray:
         """Yaws (count,) [rad] at ``in_odom``.

@@ -42,19 +42,31 @@ class ScanGuide:
 
         Over and over again if there are not enough.
         """
+        best, _ = self.refine(poses, scan, rng)
+        return best[np.arange(count) % len(best)]
+
+    def refine(
+        self, poses: FloatArray, scan: LaserScan, rng: np.random.Generator
+    ) -> tuple[FloatArray, FloatArray]:
+        """The likeliest of candidates (N, 3), moved closer, and their likelihoods.
+
+        Returns:
+            (n, 3) and (n,), the likeliest first; n is ``FAMILIES`` or N if that is less.
+        """
         families = min(FAMILIES, len(poses))
         # stable: which of equal ones another selection takes depends on the processor
         order = np.argsort(-self._coarse_fit(poses, scan), kind="stable")
-        best = poses[order[:families]]
+        best, fits = poses[order[:families]], np.empty(families)
         for length, angle in STEPS:
             around = np.repeat(best[:, None], OFFSPRING, axis=1)
             around[:, 1:] += rng.standard_normal(around[:, 1:].shape) * (length, length, angle)
             likelihoods = self._model.likelihoods(around.reshape(-1, 3), scan, False)
             likelihoods = likelihoods.reshape(len(best), OFFSPRING)
             best = around[np.arange(len(best)), likelihoods.argmax(axis=1)]
-            order = np.argsort(-likelihoods.max(axis=1), kind="stable")
-            best = best[order]
-        return best[np.arange(count) % len(best)]
+            fits = likelihoods.max(axis=1)
+            order = np.argsort(-fits, kind="stable")
+            best, fits = best[order], fits[order]
+        return best, fits
 
     def _coarse_fit(self, poses: FloatArray, scan: LaserScan) -> FloatArray:
         ends = self._model.beams(scan).ends() / self._coarse.resolution

@@ -36,7 +36,8 @@ def shown(browser: Any) -> list[list[str]]:
 
 
 def picture(browser: Any) -> str:
-    """What the replay's canvas shows."""
+    """What the replay's canvas shows, once its size is known."""
+    wait(browser, "document.querySelector('#player canvas').ratio")
     content: str = browser.execute_script(
         "return document.querySelector('#player canvas').toDataURL()"
     )

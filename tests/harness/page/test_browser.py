@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -302,6 +302,36 @@ def test_the_head_tells_what_all_runs_rest_on(
     wait(browser, "document.documentElement.dataset.ready")
     head = browser.execute_script("return document.querySelector('.masthead .sub').textContent")
     assert "8 deliveries · map sidewalk · seed 3, 5 · people" in head
+
+
+@pytest.fixture
+def late_sizes(browser: Any) -> Iterator[None]:
+    """Pages learn the sizes of their parts a second late, as on a busy machine."""
+    script = (
+        "const Prompt = ResizeObserver;"
+        "ResizeObserver = class extends Prompt {"
+        "  constructor(act) { super((...seen) => setTimeout(() => act(...seen), 1000)); }"
+        "};"
+    )
+    added = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": script})
+    yield
+    browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
+
+
+@pytest.mark.usefixtures("late_sizes")
+def test_show_all_counts_before_the_first_picture(page: Path, browse: Browse) -> None:
+    browser = browse(page, 1440)
+    wait(browser, "document.querySelector('#player').dataset.ready")
+    show_all = "document.querySelector('#player [aria-label=\"Show all\"]').click()"
+    pressed = "return document.querySelector('#player [aria-pressed]').getAttribute('aria-pressed')"
+    early = browser.execute_script(
+        f"{show_all}; return !document.querySelector('#player canvas').ratio"
+    )
+    assert early and browser.execute_script(pressed) == "false"
+    whole = picture(browser)
+    browser.execute_script(show_all)
+    assert browser.execute_script(pressed) == "false"
+    assert picture(browser) == whole
 
 
 def test_a_replay_opened_from_the_list_takes_the_keys_and_follows(

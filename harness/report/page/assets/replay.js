@@ -13,9 +13,9 @@ const rivalsOf = number => {  // recorded deliveries of the same mission
 function player() {
   const place = h('div', { id: 'player', tabindex: -1 }), camera = new Camera();
   const shown = Object.fromEntries(LAYERS.map(([key]) => [key, true]));
-  const state = { recording: null, rival: null, time: 0, speed: 1, playing: false, follow: true, number: -1, asked: 0, frames: 0, drawn: 0 };
-  const view = stage('Replay', width => width < 640 ? 1.05 : .62, camera, draw, () => { if (state.drawn) reset(); else camera.metres = NEAR; },
-    () => { state.follow = false; parts.follow.setAttribute('aria-pressed', 'false'); });
+  const state = { recording: null, rival: null, time: 0, speed: 1, playing: false, follow: true, number: -1, asked: 0, frames: 0 };
+  const view = stage('Replay', width => width < 640 ? 1.05 : .62, camera, draw, reset, release,
+    () => { if (!state.follow) reset(); });  // all was asked for before its size was known
   let last = 0, parts = null, strip = null, reasons = null;
 
   async function open(number, time = 0) {
@@ -53,10 +53,13 @@ function player() {
       h('span', {}, h('span', { class: 'key', tint: `var(${LINES[k]})` }), `${nameOf(each.facts)}: ${outcomeName(each.facts.outcome)}, ${usd(each.facts.money.contribution_margin)}`)) : []));
     strip.move(state.time);
   }
-  function reset() {
-    if (!state.recording) return;
+  function release() {
     state.follow = false;
     parts.follow.setAttribute('aria-pressed', 'false');
+  }
+  function reset() {
+    if (!state.recording) return;
+    release();
     const [xs, ys] = state.recording.driven;
     camera.show(around(Array.from(xs, (x, k) => [x, ys[k]])), 1.25);
   }
@@ -134,7 +137,6 @@ function player() {
     if (!state.recording || camera.width === 1) return;
     if (state.follow) [camera.x, camera.y] = state.recording.pose(state.recording.driven, state.recording.row(state.time));
     drawReplay(view.context, view.canvas.ratio || 1, camera, state.recording, state.time, shown, state.rival);
-    state.drawn += 1;
   }
   function seek(time) {
     state.time = Math.max(0, Math.min(time, state.recording.end));

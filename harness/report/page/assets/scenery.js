@@ -109,7 +109,7 @@ function drawScaleBar(context, camera, ratio) {
 }
 
 // A canvas that is as sharp as the screen, with buttons and gestures for its camera.
-function stage(label, aspect, camera, redraw, reset, moved) {
+function stage(label, aspect, camera, redraw, reset, moved, measured = reset) {  // measured: once its size is known
   const canvas = h('canvas', { role: 'img', 'aria-label': label, tabindex: 0 });
   const buttons = [['+', 'Zoom in', () => camera.zoom(.7, 2000)], ['−', 'Zoom out', () => camera.zoom(1.4, 2000)], ['⤢', 'Show all', reset]];
   const place = h('div', { class: 'stage' }, canvas, h('div', { class: 'zoom' }, buttons.map(([text, name, act]) =>
@@ -123,7 +123,7 @@ function stage(label, aspect, camera, redraw, reset, moved) {
     canvas.width = Math.round(width * ratio);
     canvas.height = Math.round(height * ratio);
     canvas.ratio = ratio;
-    if (first) reset();
+    if (first) measured();
     redraw();
   };
   new ResizeObserver(fit).observe(place);
