@@ -8,7 +8,7 @@ from pathlib import Path
 from navstack.errors import InputError, NavstackWarning, UnknownNameError
 from navstack.files import is_private
 
-DEFAULT_WORLD = "published_2"
+DEFAULT_WORLD = "published_3"
 _FORMER_NAMES = {("world", "costnav"): "easy"}  # (what, as it was called) -> as it is called
 _PACKAGE = Path(__file__).resolve().parents[1]
 

@@ -32,6 +32,7 @@ from harness.report.suite.results import Results, Standing, overview, read_resul
 from harness.report.suite.tables import COLUMNS
 from harness.report.tables import print_blocks
 from harness.statistics.interval import Interval
+from harness.storage.shipped import DEFAULT_WORLD
 from harness.storage.tables import read_rows, write_table
 from harness.study.stored_run import load_run
 from harness.study.suite import Suite, cells, declare
@@ -44,7 +45,7 @@ ROOT = Path(__file__).parents[2]
 SUITE = Suite("Made up", ("mine", "other", "absent"), 30, maps=("sidewalk", "sidewalk_1"))
 INTERVAL = r"-?\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\]"  # of dollars
 EPISODES = {
-    f"{name}-published_2-seed0-{stack}": count
+    f"{name}-{DEFAULT_WORLD}-seed0-{stack}": count
     for name, stack, count in (
         ("sidewalk", "mine", 30),
         ("sidewalk", "other", 12),
@@ -87,8 +88,8 @@ def test_the_page_says_how_much_there_is_and_what_is_missing(study: Path) -> Non
 
 def test_the_figures_are_those_of_the_runs(study: Path) -> None:
     results = read_results(study)
-    run = load_run(str(study / "sidewalk-published_2-seed0-mine"))
-    other = load_run(str(study / "sidewalk-published_2-seed0-other"))
+    run = load_run(str(study / f"sidewalk-{DEFAULT_WORLD}-seed0-mine"))
+    other = load_run(str(study / f"sidewalk-{DEFAULT_WORLD}-seed0-other"))
     expected = value(run.stacks[0].rows, run.stacks[0], run.prices(), 0)
     first = results.standings[0]
     assert first.valuation is not None and first.valuation.economics == expected.economics
@@ -139,7 +140,7 @@ def test_the_table_has_every_quantity_and_figures_are_the_same_every_time(study:
 
 def test_margins_under_other_accountings_are_those_of_price(study: Path) -> None:
     results = read_results(study)
-    run = load_run(str(study / "sidewalk-published_2-seed0-other"))
+    run = load_run(str(study / f"sidewalk-{DEFAULT_WORLD}-seed0-other"))
     (expected,) = reprice(run, choose(run, None, {}, ()))
     standing = results.standings[1]
     found = results.accounted[standing.condition, "other"]
@@ -167,7 +168,7 @@ def test_other_prices_are_told_of_stacks_that_drove_everywhere(study: Path) -> N
     text = flat(page(read_results(study)))
     section = text.partition("## At other prices")[2].partition("## How deliveries end")[0]
     runs = [
-        load_run(str(study / f"{place}-published_2-seed0-mine"))
+        load_run(str(study / f"{place}-{DEFAULT_WORLD}-seed0-mine"))
         for place in ("sidewalk", "sidewalk_1")
     ]
     parts = [(run, run.stacks[0]) for run in runs]
@@ -209,11 +210,11 @@ def test_who_is_ahead_and_who_earns_depends_on_the_set() -> None:
 def test_seeds_are_accounted_together(write_run: Callable[..., Path], tmp_path: Path) -> None:
     declare(tmp_path / "study", Suite("Made up", ("mine",), 20, maps=("sidewalk",), seeds=(0, 1)))
     for seed, episodes in ((0, 20), (1, 5)):
-        write_run(f"study/sidewalk-published_2-seed{seed}-mine", episodes=episodes, seed=seed)
+        write_run(f"study/sidewalk-{DEFAULT_WORLD}-seed{seed}-mine", episodes=episodes, seed=seed)
     results = read_results(tmp_path / "study")
     (standing,) = results.standings
     runs = [
-        load_run(str(tmp_path / "study" / f"sidewalk-published_2-seed{seed}-mine"))
+        load_run(str(tmp_path / "study" / f"sidewalk-{DEFAULT_WORLD}-seed{seed}-mine"))
         for seed in (0, 1)
     ]
     alone = [accounted_margins(run, [(run, run.stacks[0])])["robot_at_fault"].value for run in runs]
@@ -225,7 +226,7 @@ def test_seeds_are_accounted_together(write_run: Callable[..., Path], tmp_path: 
 
 
 def test_contacts_of_another_state_are_refused(study: Path) -> None:
-    path = study / "sidewalk-published_2-seed0-mine" / "events.parquet"
+    path = study / f"sidewalk-{DEFAULT_WORLD}-seed0-mine" / "events.parquet"
     events = read_rows(path, EVENT_COLUMNS)
     write_table(path, EVENT_COLUMNS, events[: len(events) // 2])
     with pytest.raises(InputError, match="different states of the run"):
@@ -236,7 +237,7 @@ def test_where_nobody_was_touched_nobody_pays(
     write_run: Callable[..., Path], tmp_path: Path
 ) -> None:
     declare(tmp_path / "study", Suite("Made up", ("mine",), 9, maps=("sidewalk",)))
-    write_run("study/sidewalk-published_2-seed0-mine", episodes=9, crowd=0.0)
+    write_run(f"study/sidewalk-{DEFAULT_WORLD}-seed0-mine", episodes=9, crowd=0.0)
     results = read_results(tmp_path / "study")
     assert set(results.accounted[results.standings[0].condition, "mine"]) == {
         *ACCOUNTINGS,
@@ -252,14 +253,14 @@ def test_without_cargo_no_accounting_has_a_margin(
         row["outcome"] = "arrived"
 
     declare(tmp_path / "study", Suite("Made up", ("mine",), 9, maps=("sidewalk",)))
-    write_run("study/sidewalk-published_2-seed0-mine", episodes=9, change=arrive)
+    write_run(f"study/sidewalk-{DEFAULT_WORLD}-seed0-mine", episodes=9, change=arrive)
     results = read_results(tmp_path / "study")
     assert results.accounted == {(results.standings[0].condition, "mine"): {}}
     assert "Who pays" not in page(results)
 
 
 def test_what_else_differs_is_said_beside_the_differences(study: Path) -> None:
-    name = "sidewalk-published_2-seed0-other"
+    name = f"sidewalk-{DEFAULT_WORLD}-seed0-other"
     about = json.loads((study / name / "run.json").read_text())
     (study / name / "run.json").write_text(json.dumps({**about, "versions": {"navbench": "0.0.9"}}))
     pieces = [
@@ -388,7 +389,8 @@ def test_a_published_study_counts_every_row_that_is_stored() -> None:
 def test_partings_are_the_missions_on_which_all_stacks_earn_most_unlike_sums(study: Path) -> None:
     (parting,) = read_results(study).partings  # on the other map one stack alone has driven
     sides = [
-        load_run(str(study / f"sidewalk-published_2-seed0-{stack}")) for stack in ("mine", "other")
+        load_run(str(study / f"sidewalk-{DEFAULT_WORLD}-seed0-{stack}"))
+        for stack in ("mine", "other")
     ]
     mine, other = (margins(run.stacks[0].rows, run.prices()) for run in sides)
     assert mine is not None and other is not None
@@ -396,5 +398,5 @@ def test_partings_are_the_missions_on_which_all_stacks_earn_most_unlike_sums(stu
     assert parting.episodes == tuple((-apart).argsort(kind="stable")[:2].tolist())
     assert parting.spread == pytest.approx(apart.max())
     assert {run.folder.name for run in parting.runs} == set(EPISODES) - {
-        "sidewalk_1-published_2-seed0-mine"
+        f"sidewalk_1-{DEFAULT_WORLD}-seed0-mine"
     }

@@ -14,11 +14,12 @@ import pytest
 from harness.storage.journal import record_of, trouble_with
 from harness.storage.manifest_file import extend_run
 from harness.storage.run_folder import JOURNAL, RunFolder, count_finished, create_run
+from harness.storage.shipped import DEFAULT_WORLD
 from harness.storage.tables import is_of_kind
 from harness.study.drive import TABLES
 from navstack.errors import InputError
 
-CELL = "hall-published_2-seed0-mine"  # of a suite
+CELL = f"hall-{DEFAULT_WORLD}-seed0-mine"  # of a suite
 TOTAL = 3  # deliveries of a run, of which two are finished
 Record = dict[str, Any]
 

@@ -12,7 +12,7 @@ import pytest
 from harness.episode.factory import rules_of
 from harness.storage.checksums import write_checksums
 from harness.storage.run_folder import JOURNAL, RunFolder, count_finished
-from harness.storage.shipped import names, shipped
+from harness.storage.shipped import DEFAULT_WORLD, names, shipped
 from harness.study.drive import TABLES
 from harness.study.suite import Portion, begin, cells, declare, load_suite
 from navbench.cli.app import main
@@ -290,7 +290,7 @@ def test_a_damaged_log_of_pieces_is_told(
     assert status == 1 and "pieces.jsonl: line 2" in complaint
 
 
-@pytest.mark.parametrize("name", ["figures", "hall-published_2-seed0-standing"])
+@pytest.mark.parametrize("name", ["figures", f"hall-{DEFAULT_WORLD}-seed0-standing"])
 def test_a_suite_is_not_written_through_a_link(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], driven: Path, name: str
 ) -> None:

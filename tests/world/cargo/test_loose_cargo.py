@@ -328,3 +328,21 @@ def test_the_open_box_weighs_as_its_plates_do():
     x, y, z = (points - (0.0, 0.0, middle)).T
     expected = (masses @ (y**2 + z**2), masses @ (x**2 + z**2), masses @ (x**2 + y**2))
     assert inertia == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("braking", "speed", "lost"),
+    [(4.8, 3.0, 0), (5.5, 3.0, 0), (6.0, 2.0, 0), (8.0, 1.0, 0), (6.0, 3.0, 3), (8.0, 3.0, 42)],
+)
+def test_how_hard_a_robot_may_brake(robot, braking, speed, lost):
+    """The table of docs/physics.md: the bucket slides v^2 / 2 (1 / (mu g) - 1 / a) in a stop."""
+    cargo = make(dataclasses.replace(ABOVE_BASE_LINK, restitution=0.0, drop=0.02), robot)
+    ticks = round(speed / braking / DT)
+    accelerate(cargo, (-speed / (ticks * DT), 0.0, 0.0), ticks * DT, (speed, 0.0, 0.0))
+    accelerate(cargo, STILL, 1.0)
+    slid = max(0.5 * speed**2 * (1.0 / (0.5 * GRAVITY) - 1.0 / braking), 0.0)
+    assert cargo.state.pieces_outside == pytest.approx(lost, abs=8)
+    assert (slid > 0.14) == (lost > 0)
+    if not lost:
+        assert place(cargo)[0] == pytest.approx(slid, abs=0.012)
+    cargo.close()
