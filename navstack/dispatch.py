@@ -14,8 +14,16 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-LEVEL = "x86-64-v3"
-LEVEL_NEEDS = frozenset({"avx2", "fma", "bmi1", "bmi2", "f16c", "movbe"})
+LEVEL = "x86-64-v3"  # what servers and laptops have in common since about 2015
+LEVEL_NEEDS: Mapping[str, str] = {  # features by LLVM's name -> Linux's
+    "avx2": "avx2",
+    "bmi": "bmi1",
+    "bmi2": "bmi2",
+    "f16c": "f16c",
+    "fma": "fma",
+    "lzcnt": "abm",
+    "movbe": "movbe",
+}
 PINS: Mapping[str, str] = {
     "NPY_DISABLE_CPU_FEATURES": (
         "X86_V4 AVX512_ICL AVX512_SPR "  # numpy 2.4 and newer
@@ -51,8 +59,8 @@ def features() -> frozenset[str]:
 
 
 def is_pinnable() -> bool:
-    """Whether the processor has what :data:`PINS` chooses: x86-64 with AVX2 and FMA."""
-    return features() >= LEVEL_NEEDS
+    """Whether the processor has what :data:`PINS` chooses: all of :data:`LEVEL`."""
+    return features() >= set(LEVEL_NEEDS.values())
 
 
 def pin() -> None:

@@ -23,23 +23,23 @@ from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
 from numba import types
 from numba.core.caching import InTreeCacheLocator, UserProvidedCacheLocator, UserWideCacheLocator
 
+from navstack.dispatch import LEVEL, LEVEL_NEEDS
+
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 _PACKAGE = Path(__file__).resolve().parent
-TARGET = "x86-64-v3"  # what servers and laptops have in common since about 2015
-_TARGET_NEEDS = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
 _IMPORT = re.compile(r"^(?:from|import) (\.*)([\w.]*)", re.MULTILINE)
 
 
 def fix_processor() -> None:
-    """Let numba compile for :data:`TARGET` where this machine can run that.
+    """Let numba compile for :data:`~navstack.dispatch.LEVEL` where this machine can run that.
 
     ``NUMBA_CPU_NAME`` overrides it.
     """
     config: Any = numba.config
     features = get_host_cpu_features()
-    if not config.CPU_NAME and all(features.get(each) for each in _TARGET_NEEDS):
-        config.CPU_NAME, config.CPU_FEATURES = TARGET, ""
+    if not config.CPU_NAME and all(features.get(each) for each in LEVEL_NEEDS):
+        config.CPU_NAME, config.CPU_FEATURES = LEVEL, ""
 
 
 def processor() -> str:

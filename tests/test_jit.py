@@ -9,7 +9,7 @@ from pathlib import Path
 import numba
 import pytest
 
-from navstack import jit
+from navstack import dispatch, jit
 
 KERNEL = """
 from {njit_from} import njit
@@ -114,10 +114,10 @@ def test_compiled_code_moves_with_its_sources(package: Path, tmp_path: Path) -> 
 def test_one_processor_stands_for_all_that_can_run_its_code(
     package: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    every = dict.fromkeys(jit._TARGET_NEEDS, True)
+    every = dict.fromkeys(dispatch.LEVEL_NEEDS, True)
     config = numba.config
     for features, chosen, expected in (
-        (every, None, jit.TARGET),
+        (every, None, dispatch.LEVEL),
         ({**every, "avx2": False}, None, None),
         ({}, None, None),  # another architecture
         (every, "znver4", "znver4"),

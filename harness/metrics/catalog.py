@@ -1,9 +1,9 @@
-"""Every metric and column, declared in ``catalog.toml``.
+"""Every metric and column, declared in ``catalog.toml`` and, with formulas, in ``formulas.py``.
 
 Means, tables and docs/metrics.md are made from it.
 
-A new statistic of a recorded series is one entry there; any other metric needs one value in the
-episode's row besides.
+A new statistic of a recorded series is one entry of the former, a new formula over such series one
+of the latter; any other metric needs one value in the episode's row besides.
 """
 
 import tomllib
@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from harness.metrics.formulas import FORMULAS
 from harness.metrics.metric import Better, Metric
 
 
@@ -28,6 +29,9 @@ CATALOG = tomllib.loads(Path(__file__).with_name("catalog.toml").read_text(encod
 FACTS: dict[str, tuple[str, str]] = {
     key: (kind, meaning) for key, (kind, meaning) in CATALOG["facts"].items()
 }
-GROUPS = {title: _metrics(entries) for title, entries in CATALOG["groups"].items()}
+GROUPS = {
+    title: FORMULAS.get(title, ()) + _metrics(entries)
+    for title, entries in CATALOG["groups"].items()
+}
 EPISODE_METRICS = tuple(metric for group in GROUPS.values() for metric in group)
 RUN_METRICS = _metrics(CATALOG["run"])  # what only a run has, over its finished deliveries

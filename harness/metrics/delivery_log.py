@@ -13,7 +13,6 @@ from harness.metrics.motion import (
     distance_driven,
     jerk,
     lateral_acceleration,
-    path_irregularity,
     wrapped,
 )
 from harness.world.truth import Partner, Truth
@@ -61,17 +60,15 @@ class DeliveryLog:
     def measurements(self, truth: Truth) -> Row:
         """The measured part of the episode's row, from the final truth; keys carry their units."""
         series = self.series()
-        x, y, yaw = series["x"], series["y"], series["yaw"]
-        distance = distance_driven(x, y)
+        distance = distance_driven(series["x"], series["y"])
         return {
             "duration_s": truth.stamp,
             "distance_m": distance,
             "average_speed_mps": distance / truth.stamp if truth.stamp else 0.0,
-            "path_irregularity_radpm": path_irregularity(x, y, yaw),
             "motion_energy_kwh": truth.motion_energy / JOULES_PER_KWH,
             **_contacts(truth, self._kinds),
             **self._people(truth),
-            **{each.key: each.measured(series) for each in EPISODE_METRICS if each.series},
+            **{each.key: each.measured(series) for each in EPISODE_METRICS if each.is_of_series},
         }
 
     def series(self) -> dict[str, FloatArray]:

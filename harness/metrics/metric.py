@@ -59,6 +59,8 @@ class Metric:
     is_published: bool = False  # whether that mean is part of the paper's table
     series: str = ""  # recorded series that it is a statistic of; empty: it is measured otherwise
     statistic: str = ""  # of STATISTICS
+    # over the recorded series; None: it is measured otherwise
+    formula: Callable[[Mapping[str, FloatArray]], float | None] | None = None
 
     @property
     def unit(self) -> str:
@@ -72,8 +74,15 @@ class Metric:
             return "int64"
         return "double"
 
+    @property
+    def is_of_series(self) -> bool:
+        """Whether :meth:`measured` works it out."""
+        return bool(self.series) or self.formula is not None
+
     def measured(self, series: Mapping[str, FloatArray]) -> float | None:
-        """The statistic of its series; None where that is empty."""
+        """Its formula, or the statistic of its series; None where that is empty."""
+        if self.formula is not None:
+            return self.formula(series)
         values = series[self.series]
         if not len(values):
             return None

@@ -7,24 +7,11 @@ from navstack.types import FloatArray
 # [s] length of the window that speed and lateral acceleration are smoothed over
 SMOOTHING_TIME = 0.5
 SMOOTHING_ORDER = 3  # of the polynomial fitted in it
-LEAST_DISTANCE = 1.0  # [m] below which turning per metre says nothing
 
 
 def distance_driven(x: FloatArray, y: FloatArray) -> float:
     """Length in [m] of the line through the positions (T,)."""
     return float(np.hypot(np.diff(x), np.diff(y)).sum())
-
-
-def path_irregularity(x: FloatArray, y: FloatArray, yaw: FloatArray) -> float | None:
-    """Accumulated turning per metre in [rad/m] of poses (T,); None below :data:`LEAST_DISTANCE`.
-
-    Guzzi et al. 2013 subtract the turning that the most direct path needs, which depends on a
-    planner; nothing is subtracted here, so that this is an upper bound of theirs.
-    """
-    distance = distance_driven(x, y)
-    if distance < LEAST_DISTANCE:
-        return None
-    return float(np.abs(wrapped(np.diff(yaw))).sum() / distance)
 
 
 def success_weighted_path_length(arrived: bool, shortest: float, driven: float) -> float:

@@ -1,7 +1,7 @@
 """Parameters of the DWB local planner and its critics: names and defaults are those of Nav2 Jazzy.
 
 Each critic has its own dataclass; :class:`DwbParams` holds them under the critic's name, as
-``FollowPath.<Critic>.*``.
+``FollowPath.<Critic>.*``. A critic is declared there and written in ``control/dwb/critics``.
 """
 
 import math
@@ -93,6 +93,14 @@ class TwirlingParams:
     scale: float = 1.0
 
 
+MODULE = "module"  # metadata of a critic's field
+
+
+def _critic(params: type[Any], module: str) -> Any:
+    """The field of a critic: its parameters, and the module of its class ``<field>Critic``."""
+    return field(default_factory=params, metadata={MODULE: module})
+
+
 @dataclass(frozen=True, slots=True)
 class NamedCritic:
     """A critic under a name of its own: ``critics: [Narrow]`` with ``Narrow.class: PathAlign``."""
@@ -163,18 +171,18 @@ class DwbParams(Parameters):
     # command the first velocity of the ramp instead of the sample
     limit_vel_cmd_in_traj: bool = False
 
-    RotateToGoal: RotateToGoalParams = field(default_factory=RotateToGoalParams)
-    Oscillation: OscillationParams = field(default_factory=OscillationParams)
-    BaseObstacle: ObstacleParams = field(default_factory=ObstacleParams)
-    ObstacleFootprint: ObstacleParams = field(default_factory=ObstacleParams)
-    GoalAlign: AlignParams = field(default_factory=AlignParams)
-    PathAlign: AlignParams = field(default_factory=AlignParams)
-    PathDist: DistParams = field(default_factory=DistParams)
-    GoalDist: DistParams = field(default_factory=DistParams)
-    PreferForward: PreferForwardParams = field(default_factory=PreferForwardParams)
-    Twirling: TwirlingParams = field(default_factory=TwirlingParams)
+    RotateToGoal: RotateToGoalParams = _critic(RotateToGoalParams, "rotate_to_goal")
+    Oscillation: OscillationParams = _critic(OscillationParams, "oscillation")
+    BaseObstacle: ObstacleParams = _critic(ObstacleParams, "obstacles")
+    ObstacleFootprint: ObstacleParams = _critic(ObstacleParams, "obstacles")
+    GoalAlign: AlignParams = _critic(AlignParams, "align")
+    PathAlign: AlignParams = _critic(AlignParams, "align")
+    PathDist: DistParams = _critic(DistParams, "dist")
+    GoalDist: DistParams = _critic(DistParams, "dist")
+    PreferForward: PreferForwardParams = _critic(PreferForwardParams, "prefer_forward")
+    Twirling: TwirlingParams = _critic(TwirlingParams, "twirling")
     # this program's own
-    ExpectedContact: DwbContactParams = field(default_factory=DwbContactParams)
+    ExpectedContact: DwbContactParams = _critic(DwbContactParams, "expected_contact")
     # those in ``critics`` with a ``class``
     named_critics: Mapping[str, NamedCritic] = field(default_factory=dict)
 

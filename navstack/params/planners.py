@@ -41,6 +41,9 @@ class NavfnParams(Parameters):
     allow_unknown: bool = True  # plan through unknown cells, at the highest cost
     # the last pose looks along the path instead of along the goal
     use_final_approach_orientation: bool = False
+    # points of a path per row or column of the map (the more of the two), beyond which Nav2 gives
+    # up, as it does where the gradient is zero (4 in Nav2 main and, fixed, in Jazzy); 0: never
+    max_cycles_factor: Annotated[int, within(0, 1000)] = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -72,7 +72,9 @@ class IncrementalNavfn(Planner):
         self._robot = 0  # where it stood at the last plan
         self._fallback = NavfnPlanner(
             NavfnParams(
-                params.tolerance, False, params.allow_unknown, params.use_final_approach_orientation
+                tolerance=params.tolerance,
+                allow_unknown=params.allow_unknown,
+                use_final_approach_orientation=params.use_final_approach_orientation,
             )
         )
 

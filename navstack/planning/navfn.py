@@ -25,8 +25,9 @@ class NavfnPlanner(Planner):
     Grid points stand at origin + cell * resolution, half a cell off the costmap's convention, as
     upstream.
 
-    Where Jazzy differs: no limit on the length of a path (4 * max(width, height) points there), and
-    a start that rounds to a column or row beyond the map takes the last one (undefined there).
+    Where Jazzy differs: it gives up on paths of more than 4 * max(width, height) points, and where
+    the gradient is zero (here with ``max_cycles_factor: 4``); and a start that rounds to a column
+    or row beyond the map takes the last one (undefined there).
     """
 
     def __init__(self, params: NavfnParams) -> None:
@@ -88,7 +89,8 @@ class NavfnPlanner(Planner):
         best = self._field.nearest_reached(goal, costmap, self._params.tolerance)
         if best is None:
             return None
-        points = self._field.descend(cell(best, costmap), source)
+        most_points = self._params.max_cycles_factor * max(costmap.size_x, costmap.size_y)
+        points = self._field.descend(cell(best, costmap), source, most_points)
         if points is None:
             return None
         poses = np.zeros((len(points), 3))

@@ -176,14 +176,19 @@ def step(
 
 @njit(ahead=True)
 def descend(
-    potential: Float32Vector, width: int, start: int, source: int, path: Float32Matrix
+    potential: Float32Vector,
+    width: int,
+    start: int,
+    source: int,
+    gives_up: bool,
+    path: Float32Matrix,
 ) -> int:
     """Follow the gradient from cell ``start`` to ``source`` in half-cell steps (calcPath).
 
-    Writes points in cells into ``path`` (N, 2) and returns how many, FAILED or EXHAUSTED. Upstream
-    gives up after 4 * max(width, height) points however long the way is, and where the gradient is
-    zero or leads round in circles (A* leaves such places). Here the descent then goes back to the
-    lowest point and on along the grid for a while: every reached cell has a lower neighbour.
+    Writes points in cells into ``path`` (N, 2) and returns how many, FAILED or EXHAUSTED. Where the
+    gradient is zero, upstream gives up (``gives_up``); where it leads round in circles, upstream
+    goes on until its points are exhausted. A* leaves such places. Otherwise the descent goes back
+    to the lowest point and on along the grid for a while: every reached cell has a lower neighbour.
     """
     n, dx, dy = start, np.float32(0.0), np.float32(0.0)
     lowest, lowest_n, lowest_i = np.inf, start, 0
@@ -204,7 +209,10 @@ def descend(
             potential, width, n, dx, dy, oscillates or i < grid_until, held, corners
         )
         i += 1
-        if n < 0 or i - lowest_i > STALLED_STEPS:
+        if gives_up:
+            if n < 0:
+                return FAILED
+        elif n < 0 or i - lowest_i > STALLED_STEPS:
             if lowest_i == stalled_i:  # no lower point since the last time
                 return FAILED
             stalled_i, i = lowest_i, lowest_i + 1

@@ -115,16 +115,22 @@ class PotentialField:
             return None
         return Pose2D(float(x), float(y), goal.yaw)
 
-    def descend(self, start: int, source: int) -> FloatArray | None:
+    def descend(self, start: int, source: int, most_points: int = 0) -> FloatArray | None:
         """Points (N, 2) in [cells] from cell ``start`` down to ``source``.
 
-        None where the gradient leads nowhere.
+        None where the gradient leads nowhere, or, as upstream, where the path is longer than
+        ``most_points`` (0: no limit).
         """
-        while (count := descend(self.flat, self._shape[1], start, source, self._path)) == EXHAUSTED:
-            self._path = np.empty((2 * len(self._path), 2), dtype=np.float32)
+        path, gives_up = self._path, most_points > 0
+        if gives_up:
+            path = np.empty((most_points, 2), dtype=np.float32)
+        count = descend(self.flat, self._shape[1], start, source, gives_up, path)
+        while count == EXHAUSTED and not gives_up:
+            path = self._path = np.empty((2 * len(path), 2), dtype=np.float32)
+            count = descend(self.flat, self._shape[1], start, source, gives_up, path)
         if count <= 0:
             return None
-        return self._path[:count].astype(np.float64)
+        return path[:count].astype(np.float64)
 
     def forget(self) -> None:
         """Forget every potential, and give back the memory that they took."""

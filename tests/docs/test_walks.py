@@ -193,12 +193,12 @@ def test_a_sensor_is_its_file_its_message_and_its_mount(walk: Walk) -> None:
 
 CATALOG = "harness/metrics/catalog.toml"
 ENTRY = """
-[groups.Motion.speed_p95_mps]
+[groups.Motion.added_mps]
 title = "Speed, 95th percentile"
 better = "higher"
 meaning = "95th percentile of the true forward speed."
 source = "ours"
-mean_key = "avg_speed_p95_mps"
+mean_key = "avg_added_mps"
 decimals = 2
 series = "speed"
 statistic = "p95"
@@ -221,9 +221,9 @@ log = DeliveryLog(truth(0), frozenset(), Body((0.0, 0.0), (0.5, 0.25), 0.3))
 for tick in range(1, 101):
     log.record(truth(tick), None)
 row = dict.fromkeys(EPISODE_COLUMNS) | log.measurements(truth(100))
-assert "avg_speed_p95_mps" in [row.key for s in further_metrics().sections for row in s.rows]
-print(EPISODE_COLUMNS["speed_p95_mps"], row["speed_p95_mps"])
-print(summarize_more([row])["avg_speed_p95_mps"])
+assert "avg_added_mps" in [row.key for s in further_metrics().sections for row in s.rows]
+print(EPISODE_COLUMNS["added_mps"], row["added_mps"])
+print(summarize_more([row])["avg_added_mps"])
 """
 
 
@@ -233,3 +233,34 @@ def test_a_metric_is_one_file(walk: Walk) -> None:
     assert kind == "double"
     assert float(value) == float(mean) == pytest.approx(9.5)
     assert walk.touched == {CATALOG}
+
+
+FORMULAS = "harness/metrics/formulas.py"
+FORMULA = '''def speed_range(series: Mapping[str, FloatArray]) -> float | None:
+    """Fastest less slowest."""
+    return float(np.ptp(series["speed"]))
+
+
+# By group of the catalog'''
+FORMULA_ENTRY = """    "Motion": (
+        Metric(
+            key="added_mps",
+            title="Range of speeds",
+            better=Better.NEITHER,
+            meaning="Fastest less slowest true forward speed.",
+            source="ours",
+            mean_key="avg_added_mps",
+            decimals=2,
+            formula=speed_range,
+        ),
+"""
+
+
+def test_a_metric_with_a_formula_of_its_own_is_one_file(walk: Walk) -> None:
+    walk.edit(
+        FORMULAS, ("# By group of the catalog", FORMULA), ('    "Motion": (\n', FORMULA_ENTRY)
+    )
+    kind, value, mean = walk.printed(DRIVE_AND_SUM_UP)
+    assert kind == "double"
+    assert float(value) == float(mean) == pytest.approx(10.0)
+    assert walk.touched == {FORMULAS}

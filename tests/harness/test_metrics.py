@@ -14,11 +14,11 @@ from harness.metrics.encounters import (
     surface_distances,
     times_to_collision,
 )
+from harness.metrics.formulas import path_irregularity
 from harness.metrics.metric import Better, Metric
 from harness.metrics.motion import (
     jerk,
     lateral_acceleration,
-    path_irregularity,
     smoothed,
     success_weighted_path_length,
 )
@@ -47,16 +47,21 @@ def test_the_irregularity_of_an_arc_is_its_curvature() -> None:
     angle = np.linspace(0.75 * math.pi, 1.5 * math.pi, 2001)  # the yaw passes pi on the way
     yaw = (angle + math.pi) % (2.0 * math.pi) - math.pi
     x, y = 4.0 * np.sin(angle), -4.0 * np.cos(angle)
-    assert path_irregularity(x, y, yaw) == pytest.approx(1.0 / 4.0, rel=1e-6)
+    assert path_irregularity({"x": x, "y": y, "yaw": yaw}) == pytest.approx(1.0 / 4.0, rel=1e-6)
 
 
 def test_turning_back_and_forth_adds_up() -> None:
     yaw = np.array((0.0, 0.5, 0.0, -0.5, 0.0))
-    assert path_irregularity(np.arange(5.0), np.zeros(5), yaw) == pytest.approx(2.0 / 4.0)
+    assert path_irregularity({"x": np.arange(5.0), "y": np.zeros(5), "yaw": yaw}) == pytest.approx(
+        2.0 / 4.0
+    )
 
 
 def test_irregularity_of_a_robot_that_stands_is_undefined() -> None:
-    assert path_irregularity(np.linspace(0.0, 0.9, 10), np.zeros(10), np.zeros(10)) is None
+    assert (
+        path_irregularity({"x": np.linspace(0.0, 0.9, 10), "y": np.zeros(10), "yaw": np.zeros(10)})
+        is None
+    )
 
 
 def test_jerk_of_a_parabola_is_its_second_derivative() -> None:

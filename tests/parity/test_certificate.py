@@ -384,5 +384,5 @@ def test_the_document(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Non
     with pytest.raises(SystemExit):
         main(["--golden", str(tmp_path)], program=parity)
     printed = capsys.readouterr().out
-    assert "walls_infl_astar" in printed
+    assert "goal_in_obstacle_tol0_astar" in printed
     assert "equal, or its deviation explained" in printed

@@ -1,5 +1,6 @@
 """NavFn against a slow twin, and on real maps."""
 
+import json
 import os
 from pathlib import Path as FilePath
 
@@ -16,6 +17,7 @@ from navstack.errors import (
 from navstack.params.planners import NavfnParams
 from navstack.planning.navfn import NavfnPlanner
 from navstack.planning.navfn_descent import (
+    EXHAUSTED,
     FAILED,
     advance,
     descend,
@@ -27,6 +29,7 @@ from navstack.planning.navfn_kernels import POT_HIGH, cost_tables
 from navstack.types import Pose2D
 
 DATA = os.environ.get("NAVSTACK_DATA")
+GOLDEN = FilePath(__file__).parents[1] / "golden" / "navfn_small.npz"
 
 
 def slow_update(potential, n, width, cost):
@@ -213,16 +216,57 @@ def test_poses_at_the_very_edge_of_the_map():
     assert np.hypot(*(path.poses[-1, :2] - (5.99, 6.99))) < 0.5
 
 
+def flat_place():
+    """Potentials that fall to the left, with a plateau on which the gradient is zero."""
+    potential = np.tile(np.arange(9, dtype=np.float32) * 60.0, (9, 1))
+    potential[3:6, 3:6] = 180.0
+    return potential
+
+
+def points_to_the_left(potential, gives_up, most=500):
+    path = np.zeros((most, 2), dtype=np.float32)
+    return descend(potential.ravel(), 9, 4 * 9 + 4, 4 * 9, gives_up, path)
+
+
 def test_descent_leaves_a_flat_place_along_the_grid():
-    width = 9
-    potential = np.add.outer(np.arange(9) * 0.0, np.arange(width) * 60.0).astype(np.float32)
-    potential[3:6, 3:6] = 180.0  # a plateau: the gradient is zero in its middle
-    path = np.zeros((500, 2), dtype=np.float32)
-    count = descend(potential.ravel(), width, 4 * width + 4, 4 * width, path)
-    assert count == FAILED  # no lower neighbour at all
-    potential[3, 4] = 170.0
-    potential[4, 3] = 130.0
-    assert descend(potential.ravel(), width, 4 * width + 4, 4 * width, path) > 0
+    potential = flat_place()
+    assert points_to_the_left(potential, False) == FAILED  # no lower neighbour at all
+    potential[3, 4], potential[4, 3] = 170.0, 130.0
+    assert points_to_the_left(potential, False) > 0
+
+
+def test_as_upstream_the_descent_gives_up_where_the_gradient_is_zero():
+    potential = flat_place()
+    potential[4, 2] = 30.0  # lower ground within reach of the grid, not of the gradient
+    assert points_to_the_left(potential, True) == FAILED
+    sloping = np.tile(np.arange(9, dtype=np.float32) * 60.0, (9, 1))
+    count = points_to_the_left(sloping, True)
+    assert count == points_to_the_left(sloping, False) == points_to_the_left(sloping, True, count)
+    assert points_to_the_left(sloping, True, count - 1) == EXHAUSTED
+
+
+def recorded_scene(name):
+    with np.load(GOLDEN) as recorded:
+        facts = json.loads(str(recorded["meta_json"]))[name]
+        costmap = Costmap(recorded[f"{name}_costmap"], facts["resolution"], *facts["origin"])
+        paths = [recorded[f"{name}_{algorithm}_path"] for algorithm in ("dijkstra", "astar")]
+    return Pose2D(*facts["start_xyyaw"]), Pose2D(*facts["goal_xyyaw"]), costmap, paths
+
+
+@pytest.mark.parametrize("use_astar", [False, True])
+@pytest.mark.parametrize("name", ["walls_infl", "unknown_allowed", "walls_raw", "empty60"])
+def test_a_path_longer_than_nav2_allows_is_refused_on_request(name, use_astar):
+    start, goal, costmap, paths = recorded_scene(name)
+    found = NavfnPlanner(NavfnParams(use_astar=use_astar)).plan(start, goal, costmap).poses
+    upstream = NavfnPlanner(NavfnParams(use_astar=use_astar, max_cycles_factor=4))
+    if len(paths[use_astar]):
+        np.testing.assert_array_equal(upstream.plan(start, goal, costmap).poses, found)
+        return
+    assert len(found) > 4 * max(costmap.data.shape)
+    with pytest.raises(NoPathFoundError):
+        upstream.plan(start, goal, costmap)
+    patient = NavfnPlanner(NavfnParams(use_astar=use_astar, max_cycles_factor=8))
+    np.testing.assert_array_equal(patient.plan(start, goal, costmap).poses, found)
 
 
 @pytest.mark.parametrize("step", [1, -1, 9, -9, 10, 2])
@@ -264,7 +308,7 @@ def test_a_step_is_half_a_cell_down_the_gradient(offset, gradient, expected):
 def test_a_descent_from_the_source_is_over_at_once(source, point):
     potential, path = np.full(81, POT_HIGH, dtype=np.float32), np.zeros((5, 2), dtype=np.float32)
     potential[source] = 0.0
-    assert descend(potential, 9, source, source, path) == 1
+    assert descend(potential, 9, source, source, False, path) == 1
     assert path[0].tolist() == point
 
 

@@ -1,6 +1,8 @@
 """Controllers that run here, and their critics."""
 
-from navstack.params.dwb import DwbParams
+from dataclasses import fields
+
+from navstack.params.dwb import MODULE, DwbParams
 from navstack.params.expected_cost import ExpectedCostParams
 from navstack.params.graceful import GracefulParams
 from navstack.params.mpc import MpcParams
@@ -12,28 +14,16 @@ from navstack.params.rpp import RppParams
 
 _CONTACT = ("navstack.control.contact_risk", "navstack.perception.scan_clusters")
 
-_DWB_CRITICS = {  # name -> module of its class
-    "BaseObstacle": "obstacles",
-    "ObstacleFootprint": "obstacles",
-    "PathDist": "dist",
-    "GoalDist": "dist",
-    "PathAlign": "align",
-    "GoalAlign": "align",
-    "RotateToGoal": "rotate_to_goal",
-    "Oscillation": "oscillation",
-    "PreferForward": "prefer_forward",
-    "Twirling": "twirling",
-    "ExpectedContact": "expected_contact",
-}
 DWB_CRITICS = family(
     "dwb_critics",
     {
-        name: AlgorithmEntry(
-            make=f"navstack.control.dwb.critics.{module}:{name}Critic",
+        each.name: AlgorithmEntry(
+            make=f"navstack.control.dwb.critics.{each.metadata[MODULE]}:{each.name}Critic",
             needs=("dwb",),
-            kernels=_CONTACT if name == "ExpectedContact" else (),
+            kernels=_CONTACT if each.name == "ExpectedContact" else (),
         )
-        for name, module in _DWB_CRITICS.items()
+        for each in fields(DwbParams)
+        if MODULE in each.metadata
     },
 )
 
