@@ -12,9 +12,10 @@ from navstack.localization.amcl_recovery import ScanGuide
 from navstack.localization.amcl_sensor_models import SENSOR_MODELS
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.likelihood_field import LikelihoodField
-from navstack.localization.localizer import Localizer, health_of, initial_covariance
+from navstack.localization.localizer import health_of, initial_covariance, worst
 from navstack.localization.motion_model import motion_model_of
 from navstack.localization.particle_filter import Cluster, ParticleFilter
+from navstack.localization.running_time import TimedLocalizer
 from navstack.params.amcl import AmclParams
 from navstack.types import Belief, FloatArray, Health, LaserScan, Observation, Odometry, Pose2D
 
@@ -30,11 +31,15 @@ FEWEST_RETURNS = 10  # of a scan that can tell anything
 
 LOOK_AGAIN = 0.5  # [s] after which a robot in doubt looks again, even where it stands
 
+# [s] for which nothing comes: Nav2's transform_tolerance of AMCL, after which its controllers stop;
+# where none should drive on
+DEGRADED_AFTER, LOST_AFTER = 1.0, 3.0
+
 _WAITING = 10  # scans that wait for the odometry of their time, as nav2_amcl's message filter keeps
 _KEPT = 5.0  # [s] of odometry messages
 
 
-class AmclLocalizer(Localizer):
+class AmclLocalizer(TimedLocalizer):
     """Matches scans with a map by a cloud of particles.
 
     Between matches the belief moves with the odometry.
@@ -53,7 +58,9 @@ class AmclLocalizer(Localizer):
     position a standard deviation above ``LOST_ABOVE``, or less than ``LOST_BELOW`` of the scan's
     returns end within ``EXPLAINED_WITHIN`` of an obstacle on the map, seen from the believed pose;
     DEGRADED likewise. A scan with fewer than ``FEWEST_RETURNS`` returns leaves that share as it
-    was.
+    was. It is LOST, too, where the last odometry is older than ``LOST_AFTER``, or the robot has
+    moved as far as makes a scan count and the last usable scan is so old. DEGRADED likewise. A scan
+    that is older than all odometry that is kept is not usable.
     """
 
     def __init__(self, params: AmclParams, static_map: OccupancyGrid) -> None:
@@ -73,7 +80,7 @@ class AmclLocalizer(Localizer):
         self.particles = ParticleFilter(params, self._free_space)
         self.reset(Belief(Pose2D()), np.random.default_rng(0))
 
-    def reset(self, belief: Belief, rng: np.random.Generator) -> None:
+    def _begin(self, belief: Belief, rng: np.random.Generator) -> None:
         """Spread the particles about the belief.
 
         One without covariance gets ``INITIAL_VARIANCES``.
@@ -88,6 +95,8 @@ class AmclLocalizer(Localizer):
         self._scans: deque[LaserScan] = deque(maxlen=_WAITING)
         self._belief = Belief(belief.pose, covariance, stamp=belief.stamp)
         self._heaviest = Cluster(1.0, belief.pose, covariance)  # that gave the belief
+        # [s] and in the odom frame: the last usable scan's; before it the first odometry's
+        self._seen_stamp, self._seen_from = math.nan, Pose2D()
         self._forget_scans()
 
     def localize_globally(self) -> None:
@@ -102,9 +111,13 @@ class AmclLocalizer(Localizer):
         self._counted = 0
         self._explained = 1.0
 
-    def update(self, observation: Observation) -> Belief:
+    def _take(self, observation: Observation) -> Belief:
         """See the class; a scan waits until odometry of its time or later has come."""
+        if math.isnan(self._seen_stamp):
+            self._seen_stamp = observation.stamp
         if observation.odometry is not None:
+            if not self._odometry:
+                self._seen_from = observation.odometry.pose
             self._odometry.append(observation.odometry)
             while self._odometry[0].stamp < observation.odometry.stamp - _KEPT:
                 self._odometry.popleft()
@@ -112,9 +125,20 @@ class AmclLocalizer(Localizer):
             self._scans.append(observation.scan)
         while self._scans and self._odometry and self._scans[0].stamp <= self._odometry[-1].stamp:
             scan = self._scans.popleft()
-            self._take_in(scan, pose_at(self._odometry, scan.stamp))
+            if scan.stamp >= self._odometry[0].stamp - DEGRADED_AFTER:
+                self._take_in(scan, pose_at(self._odometry, scan.stamp))
         self._belief = replace(self._belief, pose=self._pose_now(), stamp=observation.stamp)
-        return self._belief
+        health = worst(self._belief.health, self._health_of_inputs(observation.stamp))
+        if health is self._belief.health:
+            return self._belief
+        return replace(self._belief, health=health)
+
+    def _health_of_inputs(self, now: float) -> Health:
+        """What the age of odometry and scans means at a time [s]."""
+        age = now - self._seen_stamp
+        if self._odometry and not self._has_moved(self._seen_from, self._odometry[-1].pose):
+            age = now - self._odometry[-1].stamp
+        return health_of(age > LOST_AFTER, age > DEGRADED_AFTER)
 
     def _pose_now(self) -> Pose2D:
         if not self._odometry:
@@ -126,13 +150,14 @@ class AmclLocalizer(Localizer):
 
     def _take_in(self, scan: LaserScan, in_odom: Pose2D) -> None:
         """Match a scan that was taken at a pose of the odom frame, if it counts."""
-        is_first = self._last_pose is None
+        self._seen_stamp, self._seen_from = scan.stamp, in_odom
         is_due = self._in_doubt and scan.stamp - self._last_stamp >= LOOK_AGAIN
-        if not is_first and not is_due and not self._has_moved(in_odom):
+        last, is_first = self._last_pose, self._last_pose is None
+        if last is not None and not is_due and not self._has_moved(last, in_odom):
             return
-        if self._last_pose is not None:
+        if last is not None:
             draws = self._rng.standard_normal(self.particles.poses.shape)
-            self._move(self.particles.poses, self._last_pose, in_odom, draws)
+            self._move(self.particles.poses, last, in_odom, draws)
         estimate = None
         if is_first:  # Nav2 publishes the start as it was spread
             estimate = self._estimate()
@@ -165,11 +190,11 @@ class AmclLocalizer(Localizer):
         """Whether scans count although the robot stands."""
         return self._params.recovery_candidates > 0 and self._belief.health is Health.LOST
 
-    def _has_moved(self, in_odom: Pose2D) -> bool:
-        assert self._last_pose is not None
-        given, last = self._params, self._last_pose
-        far = max(abs(in_odom.x - last.x), abs(in_odom.y - last.y)) > given.update_min_d
-        return far or abs(normalize_angle(in_odom.yaw - last.yaw)) > given.update_min_a
+    def _has_moved(self, last: Pose2D, now: Pose2D) -> bool:
+        """Whether it is as far from one pose of the odom frame to another as makes scans count."""
+        given = self._params
+        far = max(abs(now.x - last.x), abs(now.y - last.y)) > given.update_min_d
+        return far or abs(normalize_angle(now.yaw - last.yaw)) > given.update_min_a
 
     def _estimate(self) -> tuple[Cluster, FloatArray]:
         """The heaviest cluster, and the covariance of all particles."""

@@ -8,6 +8,7 @@ import numpy as np
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.geometry import compose, normalize_angle, relative_to
 from navstack.localization.amcl import AmclLocalizer, pose_at
+from navstack.localization.localizer import is_sound_fix
 from navstack.params.amcl import AmclGpsParams, AmclParams
 from navstack.types import Belief, FloatArray, GpsFix, Health, Imu, LaserScan, Observation, Pose2D
 
@@ -45,29 +46,25 @@ class AmclGpsLocalizer(AmclLocalizer):
         self._gps_params = gps_params
         super().__init__(params, static_map)
 
-    def reset(self, belief: Belief, rng: np.random.Generator) -> None:
-        """See :meth:`AmclLocalizer.reset`."""
-        super().reset(belief, rng)
+    def _begin(self, belief: Belief, rng: np.random.Generator) -> None:
+        super()._begin(belief, rng)
         self._fixes: deque[GpsFix] = deque(maxlen=_WAITING)
         self._last_fix: GpsFix | None = None  # that has weighed the particles
         self._heading: Imu | None = None  # the newest absolute one
         self._disagreeing = 0  # fixes in a row
 
-    def update(self, observation: Observation) -> Belief:
-        """See :meth:`AmclLocalizer.update`.
-
-        Fixes and headings are kept for the next scan that counts.
-        """
+    def _take(self, observation: Observation) -> Belief:
+        """Fixes and headings are kept for the next scan that counts."""
         fix, imu = observation.gps, observation.imu
         if imu is not None and math.isfinite(imu.yaw):
             self._heading = imu
-        if fix is not None and all(map(math.isfinite, (fix.x, fix.y, fix.position_std))):
+        if fix is not None and is_sound_fix(fix):
             self._fixes.append(fix)
             if self._knows(fix.stamp):
                 self._disagreeing += 1
                 if self._agrees(fix):
                     self._disagreeing = 0
-        return super().update(observation)
+        return super()._take(observation)
 
     def _knows(self, stamp: float) -> bool:
         """Whether the odometry that is kept goes back to a time."""

@@ -13,7 +13,8 @@ from navstack.localization.gps_ekf_filter import COMPILED, Engine, FilterState, 
 from navstack.localization.gps_ekf_history import Apply, History
 from navstack.localization.gps_ekf_kernels import GPS_X, GPS_Y, OFFSET, SIZE, SPEED, YAW, X, Y
 from navstack.localization.heading_alignment import Alignment, HeadingAlignment
-from navstack.localization.localizer import Localizer, health_of, initial_covariance
+from navstack.localization.localizer import health_of, initial_covariance, is_sound_fix
+from navstack.localization.running_time import TimedLocalizer
 from navstack.params.gps_ekf import GpsEkfParams
 from navstack.types import Belief, FloatArray, GpsFix, Health, Imu, Observation, Odometry, Pose2D
 
@@ -70,16 +71,16 @@ _ENGINES: dict[str, Callable[[], Engine]] = {
 }
 
 
-class GpsEkfLocalizer(Localizer):
+class GpsEkfLocalizer(TimedLocalizer):
     """Extended Kalman filter over wheel odometry, inertial unit and fixes.
 
     Messages count at their own stamps: one that comes late is put where it belongs and what
-    followed is applied anew. One that is older, or of a time farther ahead, than ``history_length``
-    is passed over. A fix that is too far off to be true is refused; when too many in succession
-    are, the filter doubts itself instead and starts over. While the heading is unknown (to more
-    than ``KNOWN_BELOW``) or doubted the position is that of the last fix and the heading is
-    searched for by :class:`HeadingAlignment`; meanwhile the orientation of an inertial unit that
-    states one is believed, or the heading that is doubted.
+    followed is applied anew. One that is older than ``history_length`` is passed over. A fix that
+    is too far off to be true is refused; when too many in succession are, the filter doubts itself
+    instead and starts over. While the heading is unknown (to more than ``KNOWN_BELOW``) or doubted
+    the position is that of the last fix and the heading is searched for by
+    :class:`HeadingAlignment`; meanwhile the orientation of an inertial unit that states one is
+    believed, or the heading that is doubted.
 
     Health is LOST where the position has a standard deviation above ``lost_above`` or no fix was
     accepted for ``lost_after``; DEGRADED likewise, and while the heading is unknown.
@@ -91,7 +92,7 @@ class GpsEkfLocalizer(Localizer):
         self._uses_fixes = uses_fixes
         self.reset(Belief(Pose2D()), np.random.default_rng(0))
 
-    def reset(self, belief: Belief, rng: np.random.Generator) -> None:
+    def _begin(self, belief: Belief, rng: np.random.Generator) -> None:
         """Start over; a belief without covariance gets ``INITIAL_VARIANCES``.
 
         Nothing is left to chance.
@@ -99,7 +100,6 @@ class GpsEkfLocalizer(Localizer):
         covariance = initial_covariance(belief, INITIAL_VARIANCES)
         self._initial = Belief(belief.pose, covariance)
         self._history: History | None = None
-        self._now = 0.0  # [s] of the newest observation
         self._alignment: HeadingAlignment | None = None  # None: the heading is known
         if self._uses_fixes and covariance[2, 2] > KNOWN_BELOW**2:
             self._alignment = self._search()
@@ -122,22 +122,21 @@ class GpsEkfLocalizer(Localizer):
         """Whether the heading is known well enough to be filtered."""
         return self._alignment is None
 
-    def update(self, observation: Observation) -> Belief:
+    def _take(self, observation: Observation) -> Belief:
         """See the class; messages with anything that is not a number are passed over."""
         odometry, imu, fix = observation.odometry, observation.imu, observation.gps
         if self._history is None:
             stamps = [message.stamp for message in (odometry, imu, fix) if message is not None]
-            self._begin(min([observation.stamp, *stamps]))
-        self._now = observation.stamp
+            self._open_history(min([observation.stamp, *stamps]))
         if imu is not None and _is_sound_imu(imu):
             self._take_imu(imu)
         if odometry is not None and _is_sound_odometry(odometry):
             self._insert(odometry, _ODOMETRY, partial(self._filter.take_odometry, message=odometry))
-        if fix is not None and self._uses_fixes and _is_sound_fix(fix):
+        if fix is not None and self._uses_fixes and is_sound_fix(fix):
             self._take_fix(fix)
         return self._belief_at(observation.stamp)
 
-    def _begin(self, stamp: float) -> None:
+    def _open_history(self, stamp: float) -> None:
         start = self._filter.start(self._initial.pose.as_array(), self._initial.covariance, stamp)
         start.accepted_stamp = stamp
         self._history = History(self._params.history_length, start)
@@ -146,8 +145,6 @@ class GpsEkfLocalizer(Localizer):
         self, message: Odometry | Imu | GpsFix, rank: int, apply: Apply
     ) -> FilterState | None:
         assert self._history is not None
-        if message.stamp > self._now + self._params.history_length:
-            return None
         return self._history.insert(message.stamp, rank, apply)
 
     def _take_imu(self, imu: Imu) -> None:
@@ -307,7 +304,3 @@ def _is_sound_odometry(odometry: Odometry) -> bool:
     speed, turn = odometry.twist.linear_x, odometry.twist.angular_z
     numbers = (odometry.stamp, speed, turn, odometry.velocity_std, odometry.yaw_rate_std)
     return all(map(math.isfinite, numbers))
-
-
-def _is_sound_fix(fix: GpsFix) -> bool:
-    return all(map(math.isfinite, (fix.stamp, fix.x, fix.y, fix.position_std)))

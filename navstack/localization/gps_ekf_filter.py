@@ -26,6 +26,8 @@ from navstack.types import FloatArray, GpsFix, Imu, Odometry
 
 STEP = 0.1  # [s] longest step of the motion model
 LONGEST_GAP = 60.0  # [s] of silence that is reckoned through; what went before counts for nothing
+# [s] without wheels after which the robot may have stood, or time was not even passing; assumed
+SILENT_AFTER, UNKNOWN_FOR = 0.5, 1.0
 SLIP_TIME = 0.5  # [s] over which wheels and accelerometer are compared
 SLIP_LASTS = 1.0  # [s] assumed: for as long its error is one and the same
 SLIP_GATE = 3.0  # [-] standard deviations beyond which they disagree
@@ -149,6 +151,8 @@ class GpsEkfFilter:
         densities[0] = density + params.yaw_noise**2
         densities[1] = noise * noise
         densities[2] = params.position_noise**2 * speed
+        if now - state.wheel_stamp > SILENT_AFTER:
+            densities[2] += speed * speed * UNKNOWN_FOR
         self.engine.propagate(state.mean, state.covariance, dt, rate, gyro, acceleration, densities)
         state.slip = (state.slip - acceleration * dt) * math.exp(-dt / SLIP_TIME)
         state.distance += speed * dt

@@ -1,10 +1,13 @@
 """What every localizer does."""
 
+import math
 from abc import ABC, abstractmethod
 
 import numpy as np
 
-from navstack.types import Belief, FloatArray, Health, Observation
+from navstack.types import Belief, FloatArray, GpsFix, Health, Observation
+
+HEALTHS = (Health.TRACKING, Health.DEGRADED, Health.LOST)
 
 
 class Localizer(ABC):
@@ -33,3 +36,13 @@ def health_of(is_lost: bool, is_degraded: bool) -> Health:
     if is_degraded:
         return Health.DEGRADED
     return Health.TRACKING
+
+
+def worst(*healths: Health) -> Health:
+    """The worst of some healths."""
+    return max(healths, key=HEALTHS.index)
+
+
+def is_sound_fix(fix: GpsFix) -> bool:
+    """Whether all that a fix says are numbers."""
+    return all(map(math.isfinite, (fix.stamp, fix.x, fix.y, fix.position_std)))

@@ -168,8 +168,7 @@ def test_a_scan_counts_after_a_least_distance_along_an_axis_or_a_least_turn(
     room, x, y, yaw, counts
 ):
     localizer = started(room, update_min_d=0.25, update_min_a=0.125)
-    localizer._last_pose = Pose2D(4.0, -2.0, 3.0)
-    assert localizer._has_moved(Pose2D(x, y, yaw)) == counts
+    assert localizer._has_moved(Pose2D(4.0, -2.0, 3.0), Pose2D(x, y, yaw)) == counts
 
 
 @pytest.mark.parametrize(("returns", "health"), [(9, Health.TRACKING), (10, Health.LOST)])

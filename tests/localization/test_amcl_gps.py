@@ -7,51 +7,21 @@ import numpy as np
 import pytest
 
 from navstack.build import build_localizer
-from navstack.costmap.distances import squared_distances
-from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.errors import ParameterError
-from navstack.geometry import compose
 from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.amcl_gps import AmclGpsLocalizer
-from navstack.localization.amcl_kernels import cast_rays
 from navstack.params.amcl import AmclGpsParams, AmclParams
 from navstack.params.nav2_file.file import load_nav2
-from navstack.types import (
-    Belief,
-    GpsFix,
-    Health,
-    Imu,
-    LaserScan,
-    Observation,
-    Odometry,
-    Pose2D,
-    Twist2D,
-)
+from navstack.types import Belief, GpsFix, Health, Pose2D
 
-RESOLUTION = 0.05  # [m]
-BEAMS, RANGE = 180, 12.0  # of the scanner, [m]
-RATE = 30  # [Hz] of the odometry; scans and fixes come with every third
-SPEED = 1.0  # [m/s]
+from .corridor import RATE, START, drive, errors, exact, make_grid, with_landmarks
+
 PARAMS = AmclParams(alpha1=0.01, alpha2=0.005, alpha3=0.02, alpha4=0.01, resample_interval=1)
-START = Pose2D(5.0, 5.0, 0.0)
-
-
-def make_grid(pillars):
-    """A corridor of 40 m x 10 m, with pillars at some of its cells."""
-    cells = np.full((200, 800), FREE, dtype=np.int8)
-    cells[:4] = cells[-4:] = OCCUPIED
-    for row, column in pillars:
-        cells[row : row + 8, column : column + 8] = OCCUPIED
-    return OccupancyGrid(cells, RESOLUTION, Pose2D())
 
 
 @pytest.fixture(scope="module")
 def landmarks():
-    """With pillars of which no stretch has the same."""
-    rng = np.random.default_rng(4)
-    return make_grid(
-        [(int(rng.choice([12, 40, 150, 175])), column) for column in range(20, 780, 45)]
-    )
+    return with_landmarks()
 
 
 @pytest.fixture(scope="module")
@@ -60,76 +30,10 @@ def bare():
     return make_grid([])
 
 
-def scanner(grid):
-    """Makes what a scanner at the base sees from a pose."""
-    clear = np.ceil(
-        np.sqrt(
-            squared_distances(np.pad(grid.data != FREE, 1, constant_values=True), 100_000) / 2.0
-        )
-    )
-    bearings = np.linspace(-math.pi, math.pi, BEAMS, endpoint=False)
-
-    def see(pose, stamp):
-        sensor = np.array([[pose.x / RESOLUTION + 1.5, pose.y / RESOLUTION + 1.5, pose.yaw]])
-        ranges = (
-            cast_rays(clear.astype(np.uint8), sensor, bearings, RANGE / RESOLUTION)[0] * RESOLUTION
-        )
-        ranges[ranges >= RANGE] = math.inf
-        return LaserScan(stamp, ranges, -math.pi, 2.0 * math.pi / BEAMS, 0.05, RANGE)
-
-    return see
-
-
-def drive(
-    localizer, grid, seconds, fix_of=None, scale=1.0, late=0, heading=True, pushed=(math.inf, 0.0)
-):
-    """Drive along the corridor; the beliefs and truths of all ticks.
-
-    Args:
-        fix_of: makes the fix from stamp and true pose; None: there is none.
-        scale: of the odometry's lengths.
-        late: ticks by which fixes come after their time.
-        heading: whether the inertial unit has an absolute one.
-        pushed: [s] when the robot is carried along x while its wheels stand, and [m] how far.
-    """
-    see, truth, odom, rows, fixes = scanner(grid), START, Pose2D(2.0, 1.0, 0.7), [], []
-    for tick in range(round(seconds * RATE)):
-        stamp, is_due = tick / RATE, tick % 3 == 0
-        if tick == round(min(pushed[0], 1e6) * RATE):
-            truth = Pose2D(truth.x + pushed[1], truth.y, truth.yaw)
-        if fix_of is not None and is_due:
-            fixes.append(fix_of(stamp, truth))
-        fix = fixes.pop(0) if fixes and fixes[0].stamp <= stamp - late / RATE else None
-        belief = localizer.update(
-            Observation(
-                stamp,
-                Odometry(stamp, odom, Twist2D(SPEED)),
-                Imu(stamp, truth.yaw if heading else math.nan, 0.0, 0.0, 0.0),
-                fix,
-                see(truth, stamp) if is_due else None,
-            )
-        )
-        rows.append((belief, truth))
-        step = 0.0 if stamp >= pushed[0] else SPEED / RATE
-        truth, odom = compose(truth, Pose2D(step)), compose(odom, Pose2D(scale * step))
-    return rows
-
-
-def exact(std):
-    """Fixes without error that claim a standard deviation [m]."""
-    return lambda stamp, truth: GpsFix(stamp, truth.x, truth.y, std)
-
-
 def started(grid, at=START, seed=0, params=PARAMS, **gps):
     localizer = AmclGpsLocalizer(params, AmclGpsParams(**gps), grid)
     localizer.reset(Belief(at, np.diag((0.04, 0.04, 0.003))), np.random.default_rng(seed))
     return localizer
-
-
-def errors(rows):
-    return np.array(
-        [math.hypot(belief.pose.x - truth.x, belief.pose.y - truth.y) for belief, truth in rows]
-    )
 
 
 def test_without_fixes_it_is_amcl(landmarks):
@@ -192,15 +96,14 @@ def test_it_finds_itself_where_its_wheels_stand(landmarks):
     assert errors(rows)[-1] < 0.3
 
 
-def test_fixes_without_numbers_or_of_unknown_times_are_no_fixes(landmarks):
+@pytest.mark.parametrize(("older", "x"), [(0.0, math.nan), (50.0, 99.0)])
+def test_fixes_without_numbers_or_of_unknown_times_are_no_fixes(landmarks, older, x):
     def unusable(stamp, truth):
-        known = stamp >= 1.0
-        return GpsFix(stamp - 50.0 if known else stamp, 99.0 if known else math.nan, truth.y, 0.5)
+        return GpsFix(stamp - older, x, truth.y, 0.5)
 
     rows = drive(started(landmarks), landmarks, 4.0, unusable)
-    assert [b.pose for b, _ in rows] == [
-        b.pose for b, _ in drive(started(landmarks), landmarks, 4.0)
-    ]
+    without = drive(started(landmarks), landmarks, 4.0)
+    assert [belief.pose for belief, _ in rows] == [belief.pose for belief, _ in without]
 
 
 def test_without_a_fix_it_does_not_look_elsewhere(landmarks):

@@ -1,6 +1,7 @@
 import math
 
 import numpy as np
+import pytest
 
 from navstack.localization.gps import DEGRADED_AFTER, LOST_AFTER, GpsLocalizer
 from navstack.types import Belief, GpsFix, Health, Imu, Observation, Odometry, Pose2D, Twist2D
@@ -60,7 +61,16 @@ def test_health_follows_the_age_of_the_last_fix():
     )
     for stamp, health in cases:
         assert localizer.update(Observation(stamp)).health is health
-    assert localizer.update(Observation(20.0, gps=fix(20.0, 0.0, 0.0))).health is Health.TRACKING
+    again = Observation(20.0, imu=imu(20.0, 0.0), gps=fix(20.0, 0.0, 0.0))
+    assert localizer.update(again).health is Health.TRACKING
+
+
+@pytest.mark.parametrize("old", [math.nan, DEGRADED_AFTER + 0.1])
+def test_health_follows_the_age_of_the_last_heading(old):
+    localizer = started()
+    localizer.update(Observation(10.0, imu=imu(10.0, 0.0), gps=fix(10.0, 0.0, 0.0)))
+    stale = Observation(11.0, imu=imu(11.0 - old, 0.0), gps=fix(11.0, 0.0, 0.0))
+    assert localizer.update(stale).health is Health.DEGRADED
 
 
 def test_without_any_fix_the_first_update_starts_the_clock_and_reset_starts_it_anew():

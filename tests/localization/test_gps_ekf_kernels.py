@@ -106,12 +106,8 @@ def test_noise_grows_with_the_distance_driven(speed):
     )
     ekf = GpsEkfFilter(params, COMPILED, True)
     state = ekf.start(np.array((1.0, 2.0, 0.4)), np.diag((0.1, 0.2, 0.03)), 10.0)
-    state.mean[SPEED], state.acceleration_stamp, state.rate_stamp, state.rate_density = (
-        speed,
-        10.0,
-        10.0,
-        0.02,
-    )
+    state.mean[SPEED], state.rate_density = speed, 0.02
+    state.acceleration_stamp = state.rate_stamp = state.wheel_stamp = 10.0
     walks = (params.imu0_yaw_rate_bias_walk, params.odom0_scale_walk, params.imu0_yaw_offset_walk)
     densities = np.array((0.02 + 0.07**2, 0.9**2, 0.3**2 * abs(speed), *np.square(walks)))
     given = (0.06, state.yaw_rate, state.gyro)
