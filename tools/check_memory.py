@@ -35,7 +35,8 @@ from harness.economics.valuation import value
 from harness.episode.episode import run_episode
 from harness.execution.workers import Workers
 from harness.storage.journal import line_of
-from harness.storage.run_folder import JOURNAL, RunFolder, create_run
+from harness.storage.new_run import create_run
+from harness.storage.run_folder import JOURNAL, RunFolder
 from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.study.stored_run import load_run

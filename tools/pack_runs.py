@@ -22,8 +22,8 @@ from harness.storage.checksums import write_checksums
 from harness.storage.documents import json_text
 from harness.storage.files import write_text
 from harness.storage.manifest_file import read_manifest
+from harness.storage.new_run import MANIFEST, OF_STACKS
 from harness.storage.parameters import pack_parameters
-from harness.storage.run_folder import MANIFEST, OF_STACKS
 from navstack.errors import InputError
 
 TABLES = ("episodes", "events")

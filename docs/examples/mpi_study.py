@@ -16,7 +16,8 @@ from pathlib import Path
 
 from harness.execution.executors import Place, give_memory_back
 from harness.execution.workers import Workers
-from harness.storage.run_folder import MANIFEST, RunFolder, create_run
+from harness.storage.new_run import MANIFEST, create_run
+from harness.storage.run_folder import RunFolder
 from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study

@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from navstack.errors import InputError
 
@@ -136,8 +136,8 @@ def sync_folder(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def locked(path: Path) -> Iterator[None]:
-    """Hold a run folder for oneself; the lock dies with the process.
+def locked(path: Path) -> Iterator[IO[str]]:
+    """Hold a run folder for oneself; the lock, which is yielded, dies with the process.
 
     Raises:
         InputError: another process holds it.
@@ -151,16 +151,18 @@ def locked(path: Path) -> Iterator[None]:
                 raise InputError(
                     f"run folder '{path}' is being written by another run; wait for its end"
                 ) from None
-            if not _is_same_file(lock, path / LOCK):
+            if not is_same_file(lock, path / LOCK):
                 continue  # its last holder was just removing it
             try:
-                yield
+                yield lock
             finally:
-                (path / LOCK).unlink(missing_ok=True)
+                if is_same_file(lock, path / LOCK):
+                    (path / LOCK).unlink(missing_ok=True)
             return
 
 
-def _is_same_file(stream: IO[str], path: Path) -> bool:
-    with contextlib.suppress(FileNotFoundError):
+def is_same_file(stream: IO[Any], path: Path) -> bool:
+    """Whether an open file is the one that lies at a path."""
+    with contextlib.suppress(FileNotFoundError, NotADirectoryError):
         return os.path.samestat(os.fstat(stream.fileno()), path.stat())
     return False

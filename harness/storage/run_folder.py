@@ -2,89 +2,32 @@
 
 import contextlib
 import os
-import shutil
-import time
 from array import array
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
-from harness.storage.checksums import note_tables, write_checksums
+from harness.storage.checksums import CHECKSUMS, OF_ALL, note_tables
 from harness.storage.documents import json_text
 from harness.storage.files import (
-    LOCK,
     locked,
     no_links,
     replacing,
-    require_folder,
     require_real_folders,
     sync_folder,
     write_text,
-    writing,
 )
 from harness.storage.journal import events_at, finished_in_tables, line_of, records_in, records_of
+from harness.storage.new_run import point_latest
+from harness.storage.rescue import contents, is_in_place, lost_folder, opened_folder, rescued
 from harness.storage.rows import Columns, Row, Rows
 from harness.storage.tables import read_rows, write_table
 from navstack.errors import InputError
 from navstack.files import check_regular
 
-MANIFEST = "run.json"  # written last when a run is created: a folder that has it can be resumed
-OF_STACKS = "of_stacks"  # in the manifest of packed runs: what each said of its own, by stack
-BEGUN = "run.begun"  # there while a run is created
-ABLATION, TUNING = "ablation.yaml", "tuning.yaml"  # in params/: what such a study declares
 JOURNAL = "journal.jsonl"  # episodes in the order they finished; there as long as some are missing
 MOST_JOURNAL = 10_000_000_000  # [bytes] of a whole journal
 MOST_LINE = 20_000_000  # [bytes] of one delivery in it
-
-
-def default_folder(name: str) -> Path:
-    """``results/<time>-<name>`` below the current directory."""
-    return Path("results") / f"{time.strftime('%Y%m%d-%H%M%S')}-{name}"
-
-
-def require_usable(path: Path) -> None:
-    """Check that a run folder can be made at a path.
-
-    Raises:
-        InputError: it exists and is not empty, or cannot be written.
-    """
-    left_over = (path / BEGUN).is_file() and not (path / MANIFEST).exists()
-    if path.is_dir() and not left_over and any(entry.name != LOCK for entry in path.iterdir()):
-        resume = f", or --resume {path}" if (path / MANIFEST).is_file() else ""
-        raise InputError(
-            f"output folder '{path}' is not empty; give --out a new or empty folder{resume}"
-        )
-    require_folder(path)
-
-
-def create_run(path: Path, about: Row, parameters: Mapping[str, str]) -> None:
-    """Write what is known before the first episode.
-
-    Args:
-        path: must be absent or empty, or what is left of a program that was killed in here.
-        about: content of ``run.json``.
-        parameters: file name -> text, for ``params/``.
-
-    Raises:
-        InputError: the folder exists and is not empty, is in use, or cannot be written.
-    """
-    require_usable(path)
-    require_real_folders(path)
-    with writing(path):
-        path.mkdir(parents=True, exist_ok=True)
-        with locked(path):
-            require_usable(path)  # another program may have been quicker
-            write_text(path / BEGUN, "")
-            if (path / "params").exists():
-                shutil.rmtree(path / "params")
-            (path / "params").mkdir()
-            for name, text in parameters.items():
-                write_text(path / "params" / name, text)
-            manifest = json_text(about)
-            write_checksums(path, {MANIFEST: manifest})  # a folder with a manifest has them
-            write_text(path / MANIFEST, manifest)
-            (path / BEGUN).unlink()
-    point_latest(path)
 
 
 class RunFolder:
@@ -108,7 +51,8 @@ class RunFolder:
             InputError: another program writes the folder, it cannot be written, or its tables are
                 damaged.
         """
-        self.path = path
+        self.path = path.resolve()  # a link may point elsewhere before the run ends
+        self._lost: Path | None = None  # the folder that it could not stay in
         self._troubles: list[str] = []  # with lines of the journal
         self._tables, self._total = tables, total
         self._forget()
@@ -116,7 +60,9 @@ class RunFolder:
         self._open = contextlib.ExitStack()
         with self._writing(), contextlib.ExitStack() as opening:
             require_real_folders(path)
-            opening.enter_context(locked(path))
+            path = self.path
+            self._lock = opening.enter_context(locked(path))
+            self._inside = opening.enter_context(opened_folder(path))
             has_tables = (path / "episodes.parquet").exists()
             if has_tables and not (path / JOURNAL).exists():
                 self.rows, self.timings = finished_in_tables(path, tables)
@@ -127,6 +73,7 @@ class RunFolder:
                     check_regular(path / JOURNAL, MOST_JOURNAL)
                 self._journal = opening.enter_context(open(path / JOURNAL, "ab+", opener=no_links))
                 self._read_journal(self._journal)
+                self._texts = contents(path, (*OF_ALL, CHECKSUMS))
                 sync_folder(path)
             self._open = opening.pop_all()
 
@@ -152,9 +99,15 @@ class RunFolder:
         return set(self._keys())
 
     def add(self, record: Row) -> None:
-        """Put one finished episode (``row``, ``events``, ``timing``) on disk before returning."""
+        """Put one finished episode (``row``, ``events``, ``timing``) on disk before returning.
+
+        Raises:
+            InputError: it cannot be written, or the folder is no longer there; the message tells
+                where the finished episodes are.
+        """
         if self._journal is None:
             raise ValueError(f"run folder '{self.path}' is closed or complete")
+        self._stay()
         place, before = self._journal.seek(0, os.SEEK_END), len(self.rows)
         with self._writing():
             try:
@@ -167,6 +120,7 @@ class RunFolder:
                 if len(self.rows) > before:
                     self.rows.drop_last()
                 raise
+        self._tell()
 
     def add_recording(self, name: str, arrays: Mapping[str, Any]) -> None:
         """Keep the trajectories of one episode as ``recordings/<name>.npz``.
@@ -175,46 +129,95 @@ class RunFolder:
         """
         import numpy as np
 
-        with self._recording(f"{name}.npz") as path, replacing(path) as stream:
-            np.savez_compressed(stream, **arrays)
+        def write() -> None:
+            with replacing(self._recording(f"{name}.npz")) as stream:
+                np.savez_compressed(stream, **arrays)
 
-    def add_table(self, name: str, columns: Columns, rows: Iterable[Row]) -> None:
+        self._write(write)
+
+    def add_table(self, name: str, columns: Columns, rows: Sequence[Row]) -> None:
         """Keep a table of one episode as ``recordings/<name>.parquet``.
 
         To be called before :meth:`add`.
         """
-        with self._recording(f"{name}.parquet") as path:
-            write_table(path, columns, rows)
+        self._write(lambda: write_table(self._recording(f"{name}.parquet"), columns, rows))
 
     def write_summary(self, summary: Row) -> None:
         """Write ``summary.json``."""
-        with self._writing():
-            write_text(self.path / "summary.json", json_text(summary))
+        self._write(lambda: write_text(self._inside / "summary.json", json_text(summary)))
 
     def close(self) -> None:
-        """Turn the journal into the three tables, ordered by stack and episode whatever the order of work."""
+        """Turn the journal into the three tables, ordered by stack and episode whatever the order of work.
+
+        Raises:
+            InputError: it cannot be written, or the folder was not there any more.
+        """
         with self._open:
-            journal, self._journal = self._journal, None
-            if journal is None:
+            if self._journal is None:
                 return
-            keys = self._keys()
-            order = sorted(range(len(keys)), key=keys.__getitem__)
-            rows: dict[str, Iterable[Row]] = {
-                "episodes": self.rows.take(order),
-                "events": (event for i in order for event in events_at(journal, self._places[i])),
-                "timings": self.timings.take(order),
-            }
             try:
-                with self._writing():
-                    for table, columns in self._tables.items():
-                        write_table(self.path / f"{table}.parquet", columns, rows[table])
-                    note_tables(self.path)
-                    if self.is_complete:
-                        (self.path / JOURNAL).unlink()
+                self._write(self._write_tables)
+                if self.is_complete:
+                    (self._inside / JOURNAL).unlink()
             finally:
+                journal, self._journal = self._journal, None
                 with contextlib.suppress(OSError):  # a full disk has been reported by then
                     journal.close()
             point_latest(self.path)
+            self._tell()
+
+    def _write_tables(self) -> None:
+        journal = self._journal
+        assert journal is not None
+        keys = self._keys()
+        order = sorted(range(len(keys)), key=keys.__getitem__)
+        rows: dict[str, Iterable[Row]] = {
+            "episodes": self.rows.take(order),
+            "events": (event for i in order for event in events_at(journal, self._places[i])),
+            "timings": self.timings.take(order),
+        }
+        for table, columns in self._tables.items():
+            write_table(self._inside / f"{table}.parquet", columns, rows[table])
+        note_tables(self._inside)
+
+    def _write(self, write: Callable[[], None]) -> None:
+        """Write into the folder; where it went in the midst of that, again into the new one."""
+        while True:
+            self._stay()
+            try:
+                with self._writing():
+                    write()
+            except InputError:
+                if self._is_in_place:
+                    raise
+            if self._is_in_place:
+                return
+
+    @property
+    def _is_in_place(self) -> bool:
+        return self._journal is None or is_in_place(self._lock, self._journal)
+
+    def _stay(self) -> None:
+        """Go on in a new folder with all that is finished where this one is not at its path any more.
+
+        What another program may have put there stays as it is.
+        """
+        if self._journal is None or self._is_in_place:
+            return
+        self._lost = self.path
+        with self._writing():
+            self.path = rescued(self.path, self._texts, self._journal)
+            self._lock = self._open.enter_context(locked(self.path))
+            self._inside = self._open.enter_context(opened_folder(self.path))
+            self._journal.close()
+            journal = open(self.path / JOURNAL, "ab+", opener=no_links)
+            self._journal = self._open.enter_context(journal)
+
+    def _tell(self) -> None:
+        """Stop, once, where the run could not stay in its folder."""
+        lost, self._lost = self._lost, None
+        if lost is not None:
+            raise lost_folder(lost, self.path, len(self.rows))
 
     def _unpack(self) -> None:
         """Make tables a journal again: the run was complete and has been extended since."""
@@ -275,12 +278,10 @@ class RunFolder:
                 f"{told}; {kept}; make room and go on with --resume {self.path}"
             ) from None
 
-    @contextlib.contextmanager
-    def _recording(self, name: str) -> Iterator[Path]:
-        """The file of a recording, to be written."""
-        with self._writing():
-            (self.path / "recordings").mkdir(exist_ok=True)
-            yield self.path / "recordings" / name
+    def _recording(self, name: str) -> Path:
+        """The file of a recording."""
+        (self._inside / "recordings").mkdir(exist_ok=True)
+        return self._inside / "recordings" / name
 
 
 def count_finished(path: Path) -> int:
@@ -296,19 +297,3 @@ def count_finished(path: Path) -> int:
             )
     table = path / "episodes.parquet"
     return len(read_rows(table, {"episode": "int64"})) if table.is_file() else 0
-
-
-def point_latest(path: Path) -> None:
-    """Let ``latest`` beside the run point to it.
-
-    Only in a folder named results, and never over a real file.
-    """
-    path = path.resolve()
-    link = path.parent / "latest"
-    if path.parent.name != "results" or (link.exists() and not link.is_symlink()):
-        return
-    try:
-        link.unlink(missing_ok=True)
-        link.symlink_to(path.name)
-    except OSError:
-        return  # a file system without links; the folder itself is complete

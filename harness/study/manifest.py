@@ -21,9 +21,9 @@ from harness.execution.arithmetic import machine, other_arithmetic
 from harness.execution.process_cache import kept
 from harness.execution.worker_check import project_digest
 from harness.storage.manifest_file import read_manifest, require_unchanged
+from harness.storage.new_run import MANIFEST
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Row
-from harness.storage.run_folder import MANIFEST
 from harness.storage.texts import clean_text
 from harness.task.stack import Stack, absolute_files, policy_files
 from harness.task.study import MAX_EPISODES, EpisodeTask, Study, usable_workers

@@ -123,8 +123,8 @@ def files_of(folder: Path, study: "Study") -> Iterator[Path]:
         study: as the folder tells it.
     """
     from harness.episode.factory import nav2_parameters
+    from harness.storage.new_run import MANIFEST
     from harness.storage.parameters import parameter_folder
-    from harness.storage.run_folder import MANIFEST
     from harness.task.stack import policy_files
     from navstack.costmap.map_io import load_metadata
     from navstack.params.nav2_file.views import read_costmap, read_masks

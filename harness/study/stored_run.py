@@ -20,9 +20,10 @@ from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.checksums import changed_files
 from harness.storage.journal import LARGEST, NEEDED
 from harness.storage.manifest_file import mixed_files, other_study, read_manifest
+from harness.storage.new_run import MANIFEST, OF_STACKS
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Rows, values
-from harness.storage.run_folder import JOURNAL, MANIFEST, OF_STACKS, count_finished
+from harness.storage.run_folder import JOURNAL, count_finished
 from harness.storage.tables import read_rows
 from harness.storage.texts import clean_text
 from navstack.errors import InputError, UnknownNameError

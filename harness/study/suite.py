@@ -12,8 +12,8 @@ from typing import Any
 
 from harness.storage.documents import write_file
 from harness.storage.manifest_file import extend_run
+from harness.storage.new_run import MANIFEST, create_run
 from harness.storage.parameters import parameter_folder
-from harness.storage.run_folder import MANIFEST, create_run
 from harness.storage.shipped import DEFAULT_WORLD
 from harness.storage.texts import name_of
 from harness.study.manifest import about, load_study, parameters

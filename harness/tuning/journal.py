@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import IO, Any
 
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
-from harness.storage.checksums import sealed, unsealed
+from harness.storage.checksums import CHECKSUMS, OF_ALL, sealed, unsealed
 from harness.storage.files import locked, no_links, require_real_folders, sync_folder, writing
 from harness.storage.journal import trouble_with
+from harness.storage.rescue import contents, is_in_place, lost_folder, rescued
 from harness.storage.run_folder import JOURNAL, MOST_JOURNAL, MOST_LINE
 from harness.storage.texts import clean_texts
 from harness.tuning.evaluation import EVENTS, MARGIN, Candidate, Value
@@ -56,11 +57,12 @@ class Journal:
         self._ended: float | None = None
         with writing(path), contextlib.ExitStack() as opening:
             require_real_folders(path)
-            opening.enter_context(locked(path))
+            self._lock = opening.enter_context(locked(path))
             if self.path.exists():
                 check_regular(self.path, MOST_JOURNAL)
             self._file: IO[bytes] = opening.enter_context(open(self.path, "ab+", opener=no_links))
             self._read()
+            self._texts = contents(path, (*OF_ALL, CHECKSUMS))
             sync_folder(path)
             self._open = opening.pop_all()
 
@@ -105,7 +107,7 @@ class Journal:
         """Put one finished episode on disk before returning.
 
         Raises:
-            InputError: it cannot be written.
+            InputError: it cannot be written, or the folder is no longer there.
         """
         columns = {key: value for key, value in row.items() if key != EVENTS}
         episode = {"mission": mission, "row": columns, EVENTS: row[EVENTS]}
@@ -115,6 +117,9 @@ class Journal:
             self._file.write(sealed(line))
             self._file.flush()
             os.fsync(self._file.fileno())
+            if not is_in_place(self._lock, self._file):
+                folder = rescued(self.path.parent, self._texts, self._file)
+                raise lost_folder(self.path.parent, folder, len(self) + 1)
         except OSError as error:
             raise InputError(
                 f"study folder '{self.path.parent}' cannot be written ({error.strerror}); "

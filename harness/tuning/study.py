@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.episode.factory import Parts, nav2_parameters
-from harness.storage.run_folder import TUNING
+from harness.storage.new_run import TUNING
 from harness.task.study import EpisodeTask, Study
 from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration
 from harness.tuning.evaluation import Candidate, Evaluator, unseen_missions

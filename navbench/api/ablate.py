@@ -13,7 +13,7 @@ from harness.episode.factory import prices_of
 from harness.metrics.columns import Row
 from harness.report.ablation import draw_ablation
 from harness.storage.documents import write_document
-from harness.storage.run_folder import ABLATION, create_run, default_folder, require_usable
+from harness.storage.new_run import ABLATION, create_run, default_folder, require_usable
 from harness.storage.texts import name_of
 from harness.study.manifest import about, load_study, parameters, version_notes
 from harness.study.places import Where

@@ -9,8 +9,9 @@ from pathlib import Path
 
 from harness.episode.episode import Delivery
 from harness.execution.workers import Finished, Workers
+from harness.storage.new_run import create_run, default_folder, require_usable
 from harness.storage.rows import Row
-from harness.storage.run_folder import RunFolder, create_run, default_folder, require_usable
+from harness.storage.run_folder import RunFolder
 from harness.study.drive import TABLES, StackResult, drive_missing, finish, require_own
 from harness.study.manifest import about, load_study, parameters
 from harness.study.places import Where, open_workers

@@ -14,14 +14,9 @@ from harness.report.page.document import write_study_page
 from harness.report.suite.document import PAGE, write_results
 from harness.report.suite.results import Results, overview, read_results
 from harness.storage.documents import write_document
+from harness.storage.new_run import default_folder, point_latest, require_usable
 from harness.storage.rows import Row, Rows
-from harness.storage.run_folder import (
-    RunFolder,
-    count_finished,
-    default_folder,
-    point_latest,
-    require_usable,
-)
+from harness.storage.run_folder import RunFolder, count_finished
 from harness.storage.shipped import resolve, shipped
 from harness.study.again import PARTINGS, record_again, recorded_again
 from harness.study.barn import Score, made_maps, map_names, optimal_times, score_of

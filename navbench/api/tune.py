@@ -15,7 +15,7 @@ from harness.metrics.columns import Row
 from harness.report.page.document import write_study_page
 from harness.report.tuning.document import write_tuning
 from harness.storage.documents import write_document
-from harness.storage.run_folder import TUNING, create_run, default_folder, require_usable
+from harness.storage.new_run import TUNING, create_run, default_folder, require_usable
 from harness.storage.shipped import resolve, shipped
 from harness.study.again import PARTINGS, record_again
 from harness.study.manifest import about, load_study, parameters, version_notes

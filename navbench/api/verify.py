@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from harness.storage.run_folder import MANIFEST
+from harness.storage.new_run import MANIFEST
 from harness.study.verification import Verification, verify_run
 from navstack.errors import InputError
 

@@ -15,7 +15,8 @@ import pytest
 
 from harness.execution.executors import InProcess
 from harness.execution.workers import Workers
-from harness.storage.run_folder import RunFolder, create_run
+from harness.storage.new_run import create_run
+from harness.storage.run_folder import RunFolder
 from harness.study.drive import TABLES, drive_missing
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study

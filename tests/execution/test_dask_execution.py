@@ -15,7 +15,8 @@ import pytest
 
 from harness.execution.executors import InProcess
 from harness.execution.workers import NoExecutorError, Workers
-from harness.storage.run_folder import RunFolder, count_finished, create_run
+from harness.storage.new_run import create_run
+from harness.storage.run_folder import RunFolder, count_finished
 from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study

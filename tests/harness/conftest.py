@@ -11,7 +11,8 @@ from harness.economics.contact_costs import injury_costs, injury_measures, prope
 from harness.economics.prices import load_prices
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUMNS
 from harness.metrics.delivery_log import JOULES_PER_KWH
-from harness.storage.run_folder import RunFolder, create_run
+from harness.storage.new_run import create_run
+from harness.storage.run_folder import RunFolder
 from harness.storage.shipped import shipped
 from navstack.params.strict import dump_dataclass
 

@@ -10,7 +10,8 @@ from rich.console import Console
 
 from harness.report.figures import SUFFIXES
 from harness.report.tables import print_table, report_table
-from harness.storage.run_folder import ABLATION, JOURNAL, RunFolder
+from harness.storage.new_run import ABLATION
+from harness.storage.run_folder import JOURNAL, RunFolder
 from harness.storage.shipped import shipped
 from harness.study.drive import TABLES
 from harness.world.sensors.suite import SensorParams

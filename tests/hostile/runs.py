@@ -16,7 +16,8 @@ import pyarrow.parquet as pq
 from harness.execution.executors import InProcess
 from harness.execution.workers import Workers
 from harness.storage.checksums import CHECKSUMS
-from harness.storage.run_folder import RunFolder, create_run
+from harness.storage.new_run import create_run
+from harness.storage.run_folder import RunFolder
 from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import make_study

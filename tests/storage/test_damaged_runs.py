@@ -13,7 +13,8 @@ import pytest
 
 from harness.storage.journal import record_of, trouble_with
 from harness.storage.manifest_file import extend_run
-from harness.storage.run_folder import JOURNAL, RunFolder, count_finished, create_run
+from harness.storage.new_run import create_run
+from harness.storage.run_folder import JOURNAL, RunFolder, count_finished
 from harness.storage.shipped import DEFAULT_WORLD
 from harness.storage.tables import is_of_kind
 from harness.study.drive import TABLES

@@ -20,7 +20,8 @@ from harness.storage.files import (
     write_text,
 )
 from harness.storage.journal import line_of, record_of
-from harness.storage.run_folder import JOURNAL, MANIFEST, RunFolder, count_finished, create_run
+from harness.storage.new_run import MANIFEST, create_run
+from harness.storage.run_folder import JOURNAL, RunFolder, count_finished
 from navstack.errors import InputError
 
 TABLES = {
@@ -282,7 +283,7 @@ def test_a_program_that_is_killed_while_it_makes_a_folder_leaves_one_to_use(
         write_text(path, text)
 
     with monkeypatch.context() as patched, pytest.raises(SystemExit):
-        patched.setattr("harness.storage.run_folder.write_text", killed)
+        patched.setattr("harness.storage.new_run.write_text", killed)
         create_run(tmp_path / "run", {"command": ["x"]}, {"a.yaml": "x: 1\n", "b.yaml": "y: 1\n"})
     create_run(tmp_path / "run", {"command": ["x"]}, {"a.yaml": "x: 2\n"})
     files = sorted(

@@ -17,7 +17,8 @@ import pytest
 from harness.execution.executors import InProcess
 from harness.execution.workers import Finished, Workers
 from harness.storage.checksums import CHECKSUMS
-from harness.storage.run_folder import JOURNAL, MANIFEST, RunFolder, create_run
+from harness.storage.new_run import MANIFEST, create_run
+from harness.storage.run_folder import JOURNAL, RunFolder
 from harness.storage.shipped import shipped
 from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters

@@ -12,7 +12,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from harness.storage.checksums import CHECKSUMS, changed_files, write_checksums
-from harness.storage.run_folder import RunFolder, create_run
+from harness.storage.new_run import create_run
+from harness.storage.run_folder import RunFolder
 from harness.storage.shipped import shipped
 from harness.study.drive import TABLES
 from navbench.cli.app import main

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.storage.run_folder import create_run
+from harness.storage.new_run import create_run
 from harness.storage.shipped import shipped
 from harness.study.manifest import about, load_study, parameters
 from harness.task.stack import Stack, load_stack

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -17,7 +18,8 @@ from harness.economics.prices import load_prices
 from harness.execution.executors import InProcess
 from harness.execution.workers import Workers
 from harness.storage.files import LOCK
-from harness.storage.run_folder import JOURNAL, TUNING
+from harness.storage.new_run import TUNING
+from harness.storage.run_folder import JOURNAL
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows
 from harness.task.study import EpisodeTask, RandomStreams, make_study
@@ -457,6 +459,21 @@ def test_a_full_disk_is_told_of_and_loses_nothing(tmp_path: Path) -> None:
             journal.add(ORIGINAL, 1, row)
     with Journal(tmp_path) as journal:
         assert len(journal) == 1 and journal.get(ORIGINAL, 1) is None
+
+
+def test_a_study_whose_folder_is_removed_keeps_its_deliveries(tmp_path: Path) -> None:
+    folder, row = tmp_path / "study", {"stack": "a", "outcome": "sla", EVENTS: []}
+    (folder / "params").mkdir(parents=True)
+    (folder / "params" / TUNING).write_text("a: 1\n")
+    with pytest.raises(InputError, match="removed, moved or replaced") as stopped:  # noqa: PT012
+        with Journal(folder) as journal:
+            journal.add(ORIGINAL, 0, row)
+            shutil.rmtree(folder)
+            journal.add(ORIGINAL, 1, row)
+    kept = Path(str(stopped.value).rpartition(" ")[2])
+    with Journal(kept) as journal:
+        assert len(journal) == 2
+    assert (kept / "params" / TUNING).is_file()
 
 
 def test_a_difference_is_a_patch_also_without_a_last_line_end() -> None:
