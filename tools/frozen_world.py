@@ -1,6 +1,6 @@
 """World ``published_3`` beside the published rows.
 
-Drives what is not kept, writes the tables of docs/calibration.md.
+Drives what is not kept, writes the tables of results/baseline/published_3/index.md.
 
 Usage: python -m tools.frozen_world [--tables] [--workers N] [--stack NAME] [--place NAME]
            [--seed N --episodes N --out FOLDER]
@@ -72,12 +72,12 @@ FAMILIES = (  # of shares that are tested together: a stack for each published r
 LEVEL = 0.05  # p below which equality is rejected
 PREDICTED = (  # key, decimals, allowed ours / published; None: reported
     ("pedestrian_injury_usd_per_run", 2, (1 / 1.5, 1.5)),
-    ("avg_collision_impulse_ns", 1, (0.7, 1.3)),
+    ("avg_collision_impulse_ns", 1, None),
     ("avg_distance_km", 4, (0.75, 1.25)),
     ("avg_velocity_mps", 2, None),
     ("avg_runtime_h", 4, None),
 )
-PAGE = ROOT / "docs" / "calibration.md"
+PAGE = KEPT / "index.md"
 BEGIN, END = "<!-- tools/frozen_world.py writes what follows -->", "<!-- tables end -->"
 STANDING = 172.0  # [s] that the published NavDP, which hardly moves, takes for a run
 
