@@ -14,7 +14,7 @@ from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.findings import Notice, Visit
 from navstack.params.nav2_file.ros_yaml import ParameterEntry, Value, is_placeholder
 from navstack.params.registry.bindings import parameter_of
-from navstack.params.registry.kinds import DECIMALS, WHOLE_NUMBERS
+from navstack.params.registry.releases import Declared
 
 T = TypeVar("T")
 
@@ -31,7 +31,7 @@ KINDS: dict[Any, str] = {
 MOST_SHOWN = 60  # characters of a value in a message
 LARGEST = 1e9  # of any number with a decimal point
 # ends of names whose values may be as large as they like
-ENDLESS = ("_range", "_height", "path_length_tolerance")
+ENDLESS = ("_range", "_height", "path_length_tolerance", "_velocity", "_accel", "_decel")
 
 
 def read_values(
@@ -76,10 +76,15 @@ def _made(cls: type[T], values: Mapping[str, Any], prefix: str) -> T:
     except InputError as error:
         raise _OutOfRangeError(cls, prefix, str(error)) from None
     for name, value in values.items():  # what the dataclass itself takes at any size
-        if isinstance(value, float) and abs(value) > LARGEST and not name.endswith(ENDLESS):
+        numbers = value if isinstance(value, tuple) else (value,)
+        if not name.endswith(ENDLESS) and any(map(_is_too_large, numbers)):
             reason = f"{name} {value!r} is out of range; at most {LARGEST:g} is allowed"
             raise _OutOfRangeError(cls, prefix, reason)
     return made
+
+
+def _is_too_large(value: Any) -> bool:
+    return isinstance(value, float) and abs(value) > LARGEST
 
 
 def value_notices(
@@ -130,14 +135,11 @@ def _warnings_of(name: str, kind: Any, path: str, entry: ParameterEntry) -> Iter
         yield Notice("placeholder", path, message, "write true or false", entry.line)
 
 
-def form_notices(name: str, path: str, entry: ParameterEntry) -> list[Notice]:
-    """The same for a parameter that this program does not read.
-
-    Nothing where its name does not tell its form.
-    """
-    if name in DECIMALS and type(entry.value) is int:
+def form_notices(declared: Declared, path: str, entry: ParameterEntry) -> list[Notice]:
+    """The same for a parameter that this program does not read."""
+    if declared.kinds == {"double"} and type(entry.value) is int:
         return [_whole_number(path, entry)]
-    if name in WHOLE_NUMBERS and isinstance(entry.value, float):
+    if declared.kinds == {"integer"} and isinstance(entry.value, float):
         return [_decimal_number(path, entry)]
     return []
 
