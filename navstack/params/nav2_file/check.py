@@ -70,16 +70,12 @@ class Checker:
                 continue
             elif place.params and key not in used_keys:
                 self._ignore(f"{prefix}{key}")
-            if key not in used_keys:
-                self._check_unread(f"{prefix}{key}", declared, entry)
+            path = f"{prefix}{key}"
+            self.findings.notices += form_notices(declared, f"{self._node}: {path}", entry)
+            expected = "" if key in used_keys else declared.misfit(entry.value)
+            if expected and not is_placeholder(entry.value):
+                self._error("bad-value", path, f"{entry.value!r} is not {expected}", entry.line)
         self._check_sections(place)
-
-    def _check_unread(self, path: str, declared: Declared, entry: ParameterEntry) -> None:
-        """A value that this program does not read."""
-        self.findings.notices += form_notices(declared, f"{self._node}: {path}", entry)
-        expected = declared.misfit(entry.value)
-        if expected and not is_placeholder(entry.value):
-            self._error("bad-value", path, f"{entry.value!r} is not {expected}", entry.line)
 
     def _check_sections(self, place: Namespace) -> None:
         for key, plugins in place.block.plugins.items():

@@ -20,6 +20,13 @@ class Declared:
     releases: tuple[str, ...] = ()  # of RELEASES; none: not Nav2's own, or of any release
     kinds: frozenset[str] = frozenset()  # of ROS: double, integer, bool, string, double_array ...
 
+    def wants(self, kind: type[int] | type[float], value: object) -> bool:
+        """Whether a number, or one in a list, has a point and should not, or the other way."""
+        name = _KINDS[kind]
+        values = value if isinstance(value, list) else [value]
+        is_declared_so = self.kinds in ({name}, {f"{name}_array"})
+        return is_declared_so and any({type(each), kind} == {int, float} for each in values)
+
     def misfit(self, value: object) -> str:
         """What a value should be and is not; empty if it is, or if nothing is known."""
         is_switch = isinstance(value, bool)
