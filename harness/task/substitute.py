@@ -10,7 +10,7 @@ from pathlib import Path
 from harness.storage.shipped import shipped
 from harness.task.stack import Stack, absolute_files
 from navstack.errors import InputError, did_you_mean
-from navstack.params.nav2_file.catalog import node_block, plugin_type
+from navstack.params.nav2_file.catalog import LEFT_OUT, node_block, plugin_type
 from navstack.params.nav2_file.file import Nav2File, inspect_nav2
 from navstack.params.nav2_file.findings import names_of
 from navstack.params.nav2_file.ros_yaml import Value
@@ -27,7 +27,8 @@ def with_substitutes(stack: Stack, given: Sequence[str], allow_unknown: bool) ->
 
     Args:
         stack: of which there may be several.
-        given: each NAME=TYPE, e.g. FollowPath=dwb_core::DWBLocalPlanner.
+        given: each NAME=TYPE, e.g. FollowPath=dwb_core::DWBLocalPlanner; none in place of a type
+            leaves a costmap's layer out.
         allow_unknown: whether keys unknown to Nav2 are let pass.
 
     Raises:
@@ -90,6 +91,9 @@ def _changes(nav2: Nav2File, name: str, kind: str) -> dict[str, Value]:
     changes: dict[str, Value] = {}
     for node in nodes:
         own = nav2.parameters[node]
+        if kind == LEFT_OUT:
+            changes |= _without(nav2, node, name)
+            continue
         if refusal := _refusal(nav2, node, name, kind):
             raise InputError(f"--substitute '{name}={kind}' cannot be done: {refusal}")
         changes |= {
@@ -98,6 +102,27 @@ def _changes(nav2: Nav2File, name: str, kind: str) -> dict[str, Value]:
             if key not in own
         }
         changes[f"{node}.{name}.plugin"] = kind
+    return changes
+
+
+def _without(nav2: Nav2File, node: str, name: str) -> dict[str, Value]:
+    """The node's lists of layers without a name.
+
+    Raises:
+        InputError: the name is not that of a layer.
+    """
+    block = node_block(node)
+    lists = {} if block is None else block.plugins
+    changes: dict[str, Value] = {}
+    for key, plugins in lists.items():
+        names = names_of(nav2.parameters[node], key, plugins.defaults)
+        if plugins.family == "layers" and name in names:
+            changes[f"{node}.{key}"] = [other for other in names if other != name]
+    if not changes:
+        raise InputError(
+            f"--substitute '{name}={LEFT_OUT}' cannot be done: only a costmap's layers can be left "
+            "out; give a type that runs here"
+        )
     return changes
 
 

@@ -12,6 +12,7 @@ from navstack.params.lint import rules
 from navstack.params.lint.subject import RobotLimits
 from navstack.params.nav2_file.file import inspect_nav2
 from navstack.params.nav2_file.findings import UNKNOWN_KEY, Notice
+from navstack.params.nav2_file.release import looks_like
 from navstack.params.strict import load_dataclass
 
 
@@ -22,6 +23,7 @@ class Linted:
     path: Path
     notices: Sequence[Notice]
     ignored: Sequence[str]  # parameters that are not modelled here
+    releases: Sequence[str] = ()  # distributions of Nav2 that the file looks like
 
     @property
     def errors(self) -> list[Notice]:
@@ -39,6 +41,7 @@ class Linted:
             "errors": [_plain(notice) for notice in self.errors],
             "warnings": [_plain(notice) for notice in self.warnings],
             "ignored": list(self.ignored),
+            "releases": list(self.releases),
         }
 
 
@@ -78,7 +81,7 @@ def lint(file: str, robot: str | None = None, *, strict: bool = False) -> Linted
         notices = tuple(
             replace(each, is_error=each.is_error and each.id != UNKNOWN_KEY) for each in notices
         )
-    return Linted(path, notices, nav2.ignored)
+    return Linted(path, notices, nav2.ignored, looks_like(nav2.names))
 
 
 def robot_limits(name_or_file: str) -> RobotLimits:

@@ -90,6 +90,8 @@ def _print(found: Linted, console: Console) -> None:
         counted(len(found.warnings), "warning"),
         f"{len(found.ignored)} ignored",
     )
+    if found.releases:
+        console.print(Text(f"Reads like a file of Nav2 {' or '.join(found.releases)}", style="dim"))
     console.print(Text(f"{found.path}: {', '.join(counts)}"))
 
 

@@ -80,6 +80,7 @@ class ControllerServer:
         if len(plan):
             self._goal = Pose2D(*plan.poses[-1].tolist())
         self._goal_checker.reset()
+        self._goal_checker.set_plan(plan)
 
     @property
     def decision(self) -> DecisionRecord | None:

@@ -2,7 +2,8 @@
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import replace
+
+import numpy as np
 
 from navstack.geometry import shortest_angular_distance
 from navstack.params.checkers import (
@@ -10,15 +11,21 @@ from navstack.params.checkers import (
     SimpleGoalCheckerParams,
     StoppedGoalCheckerParams,
 )
-from navstack.types import Pose2D, Twist2D
+from navstack.types import FloatArray, Path, Pose2D, Twist2D
 
 
 class GoalChecker(ABC):
     """Decides whether the robot has arrived."""
 
+    _plan: FloatArray = np.empty((0, 3))  # poses of the plan, for what looks at more than the goal
+
     @abstractmethod
     def reset(self) -> None:
         """Forget everything about the previous goal."""
+
+    def set_plan(self, plan: Path) -> None:
+        """Take over a newer plan to the goal."""
+        self._plan = plan.poses
 
     @abstractmethod
     def is_goal_reached(self, pose: Pose2D, goal: Pose2D, velocity: Twist2D) -> bool:
@@ -63,16 +70,6 @@ class PositionGoalChecker(SimpleGoalChecker):
         super().__init__(
             SimpleGoalCheckerParams(params.xy_goal_tolerance, math.pi, params.stateful)
         )
-
-
-class SymmetricGoalChecker(SimpleGoalChecker):
-    """As :class:`SimpleGoalChecker`; the opposite heading is as good.
-
-    After ``symmetric_goal_checker.cpp``.
-    """
-
-    def __init__(self, params: SimpleGoalCheckerParams) -> None:
-        super().__init__(replace(params, symmetric_yaw_tolerance=True))
 
 
 class StoppedGoalChecker(SimpleGoalChecker):

@@ -1,9 +1,11 @@
 """The pixels of a map image as nav2_map_server gets them: GraphicsMagick, 16 bits a channel."""
 
+import math
 import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,12 +19,27 @@ FloatTable = npt.NDArray[np.float64]
 LevelArray = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 
 MAX_PIXELS = 20_000_000  # 223 m x 223 m at 0.05 m; a delivery on it takes less than 1 GiB of memory
+MAX_WHOLE = 10 * MAX_PIXELS  # of an image of which a part is read
 MAX_BYTES = 6 * MAX_PIXELS  # of the file: what an ASCII PGM spends on pixels of 16 bits
 _FORMATS = ("PNG", "BMP", "PPM", "GIF", "JPEG", "TIFF", "WEBP")  # of Pillow's; others run programs
 _DIGITS_AND_GAPS = b"0123456789 \t\r\n\v\f"
 _QUANTUM = 65535  # GraphicsMagick's largest channel value
 _GAP = rb"(?:\s|#[^\n\r]*[\n\r])+"  # white space and comments
 _PGM_HEADER = re.compile(rb"P([25])" + (_GAP + rb"(\d+)") * 3)
+
+
+class Crop(NamedTuple):
+    """The part of an image that is read, in pixels from its lower left corner."""
+
+    left: int
+    bottom: int
+    width: int
+    height: int
+
+    def box(self, image_height: int) -> tuple[int, int, int, int]:
+        """Left, top, right and bottom from the upper left corner, as Pillow counts."""
+        bottom = image_height - self.bottom
+        return self.left, bottom - self.height, self.left + self.width, bottom
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,7 +51,7 @@ class MapImage:
     transparent: BoolArray | None  # (height, width) not fully opaque; None: no alpha channel
 
 
-def read_image(path: Path, average_alpha: bool) -> MapImage:
+def read_image(path: Path, average_alpha: bool, crop: Crop | None = None) -> MapImage:
     """Read PGM (ASCII or binary, up to 16 bits), PNG, BMP or another format of ``_FORMATS``.
 
     A pixel's shade is the mean of its colour channels, with ``average_alpha`` of its alpha channel
@@ -48,8 +65,8 @@ def read_image(path: Path, average_alpha: bool) -> MapImage:
         with path.open("rb") as file:
             is_pgm = file.read(2) in (b"P2", b"P5")
         if is_pgm:
-            return _read_pgm(path)
-        return _read_other(path, average_alpha)
+            return _read_pgm(path, crop)
+        return _read_other(path, average_alpha, crop)
     except OSError as error:
         reason = error.strerror or str(error).splitlines()[0]
         raise MapError(
@@ -57,14 +74,26 @@ def read_image(path: Path, average_alpha: bool) -> MapImage:
         ) from None
 
 
-def _check_size(path: Path, width: int, height: int) -> None:
-    if width < 1 or height < 1 or width * height > MAX_PIXELS:
+def _check_size(path: Path, width: int, height: int, crop: Crop | None) -> None:
+    most = MAX_PIXELS if crop is None else MAX_WHOLE
+    if width < 1 or height < 1 or width * height > most:
+        side = math.isqrt(MAX_PIXELS)
         raise MapError(
-            f"map image {path}: {width} x {height} pixels; allowed: 1 to {MAX_PIXELS} pixels"
+            f"map image {path}: {width} x {height} pixels; allowed: 1 to {most} pixels; of a "
+            f"larger one a part is read: write crop: [left, bottom, width, height] in pixels "
+            f"beside 'image', e.g. crop: [0, 0, {min(side, width)}, {min(side, height)}]"
         )
+    if crop is None:
+        return
+    if crop.left + crop.width > width or crop.bottom + crop.height > height:
+        raise MapError(
+            f"map image {path}: crop {list(crop)} reaches beyond its {width} x {height} pixels"
+        )
+    if crop.width * crop.height > MAX_PIXELS:
+        raise MapError(f"map image {path}: crop {list(crop)}; allowed: {MAX_PIXELS} pixels")
 
 
-def _read_pgm(path: Path) -> MapImage:
+def _read_pgm(path: Path, crop: Crop | None) -> MapImage:
     content = path.read_bytes()
     header = _PGM_HEADER.match(content)
     if header is None:
@@ -72,7 +101,7 @@ def _read_pgm(path: Path) -> MapImage:
             f"map image {path}: corrupt PGM header; expected width, height and largest value"
         )
     width, height, largest = (int(field[:9]) for field in header.groups()[1:])
-    _check_size(path, width, height)
+    _check_size(path, width, height, crop)
     if not 1 <= largest <= _QUANTUM:
         raise MapError(f"map image {path}: largest value {largest}; a PGM allows 1 to {_QUANTUM}")
     body = memoryview(content)[header.end() :]
@@ -85,9 +114,13 @@ def _read_pgm(path: Path) -> MapImage:
         raise MapError(
             f"map image {path}: truncated, {len(values)} of {width} x {height} = {count} pixels"
         )
-    levels = np.minimum(values[:count], largest).astype(np.min_scalar_type(largest))
+    levels = values[:count].reshape(height, width)
+    if crop is not None:
+        left, top, right, bottom = crop.box(height)
+        levels = levels[top:bottom, left:right]
+    levels = np.minimum(levels, largest).astype(np.min_scalar_type(largest))
     shades = np.floor(np.arange(largest + 1) * _QUANTUM / largest + 0.5) / _QUANTUM
-    return MapImage(levels.reshape(height, width), shades, None)
+    return MapImage(levels, shades, None)
 
 
 def _binary_values(body: memoryview, largest: int) -> npt.NDArray[np.integer]:
@@ -104,14 +137,18 @@ def _ascii_values(path: Path, body: bytes) -> npt.NDArray[np.integer]:
     return np.fromstring(text.decode("ascii"), dtype=np.int64, sep=" ")
 
 
-def _read_other(path: Path, average_alpha: bool) -> MapImage:
+def _read_other(path: Path, average_alpha: bool, crop: Crop | None) -> MapImage:
     try:
         with warnings.catch_warnings():
             # MAX_PIXELS is our bound
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             with Image.open(path, formats=_FORMATS) as image:
-                _check_size(path, *image.size)
-                return _convert(image, average_alpha)
+                _check_size(path, *image.size, crop)
+                if crop is None:
+                    return _convert(image, average_alpha)
+                part = image.crop(crop.box(image.height))
+                part.info = image.info  # has what is transparent
+                return _convert(part, average_alpha)
     except Image.DecompressionBombError:
         raise MapError(f"map image {path}: far too large; allowed: {MAX_PIXELS} pixels") from None
     except UnidentifiedImageError:

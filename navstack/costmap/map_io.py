@@ -3,7 +3,7 @@
 import contextlib
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from PIL import Image
 from ruamel.yaml import YAML
 
-from navstack.costmap.map_image import FloatTable, read_image
+from navstack.costmap.map_image import Crop, FloatTable, read_image
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import MapError, ParameterError, did_you_mean
 from navstack.params.strict import load_yaml
@@ -46,6 +46,7 @@ class MapMetadata:
     free_thresh: float  # occupancy below it is FREE
     negate: bool  # True: bright is occupied
     mode: str  # 'trinary', 'scale' or 'raw'
+    crop: Crop | None = None  # the part of the image that is read, which origin is that of
 
 
 def load_map(yaml_path: Path | str) -> OccupancyGrid:
@@ -56,7 +57,7 @@ def load_map(yaml_path: Path | str) -> OccupancyGrid:
             value is out of range.
     """
     metadata = load_metadata(Path(yaml_path))
-    image = read_image(metadata.image, average_alpha=metadata.mode == "trinary")
+    image = read_image(metadata.image, metadata.mode == "trinary", metadata.crop)
     cells = _MODES[metadata.mode](image.shades, metadata)[image.levels]
     if metadata.mode == "scale" and image.transparent is not None:
         cells[image.transparent] = UNKNOWN
@@ -93,7 +94,7 @@ def load_metadata(path: Path) -> MapMetadata:
         mode=str(content.get("mode", "trinary")),
     )
     _check(metadata, path)
-    return metadata
+    return _cropped(metadata, content.get("crop"), path)
 
 
 def save_map(grid: OccupancyGrid, yaml_path: Path | str) -> None:
@@ -138,6 +139,23 @@ def _image_path(content: Mapping[str, Any], path: Path) -> Path:
     if not isinstance(name, str) or not name:
         raise MapError(f"map {path}: image {name!r} is not a file name")
     return path.parent / name
+
+
+def _cropped(metadata: MapMetadata, crop: Any, path: Path) -> MapMetadata:
+    """The metadata of a part of the image; ``crop`` is this program's own key."""
+    if crop is None:
+        return metadata
+    numbers = crop if isinstance(crop, list) else []
+    is_whole = all(type(each) is int and each >= 0 for each in numbers)
+    if len(numbers) != 4 or not is_whole or not all(numbers[2:]):
+        raise MapError(
+            f"map {path}: crop {crop!r} is not a list [left, bottom, width, height] in pixels"
+        )
+    part, origin = Crop(*numbers), metadata.origin
+    x, y = part.left * metadata.resolution, part.bottom * metadata.resolution
+    cos, sin = math.cos(origin.yaw), math.sin(origin.yaw)
+    corner = Pose2D(origin.x + cos * x - sin * y, origin.y + sin * x + cos * y, origin.yaw)
+    return replace(metadata, crop=part, origin=corner)
 
 
 def _number(value: Any, key: str, path: Path) -> float:

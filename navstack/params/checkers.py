@@ -5,6 +5,8 @@ Names and defaults are those of Nav2 Jazzy.
 
 from dataclasses import dataclass
 
+from navstack.ranges import Parameters, Positive
+
 
 @dataclass(frozen=True, slots=True)
 class SimpleGoalCheckerParams:
@@ -30,6 +32,23 @@ class StoppedGoalCheckerParams(SimpleGoalCheckerParams):
 
     rot_stopped_velocity: float = 0.25  # [rad/s] the robot stands if it turns no faster
     trans_stopped_velocity: float = 0.25  # [m/s] and drives no faster
+
+
+@dataclass(frozen=True, slots=True)
+class AxisGoalCheckerParams(Parameters):
+    """``axis_goal_checker.cpp`` of Nav2 Lyrical; directions are those of the path's end."""
+
+    along_path_tolerance: Positive = 0.25  # [m]
+    cross_track_tolerance: Positive = 0.25  # [m]
+    path_length_tolerance: Positive = 1.0  # [m] of the plan that may be left
+    # [m] to the goal, from which on a pose of the plan gives the direction
+    direction_estimation_distance: Positive = 0.15
+    is_overshoot_valid: bool = False  # anywhere beyond the goal is reached, too
+
+    @property
+    def xy_goal_tolerance(self) -> float:
+        """The distance in [m] that other parts take for the tolerance (``getTolerances``)."""
+        return min(self.along_path_tolerance, self.cross_track_tolerance)
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,7 @@ from navstack.params.registry.block import ParameterBlock
 from navstack.params.registry.entry import AlgorithmEntry, Params
 from navstack.params.registry.localizers import INPUTS, LOCALIZERS, OWN_NODE, LocalizerEntry
 from navstack.params.registry.nodes import FAMILIES
+from navstack.params.registry.releases import Declared
 
 GROUP = "navstack.plugins"
 NEEDS = {  # family to which a package can add -> what its factories take behind the parameters
@@ -123,10 +124,8 @@ def uses_map(localizer: str) -> bool:
 
 
 def _entry(extension: Extension) -> AlgorithmEntry:
-    keys = ParameterBlock(
-        frozenset(field.name for field in dataclasses.fields(extension.params))
-        | {"plugin", "class"}
-    )
+    names = [field.name for field in dataclasses.fields(extension.params)]
+    keys = ParameterBlock(dict.fromkeys((*names, "plugin", "class"), Declared()))
     return AlgorithmEntry(keys, _maker(extension), extension.params, NEEDS[extension.family])
 
 

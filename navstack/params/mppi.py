@@ -37,6 +37,8 @@ Acceleration = Annotated[float, within(1e-3, 1e3)]
 Braking = Annotated[
     float, Allowed("0.001 to 1000, either sign", lambda value: 1e-3 <= abs(value) <= 1e3)
 ]
+# 0: of a robot that cannot drive sideways
+Sideways = Annotated[float, within(-1e3, 1e3)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,8 +88,8 @@ class MppiParams(Parameters):
     wz_max: Annotated[float, within(1e-3, 100.0)] = 1.9  # [rad/s]
     ax_max: Acceleration = 3.0  # [m/s2] speeding up
     ax_min: Braking = -3.0  # [m/s2] slowing down; a positive value is taken as a negative one
-    ay_max: Acceleration = 3.0  # [m/s2] to the left
-    ay_min: Braking = -3.0  # [m/s2] to the right; a positive value is taken as a negative one
+    ay_max: Sideways = 3.0  # [m/s2] to the left
+    ay_min: Sideways = -3.0  # [m/s2] to the right; a positive value is taken as a negative one
     az_max: Acceleration = 3.5  # [rad/s2]
     # [-] small: the cheapest trajectory alone counts; large: all count alike
     temperature: Annotated[float, within(1e-6, 1e6)] = 0.3

@@ -1,15 +1,16 @@
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
+from navstack.control.axis_goal_checker import AxisGoalChecker
 from navstack.control.controller import Controller
 from navstack.control.controller_server import ControllerServer
 from navstack.control.goal_checker import (
     PositionGoalChecker,
     SimpleGoalChecker,
     StoppedGoalChecker,
-    SymmetricGoalChecker,
 )
 from navstack.control.progress_checker import PoseProgressChecker, SimpleProgressChecker
 from navstack.errors import (
@@ -20,6 +21,7 @@ from navstack.errors import (
     PatienceExceededError,
 )
 from navstack.params.checkers import (
+    AxisGoalCheckerParams,
     PoseProgressCheckerParams,
     PositionGoalCheckerParams,
     SimpleGoalCheckerParams,
@@ -66,11 +68,43 @@ def test_the_position_alone_or_either_heading_may_count() -> None:
         sideways, GOAL, STANDING
     )
     assert not position.is_goal_reached(Pose2D(1.3, 2.0, 3.1), GOAL, STANDING)
-    either = SymmetricGoalChecker(SimpleGoalCheckerParams())
+    either = SimpleGoalChecker(SimpleGoalCheckerParams(symmetric_yaw_tolerance=True))
     assert either.is_goal_reached(backwards, GOAL, STANDING) and either.is_goal_reached(
         GOAL, GOAL, STANDING
     )
     assert not either.is_goal_reached(sideways, GOAL, STANDING)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "changes", "reached"),
+    [
+        (0.8, 0.0, {}, True),
+        (0.7, 0.0, {}, False),
+        (0.8, 0.26, {}, False),
+        (0.8, 0.26, {"cross_track_tolerance": 0.3}, True),
+        (1.3, 0.0, {}, False),
+        (1.3, 0.0, {"is_overshoot_valid": True}, True),
+        (1.3, 0.3, {"is_overshoot_valid": True}, False),
+        (0.5, 0.1, {"along_path_tolerance": 0.6}, True),
+        (0.5, 0.1, {"along_path_tolerance": 0.6, "path_length_tolerance": 0.4}, False),
+        (1.0, 0.0, {"along_path_tolerance": 1e-9}, True),
+        # no pose is far enough: the lesser tolerance about the goal
+        (0.9, 0.2, {"direction_estimation_distance": 9.0}, True),
+        (0.8, 0.2, {"direction_estimation_distance": 9.0}, False),
+    ],
+)
+@pytest.mark.parametrize("turn", [0.0, 1.0, -2.5])
+def test_a_goal_reached_along_the_path_and_across_it(
+    x: float, y: float, changes: dict[str, Any], reached: bool, turn: float
+) -> None:
+    def placed(x: float, y: float) -> Pose2D:
+        cos, sin = math.cos(turn), math.sin(turn)
+        return Pose2D(3.0 + cos * x - sin * y, 1.0 + sin * x + cos * y, 0.4)
+
+    line = [placed(x, 0.0) for x in np.linspace(-2.0, 1.0, 61)]
+    checker = AxisGoalChecker(AxisGoalCheckerParams(**changes))
+    checker.set_plan(Path(np.array([(each.x, each.y, turn) for each in line])))
+    assert checker.is_goal_reached(placed(x, y), line[-1], STANDING) is reached
 
 
 def test_a_robot_that_circles_within_the_radius_is_stuck_after_the_allowance() -> None:

@@ -1,5 +1,6 @@
 """Maps as nav2_map_server reads and map_saver writes them, against cases worked out by hand from map_io.cpp."""
 
+import math
 import os
 import struct
 import zlib
@@ -279,6 +280,39 @@ def test_an_image_may_have_as_many_pixels_as_are_allowed(
     assert loaded(tmp_path, [[0] * 4] * 3) == [[100] * 4] * 3
     with pytest.raises(MapError, match="13 x 1 pixels; allowed: 1 to 12"):
         loaded(tmp_path, [[0] * 13])
+
+
+@pytest.mark.parametrize("name", ["m.png", "m.pgm"])
+def test_a_part_of_a_large_image_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    levels = np.random.default_rng(5).choice([0, 205, 254], (9, 14)).astype(np.uint8)
+    Image.fromarray(levels).save(tmp_path / name)
+    path = write_yaml(tmp_path, image=name, origin="[445000.0, 2.0, 0.5]", resolution="0.25")
+    whole = load_map(path)
+    monkeypatch.setattr("navstack.costmap.map_image.MAX_PIXELS", 20)
+    with pytest.raises(MapError, match=r"14 x 9 pixels; .* e\.g\. crop: \[0, 0, 4, 4\]"):
+        load_map(path)
+    head = path.read_text()
+    path.write_text(f"{head}crop: [3, 2, 5, 4]\n")
+    part = load_map(path)
+    np.testing.assert_array_equal(part.data, whole.data[2:6, 3:8])
+    x, y = 3 * 0.25, 2 * 0.25
+    turned = math.cos(0.5) * x - math.sin(0.5) * y, math.sin(0.5) * x + math.cos(0.5) * y
+    assert part.origin.x - 445000.0 == pytest.approx(turned[0], abs=1e-9)
+    assert part.origin.y - 2.0 == pytest.approx(turned[1], abs=1e-9)
+    for crop, said in (
+        ("[0, 0, 5, 5]", "allowed: 20 pixels"),
+        ("[10, 0, 5, 4]", "reaches beyond its 14 x 9 pixels"),
+        ("[0, 6, 5, 4]", "reaches beyond"),
+        ("[0, 0, 5]", "is not a list"),
+        ("[0, 0, 0, 4]", "is not a list"),
+        ("[-1, 0, 2, 4]", "is not a list"),
+        ("all", "is not a list"),
+    ):
+        path.write_text(f"{head}crop: {crop}\n")
+        with pytest.raises(MapError, match=said):
+            load_map(path)
 
 
 def test_a_png_cut_anywhere_is_refused(tmp_path: Path) -> None:

@@ -63,7 +63,7 @@ def test_the_document(run):
     status, out, _ = run(changed, "--json")
     document = json.loads(out)
     assert status == 1
-    assert list(document) == ["errors", "warnings", "ignored"]
+    assert list(document) == ["errors", "warnings", "ignored", "releases"]
     (error,) = document["errors"]
     assert list(error) == KEYS
     assert (error["id"], error["path"]) == (
@@ -138,7 +138,7 @@ EXPECTED = {
     r"cyberbotics.*_epuck_": {"demanding-progress", "drowned-obstacles", "large-cells"},
     r"linorobot__humble__": {"flat-inflation", "never-cleared"},
 }
-READER = {"substitute", "renamed", "duplicate", "unavailable-plugin"}
+READER = {"substitute", "renamed", "release", "duplicate", "unavailable-plugin"}
 
 
 @pytest.mark.parametrize("path", REAL or [None], ids=lambda path: path.name if path else "none")

@@ -86,7 +86,10 @@ def test_one_finding_gives_line_and_range(with_line, line, said):
         ('"CostCritic"', "FollowPath.critics: 'CostCritic' is not a list"),
         ("5", "FollowPath.critics: 5 is not a list"),
         ('["CostCritic", "CostCritic"]', "critics: 'CostCritic' stands there twice"),
-        ('["CostCritic", "PathHugCritic"]', "critics: 'PathHugCritic' is not available here"),
+        (
+            '["CostCritic", "PathAlignLegacyCritic"]',
+            "critics: 'PathAlignLegacyCritic' is not available here",
+        ),
     ],
 )
 def test_the_list_of_critics(with_line, critics, said):

@@ -135,12 +135,10 @@ def test_unknown_plugins_name_the_nearest_and_the_available(inspect):
 def test_real_plugins_that_are_not_available_are_named_when_used(inspect):
     text = (
         DWB
-        + "    goal_checker_plugins: [near]\n    near: {plugin: nav2_controller/AxisGoalChecker}\n"
+        + "    goal_checker_plugins: [near]\n    near: {plugin: nav2_controller/AdaptiveToleranceGoalChecker}\n"
     )
     file = inspect(text)
-    expected = (
-        "nav2_controller::AxisGoalChecker is a Nav2 plugin that is not available here; available: "
-    )
+    expected = "nav2_controller::AdaptiveToleranceGoalChecker is a Nav2 plugin that is not available here; available: "
     assert not file.errors
     assert any(expected in warning for warning in file.warnings)
     with pytest.raises(ParameterError, match="is a Nav2 plugin that is not available here"):
@@ -354,3 +352,47 @@ def test_own_planner_keys_are_known(inspect):
     assert "unknown OMPL algorithm 'RRTsta'" in only_error(
         inspect(text.replace("RRTstar", "RRTsta"))
     )
+
+
+@pytest.mark.parametrize(
+    ("family", "plugin", "meant"),
+    [
+        # the same class in another package, whatever else is spelt alike
+        (
+            "layers",
+            "nav2_costmap_2d::SpatioTemporalVoxelLayer",
+            "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer",
+        ),
+        ("controllers", "nav2_dwb_controller::DWBLocalPlanner", "dwb_core::DWBLocalPlanner"),
+        ("goal_checkers", "mine::StoppedGoalChecker", "nav2_controller::StoppedGoalChecker"),
+        # what does its work
+        ("planners", "nav2_smac_planner::SmacPlanner", "nav2_smac_planner::SmacPlannerHybrid"),
+        ("layers", "mine::NonPersistentVoxelLayer", "nav2_costmap_2d::ObstacleLayer"),
+        # misspelt
+        ("layers", "nav2_costmap_2d::InflatonLayer", "nav2_costmap_2d::InflationLayer"),
+        # another package's own
+        ("controllers", "neo_local_planner::NeoLocalPlanner", ""),
+        ("planners", "mine::Planner", ""),
+    ],
+)
+def test_the_plugin_that_is_meant_by_another(inspect, family, plugin, meant):
+    catalog = inspect("amcl: {ros__parameters: {max_beams: 60}}").catalog
+    assert catalog.meant(family, plugin) == meant
+    refusal = catalog.refusal(family, plugin)
+    assert ("did you mean" in refusal) is (bool(meant) and not catalog.families[family].get(plugin))
+    assert not meant or meant in catalog.way_on(family, "here", plugin)
+
+
+def test_every_class_of_nav2_is_found_in_another_package(inspect):
+    catalog = inspect("amcl: {ros__parameters: {max_beams: 60}}").catalog
+    for family in ("controllers", "planners", "layers", "goal_checkers", "progress_checkers"):
+        for kind in catalog.available[family]:
+            name = kind.rpartition("::")[2]
+            assert catalog.meant(family, f"other::{name}") == kind
+
+
+def test_a_third_partys_plugin_gets_a_way_on_in_lint(inspect):
+    text = DWB.replace("dwb_core::DWBLocalPlanner", "neo_local_planner::NeoLocalPlanner")
+    (notice,) = [each for each in inspect(text).notices if each.id == "unknown-plugin"]
+    assert "did you mean" not in notice.message
+    assert "--substitute FollowPath=dwb_core::DWBLocalPlanner" in notice.advice

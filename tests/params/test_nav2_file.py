@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from navstack.errors import ParameterError
-from navstack.params.costmap import CostmapParams, robot_footprint
+from navstack.params.costmap import CostmapParams
 from navstack.params.dwb import DwbParams
 from navstack.params.nav2_file.file import load_nav2
 from navstack.params.nav2_file.findings import ParameterSection
@@ -18,7 +18,6 @@ from navstack.params.nav2_file.views import (
     read_dwb,
     read_goal_checker,
     read_planner,
-    read_primary_controller,
     read_progress_checker,
     read_velocity_smoother,
 )
@@ -79,66 +78,6 @@ def test_texts_that_look_like_other_values_stay_texts_in_the_merged_file(text, t
     merged = load_nav2(tmp_path / "merged.yaml")
     assert merged.value("amcl", "scan_topic") == text
     assert merged.value("amcl", "base_frame_id") == "base_link"
-
-
-def test_tuned_file_has_the_published_values():
-    nav2 = load_nav2(SHIPPED / "tuned.yaml")
-    shim, dwb = read_controller(nav2).params, read_dwb(nav2)
-    assert read_primary_controller(nav2, read_controller(nav2)).params == dwb
-    assert (shim.angular_dist_threshold, shim.angular_disengage_threshold, shim.closed_loop) == (
-        1.0472,
-        0.1745,
-        False,
-    )
-    assert (dwb.max_vel_x, dwb.max_vel_theta, dwb.min_speed_theta, dwb.sim_time) == (
-        3.0,
-        1.2,
-        0.3,
-        1.0,
-    )
-    scales = (
-        dwb.BaseObstacle,
-        dwb.PathAlign,
-        dwb.GoalAlign,
-        dwb.PathDist,
-        dwb.GoalDist,
-        dwb.RotateToGoal,
-    )
-    assert [critic.scale for critic in scales] == [0.05, 16.0, 12.0, 16.0, 12.0, 32.0]
-    assert dwb.PathAlign.forward_point_distance == 0.1
-    local, world = read_costmap(nav2, "local_costmap"), read_costmap(nav2, "global_costmap")
-    assert (local.width, local.resolution, local.update_frequency, local.footprint_padding) == (
-        24.0,
-        0.05,
-        30.0,
-        0.05,
-    )
-    assert local.plugins == ("static_layer", "obstacle_layer", "keepout_filter", "inflation_layer")
-    assert local.layers["inflation_layer"].inflation_radius == 1.5
-    assert (world.footprint_padding, world.layers["inflation_layer"].cost_scaling_factor) == (
-        0.25,
-        0.3,
-    )
-    assert robot_footprint(local).min() == pytest.approx(-0.607, abs=1e-7)
-    assert read_velocity_smoother(nav2).max_velocity == (3.0, 0.0, 1.2)
-    assert read_goal_checker(nav2).params.xy_goal_tolerance == 1.8
-    assert read_planner(nav2).params.use_astar is False
-
-
-def test_stock_file_has_the_published_values():
-    nav2 = load_nav2(SHIPPED / "stock.yaml")
-    dwb, local = read_dwb(nav2), read_costmap(nav2, "local_costmap")
-    assert read_controller(nav2).type == "dwb_core::DWBLocalPlanner"
-    assert (dwb.max_vel_x, dwb.max_vel_theta, dwb.acc_lim_x, dwb.decel_lim_x, dwb.sim_time) == (
-        2.0,
-        1.5,
-        2.5,
-        -2.5,
-        1.7,
-    )
-    assert local.plugins[1:] == ("inflation_layer", "static_layer", "keepout_filter")
-    (source,) = local.layers["voxel_layer"].active_sources
-    assert (source.marking, source.clearing, source.obstacle_max_range) == (True, False, 3.0)
 
 
 def test_dotted_and_nested_files_are_equal(inspect):

@@ -25,7 +25,7 @@ KEEPOUT = """
 costmap_filter_info_server:
   ros__parameters: {type: 0, filter_info_topic: keepout_info, mask_topic: keepout_mask}
 filter_mask_server:
-  ros__parameters: {yaml_filename: /maps/keepout.yaml, topic_name: /keepout_mask}
+  ros__parameters: {yaml_filename: masks/keepout.yaml, topic_name: /keepout_mask}
 """
 
 
@@ -52,7 +52,7 @@ def test_masks_are_found_by_their_topics(inspect, tmp_path):
         "speed_filter_info_server", "masks/speed.yaml"
     )
     masks = read_masks(nav2, read_costmap(nav2, "global_costmap"))
-    assert str(masks["keepout"].path) == "/maps/keepout.yaml"
+    assert masks["keepout"].path == tmp_path / "masks" / "keepout.yaml"
     assert masks["speed"].path == tmp_path / "masks" / "speed.yaml"
     assert (masks["speed"].info.type, masks["speed"].info.base, masks["speed"].info.multiplier) == (
         1,
@@ -79,6 +79,20 @@ def test_a_speed_filter_without_mask_is_said_to_do_nothing(inspect, servers):
     assert str(notice).startswith("global_costmap: speed: has no mask and no effect")
     assert read_masks(nav2, read_costmap(nav2, "global_costmap")) == {}
     assert keepout_filters_without_mask(nav2.parameters) == ["global_costmap: keepout"]
+
+
+@pytest.mark.parametrize("path", ["/maps/keepout.yaml", "$(find-pkg-share mine)/keepout.yaml"])
+def test_in_place_of_a_mask_that_is_not_here_the_worlds_own_is_used(inspect, tmp_path, path):
+    nav2 = inspect(COSTMAP + SPEED + KEEPOUT.replace("masks/keepout.yaml", path))
+    (notice,) = [notice for notice in nav2.notices if notice.id == "no-mask"]
+    assert str(notice) == (
+        f"global_costmap: keepout: its mask {path} is not here; the world's own is used"
+    )
+    assert list(read_masks(nav2, read_costmap(nav2, "global_costmap"))) == ["speed"]
+    assert keepout_filters_without_mask(nav2.parameters) == ["global_costmap: keepout"]
+    (tmp_path / "here.yaml").touch()
+    nav2 = inspect(COSTMAP + KEEPOUT.replace("masks/keepout.yaml", str(tmp_path / "here.yaml")))
+    assert keepout_filters_without_mask(nav2.parameters) == []
 
 
 def test_an_info_that_does_not_fit_its_filter_is_noted(inspect):

@@ -8,7 +8,7 @@ from harness.storage.shipped import shipped
 from harness.task.study import make_study
 from navstack.errors import InputError, ParameterError
 from navstack.params.nav2_file.file import load_nav2
-from navstack.params.nav2_file.views import read_controller, read_planner
+from navstack.params.nav2_file.views import read_controller, read_costmap, read_planner
 
 FOREIGN = "neo_local_planner::NeoLocalPlanner"
 DWB = "dwb_core::DWBLocalPlanner"
@@ -90,3 +90,34 @@ def test_a_stack_without_a_nav2_file_takes_no_other_plugin(stacks, given, messag
         message = "cannot be done"  # the first stack refuses it already
     with pytest.raises(InputError, match=message):
         make_study(stacks=stacks, episodes=1, substitutes=[given])
+
+
+LAYERS = """
+local_costmap:
+  local_costmap:
+    ros__parameters:
+      plugins: ["obstacle_layer", "sonar", "mine"]
+      obstacle_layer: {plugin: "nav2_costmap_2d::ObstacleLayer"}
+      sonar: {plugin: "nav2_costmap_2d/NonPersistentVoxelLayer"}
+      mine: {plugin: "my_layers::Gradient"}
+"""
+
+
+def test_all_foreign_layers_are_refused_at_once_and_may_be_left_out(tmp_path):
+    path = tmp_path / "layers.yaml"
+    path.write_text(LAYERS)
+    with pytest.raises(ParameterError) as refused:
+        read_costmap(load_nav2(path, allow_unknown=True), "local_costmap")
+    message = str(refused.value)
+    assert "did you mean 'nav2_costmap_2d::ObstacleLayer'?" in message
+    assert "--substitute sonar=nav2_costmap_2d::ObstacleLayer" in message
+    assert "without it by --substitute mine=none" in message
+    given = ["sonar=nav2_costmap_2d::ObstacleLayer", "mine=none"]
+    study = make_study(stacks=[str(path)], episodes=1, substitutes=given)
+    nav2 = load_nav2(Path(study.stacks[0].nav2_file), allow_unknown=True)
+    assert list(read_costmap(nav2, "local_costmap").layers) == ["obstacle_layer", "sonar"]
+
+
+def test_only_layers_can_be_left_out(foreign):
+    with pytest.raises(InputError, match="only a costmap's layers can be left out"):
+        make_study(stacks=[str(foreign)], episodes=1, substitutes=["FollowPath=none"])

@@ -18,9 +18,10 @@ def _own_plugins() -> Iterator[tuple[Params, str]]:
         nested: Mapping[str, Params] = {}
         if family in CRITICS:
             nested = nested_params(CRITICS[family])
-        for kind in entries.keys() - NAV2["families"][family].keys():
-            params = entries[kind].params or nested.get(kind)
-            if params is not None:
+        for kind, entry in entries.items():
+            params = entry.params or nested.get(kind)
+            is_ours = not entry.releases and kind not in NAV2["families"][family]
+            if params is not None and is_ours:
                 yield params, kind
 
 

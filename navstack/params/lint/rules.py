@@ -21,6 +21,7 @@ from navstack.params.lint.rule import Rule, RuleGroup
 from navstack.params.lint.subject import RobotLimits, Subject
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import Notice
+from navstack.params.nav2_file.release import release_notices
 
 _MODULES = (
     tree,
@@ -48,7 +49,7 @@ def lint(nav2: Nav2File, limits: RobotLimits | None = None) -> tuple[Notice, ...
         limits: the robot's body, to hold the file against; None: not asked for.
     """
     found = list(_rule_notices(Subject(nav2, limits)))
-    notices = [*reader_notices(nav2, found), *found]
+    notices = [*reader_notices(nav2, found), *found, *release_notices(nav2.names)]
     return tuple(sorted(notices, key=lambda notice: (not notice.is_error, notice.line)))
 
 

@@ -1,15 +1,26 @@
 """Nav2's schema joined with what this program reads of it."""
 
+import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from navstack.errors import did_you_mean
 from navstack.params.extensions import algorithms
 from navstack.params.registry import bindings, nodes
 from navstack.params.registry.bindings import nested_params
 from navstack.params.registry.block import OPEN, ParameterBlock
 from navstack.params.registry.entry import AlgorithmEntry, Params
+
+NEARLY_EQUAL = 0.85  # similarity from which a name is taken for a misspelt one
+
+SUBSTITUTES = {  # family -> the plugin that does what is wanted of most of them
+    "controllers": "dwb_core::DWBLocalPlanner",
+    "planners": "nav2_navfn_planner::NavfnPlanner",
+    "layers": "nav2_costmap_2d::ObstacleLayer",
+    "goal_checkers": "nav2_controller::SimpleGoalChecker",
+    "progress_checkers": "nav2_controller::SimpleProgressChecker",
+}
+LEFT_OUT = "none"  # in the place of a type: the plugin is taken from its list
 
 
 @dataclass(frozen=True)
@@ -58,12 +69,36 @@ class Catalog:
         """
         if self.is_available(family, plugin):
             return ""
-        known = self.families[family]
         here = ", ".join(sorted(self._running(family))) or "none"
-        if plugin in known:
+        if plugin in self.families[family]:
             return f"{plugin} is a Nav2 plugin that is not available here; available: {here}"
-        hint = did_you_mean(plugin, known)
+        hint = ""
+        if meant := self.meant(family, plugin):
+            hint = f"; did you mean '{meant}'?"
         return f"unknown plugin '{plugin}'{hint}; available: {here}"
+
+    def meant(self, family: str, plugin: str) -> str:
+        """The type that another one stands for; empty: there is none.
+
+        One that does its work, one of the same class in another package, or one that is spelt
+        almost alike.
+        """
+        running = sorted(self._running(family))
+        name = plugin.rpartition("::")[2]
+        successor = nodes.SUCCESSORS.get(name, "")
+        alike = [kind for kind in running if kind.rpartition("::")[2] == name != kind]
+        near = nearly_equal(plugin, [*running, *self.families[family]])
+        return next(iter([*filter(running.__contains__, [successor]), *alike, *near]), "")
+
+    def way_on(self, family: str, name: str, plugin: str) -> str:
+        """How a file drives although a plugin of it does not; empty: it does not."""
+        if family not in SUBSTITUTES:
+            return ""
+        other = self.meant(family, plugin) or SUBSTITUTES[family]
+        text = f"drive with another one by --substitute {name}={other}"
+        if family == "layers":
+            text += f", or without it by --substitute {name}={LEFT_OUT}"
+        return text
 
     def _running(self, family: str) -> Iterable[str]:
         """The types of a family that run here; of one that this program does not know, all."""
@@ -72,6 +107,11 @@ class Catalog:
             ours = known.keys() & nested_params(bindings.CRITICS[family]).keys()
             return ours | available.keys()
         return available or known
+
+
+def nearly_equal(name: str, known: Iterable[str], similarity: float = NEARLY_EQUAL) -> list[str]:
+    """The one name that ``name`` all but spells, or none."""
+    return difflib.get_close_matches(name, list(known), n=1, cutoff=similarity)
 
 
 def _has_own_params(family: str, entry: AlgorithmEntry) -> bool:

@@ -2,25 +2,26 @@
 
 from dataclasses import replace
 
-from navstack.params.nav2_file.catalog import Catalog, plugin_type
+from navstack.params.nav2_file.catalog import Catalog, nearly_equal, plugin_type
 from navstack.params.nav2_file.findings import (
     MISSPELT,
     UNKNOWN_KEY,
     Findings,
+    Known,
     Notice,
     ParameterSection,
     Visit,
     value_of,
 )
-from navstack.params.nav2_file.hints import nearly_equal, unknown_name
+from navstack.params.nav2_file.hints import unknown_name
 from navstack.params.nav2_file.place import Namespace, joined, type_of
 from navstack.params.nav2_file.ros_yaml import ParameterEntry, is_placeholder
 from navstack.params.nav2_file.values import form_notices
 from navstack.params.registry.block import OPEN, ParameterBlock, PluginList
 from navstack.params.registry.entry import Params
-from navstack.params.registry.kinds import wrong_kind
 from navstack.params.registry.localizers import OWN_NODE
 from navstack.params.registry.nodes import COMMON
+from navstack.params.registry.releases import Declared
 
 EXAMPLES = {"primary_controller": "dwb_core::DWBLocalPlanner"}  # of what a delegate may be
 
@@ -60,6 +61,8 @@ class Checker:
             return
         used_keys = place.used_keys
         for key, entry in place.section.values.items():
+            declared = place.block.keys.get(key) or COMMON.keys.get(key, Declared())
+            self._meet(f"{prefix}{key}", entry.line, declared.releases)
             if key in COMMON.keys:
                 self.findings.ignored.append(key)
             elif key not in place.block.own_keys:
@@ -67,16 +70,12 @@ class Checker:
                 continue
             elif place.params and key not in used_keys:
                 self._ignore(f"{prefix}{key}")
-            if key not in used_keys:
-                self._check_unread(f"{prefix}{key}", key, entry)
+            path = f"{prefix}{key}"
+            self.findings.notices += form_notices(declared, f"{self._node}: {path}", entry)
+            expected = "" if key in used_keys else declared.misfit(entry.value)
+            if expected and not is_placeholder(entry.value):
+                self._error("bad-value", path, f"{entry.value!r} is not {expected}", entry.line)
         self._check_sections(place)
-
-    def _check_unread(self, path: str, key: str, entry: ParameterEntry) -> None:
-        """A value that this program does not read."""
-        self.findings.notices += form_notices(key, f"{self._node}: {path}", entry)
-        expected = wrong_kind(key, entry.value)
-        if expected and not is_placeholder(entry.value):
-            self._error("bad-value", path, f"{entry.value!r} is not {expected}", entry.line)
 
     def _check_sections(self, place: Namespace) -> None:
         for key, plugins in place.block.plugins.items():
@@ -108,6 +107,8 @@ class Checker:
             line = child.first_line() or place.line_of(key)
             self._unknown_plugin(plugins.family, kind, where, line, is_ours)
             return
+        line = child.first_line() or place.line_of(key)
+        self._meet(f"{where} ({kind})", line, known[kind].releases)
         params = self._params_of(place, plugins, kind)
         if place.params and params is None and name in place.section.sections:
             self._note_unread(plugins, kind, where, child)
@@ -257,7 +258,7 @@ class Checker:
         if sibling:
             self._ignore(f"{path} (of {sibling})")
             return
-        known = place.block.own_keys | set(place.block.groups) | self._critics(place) | COMMON.keys
+        known = place.block.own_keys.union(place.block.groups, self._critics(place), COMMON.keys)
         misspelt = place.misspells(name)
         message = unknown_name(self._catalog, name, misspelt, known, place.block.own_keys)
         is_misspelt = misspelt or nearly_equal(name, known)
@@ -272,7 +273,11 @@ class Checker:
         """
         is_error = is_error or bool(nearly_equal(kind, self._catalog.families[family]))
         refusal = self._catalog.refusal(family, kind)
-        self._notice("unknown-plugin", where, refusal, line, is_error)
+        advice = self._catalog.way_on(family, where.rpartition(".")[2], kind)
+        path = f"{self._node}: {where}"
+        self.findings.notices.append(
+            Notice("unknown-plugin", path, refusal, advice, line, is_error)
+        )
 
     def _critics(self, place: Namespace) -> set[str]:
         """Names of the sub-namespaces whose name alone gives their type."""
@@ -290,6 +295,10 @@ class Checker:
             if name in entry.keys.own_keys or name in entry.keys.groups:
                 return other
         return ""
+
+    def _meet(self, path: str, line: int, releases: tuple[str, ...]) -> None:
+        if releases:
+            self.findings.names.append(Known(f"{self._node}: {path}", line, releases))
 
     def _ignore(self, path: str) -> None:
         self.findings.ignored.append(f"{self._node}: {path}")

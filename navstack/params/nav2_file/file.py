@@ -1,24 +1,20 @@
 """Nav2 parameter files in and out."""
 
-import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from io import StringIO
 from pathlib import Path
 from typing import Any, TypeVar
-
-from ruamel.yaml import YAML
-from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 
 from navstack.errors import ParameterError
 from navstack.params.dwb import DwbParams
 from navstack.params.nav2_file import edit
 from navstack.params.nav2_file.catalog import Catalog, node_block, node_params, plugin_type
 from navstack.params.nav2_file.check import Checker
-from navstack.params.nav2_file.dwb import fallback_scales, unnamed_critics
+from navstack.params.nav2_file.dwb import fallback_scales
 from navstack.params.nav2_file.filters import filter_notices
 from navstack.params.nav2_file.findings import (
     Findings,
+    Known,
     Notice,
     Parameters,
     ParameterSection,
@@ -26,6 +22,7 @@ from navstack.params.nav2_file.findings import (
     is_told,
     value_of,
 )
+from navstack.params.nav2_file.merged import dump, merged
 from navstack.params.nav2_file.newer_forms import convert_newer_forms
 from navstack.params.nav2_file.nodes import (
     default_path,
@@ -45,23 +42,13 @@ from navstack.params.nav2_file.ros_yaml import (
     Value,
     load_document,
     parse_document,
-    parse_scalar,
 )
 from navstack.params.nav2_file.sources import monitor_notices, source_notices
-from navstack.params.nav2_file.values import INTEGERS, read_values, value_notices
+from navstack.params.nav2_file.values import read_values, value_notices
 from navstack.params.registry import nodes
-from navstack.params.registry.bindings import parameter_of
 from navstack.params.registry.block import ParameterBlock
-from navstack.params.registry.entry import Params
 
 T = TypeVar("T")
-SUBSTITUTES = {  # family -> the plugin that does what is wanted of most of them
-    "controllers": "dwb_core::DWBLocalPlanner",
-    "planners": "nav2_navfn_planner::NavfnPlanner",
-    "layers": "nav2_costmap_2d::ObstacleLayer",
-    "goal_checkers": "nav2_controller::SimpleGoalChecker",
-    "progress_checkers": "nav2_controller::SimpleProgressChecker",
-}
 
 
 @dataclass(frozen=True)
@@ -80,6 +67,7 @@ class Nav2File:
     renames: Mapping[str, Mapping[str, str]]
     notices: tuple[Notice, ...]
     ignored: tuple[str, ...]
+    names: tuple[Known, ...]  # that stand in the file and that Nav2 has
     catalog: Catalog
 
     @property
@@ -126,37 +114,17 @@ class Nav2File:
         kind = plugin_type(value)
         refusal = self.catalog.refusal(family, kind)
         if refusal:
-            raise ParameterError(f"{where}: {refusal}{_way_on(family, name)}")
+            way_on = self.catalog.way_on(family, name, kind)
+            raise ParameterError("; ".join(filter(None, (f"{where}: {refusal}", way_on))))
         return kind
 
     def merged(self) -> dict[str, Any]:
         """The file with every default that this program reads, nested as Nav2 wants it."""
-        result: dict[str, Any] = {}
-        for node, entries in self.parameters.items():
-            values = {name: entry.value for name, entry in entries.items()}
-            namespaces = {name[:i] for name in values for i, char in enumerate(name) if char == "."}
-            visits = list(self.visits[node])
-            visits += [critic for parent in visits for critic in unnamed_critics(parent, values)]
-            for visit in visits:
-                if visit.plugin:
-                    values.setdefault(f"{visit.prefix}plugin", visit.plugin)
-                for name, default in _defaults(visit.params):
-                    if f"{visit.prefix}{name}" not in namespaces:
-                        values.setdefault(f"{visit.prefix}{name}", default)
-            body: dict[str, Any] = {"ros__parameters": _nested(values)}
-            for part in reversed(default_path(node)):
-                body = {part: body}
-            result |= body
-        return result
+        return merged(self.parameters, self.visits)
 
     def dump_merged(self) -> str:
         """The text of :meth:`merged`, itself a Nav2 parameter file."""
-        stream = StringIO()
-        yaml = YAML(pure=True)
-        yaml.default_flow_style = False
-        yaml.width = 10_000
-        yaml.dump(_quoted(self.merged()), stream)
-        return stream.getvalue()
+        return dump(self.merged())
 
     def with_values(self, changes: Mapping[str, Value], allow_unknown: bool = False) -> "Nav2File":
         """A copy with parameters set, named ``node.dotted_name``.
@@ -269,6 +237,7 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
             for node, findings in found.items()
         },
         notices=_notices(document, parameters, found, allow_unknown),
+        names=tuple(name for findings in found.values() for name in findings.names if name.line),
         ignored=tuple(dict.fromkeys(ignored)),
         catalog=catalog,
     )
@@ -278,11 +247,14 @@ def _check_node(
     node: str, block: ParameterBlock, entries: dict[str, ParameterEntry], catalog: Catalog
 ) -> Findings:
     """Check one node, and give its parameters today's names and forms."""
+    given = set(entries)
     forms = convert_older_forms(node, entries) + convert_newer_forms(node, entries)
     findings = Checker(node, catalog).check_node(
         block, ParameterSection.of(entries), node_params(node)
     )
     findings.notices += forms
+    converted = {f"{node}: {name}" for name in entries.keys() - given}
+    findings.names = [name for name in findings.names if name.path not in converted]
     findings.apply_renames(entries)
     for visit in findings.visits:
         if visit.params is DwbParams:
@@ -315,48 +287,3 @@ def _notices(
         each for each in notices if each.id != "bad-value" or not is_told(each.message, notices)
     ]
     return tuple(dict.fromkeys(shown))
-
-
-def _way_on(family: str, name: str) -> str:
-    """How a file drives although a plugin of it does not."""
-    if family not in SUBSTITUTES:
-        return ""
-    return f"; drive with another one by --substitute {name}={SUBSTITUTES[family]}"
-
-
-def _defaults(params: Params) -> Iterator[tuple[str, Value]]:
-    """The defaults of a dataclass that a parameter file can hold, of the type that Nav2 wants."""
-    for field in dataclasses.fields(params):
-        default: Any = field.default
-        if field.name in INTEGERS:
-            default = int(default)
-        if isinstance(default, tuple):
-            default = list(default)
-        if isinstance(default, bool | int | float | str | list):
-            yield parameter_of(field.name), default
-
-
-def _nested(values: Mapping[str, Value]) -> dict[str, Any]:
-    """Dotted names as nested mappings; a name that is both value and namespace keeps its dots."""
-    tree: dict[str, Any] = {}
-    for name, value in values.items():
-        *parts, last = name.split(".")
-        place = tree
-        while parts and isinstance(place.setdefault(parts[0], {}), dict):
-            place = place[parts.pop(0)]
-        place[".".join((*parts, last))] = value
-    return tree
-
-
-def _quoted(value: Any) -> Any:
-    """A value whose texts are marked to be quoted where ROS would read something else.
-
-    Ruamel writes YAML 1.2.
-    """
-    if isinstance(value, dict):
-        return {name: _quoted(item) for name, item in value.items()}
-    if isinstance(value, list):
-        return [_quoted(item) for item in value]
-    if isinstance(value, str) and parse_scalar(value) != value:
-        return DoubleQuotedScalarString(value)
-    return value

@@ -4,6 +4,7 @@ In ROS a filter waits for its info on one topic and for its mask on another; her
 publish them are looked up in the same file. Topics are compared without a leading slash.
 """
 
+import os
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -33,14 +34,20 @@ class _Filter(NamedTuple):
     name: str
     type: str
     mask: MaskSource | None
+    missing: MaskSource | None  # the mask that the file names, if that is not here
 
     @property
     def path(self) -> str:
         return f"{self.node}: {self.name}"
 
 
-def find_mask(parameters: Parameters, info_topic: str) -> MaskSource | None:
-    """The mask behind a ``filter_info_topic``; None: the file names none."""
+def find_mask(
+    parameters: Parameters, info_topic: str, is_anywhere: bool = False
+) -> MaskSource | None:
+    """The mask behind a ``filter_info_topic``; None: the file names none.
+
+    One at an absolute path that does not exist here counts only if it may be ``is_anywhere``.
+    """
     default = _INFO.filter_info_topic
     for info_node in _publishers(
         parameters, "costmap_filter_info_server", "filter_info_topic", default, info_topic
@@ -50,9 +57,16 @@ def find_mask(parameters: Parameters, info_topic: str) -> MaskSource | None:
             parameters, "filter_mask_server", "topic_name", _MASK.topic_name, topic
         ):
             yaml_filename = str(value_of(parameters[mask_node], "yaml_filename", ""))
-            if yaml_filename:
+            if yaml_filename and (_is_here(yaml_filename) or is_anywhere):
                 return MaskSource(info_node, yaml_filename)
     return None
+
+
+def _is_here(yaml_filename: str) -> bool:
+    """Whether a mask may be on this machine: robots' absolute paths often are not."""
+    if "$(" in yaml_filename:
+        return False
+    return not os.path.isabs(yaml_filename) or os.path.exists(yaml_filename)
 
 
 def keepout_filters_without_mask(parameters: Parameters) -> list[str]:
@@ -67,7 +81,10 @@ def filter_notices(parameters: Parameters) -> list[Notice]:
     for each in _filters(parameters):
         info = parameters[each.mask.info_node] if each.mask else {}
         kind = value_of(info, "type", _INFO.type)
-        if each.type == SPEED_FILTER and each.mask is None:
+        if each.missing and each.type == KEEPOUT_FILTER:
+            message = f"its mask {each.missing.yaml_filename} is not here; the world's own is used"
+            notices.append(Notice("no-mask", each.path, message))
+        elif each.type == SPEED_FILTER and each.mask is None:
             advice = "name it in a filter_info_server and a mask_server of this file"
             notices.append(Notice("no-mask", each.path, "has no mask and no effect", advice))
         elif each.type == SPEED_FILTER and kind not in (SPEED_PERCENT, SPEED_ABSOLUTE):
@@ -93,7 +110,9 @@ def _filters(parameters: Parameters) -> Iterator[_Filter]:
             is_filter = kind in (KEEPOUT_FILTER, SPEED_FILTER)
             if is_filter and value_of(entries, f"{name}.enabled", True):
                 topic = str(value_of(entries, f"{name}.filter_info_topic", ""))
-                yield _Filter(node, name, kind, find_mask(parameters, topic))
+                mask = find_mask(parameters, topic)
+                named = find_mask(parameters, topic, is_anywhere=True)
+                yield _Filter(node, name, kind, mask, None if mask else named)
 
 
 def _publishers(

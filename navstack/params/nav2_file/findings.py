@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from navstack.params.nav2_file.ros_yaml import ParameterEntry, Value
 from navstack.params.registry.entry import Params
@@ -71,6 +72,14 @@ class Visit:
     plugin: str = ""  # type of the plugin there, where the file leaves it to Nav2's default
 
 
+class Known(NamedTuple):
+    """A parameter or plugin of a file, and the distributions of Nav2 that have it."""
+
+    path: str
+    line: int
+    releases: tuple[str, ...]
+
+
 @dataclass(slots=True)
 class Findings:
     """What the check of one node found."""
@@ -80,6 +89,7 @@ class Findings:
     visits: list[Visit] = field(default_factory=list)
     # dotted name in the file -> today's dotted name
     renames: dict[str, str] = field(default_factory=dict)
+    names: list[Known] = field(default_factory=list)  # that Nav2 has
 
     def apply_renames(self, entries: dict[str, ParameterEntry]) -> None:
         """Give parameters today's names."""

@@ -1,14 +1,12 @@
 """What to say about a name that Nav2 does not have in this place."""
 
-import difflib
 from collections.abc import Iterable, Iterator
 
 from navstack.errors import did_you_mean
-from navstack.params.nav2_file.catalog import Catalog
+from navstack.params.nav2_file.catalog import Catalog, nearly_equal
 from navstack.params.registry import nodes
 from navstack.params.registry.block import ParameterBlock
 
-NEARLY_EQUAL = 0.85  # similarity from which a name is taken for a misspelt one
 MOST_HOMES = 3  # places named at most
 
 # Names of Eloquent and before, and what to write since Foxy.
@@ -21,11 +19,6 @@ RETIRED = {
     "plugin_names": _LISTS.format(new="plugins"),
     "plugin_types": _LISTS.format(new="plugins"),
 }
-
-
-def nearly_equal(name: str, known: Iterable[str], similarity: float = NEARLY_EQUAL) -> list[str]:
-    """The one name that ``name`` all but spells, or none."""
-    return difflib.get_close_matches(name, list(known), n=1, cutoff=similarity)
 
 
 def unknown_name(

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from navstack.errors import did_you_mean
-from navstack.params.nav2_file.catalog import node_block, node_names
+from navstack.params.nav2_file.catalog import nearly_equal, node_block, node_names
 from navstack.params.nav2_file.findings import (
     MISSPELT,
     UNKNOWN_KEY,
@@ -13,7 +13,6 @@ from navstack.params.nav2_file.findings import (
     Notice,
     Parameters,
 )
-from navstack.params.nav2_file.hints import nearly_equal
 from navstack.params.nav2_file.ros_yaml import Document, NodeText, ParameterEntry
 from navstack.params.registry import bindings, nodes
 from navstack.params.registry.block import OPEN

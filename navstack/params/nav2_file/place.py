@@ -3,9 +3,8 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 
-from navstack.params.nav2_file.catalog import Catalog, plugin_type
+from navstack.params.nav2_file.catalog import Catalog, nearly_equal, plugin_type
 from navstack.params.nav2_file.findings import ParameterSection, names_in, value_of
-from navstack.params.nav2_file.hints import nearly_equal
 from navstack.params.registry.bindings import NO_EFFECT, ONLY_WITHOUT, field_names, nested_params
 from navstack.params.registry.block import ParameterBlock, PluginList
 from navstack.params.registry.entry import Params
@@ -93,6 +92,5 @@ def type_of(
 
 def joined(block: ParameterBlock, other: ParameterBlock) -> ParameterBlock:
     """A block with the parameters of both."""
-    return ParameterBlock(
-        *(getattr(block, each.name) | getattr(other, each.name) for each in fields(ParameterBlock))
-    )
+    names = [each.name for each in fields(ParameterBlock)]
+    return ParameterBlock(*(getattr(block, name) | getattr(other, name) for name in names))

@@ -6,15 +6,16 @@ import re
 import types
 import typing
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any, TypeVar, Union, get_args, get_origin
 
 from navstack.errors import InputError, ParameterError
 from navstack.params.costmap import CHOICES, WITHOUT_LAYERS, CostmapParams
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.findings import Notice, Visit
-from navstack.params.nav2_file.ros_yaml import ParameterEntry, Value, is_placeholder
+from navstack.params.nav2_file.ros_yaml import ParameterEntry, is_placeholder
 from navstack.params.registry.bindings import parameter_of
-from navstack.params.registry.kinds import DECIMALS, WHOLE_NUMBERS
+from navstack.params.registry.releases import Declared
 
 T = TypeVar("T")
 
@@ -31,7 +32,7 @@ KINDS: dict[Any, str] = {
 MOST_SHOWN = 60  # characters of a value in a message
 LARGEST = 1e9  # of any number with a decimal point
 # ends of names whose values may be as large as they like
-ENDLESS = ("_range", "_height", "path_length_tolerance")
+ENDLESS = ("_range", "_height", "path_length_tolerance", "_velocity", "_accel", "_decel")
 
 
 def read_values(
@@ -76,16 +77,21 @@ def _made(cls: type[T], values: Mapping[str, Any], prefix: str) -> T:
     except InputError as error:
         raise _OutOfRangeError(cls, prefix, str(error)) from None
     for name, value in values.items():  # what the dataclass itself takes at any size
-        if isinstance(value, float) and abs(value) > LARGEST and not name.endswith(ENDLESS):
+        numbers = value if isinstance(value, tuple) else (value,)
+        if not name.endswith(ENDLESS) and any(map(_is_too_large, numbers)):
             reason = f"{name} {value!r} is out of range; at most {LARGEST:g} is allowed"
             raise _OutOfRangeError(cls, prefix, reason)
     return made
 
 
+def _is_too_large(value: Any) -> bool:
+    return isinstance(value, float) and abs(value) > LARGEST
+
+
 def value_notices(
     node: str, entries: Mapping[str, ParameterEntry], visits: Iterable[Visit]
 ) -> list[Notice]:
-    """Values of the wrong kind or out of range, and numbers of a form that Nav2 refuses."""
+    """Values of the wrong kind or out of range."""
     notices: list[Notice] = []
     for visit in visits:
         notices += [
@@ -116,10 +122,6 @@ def _mistakes(entries: Mapping[str, ParameterEntry], visit: Visit) -> list[tuple
 
 def _warnings_of(name: str, kind: Any, path: str, entry: ParameterEntry) -> Iterator[Notice]:
     """What to say of a value that can be read."""
-    if name in INTEGERS and isinstance(entry.value, float):
-        yield _decimal_number(path, entry)
-    if name not in INTEGERS and _lacks_point(kind, entry.value):
-        yield _whole_number(path, entry)
     known, usual = CHOICES.get(name, ((), 0))
     if known and type(entry.value) is int and entry.value not in known:
         names = ", ".join(map(str, known))
@@ -130,26 +132,17 @@ def _warnings_of(name: str, kind: Any, path: str, entry: ParameterEntry) -> Iter
         yield Notice("placeholder", path, message, "write true or false", entry.line)
 
 
-def form_notices(name: str, path: str, entry: ParameterEntry) -> list[Notice]:
-    """The same for a parameter that this program does not read.
-
-    Nothing where its name does not tell its form.
-    """
-    if name in DECIMALS and type(entry.value) is int:
-        return [_whole_number(path, entry)]
-    if name in WHOLE_NUMBERS and isinstance(entry.value, float):
-        return [_decimal_number(path, entry)]
-    return []
-
-
-def _whole_number(path: str, entry: ParameterEntry) -> Notice:
-    message = f"{_shown(entry.value)} has no decimal point, and Nav2 refuses a whole number here"
-    return Notice("whole-number", path, message, "write 1.0 instead of 1", entry.line)
-
-
-def _decimal_number(path: str, entry: ParameterEntry) -> Notice:
-    message = f"{_shown(entry.value)} has a decimal point, and Nav2 refuses a decimal number here"
-    return Notice("decimal-number", path, message, "write 3 instead of 3.0", entry.line)
+def form_notices(declared: Declared, path: str, entry: ParameterEntry) -> list[Notice]:
+    """Numbers of a form that Nav2 refuses where a parameter is declared so."""
+    if declared.wants(float, entry.value):
+        message = "has no decimal point, and Nav2 refuses a whole number here"
+        given = Notice("whole-number", path, message, "write 1.0 instead of 1", entry.line)
+    elif declared.wants(int, entry.value):
+        message = "has a decimal point, and Nav2 refuses a decimal number here"
+        given = Notice("decimal-number", path, message, "write 3 instead of 3.0", entry.line)
+    else:
+        return []
+    return [replace(given, message=f"{_shown(entry.value)} {message}")]
 
 
 class _WrongKindError(ParameterError):
@@ -202,13 +195,6 @@ def _field_value(name: str, kind: Any, entry: ParameterEntry, prefix: str) -> An
 def _is_left_open(kind: Any, entry: ParameterEntry) -> bool:
     """Whether a switch is a placeholder, as in Nav2's own files of Rolling."""
     return kind is bool and is_placeholder(entry.value)
-
-
-def _lacks_point(kind: Any, value: Value) -> bool:
-    kind = _without_none(kind)
-    if get_origin(kind) is tuple and get_args(kind)[0] is float:
-        return isinstance(value, list) and any(type(item) is int for item in value)
-    return kind is float and type(value) is int
 
 
 def _hints(cls: type[Any]) -> dict[str, Any]:

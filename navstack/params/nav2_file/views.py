@@ -227,7 +227,15 @@ def read_costmap(nav2: Nav2File, node: str) -> CostmapParams:
     """
     names = names_in(nav2.value(node, "plugins", list(CostmapParams().plugins)))
     filters = names_in(nav2.value(node, "filters"))
-    layers = {name: _read_layer(nav2, node, name) for name in (*names, *filters)}
+    layers: dict[str, LayerParams] = {}
+    refusals: list[str] = []
+    for name in (*names, *filters):
+        try:
+            layers[name] = _read_layer(nav2, node, name)
+        except ParameterError as error:
+            refusals.append(str(error))
+    if refusals:
+        raise ParameterError("; also ".join(refusals))
     params = nav2.read(CostmapParams, node, plugins=names, filters=filters, layers=layers)
     try:
         robot_footprint(params)

@@ -3,10 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-
-def words(text: str) -> frozenset[str]:
-    """Names separated by blanks."""
-    return frozenset(text.split())
+from navstack.params.registry.releases import Declared
 
 
 @dataclass(frozen=True)
@@ -22,9 +19,9 @@ class PluginList:
 
 @dataclass(frozen=True)
 class ParameterBlock:
-    """The parameters that Nav2 declares in one namespace, of any release from Foxy to Rolling."""
+    """The parameters that Nav2 declares in one namespace, of any release from Foxy to main."""
 
-    keys: frozenset[str] = frozenset()
+    keys: Mapping[str, Declared] = field(default_factory=dict)
     groups: Mapping[str, "ParameterBlock"] = field(
         default_factory=dict
     )  # sub-namespaces of fixed name
@@ -48,7 +45,7 @@ class ParameterBlock:
     @property
     def own_keys(self) -> frozenset[str]:
         """Every parameter directly in this namespace."""
-        return self.keys | self.structure_keys
+        return self.structure_keys.union(self.keys)
 
 
 OPEN = ParameterBlock(is_open=True)

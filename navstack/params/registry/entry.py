@@ -25,6 +25,8 @@ class AlgorithmEntry:
     needs: tuple[str, ...] = ()
     kernels: tuple[str, ...] = ()  # modules of compiled functions that it calls
     note: str = ""  # in what it is less than Nav2's
+    # distributions of Nav2 that have it; none: a plugin of this program or of another package
+    releases: tuple[str, ...] = ()
 
     @property
     def is_available(self) -> bool:

@@ -1,4 +1,4 @@
-"""What Nav2 declares, as it stands in ``nav2.toml``, joined with what this program reads of it."""
+"""What Nav2 declares, joined with what this program reads of it."""
 
 import tomllib
 from collections.abc import Mapping
@@ -6,13 +6,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from navstack.params.registry import releases
 from navstack.params.registry.bindings import CRITICS, nested_params, parameters
-from navstack.params.registry.block import ParameterBlock, PluginList, words
+from navstack.params.registry.block import ParameterBlock, PluginList
 from navstack.params.registry.entry import AlgorithmEntry, Family, Params
+from navstack.params.registry.releases import Declared
 
 NAV2 = tomllib.loads(Path(__file__).with_name("nav2.toml").read_text(encoding="utf-8"))
 # parameter that gives a plugin's type, if not "plugin"
 _SELECTORS = {"dwb_critics": "class", "mppi_critics": ""}
+EACH = "*"  # of a dotted name: what a list names
+
+Names = Mapping[str, Declared]  # by dotted name
 
 
 def family(name: str, here: Mapping[str, AlgorithmEntry]) -> Family:
@@ -27,41 +32,75 @@ def family(name: str, here: Mapping[str, AlgorithmEntry]) -> Family:
     else:
         read = {kind: entry.params for kind, entry in here.items() if entry.params is not None}
     tables = NAV2["families"][name]
-    declared = blocks({**tables, **{kind: {} for kind in here if kind not in tables}}, read)
-    selector = words(_SELECTORS.get(name, "plugin"))
-    return {
-        kind: replace(
-            here.get(kind, AlgorithmEntry()),
-            keys=block if block.is_open else replace(block, keys=block.keys | selector),
-        )
-        for kind, block in declared.items()
-    }
+    of_nav2 = releases.plugins_of(name, NAV2["names"]["renamed_packages"])
+    selectors = _SELECTORS.get(name, "plugin").split()
+    found = {}
+    for kind in dict.fromkeys((*of_nav2, *tables, *here)):
+        having, declared = of_nav2.get(kind, ((), {}))
+        block = block_of(_inherited(tables, kind), declared, read.get(kind))
+        if not block.is_open:
+            block = replace(block, keys={**block.keys, **dict.fromkeys(selectors, Declared())})
+        found[kind] = replace(here.get(kind, AlgorithmEntry()), keys=block, releases=having)
+    return found
 
 
-def blocks(tables: Mapping[str, Any], read: Mapping[str, Params]) -> dict[str, ParameterBlock]:
-    """The blocks of tables that stand beside each other, by name.
+def node_blocks(read: Mapping[str, Params]) -> dict[str, ParameterBlock]:
+    """The blocks of Nav2's nodes by name; ``read`` are the dataclasses that read them."""
+    tables = NAV2["nodes"]
+    names = dict.fromkeys((*tables, *sorted(releases.node_names() - {"costmap"})))
+    found = {}
+    for name in names:
+        table = _inherited(tables, name)
+        declared = releases.of_node(table.get("as_in", name))
+        found[name] = block_of(table, declared, read.get(name))
+    return found
 
-    ``read`` are the dataclasses that read them.
-    """
-    return {
-        name: block_of({**tables.get(table.get("as_in"), {}), **table}, read.get(name))
-        for name, table in tables.items()
-    }
+
+def _inherited(tables: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """A table with the entries of the one that it is like, and of the one that this is like."""
+    table: Mapping[str, Any] = tables.get(name, {})
+    if table.get("as_in") in tables:
+        return {**table, **_inherited(tables, table["as_in"])}
+    return table
 
 
-def block_of(table: Mapping[str, Any], params: Params | None = None) -> ParameterBlock:
-    """The block of a table, with the parameters of the dataclass that reads it."""
-    given = {key: value for key, value in table.items() if key != "as_in"}
+def block_of(
+    table: Mapping[str, Any], declared: Names, params: Params | None = None
+) -> ParameterBlock:
+    """The block of a namespace, with the parameters of the dataclass that reads it."""
+    keys: dict[str, Declared] = {}
     nested: Mapping[str, Params] = {}
-    own: frozenset[str] = frozenset()
     if params is not None:
         nested = nested_params(params)
-        if "keys" not in given:
-            own = parameters(params)
+    if params is not None and not table.get("declared_only"):
+        keys = dict.fromkeys(parameters(params), Declared())
+    keys |= dict.fromkeys(table.get("keys", "").split(), Declared())
+    for name, default in table.get("defaults", {}).items():
+        keys[name] = releases.declared(default)
+    below: dict[str, dict[str, Declared]] = {}
+    for dotted, each in declared.items():
+        name, _, rest = dotted.partition(".")
+        if rest:
+            below.setdefault(name, {})[rest] = each
+        else:
+            keys[name] = each
+    lists, groups = {}, {}
+    for name in {**below, **table.get("named", {}), **table.get("groups", {})}:
+        names = below.get(name, {})
+        of_each = {key.removeprefix(f"{EACH}."): each for key, each in names.items()}
+        if name in table.get("named", {}) or of_each.keys() != names.keys():
+            inner = table.get("named", {}).get(name, {})
+            lists[name] = block_of(inner, of_each, nested.get(name))
+        else:
+            inner = table.get("groups", {}).get(name, {})
+            groups[name] = block_of(inner, names, nested.get(name))
     return ParameterBlock(
-        keys=own | words(given.pop("keys", "")) | words(given.pop("unread", "")),
-        groups=blocks(given.pop("groups", {}), nested),
-        named=blocks(given.pop("named", {}), nested),
-        plugins={name: PluginList(**each) for name, each in given.pop("plugins", {}).items()},
-        **given,
+        keys=keys,
+        groups=groups,
+        named=lists,
+        plugins={name: PluginList(**each) for name, each in table.get("plugins", {}).items()},
+        renamed=table.get("renamed", {}),
+        newer=table.get("newer", {}),
+        delegates=table.get("delegates", {}),
+        is_open=table.get("is_open", False),
     )

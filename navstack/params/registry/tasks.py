@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from navstack.params.checkers import (
+    AxisGoalCheckerParams,
     PoseProgressCheckerParams,
     PositionGoalCheckerParams,
     SimpleGoalCheckerParams,
@@ -14,9 +15,13 @@ from navstack.params.registry.nav2 import family
 from navstack.params.servers import DriveParams
 
 
-def _checkers(kind: str, params: Mapping[str, Params]) -> Family:
-    """The goal or progress checkers, by class; their module is named after the kind."""
-    here = {
+def _checkers(kind: str, params: Mapping[str, Params], **others: AlgorithmEntry) -> Family:
+    """The goal or progress checkers, by class; their module is named after the kind.
+
+    ``others`` stand in modules of their own.
+    """
+    here = {f"nav2_controller::{name}": entry for name, entry in others.items()}
+    here |= {
         f"nav2_controller::{name}": AlgorithmEntry(
             make=f"navstack.control.{kind}:{name}", params=each
         )
@@ -31,8 +36,10 @@ GOAL_CHECKERS = _checkers(
         "SimpleGoalChecker": SimpleGoalCheckerParams,
         "StoppedGoalChecker": StoppedGoalCheckerParams,
         "PositionGoalChecker": PositionGoalCheckerParams,
-        "SymmetricGoalChecker": SimpleGoalCheckerParams,
     },
+    AxisGoalChecker=AlgorithmEntry(
+        make="navstack.control.axis_goal_checker:AxisGoalChecker", params=AxisGoalCheckerParams
+    ),
 )
 PROGRESS_CHECKERS = _checkers(
     "progress_checker",

@@ -1,0 +1,165 @@
+"""What the registry knows of Nav2's distributions, beside this program's defaults and Nav2's files.
+
+The facts stand in ``navstack/params/registry/nav2``, read from Nav2's sources.
+"""
+
+import dataclasses
+import os
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from navstack.params.lint.rules import lint
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.findings import IGNORED_BY_NAV2
+from navstack.params.nav2_file.release import looks_like, release_notices
+from navstack.params.registry import bindings, nodes, releases
+from navstack.params.registry.bindings import NAMED_SECTIONS, nested_params, parameter_of
+from navstack.params.registry.releases import RELEASES, Declared, span
+
+DATA = Path(os.environ.get("NAVSTACK_DATA", ""), "nav2_defaults")
+LIVING = ("humble", "jazzy", "kilted", "lyrical", "main")
+MODELLED = "jazzy"
+FILES = {
+    "local_costmap": "costmap",
+    "global_costmap": "costmap",
+    "filter_mask_server": "map_server",
+}
+
+needs_files = pytest.mark.skipif(
+    not (DATA / "main.yaml").exists(), reason="NAVSTACK_DATA has no nav2_defaults"
+)
+
+# Values that Jazzy computes, or that stand in headers, where the reader of sources does not see
+# them; ours are those of the code named.
+COMPUTED = {
+    "plugins": "costmap_2d_ros.hpp",
+    "observation_sources": "an empty text there, an empty list here",
+    "lethal_override_cost": "MAX_NON_OBSTACLE (keepout_filter.cpp)",
+    "mode": "FORWARD_PREFERENCE (path_angle_critic.cpp)",
+    "max_robot_pose_search_dist": "half the local costmap's width",
+    "source_timeout": "the monitor's own",
+    "lattice_filepath": "a file of nav2_smac_planner; a lattice is made instead",
+}
+
+
+def read_by() -> Iterator[tuple[str, type[Any], Mapping[str, Any]]]:
+    """Place, dataclass and Jazzy's defaults of all that this program reads of Nav2's own."""
+    facts = releases.load(MODELLED)
+    for node, params in {**bindings.NODES, **bindings.FILTER_NODES}.items():
+        declared = facts["nodes"].get(FILES.get(node, node))
+        if declared:
+            yield from namespaces(node, params, declared, "")
+    for family, entries in nodes.FAMILIES.items():
+        critics = nested_params(bindings.CRITICS[family]) if family in bindings.CRITICS else {}
+        for kind, entry in entries.items():
+            params = entry.params or critics.get(kind)
+            declared = facts["plugins"][family].get(kind) if family in facts["plugins"] else None
+            if params and declared and not entry.keys.is_open:
+                yield from namespaces(kind, params, declared, "")
+
+
+def namespaces(
+    place: str, params: type[Any], declared: Mapping[str, Any], prefix: str
+) -> Iterator[tuple[str, type[Any], Mapping[str, Any]]]:
+    below = {
+        name[len(prefix) :]: each for name, each in declared.items() if name.startswith(prefix)
+    }
+    yield f"{place}: {prefix}", params, below
+    for name, inner in nested_params(params).items():
+        is_named = name in NAMED_SECTIONS.get(params, {})
+        deeper = f"{prefix}{name}.*." if is_named else f"{prefix}{name}."
+        if any(each.startswith(deeper) for each in declared):
+            yield from namespaces(place, inner, declared, deeper)
+
+
+def test_defaults_are_those_of_jazzy() -> None:
+    compared, differing = 0, []
+    for place, params, declared in read_by():
+        for field in dataclasses.fields(params):
+            name, ours = parameter_of(field.name), field.default
+            nav2 = declared.get(name)
+            if name not in declared or ours is dataclasses.MISSING or name.endswith("_plugins"):
+                continue
+            if isinstance(ours, tuple):
+                ours = list(ours)
+            if isinstance(nav2, dict):  # has no default: absent, or the empty text
+                continue
+            compared += 1
+            if ours != nav2 and name not in COMPUTED:
+                differing.append(f"{place}{name}: {ours!r}, in Nav2 {nav2!r}")
+    assert differing == []
+    assert compared > 380
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_a_distributions_facts_name_their_commit(release: str) -> None:
+    facts = releases.load(release)
+    assert re.fullmatch("[0-9a-f]{40}", facts["commit"])
+    assert facts["nodes"]["amcl"]["sigma_hit"] == 0.2
+    assert "nav2_navfn_planner::NavfnPlanner" in facts["plugins"]["planners"]
+
+
+def test_kinds_and_releases_of_a_parameter() -> None:
+    entry = nodes.FAMILIES["controllers"]["nav2_mppi_controller::MPPIController"]
+    assert entry.keys.keys["model_delay_vx"] == Declared(("lyrical", "main"), frozenset({"double"}))
+    assert entry.keys.keys["reset_period"].releases == ("humble",)
+    assert entry.keys.keys["batch_size"].kinds == {"integer"}
+    assert entry.releases == RELEASES[2:]
+    polygons = nodes.NODES["collision_monitor"].named["polygons"]
+    assert polygons.named["velocity_polygons"].keys["theta_min"].kinds == {"double"}
+    assert not nodes.FAMILIES["planners"]["navstack::OmplPlanner"].releases
+
+
+@pytest.mark.parametrize(
+    ("having", "text"),
+    [
+        (RELEASES[5:], "since kilted"),
+        (RELEASES[:3], "until humble"),
+        (RELEASES[2:5], "humble to jazzy"),
+        (RELEASES[2:3], "of humble"),
+        ((RELEASES[2], RELEASES[4]), "of humble, jazzy"),
+    ],
+)
+def test_the_span_of_releases(having: tuple[str, ...], text: str) -> None:
+    assert span(having) == text
+
+
+@needs_files
+@pytest.mark.parametrize("release", LIVING)
+def test_nav2s_own_files_are_read_without_a_false_word(release: str) -> None:
+    nav2 = load_nav2(DATA / f"{release}.yaml")
+    assert not [each for each in lint(nav2) if each.id in IGNORED_BY_NAV2 or each.is_error]
+    likely = looks_like(nav2.names)
+    assert release in likely
+    assert set(likely) <= {release, "lyrical", "main"}
+    assert not release_notices(nav2.names)
+
+
+MIXED = """
+controller_server:
+  ros__parameters:
+    search_window: 2.0
+    FollowPath:
+      plugin: "nav2_mppi_controller::MPPIController"
+      prune_distance: 1.5
+      inversion_xy_tolerance: 0.2
+      enforce_path_inversion: true
+      critics: ["ConstraintCritic"]
+    near: {plugin: "nav2_controller::AxisGoalChecker"}
+    goal_checker_plugins: [near]
+"""
+
+
+def test_names_of_other_releases_are_told_in_one_line(inspect: Any) -> None:
+    nav2 = inspect(MIXED)
+    (notice,) = release_notices(nav2.names)
+    assert notice.line == 4
+    assert notice.message == (
+        "looks like a file of Nav2 humble or iron or jazzy or kilted, which lacks "
+        "controller_server: search_window (since lyrical), "
+        "controller_server: near (nav2_controller::AxisGoalChecker) (since lyrical)"
+    )
