@@ -21,6 +21,7 @@ from harness.economics.valuation import (
     MISSION,
     OUTCOMES,
     deliveries,
+    has_too_few,
     margins,
     mean_columns,
     missions,
@@ -297,7 +298,11 @@ def _directions() -> dict[str, Better]:
 def _warnings(first: Side, second: Side) -> list[str]:
     """Why the two might differ for other reasons than their stacks."""
     a, b = first.run, second.run
-    warnings: list[str] = []
+    warnings = [
+        f"{side.label}: {side.stack.errors} deliveries have no result, which may be those that matter"
+        for side in (first, second)
+        if has_too_few(len(side.stack.rows), side.stack.errors)
+    ]
     programs = [run.about.get("program_sha256") for run in (a, b)]
     if None not in programs and programs[0] != programs[1]:
         warnings.append("other program: its code, parameters or maps have changed in between")

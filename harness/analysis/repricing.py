@@ -29,6 +29,7 @@ from harness.economics.valuation import (
     Valuation,
     all_optional_costs,
     deliveries,
+    has_too_few,
     margins,
     mean_intervals,
     missions,
@@ -38,6 +39,7 @@ from harness.economics.valuation import (
 from harness.metrics.columns import Row
 from harness.metrics.summary import summarize
 from harness.statistics.interval import NO_INTERVAL, Interval, interval_json, wilson_interval
+from harness.storage.rows import values
 from harness.study.stored_run import StoredRun, StoredStack, repriced
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
@@ -135,7 +137,7 @@ def reprice(run: StoredRun, choices: Choices) -> list[Repriced]:
 def _reprice(run: StoredRun, stack: StoredStack, choices: Choices) -> Repriced:
     stack = repriced(stack, run.events, choices.prices)
     prices = choices.prices
-    valuation = value(stack.rows, stack, prices, run.seed, choices.optional)
+    valuation = value(stack.rows, stack, prices, run.seed, choices.optional, stack.errors)
     costs = dict(_running_costs(run, stack, choices))
     turn = turning_impulse(prices)
     counted = contacts_of(stack.rows, run.events, COUNTED)
@@ -159,6 +161,8 @@ def _accounting(
 ) -> Accounting:
     """The money under an accounting, on the same resamples as under the others."""
     terms = {key: costs.amounts[key] for key in VARIED}
+    if has_too_few(len(stack.rows), stack.errors):
+        del terms[MARGIN]
     intervals = mean_intervals(terms, missions(stack.rows), run.seed, CENT)
     margin = intervals.get(MARGIN, NO_INTERVAL).value
     return Accounting(intervals, break_even_runs(valuation.economics.capex_usd, margin))
@@ -183,7 +187,7 @@ def accounted_margins(
 ) -> dict[str, Interval]:
     """The mean margin of a stack under accountings, and :data:`FORGIVEN`, on the same resamples.
 
-    Empty where it is undefined, because the cargo was not simulated.
+    Empty where it is undefined: the cargo was not simulated, or too many deliveries have no result.
 
     Args:
         first: whose seed for the bootstrap is taken.
@@ -198,6 +202,9 @@ def accounted_margins(
     driven = [
         (run, repriced(stack, run.events, choices.prices)) for run, stack in parts if stack.rows
     ]
+    finished = sum(len(stack.rows) for _, stack in parts)
+    if has_too_few(finished, sum(stack.errors for _, stack in parts)):
+        return {}
     known = [dict(_running_costs(run, stack, choices, names)) for run, stack in driven]
     return _margins(known, [row for _, stack in driven for row in stack.rows], first.seed)
 
@@ -239,6 +246,7 @@ def _stack_document(run: StoredRun, result: Repriced, optional: OptionalTerms) -
         "seed": run.seed,
         "episodes": len(stack.rows),
         "errors": stack.errors,
+        "failures": sum(each is not None for each in values(stack.rows, "stack_error")),
         **valuation_document(valuation),
         "accountings": {
             name: _accounting_document(each) for name, each in result.accountings.items()

@@ -1,7 +1,7 @@
 """What deliveries come to: their means, what they cost and earn, and how sure all that is."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from harness.economics.accountings import PUBLISHED, accounted
 from harness.economics.break_even import break_even_probability
 from harness.economics.cost_model import Economics, price, running
-from harness.economics.cost_terms import DOLLARS, CostInputs
+from harness.economics.cost_terms import DOLLARS, MARGIN, CostInputs
 from harness.economics.measured import Measured
 from harness.economics.optional_terms import (
     NO_EXTRA_COSTS,
@@ -37,6 +37,7 @@ from navstack.types import FloatArray
 
 OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
 ARRIVED = "arrived"  # outcome of an arrival whose cargo nobody modelled
+MOST_LEFT_OUT = 0.01  # share of deliveries without a result beyond which no margin is told
 CENT = 0.01  # [USD] deliveries whose costs differ by less are alike
 # columns that tell missions apart
 MISSION = ("map", "start_x_m", "start_y_m", "start_yaw_rad", "goal_x_m", "goal_y_m")
@@ -100,8 +101,11 @@ def value(
     prices: Prices,
     seed: int,
     optional: OptionalTerms | None = None,
+    left_out: int = 0,
 ) -> Valuation:
     """Sum up finished deliveries and price them.
+
+    Where too many are left out, nothing is said of the margin: it may be theirs that matter.
 
     Args:
         rows: of ``episodes.parquet``, at least one, none of an error; what they cost stands in them
@@ -110,6 +114,7 @@ def value(
         prices: the price file.
         seed: of the resamples.
         optional: costs beyond the paper; None: none.
+        left_out: number of deliveries without a result.
     """
     force = prices.rolling_resistance_force
     summary, each = summarize(rows, force), deliveries(rows, force)
@@ -122,7 +127,7 @@ def value(
     means = {key: getattr(each, key) for key in summary if key not in OUTCOMES}
     dollars = {key: each_running.amounts[key] for key in DOLLARS}
     further = [metric for metric in EPISODE_METRICS if not metric.is_published]
-    return Valuation(
+    valuation = Valuation(
         measured=summary,
         more=summarize_more(rows),
         economics=economics,
@@ -141,6 +146,29 @@ def value(
             seed,
         ),
         terms=terms,
+    )
+    if has_too_few(len(rows), left_out):
+        return _without_margin(valuation)
+    return valuation
+
+
+def has_too_few(finished: int, left_out: int) -> bool:
+    """Whether more than :data:`MOST_LEFT_OUT` of the deliveries have no result."""
+    return left_out > MOST_LEFT_OUT * (finished + left_out)
+
+
+def _without_margin(valuation: Valuation) -> Valuation:
+    economics, risk = valuation.economics, valuation.risk
+    return replace(
+        valuation,
+        economics=replace(
+            economics,
+            running=replace(economics.running, contribution_margin=None),
+            break_even_runs=None,
+            break_even_days=None,
+        ),
+        intervals={key: each for key, each in valuation.intervals.items() if key != MARGIN},
+        risk=replace(risk, break_even_probability=None),
     )
 
 

@@ -21,16 +21,20 @@ from harness.metrics.delivery_log import JOULES_PER_KWH, DeliveryLog
 from harness.metrics.encounters import Body
 from harness.metrics.motion import success_weighted_path_length
 from harness.metrics.replay_log import NoReplayLog, ReplayLog
-from harness.task.brain import Brain
+from harness.storage.texts import clean_text
+from harness.task.brain import Brain, Parked
 from harness.task.mission import Mission
 from harness.task.study import EpisodeTask, brain_rngs
-from harness.world.outcome import ARRIVALS, Verdict
+from harness.world.outcome import ARRIVALS, Outcome, Verdict
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.truth import CountedContact, Partner, Truth
 from harness.world.world import World
 from navstack.types import Belief, Observation, Twist2D
 
 MakeBrain = Callable[[Parts, World], Brain]
+STACK_FAILED = "stack failed"  # the reason of an outcome
+# errors that are no stack's: there is no result then
+OF_THE_MACHINE = (MemoryError, OSError)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +77,12 @@ class RunningDelivery:
         self._ready = time.perf_counter()
         self._setup = self._ready - began  # [s]
         self.observation = self.world.reset(self.mission, generators)
-        self.brain.reset(self.mission.goal, Belief(self.mission.start), brain_rngs(generators))
+        self._failure: str | None = None  # of the stack
+        try:
+            self.brain.reset(self.mission.goal, Belief(self.mission.start), brain_rngs(generators))
+        except Exception as error:  # whatever a stack or a policy raises
+            self._fail(error)
+            self.brain = Parked()
         kinds = frozenset(obstacle.kind for obstacle in self.parts.scene.obstacles)
         self._log = DeliveryLog(self.world.truth, kinds, _body(self.parts))
         self._delay = PedestrianDelay(self.world.people, self.world.truth, *self.world.tick)
@@ -89,7 +98,27 @@ class RunningDelivery:
     @property
     def verdict(self) -> Verdict | None:
         """How it ended; None: it goes on."""
+        if self._failure is not None:
+            return Verdict(Outcome.PHYSICAL_ASSISTANCE, STACK_FAILED)
         return self.parts.rules.judge(self.world.truth, self.mission.goal)
+
+    def drive_tick(self) -> None:
+        """Drive a tick as the brain commands; what it raises ends the delivery, which has failed.
+
+        Raises:
+            MemoryError, OSError: the machine is to blame.
+        """
+        try:
+            command = self.brain.tick(self.observation)
+        except Exception as error:  # whatever a stack or a policy raises
+            self._fail(error)
+        else:
+            self.drive(command)
+
+    def _fail(self, error: Exception) -> None:
+        if isinstance(error, OF_THE_MACHINE):
+            raise error
+        self._failure = clean_text(f"{type(error).__name__}: {error}")
 
     def drive(self, command: Twist2D) -> Observation:
         """Drive a tick by a command; returns what the sensors delivered."""
@@ -118,7 +147,10 @@ class RunningDelivery:
         prices, decisions = self.parts.prices, self._decisions
         events = event_rows(truth, [cost_of(contact, prices) for contact in truth.counted_contacts])
         return Delivery(
-            row=_row(task, self.mission, verdict, truth, brain, measured, prices),
+            row={
+                **_row(task, self.mission, verdict, truth, brain, measured, prices),
+                "stack_error": self._failure,
+            },
             events=[{**where, **event} for event in events],
             timing={
                 **where,
@@ -141,12 +173,11 @@ def run_episode(task: EpisodeTask, make_brain: MakeBrain = Parts.brain) -> Deliv
         make_brain: what drives it.
 
     Raises:
-        NavstackError: the task cannot be set up, or a policy fails.
+        NavstackError: the task cannot be set up.
     """
     delivery = RunningDelivery(task, make_brain)
-    brain = delivery.brain
     while delivery.verdict is None:
-        delivery.drive(brain.tick(delivery.observation))
+        delivery.drive_tick()
     return delivery.finish()
 
 

@@ -16,7 +16,11 @@ FAULTS = {
     "person_into_standing_robot": "the person walked into the robot as it stood",
     "robot_into_property": "the robot moved into it",
 }
-REASONS = {"orientation": "it tipped over", "impulse": "its contacts used up what it withstands"}
+REASONS = {
+    "orientation": "it tipped over",
+    "impulse": "its contacts used up what it withstands",
+    "stack failed": "its stack ended in an error",
+}
 CHANGED = 0.2  # [m/s] of speed within the last second that is called braking or speeding up
 STANDS = 0.05  # [m/s] below which the robot stands
 TOUCHING = 0.05  # [m]

@@ -4,6 +4,7 @@ Nothing of them is unpickled: a policy is somebody's program, and does not decid
 """
 
 import struct
+from collections.abc import Callable
 
 import numpy as np
 
@@ -15,8 +16,8 @@ _HEADER = struct.Struct("<cI")  # the kind, and the number of bytes that follow
 NUMBER = np.dtype("<f8")
 MOST_WAYPOINTS = 10_000
 FARTHEST = 1e6  # [m], [m/s] or [rad/s] of a number in an answer
-# [bytes] of an answer; a character of UTF-8 has four at most
-MOST_BYTES = _HEADER.size + max(MOST_WAYPOINTS * 2 * NUMBER.itemsize, 4 * LONGEST_TEXT)
+# [bytes] of an answer after its header; a character of UTF-8 has four at most
+MOST_BYTES = max(MOST_WAYPOINTS * 2 * NUMBER.itemsize, 4 * LONGEST_TEXT)
 
 
 class AnswerError(ValueError):
@@ -62,22 +63,25 @@ def packed_error(text: str) -> bytes:
     return _HEADER.pack(ERROR, len(content)) + content
 
 
-def unpacked(message: bytes) -> FloatArray | str | None:
+def received(read: Callable[[int], bytes]) -> FloatArray | str | None:
     """The numbers of an answer, the text of an error, or None: done as asked.
+
+    Args:
+        read: takes a number of bytes, and returns as many.
 
     Raises:
         AnswerError: the bytes are no answer, or it cannot be driven.
     """
-    kind, length = _HEADER.unpack_from(message) if len(message) >= _HEADER.size else (b"", 0)
-    content = message[_HEADER.size :]
-    if kind not in KINDS or len(content) != length or (kind == DONE and content):
-        raise AnswerError(f"{len(message)} bytes that are no answer")
-    if kind == DONE:
-        return None
+    kind, length = _HEADER.unpack(read(_HEADER.size))
+    if kind not in KINDS or length > MOST_BYTES:
+        raise AnswerError("bytes that are no answer")
+    content = read(length)
     if kind == ERROR:
         return clean_text(content.decode("utf-8", "backslashreplace"))
-    if length % (2 * NUMBER.itemsize):
-        raise AnswerError(f"{len(message)} bytes that are no answer")
+    if kind == DONE and not length:
+        return None
+    if kind == DONE or length % (2 * NUMBER.itemsize):
+        raise AnswerError(f"{length} bytes that are no answer")
     numbers = np.frombuffer(content, NUMBER).astype(np.float64)
     answer = numbers if kind == VELOCITY else numbers.reshape(-1, 2)
     check(answer)

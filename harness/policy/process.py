@@ -4,15 +4,16 @@ That protects from accidents. A policy that wants to do harm can do what its use
 """
 
 import contextlib
-import multiprocessing
 import os
+import pickle
+import socket
 import subprocess
 import sys
+import time
 import weakref
-from multiprocessing.connection import Connection
 from typing import Any
 
-from harness.policy.answers import MOST_BYTES, AnswerError, unpacked
+from harness.policy.answers import AnswerError, received
 from harness.policy.interface import PolicyError, PolicyObservation
 from harness.storage.texts import clean_text
 from harness.task.stack import PolicyParams
@@ -64,7 +65,7 @@ class PolicyProcess:
         """
         if self._process is not None and self._process.poll() is None:
             return
-        ours, theirs = multiprocessing.Pipe()
+        ours, theirs = socket.socketpair()
         with theirs:
             command = [sys.executable, "-m", "harness.policy.serve", str(theirs.fileno())]
             paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
@@ -80,26 +81,56 @@ class PolicyProcess:
         """Send a request and wait for its answer; None: it was done.
 
         Raises:
-            PolicyError: there is none, or it is an error.
+            PolicyError: there is none that is whole in time, or it is an error.
         """
+        self._deadline = time.monotonic() + limit
         try:
-            self._connection.send((what, given))
-            if not self._connection.poll(limit):
-                raise self._lost(
-                    f"did not answer within {limit:g} s (policy: time_limit and start_limit of "
-                    "the stack)"
-                )
-            answer = unpacked(self._connection.recv_bytes(MOST_BYTES))
+            self._require_silence()
+            self._connection.settimeout(limit)
+            self._connection.sendall(pickle.dumps((what, given)))
+            answer = received(self._read)
         except AnswerError as error:
             raise self._lost(f"answered with {error}") from None
-        except (EOFError, OSError):
-            # a pipe reads no more after a message beyond the limit
-            if not self._connection.readable:
-                raise self._lost(f"answered with more than {MOST_BYTES} bytes") from None
+        except TimeoutError:
+            raise self._lost(
+                f"did not answer within {limit:g} s (policy: time_limit and start_limit of the "
+                "stack)"
+            ) from None
+        except OSError:
             raise self._lost(f"ended while it was asked to {what}{self._status()}") from None
         if isinstance(answer, str):
             raise PolicyError(clean_text(f"policy {self._policy}: {what}: {answer}"))
         return answer
+
+    def _require_silence(self) -> None:
+        """Check that nothing is left of an earlier answer, which would be taken for the next one.
+
+        Raises:
+            AnswerError: something is.
+        """
+        self._connection.setblocking(False)
+        with contextlib.suppress(BlockingIOError):
+            if self._connection.recv(1, socket.MSG_PEEK):
+                raise AnswerError("more bytes than one answer")
+
+    def _read(self, size: int) -> bytes:
+        """So many bytes of an answer.
+
+        Raises:
+            TimeoutError: they are not there in time.
+            OSError: they never will be.
+        """
+        content = bytearray()
+        while len(content) < size:
+            left = self._deadline - time.monotonic()
+            if left <= 0.0:
+                raise TimeoutError
+            self._connection.settimeout(left)
+            part = self._connection.recv(size - len(content))
+            if not part:
+                raise ConnectionError
+            content += part
+        return bytes(content)
 
     def _status(self) -> str:
         """How the process ended, if it does so soon."""
@@ -119,7 +150,7 @@ class PolicyProcess:
             self._process = None
 
 
-def _end(process: "subprocess.Popen[bytes]", connection: "Connection[Any, Any]") -> None:
+def _end(process: "subprocess.Popen[bytes]", connection: socket.socket) -> None:
     connection.close()
     process.kill()
     process.wait()

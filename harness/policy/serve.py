@@ -3,11 +3,12 @@
 import importlib
 import importlib.util
 import os
+import pickle
 import signal
+import socket
 import sys
 import threading
 import time
-from multiprocessing.connection import Connection
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -43,13 +44,14 @@ def _module_of_file(path: Path) -> ModuleType:
     return module
 
 
-def serve(connection: "Connection[Any, Any]") -> None:
+def serve(connection: socket.socket) -> None:
     """Answer until nobody asks any more."""
     policy: Any = None
+    asked = connection.makefile("rb")
     while True:
         try:
-            what, given = connection.recv()
-        except EOFError:
+            what, given = pickle.load(asked)
+        except (EOFError, OSError):
             return
         try:
             answer = None
@@ -62,7 +64,7 @@ def serve(connection: "Connection[Any, Any]") -> None:
             message = packed(answer)
         except Exception as error:  # whatever the user's code raises
             message = packed_error(f"{type(error).__name__}: {error}")
-        connection.send_bytes(message)
+        connection.sendall(message)
 
 
 def _end_with_parent() -> None:
@@ -78,7 +80,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the program that asks decides
     os.dup2(2, 1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    serve(Connection(int(sys.argv[1])))
+    serve(socket.socket(fileno=int(sys.argv[1])))
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from harness.analysis.price_sets import UnderSet
 from harness.analysis.repricing import VARIED, Choices, Repriced
 from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_terms import COST_TERMS, MARGIN
-from harness.economics.valuation import Risk
+from harness.economics.valuation import MOST_LEFT_OUT, Risk, has_too_few
 from harness.report.blocks import Block, Table, Text, declared, notes_of
 from harness.report.numbers import UNDEFINED, count_text, interval_text
 from harness.report.paper_tables import own_column, paper_blocks
@@ -18,6 +18,9 @@ from harness.statistics.interval import Interval
 from harness.study.stored_run import StoredRun
 
 TITLES = TEXTS.accountings
+NO_MARGIN = (
+    f"no margin: more than {MOST_LEFT_OUT:.0%} of the deliveries have no result; drive them again"
+)
 VARIED_TITLES = {"opex": "OPEX", MARGIN: "Margin"}
 
 
@@ -51,6 +54,8 @@ def _lines(result: Repriced) -> Iterator[str]:
     yield risk_text(result.valuation.risk)
     if result.stack.errors:
         yield f"{result.stack.errors} deliveries ended in an error, left out"
+    if has_too_few(len(result.stack.rows), result.stack.errors):
+        yield NO_MARGIN
     for name, term in result.valuation.terms.items():
         yield (
             f"optional term {name}, not in the paper, adds {term.capex_usd:,.2f} $ to CAPEX and "

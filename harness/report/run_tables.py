@@ -9,13 +9,15 @@ from pathlib import Path
 from harness.analysis.compare import Side
 from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
+from harness.economics.valuation import has_too_few
 from harness.episode.factory import world_params
 from harness.report.blocks import Block, Text
 from harness.report.paper_tables import layout_table, own_column, paper_blocks
 from harness.report.published import load_published, published_columns
-from harness.report.repriced import risk_text
+from harness.report.repriced import NO_MARGIN, risk_text
 from harness.report.table_rows import further_metrics
 from harness.report.verdict import earnings, rankings
+from harness.storage.checksums import root_digest
 from harness.study.drive import StackResult
 from harness.study.stored_run import load_run
 from harness.task.study import Study
@@ -44,6 +46,7 @@ def run_blocks(
         *earnings(parties),
         *rankings(parties),
         f"run folder: {folder}",
+        f"digest (SHA-256 of its checksums.json): {root_digest(folder)}",
         f"next: navbench report {folder} --out report.html",
     ]
     return [
@@ -70,6 +73,13 @@ def _stack_lines(result: StackResult, prices: Prices) -> Iterator[str]:
     if result.errors:
         speed += f", {result.errors} ended in an error"
     yield speed
+    if has_too_few(result.episodes, result.errors):
+        yield f"{name}: {NO_MARGIN}"
+    if result.failures:
+        yield (
+            f"{name}: its own errors ended {result.failures} deliveries, "
+            "which count as physical assistance"
+        )
 
 
 def _world_of(study: Study) -> str:

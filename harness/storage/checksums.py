@@ -7,7 +7,7 @@ import hashlib
 import json
 import re
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from harness.storage.files import write_text
@@ -15,6 +15,7 @@ from harness.storage.files import write_text
 CHECKSUMS = "checksums.json"  # SHA-256 of each file below, by name
 OF_ALL = ("run.json", "params/*", "parameters.json")
 OF_FINISHED = ("*.parquet", "summary.json")  # as long as there is a journal, these follow from it
+RECORDINGS = "recordings/*"
 _SEAL = re.compile(rb', "crc": "([0-9a-f]{8})"\}\n')
 _SEALED = len(b', "crc": "01234567"}\n')
 
@@ -45,16 +46,23 @@ def write_checksums(folder: Path, coming: Mapping[str, str] | None = None) -> No
     Of those that are to be written next, the texts are given.
     """
     known = {name: _digest(text.encode()) for name, text in (coming or {}).items()}
-    _write(folder, _digests(folder, (*OF_ALL, *OF_FINISHED)) | known)
+    _write(folder, _digests(folder, (*OF_ALL, *OF_FINISHED, RECORDINGS)) | known)
 
 
 def note_tables(folder: Path) -> None:
-    """Note the tables and the summary of a run as they are now.
+    """Note the tables, the summary and the recordings of a run as they are now.
 
     The other files stay as they were noted.
     """
     if (folder / CHECKSUMS).exists() and (known := _known(folder)) is not None:
-        _write(folder, known | _digests(folder, OF_FINISHED))
+        _write(folder, known | _digests(folder, (*OF_FINISHED, RECORDINGS)))
+
+
+def root_digest(folder: Path) -> str | None:
+    """SHA-256 of the file of checksums, which stands for the whole run; None: there is none."""
+    if not (folder / CHECKSUMS).is_file():
+        return None
+    return _digest((folder / CHECKSUMS).read_bytes())
 
 
 def _write(folder: Path, digests: Mapping[str, str]) -> None:
@@ -70,7 +78,7 @@ def _known(folder: Path) -> dict[str, str] | None:
         return None
 
 
-def changed_files(folder: Path, is_finished: bool) -> list[str]:
+def changed_files(folder: Path, is_finished: bool, with_recordings: bool = False) -> list[str]:
     """Files of a run folder that are not as they were written, or that are missing.
 
     None in one without checksums.
@@ -78,27 +86,38 @@ def changed_files(folder: Path, is_finished: bool) -> list[str]:
     Args:
         folder: of a run.
         is_finished: whether its tables count, too; else they follow from the journal.
+        with_recordings: whether the recordings of a finished run count, which may be many.
     """
     if not (folder / CHECKSUMS).is_file():
         return []
     known = _known(folder)
     if known is None:
         return [CHECKSUMS]
-    patterns = (*OF_ALL, *(OF_FINISHED if is_finished else ()))
-    added = _digests(folder, OF_ALL)  # a study may add tables of its own
-    there = {
-        name: digest
-        for name, digest in _digests(folder, patterns).items()
-        if name in known or name in added
-    }
-    wanted = {
-        name: known[name]
-        for name in known
-        if any(Path(name).match(pattern) for pattern in patterns)
-    }
+    patterns: tuple[str, ...] = OF_ALL
+    whole: tuple[str, ...] = OF_ALL  # of which none may be added; a study may add tables
+    if is_finished:
+        patterns += OF_FINISHED
+    if is_finished and with_recordings and _fitting(known, (RECORDINGS,)):
+        patterns += (RECORDINGS,)
+        whole += (RECORDINGS,)
+    there = _digests(folder, patterns)
+    wanted = _fitting(known, patterns)
+    added = _digests(folder, whole).keys()
     return sorted(
-        name for name in there.keys() | wanted.keys() if there.get(name) != wanted.get(name)
+        name
+        for name in wanted | (there.keys() & (known.keys() | added))
+        if there.get(name) != known.get(name)
     )
+
+
+def _fitting(names: Iterable[str], patterns: Sequence[str]) -> set[str]:
+    """The names that fit a pattern, none of which is for a folder and what is below it."""
+    return {
+        name
+        for name in names
+        for pattern in patterns
+        if name.count("/") == pattern.count("/") and Path(name).match(pattern)
+    }
 
 
 def _digests(folder: Path, patterns: tuple[str, ...]) -> dict[str, str]:

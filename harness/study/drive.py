@@ -14,6 +14,7 @@ from harness.episode.factory import prices_of
 from harness.execution.workers import Finished, Workers
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUMNS, Row
 from harness.statistics.interval import Interval
+from harness.storage.checksums import root_digest
 from harness.storage.rows import Rows
 from harness.storage.run_folder import RunFolder
 from harness.storage.texts import clean_texts
@@ -30,11 +31,12 @@ class StackResult:
 
     stack: Stack
     episodes: int  # finished, errors not counted
-    errors: int
+    errors: int  # the machine's, which are left out
     valuation: Valuation | None  # None: no episode finished
     # median over the deliveries; the very first one also compiles
     real_time_factor_per_core: float | None
     wall_s: float  # of driving, summed over the episodes
+    failures: int = 0  # finished ones that ended with an error of the stack
 
     @property
     def intervals(self) -> dict[str, Interval]:
@@ -126,11 +128,14 @@ def _summarize_stack(
     if not finished:
         return StackResult(stack, 0, len(own), None, None, 0.0)
     spent = timings.take(finished)
+    failed = rows.values("stack_error")
+    left_out = len(own) - len(finished)
     return StackResult(
         stack=stack,
         episodes=len(finished),
-        errors=len(own) - len(finished),
-        valuation=value(rows.take(finished), stack, prices, study.template.seed),
+        errors=left_out,
+        failures=sum(failed[n] is not None for n in finished),
+        valuation=value(rows.take(finished), stack, prices, study.template.seed, left_out=left_out),
         real_time_factor_per_core=float(np.median(spent.values("real_time_factor"))),
         wall_s=sum(spent.values("wall_s")),
     )
@@ -144,12 +149,14 @@ def run_document(result: StackResult, study: Study, folder: Path | None) -> Row:
         "seed": study.template.seed,
         "episodes": result.episodes,
         "errors": result.errors,
+        "failures": result.failures,
         **valuation_document(result.valuation),
     }
     if folder is not None:
         document["real_time_factor_per_core"] = result.real_time_factor_per_core
         document["wall_s"] = result.wall_s
         document["folder"] = str(folder)
+        document["digest"] = root_digest(folder)
     return document
 
 

@@ -162,20 +162,30 @@ def policy_digests(study: Study) -> dict[str, str]:
 
 
 def version_notes(folder: Path) -> list[str]:
-    """A note for the program and each library that is another one than when the run began.
+    """A note for all that is another than when the run began: then rows may differ."""
+    return [
+        *code_notes(folder),
+        *(f"{why}: further rows may differ" for why in differences(folder)),
+    ]
 
-    Then rows may differ.
-    """
-    content = _whole_manifest(folder)
-    changed = content.get("program_sha256", project_digest()) != project_digest()
-    notes = [
-        f"the run began with other code, parameters or maps of {PROGRAM}: further rows may differ"
-    ] * changed
-    if (known := content.get("policies_sha256", {})) and known != policy_digests(
-        load_study(folder)
-    ):
+
+def code_notes(folder: Path) -> list[str]:
+    """A note where the program's code or a policy's files are others than when the run began."""
+    notes = []
+    if not is_same_program(folder):
+        notes.append(
+            f"the run began with other code, parameters or maps of {PROGRAM}: further rows may differ"
+        )
+    known = _whole_manifest(folder).get("policies_sha256", {})
+    if known and known != policy_digests(load_study(folder)):
         notes.append("the run began with other files of its policy: further rows may differ")
-    return [*notes, *(f"{why}: further rows may differ" for why in differences(folder))]
+    return notes
+
+
+def is_same_program(folder: Path) -> bool:
+    """Whether a run began with the code, parameters and maps that are here."""
+    here = project_digest()
+    return bool(_whole_manifest(folder).get("program_sha256", here) == here)
 
 
 def differences(folder: Path) -> list[str]:

@@ -1,5 +1,6 @@
 """Whether a run folder is as it was written, and whether its deliveries come out as they are stored."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -7,14 +8,15 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 
-from harness.episode.episode import run_episode
+from harness.episode.episode import Delivery, run_episode
 from harness.metrics.columns import Row
-from harness.storage.checksums import CHECKSUMS, changed_files
+from harness.storage.checksums import CHECKSUMS, changed_files, root_digest
 from harness.storage.manifest_file import mixed_files
 from harness.storage.run_folder import JOURNAL
-from harness.study.manifest import differences, load_study, version_notes
-from harness.study.stored_run import load_run
-from harness.task.study import EpisodeTask
+from harness.study.consistency import contradictions, recording_files
+from harness.study.manifest import code_notes, differences, load_study
+from harness.study.stored_run import StoredRun, load_run
+from harness.task.study import Study
 from navstack.errors import MapError
 
 
@@ -23,11 +25,14 @@ class Verification:
     """What was found in one run folder."""
 
     folder: Path
+    digest: str | None  # SHA-256 of its checksums; None: it has none
     has_checksums: bool
     changed: list[str]  # files, since the run was written
     mixed: list[str]  # files that were changed and taken as they were
     notes: list[str]
     reasons: list[str]  # why its rows need not come out here as they are stored
+    wrong: list[str] = field(default_factory=list)  # what in it contradicts the rest
+    wanted: int = 0  # deliveries to be driven again
     repeated: list[str] = field(default_factory=list)  # deliveries, as "STACK NUMBER"
     other: dict[str, list[str]] = field(default_factory=dict)  # delivery -> columns that differ
     not_comparable: list[str] = field(default_factory=list)  # deliveries that differ, for reasons
@@ -35,11 +40,16 @@ class Verification:
     @property
     def is_sound(self) -> bool | None:
         """Whether all is as it was; None where nothing was compared, or not everything could be."""
-        if self.changed or self.mixed or self.other:
+        if self.changed or self.mixed or self.other or self.wrong or not self.has_checksums:
             return False
         if self.not_comparable or not self.repeated:
             return None
         return True
+
+    @property
+    def has_passed(self) -> bool:
+        """Whether nothing was found, and as many deliveries repeat as were to."""
+        return self.is_sound is not False and len(self.repeated) >= self.wanted
 
 
 def verify_run(folder: Path, sample: int, seed: int) -> Verification:
@@ -55,44 +65,87 @@ def verify_run(folder: Path, sample: int, seed: int) -> Verification:
     """
     found = Verification(
         folder=folder,
+        digest=root_digest(folder),
         has_checksums=(folder / CHECKSUMS).is_file(),
-        changed=changed_files(folder, not (folder / JOURNAL).exists()),
+        changed=changed_files(folder, not (folder / JOURNAL).exists(), with_recordings=True),
         mixed=mixed_files(folder),
-        notes=version_notes(folder),
+        notes=[],
         reasons=differences(folder),
     )
     if found.changed:
         return found  # what would be driven is not what was
-    rows = [row for stack in load_run(str(folder)).stacks for row in stack.rows]
+    run = load_run(str(folder))
+    rows = [row for stack in run.stacks for row in stack.rows]
     chosen = np.random.default_rng(seed).permutation(len(rows))[:sample]
+    found.wanted = len(chosen)
+    drawn = [rows[place] for place in sorted(chosen)]
     try:
-        tasks = {(task.stack_number, task.episode): task for task in load_study(folder).tasks()}
+        study = load_study(folder)
     except MapError as error:  # one of the user's, which is not on this machine
         found.reasons.append(str(error))
-        found.not_comparable += [_name(rows[place]) for place in sorted(chosen)]
+        found.not_comparable += map(_name, drawn)
         return found
-    for place in sorted(chosen):
-        row = rows[place]
-        name = _name(row)
-        columns = _differing_columns(folder, row, tasks[row["stack_number"], row["episode"]])
+    found.notes += code_notes(folder)
+    found.wrong += contradictions(folder, study, run, is_exact=not found.reasons)
+    _drive_again(found, study, run, drawn)
+    return found
+
+
+def _drive_again(found: Verification, study: Study, run: StoredRun, drawn: Sequence[Row]) -> None:
+    tasks = {(task.stack_number, task.episode): task for task in study.tasks()}
+    for row in drawn:
+        task, name = tasks.get((row["stack_number"], row["episode"])), _name(row)
+        if task is None:
+            continue  # a contradiction by then
+        columns = _differing(found.folder, run, row, run_episode(task))
         if not columns:
             found.repeated.append(name)
         elif found.reasons:
             found.not_comparable.append(name)
         else:
             found.other[name] = columns
-    return found
 
 
 def _name(row: Row) -> str:
     return f"{row['stack']} {row['episode']}"
 
 
-def _differing_columns(folder: Path, stored: Row, task: EpisodeTask) -> list[str]:
-    """The columns of a delivery that come out otherwise; those that its table lacks are left out."""
-    there = pq.read_schema(folder / "episodes.parquet").names
-    row = run_episode(task).row
-    return sorted(name for name in there if not _is_same(row.get(name), stored[name]))
+def _differing(folder: Path, run: StoredRun, stored: Row, driven: Delivery) -> list[str]:
+    """What of a delivery comes out otherwise; columns that its table lacks are left out."""
+    own = [
+        event
+        for event in run.events
+        if (event["stack"], event["episode"]) == (stored["stack"], stored["episode"])
+    ]
+    columns = pq.read_schema(folder / "episodes.parquet").names
+    found = sorted(name for name in columns if not _is_same(driven.row.get(name), stored[name]))
+    of_events = pq.read_schema(folder / "events.parquet").names
+    if not _are_same(driven.events, own, of_events):
+        found.append("events")
+    recording, decisions = recording_files(folder, stored)
+    if driven.recording is not None and not _is_recorded(driven.recording, recording):
+        found.append(recording.name)
+    if driven.decisions is not None:
+        told = pq.read_table(decisions)
+        if not _are_same(driven.decisions[1], told.to_pylist(), [*driven.decisions[0]]):
+            found.append(decisions.name)
+    return found
+
+
+def _are_same(ours: Sequence[Row], stored: Sequence[Row], names: Sequence[str]) -> bool:
+    return len(ours) == len(stored) and all(
+        _is_same(a.get(name), b.get(name))
+        for a, b in zip(ours, stored, strict=True)
+        for name in names
+    )
+
+
+def _is_recorded(arrays: Mapping[str, Any], file: Path) -> bool:
+    with np.load(file, allow_pickle=False) as stored:
+        return set(stored.files) == set(arrays) and all(
+            np.array_equal(stored[name], value, equal_nan=value.dtype.kind == "f")
+            for name, value in arrays.items()
+        )
 
 
 def _is_same(ours: Any, stored: Any) -> bool:

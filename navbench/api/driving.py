@@ -31,8 +31,8 @@ class Driven:
 
     @property
     def has_errors(self) -> bool:
-        """Whether deliveries ended in an error."""
-        return any(result.errors for result in self.results)
+        """Whether deliveries ended in an error, be it the machine's or the stack's own."""
+        return any(result.errors or result.failures for result in self.results)
 
 
 class Tally(Bar):
@@ -101,7 +101,7 @@ def drive_folder(study: Study, path: Path, where: Where) -> Driven:
             with open_workers(where, study.workers, path, {path: study}) as workers, shown(tally):
                 is_stopped = is_interrupted(study, folder, workers, tally)
         results = finish(study, folder)
-    say_what_failed(folder.rows.where(bool, "error"))
+    say_what_failed(folder.rows.where(any_text, "error", "stack_error"))
     if is_stopped:
         tally.done = len(folder.rows)  # the last one may have been kept and not yet counted
         say_interrupted(tally, path)
@@ -136,7 +136,13 @@ def say_what_is_done(folder: RunFolder, study: Study) -> None:
 def say_what_failed(rows: Iterable[Row]) -> None:
     """Tell the deliveries that ended in an error."""
     for row in rows:
-        say(f"error in {row['stack']} episode {row['episode']}: {row['error']}")
+        error = row["error"] or row["stack_error"]
+        say(f"error in {row['stack']} episode {row['episode']}: {error}")
+
+
+def any_text(*texts: str | None) -> bool:
+    """Whether one of them says something."""
+    return any(texts)
 
 
 def say_interrupted(tally: Tally, path: Path, options: str = "") -> None:

@@ -64,7 +64,7 @@ class Run:
         """
         prices, seed = self.stored.prices(), self.stored.seed
         return {
-            stack.name: value(stack.rows, stack, prices, seed)
+            stack.name: value(stack.rows, stack, prices, seed, left_out=stack.errors)
             for stack in self.stored.stacks
             if stack.rows
         }

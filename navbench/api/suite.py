@@ -44,6 +44,7 @@ from harness.study.suite_log import note_session, session_of, sessions_of
 from harness.task.study import Study, usable_workers
 from navbench.api.driving import (
     Tally,
+    any_text,
     is_interrupted,
     say_interrupted,
     say_notes,
@@ -166,7 +167,7 @@ def _drive(path: Path, declared: Suite, portion: Portion, where: Where) -> Suite
         with open_workers(where, count, path, runs) as workers, shown(tally):
             for cell, study in studies.items():
                 own, interrupted = _drive_cell(path / cell.name, study, now[cell], workers, tally)
-                failed += own.where(bool, "error")
+                failed += own.where(any_text, "error", "stack_error")
                 if interrupted:
                     break
             if not interrupted and _is_complete(path, declared):

@@ -37,13 +37,16 @@ def verify(folder: Path, sample: int, seed: int, as_json: bool) -> None:
     A delivery repeats if every column of its row comes out as it is stored, to the last bit. Where
     a run comes from other libraries, or from a machine that computes otherwise, a delivery that
     differs is not comparable here: it is counted, and the run is neither called sound nor changed.
+    The digest stands for the whole run. It guards against accidents: who edits a run can write its
+    checksums, too. So rows, events, recordings and summary are held against each other.
 
     \b
     Examples:
       navbench verify results/latest
       navbench verify results/my_suite --sample 10 --seed 1 --json
 
-    Exit status: 0 nothing was changed; 1 something was, or a delivery came out otherwise.
+    Exit status: 0 nothing was changed, and the sample repeats; 1 something was, or fewer
+    deliveries came out as stored than were to be driven again.
     """
     from navbench.api import verify as api
 
@@ -54,7 +57,7 @@ def verify(folder: Path, sample: int, seed: int, as_json: bool) -> None:
         print_json({"schema": 1, "sound": _together(verdicts), "runs": documents})
     else:
         sys.stdout.write("".join(f"{line}\n" for each in found for line in _lines(each)))
-    sys.exit(1 if False in verdicts else 0)
+    sys.exit(int(not all(each.has_passed for each in found)))
 
 
 def _together(verdicts: list[bool | None]) -> bool | None:
@@ -72,20 +75,23 @@ def _document(found: "Verification") -> dict[str, Any]:
 
 
 def _lines(found: "Verification") -> list[str]:
-    folder = found.folder
-    lines = [f"{folder}: {note}" for note in found.notes]
+    lines = [f"digest {found.digest}", *found.notes]
     if not found.has_checksums:
-        lines.append(f"{folder}: has no checksums: it was written by an earlier version")
+        lines[0] = "has no checksums.json: nothing tells whether it is as it was written"
     if found.mixed:
-        names = ", ".join(found.mixed)
-        lines.append(f"{folder}: is mixed: {names} were changed after it had begun")
+        lines.append(f"is mixed: {', '.join(found.mixed)} were changed after it had begun")
     if found.changed:
-        names = ", ".join(found.changed)
-        return [*lines, f"{folder}: changed since it was written: {names}"]
+        lines.append(f"changed since it was written: {', '.join(found.changed)}")
+    lines += found.wrong
     for name, columns in found.other.items():
-        lines.append(f"{folder}: {name} comes out otherwise: {', '.join(columns)}")
+        lines.append(f"{name} comes out otherwise: {', '.join(columns)}")
+    reasons = "; ".join(found.reasons)
     if found.not_comparable:
-        count = len(found.not_comparable)
-        lines.append(f"{folder}: {count} not comparable here: {'; '.join(found.reasons)}")
-    lines.append(f"{folder}: {len(found.repeated)} deliveries driven again came out as stored")
-    return lines
+        lines.append(f"{len(found.not_comparable)} not comparable here: {reasons}")
+    elif reasons:
+        lines.append(f"{reasons}: rows could differ")
+    if not found.changed:
+        lines.append(
+            f"{len(found.repeated)} of {found.wanted} deliveries driven again came out as stored"
+        )
+    return [f"{found.folder}: {line}" for line in lines]

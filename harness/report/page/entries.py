@@ -139,7 +139,7 @@ def _entry(label: str, map_label: str, run: StoredRun, stack: StoredStack) -> Pa
         run,
         stack,
         prices,
-        value(stack.rows, stack, prices, run.seed),
+        value(stack.rows, stack, prices, run.seed, left_out=stack.errors),
         each,
         events,
     )

@@ -224,7 +224,7 @@ def _standing(path: Path, suite: Suite, own: Sequence[Cell]) -> Standing:
     side = Side(runs[0], dataclasses.replace(runs[0].stacks[0], rows=rows, errors=errors))
     valuation = None
     if rows:
-        valuation = value(rows, side.stack, side.run.prices(), side.run.seed)
+        valuation = value(rows, side.stack, side.run.prices(), side.run.seed, left_out=errors)
     return Standing(first.stack_name, first.condition, declared, side, valuation, runs)
 
 
