@@ -19,7 +19,7 @@ BoolArray = npt.NDArray[np.bool_]
 ByteArray = npt.NDArray[np.uint8]
 
 
-class Layout(NamedTuple):
+class ArrayLayout(NamedTuple):
     """What compiled code knows of an array besides its numbers; all arrays are contiguous."""
 
     dimensions: int
@@ -27,26 +27,26 @@ class Layout(NamedTuple):
 
 
 # Arrays as kernels take them that Python calls (:func:`navstack.jit.argument_types`).
-FloatVector = Annotated[npt.NDArray[np.float64], Layout(1)]
-FloatMatrix = Annotated[npt.NDArray[np.float64], Layout(2)]
-FloatCube = Annotated[npt.NDArray[np.float64], Layout(3)]
-Float32Vector = Annotated[npt.NDArray[np.float32], Layout(1)]
-Float32Matrix = Annotated[npt.NDArray[np.float32], Layout(2)]
-Float32Cube = Annotated[npt.NDArray[np.float32], Layout(3)]
-FixedFloat32Matrix = Annotated[npt.NDArray[np.float32], Layout(2, is_fixed=True)]
-IntVector = Annotated[npt.NDArray[np.int64], Layout(1)]
-IntMatrix = Annotated[npt.NDArray[np.int64], Layout(2)]
-Int32Vector = Annotated[npt.NDArray[np.int32], Layout(1)]
-Int32Matrix = Annotated[npt.NDArray[np.int32], Layout(2)]
-Uint16Vector = Annotated[npt.NDArray[np.uint16], Layout(1)]
-Uint16Matrix = Annotated[npt.NDArray[np.uint16], Layout(2)]
-Uint32Matrix = Annotated[npt.NDArray[np.uint32], Layout(2)]
-BoolVector = Annotated[npt.NDArray[np.bool_], Layout(1)]
-BoolMatrix = Annotated[npt.NDArray[np.bool_], Layout(2)]
-ByteVector = Annotated[npt.NDArray[np.uint8], Layout(1)]
-ByteMatrix = Annotated[npt.NDArray[np.uint8], Layout(2)]
-FixedByteVector = Annotated[npt.NDArray[np.uint8], Layout(1, is_fixed=True)]
-FixedByteMatrix = Annotated[npt.NDArray[np.uint8], Layout(2, is_fixed=True)]
+FloatVector = Annotated[npt.NDArray[np.float64], ArrayLayout(1)]
+FloatMatrix = Annotated[npt.NDArray[np.float64], ArrayLayout(2)]
+FloatCube = Annotated[npt.NDArray[np.float64], ArrayLayout(3)]
+Float32Vector = Annotated[npt.NDArray[np.float32], ArrayLayout(1)]
+Float32Matrix = Annotated[npt.NDArray[np.float32], ArrayLayout(2)]
+Float32Cube = Annotated[npt.NDArray[np.float32], ArrayLayout(3)]
+FixedFloat32Matrix = Annotated[npt.NDArray[np.float32], ArrayLayout(2, is_fixed=True)]
+IntVector = Annotated[npt.NDArray[np.int64], ArrayLayout(1)]
+IntMatrix = Annotated[npt.NDArray[np.int64], ArrayLayout(2)]
+Int32Vector = Annotated[npt.NDArray[np.int32], ArrayLayout(1)]
+Int32Matrix = Annotated[npt.NDArray[np.int32], ArrayLayout(2)]
+Uint16Vector = Annotated[npt.NDArray[np.uint16], ArrayLayout(1)]
+Uint16Matrix = Annotated[npt.NDArray[np.uint16], ArrayLayout(2)]
+Uint32Matrix = Annotated[npt.NDArray[np.uint32], ArrayLayout(2)]
+BoolVector = Annotated[npt.NDArray[np.bool_], ArrayLayout(1)]
+BoolMatrix = Annotated[npt.NDArray[np.bool_], ArrayLayout(2)]
+ByteVector = Annotated[npt.NDArray[np.uint8], ArrayLayout(1)]
+ByteMatrix = Annotated[npt.NDArray[np.uint8], ArrayLayout(2)]
+FixedByteVector = Annotated[npt.NDArray[np.uint8], ArrayLayout(1, is_fixed=True)]
+FixedByteMatrix = Annotated[npt.NDArray[np.uint8], ArrayLayout(2, is_fixed=True)]
 
 
 class Generators(NamedTuple):

@@ -31,7 +31,7 @@ _KNOWN = 2.0  # [s] over which the track's velocity variance counts; then it is 
 _TOUCHING = 1e-6  # [m] from the box, below which the direction is that of the nearest side
 
 
-class Body(NamedTuple):
+class RobotBox(NamedTuple):
     """The robot's outline: a box about a point of the base frame's x axis."""
 
     centre: float  # [m] on the x axis
@@ -49,11 +49,12 @@ class ContactRates(NamedTuple):
     drift_std: float
 
 
-def body_of(footprint: FloatArray) -> Body:
+def body_of(footprint: FloatArray) -> RobotBox:
     """The bounding box of a footprint (V, 2), base frame."""
-    low, high = footprint.min(axis=0), footprint.max(axis=0)
+    low = footprint.min(axis=0)
+    high = footprint.max(axis=0)
     half_length, half_width = (0.5 * (high - low)).tolist()
-    return Body(float(0.5 * (low[0] + high[0])), half_length, half_width)
+    return RobotBox(float(0.5 * (low[0] + high[0])), half_length, half_width)
 
 
 def nearest(
@@ -62,7 +63,8 @@ def nearest(
     """The nearest tracks within ``reach`` [m] at ``stamp`` [s] as rows (n <= most, FIELDS)."""
     rows = np.empty((len(tracks), FIELDS))
     for row, track in zip(rows, tracks, strict=True):
-        late, p = stamp - track.stamp, track.covariance
+        late = stamp - track.stamp
+        p = track.covariance
         row[:5] = (
             track.x + late * track.vx,
             track.y + late * track.vy,
@@ -118,8 +120,10 @@ def gap_to(
     rx: float, ry: float, half_length: float, half_width: float
 ) -> tuple[float, float, float]:
     """Distance [m] from a box about the origin to a point, negative inside, and its direction."""
-    ex, ey = abs(rx) - half_length, abs(ry) - half_width
-    ax, ay = max(ex, 0.0), max(ey, 0.0)
+    ex = abs(rx) - half_length
+    ey = abs(ry) - half_width
+    ax = max(ex, 0.0)
+    ay = max(ey, 0.0)
     gap = math.sqrt(ax * ax + ay * ay)
     if gap > _TOUCHING:
         return gap, math.copysign(ax, rx) / gap, math.copysign(ay, ry) / gap
@@ -129,9 +133,10 @@ def gap_to(
 
 
 @njit(inline="always")
-def seen_from(state: FloatArray, x: float, y: float, body: Body) -> tuple[float, float]:
+def seen_from(state: FloatArray, x: float, y: float, body: RobotBox) -> tuple[float, float]:
     """A point of the map from the middle of the robot's box in a state (7,), along its axes [m]."""
-    dx, dy = x - state[X], y - state[Y]
+    dx = x - state[X]
+    dy = y - state[Y]
     along = state[COS] * dx + state[SIN] * dy - body.centre
     return along, state[COS] * dy - state[SIN] * dx
 
@@ -145,7 +150,7 @@ def closing_speed(
     ry: float,
     nx: float,
     ny: float,
-    body: Body,
+    body: RobotBox,
 ) -> float:
     """How fast [m/s] the nearest points of robot and person approach along (nx, ny), base frame.
 
@@ -175,7 +180,7 @@ def expected_contacts(
     speeds: FloatMatrix,
     turns: FloatMatrix,
     people: FloatMatrix,
-    body: Body,
+    body: RobotBox,
     rates: ContactRates,
     contact_usd: FloatVector,
 ) -> FloatArray:
@@ -194,17 +199,22 @@ def expected_contacts(
         rates: prices and spreads.
         contact_usd: (S,) [USD] of a counted contact at a closing speed of 0, 1, .. m/s.
     """
-    costs, state = np.zeros(len(x)), np.empty(7)
+    costs = np.zeros(len(x))
+    state = np.empty(7)
     for i in range(len(x)):
         for p in range(len(people)):
-            person, worst = people[p], 0.0
+            person = people[p]
+            worst = 0.0
             for k in range(lengths[i]):
                 t = k * steps[i]
-                state[X], state[Y] = x[i, k], y[i, k]
+                state[X] = x[i, k]
+                state[Y] = y[i, k]
                 state[V] = speeds[i, min(k, speeds.shape[1] - 1)]
                 state[OMEGA] = turns[i, min(k, turns.shape[1] - 1)]
-                state[COS], state[SIN] = math.cos(yaw[i, k]), math.sin(yaw[i, k])
-                there_x, there_y = person[0] + t * person[2], person[1] + t * person[3]
+                state[COS] = math.cos(yaw[i, k])
+                state[SIN] = math.sin(yaw[i, k])
+                there_x = person[0] + t * person[2]
+                there_y = person[1] + t * person[3]
                 rx, ry = seen_from(state, there_x, there_y, body)
                 gap, nx, ny = gap_to(rx, ry, body.half_length, body.half_width)
                 std = spread_at(person, t, rates.position_std, rates.drift_std)

@@ -15,7 +15,9 @@ class CriticScore:
     rejections: int  # trajectories that it was the first to reject
 
 
-RUNNER_UP, SLOWER = "runner_up", "slower"  # kinds of alternatives
+# kinds of alternatives
+RUNNER_UP = "runner_up"
+SLOWER = "slower"
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,16 +14,19 @@ def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
     After ``line_iterator.hpp``; LETHAL_OBSTACLE wherever there is a lethal cell, whether or not
     another one is unknown.
     """
-    dx, dy = abs(x1 - x0), abs(y1 - y0)
+    dx = abs(x1 - x0)
+    dy = abs(y1 - y0)
     width = costs.shape[1]
-    step_along, step_aside = 1, width
+    step_along = 1
+    step_aside = width
     if x1 < x0:
         step_along = -1
     if y1 < y0:
         step_aside = -width
     if dx < dy:
         step_along, step_aside = step_aside, step_along
-    along, across = max(dx, dy), min(dx, dy)
+    along = max(dx, dy)
+    across = min(dx, dy)
     flat = costs.reshape(-1)
     cell = y0 * width + x0
     error = along // 2
@@ -74,18 +77,21 @@ def walk_outline(
     worst = 0
     last_x = last_y = 0
     for i in range(count + 1):
-        vx, vy = footprint[i % count, 0], footprint[i % count, 1]
+        vx = footprint[i % count, 0]
+        vy = footprint[i % count, 1]
         fx = (x + vx * cosine - vy * sine - grid[0]) / grid[2]
         fy = (y + vx * sine + vy * cosine - grid[1]) / grid[2]
         if not (fx >= 0.0 and fy >= 0.0 and fx < width and fy < height):
             return LETHAL_OBSTACLE
-        mx, my = int(fx), int(fy)
+        mx = int(fx)
+        my = int(fy)
         if i > 0:
             cost = line_cost(costs, last_x, last_y, mx, my)
             if cost == LETHAL_OBSTACLE and not (unknown_hides and worst == NO_INFORMATION):
                 return LETHAL_OBSTACLE
             worst = max(worst, cost)
-        last_x, last_y = mx, my
+        last_x = mx
+        last_y = my
     return worst
 
 
@@ -99,7 +105,8 @@ def is_occupied(
     the outline hides a lethal one as :func:`outline_cost` says.
     """
     height, width = costs.shape
-    fx, fy = (x - grid[0]) / grid[2], (y - grid[1]) / grid[2]
+    fx = (x - grid[0]) / grid[2]
+    fy = (y - grid[1]) / grid[2]
     if not (fx >= 0.0 and fy >= 0.0 and fx < width and fy < height):
         return False
     cost = outline_cost(costs, grid, footprint, x, y, yaw)

@@ -53,7 +53,8 @@ class SimpleGoalChecker(GoalChecker):
     def is_goal_reached(self, pose: Pose2D, goal: Pose2D, velocity: Twist2D) -> bool:
         """See the base class; the velocity does not matter."""
         if self._must_check_position:
-            dx, dy = pose.x - goal.x, pose.y - goal.y
+            dx = pose.x - goal.x
+            dy = pose.y - goal.y
             if dx * dx + dy * dy > self._params.xy_goal_tolerance**2:
                 return False
             self._must_check_position = not self._params.stateful

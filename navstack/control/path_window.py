@@ -79,7 +79,8 @@ def nearest_pose(
             break
         distance = math.hypot(poses[stop, 0] - x, poses[stop, 1] - y)
         if distance < least:
-            nearest, least = stop, distance
+            nearest = stop
+            least = distance
         stop += 1
     return nearest, stop
 
@@ -106,10 +107,12 @@ def window_bounds(
 @njit(ahead=True)
 def in_base_frame(poses: FloatMatrix, x: float, y: float, yaw: float) -> FloatArray:
     """Poses (N, 3) of the map frame, seen from a robot at (x, y, yaw); yaws in [-pi, pi)."""
-    cosine, sine = math.cos(yaw), math.sin(yaw)
+    cosine = math.cos(yaw)
+    sine = math.sin(yaw)
     seen = np.empty((len(poses), 3))
     for i in range(len(poses)):
-        dx, dy = poses[i, 0] - x, poses[i, 1] - y
+        dx = poses[i, 0] - x
+        dy = poses[i, 1] - y
         turn = poses[i, 2] - yaw
         seen[i, 0] = cosine * dx + sine * dy
         seen[i, 1] = cosine * dy - sine * dx

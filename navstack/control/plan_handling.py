@@ -111,7 +111,8 @@ def densify(poses: FloatArray, resolution: float) -> FloatArray:
         total += 1
         if i == 0:
             continue
-        dx, dy = poses[i, 0] - poses[i - 1, 0], poses[i, 1] - poses[i - 1, 1]
+        dx = poses[i, 0] - poses[i - 1, 0]
+        dy = poses[i, 1] - poses[i - 1, 1]
         squared = dx * dx + dy * dy
         if squared > allowed:
             gap = math.sqrt(squared) - math.sqrt(allowed)

@@ -125,7 +125,8 @@ class RotationShimController(Controller):
         same_goal = np.array_equal(self._goal, plan.poses[-1:])
         once = self._params.rotate_to_heading_once
         self._heading_is_open = not (once and same_goal and not self._turning)
-        self._plan, self._goal = plan, plan.poses[-1:]
+        self._plan = plan
+        self._goal = plan.poses[-1:]
         self._at_goal = False
 
     def _turn_to_goal(
@@ -165,7 +166,8 @@ class RotationShimController(Controller):
 
     def _heading_error(self, pose: Pose2D, plan: Path) -> float:
         """Turn [rad] to the plan's point ``forward_sampling_distance`` from its start."""
-        dx, dy = plan.poses[1:, 0] - plan.poses[0, 0], plan.poses[1:, 1] - plan.poses[0, 1]
+        dx = plan.poses[1:, 0] - plan.poses[0, 0]
+        dy = plan.poses[1:, 1] - plan.poses[0, 1]
         far = dx * dx + dy * dy >= self._params.forward_sampling_distance**2
         index = -1
         if far.any():

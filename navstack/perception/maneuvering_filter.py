@@ -60,7 +60,8 @@ class ManeuveringFilter:
             states = _mean(shares, [model.states for model in self._models])
             mixed.append((states, self._spread(shares, states)))
         for model, (states, covariances) in zip(self._models, mixed, strict=True):
-            model.states, model.covariances = states, covariances
+            model.states = states
+            model.covariances = covariances
             model.predict(duration)
         self._weights = weights
 

@@ -76,7 +76,8 @@ def mark_foreground(
         if not range_min <= r <= max_range:  # nan too
             continue
         angle = sensor[2] + angle_min + i * increment
-        x, y = sensor[0] + r * math.cos(angle), sensor[1] + r * math.sin(angle)
+        x = sensor[0] + r * math.cos(angle)
+        y = sensor[1] + r * math.sin(angle)
         foreground[i] = not is_background(background, origin[0], origin[1], resolution, x, y)
 
 
@@ -121,9 +122,11 @@ def find_bodies(
         if not foreground[at]:
             i += 1
             continue
-        nearest, length = ranges[at], 1
+        nearest = ranges[at]
+        length = 1
         while i + length < n:
-            last, following = (start + i + length - 1) % n, (start + i + length) % n
+            last = (start + i + length - 1) % n
+            following = (start + i + length) % n
             if not foreground[following] or not belongs(
                 ranges[last], ranges[following], increment, cluster_gap
             ):

@@ -45,8 +45,11 @@ class TrackFilter:
         """Squared Mahalanobis distances (N, M) of places (M, 2) [m] with variances (M,) [m2]."""
         ways = places[None, :, :] - self.states[:, None, :2]
         spread = self.covariances[:, None, :2, :2] + variances[None, :, None, None] * _UNIT
-        a, b, c = spread[..., 0, 0], spread[..., 0, 1], spread[..., 1, 1]
-        x, y = ways[..., 0], ways[..., 1]
+        a = spread[..., 0, 0]
+        b = spread[..., 0, 1]
+        c = spread[..., 1, 1]
+        x = ways[..., 0]
+        y = ways[..., 1]
         squared: FloatArray = (c * x * x - 2.0 * b * x * y + a * y * y) / (a * c - b * b)
         return squared
 
@@ -92,7 +95,8 @@ class TrackFilter:
 
     def keep(self, chosen: BoolArray) -> None:
         """Forget all bodies but the ``chosen`` (N,) ones."""
-        self.states, self.covariances = self.states[chosen], self.covariances[chosen]
+        self.states = self.states[chosen]
+        self.covariances = self.covariances[chosen]
 
 
 def motion_of(duration: float, acceleration_variance: float) -> tuple[FloatArray, FloatArray]:
@@ -101,7 +105,8 @@ def motion_of(duration: float, acceleration_variance: float) -> tuple[FloatArray
     The covariance is that of ``filterpy.common.Q_discrete_white_noise``: constant acceleration
     within the step.
     """
-    step, noise = _WHOLE.copy(), np.zeros((4, 4))
+    step = _WHOLE.copy()
+    noise = np.zeros((4, 4))
     step[0, 2] = step[1, 3] = duration
     noise[0, 0] = noise[1, 1] = 0.25 * duration**4 * acceleration_variance
     shared = 0.5 * duration**3 * acceleration_variance
@@ -114,7 +119,8 @@ def turned(
     states: FloatArray, covariances: FloatArray, angle: float
 ) -> tuple[FloatArray, FloatArray]:
     """States (N, 4) and covariances (N, 4, 4), turned by ``angle`` [rad] about the origin."""
-    cos, sin = math.cos(angle), math.sin(angle)
+    cos = math.cos(angle)
+    sin = math.sin(angle)
     rotation = np.zeros((4, 4))
     rotation[:2, :2] = rotation[2:, 2:] = (cos, -sin), (sin, cos)
     return states @ rotation.T, rotation @ covariances @ rotation.T

@@ -101,7 +101,8 @@ class Tracker:
         self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D
     ) -> tuple[FloatArray, FloatArray]:
         """Centres (M, 2) [m] of the bodies in a scan, odom frame, and variances (M,) per axis."""
-        given, ranges = self._params, scan.ranges
+        given = self._params
+        ranges = scan.ranges
         foreground: BoolArray = np.empty(len(ranges), dtype=np.bool_)
         found = np.empty((len(ranges), 3))
         increment = scan.angle_increment
@@ -160,11 +161,9 @@ class Tracker:
 
     def _keep(self, chosen: BoolArray) -> None:
         self._filter.keep(chosen)
-        self._ids, self._hits, self._seen = (
-            self._ids[chosen],
-            self._hits[chosen],
-            self._seen[chosen],
-        )
+        self._ids = self._ids[chosen]
+        self._hits = self._hits[chosen]
+        self._seen = self._seen[chosen]
 
 
 def _filter(params: TrackerParams) -> TrackFilter | ManeuveringFilter:

@@ -26,10 +26,12 @@ def cost_to_go(costmap: Costmap, goal: Pose2D) -> FloatArray:
 def _free_cell(costmap: Costmap, goal: Pose2D) -> int:
     """The number of the free cell nearest to a goal; the goal's own where none is free."""
     mx, my = costmap.world_to_map(goal.x, goal.y)
-    mx, my = min(max(mx, 0), costmap.size_x - 1), min(max(my, 0), costmap.size_y - 1)
+    mx = min(max(mx, 0), costmap.size_x - 1)
+    my = min(max(my, 0), costmap.size_y - 1)
     if costmap.data[my, mx] >= LEAST_OBSTACLE:
         rows, columns = np.nonzero(costmap.data < LEAST_OBSTACLE)
         if len(rows):
             nearest = int(np.argmin((rows - my) ** 2 + (columns - mx) ** 2))
-            my, mx = int(rows[nearest]), int(columns[nearest])
+            my = int(rows[nearest])
+            mx = int(columns[nearest])
     return my * costmap.size_x + mx

@@ -40,8 +40,13 @@ def _segments(word: int, d: float, a: float, b: float) -> tuple[float, float, fl
     way round.
     """
     if word % 2 == 1:
-        a, b = -a, -b
-    sa, sb, ca, cb, cab = math.sin(a), math.sin(b), math.cos(a), math.cos(b), math.cos(a - b)
+        a = -a
+        b = -b
+    sa = math.sin(a)
+    sb = math.sin(b)
+    ca = math.cos(a)
+    cb = math.cos(b)
+    cab = math.cos(a - b)
     if word < 2:  # LSL
         p2 = 2.0 + d * d - 2.0 * cab + 2.0 * d * (sa - sb)
         theta = math.atan2(cb - ca, d + sa - sb)
@@ -66,14 +71,19 @@ def shortest_word(
     start: FloatArray, end: FloatArray, radius: float
 ) -> tuple[int, float, float, float]:
     """The word of the shortest curve between poses (3,) and its three lengths, as ``radius``."""
-    dx, dy = end[0] - start[0], end[1] - start[1]
+    dx = end[0] - start[0]
+    dy = end[1] - start[1]
     heading = math.atan2(dy, dx)
     d = math.hypot(dx, dy) / radius
-    best, word, lengths = math.inf, -1, (0.0, 0.0, 0.0)
+    best = math.inf
+    word = -1
+    lengths = (0.0, 0.0, 0.0)
     for i in range(6):
         t, p, q = _segments(i, d, _turn(start[2] - heading), _turn(end[2] - heading))
         if t + p + q < best:
-            best, word, lengths = t + p + q, i, (t, p, q)
+            best = t + p + q
+            word = i
+            lengths = (t, p, q)
     return word, lengths[0] * radius, lengths[1] * radius, lengths[2] * radius
 
 
@@ -86,14 +96,20 @@ def curve(start: FloatArray, end: FloatArray, radius: float, step: float) -> Flo
     poses = np.empty((count + 1, 3))
     ends = (t, t + p, total)
     poses[0] = start
-    x, y, yaw, at, piece = start[0], start[1], start[2], 0.0, 0
+    x = start[0]
+    y = start[1]
+    yaw = start[2]
+    at = 0.0
+    piece = 0
     for i in range(1, count + 1):
         goal = total * i / count
         while True:
             stop = min(goal, ends[piece])
-            length, turn = stop - at, WORDS[word, piece] / radius
+            length = stop - at
+            turn = WORDS[word, piece] / radius
             if turn == 0.0:
-                x, y = x + length * math.cos(yaw), y + length * math.sin(yaw)
+                x = x + length * math.cos(yaw)
+                y = y + length * math.sin(yaw)
             else:
                 x += (math.sin(yaw + turn * length) - math.sin(yaw)) / turn
                 y -= (math.cos(yaw + turn * length) - math.cos(yaw)) / turn
@@ -110,16 +126,19 @@ def curve(start: FloatArray, end: FloatArray, radius: float, step: float) -> Flo
 @njit()
 def overlaps_cell(corners: FloatArray, column: int, row: int) -> bool:
     """Whether a convex polygon (N, 2) in [cells] and a cell's square meet (separating axes)."""
-    x0, y0 = corners[:, 0].min(), corners[:, 1].min()
+    x0 = corners[:, 0].min()
+    y0 = corners[:, 1].min()
     if x0 > column + 1 or corners[:, 0].max() < column or y0 > row + 1 or corners[:, 1].max() < row:
         return False
     for i in range(len(corners)):
         j = (i + 1) % len(corners)
-        nx, ny = corners[j, 1] - corners[i, 1], corners[i, 0] - corners[j, 0]
+        nx = corners[j, 1] - corners[i, 1]
+        ny = corners[i, 0] - corners[j, 0]
         lowest = highest = nx * corners[i, 0] + ny * corners[i, 1]
         for k in range(len(corners)):
             level = nx * corners[k, 0] + ny * corners[k, 1]
-            lowest, highest = min(lowest, level), max(highest, level)
+            lowest = min(lowest, level)
+            highest = max(highest, level)
         low = nx * column + ny * row + min(nx, 0.0) + min(ny, 0.0)
         if low > highest or low + abs(nx) + abs(ny) < lowest:
             return False
@@ -142,12 +161,14 @@ def stands_free(
     ``reach`` is its circumscribed radius: a disc of it that has room, or a centre in contact,
     settles most poses.
     """
-    x, y = pose[0], pose[1]
+    x = pose[0]
+    y = pose[1]
     if not is_free(costs, blocked, x, y):
         return False
     if has_room(costs, x, y, reach, allow_unknown):
         return True
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    cos = math.cos(pose[2])
+    sin = math.sin(pose[2])
     corners = np.empty_like(footprint)
     corners[:, 0] = x + cos * footprint[:, 0] - sin * footprint[:, 1]
     corners[:, 1] = y + sin * footprint[:, 0] + cos * footprint[:, 1]

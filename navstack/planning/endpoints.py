@@ -78,7 +78,8 @@ def nearest_free_distance(pose: Pose2D, costmap: Costmap) -> float:
     """
     mx, my = costmap.world_to_map(pose.x, pose.y)
     reach = math.ceil(NEAREST_FREE_RADIUS / costmap.resolution)
-    x0, y0 = max(0, mx - reach), max(0, my - reach)
+    x0 = max(0, mx - reach)
+    y0 = max(0, my - reach)
     window = costmap.data[y0 : my + reach + 1, x0 : mx + reach + 1]
     rows, columns = np.nonzero(window < INSCRIBED_INFLATED_OBSTACLE)
     if not len(rows):

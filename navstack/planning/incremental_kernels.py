@@ -17,7 +17,7 @@ from navstack.planning.navfn_kernels import (
     COST_OBSTACLE,
     POT_HIGH,
     Buffers,
-    Field,
+    NavfnField,
     run_wave,
     set_border,
     unmark,
@@ -41,7 +41,8 @@ def differ(one: ByteArray, other: ByteArray, begin: int) -> bool:
 
     Loops of fixed length over bytes become vector instructions.
     """
-    found, first = np.uint8(0), np.uint64(begin)
+    found = np.uint8(0)
+    first = np.uint64(begin)
     for j in range(np.uint64(BLOCK_SIZE)):
         found = np.uint8(found | np.uint8(one[first + j] ^ other[first + j]))
     return bool(found != 0)
@@ -69,10 +70,8 @@ def take_in_changes(
     level = POT_HIGH
     for y in range(y0, yn):
         for x in range(x0, xn, BLOCK_SIZE):
-            begin, end = (
-                y * width + max(x0, min(x, xn - BLOCK_SIZE)),
-                y * width + min(x + BLOCK_SIZE, xn),
-            )
+            begin = y * width + max(x0, min(x, xn - BLOCK_SIZE))
+            end = y * width + min(x + BLOCK_SIZE, xn)
             if end - begin == BLOCK_SIZE and not differ(costs, known, begin):
                 continue
             for n in range(begin, end):
@@ -152,12 +151,10 @@ def cut_block(potential: Float32Array, block: int, level: float, tops: Float32Ar
     Potentials are not negative: as whole numbers their bits have the same order, of which a highest
     one is found by vector instructions.
     """
-    bits, top, limit, first = (
-        potential.view(np.int32),
-        np.int32(0),
-        np.float32(level),
-        np.uint64(block * BLOCK_SIZE),
-    )
+    bits = potential.view(np.int32)
+    top = np.int32(0)
+    limit = np.float32(level)
+    first = np.uint64(block * BLOCK_SIZE)
     if (block + 1) * BLOCK_SIZE <= potential.size:
         for j in range(np.uint64(BLOCK_SIZE)):
             stays = potential[first + j] < limit
@@ -214,11 +211,13 @@ def flag_edge(
 
     In blocks that reach into the map's first or last row all are flagged.
     """
-    row, one = np.uint64(width), np.uint64(1)
+    row = np.uint64(width)
+    one = np.uint64(1)
     if begin < row or begin + np.uint64(BLOCK_SIZE) + row > potential.size:
         flags[:] = 1
         return
-    lowest, below = np.float32(level - COST_OBSTACLE), np.float32(level)
+    lowest = np.float32(level - COST_OBSTACLE)
+    below = np.float32(level)
     for j in range(np.uint64(BLOCK_SIZE)):
         n = begin + j
         beside = (potential[n - one] == POT_HIGH) | (potential[n + one] == POT_HIGH)
@@ -250,7 +249,7 @@ def push_unreached(
 
 @njit(ahead=True)
 def respread(
-    field: Field,
+    field: NavfnField,
     tops: Float32Vector,  # (blocks,) see roll_back
     source: int,
     target: int,

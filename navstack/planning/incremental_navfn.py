@@ -96,7 +96,8 @@ class IncrementalNavfn(Planner):
             return Path(
                 single_pose(start, goal, self._params.use_final_approach_orientation), stamp
             )
-        robot, source = cell(start, costmap), cell(goal, costmap)
+        robot = cell(start, costmap)
+        source = cell(goal, costmap)
         if not (self._is_open(robot, costmap) and self._is_open(source, costmap)):
             return self._fallback.plan(start, goal, costmap, stamp)
         points = self._descend(robot, source, costmap)
@@ -129,7 +130,9 @@ class IncrementalNavfn(Planner):
         """As :meth:`_descend`, with a field from nothing."""
         self._key = key
         self._known = flat_costs(costmap).copy()
-        self._gap_level, self._gap_limit, self._robot = math.inf, math.inf, robot
+        self._gap_level = math.inf
+        self._gap_limit = math.inf
+        self._robot = robot
         self._sound_below = self._field.expand(costmap, source, robot, margin=MARGIN) - float(
             PRIORITY_STEP
         )
@@ -138,9 +141,12 @@ class IncrementalNavfn(Planner):
     def _take_in_changes(self, robot: int, costmap: Costmap, only_cheaper: bool) -> None:
         """Compare the costs about the robot with those known, and lower the sound level."""
         reach = math.ceil(self._params.change_radius / costmap.resolution)
-        column, row = robot % costmap.size_x, robot // costmap.size_x
-        x0, xn = max(1, column - reach), min(costmap.size_x - 1, column + reach + 1)
-        y0, yn = max(1, row - reach), min(costmap.size_y - 1, row + reach + 1)
+        column = robot % costmap.size_x
+        row = robot // costmap.size_x
+        x0 = max(1, column - reach)
+        xn = min(costmap.size_x - 1, column + reach + 1)
+        y0 = max(1, row - reach)
+        yn = min(costmap.size_y - 1, row + reach + 1)
         costs = (flat_costs(costmap), self._known, self._crossing)
         level = take_in_changes(
             self._field.flat, *costs, costmap.size_x, (x0, xn, y0, yn), only_cheaper
@@ -183,7 +189,8 @@ class IncrementalNavfn(Planner):
         reached = self._field.resume(known, source, robot, level, MARGIN, limit)
         self._sound_below = reached - float(PRIORITY_STEP)
         if level <= self._gap_level:
-            self._gap_level, self._gap_limit = level, limit
+            self._gap_level = level
+            self._gap_limit = limit
         else:
             self._gap_limit = min(self._gap_limit, limit)
         return self._sound_below > 0.0

@@ -124,7 +124,8 @@ def end_at(poses: FloatArray, goal: Pose2D) -> FloatArray:
     """
     target = goal.as_array()
     if len(poses) >= 2:
-        last, before = poses[-1, :2], poses[-2, :2]
+        last = poses[-1, :2]
+        before = poses[-2, :2]
         beyond = np.sum((last - before) ** 2) > np.sum((target[:2] - before) ** 2)
         if beyond or np.sum((last - target[:2]) ** 2) < 1e-6:
             poses[-1] = target
@@ -175,7 +176,8 @@ class GoalBound:
 
     def _renew(self, goal: int, robot: int, costmap: Costmap) -> None:
         assert costmap.floor is not None
-        self._floor, self._goal = costmap.floor, goal
+        self._floor = costmap.floor
+        self._goal = goal
         floor = Costmap(costmap.floor, costmap.resolution, costmap.origin_x, costmap.origin_y)
         self._complete_below = self._field.expand(floor, goal, robot, margin=2.0 * SLACK)
 

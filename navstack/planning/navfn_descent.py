@@ -75,7 +75,8 @@ def take_corners(
 @njit(forceinline=True)
 def interpolated_gradient(corners: Float32Array, dx: float, dy: float) -> tuple[float, float]:
     """Gradient at the offset (dx, dy) from a cell, bilinear between its ``corners``."""
-    rest_x, rest_y = 1.0 - np.float64(dx), 1.0 - np.float64(dy)
+    rest_x = 1.0 - np.float64(dx)
+    rest_y = 1.0 - np.float64(dy)
     x1 = np.float32(rest_x * corners[0, 0] + np.float32(dx * corners[1, 0]))
     x2 = np.float32(rest_x * corners[2, 0] + np.float32(dx * corners[3, 0]))
     y1 = np.float32(rest_x * corners[0, 1] + np.float32(dx * corners[1, 1]))
@@ -107,11 +108,13 @@ def lowest_neighbour(potential: Float32Array, width: int, n: int) -> int:
     """
     if potential[n] >= POT_HIGH:
         return n
-    best, lowest = n, np.floor(potential[n])
+    best = n
+    lowest = np.floor(potential[n])
     for row in (n - width, n, n + width):
         for m in (row - 1, row, row + 1):
             if m != n and potential[m] < lowest:
-                best, lowest = m, np.floor(potential[m])
+                best = m
+                lowest = np.floor(potential[m])
     return best
 
 
@@ -127,16 +130,21 @@ def advance(
     if x == 0.0 and y == 0.0:
         return -1, dx, dy
     scale = np.float32(STEP / length(x, y))
-    dx, dy = np.float32(dx + np.float32(x * scale)), np.float32(dy + np.float32(y * scale))
+    dx = np.float32(dx + np.float32(x * scale))
+    dy = np.float32(dy + np.float32(y * scale))
     one = np.float32(1.0)
     if dx > one:
-        n, dx = n + 1, np.float32(dx - one)
+        n = n + 1
+        dx = np.float32(dx - one)
     if dx < -one:
-        n, dx = n - 1, np.float32(dx + one)
+        n = n - 1
+        dx = np.float32(dx + one)
     if dy > one:
-        n, dy = n + width, np.float32(dy - one)
+        n = n + width
+        dy = np.float32(dy - one)
     if dy < -one:
-        n, dy = n - width, np.float32(dy + one)
+        n = n - width
+        dy = np.float32(dy + one)
     return n, dx, dy
 
 
@@ -190,20 +198,30 @@ def descend(
     goes on until its points are exhausted. A* leaves such places. Otherwise the descent goes back
     to the lowest point and on along the grid for a while: every reached cell has a lower neighbour.
     """
-    n, dx, dy = start, np.float32(0.0), np.float32(0.0)
-    lowest, lowest_n, lowest_i = np.inf, start, 0
-    grid_until, stalled_i, i = 0, -1, 0
+    n = start
+    dx = np.float32(0.0)
+    dy = np.float32(0.0)
+    lowest = np.inf
+    lowest_n = start
+    lowest_i = 0
+    grid_until = 0
+    stalled_i = -1
+    i = 0
     held = np.int64(-1)  # of a literal's type, numba would compile step once more
     corners = np.empty((4, 2), dtype=np.float32)  # most steps stay in their cell
     while i < len(path):
         nearest = n + round_half_away(dx) + width * round_half_away(dy)
         value = potential[max(0, min(potential.size - 1, nearest))]
         if value < COST_NEUTRAL:
-            path[i, 0], path[i, 1] = source % width, source // width
+            path[i, 0] = source % width
+            path[i, 1] = source // width
             return i + 1
         if value < lowest:
-            lowest, lowest_n, lowest_i = value, max(0, min(potential.size - 1, nearest)), i
-        path[i, 0], path[i, 1] = np.float32(n % width) + dx, np.float32(n // width) + dy
+            lowest = value
+            lowest_n = max(0, min(potential.size - 1, nearest))
+            lowest_i = i
+        path[i, 0] = np.float32(n % width) + dx
+        path[i, 1] = np.float32(n // width) + dy
         oscillates = i >= 2 and path[i, 0] == path[i - 2, 0] and path[i, 1] == path[i - 2, 1]
         n, dx, dy, held = step(
             potential, width, n, dx, dy, oscillates or i < grid_until, held, corners
@@ -215,8 +233,11 @@ def descend(
         elif n < 0 or i - lowest_i > STALLED_STEPS:
             if lowest_i == stalled_i:  # no lower point since the last time
                 return FAILED
-            stalled_i, i = lowest_i, lowest_i + 1
-            n, dx, dy = lowest_n, np.float32(0.0), np.float32(0.0)
+            stalled_i = lowest_i
+            i = lowest_i + 1
+            n = lowest_n
+            dx = np.float32(0.0)
+            dy = np.float32(0.0)
             grid_until = i + GRID_STEPS
     return EXHAUSTED
 
@@ -229,7 +250,8 @@ def nearest_reachable(
 
     The goal itself where it is reached; NaN where nothing is.
     """
-    (goal_x, goal_y), (origin_x, origin_y, resolution) = goal, grid
+    (goal_x, goal_y) = goal
+    (origin_x, origin_y, resolution) = grid
     if (
         potential_at(
             potential, width, (goal_x - origin_x) / resolution, (goal_y - origin_y) / resolution
@@ -237,7 +259,9 @@ def nearest_reachable(
         < POT_HIGH
     ):
         return goal_x, goal_y
-    best, best_x, best_y = np.inf, np.nan, np.nan
+    best = np.inf
+    best_x = np.nan
+    best_y = np.nan
     y = goal_y - tolerance
     while y <= goal_y + tolerance:
         x = goal_x - tolerance
@@ -247,7 +271,9 @@ def nearest_reachable(
                 potential, width, (x - origin_x) / resolution, (y - origin_y) / resolution
             )
             if value < POT_HIGH and squared < best:
-                best, best_x, best_y = squared, x, y
+                best = squared
+                best_x = x
+                best_y = y
             x += resolution
         y += resolution
     return best_x, best_y
@@ -258,7 +284,8 @@ def potential_at(potential: Float32Array, width: int, x: float, y: float) -> flo
     """Potential of the grid point nearest to a point in [cells]; POT_HIGH off the map."""
     if x < 0.0 or y < 0.0:
         return POT_HIGH
-    column, row = round_half_away(x), round_half_away(y)
+    column = round_half_away(x)
+    row = round_half_away(y)
     if column >= width or row >= potential.size // width:
         return POT_HIGH
     return potential[row * width + column]

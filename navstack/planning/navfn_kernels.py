@@ -47,10 +47,12 @@ INV_SQRT2 = 0.707106781  # to as many digits as navfn.cpp has
 # of the straight line's cost that a potential is at least; WAVE_0 is a little low
 STRAIGHT_SHARE = 0.99
 # the quadratic that stands for the planar wave's square root
-WAVE_2, WAVE_1, WAVE_0 = -0.2301, 0.5307, 0.7040
+WAVE_2 = -0.2301
+WAVE_1 = 0.5307
+WAVE_0 = 0.7040
 
 
-class Field(NamedTuple):
+class NavfnField(NamedTuple):
     """A potential, and what its wave needs."""
 
     potential: Float32Vector  # (height * width,) POT_HIGH where the wave has not been
@@ -141,7 +143,8 @@ def planar_wave(left: float, right: float, up: float, down: float, cost: float) 
 @njit()
 def distance_cost(n: int, width: int, target_x: int, target_y: int) -> float:
     """A*'s heuristic: the straight line to the target through free cells (updateCellAstar)."""
-    x, y = np.int64(n) % width, np.int64(n) // width
+    x = np.int64(n) % width
+    y = np.int64(n) // width
     return np.float32(math.hypot(x - target_x, y - target_y) * COST_NEUTRAL)
 
 
@@ -228,7 +231,7 @@ def fetch_cell(potential: Float32Array, costs: ByteArray, n: int, row: int) -> N
 
 @njit()
 def run_wave(
-    field: Field,
+    field: NavfnField,
     target: int,
     use_astar: bool,
     n_current: int,
@@ -253,23 +256,25 @@ def run_wave(
     Returns the threshold at the end: potentials below it by PRIORITY_STEP are final.
     """
     potential, dirty, costs, crossing, gain, width, buffers = field
-    current, following, overflow = buffers[0], buffers[1], buffers[2]
+    current = buffers[0]
+    following = buffers[1]
+    overflow = buffers[2]
     # numba would compile what they are given to once more for a literal 0
     n_following = n_overflow = np.int64(0)
-    target_x, target_y = target % width, target // width
-    one, row = np.uint64(1), np.uint64(width)
+    target_x = target % width
+    target_y = target // width
+    one = np.uint64(1)
+    row = np.uint64(width)
     while n_current > 0:
         unmark(potential, current, n_current)
         for i in range(n_current):
             n = np.uint64(current[np.uint64(i)])
             if i + FETCHED_AHEAD < n_current:
                 fetch_cell(potential, costs, np.uint64(current[np.uint64(i + FETCHED_AHEAD)]), row)
-            left, right, up, down = (
-                potential[n - one],
-                potential[n + one],
-                potential[n - row],
-                potential[n + row],
-            )
+            left = potential[n - one]
+            right = potential[n + one]
+            up = potential[n - row]
+            down = potential[n + row]
             new = planar_wave(abs(left), abs(right), abs(up), abs(down), crossing[costs[n]])
             if new >= abs(potential[n]):
                 continue
@@ -288,11 +293,13 @@ def run_wave(
                     potential, costs, gain, overflow, n_overflow, n, row, new
                 )
         current, following = following, current
-        n_current, n_following = n_following, np.int64(0)
+        n_current = n_following
+        n_following = np.int64(0)
         if n_current == 0:
             threshold = np.float32(threshold + PRIORITY_STEP)
             current, overflow = overflow, current
-            n_current, n_overflow = n_overflow, np.int64(0)
+            n_current = n_overflow
+            n_overflow = np.int64(0)
         if (
             target >= 0
             and abs(potential[target]) < POT_HIGH
@@ -306,7 +313,7 @@ def run_wave(
 
 @njit(ahead=True)
 def propagate(
-    field: Field,
+    field: NavfnField,
     source: int,  # cell where the potential is 0
     target: int,  # cell whose potential ends the wave; -1: expand until nothing is left
     use_astar: bool,

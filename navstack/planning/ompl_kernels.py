@@ -73,11 +73,15 @@ def are_connected(
 
     Points in [cells].
     """
-    width, cells = costs.shape[1], costs.size
+    width = costs.shape[1]
+    cells = costs.size
     reached = np.zeros(cells, dtype=np.bool_)
     waiting = np.empty(cells, dtype=np.int32)
-    source, target = int(y0) * width + int(x0), int(y1) * width + int(x1)
-    reached[source], waiting[0], count = True, source, 1
+    source = int(y0) * width + int(x0)
+    target = int(y1) * width + int(x1)
+    reached[source] = True
+    waiting[0] = source
+    count = 1
     while count > 0 and not reached[target]:
         count -= 1
         n = waiting[count]
@@ -118,9 +122,12 @@ def is_line_free(
     """
     if not (is_free(costs, blocked, x0, y0) and is_free(costs, blocked, x1, y1)):
         return False
-    dx, dy = x1 - x0, y1 - y0
-    column, row = int(x0), int(y0)
-    step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
+    dx = x1 - x0
+    dy = y1 - y0
+    column = int(x0)
+    row = int(y0)
+    step_x = 1 if dx > 0.0 else -1
+    step_y = 1 if dy > 0.0 else -1
     # of the line's parameter 0..1: from one column or row to the next, and to the first one
     per_column = per_row = next_column = next_row = np.inf
     if dx != 0.0:
@@ -135,9 +142,11 @@ def is_line_free(
         next_row = (row + 1 - y0) * per_row
     for _ in range(abs(int(x1) - column) + abs(int(y1) - row)):
         if next_column < next_row:
-            column, next_column = column + step_x, next_column + per_column
+            column = column + step_x
+            next_column = next_column + per_column
         else:
-            row, next_row = row + step_y, next_row + per_row
+            row = row + step_y
+            next_row = next_row + per_row
         if (
             not (0 <= column < costs.shape[1] and 0 <= row < costs.shape[0])
             or blocked[costs[row, column]]
@@ -167,13 +176,17 @@ def nearest_free_cell(
     costs: ByteArray, blocked: BoolArray, column: int, row: int, radius: float
 ) -> tuple[int, int]:
     """The free cell nearest to a cell within ``radius`` [cells]; (-1, -1) where there is none."""
-    best, best_column, best_row = radius * radius + 1e-9, -1, -1
+    best = radius * radius + 1e-9
+    best_column = -1
+    best_row = -1
     reach = int(math.ceil(radius))
     for y in range(max(0, row - reach), min(costs.shape[0], row + reach + 1)):
         for x in range(max(0, column - reach), min(costs.shape[1], column + reach + 1)):
             squared = float((x - column) ** 2 + (y - row) ** 2)
             if squared < best and not blocked[costs[y, x]]:
-                best, best_column, best_row = squared, x, y
+                best = squared
+                best_column = x
+                best_row = y
     return best_column, best_row
 
 
@@ -240,14 +253,14 @@ def shortcut(
     path = points
     for i in range(len(draws)):
         along = cumulative_length(path)
-        a, b = draws[i].min() * along[-1], draws[i].max() * along[-1]
-        first, last = (
-            np.searchsorted(along, a, side="right"),
-            np.searchsorted(along, b, side="left"),
-        )
+        a = draws[i].min() * along[-1]
+        b = draws[i].max() * along[-1]
+        first = np.searchsorted(along, a, side="right")
+        last = np.searchsorted(along, b, side="left")
         if first >= last:
             continue  # on one segment
-        start, end = point_at(path, along, a), point_at(path, along, b)
+        start = point_at(path, along, a)
+        end = point_at(path, along, b)
         bypass = np.concatenate((start, path[first:last].copy().ravel(), end)).reshape(-1, 2)
         straight = np.concatenate((start, end)).reshape(-1, 2)
         if not is_edge_free(costs, blocked, room, start[0], start[1], end[0], end[1]):
@@ -278,7 +291,8 @@ def cumulative_length(path: FloatArray) -> FloatArray:
 @njit()
 def point_at(path: FloatArray, along: FloatArray, distance: float) -> FloatArray:
     """The point (2,) at a distance along a polyline whose cumulative length is ``along``."""
-    x, y = np.interp(distance, along, path[:, 0]), np.interp(distance, along, path[:, 1])
+    x = np.interp(distance, along, path[:, 0])
+    y = np.interp(distance, along, path[:, 1])
     return np.array((x, y))
 
 

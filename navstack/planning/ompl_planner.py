@@ -62,7 +62,8 @@ class OmplPlanner(Planner):
 
     def __init__(self, params: OmplParams, shape: RobotShape | None = None) -> None:
         """``shape`` None: the costs alone say where the robot can be."""
-        self._params, self._shape = params, shape
+        self._params = params
+        self._shape = shape
         self._rng = np.random.default_rng(0)  # until reset
         self._blocked = blocked_table(params.max_allowed_cost, params.allow_unknown)
         self._hull = convex_hull(shape)
@@ -145,7 +146,8 @@ class OmplPlanner(Planner):
         self, start: Pose2D, goal: Pose2D, costmap: Costmap, seed: int, draws: FloatArray
     ) -> tuple[Query, FloatArray]:
         """The question, and the states of its answer."""
-        query, params = self._query(start, goal, costmap), self._params
+        query = self._query(start, goal, costmap)
+        params = self._params
         found = search(
             query,
             params.algorithm,
@@ -163,14 +165,17 @@ class OmplPlanner(Planner):
         return query, self._simplified(query, found, draws)
 
     def _query(self, start: Pose2D, goal: Pose2D, costmap: Costmap) -> Query:
-        first, last = self._free_point(start, costmap), self._free_point(goal, costmap)
+        first = self._free_point(start, costmap)
+        last = self._free_point(goal, costmap)
         if first is None:
             raise StartOccupiedError(occupied("start", start, costmap))
         if last is None:
             raise goal_occupied(goal, costmap)
-        first_state, last_state = np.array(first), np.array(last)
+        first_state = np.array(first)
+        last_state = np.array(last)
         if self._params.state_space == "SE2":
-            first_state, last_state = np.array((*first, start.yaw)), np.array((*last, goal.yaw))
+            first_state = np.array((*first, start.yaw))
+            last_state = np.array((*last, goal.yaw))
         return Query(
             costs=costmap.data,
             blocked=self._blocked,
@@ -221,9 +226,11 @@ class OmplPlanner(Planner):
                 f"{self._params.algorithm}: no path {between}: "
                 "obstacles part them; check for closed ways"
             )
-        spent, key = f"{self._params.max_iterations} iterations", "max_iterations"
+        spent = f"{self._params.max_iterations} iterations"
+        key = "max_iterations"
         if self._params.max_planning_time > 0.0:
-            spent, key = f"{self._params.max_planning_time:g} s", "max_planning_time"
+            spent = f"{self._params.max_planning_time:g} s"
+            key = "max_planning_time"
         return NoPathFoundError(
             f"{self._params.algorithm}: no path {between} within {spent}, "
             f"though free cells connect them; raise {key} or take another algorithm"
@@ -290,9 +297,11 @@ class OmplPlanner(Planner):
 
     def _is_free(self, poses: FloatArray, costmap: Costmap) -> bool:
         """Whether the robot has room along a path (N, 3) and where it turns on it."""
-        cells, room = to_cells(poses, costmap), self._room(costmap.resolution)
+        cells = to_cells(poses, costmap)
+        room = self._room(costmap.resolution)
         if self._params.state_space == "SE2":
-            hull, body = self._hull / costmap.resolution, (room.turning, room.allow_unknown)
+            hull = self._hull / costmap.resolution
+            body = (room.turning, room.allow_unknown)
             return bool(is_curve_free(costmap.data, self._blocked, hull, *body, cells))
         if not is_polyline_free(costmap.data, self._blocked, room, cells):
             return False
@@ -315,7 +324,8 @@ class OmplPlanner(Planner):
 
 def _to_cells(pose: Pose2D, costmap: Costmap) -> tuple[float, float]:
     """A point in [cells] from the map's lower left corner."""
-    x, y = pose.x - costmap.origin_x, pose.y - costmap.origin_y
+    x = pose.x - costmap.origin_x
+    y = pose.y - costmap.origin_y
     return x / costmap.resolution, y / costmap.resolution
 
 

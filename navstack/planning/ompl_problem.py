@@ -50,7 +50,8 @@ class Query:
         """
         if self.has_yaw:
             return self.can_drive(start, end)  # its end is one of the poses that are tried
-        x, y = end[0], end[1]
+        x = end[0]
+        y = end[1]
         turning = self.room.turning
         if self._is_end(x, y):
             turning = 0.0
@@ -98,7 +99,8 @@ class _Validity(ob.StateValidityChecker):  # type: ignore[misc]
 
     def __init__(self, information: Any, query: Query) -> None:
         super().__init__(information)
-        self._query, self._read = query, reader(query)
+        self._query = query
+        self._read = reader(query)
 
     def isValid(self, state: Any) -> bool:  # noqa: N802 - OMPL's name
         """OMPL needs a Python bool."""
@@ -110,7 +112,8 @@ class _Motion(ob.MotionValidator):  # type: ignore[misc]
 
     def __init__(self, information: Any, query: Query) -> None:
         super().__init__(information)
-        self._query, self._read = query, reader(query)
+        self._query = query
+        self._read = reader(query)
 
     def checkMotion(self, start: Any, end: Any, *_: Any) -> bool:  # noqa: N802 - OMPL's name
         """OMPL needs a Python bool. The start is free, for it is in a tree."""
@@ -125,7 +128,8 @@ class _Objective(ob.PathLengthOptimizationObjective):  # type: ignore[misc]
 
     def __init__(self, information: Any, query: Query) -> None:
         super().__init__(information)
-        self._query, self._read = query, reader(query)
+        self._query = query
+        self._read = reader(query)
         self._distance = information.distance
 
     def motionCost(self, start: Any, end: Any) -> Any:  # noqa: N802 - OMPL's name
@@ -152,7 +156,8 @@ def make_problem(query: Query) -> tuple[Any, Any]:
     information.setMotionValidator(_Motion(information, query))
     information.setup()
     definition = ob.ProblemDefinition(information)
-    first, last = _state(information, query.first), _state(information, query.last)
+    first = _state(information, query.first)
+    last = _state(information, query.last)
     definition.setStartAndGoalStates(first, last)
     if query.cost_weight == 0.0:
         objective = ob.PathLengthOptimizationObjective(information)
@@ -176,5 +181,6 @@ def _state(information: Any, values: FloatArray) -> Any:
         state.setY(float(values[1]))
         state.setYaw(float(values[2]))
     else:
-        state[0], state[1] = float(values[0]), float(values[1])
+        state[0] = float(values[0])
+        state[1] = float(values[1])
     return state

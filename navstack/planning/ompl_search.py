@@ -52,7 +52,8 @@ class Budget:
             seconds: of wall time; 0: no limit. A limit makes plans depend on the machine.
             patience: checks without an improvement worth it, after which it ends; 0: all of them.
         """
-        self._left, self._patience = checks, patience
+        self._left = checks
+        self._patience = patience
         # the last cost that was worth it, checks left then
         self._worth: tuple[float, int] = (math.inf, checks)
         self._begin = clock()
@@ -141,11 +142,14 @@ def _fmt(query: Query, reach: float, checks: int, budget: Budget) -> FloatArray 
     if not budget.has_time_limit:
         samples = max(1, checks // CHECKS_PER_SAMPLE)
         return _solve(query, og.FMT, reach, Budget(20 * checks, 0.0, 0), samples)
-    best, lowest, samples = None, math.inf, FEWEST_SAMPLES
+    best = None
+    lowest = math.inf
+    samples = FEWEST_SAMPLES
     while not budget.is_late:
         states = _solve(query, og.FMT, reach, budget, samples)
         if states is not None and (cost := path_cost(query, states)) < lowest:
-            best, lowest = states, cost
+            best = states
+            lowest = cost
             budget.note(cost)
         samples *= 2
     return best

@@ -11,7 +11,7 @@ from navstack.planning.navfn_kernels import (
     BUFFER_SIZE,
     NO_BOUND,
     POT_HIGH,
-    Field,
+    NavfnField,
     clear_potential,
     cost_tables,
     propagate,
@@ -94,9 +94,9 @@ class PotentialField:
             respread(self._field(costmap), self._tops, source, target, level, margin, limit)
         )
 
-    def _field(self, costmap: Costmap) -> Field:
+    def _field(self, costmap: Costmap) -> NavfnField:
         """What the kernels take, with the costs of a costmap."""
-        return Field(
+        return NavfnField(
             self.flat,
             self._dirty,
             flat_costs(costmap),
@@ -121,7 +121,8 @@ class PotentialField:
         None where the gradient leads nowhere, or, as upstream, where the path is longer than
         ``most_points`` (0: no limit).
         """
-        path, gives_up = self._path, most_points > 0
+        path = self._path
+        gives_up = most_points > 0
         if gives_up:
             path = np.empty((most_points, 2), dtype=np.float32)
         count = descend(self.flat, self._shape[1], start, source, gives_up, path)

@@ -7,7 +7,10 @@ from numba import config, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-_READ, _KEEP, _DATA = 0, 3, 1  # LLVM's arguments: for reading, to stay in all caches, data
+# LLVM's arguments: for reading, to stay in all caches, data
+_READ = 0
+_KEEP = 3
+_DATA = 1
 
 
 def _prefetch(context: Any, array: Any, index: Any) -> Any:
@@ -21,7 +24,8 @@ def _prefetch(context: Any, array: Any, index: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-        pointer, number = ir.IntType(8).as_pointer(), ir.IntType(32)
+        pointer = ir.IntType(8).as_pointer()
+        number = ir.IntType(32)
         kind = ir.FunctionType(ir.VoidType(), [pointer, number, number, number])
         function = cgutils.get_or_insert_function(  # type: ignore[no-untyped-call]
             builder.module, kind, "llvm.prefetch.p0i8"

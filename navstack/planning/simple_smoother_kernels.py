@@ -24,9 +24,12 @@ def meets_obstacle(places: FloatArray, costs: ByteArray, grid: Grid, cells: IntA
     instructions.
     """
     height, width = costs.shape
-    flat, x, y = costs.reshape(-1), places[0], places[1]
+    flat = costs.reshape(-1)
+    x = places[0]
+    y = places[1]
     for i in range(_u(len(cells))):
-        fx, fy = (x[i] - grid[0]) / grid[2], (y[i] - grid[1]) / grid[2]
+        fx = (x[i] - grid[0]) / grid[2]
+        fy = (y[i] - grid[1]) / grid[2]
         is_inside = (fx >= 0.0) & (fy >= 0.0) & (fx < width) & (fy < height)
         cells[i] = np.int64(fy) * width + np.int64(fx) if is_inside else -1
     for i in range(1, len(cells) - 1):
@@ -49,15 +52,18 @@ def _relax_one(
 
     Returns where to, and how far along x and y.
     """
-    at, beyond = _u(i), _u(i + 1)
-    old_x, old_y = old[0, at], old[1, at]
+    at = _u(i)
+    beyond = _u(i + 1)
+    old_x = old[0, at]
+    old_y = old[1, at]
     x = old_x + (
         weights[0] * (given[0, at] - old_x) + weights[1] * (old[0, beyond] + x - 2.0 * old_x)
     )
     y = old_y + (
         weights[0] * (given[1, at] - old_y) + weights[1] * (old[1, beyond] + y - 2.0 * old_y)
     )
-    new[0, at], new[1, at] = x, y
+    new[0, at] = x
+    new[1, at] = y
     return x, y, abs(x - old_x), abs(y - old_y)
 
 
@@ -84,8 +90,12 @@ def sweep_twice(
         How far all places move together in each iteration, along x and y.
     """
     count = old.shape[1]
-    x, y, change = old[0, 0], old[1, 0], 0.0
-    next_x, next_y, next_change = x, y, 0.0
+    x = old[0, 0]
+    y = old[1, 0]
+    change = 0.0
+    next_x = x
+    next_y = y
+    next_change = 0.0
     for i in range(1, count + 1):
         if i < count - 1:
             x, y, dx, dy = _relax_one(given, old, once, i, x, y, weights)
@@ -114,9 +124,13 @@ def relax(
         not, the poses are those before the iteration that failed.
     """
     given = np.ascontiguousarray(poses[:, :2].T)
-    last, once, twice = given.copy(), given.copy(), given.copy()
+    last = given.copy()
+    once = given.copy()
+    twice = given.copy()
     cells = np.empty(len(poses), dtype=np.int64)
-    iterations, at_rest, failed = 0, False, False
+    iterations = 0
+    at_rest = False
+    failed = False
     while not (at_rest or failed):
         changes = sweep_twice(given, last, once, twice, weights)
         for change, places in zip(changes, (once, twice)):  # noqa: B905 - numba knows no strict
@@ -124,7 +138,8 @@ def relax(
             failed = iterations >= max_its or meets_obstacle(places, costs, grid, cells)
             if failed:
                 break
-            poses[:, 0], poses[:, 1] = places[0], places[1]
+            poses[:, 0] = places[0]
+            poses[:, 1] = places[1]
             at_rest = not change >= tolerance
             if at_rest:
                 break
@@ -138,8 +153,10 @@ def stretch_ends(poses: FloatArray) -> IntArray:
     ends = np.empty(2 * len(poses), dtype=np.int64)
     count = 0
     for i in range(1, len(poses) - 1):
-        ax, ay = poses[i, 0] - poses[i - 1, 0], poses[i, 1] - poses[i - 1, 1]
-        bx, by = poses[i + 1, 0] - poses[i, 0], poses[i + 1, 1] - poses[i, 1]
+        ax = poses[i, 0] - poses[i - 1, 0]
+        ay = poses[i, 1] - poses[i - 1, 1]
+        bx = poses[i + 1, 0] - poses[i, 0]
+        by = poses[i + 1, 1] - poses[i, 1]
         turn = poses[i + 1, 2] - poses[i, 2]
         turn -= 2.0 * math.pi * math.floor((turn + math.pi) / (2.0 * math.pi))
         turns_back = ax * bx + ay * by < 0.0
@@ -160,7 +177,8 @@ def face_along(poses: FloatArray, backwards: bool) -> None:
     A pose at the place of the next one keeps its yaw.
     """
     for i in range(len(poses) - 1):
-        dx, dy = poses[i + 1, 0] - poses[i, 0], poses[i + 1, 1] - poses[i, 1]
+        dx = poses[i + 1, 0] - poses[i, 0]
+        dy = poses[i + 1, 1] - poses[i, 1]
         if abs(dx) < SAME_PLACE and abs(dy) < SAME_PLACE:
             continue
         yaw = math.atan2(dy, dx)

@@ -32,7 +32,10 @@ from navstack.types import BoolArray, ByteArray, FloatArray, IntArray, Path, Pos
 STEPS = np.array(
     ((0, 1), (0, -1), (1, 0), (-1, 0), (1, -1), (-1, 1), (1, 1), (-1, -1)), dtype=np.int64
 )
-LOWEST, SHARE, HIGHEST = 26.0, 0.9, 252.0  # a cell counts as LOWEST + SHARE * cost, of HIGHEST
+# a cell counts as LOWEST + SHARE * cost, of HIGHEST
+LOWEST = 26.0
+SHARE = 0.9
+HIGHEST = 252.0
 
 
 class ThetaStarPlanner(Planner):
@@ -101,21 +104,27 @@ def line_of_sight(
 
     Bresenham's line; where it goes diagonally, both cells beside it must be open, too.
     """
-    dx, dy = abs(end_x - x), abs(end_y - y)
-    step_x, step_y = (1 if x < end_x else -1), (1 if y < end_y else -1)
-    total, error = 0.0, dx - dy
+    dx = abs(end_x - x)
+    dy = abs(end_y - y)
+    step_x = 1 if x < end_x else -1
+    step_y = 1 if y < end_y else -1
+    total = 0.0
+    error = dx - dy
     while x != end_x or y != end_y:
         if not is_open[costs[y, x]]:
             return math.inf
         total += crossing[costs[y, x]]
         twice = 2 * error
-        aside, up = twice > -dy, twice <= dx
+        aside = twice > -dy
+        up = twice <= dx
         if aside and up and not (is_open[costs[y, x + step_x]] and is_open[costs[y + step_y, x]]):
             return math.inf
         if aside:
-            x, error = x + step_x, error - dy
+            x = x + step_x
+            error = error - dy
         if up or not aside:
-            y, error = y + step_y, error + dx
+            y = y + step_y
+            error = error + dx
     return total
 
 
@@ -141,11 +150,13 @@ def search_lines(
         weights: of the length of a way, and of the straight way to the goal.
     """
     height, width = costs.shape
-    first, last = start[1] * width + start[0], goal[1] * width + goal[0]
+    first = start[1] * width + start[0]
+    last = goal[1] * width + goal[0]
     travelled = np.full(costs.size, np.inf)
     parents = np.empty(costs.size, dtype=np.int64)
     is_done = np.zeros(costs.size, dtype=np.bool_)
-    travelled[first], parents[first] = crossing[costs[start[1], start[0]]], first
+    travelled[first] = crossing[costs[start[1], start[0]]]
+    parents[first] = first
     heap = [(0.0, first)]
     while len(heap) > 0:
         _, n = heapq.heappop(heap)
@@ -154,16 +165,20 @@ def search_lines(
         is_done[n] = True
         if n == last:
             return parents
-        x, y = n % width, n // width
+        x = n % width
+        y = n // width
         maybe = parents[parents[n]]
-        u, v = maybe % width, maybe // width
+        u = maybe % width
+        v = maybe // width
         length = weights[0] * math.hypot(x - u, y - v)
         if travelled[maybe] + length < travelled[n]:  # else crossing the cells does not pay
             total = travelled[maybe] + length + line_of_sight(costs, is_open, crossing, x, y, u, v)
             if total < travelled[n]:
-                travelled[n], parents[n] = total, maybe
+                travelled[n] = total
+                parents[n] = maybe
         for k in range(corners):
-            u, v = x + STEPS[k, 0], y + STEPS[k, 1]
+            u = x + STEPS[k, 0]
+            v = y + STEPS[k, 1]
             if not (0 <= u < width and 0 <= v < height) or not is_open[costs[v, u]]:
                 continue
             m = v * width + u
@@ -173,6 +188,7 @@ def search_lines(
                 + crossing[costs[v, u]]
             )
             if not is_done[m] and total < travelled[m]:
-                travelled[m], parents[m] = total, n
+                travelled[m] = total
+                parents[m] = n
                 heapq.heappush(heap, (total + weights[1] * math.hypot(goal[0] - u, goal[1] - v), m))
     return parents[:0]

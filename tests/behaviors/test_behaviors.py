@@ -55,7 +55,8 @@ def run(behavior, goal, costmap, start=START, began=0.0, obeys=True):
 
     The odom frame lies elsewhere.
     """
-    pose, odom = start, Pose2D(-3.0, 7.0, 3.0)
+    pose = start
+    odom = Pose2D(-3.0, 7.0, 3.0)
     behavior.start(goal, RobotState(pose, Twist2D(), began, odom))
     commands = []
     for k in range(1000):
@@ -64,7 +65,8 @@ def run(behavior, goal, costmap, start=START, began=0.0, obeys=True):
             return commands, pose
         commands.append(command)
         if obeys:
-            pose, odom = moved(pose, command), moved(odom, command)
+            pose = moved(pose, command)
+            odom = moved(odom, command)
             odom = Pose2D(odom.x, odom.y, math.remainder(odom.yaw, math.tau))
     raise AssertionError("it never ends")
 
@@ -83,7 +85,8 @@ def test_every_behavior_ends_and_starts_afresh(name: str) -> None:
 
 @pytest.mark.parametrize("name", GOALS)
 def test_every_behavior_fails_when_its_time_is_up(name: str) -> None:
-    behavior, goal = make(name), GOALS[name]
+    behavior = make(name)
+    goal = GOALS[name]
     behavior.start(
         type(goal)(*_values(goal), time_allowance=0.5), RobotState(START, Twist2D(), 10.0)
     )
@@ -128,11 +131,13 @@ def test_spinning_sees_only_as_far_ahead_as_it_has_turned() -> None:
     costmap.data[my, mx] = LETHAL_OBSTACLE
     behavior = make(Spin)
     behavior.start(SpinGoal(target_yaw=3.0), RobotState(START, Twist2D(), odom_pose=START))
-    pose, commands = START, 0
+    pose = START
+    commands = 0
     with pytest.raises(BehaviorError) as caught:
         while True:
             command = behavior.step(RobotState(pose, Twist2D(), odom_pose=pose), costmap)
-            pose, commands = moved(pose, command), commands + 1
+            pose = moved(pose, command)
+            commands = commands + 1
     assert (caught.value.code, caught.value.number) == ("COLLISION_AHEAD", 703)
     turned = pose.yaw - START.yaw  # it sees up to twice this angle
     assert 0.15 < turned < 0.35
@@ -157,12 +162,11 @@ def test_backing_up_stops_for_what_lies_within_the_distance_left_to_drive() -> N
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_it_looks_along_its_heading_before_it_sets_out(way: float) -> None:
-    goal, heading = (
-        DriveGoal(target_x=way, speed=0.3 * way),
-        np.array((math.cos(START.yaw), math.sin(START.yaw))),
-    )
+    goal = DriveGoal(target_x=way, speed=0.3 * way)
+    heading = np.array((math.cos(START.yaw), math.sin(START.yaw)))
     for side in (1.0, -1.0):
-        costmap, behavior = field(), make(DriveOnHeading)
+        costmap = field()
+        behavior = make(DriveOnHeading)
         mx, my = costmap.world_to_map(*(np.array((START.x, START.y)) + 0.72 * side * way * heading))
         costmap.data[my, mx] = LETHAL_OBSTACLE
         behavior.start(goal, RobotState(START, Twist2D(), odom_pose=START))
@@ -211,7 +215,8 @@ def test_driving_keeps_to_its_acceleration_limits(kind: type, goal: DriveGoal, s
     commands, pose = run(make(kind, params), goal, field(), Pose2D(5.0, 5.0, 0.0))
     last = driven = 0.0
     for command in commands:
-        slowest, fastest = last - 0.5 * CYCLE, last + 1.0 * CYCLE
+        slowest = last - 0.5 * CYCLE
+        fastest = last + 1.0 * CYCLE
         braking = math.sqrt(2.0 * 0.5 * (0.4 - driven))  # from which 0.5 m/s2 stops at the target
         last = max(min(max(0.3, slowest), fastest, braking), 0.05)
         assert sign * command.linear_x == pytest.approx(last, abs=1e-9)

@@ -15,7 +15,9 @@ class Act:
     """Does what its script says: "now" succeeds at once, "later" after one cycle, "no" cannot begin, "fails" later."""
 
     def __init__(self, name: str, script: str, log: list[str]) -> None:
-        self.name, self.script, self._log = name, script, log
+        self.name = name
+        self.script = script
+        self._log = log
 
     def begin(self, state: RobotState) -> bool:
         self._log.append(self.name)
@@ -116,7 +118,8 @@ def test_clearing_clears_both_costmaps_at_once() -> None:
         def clear_entirely(self) -> None:
             self.cleared += 1
 
-    local, global_ = Costmap(), Costmap()
+    local = Costmap()
+    global_ = Costmap()
     robin = default_recoveries(BehaviorServer({}, None), global_, local)
     assert robin.begin(STATE)
     assert (local.cleared, global_.cleared) == (1, 1)

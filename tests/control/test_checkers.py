@@ -6,7 +6,6 @@ import pytest
 
 from navstack.control.axis_goal_checker import AxisGoalChecker
 from navstack.control.controller import Controller
-from navstack.control.controller_server import ControllerServer
 from navstack.control.goal_checker import (
     PositionGoalChecker,
     SimpleGoalChecker,
@@ -14,7 +13,6 @@ from navstack.control.goal_checker import (
 )
 from navstack.control.progress_checker import PoseProgressChecker, SimpleProgressChecker
 from navstack.errors import (
-    ControlError,
     InvalidPathError,
     NoLegalVelocity,
     NoProgressError,
@@ -29,14 +27,15 @@ from navstack.params.checkers import (
     StoppedGoalCheckerParams,
 )
 from navstack.params.extensions import algorithms
-from navstack.params.servers import ControllerServerParams
 from navstack.types import Path, Pose2D, RobotState, Twist2D
+
+from .given import plan_of, server_of
 
 GOAL = Pose2D(1.0, 2.0, 3.1)
 STANDING = Twist2D()
 
 
-def test_a_goal_is_reached_within_both_tolerances_across_the_seam_of_the_angle() -> None:
+def test_a_goal_is_reached_within_both_tolerances_across_the_seam_of_the_angle():
     checker = SimpleGoalChecker(SimpleGoalCheckerParams(stateful=False))
     assert checker.is_goal_reached(Pose2D(1.2, 2.1, -3.1), GOAL, STANDING)
     assert not checker.is_goal_reached(Pose2D(1.2, 2.2, 3.1), GOAL, STANDING)
@@ -44,7 +43,7 @@ def test_a_goal_is_reached_within_both_tolerances_across_the_seam_of_the_angle()
 
 
 @pytest.mark.parametrize(("stateful", "reached"), [(True, True), (False, False)])
-def test_a_stateful_checker_remembers_the_position(stateful: bool, reached: bool) -> None:
+def test_a_stateful_checker_remembers_the_position(stateful, reached):
     checker = SimpleGoalChecker(SimpleGoalCheckerParams(stateful=stateful))
     # arrived, looks elsewhere
     assert not checker.is_goal_reached(Pose2D(1.0, 2.0, 0.0), GOAL, STANDING)
@@ -54,24 +53,23 @@ def test_a_stateful_checker_remembers_the_position(stateful: bool, reached: bool
     assert not checker.is_goal_reached(drifted, GOAL, STANDING)
 
 
-def test_the_stopped_checker_wants_the_robot_to_stand() -> None:
+def test_the_stopped_checker_wants_the_robot_to_stand():
     checker = StoppedGoalChecker(StoppedGoalCheckerParams())
     assert not checker.is_goal_reached(GOAL, GOAL, Twist2D(0.2, 0.2, 0.0))
     assert not checker.is_goal_reached(GOAL, GOAL, Twist2D(0.0, 0.0, -0.3))
     assert checker.is_goal_reached(GOAL, GOAL, Twist2D(0.2, 0.0, 0.25))
 
 
-def test_the_position_alone_or_either_heading_may_count() -> None:
-    backwards, sideways = Pose2D(1.2, 2.0, 3.1 - math.pi), Pose2D(1.2, 2.0, 1.5)
+def test_the_position_alone_or_either_heading_may_count():
+    backwards = Pose2D(1.2, 2.0, 3.1 - math.pi)
+    sideways = Pose2D(1.2, 2.0, 1.5)
     position = PositionGoalChecker(PositionGoalCheckerParams(stateful=False))
-    assert position.is_goal_reached(backwards, GOAL, STANDING) and position.is_goal_reached(
-        sideways, GOAL, STANDING
-    )
+    assert position.is_goal_reached(backwards, GOAL, STANDING)
+    assert position.is_goal_reached(sideways, GOAL, STANDING)
     assert not position.is_goal_reached(Pose2D(1.3, 2.0, 3.1), GOAL, STANDING)
     either = SimpleGoalChecker(SimpleGoalCheckerParams(symmetric_yaw_tolerance=True))
-    assert either.is_goal_reached(backwards, GOAL, STANDING) and either.is_goal_reached(
-        GOAL, GOAL, STANDING
-    )
+    assert either.is_goal_reached(backwards, GOAL, STANDING)
+    assert either.is_goal_reached(GOAL, GOAL, STANDING)
     assert not either.is_goal_reached(sideways, GOAL, STANDING)
 
 
@@ -120,12 +118,12 @@ def test_a_robot_that_circles_within_the_radius_is_stuck_after_the_allowance() -
 
 
 @pytest.mark.parametrize("family", ["goal_checkers", "progress_checkers"])
-def test_every_checker_of_the_registry_can_be_made(family: str) -> None:
+def test_every_checker_of_the_registry_can_be_made(family):
     for kind, entry in algorithms(family).items():
         assert type(entry.create(entry.params(), parts={})).__name__ == kind.partition("::")[2]
 
 
-def test_a_symmetric_robot_may_arrive_backwards() -> None:
+def test_a_symmetric_robot_may_arrive_backwards():
     backwards = Pose2D(1.0, 2.0, 3.1 - math.pi + 0.2)
     assert SimpleGoalChecker(SimpleGoalCheckerParams(symmetric_yaw_tolerance=True)).is_goal_reached(
         backwards, GOAL, STANDING
@@ -135,7 +133,7 @@ def test_a_symmetric_robot_may_arrive_backwards() -> None:
     )
 
 
-def test_turning_far_enough_is_progress_for_the_pose_progress_checker() -> None:
+def test_turning_far_enough_is_progress_for_the_pose_progress_checker():
     checker = PoseProgressChecker(PoseProgressCheckerParams())
     assert checker.check(Pose2D(0.0, 0.0, 3.0), 0.0)
     # 0.38 rad across the seam: in time, but no progress
@@ -150,38 +148,35 @@ def test_turning_far_enough_is_progress_for_the_pose_progress_checker() -> None:
 class FailingController(Controller):
     """Fails from the second cycle on."""
 
-    def __init__(self, error: ControlError) -> None:
-        self._error, self.cycles, self.resumed = error, 0, 0
+    def __init__(self, error):
+        self._error = error
+        self.cycles = 0
+        self.resumed = 0
 
-    def reset(self) -> None:
+    def reset(self):
         self.cycles = 0
 
-    def resume(self) -> None:
+    def resume(self):
         self.resumed += 1
 
-    def compute_velocity(self, state, plan, surroundings) -> Twist2D:
+    def compute_velocity(self, state, plan, surroundings):
         self.cycles += 1
         if self.cycles > 1:
             raise self._error
         return Twist2D(linear_x=0.5)
 
 
-def serve(error: ControlError, **params) -> ControllerServer:
-    server = ControllerServer(
-        ControllerServerParams(**params),
-        FailingController(error),
-        SimpleGoalChecker(SimpleGoalCheckerParams()),
-        SimpleProgressChecker(SimpleProgressCheckerParams()),
-    )
-    server.begin(Path(np.array([[5.0, 0.0, 0.0]])), 0.0)
+def serve(error, **params):
+    server = server_of(FailingController(error), **params)
+    server.begin(plan_of((5.0, 0.0, 0.0)), 0.0)
     return server
 
 
-def command(server: ControllerServer, stamp: float) -> Twist2D:
+def command(server, stamp):
     return server.compute_command(RobotState(Pose2D(), STANDING, stamp), None)
 
 
-def test_a_lack_of_commands_is_put_up_with_for_the_failure_tolerance() -> None:
+def test_a_lack_of_commands_is_put_up_with_for_the_failure_tolerance():
     server = serve(NoLegalVelocity({}), failure_tolerance=0.3)
     assert command(server, 0.0) == Twist2D(linear_x=0.5)
     assert command(server, 0.3) == STANDING
@@ -191,14 +186,14 @@ def test_a_lack_of_commands_is_put_up_with_for_the_failure_tolerance() -> None:
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -0.5])
-def test_without_tolerance_the_lack_itself_is_the_error(tolerance: float) -> None:
+def test_without_tolerance_the_lack_itself_is_the_error(tolerance):
     server = serve(NoLegalVelocity({}), failure_tolerance=tolerance)
     command(server, 0.0)
     with pytest.raises(NoLegalVelocity):
         command(server, 0.0)
 
 
-def test_a_tolerance_of_minus_one_is_endless() -> None:
+def test_a_tolerance_of_minus_one_is_endless():
     server = serve(NoLegalVelocity({}), failure_tolerance=-1.0)
     command(server, 0.0)
     assert command(server, 9.9) == STANDING
@@ -206,20 +201,17 @@ def test_a_tolerance_of_minus_one_is_endless() -> None:
         command(server, 10.1)
 
 
-def test_the_controller_is_told_that_it_was_not_asked_for_a_time() -> None:
+def test_the_controller_is_told_that_it_was_not_asked_for_a_time():
     controller = FailingController(NoLegalVelocity({}))
-    checkers = (
-        SimpleGoalChecker(SimpleGoalCheckerParams()),
-        SimpleProgressChecker(SimpleProgressCheckerParams()),
-    )
-    ControllerServer(ControllerServerParams(), controller, *checkers).resume(1.0)
+    server_of(controller).resume(1.0)
     assert controller.resumed == 1
 
 
-def test_progress_is_what_odometry_says_not_a_belief_that_wanders() -> None:
+def test_progress_is_what_odometry_says_not_a_belief_that_wanders():
     blocked, driving = (serve(NoLegalVelocity({}), failure_tolerance=-1.0) for _ in range(2))
     for stamp in range(11):
-        far, near = Pose2D(1.0 * stamp, 0.0, 0.0), Pose2D()
+        far = Pose2D(1.0 * stamp, 0.0, 0.0)
+        near = Pose2D()
         driving.compute_command(RobotState(near, STANDING, stamp, far), None)
         blocked.compute_command(RobotState(far, STANDING, stamp, near), None)
     driving.compute_command(RobotState(near, STANDING, 11.0, far), None)
@@ -227,16 +219,16 @@ def test_progress_is_what_odometry_says_not_a_belief_that_wanders() -> None:
         blocked.compute_command(RobotState(far, STANDING, 11.0, near), None)
 
 
-def test_what_more_attempts_would_not_cure_is_raised_at_once() -> None:
+def test_what_more_attempts_would_not_cure_is_raised_at_once():
     server = serve(InvalidPathError("nowhere near"), failure_tolerance=1.0)
     command(server, 0.0)
     with pytest.raises(InvalidPathError):
         command(server, 0.0)
 
 
-def test_with_a_new_plan_the_position_is_checked_again() -> None:
+def test_with_a_new_plan_the_position_is_checked_again():
     server = serve(NoLegalVelocity({}))
-    goal = Path(np.array([[1.0, 2.0, 3.1]]))
+    goal = plan_of((1.0, 2.0, 3.1))
     server.set_plan(goal)
     # arrived, looks elsewhere
     assert not server.goal_reached(RobotState(Pose2D(1.0, 2.0, 0.0), STANDING))
@@ -247,12 +239,9 @@ def test_with_a_new_plan_the_position_is_checked_again() -> None:
 
 
 @pytest.mark.parametrize(("speed", "counts"), [(0.01, False), (0.011, True)])
-def test_velocities_up_to_their_threshold_count_as_standing(speed: float, counts: bool) -> None:
-    server = ControllerServer(
-        ControllerServerParams(min_x_velocity_threshold=0.01),
-        FailingController(NoLegalVelocity({})),
-        StoppedGoalChecker(StoppedGoalCheckerParams(trans_stopped_velocity=0.0)),
-        SimpleProgressChecker(SimpleProgressCheckerParams()),
-    )
-    server.begin(Path(np.array([[1.0, 2.0, 3.1]])), 0.0)
+def test_velocities_up_to_their_threshold_count_as_standing(speed, counts):
+    checker = StoppedGoalChecker(StoppedGoalCheckerParams(trans_stopped_velocity=0.0))
+    controller = FailingController(NoLegalVelocity({}))
+    server = server_of(controller, checker, min_x_velocity_threshold=0.01)
+    server.begin(plan_of((1.0, 2.0, 3.1)), 0.0)
     assert server.goal_reached(RobotState(GOAL, Twist2D(linear_x=-speed))) is not counts

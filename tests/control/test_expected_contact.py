@@ -5,6 +5,8 @@ import math
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
+from pytest import approx
 
 from navstack.control.contact_risk import (
     ContactPricing,
@@ -24,29 +26,33 @@ from navstack.params.mppi import MppiParams
 from navstack.params.mppi_critics import PathAlignParams, PathFollowParams
 from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
 
-FOOTPRINT = np.array(((0.14, 0.25), (0.14, -0.25), (-0.607, -0.25), (-0.607, 0.25)))
+from .given import box
+
+FOOTPRINT = box(0.14, -0.607, 0.25)
 PRICES = ContactPrices()
 PLAN = Path(np.array([(0.1 * k, 0.0, 0.0) for k in range(80)]))
 OPEN = Costmap(np.zeros((400, 400), dtype=np.uint8), 0.05, -10.0, -10.0)
 
 
-def person(x: float, y: float, vx: float, vy: float) -> Track:
+def person(x, y, vx, vy):
     return Track(0, 0.0, x, y, vx, vy, 0.3, np.diag((0.0025, 0.0025, 0.01, 0.01)))
 
 
-def chance(z: float) -> float:
+def chance(z):
     return 1.0 / (1.0 + math.exp(1.702 * z))
 
 
-def slow(x, y, yaw, dt, v, w, tracks) -> float:
+def slow(x, y, yaw, dt, v, w, tracks):
     """The expected cost of one trajectory, in plain Python."""
     total = 0.0
     for one in tracks:
         worst = 0.0
         for k in range(len(x)):
             t = k * dt
-            cos, sin = math.cos(yaw[k]), math.sin(yaw[k])
-            dx, dy = one.x + t * one.vx - x[k], one.y + t * one.vy - y[k]
+            cos = math.cos(yaw[k])
+            sin = math.sin(yaw[k])
+            dx = one.x + t * one.vx - x[k]
+            dy = one.y + t * one.vy - y[k]
             place = np.array((cos * dx + sin * dy, cos * dy - sin * dx))
             near = np.clip(place, (-0.607, -0.25), (0.14, 0.25))
             gap = math.hypot(*(place - near))
@@ -56,10 +62,8 @@ def slow(x, y, yaw, dt, v, w, tracks) -> float:
                 out = np.array(
                     (place[0] - 0.14, place[1] - 0.25, -0.607 - place[0], -0.25 - place[1])
                 )
-                gap, normal = (
-                    out.max(),
-                    np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[out.argmax()]),
-                )
+                gap = out.max()
+                normal = np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[out.argmax()])
             velocity = np.array((cos * one.vx + sin * one.vy, cos * one.vy - sin * one.vx))
             closing = float((np.array((v - w * near[1], w * near[0])) - velocity) @ normal)
             std = math.sqrt(0.0036 + 0.0025 + 0.01 * min(t, 2.0) ** 2) + 0.04 + 0.1 * t
@@ -73,21 +77,25 @@ def slow(x, y, yaw, dt, v, w, tracks) -> float:
     return total
 
 
-def test_expected_contacts_equal_a_slow_twin() -> None:
-    rng = np.random.default_rng(4)
+def test_expected_contacts_equal_a_slow_twin():
+    rng = default_rng(4)
     pricing = ContactPricing(PRICES)
     tracks = [person(*rng.uniform(1.5, 4.0, 2), *rng.uniform(-1.5, 0.5, 2)) for _ in range(3)]
     people = pricing.people(tracks, Pose2D(), 0.0)
-    k, dt, costs = np.arange(15), 0.12, []
+    k = np.arange(15)
+    dt = 0.12
+    costs = []
     for _ in range(20):
-        v, w = rng.uniform(0.0, 2.0), rng.uniform(-1.0, 1.0)
+        v = rng.uniform(0.0, 2.0)
+        w = rng.uniform(-1.0, 1.0)
         yaw = w * dt * k
-        x, y = np.cumsum(v * dt * np.cos(yaw)), np.cumsum(v * dt * np.sin(yaw))
+        x = np.cumsum(v * dt * np.cos(yaw))
+        y = np.cumsum(v * dt * np.sin(yaw))
         found = expected_contacts(
             x[None], y[None], yaw[None], np.array((15,)), np.array((dt,)), np.array(((v,),)), np.array(((w,),)), people,
             body_of(FOOTPRINT), pricing.rates, pricing.contact_usd,
         )  # fmt: skip
-        assert found[0] == pytest.approx(slow(x, y, yaw, dt, v, w, tracks))
+        assert found[0] == approx(slow(x, y, yaw, dt, v, w, tracks))
         costs.append(found[0])
     assert np.count_nonzero(np.array(costs) > 0.1) >= 8
 
@@ -105,13 +113,11 @@ def test_expected_contacts_equal_a_slow_twin() -> None:
         ((-1.5, 0.5), (-0.5, -1.0, 0.0)),  # as deep from both sides
     ],
 )
-def test_a_point_is_beyond_the_nearest_side_of_a_box(
-    point: tuple[float, float], expected: tuple[float, float, float]
-) -> None:
-    assert gap_to.py_func(*point, 2.0, 1.0) == pytest.approx(expected)
+def test_a_point_is_beyond_the_nearest_side_of_a_box(point, expected):
+    assert gap_to.py_func(*point, 2.0, 1.0) == approx(expected)
 
 
-def test_people_are_seen_where_they_are_by_now_the_nearest_first() -> None:
+def test_people_are_seen_where_they_are_by_now_the_nearest_first():
     """Two seconds later each is (1, -2) m farther: 5, 3, 5.1 and again 3 m away."""
     covariance = np.diag((1.0, 4.0, 3.0, 2.0)) + 0.1
     places = ((3.0, 8.0), (0.0, 1.0), (0.0, 9.1), (3.0, 4.0))
@@ -128,10 +134,10 @@ def test_people_are_seen_where_they_are_by_now_the_nearest_first() -> None:
         seen = [
             (places[i][0] + 1.0, places[i][1] - 2.0, 0.5, -1.0, 0.2 + i, 2.6, 2.6) for i in expected
         ]
-        assert rows == pytest.approx(np.array(seen).reshape(-1, 7))
+        assert rows == approx(np.array(seen).reshape(-1, 7))
 
 
-def dwb(*critics: str, **more) -> DwbController:
+def dwb(*critics, **more):
     params = DwbParams(
         critics=("PathDist", "GoalDist", *critics), max_vel_x=2.0, max_speed_xy=2.0, max_vel_theta=1.2, acc_lim_x=4.0,
         decel_lim_x=-4.0, acc_lim_theta=3.5, decel_lim_theta=-3.5, PathDist=DistParams(4.0), GoalDist=DistParams(6.0),
@@ -140,13 +146,13 @@ def dwb(*critics: str, **more) -> DwbController:
     return DwbController(params, FOOTPRINT, 20.0)
 
 
-def mppi(*critics: str, **more) -> MppiController:
+def mppi(*critics, **more):
     params = MppiParams(
         critics=("PathAlignCritic", "PathFollowCritic", *critics), vx_max=2.0, wz_max=1.2,
         PathAlignCritic=PathAlignParams(), PathFollowCritic=PathFollowParams(), prune_distance=4.0, **more,
     )  # fmt: skip
     controller = MppiController(params, FOOTPRINT, 20.0)
-    controller.seed(np.random.default_rng(0))
+    controller.seed(default_rng(0))
     return controller
 
 
@@ -162,14 +168,18 @@ def mppi(*critics: str, **more) -> MppiController:
         ),
     ],
 )
-def test_a_controller_with_the_critic_keeps_more_distance(with_critic, without) -> None:
+def test_a_controller_with_the_critic_keeps_more_distance(with_critic, without):
     """Somebody comes head-on, a little to the left; distances between bodies over three seconds."""
     gaps = {}
     for make in (with_critic, without):
-        controller, pose, twist, least = make(), Pose2D(), Twist2D(1.0), math.inf
+        controller = make()
+        pose = Pose2D()
+        twist = Twist2D(1.0)
+        least = math.inf
         for k in range(60):
             t = 0.05 * k
-            x, y = 5.0 - 1.2 * t, 0.15
+            x = 5.0 - 1.2 * t
+            y = 0.15
             seen = (dataclasses.replace(person(x, y, -1.2, 0.0), stamp=t),)
             twist = controller.compute_velocity(
                 RobotState(pose, twist, t), PLAN, Surroundings(OPEN, seen)
@@ -192,7 +202,7 @@ def test_a_controller_with_the_critic_keeps_more_distance(with_critic, without) 
     assert gaps[with_critic] > gaps[without] + 0.1
 
 
-def test_the_decision_tells_the_critics_dollars() -> None:
+def test_the_decision_tells_the_critics_dollars():
     controller = dwb("ExpectedContact")
     people = (person(2.2, 0.0, -1.2, 0.0),)
     controller.compute_velocity(
@@ -201,7 +211,8 @@ def test_the_decision_tells_the_critics_dollars() -> None:
     told = controller.decision
     assert told is not None
     (score,) = [each for each in told.scores if each.critic == "ExpectedContact"]
-    assert score.raw is not None and score.raw > 0.1
+    assert score.raw is not None
+    assert score.raw > 0.1
 
 
 @pytest.mark.parametrize(
@@ -216,6 +227,6 @@ def test_the_decision_tells_the_critics_dollars() -> None:
         ),
     ],
 )
-def test_prices_that_cannot_be_are_refused(make, message) -> None:
+def test_prices_that_cannot_be_are_refused(make, message):
     with pytest.raises(ParameterError, match=message):
         make()

@@ -2,21 +2,18 @@ import dataclasses
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
-from navstack.control.controller import Controller, Surroundings
-from navstack.control.controller_server import ControllerServer
+from navstack.control.controller import Controller
 from navstack.control.dwb.dwb_controller import DwbController
 from navstack.control.dwb.rollouts import RolloutGenerator
-from navstack.control.goal_checker import SimpleGoalChecker
-from navstack.control.progress_checker import SimpleProgressChecker
 from navstack.control.rotation_shim import RotationShimController
-from navstack.costmap.costmap import Costmap
 from navstack.errors import ParameterError
-from navstack.params.checkers import SimpleGoalCheckerParams, SimpleProgressCheckerParams
 from navstack.params.dwb import DwbParams
 from navstack.params.rotation_shim import RotationShimParams
-from navstack.params.servers import ControllerServerParams
-from navstack.types import Path, Pose2D, RobotState, Twist2D
+from navstack.types import Twist2D
+
+from .given import SMALL_ROBOT, ground_with, robot, server_of, straight
 
 PARAMS = DwbParams(
     min_vel_x=-0.4,
@@ -33,10 +30,9 @@ PARAMS = DwbParams(
     critics=("PathDist", "GoalDist"),
     linear_granularity=0.05,
 )
-FOOTPRINT = np.array([[0.2, 0.2], [0.2, -0.2], [-0.2, -0.2], [-0.2, 0.2]])
 
 
-def limited(limit: float, is_percentage: bool) -> DwbParams:
+def limited(limit, is_percentage):
     """What KinematicsHandler::setSpeedLimit makes of the parameters, written down by hand."""
     share = limit / 100.0 if is_percentage else limit / PARAMS.max_speed_xy
     names = ("max_vel_x", "max_vel_y", "max_vel_theta", "max_speed_xy")
@@ -47,60 +43,46 @@ def limited(limit: float, is_percentage: bool) -> DwbParams:
     ("limit", "is_percentage"), [(50.0, True), (10.0, True), (100.0, True), (1.0, False)]
 )
 @pytest.mark.parametrize("speed", [0.0, 1.2])
-def test_dwb_samples_as_if_its_limits_were_lower(
-    limit: float, is_percentage: bool, speed: float
-) -> None:
+def test_dwb_samples_as_if_its_limits_were_lower(limit, is_percentage, speed):
     sampler = RolloutGenerator(PARAMS, 20.0)
     sampler.limit_speed(limit, is_percentage)
     expected = RolloutGenerator(limited(limit, is_percentage), 20.0).sample(Twist2D(speed))
-    np.testing.assert_allclose(sampler.sample(Twist2D(speed)), expected, atol=1e-12)
+    assert_allclose(sampler.sample(Twist2D(speed)), expected, atol=1e-12)
 
 
-def test_no_limit_restores_and_a_limit_above_the_largest_speed_changes_nothing() -> None:
-    free, sampler = RolloutGenerator(PARAMS, 20.0), RolloutGenerator(PARAMS, 20.0)
+def test_no_limit_restores_and_a_limit_above_the_largest_speed_changes_nothing():
+    free = RolloutGenerator(PARAMS, 20.0)
+    sampler = RolloutGenerator(PARAMS, 20.0)
     sampler.limit_speed(2.5, False)
-    np.testing.assert_array_equal(sampler.sample(Twist2D()), free.sample(Twist2D()))
+    assert_array_equal(sampler.sample(Twist2D()), free.sample(Twist2D()))
     sampler.limit_speed(0.5, False)
     slow = sampler.sample(Twist2D())
     assert np.hypot(slow[:, 0], slow[:, 1]).max() <= 0.5 + 1e-4
     sampler.limit_speed(9.0, False)  # as upstream the earlier limit stays
-    np.testing.assert_array_equal(sampler.sample(Twist2D()), slow)
+    assert_array_equal(sampler.sample(Twist2D()), slow)
     sampler.limit_speed(0.0, False)
-    np.testing.assert_array_equal(sampler.sample(Twist2D()), free.sample(Twist2D()))
+    assert_array_equal(sampler.sample(Twist2D()), free.sample(Twist2D()))
     sampler.limit_speed(20.0, True)
     sampler.limit_speed(40.0, True)  # shares of the parameters, not of each other
     assert sampler.sample(Twist2D())[:, 0].max() == pytest.approx(0.4 * 2.5, abs=0.2)
     sampler.limit_speed(0.0, True)
-    np.testing.assert_array_equal(sampler.sample(Twist2D()), free.sample(Twist2D()))
-
-
-def straight_ahead() -> tuple[RobotState, Path, Surroundings]:
-    poses = np.column_stack((np.arange(0.0, 4.0, 0.05), np.zeros(80), np.zeros(80)))
-    costmap = Costmap(np.zeros((200, 200), dtype=np.uint8), 0.05, -5.0, -5.0)
-    return RobotState(Pose2D(), Twist2D(1.0), 0.0), Path(poses), Surroundings(costmap)
-
-
-def server_of(controller: Controller) -> ControllerServer:
-    return ControllerServer(
-        ControllerServerParams(),
-        controller,
-        SimpleGoalChecker(SimpleGoalCheckerParams()),
-        SimpleProgressChecker(SimpleProgressCheckerParams()),
-    )
+    assert_array_equal(sampler.sample(Twist2D()), free.sample(Twist2D()))
 
 
 @pytest.mark.parametrize("has_shim", [False, True])
-def test_the_limit_outlives_a_new_goal(has_shim: bool) -> None:
-    controller: Controller = DwbController(PARAMS, FOOTPRINT, 20.0)
+def test_the_limit_outlives_a_new_goal(has_shim):
+    controller = DwbController(PARAMS, SMALL_ROBOT, 20.0)
     if has_shim:
-        controller = RotationShimController(RotationShimParams(), controller, FOOTPRINT, 20.0, 0.25)
+        controller = RotationShimController(
+            RotationShimParams(), controller, SMALL_ROBOT, 20.0, 0.25
+        )
     server = server_of(controller)
-    state, plan, surroundings = straight_ahead()
+    plan = straight(4.0, count=81)
     speeds = []
     for limit in (0.0, 20.0, 0.0):
         controller.set_speed_limit(limit, True)
         server.begin(plan, 0.0)
-        speeds.append(server.compute_command(state, surroundings).linear_x)
+        speeds.append(server.compute_command(robot(v=1.0), ground_with(cells=200)).linear_x)
     assert speeds[1] == pytest.approx(0.2 * 2.5, abs=0.05)
     assert speeds[0] == speeds[2] > 1.1  # the 2 m of plan that it sees, in sim_time
 
@@ -108,15 +90,13 @@ def test_the_limit_outlives_a_new_goal(has_shim: bool) -> None:
 class Unlimited(Controller):
     """Knows no speed limit."""
 
-    def reset(self) -> None: ...
+    def reset(self): ...
 
-    def compute_velocity(
-        self, state: RobotState, plan: Path, surroundings: Surroundings
-    ) -> Twist2D:
+    def compute_velocity(self, state, plan, surroundings):
         return Twist2D()
 
 
-def test_a_controller_that_cannot_limit_its_speed_says_so() -> None:
+def test_a_controller_that_cannot_limit_its_speed_says_so():
     with pytest.raises(
         ParameterError, match="Unlimited knows no speed limit, and a speed filter asks for 30%"
     ):

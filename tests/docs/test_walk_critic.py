@@ -34,7 +34,7 @@ import numpy as np
 
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.rollouts import Rollouts
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scene import DwbScene
 from navstack.params.dwb import CalmTurnsParams, DwbParams
 from navstack.types import FloatArray
 
@@ -46,7 +46,7 @@ class CalmTurnsCritic(Critic):
         super().__init__(params.scale)
         self._calm_rate = params.calm_rate
 
-    def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
+    def raw_costs(self, rollouts: Rollouts, scene: DwbScene) -> FloatArray:
         """One cost [rad/s] per trajectory."""
         return np.maximum(np.abs(rollouts.commands[:, 2]) - self._calm_rate, 0.0)
 '''

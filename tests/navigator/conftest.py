@@ -99,7 +99,8 @@ def _drive(
     navigator.reset(
         goal, Belief(start), Generators(*(np.random.default_rng(seed) for seed in range(3)))
     )
-    pose, twist = start, Twist2D()
+    pose = start
+    twist = Twist2D()
     result = Drive(start, seconds)
     for k in range(round(seconds / TICK)):
         now = k * TICK
@@ -149,7 +150,8 @@ def _touches(cells: np.ndarray, pose: Pose2D) -> bool:
     corners = np.array(FOOTPRINT)
     t = np.linspace(0.0, 1.0, 12, endpoint=False)[:, None, None]
     outline = (corners * (1.0 - t) + np.roll(corners, -1, axis=0) * t).reshape(-1, 2)
-    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+    cos = math.cos(pose.yaw)
+    sin = math.sin(pose.yaw)
     columns = ((pose.x + outline[:, 0] * cos - outline[:, 1] * sin) / RESOLUTION).astype(int)
     rows = ((pose.y + outline[:, 0] * sin + outline[:, 1] * cos) / RESOLUTION).astype(int)
     return bool(cells[rows.clip(0, cells.shape[0] - 1), columns.clip(0, cells.shape[1] - 1)].any())

@@ -37,15 +37,19 @@ class FakeCostmap:
 
     def __init__(self):
         self.master = Costmap(np.zeros((200, 200), dtype=np.uint8), 0.05, 0.0, 0.0)
-        self.is_current, self.cleared = True, 0
+        self.is_current = True
+        self.cleared = 0
 
     def clear_entirely(self):
-        self.is_current, self.cleared = False, self.cleared + 1
+        self.is_current = False
+        self.cleared = self.cleared + 1
 
 
 class FakePlanner:
     def __init__(self):
-        self.code, self.failures, self.stamps = "", 0, []
+        self.code = ""
+        self.failures = 0
+        self.stamps = []
 
     def reset(self, rng):
         pass
@@ -60,7 +64,10 @@ class FakePlanner:
 
 class FakeControllerServer:
     def __init__(self):
-        self.code, self.failures, self.begun, self.arrived = "", 0, 0, False
+        self.code = ""
+        self.failures = 0
+        self.begun = 0
+        self.arrived = False
 
     def reset(self, rng):
         pass
@@ -86,8 +93,10 @@ class Rig:
     """A tree with fakes all around, ticked at 10 Hz."""
 
     def __init__(self, behaviors=None):
-        self.planner, self.controller = FakePlanner(), FakeControllerServer()
-        self.world, self.local = FakeCostmap(), FakeCostmap()
+        self.planner = FakePlanner()
+        self.controller = FakeControllerServer()
+        self.world = FakeCostmap()
+        self.local = FakeCostmap()
         known = (
             {"wait": Wait(BehaviorServerParams(), FOOTPRINT, None)}
             if behaviors is None
@@ -110,10 +119,12 @@ class Rig:
         return recovery if command is None else command
 
     def plan_fails(self, code, times=EVER):
-        self.planner.code, self.planner.failures = code, times
+        self.planner.code = code
+        self.planner.failures = times
 
     def control_fails(self, code, times=EVER):
-        self.controller.code, self.controller.failures = code, times
+        self.controller.code = code
+        self.controller.failures = times
 
 
 def test_the_path_is_computed_anew_every_second_while_it_is_followed() -> None:
@@ -249,7 +260,8 @@ def test_after_six_recoveries_the_navigation_is_given_up() -> None:
         "clear_costmaps begins",
         "wait begins",
     ] * 3
-    assert history[-1] == "16.0 s gave up: all retries are used up" and len(history) == 14
+    assert history[-1] == "16.0 s gave up: all retries are used up"
+    assert len(history) == 14
     assert len(rig.planner.stamps) == 14
     assert rig.tick(10) == Twist2D()
 

@@ -9,13 +9,15 @@ from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
 from navstack.navigation_status import Status
 from navstack.types import Pose2D
 
-START, GOAL = Pose2D(3.0, 4.0), Pose2D(7.0, 4.0)
+START = Pose2D(3.0, 4.0)
+GOAL = Pose2D(7.0, 4.0)
 
 
 def walker(grid: OccupancyGrid, begins: float):
     """The cells of a room with a person in it who walks along the x axis at 1.2 m/s, over whatever is there."""
     rows, columns = np.indices(grid.data.shape)
-    x, y = 0.05 * (columns + 0.5), 0.05 * (rows + 0.5)
+    x = 0.05 * (columns + 0.5)
+    y = 0.05 * (rows + 0.5)
 
     def solid(now: float) -> np.ndarray:
         return (grid.data == OCCUPIED) | (

@@ -58,7 +58,8 @@ def test_a_corridor_blocked_off_the_map_is_given_up_after_all_recoveries(
 @FILES
 def test_somebody_in_a_doorway_is_waited_for(room, make, drive, name: str) -> None:
     grid = room_with_door(room)
-    occupied, free = with_boxes(grid, (7.9, 8.3, 3.0, 5.0)), with_boxes(grid)
+    occupied = with_boxes(grid, (7.9, 8.3, 3.0, 5.0))
+    free = with_boxes(grid)
     navigator, localizer = make(grid, name)
     goal = Pose2D(13.0, 4.0)
     driven = drive(

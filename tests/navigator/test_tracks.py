@@ -9,13 +9,15 @@ from navstack.control.controller import Surroundings
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import Belief, Generators, LaserScan, Observation, Odometry, Pose2D, Twist2D
 
-START, GOAL = Pose2D(3.0, 2.0), Pose2D(13.0, 2.0)
+START = Pose2D(3.0, 2.0)
+GOAL = Pose2D(13.0, 2.0)
 
 
 def walker(grid: OccupancyGrid):
     """The cells of the room with a person in it who walks along the x axis at 1 m/s."""
     rows, columns = np.indices(grid.data.shape)
-    x, y = 0.05 * (columns + 0.5), 0.05 * (rows + 0.5)
+    x = 0.05 * (columns + 0.5)
+    y = 0.05 * (rows + 0.5)
 
     def solid(now: float) -> np.ndarray:
         return (grid.data > 0) | (np.hypot(x - (4.0 + now), y - 5.0) < 0.3)

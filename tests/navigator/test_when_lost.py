@@ -20,7 +20,8 @@ from navstack.navigator import LOST_PATIENCE
 from navstack.params.nav2_file.file import load_nav2
 from navstack.types import Belief, Health, Pose2D
 
-START, GOAL = Pose2D(2.0, 4.0, 0.0), Pose2D(13.0, 4.0, 0.0)
+START = Pose2D(2.0, 4.0, 0.0)
+GOAL = Pose2D(13.0, 4.0, 0.0)
 TICK = 1.0 / 60.0  # [s] of the drives
 STOPPED = 1.0  # [s] within which the smoother brings the robot to rest
 ALLOWED = 10.0  # [s] without progress that the tuned file allows
@@ -32,7 +33,8 @@ class LosesItself(Localizer):
     pose = Pose2D()
 
     def __init__(self, begin: float, end: float) -> None:
-        self._begin, self._end = begin, end
+        self._begin = begin
+        self._end = end
 
     def reset(self, belief, rng):
         self.pose = belief.pose
@@ -68,7 +70,9 @@ def speeds(driven, begin, end):
 
 
 def test_a_robot_that_stops_when_lost_stands_and_goes_on(lost_drive):
-    begin, end = 3.0, 3.0 + ALLOWED + 5.0  # longer than the progress checker would put up with
+    # longer than the progress checker would put up with
+    begin = 3.0
+    end = 3.0 + ALLOWED + 5.0
     navigator, driven = lost_drive(begin, end, True, 40.0)
     assert max(speeds(driven, 1.0, begin)) > 0.3
     assert max(speeds(driven, begin + STOPPED, end)) == 0.0
@@ -98,7 +102,9 @@ def test_one_that_stays_lost_gives_up(lost_drive):
 
 
 def test_what_the_stack_says_reaches_the_navigator(room, drive):
-    scene, world = Scene("room", (), (), room(), room()), None  # no localizer here asks the world
+    # no localizer here asks the world
+    scene = Scene("room", (), (), room(), room())
+    world = None
     for stops in (False, True):
         stack = dataclasses.replace(load_stack("nav2-gps"), when_lost="stop" if stops else "drive")
         navigator = navigator_on(scene, world, stack, load_nav2(Path(stack.nav2_file)))

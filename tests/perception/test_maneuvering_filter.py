@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from filterpy.common import Q_discrete_white_noise
 from filterpy.kalman import IMMEstimator, KalmanFilter
+from numpy.random import default_rng
+from pytest import approx
 from scipy.linalg import expm
 
 from navstack.errors import ParameterError
@@ -18,7 +20,11 @@ from navstack.types import Pose2D
 
 from . import test_tracker as scans
 
-STRAIGHT, TURNING, BETWEEN, LASTING, DT = 0.7, 5.0, 8.0, 0.7, 0.1
+STRAIGHT = 0.7
+TURNING = 5.0
+BETWEEN = 8.0
+LASTING = 0.7
+DT = 0.1
 
 
 def filterpys(place: tuple[float, float], variance: float) -> IMMEstimator:
@@ -29,7 +35,10 @@ def filterpys(place: tuple[float, float], variance: float) -> IMMEstimator:
         model = KalmanFilter(dim_x=4, dim_z=2)
         model.x = np.array((*place, 0.0, 0.0))
         model.P = np.diag((variance, variance, 1.0, 1.0))
-        model.F, model.Q, model.H, model.R = step, noise, np.eye(2, 4), variance * np.eye(2)
+        model.F = step
+        model.Q = noise
+        model.H = np.eye(2, 4)
+        model.R = variance * np.eye(2)
         models.append(model)
     rates = np.array(((-1.0 / BETWEEN, 1.0 / BETWEEN), (1.0 / LASTING, -1.0 / LASTING)))
     begin = np.array((BETWEEN, LASTING)) / (BETWEEN + LASTING)
@@ -37,7 +46,7 @@ def filterpys(place: tuple[float, float], variance: float) -> IMMEstimator:
 
 
 def test_it_equals_filterpys() -> None:
-    rng = np.random.default_rng(2)
+    rng = default_rng(2)
     ours = ManeuveringFilter(
         TrackFilter(STRAIGHT, 1.0), TrackFilter(TURNING, 1.0), BETWEEN, LASTING
     )
@@ -46,14 +55,15 @@ def test_it_equals_filterpys() -> None:
     path[20:, 1] += 0.12 * np.arange(20)  # turns
     ours.add(path[:1], np.full(1, variance))
     theirs = filterpys(tuple(path[0]), variance)
-    body, noise = np.zeros(1, dtype=np.int64), np.full(1, variance)
+    body = np.zeros(1, dtype=np.int64)
+    noise = np.full(1, variance)
     for place in path[1:]:
         ours.predict(DT)
         theirs.predict()
         ours.update(body, place[None], noise)
         theirs.update(place)
-        assert ours.states[0] == pytest.approx(theirs.x, abs=1e-9)
-        assert ours.covariances[0] == pytest.approx(theirs.P, abs=1e-9)
+        assert ours.states[0] == approx(theirs.x, abs=1e-9)
+        assert ours.covariances[0] == approx(theirs.P, abs=1e-9)
 
 
 def test_the_noise_of_a_step_is_filterpys() -> None:
@@ -69,7 +79,8 @@ def test_bodies_do_not_mix() -> None:
         ManeuveringFilter(TrackFilter(STRAIGHT, 1.0), TrackFilter(TURNING, 1.0), BETWEEN, LASTING)
         for _ in range(2)
     )
-    places, noise = np.array(((0.0, 0.0), (5.0, 5.0), (9.0, 1.0))), np.full(3, 0.01)
+    places = np.array(((0.0, 0.0), (5.0, 5.0), (9.0, 1.0)))
+    noise = np.full(3, 0.01)
     alone.add(places[1:2], noise[:1])
     among.add(places, noise)
     for _ in range(3):
@@ -78,9 +89,9 @@ def test_bodies_do_not_mix() -> None:
             each.update(np.array((body,)), places[1:2] + 0.1, noise[:1])
     among.keep(np.array((False, True, False)))
     assert len(among) == 1
-    assert among.states == pytest.approx(alone.states)
+    assert among.states == approx(alone.states)
     later, spread = among.ahead(np.zeros(1, dtype=np.int64), 0.5)
-    assert later[0, :2] == pytest.approx(among.states[0, :2] + 0.5 * among.states[0, 2:])
+    assert later[0, :2] == approx(among.states[0, :2] + 0.5 * among.states[0, 2:])
     assert np.linalg.eigvalsh(spread[0]).min() > np.linalg.eigvalsh(among.covariances[0]).min()
 
 
@@ -89,10 +100,8 @@ def test_a_sharp_turn_is_seen_sooner_and_straight_walks_are_as_exact(watch) -> N
 
     Errors of the place one second ahead in the 2 s after.
     """
-    one, two = (
-        watch(TrackerParams()),
-        watch(TrackerParams(turning_acceleration_std=TURNING, min_hits=2)),
-    )
+    one = watch(TrackerParams())
+    two = watch(TrackerParams(turning_acceleration_std=TURNING, min_hits=2))
     assert two.ahead < 0.6 * one.ahead
     assert two.straight < 1.3 * one.straight
 
@@ -114,17 +123,17 @@ def watch():
 
     class Errors:
         def __init__(self, straight: float, ahead: float) -> None:
-            self.straight, self.ahead = straight, ahead
+            self.straight = straight
+            self.ahead = ahead
 
     def _watch(params: TrackerParams) -> Errors:
-        straight, ahead = [], []
+        straight = []
+        ahead = []
         for seed in range(6):
-            rng, tracker, place, heading = (
-                np.random.default_rng(seed),
-                None,
-                np.array((-3.0, 3.0)),
-                0.0,
-            )
+            rng = default_rng(seed)
+            tracker = None
+            place = np.array((-3.0, 3.0))
+            heading = 0.0
             tracker = Tracker(params, scans.empty_map())
             for k in range(40):
                 if k in (20, 21):

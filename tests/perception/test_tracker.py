@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
+from numpy.random import default_rng
+from numpy.testing import assert_allclose
 
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
@@ -15,7 +17,9 @@ from navstack.perception.track_filter import TrackFilter, motion_of
 from navstack.perception.tracker import Tracker
 from navstack.types import LaserScan, Pose2D, Track
 
-BEAMS, RADIUS, RATE = 360, 0.3, 10.0
+BEAMS = 360
+RADIUS = 0.3
+RATE = 10.0
 INCREMENT = 2.0 * math.pi / BEAMS
 MOUNT = Pose2D(-0.2, 0.1, 0.3)
 
@@ -158,19 +162,23 @@ def test_a_person_behind_the_robot_is_one_body_though_the_scan_begins_there() ->
 
 
 def test_the_filter_equals_filterpys() -> None:
-    rng = np.random.default_rng(3)
-    ours, theirs = TrackFilter(0.7, 1.0), []
-    places, variances = rng.normal(size=(4, 2)), rng.uniform(0.01, 0.1, 4)
+    rng = default_rng(3)
+    ours = TrackFilter(0.7, 1.0)
+    theirs = []
+    places = rng.normal(size=(4, 2))
+    variances = rng.uniform(0.01, 0.1, 4)
     ours.add(places, variances)
     for place, variance in zip(places, variances, strict=True):
         one = KalmanFilter(dim_x=4, dim_z=2)
-        one.x, one.P = np.array((*place, 0.0, 0.0)), np.diag((variance, variance, 1.0, 1.0))
+        one.x = np.array((*place, 0.0, 0.0))
+        one.P = np.diag((variance, variance, 1.0, 1.0))
         one.H = np.eye(2, 4)
         theirs.append(one)
     for _ in range(10):
         duration = rng.uniform(0.05, 0.3)
         seen = np.flatnonzero(rng.random(4) < 0.7)
-        places, variances = rng.normal(size=(len(seen), 2)), rng.uniform(0.01, 0.1, len(seen))
+        places = rng.normal(size=(len(seen), 2))
+        variances = rng.uniform(0.01, 0.1, len(seen))
         ours.predict(duration)
         distances = ours.distances(places, variances)
         ours.update(seen, places, variances)
@@ -180,15 +188,18 @@ def test_the_filter_equals_filterpys() -> None:
             theirs[i].update(places[j], R=variances[j] * np.eye(2))
             assert distances[i, j] == pytest.approx(theirs[i].mahalanobis ** 2)
     for i, one in enumerate(theirs):
-        np.testing.assert_allclose(ours.states[i], one.x, atol=1e-9)
-        np.testing.assert_allclose(ours.covariances[i], one.P, atol=1e-9)
+        assert_allclose(ours.states[i], one.x, atol=1e-9)
+        assert_allclose(ours.covariances[i], one.P, atol=1e-9)
 
 
 def test_the_filter_is_consistent() -> None:
     """NEES of 200 bodies disturbed as the filter thinks, against the chi-squared distribution's 99 % interval."""
-    rng, count, std = np.random.default_rng(5), 200, 0.05
+    rng = default_rng(5)
+    count = 200
+    std = 0.05
     truth = np.column_stack((rng.normal(size=(count, 2)), rng.normal(size=(count, 2))))
-    ours, variances = TrackFilter(0.7, 1.0), np.full(count, std**2)
+    ours = TrackFilter(0.7, 1.0)
+    variances = np.full(count, std**2)
     ours.add(truth[:, :2] + std * rng.standard_normal((count, 2)), variances)
     for _ in range(20):
         acceleration = 0.7 * rng.standard_normal((count, 2))
@@ -217,12 +228,11 @@ def test_parameters_that_cannot_be_are_refused() -> None:
 def test_a_body_at_the_end_of_an_open_scan_may_not_be_wholly_seen(
     first: int, is_closed: bool, hidden: float
 ) -> None:
-    ranges, foreground, bodies = (
-        np.full(50, np.inf),
-        np.zeros(50, dtype=np.bool_),
-        np.empty((50, 3)),
-    )
-    ranges[first : first + 6], foreground[first : first + 6] = 3.0, True
+    ranges = np.full(50, np.inf)
+    foreground = np.zeros(50, dtype=np.bool_)
+    bodies = np.empty((50, 3))
+    ranges[first : first + 6] = 3.0
+    foreground[first : first + 6] = True
     assert find_bodies(ranges, foreground, 0.02, is_closed, 0.25, 2, 1.0, 0.3, bodies) == 1
     assert bodies[0].tolist() == [first + 2.5, 3.3, hidden]
 
@@ -232,12 +242,11 @@ def test_a_body_at_the_end_of_an_open_scan_may_not_be_wholly_seen(
 def test_what_is_wider_than_a_body_is_none_whichever_way_the_beams_turn(
     increment: float, beams: int, found: int
 ) -> None:
-    ranges, foreground, bodies = (
-        np.full(50, np.inf),
-        np.zeros(50, dtype=np.bool_),
-        np.empty((50, 3)),
-    )
-    ranges[20 : 20 + beams], foreground[20 : 20 + beams] = 3.0, True
+    ranges = np.full(50, np.inf)
+    foreground = np.zeros(50, dtype=np.bool_)
+    bodies = np.empty((50, 3))
+    ranges[20 : 20 + beams] = 3.0
+    foreground[20 : 20 + beams] = True
     assert find_bodies(ranges, foreground, increment, False, 0.25, 2, 1.0, 0.3, bodies) == found
 
 

@@ -6,9 +6,13 @@ import numpy as np
 import ompl.base as ob
 import pytest
 import shapely
+from numpy.random import default_rng
+from numpy.testing import assert_allclose, assert_array_equal
 
 from navstack.planning.dubins import curve, is_curve_free, overlaps_cell, shortest_word, stands_free
 from navstack.planning.ompl_kernels import blocked_table
+
+from .given import step_lengths, turns_of
 
 BODY = np.array(((3.0, 2.0), (3.0, -2.0), (-6.0, -2.5), (-6.0, 2.5)))
 REACH = float(np.hypot(*BODY.T).max())
@@ -21,7 +25,8 @@ def poses(rng, count):
 
 
 def placed(pose):
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    cos = math.cos(pose[2])
+    sin = math.sin(pose[2])
     return BODY @ np.array(((cos, -sin), (sin, cos))).T + pose[:2]
 
 
@@ -33,7 +38,7 @@ def test_lengths_equal_ompl(radius):
     bounds.setHigh(10.0)
     space.setBounds(bounds)
     states = space.allocState(), space.allocState()
-    rng = np.random.default_rng(1)
+    rng = default_rng(1)
     for start, end in zip(poses(rng, 300), poses(rng, 300), strict=True):
         for state, values in zip(states, (start, end), strict=True):
             state.setX(float(values[0]))
@@ -45,22 +50,22 @@ def test_lengths_equal_ompl(radius):
 
 
 def test_curves_reach_their_end_and_keep_the_radius():
-    rng = np.random.default_rng(2)
+    rng = default_rng(2)
     for start, end in zip(poses(rng, 200), poses(rng, 200), strict=True):
         line = curve(start, end, 1.3, 0.01)
-        np.testing.assert_array_equal(line[[0, -1]], (start, end))
-        steps = np.hypot(*np.diff(line[:, :2], axis=0).T)
+        assert_array_equal(line[[0, -1]], (start, end))
+        steps = step_lengths(line)
         assert steps.max() <= 0.01 + 1e-9
         assert steps.sum() == pytest.approx(sum(shortest_word(start, end, 1.3)[1:]), rel=1e-3)
-        turns = np.abs((np.diff(line[:, 2]) + math.pi) % (2.0 * math.pi) - math.pi)
+        turns = turns_of(line)
         assert np.all(turns <= steps / 1.3 + 1e-3 * steps.max() + 1e-9)
-        np.testing.assert_allclose(
+        assert_allclose(
             np.cos(np.arctan2(*np.diff(line[:, :2], axis=0).T[::-1]) - line[:-1, 2]), 1.0, atol=1e-4
         )
 
 
 def test_overlaps_equal_shapely():
-    rng = np.random.default_rng(3)
+    rng = default_rng(3)
     for x, y, yaw in np.column_stack(
         (rng.uniform(-9.0, 9.0, (2000, 2)), rng.uniform(-math.pi, math.pi, 2000))
     ):
@@ -80,7 +85,7 @@ def test_a_square_that_touches_a_cell_has_a_point_in_common_with_it(x, y):
 
 
 def test_a_footprint_stands_free_where_no_lethal_square_touches_it():
-    rng = np.random.default_rng(4)
+    rng = default_rng(4)
     costs = np.where(rng.random((60, 60)) < 0.01, 254, 0).astype(np.uint8)
     squares = shapely.MultiPolygon([shapely.box(c, r, c + 1, r + 1) for r, c in np.argwhere(costs)])
     blocked = blocked_table(252, True)

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
+from numpy.testing import assert_allclose, assert_array_equal
 
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.errors import NoPathFoundError
@@ -14,7 +16,7 @@ STREETS = 40  # [cells] between the centre lines of two streets
 
 def city(seed: int) -> ByteArray:
     """Streets of varying cost around blocks."""
-    rng = np.random.default_rng(seed)
+    rng = default_rng(seed)
     costs = np.full((401, 401), LETHAL_OBSTACLE, dtype=np.uint8)
     for line in range(20, 400, STREETS):
         half = rng.integers(2, 8)
@@ -34,8 +36,9 @@ def crossing(column: int, row: int) -> Pose2D:
 @pytest.mark.parametrize("seed", range(6))
 def test_the_path_is_the_same_among_new_obstacles(seed: int) -> None:
     floor = city(seed)
-    rng = np.random.default_rng(seed)
-    bounded, free = NavfnPlanner(NavfnParams()), NavfnPlanner(NavfnParams())
+    rng = default_rng(seed)
+    bounded = NavfnPlanner(NavfnParams())
+    free = NavfnPlanner(NavfnParams())
     goal = crossing(8, 7)
     visited = []
     for step in range(4):
@@ -47,7 +50,7 @@ def test_the_path_is_the_same_among_new_obstacles(seed: int) -> None:
         start = crossing(step, 1)
         with_bound = bounded.plan(start, goal, costmap(costs, floor))
         without = free.plan(start, goal, costmap(costs, None))
-        np.testing.assert_allclose(with_bound.poses, without.poses, atol=0.05)
+        assert_allclose(with_bound.poses, without.poses, atol=0.05)
         visited.append((bounded.potential < 1e9).sum() / (free.potential < 1e9).sum())
     assert min(visited) < 0.9  # it did hold the wave back
 
@@ -56,12 +59,14 @@ def test_a_blocked_way_is_left_for_the_detour() -> None:
     floor = city(0)
     costs = floor.copy()
     costs[60 - 10 : 60 + 11, 200:210] = LETHAL_OBSTACLE  # the street between start and goal
-    start, goal = crossing(3, 1), crossing(6, 1)
-    bounded, free = NavfnPlanner(NavfnParams()), NavfnPlanner(NavfnParams())
+    start = crossing(3, 1)
+    goal = crossing(6, 1)
+    bounded = NavfnPlanner(NavfnParams())
+    free = NavfnPlanner(NavfnParams())
     direct = bounded.plan(start, goal, costmap(floor, floor))
     detour = bounded.plan(start, goal, costmap(costs, floor))
     assert detour.length > direct.length + 1.0
-    np.testing.assert_array_equal(detour.poses, free.plan(start, goal, costmap(costs, None)).poses)
+    assert_array_equal(detour.poses, free.plan(start, goal, costmap(costs, None)).poses)
 
 
 def test_another_map_or_goal_renews_the_bound() -> None:
@@ -72,7 +77,7 @@ def test_another_map_or_goal_renews_the_bound() -> None:
         fresh = NavfnPlanner(NavfnParams()).plan(
             crossing(0, 0), crossing(column, 5), costmap(floor, None)
         )
-        np.testing.assert_allclose(path.poses, fresh.poses, atol=0.05)
+        assert_allclose(path.poses, fresh.poses, atol=0.05)
 
 
 def test_no_way_is_still_no_way() -> None:

@@ -6,6 +6,9 @@ from pathlib import Path as FilePath
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
+from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx
 
 from navstack.costmap.costmap import Costmap
 from navstack.errors import (
@@ -35,8 +38,10 @@ GOLDEN = FilePath(__file__).parents[1] / "golden" / "navfn_small.npz"
 def slow_update(potential, n, width, cost):
     """The planar wave from the description of updateCell, in float32 scalars."""
     f = np.float32
-    a, b = min(potential[n - 1], potential[n + 1]), min(potential[n - width], potential[n + width])
-    low, gap = min(a, b), f(abs(f(a - b)))
+    a = min(potential[n - 1], potential[n + 1])
+    b = min(potential[n - width], potential[n + width])
+    low = min(a, b)
+    gap = f(abs(f(a - b)))
     if gap >= cost:
         return f(low + cost)
     ratio = float(f(gap / cost))
@@ -49,12 +54,13 @@ class SlowWave:
     def __init__(self, costs):
         crossing, _ = cost_tables(allow_unknown=True)
         cost = crossing[costs]
-        cost[0], cost[-1], cost[:, 0], cost[:, -1] = 254, 254, 254, 254
-        self.width, self.cost, self.potential = (
-            costs.shape[1],
-            cost.ravel(),
-            np.full(costs.size, POT_HIGH),
-        )
+        cost[0] = 254
+        cost[-1] = 254
+        cost[:, 0] = 254
+        cost[:, -1] = 254
+        self.width = costs.shape[1]
+        self.cost = cost.ravel()
+        self.potential = np.full(costs.size, POT_HIGH)
         self.waiting = set()
 
     def sides(self, n):
@@ -76,7 +82,9 @@ class SlowWave:
 
     def run(self, source, target):
         self.potential[source] = 0
-        current, overflow, threshold = [], [], np.float32(254)
+        current = []
+        overflow = []
+        threshold = np.float32(254)
         for n in self.sides(source):
             self.wake(current, n)
         while current:
@@ -86,7 +94,9 @@ class SlowWave:
                 self.visit(n, threshold, following, overflow)
             current = following
             if not current:
-                threshold, current, overflow = threshold + np.float32(100), overflow, []
+                threshold = threshold + np.float32(100)
+                current = overflow
+                overflow = []
             if self.potential[target] < POT_HIGH:
                 break
         return self.potential.reshape(-1, self.width)
@@ -94,7 +104,7 @@ class SlowWave:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_wave_equals_slow_twin(seed):
-    rng = np.random.default_rng(seed)
+    rng = default_rng(seed)
     costs = rng.choice(np.array((0, 0, 0, 30, 120, 252, 253, 254, 255), dtype=np.uint8), (40, 50))
     costs[20, 5] = costs[30, 45] = 0
     planner = NavfnPlanner(NavfnParams(tolerance=0.0))
@@ -102,7 +112,7 @@ def test_wave_equals_slow_twin(seed):
         planner.plan(Pose2D(5.0, 20.0), Pose2D(45.0, 30.0), Costmap(costs, 1.0, 0.0, 0.0))
     except NoPathFoundError:
         pass
-    np.testing.assert_array_equal(planner.potential, SlowWave(costs).run(20 * 50 + 5, 30 * 50 + 45))
+    assert_array_equal(planner.potential, SlowWave(costs).run(20 * 50 + 5, 30 * 50 + 45))
 
 
 def test_a_cell_without_a_potential_has_no_lower_neighbour():
@@ -113,13 +123,15 @@ def test_a_cell_without_a_potential_has_no_lower_neighbour():
 
 def test_the_lowest_neighbour_is_compared_with_whole_numbers():
     """The loop of calcPath: ``int minp = potarr[stc]``, then ``if (potarr[st] < minp) minp = potarr[st]``."""
-    rng = np.random.default_rng(0)
+    rng = default_rng(0)
     for _ in range(500):
         potential = rng.uniform(98.0, 103.0, 25).astype(np.float32)
-        least, lowest = int(potential[12]), 12
+        least = int(potential[12])
+        lowest = 12
         for n in (6, 7, 8, 11, 13, 16, 17, 18):
             if potential[n] < least:
-                least, lowest = int(potential[n]), n
+                least = int(potential[n])
+                lowest = n
         assert lowest_neighbour(potential, 5, 12) == lowest
 
 
@@ -130,22 +142,22 @@ def room(width=80, height=60):
     return Costmap(costs, 0.1, -2.0, 1.0)
 
 
-START, GOAL = Pose2D(-1.0, 2.0, 0.3), Pose2D(5.0, 2.5, 1.1)
+START = Pose2D(-1.0, 2.0, 0.3)
+GOAL = Pose2D(5.0, 2.5, 1.1)
 
 
 @pytest.mark.parametrize("use_astar", [False, True])
 def test_second_plan_does_not_remember_the_first(use_astar):
-    planner, costmap = NavfnPlanner(NavfnParams(use_astar=use_astar)), room()
+    planner = NavfnPlanner(NavfnParams(use_astar=use_astar))
+    costmap = room()
     planner.plan(START, GOAL, costmap)
     costmap.data[:40, 20] = 254
     costmap.data[5:, 60] = 254
-    again, fresh_planner = (
-        planner.plan(GOAL, START, costmap),
-        NavfnPlanner(NavfnParams(use_astar=use_astar)),
-    )
+    again = planner.plan(GOAL, START, costmap)
+    fresh_planner = NavfnPlanner(NavfnParams(use_astar=use_astar))
     fresh = fresh_planner.plan(GOAL, START, costmap)
-    np.testing.assert_array_equal(again.poses, fresh.poses)
-    np.testing.assert_array_equal(planner.potential, fresh_planner.potential)
+    assert_array_equal(again.poses, fresh.poses)
+    assert_array_equal(planner.potential, fresh_planner.potential)
 
 
 def test_a_map_of_another_size_may_follow():
@@ -153,7 +165,7 @@ def test_a_map_of_another_size_may_follow():
     planner.plan(START, GOAL, room())
     small = room(70, 50)
     fresh = NavfnPlanner(NavfnParams()).plan(START, Pose2D(4.0, 2.0), small)
-    np.testing.assert_array_equal(planner.plan(START, Pose2D(4.0, 2.0), small).poses, fresh.poses)
+    assert_array_equal(planner.plan(START, Pose2D(4.0, 2.0), small).poses, fresh.poses)
 
 
 def test_costmap_is_left_as_it_is():
@@ -161,38 +173,39 @@ def test_costmap_is_left_as_it_is():
     costmap.data[10, 10] = 254
     before = costmap.data.copy()
     NavfnPlanner(NavfnParams()).plan(Pose2D(-1.0, 2.0), GOAL, costmap)
-    np.testing.assert_array_equal(costmap.data, before)
+    assert_array_equal(costmap.data, before)
 
 
 def test_start_in_an_obstacle_is_cleared():
     costmap = room()
     costmap.data[10, 10] = 254
     path = NavfnPlanner(NavfnParams()).plan(Pose2D(-1.0, 2.0), GOAL, costmap)
-    np.testing.assert_allclose(path.poses[0, :2], (-1.0, 2.0))
+    assert_allclose(path.poses[0, :2], (-1.0, 2.0))
 
 
 def test_path_ends_at_the_goal_with_its_heading():
     path = NavfnPlanner(NavfnParams()).plan(START, GOAL, room(), stamp=7.0)
     assert path.stamp == 7.0
-    np.testing.assert_array_equal(path.poses[-1], GOAL.as_array())
+    assert_array_equal(path.poses[-1], GOAL.as_array())
     assert not path.poses[:-1, 2].any()
 
 
 def test_final_approach_orientation_follows_the_path():
     path = NavfnPlanner(NavfnParams(use_final_approach_orientation=True)).plan(START, GOAL, room())
     step = path.poses[-1, :2] - path.poses[-2, :2]
-    assert path.poses[-1, 2] == pytest.approx(np.arctan2(step[1], step[0]))
+    assert path.poses[-1, 2] == approx(np.arctan2(step[1], step[0]))
 
 
 @pytest.mark.parametrize(("final", "yaw"), [(False, 1.5), (True, 0.5)])
 def test_start_at_the_goal(final, yaw):
     params = NavfnParams(use_final_approach_orientation=final)
     path = NavfnPlanner(params).plan(Pose2D(0.0, 2.0, 0.5), Pose2D(0.0, 2.0, 1.5), room())
-    np.testing.assert_array_equal(path.poses, [[0.0, 2.0, yaw]])
+    assert_array_equal(path.poses, [[0.0, 2.0, yaw]])
 
 
 def test_errors():
-    planner, costmap = NavfnPlanner(NavfnParams(tolerance=0.0)), room()
+    planner = NavfnPlanner(NavfnParams(tolerance=0.0))
+    costmap = room()
     with pytest.raises(StartOutsideMapError, match=r"start \(-9, 2\) m .* x -2 to 6 m"):
         planner.plan(Pose2D(-9.0, 2.0), GOAL, costmap)
     with pytest.raises(GoalOutsideMapError):
@@ -211,7 +224,7 @@ def test_errors():
 def test_poses_at_the_very_edge_of_the_map():
     costmap = room()
     path = NavfnPlanner(NavfnParams()).plan(Pose2D(5.99, 4.0), START, costmap)
-    np.testing.assert_array_equal(path.poses[-1], START.as_array())
+    assert_array_equal(path.poses[-1], START.as_array())
     path = NavfnPlanner(NavfnParams()).plan(START, Pose2D(5.99, 6.99), costmap)
     assert np.hypot(*(path.poses[-1, :2] - (5.99, 6.99))) < 0.5
 
@@ -231,7 +244,8 @@ def points_to_the_left(potential, gives_up, most=500):
 def test_descent_leaves_a_flat_place_along_the_grid():
     potential = flat_place()
     assert points_to_the_left(potential, False) == FAILED  # no lower neighbour at all
-    potential[3, 4], potential[4, 3] = 170.0, 130.0
+    potential[3, 4] = 170.0
+    potential[4, 3] = 130.0
     assert points_to_the_left(potential, False) > 0
 
 
@@ -260,30 +274,31 @@ def test_a_path_longer_than_nav2_allows_is_refused_on_request(name, use_astar):
     found = NavfnPlanner(NavfnParams(use_astar=use_astar)).plan(start, goal, costmap).poses
     upstream = NavfnPlanner(NavfnParams(use_astar=use_astar, max_cycles_factor=4))
     if len(paths[use_astar]):
-        np.testing.assert_array_equal(upstream.plan(start, goal, costmap).poses, found)
+        assert_array_equal(upstream.plan(start, goal, costmap).poses, found)
         return
     assert len(found) > 4 * max(costmap.data.shape)
     with pytest.raises(NoPathFoundError):
         upstream.plan(start, goal, costmap)
     patient = NavfnPlanner(NavfnParams(use_astar=use_astar, max_cycles_factor=8))
-    np.testing.assert_array_equal(patient.plan(start, goal, costmap).poses, found)
+    assert_array_equal(patient.plan(start, goal, costmap).poses, found)
 
 
 @pytest.mark.parametrize("step", [1, -1, 9, -9, 10, 2])
 def test_corners_that_are_kept_are_those_taken_anew(step):
-    potential = np.random.default_rng(0).uniform(0.0, 500.0, 81).astype(np.float32)
-    kept, fresh = np.empty((4, 2), dtype=np.float32), np.empty((4, 2), dtype=np.float32)
+    potential = default_rng(0).uniform(0.0, 500.0, 81).astype(np.float32)
+    kept = np.empty((4, 2), dtype=np.float32)
+    fresh = np.empty((4, 2), dtype=np.float32)
     take_corners(potential, 9, 40, -1, kept)
     take_corners(potential, 9, 40 + step, 40, kept)
     take_corners(potential, 9, 40 + step, -1, fresh)
-    np.testing.assert_array_equal(kept, fresh)
+    assert_array_equal(kept, fresh)
 
 
 def test_gradients_between_corners_are_bilinear():
     corners = np.array(((0.25, -0.5), (0.75, 0.125), (-1.0, 0.5), (0.5, 1.0)), dtype=np.float32)
     found = interpolated_gradient.py_func(corners, np.float32(0.25), np.float32(0.75))
     weights = np.array((0.75 * 0.25, 0.25 * 0.25, 0.75 * 0.75, 0.25 * 0.75))
-    assert found == pytest.approx(tuple(weights @ corners), rel=1e-6)
+    assert found == approx(tuple(weights @ corners), rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -301,12 +316,13 @@ def test_gradients_between_corners_are_bilinear():
 def test_a_step_is_half_a_cell_down_the_gradient(offset, gradient, expected):
     corners = np.tile(np.array(gradient, dtype=np.float32), (4, 1))
     n, dx, dy = advance.py_func(corners, 9, 40, *np.array(offset, dtype=np.float32))
-    assert (n, dx, dy) == pytest.approx(expected, abs=1e-6)
+    assert (n, dx, dy) == approx(expected, abs=1e-6)
 
 
 @pytest.mark.parametrize(("source", "point"), [(80, [8.0, 8.0]), (0, [0.0, 0.0]), (8, [8.0, 0.0])])
 def test_a_descent_from_the_source_is_over_at_once(source, point):
-    potential, path = np.full(81, POT_HIGH, dtype=np.float32), np.zeros((5, 2), dtype=np.float32)
+    potential = np.full(81, POT_HIGH, dtype=np.float32)
+    path = np.zeros((5, 2), dtype=np.float32)
     potential[source] = 0.0
     assert descend(potential, 9, source, source, False, path) == 1
     assert path[0].tolist() == point
@@ -320,13 +336,14 @@ def test_willow_regression(start, use_astar):
 
     pixels = np.array(Image.open(FilePath(DATA) / "navfn_regression" / "willow_costmap.pgm"))
     costs = np.full(pixels.shape, 254, dtype=np.uint8)  # the file holds NavFn's own costs
-    costs[pixels == 50], costs[pixels == 253] = 0, 255
+    costs[pixels == 50] = 0
+    costs[pixels == 253] = 255
     path = NavfnPlanner(NavfnParams(use_astar=use_astar)).plan(
         Pose2D(*start), Pose2D(350.0, 450.0), Costmap(costs, 1.0, 0.0, 0.0)
     )
     cells = np.floor(path.poses[:, :2] + 0.5).astype(int)
     assert (costs[cells[:, 1], cells[:, 0]] != 254).all()
-    np.testing.assert_allclose(path.poses[[0, -1], :2], (start, (350, 450)))
+    assert_allclose(path.poses[[0, -1], :2], (start, (350, 450)))
 
 
 @pytest.mark.skipif(DATA is None, reason="NAVSTACK_DATA is unset: no street maps")
@@ -337,7 +354,8 @@ def test_street_maps_against_optimal_lengths(name):
     # a rim, for NavFn never enters the border of a map
     costs = np.full((258, 258), 254, dtype=np.uint8)
     costs[1:-1, 1:-1] = [[0 if tile in ".GS" else 254 for tile in row] for row in rows]
-    costmap, planner = Costmap(costs, 1.0, -1.0, -1.0), NavfnPlanner(NavfnParams(tolerance=0.0))
+    costmap = Costmap(costs, 1.0, -1.0, -1.0)
+    planner = NavfnPlanner(NavfnParams(tolerance=0.0))
     ratios = []
     for line in (folder / f"{name}.map.scen").read_text().splitlines()[1::3]:
         fields = line.split("\t")

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
+from numpy.testing import assert_allclose, assert_array_equal
 
 from navstack.costmap.costmap import Costmap
 from navstack.errors import GoalOutsideMapError, NoPathFoundError, StartOutsideMapError
@@ -16,6 +18,8 @@ from navstack.params.smac import Smac2DParams, SmacHybridParams, SmacLatticePara
 from navstack.planning.planner import Planner
 from navstack.types import Pose2D
 
+from .given import step_lengths
+
 PARAMS = {
     "nav2_navfn_planner::NavfnPlanner": NavfnParams(),
     "nav2_smac_planner::SmacPlanner2D": Smac2DParams(),
@@ -25,7 +29,8 @@ PARAMS = {
     "navstack::IncrementalNavfn": IncrementalNavfnParams(),
     "navstack::OmplPlanner": OmplParams(max_iterations=2000),
 }
-START, GOAL = Pose2D(-1.0, 2.0, 0.3), Pose2D(5.0, 2.5, 1.1)
+START = Pose2D(-1.0, 2.0, 0.3)
+GOAL = Pose2D(5.0, 2.5, 1.1)
 
 
 def room():
@@ -40,7 +45,7 @@ def make(request):
         made = algorithms("planners")[request.param].create(
             PARAMS[request.param], parts={"robot_shape": None}
         )
-        made.reset(np.random.default_rng(4))
+        made.reset(default_rng(4))
         return made
 
     return planner
@@ -58,28 +63,32 @@ def test_path_joins_start_and_goal_through_free_cells(make):
     assert path.poses.shape[1] == 3
     assert np.isfinite(path.poses).all()
     assert np.hypot(*(path.poses[0, :2] - (START.x, START.y))) <= costmap.resolution
-    np.testing.assert_allclose(path.poses[-1], GOAL.as_array())
-    assert np.hypot(*np.diff(path.poses[:, :2], axis=0).T).max() < 2.0 * costmap.resolution
+    assert_allclose(path.poses[-1], GOAL.as_array())
+    assert step_lengths(path.poses).max() < 2.0 * costmap.resolution
     assert path.poses[:, 1].max() > 5.9  # over the wall's end, not through it
 
 
 def test_new_plan_is_a_new_object_and_repeatable(make):
-    costmap, one, other = room(), make(), make()
-    first, second = one.plan(START, GOAL, costmap), one.plan(START, GOAL, costmap)
+    costmap = room()
+    one = make()
+    other = make()
+    first = one.plan(START, GOAL, costmap)
+    second = one.plan(START, GOAL, costmap)
     assert first is not second
     assert not np.shares_memory(first.poses, second.poses)
-    np.testing.assert_array_equal(other.plan(START, GOAL, costmap).poses, first.poses)
-    np.testing.assert_array_equal(other.plan(START, GOAL, costmap).poses, second.poses)
+    assert_array_equal(other.plan(START, GOAL, costmap).poses, first.poses)
+    assert_array_equal(other.plan(START, GOAL, costmap).poses, second.poses)
 
 
 def test_reset_forgets_what_came_before(make):
-    used, costmap = make(), room()
+    used = make()
+    costmap = room()
     detour = room()
     detour.data[10:50, 20] = 254
     used.plan(START, GOAL, detour)
     used.plan(GOAL, START, costmap)
-    used.reset(np.random.default_rng(4))
-    np.testing.assert_array_equal(
+    used.reset(default_rng(4))
+    assert_array_equal(
         used.plan(START, GOAL, costmap).poses, make().plan(START, GOAL, costmap).poses
     )
 
@@ -88,16 +97,17 @@ def test_costmap_is_only_read(make):
     costmap = room()
     before = costmap.data.copy()
     make().plan(START, GOAL, costmap)
-    np.testing.assert_array_equal(costmap.data, before)
+    assert_array_equal(costmap.data, before)
 
 
 def test_start_at_the_goal(make):
     path = make().plan(START, Pose2D(START.x, START.y, 1.0), room())
-    np.testing.assert_array_equal(path.poses, [[START.x, START.y, 1.0]])
+    assert_array_equal(path.poses, [[START.x, START.y, 1.0]])
 
 
 def test_errors(make):
-    costmap, planner = room(), make()
+    costmap = room()
+    planner = make()
     with pytest.raises(StartOutsideMapError):
         planner.plan(Pose2D(-50.0, 0.0), GOAL, costmap)
     with pytest.raises(GoalOutsideMapError):
@@ -108,7 +118,8 @@ def test_errors(make):
 
 
 def test_recovers_after_an_error(make):
-    planner, closed = make(), room()
+    planner = make()
+    closed = room()
     closed.data[:, 40] = 254
     with pytest.raises(NoPathFoundError):
         planner.plan(START, GOAL, closed)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.errors import ParameterError
@@ -17,9 +18,11 @@ from navstack.planning.simple_smoother_kernels import (
 )
 from navstack.types import Path
 
+from .given import free_map
+
 
 def free(size=100):
-    return Costmap(np.zeros((size, size), dtype=np.uint8), 0.1, -5.0, -5.0)
+    return free_map(size, size, 0.1, -5.0, -5.0)
 
 
 def zigzag(count=20):
@@ -32,16 +35,17 @@ def zigzag(count=20):
 def test_ends_stay_and_roughness_falls():
     given = Path(zigzag(), stamp=3.5)
     smooth = SimpleSmoother(SimpleSmootherParams()).smooth(given, free())
-    np.testing.assert_array_equal(given.poses, zigzag())
+    assert_array_equal(given.poses, zigzag())
     assert smooth.stamp == 3.5
-    np.testing.assert_array_equal(smooth.poses[[0, -1], :2], given.poses[[0, -1], :2])
+    assert_array_equal(smooth.poses[[0, -1], :2], given.poses[[0, -1], :2])
     assert smooth.length < 0.95 * given.length
     assert smooth is not given
 
 
 def slow_relax(given, w_data, w_smooth, tolerance, max_its):
     """The same iteration with one statement per line of arithmetic, without a costmap."""
-    last, now = given.copy(), given.copy()
+    last = given.copy()
+    now = given.copy()
     for _ in range(max_its - 1):
         change = 0.0
         for i in range(1, len(now) - 1):
@@ -62,14 +66,15 @@ def slow_relax(given, w_data, w_smooth, tolerance, max_its):
 )
 def test_kernel_equals_slow_twin(tolerance, max_its):
     given = np.random.default_rng(3).normal(size=(30, 2)).cumsum(axis=0) * 0.05
-    ours, costmap = given.copy(), free()
+    ours = given.copy()
+    costmap = free()
     relax(ours, (0.2, 0.3), tolerance, max_its, costmap.data, costmap.grid)
-    np.testing.assert_array_equal(ours, slow_relax(given, 0.2, 0.3, tolerance, max_its))
+    assert_array_equal(ours, slow_relax(given, 0.2, 0.3, tolerance, max_its))
 
 
 def test_it_stops_before_an_obstacle():
     given = zigzag()
-    costmap = Costmap(np.zeros((400, 400), dtype=np.uint8), 0.01, -1.0, -1.0)
+    costmap = free_map(400, 400, 0.01, -1.0, -1.0)
     blocked = Costmap(costmap.data.copy(), 0.01, -1.0, -1.0)
     smooth = SimpleSmoother(SimpleSmootherParams()).smooth(Path(given), costmap)
     mx, my = blocked.world_to_map(*smooth.poses[9, :2])
@@ -107,7 +112,7 @@ def test_a_path_is_driven_backwards_where_its_poses_look_more_back_than_ahead(di
     poses[:, :2] += np.outer(along, (math.cos(direction), math.sin(direction)))
     smooth = SimpleSmoother(SimpleSmootherParams()).smooth(Path(poses), free())
     expected = 1.0 if abs(off) < 0.5 * math.pi else -1.0
-    np.testing.assert_allclose(np.cos(smooth.poses[:-1, 2] - direction), expected)
+    assert_allclose(np.cos(smooth.poses[:-1, 2] - direction), expected)
 
 
 @pytest.mark.parametrize(
@@ -150,16 +155,16 @@ def test_poses_look_at_the_next_one_or_away_from_it(backwards):
     back = (math.pi, math.atan2(4, 3) - math.pi, 9.0, math.pi / 2, 0.0, 9.0)
     places = poses[:, :2].copy()
     face_along(poses, backwards)
-    np.testing.assert_allclose(poses[:, 2], back if backwards else ahead, atol=1e-12)
-    np.testing.assert_array_equal(poses[:, :2], places)
+    assert_allclose(poses[:, 2], back if backwards else ahead, atol=1e-12)
+    assert_array_equal(poses[:, :2], places)
 
 
 def test_a_turn_on_the_spot_stays_where_it_is():
     poses = np.vstack((zigzag(10), zigzag(10) + (0.9, 0.06, 1.0)))
     turn = poses[9, :2].copy()
-    np.testing.assert_array_equal(poses[10, :2], turn)
+    assert_array_equal(poses[10, :2], turn)
     smooth = SimpleSmoother(SimpleSmootherParams()).smooth(Path(poses), free())
-    np.testing.assert_array_equal(smooth.poses[9, :2], turn)
+    assert_array_equal(smooth.poses[9, :2], turn)
     through = SimpleSmoother(SimpleSmootherParams(enforce_path_inversion=False)).smooth(
         Path(poses), free()
     )

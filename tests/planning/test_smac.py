@@ -6,6 +6,9 @@ import math
 import numpy as np
 import pytest
 import shapely
+from numpy.random import default_rng
+from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
@@ -24,7 +27,7 @@ from navstack.planning.dubins import shortest_word
 from navstack.planning.ompl_kernels import blocked_table
 from navstack.planning.planner import RobotShape
 from navstack.planning.smac.common import downsampled, smoothed
-from navstack.planning.smac.grid_kernels import NEIGHBOURS, Limits, search_grid, trace_back
+from navstack.planning.smac.grid_kernels import NEIGHBOURS, SearchLimits, search_grid, trace_back
 from navstack.planning.smac.heuristic_kernels import make_field, way_to_goal
 from navstack.planning.smac.motions import (
     HEADINGS,
@@ -38,9 +41,11 @@ from navstack.planning.smac.motions import (
 )
 from navstack.planning.smac.pose_kernels import step_cost
 from navstack.planning.smac.pose_planner import SmacHybrid, SmacLattice
-from navstack.planning.smac.pose_problem import Goal, Ground, Penalties
+from navstack.planning.smac.pose_problem import Goal, Penalties, SearchGround
 from navstack.planning.smac.smac_2d import Smac2D
 from navstack.types import Pose2D
+
+from .given import free_map, step_lengths, turns_of
 
 BOX = RobotShape(np.array([(0.4, 0.25), (0.4, -0.25), (-0.5, -0.25), (-0.5, 0.25)]), 0.25)
 RAW = {"smooth_path": False}
@@ -62,11 +67,14 @@ def ways_from(costs, place, multiplier, allow_unknown, reverse=False):
     Reverse: to it.
     """
     height, width = costs.shape
-    first, second, weights = [], [], []
+    first = []
+    second = []
+    weights = []
     for row in range(height):
         for column in range(width):
             for dx, dy in NEIGHBOURS:
-                x, y = column + dx, row + dy
+                x = column + dx
+                y = row + dy
                 if 0 <= x < width and 0 <= y < height:
                     cost = costs[y, x]
                     if cost in (253, 254) or (cost == 255 and not allow_unknown):
@@ -82,27 +90,20 @@ def ways_from(costs, place, multiplier, allow_unknown, reverse=False):
 def test_the_grid_search_finds_the_cheapest_way(allow_unknown):
     found = 0
     for seed in range(6):
-        costs = make_costs(np.random.default_rng(seed))
+        costs = make_costs(default_rng(seed))
         expected = ways_from(costs, (0, 0), 2.0, allow_unknown)
         travelled = np.full(costs.size, np.inf, dtype=np.float32)
         came_by = np.empty(costs.size, dtype=np.uint8)
         last = costs.shape[1] - 1, costs.shape[0] - 1
-        reached = search_grid(
-            costs,
-            blocked_table(252, allow_unknown),
-            (0, 0),
-            last,
-            2.0,
-            Limits(0.0, 10**6, 10),
-            travelled,
-            came_by,
-        )
+        limits = SearchLimits(0.0, 10**6, 10)
+        given = (costs, blocked_table(252, allow_unknown), (0, 0), last, 2.0, limits)
+        reached = search_grid(*given, travelled, came_by)
         if not np.isfinite(expected[-1]):
             assert reached == -1
             continue
         found += 1
         assert reached == costs.size - 1
-        assert travelled[-1] == pytest.approx(expected[-1], rel=1e-5)
+        assert travelled[-1] == approx(expected[-1], rel=1e-5)
         cells = trace_back(reached, 0, costs.shape[1], came_by)
         assert cells[0].tolist() == [0, 0]
         assert cells[-1].tolist() == list(last)
@@ -120,7 +121,7 @@ def ask(ground, goal, places):
 
 @pytest.mark.parametrize("coarse", [1, 2])
 def test_the_heuristic_is_the_cheapest_way_wherever_it_is_asked(coarse):
-    costs = make_costs(np.random.default_rng(3))
+    costs = make_costs(default_rng(3))
     costs[costs == 255] = 254
     goal = Goal(np.array((30.5, 20.5, 0.0)), 0, 3.0, 10**6, 10, coarse, 0.0, 1.0)
     costs[18:23, 28:33] = 0
@@ -128,12 +129,12 @@ def test_the_heuristic_is_the_cheapest_way_wherever_it_is_asked(coarse):
     square = (int(goal.pose[0]) // coarse, int(goal.pose[1]) // coarse)
     expected = ways_from(low, square, 2.0, True).reshape(low.shape)
     blocked = blocked_table(252, True)
-    ground = Ground(
+    ground = SearchGround(
         costs, blocked, np.zeros((3, 2)), 0.0, True, np.zeros(costs.shape, dtype=np.uint8)
     )
-    places = np.random.default_rng(0).uniform((0.0, 0.0), costs.shape[::-1], (60, 2))
+    places = default_rng(0).uniform((0.0, 0.0), costs.shape[::-1], (60, 2))
     right = [coarse * expected[int(y) // coarse, int(x) // coarse] for x, y in places]
-    np.testing.assert_allclose(ask(ground, goal, places), right, rtol=1e-4)
+    assert_allclose(ask(ground, goal, places), right, rtol=1e-4)
     assert np.isfinite(right).sum() > 20
 
 
@@ -148,7 +149,7 @@ def test_the_heuristic_knows_no_way_round_the_maps_edge(axis, coarse):
     low[(3, ...) if axis == 0 else (..., 3)] = 254
     costs = low.repeat(coarse, axis=0).repeat(coarse, axis=1)
     goal = Goal(np.array((1.5 * coarse, 1.5 * coarse, 0.0)), 0, 0.0, 10**6, 10, coarse, 0.0, 1.0)
-    ground = Ground(
+    ground = SearchGround(
         costs, blocked_table(252, True), np.zeros((3, 2)), 0.0, True, np.zeros_like(costs)
     )
     field, waiting = make_field.py_func(ground, np.array((0.5, 0.5, 0.0)), goal)
@@ -156,15 +157,15 @@ def test_the_heuristic_knows_no_way_round_the_maps_edge(axis, coarse):
         aside, ahead = sorted(abs(k - 1) for k in place)
         way = coarse * (ahead + (math.sqrt(2.0) - 1.0) * aside) if place[axis] < 3 else math.inf
         y, x = (coarse * (k + 0.5) for k in place)
-        assert way_to_goal.py_func(ground, field, waiting, 2.0, x, y) == pytest.approx(way)
+        assert way_to_goal.py_func(ground, field, waiting, 2.0, x, y) == approx(way)
 
 
 @pytest.mark.parametrize("cell", [(0, 0), (11, 0), (0, 7), (11, 7)])
 def test_a_goal_in_a_corner_of_the_map_is_reached(cell):
-    costmap = Costmap(np.zeros((8, 12), dtype=np.uint8), 0.5, 1.0, 2.0)
+    costmap = free_map(8, 12, 0.5, 1.0, 2.0)
     goal = Pose2D(1.0 + 0.5 * (cell[0] + 0.5), 2.0 + 0.5 * (cell[1] + 0.5), 0.7)
     poses = Smac2D(Smac2DParams(**RAW)).plan(Pose2D(3.75, 4.25), goal, costmap).poses
-    np.testing.assert_allclose(poses[[0, -1]], ((3.75, 4.25, poses[0, 2]), goal.as_array()))
+    assert_allclose(poses[[0, -1]], ((3.75, 4.25, poses[0, 2]), goal.as_array()))
     assert len(poses) == max(abs(cell[0] - 5), abs(cell[1] - 4)) + 1
 
 
@@ -176,7 +177,7 @@ def test_arcs_leave_their_cell_and_turn_by_whole_bins():
         for k in range(6):
             x, y, yaw = motions.poses[b, k, motions.counts[b, k] - 1]
             assert math.hypot(x, y) >= math.sqrt(2.0) - 1e-9
-            assert (yaw - motions.ends[b, k] * size + math.pi) % (2.0 * math.pi) == pytest.approx(
+            assert (yaw - motions.ends[b, k] * size + math.pi) % (2.0 * math.pi) == approx(
                 math.pi, abs=1e-9
             )
             ahead = x * math.cos(b * size) + y * math.sin(b * size)
@@ -184,10 +185,10 @@ def test_arcs_leave_their_cell_and_turn_by_whole_bins():
             assert (ahead < 0.0) == bool(motions.is_reverse[b, k])
             kind = motions.kinds[b, k]
             if kind == STRAIGHT:
-                assert aside == pytest.approx(0.0, abs=1e-9)
+                assert aside == approx(0.0, abs=1e-9)
             else:  # on the circle of 8 cells to that side
                 side = 8.0 if kind == LEFT else -8.0
-                assert ahead**2 + (aside - side) ** 2 == pytest.approx(64.0)
+                assert ahead**2 + (aside - side) ** 2 == approx(64.0)
                 assert kind in (LEFT, RIGHT)
 
 
@@ -195,15 +196,15 @@ def test_a_lattice_leads_from_cell_centre_to_cell_centre_along_arcs_that_are_wid
     motions = lattice(10.0)
     assert motions.ends.shape == (16, 3)
     for b, (x, y) in enumerate(HEADINGS):
-        assert motions.headings[b] == pytest.approx(math.atan2(y, x) % (2.0 * math.pi))
+        assert motions.headings[b] == approx(math.atan2(y, x) % (2.0 * math.pi))
         for k in range(3):
             poses = motions.poses[b, k, : motions.counts[b, k]]
-            np.testing.assert_array_equal(poses[-1, :2], np.round(poses[-1, :2]))
+            assert_array_equal(poses[-1, :2], np.round(poses[-1, :2]))
             way = np.vstack(((0.0, 0.0, motions.headings[b]), poses))
-            steps = np.hypot(*np.diff(way[:, :2], axis=0).T)
-            turns = np.abs((np.diff(way[:, 2]) + math.pi) % (2.0 * math.pi) - math.pi)
+            steps = step_lengths(way)
+            turns = turns_of(way)
             assert steps.max() <= 1.0 + 1e-9
-            assert steps.sum() == pytest.approx(motions.lengths[b, k], rel=0.01)
+            assert steps.sum() == approx(motions.lengths[b, k], rel=0.01)
             assert (turns <= steps / 10.0 * 1.001 + 1e-9).all()
             along = np.arctan2(*np.diff(way[:, :2], axis=0).T[::-1])
             middle = (
@@ -218,13 +219,13 @@ def test_a_lattice_leads_from_cell_centre_to_cell_centre_along_arcs_that_are_wid
 
 def test_what_motions_cost():
     penalties = Penalties(2.0, 0.5, 1.2, 3.0, 0.1, 5.0)
-    assert step_cost(penalties, 2.0, 0, STRAIGHT, 0, -1) == pytest.approx(1.8)
-    assert step_cost(penalties, 2.0, 126, STRAIGHT, 0, LEFT) == pytest.approx(2.0 * (0.9 + 1.5))
-    assert step_cost(penalties, 2.0, 255, STRAIGHT, 1, -1) == pytest.approx(2.0 * 2.0 * 3.9)
-    assert step_cost(penalties, 2.0, 0, LEFT, 0, STRAIGHT) == pytest.approx(1.8 * 1.2)
-    assert step_cost(penalties, 2.0, 0, LEFT, 0, LEFT) == pytest.approx(1.8 * 1.2)
-    assert step_cost(penalties, 2.0, 0, LEFT, 0, RIGHT) == pytest.approx(1.8 * (1.2 + 0.5))
-    assert step_cost(penalties, 0.0, 252, IN_PLACE, 0, STRAIGHT) == pytest.approx(5.0 * 4.0)
+    assert step_cost(penalties, 2.0, 0, STRAIGHT, 0, -1) == approx(1.8)
+    assert step_cost(penalties, 2.0, 126, STRAIGHT, 0, LEFT) == approx(2.0 * (0.9 + 1.5))
+    assert step_cost(penalties, 2.0, 255, STRAIGHT, 1, -1) == approx(2.0 * 2.0 * 3.9)
+    assert step_cost(penalties, 2.0, 0, LEFT, 0, STRAIGHT) == approx(1.8 * 1.2)
+    assert step_cost(penalties, 2.0, 0, LEFT, 0, LEFT) == approx(1.8 * 1.2)
+    assert step_cost(penalties, 2.0, 0, LEFT, 0, RIGHT) == approx(1.8 * (1.2 + 0.5))
+    assert step_cost(penalties, 0.0, 252, IN_PLACE, 0, STRAIGHT) == approx(5.0 * 4.0)
 
 
 def street(gap=1.2):
@@ -239,10 +240,8 @@ def street(gap=1.2):
 def squares(costmap):
     """The obstacles' cells as a shape."""
     rows, columns = np.nonzero(costmap.data == 254)
-    x, y = (
-        costmap.origin_x + columns * costmap.resolution,
-        costmap.origin_y + rows * costmap.resolution,
-    )
+    x = costmap.origin_x + columns * costmap.resolution
+    y = costmap.origin_y + rows * costmap.resolution
     return shapely.union_all(shapely.box(x, y, x + costmap.resolution, y + costmap.resolution))
 
 
@@ -269,24 +268,25 @@ def placed(pose):
 )
 def test_a_path_of_poses_touches_nothing_and_starts_and_ends_as_asked(planner):
     costmap = street()
-    start, goal = Pose2D(3.05, 3.05, 0.5), Pose2D(9.05, 0.05, -1.2)
+    start = Pose2D(3.05, 3.05, 0.5)
+    goal = Pose2D(9.05, 0.05, -1.2)
     poses = planner.plan(start, goal, costmap).poses
-    np.testing.assert_allclose(poses[-1], goal.as_array())
+    assert_allclose(poses[-1], goal.as_array())
     assert np.hypot(*(poses[0, :2] - (start.x, start.y))) < 0.1
     walls = squares(costmap)
     assert all(placed(pose).intersection(walls).area < 1e-9 for pose in poses[1:])
-    assert np.hypot(*np.diff(poses[:, :2], axis=0).T).max() < 0.2
+    assert step_lengths(poses).max() < 0.2
 
 
 def test_hybrid_keeps_to_its_radius_and_is_hardly_longer_than_the_shortest_curve():
-    open_ground = Costmap(np.zeros((120, 120), dtype=np.uint8), 0.1, 0.0, 0.0)
+    open_ground = free_map(120, 120)
     planner = SmacHybrid(SmacHybridParams(minimum_turning_radius=0.8, **RAW))
-    rng = np.random.default_rng(2)
+    rng = default_rng(2)
     for _ in range(10):
         start, goal = (Pose2D(*rng.uniform(3.0, 9.0, 2), rng.uniform(-3.0, 3.0)) for _ in range(2))
         poses = planner.plan(start, goal, open_ground).poses
-        steps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
-        turns = np.abs((np.diff(poses[:, 2]) + math.pi) % (2.0 * math.pi) - math.pi)
+        steps = step_lengths(poses)
+        turns = turns_of(poses)
         inner = slice(1, -2)  # the first pose takes the nearest of the 72 headings
         assert (turns[inner] <= 1.05 * steps[inner] / 0.8 + 0.01).all()
         _, *lengths = shortest_word(start.as_array(), goal.as_array(), 0.8)
@@ -294,14 +294,12 @@ def test_hybrid_keeps_to_its_radius_and_is_hardly_longer_than_the_shortest_curve
 
 
 def test_hybrid_turns_within_no_less_than_a_cell():
-    start, goal = Pose2D(3.05, 3.05, 0.5), Pose2D(9.05, 0.05, -1.2)
-    plans = [
-        SmacHybrid(SmacHybridParams(minimum_turning_radius=radius), BOX)
-        .plan(start, goal, street())
-        .poses
-        for radius in (0.02, 0.1, 0.15)
-    ]
-    np.testing.assert_array_equal(plans[0], plans[1])
+    start = Pose2D(3.05, 3.05, 0.5)
+    goal = Pose2D(9.05, 0.05, -1.2)
+    radii = (0.02, 0.1, 0.15)
+    planners = [SmacHybrid(SmacHybridParams(minimum_turning_radius=r), BOX) for r in radii]
+    plans = [planner.plan(start, goal, street()).poses for planner in planners]
+    assert_array_equal(plans[0], plans[1])
     assert not np.array_equal(plans[1], plans[2])
 
 
@@ -310,7 +308,8 @@ def test_only_a_robot_that_may_reverse_leaves_a_dead_end():
     data[27:34, 5:55] = 0  # a passage of 0.7 m, in which the robot looks at the end
     data[5:55, 40:55] = 0
     costmap = Costmap(data, 0.1, 0.0, 0.0)
-    start, goal = Pose2D(1.2, 3.05, math.pi), Pose2D(4.75, 4.5, math.pi / 2.0)
+    start = Pose2D(1.2, 3.05, math.pi)
+    goal = Pose2D(4.75, 4.5, math.pi / 2.0)
     with pytest.raises(NoPathFoundError):
         SmacHybrid(SmacHybridParams(), BOX).plan(start, goal, costmap)
     params = SmacHybridParams(motion_model_for_search=REEDS_SHEPP, **RAW)
@@ -323,7 +322,8 @@ def test_only_a_robot_that_may_reverse_leaves_a_dead_end():
 def test_a_goal_in_an_obstacle_is_refused_or_approached():
     costmap = street(gap=4.0)
     costmap.data[20:26, 80:86] = 254
-    start, goal = Pose2D(3.05, 1.05, 0.0), Pose2D(9.28, -0.72, 0.0)
+    start = Pose2D(3.05, 1.05, 0.0)
+    goal = Pose2D(9.28, -0.72, 0.0)
     with pytest.raises(GoalOccupiedError):
         Smac2D(Smac2DParams(tolerance=0.0)).plan(start, goal, costmap)
     with pytest.raises(GoalOccupiedError):
@@ -331,9 +331,7 @@ def test_a_goal_in_an_obstacle_is_refused_or_approached():
     poses = Smac2D(Smac2DParams(tolerance=0.5)).plan(start, goal, costmap).poses
     assert 0.0 < math.hypot(poses[-1, 0] - goal.x, poses[-1, 1] - goal.y) <= 0.5
     poses = Smac2D(Smac2DParams(tolerance=0.5, **RAW)).plan(start, goal, costmap).poses
-    assert np.hypot(*np.diff(poses[1:, :2], axis=0).T).min() == pytest.approx(0.1), (
-        "cell by cell, to the last"
-    )
+    assert step_lengths(poses[1:]).min() == approx(0.1), "cell by cell, to the last"
     for kind, params in ((SmacHybrid, SmacHybridParams), (SmacLattice, SmacLatticeParams)):
         poses = kind(params(tolerance=0.5)).plan(start, goal, costmap).poses
         assert 0.3 < math.hypot(poses[-1, 0] - goal.x, poses[-1, 1] - goal.y) <= 0.5
@@ -343,18 +341,15 @@ def test_a_goal_in_an_obstacle_is_refused_or_approached():
 
 def test_a_goal_without_a_heading_is_looked_at_along_the_map():
     start = Pose2D(3.05, 1.05, 0.0)
-    assert (
-        Smac2D(Smac2DParams()).plan(start, Pose2D(9.05, -0.95, math.nan), street()).poses[-1, 2]
-        == 0.0
-    )
-    assert (
-        Smac2D(Smac2DParams()).plan(start, Pose2D(9.05, -0.95, 2.0), street()).poses[-1, 2] == 2.0
-    )
+    for yaw, expected in ((math.nan, 0.0), (2.0, 2.0)):
+        path = Smac2D(Smac2DParams()).plan(start, Pose2D(9.05, -0.95, yaw), street())
+        assert path.poses[-1, 2] == expected
 
 
 def test_a_search_ends_after_max_iterations():
     costmap = street()
-    start, goal = Pose2D(3.05, 3.05, 0.0), Pose2D(9.05, 0.05, 0.0)
+    start = Pose2D(3.05, 3.05, 0.0)
+    goal = Pose2D(9.05, 0.05, 0.0)
     for planner in (
         Smac2D(Smac2DParams(max_iterations=20)),
         SmacHybrid(SmacHybridParams(max_iterations=20)),
@@ -380,15 +375,10 @@ def test_larger_cells_have_the_highest_cost_below_them():
 
 def test_smoothing_shortens_what_the_grid_made_crooked():
     costmap = street()
-    start, goal = Pose2D(3.05, 3.05, 0.0), Pose2D(9.05, 0.05, 0.0)
-    raw, smooth = (
-        np.hypot(
-            *np.diff(
-                Smac2D(Smac2DParams(smooth_path=on)).plan(start, goal, costmap).poses[:, :2], axis=0
-            ).T
-        ).sum()
-        for on in (False, True)
-    )
+    start = Pose2D(3.05, 3.05, 0.0)
+    goal = Pose2D(9.05, 0.05, 0.0)
+    planners = [Smac2D(Smac2DParams(smooth_path=on)) for on in (False, True)]
+    raw, smooth = (planner.plan(start, goal, costmap).length for planner in planners)
     assert smooth < 0.99 * raw
 
 
@@ -408,20 +398,20 @@ def test_a_lattice_file_of_nav2_is_read(tmp_path):
         for b in range(16)
         for k in range(3)
     ]
-    primitives.append(
-        {"start_angle_index": 0, "end_angle_index": 1, "left_turn": True, "trajectory_length": 0.0,
-         "poses": [[0.0, 0.0, 0.0], [0.0, 0.0, float(motions.headings[1])]]}
-    )  # fmt: skip
     metadata = {"grid_resolution": 0.1, "heading_angles": motions.headings.tolist()}
+    turn = {
+        "start_angle_index": 0,
+        "end_angle_index": 1,
+        "left_turn": True,
+        "trajectory_length": 0.0,
+        "poses": [[0.0, 0.0, 0.0], [0.0, 0.0, float(motions.headings[1])]],
+    }
+    document = {"lattice_metadata": metadata, "primitives": [*primitives, turn]}
     path = tmp_path / "lattice.json"
-    path.write_text(
-        json.dumps({"lattice_metadata": metadata, "primitives": primitives}), encoding="utf-8"
-    )
+    path.write_text(json.dumps(document), encoding="utf-8")
     read = read_lattice(path, 0.1)
     assert read.ends.shape == (16, 4)
-    np.testing.assert_allclose(
-        read.poses[:, :3, : motions.poses.shape[2]], motions.poses, atol=1e-9
-    )
+    assert_allclose(read.poses[:, :3, : motions.poses.shape[2]], motions.poses, atol=1e-9)
     assert read.kinds[0, 3] == IN_PLACE
     planner = SmacLattice(SmacLatticeParams(lattice_filepath=str(path)), BOX)
     assert len(planner.plan(Pose2D(3.05, 3.05, 0.0), Pose2D(9.05, 0.05, 0.0), street()).poses) > 50
@@ -434,28 +424,20 @@ def test_a_lattice_file_of_nav2_is_read(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("make", "message"),
+    ("kind", "given", "message"),
     [
-        (lambda: SmacHybridParams(motion_model_for_search="CAR"), "motion_model_for_search"),
-        (
-            lambda: SmacHybridParams(minimum_turning_radius=0.0),
-            "minimum_turning_radius 0.0 must be more than 0",
-        ),
-        (
-            lambda: SmacHybridParams(angle_quantization_bins=0),
-            "angle_quantization_bins 0 must be 4 to 720",
-        ),
-        (lambda: Smac2DParams(tolerance=-0.1), "tolerance -0.1 must be 0 or more"),
-        (lambda: Smac2DParams(downsampling_factor=0), "downsampling_factor 0 must be 1 to 100"),
-        (
-            lambda: SmacLatticeParams(analytic_expansion_ratio=0.0),
-            "analytic_expansion_ratio 0.0 must be more than 0",
-        ),
+        (SmacHybridParams, {"motion_model_for_search": "CAR"}, "CAR"),
+        (SmacHybridParams, {"minimum_turning_radius": 0.0}, "0.0 must be more than 0"),
+        (SmacHybridParams, {"angle_quantization_bins": 0}, "0 must be 4 to 720"),
+        (Smac2DParams, {"tolerance": -0.1}, "-0.1 must be 0 or more"),
+        (Smac2DParams, {"downsampling_factor": 0}, "0 must be 1 to 100"),
+        (SmacLatticeParams, {"analytic_expansion_ratio": 0.0}, "0.0 must be more than 0"),
     ],
 )
-def test_parameters_that_cannot_be_are_refused(make, message):
-    with pytest.raises(InputError, match=message):
-        make()
+def test_parameters_that_cannot_be_are_refused(kind, given, message):
+    (name,) = given
+    with pytest.raises(InputError, match=f"{name} .*{message}"):
+        kind(**given)
 
 
 def test_the_smoother_group_is_that_of_the_simple_smoother():
@@ -466,6 +448,7 @@ def test_the_smoother_group_is_that_of_the_simple_smoother():
 @pytest.mark.parametrize(("number", "is_smoothed"), [(9, False), (10, True)])
 def test_paths_of_ten_poses_and_more_are_smoothed(number, is_smoothed):
     poses = np.zeros((number, 3))
-    poses[:, 0], poses[:, 1] = 2.0 + 0.1 * np.arange(number), 2.0 + 0.03 * (np.arange(number) % 2)
-    costmap = Costmap(np.zeros((80, 80), dtype=np.uint8), 0.05, 0.0, 0.0)
+    poses[:, 0] = 2.0 + 0.1 * np.arange(number)
+    poses[:, 1] = 2.0 + 0.03 * (np.arange(number) % 2)
+    costmap = free_map(80, 80, 0.05)
     assert (smoothed(poses, costmap, SmacSmootherParams()) is not poses) == is_smoothed

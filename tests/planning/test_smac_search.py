@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx
 
 from navstack.costmap.costmap import Costmap
 from navstack.params.smac import SmacHybridParams
 from navstack.planning.dubins import shortest_word
 from navstack.planning.ompl_kernels import blocked_table
-from navstack.planning.smac.grid_kernels import Limits, search_grid
+from navstack.planning.smac.grid_kernels import SearchLimits, search_grid
 from navstack.planning.smac.motions import _along, arcs
 from navstack.planning.smac.node_kernels import make_nodes
 from navstack.planning.smac.pose_kernels import Found, curve_to, search_poses, step_cost
@@ -19,8 +21,8 @@ from navstack.planning.smac.pose_problem import (
     ROOMY,
     Expansion,
     Goal,
-    Ground,
     Penalties,
+    SearchGround,
 )
 from navstack.types import Pose2D
 
@@ -30,7 +32,7 @@ BODY = np.array(((2.0, 1.0), (2.0, -1.0), (-2.0, -1.0), (-2.0, 1.0)))
 
 
 def ground_of(costs):
-    return Ground(
+    return SearchGround(
         costs,
         blocked_table(252, True),
         BODY,
@@ -51,17 +53,18 @@ def octile(dx, dy):
 
 
 def test_each_pose_of_a_search_has_its_cost_and_a_bound_of_the_way_on():
-    motions, goal = (
-        arcs(72, 8.0, False),
-        Goal(np.array((30.3, 12.7, 0.6)), 7, 0.0, 4, 10, 1, 7.5, 8.0),
-    )
+    motions = arcs(72, 8.0, False)
+    goal = Goal(np.array((30.3, 12.7, 0.6)), 7, 0.0, 4, 10, 1, 7.5, 8.0)
     _, found = search(np.zeros((30, 40), dtype=np.uint8), np.array((20.5, 10.5, 0.26)), goal)
-    nodes, near = found.nodes, []
+    nodes = found.nodes
+    near = []
     assert (found.node, found.iterations) == (-1, 4)
     count = (nodes.keys >= 0).sum()
     assert sorted(nodes.numbers[nodes.keys >= 0]) == list(range(count))
     for n in range(1, count):
-        (x, y), parent, k = nodes.places[n], nodes.parents[n], nodes.by[n]
+        (x, y) = nodes.places[n]
+        parent = nodes.parents[n]
+        k = nodes.by[n]
         b = nodes.headings[parent]
         before = (
             -1
@@ -69,15 +72,15 @@ def test_each_pose_of_a_search_has_its_cost_and_a_bound_of_the_way_on():
             else motions.kinds[nodes.headings[nodes.parents[parent]], nodes.by[parent]]
         )
         way = step_cost(PENALTIES, motions.lengths[b, k], 0, motions.kinds[b, k], 0, before)
-        assert nodes.travelled[n] == pytest.approx(nodes.travelled[parent] + way)
+        assert nodes.travelled[n] == approx(nodes.travelled[parent] + way)
         end = motions.poses[b, k, motions.counts[b, k] - 1, :2]
-        np.testing.assert_allclose((x, y), nodes.places[parent] + end)
+        assert_allclose((x, y), nodes.places[parent] + end)
         bound = octile(30 - int(x), 12 - int(y))
         if octile(30.3 - x, 12.7 - y) < 7.5:
             yaw = motions.headings[nodes.headings[n]]
             bound = max(bound, sum(shortest_word(np.array((x, y, yaw)), goal.pose, 8.0)[1:]))
             near.append(n)
-        assert nodes.ahead[n] == pytest.approx(bound)
+        assert nodes.ahead[n] == approx(bound)
     assert 3 <= len(near) <= count - 3
 
 
@@ -112,14 +115,18 @@ def test_a_cell_is_roomy_where_no_obstacle_is_within_the_bodys_reach():
 def test_a_curve_to_the_goal_is_short_cheap_and_free(
     cost, row, most, longest, count, axis, backwards
 ):
-    costs, yaw = np.zeros((20, 30), dtype=np.uint8), 0.5 * math.pi * axis
+    costs = np.zeros((20, 30), dtype=np.uint8)
+    yaw = 0.5 * math.pi * axis
     costs[row, 10] = cost
-    start, goal = np.array((5.5, 8.5, yaw)), np.array((14.5, 8.5, yaw))
+    start = np.array((5.5, 8.5, yaw))
+    goal = np.array((14.5, 8.5, yaw))
     if axis:
-        costs, start[:2], goal[:2] = costs.T.copy(), start[1::-1].copy(), goal[1::-1].copy()
+        costs = costs.T.copy()
+        start[:2] = start[1::-1].copy()
+        goal[:2] = goal[1::-1].copy()
     ends = (goal, start) if backwards else (start, goal)
     poses = curve_to(ground_of(costs), Expansion(3.5, longest, most, 8.0, backwards), *ends)
-    np.testing.assert_allclose(poses, np.linspace(*ends, 10)[:count], atol=1e-9)
+    assert_allclose(poses, np.linspace(*ends, 10)[:count], atol=1e-9)
     forwards = curve_to(ground_of(costs), Expansion(3.5, longest, most, 8.0, False), *ends)
     assert len(forwards) == (0 if backwards else count)
 
@@ -136,10 +143,8 @@ def test_curves_are_tried_the_more_often_the_nearer_the_goal_is(
     With a ratio of 10 each tenth step: the goal, 20 steps off, is nearer than that when a curve is too long last.
     """
     goal = Goal(np.array((45.5, 10.5, 0.0)), 0, 0.0, 2000, 10, 1, 0.0, 8.0)
-    ground, way = (
-        ground_of(np.zeros((20, 60), dtype=np.uint8)),
-        Expansion(ratio, longest, 200, 8.0, False),
-    )
+    ground = ground_of(np.zeros((20, 60), dtype=np.uint8))
+    way = Expansion(ratio, longest, 200, 8.0, False)
     found = search_poses(
         ground, arcs(72, 8.0, False), np.array((5.5, 10.5, 0.0)), 0, goal, PENALTIES, way
     )
@@ -158,18 +163,18 @@ def test_a_point_finds_its_way_along_the_maps_edge(side):
         minimum_turning_radius=8.0, analytic_expansion_max_length=0.0, smooth_path=False
     )
     path = SmacHybrid(params).plan(start, goal, Costmap(costs, 1.0, 0.0, 0.0))
-    np.testing.assert_allclose(path.poses[[0, -1]], (start.as_array(), goal.as_array()), atol=1e-9)
-    assert path.length == pytest.approx(35.0)
+    assert_allclose(path.poses[[0, -1]], (start.as_array(), goal.as_array()), atol=1e-9)
+    assert path.length == approx(35.0)
 
 
 @pytest.mark.parametrize(
     ("goal_cost", "limits", "reached"),
     [
-        (0, Limits(0.0, 9, 0), -1),  # nine cells are looked at before the goal is
-        (0, Limits(0.0, 10, 0), 9),
-        (254, Limits(2.0, 100, 0), 7),  # the first cell that is near enough
-        (254, Limits(2.0, 100, 1), 8),
-        (254, Limits(0.9, 100, 1), -1),
+        (0, SearchLimits(0.0, 9, 0), -1),  # nine cells are looked at before the goal is
+        (0, SearchLimits(0.0, 10, 0), 9),
+        (254, SearchLimits(2.0, 100, 0), 7),  # the first cell that is near enough
+        (254, SearchLimits(2.0, 100, 1), 8),
+        (254, SearchLimits(0.9, 100, 1), -1),
     ],
 )
 def test_a_search_on_the_grid_keeps_its_limits(goal_cost, limits, reached):
@@ -186,13 +191,14 @@ def test_a_search_on_the_grid_keeps_its_limits(goal_cost, limits, reached):
 )
 def test_a_search_on_the_grid_leads_from_any_corner_to_any_other(start, goal):
     costs = np.zeros((20, 4), dtype=np.uint8)
-    travelled, came_by = np.full(80, np.inf, dtype=np.float32), np.zeros(80, dtype=np.uint8)
-    limits = Limits(0.0, 1000, 10)
+    travelled = np.full(80, np.inf, dtype=np.float32)
+    came_by = np.zeros(80, dtype=np.uint8)
+    limits = SearchLimits(0.0, 1000, 10)
     reached = search_grid(
         costs, blocked_table(252, True), start, goal, 2.0, limits, travelled, came_by
     )
     assert reached == goal[1] * 4 + goal[0]
-    assert travelled[reached] == pytest.approx(16.0 + 3.0 * math.sqrt(2.0))
+    assert travelled[reached] == approx(16.0 + 3.0 * math.sqrt(2.0))
 
 
 def test_arcs_and_straight_pieces_end_equally_far_away():
@@ -200,23 +206,21 @@ def test_arcs_and_straight_pieces_end_equally_far_away():
     motions = arcs(72, 8.0, True)
     for b, k in np.ndindex(72, 6):
         end = motions.poses[b, k, motions.counts[b, k] - 1]
-        assert math.hypot(*end[:2]) == pytest.approx(16.0 * math.sin(math.radians(7.5)))
+        assert math.hypot(*end[:2]) == approx(16.0 * math.sin(math.radians(7.5)))
 
 
 def test_poses_along_pieces_are_evenly_spread():
-    np.testing.assert_allclose(_along(0.0, ((0.8, 0.0),)), [(0.8, 0.0, 0.0)])
+    assert_allclose(_along(0.0, ((0.8, 0.0),)), [(0.8, 0.0, 0.0)])
     quarter = 0.5 * math.pi
     poses = _along(quarter, ((2.0, 0.0), (2.0 * quarter, 0.5), (4.0 - math.pi, 0.0)))
-    side, ahead = (
-        2.0 - 2.0 * np.cos(np.array((0.5, 1.0, 1.5))),
-        2.0 * np.sin(np.array((0.5, 1.0, 1.5))),
-    )
+    side = 2.0 - 2.0 * np.cos(np.array((0.5, 1.0, 1.5)))
+    ahead = 2.0 * np.sin(np.array((0.5, 1.0, 1.5)))
     expected = [(0.0, 1.0, quarter), (0.0, 2.0, quarter)]
     expected += [
         (-x, 2.0 + y, quarter + turn)
         for x, y, turn in zip(side, ahead, (0.5, 1.0, 1.5), strict=True)
     ]
-    np.testing.assert_allclose(poses, [*expected, (math.pi - 6.0, 4.0, math.pi)], atol=1e-12)
+    assert_allclose(poses, [*expected, (math.pi - 6.0, 4.0, math.pi)], atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -225,11 +229,12 @@ def test_poses_along_pieces_are_evenly_spread():
 def test_a_path_ends_at_the_goal_where_it_comes_within_a_cell(last, is_taken):
     nodes = make_nodes(1)
     nodes.parents[0] = -1
-    first, goal = np.array((5.0, 7.0, 0.3)), np.array((*last, 1.0))
+    first = np.array((5.0, 7.0, 0.3))
+    goal = np.array((*last, 1.0))
     poses = SmacHybrid(SmacHybridParams())._poses(
         Found(0, nodes, np.empty((0, 3)), 1), arcs(72, 8.0, False), first, goal
     )
-    np.testing.assert_array_equal(poses, [goal if is_taken else first])
+    assert_array_equal(poses, [goal if is_taken else first])
 
 
 def test_a_car_never_turns_on_the_spot():

@@ -11,15 +11,20 @@ from navstack.params.planners import ThetaStarParams
 from navstack.planning.theta_star import ThetaStarPlanner, line_of_sight
 from navstack.types import Pose2D
 
+from .given import free_map
+
 OPEN = np.arange(256) < 253
 CROSSING = np.arange(256) / 100.0
 
 
 def slow_sight(costs, x, y, end_x, end_y):
     """Bresenham's line as nav2_theta_star_planner walks it."""
-    dx, dy = abs(end_x - x), abs(end_y - y)
-    sx, sy = (1 if x < end_x else -1), (1 if y < end_y else -1)
-    error, total = dx - dy, 0.0
+    dx = abs(end_x - x)
+    dy = abs(end_y - y)
+    sx = 1 if x < end_x else -1
+    sy = 1 if y < end_y else -1
+    error = dx - dy
+    total = 0.0
     while (x, y) != (end_x, end_y):
         if costs[y, x] >= 253:
             return math.inf
@@ -28,11 +33,15 @@ def slow_sight(costs, x, y, end_x, end_y):
         if -dy < twice <= dx:
             if costs[y, x + sx] >= 253 or costs[y + sy, x] >= 253:
                 return math.inf
-            x, y, error = x + sx, y + sy, error + dx - dy
+            x = x + sx
+            y = y + sy
+            error = error + dx - dy
         elif twice > -dy:
-            x, error = x + sx, error - dy
+            x = x + sx
+            error = error - dy
         else:
-            y, error = y + sy, error + dx
+            y = y + sy
+            error = error + dx
     return total
 
 
@@ -51,8 +60,9 @@ def test_lines_of_sight():
 
 
 def test_in_the_open_the_path_is_the_straight_line_but_for_cells():
-    costmap = Costmap(np.zeros((100, 100), dtype=np.uint8), 0.1, 0.0, 0.0)
-    start, goal = Pose2D(1.0, 2.0), Pose2D(8.3, 6.1, 0.5)
+    costmap = free_map(100, 100)
+    start = Pose2D(1.0, 2.0)
+    goal = Pose2D(8.3, 6.1, 0.5)
     path = ThetaStarPlanner(ThetaStarParams()).plan(start, goal, costmap)
     # it bends at cells' centres
     assert math.hypot(7.3, 4.1) <= path.length < 1.01 * math.hypot(7.3, 4.1)
@@ -62,9 +72,10 @@ def test_in_the_open_the_path_is_the_straight_line_but_for_cells():
 
 
 def test_around_a_corner_it_is_hardly_longer_than_the_tight_string():
-    costmap = Costmap(np.zeros((100, 100), dtype=np.uint8), 0.1, 0.0, 0.0)
+    costmap = free_map(100, 100)
     costmap.data[:60, 50] = 254
-    start, goal = Pose2D(2.05, 2.05), Pose2D(8.05, 2.05)
+    start = Pose2D(2.05, 2.05)
+    goal = Pose2D(8.05, 2.05)
     # over both corners of the wall's end
     tight = math.hypot(2.95, 3.95) + 0.1 + math.hypot(2.95, 3.95)
     for corners in (4, 8):
@@ -77,9 +88,10 @@ def test_around_a_corner_it_is_hardly_longer_than_the_tight_string():
 
 
 def test_costs_are_avoided_as_they_are_weighted():
-    costmap = Costmap(np.zeros((60, 100), dtype=np.uint8), 0.1, 0.0, 0.0)
+    costmap = free_map(60, 100)
     costmap.data[10:50, 45:55] = 240
-    start, goal = Pose2D(1.0, 3.0), Pose2D(9.0, 3.0)
+    start = Pose2D(1.0, 3.0)
+    goal = Pose2D(9.0, 3.0)
     through, around = (
         ThetaStarPlanner(ThetaStarParams(w_traversal_cost=weight)).plan(start, goal, costmap)
         for weight in (0.0, 10.0)
@@ -89,7 +101,7 @@ def test_costs_are_avoided_as_they_are_weighted():
 
 
 def test_ends_in_obstacles_are_refused():
-    costmap = Costmap(np.zeros((60, 100), dtype=np.uint8), 0.1, 0.0, 0.0)
+    costmap = free_map(60, 100)
     costmap.data[30, 10] = 254
     costmap.data[30, 80] = 255
     planner = ThetaStarPlanner(ThetaStarParams(allow_unknown=False))

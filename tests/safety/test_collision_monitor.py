@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.collision_monitor import (
@@ -74,7 +75,7 @@ def process(
 def test_each_action(given: PolygonParams, expected: Twist2D) -> None:
     made = monitor(zone=given)
     driven = process(made, (0.9, 0.0))
-    np.testing.assert_allclose(
+    assert_allclose(
         (driven.linear_x, driven.linear_y, driven.angular_z),
         (expected.linear_x, 0.0, expected.angular_z),
     )
@@ -249,11 +250,9 @@ def test_points_stand_in_the_base_frame_and_move_with_the_odometry() -> None:
     for x, driven in ((1.4, FORWARD), (0.4, STANDSTILL)):
         made.receive(scan_of((x, 0.0), mount=mounted))
         assert made.process(FORWARD, 0.0) == driven
-    scan, before, after = (
-        scan_of((1.2, 0.0)),
-        Pose2D(5.0, 1.0, 0.5),
-        Pose2D(5.0 + 0.3 * math.cos(0.5), 1.3, 0.5),
-    )
+    scan = scan_of((1.2, 0.0))
+    before = Pose2D(5.0, 1.0, 0.5)
+    after = Pose2D(5.0 + 0.3 * math.cos(0.5), 1.3, 0.5)
     made.receive(scan, before)
     assert made.process(FORWARD, 0.0, before) == FORWARD
     assert made.process(FORWARD, 0.1, after) == STANDSTILL
@@ -272,7 +271,8 @@ def slow_collision_time(points, vertices, enough, velocity, horizon, step):
     vx, vy, w = velocity
 
     def count():
-        c, s = math.cos(yaw), math.sin(yaw)
+        c = math.cos(yaw)
+        s = math.sin(yaw)
         seen = [((px - x) * c + (py - y) * s, -(px - x) * s + (py - y) * c) for px, py in points]
         return sum(is_inside(*point, vertices) for point in seen)
 
@@ -280,8 +280,11 @@ def slow_collision_time(points, vertices, enough, velocity, horizon, step):
         return 0.0
     time = 0.0
     while time <= horizon:
-        x, y, yaw = x + vx * step, y + vy * step, yaw + w * step
-        c, s = math.cos(w * step), math.sin(w * step)
+        x = x + vx * step
+        y = y + vy * step
+        yaw = yaw + w * step
+        c = math.cos(w * step)
+        s = math.sin(w * step)
         vx, vy = vx * c - vy * s, vx * s + vy * c
         if count() >= enough:
             return time
@@ -294,7 +297,8 @@ def test_kernel_equals_slow_twin() -> None:
     seen = set()
     for _ in range(60):
         points = rng.uniform(-3.0, 3.0, (rng.integers(0, 40), 2))
-        velocity, enough = rng.uniform((-2.0, -0.5, -1.5), (3.0, 0.5, 1.5)), int(rng.integers(1, 4))
+        velocity = rng.uniform((-2.0, -0.5, -1.5), (3.0, 0.5, 1.5))
+        enough = int(rng.integers(1, 4))
         ours = collision_time(points, FOOTPRINT, 0.0, enough, *velocity, 1.5, 0.05)
         assert ours == slow_collision_time(points, FOOTPRINT, enough, velocity, 1.5, 0.05)
         seen.add(ours)
@@ -310,7 +314,7 @@ def test_the_points_within_reach_come_first() -> None:
         )
     )
     near, count = within_reach(points, 5.0)
-    np.testing.assert_array_equal(near[:count], points[np.hypot(*points.T) <= 5.0])
+    assert_array_equal(near[:count], points[np.hypot(*points.T) <= 5.0])
     assert 10 < count < 50
 
 

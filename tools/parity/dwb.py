@@ -14,7 +14,7 @@ from navstack.control.dwb.decision import Decision
 from navstack.control.dwb.dwb_controller import DwbController
 from navstack.control.dwb.pose_score import add_distances, plan_cells, seeds_of
 from navstack.control.dwb.rollouts import RolloutGenerator, Rollouts
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scene import DwbScene
 from navstack.control.plan_handling import PlanWindow, densify
 from navstack.costmap.costmap import Costmap
 from navstack.errors import NoLegalVelocity
@@ -142,10 +142,10 @@ def _state(step: Mapping[str, Any]) -> RobotState:
 
 def _scene(
     step: Mapping[str, Any], plan: FloatArray, goal: Pose2D, costmap: Costmap, file: GoldenFile
-) -> Scene:
+) -> DwbScene:
     """What the critics saw in a recorded cycle."""
     state = _state(step)
-    return Scene(state.pose, state.twist, state.stamp, goal, plan, costmap, _footprint(file))
+    return DwbScene(state.pose, state.twist, state.stamp, goal, plan, costmap, _footprint(file))
 
 
 def _check_decision(
@@ -204,7 +204,7 @@ def _check_trajectories(
 
 
 def _check_grids(
-    case: Case, prefix: str, comparison: Comparison, critics: Mapping[str, Critic], scene: Scene
+    case: Case, prefix: str, comparison: Comparison, critics: Mapping[str, Critic], scene: DwbScene
 ) -> None:
     """What a critic shows of itself, cell by cell.
 

@@ -56,7 +56,7 @@ class Terms(NamedTuple):
     given: FloatMatrix  # (C, K) raw costs of the critics whose kind is GIVEN
 
 
-class Drive(NamedTuple):
+class SampledDrive(NamedTuple):
     """Trajectories before they are driven."""
 
     robot: FloatArray  # (6,) pose and velocity
@@ -82,12 +82,13 @@ def best_command(
         command: (3,) room for its vx, vy and yaw rate; written, for numba takes microseconds to
             return an array.
     """
-    robot, times = situation.robot, sampling.times
+    robot = situation.robot
+    times = sampling.times
     commands = combine(robot[3:], sampling.axes, sampling.counts, sampling.speeds, times[0])
     if len(commands) == 0:
         return -1, np.float32(math.inf)
     steps = step_counts(commands, times[1], times[2], times[3])
-    drive = Drive(robot, commands, steps, sampling.limits, times[1])
+    drive = SampledDrive(robot, commands, steps, sampling.limits, times[1])
     ends = end_poses(robot, commands, steps, drive.limits, drive.sim_time)
     best, total = choose(drive, terms, ends, situation, guess)
     if best >= 0:
@@ -97,7 +98,7 @@ def best_command(
 
 @njit()
 def choose(
-    drive: Drive, terms: Terms, ends: FloatArray, situation: Situation, guess: int
+    drive: SampledDrive, terms: Terms, ends: FloatArray, situation: Situation, guess: int
 ) -> tuple[int, np.float32]:
     """Index and total of the best trajectory, the first of equals; -1: none is legal.
 
@@ -105,7 +106,9 @@ def choose(
     all that its end costs, then whether all its poses are legal. Totals are rounded to float32
     critic by critic, so that the bounds are lower bounds of them.
     """
-    kinds, noses, scales = terms.kinds, terms.noses, terms.scales
+    kinds = terms.kinds
+    noses = terms.noses
+    scales = terms.scales
     path = plan_cells(situation.plan, situation)
     seeds = [seeds_of(kinds[c], noses[c], path, situation) for c in range(len(kinds))]
     for c in range(len(kinds)):
@@ -114,7 +117,8 @@ def choose(
     cells = np.empty((len(kinds), 2, ends.shape[1]), dtype=np.int32)
     raw = score_ends(ends, terms, seeds, situation, cells)
     bounds = add_weighted(raw, scales)
-    best, least = -1, np.float32(math.inf)
+    best = -1
+    least = np.float32(math.inf)
     likely = (guess, int(bounds.argmin()))
     for i in range(-2, len(bounds)):
         k = i
@@ -127,7 +131,8 @@ def choose(
         if total == math.inf or total > least or (total == least and k >= best):
             continue
         if is_legal(drive, k, kinds, situation):
-            best, least = k, total
+            best = k
+            least = total
     return best, least
 
 
@@ -164,7 +169,8 @@ def score_ends(
     """
     raw = np.zeros((len(terms.kinds), ends.shape[1]))
     for c in range(len(raw)):
-        kind, first = terms.kinds[c], 0
+        kind = terms.kinds[c]
+        first = 0
         while terms.noses[first] != terms.noses[c]:
             first += 1
         if first < c:
@@ -181,7 +187,7 @@ def score_ends(
 
 
 @njit()
-def is_legal(drive: Drive, k: int, kinds: IntArray, situation: Situation) -> bool:
+def is_legal(drive: SampledDrive, k: int, kinds: IntArray, situation: Situation) -> bool:
     """Whether all poses of trajectory ``k`` are legal to all critics."""
     poses = np.zeros((5, drive.steps[k] + 1))
     roll_out(

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from navstack.control.decision import RUNNER_UP, SLOWER, Alternative, CriticScore, DecisionRecord
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scene import DwbScene
 from navstack.control.dwb.scoring import Scores, Scoring
 
 
@@ -18,7 +18,7 @@ class Decision:
     next cycle.
     """
 
-    def __init__(self, scoring: Scoring, scene: Scene) -> None:
+    def __init__(self, scoring: Scoring, scene: DwbScene) -> None:
         """Decide.
 
         Args:

@@ -11,7 +11,7 @@ from navstack.control.dwb.critics import build_critics
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.decision import Decision
 from navstack.control.dwb.rollouts import RolloutGenerator
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scene import DwbScene
 from navstack.control.dwb.scoring import Scoring
 from navstack.control.plan_handling import PlanWindow
 from navstack.errors import NoLegalVelocity
@@ -107,8 +107,9 @@ class DwbController(Controller):
         self, state: RobotState, near: FloatArray, goal: Pose2D, surroundings: Surroundings
     ) -> Decision:
         """Choose among all samples by the plan ``near`` the robot (N, 3); remember the decision."""
-        costmap, tracks = surroundings.costmap, surroundings.tracks
-        scene = Scene(
+        costmap = surroundings.costmap
+        tracks = surroundings.tracks
+        scene = DwbScene(
             state.pose, state.twist, state.stamp, goal, near, costmap, self._footprint, tracks
         )
         for critic in self._critics.values():

@@ -83,16 +83,15 @@ def start_tile(
 
     The last one is repeated until it is full.
     """
-    sine, cosine = math.sin(robot[2]), math.cos(robot[2])
+    sine = math.sin(robot[2])
+    cosine = math.cos(robot[2])
     for i in range(TILE):
         k = order[min(first + i, len(order) - 1)]
-        b[X + i], b[Y + i], b[YAW + i], b[SINE + i], b[COSINE + i] = (
-            robot[0],
-            robot[1],
-            robot[2],
-            sine,
-            cosine,
-        )
+        b[X + i] = robot[0]
+        b[Y + i] = robot[1]
+        b[YAW + i] = robot[2]
+        b[SINE + i] = sine
+        b[COSINE + i] = cosine
         b[DT + i] = sim_time / steps[k]
         _load_axis(b, VX + i, robot[3], commands[k, 0], limits[0], b[DT + i])
         _load_axis(b, RATE + i, robot[5], commands[k, 2], limits[2], b[DT + i])
@@ -123,11 +122,14 @@ def _load_axis(
 
     These are velocity, change per step, least and greatest velocity.
     """
-    b[at], b[at + TILE] = now, limits[1] * dt
-    b[at + 2 * TILE], b[at + 3 * TILE] = wanted, math.inf
+    b[at] = now
+    b[at + TILE] = limits[1] * dt
+    b[at + 2 * TILE] = wanted
+    b[at + 3 * TILE] = math.inf
     if now < wanted:
         b[at + TILE] = limits[0] * dt
-        b[at + 2 * TILE], b[at + 3 * TILE] = -math.inf, wanted
+        b[at + 2 * TILE] = -math.inf
+        b[at + 3 * TILE] = wanted
 
 
 @njit()
@@ -166,7 +168,9 @@ def _turn(b: FloatArray, count: int) -> None:
 def _move(b: FloatArray, count: int) -> None:
     """Drive the first ``count`` trajectories one step along their headings, then turn them."""
     for i in range(count):
-        sine, cosine, dt = b[SINE + i], b[COSINE + i], b[DT + i]
+        sine = b[SINE + i]
+        cosine = b[COSINE + i]
+        dt = b[DT + i]
         b[X + i] += b[VX + i] * cosine * dt
         b[Y + i] += b[VX + i] * sine * dt
         b[YAW + i] += b[TURN + i]

@@ -72,25 +72,39 @@ def roll_out(
     the velocity of the first step. Each step is a straight line along the heading it begins with
     (``computeNewPosition``); the heading's cosine and sine follow by rotation.
     """
-    start_sine, start_cosine = math.sin(start[2]), math.cos(start[2])
+    start_sine = math.sin(start[2])
+    start_cosine = math.cos(start[2])
     length = x.shape[1]
     for k in range(len(commands)):
         dt = sim_time / steps[k]
-        px, py, angle = start[0], start[1], start[2]
-        sine, cosine = start_sine, start_cosine
-        vx, vy, w = velocity[0], velocity[1], velocity[2]
-        x[k, 0], y[k, 0], yaw[k, 0] = px, py, angle
-        turn_sine, turn_cosine, turned_at = 0.0, 1.0, 0.0
+        px = start[0]
+        py = start[1]
+        angle = start[2]
+        sine = start_sine
+        cosine = start_cosine
+        vx = velocity[0]
+        vy = velocity[1]
+        w = velocity[2]
+        x[k, 0] = px
+        y[k, 0] = py
+        yaw[k, 0] = angle
+        turn_sine = 0.0
+        turn_cosine = 1.0
+        turned_at = 0.0
         for t in range(1, steps[k] + 1):
             vx = project_velocity(vx, limits[0, 0], limits[0, 1], dt, commands[k, 0])
             vy = project_velocity(vy, limits[1, 0], limits[1, 1], dt, commands[k, 1])
             w = project_velocity(w, limits[2, 0], limits[2, 1], dt, commands[k, 2])
             if t == 1:
-                first[k, 0], first[k, 1], first[k, 2] = vx, vy, w
+                first[k, 0] = vx
+                first[k, 1] = vy
+                first[k, 2] = w
             px += (vx * cosine - vy * sine) * dt
             py += (vx * sine + vy * cosine) * dt
             angle += w * dt
-            x[k, t], y[k, t], yaw[k, t] = px, py, angle
+            x[k, t] = px
+            y[k, t] = py
+            yaw[k, t] = angle
             if w != turned_at:
                 turn_sine, turn_cosine = sine_cosine(w * dt)
                 turned_at = w
@@ -99,7 +113,9 @@ def roll_out(
                 cosine * turn_cosine - sine * turn_sine,
             )
         for t in range(steps[k] + 1, length):
-            x[k, t], y[k, t], yaw[k, t] = px, py, angle
+            x[k, t] = px
+            y[k, t] = py
+            yaw[k, t] = angle
 
 
 @njit()

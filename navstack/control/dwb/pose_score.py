@@ -60,7 +60,8 @@ def plan_cells(plan: FloatArray, situation: Situation) -> CellArray:
     cells = cells_of_points(points, situation.costs, situation.grid)
     found = np.empty((2, len(cells)), dtype=np.int32)
     for s in range(len(cells)):
-        found[0, s], found[1, s] = cells[s, 0], cells[s, 1]
+        found[0, s] = cells[s, 0]
+        found[1, s] = cells[s, 1]
     return found
 
 
@@ -71,7 +72,9 @@ def seeds_of(kind: int, nose: float, path: CellArray, situation: Situation) -> C
         return path[:, -1:].copy()
     if kind != GOAL_ALIGNMENT:
         return path
-    goal, robot, plan = situation.goal, situation.robot, situation.plan.copy()
+    goal = situation.goal
+    robot = situation.robot
+    plan = situation.plan.copy()
     bearing = math.atan2(goal[1] - robot[1], goal[0] - robot[0])
     plan[-1, 0] += nose * math.cos(bearing)
     plan[-1, 1] += nose * math.sin(bearing)
@@ -92,7 +95,8 @@ def locate(poses: FloatArray, ahead: float, situation: Situation, cells: CellArr
         for k in range(poses.shape[1]):
             fx = (poses[0, k] + ahead * poses[4, k] - grid[0]) / grid[2]
             fy = (poses[1, k] + ahead * poses[3, k] - grid[1]) / grid[2]
-            rest_x, rest_y = fx - math.floor(fx), fy - math.floor(fy)
+            rest_x = fx - math.floor(fx)
+            rest_y = fy - math.floor(fy)
             near_border += min(rest_x, rest_y) < BORDER or max(rest_x, rest_y) > 1.0 - BORDER
             inside = fx >= 0.0 and fy >= 0.0 and fx < width and fy < height
             cells[0, k] = np.int32(fx) if inside else np.int32(-1)
@@ -156,7 +160,8 @@ def trajectory_score(
 
     Without seeds the pose's distance is infinite, and the nose's is that of an unreachable cell.
     """
-    is_cost, minds_all = measure.kind < PATH_DISTANCE, measure.kind <= GOAL_DISTANCE
+    is_cost = measure.kind < PATH_DISTANCE
+    minds_all = measure.kind <= GOAL_DISTANCE
     if measure.aggregation == LAST and not minds_all:
         poses = poses[:, -1:]
     cells = np.empty((2, poses.shape[1]), dtype=np.int32)
@@ -166,7 +171,8 @@ def trajectory_score(
     if scores.max() == math.inf:
         return math.inf
     if measure.aggregation == LAST:
-        cells, scores = cells[:, -1:], scores[-1:]
+        cells = cells[:, -1:]
+        scores = scores[-1:]
     if not is_cost and seeds.shape[1] > 0:
         add_distances(cells, seeds, scores)
     elif minds_all and not is_cost:
@@ -194,7 +200,10 @@ def trajectory_scores(
     poses = np.empty((5, x.shape[1]))
     for k in range(len(x)):
         for t in range(lengths[k]):
-            poses[0, t], poses[1, t], poses[2, t] = x[k, t], y[k, t], yaw[k, t]
-            poses[3, t], poses[4, t] = math.sin(yaw[k, t]), math.cos(yaw[k, t])
+            poses[0, t] = x[k, t]
+            poses[1, t] = y[k, t]
+            poses[2, t] = yaw[k, t]
+            poses[3, t] = math.sin(yaw[k, t])
+            poses[4, t] = math.cos(yaw[k, t])
         scores[k] = trajectory_score(measure, poses[:, : lengths[k]], seeds, situation)
     return scores

@@ -73,7 +73,8 @@ class Rollouts:
         position = np.minimum(time / self.sim_time * self.steps, self.steps)
         index = np.minimum(position.astype(np.int64), self.steps - 1)
         rows = np.arange(len(index))
-        before, after = self.yaw[rows, index], self.yaw[rows, index + 1]
+        before = self.yaw[rows, index]
+        after = self.yaw[rows, index + 1]
         heading: FloatArray = before + (position - index) * (after - before)
         return heading
 
@@ -100,9 +101,11 @@ class RolloutGenerator:
             (p.min_vel_y, p.max_vel_y, p.acc_lim_y, p.decel_lim_y),
             (-p.max_vel_theta, p.max_vel_theta, p.acc_lim_theta, p.decel_lim_theta),
         )
-        limits, reach = [axis[2:] for axis in axes], p.sim_time
+        limits = [axis[2:] for axis in axes]
+        reach = p.sim_time
         if name == LIMITED_ACCEL:
-            limits, reach = [(math.inf, -math.inf)] * 3, p.sim_period or 1.0 / controller_frequency
+            limits = [(math.inf, -math.inf)] * 3
+            reach = p.sim_period or 1.0 / controller_frequency
         self.sampling = Sampling(
             np.array(axes, dtype=np.float64),
             np.array((p.vx_samples, p.vy_samples, p.vtheta_samples)),
@@ -131,7 +134,8 @@ class RolloutGenerator:
             most = np.append(most[:3] * (limit / p.max_speed_xy), limit)
         elif limit != 0.0:
             return
-        self.sampling.axes[:, 1], self.sampling.axes[2, 0] = most[:3], -most[2]
+        self.sampling.axes[:, 1] = most[:3]
+        self.sampling.axes[2, 0] = -most[2]
         self.sampling.speeds[1] = most[3]
 
     def sample(self, velocity: Twist2D) -> FloatArray:

@@ -12,7 +12,7 @@ from navstack.types import FloatArray, Pose2D, Track, Twist2D
 
 
 @dataclass(eq=False)
-class Scene:
+class DwbScene:
     """One control cycle; everything in the map frame."""
 
     pose: Pose2D
@@ -28,7 +28,9 @@ class Scene:
     @cached_property
     def situation(self) -> Situation:
         """The same for kernels."""
-        pose, velocity, costmap = self.pose, self.velocity, self.costmap
+        pose = self.pose
+        velocity = self.velocity
+        costmap = self.costmap
         robot = (pose.x, pose.y, pose.yaw, velocity.linear_x, velocity.linear_y, velocity.angular_z)
         return Situation(
             np.array(robot, dtype=np.float64),

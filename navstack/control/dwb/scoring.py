@@ -15,12 +15,12 @@ from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.kernels import add_weighted
 from navstack.control.dwb.pose_score import NOTHING, Measure
 from navstack.control.dwb.rollouts import RolloutGenerator, Rollouts
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scene import DwbScene
 from navstack.types import Float32Array, FloatArray, Twist2D
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class ChosenTrajectory:
     """The trajectory that is driven."""
 
     index: int  # among the trajectories; the first of equals
@@ -38,14 +38,14 @@ class Scores:
     totals: Float32Array  # (K,) weighted sums; inf: illegal
     rollouts: Rollouts
 
-    def best(self) -> Choice:
+    def best(self) -> ChosenTrajectory:
         """The trajectory with the least total."""
         if len(self.totals) == 0:
-            return Choice(0, float("inf"), Twist2D())
+            return ChosenTrajectory(0, float("inf"), Twist2D())
         best = int(self.totals.argmin())
         if not np.isfinite(self.totals[best]):
-            return Choice(best, float("inf"), Twist2D())
-        return Choice(best, float(self.totals[best]), self.command(best))
+            return ChosenTrajectory(best, float("inf"), Twist2D())
+        return ChosenTrajectory(best, float(self.totals[best]), self.command(best))
 
     def command(self, index: int) -> Twist2D:
         """The velocity of a trajectory."""
@@ -69,7 +69,7 @@ class Scoring:
         self._guess = 0  # index of the last choice, likely a good one again
         self._command: FloatArray = np.zeros(3)  # of the last choice: vx, vy, yaw rate
 
-    def score_all(self, scene: Scene) -> Scores:
+    def score_all(self, scene: DwbScene) -> Scores:
         """Every critic's raw costs of every trajectory."""
         rollouts = self._drive(scene)
         raw = np.zeros((len(self._critics), len(rollouts.commands)))
@@ -80,7 +80,7 @@ class Scoring:
                 raw[i] = critic.raw_costs(rollouts, scene)
         return Scores(tuple(self._critics), scales, raw, add_weighted(raw, scales), rollouts)
 
-    def best(self, scene: Scene) -> Choice | None:
+    def best(self, scene: DwbScene) -> ChosenTrajectory | None:
         """The choice that :meth:`score_all` leads to, many times faster.
 
         None: the search does not apply, or found no legal trajectory.
@@ -96,9 +96,9 @@ class Scoring:
         if index < 0:
             return None
         self._guess = index
-        return Choice(int(index), float(total), Twist2D(*self._command.tolist()))
+        return ChosenTrajectory(int(index), float(total), Twist2D(*self._command.tolist()))
 
-    def _terms(self, scene: Scene) -> Terms | None:
+    def _terms(self, scene: DwbScene) -> Terms | None:
         """What the critics score in this cycle.
 
         None: a weight is negative, so that there are no lower bounds of totals.
@@ -131,7 +131,7 @@ class Scoring:
             costs,
         )
 
-    def _drive(self, scene: Scene) -> Rollouts:
+    def _drive(self, scene: DwbScene) -> Rollouts:
         """The trajectories, once per scene."""
         if scene.rollouts is None:
             scene.rollouts = self._generator.generate(scene.pose, scene.velocity)

@@ -91,7 +91,8 @@ def with_obstacles(
             place, (local.origin_x, local.origin_y), (local.size_x, local.size_y), strict=True
         )
     )
-    x, y = local.origin_x + left * local.resolution, local.origin_y + low * local.resolution
+    x = local.origin_x + left * local.resolution
+    y = local.origin_y + low * local.resolution
     blocked = unmapped_blocks(
         np.ascontiguousarray(local.data[low:high, left:right]),
         (x, y, local.resolution),
@@ -121,13 +122,15 @@ def unmapped_blocks(
     people: FloatMatrix,
 ) -> BoolArray:
     """Which blocks (height, width) hold an obstacle, neither mapped nor a person's return."""
-    height, width = costs.shape[0] // _POOLED, costs.shape[1] // _POOLED
+    height = costs.shape[0] // _POOLED
+    width = costs.shape[1] // _POOLED
     blocked = np.zeros((height, width), dtype=np.bool_)
     for row in range(height * _POOLED):
         for column in range(width * _POOLED):
             if costs[row, column] != LETHAL_OBSTACLE:
                 continue
-            x, y = grid[0] + (column + 0.5) * grid[2], grid[1] + (row + 0.5) * grid[2]
+            x = grid[0] + (column + 0.5) * grid[2]
+            y = grid[1] + (row + 0.5) * grid[2]
             r = int((y - floor_grid[1]) / floor_grid[2])
             c = int((x - floor_grid[0]) / floor_grid[2])
             on_map = 0 <= r < floor.shape[0] and 0 <= c < floor.shape[1]
@@ -166,7 +169,8 @@ def distance_at(
     metres: Float32Array, grid: tuple[float, float, float], beyond: float, x: float, y: float
 ) -> float:
     """The distance [m] that a grid has for a point of the map frame; ``beyond`` off it."""
-    column, row = int((x - grid[0]) / grid[2]), int((y - grid[1]) / grid[2])
+    column = int((x - grid[0]) / grid[2])
+    row = int((y - grid[1]) / grid[2])
     height, width = metres.shape
     if 0 <= row < height and 0 <= column < width:
         return float(metres[row, column])

@@ -13,7 +13,7 @@ from navstack.control.decision import (
     DecisionRecord,
     Option,
 )
-from navstack.control.expected_cost.motion_cost import TERMS, Scene, price_one
+from navstack.control.expected_cost.motion_cost import TERMS, MotionScene, price_one
 from navstack.control.expected_cost.motions import name_of
 from navstack.types import FloatArray, Twist2D
 
@@ -26,7 +26,7 @@ class Cycle(NamedTuple):
     """One control cycle."""
 
     stamp: float  # [s]
-    scene: Scene
+    scene: MotionScene
     motions: FloatArray  # (M, FIELDS) that were compared
     chosen: FloatArray  # (FIELDS,)
     command: Twist2D
@@ -69,7 +69,9 @@ def alternatives(cycle: Cycle) -> tuple[Alternative, ...]:
 
 def options(cycle: Cycle) -> tuple[Option, ...]:
     """The chosen motion, and the cheapest of other kinds, with the way that each takes."""
-    scene, terms, states = cycle.scene, np.empty(len(TERMS)), np.empty((len(cycle.scene.care), 7))
+    scene = cycle.scene
+    terms = np.empty(len(TERMS))
+    states = np.empty((len(cycle.scene.care), 7))
     totals = [price_one(motion, scene, terms, states) for motion in cycle.motions]
     kinds = {name_of(cycle.chosen): cycle.chosen}
     for k in np.argsort(totals, kind="stable").tolist():
@@ -93,8 +95,9 @@ class _Priced(NamedTuple):
     command: Twist2D  # its velocity after the first step
 
 
-def _priced(motion: FloatArray, scene: Scene) -> _Priced:
-    terms, states = np.empty(len(TERMS)), np.empty((len(scene.care), 7))
+def _priced(motion: FloatArray, scene: MotionScene) -> _Priced:
+    terms = np.empty(len(TERMS))
+    states = np.empty((len(scene.care), 7))
     total = price_one(motion, scene, terms, states)
     scores = tuple(
         CriticScore(name, usd, usd, 0) for name, usd in zip(TERMS, terms.tolist(), strict=True)

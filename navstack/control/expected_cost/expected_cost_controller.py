@@ -12,16 +12,16 @@ from navstack.control.expected_cost import decision_report
 from navstack.control.expected_cost import motions as library
 from navstack.control.expected_cost.clearance import Clearance, map_clearance, with_obstacles
 from navstack.control.expected_cost.decision_report import Cycle
-from navstack.control.expected_cost.field import CostToGo, Field, cost_at, make_field
+from navstack.control.expected_cost.field import CostToGo, CostToGoField, cost_at, make_field
 from navstack.control.expected_cost.motion_cost import (
     TERMS,
-    Limits,
+    MotionScene,
     Rates,
-    Scene,
     price_all,
     price_one,
 )
 from navstack.control.expected_cost.people import Spread, predict
+from navstack.control.expected_cost.rollout import MotionLimits
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError
 from navstack.geometry import cover
@@ -30,8 +30,12 @@ from navstack.params.expected_cost import DeliveryPrices, ExpectedCostParams
 from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
 
 _CIRCLES = 4  # that cover the robot
-_VARIATIONS, _FEW_VARIATIONS = 40, 6  # of what was chosen last, among people and in an empty street
-_REFINED, _REFINEMENTS = 6, 16  # the best of all, and variations of each
+# of what was chosen last, among people and in an empty street
+_VARIATIONS = 40
+_FEW_VARIATIONS = 6
+# the best of all, and variations of each
+_REFINED = 6
+_REFINEMENTS = 16
 _GOAL_MOVED = 0.3  # [m] from which on a plan's end is another goal
 _STALE = 0.5  # [s] after which what was chosen last is of no use
 _OFF = (0.3, 0.4)  # [m/s], [rad/s] between command and odometry from which on odometry is believed
@@ -84,7 +88,7 @@ class ExpectedCostController(Controller):
         self.acts_at_rest = given.evades_at_rest
         self._body = body_of(footprint)
         self._circles, self._circle_radius = cover(footprint, _CIRCLES)
-        self._limits: Limits = tuple_of(Limits, given, goal_radius=xy_goal_tolerance)
+        self._limits: MotionLimits = tuple_of(MotionLimits, given, goal_radius=xy_goal_tolerance)
         self._spread: Spread = tuple_of(Spread, given)
         self._rates: Rates = tuple_of(Rates, given)
         self._touch: ContactRates = tuple_of(ContactRates, given)
@@ -98,8 +102,9 @@ class ExpectedCostController(Controller):
         self._rng = rng
         self._began: float | None = None  # [s] the first cycle towards the goal
         # least cost to go so far [m], and when it was reached [s]
-        self._nearest, self._got_on = math.inf, 0.0
-        self._field: Field | None = None
+        self._nearest = math.inf
+        self._got_on = 0.0
+        self._field: CostToGoField | None = None
         self._goal = Pose2D()
         self._field_stamp = -math.inf  # [s] when the field was made
         self._clearance: Clearance | None = None
@@ -146,7 +151,9 @@ class ExpectedCostController(Controller):
         price_one(chosen, scene, np.empty(len(TERMS)), states)
         share = min(1.0, self._period / self._params.step)
         v, w = (scene.start[3:] + share * (states[0, 3:5] - scene.start[3:])).tolist()
-        self._last, self._stamp, self._motion = chosen, state.stamp, (v, w)
+        self._last = chosen
+        self._stamp = state.stamp
+        self._motion = (v, w)
         command = Twist2D(v, 0.0, w)
         self._cycle = Cycle(state.stamp, scene, motions, chosen, command)
         return command
@@ -171,7 +178,8 @@ class ExpectedCostController(Controller):
             self._field = make_field(
                 known, goal, self._params.cell, self._cost_to_go, corridor, plan
             )
-            self._goal, self._field_stamp = goal, state.stamp
+            self._goal = goal
+            self._field_stamp = state.stamp
             if is_new or corridor == 0.0:
                 self._nearest = math.inf
 
@@ -184,9 +192,10 @@ class ExpectedCostController(Controller):
         ahead = cost_at(self._field, state.pose.x, state.pose.y)
         return plan.length > self._params.replan_length_ratio * ahead + _SLACK
 
-    def _scene(self, state: RobotState, surroundings: Surroundings) -> Scene:
+    def _scene(self, state: RobotState, surroundings: Surroundings) -> MotionScene:
         given = self._params
-        pose, tracks = state.pose, surroundings.tracks
+        pose = state.pose
+        tracks = surroundings.tracks
         people = nearest(tracks, pose, state.stamp, given.max_tracks, given.range)
         if (
             self._clearance is None
@@ -201,7 +210,7 @@ class ExpectedCostController(Controller):
         predicted = predict(
             people, pose.x, pose.y, given.steps, given.step, self._spread, self._clearance
         )
-        return Scene(
+        return MotionScene(
             start=self._start(state),
             field=self._field,
             clearance=self._clearance,
@@ -226,7 +235,8 @@ class ExpectedCostController(Controller):
         measured = state.twist
         off = abs(measured.linear_x - v) > _OFF[0] or abs(measured.angular_z - w) > _OFF[1]
         if off or not state.stamp - self._stamp < _STALE:
-            v, w = finite(measured.linear_x), finite(measured.angular_z)
+            v = finite(measured.linear_x)
+            w = finite(measured.angular_z)
         return np.array((state.pose.x, state.pose.y, state.pose.yaw, v, w))
 
     def _sure_speed(self, state: RobotState) -> float:
@@ -249,20 +259,22 @@ class ExpectedCostController(Controller):
         assert self._field is not None
         left = cost_at(self._field, state.pose.x, state.pose.y)
         if left < self._nearest - _GOT_ON:
-            self._nearest, self._got_on = left, state.stamp
+            self._nearest = left
+            self._got_on = state.stamp
         held_up = (state.stamp - self._got_on) / given.impatience_time
         slack = given.time_limit - (state.stamp - self._began) - left / given.max_speed
         z = max(slack, 0.0) / given.lateness_std
         late = given.late_usd * math.exp(-0.5 * z * z) / (_ROOT_TWO_PI * given.lateness_std)
         return given.second_usd * (1.0 + held_up) + late
 
-    def _choose(self, scene: Scene, elapsed: float) -> tuple[FloatArray, FloatArray]:
+    def _choose(self, scene: MotionScene, elapsed: float) -> tuple[FloatArray, FloatArray]:
         """All motions (M, FIELDS) that were compared, and the best of them."""
         last = self._few[:0]
         if self._last is not None and elapsed < _STALE:
             last = library.later(self._last, elapsed)[None]
         motions = np.concatenate((last, self._few))
-        costs, risks = np.empty(len(motions)), np.empty(len(motions))
+        costs = np.empty(len(motions))
+        risks = np.empty(len(motions))
         best = price_all(motions, scene, math.inf, costs, risks)
         to_switch = self._switch_usd(float(risks[0]))
         just_waits = not self._params.evades_at_rest and abs(scene.start[3]) < _STANDS
@@ -278,7 +290,7 @@ class ExpectedCostController(Controller):
         return motions, motions[chosen]
 
     def _vary(
-        self, motions: FloatArray, costs: FloatArray, best: int, count: int, scene: Scene
+        self, motions: FloatArray, costs: FloatArray, best: int, count: int, scene: MotionScene
     ) -> tuple[FloatArray, FloatArray]:
         """Compare variations of the best motions, too; returns all motions and their costs."""
         order = np.argsort(costs, kind="stable")[:best]
@@ -287,13 +299,19 @@ class ExpectedCostController(Controller):
         )
 
     def _price_more(
-        self, motions: FloatArray, costs: FloatArray, more: FloatArray, bound: float, scene: Scene
+        self,
+        motions: FloatArray,
+        costs: FloatArray,
+        more: FloatArray,
+        bound: float,
+        scene: MotionScene,
     ) -> tuple[FloatArray, FloatArray]:
         """Price more motions, which have to cost less than ``bound`` [USD].
 
         Returns all motions and their costs.
         """
-        priced, risks = np.empty(len(more)), np.empty(len(more))
+        priced = np.empty(len(more))
+        risks = np.empty(len(more))
         price_all(more, scene, bound, priced, risks)
         return np.concatenate((motions, more)), np.concatenate((costs, priced))
 

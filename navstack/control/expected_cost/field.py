@@ -17,7 +17,7 @@ _UPHILL = 4.0  # metres of cost per metre into what no way leads through
 _SMOOTHED = 1.0  # [cells] standard deviation over which directions are averaged
 
 
-class Field(NamedTuple):
+class CostToGoField(NamedTuple):
     """A cost-to-go field on square cells."""
 
     cost: FloatMatrix  # (height, width) [m], dearer metres near walls
@@ -35,7 +35,7 @@ def make_field(
     cost_to_go: CostToGo,
     corridor: float = 0.0,
     plan: Path = NO_PLAN,
-) -> Field:
+) -> CostToGoField:
     """The field of a goal on every n-th cell of a costmap, about ``cell`` [m] apart.
 
     Where no way leads, the field rises steeply from the nearest place with one. With a ``corridor``
@@ -59,12 +59,13 @@ def make_field(
         ndimage.gaussian_filter(np.clip(-each, -1.0, 1.0), _SMOOTHED)
         for each in np.gradient(metres)
     )
-    return Field(metres, down_x, down_y, costmap.origin_x, costmap.origin_y, size)
+    return CostToGoField(metres, down_x, down_y, costmap.origin_x, costmap.origin_y, size)
 
 
 def _within(costmap: Costmap, plan: Path, width: float) -> Costmap:
     """A costmap that is free within ``width`` [m] of a plan only."""
-    size, reach = costmap.resolution, round(width / costmap.resolution)
+    size = costmap.resolution
+    reach = round(width / costmap.resolution)
     walled = np.full_like(costmap.data, LETHAL_OBSTACLE)
     places = np.floor((plan.poses[:, :2] - (costmap.origin_x, costmap.origin_y)) / size).astype(
         np.int64
@@ -86,8 +87,10 @@ def corner_of(
     Off the grid they are those of the nearest point on it.
     """
     height, width = values.shape
-    u, v = (x - origin_x) / cell - 0.5, (y - origin_y) / cell - 0.5
-    column, row = min(max(int(u), 0), width - 2), min(max(int(v), 0), height - 2)
+    u = (x - origin_x) / cell - 0.5
+    v = (y - origin_y) / cell - 0.5
+    column = min(max(int(u), 0), width - 2)
+    row = min(max(int(v), 0), height - 2)
     return row, column, min(max(v - row, 0.0), 1.0), min(max(u - column, 0.0), 1.0)
 
 
@@ -100,7 +103,7 @@ def blend(values: FloatArray, row: int, column: int, up: float, right: float) ->
 
 
 @njit(ahead=True)
-def cost_at(field: Field, x: float, y: float) -> float:
+def cost_at(field: CostToGoField, x: float, y: float) -> float:
     """Cost to go [m] from a point of the map frame."""
     row, column, up, right = corner_of(field.cost, field.origin_x, field.origin_y, field.cell, x, y)
     return float(blend(field.cost, row, column, up, right))

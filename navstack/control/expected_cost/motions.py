@@ -13,7 +13,8 @@ from navstack.types import FloatArray
 # [-], [m/s], [rad] or [rad/s], [s], ...
 KIND, SPEED, TURN, TIME, KIND_2, SPEED_2, TURN_2, TIME_2, SPEED_3 = range(9)
 FIELDS = 9
-WAY, TWIST = 0.0, 1.0
+WAY = 0.0
+TWIST = 1.0
 _LONG = 99.0  # [s] longer than any horizon
 _ANGLES = np.radians((0.0, 8.0, 18.0, 32.0, 50.0, 75.0))
 _STANDING = 0.05  # [m/s] below which a motion is said to wait or to turn

@@ -62,12 +62,15 @@ def predict(
     on. Whoever passes a corner may turn round it by either of two angles.
     """
     most = 3 * len(people)
-    motion, std = np.zeros((most, steps, 4)), np.empty((most, steps))
-    weight, radius = np.empty(most), np.empty(most)
+    motion = np.zeros((most, steps, 4))
+    std = np.empty((most, steps))
+    weight = np.empty(most)
+    radius = np.empty(most)
     count = len(people)
     for i in range(len(people)):
         go_on(people[i], step, spread, clearance, motion[i], std[i])
-        weight[i], radius[i] = 1.0, people[i, 4]
+        weight[i] = 1.0
+        radius[i] = people[i, 4]
     for i in range(min(len(people), _CORNER_PEOPLE)):
         near = math.hypot(people[i, 0] - x, people[i, 1] - y) < _CORNER_RANGE
         fast = math.hypot(people[i, 2], people[i, 3]) >= _LEAST_SPEED
@@ -81,7 +84,8 @@ def predict(
             turn(people[i], k, side * angle, step, motion[count])
             for n in range(steps):
                 std[count, n] = spread.position_std + _TURNED_DRIFT * step * (n + 1)
-            weight[count], radius[count] = spread.corner_weight, people[i, 4]
+            weight[count] = spread.corner_weight
+            radius[count] = people[i, 4]
             count += 1
     return People(motion[:count], std[:count], weight[:count], radius[:count])
 
@@ -102,16 +106,22 @@ def go_on(
     for n in range(len(std)):
         t = step * (n + 1)
         if stands:
-            motion[n, 0], motion[n, 1] = person[0], person[1]
-            motion[n, 2], motion[n, 3] = person[2], person[3]
+            motion[n, 0] = person[0]
+            motion[n, 1] = person[1]
+            motion[n, 2] = person[2]
+            motion[n, 3] = person[3]
             std[n] = spread.position_std + spread.standing_std * t
             continue
         std[n] = spread_at(person, t, spread.position_std, spread.drift_std)
-        px, py = person[0] + t * person[2], person[1] + t * person[3]
+        px = person[0] + t * person[2]
+        py = person[1] + t * person[3]
         if stop < 0.0 and started_clear and clearance_at(clearance, px, py) < _EDGE:
             stop = t
         if stop < 0.0:
-            motion[n, 0], motion[n, 1], motion[n, 2], motion[n, 3] = px, py, person[2], person[3]
+            motion[n, 0] = px
+            motion[n, 1] = py
+            motion[n, 2] = person[2]
+            motion[n, 3] = person[3]
         else:
             motion[n, 0], motion[n, 1] = place_before(person, motion, n)
     if stop >= 0.0:
@@ -146,7 +156,8 @@ def corner_ahead(person: FloatArray, motion: FloatArray, clearance: Clearance) -
             if person[3] * gx - person[2] * gy > 0.0:
                 side = 1.0
             return k, side
-        before, here = here, ahead
+        before = here
+        here = ahead
     return -1, 0.0
 
 
@@ -154,8 +165,13 @@ def corner_ahead(person: FloatArray, motion: FloatArray, clearance: Clearance) -
 def turn(person: FloatArray, k: int, angle: float, step: float, motion: FloatArray) -> None:
     """Let ``motion`` (N, 4) turn by ``angle`` [rad] at step ``k``."""
     x, y = place_before(person, motion, k)
-    cos, sin = math.cos(angle), math.sin(angle)
-    vx, vy = cos * person[2] - sin * person[3], sin * person[2] + cos * person[3]
+    cos = math.cos(angle)
+    sin = math.sin(angle)
+    vx = cos * person[2] - sin * person[3]
+    vy = sin * person[2] + cos * person[3]
     for n in range(k, len(motion)):
         t = step * (n - k + 1)
-        motion[n, 0], motion[n, 1], motion[n, 2], motion[n, 3] = x + t * vx, y + t * vy, vx, vy
+        motion[n, 0] = x + t * vx
+        motion[n, 1] = y + t * vy
+        motion[n, 2] = vx
+        motion[n, 3] = vy

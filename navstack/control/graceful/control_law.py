@@ -28,7 +28,7 @@ class Law(NamedTuple):
     initial_rotation_tolerance: float  # [rad] within which a turn on the spot ends
 
 
-class Ground(NamedTuple):
+class LocalGround(NamedTuple):
     """The local costmap, the robot on it and its footprint."""
 
     costs: ByteMatrix  # (rows, columns)
@@ -51,12 +51,14 @@ def velocity_to(
     Equations 13 and 15 of the paper, on the distance and the angles of both headings to the line
     of sight.
     """
-    dx, dy = target[0] - pose[0], target[1] - pose[1]
+    dx = target[0] - pose[0]
+    dy = target[1] - pose[1]
     distance = math.hypot(dx, dy)
     sight = math.atan2(dy, dx)
     if backward:
         sight -= math.pi
-    phi, delta = _normalized(target[2] - sight), _normalized(pose[2] - sight)
+    phi = _normalized(target[2] - sight)
+    delta = _normalized(pose[2] - sight)
     wanted = math.atan(-law.k_phi * phi)  # [rad] of the steering
     feedback = (1.0 + law.k_phi / (1.0 + (law.k_phi * phi) ** 2)) * math.sin(delta)
     curvature = 0.0
@@ -84,9 +86,10 @@ def turn_on_the_spot(angle: float, law: Law) -> float:
 
 
 @njit()
-def is_blocked(x: float, y: float, yaw: float, ground: Ground) -> bool:
+def is_blocked(x: float, y: float, yaw: float, ground: LocalGround) -> bool:
     """Whether the footprint meets an obstacle at a pose in the base frame."""
-    cosine, sine = math.cos(ground.pose[2]), math.sin(ground.pose[2])
+    cosine = math.cos(ground.pose[2])
+    sine = math.sin(ground.pose[2])
     map_x = ground.pose[0] + cosine * x - sine * y
     map_y = ground.pose[1] + sine * x + cosine * y
     return is_occupied(
@@ -101,7 +104,7 @@ def drive_to(
     turns_first: bool,
     looks: bool,
     law: Law,
-    ground: Ground,
+    ground: LocalGround,
 ) -> tuple[bool, float, float]:
     """Simulate the drive to a target pose (x, y, yaw), base frame, one cell at a time.
 
@@ -118,7 +121,8 @@ def drive_to(
         turn rate.
     """
     step = ground.grid[2] / law.v_linear_max  # [s]
-    bearing, distance = math.atan2(target[1], target[0]), math.hypot(target[0], target[1])
+    bearing = math.atan2(target[1], target[0])
+    distance = math.hypot(target[0], target[1])
     steps = max(int(3.0 * distance / ground.grid[2]), 1)
     x = y = yaw = speed = turn = 0.0
     for i in range(steps):
@@ -130,7 +134,8 @@ def drive_to(
         else:
             v, w = velocity_to(target, (x, y, yaw), backward, law)
             if i == 0:
-                speed, turn = v, w
+                speed = v
+                turn = w
             x += v * step * math.cos(yaw)
             y += v * step * math.sin(yaw)
             yaw += w * step
@@ -142,7 +147,7 @@ def drive_to(
 
 
 @njit(ahead=True)
-def can_turn(angle: float, looks: int, ground: Ground) -> bool:
+def can_turn(angle: float, looks: int, ground: LocalGround) -> bool:
     """Whether the robot can turn on the spot by ``angle`` [rad], by that many looks on the way."""
     for i in range(1, looks + 1):
         if is_blocked(0.0, 0.0, angle * i / looks, ground):

@@ -6,7 +6,13 @@ import numpy as np
 
 from navstack.control.controller import Controller, Surroundings, limited_share
 from navstack.control.decision import CriticScore, DecisionRecord
-from navstack.control.graceful.control_law import Ground, Law, can_turn, drive_to, turn_on_the_spot
+from navstack.control.graceful.control_law import (
+    Law,
+    LocalGround,
+    can_turn,
+    drive_to,
+    turn_on_the_spot,
+)
 from navstack.control.path_window import PathWindow
 from navstack.errors import NoLegalVelocity
 from navstack.geometry import normalize_angle
@@ -69,14 +75,19 @@ class GracefulController(Controller):
             NoLegalVelocity: the way to each pose on the path leads into an obstacle.
         """
         if plan is not self._plan:
-            self._plan, self._at_goal, self._turns_first = plan, False, True
+            self._plan = plan
+            self._at_goal = False
+            self._turns_first = True
             self._window.reset()
         path = self._window.seen_from(state.pose, plan, surroundings.costmap)
         add_orientations(path)
         lengths = np.hypot(*np.diff(path[:, :2], axis=0).T)
-        costmap, pose = surroundings.costmap, (state.pose.x, state.pose.y, state.pose.yaw)
-        ground = Ground(costmap.data, costmap.grid, self._footprint, pose)
-        command, tried, rejected = self._turn_at_goal(path, float(lengths.sum()), ground), 1, 0
+        costmap = surroundings.costmap
+        pose = (state.pose.x, state.pose.y, state.pose.yaw)
+        ground = LocalGround(costmap.data, costmap.grid, self._footprint, pose)
+        command = self._turn_at_goal(path, float(lengths.sum()), ground)
+        tried = 1
+        rejected = 0
         if command is None:
             distances = np.cumsum([math.hypot(*path[0, :2]), *lengths])
             command, tried = self._drive(path, distances, ground)
@@ -94,7 +105,7 @@ class GracefulController(Controller):
             raise NoLegalVelocity({COLLISION_AHEAD: rejected})
         return command
 
-    def _turn_at_goal(self, path: FloatArray, rest: float, ground: Ground) -> Twist2D | None:
+    def _turn_at_goal(self, path: FloatArray, rest: float, ground: LocalGround) -> Twist2D | None:
         """The turn to the goal's yaw; None: the robot is not at the goal, or cannot turn there."""
         self._at_goal = self._at_goal or rest < self._xy_goal_tolerance
         if not self._at_goal:
@@ -106,14 +117,15 @@ class GracefulController(Controller):
         return Twist2D(angular_z=turn_on_the_spot(angle, self._law))
 
     def _drive(
-        self, path: FloatArray, distances: FloatArray, ground: Ground
+        self, path: FloatArray, distances: FloatArray, ground: LocalGround
     ) -> tuple[Twist2D | None, int]:
         """The command to the farthest pose (N, 3) in reach, and how many poses were tried.
 
         ``distances`` (N,) [m] are along the path. None: there is an obstacle on the way to each, or
         no pose is far enough away.
         """
-        params, tried = self._params, 0
+        params = self._params
+        tried = 0
         ends = distances[-1] - distances[0] < params.max_lookahead
         for i in range(len(path) - 1, -1, -1):
             if distances[i] > params.max_lookahead:

@@ -15,7 +15,7 @@ import numpy as np
 
 from navstack.control.footprint_cost import walk_outline
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.distance_field import Field
+from navstack.control.mpc.distance_field import DistanceField
 from navstack.control.mpc.people import predicted
 from navstack.control.mpc.stop_profile import highest_jerk, lowest_jerk, stop_after, stop_time
 from navstack.costmap.costmap import LETHAL_OBSTACLE
@@ -23,7 +23,8 @@ from navstack.jit import njit
 from navstack.types import FloatArray, FloatMatrix, FloatVector
 
 # how a stop treats the yaw rate: to 0 as fast as can be, or together with the speed
-STRAIGHTEN, KEEP_CURVE = 0, 1
+STRAIGHTEN = 0
+KEEP_CURVE = 1
 _LOOK = 0.1  # [s] between two looks for people along a stop
 _SHARES = (0.0, 0.25, 0.5, 0.75)  # of the stop that is mixed in, in this order
 # [m/s] of the fastest point of the footprint, below which a person who comes is not run into
@@ -32,7 +33,7 @@ _ROUNDING = 1e-9  # [m/s2], [rad/s], [control periods]
 _AT_ONCE = 1e-6  # [s] of a stop that leaves no time to bring the yaw rate to 0
 
 
-class Body(NamedTuple):
+class RobotOutline(NamedTuple):
     """The robot's outline, and circles that cover it."""
 
     footprint: FloatMatrix  # (V, 2) [m]
@@ -48,8 +49,8 @@ def guarded(
     period: float,
     limits: FloatVector,
     kind: int,
-    field: Field,
-    body: Body,
+    field: DistanceField,
+    body: RobotOutline,
     people: FloatMatrix,
 ) -> tuple[FloatArray, int, float]:
     """The motion (v, omega, a, alpha) after a control period, the stop that follows, its share.
@@ -65,12 +66,17 @@ def guarded(
         body: the robot's.
         people: (n, FIELDS).
     """
-    v, omega, a, alpha = state[3], state[4], state[5], state[6]
-    speed, jerk = limits[at.MAX_SPEED], limits[at.MAX_JERK]
+    v = state[3]
+    omega = state[4]
+    a = state[5]
+    alpha = state[6]
+    speed = limits[at.MAX_SPEED]
+    jerk = limits[at.MAX_JERK]
     j = min(j, highest_jerk(v, a, speed, limits[at.MAX_ACCELERATION], jerk, period))
     j = max(j, lowest_jerk(v, a, 0.0, limits[at.MAX_DECELERATION], jerk, period))
     rate = limits[at.MAX_YAW_RATE]
-    turn, twist = limits[at.MAX_YAW_ACCELERATION], limits[at.MAX_YAW_JERK]
+    turn = limits[at.MAX_YAW_ACCELERATION]
+    twist = limits[at.MAX_YAW_JERK]
     ja = min(ja, highest_jerk(omega, alpha, rate, turn, twist, period))
     ja = max(ja, lowest_jerk(omega, alpha, -rate, turn, twist, period))
     wanted = np.array(
@@ -86,8 +92,10 @@ def guarded(
     for share in _SHARES:
         motion = (1.0 - share) * wanted + share * stopping
         after[2] = state[2] + 0.5 * period * (omega + motion[1])
-        yaw, way = 0.5 * (state[2] + after[2]), 0.5 * period * (v + motion[0])
-        after[0], after[1] = state[0] + way * math.cos(yaw), state[1] + way * math.sin(yaw)
+        yaw = 0.5 * (state[2] + after[2])
+        way = 0.5 * period * (v + motion[0])
+        after[0] = state[0] + way * math.cos(yaw)
+        after[1] = state[1] + way * math.sin(yaw)
         after[3:] = motion
         for other in (KEEP_CURVE, STRAIGHTEN):
             if stop_is_safe(after, other, period, limits, field, body, people):
@@ -101,11 +109,17 @@ def stopped(
 ) -> FloatArray:
     """The motion (v, omega, a, alpha) ``time`` [s] after a stop began."""
     motion = np.empty(4)
-    deceleration, jerk = limits[at.MAX_DECELERATION], limits[at.MAX_JERK]
-    _, motion[0], motion[2] = stop_after(v, a, deceleration, jerk, time)
+    deceleration = limits[at.MAX_DECELERATION]
+    jerk = limits[at.MAX_JERK]
+    slower = stop_after(v, a, deceleration, jerk, time)
+    motion[0] = slower.rate
+    motion[2] = slower.change
     if kind == STRAIGHTEN:
-        turn, twist = limits[at.MAX_YAW_ACCELERATION], limits[at.MAX_YAW_JERK]
-        _, motion[1], motion[3] = stop_after(omega, alpha, turn, twist, time)
+        turn = limits[at.MAX_YAW_ACCELERATION]
+        twist = limits[at.MAX_YAW_JERK]
+        straighter = stop_after(omega, alpha, turn, twist, time)
+        motion[1] = straighter.rate
+        motion[3] = straighter.change
         return motion
     whole = stop_time(v, a, deceleration, jerk)
     if time >= whole:
@@ -130,7 +144,8 @@ def _curve(omega: float, alpha: float, whole: float) -> tuple[float, float]:
 def _duration(state: FloatArray, kind: int, limits: FloatArray) -> float:
     """How long a stop takes in [s]; nan where the kind is not possible within the yaw limits."""
     whole = stop_time(state[3], state[5], limits[at.MAX_DECELERATION], limits[at.MAX_JERK])
-    turn, twist = limits[at.MAX_YAW_ACCELERATION], limits[at.MAX_YAW_JERK]
+    turn = limits[at.MAX_YAW_ACCELERATION]
+    twist = limits[at.MAX_YAW_JERK]
     if kind == STRAIGHTEN:
         return max(whole, stop_time(state[4], state[6], turn, twist))
     if whole < _AT_ONCE:
@@ -154,8 +169,8 @@ def stop_is_safe(
     kind: int,
     period: float,
     limits: FloatArray,
-    field: Field,
-    body: Body,
+    field: DistanceField,
+    body: RobotOutline,
     people: FloatArray,
 ) -> bool:
     """Whether a stop from the state ``start`` (7,) keeps all limits and meets nothing.
@@ -170,7 +185,9 @@ def stop_is_safe(
     cycles = int(math.ceil(duration / period - _ROUNDING))
     every = max(1, int(round(_LOOK / period)))
     reach = _reach(body.footprint)
-    x, y, yaw = start[0], start[1], start[2]
+    x = start[0]
+    y = start[1]
+    yaw = start[2]
     motion = start[3:].copy()
     unseen = math.inf  # [m] that some point may have moved since the last look
     for i in range(cycles + 1):
@@ -188,13 +205,16 @@ def stop_is_safe(
         way = 0.5 * period * (last[0] + motion[0])
         moved = abs(way) + reach * abs(turned)
         parts = max(1, int(math.ceil(moved / field.grid[2])))
-        way, turned, moved = way / parts, turned / parts, moved / parts
+        way = way / parts
+        turned = turned / parts
+        moved = moved / parts
         for _ in range(parts):
             if unseen + moved > field.grid[2]:
                 if _touches(x, y, yaw, field, body.footprint):
                     return False
                 unseen = 0.0
-            x, y = x + way * math.cos(yaw + 0.5 * turned), y + way * math.sin(yaw + 0.5 * turned)
+            x = x + way * math.cos(yaw + 0.5 * turned)
+            y = y + way * math.sin(yaw + 0.5 * turned)
             yaw += turned
             unseen += moved
     return not _touches(x, y, yaw, field, body.footprint)
@@ -210,7 +230,7 @@ def _reach(footprint: FloatArray) -> float:
 
 
 @njit()
-def _touches(x: float, y: float, yaw: float, field: Field, footprint: FloatArray) -> bool:
+def _touches(x: float, y: float, yaw: float, field: DistanceField, footprint: FloatArray) -> bool:
     """Whether the footprint's outline lies on an obstacle."""
     worst = walk_outline(
         field.costs, field.grid, footprint, x, y, math.cos(yaw), math.sin(yaw), False
@@ -219,9 +239,12 @@ def _touches(x: float, y: float, yaw: float, field: Field, footprint: FloatArray
 
 
 @njit()
-def _runs_into(x: float, y: float, yaw: float, time: float, body: Body, people: FloatArray) -> bool:
+def _runs_into(
+    x: float, y: float, yaw: float, time: float, body: RobotOutline, people: FloatArray
+) -> bool:
     """Whether one of the footprint's circles lies on a person ``time`` [s] from now."""
-    cosine, sine = math.cos(yaw), math.sin(yaw)
+    cosine = math.cos(yaw)
+    sine = math.sin(yaw)
     for person in people:
         px, py = predicted(person, time)[:2]
         for offset in body.circles:

@@ -100,7 +100,8 @@ def _compile(compiler: str, source: str, library: Path) -> bool:
     """Compile beside the place and rename; whether that worked."""
     try:
         with tempfile.TemporaryDirectory(dir=library.parent, prefix="compile-") as folder:
-            text, partial = Path(folder) / "source.c", Path(folder) / "library.so"
+            text = Path(folder) / "source.c"
+            partial = Path(folder) / "library.so"
             text.write_text(source, encoding="utf-8")
             command = [compiler, *_FLAGS, "-o", str(partial), str(text), "-lm"]
             subprocess.run(command, check=True, capture_output=True, timeout=_LONGEST)

@@ -24,7 +24,7 @@ from navstack.types import ByteMatrix, FloatArray, FloatVector
 _STENCIL = 2.0  # [cells] to either side, over which gradients are taken
 
 
-class Field(NamedTuple):
+class DistanceField(NamedTuple):
     """The distance field's ingredients, which every look at it takes."""
 
     costs: ByteMatrix  # (height, width)
@@ -48,9 +48,11 @@ def distance_table(inscribed_radius: float, cost_scaling_factor: float) -> Float
 
 
 @njit()
-def cell_distance(field: Field, mx: int, my: int) -> float:
+def cell_distance(field: DistanceField, mx: int, my: int) -> float:
     """The distance [m] from a cell to the nearest obstacle cell; far beyond the grid."""
-    costs, resolution, table = field.costs, field.grid[2], field.table
+    costs = field.costs
+    resolution = field.grid[2]
+    table = field.table
     height, width = costs.shape
     if mx < 0 or my < 0 or mx >= width or my >= height:
         return float(table[FREE_SPACE])
@@ -68,10 +70,12 @@ def cell_distance(field: Field, mx: int, my: int) -> float:
 
 
 @njit()
-def distance_at(field: Field, cx: float, cy: float) -> float:
+def distance_at(field: DistanceField, cx: float, cy: float) -> float:
     """The distance [m] at a point (cx, cy) in cells from the first cell's centre, interpolated."""
-    mx, my = math.floor(cx), math.floor(cy)
-    fx, fy = cx - mx, cy - my
+    mx = math.floor(cx)
+    my = math.floor(cy)
+    fx = cx - mx
+    fy = cy - my
     low = (1.0 - fx) * cell_distance(field, mx, my)
     low += fx * cell_distance(field, mx + 1, my)
     high = (1.0 - fx) * cell_distance(field, mx, my + 1)
@@ -81,14 +85,15 @@ def distance_at(field: Field, cx: float, cy: float) -> float:
 
 @njit()
 def distance_and_gradient(
-    field: Field, x: float, y: float, farthest: float
+    field: DistanceField, x: float, y: float, farthest: float
 ) -> tuple[float, float, float]:
     """Distance [m] to the nearest obstacle cell, and its gradient, at most 1 long; map frame.
 
     Beyond ``farthest`` [m] the gradient is 0.
     """
     origin_x, origin_y, resolution = field.grid
-    cx, cy = (x - origin_x) / resolution - 0.5, (y - origin_y) / resolution - 0.5
+    cx = (x - origin_x) / resolution - 0.5
+    cy = (y - origin_y) / resolution - 0.5
     distance = distance_at(field, cx, cy)
     if distance > farthest:
         return distance, 0.0, 0.0
@@ -99,5 +104,6 @@ def distance_and_gradient(
     gy = (gy - distance_at(field, cx, cy - _STENCIL)) / span
     length = math.hypot(gx, gy)
     if length > 1.0:
-        gx, gy = gx / length, gy / length
+        gx = gx / length
+        gy = gy / length
     return distance, gx, gy

@@ -13,7 +13,11 @@ X, Y, YAW, V, OMEGA, A, ALPHA = range(7)  # of a state
 @njit()
 def advance(state: FloatArray, j: float, ja: float, dt: float, out: FloatArray) -> None:
     """Write the state (7,) after ``dt`` [s] under jerks ``j`` [m/s3], ``ja`` [rad/s3]."""
-    yaw, v, omega, a, alpha = state[2], state[3], state[4], state[5], state[6]
+    yaw = state[2]
+    v = state[3]
+    omega = state[4]
+    a = state[5]
+    alpha = state[6]
     half = 0.5 * dt
     v_mid = v + half * (a + 0.5 * half * j)
     v_end = v + dt * (a + half * j)

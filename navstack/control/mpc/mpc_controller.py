@@ -8,8 +8,8 @@ import numpy as np
 from navstack.control.controller import Controller, Surroundings, finite, limited_speed
 from navstack.control.decision import CriticScore, DecisionRecord
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.command_guard import STRAIGHTEN, Body, guarded, stopped
-from navstack.control.mpc.distance_field import Field, distance_table
+from navstack.control.mpc.command_guard import STRAIGHTEN, RobotOutline, guarded, stopped
+from navstack.control.mpc.distance_field import DistanceField, distance_table
 from navstack.control.mpc.motion import A, V, rollout, shifted
 from navstack.control.mpc.path_line import PathLine, at_distance, between, make_line, project
 from navstack.control.mpc.people import nearest_people
@@ -32,7 +32,8 @@ from navstack.types import FloatArray, Path, RobotState, Twist2D
 NAME = "JerkLimitedMPC"
 _BOUND_SPEED = 2 + V  # place of the speed in the bounds: the jerks come first
 # segments of the line before and behind the robot's, in which it is looked for
-_BEHIND, _BEYOND = 10, 30
+_BEHIND = 10
+_BEYOND = 30
 _SIGHT = 0.5  # [m] ahead on the line, whose direction decides about a turn on the spot
 _AT_END = 0.02  # [m] left of the line, within which the robot has arrived
 _STALE = 0.5  # [s] after which the last solution is of no use
@@ -165,7 +166,7 @@ class JerkLimitedMpcController(Controller):
         people = nearest_people(
             surroundings.tracks, state.pose, state.stamp, self._params.max_tracks
         )
-        field = Field(
+        field = DistanceField(
             surroundings.costmap.data,
             surroundings.costmap.grid,
             self._table,
@@ -180,10 +181,11 @@ class JerkLimitedMpcController(Controller):
             motion = stopped(
                 start[3], start[4], start[5], start[6], self._stop, self._limits, self._period
             )
-            share, status = 1.0, "failed"
+            share = 1.0
+            status = "failed"
             self._jerks = np.zeros_like(self._jerks)
         else:
-            body = Body(self._footprint, self._circles, self._keep.radius)
+            body = RobotOutline(self._footprint, self._circles, self._keep.radius)
             wanted = (jerks[0, 0], jerks[0, 1], self._period)
             motion, self._stop, share = guarded(
                 start, *wanted, self._limits, self._stop, field, body, people
@@ -192,7 +194,8 @@ class JerkLimitedMpcController(Controller):
             if share == 0.0:
                 status = "solved"
             self._jerks = jerks
-        self._motion, self._stamp = motion, state.stamp
+        self._motion = motion
+        self._stamp = state.stamp
         command = Twist2D(float(motion[0]), 0.0, float(motion[1]))
         self._cycle = _Cycle(start, jerks, command, status, share)
         return command
@@ -238,7 +241,8 @@ class JerkLimitedMpcController(Controller):
         """Follow the line, turn to it on the spot, or turn to the goal's yaw at its end."""
         assert self._plan is not None
         x, y, yaw = (float(value) for value in start[:3])
-        first, last = max(0, self._segment - _BEHIND), self._segment + _BEYOND
+        first = max(0, self._segment - _BEHIND)
+        last = self._segment + _BEYOND
         self._segment, share = project(line, x, y, first, last)
         s = between(line.s, self._segment, share)
         goal_x, goal_y, goal_yaw = (float(value) for value in self._plan.poses[-1])
@@ -258,15 +262,18 @@ class JerkLimitedMpcController(Controller):
         start: FloatArray,
         line: PathLine,
         wishes: Wishes,
-        field: Field,
+        field: DistanceField,
         people: FloatArray,
         stamp: float,
     ) -> FloatArray | None:
         """The jerks (N, 2) of the best trajectory found; None: the solver failed."""
-        elapsed, times = stamp - self._stamp, self._horizon.times
-        jerks, steps = np.zeros_like(self._jerks), _FIRST_STEPS
+        elapsed = stamp - self._stamp
+        times = self._horizon.times
+        jerks = np.zeros_like(self._jerks)
+        steps = _FIRST_STEPS
         if elapsed < _STALE:
-            jerks, steps = shifted(self._jerks, times, elapsed), 1
+            jerks = shifted(self._jerks, times, elapsed)
+            steps = 1
         for _ in range(steps):
             states = rollout(start, jerks, times)
             fill_stages(self._horizon, states, line, self._segment, wishes, self._limits)

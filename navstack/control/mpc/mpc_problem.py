@@ -20,7 +20,8 @@ from navstack.control.mpc.stage_layout import Horizon, Sizes
 from navstack.control.mpc.stages import best_between
 from navstack.types import FloatArray
 
-_X, _U = robot_model.STATES, robot_model.INPUTS
+_X = robot_model.STATES
+_U = robot_model.INPUTS
 _ROW = _U + _X  # variables of a step: its input, then the state at its end
 # on the diagonal of every Hessian block, so that the program is strictly convex
 _REGULARISATION = 1e-6
@@ -42,11 +43,14 @@ class MpcProblem:
         """
         function, self.is_compiled = _gauss_newton_step(sizes, generated_code)
         steps = sizes.steps
-        self._states, self._ends = np.zeros((steps, _X)), np.zeros((steps, _X))
+        self._states = np.zeros((steps, _X))
+        self._ends = np.zeros((steps, _X))
         self._jerks = np.zeros((steps, _U))
-        self._stages, self._shared = np.zeros((steps, sizes.stage)), np.zeros(sizes.shared)
+        self._stages = np.zeros((steps, sizes.stage))
+        self._shared = np.zeros(sizes.shared)
         self._times = np.zeros(steps)
-        self._low, self._high = np.zeros((steps, _ROW)), np.zeros((steps, _ROW))
+        self._low = np.zeros((steps, _ROW))
+        self._high = np.zeros((steps, _ROW))
         self._change = np.zeros((steps, _ROW))
         self._buffer, self._evaluate = function.buffer()
         buffer: Any = self._buffer
@@ -77,7 +81,9 @@ class MpcProblem:
             horizon: see :mod:`~navstack.control.mpc.stage_layout`.
             limits: lower and upper (2, 9) of the jerks and the states at the steps' ends.
         """
-        self._states[:], self._ends[:], self._jerks[:] = states[:-1], states[1:], jerks
+        self._states[:] = states[:-1]
+        self._ends[:] = states[1:]
+        self._jerks[:] = jerks
         self._stages[:], self._times[:], self._shared[:] = horizon
         for bounds, limit, slack in (
             (self._low, limits[0], -_SLACK),
@@ -104,7 +110,8 @@ class MpcProblem:
 
         HPIPM's own verdict does not get through to here.
         """
-        change, times = self._change, self._times
+        change = self._change
+        times = self._times
         # false for nan
         within = (change >= self._low - _TOLERANCE) & (change <= self._high + _TOLERANCE)
         # 0 if the model holds
@@ -114,19 +121,24 @@ class MpcProblem:
 
 def residuals(state: ca.SX, stage: ca.SX, shared: ca.SX, sizes: Sizes) -> list[ca.SX]:
     """Unweighted residuals of the state (7,) at a step's end, by the first 8 of the weights."""
-    x, y, yaw, v, omega, _, alpha = ca.vertsplit(state)
-    dx, dy = x - stage[at.FOOT_X], y - stage[at.FOOT_Y]
-    along, across = stage[at.TANGENT_X], stage[at.TANGENT_Y]
+    x, y, yaw, v, omega, _acceleration, alpha = ca.vertsplit(state)
+    dx = x - stage[at.FOOT_X]
+    dy = y - stage[at.FOOT_Y]
+    along = stage[at.TANGENT_X]
+    across = stage[at.TANGENT_Y]
     lateral = v * omega
-    obstacles, people = [], []
+    obstacles = []
+    people = []
     for i in range(sizes.circles):
         offset = shared[at.CIRCLES + i]
-        cx, cy = x + offset * ca.cos(yaw), y + offset * ca.sin(yaw)
+        cx = x + offset * ca.cos(yaw)
+        cy = y + offset * ca.sin(yaw)
         plane = at.BASE + 3 * i
         obstacles.append(ca.fmax(0.0, stage[plane + 2] - stage[plane] * cx - stage[plane + 1] * cy))
         for j in range(sizes.people):
             person = at.BASE + 3 * sizes.circles + 3 * j
-            px, py = cx - stage[person], cy - stage[person + 1]
+            px = cx - stage[person]
+            py = cy - stage[person + 1]
             distance = ca.sqrt(px * px + py * py + at.SOFTENED)
             people.append(ca.fmax(0.0, stage[person + 2] - distance))
     limit = shared[at.LATERAL_LIMIT]
@@ -144,8 +156,11 @@ def residuals(state: ca.SX, stage: ca.SX, shared: ca.SX, sizes: Sizes) -> list[c
 
 def linearisation(sizes: Sizes) -> ca.Function:
     """Of one step: the model's Jacobians, the cost's gradients and Gauss-Newton Hessians."""
-    state, end, jerk = ca.SX.sym("state", _X), ca.SX.sym("end", _X), ca.SX.sym("jerk", _U)
-    stage, shared = ca.SX.sym("stage", sizes.stage), ca.SX.sym("shared", sizes.shared)
+    state = ca.SX.sym("state", _X)
+    end = ca.SX.sym("end", _X)
+    jerk = ca.SX.sym("jerk", _U)
+    stage = ca.SX.sym("stage", sizes.stage)
+    shared = ca.SX.sym("shared", sizes.shared)
     dt = ca.SX.sym("dt")
     after = robot_model.step(state, jerk, dt)
     terms = residuals(end, stage, shared, sizes)
@@ -154,7 +169,8 @@ def linearisation(sizes: Sizes) -> ca.Function:
         ca.sqrt(dt * shared[at.W_JERK]) * (jerk[0] - stage[at.JERK]),
         ca.sqrt(dt * shared[at.W_YAW_JERK]) * jerk[1],
     )
-    slope, effort_slope = ca.jacobian(weighted, end), ca.jacobian(efforts, jerk)
+    slope = ca.jacobian(weighted, end)
+    effort_slope = ca.jacobian(efforts, jerk)
     outputs = [
         ca.jacobian(after, state),
         ca.jacobian(after, jerk),
@@ -182,7 +198,8 @@ def _gauss_newton_step(sizes: Sizes, generated_code: bool) -> tuple[ca.Function,
         (sizes.shared, 1),
     )
     symbols = [ca.MX.sym(f"i{k}", *shape) for k, shape in enumerate(shapes)]
-    low, high = ca.MX.sym("low", _ROW * steps), ca.MX.sym("high", _ROW * steps)
+    low = ca.MX.sym("low", _ROW * steps)
+    high = ca.MX.sym("high", _ROW * steps)
     by_state, by_jerk, slope, curvature, jerk_slope, jerk_curvature = (linearise or mapped)(
         *symbols
     )
@@ -219,7 +236,8 @@ def _dynamics_pattern(steps: int) -> tuple[ca.Sparsity, list[int]]:
 
     z = (u0, x1, u1, x2, ...).
     """
-    states, jerks = _X * _X * steps, _X * _U * steps
+    states = _X * _X * steps
+    jerks = _X * _U * steps
     by_state = ca.horzsplit(_numbers(0, _X, _X * steps), _X)
     by_jerk = ca.horzsplit(_numbers(states, _X, _U * steps), _U)
     minus_one = (states + jerks) * ca.DM.eye(_X)

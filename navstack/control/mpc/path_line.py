@@ -29,24 +29,22 @@ class PathLine(NamedTuple):
 
 def make_line(poses: FloatArray, limits: FloatArray) -> PathLine:
     """The line along the poses (N >= 1, 3) of a plan, under limits (8,) of :mod:`stage_layout`."""
-    x, y = poses[:, 0], poses[:, 1]
+    x = poses[:, 0]
+    y = poses[:, 1]
     travelled = np.concatenate(((0.0,), np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
     length = float(travelled[-1])
     if length < 1e-3:  # nowhere to go: a line through the goal along its yaw
         goal_x, goal_y, yaw = (float(value) for value in poses[-1])
         ahead = np.array((-1e-3, 0.0))
-        x_line, y_line, s = (
-            goal_x + ahead * math.cos(yaw),
-            goal_y + ahead * math.sin(yaw),
-            ahead + 1e-3,
-        )
+        x_line = goal_x + ahead * math.cos(yaw)
+        y_line = goal_y + ahead * math.sin(yaw)
+        s = ahead + 1e-3
         return PathLine(x_line, y_line, s, np.full(2, yaw), np.full(2, limits[at.MAX_SPEED]))
     even = np.linspace(0.0, length, max(2, math.ceil(length / SPACING) + 1))
-    x_line, y_line = (
-        smoothed(np.interp(even, travelled, x)),
-        smoothed(np.interp(even, travelled, y)),
-    )
-    dx, dy = np.diff(x_line), np.diff(y_line)
+    x_line = smoothed(np.interp(even, travelled, x))
+    y_line = smoothed(np.interp(even, travelled, y))
+    dx = np.diff(x_line)
+    dy = np.diff(y_line)
     s = np.concatenate(((0.0,), np.cumsum(np.hypot(dx, dy))))
     along = np.unwrap(np.arctan2(dy, dx))
     heading = np.concatenate((along[:1], 0.5 * (along[1:] + along[:-1]), along[-1:]))
@@ -77,7 +75,8 @@ def curve_speeds(s: FloatVector, heading: FloatVector, limits: FloatVector) -> F
     speeds = np.empty(count)
     brake = _SHARE * limits[at.MAX_DECELERATION]
     for i in range(count - 1, -1, -1):
-        before, after = max(0, i - _CURVED), min(count - 1, i + _CURVED)
+        before = max(0, i - _CURVED)
+        after = min(count - 1, i + _CURVED)
         curvature = abs(heading[after] - heading[before]) / max(1e-6, s[after] - s[before])
         speed = limits[at.MAX_SPEED]
         if curvature > 1e-6:
@@ -92,14 +91,19 @@ def curve_speeds(s: FloatVector, heading: FloatVector, limits: FloatVector) -> F
 @njit(ahead=True)
 def project(line: PathLine, x: float, y: float, first: int, last: int) -> tuple[int, float]:
     """The segment, of ``first`` to ``last``, and the share 0..1 of it nearest to (x, y)."""
-    best, best_share, least = first, 0.0, math.inf
+    best = first
+    best_share = 0.0
+    least = math.inf
     for i in range(first, min(last, len(line.x) - 2) + 1):
-        dx, dy = line.x[i + 1] - line.x[i], line.y[i + 1] - line.y[i]
+        dx = line.x[i + 1] - line.x[i]
+        dy = line.y[i + 1] - line.y[i]
         squared = max(1e-12, dx * dx + dy * dy)
         share = min(1.0, max(0.0, ((x - line.x[i]) * dx + (y - line.y[i]) * dy) / squared))
         distance = math.hypot(line.x[i] + share * dx - x, line.y[i] + share * dy - y)
         if distance < least:
-            best, best_share, least = i, share, distance
+            best = i
+            best_share = share
+            least = distance
     return best, best_share
 
 

@@ -19,7 +19,9 @@ def nearest_people(tracks: Sequence[Track], pose: Pose2D, stamp: float, most: in
     for row, track in zip(rows, tracks, strict=True):
         late = stamp - track.stamp  # [s] since it was last estimated
         p = track.covariance
-        now, cross, speed = 0.5 * (p[0, 0] + p[1, 1]), p[0, 2] + p[1, 3], 0.5 * (p[2, 2] + p[3, 3])
+        now = 0.5 * (p[0, 0] + p[1, 1])
+        cross = p[0, 2] + p[1, 3]
+        speed = 0.5 * (p[2, 2] + p[3, 3])
         row[:4] = track.x + late * track.vx, track.y + late * track.vy, track.vx, track.vy
         row[4] = track.radius
         row[5:] = now + late * (cross + late * speed), cross + 2.0 * late * speed, speed

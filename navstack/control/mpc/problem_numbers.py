@@ -26,7 +26,8 @@ def weights_of(params: MpcParams) -> FloatArray:
 
 def bounds_of(params: MpcParams) -> FloatArray:
     """Lower and upper bounds (2, 9) of the jerks and the state."""
-    rate, turn = params.max_yaw_rate, params.max_yaw_acceleration
+    rate = params.max_yaw_rate
+    turn = params.max_yaw_acceleration
     low = (0.0, -rate, -params.max_deceleration, -turn)
     high = (params.max_speed, rate, params.max_acceleration, turn)
     jerk = (params.max_jerk, params.max_yaw_jerk)

@@ -17,14 +17,10 @@ def step(state: ca.SX, jerk: ca.SX, dt: ca.SX) -> ca.SX:
     x, y, yaw, v, omega, a, alpha = ca.vertsplit(state)
     j, ja = ca.vertsplit(jerk)
     half = 0.5 * dt
-    v_mid, yaw_mid = (
-        v + half * (a + 0.5 * half * j),
-        yaw + half * (omega + half * (alpha / 2.0 + half * ja / 6.0)),
-    )
-    v_end, yaw_end = (
-        v + dt * (a + half * j),
-        yaw + dt * (omega + dt * (alpha / 2.0 + dt * ja / 6.0)),
-    )
+    v_mid = v + half * (a + 0.5 * half * j)
+    yaw_mid = yaw + half * (omega + half * (alpha / 2.0 + half * ja / 6.0))
+    v_end = v + dt * (a + half * j)
+    yaw_end = yaw + dt * (omega + dt * (alpha / 2.0 + dt * ja / 6.0))
     along_x = v * ca.cos(yaw) + 4.0 * v_mid * ca.cos(yaw_mid) + v_end * ca.cos(yaw_end)
     along_y = v * ca.sin(yaw) + 4.0 * v_mid * ca.sin(yaw_mid) + v_end * ca.sin(yaw_end)
     omega_end = omega + dt * (alpha + half * ja)

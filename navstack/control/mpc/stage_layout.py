@@ -6,8 +6,12 @@ from navstack.types import FloatMatrix, FloatVector
 
 # Of every step: the point of the path that the step's end is held against, and what is wanted
 # there.
-FOOT_X, FOOT_Y = 0, 1  # [m] map frame
-TANGENT_X, TANGENT_Y = 2, 3  # unit vector along the path
+# [m] map frame
+FOOT_X = 0
+FOOT_Y = 1
+# unit vector along the path
+TANGENT_X = 2
+TANGENT_Y = 3
 HEADING = 4  # [rad] wanted yaw, on the turn nearest to the predicted one
 LEAD = 5  # [m] wanted progress beyond the foot point
 SPEED = 6  # [m/s] wanted

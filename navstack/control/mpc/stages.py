@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.distance_field import Field, distance_and_gradient
+from navstack.control.mpc.distance_field import DistanceField, distance_and_gradient
 from navstack.control.mpc.motion import rollout
 from navstack.control.mpc.path_line import PathLine, at_distance, between, project
 from navstack.control.mpc.people import predicted
@@ -16,7 +16,8 @@ from navstack.jit import njit
 from navstack.types import FloatArray, FloatMatrix, FloatVector
 
 # segments of the line before and behind a step's one, in which the next one's is looked for
-_BACK, _AHEAD = 5, 40
+_BACK = 5
+_AHEAD = 40
 STEP_SHARES = (1.0, 0.5, 0.25)  # of a Gauss-Newton step
 _CROSSING = 0.3  # [m/s] across the line, from which on somebody crosses it
 # [m] around a tracked person's body: obstacle cells there are the person's, and move with the track
@@ -71,23 +72,31 @@ def fill_stages(
         wishes: see there.
         limits: (8,).
     """
-    stages, times, jerk = horizon.stages, horizon.times, limits[at.MAX_JERK]
-    acceleration, deceleration = limits[at.MAX_ACCELERATION], limits[at.MAX_DECELERATION]
+    stages = horizon.stages
+    times = horizon.times
+    jerk = limits[at.MAX_JERK]
+    acceleration = limits[at.MAX_ACCELERATION]
+    deceleration = limits[at.MAX_DECELERATION]
     first, share = project(line, states[0, 0], states[0, 1], segment, segment)
-    s, v, a = between(line.s, first, share), states[0, 3], states[0, 5]
+    s = between(line.s, first, share)
+    v = states[0, 3]
+    a = states[0, 5]
     end = line.s[-1]
     yaw = states[0, 2]  # to which the heading's turn is counted
     for k in range(len(stages)):
-        stage, state = stages[k], states[k + 1]
+        stage = stages[k]
+        state = states[k + 1]
         first, share = project(line, state[0], state[1], max(0, first - _BACK), first + _AHEAD)
         foot = between(line.s, first, share)
         heading = between(line.heading, first, share)
         stage[at.FOOT_X] = between(line.x, first, share)
         stage[at.FOOT_Y] = between(line.y, first, share)
-        stage[at.TANGENT_X], stage[at.TANGENT_Y] = math.cos(heading), math.sin(heading)
+        stage[at.TANGENT_X] = math.cos(heading)
+        stage[at.TANGENT_Y] = math.sin(heading)
         stage[at.CONTOUR] = 1.0
         if not math.isnan(wishes.heading):
-            heading, stage[at.CONTOUR] = wishes.heading, 0.0
+            heading = wishes.heading
+            stage[at.CONTOUR] = 0.0
         heading -= 2.0 * math.pi * math.floor((heading - yaw + math.pi) / (2.0 * math.pi))
         stage[at.HEADING] = yaw = heading
         ahead, ahead_share = at_distance(line, s + v * times[k])
@@ -97,29 +106,40 @@ def fill_stages(
         v += times[k] * (a + 0.5 * times[k] * j)
         a += times[k] * j
         stage[at.LEAD] = min(wishes.max_lag, max(-wishes.max_lag, s - foot))
-        stage[at.SPEED], stage[at.JERK] = v, j
+        stage[at.SPEED] = v
+        stage[at.JERK] = j
 
 
 @njit(ahead=True)
 def fill_obstacles(
-    horizon: Horizon, states: FloatMatrix, field: Field, people: FloatMatrix, keep: Clearances
+    horizon: Horizon,
+    states: FloatMatrix,
+    field: DistanceField,
+    people: FloatMatrix,
+    keep: Clearances,
 ) -> None:
     """Write each circle's half-plane at the nearest static obstacle; see :func:`fill_stages`."""
-    stages, circles = horizon.stages, horizon.shared[at.CIRCLES :]
+    stages = horizon.stages
+    circles = horizon.shared[at.CIRCLES :]
     # distances are to cells' centres
     clear = keep.radius + keep.obstacle_margin + 0.5 * field.grid[2]
     for k in range(len(stages)):
         state = states[k + 1]
-        cosine, sine = math.cos(state[2]), math.sin(state[2])
+        cosine = math.cos(state[2])
+        sine = math.sin(state[2])
         for i in range(len(circles)):
             place = at.BASE + 3 * i
-            x, y = state[0] + circles[i] * cosine, state[1] + circles[i] * sine
+            x = state[0] + circles[i] * cosine
+            y = state[1] + circles[i] * sine
             distance, gx, gy = distance_and_gradient(field, x, y, 2.0 * clear)
-            stages[k, place], stages[k, place + 1], stages[k, place + 2] = 0.0, 0.0, -1.0
+            stages[k, place] = 0.0
+            stages[k, place + 1] = 0.0
+            stages[k, place + 2] = -1.0
             if distance < 2.0 * clear and not _belongs_to_person(
                 x - distance * gx, y - distance * gy, people
             ):
-                stages[k, place], stages[k, place + 1] = gx, gy
+                stages[k, place] = gx
+                stages[k, place + 1] = gy
                 stages[k, place + 2] = clear - distance + gx * x + gy * y
 
 
@@ -134,16 +154,20 @@ def _belongs_to_person(x: float, y: float, people: FloatArray) -> bool:
 @njit(ahead=True)
 def fill_people(horizon: Horizon, people: FloatMatrix, keep: Clearances) -> None:
     """Write where people will be and how near is too near; see :func:`fill_stages`."""
-    stages, times = horizon.stages, horizon.times
+    stages = horizon.stages
+    times = horizon.times
     circles, room = sizes_of(horizon)
     time = 0.0
     for k in range(len(stages)):
         time += times[k]
-        left_x, left_y = -stages[k, at.TANGENT_Y], stages[k, at.TANGENT_X]
+        left_x = -stages[k, at.TANGENT_Y]
+        left_y = stages[k, at.TANGENT_X]
         for j in range(room):
             place = at.BASE + 3 * circles + 3 * j
             if j >= len(people):
-                stages[k, place], stages[k, place + 1], stages[k, place + 2] = 0.0, 0.0, -1.0
+                stages[k, place] = 0.0
+                stages[k, place + 1] = 0.0
+                stages[k, place + 2] = -1.0
                 continue
             x, y, deviation = predicted(people[j], time)
             grown = min(keep.max_uncertainty, keep.uncertainty_gain * deviation)
@@ -151,7 +175,8 @@ def fill_people(horizon: Horizon, people: FloatMatrix, keep: Clearances) -> None
             shift = keep.passing_bias  # to the left: pass on the right of who does not cross
             if sideways < -_CROSSING:
                 shift = -shift  # pass behind
-            stages[k, place], stages[k, place + 1] = x + shift * left_x, y + shift * left_y
+            stages[k, place] = x + shift * left_x
+            stages[k, place + 1] = y + shift * left_y
             stages[k, place + 2] = keep.radius + people[j, 4] + keep.person_margin + grown
 
 
@@ -165,8 +190,11 @@ def cost_terms(states: FloatArray, jerks: FloatArray, horizon: Horizon) -> Float
     stages, times, shared = horizon
     circles, people = sizes_of(horizon)
     for k in range(len(stages)):
-        stage, state, dt = stages[k], states[k + 1], times[k]
-        dx, dy = state[0] - stage[at.FOOT_X], state[1] - stage[at.FOOT_Y]
+        stage = stages[k]
+        state = states[k + 1]
+        dt = times[k]
+        dx = state[0] - stage[at.FOOT_X]
+        dy = state[1] - stage[at.FOOT_Y]
         contour = stage[at.TANGENT_X] * dy - stage[at.TANGENT_Y] * dx
         lag = stage[at.TANGENT_X] * dx + stage[at.TANGENT_Y] * dy - stage[at.LEAD]
         excess = max(0.0, abs(state[3] * state[4]) - shared[at.LATERAL_LIMIT])
@@ -178,7 +206,8 @@ def cost_terms(states: FloatArray, jerks: FloatArray, horizon: Horizon) -> Float
         terms[at.W_LATERAL] += dt * excess * excess
         terms[at.W_JERK] += dt * (jerks[k, 0] - stage[at.JERK]) ** 2
         terms[at.W_YAW_JERK] += dt * jerks[k, 1] ** 2
-        cosine, sine = math.cos(state[2]), math.sin(state[2])
+        cosine = math.cos(state[2])
+        sine = math.sin(state[2])
         for i in range(circles):
             cx = state[0] + shared[at.CIRCLES + i] * cosine
             cy = state[1] + shared[at.CIRCLES + i] * sine
@@ -204,7 +233,8 @@ def is_far(state: FloatArray, stage: FloatArray, place: int, shared: FloatArray)
     """Whether the person at ``place`` of a stage is out of all circles' reach, at any yaw."""
     span = max(abs(shared[at.CIRCLES]), abs(shared[len(shared) - 1]))  # the outermost circles
     reach = stage[place + 2]
-    dx, dy = state[0] - stage[place], state[1] - stage[place + 1]
+    dx = state[0] - stage[place]
+    dy = state[1] - stage[place + 1]
     return bool(reach <= 0.0 or dx * dx + dy * dy > (reach + span) ** 2)
 
 
@@ -213,7 +243,8 @@ def best_between(
     start: FloatVector, jerks: FloatMatrix, wanted: FloatMatrix, horizon: Horizon
 ) -> FloatArray:
     """The cheapest trajectory from ``start`` (7,) at any of ``STEP_SHARES`` of the step."""
-    best, least = wanted, math.inf
+    best = wanted
+    least = math.inf
     for share in STEP_SHARES:
         tried = jerks + share * (wanted - jerks)
         terms = cost_terms(rollout(start, tried, horizon.times), tried, horizon)
@@ -221,5 +252,6 @@ def best_between(
         for i in range(len(terms)):
             cost += horizon.shared[i] * terms[i]
         if cost < least:
-            best, least = tried, cost
+            best = tried
+            least = cost
     return best

@@ -8,10 +8,19 @@ memory.
 """
 
 import math
+from typing import NamedTuple
 
 from navstack.jit import njit
 
 _CLOSE = 1e-8  # [m] by which a stop may end too early
+
+
+class AxisMotion(NamedTuple):
+    """How far an axis has come, its rate v and that rate's derivative a."""
+
+    distance: float
+    rate: float
+    change: float
 
 
 @njit()
@@ -22,7 +31,8 @@ def stop_phases(
     sign = -1.0
     if v + a * abs(a) / (2.0 * jerk) >= 0.0:
         sign = 1.0
-    v, a = sign * v, sign * a
+    v = sign * v
+    a = sign * a
     peak = math.sqrt(max(0.0, jerk * v + 0.5 * a * a))  # largest deceleration if it is never held
     hold = 0.0
     if peak > deceleration:
@@ -39,36 +49,34 @@ def stop_time(v: float, a: float, deceleration: float, jerk: float) -> float:
 
 
 @njit()
-def stop_after(
-    v: float, a: float, deceleration: float, jerk: float, time: float
-) -> tuple[float, float, float]:
-    """Distance, rate and its derivative ``time`` [s] after the fastest stop began.
-
-    (end, 0, 0) once it is over.
-    """
+def stop_after(v: float, a: float, deceleration: float, jerk: float, time: float) -> AxisMotion:
+    """The motion ``time`` [s] after the fastest stop began; at rest once it is over."""
     sign, t1, t2, t3 = stop_phases(v, a, deceleration, jerk)
     distance = 0.0
     for phase in range(3):
         if phase == 0:
-            span, j = t1, -sign * jerk
+            span = t1
+            j = -sign * jerk
         elif phase == 1:
-            span, j = t2, 0.0
+            span = t2
+            j = 0.0
         else:
-            span, j = t3, sign * jerk
+            span = t3
+            j = sign * jerk
         t = min(span, time)
         distance += t * (v + t * (a / 2.0 + t * j / 6.0))
         v += t * (a + 0.5 * t * j)
         a += t * j
         time -= t
         if time <= 0.0 and t < span:
-            return distance, v, a
-    return distance, 0.0, 0.0
+            return AxisMotion(distance, v, a)
+    return AxisMotion(distance, 0.0, 0.0)
 
 
 @njit()
 def stop_distance(v: float, a: float, deceleration: float, jerk: float) -> float:
     """How far the fastest stop goes, in [m] resp. [rad]."""
-    return stop_after(v, a, deceleration, jerk, math.inf)[0]
+    return stop_after(v, a, deceleration, jerk, math.inf).distance
 
 
 @njit()
@@ -120,19 +128,22 @@ def progress_jerk(
     too_far = _overshoot(v, a, wanted, remaining, deceleration, jerk, dt)
     if too_far <= 0.0:
         return wanted
-    too_near, last = _overshoot(v, a, lowest, remaining, deceleration, jerk, dt), 0
+    too_near = _overshoot(v, a, lowest, remaining, deceleration, jerk, dt)
+    last = 0
     for _ in range(30):  # the largest jerk after which the stop fits: regula falsi, Illinois
         if too_near > -_CLOSE:  # close enough, or too far even so
             break
         middle = lowest - too_near * (wanted - lowest) / (too_far - too_near)
         over = _overshoot(v, a, middle, remaining, deceleration, jerk, dt)
         if over <= 0.0:
-            lowest, too_near = middle, over
+            lowest = middle
+            too_near = over
             if last == -1:
                 too_far *= 0.5
             last = -1
         else:
-            wanted, too_far = middle, over
+            wanted = middle
+            too_far = over
             if last == 1:
                 too_near *= 0.5
             last = 1

@@ -26,7 +26,7 @@ OUTLINE_SLACK = 2.5
 ALWAYS = 0.0  # check_from: the outline counts everywhere
 
 
-class Body(NamedTuple):
+class CollisionBody(NamedTuple):
     """What the collision check needs of robot and costmap; lengths in cells."""
 
     footprint: FloatMatrix  # (V, 2) [m] base frame
@@ -46,7 +46,7 @@ def make_body(
     costs: LocalCosts,
     layer: InflationLayerParams | None,
     resolution: float,
-) -> Body:
+) -> CollisionBody:
     """The body of a padded ``footprint`` (V, 2) [m] on a local costmap of a ``resolution`` [m]."""
     inscribed, circumscribed = footprint_radii(footprint)
     centres, half = _cover(footprint)
@@ -57,7 +57,7 @@ def make_body(
     check_from = ALWAYS
     if layer is not None and layer.inflation_radius >= circumscribed:
         check_from = float(inflation_cost(circumscribed, inscribed, layer.cost_scaling_factor))
-    return Body(
+    return CollisionBody(
         np.ascontiguousarray(footprint),
         np.ascontiguousarray(footprint / resolution),
         centres / resolution,
@@ -72,7 +72,8 @@ def make_body(
 
 def _cover(footprint: FloatArray) -> tuple[FloatArray, float]:
     """Centres (C, 2) of circles that cover the footprint's bounding box, and their radius [m]."""
-    low, high = footprint.min(axis=0), footprint.max(axis=0)
+    low = footprint.min(axis=0)
+    high = footprint.max(axis=0)
     counts = _CIRCLES
     if high[0] - low[0] < high[1] - low[1]:
         counts = _CIRCLES[::-1]
@@ -115,7 +116,7 @@ def clearance(
 
     Negative: unknown.
 
-    Lengths in cells; see :class:`Body`.
+    Lengths in cells; see :class:`CollisionBody`.
     """
     height, width = costs.shape
     edge: float = min(min(cx, width - cx), min(cy, height - cy)) - radius  # of the map

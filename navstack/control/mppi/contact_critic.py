@@ -3,14 +3,14 @@
 import numpy as np
 
 from navstack.control.contact_risk import ContactPricing, body_of, expected_contacts
-from navstack.control.mppi.critic import Critic, Scores
-from navstack.control.mppi.rollouts import Rollouts
-from navstack.control.mppi.scene import Scene
+from navstack.control.mppi.critic import CriticScores, MppiCritic
+from navstack.control.mppi.rollouts import MppiRollouts
+from navstack.control.mppi.scene import MppiScene
 from navstack.params.mppi import MppiParams
 from navstack.types import Float32Array, FloatArray
 
 
-class ExpectedContactCritic(Critic):
+class MppiExpectedContactCritic(MppiCritic):
     """Expected dollars of the contacts with tracked people within the horizon."""
 
     wants_tracks = True
@@ -22,7 +22,7 @@ class ExpectedContactCritic(Critic):
         self._every = self._own.trajectory_point_step
         self._dt = params.model_dt
 
-    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+    def score(self, rollouts: MppiRollouts, scene: MppiScene) -> CriticScores | None:
         """See the base class."""
         people = self._pricing.people(scene.tracks, scene.pose, scene.stamp)
         if not len(people):
@@ -33,10 +33,11 @@ class ExpectedContactCritic(Critic):
             self._rows(each)
             for each in (rollouts.x, rollouts.y, rollouts.yaw, rollouts.v, rollouts.w)
         )
-        lengths, steps = np.full(len(x), x.shape[1]), np.full(len(x), self._every * self._dt)
+        lengths = np.full(len(x), x.shape[1])
+        steps = np.full(len(x), self._every * self._dt)
         prices = (self._pricing.rates, self._pricing.contact_usd)
         costs = expected_contacts(x, y, yaw, lengths, steps, v, w, people, self._body, *prices)
-        return Scores(costs.astype(np.float32))
+        return CriticScores(costs.astype(np.float32))
 
     def _rows(self, columns: Float32Array) -> FloatArray:
         """Every n-th pose of each trajectory as a row."""

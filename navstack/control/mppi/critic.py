@@ -5,20 +5,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from navstack.control.mppi.rollouts import Rollouts
-from navstack.control.mppi.scene import Scene
+from navstack.control.mppi.rollouts import MppiRollouts
+from navstack.control.mppi.scene import MppiScene
 from navstack.params.mppi import MppiParams
 from navstack.types import Float32Array
 
 
-class Scores(NamedTuple):
+class CriticScores(NamedTuple):
     """What a critic says of B trajectories."""
 
     raw: Float32Array  # (B,) before weight and power
     colliding: int = 0  # trajectories in collision, as far as the critic looks for that
 
 
-class Critic(ABC):
+class MppiCritic(ABC):
     """Scores trajectories: each costs ``(weight * raw) ** power``."""
 
     wants_tracks = False  # whether it looks at what moves about
@@ -31,7 +31,7 @@ class Critic(ABC):
         self.power = int(self._own.cost_power)
 
     @abstractmethod
-    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+    def score(self, rollouts: MppiRollouts, scene: MppiScene) -> CriticScores | None:
         """Raw scores; None: it does not count in this situation."""
 
     def weighted(self, raw: Float32Array) -> Float32Array:

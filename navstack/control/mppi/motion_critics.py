@@ -4,15 +4,15 @@ import math
 
 import numpy as np
 
-from navstack.control.mppi.critic import Critic, Scores
+from navstack.control.mppi.critic import CriticScores, MppiCritic
 from navstack.control.mppi.motion_kernels import sum_outside
-from navstack.control.mppi.rollouts import Rollouts
-from navstack.control.mppi.scene import Scene
+from navstack.control.mppi.rollouts import MppiRollouts
+from navstack.control.mppi.scene import MppiScene
 from navstack.params.mppi import MppiParams
 from navstack.types import Float32Array
 
 
-class ConstraintCritic(Critic):
+class MppiConstraintCritic(MppiCritic):
     """Speeds beyond the limits, times their durations (``constraint_critic.cpp``).
 
     An Ackermann's tight curves, too.
@@ -32,7 +32,7 @@ class ConstraintCritic(Critic):
             self._radius = params.AckermannConstraints.min_turning_r
         self._dt = np.float32(params.model_dt)
 
-    def score(self, rollouts: Rollouts, scene: Scene) -> Scores:
+    def score(self, rollouts: MppiRollouts, scene: MppiScene) -> CriticScores:
         """See the base class."""
         steps = len(rollouts.x)
         speeds = rollouts.v
@@ -43,41 +43,41 @@ class ConstraintCritic(Critic):
             outside += sum_too_tight(
                 rollouts.v[:steps], rollouts.w[:steps], np.float32(self._radius)
             )
-        return Scores(outside * self._dt)
+        return CriticScores(outside * self._dt)
 
 
-class PreferForwardCritic(Critic):
+class MppiPreferForwardCritic(MppiCritic):
     """The way driven backwards, except near the goal (``prefer_forward_critic.cpp``)."""
 
     def __init__(self, name: str, params: MppiParams) -> None:
         super().__init__(name, params)
         self._dt = np.float32(params.model_dt)
 
-    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+    def score(self, rollouts: MppiRollouts, scene: MppiScene) -> CriticScores | None:
         """See the base class."""
         if scene.goal_distance < self._own.threshold_to_consider:
             return None
-        return Scores(
+        return CriticScores(
             sum_outside(rollouts.v, len(rollouts.x), np.float32(0.0), np.float32(np.inf)) * self._dt
         )
 
 
-class TwirlingCritic(Critic):
+class MppiTwirlingCritic(MppiCritic):
     """The mean yaw rate, except within the goal checker's tolerance (``twirling_critic.cpp``)."""
 
     def __init__(self, name: str, params: MppiParams, xy_goal_tolerance: float) -> None:
         super().__init__(name, params)
         self._xy_goal_tolerance = xy_goal_tolerance
 
-    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+    def score(self, rollouts: MppiRollouts, scene: MppiScene) -> CriticScores | None:
         """See the base class."""
         if scene.goal_distance < self._xy_goal_tolerance:
             return None
         rates = rollouts.w[: len(rollouts.x)]
-        return Scores(np.abs(rates).sum(axis=0) / np.float32(len(rates)))
+        return CriticScores(np.abs(rates).sum(axis=0) / np.float32(len(rates)))
 
 
-class VelocityDeadbandCritic(Critic):
+class MppiVelocityDeadbandCritic(MppiCritic):
     """Speeds below those that the drive turns into motion, times their durations.
 
     After ``velocity_deadband_critic.cpp``.
@@ -89,14 +89,14 @@ class VelocityDeadbandCritic(Critic):
         self._least = (v, w, vy)  # in the order of the controls
         self._dt = np.float32(params.model_dt)
 
-    def score(self, rollouts: Rollouts, scene: Scene) -> Scores:
+    def score(self, rollouts: MppiRollouts, scene: MppiScene) -> CriticScores:
         """See the base class."""
         steps = len(rollouts.x)
         below = [
             np.maximum(least - np.abs(speeds[:steps]), np.float32(0.0)).sum(axis=0)
             for speeds, least in zip(rollouts.controls, self._least, strict=False)
         ]
-        return Scores(sum(below[1:], start=below[0]) * self._dt)
+        return CriticScores(sum(below[1:], start=below[0]) * self._dt)
 
 
 def sum_too_tight(v: Float32Array, w: Float32Array, radius: np.float32) -> Float32Array:

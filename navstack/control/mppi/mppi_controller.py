@@ -11,7 +11,7 @@ from navstack.control.decision import CriticScore, DecisionRecord
 from navstack.control.mppi.critics import build_critics
 from navstack.control.mppi.optimizer import Optimizer, Solution
 from navstack.control.mppi.path_handler import PathHandler
-from navstack.control.mppi.scene import Scene
+from navstack.control.mppi.scene import MppiScene
 from navstack.errors import NoLegalVelocity
 from navstack.params.mppi import MppiParams
 from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
@@ -22,7 +22,7 @@ NAME = "MPPIController"
 class _Cycle(NamedTuple):
     """What a decision record is made of."""
 
-    scene: Scene
+    scene: MppiScene
     solution: Solution | None  # None: all trajectories collide
     colliding: dict[str, int]
 
@@ -120,7 +120,7 @@ class MppiController(Controller):
         path = self._path_handler.near(plan, state.pose, surroundings.costmap)
         goal = Pose2D(*map(float, plan.poses[-1]))
         unknown = self._params.local_costs.tracks_unknown
-        scene = Scene(state, path, goal, surroundings.costmap, unknown, surroundings.tracks)
+        scene = MppiScene(state, path, goal, surroundings.costmap, unknown, surroundings.tracks)
         try:
             solution = self._optimizer.solve(scene)
         except NoLegalVelocity as error:

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from navstack.control.mppi.body import Body, make_body
-from navstack.control.mppi.critic import Critic, Scores
+from navstack.control.mppi.body import CollisionBody, make_body
+from navstack.control.mppi.critic import CriticScores, MppiCritic
 from navstack.control.mppi.obstacle_kernels import cost_scores, obstacle_scores
-from navstack.control.mppi.rollouts import Rollouts
-from navstack.control.mppi.scene import Scene
+from navstack.control.mppi.rollouts import MppiRollouts
+from navstack.control.mppi.scene import MppiScene
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
 from navstack.geometry import footprint_radii
 from navstack.params.mppi import MppiParams
@@ -17,16 +17,17 @@ from navstack.types import FloatArray
 _HIGHEST = 254.0  # cost by which CostCritic's weight is divided
 
 
-class _ObstacleCritic(Critic):
+class _ObstacleCritic(MppiCritic):
     """What both critics know of the robot's body and of the costmap's inflation."""
 
     def __init__(self, name: str, params: MppiParams, footprint: FloatArray) -> None:
         super().__init__(name, params)
-        self._costs, self._footprint = params.local_costs, footprint
+        self._costs = params.local_costs
+        self._footprint = footprint
         self._layer = self._costs.inflation(self._own.inflation_layer_name)
-        self._body: Body | None = None
+        self._body: CollisionBody | None = None
 
-    def body_on(self, scene: Scene) -> Body:
+    def body_on(self, scene: MppiScene) -> CollisionBody:
         """The robot's body in cells of the costmap, made once."""
         if self._body is None:
             outline = self._own.consider_footprint
@@ -36,7 +37,7 @@ class _ObstacleCritic(Critic):
         return self._body
 
 
-class CostCritic(_ObstacleCritic):
+class MppiCostCritic(_ObstacleCritic):
     """The costs under the trajectory.
 
     A collision makes it all but impossible (``cost_critic.cpp``).
@@ -46,7 +47,7 @@ class CostCritic(_ObstacleCritic):
         super().__init__(name, params, footprint)
         self.weight /= _HIGHEST
 
-    def score(self, rollouts: Rollouts, scene: Scene) -> Scores:
+    def score(self, rollouts: MppiRollouts, scene: MppiScene) -> CriticScores:
         """See the base class."""
         own = self._own
         raw, hits = cost_scores(
@@ -62,10 +63,10 @@ class CostCritic(_ObstacleCritic):
             not scene.goal_distance < own.near_goal_distance,
         )
         looked_at = (len(rollouts.x) - 1) // own.trajectory_point_step + 1
-        return Scores(raw / np.float32(looked_at), int(hits.sum()))
+        return CriticScores(raw / np.float32(looked_at), int(hits.sum()))
 
 
-class ObstaclesCritic(_ObstacleCritic):
+class MppiObstaclesCritic(_ObstacleCritic):
     """The distances to obstacles, as the inflated costmap tells them (``obstacles_critic.cpp``)."""
 
     def __init__(self, name: str, params: MppiParams, footprint: FloatArray) -> None:
@@ -78,9 +79,10 @@ class ObstaclesCritic(_ObstacleCritic):
                 np.log(costs / INSCRIBED_INFLATED_OBSTACLE) / self._layer.cost_scaling_factor
             )
 
-    def score(self, rollouts: Rollouts, scene: Scene) -> Scores:
+    def score(self, rollouts: MppiRollouts, scene: MppiScene) -> CriticScores:
         """See the base class; the raw score holds its two weights."""
-        own, layer = self._own, self._layer
+        own = self._own
+        layer = self._layer
         reach = math.inf  # no distances
         if layer is not None and layer.inflation_radius > 0.0 and layer.cost_scaling_factor > 0.0:
             reach = layer.inflation_radius
@@ -99,4 +101,4 @@ class ObstaclesCritic(_ObstacleCritic):
         near[hits] = own.collision_cost
         repulsion = (repulsion - repulsion.min()) / np.float32(len(rollouts.x))
         raw = np.float32(own.critical_weight) * near + np.float32(own.repulsion_weight) * repulsion
-        return Scores(raw, int(hits.sum()))
+        return CriticScores(raw, int(hits.sum()))

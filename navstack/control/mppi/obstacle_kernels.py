@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.control.footprint_cost import outline_cost, walk_outline
-from navstack.control.mppi.body import OUTLINE_SLACK, Body, clearance
-from navstack.control.mppi.rollouts import Rollouts
+from navstack.control.mppi.body import OUTLINE_SLACK, CollisionBody, clearance
+from navstack.control.mppi.rollouts import MppiRollouts
 from navstack.costmap.costmap import (
     INSCRIBED_INFLATED_OBSTACLE,
     LETHAL_OBSTACLE,
@@ -35,11 +35,14 @@ def pose_costs(
     ``frame``: x and y of the costmap's origin [m], and cells per [m]; ``cells`` (n,) receives their
     indices in the flattened costmap, -1 off the map.
     """
-    height, width = np.int32(costs.shape[0]), np.int32(costs.shape[1])
-    zero, outside = np.float32(0.0), np.int32(-1)
+    height = np.int32(costs.shape[0])
+    width = np.int32(costs.shape[1])
+    zero = np.float32(0.0)
+    outside = np.int32(-1)
     origin_x, origin_y, scale = frame
     for b in range(len(cells)):
-        fx, fy = (x[b] - origin_x) * scale, (y[b] - origin_y) * scale
+        fx = (x[b] - origin_x) * scale
+        fy = (y[b] - origin_y) * scale
         inside = (fx >= zero) & (fy >= zero) & (fx < np.float32(width)) & (fy < np.float32(height))
         cell = np.int32(fy) * width + np.int32(fx)
         cells[b] = cell if inside else outside
@@ -61,12 +64,12 @@ def is_collision(cost: int, uses_outline: bool, tracks_unknown: bool) -> bool:
 @njit()
 def touch_outlines(
     t: int,
-    rollouts: Rollouts,
+    rollouts: MppiRollouts,
     found: ByteArray,
     check_from: int,
     costs: ByteArray,
     grid: Grid,
-    body: Body,
+    body: CollisionBody,
     has_unknown: bool,
     room: Float32Array,
     seen: IntArray,
@@ -79,9 +82,15 @@ def touch_outlines(
     pose ``seen``; both are updated. Every test is made for all bodies before the next test, without
     branches: the processor would often predict them wrongly.
     """
-    x, y, yaw = rollouts.x, rollouts.y, rollouts.yaw
-    cosine, sine = rollouts.cosine, rollouts.sine
-    corners, circles, radius, reach = body.corners, body.circles, body.radius, body.reach
+    x = rollouts.x
+    y = rollouts.y
+    yaw = rollouts.yaw
+    cosine = rollouts.cosine
+    sine = rollouts.sine
+    corners = body.corners
+    circles = body.circles
+    radius = body.radius
+    reach = body.reach
     height, width = costs.shape
     scale = 1.0 / grid[2]
     asked = np.empty(len(found) + 1, dtype=np.int32)
@@ -92,15 +101,19 @@ def touch_outlines(
     left = 0
     for i in range(count):
         b = asked[i]
-        dx, dy = x[t, b] - x[seen[b], b], y[t, b] - y[seen[b], b]
+        dx = x[t, b] - x[seen[b], b]
+        dy = y[t, b] - y[seen[b], b]
         turned = yaw[t, b] - yaw[seen[b], b]
         asked[left] = b
         left += not math.sqrt(dx * dx + dy * dy) * scale + abs(turned) * radius <= room[b]
-    count, left = left, 0
+    count = left
+    left = 0
     for i in range(count):
         b = asked[i]
-        cx, cy = (x[t, b] - grid[0]) * scale, (y[t, b] - grid[1]) * scale
-        seen[b], room[b] = t, np.float32(-1.0)
+        cx = (x[t, b] - grid[0]) * scale
+        cy = (y[t, b] - grid[1]) * scale
+        seen[b] = t
+        room[b] = np.float32(-1.0)
         if not has_unknown:
             room[b] = clearance(
                 costs, cx, cy, cosine[t, b], sine[t, b], circles, body.free_radius, radius, reach
@@ -109,7 +122,8 @@ def touch_outlines(
         left += room[b] < np.float32(0.0)
     for i in range(left):
         b = asked[i]
-        cx, cy = (x[t, b] - grid[0]) * scale, (y[t, b] - grid[1]) * scale
+        cx = (x[t, b] - grid[0]) * scale
+        cy = (y[t, b] - grid[1]) * scale
         worst = walk_outline(costs, _CELLS, corners, cx, cy, cosine[t, b], sine[t, b], True)
         hits[b] = is_collision(worst, True, body.tracks_unknown)
         if not has_unknown:
@@ -133,11 +147,11 @@ def _add_costs(
 
 @njit(ahead=True)
 def cost_scores(
-    rollouts: Rollouts,
+    rollouts: MppiRollouts,
     step: int,
     costs: ByteMatrix,
     grid: Grid,
-    body: Body,
+    body: CollisionBody,
     has_unknown: bool,
     near_collision_cost: int,
     critical_cost: np.float32,
@@ -154,9 +168,12 @@ def cost_scores(
     scores = np.zeros(count, dtype=np.float32)
     hits = np.zeros(count, dtype=np.bool_)
     frame = (np.float32(grid[0]), np.float32(grid[1]), np.float32(1.0 / grid[2]))
-    cells, found = np.empty(count, dtype=np.int32), np.empty(count, dtype=np.uint8)
-    room, seen = np.full(count, np.float32(-1.0)), np.zeros(count, dtype=np.int64)
-    near, share = np.float32(max(near_collision_cost, 1)), np.float32(repels)
+    cells = np.empty(count, dtype=np.int32)
+    found = np.empty(count, dtype=np.uint8)
+    room = np.full(count, np.float32(-1.0))
+    seen = np.zeros(count, dtype=np.int64)
+    near = np.float32(max(near_collision_cost, 1))
+    share = np.float32(repels)
     look_from = int(math.ceil(max(body.check_from, 1.0)))
     for t in range(0, steps, step):
         pose_costs(rollouts.x[t], rollouts.y[t], costs, frame, cells, found)
@@ -177,10 +194,10 @@ def cost_scores(
 
 @njit()
 def obstacle_scores(
-    rollouts: Rollouts,
+    rollouts: MppiRollouts,
     costs: ByteArray,
     grid: Grid,
-    body: Body,
+    body: CollisionBody,
     distances: FloatArray,
     inscribed_radius: float,
     margin: float,
@@ -191,13 +208,17 @@ def obstacle_scores(
     After ``obstacles_critic.cpp``. ``distances`` (256,) [m] from the centre to the nearest obstacle
     by cost. An ``extent`` of inf: nothing is known of distances; of -inf: obstacles do not repel.
     """
-    x, y, cosine, sine = rollouts.x, rollouts.y, rollouts.cosine, rollouts.sine
+    x = rollouts.x
+    y = rollouts.y
+    cosine = rollouts.cosine
+    sine = rollouts.sine
     steps, count = x.shape
     near = np.zeros(count, dtype=np.float32)
     repulsion = np.zeros(count, dtype=np.float32)
     hits = np.zeros(count, dtype=np.bool_)
     frame = (np.float32(grid[0]), np.float32(grid[1]), np.float32(1.0 / grid[2]))
-    cells, found = np.empty(count, dtype=np.int32), np.empty(count, dtype=np.uint8)
+    cells = np.empty(count, dtype=np.int32)
+    found = np.empty(count, dtype=np.uint8)
     for t in range(steps):
         pose_costs(x[t], y[t], costs, frame, cells, found)
         for b in range(count):

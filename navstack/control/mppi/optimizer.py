@@ -9,9 +9,9 @@ import numpy as np
 from navstack.control.controller import limited_share
 from navstack.control.decision import CriticScore
 from navstack.control.mppi import control_sequence
-from navstack.control.mppi.critic import Critic
-from navstack.control.mppi.rollouts import Rollouts, add_noise, drift, limit_changes, roll_out
-from navstack.control.mppi.scene import Scene
+from navstack.control.mppi.critic import MppiCritic
+from navstack.control.mppi.rollouts import MppiRollouts, add_noise, drift, limit_changes, roll_out
+from navstack.control.mppi.scene import MppiScene
 from navstack.errors import NoLegalVelocity, ParameterError
 from navstack.params.mppi import OMNI, MppiParams
 from navstack.types import Float32Array, Twist2D
@@ -64,7 +64,7 @@ def axes_of(params: MppiParams) -> tuple[Axis, ...]:
 class Optimizer:
     """Model predictive path integral control (Williams et al., IEEE T-RO 34, 2018) as in Nav2."""
 
-    def __init__(self, params: MppiParams, critics: Sequence[Critic], period: float) -> None:
+    def __init__(self, params: MppiParams, critics: Sequence[MppiCritic], period: float) -> None:
         """Make the optimizer.
 
         Args:
@@ -80,12 +80,13 @@ class Optimizer:
                 f"MPPI: model_dt {params.model_dt:g} s is shorter than a control period "
                 f"({period:g} s); make it as long"
             )
-        self._params, self._critics = params, critics
+        self._params = params
+        self._critics = critics
         # one value of the sequence is used per cycle
         self._shifts = abs(params.model_dt - period) < _SAME_PERIOD
         self._axes = axes_of(params)
-        self._rollouts = Rollouts.empty(params.time_steps, params.batch_size, len(self._axes))
-        self._single = Rollouts.empty(params.time_steps, 1, len(self._axes))
+        self._rollouts = MppiRollouts.empty(params.time_steps, params.batch_size, len(self._axes))
+        self._single = MppiRollouts.empty(params.time_steps, 1, len(self._axes))
         self._no_noise = Noise(np.zeros((len(self._axes), params.time_steps, 1), dtype=_FLOAT), 0.0)
         self._rng: np.random.Generator | None = None
         self._share = 1.0  # of the largest velocities that a speed limit leaves
@@ -109,7 +110,7 @@ class Optimizer:
         """
         self._share = min(limited_share(self._params.vx_max, limit, is_percentage), 1.0)
 
-    def solve(self, scene: Scene) -> Solution:
+    def solve(self, scene: MppiScene) -> Solution:
         """The command of this cycle.
 
         Raises:
@@ -123,7 +124,7 @@ class Optimizer:
             self.reset()
         raise NoLegalVelocity(colliding)
 
-    def score_alone(self, solution: Solution, scene: Scene) -> tuple[CriticScore, ...]:
+    def score_alone(self, solution: Solution, scene: MppiScene) -> tuple[CriticScore, ...]:
         """The chosen sequence's scores, without numbers of a critic that did not count."""
         rollouts = self._roll_out(self._single, solution.sequences, self._no_noise, scene)
         found: list[CriticScore] = []
@@ -131,13 +132,14 @@ class Optimizer:
             scores = critic.score(rollouts, scene)
             raw = weighted = None
             if scores is not None:
-                raw, weighted = float(scores.raw[0]), float(critic.weighted(scores.raw)[0])
+                raw = float(scores.raw[0])
+                weighted = float(critic.weighted(scores.raw)[0])
             found.append(
                 CriticScore(critic.name, raw, weighted, solution.colliding.get(critic.name, 0))
             )
         return tuple(found)
 
-    def _optimize(self, scene: Scene) -> dict[str, int]:
+    def _optimize(self, scene: MppiScene) -> dict[str, int]:
         """Update the sequence; returns the numbers of trajectories in collision by critic.
 
         Costs add up over the updates of a cycle. After a critic that finds all in collision no
@@ -176,10 +178,11 @@ class Optimizer:
         return self._noise
 
     def _roll_out(
-        self, into: Rollouts, sequences: Float32Array, noise: Noise, scene: Scene
-    ) -> Rollouts:
+        self, into: MppiRollouts, sequences: Float32Array, noise: Noise, scene: MppiScene
+    ) -> MppiRollouts:
         """Drive noisy sequences from the measured velocity."""
-        dt, now = self._params.model_dt, scene.velocity
+        dt = self._params.model_dt
+        now = scene.velocity
         measured = (now.linear_x, now.angular_z, now.linear_y)
         for i, axis in enumerate(self._axes):
             add_noise(sequences[i], noise.values[i], into.controls[i])
@@ -195,7 +198,7 @@ class Optimizer:
             drift(into, _FLOAT(scene.yaw), _FLOAT(dt))
         return into
 
-    def _update(self, rollouts: Rollouts, costs: Float32Array) -> bool:
+    def _update(self, rollouts: MppiRollouts, costs: Float32Array) -> bool:
         """Make the samples' mean by merit the new sequence, within the limits.
 
         False: costs are not finite.
@@ -217,9 +220,12 @@ class Optimizer:
         return True
 
     def _limit(self, sequences: Float32Array) -> None:
-        params, dt, share = self._params, self._params.model_dt, self._share
+        params = self._params
+        dt = self._params.model_dt
+        share = self._share
         for sequence, axis in zip(sequences, self._axes, strict=True):
-            least, most = _FLOAT(axis.least * share), _FLOAT(axis.most * share)
+            least = _FLOAT(axis.least * share)
+            most = _FLOAT(axis.most * share)
             control_sequence.limit(
                 sequence, least, most, _FLOAT(axis.fall * dt), _FLOAT(axis.rise * dt)
             )

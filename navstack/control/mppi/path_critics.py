@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from navstack.control.mppi.critic import Critic, Scores
+from navstack.control.mppi.critic import CriticScores, MppiCritic
 from navstack.control.mppi.path_kernels import bearing_errors, mean_distance, mean_misalignment
-from navstack.control.mppi.rollouts import Rollouts
-from navstack.control.mppi.scene import Scene
+from navstack.control.mppi.rollouts import MppiRollouts
+from navstack.control.mppi.scene import MppiScene
 from navstack.geometry import shortest_angular_distance
 from navstack.params.mppi import MppiParams
 from navstack.params.mppi_critics import AS_THE_PATH, EITHER, FORWARD
@@ -15,40 +15,40 @@ from navstack.params.mppi_critics import AS_THE_PATH, EITHER, FORWARD
 _MOST_IGNORED = 2  # path points in obstacles that never make the path a blocked one
 
 
-class GoalCritic(Critic):
+class MppiGoalCritic(MppiCritic):
     """The mean distance to the goal, near it (``goal_critic.cpp``)."""
 
-    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+    def score(self, rollouts: MppiRollouts, scene: MppiScene) -> CriticScores | None:
         """See the base class."""
         if not scene.goal_distance < self._own.threshold_to_consider:
             return None
-        return Scores(
+        return CriticScores(
             mean_distance(
                 rollouts.x, rollouts.y, np.float32(scene.goal[0]), np.float32(scene.goal[1])
             )
         )
 
 
-class GoalAngleCritic(Critic):
+class MppiGoalAngleCritic(MppiCritic):
     """The mean angle to the path's last yaw, near the goal (``goal_angle_critic.cpp``)."""
 
-    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+    def score(self, rollouts: MppiRollouts, scene: MppiScene) -> CriticScores | None:
         """See the base class."""
         if not scene.goal_distance < self._own.threshold_to_consider:
             return None
         turns = (scene.path_yaw[-1] - rollouts.yaw).astype(np.float64)
         turns -= 2.0 * math.pi * np.floor((turns + math.pi) / (2.0 * math.pi))
         sizes = np.abs(turns.astype(np.float32))
-        return Scores(sizes.sum(axis=0) / np.float32(len(sizes)))
+        return CriticScores(sizes.sum(axis=0) / np.float32(len(sizes)))
 
 
-class PathAlignCritic(Critic):
+class MppiPathAlignCritic(MppiCritic):
     """The mean distance to the path's point as far along, as long as the path is free.
 
     After ``path_align_critic.cpp``.
     """
 
-    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+    def score(self, rollouts: MppiRollouts, scene: MppiScene) -> CriticScores | None:
         """See the base class."""
         own = self._own
         if scene.goal_distance < own.threshold_to_consider:
@@ -60,11 +60,14 @@ class PathAlignCritic(Critic):
         if blocked > max(_MOST_IGNORED, own.max_path_occupancy_ratio * reached):
             return None
         path = (scene.path_x[:reached], scene.path_y[:reached], scene.path_yaw[:reached])
-        free, step = scene.free[:reached], own.trajectory_point_step
-        return Scores(mean_misalignment(rollouts, step, path, free, own.use_path_orientations))
+        free = scene.free[:reached]
+        step = own.trajectory_point_step
+        return CriticScores(
+            mean_misalignment(rollouts, step, path, free, own.use_path_orientations)
+        )
 
 
-class PathAngleCritic(Critic):
+class MppiPathAngleCritic(MppiCritic):
     """The last pose's bearing to a point ahead, where the robot looks away from it.
 
     After ``path_angle_critic.cpp``.
@@ -77,15 +80,17 @@ class PathAngleCritic(Critic):
         if self._mode == EITHER and not reverses:
             self._mode = FORWARD
 
-    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+    def score(self, rollouts: MppiRollouts, scene: MppiScene) -> CriticScores | None:
         """See the base class."""
         if scene.goal_distance < self._own.threshold_to_consider:
             return None
         i = min(scene.furthest(rollouts) + self._own.offset_from_furthest, len(scene.path_x) - 1)
-        x, y, yaw = float(scene.path_x[i]), float(scene.path_y[i]), float(scene.path_yaw[i])
+        x = float(scene.path_x[i])
+        y = float(scene.path_y[i])
+        yaw = float(scene.path_yaw[i])
         if self._error_now(scene.yaw, math.atan2(y, x), yaw) < self._own.max_angle_to_furthest:
             return None
-        return Scores(
+        return CriticScores(
             bearing_errors(rollouts.x[-1], rollouts.y[-1], rollouts.yaw[-1], x, y, self._mode, yaw)
         )
 
@@ -100,10 +105,10 @@ class PathAngleCritic(Critic):
         return error
 
 
-class PathFollowCritic(Critic):
+class MppiPathFollowCritic(MppiCritic):
     """The last pose's distance to the first free point ahead (``path_follow_critic.cpp``)."""
 
-    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+    def score(self, rollouts: MppiRollouts, scene: MppiScene) -> CriticScores | None:
         """See the base class."""
         last = len(scene.path_x) - 1
         if last < 1 or scene.goal_distance < self._own.threshold_to_consider:
@@ -111,5 +116,6 @@ class PathFollowCritic(Critic):
         i = min(scene.furthest(rollouts) + self._own.offset_from_furthest, last)
         while i < last - 1 and not scene.free[i]:
             i += 1
-        x, y = scene.path_x[i], scene.path_y[i]
-        return Scores(mean_distance(rollouts.x[-1:], rollouts.y[-1:], x, y))
+        x = scene.path_x[i]
+        y = scene.path_y[i]
+        return CriticScores(mean_distance(rollouts.x[-1:], rollouts.y[-1:], x, y))

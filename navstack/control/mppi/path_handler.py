@@ -46,7 +46,8 @@ class PathHandler:
         self._begin, end = window(
             plan.poses[: self._end], self._begin, pose.x, pose.y, search, params.prune_distance
         )
-        width, height = costmap.size_x * costmap.resolution, costmap.size_y * costmap.resolution
+        width = costmap.size_x * costmap.resolution
+        height = costmap.size_y * costmap.resolution
         grid = (costmap.origin_x, costmap.origin_y, width, height)
         seen = plan.poses[self._begin : on_grid(plan.poses, self._begin, end, grid)]
         if len(seen) == 0:
@@ -111,7 +112,8 @@ def on_grid(
     """
     origin_x, origin_y, width, height = grid
     for i in range(begin, end):
-        x, y = poses[i, 0] - origin_x, poses[i, 1] - origin_y
+        x = poses[i, 0] - origin_x
+        y = poses[i, 1] - origin_y
         if not (x >= 0.0 and y >= 0.0 and x < width and y < height):
             return i
     return end
@@ -121,8 +123,10 @@ def on_grid(
 def first_cusp(poses: FloatArray, begin: int) -> int:
     """One behind the pose where the motion turns round (``findFirstPathInversion``)."""
     for i in range(begin + 1, len(poses) - 1):
-        before_x, before_y = poses[i, 0] - poses[i - 1, 0], poses[i, 1] - poses[i - 1, 1]
-        after_x, after_y = poses[i + 1, 0] - poses[i, 0], poses[i + 1, 1] - poses[i, 1]
+        before_x = poses[i, 0] - poses[i - 1, 0]
+        before_y = poses[i, 1] - poses[i - 1, 1]
+        after_x = poses[i + 1, 0] - poses[i, 0]
+        after_y = poses[i + 1, 1] - poses[i, 1]
         if before_x * after_x + before_y * after_y < 0.0:
             return i + 1
     return len(poses)

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from navstack.control.mppi.rollouts import Rollouts
+from navstack.control.mppi.rollouts import MppiRollouts
 from navstack.costmap.costmap import (
     INSCRIBED_INFLATED_OBSTACLE,
     LETHAL_OBSTACLE,
@@ -44,10 +44,12 @@ def furthest_point(px: Float32Vector, py: Float32Vector, x: Float32Vector, y: Fl
         least = np.float32(np.inf)
         j = nearest = furthest
         while j < len(px):
-            dx, dy = px[j] - x[b], py[j] - y[b]
+            dx = px[j] - x[b]
+            dy = py[j] - y[b]
             squared = dx * dx + dy * dy
             if squared < least:
-                least, nearest = squared, j
+                least = squared
+                nearest = j
                 j += 1
             elif longest > 0.0:
                 gap = math.sqrt(squared) - math.sqrt(least)
@@ -66,7 +68,8 @@ def free_points(
     height, width = costs.shape
     free = np.zeros(max(0, len(px) - 1), dtype=np.bool_)
     for i in range(len(free)):
-        fx, fy = (px[i] - grid[0]) / grid[2], (py[i] - grid[1]) / grid[2]
+        fx = (px[i] - grid[0]) / grid[2]
+        fy = (py[i] - grid[1]) / grid[2]
         if fx >= 0.0 and fy >= 0.0 and fx < width and fy < height:
             cost = costs[int(fy), int(fx)]
             is_obstacle = cost == LETHAL_OBSTACLE or cost == INSCRIBED_INFLATED_OBSTACLE
@@ -76,7 +79,7 @@ def free_points(
 
 @njit(ahead=True)
 def mean_misalignment(
-    rollouts: Rollouts,
+    rollouts: MppiRollouts,
     step: int,
     path: tuple[Float32Vector, Float32Vector, Float32Vector],
     free: BoolVector,
@@ -87,12 +90,15 @@ def mean_misalignment(
     How far along is measured in length driven; poses whose point is not ``free`` do not count
     (``path_align_critic.cpp``).
     """
-    x, y, yaw = rollouts.x, rollouts.y, rollouts.yaw
+    x = rollouts.x
+    y = rollouts.y
+    yaw = rollouts.yaw
     px, py, pyaw = path
     steps, count = x.shape
     length = np.zeros(len(px), dtype=np.float32)
     for i in range(1, len(px)):
-        dx, dy = px[i] - px[i - 1], py[i] - py[i - 1]
+        dx = px[i] - px[i - 1]
+        dy = py[i] - py[i - 1]
         length[i] = length[i - 1] + math.sqrt(dx * dx + dy * dy)
     middle, table, scale = nearest_table(length)
     driven = np.zeros(count, dtype=np.float32)
@@ -103,7 +109,8 @@ def mean_misalignment(
         for b in range(count):
             i = nearest_along(driven[b], middle, table, scale)
             if free[i]:
-                dx, dy = px[i] - x[t, b], py[i] - y[t, b]
+                dx = px[i] - x[t, b]
+                dy = py[i] - y[t, b]
                 squared = dx * dx + dy * dy
                 if use_orientations:
                     turn = angle_between(pyaw[i], yaw[t, b])
@@ -125,7 +132,8 @@ def _add_distances(
     driven: Float32Array,
 ) -> None:
     for b in range(len(driven)):
-        dx, dy = x[b] - last_x[b], y[b] - last_y[b]
+        dx = x[b] - last_x[b]
+        dy = y[b] - last_y[b]
         driven[b] += math.sqrt(dx * dx + dy * dy)
 
 
@@ -210,6 +218,7 @@ def mean_distance(
     total = np.zeros(x.shape[1], dtype=np.float32)
     for t in range(len(x)):
         for b in range(x.shape[1]):
-            dx, dy = x[t, b] - goal_x, y[t, b] - goal_y
+            dx = x[t, b] - goal_x
+            dy = y[t, b] - goal_y
             total[b] += math.sqrt(dx * dx + dy * dy)
     return total / np.float32(len(x))

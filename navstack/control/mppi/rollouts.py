@@ -18,7 +18,7 @@ _BLOCK = 256  # trajectories rolled out together: their last poses stay in the f
 _SMALL_TURN = np.float32(0.7)
 
 
-class Rollouts(NamedTuple):
+class MppiRollouts(NamedTuple):
     """T poses of each of B trajectories.
 
     Row 0 is reached after one step at the measured velocity.
@@ -32,10 +32,12 @@ class Rollouts(NamedTuple):
     sine: Float32Matrix  # (T, B)
 
     @staticmethod
-    def empty(steps: int, count: int, axes: int = 2) -> "Rollouts":
+    def empty(steps: int, count: int, axes: int = 2) -> "MppiRollouts":
         """Room for ``count`` trajectories of ``steps`` poses."""
         controls = np.zeros((axes, steps + 1, count), dtype=np.float32)
-        return Rollouts(controls, *(np.zeros((steps, count), dtype=np.float32) for _ in range(5)))
+        return MppiRollouts(
+            controls, *(np.zeros((steps, count), dtype=np.float32) for _ in range(5))
+        )
 
     @property
     def v(self) -> Float32Array:
@@ -86,7 +88,7 @@ def limit_changes(
 
 @njit(ahead=True)
 def roll_out(
-    rollouts: Rollouts, start_yaw: np.float32, dt: np.float32, largest_turn: np.float32
+    rollouts: MppiRollouts, start_yaw: np.float32, dt: np.float32, largest_turn: np.float32
 ) -> None:
     """Drive forward and turning velocities, rows 0..T-1 of the controls; the poses are written.
 
@@ -95,14 +97,14 @@ def roll_out(
     in steps of at most ``largest_turn`` [rad].
     """
     controls, x, y, yaw, cosine, sine = rollouts
-    v, w = controls[0], controls[1]
+    v = controls[0]
+    w = controls[1]
     steps, count = x.shape
-    x[0], y[0] = (
-        v[0, 0] * np.float32(math.cos(start_yaw)) * dt,
-        v[0, 0] * np.float32(math.sin(start_yaw)) * dt,
-    )
+    x[0] = v[0, 0] * np.float32(math.cos(start_yaw)) * dt
+    y[0] = v[0, 0] * np.float32(math.sin(start_yaw)) * dt
     yaw[0] = start_yaw + w[0, 0] * dt
-    cosine[0], sine[0] = np.float32(math.cos(yaw[0, 0])), np.float32(math.sin(yaw[0, 0]))
+    cosine[0] = np.float32(math.cos(yaw[0, 0]))
+    sine[0] = np.float32(math.sin(yaw[0, 0]))
     for begin in range(0, count, _BLOCK):
         part = slice(begin, min(count, begin + _BLOCK))
         for t in range(1, steps):
@@ -120,16 +122,17 @@ def roll_out(
                 )
             else:
                 for b in range(begin, min(count, begin + _BLOCK)):
-                    cosine[t, b], sine[t, b] = (
-                        np.float32(math.cos(yaw[t, b])),
-                        np.float32(math.sin(yaw[t, b])),
-                    )
+                    cosine[t, b] = np.float32(math.cos(yaw[t, b]))
+                    sine[t, b] = np.float32(math.sin(yaw[t, b]))
 
 
 @njit(ahead=True)
-def drift(rollouts: Rollouts, start_yaw: np.float32, dt: np.float32) -> None:
+def drift(rollouts: MppiRollouts, start_yaw: np.float32, dt: np.float32) -> None:
     """Add to the positions what the sideways velocities, rows 0..T-1 of the controls, make."""
-    x, y, cosine, sine = rollouts.x, rollouts.y, rollouts.cosine, rollouts.sine
+    x = rollouts.x
+    y = rollouts.y
+    cosine = rollouts.cosine
+    sine = rollouts.sine
     vy = rollouts.controls[2]
     way_x = np.full(x.shape[1], -vy[0, 0] * np.float32(math.sin(start_yaw)) * dt)
     way_y = np.full(x.shape[1], vy[0, 0] * np.float32(math.cos(start_yaw)) * dt)
@@ -175,7 +178,8 @@ def rotate(
     """Headings' cosines and sines (n,) after ``dt`` at small yaw rates."""
     for b in range(len(rate)):
         turn_cosine, turn_sine = _small_cosine_sine(rate[b] * dt)
-        c, s = last_cosine[b], last_sine[b]
+        c = last_cosine[b]
+        s = last_sine[b]
         cosine[b] = c * turn_cosine - s * turn_sine
         sine[b] = s * turn_cosine + c * turn_sine
 

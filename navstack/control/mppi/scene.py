@@ -6,12 +6,12 @@ from functools import cached_property
 import numpy as np
 
 from navstack.control.mppi.path_kernels import free_points, furthest_point
-from navstack.control.mppi.rollouts import Rollouts
+from navstack.control.mppi.rollouts import MppiRollouts
 from navstack.costmap.costmap import NO_INFORMATION, Costmap
 from navstack.types import BoolArray, Float32Array, FloatArray, Pose2D, RobotState, Track
 
 
-class Scene:
+class MppiScene:
     """One control cycle, seen from the robot.
 
     Positions are relative to its own, along the axes of the map frame.
@@ -38,7 +38,8 @@ class Scene:
         """
         self.pose = pose = state.pose
         self.tracks = tracks
-        self.stamp, self.velocity = state.stamp, state.twist
+        self.stamp = state.stamp
+        self.velocity = state.twist
         self.yaw = pose.yaw  # [rad] in the map frame
         self.path_x: Float32Array = (path[:, 0] - pose.x).astype(np.float32)  # [m]
         self.path_y: Float32Array = (path[:, 1] - pose.y).astype(np.float32)  # [m]
@@ -60,7 +61,7 @@ class Scene:
         """Which of the path's points (N - 1,), the last one left out, are not in an obstacle."""
         return free_points(self.path_x, self.path_y, self.costs, self.grid, self._tracks_unknown)
 
-    def furthest(self, rollouts: Rollouts) -> int:
+    def furthest(self, rollouts: MppiRollouts) -> int:
         """The furthest of the path's points that the cycle's first trajectories reach."""
         if self._furthest is None:
             self._furthest = int(

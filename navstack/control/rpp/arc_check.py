@@ -53,7 +53,8 @@ class ArcCheck:
     def _horizon(self, speed: float, carrot_distance: float) -> tuple[float, float]:
         """How long in [s] and how far in [m] it looks ahead."""
         params = self._params
-        duration, distance = params.max_allowed_time_to_collision_up_to_carrot, carrot_distance
+        duration = params.max_allowed_time_to_collision_up_to_carrot
+        distance = carrot_distance
         if params.min_distance_to_obstacle > 0.0:
             slowest = max(abs(speed), params.min_approach_linear_velocity)
             if slowest > 0.0:
@@ -90,7 +91,8 @@ def arc_collides(
     It drives at ``speeds`` [m/s, rad/s]. It looks at the start and after each ``time_step`` [s],
     for ``duration`` [s] or until it is ``distance`` [m] away.
     """
-    (x, y, yaw), (speed, yaw_rate) = start, speeds
+    (x, y, yaw) = start
+    (speed, yaw_rate) = speeds
     if is_occupied(costs, grid, footprint, x, y, yaw):
         return True
     step = 1

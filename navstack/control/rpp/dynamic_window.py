@@ -16,7 +16,7 @@ STRAIGHT = 1e-3  # [1/m] below which an arc is a line
 TIE = 1e-3  # of distances to the line that count as equal
 
 
-class Window(NamedTuple):
+class VelocityWindow(NamedTuple):
     """What can be reached within a cycle."""
 
     min_v: float  # [m/s]
@@ -25,7 +25,7 @@ class Window(NamedTuple):
     max_w: float
 
 
-def reachable(velocity: Twist2D, params: RppParams, period: float) -> Window:
+def reachable(velocity: Twist2D, params: RppParams, period: float) -> VelocityWindow:
     """The window about a velocity; decelerations are negative, and count towards standstill.
 
     Args:
@@ -39,7 +39,7 @@ def reachable(velocity: Twist2D, params: RppParams, period: float) -> Window:
     w = _range(
         velocity.angular_z, params.max_angular_accel * period, params.max_angular_decel * period
     )
-    return Window(
+    return VelocityWindow(
         max(v[0], params.min_linear_vel),
         min(v[1], params.desired_linear_vel),
         max(w[0], params.min_angular_vel),
@@ -56,10 +56,12 @@ def _range(now: float, faster: float, slower: float) -> tuple[float, float]:
     return now - faster, now + faster
 
 
-def regulated(window: Window, speed: float) -> Window:
+def regulated(window: VelocityWindow, speed: float) -> VelocityWindow:
     """The window cut to speeds from standstill to ``speed`` [m/s], or its edge nearest to them."""
-    least, most = min(0.0, speed), max(0.0, speed)
-    low, high = max(window.min_v, least), min(window.max_v, most)
+    least = min(0.0, speed)
+    most = max(0.0, speed)
+    low = max(window.min_v, least)
+    high = min(window.max_v, most)
     if low > most:
         high = low
     elif low > high:
@@ -67,7 +69,7 @@ def regulated(window: Window, speed: float) -> Window:
     return window._replace(min_v=low, max_v=high)
 
 
-def best_velocity(window: Window, curvature: float, direction: float) -> Twist2D:
+def best_velocity(window: VelocityWindow, curvature: float, direction: float) -> Twist2D:
     """The fastest velocity of the window on the arc, or its corner that is nearest to it.
 
     Args:

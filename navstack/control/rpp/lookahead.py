@@ -22,7 +22,8 @@ def lookahead_point(path: FloatMatrix, distance: float, beyond_end: bool) -> tup
     """
     travelled = 0.0
     for i in range(1, len(path)):
-        dx, dy = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
+        dx = path[i, 0] - path[i - 1, 0]
+        dy = path[i, 1] - path[i - 1, 1]
         step = math.hypot(dx, dy)
         if travelled + step >= distance:
             share = 0.0
@@ -57,7 +58,8 @@ def lookahead_point_on_circle(
 @njit()
 def beyond(path: FloatArray, rest: float) -> tuple[float, float]:
     """The point ``rest`` [m] beyond the path's end, in its last direction."""
-    x, y = path[-1, 0], path[-1, 1]
+    x = path[-1, 0]
+    y = path[-1, 1]
     direction = math.atan2(y - path[-2, 1], x - path[-2, 0])
     return x + rest * math.cos(direction), y + rest * math.sin(direction)
 
@@ -65,7 +67,8 @@ def beyond(path: FloatArray, rest: float) -> tuple[float, float]:
 @njit()
 def leave_circle(x0: float, y0: float, x1: float, y1: float, radius: float) -> tuple[float, float]:
     """Where a segment leaves a circle about the origin; its end if it is a point."""
-    dx, dy = x1 - x0, y1 - y0
+    dx = x1 - x0
+    dy = y1 - y0
     length_squared = dx * dx + dy * dy
     if length_squared == 0.0:
         return x1, y1
@@ -82,8 +85,10 @@ def distance_to_cusp(path: FloatArray) -> float:
     Inf if it does not.
     """
     for i in range(1, len(path) - 1):
-        ax, ay = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
-        bx, by = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
+        ax = path[i, 0] - path[i - 1, 0]
+        ay = path[i, 1] - path[i - 1, 1]
+        bx = path[i + 1, 0] - path[i, 0]
+        by = path[i + 1, 1] - path[i, 1]
         turn = abs(path[i, 2] - path[i - 1, 2]) % (2.0 * math.pi)
         turns_on_the_spot = (
             ax == 0.0 and ay == 0.0 and min(turn, 2.0 * math.pi - turn) > SAME_HEADING

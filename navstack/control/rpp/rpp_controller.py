@@ -86,7 +86,8 @@ class RegulatedPurePursuitController(Controller):
             ControlError: the robot is off the costmap.
         """
         if plan is not self._plan:
-            self._plan, self._at_goal = plan, False
+            self._plan = plan
+            self._at_goal = False
             self._window.reset()
         path = self._window.seen_from(state.pose, plan, surroundings.costmap)
         carrot, steering_point = self._points(path, state.twist.linear_x)
@@ -110,7 +111,8 @@ class RegulatedPurePursuitController(Controller):
         ):
             self._decision = _record(state.stamp, Twist2D(), rejected=1)
             raise NoLegalVelocity({COLLISION_AHEAD: 1})
-        self._decision, self._commanded = _record(state.stamp, command, rejected=0), command
+        self._decision = _record(state.stamp, command, rejected=0)
+        self._commanded = command
         return command
 
     def _reachable(
@@ -127,13 +129,15 @@ class RegulatedPurePursuitController(Controller):
     ) -> tuple[tuple[float, float], tuple[float, float]]:
         """The carrot, and the point that gives the curvature: the same unless that one is fixed."""
         params = self._params
-        lookahead, fixed = params.lookahead_dist, params.curvature_lookahead_dist
+        lookahead = params.lookahead_dist
+        fixed = params.curvature_lookahead_dist
         if params.use_velocity_scaled_lookahead_dist:
             scaled = abs(speed) * params.lookahead_time
             lookahead = min(max(scaled, params.min_lookahead_dist), params.max_lookahead_dist)
         if params.allow_reversing:
             cusp = distance_to_cusp(path)
-            lookahead, fixed = min(lookahead, cusp), min(fixed, cusp)
+            lookahead = min(lookahead, cusp)
+            fixed = min(fixed, cusp)
         point = lookahead_point_on_circle
         if params.lookahead_along_path:
             point = lookahead_point

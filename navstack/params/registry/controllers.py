@@ -45,7 +45,7 @@ MPPI_CRITICS = family(
     "mppi_critics",
     {
         name: AlgorithmEntry(
-            make=f"navstack.control.mppi.{module}:{name}",
+            make=f"navstack.control.mppi.{module}:Mppi{name}",
             needs=needs,
             kernels=_CONTACT if name == "ExpectedContactCritic" else (),
         )

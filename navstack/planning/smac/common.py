@@ -42,7 +42,8 @@ def downsampled(costmap: Costmap, factor: int) -> Costmap:
     if factor == 1:
         return costmap
     height, width = costmap.data.shape
-    rows, columns = math.ceil(height / factor), math.ceil(width / factor)
+    rows = math.ceil(height / factor)
+    columns = math.ceil(width / factor)
     padded = np.zeros((rows * factor, columns * factor), dtype=np.uint8)
     padded[:height, :width] = costmap.data
     data = np.ascontiguousarray(padded.reshape(rows, factor, columns, factor).max(axis=(1, 3)))
@@ -54,10 +55,8 @@ def in_cells(pose: Pose2D, costmap: Costmap) -> FloatArray:
 
     What rounds to the last cell's end lies in it.
     """
-    x, y = (
-        (pose.x - costmap.origin_x) / costmap.resolution,
-        (pose.y - costmap.origin_y) / costmap.resolution,
-    )
+    x = (pose.x - costmap.origin_x) / costmap.resolution
+    y = (pose.y - costmap.origin_y) / costmap.resolution
     beyond = np.nextafter((costmap.size_x, costmap.size_y), 0.0)
     return np.array((min(x, beyond[0]), min(y, beyond[1]), pose.yaw))
 

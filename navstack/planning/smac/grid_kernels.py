@@ -16,7 +16,7 @@ NEIGHBOURS = np.array(
 )
 
 
-class Limits(NamedTuple):
+class SearchLimits(NamedTuple):
     """How far a search goes."""
 
     tolerance: float  # [cells] of a goal that is not reached itself
@@ -27,7 +27,8 @@ class Limits(NamedTuple):
 @njit(inline="always")
 def octile(dx: float, dy: float) -> float:
     """The shortest way on the grid's eight directions, [cells]."""
-    long, short = max(abs(dx), abs(dy)), min(abs(dx), abs(dy))
+    long = max(abs(dx), abs(dy))
+    short = min(abs(dx), abs(dy))
     return long + (math.sqrt(2.0) - 1.0) * short
 
 
@@ -38,7 +39,7 @@ def search_grid(
     start: tuple[int, int],
     goal: tuple[int, int],
     multiplier: float,
-    limits: Limits,
+    limits: SearchLimits,
     travelled: Float32Array,
     came_by: ByteArray,
 ) -> int:
@@ -61,14 +62,17 @@ def search_grid(
         The cell (row * width + column) that was reached; -1: none.
     """
     height, width = costs.shape
-    first, last = start[1] * width + start[0], goal[1] * width + goal[0]
+    first = start[1] * width + start[0]
+    last = goal[1] * width + goal[0]
     travelled[first] = 0.0
     heap = [(np.float32(octile(goal[0] - start[0], goal[1] - start[1])), first)]
-    nearest, best = math.inf, -1
+    nearest = math.inf
+    best = -1
     iterations = approaching = 0
     while len(heap) > 0 and iterations < limits.max_iterations:
         priority, n = heapq.heappop(heap)
-        row, column = n // width, n % width
+        row = n // width
+        column = n % width
         left = octile(goal[0] - column, goal[1] - row)
         if priority > np.float32(travelled[n] + left):
             continue  # a better way to it was found meanwhile
@@ -77,20 +81,24 @@ def search_grid(
         iterations += 1
         distance = math.hypot(goal[0] - column, goal[1] - row)
         if distance < nearest:
-            nearest, best = distance, n
+            nearest = distance
+            best = n
         if nearest <= limits.tolerance:
             approaching += 1
             if approaching > limits.max_on_approach_iterations:
                 return best
         for k in range(len(NEIGHBOURS)):
-            x, y = column + NEIGHBOURS[k, 0], row + NEIGHBOURS[k, 1]
+            x = column + NEIGHBOURS[k, 0]
+            y = row + NEIGHBOURS[k, 1]
             if not (0 <= x < width and 0 <= y < height) or blocked[costs[y, x]]:
                 continue
             share = min(float(costs[y, x]), FULL_COST) / FULL_COST
             way = (math.sqrt(2.0) if k >= 4 else 1.0) * (1.0 + multiplier * share)
-            m, total = y * width + x, np.float32(travelled[n] + way)
+            m = y * width + x
+            total = np.float32(travelled[n] + way)
             if total < travelled[m]:
-                travelled[m], came_by[m] = total, k
+                travelled[m] = total
+                came_by[m] = k
                 heapq.heappush(heap, (np.float32(total + octile(goal[0] - x, goal[1] - y)), m))
     return best if nearest <= limits.tolerance else -1
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from navstack.jit import njit
 from navstack.planning.smac.grid_kernels import FULL_COST, NEIGHBOURS, octile
-from navstack.planning.smac.pose_problem import Goal, Ground
+from navstack.planning.smac.pose_problem import Goal, SearchGround
 from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray
 
 
@@ -25,7 +25,7 @@ def lowest_cost(costs: ByteArray, column: int, row: int, coarse: int) -> int:
     return lowest
 
 
-class Field(NamedTuple):
+class HeuristicField(NamedTuple):
     """The cost of the way to the goal, however the robot is turned, as far as it was asked for."""
 
     coarse: int  # cells along the edge of one of its squares
@@ -44,21 +44,23 @@ class Field(NamedTuple):
 
 @njit()
 def make_field(
-    ground: Ground, start: FloatArray, goal: Goal
-) -> tuple[Field, list[tuple[float, int]]]:
+    ground: SearchGround, start: FloatArray, goal: Goal
+) -> tuple[HeuristicField, list[tuple[float, int]]]:
     """A field in which only the goal's square is waiting."""
     coarse = goal.coarse
     columns = (ground.costs.shape[1] + coarse - 1) // coarse
     rows = (ground.costs.shape[0] + coarse - 1) // coarse
     ways = np.full(columns * rows, np.inf, dtype=np.float32)
-    goal_x, goal_y = int(goal.pose[0]) // coarse, int(goal.pose[1]) // coarse
+    goal_x = int(goal.pose[0]) // coarse
+    goal_y = int(goal.pose[1]) // coarse
     target = goal_y * columns + goal_x
     ways[target] = 0.0
     is_known = np.zeros(columns * rows, dtype=np.bool_)
     is_buried = ground.blocked[lowest_cost(ground.costs, goal_x, goal_y, coarse)]
     buried = goal.tolerance / coarse if is_buried else -1.0
-    towards_x, towards_y = int(start[0]) // coarse, int(start[1]) // coarse
-    field = Field(
+    towards_x = int(start[0]) // coarse
+    towards_y = int(start[1]) // coarse
+    field = HeuristicField(
         coarse, columns, rows, towards_x, towards_y, goal_x, goal_y, buried, ways, is_known
     )
     return field, [(0.0, target)]
@@ -66,8 +68,8 @@ def make_field(
 
 @njit()
 def way_to_goal(
-    ground: Ground,
-    field: Field,
+    ground: SearchGround,
+    field: HeuristicField,
     waiting: list[tuple[float, int]],
     cost_penalty: float,
     x: float,
@@ -84,9 +86,11 @@ def way_to_goal(
         if field.is_known[n]:
             continue
         field.is_known[n] = True
-        row, column = n // field.columns, n % field.columns
+        row = n // field.columns
+        column = n % field.columns
         for k in range(len(NEIGHBOURS)):
-            u, v = column + NEIGHBOURS[k, 0], row + NEIGHBOURS[k, 1]
+            u = column + NEIGHBOURS[k, 0]
+            v = row + NEIGHBOURS[k, 1]
             if not (0 <= u < field.columns and 0 <= v < field.rows):
                 continue
             m = v * field.columns + u

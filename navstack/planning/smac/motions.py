@@ -12,7 +12,11 @@ import numpy as np
 from navstack.errors import ParameterError
 from navstack.types import FloatArray, IntArray
 
-STRAIGHT, LEFT, RIGHT, IN_PLACE = 0, 1, 2, 3  # kinds of motions
+# kinds of motions
+STRAIGHT = 0
+LEFT = 1
+RIGHT = 2
+IN_PLACE = 3
 SHORTEST = math.sqrt(2.0)  # [cells] of a motion, which leaves its cell
 STEP = 1.0  # [cells] between the poses of a motion at most
 HEADINGS = (  # of a lattice, as steps on the grid: those of Nav2's lattice files
@@ -58,7 +62,8 @@ def arcs(bins: int, radius: float, reverses: bool) -> Motions:
     turns = max(1, math.ceil(angle / size - 1e-9))
     angle = turns * size
     chord = 2.0 * radius * math.sin(angle / 2.0)
-    signs, table = [1], []
+    signs = [1]
+    table = []
     if reverses:
         signs.append(-1)
     for b in range(bins):
@@ -82,7 +87,8 @@ def _arc(
     at = length * np.arange(1, count + 1) / count
     yaw = start * size + curvature * at
     if curvature == 0.0:
-        x, y = at * math.cos(start * size), at * math.sin(start * size)
+        x = at * math.cos(start * size)
+        y = at * math.sin(start * size)
     else:
         x = (np.sin(yaw) - math.sin(start * size)) / curvature
         y = (math.cos(start * size) - np.cos(yaw)) / curvature
@@ -129,7 +135,8 @@ def _line_and_arc(
     headings: FloatArray, b: int, end: int, place: tuple[int, int], radius: float
 ) -> _Motion | None:
     """The motion from (0, 0) to a place [cells] by one straight piece and one wide enough arc."""
-    first, last = float(headings[b]), float(headings[end])
+    first = float(headings[b])
+    last = float(headings[end])
     turn = (last - first + math.pi) % (2.0 * math.pi) - math.pi
     x, y = place
     if turn == 0.0:
@@ -166,7 +173,9 @@ def _along(yaw: float, pieces: tuple[tuple[float, float], ...]) -> FloatArray:
     """Poses (n, 3) from the origin along pieces of a length [cells] and a curvature [1/cells]."""
     total = sum(length for length, _ in pieces)
     count = max(1, math.ceil(total / STEP - 1e-9))
-    poses, x, y = [], 0.0, 0.0
+    poses = []
+    x = 0.0
+    y = 0.0
     begin = 0.0
     for length, curvature in pieces:
         inside = [
@@ -226,7 +235,8 @@ def _stored(primitive: dict[str, Any], resolution: float) -> tuple[int, _Motion]
     poses = np.array(primitive["poses"], dtype=np.float64)
     poses[:, :2] /= resolution
     length = float(primitive["trajectory_length"]) / resolution
-    start, end = int(primitive["start_angle_index"]), int(primitive["end_angle_index"])
+    start = int(primitive["start_angle_index"])
+    end = int(primitive["end_angle_index"])
     if length == 0.0:
         kind = IN_PLACE
     elif start == end:
@@ -249,8 +259,10 @@ def _table(headings: FloatArray, table: list[list[_Motion]]) -> Motions:
         headings, ends, kinds, is_reverse, np.zeros(shape), np.zeros((*shape, most, 3)), counts
     )
     for b, k, motion in _each(table):
-        motions.ends[b, k], motions.kinds[b, k] = motion.end, motion.kind
-        motions.is_reverse[b, k], motions.lengths[b, k] = motion.is_reverse, motion.length
+        motions.ends[b, k] = motion.end
+        motions.kinds[b, k] = motion.kind
+        motions.is_reverse[b, k] = motion.is_reverse
+        motions.lengths[b, k] = motion.length
         motions.poses[b, k, : len(motion.poses)] = motion.poses
         motions.counts[b, k] = len(motion.poses)
     return motions

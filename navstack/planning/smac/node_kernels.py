@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.jit import njit
-from navstack.planning.smac.pose_problem import Ground
+from navstack.planning.smac.pose_problem import SearchGround
 from navstack.types import BoolArray, FloatArray, IntArray
 
 _EMPTY = -1
@@ -68,11 +68,12 @@ def more_nodes(nodes: Nodes, count: int) -> Nodes:
     for i in range(len(nodes.keys)):
         if nodes.keys[i] != _EMPTY:
             at = slot(larger.keys, nodes.keys[i])
-            larger.keys[at], larger.numbers[at] = nodes.keys[i], nodes.numbers[i]
+            larger.keys[at] = nodes.keys[i]
+            larger.numbers[at] = nodes.numbers[i]
     return larger
 
 
 @njit(inline="always")
-def key_of(ground: Ground, x: float, y: float, heading: int, bins: int) -> int:
+def key_of(ground: SearchGround, x: float, y: float, heading: int, bins: int) -> int:
     """The number of a cell and a heading."""
     return int((int(y) * ground.costs.shape[1] + int(x)) * bins + heading)

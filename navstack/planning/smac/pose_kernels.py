@@ -11,10 +11,17 @@ from navstack.jit import njit
 from navstack.planning.dubins import curve, is_curve_free, shortest_word, stands_free
 from navstack.planning.ompl_kernels import has_room, is_free
 from navstack.planning.smac.grid_kernels import FULL_COST, octile
-from navstack.planning.smac.heuristic_kernels import Field, make_field, way_to_goal
+from navstack.planning.smac.heuristic_kernels import HeuristicField, make_field, way_to_goal
 from navstack.planning.smac.motions import IN_PLACE, STRAIGHT, Motions
 from navstack.planning.smac.node_kernels import Nodes, key_of, make_nodes, more_nodes, slot
-from navstack.planning.smac.pose_problem import NARROW, ROOMY, Expansion, Goal, Ground, Penalties
+from navstack.planning.smac.pose_problem import (
+    NARROW,
+    ROOMY,
+    Expansion,
+    Goal,
+    Penalties,
+    SearchGround,
+)
 from navstack.types import FloatArray
 
 
@@ -47,15 +54,17 @@ def step_cost(
 
 @njit()
 def curve_to(
-    ground: Ground, expansion: Expansion, start: FloatArray, goal: FloatArray
+    ground: SearchGround, expansion: Expansion, start: FloatArray, goal: FloatArray
 ) -> FloatArray:
     """Poses (n, 3) of a free curve from pose to pose that is short and cheap enough.
 
     None: (0, 3).
     """
-    best, shortest = np.empty((0, 3)), expansion.max_length
+    best = np.empty((0, 3))
+    shortest = expansion.max_length
     for backwards in range(2 if expansion.reverses else 1):
-        first, last = start.copy(), goal.copy()
+        first = start.copy()
+        last = goal.copy()
         # a way driven backwards is the way forwards of a robot that looks the other way
         if backwards:
             first[2] += math.pi
@@ -81,17 +90,18 @@ def curve_to(
             if cost != NO_INFORMATION:
                 dearest = max(dearest, cost)
         if dearest <= expansion.max_cost:
-            best, shortest = poses, t + p + q
+            best = poses
+            shortest = t + p + q
     return best
 
 
 @njit()
 def expand(
-    ground: Ground,
+    ground: SearchGround,
     motions: Motions,
     goal: Goal,
     penalties: Penalties,
-    field: Field,
+    field: HeuristicField,
     waiting: list[tuple[float, int]],
     nodes: Nodes,
     count: int,
@@ -99,7 +109,9 @@ def expand(
     n: int,
 ) -> int:
     """Take in where the motions from node ``n`` lead; returns how many nodes there are now."""
-    x, y, b = nodes.places[n, 0], nodes.places[n, 1], nodes.headings[n]
+    x = nodes.places[n, 0]
+    y = nodes.places[n, 1]
+    b = nodes.headings[n]
     before = -1
     if nodes.parents[n] >= 0:
         before = motions.kinds[nodes.headings[nodes.parents[n]], nodes.by[n]]
@@ -109,14 +121,16 @@ def expand(
         last = motions.counts[b, k] - 1
         if last < 0:
             continue
-        end_x, end_y = x + motions.poses[b, k, last, 0], y + motions.poses[b, k, last, 1]
+        end_x = x + motions.poses[b, k, last, 0]
+        end_y = y + motions.poses[b, k, last, 1]
         if not (0.0 <= end_x < width and 0.0 <= end_y < height):
             continue
         end = motions.ends[b, k]
         key = key_of(ground, end_x, end_y, end, bins)
         at = slot(nodes.keys, key)
         m = nodes.numbers[at] if nodes.keys[at] == key else -1
-        cost, kind = ground.costs[int(end_y), int(end_x)], motions.kinds[b, k]
+        cost = ground.costs[int(end_y), int(end_x)]
+        kind = motions.kinds[b, k]
         way = step_cost(
             penalties, motions.lengths[b, k], cost, kind, motions.is_reverse[b, k], before
         )
@@ -133,24 +147,31 @@ def expand(
                 pose = np.array((end_x, end_y, motions.headings[end]))
                 _, t, p, q = shortest_word(pose, goal.pose, goal.radius)
                 left = max(left, t + p + q)
-            m, nodes.keys[at], nodes.numbers[at] = count, key, count
+            m = count
+            nodes.keys[at] = key
+            nodes.numbers[at] = count
             nodes.ahead[m] = left
             count += 1
-        nodes.places[m, 0], nodes.places[m, 1], nodes.headings[m] = end_x, end_y, end
-        nodes.parents[m], nodes.by[m], nodes.travelled[m] = n, k, total
+        nodes.places[m, 0] = end_x
+        nodes.places[m, 1] = end_y
+        nodes.headings[m] = end
+        nodes.parents[m] = n
+        nodes.by[m] = k
+        nodes.travelled[m] = total
         heapq.heappush(heap, (total + nodes.ahead[m], m))
     return count
 
 
 @njit()
-def is_roomy(ground: Ground, x: float, y: float) -> bool:
+def is_roomy(ground: SearchGround, x: float, y: float) -> bool:
     """Whether the robot stands free at a place however it is turned.
 
     Kept per cell, to the safe side.
     """
     if not is_free(ground.costs, ground.blocked, x, y):
         return False
-    column, row = int(x), int(y)
+    column = int(x)
+    row = int(y)
     if ground.room[row, column] == 0:
         reach = ground.reach + math.sqrt(0.5)
         is_open = has_room(ground.costs, column + 0.5, row + 0.5, reach, ground.allow_unknown)
@@ -159,11 +180,13 @@ def is_roomy(ground: Ground, x: float, y: float) -> bool:
 
 
 @njit()
-def is_motion_free(ground: Ground, x: float, y: float, poses: FloatArray) -> bool:
+def is_motion_free(ground: SearchGround, x: float, y: float, poses: FloatArray) -> bool:
     """Whether the robot stands free at every pose (n, 3) of a motion from (x, y)."""
     pose = np.empty(3)
     for i in range(len(poses)):
-        pose[0], pose[1], pose[2] = x + poses[i, 0], y + poses[i, 1], poses[i, 2]
+        pose[0] = x + poses[i, 0]
+        pose[1] = y + poses[i, 1]
+        pose[2] = poses[i, 2]
         if is_roomy(ground, pose[0], pose[1]):
             continue
         if not stands_free(
@@ -184,7 +207,7 @@ class Found(NamedTuple):
 
 @njit()
 def search_poses(
-    ground: Ground,
+    ground: SearchGround,
     motions: Motions,
     start: FloatArray,
     heading: int,
@@ -196,27 +219,39 @@ def search_poses(
     bins, each = motions.ends.shape
     field, waiting = make_field(ground, start, goal)
     # for a literal numba would compile what takes it once more
-    count, nothing = int(np.int64(1)), np.empty((0, 3))
+    count = int(np.int64(1))
+    nothing = np.empty((0, 3))
     nodes = make_nodes(count << 12)
-    nodes.places[0], nodes.headings[0], nodes.parents[0] = start[:2], heading, -1
-    nodes.by[0], nodes.travelled[0] = -1, 0.0
+    nodes.places[0] = start[:2]
+    nodes.headings[0] = heading
+    nodes.parents[0] = -1
+    nodes.by[0] = -1
+    nodes.travelled[0] = 0.0
     nodes.ahead[0] = way_to_goal(ground, field, waiting, penalties.cost, start[0], start[1])
     first = key_of(ground, start[0], start[1], heading, bins)
     at = slot(nodes.keys, first)
-    nodes.keys[at], nodes.numbers[at] = first, 0
+    nodes.keys[at] = first
+    nodes.numbers[at] = 0
     heap = [(nodes.ahead[0], 0)]
-    nearest, best, until_curve, iterations, approaching = math.inf, -1, 0.0, 0, 0
+    nearest = math.inf
+    best = -1
+    until_curve = 0.0
+    iterations = 0
+    approaching = 0
     while len(heap) > 0 and iterations < goal.max_iterations and nodes.ahead[0] < math.inf:
         _, n = heapq.heappop(heap)
         if nodes.is_done[n]:
             continue
         nodes.is_done[n] = True
         iterations += 1
-        x, y, b = nodes.places[n, 0], nodes.places[n, 1], nodes.headings[n]
+        x = nodes.places[n, 0]
+        y = nodes.places[n, 1]
+        b = nodes.headings[n]
         if int(x) == int(goal.pose[0]) and int(y) == int(goal.pose[1]) and b == goal.heading:
             return Found(n, nodes, nothing, iterations)
         if nodes.ahead[n] < nearest:
-            nearest, best = nodes.ahead[n], n
+            nearest = nodes.ahead[n]
+            best = n
         between = max(nearest / way.ratio, math.ceil(way.ratio))
         until_curve = min(until_curve - 1.0, between)
         if until_curve <= 0.0:

@@ -15,7 +15,7 @@ from navstack.planning.planner import Planner, RobotShape, convex_hull
 from navstack.planning.smac.common import in_cells, in_metres, no_way, searched, smoothed
 from navstack.planning.smac.motions import Motions, arcs, lattice, read_lattice
 from navstack.planning.smac.pose_kernels import Found, search_poses
-from navstack.planning.smac.pose_problem import Expansion, Goal, Ground, Penalties
+from navstack.planning.smac.pose_problem import Expansion, Goal, Penalties, SearchGround
 from navstack.types import FloatArray, Path, Pose2D
 
 LATTICE_RADIUS = 0.5  # [m] of turning, as Nav2's default lattice file has it
@@ -57,7 +57,8 @@ class _PosePlanner(Planner):
         used = searched(costmap, goal, self._params, self._blocked)
         ground = self._ground(used)
         motions, radius, reverses = self._motions(used)
-        first, last = in_cells(start, used), in_cells(goal, used)
+        first = in_cells(start, used)
+        last = in_cells(goal, used)
         target = self._goal(last, motions, radius, reverses, used.resolution)
         heading = nearest_heading(motions, start.yaw)
         way = self._expansion(radius, reverses, used.resolution)
@@ -69,17 +70,20 @@ class _PosePlanner(Planner):
             poses = self._smoothed(poses, used, ground)
         return Path(poses, stamp)
 
-    def _ground(self, costmap: Costmap) -> Ground:
+    def _ground(self, costmap: Costmap) -> SearchGround:
         hull = self._hull / costmap.resolution
         reach = float(np.hypot(*hull.T).max())
         room = np.zeros(costmap.data.shape, dtype=np.uint8)
-        return Ground(costmap.data, self._blocked, hull, reach, self._params.allow_unknown, room)
+        return SearchGround(
+            costmap.data, self._blocked, hull, reach, self._params.allow_unknown, room
+        )
 
     def _goal(
         self, pose: FloatArray, motions: Motions, radius: float, reverses: bool, resolution: float
     ) -> Goal:
         params = self._params
-        window, coarse = 0.5 * params.lookup_table_size / resolution, 1
+        window = 0.5 * params.lookup_table_size / resolution
+        coarse = 1
         if reverses:
             window = 0.0
         if params.downsample_obstacle_heuristic:
@@ -113,12 +117,14 @@ class _PosePlanner(Planner):
         self, found: Found, motions: Motions, first: FloatArray, last: FloatArray
     ) -> FloatArray:
         """The way (n, 3) [cells], every pose of its motions, up to the goal if it was reached."""
-        nodes, chain = found.nodes, [found.node]
+        nodes = found.nodes
+        chain = [found.node]
         while nodes.parents[chain[-1]] >= 0:
             chain.append(nodes.parents[chain[-1]])
         pieces = [first[None, :]]
         for before, n in zip(chain[:0:-1], chain[-2::-1], strict=True):
-            b, k = nodes.headings[before], nodes.by[n]
+            b = nodes.headings[before]
+            k = nodes.by[n]
             piece = motions.poses[b, k, : motions.counts[b, k]].copy()
             piece[:, :2] += nodes.places[before]
             pieces.append(piece)
@@ -129,7 +135,7 @@ class _PosePlanner(Planner):
             poses[-1] = last
         return poses
 
-    def _smoothed(self, poses: FloatArray, costmap: Costmap, ground: Ground) -> FloatArray:
+    def _smoothed(self, poses: FloatArray, costmap: Costmap, ground: SearchGround) -> FloatArray:
         """The path smoothed, if the robot has room on it."""
         better = smoothed(poses, costmap, self._params.smoother)
         cells = to_cells(better, costmap)

@@ -4,10 +4,12 @@ from typing import NamedTuple
 
 from navstack.types import BoolArray, ByteArray, FloatArray
 
-ROOMY, NARROW = 1, 2  # of Ground.room
+# of SearchGround.room
+ROOMY = 1
+NARROW = 2
 
 
-class Ground(NamedTuple):
+class SearchGround(NamedTuple):
     """Where the robot may be; lengths in [cells]."""
 
     costs: ByteArray  # (height, width)

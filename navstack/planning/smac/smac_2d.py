@@ -10,7 +10,7 @@ from navstack.planning.endpoints import face_along_last_step, require_on_map, si
 from navstack.planning.ompl_kernels import blocked_table
 from navstack.planning.planner import Planner
 from navstack.planning.smac.common import in_cells, in_metres, no_way, searched, smoothed
-from navstack.planning.smac.grid_kernels import Limits, search_grid, trace_back
+from navstack.planning.smac.grid_kernels import SearchLimits, search_grid, trace_back
 from navstack.types import FloatArray, Path, Pose2D
 
 
@@ -47,12 +47,15 @@ class Smac2D(Planner):
 
     def _search(self, start: Pose2D, goal: Pose2D, costmap: Costmap) -> FloatArray:
         """The path (n, 3): start, the cells' centres between, and the goal or the cell near it."""
-        first, last = in_cells(start, costmap), in_cells(goal, costmap)
-        begin, end = (int(first[0]), int(first[1])), (int(last[0]), int(last[1]))
+        first = in_cells(start, costmap)
+        last = in_cells(goal, costmap)
+        begin = (int(first[0]), int(first[1]))
+        end = (int(last[0]), int(last[1]))
         travelled = np.full(costmap.data.size, np.inf, dtype=np.float32)
         came_by = np.empty(costmap.data.size, dtype=np.uint8)
-        params, width = self._params, costmap.size_x
-        limits = Limits(
+        params = self._params
+        width = costmap.size_x
+        limits = SearchLimits(
             params.tolerance / costmap.resolution,
             params.max_iterations,
             params.max_on_approach_iterations,

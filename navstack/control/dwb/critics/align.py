@@ -2,7 +2,7 @@
 
 from navstack.control.dwb.critics.map_grid import MapGridCritic
 from navstack.control.dwb.pose_score import GOAL_ALIGNMENT, PATH_ALIGNMENT
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scene import DwbScene
 
 
 class PathAlignCritic(MapGridCritic):
@@ -10,9 +10,10 @@ class PathAlignCritic(MapGridCritic):
 
     kind = PATH_ALIGNMENT
 
-    def scale(self, scene: Scene) -> float:
+    def scale(self, scene: DwbScene) -> float:
         """0 near the goal, where aligning the nose would destabilise."""
-        dx, dy = scene.pose.x - scene.goal.x, scene.pose.y - scene.goal.y
+        dx = scene.pose.x - scene.goal.x
+        dy = scene.pose.y - scene.goal.y
         if dx * dx + dy * dy <= self.measured.nose * self.measured.nose:
             return 0.0
         return super().scale(scene)

@@ -1,7 +1,7 @@
 """The base of the Dist and Align critics: distance of the poses to some cells, in cells."""
 
 from navstack.control.dwb.critics.pose_critic import PoseCritic
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scene import DwbScene
 from navstack.params.dwb import AlignParams, DistParams, DwbParams
 
 SCALE_PER_METRE = 0.5  # by which scales are multiplied, besides the metres of a cell
@@ -18,6 +18,6 @@ class MapGridCritic(PoseCritic):
         nose = getattr(params, "forward_point_distance", 0.0)  # [m]
         super().__init__(params.scale, params.aggregation_type, nose)
 
-    def scale(self, scene: Scene) -> float:
+    def scale(self, scene: DwbScene) -> float:
         """Half a cell's size per cell, so that the weight does not depend on the resolution."""
         return scene.costmap.resolution * SCALE_PER_METRE * self._scale

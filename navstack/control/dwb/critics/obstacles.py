@@ -2,7 +2,7 @@
 
 from navstack.control.dwb.critics.pose_critic import PoseCritic
 from navstack.control.dwb.pose_score import AGGREGATION_TYPES, CELL_COST, OUTLINE_COST
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scene import DwbScene
 from navstack.params.dwb import DwbParams, ObstacleParams
 
 
@@ -27,6 +27,6 @@ class ObstacleFootprintCritic(BaseObstacleCritic):
 
     kind = OUTLINE_COST
 
-    def scale(self, scene: Scene) -> float:
+    def scale(self, scene: DwbScene) -> float:
         """Per metre of a cell, as Nav2 has it."""
         return scene.costmap.resolution * self._scale

@@ -7,7 +7,7 @@ import numpy as np
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.pose_score import NO_MEASURE, Measure
 from navstack.control.dwb.rollouts import Rollouts
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scene import DwbScene
 from navstack.params.dwb import DwbParams, OscillationParams
 from navstack.types import FloatArray, Pose2D, Twist2D
 
@@ -48,12 +48,12 @@ class OscillationCritic(Critic):
         """No restriction."""
         self._trends = [_CommandTrend() for _ in range(3)]  # x, y, yaw rate
 
-    def prepare(self, scene: Scene) -> None:
+    def prepare(self, scene: DwbScene) -> None:
         """See which directions are forbidden."""
         x, y, theta = self._trends
         self._forbidden = x.forbidden, y.forbidden, theta.forbidden
 
-    def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
+    def raw_costs(self, rollouts: Rollouts, scene: DwbScene) -> FloatArray:
         """0, or inf for a forbidden direction."""
         costs = np.zeros(len(rollouts.commands))
         for axis, signs in enumerate(self._forbidden):
@@ -64,13 +64,13 @@ class OscillationCritic(Critic):
                 costs[velocities > 0.0] = np.inf
         return costs
 
-    def measure(self, scene: Scene) -> Measure | None:
+    def measure(self, scene: DwbScene) -> Measure | None:
         """Nothing, while no direction is forbidden."""
         if any(self._forbidden):
             return None
         return NO_MEASURE
 
-    def debrief(self, scene: Scene, command: Twist2D) -> None:
+    def debrief(self, scene: DwbScene, command: Twist2D) -> None:
         """Follow the commands' signs, sideways and turning only while hardly driving forward."""
         x, y, theta = self._trends
         flipped = x.update(command.linear_x)
@@ -79,12 +79,14 @@ class OscillationCritic(Critic):
             flipped |= y.update(command.linear_y)
             flipped |= theta.update(command.angular_z)
         if flipped:
-            self._imposed_pose, self._imposed_at = scene.pose, scene.stamp
+            self._imposed_pose = scene.pose
+            self._imposed_at = scene.stamp
         if (x.forbidden or y.forbidden or theta.forbidden) and self._has_got_somewhere(scene):
             self.reset()
 
-    def _has_got_somewhere(self, scene: Scene) -> bool:
-        p, origin = self._params, self._imposed_pose
+    def _has_got_somewhere(self, scene: DwbScene) -> bool:
+        p = self._params
+        origin = self._imposed_pose
         squared = (scene.pose.x - origin.x) ** 2 + (scene.pose.y - origin.y) ** 2
         far = p.oscillation_reset_dist >= 0.0 and squared > p.oscillation_reset_dist**2
         turn = abs(scene.pose.yaw - origin.yaw)  # not wrapped, as in Nav2

@@ -3,7 +3,7 @@
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.pose_score import AGGREGATION_TYPES, LAST, Measure, trajectory_scores
 from navstack.control.dwb.rollouts import Rollouts
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scene import DwbScene
 from navstack.errors import UnknownNameError
 from navstack.types import FloatArray
 
@@ -25,7 +25,7 @@ class PoseCritic(Critic):
             raise UnknownNameError("aggregation_type", aggregation_type, AGGREGATION_TYPES)
         self.measured = Measure(self.kind, AGGREGATION_TYPES.index(name), nose)
 
-    def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
+    def raw_costs(self, rollouts: Rollouts, scene: DwbScene) -> FloatArray:
         """The measure of each trajectory; inf if it is illegal."""
         r = rollouts
         costs: FloatArray = trajectory_scores(
@@ -33,7 +33,7 @@ class PoseCritic(Critic):
         )
         return costs
 
-    def measure(self, scene: Scene) -> Measure | None:
+    def measure(self, scene: DwbScene) -> Measure | None:
         """The measure of the last pose."""
         if self.measured.aggregation == LAST:
             return self.measured

@@ -4,7 +4,7 @@ import numpy as np
 
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.rollouts import Rollouts
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scene import DwbScene
 from navstack.params.dwb import DwbParams, PreferForwardParams
 from navstack.types import FloatArray
 
@@ -16,9 +16,10 @@ class PreferForwardCritic(Critic):
         super().__init__(params.scale)
         self._params = params
 
-    def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
+    def raw_costs(self, rollouts: Rollouts, scene: DwbScene) -> FloatArray:
         """The penalty for backward and slow sideways motions, else the weighted yaw rate."""
         p = self._params
-        vx, yaw_rate = rollouts.commands[:, 0], np.abs(rollouts.commands[:, 2])
+        vx = rollouts.commands[:, 0]
+        yaw_rate = np.abs(rollouts.commands[:, 2])
         strafes = (vx < p.strafe_x) & (yaw_rate < p.strafe_theta)
         return np.where((vx < 0.0) | strafes, p.penalty, yaw_rate * p.theta_scale)

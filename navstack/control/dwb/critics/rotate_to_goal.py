@@ -7,7 +7,7 @@ import numpy as np
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.pose_score import NO_MEASURE, Measure
 from navstack.control.dwb.rollouts import Rollouts
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scene import DwbScene
 from navstack.params.dwb import DwbParams, RotateToGoalParams
 from navstack.types import FloatArray
 
@@ -34,18 +34,20 @@ class RotateToGoalCritic(Critic):
         self._in_window = False
         self._rotating = False
 
-    def prepare(self, scene: Scene) -> None:
+    def prepare(self, scene: DwbScene) -> None:
         """See how near the goal is and how fast the robot is."""
-        dx, dy = scene.pose.x - scene.goal.x, scene.pose.y - scene.goal.y
+        dx = scene.pose.x - scene.goal.x
+        dy = scene.pose.y - scene.goal.y
         near = dx * dx + dy * dy <= self._goal_tolerance**2
         self._in_window = self._in_window or (near and self._plan_is_short(scene.plan))
         self._speed_squared = scene.velocity.linear_x**2 + scene.velocity.linear_y**2
         stopped = self._speed_squared <= self._stopped_speed**2
         self._rotating = self._rotating or (self._in_window and stopped)
 
-    def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
+    def raw_costs(self, rollouts: Rollouts, scene: DwbScene) -> FloatArray:
         """The heading error in [rad], plus the weighted squared speed while slowing down."""
-        vx, vy = rollouts.commands[:, 0], rollouts.commands[:, 1]
+        vx = rollouts.commands[:, 0]
+        vy = rollouts.commands[:, 1]
         if not self._in_window:
             return np.zeros(len(vx))
         speed_squared = vx * vx + vy * vy
@@ -54,13 +56,13 @@ class RotateToGoalCritic(Critic):
         costs = speed_squared * self._params.slowing_factor + self._heading_errors(rollouts, scene)
         return np.where(speed_squared >= self._speed_squared, np.inf, costs)
 
-    def measure(self, scene: Scene) -> Measure | None:
+    def measure(self, scene: DwbScene) -> Measure | None:
         """Nothing, far from the goal."""
         if self._in_window:
             return None
         return NO_MEASURE
 
-    def _heading_errors(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
+    def _heading_errors(self, rollouts: Rollouts, scene: DwbScene) -> FloatArray:
         ends = rollouts.yaw[:, -1]
         if self._params.lookahead_time >= 0.0:
             ends = rollouts.yaw_at(self._params.lookahead_time)

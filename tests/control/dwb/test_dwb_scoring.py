@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
+from numpy.testing import assert_allclose, assert_array_equal
 
 from navstack.control.controller import Surroundings
 from navstack.control.dwb import rollouts
@@ -13,55 +15,41 @@ from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.dwb_controller import DwbController
 from navstack.control.dwb.end_kernels import end_poses
 from navstack.control.dwb.pose_score import locate, plan_cells
-from navstack.control.dwb.rollouts import RolloutGenerator, Rollouts
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.rollouts import RolloutGenerator
+from navstack.control.dwb.scene import DwbScene
 from navstack.control.dwb.scoring import Scoring
 from navstack.costmap.costmap import Costmap
 from navstack.params.dwb import (
     AlignParams,
     DistParams,
-    DwbParams,
     ObstacleParams,
     OscillationParams,
+    RotateToGoalParams,
 )
-from navstack.types import FloatArray, Pose2D, RobotState, Twist2D
+from navstack.types import Pose2D, RobotState, Twist2D
 
-STANDARD = (
-    "RotateToGoal",
-    "Oscillation",
-    "BaseObstacle",
-    "GoalAlign",
-    "PathAlign",
-    "PathDist",
-    "GoalDist",
+from ..given import DWB, SMALL_ROBOT, STANDARD_CRITICS
+
+OUTLINES = tuple(
+    "ObstacleFootprint" if name == "BaseObstacle" else name for name in STANDARD_CRITICS
 )
-OUTLINES = tuple("ObstacleFootprint" if name == "BaseObstacle" else name for name in STANDARD)
-PARAMS = DwbParams(
-    critics=STANDARD,
+PARAMS = replace(
+    DWB,
     min_vel_x=-0.3,
     max_vel_x=1.5,
     max_speed_xy=1.5,
-    max_vel_theta=1.2,
     min_speed_theta=0.1,
-    acc_lim_x=2.5,
-    decel_lim_x=-2.5,
-    acc_lim_theta=3.5,
-    decel_lim_theta=-3.5,
     vx_samples=9,
     vtheta_samples=10,
-    linear_granularity=0.05,
-    BaseObstacle=ObstacleParams(scale=0.02),
+    RotateToGoal=RotateToGoalParams(),
     ObstacleFootprint=ObstacleParams(scale=3.0),
-    GoalAlign=AlignParams(scale=24.0, forward_point_distance=0.1),
-    PathAlign=AlignParams(scale=32.0, forward_point_distance=0.1),
-    PathDist=DistParams(scale=32.0),
-    GoalDist=DistParams(scale=24.0),
 )
-FOOTPRINT = np.array(((0.2, 0.2), (0.2, -0.2), (-0.4, -0.2), (-0.4, 0.2)))
-SIZE, RESOLUTION = 100, 0.05  # cells along a side, [m]
+# cells along a side, [m]
+SIZE = 100
+RESOLUTION = 0.05
 
 
-def random_scene(rng: np.random.Generator) -> Scene:
+def random_scene(rng):
     """A curved plan that may leave the map, past obstacles and unknown cells.
 
     Sometimes the robot stands in one.
@@ -80,27 +68,24 @@ def random_scene(rng: np.random.Generator) -> Scene:
     velocity = Twist2D(rng.uniform(-0.3, 1.5), 0.0, rng.uniform(-1.2, 1.2))
     half = SIZE * RESOLUTION / 2.0
     costmap = Costmap(costs, RESOLUTION, -half + rng.uniform(-1.0, 1.0), -half)
-    return Scene(pose, velocity, 0.0, Pose2D(*plan[-1].tolist()), plan, costmap, FOOTPRINT)
+    return DwbScene(pose, velocity, 0.0, Pose2D(*plan[-1].tolist()), plan, costmap, SMALL_ROBOT)
 
 
-VARIANTS = {
-    "standard": PARAMS,
-    "limited": replace(PARAMS, trajectory_generator_name="dwb_plugins::LimitedAccelGenerator"),
-    "other noses": replace(
-        PARAMS, GoalAlign=AlignParams(24.0), PathAlign=AlignParams(32.0, forward_point_distance=0.2)
-    ),
-    "few critics": replace(PARAMS, critics=("GoalAlign", "PathDist")),
-    "no obstacles": replace(PARAMS, critics=("GoalDist", "PathAlign", "PathDist", "Oscillation")),
-    "alignment only": replace(PARAMS, critics=("PathAlign", "GoalAlign")),
-    "obstacles only": replace(PARAMS, critics=("BaseObstacle",)),
-    "outlines": replace(PARAMS, critics=OUTLINES),
-    "outlines and the way": replace(PARAMS, critics=("ObstacleFootprint", "PathAlign")),
-    "outlines and centres": replace(
-        PARAMS, critics=("GoalDist", "BaseObstacle", "ObstacleFootprint")
-    ),
-    "outlines only": replace(PARAMS, critics=("ObstacleFootprint",)),
-    "wide turns": replace(PARAMS, angular_granularity=0.3, linear_granularity=0.4),
+CHANGES = {
+    "standard": {},
+    "limited": {"trajectory_generator_name": "dwb_plugins::LimitedAccelGenerator"},
+    "other noses": {"GoalAlign": AlignParams(24.0), "PathAlign": AlignParams(32.0, "last", 0.2)},
+    "few critics": {"critics": ("GoalAlign", "PathDist")},
+    "no obstacles": {"critics": ("GoalDist", "PathAlign", "PathDist", "Oscillation")},
+    "alignment only": {"critics": ("PathAlign", "GoalAlign")},
+    "obstacles only": {"critics": ("BaseObstacle",)},
+    "outlines": {"critics": OUTLINES},
+    "outlines and the way": {"critics": ("ObstacleFootprint", "PathAlign")},
+    "outlines and centres": {"critics": ("GoalDist", "BaseObstacle", "ObstacleFootprint")},
+    "outlines only": {"critics": ("ObstacleFootprint",)},
+    "wide turns": {"angular_granularity": 0.3, "linear_granularity": 0.4},
 }
+VARIANTS = {name: replace(PARAMS, **change) for name, change in CHANGES.items()}
 
 
 class YawRate(Critic):
@@ -109,28 +94,35 @@ class YawRate(Critic):
     Of the command, or of the last pose, none beyond a limit.
     """
 
-    def __init__(self, scale: float, of_command: bool, most: float) -> None:
+    def __init__(self, scale, of_command, most):
         super().__init__(scale)
-        self.of_command, self.most = of_command, most
+        self.of_command = of_command
+        self.most = most
 
-    def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
+    def raw_costs(self, rollouts, scene):
         rates = rollouts.commands[:, 2] if self.of_command else rollouts.yaw[:, -1] - scene.pose.yaw
         return np.where(np.abs(rates) > self.most, np.inf, np.abs(rates))
 
 
-def plan_is_off_the_map(scene: Scene) -> bool:
+def plan_is_off_the_map(scene):
     return plan_cells(scene.plan, scene.situation).size == 0
 
 
-def check_choices(params: DwbParams, critics: dict[str, Critic], rng: np.random.Generator) -> int:
+def prepare(critics, scene):
+    for critic in critics.values():
+        critic.prepare(scene)
+
+
+def check_choices(params, critics, rng):
     """The choices are those of all scores; how many were made without."""
-    generator, made = RolloutGenerator(params, 20.0), 0
+    generator = RolloutGenerator(params, 20.0)
+    made = 0
     scoring = Scoring(generator, critics)
     for _ in range(60):
         scene = random_scene(rng)
-        for critic in critics.values():
-            critic.prepare(scene)
-        choice, expected = scoring.best(scene), scoring.score_all(scene).best()
+        prepare(critics, scene)
+        choice = scoring.best(scene)
+        expected = scoring.score_all(scene).best()
         assert choice == expected or choice is None
         if choice is None:
             assert (
@@ -143,50 +135,49 @@ def check_choices(params: DwbParams, critics: dict[str, Critic], rng: np.random.
 
 
 @pytest.mark.parametrize("name", VARIANTS)
-def test_it_is_the_choice_of_all_scores_on_random_scenes(name: str) -> None:
+def test_it_is_the_choice_of_all_scores_on_random_scenes(name):
     params = VARIANTS[name]
-    assert check_choices(params, build_critics(params), np.random.default_rng(len(name))) > 25
+    assert check_choices(params, build_critics(params), default_rng(len(name))) > 25
 
 
 @pytest.mark.parametrize("of_command", [True, False])
-def test_ones_own_critic_takes_part(of_command: bool) -> None:
-    first, last = build_critics(PARAMS), {"Own": YawRate(20.0, of_command, 0.6)}
-    assert check_choices(PARAMS, {**last, **first}, np.random.default_rng(5)) > 15
-    assert check_choices(PARAMS, {**first, **last}, np.random.default_rng(6)) > 15
+def test_ones_own_critic_takes_part(of_command):
+    first = build_critics(PARAMS)
+    last = {"Own": YawRate(20.0, of_command, 0.6)}
+    assert check_choices(PARAMS, {**last, **first}, default_rng(5)) > 15
+    assert check_choices(PARAMS, {**first, **last}, default_rng(6)) > 15
 
 
 @pytest.mark.parametrize(("away", "is_chosen"), [(0.0, True), (50.0, False)])
 @pytest.mark.parametrize("critics", [("GoalDist",), ("PathDist",), ("GoalAlign",)])
-def test_nothing_is_chosen_where_the_plan_is_off_the_map(
-    critics: tuple[str, ...], away: float, is_chosen: bool
-) -> None:
-    params, scene = replace(PARAMS, critics=critics), random_scene(np.random.default_rng(2))
+def test_nothing_is_chosen_where_the_plan_is_off_the_map(critics, away, is_chosen):
+    params = replace(PARAMS, critics=critics)
+    scene = random_scene(default_rng(2))
     scene.costmap.data[:] = 0
     scene = replace(
         scene, plan=scene.plan + (away, 0.0, 0.0), goal=Pose2D(scene.goal.x + away, scene.goal.y)
     )
     made = build_critics(params)
-    for critic in made.values():
-        critic.prepare(scene)
+    prepare(made, scene)
     assert (Scoring(RolloutGenerator(params, 20.0), made).best(scene) is not None) == is_chosen
 
 
-def test_a_critic_of_the_commands_alone_needs_no_poses(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_critic_of_the_commands_alone_needs_no_poses(monkeypatch):
     monkeypatch.setattr(rollouts, "roll_out", None)
-    scene = random_scene(np.random.default_rng(2))
+    scene = random_scene(default_rng(2))
     scene.costmap.data[:] = 0
     critics = build_critics(PARAMS) | {"Own": YawRate(1.0, True, 5.0)}
-    for critic in critics.values():
-        critic.prepare(scene)
+    prepare(critics, scene)
     assert Scoring(RolloutGenerator(PARAMS, 20.0), critics).best(scene) is not None
 
 
-def test_forbidden_signs_are_kept() -> None:
+def test_forbidden_signs_are_kept():
     params = replace(
         PARAMS,
         Oscillation=OscillationParams(oscillation_reset_dist=-1.0, oscillation_reset_angle=-1.0),
     )
-    critics, rng = build_critics(params), np.random.default_rng(3)
+    critics = build_critics(params)
+    rng = default_rng(3)
     scoring = Scoring(RolloutGenerator(params, 20.0), critics)
     for velocity in (
         Twist2D(0.2, 0.0, 0.3),
@@ -198,9 +189,9 @@ def test_forbidden_signs_are_kept() -> None:
     forbidden = 0
     for _ in range(40):
         scene = random_scene(rng)
-        for critic in critics.values():
-            critic.prepare(scene)
-        choice, scores = scoring.best(scene), scoring.score_all(scene)
+        prepare(critics, scene)
+        choice = scoring.best(scene)
+        scores = scoring.score_all(scene)
         if choice is not None:
             assert choice == scores.best()
             assert choice.command.linear_x <= 0.0
@@ -211,8 +202,8 @@ def test_forbidden_signs_are_kept() -> None:
 
 
 @pytest.mark.parametrize("limited", [False, True])
-def test_ends_are_those_of_the_rollouts_to_the_last_bit(limited: bool) -> None:
-    rng = np.random.default_rng(1)
+def test_ends_are_those_of_the_rollouts_to_the_last_bit(limited):
+    rng = default_rng(1)
     for granularity in (0.025, 0.4):  # the latter with turns beyond the range of the series
         params = replace(
             VARIANTS["limited" if limited else "standard"], angular_granularity=granularity
@@ -221,33 +212,34 @@ def test_ends_are_those_of_the_rollouts_to_the_last_bit(limited: bool) -> None:
         for _ in range(20):
             scene = random_scene(rng)
             driven = generator.generate(scene.pose, scene.velocity)
-            pose, v = scene.pose, scene.velocity
+            pose = scene.pose
+            v = scene.velocity
             robot = np.array((pose.x, pose.y, pose.yaw, v.linear_x, v.linear_y, v.angular_z))
             x, y, yaw, sine, cosine = end_poses(
                 robot, driven.commands, driven.steps, generator.sampling.limits, params.sim_time
             )
-            np.testing.assert_array_equal(x, driven.x[:, -1])
-            np.testing.assert_array_equal(y, driven.y[:, -1])
-            np.testing.assert_array_equal(yaw, driven.yaw[:, -1])
-            np.testing.assert_allclose((sine, cosine), (np.sin(yaw), np.cos(yaw)), atol=1e-12)
+            assert_array_equal(x, driven.x[:, -1])
+            assert_array_equal(y, driven.y[:, -1])
+            assert_array_equal(yaw, driven.yaw[:, -1])
+            assert_allclose((sine, cosine), (np.sin(yaw), np.cos(yaw)), atol=1e-12)
 
 
-def test_a_nose_on_a_border_is_in_the_cell_of_the_exact_cosine() -> None:
+def test_a_nose_on_a_border_is_in_the_cell_of_the_exact_cosine():
     yaw = np.linspace(-3.0, 3.0, 50)
     ends = np.stack((np.zeros(50), np.zeros(50), yaw, np.sin(yaw) + 1e-12, np.cos(yaw) - 1e-12))
-    scene = random_scene(np.random.default_rng(0))
+    scene = random_scene(default_rng(0))
     for k in range(50):  # the grid's origin makes nose k lie exactly on a border
         grid = (0.1 * math.cos(yaw[k]) - 1.0, 0.1 * math.sin(yaw[k]) - 1.0, 0.05)
         cells = np.empty((2, 50), dtype=np.int32)
         locate(ends, 0.1, scene.situation._replace(grid=grid), cells)
         expected = np.stack((0.1 * np.cos(yaw) - grid[0], 0.1 * np.sin(yaw) - grid[1])) / 0.05
-        np.testing.assert_array_equal(cells, np.floor(expected))
+        assert_array_equal(cells, np.floor(expected))
 
 
 @pytest.mark.parametrize(
     ("change", "is_quick"),
     [
-        ({"critics": (*STANDARD, "Twirling")}, True),
+        ({"critics": (*STANDARD_CRITICS, "Twirling")}, True),
         ({"PathDist": DistParams(aggregation_type="sum")}, True),
         ({"PathDist": DistParams(scale=-1.0)}, False),
         ({"BaseObstacle": ObstacleParams(sum_scores=True)}, True),
@@ -257,15 +249,14 @@ def test_a_nose_on_a_border_is_in_the_cell_of_the_exact_cosine() -> None:
         ({"max_vel_y": 0.2}, False),
     ],
 )
-def test_where_the_ends_do_not_tell_everything_the_choice_is_the_same(
-    change: dict, is_quick: bool
-) -> None:
+def test_where_the_ends_do_not_tell_everything_the_choice_is_the_same(change, is_quick):
     params = replace(PARAMS, **change)
-    assert (check_choices(params, build_critics(params), np.random.default_rng(2)) > 15) == is_quick
+    assert (check_choices(params, build_critics(params), default_rng(2)) > 15) == is_quick
 
 
-def test_it_follows_a_speed_limit_and_the_scores_told_afterwards_are_those_of_the_cycle() -> None:
-    controller, rng = DwbController(PARAMS, FOOTPRINT, 20.0), np.random.default_rng(8)
+def test_it_follows_a_speed_limit_and_the_scores_told_afterwards_are_those_of_the_cycle():
+    controller = DwbController(PARAMS, SMALL_ROBOT, 20.0)
+    rng = default_rng(8)
     for limit in (0.0, 0.4):
         controller.set_speed_limit(limit, is_percentage=False)
         for _ in range(10):

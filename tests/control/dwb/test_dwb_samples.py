@@ -9,25 +9,31 @@ import pytest
 from navstack.control.dwb import end_kernels, kernels, velocity_samples
 
 
-def axis_twin(current: float, limits: tuple[float, ...], count: int, time: float) -> list[float]:
+def axis_twin(current, limits, count, time):
     """OneDVelocityIterator, as the state machine that Nav2 describes."""
     least, most, acceleration, deceleration = limits
     current = least if current < least else most if current > most else current
 
-    def project(target: float) -> float:
+    def project(target):
         if current < target:
             return min(target, current + acceleration * time)
         return max(target, current + deceleration * time)
 
-    high, low = project(most), project(least)
+    high = project(most)
+    low = project(least)
     increment = 1.0 if abs(low - high) < 1e-5 else (high - low) / (max(2, count) - 1)
-    value, zero_left, zero_now, out = low, True, False, []
+    value = low
+    zero_left = True
+    zero_now = False
+    out = []
     while not value > high + 1e-5:
         out.append(0.0 if zero_now else value)
         if zero_left and value < 0.0 < value + increment <= high + 1e-5:
-            zero_now, zero_left = True, False
+            zero_now = True
+            zero_left = False
         else:
-            value, zero_now = value + increment, False
+            value = value + increment
+            zero_now = False
     return out
 
 
@@ -43,7 +49,7 @@ def axis_twin(current: float, limits: tuple[float, ...], count: int, time: float
         (1.0, 0.5, 2.0, -2.0),
     ],
 )
-def test_axis_samples_equal_the_twin(count: int, current: float, limits: tuple[float, ...]) -> None:
+def test_axis_samples_equal_the_twin(count, current, limits):
     ours = velocity_samples.axis_samples(current, np.array(limits), count, 0.2)
     assert ours.tolist() == axis_twin(current, limits, count, 0.2)
 
@@ -52,10 +58,11 @@ def test_axis_samples_equal_the_twin(count: int, current: float, limits: tuple[f
     "speeds", [(-1.0, -1.0, -1.0), (0.25, 0.6, 0.3), (0.25, -1.0, 0.3), (0.0, 0.6, 0.0)]
 )
 def test_samples_are_all_combinations_that_neither_stand_nor_crawl_nor_race(
-    speeds: tuple[float, ...],
-) -> None:
+    speeds,
+):
     limits = ((-0.3, 0.8, 2.0, -2.0), (-0.2, 0.3, 1.0, -3.0), (-0.9, 0.7, 3.0, -1.0))
-    current, counts = (0.1, 0.05, -0.1), (5, 3, 7)
+    current = (0.1, 0.05, -0.1)
+    counts = (5, 3, 7)
     axes = [
         axis_twin(v, limit, count, 0.4)
         for v, limit, count in zip(current, limits, counts, strict=True)
@@ -78,8 +85,10 @@ def test_samples_are_all_combinations_that_neither_stand_nor_crawl_nor_race(
 
 
 @pytest.mark.parametrize("axis", [end_kernels.VX, end_kernels.RATE])
-def test_speeds_change_towards_the_command_and_no_farther(axis: int) -> None:
-    b, limits, dt = np.zeros(end_kernels.BUFFER_SIZE), np.array((2.0, -3.0)), 0.1
+def test_speeds_change_towards_the_command_and_no_farther(axis):
+    b = np.zeros(end_kernels.BUFFER_SIZE)
+    limits = np.array((2.0, -3.0))
+    dt = 0.1
     cases = [(0.5, 0.9), (0.5, 0.6), (0.5, -0.4), (0.5, 0.3), (-0.2, -0.1), (0.4, 0.4)]
     for i, (now, wanted) in enumerate(cases):
         end_kernels._load_axis.py_func(b, axis + i, now, wanted, limits, dt)
@@ -96,9 +105,10 @@ def test_speeds_change_towards_the_command_and_no_farther(axis: int) -> None:
 
 
 @pytest.mark.parametrize("turns", [(-0.05, 0.03, 0.0, 0.05), (-0.3, 0.049, 0.06, -0.01)])
-def test_turns_of_a_tile_have_the_bits_of_one_turn(turns: tuple[float, ...]) -> None:
+def test_turns_of_a_tile_have_the_bits_of_one_turn(turns):
     b = np.zeros(end_kernels.BUFFER_SIZE)
-    b[end_kernels.RATE : end_kernels.RATE + 4], b[end_kernels.DT : end_kernels.DT + 4] = turns, 1.0
+    b[end_kernels.RATE : end_kernels.RATE + 4] = turns
+    b[end_kernels.DT : end_kernels.DT + 4] = 1.0
     end_kernels._turn.py_func(b, 4)
     for i, turn in enumerate(turns):
         assert b[end_kernels.TURN + i] == turn

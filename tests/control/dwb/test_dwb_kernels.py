@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
+from numpy.testing import assert_allclose, assert_array_equal
 
 from navstack.control.dwb import kernels
-from navstack.control.dwb.choice_kernels import Drive, is_legal
+from navstack.control.dwb.choice_kernels import SampledDrive, is_legal
 from navstack.control.dwb.critics.align import PathAlignCritic
 from navstack.control.dwb.critics.obstacles import BaseObstacleCritic
 from navstack.control.dwb.pose_score import (
@@ -19,12 +21,14 @@ from navstack.control.dwb.pose_score import (
     locate,
 )
 from navstack.control.dwb.rollouts import Rollouts
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scene import DwbScene
 from navstack.control.footprint_cost import footprint_cost, line_cost
 from navstack.control.plan_handling import cells_of_points, densify, window_bounds
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from navstack.params.dwb import AlignParams, DwbParams, ObstacleParams
 from navstack.types import Pose2D, Twist2D
+
+from ..given import box
 
 ORIGIN = (-1.0, -0.5)
 RESOLUTION = 0.05
@@ -32,20 +36,16 @@ SHAPE = (40, 60)  # cells [y, x]
 NOTHING = np.empty((0, 3))
 
 
-def random_poses(
-    rng: np.random.Generator, count: int, length: int
-) -> tuple[np.ndarray, np.ndarray]:
+def random_poses(rng, count, length):
     """Poses of which about one in ten lies off the map of SHAPE."""
     x = rng.uniform(ORIGIN[0] - 0.1, ORIGIN[0] + SHAPE[1] * RESOLUTION + 0.1, (count, length))
     y = rng.uniform(ORIGIN[1] - 0.1, ORIGIN[1] + SHAPE[0] * RESOLUTION + 0.1, (count, length))
     return x, y
 
 
-def make_scene(
-    costmap: Costmap, footprint: np.ndarray = NOTHING, plan: np.ndarray = NOTHING
-) -> Scene:
+def make_scene(costmap, footprint=NOTHING, plan=NOTHING):
     """The robot stands at the origin."""
-    return Scene(Pose2D(), Twist2D(), 0.0, Pose2D(), plan, costmap, footprint)
+    return DwbScene(Pose2D(), Twist2D(), 0.0, Pose2D(), plan, costmap, footprint)
 
 
 def roll_out_twin(start, velocity, command, limits, steps, sim_time):
@@ -68,11 +68,13 @@ def roll_out_twin(start, velocity, command, limits, steps, sim_time):
     return np.array(poses)
 
 
-def test_rollouts_agree_with_the_direct_formula_and_repeat_the_last_pose() -> None:
-    rng = np.random.default_rng(1)
+def test_rollouts_agree_with_the_direct_formula_and_repeat_the_last_pose():
+    rng = default_rng(1)
     commands = rng.uniform((-1.0, -0.5, -2.0), (3.0, 0.5, 2.0), (50, 3))
     limits = np.array(((4.0, -3.0), (2.0, -2.0), (3.5, -3.0)))
-    start, velocity, sim_time = np.array((0.3, -0.2, 2.9)), np.array((1.0, 0.1, -1.5)), 1.3
+    start = np.array((0.3, -0.2, 2.9))
+    velocity = np.array((1.0, 0.1, -1.5))
+    sim_time = 1.3
     steps = kernels.step_counts(commands, sim_time, 0.05, 0.025)
     x, y, yaw = (np.full((50, steps.max() + 2), np.nan) for _ in range(3))
     first = np.empty((50, 3))
@@ -81,15 +83,15 @@ def test_rollouts_agree_with_the_direct_formula_and_repeat_the_last_pose() -> No
         twin = roll_out_twin(start, velocity, commands[k], limits, int(steps[k]), sim_time)
         n = len(twin)
         ours = np.stack((x[k], y[k], yaw[k]), axis=1)
-        np.testing.assert_allclose(ours[:n], twin, atol=1e-12)
-        np.testing.assert_array_equal(ours[n:], np.broadcast_to(ours[n - 1], ours[n:].shape))
+        assert_allclose(ours[:n], twin, atol=1e-12)
+        assert_array_equal(ours[n:], np.broadcast_to(ours[n - 1], ours[n:].shape))
     compiled = x.copy(), y.copy(), yaw.copy(), first.copy()
     kernels.roll_out.py_func(start, velocity, commands, limits, steps, sim_time, x, y, yaw, first)
     for before, after in zip(compiled, (x, y, yaw, first), strict=True):
-        np.testing.assert_array_equal(before, after)  # the compiler changes no bit
+        assert_array_equal(before, after)  # the compiler changes no bit
 
 
-def test_a_large_turn_per_step_is_exact_too() -> None:
+def test_a_large_turn_per_step_is_exact_too():
     for angle in (-1.0, -0.100001, -0.1, -0.03, 0.0, 1e-9, 0.05, 0.0999, 0.1001, 2.0):
         sine, cosine = kernels.sine_cosine(angle)
         assert sine == pytest.approx(math.sin(angle), abs=1e-16)
@@ -99,24 +101,21 @@ def test_a_large_turn_per_step_is_exact_too() -> None:
 @pytest.mark.parametrize(
     "kind", [CELL_COST, OUTLINE_COST, PATH_DISTANCE, GOAL_DISTANCE, GOAL_ALIGNMENT]
 )
-def test_a_trajectory_is_legal_where_all_its_poses_are(kind: int) -> None:
+def test_a_trajectory_is_legal_where_all_its_poses_are(kind):
     """Cells and outlines mind obstacles, distances the map's edge, and alignment nothing."""
-    rng, found = np.random.default_rng(11), []
+    rng = default_rng(11)
+    found = []
     costs = np.zeros(SHAPE, dtype=np.uint8)
     for cost in (252, 253, 254, 255):
         for y, x in rng.integers(0, (SHAPE[0] - 2, SHAPE[1] - 2), (4, 2)):
             costs[y : y + 2, x : x + 2] = cost
-    outline = np.array(((0.12, 0.08), (0.12, -0.08), (-0.1, -0.08), (-0.1, 0.08)))
-    costmap, limits = (
-        Costmap(costs, RESOLUTION, *ORIGIN),
-        np.array(((4.0, -3.0), (0.5, -9.0), (3.5, -2.0))),
-    )
+    outline = box(0.12, -0.1, 0.08)
+    costmap = Costmap(costs, RESOLUTION, *ORIGIN)
+    limits = np.array(((4.0, -3.0), (0.5, -9.0), (3.5, -2.0)))
     for _ in range(60):
         start = rng.uniform((-0.6, -0.1, -math.pi), (1.6, 1.1, math.pi))
-        (now, command), steps = (
-            rng.uniform((-0.8, 0.0, -1.5), (1.5, 0.0, 1.5), (2, 3)),
-            int(rng.integers(1, 30)),
-        )
+        (now, command) = rng.uniform((-0.8, 0.0, -1.5), (1.5, 0.0, 1.5), (2, 3))
+        steps = int(rng.integers(1, 30))
         expected = True
         for x, y, yaw in roll_out_twin(start, now, command, limits, steps, 1.5):
             mx, my = costmap.world_to_map(x, y)
@@ -130,7 +129,9 @@ def test_a_trajectory_is_legal_where_all_its_poses_are(kind: int) -> None:
                     else footprint_cost(costmap, outline, turned)
                 )
                 expected &= cost < LETHAL_OBSTACLE
-        drive = Drive(np.concatenate((start, now)), command[None], np.array((steps,)), limits, 1.5)
+        drive = SampledDrive(
+            np.concatenate((start, now)), command[None], np.array((steps,)), limits, 1.5
+        )
         situation = make_scene(costmap, outline).situation
         assert is_legal(drive, 0, np.array((GOAL_ALIGNMENT, kind)), situation) == expected
         found.append(expected)
@@ -138,15 +139,24 @@ def test_a_trajectory_is_legal_where_all_its_poses_are(kind: int) -> None:
 
 
 @pytest.mark.parametrize("by_time", [False, True])
-def test_there_is_room_for_the_steps_of_every_sample(by_time: bool) -> None:
-    rng = np.random.default_rng(9)
+def test_there_is_room_for_the_steps_of_every_sample(by_time):
+    rng = default_rng(9)
     for _ in range(30):
-        low, high = -rng.uniform(0.0, 3.0, 2), rng.uniform(0.0, 2.0, 2)
+        low = -rng.uniform(0.0, 3.0, 2)
+        high = rng.uniform(0.0, 2.0, 2)
         params = DwbParams(
-            critics=("PathDist",), min_vel_x=low[0], max_vel_x=high[0], min_vel_y=low[1], max_vel_y=high[1],
-            max_vel_theta=float(rng.uniform(0.2, 3.0)), linear_granularity=0.1, angular_granularity=0.05, sim_time=1.7,
-            discretize_by_time=by_time, time_granularity=0.3,
-        )  # fmt: skip
+            critics=("PathDist",),
+            min_vel_x=low[0],
+            max_vel_x=high[0],
+            min_vel_y=low[1],
+            max_vel_y=high[1],
+            max_vel_theta=float(rng.uniform(0.2, 3.0)),
+            linear_granularity=0.1,
+            angular_granularity=0.05,
+            sim_time=1.7,
+            discretize_by_time=by_time,
+            time_granularity=0.3,
+        )
         corners = [
             (x, y, params.max_vel_theta) for x in (low[0], high[0]) for y in (low[1], high[1])
         ]
@@ -161,40 +171,38 @@ def test_there_is_room_for_the_steps_of_every_sample(by_time: bool) -> None:
 @pytest.mark.parametrize(
     ("forward", "turn", "steps"), [(2.0, 0.1, 21), (0.1, 1.0, 21), (0.05, 0.02, 1), (0.0, 0.0, 1)]
 )
-def test_there_is_room_for_a_step_more_of_samples_a_little_beyond_the_limits(
-    forward: float, turn: float, steps: int
-) -> None:
+def test_there_is_room_for_a_step_more_of_samples_a_little_beyond_the_limits(forward, turn, steps):
     params = DwbParams(
-        critics=("PathDist",), max_vel_x=forward, max_vel_theta=turn, sim_time=1.0, linear_granularity=0.1,
-        angular_granularity=0.05, discretize_by_time=False,
-    )  # fmt: skip
+        critics=("PathDist",),
+        max_vel_x=forward,
+        max_vel_theta=turn,
+        sim_time=1.0,
+        linear_granularity=0.1,
+        angular_granularity=0.05,
+    )
     assert params.largest_steps == steps
 
 
-def test_step_counts_follow_the_command() -> None:
-    commands = np.array(
-        (
-            (0.0, 0.0, 0.01),
-            (3.0, 0.0, 0.0),
-            (3.0 + 4e-16, 0.0, 0.0),
-            (0.3, 0.4, 0.0),
-            (0.0, 0.0, -1.2),
-        )
-    )
+def test_step_counts_follow_the_command():
+    commands = np.zeros((5, 3))
+    commands[:, 0] = (0.0, 3.0, 3.0 + 4e-16, 0.3, 0.0)
+    commands[3, 1] = 0.4
+    commands[[0, 4], 2] = (0.01, -1.2)
     assert kernels.step_counts(commands, 1.0, 0.05, 0.025).tolist() == [1, 60, 61, 10, 48]
 
 
-def cells_of(x: np.ndarray, y: np.ndarray, costmap: Costmap) -> np.ndarray:
+def cells_of(x, y, costmap):
     """The cells (2, M) of points as mx and my."""
     poses = np.zeros((5, x.size))
-    poses[0], poses[1] = x.ravel(), y.ravel()
+    poses[0] = x.ravel()
+    poses[1] = y.ravel()
     cells = np.empty((2, x.size), dtype=np.int32)
     locate(poses, 0.0, make_scene(costmap).situation, cells)
     return cells
 
 
-def test_cells_equal_the_costmaps_own_rule() -> None:
-    x, y = random_poses(np.random.default_rng(2), 30, 12)
+def test_cells_equal_the_costmaps_own_rule():
+    x, y = random_poses(default_rng(2), 30, 12)
     costmap = Costmap(np.zeros(SHAPE, dtype=np.uint8), RESOLUTION, *ORIGIN)
     found = cells_of(x, y, costmap)
     assert 0.02 < (found < 0).mean() < 0.3
@@ -204,19 +212,21 @@ def test_cells_equal_the_costmaps_own_rule() -> None:
 
 
 @pytest.mark.parametrize("sum_scores", [False, True])
-def test_obstacle_costs_equal_the_twin(sum_scores: bool) -> None:
-    rng = np.random.default_rng(3)
+def test_obstacle_costs_equal_the_twin(sum_scores):
+    rng = default_rng(3)
     costs = rng.choice(
         np.array((0, 10, 100, 252, 253, 254, 255), dtype=np.uint8),
         200,
         p=(0.4, 0.3, 0.2, 0.07, 0.01, 0.01, 0.01),
     )
     costmap = Costmap(costs.reshape(10, 20), 1.0, 0.0, 0.0)
-    cells, lengths = rng.integers(0, 200, (80, 10)), rng.integers(1, 11, 80)
+    cells = rng.integers(0, 200, (80, 10))
+    lengths = rng.integers(1, 11, 80)
     cells[rng.random(cells.shape) < 0.03] = -1
     for k in range(80):
         cells[k, lengths[k] :] = cells[k, lengths[k] - 1]
-    x, y = np.where(cells < 0, -1.0, cells % 20 + 0.5), cells // 20 + 0.5
+    x = np.where(cells < 0, -1.0, cells % 20 + 0.5)
+    y = cells // 20 + 0.5
     scene = make_scene(costmap)
     scene.rollouts = Rollouts(
         np.empty((80, 3)), lengths - 1, lengths, 1.0, lambda: (x, y, np.zeros_like(x))
@@ -231,8 +241,8 @@ def test_obstacle_costs_equal_the_twin(sum_scores: bool) -> None:
 
 
 @pytest.mark.parametrize("aggregation", ["last", "sum"])
-def test_distances_are_those_of_the_noses_to_the_plan(aggregation: str) -> None:
-    rng = np.random.default_rng(7)
+def test_distances_are_those_of_the_noses_to_the_plan(aggregation):
+    rng = default_rng(7)
     x, y = random_poses(rng, 30, 6)
     yaw = rng.uniform(-4.0, 4.0, x.shape)
     costmap = Costmap(np.zeros(SHAPE, dtype=np.uint8), RESOLUTION, *ORIGIN)
@@ -254,8 +264,8 @@ def test_distances_are_those_of_the_noses_to_the_plan(aggregation: str) -> None:
     assert 2 < np.isinf(ours).sum() < 30
 
 
-def test_distances_equal_the_breadth_first_wave_front() -> None:
-    rng = np.random.default_rng(4)
+def test_distances_equal_the_breadth_first_wave_front():
+    rng = default_rng(4)
     seeds = np.stack((rng.integers(0, SHAPE[1], 9), rng.integers(0, SHAPE[0], 9)))
     grid = np.full(SHAPE, -1)
     front = [(int(mx), int(my)) for mx, my in seeds.T]
@@ -273,12 +283,12 @@ def test_distances_equal_the_breadth_first_wave_front() -> None:
     distances = np.zeros(grid.size)
     distances[-1] = math.inf  # illegal already
     add_distances(np.stack((mx.ravel(), my.ravel())), seeds.astype(np.int32), distances)
-    np.testing.assert_array_equal(distances[:-1], grid.ravel()[:-1])
+    assert_array_equal(distances[:-1], grid.ravel()[:-1])
     assert distances[-1] == math.inf
 
 
-def test_totals_accumulate_in_float32_in_order() -> None:
-    rng = np.random.default_rng(5)
+def test_totals_accumulate_in_float32_in_order():
+    rng = default_rng(5)
     raw = rng.uniform(0.0, 1e4, (6, 40))
     raw[2, 7] = math.inf
     scales = rng.uniform(0.0, 3.0, 6).astype(np.float32)
@@ -294,30 +304,42 @@ def test_totals_accumulate_in_float32_in_order() -> None:
     assert np.flatnonzero(np.isinf(ours)).tolist() == [7]
 
 
-def bresenham_twin(x0: int, y0: int, x1: int, y1: int) -> list[tuple[int, int]]:
+def bresenham_twin(x0, y0, x1, y1):
     """LineIterator of nav2_util, with its own variables."""
-    dx, dy = abs(x1 - x0), abs(y1 - y0)
-    inc1, inc2 = (
-        [1 if x1 >= x0 else -1, 1 if y1 >= y0 else -1],
-        [1 if x1 >= x0 else -1, 1 if y1 >= y0 else -1],
-    )
+    dx = abs(x1 - x0)
+    dy = abs(y1 - y0)
+    inc1 = [1 if x1 >= x0 else -1, 1 if y1 >= y0 else -1]
+    inc2 = [1 if x1 >= x0 else -1, 1 if y1 >= y0 else -1]
     if dx >= dy:
-        inc1[0], inc2[1], den, add, pixels = 0, 0, dx, dy, dx
+        inc1[0] = 0
+        inc2[1] = 0
+        den = dx
+        add = dy
+        pixels = dx
     else:
-        inc2[0], inc1[1], den, add, pixels = 0, 0, dy, dx, dy
-    num, x, y, cells = den // 2, x0, y0, []
+        inc2[0] = 0
+        inc1[1] = 0
+        den = dy
+        add = dx
+        pixels = dy
+    num = den // 2
+    x = x0
+    y = y0
+    cells = []
     for _ in range(pixels + 1):
         cells.append((x, y))
         num += add
         if num >= den:
             num -= den
-            x, y = x + inc1[0], y + inc1[1]
-        x, y = x + inc2[0], y + inc2[1]
+            x = x + inc1[0]
+            y = y + inc1[1]
+        x = x + inc2[0]
+        y = y + inc2[1]
     return cells
 
 
-def test_line_cost_sees_exactly_the_cells_of_nav2s_line() -> None:
-    rng = np.random.default_rng(6)
+def test_line_cost_sees_exactly_the_cells_of_nav2s_line():
+    rng = default_rng(6)
     costs = rng.integers(0, 256, (25, 25)).astype(np.uint8)
     for _ in range(300):
         x0, y0, x1, y1 = (int(v) for v in rng.integers(0, 25, 4))
@@ -327,27 +349,30 @@ def test_line_cost_sees_exactly_the_cells_of_nav2s_line() -> None:
     assert line_cost(costs, 3, 4, 3, 4) == costs[4, 3]
 
 
-def test_footprint_cost_turns_with_the_robot_and_ends_at_the_map() -> None:
+def test_footprint_cost_turns_with_the_robot_and_ends_at_the_map():
     costs = np.zeros((100, 100), dtype=np.uint8)
     costs[49, 69] = LETHAL_OBSTACLE  # 1 m ahead of the centre
     costmap = Costmap(costs, 0.05, -2.475, -2.475)
-    bar = np.array(((1.0, 0.1), (1.0, -0.1), (-0.2, -0.1), (-0.2, 0.1)))
+    bar = box(1.0, -0.2, 0.1)
     assert footprint_cost(costmap, bar, Pose2D()) == LETHAL_OBSTACLE
     assert footprint_cost(costmap, bar, Pose2D(yaw=0.5)) == 0
     assert footprint_cost(costmap, bar, Pose2D(x=1.6)) == LETHAL_OBSTACLE  # off the map
 
 
-def test_an_unknown_cell_hides_lethal_ones_under_later_edges_only() -> None:
+def test_an_unknown_cell_hides_lethal_ones_under_later_edges_only():
     # front, right side, rear, left side
-    bar = np.array(((0.5, 0.2), (0.5, -0.2), (-0.5, -0.2), (-0.5, 0.2)))
-    front, beside, side = (49, 59), (47, 59), (45, 49)
+    bar = box(0.5, -0.5, 0.2)
+    front = (49, 59)
+    beside = (47, 59)
+    side = (45, 49)
     for lethal, unknown, expected in ((front, beside, 254), (front, side, 254), (side, front, 255)):
         costs = np.zeros((100, 100), dtype=np.uint8)
-        costs[lethal], costs[unknown] = LETHAL_OBSTACLE, NO_INFORMATION
+        costs[lethal] = LETHAL_OBSTACLE
+        costs[unknown] = NO_INFORMATION
         assert footprint_cost(Costmap(costs, 0.05, -2.475, -2.475), bar, Pose2D()) == expected
 
 
-def test_window_keeps_what_is_near_and_searches_only_so_far() -> None:
+def test_window_keeps_what_is_near_and_searches_only_so_far():
     poses = np.zeros((101, 3))
     poses[:, 0] = np.linspace(0.0, 10.0, 101)
     assert window_bounds(poses, 0, 5.0, 0.0, 2.0, 3.0, math.inf) == (31, 81)
@@ -357,34 +382,33 @@ def test_window_keeps_what_is_near_and_searches_only_so_far() -> None:
     assert window_bounds(poses, 40, 5.0, 0.0, 2.0, 3.0, math.inf) == (40, 81)
 
 
-def test_plan_stops_at_unknown_space_and_skips_what_is_before_the_map() -> None:
+def test_plan_stops_at_unknown_space_and_skips_what_is_before_the_map():
     costs = np.zeros((20, 20), dtype=np.uint8)
     costs[:, 12:14] = 255
     plan = np.array(((-1.0, 0.5), (2.0, 0.5)))
     points = densify(plan, 0.05)
     # of 57 cells beyond the first two, one less
-    np.testing.assert_allclose(points[:, 0], np.linspace(-1.0, 2.0, 57))
-    np.testing.assert_allclose(points[:, 1], 0.5)
+    assert_allclose(points[:, 0], np.linspace(-1.0, 2.0, 57))
+    assert_allclose(points[:, 1], 0.5)
     cells = cells_of_points(points, costs, (0.0, 0.0, 0.05))
     known = points[(points[:, 0] >= 0.0) & (points[:, 0] < 12 * 0.05), 0]
     assert cells.tolist() == [[column, 10] for column in np.unique(np.floor(known / 0.05)).tolist()]
 
 
 @pytest.mark.parametrize("resolution", [0.05, 0.2])
-def test_gaps_of_more_than_two_cells_are_filled_up_evenly(resolution: float) -> None:
+def test_gaps_of_more_than_two_cells_are_filled_up_evenly(resolution):
     """Of the whole cells beyond the first two there are as many pieces less one."""
-    rng = np.random.default_rng(12)
+    rng = default_rng(12)
     poses = np.cumsum(rng.normal(0.0, 0.3, (30, 3)) * rng.choice((0.1, 1.0, 3.0), (30, 1)), axis=0)
     expected = [poses[:1, :2]]
     for before, after in zip(poses[:-1, :2], poses[1:, :2], strict=True):
         pieces = max(1, math.floor((math.dist(before, after) - 2.0 * resolution) / resolution) - 1)
         expected.append(np.linspace(before, after, pieces + 1)[1:])
-    np.testing.assert_allclose(
-        densify.py_func(poses, resolution), np.concatenate(expected), atol=1e-12
-    )
+    assert_allclose(densify.py_func(poses, resolution), np.concatenate(expected), atol=1e-12)
 
 
-def test_points_on_the_maps_far_edges_are_off_it() -> None:
+def test_points_on_the_maps_far_edges_are_off_it():
     costmap = Costmap(np.zeros((3, 4), dtype=np.uint8), 0.5, 1.0, -1.0)
-    x, y = np.array((1.0, 2.99, 3.0, 1.0, 0.99)), np.array((-1.0, 0.49, 0.0, 0.5, 0.0))
+    x = np.array((1.0, 2.99, 3.0, 1.0, 0.99))
+    y = np.array((-1.0, 0.49, 0.0, 0.5, 0.0))
     assert cells_of(x, y, costmap).T.tolist() == [[0, 0], [3, 2], [-1, -1], [-1, -1], [-1, -1]]

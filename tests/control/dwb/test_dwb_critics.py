@@ -4,11 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
+from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx
 
 from navstack.control.dwb.critics import build_critics
 from navstack.control.dwb.critics.critic import Critic
-from navstack.control.dwb.rollouts import RolloutGenerator, Rollouts
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.rollouts import RolloutGenerator
+from navstack.control.dwb.scene import DwbScene
 from navstack.costmap.costmap import Costmap
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.dwb import (
@@ -20,6 +23,8 @@ from navstack.params.dwb import (
 )
 from navstack.params.registry.controllers import DWB_CRITICS as CRITICS
 from navstack.types import Pose2D, Twist2D
+
+from ..given import SMALL_ROBOT
 
 LIMITS = {
     "min_vel_x": -0.5,
@@ -35,14 +40,13 @@ LIMITS = {
     "linear_granularity": 0.05,
 }
 HERE = Pose2D(0.0, 0.0, 0.1)
-FOOTPRINT = np.array(((0.2, 0.2), (0.2, -0.2), (-0.4, -0.2), (-0.4, 0.2)))
 
 
-def make_params(**more: object) -> DwbParams:
+def make_params(**more):
     return DwbParams(**{**LIMITS, **more})
 
 
-def make_scene(costs: np.ndarray | None = None, pose: Pose2D = HERE, **more: object) -> Scene:
+def make_scene(costs=None, pose=HERE, **more):
     costs = np.zeros((120, 120), dtype=np.uint8) if costs is None else costs
     plan = np.zeros((60, 3))
     plan[:, 0] = np.linspace(-0.5, 2.0, 60)
@@ -53,25 +57,25 @@ def make_scene(costs: np.ndarray | None = None, pose: Pose2D = HERE, **more: obj
         "goal": Pose2D(2.0, 0.0, 0.0),
         "plan": plan,
         "costmap": Costmap(costs, 0.05, -3.0, -3.0),
-        "footprint": FOOTPRINT,
+        "footprint": SMALL_ROBOT,
     }
-    return Scene(**{**fields, **more})
+    return DwbScene(**{**fields, **more})
 
 
-def roll_out(params: DwbParams, scene: Scene) -> Rollouts:
+def roll_out(params, scene):
     rollouts = RolloutGenerator(params, 20.0).generate(scene.pose, scene.velocity)
     scene.rollouts = rollouts
     return rollouts
 
 
-def make_critic(name: str, params: DwbParams | None = None) -> Critic:
+def make_critic(name, params=None):
     params = params or make_params()
     critic: Critic = CRITICS[name].create(getattr(params, name), parts={"dwb": params})
     return critic
 
 
-def random_costs(seed: int) -> np.ndarray:
-    rng = np.random.default_rng(seed)
+def random_costs(seed):
+    rng = default_rng(seed)
     costs = rng.integers(0, 200, (120, 120)).astype(np.uint8)
     costs[rng.random(costs.shape) < 0.002] = 254
     costs[rng.random(costs.shape) < 0.001] = 255
@@ -80,8 +84,8 @@ def random_costs(seed: int) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("name", CRITICS)
-def test_contract(name: str, seed: int) -> None:
-    rng = np.random.default_rng(seed)
+def test_contract(name, seed):
+    rng = default_rng(seed)
     scene = make_scene(
         random_costs(seed), Pose2D(*rng.uniform((-2.5, -2.5, -3.0), (2.5, 2.5, 3.0)))
     )
@@ -106,14 +110,14 @@ def test_contract(name: str, seed: int) -> None:
         assert answer.shape == (len(rollouts.commands),)
         assert answer.dtype == np.float64
         assert (answer >= 0.0).all()  # neither negative nor NaN
-        np.testing.assert_array_equal(answer, answers[0])
+        assert_array_equal(answer, answers[0])
     after = rollouts.x, rollouts.yaw, rollouts.commands, scene.costmap.data
     for old, new in zip(before, after, strict=True):
-        np.testing.assert_array_equal(old, new)
+        assert_array_equal(old, new)
 
 
 @pytest.mark.parametrize("name", CRITICS)
-def test_nothing_to_score_is_no_error(name: str) -> None:
+def test_nothing_to_score_is_no_error(name):
     params = DwbParams()  # all limits 0: no sample moves
     scene = make_scene()
     rollouts = roll_out(params, scene)
@@ -125,17 +129,17 @@ def test_nothing_to_score_is_no_error(name: str) -> None:
 @pytest.mark.parametrize(
     "given", ["PathDist", "PathDistCritic", "dwb_critics::PathDist", "dwb_critics::PathDistCritic"]
 )
-def test_names_as_nav2_resolves_them(given: str) -> None:
+def test_names_as_nav2_resolves_them(given):
     assert list(build_critics(make_params(critics=(given,)))) == ["PathDist"]
 
 
 @pytest.mark.parametrize("given", ["PathDistance", "my_critics::PathDist"])
-def test_unknown_name_is_answered_with_the_nearest(given: str) -> None:
+def test_unknown_name_is_answered_with_the_nearest(given):
     with pytest.raises(UnknownNameError, match="did you mean 'PathDist'"):
         build_critics(make_params(critics=(given,)))
 
 
-def test_wrong_values_are_named() -> None:
+def test_wrong_values_are_named():
     with pytest.raises(UnknownNameError, match="unknown aggregation_type 'mean'"):
         build_critics(
             make_params(critics=("PathDist",), PathDist=DistParams(aggregation_type="mean"))
@@ -150,9 +154,7 @@ def test_wrong_values_are_named() -> None:
     ("samples", "steps", "is_allowed"),
     [((20, 1, 20), 5000, True), ((3, 1, 0), 666_667, False), ((0, 3, 1), 666_666, True)],
 )
-def test_no_more_than_two_million_poses_are_made(
-    samples: tuple[int, ...], steps: int, is_allowed: bool
-) -> None:
+def test_no_more_than_two_million_poses_are_made(samples, steps, is_allowed):
     names = ("vx_samples", "vy_samples", "vtheta_samples")
     given: dict[str, object] = dict(zip(names, samples, strict=True))
     given |= {"sim_time": float(steps), "time_granularity": 1.0, "discretize_by_time": True}
@@ -165,7 +167,7 @@ def test_no_more_than_two_million_poses_are_made(
             make_params(**given)
 
 
-def test_base_obstacle_minds_the_centre_and_obstacle_footprint_the_outline() -> None:
+def test_base_obstacle_minds_the_centre_and_obstacle_footprint_the_outline():
     costs = np.zeros((120, 120), dtype=np.uint8)
     # 0.5 m ahead, 0.2 m to the left: beside the centre's way, under the outline
     costs[64, 70] = 254
@@ -176,7 +178,7 @@ def test_base_obstacle_minds_the_centre_and_obstacle_footprint_the_outline() -> 
     assert make_critic("ObstacleFootprint").raw_costs(rollouts, scene)[straight] == math.inf
 
 
-def test_a_trajectory_off_the_map_is_illegal_for_whoever_reads_the_map() -> None:
+def test_a_trajectory_off_the_map_is_illegal_for_whoever_reads_the_map():
     scene = make_scene(pose=Pose2D(2.8, 0.0, 0.0))
     params = make_params()
     rollouts = roll_out(params, scene)
@@ -185,10 +187,10 @@ def test_a_trajectory_off_the_map_is_illegal_for_whoever_reads_the_map() -> None
     for name in ("BaseObstacle", "PathDist", "GoalDist"):
         critic = make_critic(name)
         critic.prepare(scene)
-        np.testing.assert_array_equal(np.isinf(critic.raw_costs(rollouts, scene)), off)
+        assert_array_equal(np.isinf(critic.raw_costs(rollouts, scene)), off)
 
 
-def test_without_a_plan_on_the_map_dist_rejects_all_and_align_is_indifferent() -> None:
+def test_without_a_plan_on_the_map_dist_rejects_all_and_align_is_indifferent():
     plan = np.zeros((5, 3))
     plan[:, 0] = np.linspace(50.0, 51.0, 5)
     scene = make_scene(plan=plan)
@@ -204,14 +206,15 @@ def test_without_a_plan_on_the_map_dist_rejects_all_and_align_is_indifferent() -
 
 
 @pytest.mark.parametrize("aggregation", ["last", "sum", "product"])
-def test_aggregation_over_the_real_poses_only(aggregation: str) -> None:
+def test_aggregation_over_the_real_poses_only(aggregation):
     scene = make_scene(pose=Pose2D(0.0, 0.4, 0.2))
     params = make_params(PathDist=DistParams(aggregation_type=aggregation))
     rollouts = roll_out(params, scene)
     critic = make_critic("PathDist", params)
     critic.prepare(scene)
     ours = critic.raw_costs(rollouts, scene)
-    rows, columns = np.floor((rollouts.y + 3.0) / 0.05), np.floor((rollouts.x + 3.0) / 0.05)
+    rows = np.floor((rollouts.y + 3.0) / 0.05)
+    columns = np.floor((rollouts.x + 3.0) / 0.05)
     plan = np.arange(50, 100)  # columns from -0.5 to 2.0 m, in row 60
     least = np.abs(columns[..., None] - plan).min(axis=-1) + np.abs(rows - 60)
     for k in range(len(ours)):
@@ -219,10 +222,10 @@ def test_aggregation_over_the_real_poses_only(aggregation: str) -> None:
         expected = {"last": distances[-1], "sum": distances.sum(), "product": distances.prod()}[
             aggregation
         ]
-        assert ours[k] == pytest.approx(expected, rel=1e-12)
+        assert ours[k] == approx(expected, rel=1e-12)
 
 
-def test_align_scores_the_nose() -> None:
+def test_align_scores_the_nose():
     scene = make_scene(pose=Pose2D(0.0, 0.0, 0.0))
     params = make_params(PathAlign=AlignParams(forward_point_distance=0.5))
     rollouts = roll_out(params, scene)
@@ -234,13 +237,13 @@ def test_align_scores_the_nose() -> None:
     beside = (nose_x > -0.4) & (nose_x < 1.9)  # the plan runs along y = 0 from -0.5 to 2.0 m
     assert beside.sum() > 20
     rows = np.floor((nose_y + 3.0) / 0.05)
-    np.testing.assert_array_equal(costs[beside], np.abs(rows - 60)[beside])
+    assert_array_equal(costs[beside], np.abs(rows - 60)[beside])
     near_goal = make_scene(pose=Pose2D(1.6, 0.0, 0.0))
     assert critic.scale(near_goal) == 0.0
-    assert critic.scale(scene) == pytest.approx(0.05 * 0.5)
+    assert critic.scale(scene) == approx(0.05 * 0.5)
 
 
-def test_rotate_to_goal_slows_down_then_only_turns() -> None:
+def test_rotate_to_goal_slows_down_then_only_turns():
     params = make_params(xy_goal_tolerance=0.5)
     critic = make_critic("RotateToGoal", params)
     far = make_scene(pose=Pose2D(0.0, 0.0, 0.0))
@@ -253,10 +256,10 @@ def test_rotate_to_goal_slows_down_then_only_turns() -> None:
     critic.prepare(moving)
     speeds = np.abs(rollouts.commands[:, 0])
     costs = critic.raw_costs(rollouts, moving)
-    np.testing.assert_array_equal(np.isinf(costs), speeds >= 0.4)
+    assert_array_equal(np.isinf(costs), speeds >= 0.4)
     slow = speeds < 0.4
     expected = 5.0 * speeds**2 + np.abs(1.0 - rollouts.yaw[:, -1])
-    np.testing.assert_allclose(costs[slow], expected[slow], atol=1e-12)
+    assert_allclose(costs[slow], expected[slow], atol=1e-12)
 
     rollouts.commands[:3] = ((0.4, 0.0, 0.0), (np.nextafter(0.4, 0.0), 0.0, 0.0), (-0.4, 0.0, 0.0))
     # not slower is illegal
@@ -268,10 +271,10 @@ def test_rotate_to_goal_slows_down_then_only_turns() -> None:
     )
     critic.prepare(stopped)
     critic.prepare(moving)  # remembered, although the robot moves again
-    np.testing.assert_array_equal(np.isinf(critic.raw_costs(rollouts, moving)), speeds > 0.0)
+    assert_array_equal(np.isinf(critic.raw_costs(rollouts, moving)), speeds > 0.0)
 
 
-def test_rotate_to_goal_looks_ahead_in_time() -> None:
+def test_rotate_to_goal_looks_ahead_in_time():
     params = make_params(
         xy_goal_tolerance=0.5,
         max_vel_x=0.0,
@@ -285,13 +288,11 @@ def test_rotate_to_goal_looks_ahead_in_time() -> None:
     critic = make_critic("RotateToGoal", params)
     critic.prepare(scene)
     fastest = int(rollouts.commands[:, 2].argmax())
-    assert critic.raw_costs(rollouts, scene)[fastest] == pytest.approx(
-        abs(1.0 - 0.5 * 1.2), abs=1e-9
-    )
-    np.testing.assert_allclose(rollouts.yaw_at(99.0), rollouts.yaw[:, -1])
+    assert critic.raw_costs(rollouts, scene)[fastest] == approx(abs(1.0 - 0.5 * 1.2), abs=1e-9)
+    assert_allclose(rollouts.yaw_at(99.0), rollouts.yaw[:, -1])
 
 
-def test_rotate_to_goal_may_look_at_the_heading_of_now() -> None:
+def test_rotate_to_goal_may_look_at_the_heading_of_now():
     scene = make_scene(
         pose=Pose2D(1.7, 0.0, 0.2), goal=Pose2D(2.0, 0.0, 1.0), velocity=Twist2D(0.5)
     )
@@ -299,13 +300,14 @@ def test_rotate_to_goal_may_look_at_the_heading_of_now() -> None:
         params = make_params(
             xy_goal_tolerance=0.5, RotateToGoal=RotateToGoalParams(lookahead_time=time)
         )
-        rollouts, critic = roll_out(params, scene), make_critic("RotateToGoal", params)
+        rollouts = roll_out(params, scene)
+        critic = make_critic("RotateToGoal", params)
         critic.prepare(scene)
         costs = critic.raw_costs(rollouts, scene) - 5.0 * rollouts.commands[:, 0] ** 2
         assert np.allclose(costs[np.isfinite(costs)], 0.8, atol=1e-12) == is_alike
 
 
-def test_a_short_plan_is_asked_for_only_when_so_set() -> None:
+def test_a_short_plan_is_asked_for_only_when_so_set():
     near = make_scene(pose=Pose2D(1.9, 0.0, 0.0), velocity=Twist2D())
     # the plan is 2.5 m long
     for tolerance, rejects in ((math.inf, True), (2.0, False), (3.0, True)):
@@ -337,11 +339,10 @@ def test_a_short_plan_is_asked_for_only_when_so_set() -> None:
     ],
 )
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_oscillation_forbids_a_second_turn_until_reset(
-    params: OscillationParams, moves: dict, still_forbidden: bool, side: float
-) -> None:
+def test_oscillation_forbids_a_second_turn_until_reset(params, moves, still_forbidden, side):
     critic = make_critic("Oscillation", make_params(Oscillation=params))
-    here, there = make_scene(), make_scene(**moves)
+    here = make_scene()
+    there = make_scene(**moves)
     rollouts = roll_out(make_params(), here)
     turns_back = side * rollouts.commands[:, 2] > 0.0
     critic.debrief(here, Twist2D(angular_z=0.5 * side))
@@ -352,13 +353,13 @@ def test_oscillation_forbids_a_second_turn_until_reset(
     # of the cycle that ended with this command
     assert (critic.raw_costs(rollouts, here) == 0.0).all()
     critic.prepare(here)
-    np.testing.assert_array_equal(np.isinf(critic.raw_costs(rollouts, here)), turns_back)
+    assert_array_equal(np.isinf(critic.raw_costs(rollouts, here)), turns_back)
     critic.debrief(there, Twist2D())
     critic.prepare(there)
     assert np.isinf(critic.raw_costs(rollouts, here)).any() == still_forbidden
 
 
-def test_oscillation_minds_turning_only_while_hardly_driving() -> None:
+def test_oscillation_minds_turning_only_while_hardly_driving():
     critic = make_critic("Oscillation")
     scene = make_scene()
     rollouts = roll_out(make_params(), scene)
@@ -368,13 +369,13 @@ def test_oscillation_minds_turning_only_while_hardly_driving() -> None:
     assert (critic.raw_costs(rollouts, scene) == 0.0).all()
 
 
-def test_prefer_forward_and_twirling() -> None:
+def test_prefer_forward_and_twirling():
     scene = make_scene()
     rollouts = roll_out(make_params(), scene)
     forward = make_critic("PreferForward").raw_costs(rollouts, scene)
     for (vx, _, yaw_rate), cost in zip(rollouts.commands, forward, strict=True):
         penalised = vx < 0.0 or (vx < 0.1 and abs(yaw_rate) < 0.2)
         assert cost == (1.0 if penalised else abs(yaw_rate) * 10.0)
-    np.testing.assert_array_equal(
+    assert_array_equal(
         make_critic("Twirling").raw_costs(rollouts, scene), np.abs(rollouts.commands[:, 2])
     )

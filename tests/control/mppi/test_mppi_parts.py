@@ -5,23 +5,24 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pytest import approx
 
 from navstack.control.mppi.body import _cover, _least_distances
 from navstack.control.mppi.obstacle_kernels import _add_costs
-from navstack.control.mppi.path_critics import PathAngleCritic
+from navstack.control.mppi.path_critics import MppiPathAngleCritic
 from navstack.control.mppi.path_kernels import free_points
 from navstack.control.mppi.rollouts import _SMALL_TURN, _small_cosine_sine
 from navstack.costmap.costmap import Costmap
-from navstack.params.costmap import InflationLayerParams
 from navstack.params.mppi import MppiParams
 from navstack.params.mppi_critics import AS_THE_PATH, EITHER, FORWARD, PathAngleParams
 
-LAYER = InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0)
+from ..given import LAYER
+
 FLOAT = np.float32
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_eight_circles_cover_a_body(turned: bool) -> None:
+def test_eight_circles_cover_a_body(turned):
     """Of 1.6 m by 0.4 m: parts of 0.4 m by 0.2 m, four along the longer side."""
     box = np.array(((1.0, 0.3), (1.0, -0.1), (-0.6, -0.1), (-0.6, 0.3)))
     centres, radius = _cover(box[:, ::-1] if turned else box)
@@ -29,11 +30,11 @@ def test_eight_circles_cover_a_body(turned: bool) -> None:
     assert (
         sorted(map(tuple, (centres[:, ::-1] if turned else centres).round(9).tolist())) == expected
     )
-    assert radius == pytest.approx(0.5 * math.hypot(0.4, 0.2))
+    assert radius == approx(0.5 * math.hypot(0.4, 0.2))
 
 
 @pytest.mark.parametrize("scaling", [3.0, 0.0])
-def test_costs_tell_how_far_obstacles_are_at_least(scaling: float) -> None:
+def test_costs_tell_how_far_obstacles_are_at_least(scaling):
     """The distance at which the next higher cost begins.
 
     Without a slope all costs are those of the inner circle.
@@ -48,7 +49,7 @@ def test_costs_tell_how_far_obstacles_are_at_least(scaling: float) -> None:
     np.testing.assert_allclose(found, [*expected, 0.0, 0.0, 0.0], atol=1e-12)
 
 
-def test_costs_near_a_collision_are_critical() -> None:
+def test_costs_near_a_collision_are_critical():
     scores = np.full(4, 2.0, dtype=FLOAT)
     _add_costs.py_func(
         np.array((0, 100, 253, 254), dtype=np.uint8), FLOAT(253.0), FLOAT(300.0), FLOAT(0.5), scores
@@ -57,10 +58,10 @@ def test_costs_near_a_collision_are_critical() -> None:
 
 
 @pytest.mark.parametrize("share", [-1.0, -0.4, 0.0, 0.7, 1.0])
-def test_small_turns_have_the_sine_and_cosine_of_single_precision(share: float) -> None:
+def test_small_turns_have_the_sine_and_cosine_of_single_precision(share):
     angle = FLOAT(share * _SMALL_TURN)
     found = _small_cosine_sine.py_func(angle)
-    assert found == pytest.approx((math.cos(angle), math.sin(angle)), abs=1.2e-7)
+    assert found == approx((math.cos(angle), math.sin(angle)), abs=1.2e-7)
 
 
 @pytest.mark.parametrize(
@@ -75,24 +76,23 @@ def test_small_turns_have_the_sine_and_cosine_of_single_precision(share: float) 
         (-0.3, FORWARD, FORWARD),
     ],
 )
-def test_only_who_reverses_may_look_away(least: float, mode: int, expected: int) -> None:
+def test_only_who_reverses_may_look_away(least, mode, expected):
     params = MppiParams(
         critics=("PathAngleCritic",), vx_min=least, PathAngleCritic=PathAngleParams(mode=mode)
     )
-    assert PathAngleCritic("PathAngleCritic", params)._mode == expected
+    assert MppiPathAngleCritic("PathAngleCritic", params)._mode == expected
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 400])
 @pytest.mark.parametrize("tracks_unknown", [False, True])
-def test_all_points_but_the_last_are_free_where_a_robots_centre_may_be(
-    tracks_unknown: bool, count: int
-) -> None:
+def test_all_points_but_the_last_are_free_where_a_robots_centre_may_be(tracks_unknown, count):
     rng = np.random.default_rng(count)
     costmap = Costmap(
         rng.choice(np.array((0, 252, 253, 254, 255), dtype=np.uint8), (20, 30)), 0.25, -1.0, 0.5
     )
     x, y = rng.uniform((-2.0, -0.5), (7.5, 6.5), (count, 2)).astype(FLOAT).T.copy()
-    allowed, expected = (0, 252, 255) if tracks_unknown else (0, 252), []
+    allowed = (0, 252, 255) if tracks_unknown else (0, 252)
+    expected = []
     for place in zip(x[:-1].tolist(), y[:-1].tolist(), strict=True):
         mx, my = costmap.world_to_map(*place)
         expected.append(costmap.contains(mx, my) and int(costmap.data[my, mx]) in allowed)
@@ -111,12 +111,10 @@ def test_all_points_but_the_last_are_free_where_a_robots_centre_may_be(
         (AS_THE_PATH, 1.0, 0.0, 0.5),
     ],
 )
-def test_how_far_the_robot_looks_away_depends_on_the_mode(
-    mode: int, bearing: float, path_yaw: float, error: float
-) -> None:
+def test_how_far_the_robot_looks_away_depends_on_the_mode(mode, bearing, path_yaw, error):
     params = MppiParams(
         critics=("PathAngleCritic",), vx_min=-0.3, PathAngleCritic=PathAngleParams(mode=mode)
     )
-    assert PathAngleCritic("PathAngleCritic", params)._error_now(
+    assert MppiPathAngleCritic("PathAngleCritic", params)._error_now(
         0.5, bearing, path_yaw
-    ) == pytest.approx(error)
+    ) == approx(error)

@@ -3,21 +3,23 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from navstack.control.contact_risk import ContactRates, body_of, nearest
 from navstack.control.expected_cost.clearance import map_clearance, with_obstacles
-from navstack.control.expected_cost.field import Field, make_field
-from navstack.control.expected_cost.motion_cost import Limits, Rates, Scene
+from navstack.control.expected_cost.field import make_field
+from navstack.control.expected_cost.motion_cost import MotionScene, Rates
 from navstack.control.expected_cost.people import Spread, predict
+from navstack.control.expected_cost.rollout import MotionLimits
 from navstack.costmap.costmap import Costmap
 from navstack.geometry import cover
 from navstack.params.expected_cost import ExpectedCostParams
 from navstack.planning.cost_to_go import cost_to_go
 from navstack.types import FloatArray, Pose2D, Track
 
+from ..given import box
+
 PARAMS = ExpectedCostParams()
-FOOTPRINT = np.array(((0.14, 0.25), (0.14, -0.25), (-0.607, -0.25), (-0.607, 0.25)))  # [m]
+FOOTPRINT = box(0.14, -0.607, 0.25)  # [m]
 GOAL = Pose2D(15.0, 28.0, 0.5 * math.pi)
 GOAL_RADIUS = 0.5  # [m]
 _FAR = 3.0  # [m] beyond what the scans show, and beyond which nobody is touched
@@ -25,22 +27,26 @@ _OFF_MAP = -1.0  # [m]
 _CERTAIN = 4.0  # standard deviations beyond which nothing happens
 
 
-def terms(motions: FloatArray, scene: Scene) -> FloatArray:
+def terms(motions, scene):
     """The six terms (M, 6) [USD] of motions (M, FIELDS)."""
     states, shaken = roll_out(motions, scene)
-    rates, people, care = scene.rates, scene.people, scene.care
+    rates = scene.rates
+    people = scene.people
+    care = scene.care
     room = clearance(states, scene)
     near = room < _CERTAIN * rates.wall_std
     wall = np.where(near, care * rates.wall_usd * chance(room / rates.wall_std), 0.0).max(axis=1)
     inside = (
         np.where(near, care * rates.inside_usd * np.maximum(0.0, -room), 0.0) * scene.step
     ).sum(axis=1)
-    contact, squeeze = np.zeros(len(motions)), np.zeros(len(motions))
+    contact = np.zeros(len(motions))
+    squeeze = np.zeros(len(motions))
     for h, weight in enumerate(people.weight):
         price, pressed, depth = touch(
             states, people.motion[h], people.std[h], people.radius[h], room, scene
         )
-        price, pressed = care * weight * price, care * weight * pressed
+        price = care * weight * price
+        pressed = care * weight * pressed
         worst = (price + pressed).argmax(axis=1)[:, None]
         contact += np.take_along_axis(price, worst, axis=1)[:, 0]
         squeeze += np.take_along_axis(pressed, worst, axis=1)[:, 0]
@@ -49,16 +55,19 @@ def terms(motions: FloatArray, scene: Scene) -> FloatArray:
     return np.column_stack((contact, squeeze, wall, inside, rates.shake_usd * shaken, delay))
 
 
-def roll_out(motions: FloatArray, scene: Scene) -> tuple[FloatArray, FloatArray]:
+def roll_out(motions, scene):
     """States (M, N, 5) of motions (M, FIELDS), and what their accelerations shake (M,) [m2/s3]."""
     kind, v1, b1, t1, kind2, v2, b2, t2, v3 = motions.T
     x, y, yaw, v, w = (np.full(len(motions), each) for each in scene.start)
-    limits, dt, shaken = scene.limits, scene.step, np.zeros(len(motions))
+    limits = scene.limits
+    dt = scene.step
+    shaken = np.zeros(len(motions))
     states = np.empty((len(motions), len(scene.care), 5))
     for k in range(len(scene.care)):
         part = [k * dt < t1, k * dt < t1 + t2]
         follows = np.select(part, (kind, kind2), 0.0) == 0.0
-        speed, turn = np.select(part, (v1, v2), v3), np.select(part, (b1, b2), 0.0)
+        speed = np.select(part, (v1, v2), v3)
+        turn = np.select(part, (b1, b2), 0.0)
         off = angle_off(scene.field, x, y, yaw - turn)
         speed = np.where(follows, speed * np.maximum(0.0, np.cos(off)) ** 3, speed)
         turn = np.where(follows, limits.turn_gain * off, turn).clip(
@@ -75,18 +84,24 @@ def roll_out(motions: FloatArray, scene: Scene) -> tuple[FloatArray, FloatArray]
         tips = np.abs(v * (w + dw)) > 1.3 * limits.max_lateral_acceleration
         dw = np.where(tips & (np.abs(w + dw) > np.abs(w)), 0.0, dw)
         middle = yaw + 0.5 * (w + 0.5 * dw) * dt
-        x, y = x + (v + 0.5 * dv) * np.cos(middle) * dt, y + (v + 0.5 * dv) * np.sin(middle) * dt
-        yaw, v, w = yaw + (w + 0.5 * dw) * dt, v + dv, w + dw
+        x = x + (v + 0.5 * dv) * np.cos(middle) * dt
+        y = y + (v + 0.5 * dv) * np.sin(middle) * dt
+        yaw = yaw + (w + 0.5 * dw) * dt
+        v = v + dv
+        w = w + dw
         shaken += (dv / dt) ** 2 * dt + (v * w) ** 2 * dt
         states[:, k] = np.column_stack((x, y, yaw, v, w))
     return states, shaken
 
 
-def seconds_left(states: FloatArray, scene: Scene) -> FloatArray:
+def seconds_left(states, scene):
     """Seconds (M,) from the ends of motions to the goal."""
-    field, limits, steps = scene.field, scene.limits, states.shape[1]
+    field = scene.field
+    limits = scene.limits
+    steps = states.shape[1]
     there = at(field, field.cost, states[..., 0], states[..., 1])
-    left, (x, y, yaw, v, _) = there[:, -1], states[:, -1].T
+    left = there[:, -1]
+    (x, y, yaw, v, _) = states[:, -1].T
     off = np.abs(angle_off(field, x, y, yaw))
     seconds: FloatArray = left / limits.max_speed + np.minimum(1.0, left / 3.0) * (
         0.5 * off - 0.3 * v
@@ -99,21 +114,20 @@ def seconds_left(states: FloatArray, scene: Scene) -> FloatArray:
     return np.where(counts, np.minimum(seconds, early), seconds)
 
 
-def clearance(states: FloatArray, scene: Scene) -> FloatArray:
+def clearance(states, scene):
     """Room (M, N) [m] of the circles that cover the robot, on the map's grid and the scans'."""
     least = np.full(states.shape[:2], np.inf)
     for along in scene.circles:
-        px, py = (
-            states[..., 0] + along * np.cos(states[..., 2]),
-            states[..., 1] + along * np.sin(states[..., 2]),
-        )
+        px = states[..., 0] + along * np.cos(states[..., 2])
+        py = states[..., 1] + along * np.sin(states[..., 2])
         for metres, (ox, oy, cell), off in (
             (scene.clearance.mapped, scene.clearance.mapped_grid, _OFF_MAP),
             (scene.clearance.seen, scene.clearance.seen_grid, _FAR),
         ):
             if not len(metres):
                 continue
-            row, column = ((py - oy) / cell).astype(int), ((px - ox) / cell).astype(int)
+            row = ((py - oy) / cell).astype(int)
+            column = ((px - ox) / cell).astype(int)
             height, width = metres.shape
             on = (py >= oy) & (px >= ox) & (row < height) & (column < width)
             least = np.minimum(
@@ -123,25 +137,31 @@ def clearance(states: FloatArray, scene: Scene) -> FloatArray:
 
 
 def touch(
-    states: FloatArray,
-    person: FloatArray,
-    std: FloatArray,
-    radius: float,
-    room: FloatArray,
-    scene: Scene,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    states,
+    person,
+    std,
+    radius,
+    room,
+    scene,
+):
     """Of one hypothesis (N, 4): price and squeeze (M, N) [USD], each times its chance, and how deep (M, N) [m]."""
     x, y, yaw, v, w = np.moveaxis(states, -1, 0)
-    body, rates, prices, cos, sin = scene.body, scene.rates, scene.touch, np.cos(yaw), np.sin(yaw)
-    dx, dy = person[:, 0] - x, person[:, 1] - y
-    px, py = cos * dx + sin * dy, cos * dy - sin * dx
-    vx, vy = cos * person[:, 2] + sin * person[:, 3], cos * person[:, 3] - sin * person[:, 2]
-    front, rear, side = (
-        body.centre + body.half_length,
-        body.centre - body.half_length,
-        body.half_width,
-    )
-    qx, qy = px.clip(rear, front), py.clip(-side, side)
+    body = scene.body
+    rates = scene.rates
+    prices = scene.touch
+    cos = np.cos(yaw)
+    sin = np.sin(yaw)
+    dx = person[:, 0] - x
+    dy = person[:, 1] - y
+    px = cos * dx + sin * dy
+    py = cos * dy - sin * dx
+    vx = cos * person[:, 2] + sin * person[:, 3]
+    vy = cos * person[:, 3] - sin * person[:, 2]
+    front = body.centre + body.half_length
+    rear = body.centre - body.half_length
+    side = body.half_width
+    qx = px.clip(rear, front)
+    qy = py.clip(-side, side)
     outside = np.hypot(px - qx, py - qy)
     beyond = np.stack((px - front, py - side, rear - px, -side - py))
     which = beyond.argmax(axis=0)
@@ -160,7 +180,7 @@ def touch(
     return likely * price, likely * pressed, np.where(meets, np.maximum(0.0, -gap), 0.0)
 
 
-def angle_off(field: Field, x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
+def angle_off(field, x, y, yaw):
     """From ``yaw`` to the field's descent, in [-pi, pi] [rad]."""
     off: FloatArray = (
         np.arctan2(at(field, field.slope_y, x, y), at(field, field.slope_x, x, y)) - yaw
@@ -168,28 +188,31 @@ def angle_off(field: Field, x: FloatArray, y: FloatArray, yaw: FloatArray) -> Fl
     return off - 2.0 * math.pi * np.round(off / (2.0 * math.pi))
 
 
-def at(field: Field, values: npt.NDArray[np.floating], x: FloatArray, y: FloatArray) -> FloatArray:
+def at(field, values, x, y):
     """Bilinear interpolation between cells' middles.
 
     Beyond the grid that of the nearest point on it.
     """
     height, width = values.shape
-    u, v = (x - field.origin_x) / field.cell - 0.5, (y - field.origin_y) / field.cell - 0.5
-    column, row = u.astype(int).clip(0, width - 2), v.astype(int).clip(0, height - 2)
-    right, up = (u - column).clip(0.0, 1.0), (v - row).clip(0.0, 1.0)
+    u = (x - field.origin_x) / field.cell - 0.5
+    v = (y - field.origin_y) / field.cell - 0.5
+    column = u.astype(int).clip(0, width - 2)
+    row = v.astype(int).clip(0, height - 2)
+    right = (u - column).clip(0.0, 1.0)
+    up = (v - row).clip(0.0, 1.0)
     low = (1.0 - right) * values[row, column] + right * values[row, column + 1]
     high = (1.0 - right) * values[row + 1, column] + right * values[row + 1, column + 1]
     found: FloatArray = (1.0 - up) * low + up * high
     return found
 
 
-def chance(z: FloatArray) -> FloatArray:
+def chance(z):
     """That a standard normal variable is above z: the logistic function nearest to it."""
     found: FloatArray = 1.0 / (1.0 + np.exp(1.702 * z))
     return found
 
 
-def street() -> Costmap:
+def street():
     """30 x 30 m, a street of 15 m along y between two walls."""
     data = np.zeros((600, 600), dtype=np.uint8)
     data[:, :150] = data[:, 450:] = 254
@@ -198,7 +221,7 @@ def street() -> Costmap:
     return Costmap(data, 0.05, 0.0, 0.0, floor)
 
 
-def scene_of(rng: np.random.Generator, count: int) -> Scene:
+def scene_of(rng, count):
     """A random situation among ``count`` people on the street, with something that no map shows."""
     world = street()
     seen = Costmap(np.ascontiguousarray(world.data[60:540, 60:540]), 0.05, 3.0, 3.0)
@@ -209,7 +232,7 @@ def scene_of(rng: np.random.Generator, count: int) -> Scene:
     )
     people = nearest(crowd(rng, count, place, 2.0), place, 0.0, count, math.inf)
     spread = Spread(*(getattr(PARAMS, name) for name in Spread._fields))
-    return Scene(
+    return MotionScene(
         np.array(
             (
                 place.x,
@@ -224,8 +247,9 @@ def scene_of(rng: np.random.Generator, count: int) -> Scene:
         predict(people, place.x, place.y, PARAMS.steps, PARAMS.step, spread, clearance),
         body_of(FOOTPRINT),
         *cover(FOOTPRINT, 4),
-        Limits(
-            goal_radius=GOAL_RADIUS, **{name: getattr(PARAMS, name) for name in Limits._fields[:-1]}
+        MotionLimits(
+            goal_radius=GOAL_RADIUS,
+            **{name: getattr(PARAMS, name) for name in MotionLimits._fields[:-1]},
         ),
         Rates(*(float(getattr(PARAMS, name)) for name in Rates._fields)),
         ContactRates(*(getattr(PARAMS, name) for name in ContactRates._fields)),
@@ -235,9 +259,10 @@ def scene_of(rng: np.random.Generator, count: int) -> Scene:
     )
 
 
-def crowd(rng: np.random.Generator, count: int, place: Pose2D, away: float) -> tuple[Track, ...]:
+def crowd(rng, count, place, away):
     """People about ``away`` [m] from a place, who walk about 1 m/s in any direction."""
-    offsets, velocities = rng.normal(0.0, away, (count, 2)), rng.normal(0.0, 1.0, (count, 2))
+    offsets = rng.normal(0.0, away, (count, 2))
+    velocities = rng.normal(0.0, 1.0, (count, 2))
     covariance = np.diag((0.02, 0.02, 0.02, 0.02))
     return tuple(
         Track(k, 0.0, place.x + dx, place.y + dy, vx, vy, 0.3, covariance)

@@ -21,13 +21,16 @@ class Twin:
     """One update of the control sequence; positions in the map frame."""
 
     def __init__(self, params, footprint, xy_goal_tolerance):
-        self.params, self.footprint, self.tolerance = params, footprint, xy_goal_tolerance
+        self.params = params
+        self.footprint = footprint
+        self.tolerance = xy_goal_tolerance
         self.inscribed, self.circumscribed = footprint_radii(footprint)
 
     @property
     def limits(self):
         """Of v, w and vy: least, most, most negative and most positive change per step."""
-        p, dt = self.params, self.params.model_dt
+        p = self.params
+        dt = self.params.model_dt
         return (
             (p.vx_min, p.vx_max, p.ax_min * dt, p.ax_max * dt),
             (-p.wz_max, p.wz_max, -p.az_max * dt, p.az_max * dt),
@@ -50,13 +53,17 @@ class Twin:
         self.v, self.w, self.vy = driven
         self.yaw = pose.yaw + np.cumsum(self.w * dt, axis=1)
         before = np.hstack((np.full((len(self.v), 1), pose.yaw), self.yaw[:, :-1]))
-        cosine, sine = np.cos(before), np.sin(before)
+        cosine = np.cos(before)
+        sine = np.sin(before)
         self.x = pose.x + np.cumsum((self.v * cosine - self.vy * sine) * dt, axis=1)
         self.y = pose.y + np.cumsum((self.v * sine + self.vy * cosine) * dt, axis=1)
 
     def look(self, path, goal, pose, costmap):
         """Take in the path near the robot (N, 3), the goal and the costmap."""
-        self.path, self.goal, self.pose, self.costmap = path, goal, pose, costmap
+        self.path = path
+        self.goal = goal
+        self.pose = pose
+        self.costmap = costmap
         self.to_goal = math.hypot(goal.x - pose.x, goal.y - pose.y)
         ends = np.hypot(self.x[:, -1:] - path[:, 0], self.y[:, -1:] - path[:, 1])
         self.furthest = 0
@@ -69,10 +76,8 @@ class Twin:
 
     def off_map(self, x, y):
         c = self.costmap
-        mx, my = (
-            np.floor((x - c.origin_x) / c.resolution),
-            np.floor((y - c.origin_y) / c.resolution),
-        )
+        mx = np.floor((x - c.origin_x) / c.resolution)
+        my = np.floor((y - c.origin_y) / c.resolution)
         return (mx < 0) | (my < 0) | (mx >= c.size_x) | (my >= c.size_y)
 
     def costs_at(self, x, y):
@@ -111,10 +116,8 @@ class Twin:
 
     def _ConstraintCritic(self, own):  # noqa: N802 - as the critic is called
         p = self.params
-        most, least = (
-            math.hypot(p.vx_max, p.vy_max),
-            math.hypot(p.vx_min, p.vy_max) * (1.0 if p.vx_min > 0.0 else -1.0),
-        )
+        most = math.hypot(p.vx_max, p.vy_max)
+        least = math.hypot(p.vx_min, p.vy_max) * (1.0 if p.vx_min > 0.0 else -1.0)
         speed = np.copysign(np.sqrt(self.v**2 + self.vy**2), self.v)
         beyond = np.maximum(speed - most, 0.0) + np.maximum(least - speed, 0.0)
         if p.motion_model == "Ackermann":

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
+from numpy.testing import assert_allclose, assert_array_equal
 
 from navstack.control.controller import Surroundings
 from navstack.control.expected_cost import motions as library
@@ -11,8 +13,9 @@ from navstack.control.expected_cost.clearance import Clearance, _around, clearan
 from navstack.control.expected_cost.decision_report import name_of
 from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
 from navstack.control.expected_cost.field import _within
-from navstack.control.expected_cost.motion_cost import TERMS, price_one, turned, wrapped
+from navstack.control.expected_cost.motion_cost import TERMS, price_one
 from navstack.control.expected_cost.people import Spread, corner_ahead, predict
+from navstack.control.expected_cost.rollout import turned, wrapped
 from navstack.costmap.costmap import Costmap
 from navstack.planning.cost_to_go import _free_cell, cost_to_go
 from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
@@ -27,17 +30,17 @@ def prediction(one):
     )
 
 
-def test_who_goes_on_is_predicted_with_the_velocity_of_now() -> None:
+def test_who_goes_on_is_predicted_with_the_velocity_of_now():
     t = PARAMS.step * np.arange(1, PARAMS.steps + 1)
     still = np.zeros_like(t)
     found = prediction((15.0, 12.0, 0.3, 1.0, 0.3, 0.01, 0.04))
-    np.testing.assert_allclose(
+    assert_allclose(
         found.motion[0], np.column_stack((15.0 + 0.3 * t, 12.0 + t, still + 0.3, still + 1.0))
     )
 
 
 @pytest.mark.parametrize("x", [20.03, 21.95, 22.1])
-def test_who_reaches_the_edge_stays_before_it_and_gets_less_sure_from_shortly_before(x) -> None:
+def test_who_reaches_the_edge_stays_before_it_and_gets_less_sure_from_shortly_before(x):
     """The wall is at 22.5 m, the edge 0.35 m before it.
 
     From x = 22.1 m the first step leads beyond.
@@ -46,8 +49,8 @@ def test_who_reaches_the_edge_stays_before_it_and_gets_less_sure_from_shortly_be
     found = prediction((x, 12.0, 1.0, 0.0, 0.3, 0.0, 0.0))
     count = int((x + t < 22.15).sum())
     places = np.append(x, x + t)[np.minimum(np.arange(1, len(t) + 1), count)]
-    np.testing.assert_allclose(found.motion[0, :, 0], places)
-    np.testing.assert_array_equal(
+    assert_allclose(found.motion[0, :, 0], places)
+    assert_array_equal(
         found.motion[0, :, 1:], [(12.0, float(n < count), 0.0) for n in range(len(t))]
     )
     hidden = np.maximum(t - max(t[count] - 0.3, 0.0), 0.0)
@@ -55,19 +58,21 @@ def test_who_reaches_the_edge_stays_before_it_and_gets_less_sure_from_shortly_be
 
 
 @pytest.mark.parametrize("steps", [9, 20, 30, 31, 60])
-def test_a_corner_is_the_first_place_nearer_to_an_edge_than_both_neighbours(steps) -> None:
+def test_a_corner_is_the_first_place_nearer_to_an_edge_than_both_neighbours(steps):
     """Within the first 22 steps and not within the last eight, on random ground.
 
     The edge is downhill of the place.
     """
-    rng, found = np.random.default_rng(steps), []
+    rng = default_rng(steps)
+    found = []
     for _ in range(40):
         metres = rng.uniform(0.72, 2.9, (40, 60)).astype(np.float32)
         metres.flags.writeable = False
         clearance = Clearance(
             metres, (-1.0, 2.0, 0.1), np.zeros((0, 0), dtype=np.float32), (0.0, 0.0, 0.1)
         )
-        velocity, place = rng.uniform(-0.6, 0.6, 2), rng.uniform((1.0, 3.0), (3.0, 5.0))
+        velocity = rng.uniform(-0.6, 0.6, 2)
+        place = rng.uniform((1.0, 3.0), (3.0, 5.0))
         ways = place + 0.12 * np.arange(steps + 1)[:, None] * velocity
         near = [clearance_at(clearance, *each) for each in ways]
         lows = [
@@ -75,7 +80,8 @@ def test_a_corner_is_the_first_place_nearer_to_an_edge_than_both_neighbours(step
             for k in range(min(steps - 8, 22))
             if min(near[max(k - 1, 0)], near[k + 1], 0.85) >= near[k] != 0.85
         ]
-        motion, expected = np.column_stack((ways[1:], np.tile(velocity, (steps, 1)))), (-1, 0.0)
+        motion = np.column_stack((ways[1:], np.tile(velocity, (steps, 1))))
+        expected = (-1, 0.0)
         if lows:
             x, y = ways[lows[0]]
             uphill = [clearance_at(clearance, x + a, y + b) - clearance_at(clearance, x - a, y - b)
@@ -92,24 +98,25 @@ def test_a_corner_is_the_first_place_nearer_to_an_edge_than_both_neighbours(step
     ("middle", "cells"),
     [(20.0, (28, 52)), (2.0, (0, 16)), (47.9, (83, 100)), (-10.0, (0, 0)), (60.0, (100, 100))],
 )
-def test_what_is_looked_at_ends_six_metres_off_and_with_the_grid(middle, cells) -> None:
+def test_what_is_looked_at_ends_six_metres_off_and_with_the_grid(middle, cells):
     assert _around(middle, 0.5, 100) == cells
 
 
-def test_a_corridor_ends_with_the_map() -> None:
+def test_a_corridor_ends_with_the_map():
     costs = np.arange(30, dtype=np.uint8).reshape(5, 6)
     # in the first cell, and in row 3 of column 4
     plan = Path(np.array(((1.5, 2.5, 0.0), (5.2, 5.9, 0.0))))
     walled = _within(Costmap(costs, 1.0, 1.0, 2.0), plan, 1.0).data
     expected = np.full_like(costs, 254)
-    expected[:2, :2], expected[2:, 3:] = costs[:2, :2], costs[2:, 3:]
-    np.testing.assert_array_equal(walled, expected)
+    expected[:2, :2] = costs[:2, :2]
+    expected[2:, 3:] = costs[2:, 3:]
+    assert_array_equal(walled, expected)
 
 
 @pytest.mark.parametrize(
     ("x", "y", "cell"), [(1.5, 1.5, 24), (5.5, 2.5, 11), (0.5, 4.5, 24), (-3.0, 9.0, 24)]
 )
-def test_a_goal_in_an_obstacle_is_that_of_the_nearest_free_cell(x, y, cell) -> None:
+def test_a_goal_in_an_obstacle_is_that_of_the_nearest_free_cell(x, y, cell):
     costs = np.full((5, 6), 254, dtype=np.uint8)
     costs[1, 5] = costs[4, 0] = 0
     assert _free_cell(Costmap(costs, 1.0, 0.0, 0.0), Pose2D(x, y)) == cell
@@ -119,17 +126,17 @@ def test_a_goal_in_an_obstacle_is_that_of_the_nearest_free_cell(x, y, cell) -> N
 @pytest.mark.parametrize(
     ("angle", "expected"), [(4.0, 4.0 - 2.0 * math.pi), (-4.0, 2.0 * math.pi - 4.0), (3.0, 3.0)]
 )
-def test_angles_are_wrapped_once(angle, expected) -> None:
+def test_angles_are_wrapped_once(angle, expected):
     assert wrapped.py_func(angle) == expected
 
 
 @pytest.mark.parametrize("angle", [-0.1, 0.02, 0.1])
-def test_small_turns_are_those_of_sine_and_cosine(angle) -> None:
+def test_small_turns_are_those_of_sine_and_cosine(angle):
     found = turned.py_func(math.cos(0.7), math.sin(0.7), angle)
     assert found == pytest.approx((math.cos(0.7 + angle), math.sin(0.7 + angle)), abs=3e-9)
 
 
-def test_swerves_come_back_for_half_as_long() -> None:
+def test_swerves_come_back_for_half_as_long():
     motions = library.many(2.0, 1.0, 1.8)
     back = motions[motions[:, library.TURN_2] != 0.0]
     times = [(time, angle) for angle in (8, 18, 32, 50, 75) for time in (0.8, 1.6, 2.6)]
@@ -147,19 +154,19 @@ def test_swerves_come_back_for_half_as_long() -> None:
         for sign in (-1.0, 1.0)
         for time, angle in times
     )
-    np.testing.assert_allclose(sorted(back[:, [1, 2, 3, 5, 6, 7, 8]].tolist()), expected)
+    assert_allclose(sorted(back[:, [1, 2, 3, 5, 6, 7, 8]].tolist()), expected)
     assert not back[:, [library.KIND, library.KIND_2]].any()
 
 
-def test_variations_are_normal_and_within_the_speeds() -> None:
+def test_variations_are_normal_and_within_the_speeds():
     motions = np.array(
         (
             (0.0, 1.9, 0.1, 0.1, 0.0, -0.4, 0.0, 9.0, 2.0),
             (1.0, 0.5, 0.9, 1.0, 0.0, 2.0, 0.2, 9.0, 2.0),
         )
     )
-    found = library.varied(motions, 50, 2.0, 0.5, np.random.default_rng(3))
-    draws = np.random.default_rng(3).standard_normal((100, 9))
+    found = library.varied(motions, 50, 2.0, 0.5, default_rng(3))
+    draws = default_rng(3).standard_normal((100, 9))
     expected = np.repeat(motions, 50, axis=0) + draws * (
         0.0,
         0.25,
@@ -173,13 +180,13 @@ def test_variations_are_normal_and_within_the_speeds() -> None:
     )
     expected[:, [1, 5]] = expected[:, [1, 5]].clip(-0.5, 2.0)
     expected[:, 3] = np.maximum(expected[:, 3], 0.0)
-    np.testing.assert_allclose(found, expected)
+    assert_allclose(found, expected)
 
 
 def decided(*stamps):
     """A controller that has decided at some times, with somebody ahead."""
     controller = ExpectedCostController(PARAMS, FOOTPRINT, 15.0, 0.5, street(), cost_to_go)
-    controller.seed(np.random.default_rng(1))
+    controller.seed(default_rng(1))
     plan = Path(np.array(((15.0, 5.0, math.pi / 2), (GOAL.x, GOAL.y, GOAL.yaw))))
     pose = Pose2D(15.0, 10.0, math.pi / 2)
     for stamp in stamps:
@@ -190,13 +197,14 @@ def decided(*stamps):
     return controller
 
 
-def test_the_chosen_motions_way_is_the_first_option() -> None:
+def test_the_chosen_motions_way_is_the_first_option():
     controller = decided(0.0)
-    cycle, options = controller._cycle, controller.options
+    cycle = controller._cycle
+    options = controller.options
     states = np.empty((PARAMS.steps, 7))
     total = price_one(cycle.chosen, cycle.scene, np.empty(len(TERMS)), states)
     assert options[0].total == total
-    np.testing.assert_array_equal(options[0].path, [(15.0, 10.0), *states[::3, :2].tolist()])
+    assert_array_equal(options[0].path, [(15.0, 10.0), *states[::3, :2].tolist()])
     costs: dict[str, float] = {}
     for motion in cycle.motions:
         usd = price_one(motion, cycle.scene, np.empty(len(TERMS)), states)
@@ -206,9 +214,9 @@ def test_the_chosen_motions_way_is_the_first_option() -> None:
 
 
 @pytest.mark.parametrize(("later", "is_kept"), [(0.49, True), (0.51, False)])
-def test_what_was_chosen_half_a_second_ago_is_of_no_use(later, is_kept) -> None:
+def test_what_was_chosen_half_a_second_ago_is_of_no_use(later, is_kept):
     controller = decided(0.0)
     last = controller._last
     controller = decided(0.0, later)
     expected = library.later(last, later) if is_kept else controller._few[0]
-    np.testing.assert_array_equal(controller._cycle.motions[0], expected)
+    assert_array_equal(controller._cycle.motions[0], expected)
