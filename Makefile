@@ -3,13 +3,14 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+TOOLS := $(VENV)/.tools
 DATA := $(if $(NAVSTACK_DATA),NAVSTACK_DATA=$(NAVSTACK_DATA))
 
 .PHONY: help run test check mutants docs wheel bench check-speed parity frozen clean
 AGAINST ?= HEAD
 
 help:
-	@echo "make run    install, drive 20 deliveries with each of two stacks and print the tables"
+	@echo "make run    install, drive 20 deliveries with each of two stacks, print who earns more, write a page"
 	@echo "make test   run the tests"
 	@echo "make check  lint, types and import rules"
 	@echo "make mutants  plant 200 small faults in each package and count those that the tests notice (hours)"
@@ -25,41 +26,45 @@ $(READY): pyproject.toml constraints.txt
 	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "Python 3.11 or newer is needed; $(PYTHON) is older: set PYTHON=/path/to/python3.11"; exit 1; }
 	"$(PYTHON)" -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@touch $@
+
+$(TOOLS): $(READY)
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
 
 run: $(READY)
-	$(BIN)/navbench run --stack paper-gps --stack evasive-gps-ekf --episodes 20
+	@$(BIN)/navbench run --stack nav2-gps-ekf --stack evasive-gps-ekf --episodes 20 --page
 
-test: $(READY)
+test: $(TOOLS)
 	$(DATA) $(BIN)/pytest -n auto --dist loadscope
 
-check: $(READY)
+check: $(TOOLS)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-mutants: $(READY)
+mutants: $(TOOLS)
 	$(DATA) $(BIN)/python -m tools.mutants navstack
 	$(DATA) $(BIN)/python -m tools.mutants harness/economics harness/world harness/statistics harness/storage harness/tuning
 
-docs: $(READY)
+docs: $(TOOLS)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
-wheel: $(READY)
+wheel: $(TOOLS)
 	$(BIN)/pip wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .
 
-bench: $(READY)
+bench: $(TOOLS)
 	$(BIN)/python -m tools.bench
 
-check-speed: $(READY)
+check-speed: $(TOOLS)
 	$(BIN)/python -m tools.check_speed --against $(AGAINST) --rows 20
 
-parity: $(READY)
+parity: $(TOOLS)
 	$(BIN)/python -m tools.parity
 
-frozen: $(READY)
+frozen: $(TOOLS)
 	$(BIN)/python -m tools.frozen_world
 
 clean:

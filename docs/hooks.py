@@ -11,6 +11,7 @@ from mkdocs.structure.files import File, Files
 
 from harness.metrics.catalog import FACTS, GROUPS, RUN_METRICS
 from harness.metrics.metric import Metric
+from navbench.api.listing import worlds
 from navstack.params.lint.rules import catalog
 
 BASELINE = Path(__file__).resolve().parents[1] / "results" / "baseline"
@@ -31,9 +32,11 @@ def on_files(files: Files, *, config: Any) -> Files:
 
 
 def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
-    """Links to a study lead to its page on the site; two pages get their tables."""
+    """Links to a study lead to its page on the site; three pages get their tables."""
     for name in STUDIES:
         markdown = markdown.replace(f"../results/baseline/{name}/index.md", f"{name}.md")
+    if page.file.src_uri == "worlds.md":
+        return f"{markdown}\n{world_table()}"
     if page.file.src_uri == "lint.md":
         return f"{markdown}\n{catalog()}"
     if page.file.src_uri == "metrics.md":
@@ -43,6 +46,16 @@ def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
             + "\n".join(metric_tables())
         )
     return markdown
+
+
+def world_table() -> str:
+    """A row for each world: what it is for, what people do, and where it is from."""
+    rows = [
+        f"| `{each.name}`{' (default)' if each.is_default else ''} | {each.purpose} | "
+        f"{each.people} | {each.source} |"
+        for each in worlds()
+    ]
+    return "\n".join(("| world | what for | people | source |", "| --- " * 4 + "|", *rows))
 
 
 def metric_tables() -> Iterator[str]:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from navbench.api.ablate import ablate, resume_ablation
     from navbench.api.explain import explain
     from navbench.api.lint import lint
+    from navbench.api.listing import listing
     from navbench.api.localize import localize
     from navbench.api.maps import import_map, make_map, measure_map
     from navbench.api.money import compare, price, price_sets, sensitivity
@@ -54,6 +55,7 @@ _NAMES = {  # by module
     "navbench.api.ablate": ("ablate", "resume_ablation"),
     "navbench.api.explain": ("explain",),
     "navbench.api.lint": ("lint",),
+    "navbench.api.listing": ("listing",),
     "navbench.api.localize": ("localize",),
     "navbench.api.maps": ("import_map", "make_map", "measure_map"),
     "navbench.api.money": ("compare", "price", "price_sets", "sensitivity"),
@@ -90,6 +92,7 @@ __all__ = [
     "explain",
     "import_map",
     "lint",
+    "listing",
     "load",
     "localize",
     "make_map",

@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from harness.episode.factory import nav2_parameters
 from harness.task.stack import (
@@ -102,6 +103,24 @@ def injected_level(stack: Stack, kind: str) -> float:
 def is_buildable(stack: Stack) -> bool:
     """Whether a robot can have this localizer: nothing that money buys knows the true pose."""
     return stack.localizer != TRUTH
+
+
+def parameter_sources(stack: Stack, arms: Sequence[Stack], allow_unknown: bool) -> tuple[str, ...]:
+    """Where the parameters of the arms' localizers are from: a sentence for each kind of source."""
+    given = nav2_parameters(stack.nav2_file, allow_unknown).parameters
+    nodes = {
+        arm.localizer: localizers()[arm.localizer].nodes
+        for arm in arms
+        if arm.localizer in localizers()
+    }
+    named = sorted({node for each in nodes.values() for node in each})
+    file = Path(stack.nav2_file).name
+    sources = []
+    if own := [node for node in named if given.get(node)]:
+        sources.append(f"parameters from {file}: {', '.join(own)}")
+    if missing := [node for node in named if not given.get(node)]:
+        sources.append(f"parameters by default, as {file} has no such node: {', '.join(missing)}")
+    return tuple(sources)
 
 
 def _with_localizer(stack: Stack, text: str, nav2: Nav2File) -> Stack:

@@ -311,14 +311,14 @@ def _warnings(first: Side, second: Side) -> list[str]:
     if a.about.get("map_sha256") != b.about.get("map_sha256"):
         warnings.append(f"other map: {a.map_name} and {b.map_name} differ in content")
     for name in CONDITIONS:
-        if different := _different(a.condition(name), b.condition(name)):
+        if different := different_values(a.condition(name), b.condition(name)):
             warnings.append(f"other {name}: {_shortened(different)}")
     if a.recorded_people() != b.recorded_people():
         warnings.append("other people: the recordings that were replayed differ")
     for key, title in (("seed", "seed"), ("missions", "way to draw missions")):
         if a.about.get(key) != b.about.get(key):
             warnings.append(f"other {title}: {a.about.get(key)} and {b.about.get(key)}")
-    versions = _different(a.about.get("versions", {}), b.about.get("versions", {}))
+    versions = different_values(a.about.get("versions", {}), b.about.get("versions", {}))
     if versions:
         warnings.append(f"other versions: {'; '.join(versions)}")
     return warnings
@@ -332,18 +332,24 @@ def _shortened(different: Sequence[str]) -> str:
     return text
 
 
-def _different(a: Any, b: Any, path: str = "") -> list[str]:
+def different_values(a: Any, b: Any, both: str = "{a} and {b}", path: str = "") -> list[str]:
     """The leaves in which two nested mappings differ, each with both values.
 
     How a price is sourced is none.
+
+    Args:
+        a: the first mapping.
+        b: the second.
+        both: how the two values of a leaf are written.
+        path: of the mappings in a larger one.
     """
     if isinstance(a, Mapping) and isinstance(b, Mapping):
         keys = [key for key in {**a, **b} if key != "source"]
         return [
             line
             for key in keys
-            for line in _different(a.get(key), b.get(key), f"{path}.{key}".strip("."))
+            for line in different_values(a.get(key), b.get(key), both, f"{path}.{key}".strip("."))
         ]
     if a == b:
         return []
-    return [f"{path.removesuffix('.value')} {a} and {b}"]
+    return [f"{path.removesuffix('.value')} {both.format(a=a, b=b)}"]

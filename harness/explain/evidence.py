@@ -16,7 +16,7 @@ from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
 from harness.metrics.encounters import Body
 from harness.metrics.replay_log import plans_of, tracks_of
 from harness.storage.parameters import parameter_folder
-from harness.storage.tables import read_rows
+from harness.storage.tables import read_rows, write_table
 from harness.study.manifest import load_study
 from harness.study.stored_run import StoredRun
 from harness.task.brain import Brain
@@ -81,9 +81,14 @@ def events_of(run: StoredRun, episode: int) -> tuple[Row, ...]:
     return tuple(sorted(own, key=lambda event: (event["stamp_s"] is None, event["stamp_s"])))
 
 
-def decisions_file(run: StoredRun, episode: int) -> Path:
-    """Where the table of a delivery's decisions would be."""
-    return run.folder / "recordings" / f"{run.stacks[0].name}-{episode}-decisions.parquet"
+def recording_file(run: StoredRun, episode: int) -> Path:
+    """Where the recording of a delivery of a run with one stack would be."""
+    return run.folder / "recordings" / f"{run.stacks[0].name}-{episode}.npz"
+
+
+def decisions_beside(recording: Path) -> Path:
+    """Where the table of a recorded delivery's decisions would be."""
+    return recording.with_name(f"{recording.stem}-decisions.parquet")
 
 
 def read_decisions(path: Path) -> tuple[Row, ...]:
@@ -108,9 +113,9 @@ def read_decisions(path: Path) -> tuple[Row, ...]:
     return tuple(read_rows(path, critics | DECISION_COLUMNS))
 
 
-def recorded(run: StoredRun, episode: int, arrays: Mapping[str, Any]) -> Evidence:
+def recorded(run: StoredRun, episode: int, arrays: Mapping[str, Any], recording: Path) -> Evidence:
     """The evidence of a recording, of which ``arrays`` are."""
-    file = decisions_file(run, episode)
+    file = decisions_beside(recording)
     decisions: tuple[Row, ...] = ()
     if file.is_file():
         decisions = read_decisions(file)
@@ -158,6 +163,25 @@ def drive_again(run: StoredRun, episode: int) -> Evidence:
     if watched:
         weighed = watched[0].weighed
     return _evidence(run, episode, delivery.recording, decisions, weighed, DRIVEN_AGAIN)
+
+
+def record_again(run: StoredRun, episode: int, folder: Path) -> Path:
+    """Drive a delivery anew and keep its recording, and its decisions beside it, in a folder.
+
+    Returns:
+        The file of the recording.
+
+    Raises:
+        InputError: it comes out otherwise than its row says, or cannot be driven.
+    """
+    stored = delivery_row(run, episode)
+    delivery = run_episode(task_of(run, episode))
+    check_same(stored, delivery.row, run.folder, episode)
+    assert delivery.recording is not None and delivery.decisions is not None
+    path = folder / f"{run.stacks[0].name}-{episode}.npz"
+    np.savez(path, **delivery.recording)
+    write_table(decisions_beside(path), *delivery.decisions)
+    return path
 
 
 def check_same(stored: Row, driven: Row, folder: Path, episode: int) -> None:

@@ -18,7 +18,11 @@ from harness.statistics.paired import SURE
 def comparison_blocks(comparison: Comparison) -> list[Block]:
     """The differences, what they rest on, and what stands against comparing."""
     first, second = comparison.first, comparison.second
-    rows = [(key, *_cells(entry)) for key, entry in comparison.differences.items() if entry.differs]
+    rows = [
+        (key, *comparison_cells(entry))
+        for key, entry in comparison.differences.items()
+        if entry.differs
+    ]
     return [
         Text(f"A: {first.run.folder} {first.stack.name}", "whole"),
         Text(f"B: {second.run.folder} {second.stack.name}\n", "whole"),
@@ -27,7 +31,8 @@ def comparison_blocks(comparison: Comparison) -> list[Block]:
     ]
 
 
-def _cells(entry: Compared) -> list[str]:
+def comparison_cells(entry: Compared) -> list[str]:
+    """Both means, the difference with its interval, p values, n, and who is better."""
     paired, span = entry.paired, entry.paired.difference
     return [
         f"{entry.first:.4g}",

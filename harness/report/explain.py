@@ -41,13 +41,14 @@ def explanation_blocks(
     for each in moments:
         blocks += [Text(""), Text(each.words, "paragraph")]
         if each.before is None or not is_same(each.before, each.seconds.moment):
-            blocks += [Text(""), _instants(each.seconds), _scores(each.seconds)]
+            blocks += [Text(""), instants_table(each.seconds), _scores(each.seconds)]
     if saving is not None:
-        blocks += _saving(saving)
+        blocks += saving_blocks(saving)
     return [*blocks, *map(Chart, figures)]
 
 
-def _instants(seconds: Seconds) -> Table:
+def instants_table(seconds: Seconds) -> Table:
+    """The seconds before an event, an instant in each row."""
     known = [instant(seconds, place) for place in seconds.instants()]
     columns = TEXTS.instants
     rows = [
@@ -91,7 +92,8 @@ def _scores(seconds: Seconds) -> Table:
     return Table(title, ("Critic or term", "raw", "weighted", *columns, "illegal"), rows)
 
 
-def _saving(saving: Saving) -> list[Block]:
+def saving_blocks(saving: Saving) -> list[Block]:
+    """What a rewind had saved."""
     rewound, stamp = saving.rewound, saving.rewound.take_over.stamp
     changes = ", ".join(
         f"{each.place.path} {each.place.value} -> {each.value}" for each in rewound.changes

@@ -61,7 +61,8 @@ def paper_blocks(columns: Sequence[Column]) -> list[Block]:
 def layout_table(layout: Layout, columns: Sequence[Column]) -> Table:
     """One table: values stand below each other, and so do their intervals."""
     headers = ["Metric", *map(_header, columns)]
-    cells = [_cells(layout, column) for column in columns]
+    of_layout = [row for section in layout.sections for row in section.all_rows]
+    cells = [cells_of(of_layout, column) for column in columns]
     rows: list[Sequence[str]] = []
     styles: dict[int, str] = {}
     for section in layout.sections:
@@ -84,9 +85,8 @@ def _header(column: Column) -> str:
     return "\n".join([*lines, f"n={column.n}"])
 
 
-def _cells(layout: Layout, column: Column) -> dict[str, str]:
+def cells_of(rows: Sequence[Row], column: Column) -> dict[str, str]:
     """A column's values with their intervals, by the keys of rows."""
-    rows = [row for section in layout.sections for row in section.all_rows]
     spans = {row.key: span_text(column.interval(row.key), row) for row in rows}
     width = max(map(len, spans.values()))
     cells = {}

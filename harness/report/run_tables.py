@@ -15,14 +15,14 @@ from harness.report.blocks import Block, Text
 from harness.report.paper_tables import layout_table, own_column, paper_blocks
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import NO_MARGIN, risk_text
+from harness.report.short.run import PUBLISHED_BESIDE
+from harness.report.short.setup import unlike_line, unlike_published
 from harness.report.table_rows import further_metrics
 from harness.report.verdict import earnings, rankings
 from harness.storage.checksums import root_digest
 from harness.study.drive import StackResult
 from harness.study.stored_run import load_run
 from harness.task.study import Study
-
-PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the stacks here
 
 
 def run_blocks(
@@ -47,7 +47,7 @@ def run_blocks(
         *rankings(parties),
         f"run folder: {folder}",
         f"digest (SHA-256 of its checksums.json): {root_digest(folder)}",
-        f"next: navbench report {folder} --out report.html",
+        *filter(None, [unlike_line(unlike_published(run))]),
     ]
     return [
         *paper_blocks([*columns, *beside]),

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 BARS = 12  # widest ones that the tornado shows
+MOST_STACKS = 3  # that the short text shows
+SHORT_LINES, OTHER_LINES = 22, 5  # of the short text; of each stack beside its bars
 BAR_INCH = 0.24
 AT_LOW, AT_HIGH, LINE, NEVER = "#4575b4", "#d73027", "#222222", "#9a9a9a"
 COLOURED = 0.97  # share of a map that its colours resolve
@@ -42,9 +44,21 @@ def sensitivity_blocks(results: Sequence[Sensitivity], figures: Sequence[str]) -
     return [*blocks, *notes_of(notes("sensitivity")), *map(Chart, figures)]
 
 
-def _tornado(result: Sensitivity) -> Table:
+def short_sensitivity(results: Sequence[Sensitivity], figures: Sequence[str]) -> list[Block]:
+    """The widest bars of each stack, and its break-even point."""
+    shown = results[:MOST_STACKS]
+    bars = SHORT_LINES // len(shown) - OTHER_LINES
+    blocks: list[Block] = []
+    for result in shown:
+        blocks += [_tornado(result, bars), Text(f"{result.stack.name}: {_break_even(result)}")]
+    if len(results) > len(shown):
+        blocks.append(Text(f"and {len(results) - len(shown)} more stacks: --full"))
+    return [*blocks, *map(Chart, figures)]
+
+
+def _tornado(result: Sensitivity, most: int | None = None) -> Table:
     rows = []
-    for bar in result.bars:
+    for bar in result.bars[:most]:
         numbers = [f"{number:g}" for number in (bar.low, bar.value, bar.high)]
         money = [f"{number:.4f}" for number in (*bar.profit_usd_per_run, bar.swing)]
         stated = {STATED: "source"}.get(bar.range, "")

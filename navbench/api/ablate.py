@@ -1,5 +1,6 @@
 """One localizer after the other on the same deliveries."""
 
+import dataclasses
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.ablation.analysis import Ablation, AblationDeclaration, analyse
-from harness.ablation.arms import arms_of, with_arms
+from harness.ablation.arms import arms_of, parameter_sources, with_arms
 from harness.ablation.document import ablation_document
 from harness.episode.factory import prices_of
 from harness.metrics.columns import Row
@@ -78,9 +79,10 @@ def ablate(
     )
     asked = localizers, errors, correlation_time
     arms = arms_of(study.stacks[0], *asked, study.template.allow_unknown)
+    sources = parameter_sources(study.stacks[0], arms, study.template.allow_unknown)
     study = with_arms(study, arms, where.workers)
     name, first = name_of(stack), study.stacks[0].name
-    declaration = AblationDeclaration(name, against or first)
+    declaration = AblationDeclaration(name, against or first, sources)
     declaration.check(study.stacks)
     path = out or default_folder(f"ablate-{name}")
     require_usable(path)
@@ -115,7 +117,7 @@ def resume_ablation(
             f"'{path}' is no ablation: params/{ABLATION} is missing; use navbench run --resume"
         )
     declaration = load_dataclass(AblationDeclaration, stored)
-    declaration = AblationDeclaration(declaration.stack, against or declaration.against)
+    declaration = dataclasses.replace(declaration, against=against or declaration.against)
     declaration.check(study.stacks)
     say_notes(version_notes(path))
     return _drive(path, declaration, where)

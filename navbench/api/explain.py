@@ -11,11 +11,12 @@ from harness.analysis.compare import side_of
 from harness.explain.document import Explained, Saving, explained, explanation_document
 from harness.explain.evidence import (
     Evidence,
-    decisions_file,
+    decisions_beside,
     delivery_row,
     drive_again,
     events_of,
     recorded,
+    recording_file,
 )
 from harness.explain.moments import (
     Moment,
@@ -127,9 +128,9 @@ def _evidence(run: StoredRun, episode: int, again: bool) -> Evidence | None:
     row, stack = delivery_row(run, episode), run.stacks[0].name
     if not is_costly(row, events_of(run, episode)):
         return None
-    file = run.folder / "recordings" / f"{stack}-{episode}.npz"
-    if not again and file.is_file() and decisions_file(run, episode).is_file():
-        return recorded(run, episode, load_recording(file))
+    file = recording_file(run, episode)
+    if not again and file.is_file() and decisions_beside(file).is_file():
+        return recorded(run, episode, load_recording(file), file)
     say(f"episode {episode} of {stack} is driven again")
     return drive_again(run, episode)
 

@@ -1,8 +1,48 @@
-"""A recorded log through one of the robot's localizers."""
+"""A recorded log through one of the robot's localizers, and what its errors are worth."""
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from harness.recorded.command import Localized, Request
 from harness.recorded.command import localize as replay
+from harness.storage.shipped import resolve, shipped
 from navbench.api.progress import share_shown
+from navstack.errors import NavstackError
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.views import read_goal_checker
+from navstack.params.strict import load_dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class LocalizationPrice:
+    """What an error of the believed position costs; see params/calibration."""
+
+    usd_per_m: float  # [USD/run/m]
+    low: float  # [USD/run/m] of its 95 % interval
+    high: float  # [USD/run/m]
+    largest: float  # [m] error up to which it was measured
+    study: str  # that measured it
+
+
+@dataclass(frozen=True, slots=True)
+class Worth:
+    """What the errors of a trajectory come to."""
+
+    rmse_m: float  # [m] of the positions
+    usd_per_run: float  # [USD] by the price of localization error, at most that of its largest
+    low_usd: float  # [USD]
+    high_usd: float  # [USD]
+    is_beyond: bool  # whether the error is larger than any whose price was measured
+    study: str
+    goal_tolerance_m: float | None  # [m] of the file's goal checker; None: it has none
+    share_within: float | None  # of the poses whose error is within this tolerance
+
+    def as_json(self) -> dict[str, Any]:
+        """As ``navbench localize --json`` has it."""
+        return asdict(self)
 
 
 def localize(request: Request) -> Localized:
@@ -18,3 +58,44 @@ def localize(request: Request) -> Localized:
         InputError: something given cannot be used.
     """
     return replay(request, lambda: share_shown("messages"))
+
+
+def worth(found: Localized) -> Worth | None:
+    """What the errors of a trajectory cost, and whether they let the robot arrive.
+
+    None where there is no reference to compare with.
+    """
+    if found.ape is None or not len(found.ape.positions):
+        return None
+    file = shipped("params") / "calibration" / "localization_price.yaml"
+    price = load_dataclass(LocalizationPrice, file)
+    errors = found.ape.positions
+    rmse = float(np.sqrt(np.mean(errors**2)))
+    priced = min(rmse, price.largest)
+    tolerance = _goal_tolerance(found.request)
+    within = None
+    if tolerance is not None:
+        within = float(np.mean(errors <= tolerance))
+    return Worth(
+        rmse,
+        priced * price.usd_per_m,
+        priced * price.low,
+        priced * price.high,
+        rmse > price.largest,
+        price.study,
+        tolerance,
+        within,
+    )
+
+
+def _goal_tolerance(request: Request) -> float | None:
+    """Of the request's Nav2 file [m]; None: its goal checker has none."""
+    path = Path(request.params)
+    if not path.is_file():
+        path = resolve(request.params, shipped("params") / "nav2", "Nav2")
+    try:
+        checker = read_goal_checker(load_nav2(path, request.allow_unknown))
+    except NavstackError:
+        return None
+    tolerance: float | None = getattr(checker.params, "xy_goal_tolerance", None)
+    return tolerance

@@ -6,6 +6,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from harness.analysis.dearest import Dear, dearest_of
 from harness.economics.valuation import Valuation, value
 from harness.statistics.interval import Interval
 from harness.study.stored_run import StoredRun, load_run
@@ -37,6 +38,17 @@ class Run:
             UnknownNameError: it has no such stack.
         """
         return Run(self.stored.only(stack))
+
+    def dearest(self, episode: int | None = None) -> Dear:
+        """The delivery that lost most, of all stacks.
+
+        Args:
+            episode: number of the delivery, if only the stack is to be chosen; None: all.
+
+        Raises:
+            InputError: no such delivery finished.
+        """
+        return dearest_of(self.stored, episode)
 
     def table(self, name: str = "episodes") -> pa.Table:
         """A table as Arrow has it.

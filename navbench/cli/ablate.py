@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from navbench.cli.driving import exit_status
-from navbench.cli.options import names_of, refuse_others, study_options
+from navbench.cli.options import FULL, names_of, refuse_others, study_options
 from navbench.cli.streams import print_json
 from navstack.errors import InputError
 
@@ -59,6 +59,7 @@ DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows th
     metavar="DIR",
     help="Go on with an interrupted ablation, or print a finished one, from its folder.",
 )
+@FULL
 @click.pass_context
 def ablate(
     context: click.Context,
@@ -71,6 +72,7 @@ def ablate(
     resume: Path | None,
     where: "Where",
     as_json: bool,
+    is_full: bool,
     **choices: Any,
 ) -> None:
     """Drive one stack with one localizer after the other on the same missions, people and noise.
@@ -89,11 +91,12 @@ def ablate(
       navbench ablate --resume results/latest
     """
     from harness.report.ablation import ablation_blocks
+    from harness.report.short.findings import short_ablation
     from harness.report.tables import print_blocks, report_console
     from navbench.api import ablate as api
 
     if resume is not None:
-        refuse_others(context)
+        refuse_others(context, "is_full")
         found = api.resume_ablation(resume, against, where)
     else:
         if more_errors and not errors:
@@ -107,6 +110,10 @@ def ablate(
     if as_json:
         print_json(found.as_json())
     else:
-        blocks = ablation_blocks(found.ablation, found.figures, found.driven.folder)
+        folder, ablation = found.driven.folder, found.ablation
+        blocks = short_ablation(ablation, folder)
+        if is_full:
+            blocks = [*blocks[:1], *ablation_blocks(ablation, found.figures, folder)]
         print_blocks(blocks, report_console())
+        click.echo(f"run folder: {folder}; next: navbench report {folder}")
     sys.exit(exit_status(found.driven.is_interrupted, found.driven.has_errors))

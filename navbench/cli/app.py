@@ -17,6 +17,8 @@ from navstack.dispatch import restart_unmasked
 from navstack.errors import NavstackError, NavstackWarning
 
 COMMANDS = tomllib.loads(Path(__file__).with_name("commands.toml").read_text(encoding="utf-8"))
+# former name of a command -> what it is called now, with the options that make it the same
+ALIASES = {"sensitivity": ("price", "--sensitivity")}
 NO_NAME = (errno.ENAMETOOLONG, errno.ELOOP)
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
 UNWRITABLE = "standard output cannot be written; make room, or send it to another place"
@@ -34,6 +36,14 @@ class Commands(click.Group):
             importlib.import_module(f"navbench.cli.{cmd_name}"), cmd_name
         )
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """A command by its name or a former one, and what follows it."""
+        if args and (alias := ALIASES.get(args[0])):
+            args = [*alias, *args[1:]]
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List them in the help."""
@@ -55,12 +65,12 @@ def app() -> None:
     \b
     Examples:
       navbench run --stack nav2-gps --episodes 20 --seed 0
-      navbench run --stack nav2-gps --stack parked --episodes 10 --out results/first
-      navbench run --stack my_robot_nav2.yaml --map my_map.yaml --episodes 5 --json
-      navbench paper
+      navbench run --stack my_robot_nav2.yaml --map my_map.yaml --episodes 5
+      navbench tune --stack my_robot_nav2.yaml --budget 30m
+      navbench explain results/latest
 
-    Exit status: 0 done; 1 bad input; 2 unknown command or option; 3 done, but some deliveries ended
-    in an error; 130 interrupted, finished deliveries kept.
+    Exit status: 0 done; 1 bad input; 2 unknown command or option, or a missing argument; 3 done,
+    but some deliveries ended in an error; 130 interrupted, finished deliveries kept.
     """
 
 
@@ -90,11 +100,10 @@ def _status(arguments: list[str] | None, program: click.Command = app) -> int:
         program(arguments, standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
-    # a missing parameter is a BadParameter, too
-    except (click.BadParameter, click.BadOptionUsage) as error:
-        return _complain(error.format_message(), 1)
     except click.UsageError as error:
-        return _complain(f"{error.format_message()} See '{program.name} --help'.", 2)
+        if isinstance(error, click.BadParameter) and not isinstance(error, click.MissingParameter):
+            return _complain(error.format_message(), 1)
+        return _complain(f"{error.format_message()} See '{_path(error, program)} --help'.", 2)
     except NavstackError as error:
         return _complain(str(error), 1)
     except (KeyboardInterrupt, click.Abort):  # which is a RuntimeError
@@ -105,6 +114,18 @@ def _status(arguments: list[str] | None, program: click.Command = app) -> int:
             raise
         return _complain(message, 1)
     return 0
+
+
+def _path(error: click.UsageError, program: click.Command) -> str:
+    """The command that was misused, as one types it."""
+    if error.ctx is None:
+        return str(program.name)
+    names = []
+    context: click.Context | None = error.ctx
+    while context is not None:
+        names.append(str(context.command.name))
+        context = context.parent
+    return " ".join(reversed(names))
 
 
 def _of_the_system(error: Exception) -> str:

@@ -1,14 +1,17 @@
 """The command ``navbench compare``: two runs, or two stacks of one, mission by mission."""
 
+import shlex
+
 import click
 
 from harness.analysis.compare import comparison_document
 from harness.report.comparison import comparison_blocks
+from harness.report.short.findings import short_comparison
 from harness.report.tables import print_blocks, report_console
 from navbench.api import money
 from navbench.api.progress import say
 from navbench.api.runs import load
-from navbench.cli.options import JSON
+from navbench.cli.options import FULL, JSON
 from navbench.cli.streams import print_json
 
 
@@ -24,8 +27,11 @@ from navbench.cli.streams import print_json
         "margin and SLA."
     ),
 )
+@FULL
 @JSON
-def compare(first: str, second: str, metrics: tuple[str, ...], as_json: bool) -> None:
+def compare(
+    first: str, second: str, metrics: tuple[str, ...], is_full: bool, as_json: bool
+) -> None:
     """Compare two runs, or two stacks of one, on their common missions: B minus A.
 
     A and B are run folders, or FOLDER:stack where a folder has several stacks.
@@ -42,4 +48,8 @@ def compare(first: str, second: str, metrics: tuple[str, ...], as_json: bool) ->
     if as_json:
         print_json(comparison_document(comparison))
     else:
-        print_blocks(comparison_blocks(comparison), report_console())
+        blocks = comparison_blocks if is_full else short_comparison
+        print_blocks(blocks(comparison), report_console())
+        sides = comparison.first, comparison.second
+        folders = dict.fromkeys(str(side.run.folder) for side in sides)
+        click.echo(f"next: navbench report {shlex.join(folders)}")

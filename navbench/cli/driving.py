@@ -1,5 +1,6 @@
 """What the commands that drive print, and the exit status that they leave."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from navbench.cli.streams import print_json
@@ -8,6 +9,7 @@ if TYPE_CHECKING:
     from navbench.api.driving import Driven
 
 INTERRUPTED, SOME_ERRORS = 130, 3
+PAGE = "report.html"  # of a run, in its folder
 
 
 def exit_status(is_interrupted: bool, has_errors: bool) -> int:
@@ -19,18 +21,58 @@ def exit_status(is_interrupted: bool, has_errors: bool) -> int:
     return 0
 
 
-def print_driven(driven: "Driven", as_json: bool) -> int:
-    """Print what deliveries came to; returns the exit status."""
-    from harness.episode.factory import prices_of
-    from harness.report.run_tables import run_blocks
-    from harness.report.tables import print_blocks, report_console
+def print_driven(
+    driven: "Driven", as_json: bool, is_full: bool = False, has_page: bool = False
+) -> int:
+    """Print what deliveries came to.
+
+    Args:
+        driven: the run.
+        as_json: one JSON document instead of text.
+        is_full: whether all tables are printed.
+        has_page: whether a page is written into the run folder.
+
+    Returns:
+        The exit status.
+    """
     from harness.study.drive import run_document
 
-    study, folder, results = driven.study, driven.folder, driven.results
+    status = exit_status(driven.is_interrupted, driven.has_errors)
+    page = write_page(driven) if has_page else None
     if as_json:
-        runs = [run_document(result, study, folder) for result in results]
-        print_json({"schema": 1, "runs": runs})
+        results, study, folder = driven.results, driven.study, driven.folder
+        print_json({"schema": 1, "runs": [run_document(each, study, folder) for each in results]})
     else:
-        prices = prices_of(study.template.prices)
-        print_blocks(run_blocks(results, study, prices, folder), report_console())
-    return exit_status(driven.is_interrupted, driven.has_errors)
+        _print(driven, is_full, page)
+    return status
+
+
+def write_page(driven: "Driven") -> Path | None:
+    """Write a run's page into its folder; None: no delivery finished."""
+    from navbench.api.report import report
+    from navbench.api.runs import load
+
+    if not any(result.episodes for result in driven.results):
+        return None
+    page = driven.folder / PAGE
+    report([load(driven.folder)], page)
+    return page
+
+
+def _print(driven: "Driven", is_full: bool, page: Path | None) -> None:
+    from harness.episode.factory import prices_of
+    from harness.report.blocks import Block, Text
+    from harness.report.run_tables import run_blocks
+    from harness.report.short.run import summary_blocks
+    from harness.report.tables import print_blocks, report_console
+    from harness.study.stored_run import load_run
+
+    folder = driven.folder
+    blocks: list[Block] = summary_blocks(load_run(str(folder)))
+    if is_full:
+        prices = prices_of(driven.study.template.prices)
+        blocks = [*blocks[:1], *run_blocks(driven.results, driven.study, prices, folder)]
+    last = f"run folder: {folder}; next: navbench report {folder}"
+    if page is not None:
+        last = f"page: {page}; next: navbench explain {folder}"
+    print_blocks([*blocks, Text(last, "whole")], report_console())

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from navbench.cli.options import JSON, Finite
+from navbench.cli.dearest import chosen
+from navbench.cli.options import FULL, JSON, Finite
 
 if TYPE_CHECKING:
     from navbench.api.runs import Run
@@ -15,12 +16,12 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("run", metavar="RUN")
-@click.argument("episode", type=click.IntRange(min=0))
+@click.argument("episode", type=click.IntRange(min=0), required=False)
 @click.option("--stack", help="Of a run of several.")
 @click.option(
     "--event",
     type=click.IntRange(min=1),
-    help="Number of the event; default: all, and the costliest for --plot and --rewind.",
+    help="Number of the event; default: the costliest.",
 )
 @click.option(
     "--before",
@@ -50,36 +51,44 @@ if TYPE_CHECKING:
     metavar="FOLDER",
     help="Folder for explanation.json, explanation.txt and a figure (PDF and PNG) of each event.",
 )
+@FULL
 @JSON
-def explain(run: str, episode: int, stack: str | None, as_json: bool, **choices: Any) -> None:
+def explain(
+    run: str,
+    episode: int | None,
+    stack: str | None,
+    as_json: bool,
+    is_full: bool,
+    **choices: Any,
+) -> None:
     """Tell why a delivery cost what it cost: the seconds before each event that had to be paid for.
 
-    RUN is a run folder, or RUN:STACK; EPISODE is the number of the delivery. Where it was not
-    recorded (--record full), it is driven again. With --rewind it is driven once more, with another
-    parameter from some seconds before the event on.
+    RUN is a run folder, or RUN:STACK; EPISODE is the number of the delivery, by default the one
+    that lost most. Where it was not recorded (--record full), it is driven again. With --rewind it
+    is driven once more, with another parameter from some seconds before the event on.
 
     \b
     Examples:
-      navbench explain results/latest 7
+      navbench explain results/latest
       navbench explain results/latest 7 --stack nav2-gps --event 2 --before 8 --plot event.png
       navbench explain results/latest 7 --rewind controller_server.FollowPath.max_vel_x=1.5
     """
     from harness.report.explain import explanation_blocks
+    from harness.report.short.explain import short_explanation
     from harness.report.tables import print_blocks, report_console
     from navbench.api import explain as api
-    from navbench.api.runs import load
 
-    loaded = load(run)
-    if stack is not None:
-        loaded = loaded[stack]
+    loaded, episode = chosen(run, episode, stack)
     found = api.explain(loaded, episode, **choices)
     if found is None:
         _say_nothing_to_tell(loaded, episode, as_json)
     elif as_json:
         sys.stdout.write(api.document_text(found))
     else:
+        blocks = explanation_blocks if is_full else short_explanation
         told = found.evidence, found.told, found.saving, found.figures
-        print_blocks(explanation_blocks(*told), report_console())
+        print_blocks(blocks(*told), report_console())
+        click.echo(f"next: navbench replay {loaded.folder}:{loaded.stacks[0]} {episode}")
 
 
 def _say_nothing_to_tell(run: "Run", episode: int, as_json: bool) -> None:

@@ -13,6 +13,7 @@ from navbench.cli.streams import print_json
 if TYPE_CHECKING:
     from harness.recorded.command import Localized
     from harness.recorded.trajectory import Errors
+    from navbench.api.localize import Worth
 
 NO_RPE = "none: the reference has no headings, or no two poses are that far apart"
 
@@ -111,15 +112,19 @@ def localize(as_json: bool, **choices: Any) -> None:
     """
     from harness.recorded.bag_file import BagError
     from harness.recorded.command import Request
-    from navbench.api.localize import localize
+    from navbench.api.localize import localize, worth
     from navbench.api.progress import say
 
     found = localize(Request(**choices))
     if len(found.trajectory):
+        value = worth(found)
         if as_json:
-            print_json(found.as_json())
+            print_json({**found.as_json(), "worth": value and value.as_json()})
         else:
-            sys.stdout.write("".join(f"{line}\n" for line in _lines(found)))
+            lines = _lines(found)
+            if value is not None:
+                lines += _worth_lines(value)
+            sys.stdout.write("".join(f"{line}\n" for line in lines))
     if found.is_interrupted:
         say(found.trouble)
         sys.exit(INTERRUPTED)
@@ -140,6 +145,21 @@ def _lines(found: "Localized") -> list[str]:
         lines.append(f"APE against {reference}: {_text(found.ape)}")
         rpe = NO_RPE if found.rpe is None else _text(found.rpe)
         lines.append(f"RPE over {request.interval:g} s: {rpe}")
+    return lines
+
+
+def _worth_lines(value: "Worth") -> list[str]:
+    """What the error costs, and whether it is good enough to arrive."""
+    beyond = "at least " if value.is_beyond else "about "
+    lines = [
+        f"worth: such an error (RMSE {value.rmse_m:.2f} m) costs {beyond}{value.usd_per_run:.2f} "
+        f"[{value.low_usd:.2f}, {value.high_usd:.2f}] USD a delivery ({value.study})"
+    ]
+    if value.goal_tolerance_m is not None and value.share_within is not None:
+        lines.append(
+            f"good enough to arrive: {100.0 * value.share_within:.0f} % of the poses are within "
+            f"the file's goal tolerance of {value.goal_tolerance_m:g} m"
+        )
     return lines
 
 

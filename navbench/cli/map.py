@@ -1,5 +1,6 @@
-"""``navbench map``: make or import a sidewalk world, or show any map beside the paper's."""
+"""``navbench map``: make or import a sidewalk world, or show any map."""
 
+import dataclasses
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -103,7 +104,7 @@ def import_map(
 
 @map.command(
     "show",
-    help="Measure MAP, a built-in map or a map_server YAML file, beside the paper's; draw it.",
+    help="Measure MAP, a built-in map or a map_server YAML file; draw it.",
 )
 @click.argument("map_name", metavar="MAP")
 @click.option("--out", type=click.Path(path_type=Path), help="Picture to write (PNG, PDF or SVG).")
@@ -121,9 +122,18 @@ def import_map(
     help="Missions drawn to measure their paths.",
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Of those missions.")
+@click.option(
+    "--paper", "beside_paper", is_flag=True, help="Show the measures of the paper's map beside."
+)
 @JSON
 def show(
-    map_name: str, out: Path | None, view: str, samples: int, seed: int, as_json: bool
+    map_name: str,
+    out: Path | None,
+    view: str,
+    samples: int,
+    seed: int,
+    beside_paper: bool,
+    as_json: bool,
 ) -> None:
     """Measure a map, draw missions on it and, where a file is given, its picture."""
     measured = maps.measure_map(map_name, samples=samples, seed=seed, picture=out, view=view)
@@ -131,12 +141,21 @@ def show(
         print_json(measured)
         return
     console = report_console()
-    missions = _missions_sheet(measured)
-    print_blocks([_measures_sheet(measured), missions], console)
+    tables = [_measures_sheet(measured), _missions_sheet(measured)]
+    missions = tables[1]
+    if not beside_paper:
+        tables = [without_last_column(table) for table in tables]
+    print_blocks(tables, console)
     if not missions.rows:
         console.print("No room for missions")
     if out is not None:
         console.print(f"picture: {out}", soft_wrap=True)
+
+
+def without_last_column(table: Table) -> Table:
+    """A table without the column of the paper's map."""
+    rows = [row[:-1] for row in table.rows]
+    return dataclasses.replace(table, headers=table.headers[:-1], rows=rows)
 
 
 def _measures_sheet(measured: Row) -> Table:

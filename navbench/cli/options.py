@@ -59,17 +59,50 @@ def settings_of(texts: Iterable[str]) -> dict[str, float]:
     return settings
 
 
+def pairs_of(texts: Iterable[str]) -> list[tuple[str, str]]:
+    """Two prices of each text ``X,Y``.
+
+    Raises:
+        InputError: one is something else.
+    """
+    pairs = []
+    for text in texts:
+        x, _, y = (part.strip() for part in text.partition(","))
+        if not x or not y:
+            raise InputError(
+                f"--map '{text}' is not two prices X,Y, e.g. delivery_fee,injury.costs"
+            )
+        pairs.append((x, y))
+    return pairs
+
+
+def completed(kind: str) -> Callable[[click.Context, click.Parameter, str], list[str]]:
+    """Lets a shell complete names of a kind, as ``navbench list`` has them."""
+
+    def complete(_: click.Context, __: click.Parameter, begun: str) -> list[str]:
+        from navbench.api.listing import listing
+
+        names = (each.name.partition(" ")[0] for each in listing(kind))
+        return [name for name in names if name.startswith(begun)]
+
+    return complete
+
+
 def names_of(texts: Iterable[str]) -> list[str]:
     """Every name in texts that hold one or several, separated by commas."""
     return [name.strip() for text in texts for name in text.split(",")]
 
 
 PRICES = click.option(
-    "--prices", default="costnav", help="Prices: a name of params/prices or a YAML file."
+    "--prices",
+    default="costnav",
+    shell_complete=completed("prices"),
+    help="Prices: a name of params/prices or a YAML file.",
 )
 JSON = click.option(
     "--json", "as_json", is_flag=True, help="One JSON document on standard output, nothing else."
 )
+FULL = click.option("--full", "is_full", is_flag=True, help="Print everything that was found.")
 OTHER_PRICES = click.option(
     "--prices", help="Prices: a name of params/prices or a file; default: the run's own."
 )
@@ -92,6 +125,7 @@ TERMS = click.option(
 )
 LOCALIZER = click.option(
     "--localizer",
+    shell_complete=completed("localizers"),
     help="Localizer instead of the stack's own, such as gps-ekf or amcl; "
     "docs/localization.md lists them.",
 )
@@ -156,6 +190,7 @@ _CONDITIONS = (
     ),
     click.option(
         "--map",
+        shell_complete=completed("maps"),
         default="sidewalk",
         show_default=True,
         help="A built-in map or a map_server YAML file.",
@@ -170,6 +205,7 @@ _CONDITIONS = (
     ),
     click.option(
         "--world",
+        shell_complete=completed("worlds"),
         default=DEFAULT_WORLD,
         show_default=True,
         help="A name of params/worlds or a YAML file.",
@@ -186,9 +222,15 @@ _CONDITIONS = (
         show_default=True,
         help="How they are drawn: published (nearer goals more often) or uniform.",
     ),
-    click.option("--robot", help="A name of params/robots or a file, instead of the stack's own."),
     click.option(
-        "--sensors", help="A name of params/sensors or a file, instead of the stack's own."
+        "--robot",
+        shell_complete=completed("robots"),
+        help="A name of params/robots or a file, instead of the stack's own.",
+    ),
+    click.option(
+        "--sensors",
+        shell_complete=completed("sensors"),
+        help="A name of params/sensors or a file, instead of the stack's own.",
     ),
     click.option(
         "--start",

@@ -1,16 +1,21 @@
-"""The command ``navbench price``: a finished run at other prices, without simulating again."""
+"""The command ``navbench price``: a finished run at other prices, and what its money depends on."""
+
+from pathlib import Path
 
 import click
 
+from harness.analysis.sensitivity import Sensitivity, sensitivities
 from harness.report.repriced import price_set_blocks, repriced_blocks
+from harness.report.sensitivity import sensitivity_blocks, short_sensitivity
 from harness.report.tables import print_blocks, report_console
 from navbench.api import money
 from navbench.api.runs import Run, load
-from navbench.cli.options import JSON, OTHER_PRICES, SETTINGS, TERMS
+from navbench.cli.options import FULL, JSON, OTHER_PRICES, SETTINGS, TERMS, pairs_of
 from navbench.cli.streams import print_json
 from navstack.errors import InputError
 
 ALL = "all"  # in place of a name of prices
+MOST_TOLD = 2  # stacks of which the short text tells what their money depends on
 
 
 @click.command()
@@ -18,12 +23,36 @@ ALL = "all"  # in place of a name of prices
 @OTHER_PRICES
 @SETTINGS
 @TERMS
+@click.option(
+    "--sensitivity",
+    "is_sensitivity",
+    is_flag=True,
+    help="Show which prices the profit depends on, every one and by chance.",
+)
+@click.option(
+    "--map",
+    "maps",
+    multiple=True,
+    metavar="X,Y",
+    callback=lambda _, __, texts: pairs_of(texts),
+    help="Two prices, or groups such as injury.costs, to vary together; repeatable.",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Folder for the figures of --sensitivity (PDF and PNG); default: none.",
+)
+@FULL
 @JSON
 def price(
     run: str,
     prices: str | None,
     settings: dict[str, float],
     terms: tuple[str, ...],
+    is_sensitivity: bool,
+    maps: list[tuple[str, str]],
+    out: Path | None,
+    is_full: bool,
     as_json: bool,
 ) -> None:
     """Price a finished run again, without simulating: other prices and accountings, more costs.
@@ -32,25 +61,50 @@ def price(
 
     \b
     Examples:
+      navbench price results/latest
       navbench price results/latest --set delivery_fee_usd_per_run=4.99
-      navbench price results/latest --prices my_prices.yaml --json
       navbench price results/latest --prices all
       navbench price results/latest --with operator,on_site_assistance --set on_site_time_h=0.5
+      navbench price results/latest --sensitivity --map delivery_fee,property_damage --out figures
     """
     loaded = load(run)
     if prices == ALL:
-        if settings or terms:
+        if settings or terms or is_sensitivity:
             raise InputError(
-                "--prices all takes neither --set nor --with: give one set of prices with them"
+                "--prices all takes none of --set, --with and --sensitivity: give one set of "
+                "prices with them"
             )
         _print_sets(loaded, as_json)
+        return
+    if is_sensitivity or maps or out:
+        found = money.sensitivity(loaded, prices, settings, terms, maps=maps, out=out)
+        if as_json:
+            print_json(found.as_json())
+        else:
+            shown = sensitivity_blocks if is_full else short_sensitivity
+            print_blocks(shown(found.results, found.figures), report_console())
         return
     repricing = money.price(loaded, prices, settings, terms)
     if as_json:
         print_json(repricing.as_json())
-    else:
-        blocks = repriced_blocks(loaded.stored, repricing.results, repricing.choices)
-        print_blocks(blocks, report_console())
+        return
+    # which reads worlds, and so the simulator's parameters
+    from harness.report.short.findings import short_repricing
+
+    told = loaded.stored, repricing.results, repricing.choices
+    blocks = repriced_blocks(*told) if is_full else short_repricing(*told, _depends(repricing))
+    print_blocks(blocks, report_console())
+    click.echo(f"next: navbench price {loaded.folder} --sensitivity")
+
+
+def _depends(repricing: money.Repricing) -> list[Sensitivity]:
+    """What the profit of a few stacks depends on; none: there are many, or it is undefined."""
+    if len(repricing.results) > MOST_TOLD:
+        return []
+    try:
+        return sensitivities(repricing.run.stored, repricing.choices, ())
+    except InputError:
+        return []
 
 
 def _print_sets(run: Run, as_json: bool) -> None:

@@ -6,29 +6,43 @@ import click
 
 from navbench.cli.report import print_size
 
+PAGE = Path("replay.html")
+
 
 @click.command()
 @click.argument("run", metavar="RUN")
-@click.argument("episode", type=click.IntRange(min=0))
+@click.argument("episode", type=click.IntRange(min=0), required=False)
 @click.option(
-    "--html", type=click.Path(path_type=Path), metavar="FILE.html", help="A page that plays it."
+    "--html",
+    type=click.Path(path_type=Path),
+    metavar="FILE.html",
+    help=f"A page that plays it; default: {PAGE}, where --mcap is not given.",
 )
 @click.option(
     "--mcap", type=click.Path(path_type=Path), metavar="FILE.mcap", help="ROS 2 messages."
 )
-def replay(run: str, episode: int, html: Path | None, mcap: Path | None) -> None:
-    """Show one recorded delivery: as a page, or in the tools of ROS.
+def replay(run: str, episode: int | None, html: Path | None, mcap: Path | None) -> None:
+    """Show one delivery: as a page, or in the tools of ROS.
 
-    RUN is a run folder of navbench run --record full, or RUN:STACK where it has several stacks;
-    EPISODE is the number of the delivery. The page plays it with map, scan, people, tracks, plan,
-    belief and costs. The MCAP file holds tf, map, scan, odom, path and markers as ROS 2 messages:
-    Foxglove opens it, ros2 bag plays it.
+    RUN is a run folder, or RUN:STACK; EPISODE is the number of the delivery, by default the one
+    that lost most. What was not recorded (navbench run --record full) is driven again. The page
+    plays it with map, scan, people, tracks, plan, belief and costs. The MCAP file holds tf, map,
+    scan, odom, path and markers as ROS 2 messages: Foxglove opens it, ros2 bag plays it.
+
+    \b
+    Examples:
+      navbench replay results/latest
+      navbench replay results/latest:nav2-gps 3 --mcap delivery.mcap
     """
     from navbench.api import report as api
-    from navbench.api.runs import load
+    from navbench.cli.dearest import chosen
 
-    count = api.replay(load(run), episode, html=html, mcap=mcap)
+    loaded, episode = chosen(run, episode)
+    if not (html or mcap):
+        html = PAGE
+    count = api.replay(loaded, episode, html=html, mcap=mcap)
     if html:
         print_size(html)
     if mcap:
         print_size(mcap, f"{count} messages, ")
+    click.echo(f"next: navbench explain {loaded.folder}:{loaded.stacks[0]} {episode}")

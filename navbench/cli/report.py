@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-REPLAYS = 20
+REPLAYS, AGAIN = 20, 3
 
 
 @click.command()
@@ -23,7 +23,14 @@ REPLAYS = 20
     show_default=True,
     help="Most recorded deliveries to carry, the costliest of each stack first.",
 )
-def report(runs: tuple[str, ...], out: Path, replays: int) -> None:
+@click.option(
+    "--again",
+    type=click.IntRange(min=0, max=100),
+    default=AGAIN,
+    show_default=True,
+    help="Dearest deliveries that are driven again for the page where they were not recorded.",
+)
+def report(runs: tuple[str, ...], out: Path, replays: int, again: int) -> None:
     """Write a report of finished runs as one HTML page that needs no server and no network.
 
     RUN is a run folder, or RUN:STACK for one stack of it; several are shown beside each other. The
@@ -34,7 +41,7 @@ def report(runs: tuple[str, ...], out: Path, replays: int) -> None:
     from navbench.api import report as api
     from navbench.api.runs import load
 
-    api.report([load(each) for each in runs], out, replays)
+    api.report([load(each) for each in runs], out, replays, again)
     print_size(out)
 
 

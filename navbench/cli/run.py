@@ -7,15 +7,22 @@ from typing import Any
 import click
 
 from harness.study.places import Where
+from navbench.cli.brief import Brief
 from navbench.cli.driving import print_driven
-from navbench.cli.options import LOCALIZER, refuse_others, study_options
+from navbench.cli.options import FULL, LOCALIZER, completed, refuse_others, study_options
 from navstack.errors import InputError
 
+SHOWN = (  # in the help
+    *("stacks", "localizer", "robot", "sensors", "map", "world", "pedestrians", "episodes"),
+    *("seed", "prices", "out", "resume", "is_full", "has_page", "as_json"),
+)
 
-@click.command()
+
+@click.command(cls=Brief, shown=SHOWN)
 @click.option(
     "--stack",
     "stacks",
+    shell_complete=completed("stacks"),
     multiple=True,
     default=("nav2-gps",),
     show_default=True,
@@ -38,6 +45,13 @@ from navstack.errors import InputError
     is_flag=True,
     help="With --resume: also if its files were changed; run.json says so.",
 )
+@FULL
+@click.option(
+    "--page",
+    "has_page",
+    is_flag=True,
+    help="Write the run's page into its folder, with the three dearest deliveries to watch.",
+)
 @click.pass_context
 def run(
     context: click.Context,
@@ -45,6 +59,8 @@ def run(
     out: Path | None,
     resume: Path | None,
     is_forced: bool,
+    is_full: bool,
+    has_page: bool,
     where: Where,
     as_json: bool,
     **choices: Any,
@@ -63,10 +79,10 @@ def run(
     from navbench.api.run import drive, drive_rest
 
     if resume is not None:
-        refuse_others(context, "is_forced")
+        refuse_others(context, "is_forced", "is_full", "has_page")
         driven = drive_rest(resume, where, is_forced)
     elif is_forced:
         raise InputError("--force goes with --resume DIR, whose files were changed")
     else:
         driven = drive(out=out, where=where, **choices)
-    sys.exit(print_driven(driven, as_json))
+    sys.exit(print_driven(driven, as_json, is_full, has_page))

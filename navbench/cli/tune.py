@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from navbench.cli.brief import Brief
 from navbench.cli.driving import INTERRUPTED, SOME_ERRORS
-from navbench.cli.options import LOCALIZER, condition_options, refuse_others
+from navbench.cli.options import FULL, LOCALIZER, completed, condition_options, refuse_others
 from navbench.cli.streams import print_json
 
 if TYPE_CHECKING:
@@ -15,11 +16,17 @@ if TYPE_CHECKING:
     from navbench.api.tune import Tuned
 
 DEFAULT_STACK = "nav2-stock"
+MOST_LINT = 4  # findings that are printed
+SHOWN = (  # in the help
+    *("stack", "localizer", "spaces", "objective", "trials", "budget", "episodes"),
+    *("test_episodes", "map", "world", "out", "resume", "is_full"),
+)
 
 
-@click.command()
+@click.command(cls=Brief, shown=SHOWN)
 @click.option(
     "--stack",
+    shell_complete=completed("stacks"),
     default=DEFAULT_STACK,
     show_default=True,
     help="What is tuned: a name of params/stacks, a stack file or a Nav2 parameter file.",
@@ -28,6 +35,7 @@ DEFAULT_STACK = "nav2-stock"
 @click.option(
     "--space",
     "spaces",
+    shell_complete=completed("spaces"),
     multiple=True,
     default=("dwb_critics",),
     show_default=True,
@@ -103,6 +111,7 @@ DEFAULT_STACK = "nav2-stock"
     metavar="DIR",
     help="Go on with an interrupted study, or print a finished one, from its folder.",
 )
+@FULL
 @click.pass_context
 def tune(
     context: click.Context,
@@ -112,6 +121,7 @@ def tune(
     resume: Path | None,
     where: "Where",
     as_json: bool,
+    is_full: bool,
     **choices: Any,
 ) -> None:
     """Tune a Nav2 file for what its deliveries earn, and test it on missions it never saw.
@@ -139,7 +149,7 @@ def tune(
 
     seconds = None if budget is None else parse_duration(budget)
     if resume is not None:
-        refuse_others(context)
+        refuse_others(context, "is_full")
         found = api.resume_tuning(resume, seconds, where)
     else:
         found = api.tune(budget=seconds, out=out, where=where, **choices)
@@ -148,28 +158,30 @@ def tune(
     if as_json:
         print_json(found.as_json())
     else:
-        _print(found)
+        _print(found, is_full)
     if found.errors:
         count, first = len(found.errors), found.errors[0]
         say(f"episodes that ended in an error: {count}, e.g. {first}")
         sys.exit(SOME_ERRORS)
 
 
-def _print(found: "Tuned") -> None:
+def _print(found: "Tuned", is_full: bool) -> None:
     from harness.report.tables import print_blocks, report_console
-    from harness.report.tuning.document import lint_lines, tuning_blocks
+    from harness.report.tuning.document import lint_lines, short_tuning, tuning_blocks
     from harness.tuning.output import DIFF, TUNED
 
     path = found.folder
-    told = found.result, found.scores, found.explanation, found.run_command
-    print_blocks(tuning_blocks(*told, path), report_console())
+    blocks = short_tuning(found.result, found.explanation, path)
+    if is_full:
+        blocks = tuning_blocks(
+            found.result, found.scores, found.explanation, found.run_command, path
+        )
+    print_blocks(blocks, report_console())
     first, *rest = lint_lines(found.lint)
     lines = [
-        f"tuned file: {path / TUNED}",
-        f"difference: {path / DIFF}",
+        f"tuned file: {path / TUNED}, difference: {DIFF}",
         f"lint of the tuned file: {first}",
-        *(f"  {line}" for line in rest),
-        "drive its test again:",
-        f"  {found.test_command}",
+        *(f"  {line}" for line in rest[:MOST_LINT]),
+        f"next: {found.test_command}",
     ]
     sys.stdout.write("".join(f"{line}\n" for line in lines))

@@ -10,7 +10,10 @@ from navbench.cli.app import COMMANDS
 
 FOLDER = Path(navbench.__file__).parent / "cli"
 NAMES = [name for names in COMMANDS.values() for name in names]
-FUNCTIONS = {"map": ("make_map", "import_map", "measure_map")}  # else called as the command
+FUNCTIONS = {  # else called as the command
+    "map": ("make_map", "import_map", "measure_map"),
+    "list": ("listing",),
+}
 # of navbench.api.run: what ``run`` and ``resume`` do, but for what they raise when interrupted
 BELOW = {"run": "drive"}
 

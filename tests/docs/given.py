@@ -39,6 +39,7 @@ GIVEN = {
         "a",
         "b",
     ),
+    "README.md": ("my_robot_nav2.yaml", "drive.bag"),
     # finished runs of the reader's
     "money.md": ("my_prices.yaml", "latest", "before", "after", "both"),
     "parity.md": ("my_vectors",),  # recorded on another machine

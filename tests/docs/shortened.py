@@ -134,7 +134,7 @@ def shortened(words: Iterable[str]) -> list[str]:
         rest = [EXCHANGED.get(word, word) for word in rest]
     limits = {**AT_MOST, **DELIVERIES_OF.get(name, {})}
     result = [name]
-    if name in OF_ONE_DELIVERY:
+    if name in OF_ONE_DELIVERY and rest[1:] and rest[1].isdigit():
         rest[1] = "0"
     for before, word in zip(["", *rest], rest, strict=False):
         result.append(f"{min(float(word), limits[before]):g}" if before in limits else word)

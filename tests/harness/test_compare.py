@@ -178,7 +178,7 @@ def test_what_is_not_comparable_is_said(write_run: WriteRun, tmp_path: Path) -> 
 
 def test_tables_and_warnings(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
     first, second = write_run("a", change=slower), write_run("b", change=faster, pedestrians=40)
-    command.compare.callback(str(first), str(second), (), as_json=False)
+    command.compare.callback(str(first), str(second), (), is_full=True, as_json=False)
     printed = capsys.readouterr()
     assert "warning: not comparable: other world: people.count 20 and 40" in printed.err
     assert "B minus A over 40 common missions" in printed.out
@@ -192,7 +192,7 @@ def test_tables_and_warnings(write_run: WriteRun, capsys: pytest.CaptureFixture[
     )
     table = [line for line in printed.out.splitlines() if line.startswith(("avg", "sla", "opex"))]
     assert table and max(map(len, table)) <= 120
-    command.compare.callback(str(first), str(second), (), as_json=True)
+    command.compare.callback(str(first), str(second), (), is_full=True, as_json=True)
     assert json.loads(capsys.readouterr().out)["pairs"] == 40
 
 

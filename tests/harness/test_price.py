@@ -43,6 +43,20 @@ CHANGES = (
 WriteRun = Callable[..., Path]
 
 
+def print_price(
+    run: Path | str,
+    prices: str | None = None,
+    settings: dict[str, float] | None = None,
+    terms: tuple[str, ...] = (),
+    is_full: bool = True,
+    as_json: bool = False,
+) -> None:
+    """Print what the command does."""
+    others = {"is_sensitivity": False, "maps": [], "out": None}
+    choices = {"is_full": is_full, "as_json": as_json, **others}
+    price.callback(str(run), prices, settings or {}, terms, **choices)
+
+
 @pytest.fixture
 def other_prices(tmp_path: Path) -> str:
     """A price file with another fee, injury cost and robot mass."""
@@ -324,7 +338,7 @@ def test_cargo_not_modelled_stays_undefined(
     assert entry["economics"]["opex"] is None
     assert entry["risk"]["opex_cvar95_usd_per_run"] is None
     assert entry["accountings"]["no_threshold"]["contribution_margin"] is None
-    price.callback(str(run), None, {}, (), as_json=False)
+    print_price(run)
     assert "undefined" in capsys.readouterr().out
 
 
@@ -381,13 +395,15 @@ def test_deliveries_without_a_result_are_counted_in_the_print(
     def fail(row: dict[str, Any]) -> None:
         row["error"] = "it broke" if row["episode"] in (2, 5) else None
 
-    price.callback(str(write_run("run", episodes=12, change=fail)), None, {}, (), as_json=False)
-    assert "mine: 2 deliveries ended in an error, left out" in capsys.readouterr().out
+    run = write_run("run", episodes=12, change=fail)
+    for is_full in (False, True):
+        print_price(run, is_full=is_full)
+        assert "mine: 2 deliveries ended in an error, left out" in capsys.readouterr().out
 
 
 def test_tables(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
     run = write_run("run", ("one", "two"))
-    price.callback(f"{run}:two", None, {"delivery_fee": 4.99}, ("operator",), as_json=False)
+    print_price(f"{run}:two", settings={"delivery_fee": 4.99}, terms=("operator",))
     text = capsys.readouterr().out
     assert (
         "two: the same contacts, accounted for in other ways" in text and "one" not in text.split()
@@ -419,7 +435,7 @@ def test_a_damaged_folder_is_refused_in_one_line(
     run = write_run("run", episodes=2)
     damage(run)
     with pytest.raises(InputError, match=message) as caught:
-        price.callback(str(run), None, {}, (), as_json=True)
+        print_price(run, as_json=True)
     assert "\n" not in str(caught.value)
 
 
@@ -556,7 +572,7 @@ def test_every_set_is_the_published_one_but_for_what_it_says() -> None:
 
 def test_a_run_under_all_sets(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
     run = write_run("run", ("one", "two"), crowd=3.0)
-    price.callback(str(run), "all", {}, (), as_json=True)
+    print_price(run, "all", as_json=True)
     sets = json.loads(capsys.readouterr().out)["sets"]
     assert list(sets) == price_sets() and price_sets()[0] == "costnav"
     for name, found in sets.items():
@@ -569,10 +585,10 @@ def test_a_run_under_all_sets(write_run: WriteRun, capsys: pytest.CaptureFixture
             share = found["capex_usd"][stack] / alone["risk"]["break_even"]["within_runs"]
             assert found["profits"][stack]["low"] == pytest.approx(expected["low"] - share)
     assert sets["insurer"]["accounting"] == "robot_at_fault"
-    price.callback(str(run), "all", {}, (), as_json=False)
+    print_price(run, "all")
     assert "order under costnav: " in capsys.readouterr().out
-    with pytest.raises(InputError, match="takes neither --set nor --with"):
-        price.callback(str(run), "all", {"delivery_fee": 4.0}, (), as_json=False)
+    with pytest.raises(InputError, match="takes none of --set, --with"):
+        print_price(run, "all", {"delivery_fee": 4.0})
 
 
 def test_the_curve_of_crash_tests_goes_through_what_was_measured() -> None:

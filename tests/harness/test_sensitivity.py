@@ -12,11 +12,24 @@ from harness.analysis.repricing import choose, reprice, repricing_document
 from harness.analysis.sensitivity import break_even_spread
 from harness.economics.price import price_keys
 from harness.study.stored_run import load_run
-from navbench.cli.options import names_of, settings_of
-from navbench.cli.sensitivity import pairs_of, sensitivity
+from navbench.cli.options import names_of, pairs_of, settings_of
+from navbench.cli.price import price
 from navstack.errors import InputError
 
 WriteRun = Callable[..., Path]
+
+
+def print_sensitivity(
+    run: Path,
+    settings: dict[str, float] | None = None,
+    terms: tuple[str, ...] | list[str] = (),
+    maps: list[tuple[str, str]] | tuple[()] = (),
+    out: Path | None = None,
+    as_json: bool = False,
+) -> None:
+    """Print what the command does."""
+    choices = {"maps": maps, "out": out, "is_full": True, "as_json": as_json}
+    price.callback(str(run), None, settings or {}, terms, is_sensitivity=True, **choices)
 
 
 @pytest.fixture
@@ -28,7 +41,7 @@ def varied(
     ) -> tuple[Path, dict[str, Any]]:
         run = write_run("run")
         values = settings_of(settings), names_of(terms), pairs_of(maps)
-        sensitivity.callback(str(run), None, *values, None, as_json=True)
+        print_sensitivity(run, *values, as_json=True)
         return run, json.loads(capsys.readouterr().out)
 
     return vary
@@ -135,7 +148,7 @@ def test_a_map_of_nothing_is_refused(
 ) -> None:
     run = write_run("run", episodes=2)
     with pytest.raises(InputError, match=message):
-        sensitivity.callback(str(run), None, {}, (), pairs_of(maps), None, as_json=True)
+        print_sensitivity(run, maps=pairs_of(maps), as_json=True)
 
 
 def test_a_group_is_varied_as_far_as_every_price_of_it_may_be(varied: Callable[..., Any]) -> None:
@@ -151,9 +164,7 @@ def test_a_refund_below_its_fee_is_no_price(
     write_run: WriteRun, capsys: pytest.CaptureFixture[str]
 ) -> None:
     run = write_run("run", episodes=2)
-    sensitivity.callback(
-        str(run), None, {"delivery_fee": 30.0}, (), [("delivery_fee", "refund")], None, as_json=True
-    )
+    print_sensitivity(run, {"delivery_fee": 30.0}, maps=[("delivery_fee", "refund")], as_json=True)
     result = json.loads(capsys.readouterr().out)["runs"][0]
     bars = {bar["price"]: bar for bar in result["tornado"]}
     assert bars["refund"]["low"] == 30.0 and bars["delivery_fee"]["high"] == bars["refund"]["value"]
@@ -176,10 +187,10 @@ def test_one_delivery_or_deliveries_all_alike_tell_nothing_of_break_even(
         write_run("alike", episodes=6, crowd=0.0, change=alike),
     ):
         figures = tmp_path / f"{run.name}-figures"
-        sensitivity.callback(str(run), None, {}, (), (), figures, as_json=True)
+        print_sensitivity(run, out=figures, as_json=True)
         assert json.loads(capsys.readouterr().out)["runs"][0]["break_even"] is None, run.name
         assert not list(figures.glob("*break-even*"))
-        sensitivity.callback(str(run), None, {}, (), (), None, as_json=False)
+        print_sensitivity(run)
         assert "tell nothing of how sure break-even is" in capsys.readouterr().out
 
 
@@ -189,16 +200,14 @@ def test_cargo_not_modelled_has_no_profit_to_vary(write_run: WriteRun) -> None:
 
     run = write_run("run", episodes=2, change=arrive)
     with pytest.raises(InputError, match="cargo was not simulated"):
-        sensitivity.callback(str(run), None, {}, (), (), None, as_json=True)
+        print_sensitivity(run, as_json=True)
 
 
 def test_figures_and_tables(
     write_run: WriteRun, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     run = write_run("run", episodes=6)
-    sensitivity.callback(
-        str(run), None, {}, (), [("delivery_fee", "refund")], tmp_path / "figures", as_json=False
-    )
+    print_sensitivity(run, maps=[("delivery_fee", "refund")], out=tmp_path / "figures")
     text = capsys.readouterr().out
     assert "mine: profit" in text and "in 100.0 % of the resamples of 6 deliveries never" in text
     names = {path.name for path in (tmp_path / "figures").iterdir()}

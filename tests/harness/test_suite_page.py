@@ -1,14 +1,12 @@
 """The page of a suite tells what its runs hold, how much that is, and what is missing."""
 
 import dataclasses
-import importlib
 import io
 import json
 import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -28,14 +26,14 @@ from harness.report.numbers import interval_text
 from harness.report.suite.document import page, write_results
 from harness.report.suite.figures import FIGURES, _margin
 from harness.report.suite.other_prices import _moves, earns
-from harness.report.suite.results import Results, Standing, overview, read_results
+from harness.report.suite.results import Standing, overview, read_results
 from harness.report.suite.tables import COLUMNS
 from harness.report.tables import print_blocks
 from harness.statistics.interval import Interval
 from harness.storage.shipped import DEFAULT_WORLD
 from harness.storage.tables import read_rows, write_table
 from harness.study.stored_run import load_run
-from harness.study.suite import Suite, cells, declare
+from harness.study.suite import Suite, declare
 from harness.study.suite_log import Session, note_session
 from navbench.cli.suite import _sheet
 from navstack.errors import InputError
@@ -314,46 +312,9 @@ def test_nothing_driven_is_a_page_without_figures(tmp_path: Path) -> None:
     assert "0 of 180" in text and "figures/" not in text and results.ranked == list(SUITE.stacks)
 
 
-@pytest.fixture
-def published() -> ModuleType:
-    """The program that writes README's table."""
-    return importlib.import_module("tools.published_study")
-
-
-def test_readme_follows_as_soon_as_every_cell_has_deliveries(
-    published: Any, study: Path, write_run: Callable[..., Path], tmp_path: Path
-) -> None:
-    readme = tmp_path / "README.md"
-    before = f"# A\n\n{published.BEGIN}\n\nwhat was there\n\n{published.END}\n\nafter\n"
-    readme.write_text(before, encoding="utf-8")
-
-    def publish() -> Results:
-        results = read_results(study)
-        published.publish(results, readme)
-        return results
-
-    publish()
-    assert readme.read_text(encoding="utf-8") == before
-    for cell in cells(SUITE):
-        if cell.name not in EPISODES:
-            write_run(f"study/{cell.name}", stacks=(cell.stack,), episodes=4)
-    write_results(read_results(study), study)
-    results = publish()
-    text = readme.read_text(encoding="utf-8")
-    assert text.startswith(
-        f"# A\n\n{published.BEGIN}\n\n**What three stacks earn**"
-    ) and text.endswith("after\n")
-    assert "what was there" not in text and "so far 74 of 180 deliveries" in flat(text)
-    assert interval_text(results.standings[0].interval(MARGIN), 2) in text
-    publish()
-    assert readme.read_text(encoding="utf-8") == text
-    with pytest.raises(ValueError, match="has no '<!-- study"):
-        published.filled("no marks", "x")
-
-
 @pytest.mark.parametrize(
     ("page", "study"),
-    [("docs/controllers.md", "study"), ("docs/expected_cost.md", "evasive_study")],
+    [("docs/expected_cost.md", "evasive_study")],
 )
 def test_what_texts_quote_of_a_study_is_in_it(page: str, study: str) -> None:
     """Of every paragraph that names a study, each interval of dollars is one of its page."""

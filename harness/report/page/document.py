@@ -22,7 +22,7 @@ from harness.report.page.deliveries import contacts_of, delivery_list, missions_
 from harness.report.page.entries import PageEntry, entries_of, notes_of
 from harness.report.page.markdown_blocks import sections
 from harness.report.page.recording_code import FINE
-from harness.report.page.replays import Recorded, chosen, recorded_of, replay, trajectories
+from harness.report.page.replays import Again, Recorded, chosen, recorded_of, replay, trajectories
 from harness.report.page.scenery import sceneries
 from harness.report.page.sections import figures
 from harness.storage.files import write_text, writing
@@ -46,27 +46,36 @@ SCRIPTS = (
     "replay_strip.js",
     "replay_reasons.js",
     "replay.js",
+    "reel.js",
     "study.js",
     "main.js",
 )
 
 
-def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
+def report_page(
+    runs: Sequence[StoredRun],
+    most_replays: int,
+    date: str,
+    again: Again | None = None,
+    more_notes: Sequence[str] = (),
+) -> str:
     """The report of some runs.
 
     Args:
         runs: whose stacks to show.
         most_replays: recorded deliveries that the page carries.
         date: of today, as the page says it.
+        again: recordings of deliveries that were driven again for the page.
+        more_notes: what else is to be said of its deliveries.
 
     Raises:
         InputError: no delivery finished.
     """
     entries = entries_of(runs)
-    readable, ways, troubles = trajectories(recorded_of(entries))
+    readable, ways, troubles = trajectories(recorded_of(entries, again))
     replays = [replay(each) for each in chosen(readable, most_replays)]
     scenery, notes = sceneries(entries)
-    notes += notes_of(runs)
+    notes += [*notes_of(runs), *more_notes]
     left = len(readable) - len(replays)
     if left:
         notes.append(

@@ -8,7 +8,6 @@ from typing import Any
 
 from harness.analysis.compare import side_of
 from harness.economics.cost_terms import COST_LABELS
-from harness.metrics.columns import Row
 from harness.report.page.deliveries import contacts, money_of, recording_of, rounded, trajectory
 from harness.report.page.entries import PageEntry, entries_of
 from harness.report.page.recording_code import COARSE, Fineness, encode, load_recording
@@ -50,15 +49,23 @@ class Recorded:
         return -float(margin[self.index])
 
 
-def recorded_of(entries: Sequence[PageEntry]) -> list[Recorded]:
-    """Every delivery that has a recording."""
-    return [
-        Recorded(number, entry, index, path)
-        for number, entry in enumerate(entries)
-        for index, row in enumerate(entry.stack.rows)
-        if Path(entry.stack.name).name == entry.stack.name
-        and (path := recording_of(entry, row["episode"])).is_file()
-    ]
+# recordings of deliveries that were driven again: folder of the run, stack, episode -> file
+Again = Mapping[tuple[Path, str, int], Path]
+
+
+def recorded_of(entries: Sequence[PageEntry], again: Again | None = None) -> list[Recorded]:
+    """Every delivery that has a recording, or was driven again."""
+    found = []
+    for number, entry in enumerate(entries):
+        folder, name = entry.run.folder, entry.stack.name
+        if Path(name).name != name:
+            continue
+        for index, row in enumerate(entry.stack.rows):
+            path = (again or {}).get((folder, name, row["episode"]))
+            path = path or recording_of(entry, row["episode"])
+            if path.is_file():
+                found.append(Recorded(number, entry, index, path))
+    return found
 
 
 def chosen(recorded: Sequence[Recorded], most: int) -> list[Recorded]:
@@ -98,20 +105,19 @@ def replay(recorded: Recorded, fineness: Fineness = COARSE) -> Json:
             term: rounded(money_of(entry, term)[recorded.index], 4)
             for term in ("revenue", "opex", "contribution_margin", *COST_LABELS)
         },
-        "reasons": _reasons(entry, row, arrays),
+        "reasons": _reasons(recorded, arrays),
         "history": row.get("navigator_history") or "",
         "data": encode(arrays, fineness),
     }
 
 
-def _reasons(entry: PageEntry, row: Row, arrays: Mapping[str, Any]) -> list[Json]:
+def _reasons(delivery: Recorded, arrays: Mapping[str, Any]) -> list[Json]:
     """Each event of a delivery that cost something, in the words of ``navbench explain``.
 
     When [s], cost [USD], words.
 
     Args:
-        entry: whose delivery it is.
-        row: of ``episodes.parquet``.
+        delivery: that was recorded.
         arrays: its recording.
 
     Returns:
@@ -120,19 +126,20 @@ def _reasons(entry: PageEntry, row: Row, arrays: Mapping[str, Any]) -> list[Json
     # what explains can also drive a delivery again: simulator and brain are imported only where
     # there is a recording
     from harness.explain.document import explained
-    from harness.explain.evidence import decisions_file, events_of, recorded
+    from harness.explain.evidence import decisions_beside, events_of, recorded
     from harness.explain.moments import is_costly, moments_of
     from harness.explain.seconds import seconds_before
 
+    entry, row = delivery.entry, delivery.row
     run, episode = dataclasses.replace(entry.run, stacks=(entry.stack,)), row["episode"]
     needed = (
-        decisions_file(run, episode),
+        decisions_beside(delivery.path),
         parameter_folder(run.folder) / f"{entry.stack.name}-robot.yaml",
     )
     if not is_costly(row, events_of(run, episode)) or not all(file.is_file() for file in needed):
         return []
     try:
-        evidence = recorded(run, episode, arrays)
+        evidence = recorded(run, episode, arrays, delivery.path)
         moments = moments_of(
             evidence,
             load_dataclass(Rules, parameter_folder(run.folder) / "rules.yaml"),
@@ -148,27 +155,20 @@ def _reasons(entry: PageEntry, row: Row, arrays: Mapping[str, Any]) -> list[Json
     ]
 
 
-def one_recorded(run: StoredRun, episode: int) -> Recorded:
-    """The recording of one delivery of a run with one stack.
+def one_recorded(run: StoredRun, episode: int, path: Path) -> Recorded:
+    """A delivery of a run with one stack, with its recording.
 
     Raises:
-        InputError: the run has several stacks, no such delivery, or no recording of it.
+        InputError: the run has several stacks, or no such delivery.
     """
     stack = side_of(run).stack.name
     entry = entries_of([run])[0]
-    if all(row["episode"] != episode for row in entry.stack.rows):
-        raise InputError(
-            f"{run.folder}: {stack} finished no episode {episode}; it has {len(entry.stack.rows)} "
-            "others"
-        )
-    known = {each.row["episode"]: each for each in recorded_of([entry])}
-    if episode not in known:
-        have = ", ".join(map(str, list(known)[:10])) or "none"
-        raise InputError(
-            f"{run.folder}: episode {episode} of {stack} was not recorded (recorded: {have}); "
-            "make the run with --record full"
-        )
-    return known[episode]
+    for index, row in enumerate(entry.stack.rows):
+        if row["episode"] == episode:
+            return Recorded(0, entry, index, path)
+    raise InputError(
+        f"{run.folder}: {stack} finished no episode {episode}; it has {len(entry.stack.rows)} others"
+    )
 
 
 def shown(recorded: Recorded) -> RecordedReplay:

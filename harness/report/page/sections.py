@@ -18,7 +18,8 @@ from harness.report.page.entries import PageEntry
 from harness.report.paper_tables import Column, number_text, span_text, table_notes
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import TITLES, forgiven
-from harness.report.run_tables import PUBLISHED_BESIDE
+from harness.report.short.run import PUBLISHED_BESIDE
+from harness.report.short.setup import setup_line, unlike_line, unlike_published
 from harness.report.table_rows import LAYOUTS, Row
 from harness.report.texts import notes
 from harness.report.verdict import earnings, rankings
@@ -71,7 +72,15 @@ def headline(entries: Sequence[PageEntry], known: Accounted) -> Json:
         ],
         "paper": _headline(_published(entries)[0]),
         "verdicts": rankings(parties) or earnings(parties),
+        "setup": _setup(entries),
     }
+
+
+def _setup(entries: Sequence[PageEntry]) -> list[str]:
+    """What drove where, and what of that is not as in the paper: two lines for each run."""
+    runs = {entry.run.folder: entry.run for entry in entries}.values()
+    lines = [line for run in runs for line in (setup_line(run), unlike_line(unlike_published(run)))]
+    return list(dict.fromkeys(filter(None, lines)))
 
 
 def _headline(column: Column, entry: PageEntry | None = None) -> Json:

@@ -44,6 +44,13 @@ def tuning_blocks(
     ]
 
 
+def short_tuning(study: StudyResult, explanation: Explanation, folder: Path) -> list[Block]:
+    """What the study found, in sentences, and where its page is."""
+    page = (folder / REPORT).with_suffix(".html")
+    lines = [*summary(study, explanation), f"page: {page}"]
+    return [Text(line, "whole") for line in lines]
+
+
 def write_tuning(
     study: StudyResult,
     scores: Row,

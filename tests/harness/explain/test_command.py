@@ -22,7 +22,7 @@ def test_the_command_tells_and_draws_a_recorded_delivery(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out, plot = tmp_path / "out", tmp_path / "one.svg"
-    assert explain(str(folder), "0", "--plot", str(plot), "--out", str(out)) == 0
+    assert explain(str(folder), "0", "--full", "--plot", str(plot), "--out", str(out)) == 0
     printed = capsys.readouterr().out
     assert "from its recording" in printed
     assert "it hit person 1 with 80 N s" in " ".join(printed.split())
@@ -106,7 +106,7 @@ def test_what_cannot_be_explained_is_said_in_one_line(
         ((str(folder), "0", "--plot", str(tmp_path / "a.gif")), "give a name that ends with .png"),
         ((str(folder), "0", "--plot", str(tmp_path / "no" / "a.png")), "its folder does not exist"),
         ((str(folder), "0", "--out", str(tmp_path / "file" / "x")), "cannot be written"),
-        ((str(two), "0"), "has 2 stacks; choose one of"),
+        ((str(two), "9"), "no episode 9 finished"),
         ((str(two), "0", "--stack", "c"), "'c'"),
         ((str(tmp_path), "0"), "holds no run"),
     ):

@@ -338,7 +338,7 @@ def test_the_command_writes_a_page_and_refuses_what_it_cannot(
     folder, page = write_run("one", episodes=3), tmp_path / "r.html"
     (tmp_path / "d.html").mkdir()
     for arguments, status, said in (
-        ([str(folder), "--out", str(page)], 0, "r.html: "),
+        ([str(folder), "--out", str(page), "--again", "0"], 0, "r.html: "),
         ([str(folder), "--out", str(tmp_path / "r.pdf")], 1, "give a name that ends with .html"),
         ([str(folder), "--out", str(tmp_path / "no" / "r.html")], 1, "its folder does not exist"),
         ([str(folder), "--out", str(tmp_path / "d.html")], 1, "it is a folder; give a file"),

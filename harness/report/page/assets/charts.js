@@ -7,10 +7,12 @@ const UNDEFINED = 'undefined: the cargo was not simulated';
 const BRIEF = { sla: 'in time', arrived: 'arrived', spoiled: 'spoiled', timeout: 'late', physical_assistance: 'assistance' };
 const outcomeName = key => (OUTCOMES[key] || [key.replaceAll('_', ' ')])[0];
 
-function headlineCards() {
-  const { stacks, paper, verdicts } = DATA.headline;
+function headlineCards(dearest) {
+  const { stacks, paper, verdicts, setup } = DATA.headline;
   return [
     h('ul', { class: 'verdicts' }, verdicts.map(line => h('li', {}, line))),
+    setup.map(line => h('p', { class: 'note' }, line)),
+    dearest,
     h('div', { class: 'cards' }, stacks.map((each, number) => card(each, tint(number))), card(paper, null)),
   ];
 }

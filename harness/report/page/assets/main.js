@@ -21,7 +21,7 @@ function whatPairsShare() {
 function reportSections() {
   const instance = player(), replay = replaySection(instance), open = replay.open;
   const sections = [
-    section('headline', 'What a delivery earns', 'Contribution margin: fee earned less refunds, injuries, damage, repair and electricity. Beside it a published stack: ' + DATA.headline.paper.label + '.', headlineCards()),
+    section('headline', 'What a delivery earns', 'Contribution margin: fee earned less refunds, injuries, damage, repair and electricity. Beside it a published stack: ' + DATA.headline.paper.label + '.', headlineCards(reel(open))),
     section('waterfall', 'From revenue to margin', 'US dollars per delivery, means; the whisker is the 95 % interval of the margin.', waterfallPanels()),
     h('div', { class: 'two' },
       section('outcomes', 'How deliveries end', 'Share of deliveries; Wilson’s intervals stand in the table below.', outcomeBars()),

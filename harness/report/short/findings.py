@@ -1,0 +1,145 @@
+"""What the commands that compare and price found, each in at most 25 lines."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from harness.ablation.analysis import Ablation
+from harness.analysis.compare import Comparison, Side
+from harness.analysis.repricing import Choices, Repriced
+from harness.analysis.sensitivity import Sensitivity
+from harness.economics.accountings import AT_FAULT, PUBLISHED
+from harness.economics.cost_terms import MARGIN
+from harness.report.ablation import price_sentence, sentence
+from harness.report.blocks import Block, Text
+from harness.report.comparison import comparison_cells
+from harness.report.numbers import count_text, interval_text, number_text
+from harness.report.page.comparisons import FOREMOST, metric_titles
+from harness.report.short.run import aligned, errors_of
+from harness.report.short.setup import setup_line, unlike_line, unlike_published, where_line
+from harness.report.texts import TEXTS
+from harness.report.verdict import rankings
+from harness.statistics.interval import Interval
+from harness.study.stored_run import StoredRun, load_run
+
+ACCOUNTINGS = (PUBLISHED, AT_FAULT, "no_threshold")  # of seven, those that screens show
+MOST_PRICES = 5  # on which the money depends most
+MOST_STACKS = 16
+
+
+def lines_of(lines: Sequence[str]) -> list[Block]:
+    """Each line that says something, whole."""
+    return [Text(line, "whole") for line in lines if line]
+
+
+def short_comparison(comparison: Comparison) -> list[Block]:
+    """Who was compared, the verdict, and the foremost metrics in which the two differ."""
+    sides = {"A": comparison.first, "B": comparison.second}
+    lines = [f"{letter}: {side_line(side)}" for letter, side in sides.items()]
+    known = comparison.differences
+    if MARGIN in known:
+        means = known[MARGIN].first, known[MARGIN].second
+        parties = [
+            (letter, side, Interval(mean, None, None, comparison.pairs))
+            for (letter, side), mean in zip(sides.items(), means, strict=True)
+        ]
+        lines += rankings(parties)
+    shown = [key for key in FOREMOST if key in known] if MARGIN in known else list(known)
+    titles = metric_titles()
+    rows = [
+        (titles.get(key, key), *comparison_cells(known[key])) for key in shown if known[key].differs
+    ]
+    if rows:
+        head = [
+            "B minus A",
+            "A",
+            "B",
+            "B - A",
+            "95 % interval",
+            "p",
+            "p Holm",
+            "n",
+            "needed",
+            "better",
+        ]
+        lines += aligned([head, *rows])
+    else:
+        lines.append(f"alike on all {comparison.pairs} common missions")
+    left = comparison.left_out
+    if any(left):
+        lines.append(f"left out, without a partner: {left[0]} deliveries of A, {left[1]} of B")
+    return lines_of(lines)
+
+
+def side_line(side: Side) -> str:
+    """A side of a comparison: its folder, what drove, and where."""
+    return f"{side.run.folder}: {setup_line(side.run.only(side.stack.name))}"
+
+
+def short_repricing(
+    run: StoredRun, results: Sequence[Repriced], choices: Choices, sensitive: Sequence[Sensitivity]
+) -> list[Block]:
+    """The margin of each stack under three accountings of contacts, and what it depends on.
+
+    Args:
+        run: that was priced.
+        results: of each stack.
+        choices: prices and terms that were asked for.
+        sensitive: what the profit of each stack depends on; none: its margin is undefined.
+    """
+    sets = [f"{key} = {number:g}" for key, number in choices.settings.items()]
+    sets += [f"with {name}" for name in choices.optional.names]
+    lines = [setup_line(run), unlike_line(unlike_published(run)), ", ".join(sets)]
+    head = ["Margin ($/delivery)", *(TEXTS.accountings[name] for name in ACCOUNTINGS), "Break-even"]
+    rows = []
+    for each in results[:MOST_STACKS]:
+        margins = [
+            interval_text(each.accountings[name].intervals.get(MARGIN), absent="undefined")
+            for name in ACCOUNTINGS
+        ]
+        runs = count_text(each.accountings[PUBLISHED].break_even_runs)
+        rows.append([each.stack.name, *margins, runs])
+    lines += aligned([head, *rows])
+    if len(results) > MOST_STACKS:
+        lines.append(f"and {len(results) - MOST_STACKS} more stacks: --full")
+    lines += errors_of(run)
+    if len(results) == len(sensitive) <= 2:
+        lines += [line for each in sensitive for line in dependence(each)]
+    return lines_of(lines)
+
+
+def dependence(result: Sensitivity) -> list[str]:
+    """The prices on which a stack's profit depends most, in one line."""
+    bars = ", ".join(
+        f"{bar.price} {bar.low:g}..{bar.high:g} {bar.unit}: {bar.swing:.2f}"
+        for bar in result.bars[:MOST_PRICES]
+    )
+    return [f"{result.stack.name} depends most on (USD a delivery between a price's ends): {bars}"]
+
+
+def short_ablation(ablation: Ablation, folder: Path) -> list[Block]:
+    """What each localizer knows of its position and earns, and which differences are significant.
+
+    Args:
+        ablation: what was found.
+        folder: of its run.
+    """
+    run = load_run(str(folder))
+    arms = ", ".join(arm.name for arm in ablation.arms)
+    lines = [f"{ablation.declaration.stack} with {arms}; {where_line(run)}"]
+    lines += [
+        sentence(difference) for difference in ablation.differences if difference.metric == MARGIN
+    ]
+    head = ["Localizer", "error, median [m]", "95 % [m]", "Margin ($/delivery)", "Sensors"]
+    rows = [
+        (
+            arm.name,
+            interval_text(arm.errors["localization_error_median_m"], 3),
+            number_text(arm.errors["localization_error_p95_m"].value),
+            interval_text(arm.margin, absent="undefined"),
+            " + ".join(arm.stack.carries) or "none",
+        )
+        for arm in ablation.arms
+    ]
+    lines += aligned([head, *rows])
+    lines += [*map(price_sentence, ablation.prices), *ablation.declaration.sources]
+    return lines_of(lines)

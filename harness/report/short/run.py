@@ -1,0 +1,123 @@
+"""A finished run in at most 25 lines: what drove, the verdict, eight quantities."""
+
+import dataclasses
+from collections.abc import Sequence
+
+from harness.analysis.compare import Side
+from harness.economics.cost_terms import MARGIN
+from harness.economics.valuation import value
+from harness.metrics.contact_rate import contacts_per_1000_km
+from harness.report.blocks import Block, Text
+from harness.report.paper_tables import Column, cells_of, own_column
+from harness.report.published import load_published, published_columns
+from harness.report.short.setup import USUAL_SENSORS, setup_line, unlike_line, unlike_published
+from harness.report.table_rows import Row
+from harness.report.verdict import earnings, rankings
+from harness.study.stored_run import StoredRun, StoredStack
+
+PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the stacks here
+CONTACT_RATE = "contacts_per_1000_km"
+ROWS = (
+    Row("Margin ($/delivery)", MARGIN, 2, absent="undefined"),
+    Row("In time, intact", "sla", 3, absent="not modelled"),
+    Row("Spoiled", "spoiled", 3, absent="not modelled"),
+    Row("Timeout", "timeout", 3),
+    Row("Assistance", "physical_assistance", 3),
+    Row("Injuries ($/delivery)", "pedestrian_safety", 2),
+    Row("Contacts per 1000 km", CONTACT_RATE, 0),
+    Row("Break-even (deliveries)", "break_even_runs", 0),
+)
+OF_MANY = (MARGIN, "sla", "pedestrian_safety", CONTACT_RATE)  # rows where many stacks drove
+MANY = 4  # stacks from which they stand below each other
+MOST_LINES = 20  # of stacks
+MOST_VERDICTS = 3
+
+
+def summary_blocks(run: StoredRun) -> list[Block]:
+    """What drove, what that proves, and eight quantities of each stack beside the paper's.
+
+    Args:
+        run: of which at least one delivery finished.
+    """
+    driven = [stack for stack in run.stacks if stack.rows]
+    if not driven:
+        return [Text(f"no delivery finished; run folder: {run.folder}", "whole")]
+    columns = [_column(run, stack) for stack in driven]
+    lines = [setup_line(run), *verdicts(run, driven, columns)]
+    if len(columns) < MANY:
+        lines += aligned(_beside([*columns, _paper(run)]))
+    else:
+        lines += aligned(_below([*columns, _paper(run)]))
+    unlike = unlike_published(run)
+    if unlike.get("sensors") == USUAL_SENSORS:  # the first line says so
+        del unlike["sensors"]
+    lines += filter(None, [unlike_line(unlike)])
+    return [Text(line, "whole") for line in (*lines, *errors_of(run))]
+
+
+def errors_of(run: StoredRun) -> list[str]:
+    """What was left out, because it ended in an error: a line for each such stack."""
+    return [
+        f"{stack.name}: {stack.errors} deliveries ended in an error, left out"
+        for stack in run.stacks
+        if stack.errors
+    ]
+
+
+def verdicts(run: StoredRun, driven: Sequence[StoredStack], columns: Sequence[Column]) -> list[str]:
+    """Which stack earns more, or whether a single one earns money; one sentence each."""
+    parties = [
+        (stack.name, Side(run, stack), column.intervals.get(MARGIN))
+        for stack, column in zip(driven, columns, strict=True)
+    ]
+    found = rankings(parties) or earnings(parties)
+    if len(found) > MOST_VERDICTS:
+        more = f"{len(found) - MOST_VERDICTS} more comparisons: navbench compare"
+        return [*found[:MOST_VERDICTS], more]
+    return found
+
+
+def _column(run: StoredRun, stack: StoredStack) -> Column:
+    valuation = value(stack.rows, stack, run.prices(), run.seed)
+    column = own_column(stack.name, valuation, len(stack.rows))
+    rate = contacts_per_1000_km(stack.rows)
+    return dataclasses.replace(
+        column,
+        values={**column.values, CONTACT_RATE: rate.value},
+        intervals={**column.intervals, CONTACT_RATE: rate},
+    )
+
+
+def _paper(run: StoredRun) -> Column:
+    columns = published_columns(load_published(), run.prices())
+    (paper,) = (column for column in columns if column.title == PUBLISHED_BESIDE)
+    title = f"paper: {paper.title}"
+    return dataclasses.replace(paper, title=title, values={**paper.values, CONTACT_RATE: None})
+
+
+def _beside(columns: Sequence[Column]) -> list[list[str]]:
+    """A row for each quantity, a column for each stack."""
+    cells = [cells_of(ROWS, column) for column in columns]
+    rows = [[row.label, *(own[row.key] for own in cells)] for row in ROWS]
+    return [["", *(column.title for column in columns)], *rows]
+
+
+def _below(columns: Sequence[Column]) -> list[list[str]]:
+    """A row for each stack, a column for a few quantities."""
+    shown = [row for row in ROWS if row.key in OF_MANY]
+    *own, paper = columns
+    lines = [
+        [column.title, *(cells_of([row], column)[row.key] for row in shown)]
+        for column in (*own[:MOST_LINES], paper)
+    ]
+    return [["", *(row.label for row in shown)], *lines]
+
+
+def aligned(rows: Sequence[Sequence[str]], gap: int = 2) -> list[str]:
+    """Rows of cells as lines: the first column to the left, the others to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for first, *others in rows:
+        cells = [cell.rjust(width + gap) for cell, width in zip(others, widths[1:], strict=True)]
+        lines.append((first.ljust(widths[0]) + "".join(cells)).rstrip())
+    return lines

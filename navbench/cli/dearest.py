@@ -1,0 +1,38 @@
+"""Which delivery a command shows where none, or no stack, was named."""
+
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from navbench.api.runs import Run
+
+
+def chosen(run: str, episode: int | None, stack: str | None = None) -> "tuple[Run, int]":
+    """A run with one stack, and the number of a delivery; what was chosen is said on stderr.
+
+    Args:
+        run: a run folder, or ``FOLDER:stack``.
+        episode: number of the delivery; None: the one that lost most.
+        stack: of a run with several; None: the one that lost most.
+
+    Raises:
+        InputError: there is no such run, stack or delivery.
+    """
+    from navbench.api.runs import load
+
+    loaded = load(run)
+    if stack is not None:
+        loaded = loaded[stack]
+    if episode is not None and len(loaded.stacks) == 1:
+        return loaded, episode
+    dear = loaded.dearest(episode)
+    if episode is None:
+        of = f" of {len(loaded.stacks)} stacks" if len(loaded.stacks) > 1 else ""
+        earned = "" if dear.margin is None else f" ({dear.margin:+.2f} USD)"
+        click.echo(
+            f"note: the dearest delivery{of}: {dear.stack} episode {dear.episode}{earned}", err=True
+        )
+    else:
+        click.echo(f"note: {dear.stack} lost most on episode {episode}; --stack chooses", err=True)
+    return loaded[dear.stack], dear.episode

@@ -1,0 +1,146 @@
+"""What commands print by default: the answer first, in few lines, and a command that works last."""
+
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from navbench.cli.app import COMMANDS, main
+
+MOST_LINES = 25
+MOST_OF_RUN = 12
+RULES = "arrival_radius: 2.0\ntimeout: 4.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+STACKS = ("nav2-gps-ekf", "evasive-gps-ekf")
+NEXT = re.compile(r"next: navbench (.*)")
+
+
+def printed(capsys: pytest.CaptureFixture[str], *words: str, status: int = 0) -> list[str]:
+    """The lines on standard output of a command."""
+    with pytest.raises(SystemExit) as leaving:
+        main(list(words))
+    captured = capsys.readouterr()
+    assert leaving.value.code == status, captured.err
+    return captured.out.splitlines()
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, in_process: None) -> Iterator[Path]:
+    """A folder to work in."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "short.yaml").write_text(RULES, encoding="utf-8")
+    yield tmp_path
+
+
+@pytest.fixture
+def run_words(place: Path, hall: Path) -> list[str]:
+    """A run of two stacks among people, in a hall, cut short by its rules."""
+    stacks = [word for stack in STACKS for word in ("--stack", stack)]
+    where = ["--map", str(hall), "--rules", "short.yaml", "--pedestrians", "3"]
+    return ["run", *stacks, *where, "--episodes", "2", "--workers", "1"]
+
+
+def follow(
+    capsys: pytest.CaptureFixture[str], words: list[str], most: int = MOST_LINES
+) -> list[str]:
+    """Execute a command and every command that it and its followers lead to; all outputs' heads."""
+    heads: list[str] = []
+    seen: set[str] = set()
+    while True:
+        lines = printed(capsys, *words)
+        assert 0 < len(lines) <= most, lines
+        heads.append(lines[0])
+        found = NEXT.search(lines[-1])
+        if found is None or found[1] in seen:
+            return heads
+        seen.add(found[1])
+        words, most = shlex.split(found[1]), MOST_LINES
+
+
+def test_each_next_command_works_as_printed(
+    capsys: pytest.CaptureFixture[str], run_words: list[str], place: Path
+) -> None:
+    heads = follow(capsys, [*run_words, "--out", "one"], MOST_OF_RUN + 1)  # and what is unlike
+    assert all(stack in heads[0] for stack in STACKS)
+    assert "world" in heads[0] and "robot segway_e1" in heads[0] and "map hall" in heads[0]
+    assert (place / "report.html").is_file()
+    heads = follow(capsys, [*run_words, "--out", "two", "--page"], MOST_OF_RUN + 1)
+    assert "evasive-gps-ekf" in heads[1] or "nav2-gps-ekf" in heads[1]
+    assert (place / "two" / "report.html").is_file() and (place / "replay.html").is_file()
+    for words in (
+        ["price", "one"],
+        ["compare", "one:nav2-gps-ekf", "one:evasive-gps-ekf"],
+        ["explain", "one"],
+        ["replay", "one", "--html", "again.html"],
+        ["list", "stacks"],
+    ):
+        follow(capsys, words)
+
+
+def test_rules_that_are_not_the_papers_are_named_beside_its_column(
+    capsys: pytest.CaptureFixture[str], run_words: list[str], place: Path
+) -> None:
+    lines = printed(capsys, *run_words, "--out", "one")
+    (unlike,) = (line for line in lines if line.startswith("not as in the paper: "))
+    assert "rules costnav with timeout 4.0 (241.0)" in unlike
+    assert "paper: Nav2 w/ GPS" in "".join(lines)
+    full = printed(capsys, "run", "--resume", "one", "--full")
+    assert any(line.startswith(unlike) for line in full) and len(full) > MOST_LINES
+    printed(capsys, "report", "one", "--again", "0")
+    assert "timeout 4.0 (241.0)" in (place / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_missing_argument_is_status_2(capsys: pytest.CaptureFixture[str]) -> None:
+    for words in (["report"], ["lint"], ["price"], ["run", "--episodes"], ["run", "nav2-gps"]):
+        with pytest.raises(SystemExit) as leaving:
+            main(words)
+        assert leaving.value.code == 2, words
+    assert "did you mean --stack nav2-gps?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("command", "most"), [("run", 17), ("tune", 15)])
+def test_the_help_shows_few_options_and_help_all_shows_all(
+    capsys: pytest.CaptureFixture[str], command: str, most: int
+) -> None:
+    short, whole = (
+        "\n".join(printed(capsys, command, option)) for option in ("--help", "--help-all")
+    )
+    options = [set(re.findall(r"(?m)^  (?:-h, )?(--[\w-]+)", text)) for text in (short, whole)]
+    assert len(options[0]) <= most < len(options[1])
+    assert options[0] <= options[1] and "--executor" in options[1] - options[0]
+
+
+def test_the_help_shows_the_commands_of_the_three_jobs_first(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    jobs = {"run", "lint", "compare", "report", "explain", "tune", "ablate", "localize"}
+    headings = list(COMMANDS)
+    first = {name for heading in headings[:-2] for name in COMMANDS[heading]}
+    assert first == jobs | {"list", "replay", "price"}
+    assert headings[-2:] == ["Advanced", "For maintainers"]
+    text = "\n".join(printed(capsys, "--help"))
+    assert "sensitivity" not in text, "a former name is understood, and not shown"
+
+
+@pytest.mark.parametrize("kind", ["stacks", "worlds", "robots", "sensors", "localizers", "spaces"])
+def test_what_there_is_has_a_line_each(capsys: pytest.CaptureFixture[str], kind: str) -> None:
+    lines = [line for line in printed(capsys, "list", kind) if not line.startswith("next: ")]
+    assert all(re.fullmatch(r"\S+(?: \(default\))? +\S.*", line) for line in lines)
+    if kind == "stacks":
+        assert len(lines) == 8 < len(printed(capsys, "list", kind, "--all"))
+    if kind == "worlds":
+        assert sum("(default)" in line for line in lines) == 1
+
+
+def test_a_shell_completes_commands(monkeypatch: pytest.MonkeyPatch) -> None:
+    from click.shell_completion import ShellComplete
+
+    from navbench.cli.app import app
+
+    complete = ShellComplete(app, {}, "navbench", "_NAVBENCH_COMPLETE")
+    assert {"run", "replay", "report"} <= {each.value for each in complete.get_completions([], "r")}
+    options = {each.value for each in complete.get_completions(["run"], "--st")}
+    assert {"--stack", "--start"} <= options
+    stacks = {each.value for each in complete.get_completions(["run", "--stack"], "evasive")}
+    assert stacks == {"evasive-gps-ekf", "evasive-amcl"}

@@ -1,0 +1,171 @@
+"""Write the figures of README.md from stored deliveries.
+
+Usage: python -m tools.readme_figures [--check]
+
+They are of results/baseline/WORLD, where WORLD is the default world, or the newest stored version
+of the paper's world as long as the default has none: 400 deliveries of each stack on each of three
+maps, and on the paper's own map. --check writes nothing, and fails where README has other figures.
+"""
+
+import argparse
+import dataclasses
+import sys
+from pathlib import Path
+
+from harness.analysis.rare import difference_with_unseen, reach_of
+from harness.economics.unseen import margin_admitting_unseen
+from harness.economics.valuation import OUTCOMES, margins, missions
+from harness.metrics.contact_rate import contacts_per_1000_km
+from harness.report.markdown import table, wrapped
+from harness.report.numbers import interval_text, number_text
+from harness.report.published import PublishedMethod, load_published
+from harness.statistics.interval import wilson_interval
+from harness.storage.rows import values
+from harness.storage.shipped import DEFAULT_WORLD
+from harness.study.stored_run import StoredRun, load_run
+from navstack.types import FloatArray
+
+ROOT = Path(__file__).resolve().parents[1]
+README = ROOT / "README.md"
+BASELINE = ROOT / "results" / "baseline"
+MAPS = ("sidewalk", "sidewalk_1", "sidewalk_2")
+PAPERS_MAP = "costnav"  # the paper's own, imported; it is not shipped
+STACKS = ("evasive-gps-ekf", "mpc-gps-ekf", "nav2-gps-ekf")
+GPS, AMCL = "paper-gps", "paper-amcl"  # the paper's stacks, as this program drives them
+BEGIN = "<!-- tools/readme_figures.py writes what follows -->"
+END = "<!-- figures end -->"
+NO_CONTACT_RATE = "–"
+
+
+def stored_world() -> str:
+    """The default world, or the newest version of the paper's that was driven."""
+    known = sorted(path.name for path in BASELINE.glob("published_*") if path.is_dir())
+    return DEFAULT_WORLD if DEFAULT_WORLD in known else known[-1]
+
+
+def pooled(world: str, stack: str, maps: tuple[str, ...] = MAPS) -> StoredRun:
+    """The deliveries of a stack on some maps as one run."""
+    runs = [load_run(f"{BASELINE / world / place}:{stack}") for place in maps]
+    rows = [dict(row) for run in runs for row in run.stacks[0].rows]
+    return dataclasses.replace(runs[0], stacks=(dataclasses.replace(runs[0].stacks[0], rows=rows),))
+
+
+def margins_of(run: StoredRun) -> FloatArray:
+    """What each delivery earns less what it costs [USD], shape (n,)."""
+    found = margins(run.stacks[0].rows, run.prices())
+    assert found is not None, "cargo is simulated in these worlds"
+    return found
+
+
+def share(run: StoredRun, outcome: str) -> str:
+    """Of deliveries that ended so, with Wilson's interval."""
+    ends = values(run.stacks[0].rows, "outcome")
+    return interval_text(wilson_interval(ends.count(outcome), len(ends)), 3)
+
+
+def study_row(run: StoredRun) -> list[str]:
+    """What a stack did, as README has it."""
+    rows = run.stacks[0].rows
+    margin = margin_admitting_unseen(margins_of(run), reach_of(run), missions(rows), run.seed)
+    return [
+        f"`{run.stacks[0].name}`",
+        interval_text(margin),
+        share(run, "sla"),
+        interval_text(contacts_per_1000_km(rows), 0),
+    ]
+
+
+def published_row(method: PublishedMethod, margin: float) -> list[str]:
+    """What the paper says of a method."""
+    return [
+        f"paper: {method.title}",
+        f"{margin:.2f}",
+        f"{method.measured.sla:.3f}",
+        NO_CONTACT_RATE,
+    ]
+
+
+def figures() -> str:
+    """The study and the paper's rows, as Markdown."""
+    from harness.economics.cost_model import price
+
+    world = stored_world()
+    runs = {stack: pooled(world, stack) for stack in STACKS}
+    best, baseline = runs[STACKS[0]], runs[STACKS[-1]]
+    published = load_published()
+    method = published.methods["nav2_gps"]
+    economics = price(method.measured, method.sensors, method.data_collection, best.prices())
+    margin = economics.contribution_margin
+    assert margin is not None
+    rows = [*map(study_row, runs.values()), published_row(method, margin)]
+    head = ["stack", "margin [USD/delivery]", "in time, intact", "contacts per 1000 km"]
+    clusters = missions(best.stacks[0].rows)
+    gain = margins_of(best) - margins_of(baseline)
+    difference = difference_with_unseen(baseline, best, gain, clusters)
+    n = len(best.stacks[0].rows)
+    intro = wrapped(
+        f"**World `{world}`, maps {', '.join(f'`{name}`' for name in MAPS)}, {n} deliveries of "
+        f"each stack on the same missions.** In [brackets]: 95 %; those of the margin admit an "
+        "[unseen loss](docs/money.md#intervals), those of contacts are exact (Poisson)."
+    )
+    verdict = wrapped(
+        f"`{STACKS[0]}` earns {interval_text(difference)} USD a delivery more than "
+        f"`{STACKS[-1]}`, which has the same eyes."
+    )
+    return f"{intro}\n\n{table(head, rows)}\n\n{verdict}\n\n{papers_rows(world)}\n"
+
+
+def injury_text(run: StoredRun) -> str:
+    """What injuries cost on average [USD/run]."""
+    costs = values(run.stacks[0].rows, "pedestrian_injury_usd")
+    return number_text(sum(costs) / len(costs))
+
+
+def papers_rows(world: str) -> str:
+    """What of the paper's rows is met and what is missed, in three lines."""
+    published = load_published().methods
+    gps, amcl = (pooled(world, stack, (PAPERS_MAP,)) for stack in (GPS, AMCL))
+    injuries = [injury_text(run) for run in (gps, pooled(world, GPS))]
+    theirs = {name: published[name].measured for name in ("nav2_gps", "nav2_amcl")}
+    lines = [
+        f"Met, on the paper's own map (not shipped), n = {len(gps.stacks[0].rows)}: injuries of "
+        f"`{GPS}`, {injuries[0]} USD a delivery against "
+        f"{theirs['nav2_gps'].pedestrian_injury_usd_per_run:.2f} (on the three maps: {injuries[1]}).",
+        f"Missed there: {share(gps, OUTCOMES[0])} in time and intact against "
+        f"{theirs['nav2_gps'].sla:.2f}; {share(gps, OUTCOMES[1])} spoiled against "
+        f"{theirs['nav2_gps'].spoiled:.2f}.",
+        f"AMCL on the filled mesh: {share(amcl, OUTCOMES[0])} in time and intact against "
+        f"{theirs['nav2_amcl'].sla:.2f} ([why](docs/calibration.md)).",
+    ]
+    return "\n".join(wrapped(f"- {line}").replace("\n", "\n  ") for line in lines)
+
+
+def filled(text: str, content: str) -> str:
+    """A text with other content between the marks.
+
+    Raises:
+        ValueError: it has no marks.
+    """
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise ValueError(f"README.md has no '{BEGIN}' with '{END}' after it; put both in")
+    return f"{before}{begin}\n\n{content}\n{end}{after}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--check", action="store_true", help="write nothing")
+    asked = parser.parse_args()
+    text = README.read_text(encoding="utf-8")
+    wanted = filled(text, figures())
+    if asked.check and wanted != text:
+        sys.exit("README.md has other figures than the data: python -m tools.readme_figures")
+    if not asked.check:
+        README.write_text(wanted, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
