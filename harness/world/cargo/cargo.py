@@ -29,7 +29,7 @@ from harness.world.physics.motion_kernels import Quaternion, Vector, lean_and_sh
 from harness.world.truth import CargoState
 from navstack.types import BoolArray, FloatArray
 
-_CHECK_STEPS = 12  # physics steps between two looks for lost pieces
+CHECK_STEPS = 12  # physics steps between two looks for lost pieces
 # [s] over which shaking is averaged: about how long a piece takes from wall to wall at 4 m/s2
 _JOLT_TIME = 0.2
 _LEVEL = (0.0, 0.0, 0.0, 1.0)
@@ -156,7 +156,7 @@ class Cargo:
             self._is_awake = False
             if is_simulated:
                 self._rest()
-        elif is_simulated and self._steps % _CHECK_STEPS == 0:
+        elif is_simulated and self._steps % CHECK_STEPS == 0:
             self._look()
 
     def close(self) -> None:

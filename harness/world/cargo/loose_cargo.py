@@ -1,17 +1,17 @@
 """Popcorn in a bucket that stands loose on the robot, as the published code spawns it.
 
-The bucket is a rigid body on a deck, the robot's body seen from above, which is moved as
+The bucket is a rigid body on a deck, the robot's body up to there, which is moved as
 :mod:`harness.world.cargo.cargo` moves a fixed bucket. Its sides keep the directions of the map, not
 the robot's, when it is put there. It slides where friction does not hold it, tips over, and may
-fall off the deck onto the ground, which the robot leaves behind. Pieces count as published: those
+fall off the deck onto the ground, where the robot leaves it behind or pushes it along. Pieces count as published: those
 within the box, with sides along the map's axes, about the bucket wherever it lies. Source of both:
 CostNav @ 144b293, ``evaluation/food.py``.
 
 Simplifications: walls and floor are thick for the solver's sake, and weigh as thin ones of one
 cardboard do. The bucket tips over the edges of the space inside, until at 0.46 rad a wall stands on
 the deck. The ground is level and as far below the deck as on
-level ground. The robot does not touch a bucket that lies there. ``_LYING`` after the bucket has
-left the deck nothing moves any more.
+level ground. Nothing but robot and ground touches a bucket that lies there. Once the robot is
+``_AWAY`` from it nothing moves any more.
 """
 
 import itertools
@@ -20,7 +20,7 @@ import math
 import numpy as np
 
 from harness.world.cargo.bucket import SCALE, Box, add_boxes, build, hold, step_with, walls
-from harness.world.cargo.cargo import BucketStep, Cargo
+from harness.world.cargo.cargo import CHECK_STEPS, BucketStep, Cargo
 from harness.world.cargo.params import CargoParams
 from harness.world.physics.engine import Server, bullet, set_dynamics
 from harness.world.physics.motion_kernels import Quaternion, Vector
@@ -31,10 +31,12 @@ from navstack.types import BoolArray, FloatArray
 
 _WALL = 0.02  # [m] thickness of the walls: no piece passes one in a step below 3 m/s
 _FLOOR = 0.01  # [m] of the bucket's floor: a piece that gets through it in a step lies on the deck
-_DECK = 0.1  # [m] thickness of the deck
+_DECK = 0.1  # [m] thickness of the ground, and of the deck at least
 _GROUND = 4.0  # [m] half the width of the ground that is kept below the robot
 _FALLEN = 0.05  # [m] below its place, from which on a bucket has left the deck
-_LYING = 2.0  # [s] in which a bucket that has left the deck comes to rest on the ground
+_AWAY = 1.0  # [m] between the robot's reach and a bucket on the ground that is left behind
+_LYING = 2.0  # [s] in which a bucket that has left the deck comes to rest beside a standing robot
+_STANDING = 0.01  # [m/s] below which a robot stands
 _SETTLING = 1.0  # [s] from putting the bucket on the deck to the first count; published: 30 frames
 _AT_REST = (0.0, 0.0, 0.0)
 _LEVEL = (0.0, 0.0, 0.0, 1.0)
@@ -67,6 +69,8 @@ class LooseCargo(Cargo):
         x, y, self._height = params.place_on(robot)
         # [m] centre from the bucket's place, half size
         self._deck = (cx - x, cy - y, half_length, half_width)
+        self._thickness = max(self._height - _FLOOR - robot.ground_clearance, _DECK)  # [m]
+        self._away = math.hypot(half_length, half_width) + _AWAY  # [m] of the deck's centre
 
     def reset(self, rng: np.random.Generator, yaw: float = 0.0) -> None:
         """See :meth:`Cargo.reset`."""
@@ -144,7 +148,7 @@ class LooseCargo(Cargo):
     def _deck_box(self) -> Box:
         """The deck about the bucket, in the server's lengths."""
         x, y, half_length, half_width = (SCALE * length for length in self._deck)
-        thick = 0.5 * SCALE * _DECK
+        thick = 0.5 * SCALE * self._thickness
         return (half_length, half_width, thick), (x, y, -SCALE * _FLOOR - thick)
 
     def _pose(self) -> tuple[Vector, Quaternion]:
@@ -164,12 +168,22 @@ class LooseCargo(Cargo):
     def _advance(self, moved: BucketStep) -> None:
         if self._left_deck is None:
             super()._advance(moved)
-        elif (self._steps - self._left_deck) * self._dt < _LYING:
+            return
+        lies = (self._steps - self._left_deck) * self._dt > _LYING
+        if lies and self._is_left_behind:
+            self._is_awake = False
+        elif not lies or math.hypot(*moved.velocity) > _STANDING:
             self._calm_steps = 0
             super()._advance(moved)
-        elif self._is_awake:
-            self._look()
-            self._is_awake = False
+
+    @property
+    def _is_left_behind(self) -> bool:
+        """Whether the bucket is out of the robot's way for good; looked at as the pieces are."""
+        if self._steps % CHECK_STEPS:
+            return False
+        x, y, _ = self._pose()[0]
+        turned = rotation_of(self._orientation)[:2, :2] @ self._deck[:2]
+        return math.hypot(x / SCALE - turned[0], y / SCALE - turned[1]) > self._away
 
     def _simulate(self, moved: BucketStep) -> None:
         self._pull_ground_along(moved)

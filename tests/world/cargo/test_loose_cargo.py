@@ -41,10 +41,7 @@ def flat(box):
 
 
 def test_the_bucket_and_the_deck_have_their_thicknesses_below_and_outside(robot):
-    """Ten times as large: floor 0.01 m, walls 0.02 m, deck 0.1 m.
-
-    The deck is the robot's body about the bucket.
-    """
+    """Ten times as large: floor 0.01 m, walls 0.02 m, the deck down to the robot's underside."""
     params = dataclasses.replace(FREE, bucket_width=0.2, place=(-0.1335, 0.05, 0.8))
     height = 10.0 * params.bucket_height
     floor, *sides = bucket_boxes(params)
@@ -53,7 +50,8 @@ def test_the_bucket_and_the_deck_have_their_thicknesses_below_and_outside(robot)
     expected += [(1.0, 0.1, 0.5 * height, 0.0, sign * 1.1, 0.5 * height) for sign in (1.0, -1.0)]
     assert np.array(sorted(map(flat, sides))) == pytest.approx(np.array(sorted(expected)))
     deck = LooseCargo(params, GRAVITY, DT, robot)._deck_box
-    assert flat(deck) == pytest.approx([3.735, 2.5, 0.5, -1.0, -0.5, -0.1 - 0.5])
+    half = 0.5 * 10.0 * (0.79 - robot.ground_clearance)
+    assert flat(deck) == pytest.approx([3.735, 2.5, half, -1.0, -0.5, -0.1 - half])
 
 
 @pytest.mark.parametrize(("friction", "factor"), [(0.25, 0.6), (0.0, 0.0)])
@@ -227,15 +225,26 @@ def test_what_fell_with_its_pieces_has_lost_none_by_that(robot):
     cargo.close()
 
 
-def test_what_is_thrown_off_spills(robot):
+def test_what_falls_over_the_edge_spills(robot):
     cargo = make(ABOVE_BASE_LINK, robot)
-    accelerate(cargo, (0.0, -25.0, 0.0), 0.2)
-    accelerate(cargo, STILL, 3.0)
+    accelerate(cargo, (0.0, -12.0, 0.0), 0.2)
+    for _ in range(round(3.0 / DT)):
+        cargo.step(BucketStep(STILL, (0.0, -2.0, 0.0), LEVEL, STILL))
     assert not cargo.is_awake
-    assert cargo.state.pieces_outside > 0.5 * cargo.state.pieces_at_start
+    assert cargo.state.lost_fraction > 0.1
     lost = cargo.state
     accelerate(cargo, (9.0, 0.0, 0.0), 0.3)  # does not move it any more
     assert cargo.state == lost
+    cargo.close()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_robot_that_drives_over_a_fallen_bucket_scatters_its_pieces(robot, seed):
+    cargo = make(ABOVE_BASE_LINK, robot, seed)
+    accelerate(cargo, (-12.0, 0.0, 0.0), 0.2, (3.4, 0.0, 0.0))
+    for _ in range(round(3.0 / DT)):
+        cargo.step(BucketStep(STILL, (1.0, 0.0, 0.0), LEVEL, STILL))
+    assert cargo.state.lost_fraction > 0.4
     cargo.close()
 
 
@@ -345,4 +354,22 @@ def test_how_hard_a_robot_may_brake(robot, braking, speed, lost):
     assert (slid > 0.14) == (lost > 0)
     if not lost:
         assert place(cargo)[0] == pytest.approx(slid, abs=0.012)
+    cargo.close()
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.5])
+def test_a_robot_that_drives_on_pushes_what_lies_before_it(robot, speed):
+    cargo = make(ABOVE_BASE_LINK, robot)
+    accelerate(cargo, (8.0, 0.0, 0.0), 0.02)
+    shift = SCALE * np.array((0.5, 0.0, -0.47 + 0.01))
+    for body in (cargo._bucket, *cargo._pieces):
+        at, how = bullet.getBasePositionAndOrientation(body, cargo._client)
+        bullet.resetBasePositionAndOrientation(body, (at + shift).tolist(), how, cargo._client)
+    for _ in range(round(3.0 / DT)):
+        cargo.step(BucketStep(STILL, (speed, 0.0, 0.0), LEVEL, STILL))
+    x, _, z = place(cargo)
+    pushed = x + 3.0 * speed - 0.5  # [m] in the map
+    assert x > 0.14
+    assert z < -0.3
+    assert pushed == pytest.approx(max(3.0 * speed - 0.3, 0.0), abs=0.15)
     cargo.close()
