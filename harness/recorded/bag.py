@@ -29,6 +29,8 @@ KINDS: dict[bytes, type[BagFile]] = {
 }
 METADATA = "metadata.yaml"
 SUFFIXES = (".bag", ".mcap", ".db3")
+SET_BACK = 1_000_000_000  # [ns] by which messages of a topic are not written out of order
+MOST_BACK, MOST_STEPS = 0.01, 100  # [-] of the messages, where a clock was set; how often
 MOST_FILES = 1000
 LARGEST_FILE = 1 << 40  # [bytes]
 LARGEST_UNPACKED = 16 << 30  # [bytes] of a file that was compressed as a whole
@@ -231,9 +233,32 @@ def _joined(files: Sequence[BagFile]) -> np.ndarray:
     for number, file in enumerate(files):
         rows = np.array(file.index, dtype=np.int64).reshape(-1, COLUMNS)
         file.index = array("q")  # it may be large
+        _run_on(rows)
         rows[:, 0] += number * MOST_TOPICS
         parts.append(rows)
     index = np.concatenate(parts)
     if (np.diff(index[:, 1]) < 0).any():
         index = index[np.argsort(index[:, 1], kind="stable")]
     return index
+
+
+def _run_on(rows: np.ndarray) -> None:
+    """Let times run on where the recorder's clock was set back: rows (N, COLUMNS) as in the file.
+
+    It was where two times of a topic are more than ``SET_BACK`` before the two before them. Unless
+    that is so everywhere, or topics end there: then the file is not in the order of arrival.
+    """
+    by_topic = np.argsort(rows[:, 0], kind="stable")
+    same = rows[by_topic[3:], 0] == rows[by_topic[:-3], 0]
+    for _ in range(MOST_STEPS):
+        times = rows[by_topic, 1]
+        before = np.minimum(times[:-3], times[1:-2])
+        after = np.maximum(times[2:-1], times[3:])
+        back = by_topic[2:-1][same & (before - after > SET_BACK)]
+        if not 0 < len(back) <= MOST_BACK * len(rows):
+            return
+        first = back.min()
+        lately = rows[:first, 1] > rows[first - 1, 1] - SET_BACK
+        if not np.isin(rows[:first, 0][lately], rows[first:, 0]).all():
+            return
+        rows[first:, 1] += rows[first - 1, 1] - rows[first, 1]

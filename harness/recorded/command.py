@@ -36,7 +36,7 @@ from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.localizer import Localizer
 from navstack.params.extensions import localizers
 from navstack.params.nav2_file.file import Nav2File, load_nav2
-from navstack.types import Belief, Pose2D
+from navstack.types import Belief, Health, Pose2D
 
 Comparison = tuple[Errors, Errors | None]  # APE and RPE
 Show = Callable[[], AbstractContextManager[Callable[[float], None]]]
@@ -72,6 +72,8 @@ class Localized:
     trajectory: Trajectory  # which is written, unless it is empty
     ape: Errors | None  # None: there is no reference
     rpe: Errors | None
+    degraded: float  # [s] for which the localizer was DEGRADED
+    lost: float  # [s] for which it was LOST
     trouble: str  # what ended it early, and what is kept; empty: nothing
     is_interrupted: bool
 
@@ -81,6 +83,8 @@ class Localized:
         return {
             "poses": len(self.trajectory),
             "final": [float(value) for value in self.trajectory.poses[-1]],
+            "degraded_s": self.degraded,
+            "lost_s": self.lost,
             "ape": ape and {"alignment": self.request.alignment, **ape.as_json()},
             "rpe": rpe and {"interval_s": self.request.interval, **rpe.as_json()},
             "out": str(self.request.out),
@@ -240,7 +244,8 @@ def _finish(
     if trouble:
         trouble = f"{trouble}; {kept}"
     ape, rpe = comparison or (None, None)
-    return Localized(request, trajectory, ape, rpe, trouble, is_interrupted)
+    degraded, lost = (replay.seconds[each] for each in (Health.DEGRADED, Health.LOST))
+    return Localized(request, trajectory, ape, rpe, degraded, lost, trouble, is_interrupted)
 
 
 def _compare(

@@ -2,8 +2,7 @@
 
 import math
 from array import array
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from statistics import median
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 
 from harness.recorded import messages
 from harness.recorded.bag import Bag, Message
+from harness.recorded.clock import STILL, STILL_AFTER, Clock
 from harness.recorded.receiver import Measured, Receiver
 from harness.recorded.ros_messages import FIX, decode, first_messages
 from harness.recorded.sources import Choice
@@ -19,53 +19,11 @@ from harness.recorded.trajectory import Trajectory
 from navstack.errors import InputError
 from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.localizer import Localizer
-from navstack.types import Belief, GpsFix, Imu, LaserScan, Observation, Odometry
+from navstack.types import Belief, GpsFix, Health, Imu, LaserScan, Observation, Odometry
 
 # messages from which the usual offset between stamps and arrivals is taken, and of each topic
 _FIRST = 50
-_STILL = 3  # messages with one stamp, after which it is taken to be unset
 _COLUMNS = 4  # stamp, x, y, yaw
-APART = 10.0  # [s] by which a stamp may differ from the time that has come
-_BEGINNING = 0.1  # [s] of simulated time, in which a stamp of 0 may be meant
-
-
-class Clock:
-    """Goes with the stamps of measurement, never back.
-
-    A stamp of another clock is replaced by the time of arrival.
-
-    Late messages keep their older stamps, and a bag whose stamps run faster or slower than its
-    recording is followed. A stamp more than ``APART`` off both the last and the expected time (of a
-    receiver's own clock, corrupt) is not used, nor one that is unset: 0, or the one at which a
-    topic stands still.
-    """
-
-    def __init__(self, offset: float, still: Mapping[str, float] | None = None) -> None:
-        """Start.
-
-        Args:
-            offset: [s] by which stamps usually differ from the times of arrival.
-            still: the stamps that do not change, by topic.
-        """
-        self._offset, self._still = offset, still or {}
-        self._arrival: float | None = None
-        self.now = 0.0  # [s]
-        self.replaced: Counter[str] = Counter()  # stamps, by topic
-
-    def take(self, topic: str, arrival: float, stamp: float) -> float:
-        """Go on to a message's arrival; returns the stamp to use for it, in [s]."""
-        expected, is_near_now = arrival + self._offset, False
-        if self._arrival is not None:
-            expected = self.now + arrival - self._arrival
-            is_near_now = abs(stamp - self.now) <= APART
-        is_unset = stamp == self._still.get(topic) or (stamp == 0.0 and abs(expected) > _BEGINNING)
-        if is_unset or (not abs(stamp - expected) <= APART and not is_near_now):
-            self.replaced[topic] += 1
-            stamp = expected
-        if self._arrival is None or stamp > self.now:
-            self.now = stamp
-        self._arrival = arrival
-        return stamp
 
 
 class Replay:
@@ -81,6 +39,8 @@ class Replay:
         self._beliefs, self._references = array("d"), array("d")  # rows of _COLUMNS
         self._is_amcl = isinstance(localizer, AmclLocalizer)
         self._moved_at: float | None = None  # [s], stamp of AMCL's last odometry message
+        self._last = 0.0  # [s] of the last belief
+        self.seconds = dict.fromkeys(Health, 0.0)  # for which it was so
 
     @property
     def topics(self) -> set[str]:
@@ -121,12 +81,15 @@ class Replay:
             decoded = decode(message)
             measured_at = self._receiver.stamp_of(message.topic.type, decoded)
             if measured_at is not None:
-                stamp = clock.take(message.topic.name, message.arrival, measured_at)
+                still_after = STILL_AFTER.get(message.topic.type, 0.0)
+                stamp = clock.take(message.topic.name, message.arrival, measured_at, still_after)
                 if belief is None:
                     belief = replace(start, stamp=clock.now)
                     begin(belief)
                 belief = self._take(message, decoded, stamp, clock.now, belief)
             yield (number + 1) / len(places)
+        for topic, seconds in clock.jumps.items():
+            say(f"stamps of {topic} jump by {seconds:.3f} s; taken to run on from there")
         for topic, count in clock.replaced.items():
             wrong = "stamps that are unset or of another time"
             say(f"{count} messages of {topic} have {wrong}; taken as measured when they arrived")
@@ -140,7 +103,7 @@ class Replay:
         for topic in sorted(self._choice.names):
             times = self._first_times(topic)
             stamps = {stamp for _, stamp in times}
-            if len(times) >= _STILL and len(stamps) == 1:
+            if len(times) >= STILL and len(stamps) == 1:
                 still[topic] = stamps.pop()
                 continue
             known += [(arrival, stamp - arrival) for arrival, stamp in times if stamp != 0.0]
@@ -175,6 +138,9 @@ class Replay:
                 self._references.extend((stamp, *row))
         if not is_input or measured is None:
             return belief
+        if self._beliefs:
+            self.seconds[belief.health] += now - self._last
+        self._last = now
         belief = self._localizer.update(_observation(now, measured))
         if self._is_amcl and isinstance(measured, Odometry):
             self._moved_at = measured.stamp

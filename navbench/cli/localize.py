@@ -140,6 +140,8 @@ def _lines(found: "Localized") -> list[str]:
         f"{request.localizer}: {len(poses)} poses over {lasted:.1f} s in {request.out}",
         f"final pose: x {x:.3f} m, y {y:.3f} m, yaw {yaw:.4f} rad",
     ]
+    if found.degraded or found.lost:
+        lines.append(f"health: DEGRADED for {found.degraded:.1f} s, LOST for {found.lost:.1f} s")
     if found.ape is not None:
         reference = f"{request.reference}, alignment {request.alignment}"
         lines.append(f"APE against {reference}: {_text(found.ape)}")

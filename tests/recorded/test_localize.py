@@ -100,7 +100,9 @@ def test_amcl_finds_a_drive_through_the_sidewalk(tmp_path, capsys, form):
     captured = capsys.readouterr()
     assert status == 0 and captured.err == ""
     document = json.loads(captured.out)
-    assert set(document) == {"poses", "final", "ape", "rpe", "out"} and document["out"] == str(out)
+    keys = {"poses", "final", "degraded_s", "lost_s", "ape", "rpe", "out"}
+    assert set(document) == keys and document["out"] == str(out)
+    assert document["lost_s"] == 0.0
     assert (
         document["ape"]["n"] == 100
         and document["ape"]["median_m"] < 0.1
