@@ -9,17 +9,18 @@ from pathlib import Path
 import numpy as np
 import optuna
 
+from harness.audit.pairs import EVENTS
 from harness.economics.accountings import COUNTED, EVENT, PERSON
 from harness.economics.contact_costs import injury_measures
 from harness.economics.prices import Prices
 from harness.study.stored_run import load_run
-from harness.tuning.audit.auditor import THRESHOLD
-from harness.tuning.evaluation import EVENTS, Candidate, unseen_missions
+from harness.tuning.evaluation import Candidate, unseen_missions
 from harness.tuning.result import COMPLETE, StudyResult, Trial
 from harness.tuning.space.space import Parameter, Space
 from tools.auditor_exploits import (
     EXPLOITS,
     IMPROVEMENTS,
+    THRESHOLD,
     TIMEOUT,
     Change,
     Row,

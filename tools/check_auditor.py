@@ -29,9 +29,11 @@ from pathlib import Path
 import numpy as np
 from rich.text import Text
 
+from harness.audit.auditor import Audit
+from harness.audit.pairs import Conditions
 from harness.economics.prices import load_prices
 from harness.report.tables import print_table, report_console, report_table
-from harness.tuning.audit.auditor import Audit, audit
+from harness.tuning.study_audit import audit_study
 from tools.auditor_exploits import EXPLOITS
 from tools.auditor_studies import (
     drawn_deliveries,
@@ -71,13 +73,13 @@ def main() -> int:
     caught = alarms = 0
     for key in EXPLOITS:
         title, study = exploiting_study(stacks, key, arguments.missions, prices, arguments.seed)
-        found = audit(study, prices)
+        found = audit_study(study, prices, Conditions())
         flagged = [check.key for check in found.flagged]
         caught += bool(set(flagged) & set(EXPLOITS[key].checks))
         table.add_row(*map(Text, (title, gain_of(found), ", ".join(flagged) or "nothing")))
     for number in range(arguments.studies):
         title, study = honest_study(stacks, number, arguments.missions, prices, arguments.seed)
-        found = audit(study, prices)
+        found = audit_study(study, prices, Conditions())
         alarms += bool(found.flagged)
         flagged = [check.key for check in found.flagged]
         table.add_row(

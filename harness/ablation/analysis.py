@@ -1,13 +1,15 @@
 """What the arms of an ablation did, how they differ, and what an injected error costs."""
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from harness.ablation.arms import KINDS, injected_kind, injected_level, is_buildable
-from harness.analysis.compare import Compared, Side, compare
+from harness.analysis.audited import audit_sides
+from harness.analysis.compare import Compared, Side, compare, have_common_missions
+from harness.audit.auditor import Audit
 from harness.economics.break_even import break_even_runs
 from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
@@ -112,6 +114,7 @@ class Ablation:
     arms: tuple[Arm, ...]
     differences: tuple[ArmDifference, ...]
     prices: tuple[ErrorPrice, ...]
+    audits: dict[str, Audit]  # of each arm that can be built, against the reference
 
     def of(self, metric: str) -> list[ArmDifference]:
         """The differences in one metric."""
@@ -135,22 +138,25 @@ def analyse(
         episodes: deliveries asked for per arm.
     """
     rows = {stored.name: stored.rows for stored in run.stacks}
+    sides = {stored.name: Side(run, stored) for stored in run.stacks}
     arms = tuple(_arm(result, rows[result.stack.name], run.seed) for result in results)
     return Ablation(
         declaration,
         episodes,
         arms,
-        tuple(_differences(arms, declaration.against, run)),
+        tuple(_differences(arms, declaration.against, sides)),
         tuple(_prices(arms, rows, prices, run.seed)),
+        dict(_audits(arms, declaration.against, sides)),
     )
 
 
 def _arm(result: StackResult, rows: Sequence[Row], seed: int) -> Arm:
     valuation = result.valuation
     margin = result.intervals.get(MARGIN, NO_INTERVAL)
-    capex = None
-    if not (valuation is None or not is_buildable(result.stack)):
+    capex, break_even = None, NO_INTERVAL
+    if valuation is not None and is_buildable(result.stack):
         capex = valuation.economics.capex_usd
+        break_even = break_even_interval(capex, margin)
     return Arm(
         stack=result.stack,
         result=result,
@@ -160,7 +166,7 @@ def _arm(result: StackResult, rows: Sequence[Row], seed: int) -> Arm:
         },
         margin=margin,
         capex_usd=capex,
-        break_even=NO_INTERVAL if capex is None else break_even_interval(capex, margin),
+        break_even=break_even,
     )
 
 
@@ -182,16 +188,17 @@ def break_even_interval(capex_usd: float, margin: Interval) -> Interval:
     return Interval(break_even_runs(capex_usd, margin.value), low, high, margin.n)
 
 
-def _differences(arms: Sequence[Arm], against: str, run: StoredRun) -> Iterator[ArmDifference]:
+def _differences(
+    arms: Sequence[Arm], against: str, sides: Mapping[str, Side]
+) -> Iterator[ArmDifference]:
     """Every arm against the reference, and each wrong map against the right one."""
-    sides = {stack.name: Side(run, stack) for stack in run.stacks}
     pairs = [(arm.name, against) for arm in arms if arm.name != against]
     pairs += [pair for pair in wrong_maps(arms) if pair not in pairs]
     measured = {arm.name: arm.result.intervals.keys() for arm in arms}
     known = {}
     for name, other in pairs:
         metrics = [key for key in COMPARED if key in measured[name] and key in measured[other]]
-        if metrics and _paired([sides[other].stack.rows, sides[name].stack.rows])[0]:
+        if metrics and have_common_missions(sides[other], sides[name]):
             known[name, other] = compare(sides[other], sides[name], metrics).differences
     for metric in COMPARED:
         family = {pair: found[metric] for pair, found in known.items() if metric in found}
@@ -200,6 +207,17 @@ def _differences(arms: Sequence[Arm], against: str, run: StoredRun) -> Iterator[
         for pair, alone in family.items():
             compared = replace(alone, paired=alone.paired.in_family(len(differ)))
             yield ArmDifference(*pair, metric, compared, adjusted.get(pair, 1.0))
+
+
+def _audits(
+    arms: Sequence[Arm], against: str, sides: Mapping[str, Side]
+) -> Iterator[tuple[str, Audit]]:
+    reference = sides[against]
+    for arm in arms:
+        side = sides[arm.name]
+        is_another = arm.name != against and is_buildable(arm.stack)
+        if is_another and have_common_missions(reference, side):
+            yield arm.name, audit_sides(reference, side)
 
 
 def wrong_maps(arms: Sequence[Arm]) -> list[tuple[str, str]]:

@@ -23,6 +23,7 @@ def ablation_document(ablation: Ablation, study: Study, prices: Prices) -> Row:
         "episodes": ablation.episodes,
         "arms": [_arm(arm, prices) for arm in ablation.arms],
         "differences": [_difference(difference) for difference in ablation.differences],
+        "audits": {arm: audit.as_json() for arm, audit in ablation.audits.items()},
         "price_of_error": {price.kind: _price(price) for price in ablation.prices},
     }
 

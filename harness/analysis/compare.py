@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from harness.analysis.rare import difference_with_unseen
+from harness.audit.auditor import Audit
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.cost_model import running
 from harness.economics.cost_terms import DOLLARS, MARGIN
@@ -97,6 +98,7 @@ class Comparison:
     # of the margin's difference, admitting a loss not seen yet; None: it is not compared
     unseen: Interval | None
     dollar: OfADollar | None  # None: the margin is not compared, or differs alike on every mission
+    audit: Audit | None = None  # of the second against the first; None: not asked for
 
     @property
     def family(self) -> list[str]:
@@ -130,15 +132,8 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
     Raises:
         InputError: no mission in common, or an unknown metric.
     """
-    pairs = _pair(first.stack.rows, second.stack.rows)
-    if not pairs:
-        raise InputError(
-            f"{first.label} and {second.label} have no finished mission in common; run both with "
-            "the same --seed, "
-            "--map and --missions"
-        )
-    numbers = zip(*pairs, strict=True)
-    rows = [take(side.stack.rows, own) for side, own in zip((first, second), numbers, strict=True)]
+    rows = paired_rows(first, second)
+    pairs = len(rows[0])
     columns = [
         _columns(side, own, metrics) for side, own in zip((first, second), rows, strict=True)
     ]
@@ -170,8 +165,8 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
     return Comparison(
         first=first,
         second=second,
-        pairs=len(pairs),
-        left_out=(len(first.stack.rows) - len(pairs), len(second.stack.rows) - len(pairs)),
+        pairs=pairs,
+        left_out=(len(first.stack.rows) - pairs, len(second.stack.rows) - pairs),
         differences=known,
         warnings=_warnings(first, second),
         unseen=unseen,
@@ -220,8 +215,26 @@ def comparison_document(comparison: Comparison) -> Row:
         },
         "of_a_dollar": None if comparison.dollar is None else dataclasses.asdict(comparison.dollar),
         "margin_with_unseen": interval_json(comparison.unseen),
+        "audit": None if comparison.audit is None else comparison.audit.as_json(),
         "warnings": comparison.warnings,
     }
+
+
+def paired_rows(first: Side, second: Side) -> tuple[Sequence[Row], Sequence[Row]]:
+    """The rows of both on the missions that both finished, in the same order.
+
+    Raises:
+        InputError: there is none.
+    """
+    pairs = _pair(first.stack.rows, second.stack.rows)
+    if not pairs:
+        raise InputError(
+            f"{first.label} and {second.label} have no finished mission in common; run both with "
+            "the same --seed, "
+            "--map and --missions"
+        )
+    own, other = zip(*pairs, strict=True)
+    return take(first.stack.rows, own), take(second.stack.rows, other)
 
 
 def have_common_missions(first: Side, second: Side) -> bool:

@@ -83,8 +83,7 @@ class RunningDelivery:
         except Exception as error:  # whatever a stack or a policy raises
             self._fail(error)
             self.brain = Parked()
-        kinds = frozenset(obstacle.kind for obstacle in self.parts.scene.obstacles)
-        self._log = DeliveryLog(self.world.truth, kinds, _body(self.parts))
+        self._log = DeliveryLog(self.world.truth, self.parts.scene, _body(self.parts))
         self._delay = PedestrianDelay(self.world.people, self.world.truth, *self.world.tick)
         self._decisions = DecisionLog() if task.keep_decisions else NoDecisionLog()
         self._replay = ReplayLog() if task.keep_trace else NoReplayLog()

@@ -9,12 +9,14 @@ from harness.metrics.catalog import EPISODE_METRICS
 from harness.metrics.columns import Row
 from harness.metrics.contacts import property_contacts, soft_contacts
 from harness.metrics.encounters import Body, Encounters
+from harness.metrics.ground import ground_driven
 from harness.metrics.motion import (
     distance_driven,
     jerk,
     lateral_acceleration,
     wrapped,
 )
+from harness.world.map.scene import Scene
 from harness.world.truth import Partner, Truth
 from navstack.types import Belief, FloatArray, Pose2D
 
@@ -27,15 +29,15 @@ NOWHERE = Belief(Pose2D(math.nan, math.nan, math.nan))  # of who does not locali
 class DeliveryLog:
     """Takes in a delivery tick by tick."""
 
-    def __init__(self, truth: Truth, kinds: frozenset[str], body: Body) -> None:
+    def __init__(self, truth: Truth, scene: Scene, body: Body) -> None:
         """Start with the state in which the brain first sees the world.
 
         Args:
             truth: that state.
-            kinds: of obstacles in this world; contacts with others are undefined, not 0.
+            scene: the world; contacts with kinds of obstacles that it lacks are undefined, not 0.
             body: how people meet the robot.
         """
-        self._kinds = kinds
+        self._scene = scene
         self._states = array("d")  # STATE_SIZE per tick, the state at the start first
         self._beliefs = array("d")  # BELIEF_SIZE per tick, of the pose before it
         self._encounters = Encounters(body)
@@ -66,8 +68,9 @@ class DeliveryLog:
             "distance_m": distance,
             "average_speed_mps": distance / truth.stamp if truth.stamp else 0.0,
             "motion_energy_kwh": truth.motion_energy / JOULES_PER_KWH,
-            **_contacts(truth, self._kinds),
+            **_contacts(truth, frozenset(obstacle.kind for obstacle in self._scene.obstacles)),
             **self._people(truth),
+            **ground_driven(series["stamp"], series["x"], series["y"], self._scene),
             **{each.key: each.measured(series) for each in EPISODE_METRICS if each.is_of_series},
         }
 

@@ -21,6 +21,7 @@ from harness.ablation.analysis import (
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import OUTCOMES
+from harness.report.audit import audit_sentence
 from harness.report.blocks import Block, Chart, Table, Text, declared, notes_of
 from harness.report.figures import error_bars, save_figure
 from harness.report.numbers import UNDEFINED, count_text, interval_text, number_text, p_text
@@ -56,6 +57,7 @@ def ablation_blocks(ablation: Ablation, figures: Sequence[Path], folder: Path) -
     """What the arms did, how they differ, what that says, and where it is."""
     sentences = [sentence(difference) for difference in ablation.differences]
     more = [*_wrong_maps(ablation), *map(price_sentence, ablation.prices)]
+    more += [f"{arm}: {audit_sentence(audit)}" for arm, audit in ablation.audits.items()]
     return [
         _outcomes(ablation),
         _money(ablation),

@@ -2,6 +2,7 @@
 
 from harness.analysis.compare import Compared, Comparison, OfADollar
 from harness.metrics.metric import Better
+from harness.report.audit import audit_blocks
 from harness.report.blocks import Block, Text, declared, notes_of
 from harness.report.numbers import (
     UNDEFINED,
@@ -28,6 +29,7 @@ def comparison_blocks(comparison: Comparison) -> list[Block]:
         Text(f"B: {second.run.folder} {second.stack.name}\n", "whole"),
         declared("comparison", rows, pairs=comparison.pairs),
         *notes_of(_notes(comparison)),
+        *([] if comparison.audit is None else audit_blocks(comparison.audit)),
     ]
 
 

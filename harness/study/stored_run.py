@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+from harness.audit.plausible import Limits, implausible
 from harness.economics.accountings import COUNTED, PERSON
 from harness.economics.contact_costs import injury_measures
 from harness.economics.prices import Prices, load_prices
@@ -212,8 +213,7 @@ def _load(folder: Path) -> StoredRun:
         )
     _check_whole(rows, folder / "episodes.parquet")
     finished = rows.where(lambda error: error is None, "error")
-    for row in finished:
-        _check(row, NEEDED, folder / "episodes.parquet")
+    _check_plausible(finished, folder)
     if mixed := mixed_files(folder):
         sys.stderr.write(
             f"note: {folder} is mixed: {', '.join(mixed)} were changed after it had begun\n"
@@ -290,6 +290,39 @@ def _check_whole(rows: Sequence[Row], where: Path) -> None:
                 "negative"
             )
         seen.add(key)
+
+
+def _check_plausible(finished: Rows, folder: Path) -> None:
+    """Check that each delivery has what it needs and can have gone so."""
+    where = folder / "episodes.parquet"
+    limits = {name: _limits(folder, name) for name in set(finished.values("stack"))}
+    for row in finished:
+        _check(row, NEEDED, where)
+        if why := implausible(row, limits[row["stack"]]):
+            raise InputError(
+                f"{where}: delivery {row['episode']} of '{row['stack']}' cannot have gone so: "
+                f"{why}; take the table as it was written"
+            )
+
+
+def _limits(folder: Path, stack: str) -> Limits:
+    """What bounds a stack's deliveries, as far as the run's parameters tell."""
+    robot, rules = (_numbers(folder, name) for name in (f"{stack}-robot", "rules"))
+    usual = Limits()
+    return Limits(
+        robot.get("max_speed", usual.max_speed),
+        rules.get("arrival_radius", usual.arrival_radius),
+        rules.get("timeout", usual.least_timeout) * rules.get("real_time_factor", 1.0),
+        rules.get("spoiled_fraction", usual.spoiled_fraction),
+    )
+
+
+def _numbers(folder: Path, name: str) -> dict[str, float]:
+    """The numbers of a file of params/; none where it cannot be read."""
+    with contextlib.suppress(InputError, AttributeError):
+        content = load_yaml(parameter_folder(folder) / f"{name}.yaml")
+        return {key: value for key, value in content.items() if isinstance(value, int | float)}
+    return {}
 
 
 def _check(row: Row, needed: tuple[str, ...], where: Path) -> None:

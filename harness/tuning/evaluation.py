@@ -23,8 +23,6 @@ TEST_STREAM = 0x7E57  # tells the test seed's sequence from others of the same s
 MARGIN = "margin_usd"
 # the same [USD], contacts with people paid for by the robot's share of the fault
 SHARED_MARGIN = "shared_margin_usd"
-# another: the delivery's rows of events.parquet (a list), which the auditor weighs contacts with
-EVENTS = "events"
 
 Value = float | int | str | bool
 
@@ -50,7 +48,7 @@ class Evaluator(Protocol):
         """One episode row per mission number, in the order given.
 
         The columns are those of ``episodes.parquet``, :data:`MARGIN` and :data:`SHARED_MARGIN`
-        (None where the cargo is not modelled) and :data:`EVENTS`; an episode that could not be run
+        (None where the cargo is not modelled) and :data:`harness.audit.pairs.EVENTS`; an episode that could not be run
         has its ``error``, as in a run, and nothing measured.
         """
 

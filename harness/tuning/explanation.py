@@ -10,6 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from harness.audit.auditor import Audit
+from harness.audit.findings import AuditEvidence
+from harness.audit.pairs import MONEY, Conditions, Pairs, pair_up
 from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_model import running
 from harness.economics.cost_terms import COUNTED_TERMS, MARGIN
@@ -24,14 +27,12 @@ from harness.metrics.columns import Row
 from harness.statistics.bootstrap import percentile_interval, resampled_means
 from harness.statistics.interval import Interval
 from harness.storage.documents import as_json, write_document
-from harness.tuning.audit.auditor import THRESHOLD, Audit, audit
-from harness.tuning.audit.findings import AuditEvidence
-from harness.tuning.audit.pairs import MONEY, Pairs, pair_up
 from harness.tuning.evaluation import Evaluator
 from harness.tuning.history import Best, history
-from harness.tuning.importance import Importance, importances
+from harness.tuning.importance import importances
 from harness.tuning.mission_differences import MissionDifference, mission_differences
 from harness.tuning.result import StudyResult, trial_table
+from harness.tuning.study_audit import audit_study
 from harness.tuning.waterfall import Waterfall, players, waterfall
 from navstack.errors import ParameterError
 
@@ -50,7 +51,7 @@ class Explanation:
     """Everything that is told of a finished study."""
 
     history: tuple[Best, ...]
-    importances: tuple[Importance, ...]  # the largest first; empty where the trials are too few
+    importances: dict[str, float]  # shares, the largest first; empty where trials are too few
     waterfall: Waterfall | None
     # of COMPONENTS, on the missions of the audit; empty where the margin is undefined
     components: dict[str, AuditEvidence]
@@ -75,7 +76,7 @@ def explain(
     evaluator: Evaluator,
     folder: Path,
     prices: Prices,
-    threshold: float = THRESHOLD,
+    conditions: Conditions,
     waterfall_missions: int = WATERFALL_MISSIONS,
     most_impulse: float = math.inf,
 ) -> Explanation:
@@ -87,7 +88,7 @@ def explain(
             told from rows.
         folder: of the study.
         prices: the price file.
-        threshold: [N s] from which the world counts a contact.
+        conditions: that the world and its rules set.
         waterfall_missions: the first so many test missions (training missions where there is no
             test) are driven with every mixture; 0: no waterfall.
         most_impulse: [N s] that the world lets a contact have.
@@ -97,7 +98,7 @@ def explain(
     """
     rows = study.judged_rows
     ranked = importances(trial_table(study.space, study.trials))
-    who = players(study, [each.name for each in ranked])
+    who = players(study, list(ranked))
     missions = (study.test_missions if study.is_tested else study.train_missions)[
         :waterfall_missions
     ]
@@ -117,7 +118,7 @@ def explain(
         if study.is_tested and study.incumbent.values
         else None,
         partings=mission_differences(*rows),
-        audit=audit(study, prices, threshold),
+        audit=audit_study(study, prices, conditions),
         notes=(note,) if note else (),
         unseen=_unseen(pairs, most_impulse),
         room_usd_per_run=_room(pairs, most_impulse),

@@ -15,7 +15,7 @@ import itertools
 import math
 from collections.abc import Sequence
 
-from harness.tuning.audit.pairs import has_error
+from harness.audit.pairs import has_error
 from harness.tuning.evaluation import Evaluator
 from harness.tuning.objective import Objective, UndefinedError
 from harness.tuning.result import COMPLETE, Finalist, Trial

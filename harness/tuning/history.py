@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harness.audit.pairs import pair_up
 from harness.economics.prices import Prices
 from harness.metrics.columns import Row
 from harness.statistics.bootstrap import percentile_interval
 from harness.statistics.interval import Interval
-from harness.tuning.audit.pairs import pair_up
 from harness.tuning.evaluation import Evaluator
 from harness.tuning.objective import Objective, parse_objectives
 from harness.tuning.result import COMPLETE, StudyResult

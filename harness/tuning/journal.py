@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any
 
+from harness.audit.pairs import EVENTS
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.storage.checksums import CHECKSUMS, OF_ALL, sealed, unsealed
 from harness.storage.files import locked, no_links, require_real_folders, sync_folder, writing
@@ -15,7 +16,7 @@ from harness.storage.journal import trouble_with
 from harness.storage.rescue import contents, is_in_place, lost_folder, rescued
 from harness.storage.run_folder import JOURNAL, MOST_JOURNAL, MOST_LINE
 from harness.storage.texts import clean_texts
-from harness.tuning.evaluation import EVENTS, MARGIN, Candidate, Value
+from harness.tuning.evaluation import MARGIN, Candidate, Value
 from navstack.errors import InputError
 from navstack.files import check_regular
 

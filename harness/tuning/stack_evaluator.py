@@ -7,6 +7,7 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from harness.audit.pairs import EVENTS
 from harness.economics.accountings import PUBLISHED
 from harness.economics.prices import Prices
 from harness.economics.valuation import margins
@@ -18,7 +19,7 @@ from harness.storage.texts import clean_text
 from harness.study.drive import record_of
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask
-from harness.tuning.evaluation import EVENTS, MARGIN, SHARED_MARGIN, Candidate, seed_and_episode
+from harness.tuning.evaluation import MARGIN, SHARED_MARGIN, Candidate, seed_and_episode
 from harness.tuning.journal import REFUSED, Journal, Key
 from harness.tuning.space.paths import with_values
 from navstack.errors import ParameterError

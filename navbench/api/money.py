@@ -1,9 +1,10 @@
 """What runs earn: compared, at other prices, and what it depends on."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from harness.analysis.audited import audit_sides
 from harness.analysis.compare import Comparison, side_of
 from harness.analysis.compare import compare as compare_sides
 from harness.analysis.price_sets import UnderSet, under_price_sets
@@ -16,7 +17,7 @@ from navstack.errors import InputError
 
 
 def compare(first: Run, second: Run, metrics: Collection[str] = ()) -> Comparison:
-    """Two runs of one stack each, mission by mission: second minus first.
+    """Two runs of one stack each, mission by mission: second minus first, and audited.
 
     Args:
         first: the baseline.
@@ -26,7 +27,9 @@ def compare(first: Run, second: Run, metrics: Collection[str] = ()) -> Compariso
     Raises:
         InputError: several stacks in one, no mission in common, or an unknown metric.
     """
-    return compare_sides(side_of(first.stored), side_of(second.stored), metrics)
+    sides = side_of(first.stored), side_of(second.stored)
+    found = compare_sides(*sides, metrics)
+    return replace(found, audit=audit_sides(*sides))
 
 
 @dataclass(frozen=True)

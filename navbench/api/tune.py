@@ -10,7 +10,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from harness.episode.factory import nav2_parameters, prices_of, world_params
+from harness.audit.pairs import Conditions
+from harness.episode.factory import nav2_parameters, prices_of, rules_of, world_params
 from harness.metrics.columns import Row
 from harness.report.page.document import write_study_page
 from harness.report.tuning.document import write_tuning
@@ -273,7 +274,7 @@ def _explain(
         evaluator,
         path,
         prices_of(template.prices),
-        world.contacts.counted_impulse,
+        Conditions(world.contacts.counted_impulse, rules_of(template.rules).spoiled_fraction),
         declaration.waterfall_missions,
         world.pedestrian_bodies.max_contact_impulse or math.inf,
     )

@@ -210,14 +210,17 @@ from harness.metrics.delivery_log import DeliveryLog
 from harness.metrics.encounters import Body
 from harness.metrics.summary import summarize_more
 from harness.report.table_rows import further_metrics
+from harness.world.map.scene import Scene
 from harness.world.truth import Truth
+from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import Pose2D, Twist2D
 
 def truth(tick):
     people = np.empty((0, 4))
     return Truth(0.1 * tick, Pose2D(), 0.0, Twist2D(0.1 * tick), people, (), (), None)
 
-log = DeliveryLog(truth(0), frozenset(), Body((0.0, 0.0), (0.5, 0.25), 0.3))
+ground = OccupancyGrid(np.zeros((1, 1), np.int8), 100.0, Pose2D())
+log = DeliveryLog(truth(0), Scene("flat", (), (), ground, ground), Body((0.0, 0.0), (0.5, 0.25), 0.3))
 for tick in range(1, 101):
     log.record(truth(tick), None)
 row = dict.fromkeys(EPISODE_COLUMNS) | log.measurements(truth(100))

@@ -17,6 +17,7 @@ from harness.storage.shipped import shipped
 from navstack.params.strict import dump_dataclass
 
 TABLES = {"episodes": EPISODE_COLUMNS, "events": EVENT_COLUMNS, "timings": TIMING_COLUMNS}
+TIMEOUT = 241.0  # [s]
 WorkOnRow = Callable[[dict[str, Any]], None]
 
 
@@ -61,7 +62,8 @@ def _contacts(rng: np.random.Generator, crowd: float) -> list[dict[str, Any]]:
 def _row(
     stack: str, number: int, episode: int, seed: int, rng: np.random.Generator
 ) -> dict[str, Any]:
-    mission = np.random.default_rng((seed, episode)).uniform(0.0, 100.0, 5).tolist()
+    # no straight way is longer than the shortest drive below
+    mission = np.random.default_rng((seed, episode)).uniform(0.0, 20.0, 5).tolist()
     measured = {
         name: float(rng.uniform(0.1, 2.0))
         for name, kind in EPISODE_COLUMNS.items()
@@ -71,6 +73,12 @@ def _row(
         name: int(rng.integers(0, 4)) for name, kind in EPISODE_COLUMNS.items() if kind == "int64"
     }
     keys = ("start_x_m", "start_y_m", "start_yaw_rad", "goal_x_m", "goal_y_m")
+    duration, distance = float(rng.uniform(30.0, 200.0)), float(rng.uniform(30.0, 150.0))
+    outcome = str(
+        rng.choice(["sla", "spoiled", "timeout", "physical_assistance"], p=[0.7, 0.1, 0.1, 0.1])
+    )
+    if outcome == "timeout":
+        duration = TIMEOUT
     return {
         **dict.fromkeys(EPISODE_COLUMNS),
         **measured,
@@ -81,11 +89,11 @@ def _row(
         "map": "sidewalk",
         "seed": seed,
         "episode": episode,
-        "duration_s": float(rng.uniform(30.0, 200.0)),
-        "distance_m": float(rng.uniform(30.0, 150.0)),
-        "outcome": str(
-            rng.choice(["sla", "spoiled", "timeout", "physical_assistance"], p=[0.7, 0.1, 0.1, 0.1])
-        ),
+        "duration_s": duration,
+        "distance_m": distance,
+        "average_speed_mps": distance / duration,
+        "outcome": outcome,
+        "pieces_at_start": 100,
         "fence_contacts": None,
         "min_time_to_collision_s": None if episode % 3 == 0 else 1.5,
     }
@@ -163,7 +171,12 @@ def write_run(tmp_path: Path) -> Callable[..., Path]:
                     events = _contacts(rng, crowd)
                     _priced(row, events, loaded)
                     if change is not None:
+                        speed = row["average_speed_mps"]
                         change(row)
+                        if row["outcome"] == "timeout":
+                            row["duration_s"] = max(row["duration_s"], TIMEOUT)
+                        if row["average_speed_mps"] == speed:
+                            row["average_speed_mps"] = row["distance_m"] / row["duration_s"]
                     events = [{**event, "stack": stack, "episode": episode} for event in events]
                     timing = {"stack": stack, "episode": episode, "wall_s": 1.0}
                     folder.add(

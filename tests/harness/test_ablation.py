@@ -18,7 +18,9 @@ from harness.ablation.arms import arms_of, drives_by_scan
 from harness.economics.prices import load_prices
 from harness.economics.valuation import value
 from harness.episode.factory import nav2_parameters
-from harness.report.ablation import price_sentence, sentence
+from harness.report.ablation import ablation_blocks, price_sentence, sentence
+from harness.report.audit import audit_sentence
+from harness.report.blocks import Text
 from harness.statistics.interval import Interval
 from harness.storage.shipped import shipped
 from harness.study.drive import StackResult
@@ -125,6 +127,16 @@ def test_what_is_no_arm_is_refused(
     with pytest.raises(InputError) as complaint:
         arms(*names, errors=errors)
     assert all(word in str(complaint.value) for word in words), str(complaint.value)
+
+
+def test_arms_that_can_be_built_are_audited_against_the_reference(write_run: WriteRun) -> None:
+    made = arms("gps", "amcl", "ground_truth")
+    run = write_run("run", tuple(arm.name for arm in made), episodes=12)
+    assert list(analysed(run, made).audits) == ["amcl"]
+    found = analysed(run, made, "amcl")
+    assert [*found.audits] == ["gps"] and found.audits["gps"].missions == 12
+    told = [each.text for each in ablation_blocks(found, (), run) if isinstance(each, Text)]
+    assert f"gps: {audit_sentence(found.audits['gps'])}" in told
 
 
 def test_who_does_not_drive_has_no_arms() -> None:

@@ -33,13 +33,13 @@ def compared(first: Path | str, second: Path | str, *metrics: str) -> dict[str, 
 def faster(row: dict[str, Any]) -> None:
     """Ten seconds less than the other, within a second, and always in time."""
     row["duration_s"] = (
-        100.0 + row["episode"] - 10.0 + np.random.default_rng(row["episode"]).uniform(-0.5, 0.5)
+        241.0 + row["episode"] - 10.0 + np.random.default_rng(row["episode"]).uniform(-0.5, 0.5)
     )
     row["outcome"] = "sla"
 
 
 def slower(row: dict[str, Any]) -> None:
-    row["duration_s"] = 100.0 + row["episode"]
+    row["duration_s"] = 241.0 + row["episode"]
     row["outcome"] = "sla" if row["episode"] % 3 else "timeout"
 
 

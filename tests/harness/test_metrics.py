@@ -1,6 +1,7 @@
 """Metrics against values worked out by hand, and against slow twins."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from harness.metrics.encounters import (
     times_to_collision,
 )
 from harness.metrics.formulas import path_irregularity
+from harness.metrics.ground import ground_driven
 from harness.metrics.metric import Better, Metric
 from harness.metrics.motion import (
     jerk,
@@ -23,11 +25,29 @@ from harness.metrics.motion import (
     success_weighted_path_length,
 )
 from harness.metrics.summary import summarize_more
+from harness.world.map.scene import Obstacle, Scene, Zone
 from harness.world.truth import Truth
-from navstack.types import Belief, Pose2D, Twist2D
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from navstack.types import Belief, FloatArray, Pose2D, Twist2D
 
 BODY = Body((0.0, 0.0), (0.5, 0.25), 0.3)  # discs of 0.25 m at x = -0.25, 0 and 0.25 m
 STANDING = np.zeros((1, 3))
+
+
+def square(left: float, right: float) -> FloatArray:
+    return np.array([(left, -9.0), (right, -9.0), (right, 9.0), (left, 9.0)])
+
+
+# 20 m wide: free up to x = 1, a crosswalk over the road from 1 to 3 of which the map says nothing
+CELLS = np.where(np.arange(-10, 10) < 1, FREE, OCCUPIED).astype(np.int8)[np.newaxis, :]
+GROUND = OccupancyGrid(np.repeat(CELLS, 20, axis=0), 1.0, Pose2D(-10.0, -10.0))
+STREET = (
+    Zone("road", square(0.0, 8.0)),
+    Zone("crosswalk", square(2.0, 3.0)),
+    Zone("lawn", square(5.0, 6.0)),
+)
+MAILBOX = Obstacle("mailbox", square(-9.0, -8.0), 1.0)
+SCENE = Scene("street", (MAILBOX,), STREET, GROUND, GROUND)
 
 
 @pytest.mark.parametrize(
@@ -237,7 +257,7 @@ def truth(stamp: float, x: float, speed: float, people: list[tuple[float, ...]])
 
 def drive(people: list[tuple[float, ...]], belief: Belief | None) -> dict[str, float | None]:
     """Two seconds at 1 m/s along x in ticks of 0.1 s."""
-    log = DeliveryLog(truth(0.0, 0.0, 1.0, people), frozenset({"mailbox"}), BODY)
+    log = DeliveryLog(truth(0.0, 0.0, 1.0, people), SCENE, BODY)
     for k in range(1, 21):
         log.record(truth(0.1 * k, 0.1 * k, 1.0, people), belief)
     return log.measurements(truth(2.0, 2.0, 1.0, people))
@@ -282,3 +302,24 @@ def test_means_are_over_the_deliveries_where_they_are_defined() -> None:
     means = summarize_more(rows)
     assert means["avg_min_time_to_collision_s"] == pytest.approx(2.5)
     assert means["avg_spl"] is None
+
+
+@pytest.mark.parametrize(
+    ("x", "road", "off"),
+    [
+        ((-2.5, -1.5, 0.5), (0.0, 0.0), (0.0, 0.0)),  # the free part of a road is a crossing
+        ((0.5, 1.5, 4.5), (4.0, 0.75), (4.0, 0.75)),
+        ((1.5, 2.5, 4.5), (2.0, 0.5), (3.0, 0.75)),  # a crosswalk that the map has not drawn
+        ((4.5, 5.5, 5.5), (0.0, 0.0), (1.0, 0.75)),  # a lawn, and standing on it
+        ((9.5, 11.5, 12.5), (0.0, 0.0), (3.0, 0.75)),  # beyond the map
+    ],
+)
+def test_ground_is_road_lawn_or_walkable(
+    x: tuple[float, ...], road: tuple[float, float], off: tuple[float, float]
+) -> None:
+    stamp = np.array((0.0, 0.25, 0.75))
+    row = ground_driven(stamp, np.array(x), np.zeros(3), SCENE)
+    assert (row["road_distance_m"], row["road_time_s"]) == road
+    assert (row["off_walkable_distance_m"], row["off_walkable_time_s"]) == off
+    bare = ground_driven(stamp, np.array(x), np.zeros(3), replace(SCENE, zones=STREET[1:]))
+    assert bare == {**row, "road_distance_m": None, "road_time_s": None}

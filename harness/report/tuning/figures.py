@@ -8,16 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harness.economics.cost_terms import MARGIN
 from harness.report.figures import SUFFIXES, error_bars, save_figure
 from harness.report.numbers import bounds_text, number_text
 from harness.report.texts import TEXTS
 from harness.report.tuning.tables import value_text
 from harness.statistics.interval import Interval
-from harness.tuning.audit.findings import AuditEvidence
 from harness.tuning.explanation import Explanation
 from harness.tuning.history import Best
-from harness.tuning.importance import Importance
 from harness.tuning.objective import is_money
 from harness.tuning.result import COMPLETE, StudyResult, TrialTable, trial_table
 from harness.tuning.space.paths import is_list
@@ -29,7 +26,6 @@ if TYPE_CHECKING:
 
 BAR_INCH, FRAME_INCH = 0.26, 1.0  # heights: of a bar with its label, of what is about the bars
 GRID_COLUMNS, CELL_INCH = 3, 1.35  # of the slices
-LEAST_SHOWN = 0.005  # [USD/run] smaller components are no bars
 GAIN, LOSS, NEW = "#009e73", "#d55e00", "#0072b2"  # Okabe and Ito 2008
 OLD, LINE, FAINT = "#9a9a9a", "#222222", "#b8b8b8"
 LEAST_RANGE = 0.2  # [USD/run] that an axis of money shows
@@ -60,11 +56,6 @@ def draw_tuning(study: StudyResult, explanation: Explanation, folder: Path) -> l
         )
     if len(study.objectives) > 1:
         paths += save_figure(folder / "front", 2.8, partial(_front, study=study))
-    if explanation.importances:
-        height = FRAME_INCH + BAR_INCH * len(explanation.importances)
-        paths += save_figure(
-            folder / "importance", height, partial(_importance, ranked=explanation.importances)
-        )
     if len(table.trials) > 1:
         rows = math.ceil(len(table.parameters) / GRID_COLUMNS)
         draw = partial(_slices, table=table, study=study, name=name)
@@ -75,12 +66,6 @@ def draw_tuning(study: StudyResult, explanation: Explanation, folder: Path) -> l
         paths += save_figure(
             folder / "waterfall", height, partial(_waterfall, found=explanation.waterfall)
         )
-    if explanation.components:
-        shown = [
-            each for key, each in explanation.components.items() if key == MARGIN or _is_shown(each)
-        ]
-        height = FRAME_INCH + 1.6 * BAR_INCH * len(shown)
-        paths += save_figure(folder / "components", height, partial(_components, shown=shown))
     return paths
 
 
@@ -181,20 +166,6 @@ def _scale(parameter: Parameter, cell: "Axes") -> None:
         cell.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
     cell.xaxis.set_major_formatter("{x:g}")
     cell.xaxis.set_minor_formatter(NullFormatter())
-
-
-def _importance(axes: "Axes", ranked: Sequence[Importance]) -> None:
-    """Bars with intervals."""
-    places = np.arange(len(ranked))
-    values = [each.share.value or 0.0 for each in ranked]
-    axes.barh(places, values, height=0.6, color=NEW, linewidth=0)
-    ends = error_bars([each.share for each in ranked])
-    axes.errorbar(values, places, xerr=ends, fmt="none", ecolor=LINE, linewidth=0.8)
-    axes.set_yticks(places, [each.name for each in ranked])
-    axes.invert_yaxis()
-    axes.tick_params(axis="y", length=0)
-    axes.set_xlim(0.0, None)
-    axes.set_xlabel("share of importance (PED-ANOVA), 95 % intervals")
 
 
 def _slices(axes: "Axes", table: TrialTable, study: StudyResult, name: str) -> None:
@@ -307,27 +278,6 @@ def _waterfall(axes: "Axes", found: Waterfall) -> None:
     axes.set_title(title, loc="left", fontsize=8)
 
 
-def _components(axes: "Axes", shown: Sequence[AuditEvidence]) -> None:
-    """Two bars per component; the difference with its interval stands to the right."""
-    places = np.arange(len(shown), dtype=np.float64)
-    sides = (("original", OLD, -0.19), ("incumbent", NEW, 0.19))
-    for key, colour, shift in sides:
-        label = "tuned file"
-        if key == "original":
-            label = "original file"
-        axes.barh(
-            places + shift,
-            [getattr(each, key) for each in shown],
-            height=0.36,
-            color=colour,
-            label=label,
-        )
-    axes.axvline(0.0, color=LINE, linewidth=0.8)
-    _label(axes, [each.what for each in shown], [_difference(each.difference) for each in shown])
-    axes.set_xlabel("[USD/run], what is paid negative; right: difference with its 95 % interval")
-    axes.figure.legend(loc="outside lower right", ncols=2, frameon=False, fontsize=7)
-
-
 def _label(axes: "Axes", labels: Sequence[str], texts: Sequence[str]) -> None:
     """Rows from top to bottom, with labels to their left and texts to their right."""
     axes.set_yticks(range(len(labels)), labels)
@@ -341,10 +291,6 @@ def _label(axes: "Axes", labels: Sequence[str], texts: Sequence[str]) -> None:
 
 def _difference(interval: Interval) -> str:
     return f"{number_text(interval.value, is_signed=True)} {bounds_text(interval)}".rstrip()
-
-
-def _is_shown(component: AuditEvidence) -> bool:
-    return max(abs(component.original or 0.0), abs(component.incumbent)) >= LEAST_SHOWN
 
 
 def _end(interval: Interval, key: str) -> float:

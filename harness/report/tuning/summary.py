@@ -1,13 +1,11 @@
 """What a tuning study found, in sentences."""
 
+from harness.audit.auditor import Audit
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import CENT
-from harness.report.numbers import (
-    bounds_text,
-    interval_text,
-)
+from harness.report.audit import audit_sentence
+from harness.report.numbers import bounds_text, interval_text
 from harness.statistics.interval import Interval
-from harness.tuning.audit.auditor import Audit
 from harness.tuning.explanation import Explanation
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
 
@@ -22,11 +20,11 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
     ]
     if not study.incumbent.values:
         lines.append("No trial was better than the original file: it stays as it is.")
-        return [*lines, *_room(explanation)]
+        return [*lines, *_room(study, explanation)]
     lines += [
-        _proof(explanation),
+        _proof(study, explanation),
         *_advice(study, explanation),
-        *_room(explanation),
+        *_room(study, explanation),
         *explanation.notes,
     ]
     return [*lines, _audit_text(explanation.audit)]
@@ -34,25 +32,20 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
 
 def _audit_text(audit: Audit) -> str:
     """Whether the auditor flags the optimum."""
+    text = audit_sentence(audit)
     if audit.flagged:
-        names = ", ".join(check.gap.title for check in audit.flagged)
-        flags = f"THE AUDITOR FLAGS THIS OPTIMUM: {names}."
-        return f"{flags} Read its evidence below before using the file."
-    examined = sum(check.is_examined for check in audit.checks)
-    text = "The auditor could examine nothing."
-    if examined:
-        text = f"The auditor flags nothing ({examined} of {len(audit.checks)} checks examined)."
+        return f"{text} Read its evidence below before using the file."
     if looks := "; ".join(check.look for check in audit.checks if check.look):
         text += f" Look at values at an end of their range: {looks}."
     return text
 
 
-def _proof(explanation: Explanation) -> str:
+def _proof(study: StudyResult, explanation: Explanation) -> str:
     margin = explanation.components.get(MARGIN)
     if margin is None:
         return "The margin is undefined, because the cargo was not simulated."
     where = "training missions that chose it (no evidence)"
-    if explanation.audit.unseen:
+    if study.is_tested:
         where = "unseen test missions"
     means = f"{margin.original:.2f} -> {margin.incumbent:.2f} USD/run"
     text = f"margin {means} on {explanation.audit.missions} {where}: "
@@ -67,7 +60,7 @@ def _advice(study: StudyResult, explanation: Explanation) -> list[str]:
     """What to do with a file that earns less than the original."""
     margin = explanation.components.get(MARGIN)
     most = None
-    if margin is not None and explanation.audit.unseen:
+    if margin is not None and study.is_tested:
         most = margin.difference.high
     if most is None or most >= 0.0:
         return []
@@ -78,9 +71,9 @@ def _advice(study: StudyResult, explanation: Explanation) -> list[str]:
     return [f"KEEP THE ORIGINAL FILE, which has the higher margin{why}."]
 
 
-def _room(explanation: Explanation) -> list[str]:
+def _room(study: StudyResult, explanation: Explanation) -> list[str]:
     room = explanation.room_usd_per_run
-    if room is None or not explanation.audit.unseen:
+    if room is None or not study.is_tested:
         return []
     left = f"{interval_text(room)} USD/run to gain, if a loss that has not happened yet is admitted"
     return [f"Nothing earns more than the fee, which leaves a better file at most {left}."]

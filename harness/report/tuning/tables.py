@@ -1,11 +1,13 @@
 """The tables of a tuning study."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from harness.audit.findings import AuditEvidence
 from harness.economics.accountings import ACCOUNTINGS
 from harness.economics.cost_terms import COST_TERMS
 from harness.metrics.columns import Row
+from harness.report.audit import audit_table
 from harness.report.blocks import Block, Replay, Table, declared
 from harness.report.numbers import (
     UNDEFINED,
@@ -17,9 +19,7 @@ from harness.report.numbers import (
 )
 from harness.report.texts import notes
 from harness.statistics.interval import Interval
-from harness.tuning.audit.findings import AuditEvidence
 from harness.tuning.explanation import Explanation
-from harness.tuning.importance import Importance
 from harness.tuning.mission_differences import MissionDifference, sentence
 from harness.tuning.objective import score_text
 from harness.tuning.result import StudyResult
@@ -49,7 +49,7 @@ def sheets(
         _waterfall(explanation),
         _components(explanation),
         _accountings(explanation),
-        _checks(explanation),
+        audit_table(explanation.audit.checks),
         _partings(explanation.partings),
         *(Replay(each.replay(command)) for each in explanation.partings),
     ]
@@ -144,8 +144,7 @@ def _bests(explanation: Explanation) -> Table:
     return declared("tuning_bests", rows, columns=[name.replace("_", " ") for name in names])
 
 
-def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Table:
-    shares = {each.name: each.share for each in ranked}
+def _changes(study: StudyResult, shares: Mapping[str, float]) -> Table:
     order = [*shares, *(each.name for each in study.space.parameters)]
     new = study.incumbent.values
     rows = []
@@ -155,7 +154,7 @@ def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Table:
         if is_list(each.original):
             allowed = f"{len(each.choices)} lists"
         cells = (value_text(each.original), *(values or ["unchanged"])[:1], allowed, each.unit)
-        rows.append((each.name, each.paths[0], *cells, interval_text(shares.get(each.name))))
+        rows.append((each.name, each.paths[0], *cells, number_text(shares.get(each.name))))
     return declared("tuning_changes", rows)
 
 
@@ -198,18 +197,6 @@ def _accountings(explanation: Explanation) -> Table:
         (name.replace("_", " "), *_both(each)) for name, each in explanation.audit.scores.items()
     )
     return declared("tuning_accountings", rows)
-
-
-def _checks(explanation: Explanation) -> Table:
-    rows = [
-        (check.gap.title, check.state.replace("flagged", "FLAGGED"), check.says)
-        for check in explanation.audit.checks
-    ]
-    notes = (
-        f"{check.gap.title}: a gap, because {check.gap.why}. What to do: {check.gap.advice}."
-        for check in explanation.audit.flagged
-    )
-    return declared("tuning_checks", rows, *notes)
 
 
 def _partings(partings: Sequence[MissionDifference]) -> Table:

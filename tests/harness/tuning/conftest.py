@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from harness.audit.pairs import EVENTS
 from harness.economics.prices import load_prices
 from harness.metrics.columns import Row
 from harness.tuning.evaluation import (
-    EVENTS,
     MARGIN,
     Candidate,
     Value,

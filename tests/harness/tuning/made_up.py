@@ -1,18 +1,11 @@
-"""A made-up world for tests of the search: no simulation, known optimum.
-
-And pairs for those of the auditor.
-"""
+"""A made-up world for tests of the search: no simulation, known optimum."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from harness.metrics.columns import Row
-from harness.statistics.interval import Interval
-from harness.tuning.audit.findings import AuditEvidence
-from harness.tuning.audit.pairs import Pairs
 from harness.tuning.evaluation import MARGIN, Candidate
 from harness.tuning.space.space import Parameter, Space
 
@@ -65,25 +58,3 @@ class MadeUp:
             "duration_s": 60.0 + off,
             MARGIN: 3.49 - 40.0 * contacts - 0.01 * off,
         }
-
-
-@dataclass(frozen=True, eq=False)
-class Sure(Pairs):
-    """Pairs whose differences all have the same p, 0 unless said otherwise."""
-
-    p: float = 0.0
-
-    def compare(
-        self, what: str, unit: str, original: Any, incumbent: Any, clusters: object = None
-    ) -> AuditEvidence:
-        before, after = float(original.mean()), float(incumbent.mean())
-        return AuditEvidence(
-            what, unit, before, after, Interval(after - before, None, None, len(original)), self.p
-        )
-
-
-def score(value: float, high: float | None = None, p: float | None = 0.0) -> AuditEvidence:
-    return AuditEvidence("margin", "USD/run", 0.0, value, Interval(value, None, high, 100), p)
-
-
-LOWER = {"published": score(-1.0, high=-0.1)}

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from harness.audit.pairs import Conditions
 from harness.economics.accountings import ACCOUNTINGS
 from harness.economics.prices import load_prices
 from harness.metrics.columns import Row
@@ -19,7 +20,6 @@ from harness.report.tables import print_blocks
 from harness.report.tuning.document import tuning_blocks, write_tuning
 from harness.report.tuning.summary import summary
 from harness.statistics.interval import Interval
-from harness.tuning.audit.auditor import audit
 from harness.tuning.evaluation import MARGIN, Candidate
 from harness.tuning.explanation import EXPLANATION, Explanation, explain
 from harness.tuning.mission_differences import mission_differences, sentence
@@ -27,6 +27,7 @@ from harness.tuning.output import DIFF
 from harness.tuning.result import StudyResult
 from harness.tuning.scores import scores_document
 from harness.tuning.space.constraint import parse_constraint
+from harness.tuning.study_audit import audit_study
 from harness.tuning.waterfall import REST, mixture, players, waterfall
 from navstack.errors import InputError
 
@@ -157,7 +158,7 @@ def explained(
     make_study: MakeStudy, evaluator: object, folder: Path
 ) -> tuple[StudyResult, Explanation]:
     study = make_study()
-    return study, explain(study, Counting(evaluator), folder, PRICES, waterfall_missions=MISSIONS)
+    return study, explain(study, Counting(evaluator), folder, PRICES, Conditions(), MISSIONS)
 
 
 def test_components_add_up_to_the_margin(explained: tuple[StudyResult, Explanation]) -> None:
@@ -208,7 +209,7 @@ def test_the_report_tells_everything(
         "differ most",
     ):
         assert heading in report
-    for stem in ("history", "importance", "slices", "waterfall", "components"):
+    for stem in ("history", "slices", "waterfall"):
         assert f"({stem}.png)" in report
         assert (folder / f"{stem}.png").stat().st_size > 10_000
         assert (folder / f"{stem}.pdf").is_file()
@@ -234,8 +235,8 @@ def test_no_file_earns_more_than_the_fee(explained: tuple[StudyResult, Explanati
     assert 0.0 <= room.low < room.value
     assert room.high > room.value + 1.0, "a loss that has not happened yet is admitted"
     assert any(f"at most {room.value:.2f} [" in line for line in summary(study, found))
-    trained = dataclasses.replace(found, audit=dataclasses.replace(found.audit, unseen=False))
-    assert not any("at most" in line for line in summary(study, trained))
+    trained = dataclasses.replace(study, test_rows=())
+    assert not any("at most" in line for line in summary(trained, found))
 
 
 def test_the_best_of_the_search_are_scored_under_every_accounting(
@@ -256,7 +257,7 @@ def test_a_front_is_shown(make_study: MakeStudy, evaluator: object, tmp_path: Pa
     both = dataclasses.replace(
         study, objectives=("margin", "-duration_s"), trials=trials, front=(0, 3)
     )
-    found = explain(both, Counting(evaluator), tmp_path, PRICES, waterfall_missions=0)
+    found = explain(both, Counting(evaluator), tmp_path, PRICES, Conditions(), 0)
     (tmp_path / DIFF).write_text("", encoding="utf-8")
     scores = {"train": {}, "test": {}}
     report = write_tuning(both, scores, found, COMMAND, tmp_path, "again", LINT).read_text("utf-8")
@@ -267,7 +268,7 @@ def test_a_study_without_improvement_is_told_of(
     make_study: MakeStudy, evaluator: object, tmp_path: Path
 ) -> None:
     study = make_study(trials=10, test=0, tuned={})
-    found = explain(study, Counting(evaluator), tmp_path, PRICES)
+    found = explain(study, Counting(evaluator), tmp_path, PRICES, Conditions())
     assert found.waterfall is None
     assert found.optimism_usd_per_run is None
     (tmp_path / DIFF).write_text("", encoding="utf-8")
@@ -300,7 +301,9 @@ def test_a_flag_stands_in_the_report(
     study, found = explained
     stacks = auditor_studies.drawn_deliveries(np.random.default_rng(3), 60)
     _, exploiting = auditor_studies.exploiting_study(stacks, "left_standing", 100, PRICES, 0)
-    lines = summary(study, dataclasses.replace(found, audit=audit(exploiting, PRICES)))
+    lines = summary(
+        study, dataclasses.replace(found, audit=audit_study(exploiting, PRICES, Conditions()))
+    )
     assert any("THE AUDITOR FLAGS" in line and "standing still" in line for line in lines)
 
 

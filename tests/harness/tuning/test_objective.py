@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from harness.audit.pairs import EVENTS
 from harness.economics.contact_costs import injury_costs
 from harness.economics.prices import load_prices
 from harness.metrics.columns import EPISODE_COLUMNS
 from harness.storage.tables import read_rows
-from harness.tuning.evaluation import EVENTS, MARGIN, SHARED_MARGIN
+from harness.tuning.evaluation import MARGIN, SHARED_MARGIN
 from harness.tuning.objective import UndefinedError, parse_objectives
 from harness.tuning.progress import expected_gain
 from harness.tuning.stack_evaluator import SHARED_FAULT, margin_of

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from harness.tuning.evaluation import EVENTS, MARGIN, Candidate
+from harness.audit.pairs import EVENTS
+from harness.tuning.evaluation import MARGIN, Candidate
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
 from harness.tuning.progress import StudyProgress, expected_gain

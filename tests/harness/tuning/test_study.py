@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from harness.audit.pairs import EVENTS
 from harness.economics.prices import load_prices
 from harness.execution.executors import InProcess
 from harness.execution.workers import Workers
@@ -25,7 +26,6 @@ from harness.storage.tables import read_rows
 from harness.task.study import EpisodeTask, RandomStreams, make_study
 from harness.tuning.declaration import StudyDeclaration, parse_duration, sizes
 from harness.tuning.evaluation import (
-    EVENTS,
     FIRST_TEST,
     MARGIN,
     Candidate,

@@ -1,10 +1,8 @@
 """The auditor's checks on deliveries.
 
-Does the incumbent earn more by driving better, or by a gap of the cost model?
-
 Every check is a hypothesis about pairs of deliveries on the same missions. It flags what is both
 large (the constants below) and no chance (a paired test at
-:data:`harness.tuning.audit.findings.LEVEL`).
+:data:`harness.audit.findings.LEVEL`).
 """
 
 from collections.abc import Mapping
@@ -12,12 +10,12 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.stats import fisher_exact
 
+from harness.audit.findings import LEVEL, AuditEvidence, Check
+from harness.audit.pairs import NEAR, SHARE, PairedSide, Pairs
 from harness.economics.accountings import PUBLISHED
 from harness.economics.contact_costs import injury_costs
 from harness.economics.valuation import CENT
 from harness.statistics.interval import Interval
-from harness.tuning.audit.findings import LEVEL, AuditEvidence, Check
-from harness.tuning.audit.pairs import NEAR, SHARE, PairedSide, Pairs
 from harness.world.outcome import Outcome
 from navstack.types import FloatArray
 
@@ -35,7 +33,7 @@ LONG = 0.5  # share of the time; a delivery in time that stands longer freezes
 NO_THRESHOLD, SHARED_FAULT, NEITHER = "no_threshold", "shared_fault", "no_threshold_shared_fault"
 SHARE_OF_TIME = "of the time"  # unit of what differs from delivery to delivery, unlike SHARE
 
-# the margin by accounting, see harness.tuning.audit.pairs.Pairs.scores
+# the margin by accounting, see harness.audit.pairs.Pairs.scores
 Scores = Mapping[str, AuditEvidence]
 
 
@@ -117,7 +115,7 @@ def timeouts(pairs: Pairs, scores: Scores) -> Check:
         found.append(AuditEvidence("way made good in those", SHARE, ways[0], way, none))
     return Check(
         "timeout",
-        shown.rises(SHARE_MORE) and (stood or pays),
+        shown.rises(SHARE_MORE) and ((stood and not_lower(scores)) or pays),
         says,
         tuple(found),
     )
@@ -176,11 +174,9 @@ def freezing(pairs: Pairs, scores: Scores) -> Check:
 
 
 def not_lower(scores: Scores) -> bool:
-    """Whether the published margin is not significantly lower than the original's."""
-    high = None
-    if PUBLISHED in scores:
-        high = scores[PUBLISHED].difference.high
-    return high is None or high >= 0.0
+    """Whether the published margin is as high as the original's: who loses by it gains nothing."""
+    gain = _gain(scores, PUBLISHED)
+    return gain is None or gain >= -CENT
 
 
 def _gain(scores: Scores, accounting: str) -> float | None:

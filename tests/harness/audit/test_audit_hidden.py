@@ -1,54 +1,18 @@
 """The auditor's checks for what the published accounting does not see, at their limits."""
 
-from typing import Any
+import math
 
-import numpy as np
 import pytest
 
-from harness.economics.accountings import EVENT, PERSON
-from harness.economics.prices import load_prices
-from harness.tuning.audit.findings import Check
-from harness.tuning.audit.hidden import dodging, harm, moved_fault, nearness, property_touches
-from harness.tuning.audit.pairs import NEAR, PairedSide
+from harness.audit.findings import LEAST_PAIRS, Check
+from harness.audit.hidden import dodging, harm, moved_fault, nearness, property_touches
+from harness.audit.pairs import NEAR
+from harness.metrics.columns import Row
 
-from .made_up import LOWER, Sure, score
+from .made_up import LOWER, PRICES, pairs, score, touch
 
-PRICES = load_prices("costnav")
 BOLLARD = PRICES.property_damage.bollard.value
 ROBOTS, OTHERS = "robot_into_person", "person_into_robot"
-Change = dict[str, Any]
-
-
-def side(n: int, events: tuple[Change, ...] | None, changes: dict[int, Change]) -> PairedSide:
-    row = {
-        "outcome": "sla",
-        "pedestrian_injury_usd": 0.0,
-        NEAR: 0.0,
-        "plant_contacts": None,
-        "fence_contacts": None,
-    }
-    row |= {f"{kind}_contacts": 0 for kind in ("mailbox", "trash_bin", "building_glass", "bollard")}
-    return PairedSide(
-        tuple({"episode": number, **row, **changes.get(number, {})} for number in range(n)), events
-    )
-
-
-def pairs(
-    n: int,
-    before: dict[int, Change] | None = None,
-    after: dict[int, Change] | None = None,
-    touches: tuple[tuple[Change, ...] | None, tuple[Change, ...] | None] = ((), ()),
-) -> Sure:
-    sides = [
-        side(n, events, changes or {})
-        for events, changes in zip(touches, (before, after), strict=True)
-    ]
-    return Sure(sides[0], sides[1], np.arange(n), (np.zeros(n), np.zeros(n)), PRICES, 0)
-
-
-def touch(impulse: float, kind: str = PERSON, fault: str = OTHERS) -> Change:
-    event = {"type": EVENT, "kind": kind, "episode": 0, "fault": fault}
-    return {**event, "impulse_ns": impulse, "peak_step_impulse_ns": 0.5 * impulse}
 
 
 @pytest.mark.parametrize(
@@ -88,7 +52,7 @@ def test_more_impulse_at_less_than_half_of_the_price_is_harm(
 def test_one_touch_in_fifty_or_harder_ones_that_cost_nothing_are_a_gap(
     impulses: tuple[tuple[float, ...], tuple[float, ...]], more: int, is_flagged: bool
 ) -> None:
-    before, after = (tuple(touch(impulse, "fence") for impulse in each) for each in impulses)
+    before, after = (tuple(touch(impulse, kind="fence") for impulse in each) for each in impulses)
     held = pairs(50, after={0: {"bollard_contacts": more}}, touches=(before, (*after, touch(70.0))))
     check = property_touches(held, {})
     assert check.is_flagged is is_flagged and not property_touches(held, LOWER).is_flagged
@@ -100,18 +64,13 @@ def test_one_touch_in_fifty_or_harder_ones_that_cost_nothing_are_a_gap(
 
 @pytest.mark.parametrize(
     ("near", "is_flagged"),
-    [
-        ((2.0, 3.0), True),
-        ((2.0, 2.75), False),
-        ((0.0, 0.5), True),
-        ((0.0, 0.25), False),
-        ((0.5, 1.0), True),
-    ],
+    [((3.0, 6.0), True), ((4.0, 7.5), False), ((0.0, 3.0), True), ((1.0, 3.5), False)],
 )
-def test_half_as_long_again_beside_people_is_nearness(
+def test_twice_as_long_beside_people_is_nearness(
     near: tuple[float, float], is_flagged: bool
 ) -> None:
-    held = pairs(1, {0: {NEAR: near[0]}}, {0: {NEAR: near[1]}})
+    before, after = (dict.fromkeys(range(LEAST_PAIRS), {NEAR: each}) for each in near)
+    held = pairs(LEAST_PAIRS, before, after)
     assert nearness(held, {}).is_flagged is is_flagged and not nearness(held, LOWER).is_flagged
 
 
@@ -120,7 +79,8 @@ def test_what_cannot_be_told_is_not_examined() -> None:
     assert harm(bare, {}) == Check("harm", False, unknown, is_examined=False)
     assert property_touches(bare, {}) == Check("property", False, unknown, is_examined=False)
     alone = pairs(1, after={0: {NEAR: None}})
-    assert nearness(alone, {}) == Check("nearness", False, "nobody was there", is_examined=False)
+    few = "too few arrived where people are"
+    assert nearness(alone, {}) == Check("nearness", False, few, is_examined=False)
     for held, scores, said in (
         (bare, {"published": score(0.0), "robot_at_fault": score(1.0)}, unknown),
         (pairs(1), {"published": score(0.0)}, unknown),
@@ -129,33 +89,35 @@ def test_what_cannot_be_told_is_not_examined() -> None:
         assert moved_fault(held, scores, False) == Check("fault", False, said, is_examined=False)
 
 
-HURT: Change = {"pedestrian_injury_usd": 40.0}
-LATE: Change = {"outcome": "timeout"}
-HELPED: Change = {"outcome": "physical_assistance"}
+HURT: Row = {"pedestrian_injury_usd": 40.0}
+LATE: Row = {"outcome": "timeout"}
+HELPED: Row = {"outcome": "physical_assistance"}
 
 
 def test_costly_deliveries_that_end_otherwise_are_dodged() -> None:
-    """12 of 12 with injuries end without arrival and none of 27 others.
-
-    Sign test 2^-12, Fisher's 1 / C(39, 12).
-    """
-    before = {
-        **dict.fromkeys(range(12), HURT),
-        12: {"pedestrian_injury_usd": 0.01},
-        13: {**HURT, **LATE},
-    }
+    """Of 12 with injuries some end without arrival, of 27 others none."""
+    costly = {**dict.fromkeys(range(12), HURT), 12: {"pedestrian_injury_usd": 0.01}}
+    before = {**costly, 13: {**HURT, **LATE}}
     after = {**dict.fromkeys(range(6), LATE), **dict.fromkeys(range(6, 12), HELPED)}
     check = dodging(pairs(40, before, after), {})
     (found,) = check.evidence
     assert (found.original, found.incumbent, found.difference.n) == (0.0, 1.0, 12)
-    assert found.p == pytest.approx(2.0 * 2.0**-12, rel=1e-12) and check.is_flagged
-    back = dodging(pairs(40, {**before, 20: HELPED}, {**after, 20: HURT}), {}).evidence[0]
-    assert back.p == pytest.approx(2.0 * 14.0 * 2.0**-13, rel=1e-12), "once the other way round"
+    assert check.is_flagged
+    assert found.p == pytest.approx(2.0 / math.comb(39, 12)), "half or more: Fisher's test alone"
+    five = dict.fromkeys(range(5), LATE)
+    assert dodging(pairs(40, before, five), {}).evidence[0].p == pytest.approx(2.0 * 2.0**-5)
+    back = dodging(pairs(40, {**before, 20: HELPED}, {**five, 20: HURT}), {}).evidence[0]
+    assert back.p == pytest.approx(2.0 * 7.0 * 2.0**-6), "once the other way round"
+
+
+def test_property_that_was_broken_is_dear_as_well() -> None:
+    before = dict.fromkeys(range(11), {"bollard_contacts": 1})
+    assert dodging(pairs(40, before, dict.fromkeys(range(11), LATE)), {}).is_flagged
 
 
 def test_a_twentieth_of_the_costly_deliveries_is_the_least_that_is_dodged() -> None:
-    before = dict.fromkeys(range(200), HURT)
-    for failed, is_flagged in ((10, True), (9, False)):
+    before = dict.fromkeys(range(220), HURT)
+    for failed, is_flagged in ((11, True), (10, False)):
         held = pairs(1000, before, dict.fromkeys(range(failed), LATE))
         assert dodging(held, {}).is_flagged is is_flagged
         assert not dodging(held, LOWER).is_flagged
@@ -163,11 +125,11 @@ def test_a_twentieth_of_the_costly_deliveries_is_the_least_that_is_dodged() -> N
     assert (check.evidence[0].p, check.is_flagged) == (1.0, False), "no delivery was dodged"
 
 
-def contacts(robots: int, others: int, impulse: float) -> tuple[Change, ...]:
+def contacts(robots: int, others: int, impulse: float) -> tuple[Row, ...]:
     return (
         (touch(impulse, fault=ROBOTS),) * robots
         + (touch(impulse, fault=OTHERS),) * others
-        + (touch(9.0, "fence"),)
+        + (touch(9.0, kind="fence"),)
     )
 
 
@@ -214,8 +176,8 @@ def test_who_tunes_by_fault_must_gain_by_it_for_sure(p: float | None, is_flagged
     assert not moved_fault(held, scores, False).is_flagged
 
 
-@pytest.mark.parametrize(("others", "is_flagged"), [(10, True), (9, False)])
+@pytest.mark.parametrize(("others", "is_flagged"), [(11, True), (10, False)])
 def test_a_twentieth_of_the_contacts_is_the_least_that_moved(others: int, is_flagged: bool) -> None:
-    held = pairs(1, touches=(contacts(200, 0, 10.0), contacts(200 - others, others, 10.0)))
+    held = pairs(1, touches=(contacts(220, 0, 10.0), contacts(220 - others, others, 10.0)))
     scores = {"robot_at_fault": score(1.0), "published": score(0.0)}
     assert moved_fault(held, scores, False).is_flagged is is_flagged

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from scipy.stats import rankdata, t
 
-from harness.tuning.audit import search as audit_search
-from harness.tuning.audit.findings import AuditEvidence, Check
-from harness.tuning.audit.search import Edge, _p_near, _p_of_trend, computing, edges
+from harness.audit.findings import AuditEvidence, Check
+from harness.tuning import study_audit
 from harness.tuning.evaluation import Candidate
 from harness.tuning.result import COMPLETE, StudyResult, Trial, TrialTable, trial_table
 from harness.tuning.space.space import Parameter, Space
+from harness.tuning.study_audit import Edge, _p_near, _p_of_trend, computing, edges
 
 
 def searched(parameter: Parameter, value: Any, slope: float, trials: int = 60) -> StudyResult:
@@ -189,7 +189,7 @@ def test_tuned_values_share_the_level(monkeypatch: pytest.MonkeyPatch) -> None:
     p = edges(study).evidence[0].p
     assert p is not None
     for level, is_flagged in ((2.0 * p, True), (1.99 * p, False)):
-        monkeypatch.setattr(audit_search, "LEVEL", level)
+        monkeypatch.setattr(study_audit, "LEVEL", level)
         check = edges(study)
         assert check.is_flagged is is_flagged
         assert [each.what for each in check.evidence] == (
@@ -285,5 +285,5 @@ def test_there_is_no_trend_where_nothing_varies(monkeypatch: pytest.MonkeyPatch)
     places = np.random.default_rng(0).random(20)
     assert _p_of_trend(made(NUMBER, places, np.ones(20)), 0, True) == 1.0
     assert _p_of_trend(made(NUMBER, np.full(20, 0.5), places), 0, True) == 1.0
-    monkeypatch.setattr(audit_search, "least_squares", lambda design, answer: (-np.ones(3), 0.0, 3))
+    monkeypatch.setattr(study_audit, "least_squares", lambda design, answer: (-np.ones(3), 0.0, 3))
     assert _p_of_trend(made(NUMBER, places, places), 0, True) == 1.0

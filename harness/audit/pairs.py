@@ -1,4 +1,4 @@
-"""Deliveries of two candidates on the same missions, as arrays that the auditor compares."""
+"""Deliveries of two stacks on the same missions, as arrays that the auditor compares."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -6,24 +6,35 @@ from typing import NamedTuple
 
 import numpy as np
 
+from harness.audit.findings import LEAST_PAIRS, AuditEvidence
 from harness.economics.accountings import ACCOUNTINGS, EVENT, PERSON, PUBLISHED, ROBOT_MOVED
 from harness.economics.prices import Prices
 from harness.economics.valuation import CENT, column, margins, missions
 from harness.metrics.columns import Row
 from harness.metrics.contacts import PRICED_PROPERTY
-from harness.statistics.bootstrap import IntArray
+from harness.statistics.bootstrap import IntArray, number_clusters
 from harness.statistics.paired import compare_pairs
-from harness.tuning.audit.findings import AuditEvidence
-from harness.tuning.evaluation import EVENTS
 from harness.world.outcome import Outcome
 from navstack.types import BoolArray, FloatArray
 
 MONEY, SHARE = "USD/run", "share"  # units
+EVENTS = "events"  # column that an audited row has besides: its rows of events.parquet, a list
 # column: share of the time with somebody within 1.2 m; null where nobody was there
 NEAR = "personal_intrusion_percent"
 FASTEST = 0.9  # quantile of a candidate's mean speeds that stands for driving unhindered
 SLOWEST = 0.01  # [m/s] below which that is no driving
 BAND = 0.7  # of the threshold from which on a touch that does not count is close to it
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """What the deliveries of two stacks were driven under, as far as the auditor needs it."""
+
+    # [N s] in one physics step with one partner, from which a contact counts; published
+    threshold: float = 50.0
+    spoiled_fraction: float = 0.05  # share of the cargo above which food is spoiled; published
+    localizers: tuple[str, str] = ("", "")  # names; empty: not known
+    has_exact_gps: bool = False  # the second stack's GPS is the true position, as published
 
 
 class Touches(NamedTuple):
@@ -45,6 +56,11 @@ class PairedSide:
     def column(self, key: str) -> FloatArray:
         """A column; NaN where it is null."""
         return column(self.rows, key)
+
+    def arrived(self, key: str) -> FloatArray:
+        """A column; NaN also where the delivery ended without arrival."""
+        is_failed = self.ended(Outcome.TIMEOUT) + self.ended(Outcome.PHYSICAL_ASSISTANCE) > 0.0
+        return np.where(is_failed, np.nan, self.column(key))
 
     def ended(self, outcome: Outcome) -> FloatArray:
         """1 where a delivery ended so, else 0."""
@@ -209,6 +225,17 @@ class Pairs:
     def of(self, what: str, unit: str, column: Callable[[PairedSide], FloatArray]) -> AuditEvidence:
         """The same of what each side has."""
         return self.compare(what, unit, column(self.original), column(self.incumbent))
+
+    def known(
+        self, what: str, unit: str, column: Callable[[PairedSide], FloatArray]
+    ) -> AuditEvidence | None:
+        """The same over the pairs in which both have it; None: these are too few to test."""
+        first, second = column(self.original), column(self.incumbent)
+        both = ~(np.isnan(first) | np.isnan(second))
+        if both.sum() < LEAST_PAIRS:
+            return None
+        clusters = number_clusters(self.clusters[both].tolist())
+        return self.compare(what, unit, first[both], second[both], clusters)
 
     def margins(self, accounting: str) -> tuple[FloatArray, FloatArray] | None:
         """Each delivery's contribution margin [USD] of both.

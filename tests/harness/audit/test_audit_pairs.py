@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from harness.audit.findings import LEAST_PAIRS, LEVEL, AuditEvidence, Check
+from harness.audit.pairs import EVENTS, MONEY, NEAR, SHARE, PairedSide, Pairs, pair_up, shares
 from harness.economics.accountings import COUNTED, EVENT, PERSON
 from harness.economics.contact_costs import injury_costs
 from harness.economics.prices import load_prices
 from harness.statistics.interval import Interval
-from harness.tuning.audit.findings import LEVEL, AuditEvidence, Check
-from harness.tuning.audit.pairs import MONEY, NEAR, SHARE, PairedSide, Pairs, pair_up, shares
-from harness.tuning.evaluation import EVENTS, MARGIN, Candidate
 from harness.world.outcome import Outcome
+from tools.auditor_studies import drawn_deliveries, settle
 
 PRICES = load_prices("costnav")
 PLACE = {"start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 9.0, "goal_y_m": 0.0, "start_yaw_rad": 0.0}
@@ -94,6 +94,39 @@ def test_touches_are_events_of_people_or_of_anything_else() -> None:
     assert side({}, events=None).touches(of_people=True).numbers.size == 0
 
 
+@pytest.mark.parametrize(
+    ("impulse", "step", "kind", "is_close"),
+    [
+        (34.9, 34.9, PERSON, 0),
+        (35.0, 35.0, PERSON, 1),
+        (49.9, None, PERSON, 1),
+        (50.0, 50.0, PERSON, 0),  # counted
+        (50.0, 20.0, PERSON, 1),  # together it would be
+        (49.9, 20.0, PERSON, 0),
+        (40.0, 40.0, "bollard", 0),
+    ],
+)
+def test_a_touch_is_close_from_seven_tenths_of_the_threshold(
+    impulse: float, step: float | None, kind: str, is_close: int
+) -> None:
+    own = side({}, {}, events=(touch(1, impulse, step, kind),))
+    assert own.close_touches(50.0).tolist() == [0, is_close]
+
+
+def test_what_is_known_is_compared_where_both_arrived() -> None:
+    """Of fourteen pairs three are left out: a timeout, and two without the column."""
+    rows: list[dict[str, Any]] = [{"outcome": "sla", "it": 1.0} for _ in range(14)]
+    before, after = list(rows), [{**row, "it": 3.0} for row in rows]
+    before[0], before[1], after[2] = ({**rows[0], "outcome": "timeout"}, *[{"outcome": "sla"}] * 2)
+    held = pairs(side(*before), side(*after))
+    found = held.known("it", "m", lambda each: each.arrived("it"))
+    assert found is not None and (found.original, found.incumbent) == (1.0, 3.0)
+    assert found.difference.n == LEAST_PAIRS == 11
+    before[3] = before[0]
+    fewer = pairs(side(*before), side(*after))
+    assert fewer.known("it", "m", lambda each: each.arrived("it")) is None
+
+
 def test_property_is_paid_for_at_its_price() -> None:
     others = dict.fromkeys(
         (f"{kind}_contacts" for kind in ("mailbox", "trash_bin", "plant", "building_glass")), 0
@@ -147,15 +180,17 @@ def test_nothing_has_no_margin() -> None:
     assert empty.margins("published") is None and empty.scores == {}
 
 
-def test_margins_are_those_of_an_accounting(evaluator: Any) -> None:
+def test_margins_are_those_of_an_accounting() -> None:
     """Without a threshold whole events are paid for, not only what of them was counted."""
-    rows = evaluator.rows(Candidate("original", {}), range(40))
+    rows = drawn_deliveries(np.random.default_rng(0), 40)["fast"]
+    for row in rows:
+        settle(row, PRICES)
     hurt = np.array([row["pedestrian_injury_usd"] for row in rows])
     paired = pair_up(rows, rows, PRICES, 0)
     counted, single = paired.margins("published"), paired.margins("no_threshold")
     assert counted is not None and single is not None
     (published, again), (free, _) = counted, single
-    assert published == pytest.approx(np.array([row[MARGIN] for row in rows])) and hurt.sum() > 0.0
+    assert hurt.sum() > 0.0
     events = [[each["impulse_ns"] for each in row[EVENTS] if each["type"] == EVENT] for row in rows]
     whole = np.array([injury_costs(impulses, PRICES).sum() for impulses in events])
     assert free == pytest.approx(published + hurt - whole) and again.tolist() == published.tolist()

@@ -1,16 +1,17 @@
 """The auditor's checks for costs that the published accounting does not see.
 
-As in :mod:`harness.tuning.audit.checks`, each flags what is both large and no chance. All ask
-besides that the published margin is not shown to be lower: whoever pays for it exploits nothing.
+As in :mod:`harness.audit.checks`, each flags what is both large and no chance, where the published
+margin is not lower: whoever pays for it exploits nothing.
 """
 
 from scipy.stats import binomtest, fisher_exact
 
+from harness.audit.checks import Scores, not_lower
+from harness.audit.findings import Check
+from harness.audit.pairs import MONEY, NEAR, PairedSide, Pairs, shares
 from harness.economics.accountings import AT_FAULT, PUBLISHED
+from harness.economics.prices import Prices
 from harness.economics.valuation import CENT
-from harness.tuning.audit.checks import Scores, not_lower
-from harness.tuning.audit.findings import Check
-from harness.tuning.audit.pairs import MONEY, NEAR, PairedSide, Pairs, shares
 from harness.world.outcome import Outcome
 from navstack.types import BoolArray, FloatArray
 
@@ -18,10 +19,11 @@ MORE_IMPULSE = 1.0  # [N s/run] more of it, from which a check may flag
 # of the original's dollars per N s; an incumbent that pays less is violent at a discount
 CHEAPER = 0.5
 MORE_TOUCHES = 0.02  # [1/run] more touches of property
-NEARER = 0.5  # of the original's time near people; more than so much beside it is nearness
-NEARER_LEAST = 0.5  # [% of the time] the same, at least
+NEARER = 1.0  # of the original's time near people; more than so much beside it is nearness
+NEARER_LEAST = 3.0  # [% of the time] the same, at least: 2 s of a minute
 # of the original's costly deliveries, beyond the share elsewhere, that end without arrival
 DODGED = 0.05
+MOST_DODGED = 0.5  # of the costly deliveries; hard missions alone do not bring that about
 AS_MANY = 0.8  # of the original's impulse: who exchanges less has not only moved the fault
 UNKNOWN = "single contacts are not known"
 
@@ -72,9 +74,9 @@ def property_touches(pairs: Pairs, scores: Scores) -> Check:
 
 def nearness(pairs: Pairs, scores: Scores) -> Check:
     """Driving close to people for longer."""
-    if pairs.lacks_people:
-        return Check("nearness", False, "nobody was there", is_examined=False)
-    near = pairs.of("time with somebody within 1.2 m", "%", lambda side: side.column(NEAR))
+    near = pairs.known("time with somebody within 1.2 m", "%", lambda side: side.arrived(NEAR))
+    if near is None:
+        return Check("nearness", False, "too few arrived where people are", is_examined=False)
     least = max(NEARER * (near.original or 0.0), NEARER_LEAST)
     return Check(
         "nearness",
@@ -89,10 +91,10 @@ def dodging(pairs: Pairs, scores: Scores) -> Check:
 
     Assistance or a timeout is cheaper.
 
-    Both of two tests must hold: more of these than of the others end so (Fisher's exact test), and
-    more than the other way round (sign test), as hard missions are hard for both.
+    More of these than of the others end so (Fisher's exact test). As hard missions are hard for
+    both, there must be more than the other way round besides (sign test), or half of them.
     """
-    costly, dear = (_is_costly(side) for side in pairs.sides)
+    costly, dear = (_is_costly(side, pairs.prices) for side in pairs.sides)
     before, failed = (_failed(side) for side in pairs.sides)
     counts = [
         [int((failed & own).sum()), int((~failed & own).sum())]
@@ -102,7 +104,10 @@ def dodging(pairs: Pairs, scores: Scores) -> Check:
     is_chance = 1.0
     if there:
         is_chance = float(binomtest(there, there + back, alternative="greater").pvalue)
-    p = min(1.0, 2.0 * max(is_chance, float(fisher_exact(counts, alternative="greater").pvalue)))
+    is_unrelated = float(fisher_exact(counts, alternative="greater").pvalue)
+    if there > back and there >= MOST_DODGED * costly.sum():
+        is_chance = is_unrelated
+    p = min(1.0, 2.0 * max(is_chance, is_unrelated))
     found = shares(
         "ended without arrival where the original paid injuries, beside elsewhere",
         counts[1],
@@ -163,9 +168,9 @@ def _property_touches(side: PairedSide) -> FloatArray:
     return side.per_delivery(side.touches(of_people=False).numbers)
 
 
-def _is_costly(side: PairedSide) -> BoolArray:
-    """Whether a delivery arrived, and somebody was hurt on the way."""
-    costly: BoolArray = ~_failed(side) & (_injuries(side) > CENT)
+def _is_costly(side: PairedSide, prices: Prices) -> BoolArray:
+    """Whether a delivery arrived, and somebody or something was hurt on the way."""
+    costly: BoolArray = ~_failed(side) & (_injuries(side) + side.property_usd(prices) > CENT)
     return costly
 
 

@@ -1,10 +1,8 @@
-"""The auditor's checks on the search.
+"""The audit of a study: its deliveries, and two checks on its search.
 
-What a tuned file computes, and values at the edge of their range.
-
-Latency costs nothing in simulation, and a tuned value at an edge may have its best beyond. There an
-alarm needs a trend that goes on to the edge; a value that lies there without one, by chance or
-because it does not matter, is named to be looked at.
+These are what a tuned file computes, and values at the edge of their range. Latency costs nothing
+in simulation, and a tuned value at an edge may have its best beyond. There an alarm needs a trend
+that goes on to the edge; a value that lies there without one is named to be looked at.
 """
 
 import math
@@ -13,7 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from harness.tuning.audit.findings import LEVEL, AuditEvidence, Check
+from harness.audit.auditor import Audit, audit, unexamined
+from harness.audit.findings import LEVEL, AuditEvidence, Check
+from harness.audit.pairs import Conditions, pair_up
+from harness.economics.prices import Prices
 from harness.tuning.result import StudyResult, TrialTable, least_squares, trial_table
 from harness.tuning.space.space import Parameter
 
@@ -54,6 +55,23 @@ class Edge:
         if product == 0.0:
             return 0.0
         return product * (1.0 - math.log(product))
+
+
+def audit_study(study: StudyResult, prices: Prices, conditions: Conditions) -> Audit:
+    """Hold the incumbent against the original.
+
+    Args:
+        study: with test rows, or with training rows alone; rows with their events where single
+            contacts are to be told.
+        prices: the price file.
+        conditions: that the world and its rules set.
+    """
+    pairs = pair_up(*study.judged_rows, prices, study.seed)
+    found = audit(pairs, conditions, any("shared" in name for name in study.objectives))
+    checks = found.checks
+    if not study.incumbent.values:
+        checks = unexamined("the file is unchanged")
+    return Audit((*checks, computing(study), edges(study)), found.scores, found.missions)
 
 
 def computing(study: StudyResult) -> Check:
