@@ -3,9 +3,19 @@
 import difflib
 from collections.abc import Iterable, Mapping
 
+LONGEST = 1200  # [characters] of a message; what a file holds may be of any length
+LONGEST_END = 300
+
 
 class NavstackError(Exception):
     """Base of all errors of this project; the message is one clear line."""
+
+    def __str__(self) -> str:
+        """The message, its middle left out where it is long: the advice stands at the end."""
+        text = super().__str__()
+        if len(text) > LONGEST:
+            text = f"{text[: LONGEST - LONGEST_END]} [...] {text[-LONGEST_END:]}"
+        return text
 
 
 class InputError(NavstackError):

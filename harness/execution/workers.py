@@ -173,7 +173,9 @@ class Workers:
 
     def _most(self) -> int:
         """Number of tasks that may run just now."""
-        return self._count if self._room is None else min(self._count, self._room())
+        if self._room is None:
+            return self._count
+        return min(self._count, self._room())
 
     def _ended(self, running: "dict[Future[Result], _Running[Task]]") -> "list[Future[Result]]":
         """Wait for what is done, overdue or silent; nothing, when it is time to look again."""
@@ -199,12 +201,9 @@ def _collect(
     task, lost = each.attempt.task, each.attempt.lost
     if not future.done():
         each.slot.discard()
-        is_late = each.deadline <= time.monotonic()
-        reason = (
-            f"it ran for more than {time_limit:g} s (--episode-timeout)"
-            if is_late
-            else NOTHING_DONE
-        )
+        reason = NOTHING_DONE
+        if each.deadline <= time.monotonic():
+            reason = f"it ran for more than {time_limit:g} s (--episode-timeout)"
     else:
         error = future.exception()
         if error is None:

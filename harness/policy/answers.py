@@ -83,6 +83,8 @@ def received(read: Callable[[int], bytes]) -> FloatArray | str | None:
     if kind == DONE or length % (2 * NUMBER.itemsize):
         raise AnswerError(f"{length} bytes that are no answer")
     numbers = np.frombuffer(content, NUMBER).astype(np.float64)
-    answer = numbers if kind == VELOCITY else numbers.reshape(-1, 2)
+    answer = numbers
+    if kind == WAYPOINTS:
+        answer = numbers.reshape(-1, 2)
     check(answer)
     return answer

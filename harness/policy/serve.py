@@ -28,11 +28,14 @@ def load(policy: str, file: str) -> Any:
         file: that it is made with; empty: without.
     """
     where, _, name = policy.rpartition(":")
-    module = (
-        _module_of_file(Path(where)) if where.endswith(".py") else importlib.import_module(where)
-    )
+    if where.endswith(".py"):
+        module = _module_of_file(Path(where))
+    else:
+        module = importlib.import_module(where)
     make = getattr(module, name)
-    return make(file) if file else make()
+    if file:
+        return make(file)
+    return make()
 
 
 def _module_of_file(path: Path) -> ModuleType:

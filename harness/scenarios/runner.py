@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -107,7 +108,7 @@ def _scene(scenario: Scenario, path: Path) -> Scene:
 def _beside(path: Path, name: str) -> str:
     """A file beside the scenario's by its path, anything else as it is: a built-in name."""
     beside = path.parent / name
-    if beside.is_file():
+    if os.path.isfile(beside):
         return str(beside)
     return name
 

@@ -24,7 +24,9 @@ def as_json(value: Any) -> Any:
         }
     if isinstance(value, Mapping):
         return {key: as_json(entry) for key, entry in value.items()}
-    return [as_json(entry) for entry in value] if isinstance(value, list | tuple) else value
+    if isinstance(value, list | tuple):
+        return [as_json(entry) for entry in value]
+    return value
 
 
 def write_document(path: Path, document: Mapping[str, Any]) -> None:

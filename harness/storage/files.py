@@ -40,7 +40,10 @@ def require_writable(what: str, file: Path, suffixes: Sequence[str] = ()) -> Non
             f"{what} '{file}' cannot be written: its folder does not exist; make it, or choose "
             "another"
         )
-    if not os.access(file if file.exists() else file.absolute().parent, os.W_OK):
+    to_write = file
+    if not file.exists():
+        to_write = file.absolute().parent
+    if not os.access(to_write, os.W_OK):
         raise InputError(f"{what} '{file}' cannot be written: permission denied; choose another")
 
 
@@ -68,7 +71,9 @@ def require_real_folders(path: Path) -> None:
     Raises:
         InputError: there is such a link; it could lead anywhere.
     """
-    folders = list(path.iterdir()) if path.is_dir() else []
+    folders: list[Path] = []
+    if path.is_dir():
+        folders += path.iterdir()
     suite = path.absolute().parent
     if CELL.search(path.name) and (suite / SUITE).is_file():
         folders += [path, suite / FIGURES]

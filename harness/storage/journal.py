@@ -54,7 +54,9 @@ def record_of(line: bytes) -> Row | None:
         record = clean_texts(record)
     except (ValueError, KeyError, TypeError, RecursionError):
         return None
-    return dict(record) if whole else None
+    if whole:
+        return dict(record)
+    return None
 
 
 def records_in(
@@ -81,11 +83,11 @@ def records_in(
         record = record_of(line)
         if record is None and end >= size:
             return
-        trouble = "" if record is None else _trouble_in(record, tables)
-        if record is None or trouble or key_of(record) in known:
-            complain(
-                f"line {number} is {f'damaged: {trouble}' if trouble else 'damaged or there twice'}"
-            )
+        trouble = "damaged or there twice"
+        if record is not None and (found := _trouble_in(record, tables)):
+            record, trouble = None, f"damaged: {found}"
+        if record is None or key_of(record) in known:
+            complain(f"line {number} is {trouble}")
             continue
         known.add(key_of(record))
         yield (
@@ -148,16 +150,14 @@ def records_of(
 def _trouble_in(record: Row, tables: Mapping[str, Columns]) -> str:
     """What is wrong with a record, with or without events; empty if nothing is."""
     row, timing = record["row"], record["timing"]
-    has_failed = row.get("error") is not None
-    found = [
-        ("episode", trouble_with(row, tables["episodes"], KEYS if has_failed else (*KEYS, *NEEDED)))
-    ]
-    found += [
-        ("event", trouble_with(event, tables["events"])) for event in record.get("events", ())
-    ]
-    found.append(
-        ("timing", trouble_with(timing, tables["timings"], () if has_failed else NEEDED_OF_TIMINGS))
-    )
+    needed: Sequence[str] = (*KEYS, *NEEDED)
+    needed_times: Sequence[str] = NEEDED_OF_TIMINGS
+    if row.get("error") is not None:
+        needed, needed_times = KEYS, ()
+    found = [("episode", trouble_with(row, tables["episodes"], needed))]
+    for event in record.get("events", ()):
+        found.append(("event", trouble_with(event, tables["events"])))
+    found.append(("timing", trouble_with(timing, tables["timings"], needed_times)))
     return next((f"{part}: {trouble}" for part, trouble in found if trouble), "")
 
 
@@ -178,7 +178,9 @@ def trouble_with(row: object, columns: Columns, needed: Sequence[str] = ()) -> s
         if _is_odd(value, columns.get(name)):
             return _shown(f"{name} {value!r} is no measurement")
     missing = next((name for name in needed if name in columns and row.get(name) is None), None)
-    return "" if missing is None else f"{missing} is missing"
+    if missing is None:
+        return ""
+    return f"{missing} is missing"
 
 
 def _is_odd(value: object, kind: str | None) -> bool:

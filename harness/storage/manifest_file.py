@@ -37,17 +37,17 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     """
     if not (folder / MANIFEST).is_file():
         runs = sorted(manifest.parent for manifest in folder.glob(f"*/{MANIFEST}"))
-        advice = (
-            f"give one of its {len(runs)} runs, e.g. {runs[0]}"
-            if runs
-            else "give the folder that a run wrote"
-        )
+        advice = "give the folder that a run wrote"
+        if runs:
+            advice = f"give one of its {len(runs)} runs, e.g. {runs[0]}"
         raise InputError(f"'{folder}' holds no run: {MANIFEST} is missing; {advice}")
     try:
         content = json.loads(read_text(folder / MANIFEST))
     except (ValueError, RecursionError):
         return {}
-    return content if isinstance(content, dict) else {}
+    if not isinstance(content, dict):
+        return {}
+    return content
 
 
 def extend_run(path: Path, episodes: int) -> None:
@@ -89,7 +89,9 @@ def accept_changes(path: Path) -> None:
 def mixed_files(path: Path) -> list[str]:
     """Files of a run that were changed, and taken as they were; by its manifest."""
     noted = read_manifest(path).get("mixed", [])
-    return [str(name) for name in noted] if isinstance(noted, list) else []
+    if not isinstance(noted, list):
+        return []
+    return [str(name) for name in noted]
 
 
 def _rewrite(path: Path, changes: Row) -> None:

@@ -99,12 +99,16 @@ class Rows(Sequence[Row]):
 
 def values(rows: Sequence[Mapping[str, Any]], name: str) -> list[Any]:
     """A column of rows; None where it is null or missing."""
-    return rows.values(name) if isinstance(rows, Rows) else [row.get(name) for row in rows]
+    if isinstance(rows, Rows):
+        return rows.values(name)
+    return [row.get(name) for row in rows]
 
 
 def take(rows: Sequence[Row], numbers: Sequence[int]) -> Sequence[Row]:
     """The rows of these numbers, in their order."""
-    return rows.take(numbers) if isinstance(rows, Rows) else [rows[number] for number in numbers]
+    if isinstance(rows, Rows):
+        return rows.take(numbers)
+    return [rows[number] for number in numbers]
 
 
 def _schema(columns: Columns) -> "pa.Schema":

@@ -296,4 +296,6 @@ def count_finished(path: Path) -> int:
                 line.endswith(b"\n") for line in iter(lambda: journal.readline(MOST_LINE), b"")
             )
     table = path / "episodes.parquet"
-    return len(read_rows(table, {"episode": "int64"})) if table.is_file() else 0
+    if not table.is_file():
+        return 0
+    return len(read_rows(table, {"episode": "int64"}))

@@ -19,7 +19,9 @@ def shipped(kind: str) -> Path:
     Inside the installed package, or beside it in a checkout.
     """
     installed = _PACKAGE / "_shipped" / kind
-    return installed if installed.is_dir() else _PACKAGE.parent / kind
+    if installed.is_dir():
+        return installed
+    return _PACKAGE.parent / kind
 
 
 def is_file(name_or_file: str) -> bool:
@@ -38,8 +40,8 @@ def resolve(name_or_file: str, folder: Path, what: str) -> Path:
     """
     given = Path(name_or_file)
     if is_file(name_or_file):
-        if not given.is_file():
-            trouble = "is a folder" if given.is_dir() else "does not exist"
+        if not os.path.isfile(given):
+            trouble = "is a folder" if os.path.isdir(given) else "does not exist"
             known = ", ".join(names(folder))
             raise InputError(
                 f"{what} file '{name_or_file}' {trouble}; give a YAML file or one of: {known}"
@@ -51,7 +53,7 @@ def resolve(name_or_file: str, folder: Path, what: str) -> Path:
         )
         name_or_file = former
     candidate = folder / f"{name_or_file}.yaml"
-    if not candidate.is_file():
+    if not os.path.isfile(candidate):
         raise UnknownNameError(what, name_or_file, names(folder))
     return candidate
 

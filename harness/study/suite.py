@@ -5,6 +5,7 @@ It may be driven in pieces: some stacks first, or the first deliveries of all. W
 
 import dataclasses
 import itertools
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -187,7 +188,7 @@ def _beside(path: Path, name: Any) -> Any:
     if name is None or isinstance(name, tuple):
         return name and tuple(_beside(path, each) for each in name)
     beside = path.parent / name
-    return str(beside.absolute()) if beside.is_file() else name
+    return str(beside.absolute()) if os.path.isfile(beside) else name
 
 
 def conditions(suite: Suite) -> list[Condition]:

@@ -1,6 +1,7 @@
 """What drives: a Nav2 file, a localizer, sensors and a robot, under one name."""
 
 import dataclasses
+import os
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
@@ -200,7 +201,7 @@ def _weights_beside(path: Path, file: str) -> str:
     if not file:
         return ""
     found = (path.parent / file).absolute()
-    if not found.is_file():
+    if not os.path.isfile(found):
         raise ParameterError(
             f"{path}: {found} is not there; files of a policy are looked for beside the stack's "
             "file"
@@ -212,7 +213,7 @@ def _check_map(kind: str, given: str, known: Collection[str]) -> None:
     """Refuse a map that is neither a name nor a file that there is."""
     if not is_file(given):
         _check(kind, given, known)
-    elif not Path(given).is_file():
+    elif not os.path.isfile(given):
         raise ParameterError(
             f"{kind} {given} is not there; give a map_server YAML file, or one of "
             f"{', '.join(known)}"

@@ -1,5 +1,6 @@
 """What is wrong with a Nav2 parameter file, and what hurts on a real robot."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -68,7 +69,7 @@ def lint(file: str, robot: str | None = None, *, strict: bool = False) -> Linted
     """
     limits = None if robot is None else robot_limits(robot)
     path = Path(file)
-    if not path.is_file():
+    if not os.path.isfile(path):
         path = resolve(file, shipped("params") / "nav2", "Nav2")
     try:
         nav2 = inspect_nav2(path)

@@ -16,14 +16,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from .case import MAP_TEXT, RULES, good_pgm, put, run_arguments, shipped_text, write_map
+from .case import MAP_TEXT, RULES, good_pgm, put, shipped_text
 from .yaml_attacks import COMMANDS, Command
 
 NUMBER = re.compile(r"(?:(?<=[:,] )|(?<=\[))-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?=\s*(?:[,\]}#\n]|$))")
 KEY = re.compile(r"^( *)([a-z_]+):", re.MULTILINE)
-PEOPLE = "id,t,x,y\n" + "".join(
-    f"{person},{t / 2},{2 + t / 10},{3 + person}\n" for person in range(3) for t in range(20)
-)
 Change = Callable[[str, random.Random], str]
 
 
@@ -110,65 +107,17 @@ FREE = ("Nav2 file", "linted file")  # Nav2 takes infinity, and ignores what it 
 def mutants(number: int, seed: int) -> Iterator[Mutant]:
     """So many changed inputs, of every kind in turn."""
     rng = random.Random(seed)
-    kinds = (*VALID, "people", "map image")
+    kinds = tuple(VALID)
     for n in range(number):
         kind = kinds[n % len(kinds)]
-        if kind == "map image":
-            yield _image(n, rng)
-            continue
         what = rng.choice(list(CHANGES))
         change, is_impossible = CHANGES[what]
-        if kind == "people":
-            what, change, is_impossible = rng.choice(
-                [
-                    ("a number is not a number", _cell("nan"), True),
-                    ("a number is a text", _cell("x"), True),
-                ]
-                + [
-                    (name, CHANGES[name][0], False)
-                    for name in ("a line is missing", "the end is missing")
-                ]
-                + [("a character is another", _flipped, False)]
-            )
-        content = change(PEOPLE if kind == "people" else VALID[kind](), rng)
-        command = _people if kind == "people" else COMMANDS[kind]
+        content = change(VALID[kind](), rng)
         yield Mutant(
             f"{n} {kind}: {what}",
             is_impossible and kind not in FREE,
-            _writes(command, content, kind),
+            _writes(COMMANDS[kind], content, kind),
         )
-
-
-def _cell(value: str) -> Change:
-    def change(text: str, rng: random.Random) -> str:
-        rows = [line.split(",") for line in text.splitlines()]
-        row = rows[rng.randrange(1, len(rows))]
-        row[rng.randrange(1, 4)] = value
-        return "\n".join(",".join(row) for row in rows) + "\n"
-
-    return change
-
-
-def _people(folder: Path, file: Path) -> list[str]:
-    return run_arguments(
-        folder, pedestrians=("--people", str(file.rename(file.with_suffix(".csv"))))
-    )
-
-
-def _image(n: int, rng: random.Random) -> Mutant:
-    image = bytearray(good_pgm())
-    what = rng.choice(("a byte of the head is another", "the end is missing", "a pixel is another"))
-    if what == "the end is missing":
-        image = image[: rng.randrange(len(image))]
-    else:
-        image[rng.randrange(14) if "head" in what else rng.randrange(14, len(image))] = (
-            rng.randrange(256)
-        )
-
-    def make(folder: Path) -> list[str]:
-        return run_arguments(folder, map_name=write_map(folder, map__pgm=bytes(image)))
-
-    return Mutant(f"{n} map image: {what}", False, make)
 
 
 def _writes(command: Command, content: str, kind: str) -> Callable[[Path], list[str]]:
