@@ -100,7 +100,6 @@ def block_of(
         named=lists,
         plugins={name: PluginList(**each) for name, each in table.get("plugins", {}).items()},
         renamed=table.get("renamed", {}),
-        newer=table.get("newer", {}),
         delegates=table.get("delegates", {}),
         is_open=table.get("is_open", False),
     )
