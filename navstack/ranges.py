@@ -7,7 +7,7 @@ class WheelParams(Parameters, whose="wheels"):
 """
 
 import math
-from collections.abc import Callable, Container, Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
 from functools import cache
 from typing import Annotated, Any, Protocol, get_type_hints
@@ -77,7 +77,7 @@ class Known:
 class Replaced:
     """Takes a usual value in place of any that is not known, as Nav2 does."""
 
-    known: Container[int]
+    known: tuple[int, ...]
     usual: int
 
     def taken(self, name: str, value: Any, where: str) -> Any:

@@ -5,12 +5,16 @@ import re
 NOT_READ = re.compile(r"(^|/)(test|tests|nav2_system_tests|benchmark|nav2_rviz_plugins)/|^tools/")
 # names that are no parameters, or that name a plugin
 NO_PARAMETERS = re.compile(
-    r"^$|[/ ]|>\.?$|(^|\.)(plugin|class)$|(Align|Dist|Footprint)\.(scale|max_scaling_factor|scaling_speed)$"
+    r"^$|[/ ]|>\.?$|(^|\.)(plugin|class)$"
+    r"|(Align|Dist|Footprint)\.(scale|max_scaling_factor|scaling_speed)$"  # set for older files
 )
 CRITIC = "Critic"
 LEFT_OUT = ("_critic", "_navigator")  # ends of classes' names that their files' names may lack
 _MONITOR = "nav2_collision_monitor/src/"
-_ZONES = f"{_MONITOR}(polygon|circle|velocity_polygon|source|pointcloud|range|polygon_source|costmap)\\.cpp"
+_ZONES = (
+    f"{_MONITOR}(polygon|circle|velocity_polygon|source|pointcloud|range|polygon_source|costmap)"
+    "\\.cpp"
+)
 _TWISTS = "nav2_util/include/nav2_util/twist_(publisher|subscriber)"
 
 # Variables of the sources that stand for a name of a list; others stand for the plugin's own.

@@ -34,14 +34,8 @@ from navstack.types import FloatArray
 MOST_CELLS = 20_000_000  # of a costmap, or of a map at its resolution; 223 m x 223 m at 0.05 m
 OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN = 0, 1, 2  # values of combination_method
 CIRCLE_VERTICES = 16  # of a footprint made from robot_radius
-# Names of numbers that stand for a choice: the known ones, and the one that Nav2 takes in place of
-# any other.
-CHOICES: dict[str, tuple[tuple[int, ...], int]] = {
-    "combination_method": ((OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN), MAXIMUM),
-    "group_connectivity_type": ((4, 8), 8),
-}
-CombinationMethod = Annotated[int, Replaced(*CHOICES["combination_method"])]
-GroupConnectivityType = Annotated[int, Replaced(*CHOICES["group_connectivity_type"])]
+CombinationMethod = Annotated[int, Replaced((OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN), MAXIMUM)]
+GroupConnectivityType = Annotated[int, Replaced((4, 8), 8)]
 
 # [m] from the sensor; no map is wider, and cells are counted by it
 Reach = Annotated[float, NOT_NEGATIVE, Capped(1e6)]

@@ -5,15 +5,24 @@ import math
 import numpy as np
 import pytest
 
+from navstack.control.controller import Surroundings
+from navstack.control.mppi.mppi_controller import MppiController
+from navstack.costmap.costmap import Costmap
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.costmap.map_io import load_metadata
 from navstack.errors import MapError
 from navstack.params.costmap import CostmapParams, ObservationSourceParams, ObstacleLayerParams
 from navstack.params.lint.rules import lint
-from navstack.params.nav2_file.views import read_costmap, read_velocity_smoother
+from navstack.params.nav2_file.views import (
+    read_costmap,
+    read_mppi,
+    read_planner,
+    read_velocity_smoother,
+)
 from navstack.safety.velocity_smoother import VelocitySmoother
-from navstack.types import LaserScan, Pose2D, Twist2D
+from navstack.types import LaserScan, Path, Pose2D, RobotState, Twist2D
 
+FOOTPRINT = np.array(((0.2, 0.2), (0.2, -0.2), (-0.2, -0.2), (-0.2, 0.2)))
 ENDLESS = """
 controller_server:
   ros__parameters:
@@ -104,3 +113,60 @@ def test_a_maps_negate_is_a_whole_number_or_a_switch(tmp_path, text):
     )
     with pytest.raises(MapError, match="negate"):
         load_metadata(path)
+
+
+MPPI = """
+controller_server:
+  ros__parameters:
+    FollowPath:
+      plugin: "nav2_mppi_controller::MPPIController"
+      motion_model: "Omni"
+      ay_max: 0.0
+      ay_min: 0.0
+      critics: ["GoalCritic", "PathFollowCritic"]
+"""
+PLANNER = """
+planner_server:
+  ros__parameters:
+    GridBased: {plugin: "nav2_theta_star_planner::ThetaStarPlanner", how_many_corners: 6}
+"""
+DWB = """
+controller_server:
+  ros__parameters:
+    FollowPath:
+      plugin: "dwb_core::DWBLocalPlanner"
+      critics: ["ExpectedContact"]
+      ExpectedContact: {contact_usd: [1.0, 2.0, 3.0, 4.0, 5.0, .inf]}
+"""
+
+
+def test_a_robot_that_cannot_drive_sideways_has_no_sideways_acceleration(inspect):
+    nav2 = inspect(MPPI)
+    assert not nav2.errors
+    params = read_mppi(nav2)
+    controller = MppiController(params, FOOTPRINT, 20.0, 0.25)
+    controller.seed(np.random.default_rng(1))
+    controller.reset()
+    plan = Path(np.column_stack((np.linspace(0.0, 2.0, 41), np.full(41, 0.3), np.zeros(41))))
+    free = Costmap(np.zeros((80, 80), dtype=np.uint8), 0.05, -2.0, -2.0)
+    state = RobotState(Pose2D(), Twist2D())
+    command = controller.compute_velocity(state, plan, Surroundings(free))
+    assert command.linear_x > 0.0
+    assert command.linear_y == 0.0
+
+
+@pytest.mark.parametrize(("value", "is_told"), [(4, False), (8, False), (6, True), (0, True)])
+def test_a_number_that_nav2_replaces_is_told_of_every_plugin(inspect, value, is_told):
+    nav2 = inspect(PLANNER.replace("6", str(value)))
+    told = [each.advice for each in nav2.notices if each.id == "replaced-value"]
+    assert told == ["how_many_corners: 8"] * is_told
+    assert read_planner(nav2).params.how_many_corners == (8 if is_told else value)
+
+
+@pytest.mark.parametrize("value", [".inf", "-.inf", "1e10"])
+def test_endless_numbers_in_a_list_are_judged_as_others_are(inspect, value):
+    alone = DWB.replace("contact_usd: [1.0, 2.0, 3.0, 4.0, 5.0, .inf]", f"speed_std: {value}")
+    for text in (DWB.replace(".inf", value), alone):
+        (error,) = inspect(text).errors
+        assert "ExpectedContact" in error
+        assert "must be" in error or "out of range" in error

@@ -130,7 +130,7 @@ def test_rollings_name_of_pure_pursuits_speed(inspect, head):
     assert params.desired_linear_vel == 1.3
     (notice,) = told(nav2, "renamed").values()
     assert notice.path == "controller_server: FollowPath.max_linear_vel"
-    assert notice.message == "is a name of Nav2 Rolling; read as 'desired_linear_vel'"
+    assert notice.message == "is another name (since lyrical); read as 'desired_linear_vel'"
     after = nav2.with_values({"controller_server.FollowPath.desired_linear_vel": 0.9})
     assert after.document.text == nav2.document.text.replace("1.3", "0.9")
 

@@ -81,6 +81,29 @@ def test_the_path_handler_prunes_the_plan(inspect):
     assert (params.inversion_xy_tolerance, params.inversion_yaw_tolerance) == (0.3, 0.5)
 
 
+@pytest.mark.parametrize(
+    ("kind", "name", "value"),
+    [
+        ("dwb_core::DWBLocalPlanner", "forward_prune_distance", 3.5),
+        (
+            "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
+            "max_robot_pose_search_dist",
+            7.0,
+        ),
+        ("nav2_graceful_controller::GracefulController", "max_robot_pose_search_dist", 7.0),
+    ],
+)
+def test_the_path_handler_serves_every_controller(inspect, kind, name, value):
+    handler = (
+        "PathHandler: {plugin: 'nav2_controller::FeasiblePathHandler', "
+        "prune_distance: 3.5, max_robot_pose_search_dist: 7.0}"
+    )
+    body = f"path_handler_plugins: [PathHandler], {handler}, FollowPath: {{plugin: '{kind}'}}"
+    nav2 = inspect(f"controller_server: {{ros__parameters: {{{body}}}}}")
+    assert not nav2.errors
+    assert getattr(read_controller(nav2).params, name) == value
+
+
 def test_below_a_rotation_shim_too(inspect):
     shim = 'plugin: "nav2_rotation_shim_controller::RotationShimController"'
     text = lines("motion_model: truck", f"truck: {CAR}")

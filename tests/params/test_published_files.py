@@ -3,7 +3,6 @@
 Every difference is known (docs/calibration.md).
 """
 
-import dataclasses
 import os
 import re
 from pathlib import Path
@@ -13,11 +12,7 @@ import pytest
 from ruamel.yaml import YAML
 
 from harness.storage.shipped import shipped
-from navstack.params.amcl import AmclParams
-from navstack.params.collision_monitor import CollisionMonitorParams
-from navstack.params.costmap import ObservationSourceParams, ObstacleLayerParams
-from navstack.params.dwb import DwbParams
-from navstack.params.safety import VelocitySmootherParams
+from navstack.params.registry import releases
 
 DATA = os.environ.get("NAVSTACK_DATA")
 FOLDER = Path(DATA or "") / "costnav"
@@ -56,39 +51,20 @@ IGNORED = (  # by Nav2 itself: names that the plugin does not have
     r"update_footprint_enabled)|.*\.hesai_mark\.(clear_after_reading|filter)"
 )
 KEEPOUT = r"(local|global)_costmap\.keepout_filter\..*"  # ours; without effect on the published map
-DEFAULTS = {  # stated on one side, Nav2's default on the other
-    **{
-        "amcl.always_reset_initial_pose": False,
-        "amcl.beam_skip_distance": 0.5,
-        "amcl.beam_skip_error_threshold": 0.9,
-    },
-    **{"amcl.beam_skip_threshold": 0.3, "amcl.do_beamskip": False, "amcl.first_map_only": False},
-    **{"amcl.laser_min_range": -1.0, "collision_monitor.base_shift_correction": True},
-    "controller_server.FollowPath.short_circuit_trajectory_evaluation": True,
-    "velocity_smoother.deadband_velocity": [0.0, 0.0, 0.0],
-    **dict.fromkeys(
-        ("global_costmap.obstacle_layer.enabled", "local_costmap.inflation_layer.enabled"), True
-    ),
-    **dict.fromkeys(
-        (f"local_costmap.{name}.enabled" for name in ("front_3d_lidar_layer", "static_map_layer")),
-        True,
-    ),
-    "local_costmap.front_3d_lidar_layer.combination_method": 1,
-    "local_costmap.front_3d_lidar_layer.footprint_clearing_enabled": True,
-    "local_costmap.front_3d_lidar_layer.origin_z": 0.0,
-    "local_costmap.front_3d_lidar_layer.max_obstacle_height": 2.0,
-    "global_costmap.obstacle_layer.max_obstacle_height": 2.0,
-    "global_costmap.obstacle_layer.scan.inf_is_valid": False,
-    "local_costmap.front_3d_lidar_layer.hesai_mark.inf_is_valid": False,
-}
-DEFAULTS |= {
-    f"{layer}.{name}": 0.0
-    for layer in ("global_costmap.obstacle_layer.scan", "local_costmap.front_3d_lidar_layer.scan",
-                  "local_costmap.front_3d_lidar_layer.hesai_mark")
-    for name in ("min_obstacle_height", "obstacle_min_range", "raytrace_min_range", "expected_update_rate",
-                 "observation_persistence")
-}  # fmt: skip
 INITIAL_POSE = r"amcl\.(set_initial_pose|initial_pose\.\w+)"  # here that of the mission
+
+
+def jazzys_defaults() -> dict[str, list[Any]]:
+    """The defaults that Nav2 Jazzy declares anywhere, by the last part of a parameter's name."""
+    facts = releases.load("jazzy")
+    namespaces = [*facts["nodes"].values()]
+    for family in facts["plugins"].values():
+        namespaces += family.values()
+    found: dict[str, list[Any]] = {}
+    for namespace in namespaces:
+        for name, default in namespace.items():
+            found.setdefault(name.rpartition(".")[2], []).append(default)
+    return found
 
 
 def flat(file: Path) -> dict[str, Any]:
@@ -125,7 +101,7 @@ def ours(name: str) -> dict[str, Any]:
 @pytest.mark.parametrize(("name", "published"), [("tuned", "true"), ("stock", "false")])
 def test_every_difference_is_known(name: str, published: str) -> None:
     theirs, mine = flat(FOLDER / f"segway_e1_navigation_params_tuned_{published}.yaml"), ours(name)
-    unknown = {}
+    defaults, unknown = jazzys_defaults(), {}
     for key in sorted(theirs.keys() | mine.keys()):
         sides = theirs.get(key), mine.get(key)
         given = [side for side in sides if side is not None]
@@ -133,29 +109,10 @@ def test_every_difference_is_known(name: str, published: str) -> None:
             re.fullmatch(each, key)
             for each in (NOT_HERE, WIRING, WAITING, IGNORED, KEEPOUT, INITIAL_POSE)
         )
-        known |= len(given) == 1 and key in DEFAULTS and given[0] == DEFAULTS[key]
+        known |= len(given) == 1 and given[0] in defaults.get(key.rpartition(".")[2], [])
         if not known and sides[0] != sides[1]:
             unknown[key] = sides
     assert unknown == {}
-
-
-def test_what_counts_as_a_default_is_one() -> None:
-    """Of our parameter classes, which tests/params/defaults.yaml holds.
-
-    What no class reads has no effect here.
-    """
-    layers = ObservationSourceParams, ObstacleLayerParams
-    classes = (AmclParams, CollisionMonitorParams, DwbParams, VelocitySmootherParams, *layers)
-    known = {field.name: field.default for each in classes for field in dataclasses.fields(each)}
-    unread = set()
-    for key, value in DEFAULTS.items():
-        name = key.rpartition(".")[2]
-        if name in known:
-            default = known[name]
-            assert (list(default) if isinstance(default, tuple) else default) == value, key
-        else:
-            unread.add(name)
-    assert unread == {"always_reset_initial_pose", "first_map_only", "origin_z"}
 
 
 def test_the_published_scan_clears_nothing_beyond_its_returns() -> None:

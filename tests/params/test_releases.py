@@ -121,6 +121,8 @@ def test_kinds_and_releases_of_a_parameter() -> None:
         (RELEASES[:3], "until humble"),
         (RELEASES[2:5], "humble to jazzy"),
         (RELEASES[2:3], "of humble"),
+        (RELEASES[:1], "of foxy"),
+        (RELEASES[-1:], "since main"),
         ((RELEASES[2], RELEASES[4]), "of humble, jazzy"),
     ],
 )

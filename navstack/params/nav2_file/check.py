@@ -21,7 +21,7 @@ from navstack.params.registry.block import OPEN, ParameterBlock, PluginList
 from navstack.params.registry.entry import Params
 from navstack.params.registry.localizers import OWN_NODE
 from navstack.params.registry.nodes import COMMON
-from navstack.params.registry.releases import Declared
+from navstack.params.registry.releases import Declared, span
 
 EXAMPLES = {"primary_controller": "dwb_core::DWBLocalPlanner"}  # of what a delegate may be
 
@@ -231,15 +231,16 @@ class Checker:
 
         Where today's name is given, too, the other has no effect.
         """
-        names = [(*pair, "is an older name") for pair in place.block.renamed.items()]
-        names += [(*pair, "is a name of Nav2 Rolling") for pair in place.block.newer.items()]
-        for other, name, what in names:
+        for other, name in place.block.renamed.items():
             path, values = f"{place.prefix}{other}", place.section.values
             if other in values and name in values:
                 self._ignore(f"{path} ({name} is given)")
             elif other in values:
                 self.findings.renames[path] = f"{place.prefix}{name}"
-                self._warn("renamed", path, f"{what}; read as '{name}'", values[other].line)
+                known = place.block.keys.get(other, Declared()).releases
+                when = f" ({span(known)})" if known else ""
+                message = f"is another name{when}; read as '{name}'"
+                self._warn("renamed", path, message, values[other].line)
 
     def _unknown_value(self, place: Namespace, key: str, entry: ParameterEntry) -> None:
         """A key that Nav2 does not have here, or the name of a section with a value of its own."""

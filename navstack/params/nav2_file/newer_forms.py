@@ -10,14 +10,16 @@ from navstack.params.nav2_file.ros_yaml import ParameterEntry
 CONTROLLER, MPPI = "controller_server", "nav2_mppi_controller::MPPIController"
 USUAL_GROUP = "diff_drive"  # of a file that names no motion model (optimizer.cpp)
 _MODELS = {f"mppi::{name}MotionModel": name for name in MOTION_MODELS}
-# What MPPI itself reads up to Nav2 Kilted, and its path handler since (feasible_path_handler.cpp).
-_OF_PATH_HANDLER = (
-    "prune_distance",
-    "max_robot_pose_search_dist",
-    "enforce_path_inversion",
-    "inversion_xy_tolerance",
-    "inversion_yaw_tolerance",
-)
+# What controllers read up to Nav2 Kilted, and the path handler for them since
+# (feasible_path_handler.cpp): the handler's name -> theirs.
+_SEARCH = {"max_robot_pose_search_dist": "max_robot_pose_search_dist"}
+_INVERSION = ("enforce_path_inversion", "inversion_xy_tolerance", "inversion_yaw_tolerance")
+_OF_PATH_HANDLER = {
+    MPPI: _SEARCH | {name: name for name in ("prune_distance", *_INVERSION)},
+    "dwb_core::DWBLocalPlanner": {"prune_distance": "forward_prune_distance"},
+    "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController": _SEARCH,
+    "nav2_graceful_controller::GracefulController": _SEARCH,
+}
 
 
 def convert_newer_forms(node: str, entries: dict[str, ParameterEntry]) -> list[Notice]:
@@ -25,17 +27,30 @@ def convert_newer_forms(node: str, entries: dict[str, ParameterEntry]) -> list[N
     if node != CONTROLLER:
         return []
     notices: list[Notice] = []
-    for name in _mppi_namespaces(entries):
-        notices += _convert_motion_model(f"{name}.", entries)
-        _convert_path_handler(f"{name}.", entries)
+    # the one path handler prunes the plan for all, whose own values do not count
+    handlers = names_of(entries, "path_handler_plugins")[:1]
+    taken = set()
+    for prefix, kind in _controllers(entries):
+        if kind == MPPI:
+            notices += _convert_motion_model(prefix, entries)
+        for name, own in _OF_PATH_HANDLER.get(kind, {}).items():
+            for given in (f"{handler}.{name}" for handler in handlers):
+                if given in entries:
+                    entries[f"{prefix}{own}"] = entries[given]
+                    taken.add(given)
+    for given in taken:
+        del entries[given]
     return notices
 
 
-def _mppi_namespaces(entries: dict[str, ParameterEntry]) -> list[str]:
-    """Where an MPPI controller has its parameters: in its own section, or in its shim's."""
-    keys = [key for key, entry in entries.items() if plugin_type(entry.value) == MPPI]
-    ends = (".plugin", ".primary_controller")
-    return [key.rpartition(".")[0] for key in keys if key.endswith(ends)]
+def _controllers(entries: dict[str, ParameterEntry]) -> list[tuple[str, str]]:
+    """Prefix and type of each controller: in its own section, or in its shim's."""
+    found = []
+    for key, entry in entries.items():
+        section, _, name = key.rpartition(".")
+        if name in ("plugin", "primary_controller"):
+            found.append((f"{section}.", plugin_type(entry.value)))
+    return found
 
 
 def _convert_motion_model(prefix: str, entries: dict[str, ParameterEntry]) -> list[Notice]:
@@ -69,12 +84,3 @@ def _plugin_groups(prefix: str, entries: dict[str, ParameterEntry]) -> list[str]
     return [
         path for path in paths if path.startswith(prefix) and "." not in path.removeprefix(prefix)
     ]
-
-
-def _convert_path_handler(prefix: str, entries: dict[str, ParameterEntry]) -> None:
-    """The one path handler prunes the plan for the controller, whose own values do not count."""
-    for handler in names_of(entries, "path_handler_plugins")[:1]:
-        for name in _OF_PATH_HANDLER:
-            given = entries.pop(f"{handler}.{name}", None)
-            if given is not None:
-                entries[f"{prefix}{name}"] = given

@@ -10,12 +10,13 @@ from dataclasses import replace
 from typing import Any, TypeVar, Union, get_args, get_origin
 
 from navstack.errors import InputError, ParameterError
-from navstack.params.costmap import CHOICES, WITHOUT_LAYERS, CostmapParams
+from navstack.params.costmap import WITHOUT_LAYERS, CostmapParams
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.findings import Notice, Visit
 from navstack.params.nav2_file.ros_yaml import ParameterEntry, is_placeholder
 from navstack.params.registry.bindings import parameter_of
 from navstack.params.registry.releases import Declared
+from navstack.ranges import Replaced
 
 T = TypeVar("T")
 
@@ -98,7 +99,9 @@ def value_notices(
             Notice("bad-value", f"{node}: {path}" if path else node, reason, "", line, True)
             for path, reason, line in _mistakes(entries, visit)
         ]
-        for name, kind in _hints(visit.params).items():
+        kinds = typing.get_type_hints(visit.params, include_extras=True)
+        for field, kind in kinds.items():
+            name = parameter_of(field)
             entry = entries.get(f"{visit.prefix}{name}")
             if entry is not None:
                 notices += _warnings_of(name, kind, f"{node}: {visit.prefix}{name}", entry)
@@ -122,11 +125,12 @@ def _mistakes(entries: Mapping[str, ParameterEntry], visit: Visit) -> list[tuple
 
 def _warnings_of(name: str, kind: Any, path: str, entry: ParameterEntry) -> Iterator[Notice]:
     """What to say of a value that can be read."""
-    known, usual = CHOICES.get(name, ((), 0))
-    if known and type(entry.value) is int and entry.value not in known:
-        names = ", ".join(map(str, known))
-        message = f"{_shown(entry.value)} is none of {names}; Nav2 warns and takes {usual}"
-        yield Notice("replaced-value", path, message, f"{name}: {usual}", entry.line)
+    for rule in getattr(kind, "__metadata__", ()):
+        is_replaced = isinstance(rule, Replaced) and entry.value not in rule.known
+        if is_replaced and type(entry.value) is int:
+            names = ", ".join(map(str, rule.known))
+            message = f"{_shown(entry.value)} is none of {names}; Nav2 warns and takes {rule.usual}"
+            yield Notice("replaced-value", path, message, f"{name}: {rule.usual}", entry.line)
     if _is_left_open(kind, entry):
         message = f"{_shown(entry.value)} is left to a launch file; Nav2's default is read"
         yield Notice("placeholder", path, message, "write true or false", entry.line)

@@ -29,10 +29,8 @@ class ParameterBlock:
     plugins: Mapping[str, PluginList] = field(default_factory=dict)
     # list parameter -> block of each named sub-namespace
     named: Mapping[str, "ParameterBlock"] = field(default_factory=dict)
-    # older name -> today's name, same meaning
+    # name of other releases -> the one that this program reads, same meaning
     renamed: Mapping[str, str] = field(default_factory=dict)
-    # name of a later release -> Jazzy's name, same meaning
-    newer: Mapping[str, str] = field(default_factory=dict)
     # parameter naming a plugin that shares this namespace
     delegates: Mapping[str, str] = field(default_factory=dict)
     is_open: bool = False  # any parameter is accepted
@@ -40,7 +38,7 @@ class ParameterBlock:
     @property
     def structure_keys(self) -> frozenset[str]:
         """The parameters that name something else: plugins, sections, today's names."""
-        return frozenset().union(self.plugins, self.named, self.renamed, self.newer, self.delegates)
+        return frozenset().union(self.plugins, self.named, self.renamed, self.delegates)
 
     @property
     def own_keys(self) -> frozenset[str]:

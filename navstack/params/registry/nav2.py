@@ -37,7 +37,7 @@ def family(name: str, here: Mapping[str, AlgorithmEntry]) -> Family:
     found = {}
     for kind in dict.fromkeys((*of_nav2, *tables, *here)):
         having, declared = of_nav2.get(kind, ((), {}))
-        block = block_of(_inherited(tables, kind), declared, read.get(kind))
+        block = block_of(tables.get(kind, {}), declared, read.get(kind))
         if not block.is_open:
             block = replace(block, keys={**block.keys, **dict.fromkeys(selectors, Declared())})
         found[kind] = replace(here.get(kind, AlgorithmEntry()), keys=block, releases=having)
@@ -50,18 +50,10 @@ def node_blocks(read: Mapping[str, Params]) -> dict[str, ParameterBlock]:
     names = dict.fromkeys((*tables, *sorted(releases.node_names() - {"costmap"})))
     found = {}
     for name in names:
-        table = _inherited(tables, name)
+        table = tables.get(name, {})
         declared = releases.of_node(table.get("as_in", name))
         found[name] = block_of(table, declared, read.get(name))
     return found
-
-
-def _inherited(tables: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    """A table with the entries of the one that it is like, and of the one that this is like."""
-    table: Mapping[str, Any] = tables.get(name, {})
-    if table.get("as_in") in tables:
-        return {**table, **_inherited(tables, table["as_in"])}
-    return table
 
 
 def block_of(
@@ -70,9 +62,8 @@ def block_of(
     """The block of a namespace, with the parameters of the dataclass that reads it."""
     keys: dict[str, Declared] = {}
     nested: Mapping[str, Params] = {}
-    if params is not None:
-        nested = nested_params(params)
     if params is not None and not table.get("declared_only"):
+        nested = nested_params(params)
         keys = dict.fromkeys(parameters(params), Declared())
     keys |= dict.fromkeys(table.get("keys", "").split(), Declared())
     for name, default in table.get("defaults", {}).items():
@@ -84,23 +75,21 @@ def block_of(
             below.setdefault(name, {})[rest] = each
         else:
             keys[name] = each
+    named, fixed = table.get("named", {}), table.get("groups", {})
     lists, groups = {}, {}
-    for name in {**below, **table.get("named", {}), **table.get("groups", {})}:
+    for name in {**below, **named, **fixed}:
         names = below.get(name, {})
         of_each = {key.removeprefix(f"{EACH}."): each for key, each in names.items()}
-        if name in table.get("named", {}) or of_each.keys() != names.keys():
-            inner = table.get("named", {}).get(name, {})
-            lists[name] = block_of(inner, of_each, nested.get(name))
+        if name in named or of_each.keys() != names.keys():
+            lists[name] = block_of(named.get(name, {}), of_each, nested.get(name))
         else:
-            inner = table.get("groups", {}).get(name, {})
-            groups[name] = block_of(inner, names, nested.get(name))
+            groups[name] = block_of(fixed.get(name, {}), names, nested.get(name))
     return ParameterBlock(
         keys=keys,
         groups=groups,
         named=lists,
         plugins={name: PluginList(**each) for name, each in table.get("plugins", {}).items()},
         renamed=table.get("renamed", {}),
-        newer=table.get("newer", {}),
         delegates=table.get("delegates", {}),
         is_open=table.get("is_open", False),
     )

@@ -88,9 +88,9 @@ def span(releases: Iterable[str]) -> str:
         return f"of {', '.join(given)}"
     if last == len(RELEASES) - 1:
         return f"since {given[0]}"
-    if first == 0:
-        return f"until {given[-1]}"
-    return f"{given[0]} to {given[-1]}" if last > first else f"of {given[0]}"
+    if first == last:
+        return f"of {given[0]}"
+    return f"until {given[-1]}" if first == 0 else f"{given[0]} to {given[-1]}"
 
 
 def _joined(by_release: Mapping[str, Mapping[str, Any]]) -> dict[str, Declared]:
