@@ -10,7 +10,6 @@ from harness.analysis.compare import Side
 from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.valuation import has_too_few
-from harness.episode.factory import world_params
 from harness.report.blocks import Block, Text
 from harness.report.paper_tables import layout_table, own_column, paper_blocks
 from harness.report.published import load_published, published_columns
@@ -53,7 +52,7 @@ def run_blocks(
         *paper_blocks([*columns, *beside]),
         Text(""),
         layout_table(further_metrics(), columns),
-        *map(Text, [_world_of(study), *lines, ""]),
+        *map(Text, [*lines, ""]),
         *(Text(line, "whole") for line in whole),
     ]
 
@@ -80,14 +79,3 @@ def _stack_lines(result: StackResult, prices: Prices) -> Iterator[str]:
             f"{name}: its own errors ended {result.failures} deliveries, "
             "which count as physical assistance"
         )
-
-
-def _world_of(study: Study) -> str:
-    """Where the deliveries were driven, and among whom."""
-    template = study.template
-    people = world_params(template.world, template.pedestrians, template.people).people
-    who = f"{people.count} people ({people.model})"
-    if people.model == "replay":  # whose number is the recording's
-        who = f"people replayed from {Path(people.replay.file).name}"
-    place = f"map {Path(template.map_name).stem}"
-    return f"{place}, {template.missions} missions, seed {template.seed}, {who}"

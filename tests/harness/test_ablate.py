@@ -8,12 +8,14 @@ import pyarrow.parquet as pq
 import pytest
 from rich.console import Console
 
+from harness.ablation.arms import arms_of, parameter_sources
 from harness.report.figures import SUFFIXES
 from harness.report.tables import print_table, report_table
 from harness.storage.new_run import ABLATION
 from harness.storage.run_folder import JOURNAL, RunFolder
 from harness.storage.shipped import shipped
 from harness.study.drive import TABLES
+from harness.task.stack import load_stack
 from harness.world.sensors.suite import SensorParams
 from navbench.cli.app import main
 from navstack.params.strict import load_dataclass
@@ -115,10 +117,34 @@ def test_an_ablation_is_driven_cut_off_and_driven_on(
     assert json.loads(again) == document
     assert {name: (out / name).read_bytes() for name in SAME} == kept
 
-    status, report, _ = navbench(capsys, "--resume", str(out), "--against", "gps")
+    status, short, _ = navbench(capsys, "--resume", str(out), "--against", "gps")
+    lines = short.splitlines()
+    assert status == 0 and len(lines) <= 25
+    assert "robot segway_e1" in lines[0] and "map hall" in lines[0]
+    assert "parameters from amcl.yaml: gps_ekf" not in short, "no arm has the filter"
+    assert lines[-1].endswith(f"next: navbench report {out}")
+    status, report, _ = navbench(capsys, "--resume", str(out), "--against", "gps", "--full")
     assert status == 0 and "not buildable" in report and "Error [m]" in report
     assert "ground_truth against gps, localization error [m]:" in report
     assert "price of position error" in report and "ablation.png" in report
+
+
+@pytest.mark.parametrize(
+    ("stack", "localizers", "told"),
+    [
+        ("nav2-amcl", ("amcl", "amcl-gps"), ["parameters from amcl.yaml: amcl, amcl_gps"]),
+        ("nav2-gps-ekf", ("gps-ekf",), ["parameters from gps_ekf.yaml: gps_ekf"]),
+        ("evasive-gps-ekf", ("gps-ekf", "amcl"), ["by default", "amcl"]),
+        ("nav2-gps-ekf", ("gps", "ground_truth"), []),
+    ],
+)
+def test_where_the_localizers_parameters_are_from_is_told(
+    stack: str, localizers: tuple[str, ...], told: list[str]
+) -> None:
+    loaded = load_stack(stack)
+    arms = arms_of(loaded, [*localizers, *(["gps"] if len(localizers) == 1 else [])], ())
+    sources = "; ".join(parameter_sources(loaded, arms, True))
+    assert all(words in sources for words in told) and bool(sources) == bool(told)
 
 
 @pytest.mark.parametrize(

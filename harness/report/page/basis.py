@@ -7,15 +7,15 @@ import hashlib
 import json
 import platform
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from harness.economics.price import price_keys
 from harness.report.page.entries import PageEntry
+from harness.report.short.setup import people_of
 from harness.study.stored_run import CONDITIONS, StoredRun
-from harness.task.study import is_recording
 
 Json = dict[str, Any]
 
@@ -40,12 +40,6 @@ def basis(entries: Sequence[PageEntry], notes: Sequence[str]) -> Json:
 
 def _run(run: StoredRun, entries: Sequence[PageEntry]) -> Json:
     about = run.about
-    world = run.condition("world")
-    people = None
-    if isinstance(world, Mapping):
-        people = world.get("people")
-    if not isinstance(people, Mapping):
-        people = {}
     command = about.get("command")
     return {
         "folder": run.folder.resolve().name,
@@ -56,28 +50,10 @@ def _run(run: StoredRun, entries: Sequence[PageEntry]) -> Json:
         "missions": about.get("missions"),
         "map": run.map_name,
         "map version": str(about.get("map_sha256", ""))[:12],
-        "people": _people(run, people),
+        "people": people_of(run),
         **{f"{name} version": digest(run.condition(name)) for name in CONDITIONS},
         "versions": {str(key): str(value) for key, value in about.get("versions", {}).items()},
     }
-
-
-def _people(run: StoredRun, people: Mapping[str, Any]) -> str:
-    """How many walk by which model, or which recording of them is replayed.
-
-    It has people of its own.
-    """
-    if people.get("model") != "replay":
-        return f"{people.get('count', '?')} ({people.get('model', '?')})"
-    replay, asked = people.get("replay"), run.about.get("people")
-    # under a name of the run folder's own
-    stored = None
-    if isinstance(replay, Mapping):
-        stored = replay.get("file")
-    name = stored
-    if isinstance(asked, str) and is_recording(asked):
-        name = asked
-    return f"replayed from {Path(str(name)).name}"
 
 
 def digest(content: Any) -> str:

@@ -15,7 +15,13 @@ from harness.report.comparison import comparison_cells
 from harness.report.numbers import count_text, interval_text, number_text
 from harness.report.page.comparisons import FOREMOST, metric_titles
 from harness.report.short.run import aligned, errors_of
-from harness.report.short.setup import setup_line, unlike_line, unlike_published, where_line
+from harness.report.short.setup import (
+    drivers_of,
+    setup_line,
+    unlike_line,
+    unlike_published,
+    where_line,
+)
 from harness.report.texts import TEXTS
 from harness.report.verdict import rankings
 from harness.statistics.interval import Interval
@@ -125,7 +131,8 @@ def short_ablation(ablation: Ablation, folder: Path) -> list[Block]:
     """
     run = load_run(str(folder))
     arms = ", ".join(arm.name for arm in ablation.arms)
-    lines = [f"{ablation.declaration.stack} with {arms}; {where_line(run)}"]
+    robot = drivers_of(run)[0].robot
+    lines = [f"{ablation.declaration.stack}, robot {robot}, with {arms}; {where_line(run)}"]
     lines += [
         sentence(difference) for difference in ablation.differences if difference.metric == MARGIN
     ]

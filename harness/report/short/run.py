@@ -29,7 +29,7 @@ ROWS = (
 )
 OF_MANY = (MARGIN, "sla", "pedestrian_safety", CONTACT_RATE)  # rows where many stacks drove
 MANY = 4  # stacks from which they stand below each other
-MOST_LINES = 20  # of stacks
+MOST_LINES = 15  # of stacks
 MOST_VERDICTS = 3
 
 
@@ -48,6 +48,8 @@ def summary_blocks(run: StoredRun) -> list[Block]:
         lines += aligned(_beside([*columns, _paper(run)]))
     else:
         lines += aligned(_below([*columns, _paper(run)]))
+        if len(columns) > MOST_LINES:
+            lines.append(f"and {len(columns) - MOST_LINES} more stacks: --full")
     unlike = unlike_published(run)
     if unlike.get("sensors") == USUAL_SENSORS:  # the first line says so
         del unlike["sensors"]
@@ -56,12 +58,13 @@ def summary_blocks(run: StoredRun) -> list[Block]:
 
 
 def errors_of(run: StoredRun) -> list[str]:
-    """What was left out, because it ended in an error: a line for each such stack."""
-    return [
+    """What was left out, because it ended in an error: at most one line."""
+    found = [
         f"{stack.name}: {stack.errors} deliveries ended in an error, left out"
         for stack in run.stacks
         if stack.errors
     ]
+    return list(filter(None, ["; ".join(found)]))
 
 
 def verdicts(run: StoredRun, driven: Sequence[StoredStack], columns: Sequence[Column]) -> list[str]:

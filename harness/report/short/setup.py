@@ -17,6 +17,7 @@ from harness.storage.parameters import parameter_folder
 from harness.storage.shipped import DEFAULT_WORLD, names, shipped
 from harness.study.stored_run import StoredRun
 from harness.task.stack import load_stack
+from harness.task.study import is_recording
 from harness.world.outcome import Rules
 from harness.world.physics.robot import RobotParams
 from harness.world.sensors.suite import SensorParams
@@ -105,12 +106,18 @@ def condition(run: StoredRun, folder: str) -> Setting:
 
 
 def people_of(run: StoredRun) -> str:
-    """How many people walk, and how."""
+    """How many walk by which model, or which recording of them is replayed."""
     world = run.condition("world")
-    people = world.get("people", {}) if isinstance(world, Mapping) else {}
-    if people.get("model") == "replay":
-        return f"people replayed from {Path(str(run.about.get('people'))).name}"
-    return f"{people.get('count', '?')} people ({people.get('model', '?')})"
+    people = world.get("people") if isinstance(world, Mapping) else None
+    if not isinstance(people, Mapping):
+        people = {}
+    if people.get("model") != "replay":
+        return f"{people.get('count', '?')} ({people.get('model', '?')})"
+    replay, name = people.get("replay"), run.about.get("people")
+    # a world's own recording is in the run folder under another name
+    if not (isinstance(name, str) and is_recording(name)):
+        name = replay.get("file") if isinstance(replay, Mapping) else None
+    return f"replayed from {Path(str(name)).name}"
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -185,7 +192,7 @@ def setup_line(run: StoredRun) -> str:
 def where_line(run: StoredRun) -> str:
     """World, map and people of a run, and how many deliveries each stack drove."""
     count = max((len(stack.rows) for stack in run.stacks), default=0)
-    world = f"world {condition(run, 'worlds')}, map {run.map_name}, {people_of(run)}"
+    world = f"world {condition(run, 'worlds')}, map {run.map_name}, people {people_of(run)}"
     return f"{world}; n = {count}, seed {run.seed}"
 
 
