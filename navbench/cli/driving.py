@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
 INTERRUPTED, SOME_ERRORS = 130, 3
 PAGE = "report.html"  # of a run, in its folder
+DIGITS = 16  # of a run's digest that a screen shows; the JSON document and verify have all
 
 
 def exit_status(is_interrupted: bool, has_errors: bool) -> int:
@@ -65,6 +66,7 @@ def _print(driven: "Driven", is_full: bool, page: Path | None) -> None:
     from harness.report.run_tables import run_blocks
     from harness.report.short.run import summary_blocks
     from harness.report.tables import print_blocks, report_console
+    from harness.storage.checksums import root_digest
     from harness.study.stored_run import load_run
 
     folder = driven.folder
@@ -72,7 +74,8 @@ def _print(driven: "Driven", is_full: bool, page: Path | None) -> None:
     if is_full:
         prices = prices_of(driven.study.template.prices)
         blocks = [*blocks[:1], *run_blocks(driven.results, driven.study, prices, folder)]
-    last = f"run folder: {folder}; next: navbench report {folder}"
+    digest = (root_digest(folder) or "")[:DIGITS]
+    last = f"run folder: {folder}; digest {digest}; next: navbench report {folder}"
     if page is not None:
-        last = f"page: {page}; next: navbench explain {folder}"
+        last = f"page: {page}; digest {digest}; next: navbench explain {folder}"
     print_blocks([*blocks, Text(last, "whole")], report_console())
