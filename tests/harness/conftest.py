@@ -175,7 +175,7 @@ def write_run(tmp_path: Path) -> Callable[..., Path]:
                         change(row)
                         if row["outcome"] == "timeout":
                             row["duration_s"] = max(row["duration_s"], TIMEOUT)
-                        if row["average_speed_mps"] == speed:
+                        if row["average_speed_mps"] == speed and row["distance_m"] is not None:
                             row["average_speed_mps"] = row["distance_m"] / row["duration_s"]
                     events = [{**event, "stack": stack, "episode": episode} for event in events]
                     timing = {"stack": stack, "episode": episode, "wall_s": 1.0}
