@@ -97,18 +97,18 @@ def test_a_file_that_cannot_be_read_is_an_error_with_a_document(run, text):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
+    ("arguments", "code", "words"),
     [
-        (["tunde"], ("tunde", "did you mean 'tuned'")),
-        (["no/such/file.yaml"], ("no/such/file.yaml", "does not exist")),
-        (["tuned", "--robot", "segwy"], ("segwy", "segway_e1")),
-        ([], ("FILE",)),
+        (["tunde"], 1, ("tunde", "did you mean 'tuned'")),
+        (["no/such/file.yaml"], 1, ("no/such/file.yaml", "does not exist")),
+        (["tuned", "--robot", "segwy"], 1, ("segwy", "segway_e1")),
+        ([], 2, ("FILE",)),
     ],
 )
-def test_bad_arguments(capsys, arguments, words):
+def test_bad_arguments(capsys, arguments, code, words):
     with pytest.raises(SystemExit) as leaving:
         main(["lint", *arguments])
-    assert leaving.value.code == 1
+    assert leaving.value.code == code
     out, err = capsys.readouterr()
     assert out == ""
     assert err.count("\n") == 1
