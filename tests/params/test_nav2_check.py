@@ -123,15 +123,6 @@ def test_a_value_where_a_section_belongs_is_told_as_such(inspect, node, line, sa
     assert said in only_error(inspect(f"{node}: {{ros__parameters: {{{line}}}}}"))
 
 
-def test_unknown_plugins_name_the_nearest_and_the_available(inspect):
-    message = only_error(inspect(DWB.replace("DWBLocalPlanner", "DWBLocalPlaner")))
-    assert (
-        "unknown plugin 'dwb_core::DWBLocalPlaner'; did you mean 'dwb_core::DWBLocalPlanner'?"
-        in message
-    )
-    assert "available: dwb_core::DWBLocalPlanner" in message
-
-
 def test_real_plugins_that_are_not_available_are_named_when_used(inspect):
     text = (
         DWB

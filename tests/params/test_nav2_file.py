@@ -176,19 +176,6 @@ def test_a_merged_file_merges_to_itself_where_nav2_chooses_the_critics(inspect):
     assert inspect(merged).dump_merged() == merged
 
 
-def test_a_layer_that_is_not_available_refuses_the_costmap(inspect):
-    layer = "{plugin: nav2_costmap_2d::AsymmetricInflationLayer, inflation_radius: 1.2}"
-    nav2 = inspect(
-        f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [puff], puff: {layer}}}}}}}"
-    )
-    assert not nav2.errors
-    with pytest.raises(
-        ParameterError,
-        match="local_costmap: puff: .* not available here; available: nav2_costmap_2d::",
-    ):
-        read_costmap(nav2, "local_costmap")
-
-
 @pytest.mark.parametrize(
     "text", ["[[1, 2], [3", "[[1, 2], [3, 4]]", "[[a, b], [1, 2], [2, 3]]", "__import__('os')"]
 )
