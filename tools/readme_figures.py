@@ -39,8 +39,9 @@ NO_CONTACT_RATE = "–"
 
 def stored_world() -> str:
     """The default world, or the newest version of the paper's that was driven."""
-    known = sorted(path.name for path in BASELINE.glob("published_*") if path.is_dir())
-    return DEFAULT_WORLD if DEFAULT_WORLD in known else known[-1]
+    worlds = sorted(path.name for path in BASELINE.glob("published_*"))
+    driven = [world for world in worlds if (BASELINE / world / MAPS[0] / "run.json").is_file()]
+    return DEFAULT_WORLD if DEFAULT_WORLD in driven else driven[-1]
 
 
 def pooled(world: str, stack: str, maps: tuple[str, ...] = MAPS) -> StoredRun:
@@ -103,8 +104,11 @@ def figures() -> str:
     gain = margins_of(best) - margins_of(baseline)
     difference = difference_with_unseen(baseline, best, gain, clusters)
     n = len(best.stacks[0].rows)
+    default = ""
+    if world != DEFAULT_WORLD:
+        default = f" (the default, `{DEFAULT_WORLD}`, is not driven yet)"
     intro = wrapped(
-        f"**World `{world}`, maps {', '.join(f'`{name}`' for name in MAPS)}, {n} deliveries of "
+        f"**World `{world}`{default}, maps {', '.join(f'`{name}`' for name in MAPS)}, {n} deliveries of "
         f"each stack on the same missions.** In [brackets]: 95 %; those of the margin admit an "
         "[unseen loss](docs/money.md#intervals), those of contacts are exact (Poisson)."
     )

@@ -10,6 +10,7 @@ from harness.analysis.sensitivity import Sensitivity
 from harness.economics.accountings import AT_FAULT, PUBLISHED
 from harness.economics.cost_terms import MARGIN
 from harness.report.ablation import price_sentence, sentence
+from harness.report.audit import audit_sentence
 from harness.report.blocks import Block, Text
 from harness.report.comparison import comparison_cells
 from harness.report.numbers import count_text, interval_text, number_text
@@ -70,6 +71,8 @@ def short_comparison(comparison: Comparison) -> list[Block]:
         lines += aligned([head, *rows])
     else:
         lines.append(f"alike on all {comparison.pairs} common missions")
+    if comparison.audit is not None:
+        lines.append(audit_sentence(comparison.audit))
     left = comparison.left_out
     if any(left):
         lines.append(f"left out, without a partner: {left[0]} deliveries of A, {left[1]} of B")
@@ -148,5 +151,10 @@ def short_ablation(ablation: Ablation, folder: Path) -> list[Block]:
         for arm in ablation.arms
     ]
     lines += aligned([head, *rows])
+    lines += [
+        f"{name}: {audit_sentence(audit)}"
+        for name, audit in ablation.audits.items()
+        if audit.flagged
+    ]
     lines += [*map(price_sentence, ablation.prices), *ablation.declaration.sources]
     return lines_of(lines)

@@ -5,14 +5,16 @@ from collections.abc import Sequence
 
 from harness.analysis.compare import Side
 from harness.economics.cost_terms import MARGIN
-from harness.economics.valuation import value
+from harness.economics.valuation import has_too_few, value
 from harness.metrics.contact_rate import contacts_per_1000_km
 from harness.report.blocks import Block, Text
 from harness.report.paper_tables import Column, cells_of, own_column
 from harness.report.published import load_published, published_columns
+from harness.report.repriced import NO_MARGIN
 from harness.report.short.setup import USUAL_SENSORS, setup_line, unlike_line, unlike_published
 from harness.report.table_rows import Row
 from harness.report.verdict import earnings, rankings
+from harness.storage.rows import values
 from harness.study.stored_run import StoredRun, StoredStack
 
 PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the stacks here
@@ -58,12 +60,16 @@ def summary_blocks(run: StoredRun) -> list[Block]:
 
 
 def errors_of(run: StoredRun) -> list[str]:
-    """What was left out, because it ended in an error: at most one line."""
-    found = [
-        f"{stack.name}: {stack.errors} deliveries ended in an error, left out"
-        for stack in run.stacks
-        if stack.errors
-    ]
+    """What ended in an error: at most one line."""
+    found = []
+    for stack in run.stacks:
+        if stack.errors:
+            found.append(f"{stack.name}: {stack.errors} deliveries ended in an error, left out")
+        if has_too_few(len(stack.rows), stack.errors):
+            found.append(NO_MARGIN)
+        failures = sum(error is not None for error in values(stack.rows, "stack_error"))
+        if failures:
+            found.append(f"{stack.name}: its own errors ended {failures} deliveries (assistance)")
     return list(filter(None, ["; ".join(found)]))
 
 
@@ -81,7 +87,7 @@ def verdicts(run: StoredRun, driven: Sequence[StoredStack], columns: Sequence[Co
 
 
 def _column(run: StoredRun, stack: StoredStack) -> Column:
-    valuation = value(stack.rows, stack, run.prices(), run.seed)
+    valuation = value(stack.rows, stack, run.prices(), run.seed, left_out=stack.errors)
     column = own_column(stack.name, valuation, len(stack.rows))
     rate = contacts_per_1000_km(stack.rows)
     return dataclasses.replace(
