@@ -4,8 +4,9 @@ Usage: python tools/pack_runs.py OUT RUN [RUN ...] [--machine TEXT]
 
 The runs have the same map, seed, world, rules and prices, and each its own stacks. OUT gets one
 table of rows, one of events, one file of parameters, a manifest and checksums; every command reads
-it as it reads a run folder. Times of workers are left out, and of the summary, which follows from
-the rows, all but the economics. --machine is noted where a run does not say itself on which machine it was driven.
+it as it reads a run folder. A RUN may be packed itself. Times of workers are left out, and of the
+summary, which follows from the rows, all but the economics. --machine is noted where a run does not
+say itself on which machine it was driven.
 """
 
 import argparse
@@ -29,7 +30,7 @@ from navstack.errors import InputError
 TABLES = ("episodes", "events")
 LEVEL = 19  # of zstandard: written once, read often
 OF_EACH = ("command", "program_sha256")  # of a manifest
-MAY_DIFFER = ("stacks", "machine", "policies_sha256", *OF_EACH)
+MAY_DIFFER = ("stacks", "machine", "policies_sha256", OF_STACKS, *OF_EACH)
 
 
 def pack(runs: Sequence[Path], out: Path, machine: str) -> None:
@@ -55,7 +56,7 @@ def pack(runs: Sequence[Path], out: Path, machine: str) -> None:
             place = rows.column_names.index("stack_number")
             rows = rows.set_column(place, "stack_number", pa.array(numbers, pa.int64()))
         pq.write_table(rows, out / f"{table}.parquet", compression="zstd", compression_level=LEVEL)
-    manifest = _together(manifests, _published(runs), machine)
+    manifest = _together(runs, manifests, machine)
     write_text(out / MANIFEST, json_text({**manifest, "stacks": stacks}))
     write_checksums(out)
 
@@ -67,24 +68,27 @@ def _require_equal(runs: Sequence[Path], manifests: Sequence[dict[str, Any]]) ->
                 raise InputError(f"'{run}' has another {key} than '{runs[0]}': pack it apart")
 
 
-def _published(runs: Sequence[Path]) -> dict[str, Any]:
-    """The economics of each stack as the run's summary had them."""
-    summaries = [json.loads((run / "summary.json").read_text(encoding="utf-8")) for run in runs]
-    return {entry["stack"]: entry["economics"] for each in summaries for entry in each["runs"]}
+def _own(run: Path, manifest: dict[str, Any]) -> dict[str, Any]:
+    """What a run says of itself, by stack, with the economics of its summary."""
+    if OF_STACKS in manifest:
+        packed: dict[str, Any] = manifest[OF_STACKS]
+        return packed
+    summary = json.loads((run / "summary.json").read_text(encoding="utf-8"))
+    economics = {entry["stack"]: entry["economics"] for entry in summary["runs"]}
+    said = {key: manifest[key] for key in OF_EACH if key in manifest}
+    return {
+        stack["name"]: {**said, "economics": economics[stack["name"]]}
+        for stack in manifest["stacks"]
+    }
 
 
 def _together(
-    manifests: Sequence[dict[str, Any]], economics: dict[str, Any], machine: str
+    runs: Sequence[Path], manifests: Sequence[dict[str, Any]], machine: str
 ) -> dict[str, Any]:
     """One manifest; what each of the runs says of itself stands there by stack."""
-    own = {
-        stack["name"]: {
-            **{key: manifest[key] for key in OF_EACH if key in manifest},
-            "economics": economics[stack["name"]],
-        }
-        for manifest in manifests
-        for stack in manifest["stacks"]
-    }
+    own: dict[str, Any] = {}
+    for run, manifest in zip(runs, manifests, strict=True):
+        own |= _own(run, manifest)
     shared = {key: value for key, value in manifests[0].items() if key not in OF_EACH}
     return {"machine": {"processor": machine}, **shared, OF_STACKS: own}
 

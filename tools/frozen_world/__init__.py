@@ -1,0 +1,1 @@
+"""The published world beside the published rows; see ``python -m tools.frozen_world --help``."""
