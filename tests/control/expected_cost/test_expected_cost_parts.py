@@ -202,5 +202,5 @@ def test_what_was_chosen_half_a_second_ago_is_of_no_use(later, is_kept):
     controller = decided(0.0)
     last = controller._last
     controller = decided(0.0, later)
-    expected = library.later(last, later) if is_kept else controller._few[0]
+    expected = library.later(last, later) if is_kept else controller._search._few[0]
     assert_array_equal(controller._cycle.motions[0], expected)
