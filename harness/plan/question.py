@@ -31,8 +31,8 @@ from navstack.params.planners import (
     OmplParams,
     SimpleSmootherParams,
 )
-from navstack.planning.ompl_kernels import polyline_cost
 from navstack.planning.planner import Planner, RobotShape
+from navstack.planning.polyline_kernels import polyline_cost
 from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.types import FloatArray, Path, Pose2D
 

@@ -58,7 +58,11 @@ def body_of(footprint: FloatArray) -> RobotBox:
 
 
 def nearest(
-    tracks: Sequence[Track], pose: Pose2D, stamp: float, most: int, reach: float
+    tracks: Sequence[Track],
+    pose: Pose2D,
+    stamp: float,
+    most: int,
+    reach: float,
 ) -> FloatArray:
     """The nearest tracks within ``reach`` [m] at ``stamp`` [s] as rows (n <= most, FIELDS)."""
     rows = np.empty((len(tracks), FIELDS))

@@ -8,7 +8,13 @@ from navstack.types import ByteArray, ByteMatrix, FloatArray, FloatMatrix, Pose2
 
 
 @njit()
-def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
+def line_cost(
+    costs: ByteArray,
+    x0: int,
+    y0: int,
+    x1: int,
+    y1: int,
+) -> int:
     """The greatest cost on a Bresenham line between two cells, both included.
 
     After ``line_iterator.hpp``; LETHAL_OBSTACLE wherever there is a lethal cell, whether or not
@@ -45,7 +51,12 @@ def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
 
 @njit(ahead=True)
 def outline_cost(
-    costs: ByteMatrix, grid: Grid, footprint: FloatMatrix, x: float, y: float, yaw: float
+    costs: ByteMatrix,
+    grid: Grid,
+    footprint: FloatMatrix,
+    x: float,
+    y: float,
+    yaw: float,
 ) -> int:
     """The greatest cost 0..255 under the outline of ``footprint`` (V, 2) at a pose.
 
@@ -97,7 +108,12 @@ def walk_outline(
 
 @njit()
 def is_occupied(
-    costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float
+    costs: ByteArray,
+    grid: Grid,
+    footprint: FloatArray,
+    x: float,
+    y: float,
+    yaw: float,
 ) -> bool:
     """Whether the outline at (x, y, yaw) lies on a lethal cell or reaches over the map's edge.
 

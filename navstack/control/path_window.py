@@ -61,7 +61,11 @@ class PathWindow:
 
 @njit()
 def nearest_pose(
-    poses: FloatArray, first: int, x: float, y: float, search_distance: float
+    poses: FloatArray,
+    first: int,
+    x: float,
+    y: float,
+    search_distance: float,
 ) -> tuple[int, int]:
     """The pose (of N, >= 1) nearest to (x, y), and the first pose that was not looked at.
 
@@ -87,7 +91,12 @@ def nearest_pose(
 
 @njit(ahead=True)
 def window_bounds(
-    poses: FloatMatrix, first: int, x: float, y: float, search_distance: float, extent: float
+    poses: FloatMatrix,
+    first: int,
+    x: float,
+    y: float,
+    search_distance: float,
+    extent: float,
 ) -> tuple[int, int]:
     """Begin and end of the poses (N, >= 2) to follow.
 

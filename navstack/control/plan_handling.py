@@ -20,7 +20,11 @@ class PlanWindow:
     """
 
     def __init__(
-        self, prune_plan: bool, prune_distance: float, forward_distance: float, shorten: bool
+        self,
+        prune_plan: bool,
+        prune_distance: float,
+        forward_distance: float,
+        shorten: bool,
     ) -> None:
         """Distances in [m]; a negative ``forward_distance`` keeps everything ahead."""
         self._prune_plan = prune_plan

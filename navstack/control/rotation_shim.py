@@ -188,7 +188,13 @@ class RotationShimController(Controller):
             return None
         return command
 
-    def _collides(self, yaw_rate: float, error: float, pose: Pose2D, costmap: Costmap) -> bool:
+    def _collides(
+        self,
+        yaw_rate: float,
+        error: float,
+        pose: Pose2D,
+        costmap: Costmap,
+    ) -> bool:
         """Whether the outline meets a lethal or unknown cell on the way to the engaging threshold.
 
         As upstream, the way is measured from the simulated yaw back to the present one: only a

@@ -20,7 +20,11 @@ class ManeuveringFilter:
     """
 
     def __init__(
-        self, straight: TrackFilter, turning: TrackFilter, straight_time: float, turning_time: float
+        self,
+        straight: TrackFilter,
+        turning: TrackFilter,
+        straight_time: float,
+        turning_time: float,
     ) -> None:
         """No bodies yet.
 

@@ -34,7 +34,12 @@ def background_of(static_map: OccupancyGrid, margin: float) -> ByteArray:
 
 @njit()
 def is_background(
-    background: ByteArray, origin_x: float, origin_y: float, resolution: float, x: float, y: float
+    background: ByteArray,
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    x: float,
+    y: float,
 ) -> bool:
     """Whether a point of the map frame [m] is near something that the map shows, or off the map."""
     column = math.floor((x - origin_x) / resolution)

@@ -14,6 +14,7 @@ from navstack.errors import (
 )
 from navstack.types import FloatArray, IntArray, Pose2D
 
+STRAIGHT = 1e-6  # [rad] changes of heading up to this are rounding
 NEAREST_FREE_RADIUS = 5.0  # [m] per axis, how far an error message looks for a free cell
 
 
@@ -69,6 +70,13 @@ def to_cells(poses: FloatArray, costmap: Costmap) -> FloatArray:
     cells = poses.copy()
     cells[:, :2] = (poses[:, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
     return cells
+
+
+def place_in_cells(pose: Pose2D, costmap: Costmap) -> tuple[float, float]:
+    """A point in [cells] from the map's lower left corner."""
+    x = pose.x - costmap.origin_x
+    y = pose.y - costmap.origin_y
+    return x / costmap.resolution, y / costmap.resolution
 
 
 def nearest_free_distance(pose: Pose2D, costmap: Costmap) -> float:
@@ -136,3 +144,10 @@ def dense_poses(points: FloatArray, goal_yaw: float, costmap: Costmap) -> FloatA
     poses[:-1, 2] = np.arctan2(step[:, 1], step[:, 0])
     poses[-1, 2] = goal_yaw
     return poses
+
+
+def corners(points: FloatArray) -> FloatArray:
+    """The points (M, 2) between the ends of a polyline (N, >= 2) at which its heading changes."""
+    step = np.diff(points[:, :2], axis=0)
+    turn = np.diff(np.unwrap(np.arctan2(step[:, 1], step[:, 0])))
+    return points[1:-1, :2][np.abs(turn) > STRAIGHT]

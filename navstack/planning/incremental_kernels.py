@@ -18,10 +18,9 @@ from navstack.planning.navfn_kernels import (
     POT_HIGH,
     Buffers,
     NavfnField,
-    run_wave,
     set_border,
-    unmark,
 )
+from navstack.planning.navfn_wave import run_wave, unmark
 from navstack.types import (
     ByteArray,
     ByteVector,

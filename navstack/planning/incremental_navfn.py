@@ -87,7 +87,13 @@ class IncrementalNavfn(Planner):
         self._field.forget()
         self._fallback.reset(rng)
 
-    def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
+    def plan(
+        self,
+        start: Pose2D,
+        goal: Pose2D,
+        costmap: Costmap,
+        stamp: float = 0.0,
+    ) -> Path:
         """A path from ``start`` to ``goal``; errors as :class:`NavfnPlanner`."""
         require_on_map(start, goal, costmap)
         if self._params.tolerance == 0.0 and costmap.cost_at(goal.x, goal.y) == LETHAL_OBSTACLE:
@@ -125,7 +131,11 @@ class IncrementalNavfn(Planner):
         return self._descend_anew(key, robot, source, costmap)
 
     def _descend_anew(
-        self, key: tuple[object, ...], robot: int, source: int, costmap: Costmap
+        self,
+        key: tuple[object, ...],
+        robot: int,
+        source: int,
+        costmap: Costmap,
     ) -> FloatArray | None:
         """As :meth:`_descend`, with a field from nothing."""
         self._key = key
@@ -173,7 +183,13 @@ class IncrementalNavfn(Planner):
         self._sound_below = min(self._sound_below, self._gap_level)
         return self._resume(robot, source, costmap, potential + 2.0 * HALF_REACH)
 
-    def _resume(self, robot: int, source: int, costmap: Costmap, limit: float) -> bool:
+    def _resume(
+        self,
+        robot: int,
+        source: int,
+        costmap: Costmap,
+        limit: float,
+    ) -> bool:
         """Spread the field anew above the sound level, up to ways that cost ``limit``."""
         level = self._sound_below
         if level <= 2.0 * float(COST_OBSTACLE):

@@ -45,7 +45,13 @@ class NavfnPlanner(Planner):
         self._field.forget()
         self._bound.forget()
 
-    def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
+    def plan(
+        self,
+        start: Pose2D,
+        goal: Pose2D,
+        costmap: Costmap,
+        stamp: float = 0.0,
+    ) -> Path:
         """A path from ``start`` to ``goal``; see :class:`Planner`.
 
         Raises:

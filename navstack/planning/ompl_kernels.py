@@ -29,7 +29,13 @@ def blocked_table(max_allowed_cost: int, allow_unknown: bool) -> BoolArray:
 
 
 @njit()
-def has_room(costs: ByteArray, x: float, y: float, radius: float, allow_unknown: bool) -> bool:
+def has_room(
+    costs: ByteArray,
+    x: float,
+    y: float,
+    radius: float,
+    allow_unknown: bool,
+) -> bool:
     """Whether a disc holds no part of an obstacle's cell (cost 254, or unknown where that counts).
 
     All in [cells].
@@ -54,7 +60,13 @@ def has_room(costs: ByteArray, x: float, y: float, radius: float, allow_unknown:
 
 @njit()
 def has_corridor(
-    costs: ByteArray, x0: float, y0: float, x1: float, y1: float, radius: float, allow_unknown: bool
+    costs: ByteArray,
+    x0: float,
+    y0: float,
+    x1: float,
+    y1: float,
+    radius: float,
+    allow_unknown: bool,
 ) -> bool:
     """Whether discs at steps of half a cell along a line all have room; all in [cells]."""
     steps = max(1, math.ceil(2.0 * math.hypot(x1 - x0, y1 - y0)))
@@ -67,7 +79,12 @@ def has_corridor(
 
 @njit()
 def are_connected(
-    costs: ByteArray, blocked: BoolArray, x0: float, y0: float, x1: float, y1: float
+    costs: ByteArray,
+    blocked: BoolArray,
+    x0: float,
+    y0: float,
+    x1: float,
+    y1: float,
 ) -> bool:
     """Whether free cells, each beside the next, lead from one free point to another.
 
@@ -114,7 +131,12 @@ def is_free(costs: ByteArray, blocked: BoolArray, x: float, y: float) -> bool:
 
 @njit()
 def is_line_free(
-    costs: ByteArray, blocked: BoolArray, x0: float, y0: float, x1: float, y1: float
+    costs: ByteArray,
+    blocked: BoolArray,
+    x0: float,
+    y0: float,
+    x1: float,
+    y1: float,
 ) -> bool:
     """Whether every cell that a straight line touches is free; points in [cells].
 
@@ -156,24 +178,12 @@ def is_line_free(
 
 
 @njit()
-def line_cost(costs: ByteArray, x0: float, y0: float, x1: float, y1: float) -> float:
-    """Mean costmap value at half-cell steps along a straight line within the map.
-
-    Points in [cells].
-    """
-    steps = max(1, math.ceil(2.0 * math.hypot(x1 - x0, y1 - y0)))
-    total = 0.0
-    for i in range(steps + 1):
-        t = i / steps
-        column = min(int(x0 + t * (x1 - x0)), costs.shape[1] - 1)
-        row = min(int(y0 + t * (y1 - y0)), costs.shape[0] - 1)
-        total += costs[row, column]
-    return total / (steps + 1)
-
-
-@njit()
 def nearest_free_cell(
-    costs: ByteArray, blocked: BoolArray, column: int, row: int, radius: float
+    costs: ByteArray,
+    blocked: BoolArray,
+    column: int,
+    row: int,
+    radius: float,
 ) -> tuple[int, int]:
     """The free cell nearest to a cell within ``radius`` [cells]; (-1, -1) where there is none."""
     best = radius * radius + 1e-9
@@ -192,7 +202,13 @@ def nearest_free_cell(
 
 @njit()
 def is_edge_free(
-    costs: ByteArray, blocked: BoolArray, room: Room, x0: float, y0: float, x1: float, y1: float
+    costs: ByteArray,
+    blocked: BoolArray,
+    room: Room,
+    x0: float,
+    y0: float,
+    x1: float,
+    y1: float,
 ) -> bool:
     """Whether the robot can drive along a straight line, in either direction; points in [cells]."""
     if not is_line_free(costs, blocked, x0, y0, x1, y1):
@@ -214,7 +230,13 @@ def is_polyline_free(costs: ByteArray, blocked: BoolArray, room: Room, points: F
 
 
 @njit()
-def can_turn(costs: ByteArray, blocked: BoolArray, room: Room, x: float, y: float) -> bool:
+def can_turn(
+    costs: ByteArray,
+    blocked: BoolArray,
+    room: Room,
+    x: float,
+    y: float,
+) -> bool:
     """Whether the robot can stand at a point, in [cells], and turn there into any direction."""
     return is_free(costs, blocked, x, y) and has_room(costs, x, y, room.turning, room.allow_unknown)
 
@@ -234,85 +256,3 @@ def can_reach(
     return is_edge_free(costs, blocked, room, x0, y0, x1, y1) and has_room(
         costs, x1, y1, turning, room.allow_unknown
     )
-
-
-@njit()
-def shortcut(
-    costs: ByteArray,
-    blocked: BoolArray,
-    room: Room,
-    points: FloatArray,
-    cost_weight: float,
-    draws: FloatArray,
-) -> FloatArray:
-    """Take short cuts between random points of a polyline (N, 2) (Geraerts and Overmars, 2007).
-
-    A short cut is taken where it is free and not costlier. ``draws`` (M, 2) in [0, 1) are places
-    along the line.
-    """
-    path = points
-    for i in range(len(draws)):
-        along = cumulative_length(path)
-        a = draws[i].min() * along[-1]
-        b = draws[i].max() * along[-1]
-        first = np.searchsorted(along, a, side="right")
-        last = np.searchsorted(along, b, side="left")
-        if first >= last:
-            continue  # on one segment
-        start = point_at(path, along, a)
-        end = point_at(path, along, b)
-        bypass = np.concatenate((start, path[first:last].copy().ravel(), end)).reshape(-1, 2)
-        straight = np.concatenate((start, end)).reshape(-1, 2)
-        if not is_edge_free(costs, blocked, room, start[0], start[1], end[0], end[1]):
-            continue
-        if not (
-            can_turn(costs, blocked, room, start[0], start[1])
-            and can_turn(costs, blocked, room, end[0], end[1])
-        ):
-            continue
-        if polyline_cost(costs, straight, cost_weight) <= polyline_cost(costs, bypass, cost_weight):
-            path = np.concatenate(
-                (path[:first].copy().ravel(), straight.ravel(), path[last:].copy().ravel())
-            ).reshape(-1, 2)
-    return path
-
-
-@njit()
-def cumulative_length(path: FloatArray) -> FloatArray:
-    """Length of a polyline (N, 2) up to each of its points."""
-    along = np.zeros(len(path))
-    for i in range(1, len(path)):
-        along[i] = along[i - 1] + math.hypot(
-            path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
-        )
-    return along
-
-
-@njit()
-def point_at(path: FloatArray, along: FloatArray, distance: float) -> FloatArray:
-    """The point (2,) at a distance along a polyline whose cumulative length is ``along``."""
-    x = np.interp(distance, along, path[:, 0])
-    y = np.interp(distance, along, path[:, 1])
-    return np.array((x, y))
-
-
-@njit()
-def weighted_length(
-    costs: ByteArray, cost_weight: float, x0: float, y0: float, x1: float, y1: float
-) -> float:
-    """Length of a straight line in [cells], times 1 + cost_weight * mean cost / 252."""
-    length = math.hypot(x1 - x0, y1 - y0)
-    if cost_weight > 0.0 and length > 0.0:
-        length *= 1.0 + cost_weight * line_cost(costs, x0, y0, x1, y1) / 252.0
-    return length
-
-
-@njit()
-def polyline_cost(costs: ByteArray, path: FloatArray, cost_weight: float) -> float:
-    """Length of a polyline in [cells], each piece times 1 + cost_weight * mean cost / 252."""
-    total = 0.0
-    for i in range(1, len(path)):
-        total += weighted_length(
-            costs, cost_weight, path[i - 1, 0], path[i - 1, 1], path[i, 0], path[i, 1]
-        )
-    return total

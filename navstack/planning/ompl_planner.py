@@ -5,31 +5,31 @@ import math
 import numpy as np
 
 from navstack.costmap.costmap import Costmap
-from navstack.errors import NoPathFoundError, PlanningError, StartOccupiedError
+from navstack.errors import PlanningError, StartOccupiedError
 from navstack.params.planners import OmplParams, SimpleSmootherParams
 from navstack.planning.dubins import is_curve_free
 from navstack.planning.endpoints import (
+    corners,
     dense_poses,
     goal_occupied,
     occupied,
+    place_in_cells,
     require_on_map,
     single_pose,
     to_cells,
 )
 from navstack.planning.ompl_kernels import (
     Room,
-    are_connected,
     blocked_table,
     can_turn,
     is_free,
     is_polyline_free,
     nearest_free_cell,
-    polyline_cost,
-    shortcut,
 )
-from navstack.planning.ompl_problem import Query
+from navstack.planning.ompl_problem import Query, why_no_path
 from navstack.planning.ompl_search import OmplResult, path_cost, search
 from navstack.planning.planner import Planner, RobotShape, convex_hull
+from navstack.planning.polyline_kernels import polyline_cost, shortcut
 from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.types import FloatArray, Path, Pose2D
 
@@ -38,7 +38,6 @@ LARGEST_SEED = 2**31 - 1
 JOIN = 1.0  # [m] from a path within which the robot still follows it, where it may turn on the spot
 ROUNDINGS = (1000, 100, 10)  # iterations of the smoother, the roundest first
 WORTH_IT = 0.99  # of the cost of a kept path, which another one must not exceed
-STRAIGHT = 1e-6  # [rad] changes of heading up to this are rounding
 
 
 class OmplPlanner(Planner):
@@ -161,7 +160,7 @@ class OmplPlanner(Planner):
             (seconds, cost * costmap.resolution) for seconds, cost in found.improvement
         )
         if found.states is None:
-            raise self._no_path(query, start, goal)
+            raise why_no_path(query, self._params, start, goal)
         return query, self._simplified(query, found, draws)
 
     def _query(self, start: Pose2D, goal: Pose2D, costmap: Costmap) -> Query:
@@ -203,7 +202,7 @@ class OmplPlanner(Planner):
 
     def _free_point(self, pose: Pose2D, costmap: Costmap) -> tuple[float, float] | None:
         """The pose, or the centre of the nearest free cell within the tolerance, in [cells]."""
-        x, y = _to_cells(pose, costmap)
+        x, y = place_in_cells(pose, costmap)
         if is_free(costmap.data, self._blocked, x, y):
             return x, y
         radius = self._params.tolerance / costmap.resolution
@@ -211,30 +210,6 @@ class OmplPlanner(Planner):
         if column < 0:
             return None
         return column + 0.5, row + 0.5
-
-    def _no_path(self, query: Query, start: Pose2D, goal: Pose2D) -> PlanningError:
-        """Why there is no path."""
-        for name, pose, state in (("start", start, query.first), ("goal", goal, query.last)):
-            if not query.can_stand(state):
-                return NoPathFoundError(
-                    f"{name} ({pose.x:g}, {pose.y:g}) m: the footprint reaches into an obstacle "
-                    "there, though its centre is free; choose another pose"
-                )
-        between = f"from ({start.x:g}, {start.y:g}) m to ({goal.x:g}, {goal.y:g}) m"
-        if not are_connected(query.costs, query.blocked, *query.first[:2], *query.last[:2]):
-            return NoPathFoundError(
-                f"{self._params.algorithm}: no path {between}: "
-                "obstacles part them; check for closed ways"
-            )
-        spent = f"{self._params.max_iterations} iterations"
-        key = "max_iterations"
-        if self._params.max_planning_time > 0.0:
-            spent = f"{self._params.max_planning_time:g} s"
-            key = "max_planning_time"
-        return NoPathFoundError(
-            f"{self._params.algorithm}: no path {between} within {spent}, "
-            f"though free cells connect them; raise {key} or take another algorithm"
-        )
 
     def _simplified(self, query: Query, found: OmplResult, draws: FloatArray) -> FloatArray:
         """The states with short cuts taken, in the plane, where that is wanted.
@@ -259,10 +234,10 @@ class OmplPlanner(Planner):
             dense = np.vstack((states[:1], *pieces))
             dense[:, :2] = (costmap.origin_x, costmap.origin_y) + dense[:, :2] * costmap.resolution
         else:
-            if tuple(states[0]) != _to_cells(start, costmap):
-                states = np.vstack((_to_cells(start, costmap), states))
+            if tuple(states[0]) != place_in_cells(start, costmap):
+                states = np.vstack((place_in_cells(start, costmap), states))
             dense = self._smoothed(dense_poses(states, goal.yaw, costmap), costmap)
-        if tuple(query.last[:2]) == _to_cells(goal, costmap):
+        if tuple(query.last[:2]) == place_in_cells(goal, costmap):
             dense[-1] = goal.as_array()  # to the last bit, for the path is kept by it
         return dense
 
@@ -305,7 +280,7 @@ class OmplPlanner(Planner):
             return bool(is_curve_free(costmap.data, self._blocked, hull, *body, cells))
         if not is_polyline_free(costmap.data, self._blocked, room, cells):
             return False
-        return all(can_turn(costmap.data, self._blocked, room, x, y) for x, y in _corners(cells))
+        return all(can_turn(costmap.data, self._blocked, room, x, y) for x, y in corners(cells))
 
     def _is_on(self, start: Pose2D, pose: FloatArray, cell: float) -> bool:
         """Whether the robot can go on from a path's nearest pose (3,).
@@ -320,17 +295,3 @@ class OmplPlanner(Planner):
             return distance <= JOIN
         turn = abs(math.remainder(pose[2] - start.yaw, 2.0 * math.pi))
         return distance <= cell and turn <= cell / self._params.minimum_turning_radius
-
-
-def _to_cells(pose: Pose2D, costmap: Costmap) -> tuple[float, float]:
-    """A point in [cells] from the map's lower left corner."""
-    x = pose.x - costmap.origin_x
-    y = pose.y - costmap.origin_y
-    return x / costmap.resolution, y / costmap.resolution
-
-
-def _corners(points: FloatArray) -> FloatArray:
-    """The points (M, 2) between the ends of a polyline (N, >= 2) at which its heading changes."""
-    step = np.diff(points[:, :2], axis=0)
-    turn = np.diff(np.unwrap(np.arctan2(step[:, 1], step[:, 0])))
-    return points[1:-1, :2][np.abs(turn) > STRAIGHT]

@@ -6,15 +6,12 @@ from typing import Any
 import numpy as np
 import ompl.base as ob
 
+from navstack.errors import NoPathFoundError, PlanningError
+from navstack.params.planners import OmplParams
 from navstack.planning.dubins import curve, is_curve_free, stands_free
-from navstack.planning.ompl_kernels import (
-    Room,
-    can_reach,
-    is_edge_free,
-    polyline_cost,
-    weighted_length,
-)
-from navstack.types import BoolArray, ByteArray, FloatArray
+from navstack.planning.ompl_kernels import Room, are_connected, can_reach, is_edge_free
+from navstack.planning.polyline_kernels import polyline_cost, weighted_length
+from navstack.types import BoolArray, ByteArray, FloatArray, Pose2D
 
 STEP = 1.0  # [cells] between the poses at which a footprint is tried along a curve
 
@@ -184,3 +181,27 @@ def _state(information: Any, values: FloatArray) -> Any:
         state[0] = float(values[0])
         state[1] = float(values[1])
     return state
+
+
+def why_no_path(query: Query, params: OmplParams, start: Pose2D, goal: Pose2D) -> PlanningError:
+    """Why there is no path."""
+    for name, pose, state in (("start", start, query.first), ("goal", goal, query.last)):
+        if not query.can_stand(state):
+            return NoPathFoundError(
+                f"{name} ({pose.x:g}, {pose.y:g}) m: the footprint reaches into an obstacle "
+                "there, though its centre is free; choose another pose"
+            )
+    between = f"from ({start.x:g}, {start.y:g}) m to ({goal.x:g}, {goal.y:g}) m"
+    if not are_connected(query.costs, query.blocked, *query.first[:2], *query.last[:2]):
+        return NoPathFoundError(
+            f"{params.algorithm}: no path {between}: obstacles part them; check for closed ways"
+        )
+    spent = f"{params.max_iterations} iterations"
+    key = "max_iterations"
+    if params.max_planning_time > 0.0:
+        spent = f"{params.max_planning_time:g} s"
+        key = "max_planning_time"
+    return NoPathFoundError(
+        f"{params.algorithm}: no path {between} within {spent}, "
+        f"though free cells connect them; raise {key} or take another algorithm"
+    )

@@ -94,7 +94,11 @@ class Budget:
 
 
 def _solve(
-    query: Query, make: Any, reach: float, budget: Budget, samples: int = 0
+    query: Query,
+    make: Any,
+    reach: float,
+    budget: Budget,
+    samples: int = 0,
 ) -> FloatArray | None:
     """Let OMPL search until it is done or the budget is used up.
 

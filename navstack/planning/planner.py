@@ -34,7 +34,13 @@ class Planner(ABC):
         """Start a new goal; all chance of the plans to come is drawn from ``rng``."""
 
     @abstractmethod
-    def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
+    def plan(
+        self,
+        start: Pose2D,
+        goal: Pose2D,
+        costmap: Costmap,
+        stamp: float = 0.0,
+    ) -> Path:
         """A path from ``start`` to ``goal`` in the costmap's frame.
 
         Raises:

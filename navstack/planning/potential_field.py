@@ -14,8 +14,8 @@ from navstack.planning.navfn_kernels import (
     NavfnField,
     clear_potential,
     cost_tables,
-    propagate,
 )
+from navstack.planning.navfn_wave import propagate
 from navstack.types import ByteArray, Float32Array, FloatArray, Pose2D
 
 NOWHERE = -1  # a target that is never reached: the wave goes on until nothing is left

@@ -50,7 +50,13 @@ class ThetaStarPlanner(Planner):
         level = np.where(costs == NO_INFORMATION, LETHAL_OBSTACLE - 1.0, LOWEST + SHARE * costs)
         self._crossing: FloatArray = params.w_traversal_cost * (level / HIGHEST) ** 2
 
-    def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
+    def plan(
+        self,
+        start: Pose2D,
+        goal: Pose2D,
+        costmap: Costmap,
+        stamp: float = 0.0,
+    ) -> Path:
         """A path from ``start`` to ``goal``, each pose looking along it; see :class:`Planner`.
 
         Raises:

@@ -43,11 +43,9 @@ recoveries_server:
 """
     )
     server = read_behavior_server(nav2)
-    assert (server.cycle_frequency, server.max_rotational_vel, server.min_rotational_vel) == (
-        20.0,
-        1.5,
-        0.4,
-    )
+    assert server.cycle_frequency == 20.0
+    assert server.max_rotational_vel == 1.5
+    assert server.min_rotational_vel == 0.4
     spin, backup = read_behaviors(nav2)
     assert spin.type == "nav2_behaviors::Spin"
     assert backup.params == DriveParams(2.5, -2.0, 0.1)

@@ -100,15 +100,20 @@ def test_a_new_goal_begins_with_the_first_action() -> None:
     call(robin)
     call(robin)
     robin.reset()
-    assert (robin.begun, robin.failed, robin.last_failure) == ([0, 0, 0, 0], 0, None)
+    assert robin.begun == [0, 0, 0, 0]
+    assert robin.failed == 0
+    assert robin.last_failure is None
     call(robin)
     assert "".join(log) == "abca"
 
 
 def test_the_default_tree_asks_for_what_its_xml_says() -> None:
-    assert (SPIN.target_yaw, SPIN.time_allowance) == (1.57, 10.0)
+    assert SPIN.target_yaw == 1.57
+    assert SPIN.time_allowance == 10.0
     assert WAIT.duration == 5.0
-    assert (BACK_UP.target_x, BACK_UP.speed, BACK_UP.time_allowance) == (0.30, 0.15, 10.0)
+    assert BACK_UP.target_x == 0.30
+    assert BACK_UP.speed == 0.15
+    assert BACK_UP.time_allowance == 10.0
 
 
 def test_clearing_clears_both_costmaps_at_once() -> None:
@@ -122,6 +127,8 @@ def test_clearing_clears_both_costmaps_at_once() -> None:
     global_ = Costmap()
     robin = default_recoveries(BehaviorServer({}, None), global_, local)
     assert robin.begin(STATE)
-    assert (local.cleared, global_.cleared) == (1, 1)
+    assert local.cleared == 1
+    assert global_.cleared == 1
     assert robin.begin(STATE)  # spin, wait and backup do not exist: the next clearing's turn
-    assert (robin.begun, robin.failed) == ([2, 1, 1, 1], 3)
+    assert robin.begun == [2, 1, 1, 1]
+    assert robin.failed == 3

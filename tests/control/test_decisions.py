@@ -88,8 +88,10 @@ def test_dwb_tells_what_its_choice_was_preferred_to():
     commands = controller.last_decision.scores.rollouts.commands
     slow = np.flatnonzero(np.abs(commands[:, 0]) <= 0.5 * command.linear_x)
     second, slower = controller.alternatives
-    assert (second.kind, slower.kind) == (RUNNER_UP, SLOWER)
-    assert (second.command, second.total) == (Twist2D(*commands[7].tolist()), 8.5)
+    assert second.kind == RUNNER_UP
+    assert slower.kind == SLOWER
+    assert second.command == Twist2D(*commands[7].tolist())
+    assert second.total == 8.5
     assert second.scores == (
         CriticScore("One", 3.0, 6.0, 0),
         CriticScore("Two", 5.0, 2.5, 0),
@@ -167,7 +169,8 @@ def test_a_turn_is_the_shims_and_the_rest_the_primary_controllers():
     turn = command_of(shim, plan=straight(yaw=1.5))
     assert shim.decision == DecisionRecord(0.0, "RotationShimController", turn)
     command_of(shim, robot(stamp=0.05))
-    assert (shim.decision.stamp, shim.decision.decided_by) == (0.05, "DWBLocalPlanner")
+    assert shim.decision.stamp == 0.05
+    assert shim.decision.decided_by == "DWBLocalPlanner"
 
 
 @pytest.mark.parametrize(("cost", "rejected"), [(0, 0), (254, 1)])
@@ -178,10 +181,9 @@ def test_pure_pursuit_tells_of_its_one_arc(cost, rejected):
     except NoLegalVelocity:
         command = Twist2D()
     told = controller.decision
-    assert (told.stamp, told.decided_by, told.command) == (
-        3.0,
-        "RegulatedPurePursuitController",
-        command,
-    )
-    assert (told.samples, told.rejected) == (1, rejected)
+    assert told.stamp == 3.0
+    assert told.decided_by == "RegulatedPurePursuitController"
+    assert told.command == command
+    assert told.samples == 1
+    assert told.rejected == rejected
     assert told.scores == (CriticScore("collision ahead", None, None, rejected),)

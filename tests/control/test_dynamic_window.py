@@ -33,7 +33,8 @@ def test_what_can_be_reached_in_a_cycle():
     still = reachable(Twist2D(), params, PERIOD)
     assert still == approx((-0.04, 0.04, -0.075, 0.075))
     fast = reachable(Twist2D(0.99, 0.0, 0.98), params, PERIOD)
-    assert (fast.max_v, fast.max_w) == (1.0, 1.0)
+    assert fast.max_v == 1.0
+    assert fast.max_w == 1.0
 
 
 def test_regulation_cuts_the_window_to_what_is_nearest():

@@ -43,11 +43,15 @@ def test_a_goal_that_nothing_reaches_ends_after_nav2s_retries(room, make, drive)
         navigator, localizer, Pose2D(2.0, 4.0), Pose2D(13.0, 4.0), 90.0, grid.data == OCCUPIED
     )
     assert navigator.status is Status.FAILED
-    assert (navigator.trouble.error, navigator.trouble.error_code) == ("NO_VALID_PATH", 208)
+    assert navigator.trouble.error == "NO_VALID_PATH"
+    assert navigator.trouble.error_code == 208
     assert navigator.trouble.gave_up == "all retries are used up"
     counts = navigator.counts
     assert counts.recoveries == NUMBER_OF_RETRIES
-    assert (counts.clearings, counts.spins, counts.waits, counts.backups) == (2, 2, 1, 1)
+    assert counts.clearings == 2
+    assert counts.spins == 2
+    assert counts.waits == 1
+    assert counts.backups == 1
     assert counts.failed_recoveries == 0
     assert counts.plans == 0
     # 5 s of waiting, 2 s of backing up, two spins of at most 4 s, and 14 plans, one per update of

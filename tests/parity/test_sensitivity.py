@@ -73,9 +73,9 @@ CONSTANTS = (
     Constant(NAVFN, "COST_FACTOR = {} ", 0.8, *NEAR, jit=False),
     Constant(NAVFN, "COST_HIGHEST = {} ", 253.0, "navfn", "unknown_allowed_dijkstra", jit=False),
     Constant(NAVFN, "LEAST_OBSTACLE = {} ", 253, *NEAR, jit=False),
-    Constant(NAVFN, "WAVE_2 = {}\n", -0.2301, *NEAR, jit=False),
-    Constant(NAVFN, "WAVE_1 = {}\n", 0.5307, *NEAR, jit=False),
-    Constant(NAVFN, "WAVE_0 = {}\n", "0.7040", *NEAR, jit=False),
+    Constant(NAVFN, "WAVE_2 = {}\n", -0.2301, *EMPTY, jit=False),
+    Constant(NAVFN, "WAVE_1 = {}\n", 0.5307, *EMPTY, jit=False),
+    Constant(NAVFN, "WAVE_0 = {}\n", "0.7040", *EMPTY, jit=False),
     Constant("navstack/planning/navfn_descent.py", "STEP = np.float32({})", 0.5, *EMPTY, jit=False),
     Constant(
         "navstack/costmap/inflation.py",

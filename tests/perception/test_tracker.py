@@ -151,7 +151,8 @@ def test_tracks_are_predicted_and_old_scans_left_out() -> None:
     tracker.observe(scan_of(3.0, Pose2D(), [(9.0, 9.0)]), Pose2D(), Pose2D())
     tracker.observe(scan_of(1.0, Pose2D(), [(9.0, 9.0)]), Pose2D(), Pose2D())
     (same,) = tracker.tracks(4.0)
-    assert (same.x, same.y) == (later.x, later.y)
+    assert same.x == later.x
+    assert same.y == later.y
 
 
 def test_a_person_behind_the_robot_is_one_body_though_the_scan_begins_there() -> None:

@@ -24,18 +24,15 @@ from navstack.planning import ompl_search
 from navstack.planning.ompl_kernels import (
     Room,
     blocked_table,
-    cumulative_length,
     has_corridor,
     has_room,
     is_line_free,
     nearest_free_cell,
-    point_at,
-    polyline_cost,
-    shortcut,
 )
 from navstack.planning.ompl_planner import OmplPlanner
 from navstack.planning.ompl_search import ALGORITHMS, Budget
 from navstack.planning.planner import RobotShape
+from navstack.planning.polyline_kernels import cumulative_length, point_at, polyline_cost, shortcut
 from navstack.types import Path, Pose2D
 
 from .given import free_map, step_lengths, turns_of

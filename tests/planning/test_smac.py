@@ -370,7 +370,9 @@ def test_larger_cells_have_the_highest_cost_below_them():
     data = np.arange(35, dtype=np.uint8).reshape(5, 7)
     coarse = downsampled(Costmap(data, 0.1, 1.0, 2.0), 2)
     assert coarse.data.tolist() == [[8, 10, 12, 13], [22, 24, 26, 27], [29, 31, 33, 34]]
-    assert (coarse.resolution, coarse.origin_x, coarse.origin_y) == (0.2, 1.0, 2.0)
+    assert coarse.resolution == 0.2
+    assert coarse.origin_x == 1.0
+    assert coarse.origin_y == 2.0
 
 
 def test_smoothing_shortens_what_the_grid_made_crooked():
@@ -442,7 +444,9 @@ def test_parameters_that_cannot_be_are_refused(kind, given, message):
 
 def test_the_smoother_group_is_that_of_the_simple_smoother():
     simple = SmacSmootherParams(max_iterations=7, w_smooth=0.1, refinement_num=3).as_simple
-    assert (simple.max_its, simple.w_smooth, simple.refinement_num) == (7, 0.1, 3)
+    assert simple.max_its == 7
+    assert simple.w_smooth == 0.1
+    assert simple.refinement_num == 3
 
 
 @pytest.mark.parametrize(("number", "is_smoothed"), [(9, False), (10, True)])

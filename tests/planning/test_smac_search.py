@@ -58,7 +58,8 @@ def test_each_pose_of_a_search_has_its_cost_and_a_bound_of_the_way_on():
     _, found = search(np.zeros((30, 40), dtype=np.uint8), np.array((20.5, 10.5, 0.26)), goal)
     nodes = found.nodes
     near = []
-    assert (found.node, found.iterations) == (-1, 4)
+    assert found.node == -1
+    assert found.iterations == 4
     count = (nodes.keys >= 0).sum()
     assert sorted(nodes.numbers[nodes.keys >= 0]) == list(range(count))
     for n in range(1, count):
@@ -148,7 +149,8 @@ def test_curves_are_tried_the_more_often_the_nearer_the_goal_is(
     found = search_poses(
         ground, arcs(72, 8.0, False), np.array((5.5, 10.5, 0.0)), 0, goal, PENALTIES, way
     )
-    assert (found.iterations, len(found.curve) > 0) == (iterations, by_curve)
+    assert found.iterations == iterations
+    assert (len(found.curve) > 0) == by_curve
 
 
 @pytest.mark.parametrize("side", ["left", "right", "below", "above"])

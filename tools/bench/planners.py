@@ -16,8 +16,8 @@ from navstack.params.strict import from_mapping
 from navstack.planning.incremental_navfn import IncrementalNavfn
 from navstack.planning.navfn import NavfnPlanner
 from navstack.planning.navfn_kernels import cost_tables
-from navstack.planning.ompl_kernels import polyline_cost
 from navstack.planning.planner import Planner
+from navstack.planning.polyline_kernels import polyline_cost
 from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.safety.monitor_zones import MonitorZone
 from navstack.types import FloatArray, Path, Pose2D, Twist2D

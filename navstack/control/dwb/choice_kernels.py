@@ -68,7 +68,11 @@ class SampledDrive(NamedTuple):
 
 @njit(ahead=True)
 def best_command(
-    sampling: Sampling, terms: Terms, situation: Situation, guess: int, command: FloatVector
+    sampling: Sampling,
+    terms: Terms,
+    situation: Situation,
+    guess: int,
+    command: FloatVector,
 ) -> tuple[int, np.float32]:
     """Index and total of the best sample, the first of equals.
 
@@ -98,7 +102,11 @@ def best_command(
 
 @njit()
 def choose(
-    drive: SampledDrive, terms: Terms, ends: FloatArray, situation: Situation, guess: int
+    drive: SampledDrive,
+    terms: Terms,
+    ends: FloatArray,
+    situation: Situation,
+    guess: int,
 ) -> tuple[int, np.float32]:
     """Index and total of the best trajectory, the first of equals; -1: none is legal.
 

@@ -104,7 +104,11 @@ class DwbController(Controller):
         return decision.command
 
     def decide(
-        self, state: RobotState, near: FloatArray, goal: Pose2D, surroundings: Surroundings
+        self,
+        state: RobotState,
+        near: FloatArray,
+        goal: Pose2D,
+        surroundings: Surroundings,
     ) -> Decision:
         """Choose among all samples by the plan ``near`` the robot (N, 3); remember the decision."""
         costmap = surroundings.costmap

@@ -24,7 +24,11 @@ LANES = 4  # a multiple of them is driven on, so that no loop has a rest
 
 @njit()
 def end_poses(
-    robot: FloatArray, commands: FloatArray, steps: IntArray, limits: FloatArray, sim_time: float
+    robot: FloatArray,
+    commands: FloatArray,
+    steps: IntArray,
+    limits: FloatArray,
+    sim_time: float,
 ) -> FloatArray:
     """Last poses (5, K) of the trajectories of ``commands`` (K, 3).
 
@@ -116,7 +120,12 @@ def step_tile(b: FloatArray, active: int, changes: tuple[bool, bool]) -> tuple[b
 
 @njit()
 def _load_axis(
-    b: FloatArray, at: int, now: float, wanted: float, limits: FloatArray, dt: float
+    b: FloatArray,
+    at: int,
+    now: float,
+    wanted: float,
+    limits: FloatArray,
+    dt: float,
 ) -> None:
     """Put an axis of a trajectory into a buffer.
 

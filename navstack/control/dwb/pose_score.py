@@ -109,7 +109,11 @@ def locate(poses: FloatArray, ahead: float, situation: Situation, cells: CellArr
 
 @njit()
 def read_map(
-    kind: int, poses: FloatArray, cells: CellArray, situation: Situation, scores: FloatArray
+    kind: int,
+    poses: FloatArray,
+    cells: CellArray,
+    situation: Situation,
+    scores: FloatArray,
 ) -> None:
     """Write the costs of poses (5, M) whose scored points are in cells (2, M).
 

@@ -12,7 +12,11 @@ from navstack.types import FloatArray, IntArray
 
 @njit()
 def project_velocity(
-    start: float, acceleration: float, deceleration: float, dt: float, target: float
+    start: float,
+    acceleration: float,
+    deceleration: float,
+    dt: float,
+    target: float,
 ) -> float:
     """The velocity ``dt`` seconds after ``start`` on the way to ``target``.
 

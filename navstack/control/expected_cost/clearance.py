@@ -166,7 +166,11 @@ def signed_distances(blocked: BoolMatrix, cell: float) -> Float32Array:
 
 @njit(inline="always")
 def distance_at(
-    metres: Float32Array, grid: tuple[float, float, float], beyond: float, x: float, y: float
+    metres: Float32Array,
+    grid: tuple[float, float, float],
+    beyond: float,
+    x: float,
+    y: float,
 ) -> float:
     """The distance [m] that a grid has for a point of the map frame; ``beyond`` off it."""
     column = int((x - grid[0]) / grid[2])

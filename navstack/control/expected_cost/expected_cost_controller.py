@@ -9,7 +9,6 @@ from navstack.control.contact_risk import ContactRates, body_of, nearest
 from navstack.control.controller import Controller, Surroundings, finite, limited_speed
 from navstack.control.decision import Alternative, DecisionRecord, Option
 from navstack.control.expected_cost import decision_report
-from navstack.control.expected_cost import motions as library
 from navstack.control.expected_cost.clearance import Clearance, map_clearance, with_obstacles
 from navstack.control.expected_cost.decision_report import Cycle
 from navstack.control.expected_cost.field import CostToGo, CostToGoField, cost_at, make_field
@@ -17,9 +16,10 @@ from navstack.control.expected_cost.motion_cost import (
     TERMS,
     MotionScene,
     Rates,
-    price_all,
     price_one,
 )
+from navstack.control.expected_cost.motion_search import MotionSearch
+from navstack.control.expected_cost.motions import later
 from navstack.control.expected_cost.people import Spread, predict
 from navstack.control.expected_cost.rollout import MotionLimits
 from navstack.costmap.costmap import Costmap
@@ -30,19 +30,12 @@ from navstack.params.expected_cost import DeliveryPrices, ExpectedCostParams
 from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
 
 _CIRCLES = 4  # that cover the robot
-# of what was chosen last, among people and in an empty street
-_VARIATIONS = 40
-_FEW_VARIATIONS = 6
-# the best of all, and variations of each
-_REFINED = 6
-_REFINEMENTS = 16
 _GOAL_MOVED = 0.3  # [m] from which on a plan's end is another goal
 _STALE = 0.5  # [s] after which what was chosen last is of no use
 _OFF = (0.3, 0.4)  # [m/s], [rad/s] between command and odometry from which on odometry is believed
 _SLACK = 2.0  # [m] by which a plan may always be longer than the field's way
 _PATIENCE = 5.0  # [s] between two fields on account of a longer plan
 _GOT_ON = 1.0  # [m] by which the cost to go must fall to count as progress
-_STANDS = 0.05  # [m/s] up to which the robot stands
 _ROUNDING = 1e-9  # [s]
 _ROOT_TWO_PI = math.sqrt(2.0 * math.pi)
 
@@ -94,12 +87,13 @@ class ExpectedCostController(Controller):
         self._touch: ContactRates = tuple_of(ContactRates, given)
         self._contact_usd = np.array(given.contact_usd)
         self._care = np.exp(-given.step * np.arange(1, given.steps + 1) / given.caution_time)
+        self._search = MotionSearch(given, self._limits)
         self.seed(np.random.default_rng(0))
         self.reset()
 
     def seed(self, rng: np.random.Generator) -> None:
         """See the base class."""
-        self._rng = rng
+        self._search.seed(rng)
         self._began: float | None = None  # [s] the first cycle towards the goal
         # least cost to go so far [m], and when it was reached [s]
         self._nearest = math.inf
@@ -117,7 +111,6 @@ class ExpectedCostController(Controller):
         self._stamp = -math.inf  # [s] of the last cycle
         self._motion = (0.0, 0.0)  # commanded last [m/s], [rad/s]
         self._cycle: Cycle | None = None
-        self._make_motions()
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
         """Drive no faster than ``limit`` [m/s], or [%] of the largest speed, from now on.
@@ -128,12 +121,7 @@ class ExpectedCostController(Controller):
         self._limits = self._limits._replace(
             max_speed=min(largest, limited_speed(largest, limit, is_percentage))
         )
-        self._make_motions()
-
-    def _make_motions(self) -> None:
-        limits = self._limits
-        self._few = library.few(limits.max_speed)
-        self._many = library.many(limits.max_speed, limits.max_reverse_speed, limits.max_yaw_rate)
+        self._search.set_limits(self._limits)
 
     def compute_velocity(
         self, state: RobotState, plan: Path, surroundings: Surroundings
@@ -146,7 +134,11 @@ class ExpectedCostController(Controller):
         if plan is not self._plan:
             self._take(plan, state)
         scene = self._scene(state, surroundings)
-        motions, chosen = self._choose(scene, state.stamp - self._stamp)
+        last = None
+        elapsed = state.stamp - self._stamp
+        if self._last is not None and elapsed < _STALE:
+            last = later(self._last, elapsed)
+        motions, chosen = self._search.choose(scene, last)
         states = np.empty((self._params.steps, 7))
         price_one(chosen, scene, np.empty(len(TERMS)), states)
         share = min(1.0, self._period / self._params.step)
@@ -266,66 +258,6 @@ class ExpectedCostController(Controller):
         z = max(slack, 0.0) / given.lateness_std
         late = given.late_usd * math.exp(-0.5 * z * z) / (_ROOT_TWO_PI * given.lateness_std)
         return given.second_usd * (1.0 + held_up) + late
-
-    def _choose(self, scene: MotionScene, elapsed: float) -> tuple[FloatArray, FloatArray]:
-        """All motions (M, FIELDS) that were compared, and the best of them."""
-        last = self._few[:0]
-        if self._last is not None and elapsed < _STALE:
-            last = library.later(self._last, elapsed)[None]
-        motions = np.concatenate((last, self._few))
-        costs = np.empty(len(motions))
-        risks = np.empty(len(motions))
-        best = price_all(motions, scene, math.inf, costs, risks)
-        to_switch = self._switch_usd(float(risks[0]))
-        just_waits = not self._params.evades_at_rest and abs(scene.start[3]) < _STANDS
-        if just_waits or risks[best] <= self._params.alarm_usd:
-            motions, costs = self._vary(motions, costs, 1, _FEW_VARIATIONS, scene)
-        else:
-            more = np.concatenate((self._varied(last, _VARIATIONS), self._many))
-            motions, costs = self._price_more(motions, costs, more, float(costs[best]), scene)
-            motions, costs = self._vary(motions, costs, _REFINED, _REFINEMENTS, scene)
-        chosen = int(np.argmin(costs))
-        if len(last) and costs[chosen] > costs[0] - to_switch:
-            chosen = 0
-        return motions, motions[chosen]
-
-    def _vary(
-        self, motions: FloatArray, costs: FloatArray, best: int, count: int, scene: MotionScene
-    ) -> tuple[FloatArray, FloatArray]:
-        """Compare variations of the best motions, too; returns all motions and their costs."""
-        order = np.argsort(costs, kind="stable")[:best]
-        return self._price_more(
-            motions, costs, self._varied(motions[order], count), float(costs[order[0]]), scene
-        )
-
-    def _price_more(
-        self,
-        motions: FloatArray,
-        costs: FloatArray,
-        more: FloatArray,
-        bound: float,
-        scene: MotionScene,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Price more motions, which have to cost less than ``bound`` [USD].
-
-        Returns all motions and their costs.
-        """
-        priced = np.empty(len(more))
-        risks = np.empty(len(more))
-        price_all(more, scene, bound, priced, risks)
-        return np.concatenate((motions, more)), np.concatenate((costs, priced))
-
-    def _switch_usd(self, risk: float) -> float:
-        """By how much [USD] another motion must be cheaper than the present one of this risk [USD].
-
-        Prices carry the noise of tracks, so that the best of many looks better than it is. A robot
-        that follows every such gain hesitates between two ways.
-        """
-        return self._params.switch_usd + self._params.switch_share * risk
-
-    def _varied(self, motions: FloatArray, count: int) -> FloatArray:
-        limits = self._limits
-        return library.varied(motions, count, limits.max_speed, limits.max_reverse_speed, self._rng)
 
     @property
     def decision(self) -> DecisionRecord | None:

@@ -80,7 +80,12 @@ def _within(costmap: Costmap, plan: Path, width: float) -> Costmap:
 
 @njit(inline="always")
 def corner_of(
-    values: FloatArray, origin_x: float, origin_y: float, cell: float, x: float, y: float
+    values: FloatArray,
+    origin_x: float,
+    origin_y: float,
+    cell: float,
+    x: float,
+    y: float,
 ) -> tuple[int, int, float, float]:
     """The lower left of the four cells around a point, and its shares of the way up and right.
 
@@ -95,7 +100,13 @@ def corner_of(
 
 
 @njit(inline="always")
-def blend(values: FloatArray, row: int, column: int, up: float, right: float) -> float:
+def blend(
+    values: FloatArray,
+    row: int,
+    column: int,
+    up: float,
+    right: float,
+) -> float:
     """Bilinear interpolation between four cells."""
     low = values[row, column] * (1.0 - right) + values[row, column + 1] * right
     high = values[row + 1, column] * (1.0 - right) + values[row + 1, column + 1] * right

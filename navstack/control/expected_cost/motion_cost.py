@@ -87,7 +87,11 @@ def least_distance(
 
 @njit()
 def risk_of(
-    states: FloatArray, scene: MotionScene, total: float, bound: float, terms: FloatArray
+    states: FloatArray,
+    scene: MotionScene,
+    total: float,
+    bound: float,
+    terms: FloatArray,
 ) -> float:
     """Add to ``total`` what people and obstacles may cost in ``states`` (N, 7) [USD].
 
@@ -150,7 +154,11 @@ def risk_of(
 
 @njit()
 def follow(
-    motion: FloatArray, scene: MotionScene, bound: float, terms: FloatArray, states: FloatArray
+    motion: FloatArray,
+    scene: MotionScene,
+    bound: float,
+    terms: FloatArray,
+    states: FloatArray,
 ) -> float:
     """Roll a motion out and price it.
 
@@ -173,7 +181,11 @@ def follow(
 
 @njit(ahead=True)
 def price_all(
-    motions: FloatMatrix, scene: MotionScene, bound: float, costs: FloatVector, risks: FloatVector
+    motions: FloatMatrix,
+    scene: MotionScene,
+    bound: float,
+    costs: FloatVector,
+    risks: FloatVector,
 ) -> int:
     """Price motions (M, FIELDS) one after the other.
 

@@ -162,7 +162,13 @@ def corner_ahead(person: FloatArray, motion: FloatArray, clearance: Clearance) -
 
 
 @njit()
-def turn(person: FloatArray, k: int, angle: float, step: float, motion: FloatArray) -> None:
+def turn(
+    person: FloatArray,
+    k: int,
+    angle: float,
+    step: float,
+    motion: FloatArray,
+) -> None:
     """Let ``motion`` (N, 4) turn by ``angle`` [rad] at step ``k``."""
     x, y = place_before(person, motion, k)
     cos = math.cos(angle)

@@ -63,7 +63,12 @@ def limited(speed: float, turn: float, limits: MotionLimits) -> tuple[float, flo
 
 @njit(inline="always")
 def step_of(
-    v: float, omega: float, speed: float, turn: float, limits: MotionLimits, dt: float
+    v: float,
+    omega: float,
+    speed: float,
+    turn: float,
+    limits: MotionLimits,
+    dt: float,
 ) -> tuple[float, float]:
     """By how much speed and yaw rate change within a step towards what is wanted."""
     dv = speed - v

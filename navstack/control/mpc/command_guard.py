@@ -105,7 +105,13 @@ def guarded(
 
 @njit()
 def stopped(
-    v: float, omega: float, a: float, alpha: float, kind: int, limits: FloatArray, time: float
+    v: float,
+    omega: float,
+    a: float,
+    alpha: float,
+    kind: int,
+    limits: FloatArray,
+    time: float,
 ) -> FloatArray:
     """The motion (v, omega, a, alpha) ``time`` [s] after a stop began."""
     motion = np.empty(4)
@@ -230,7 +236,13 @@ def _reach(footprint: FloatArray) -> float:
 
 
 @njit()
-def _touches(x: float, y: float, yaw: float, field: DistanceField, footprint: FloatArray) -> bool:
+def _touches(
+    x: float,
+    y: float,
+    yaw: float,
+    field: DistanceField,
+    footprint: FloatArray,
+) -> bool:
     """Whether the footprint's outline lies on an obstacle."""
     worst = walk_outline(
         field.costs, field.grid, footprint, x, y, math.cos(yaw), math.sin(yaw), False
@@ -240,7 +252,12 @@ def _touches(x: float, y: float, yaw: float, field: DistanceField, footprint: Fl
 
 @njit()
 def _runs_into(
-    x: float, y: float, yaw: float, time: float, body: RobotOutline, people: FloatArray
+    x: float,
+    y: float,
+    yaw: float,
+    time: float,
+    body: RobotOutline,
+    people: FloatArray,
 ) -> bool:
     """Whether one of the footprint's circles lies on a person ``time`` [s] from now."""
     cosine = math.cos(yaw)

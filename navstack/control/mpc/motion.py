@@ -11,7 +11,13 @@ X, Y, YAW, V, OMEGA, A, ALPHA = range(7)  # of a state
 
 
 @njit()
-def advance(state: FloatArray, j: float, ja: float, dt: float, out: FloatArray) -> None:
+def advance(
+    state: FloatArray,
+    j: float,
+    ja: float,
+    dt: float,
+    out: FloatArray,
+) -> None:
     """Write the state (7,) after ``dt`` [s] under jerks ``j`` [m/s3], ``ja`` [rad/s3]."""
     yaw = state[2]
     v = state[3]

@@ -89,7 +89,13 @@ def curve_speeds(s: FloatVector, heading: FloatVector, limits: FloatVector) -> F
 
 
 @njit(ahead=True)
-def project(line: PathLine, x: float, y: float, first: int, last: int) -> tuple[int, float]:
+def project(
+    line: PathLine,
+    x: float,
+    y: float,
+    first: int,
+    last: int,
+) -> tuple[int, float]:
     """The segment, of ``first`` to ``last``, and the share 0..1 of it nearest to (x, y)."""
     best = first
     best_share = 0.0

@@ -49,7 +49,13 @@ def stop_time(v: float, a: float, deceleration: float, jerk: float) -> float:
 
 
 @njit()
-def stop_after(v: float, a: float, deceleration: float, jerk: float, time: float) -> AxisMotion:
+def stop_after(
+    v: float,
+    a: float,
+    deceleration: float,
+    jerk: float,
+    time: float,
+) -> AxisMotion:
     """The motion ``time`` [s] after the fastest stop began; at rest once it is over."""
     sign, t1, t2, t3 = stop_phases(v, a, deceleration, jerk)
     distance = 0.0
@@ -81,7 +87,12 @@ def stop_distance(v: float, a: float, deceleration: float, jerk: float) -> float
 
 @njit()
 def highest_jerk(
-    v: float, a: float, rate_limit: float, acceleration: float, jerk: float, dt: float
+    v: float,
+    a: float,
+    rate_limit: float,
+    acceleration: float,
+    jerk: float,
+    dt: float,
 ) -> float:
     """The largest jerk for ``dt`` [s] after which ``v <= rate_limit`` can be kept for ever.
 
@@ -98,7 +109,12 @@ def highest_jerk(
 
 @njit()
 def lowest_jerk(
-    v: float, a: float, rate_limit: float, deceleration: float, jerk: float, dt: float
+    v: float,
+    a: float,
+    rate_limit: float,
+    deceleration: float,
+    jerk: float,
+    dt: float,
 ) -> float:
     """The smallest jerk for ``dt`` [s] after which ``v >= rate_limit`` can be kept for ever."""
     return -highest_jerk(-v, -a, -rate_limit, deceleration, jerk, dt)
@@ -152,7 +168,13 @@ def progress_jerk(
 
 @njit()
 def _overshoot(
-    v: float, a: float, j: float, remaining: float, deceleration: float, jerk: float, dt: float
+    v: float,
+    a: float,
+    j: float,
+    remaining: float,
+    deceleration: float,
+    jerk: float,
+    dt: float,
 ) -> float:
     """How far beyond ``remaining`` [m] the fastest stop ends after jerk ``j`` for ``dt`` [s]."""
     way = dt * (v + dt * (a / 2.0 + dt * j / 6.0))

@@ -77,7 +77,11 @@ def _dot(a: Float32Array, b: Float32Array) -> np.float32:
 
 @njit(ahead=True)
 def limit(
-    sequence: Float32Vector, least: np.float32, most: np.float32, fall: np.float32, rise: np.float32
+    sequence: Float32Vector,
+    least: np.float32,
+    most: np.float32,
+    fall: np.float32,
+    rise: np.float32,
 ) -> None:
     """Keep a sequence (T,) in [``least``, ``most``], and its changes in [``fall``, ``rise``]."""
     last = min(most, max(sequence[0], least))

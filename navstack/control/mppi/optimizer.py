@@ -178,7 +178,11 @@ class Optimizer:
         return self._noise
 
     def _roll_out(
-        self, into: MppiRollouts, sequences: Float32Array, noise: Noise, scene: MppiScene
+        self,
+        into: MppiRollouts,
+        sequences: Float32Array,
+        noise: Noise,
+        scene: MppiScene,
     ) -> MppiRollouts:
         """Drive noisy sequences from the measured velocity."""
         dt = self._params.model_dt

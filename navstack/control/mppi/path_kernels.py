@@ -62,7 +62,11 @@ def furthest_point(px: Float32Vector, py: Float32Vector, x: Float32Vector, y: Fl
 
 @njit(ahead=True)
 def free_points(
-    px: Float32Vector, py: Float32Vector, costs: ByteMatrix, grid: Grid, tracks_unknown: bool
+    px: Float32Vector,
+    py: Float32Vector,
+    costs: ByteMatrix,
+    grid: Grid,
+    tracks_unknown: bool,
 ) -> BoolArray:
     """Which points (N - 1,), all but the last, are free for the centre (``findPathCosts``)."""
     height, width = costs.shape

@@ -27,7 +27,11 @@ class ArcCheck:
         self._radius = circumscribed_radius
 
     def collides(
-        self, command: Twist2D, pose: Pose2D, carrot_distance: float, costmap: Costmap
+        self,
+        command: Twist2D,
+        pose: Pose2D,
+        carrot_distance: float,
+        costmap: Costmap,
     ) -> bool:
         """Whether the robot stands in an obstacle or would meet one, up to the carrot [m]."""
         start = (pose.x, pose.y, pose.yaw)

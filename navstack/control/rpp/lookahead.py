@@ -65,7 +65,13 @@ def beyond(path: FloatArray, rest: float) -> tuple[float, float]:
 
 
 @njit()
-def leave_circle(x0: float, y0: float, x1: float, y1: float, radius: float) -> tuple[float, float]:
+def leave_circle(
+    x0: float,
+    y0: float,
+    x1: float,
+    y1: float,
+    radius: float,
+) -> tuple[float, float]:
     """Where a segment leaves a circle about the origin; its end if it is a point."""
     dx = x1 - x0
     dy = y1 - y0

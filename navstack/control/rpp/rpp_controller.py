@@ -116,7 +116,11 @@ class RegulatedPurePursuitController(Controller):
         return command
 
     def _reachable(
-        self, wanted: Twist2D, curvature: float, direction: float, measured: Twist2D
+        self,
+        wanted: Twist2D,
+        curvature: float,
+        direction: float,
+        measured: Twist2D,
     ) -> Twist2D:
         """The command that the robot can follow within a cycle and that keeps to the arc best."""
         if self._params.velocity_feedback == "OPEN_LOOP":
@@ -173,7 +177,11 @@ class RegulatedPurePursuitController(Controller):
         return turn_by(bearing, yaw_rate, params, self._period)
 
     def _regulated_speed(
-        self, curvature: float, path: FloatArray, pose: Pose2D, costmap: Costmap
+        self,
+        curvature: float,
+        path: FloatArray,
+        pose: Pose2D,
+        costmap: Costmap,
     ) -> float:
         """The speed in [m/s], 0 or more, that curve, obstacles, approach and speed limit leave."""
         params = self._params

@@ -11,7 +11,7 @@ from navstack.params.registry.entry import AlgorithmEntry
 from navstack.params.registry.nav2 import family
 from navstack.params.smac import Smac2DParams, SmacHybridParams, SmacLatticeParams
 
-_NAVFN = ("navstack.planning.navfn_kernels", "navstack.planning.navfn_descent")
+_NAVFN = tuple(f"navstack.planning.navfn_{part}" for part in ("kernels", "wave", "descent"))
 PLANNERS = family(
     "planners",
     {

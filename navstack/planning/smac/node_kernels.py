@@ -74,6 +74,12 @@ def more_nodes(nodes: Nodes, count: int) -> Nodes:
 
 
 @njit(inline="always")
-def key_of(ground: SearchGround, x: float, y: float, heading: int, bins: int) -> int:
+def key_of(
+    ground: SearchGround,
+    x: float,
+    y: float,
+    heading: int,
+    bins: int,
+) -> int:
     """The number of a cell and a heading."""
     return int((int(y) * ground.costs.shape[1] + int(x)) * bins + heading)

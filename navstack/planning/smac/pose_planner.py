@@ -43,7 +43,13 @@ class _PosePlanner(Planner):
     def _motions(self, costmap: Costmap) -> tuple[Motions, float, bool]:
         """The motions, the turning radius [cells], and whether some lead backwards."""
 
-    def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
+    def plan(
+        self,
+        start: Pose2D,
+        goal: Pose2D,
+        costmap: Costmap,
+        stamp: float = 0.0,
+    ) -> Path:
         """A path from ``start`` to ``goal`` that the robot can drive as it stands.
 
         See :class:`Planner`.
@@ -79,7 +85,12 @@ class _PosePlanner(Planner):
         )
 
     def _goal(
-        self, pose: FloatArray, motions: Motions, radius: float, reverses: bool, resolution: float
+        self,
+        pose: FloatArray,
+        motions: Motions,
+        radius: float,
+        reverses: bool,
+        resolution: float,
     ) -> Goal:
         params = self._params
         window = 0.5 * params.lookup_table_size / resolution
@@ -114,7 +125,11 @@ class _PosePlanner(Planner):
         )
 
     def _poses(
-        self, found: Found, motions: Motions, first: FloatArray, last: FloatArray
+        self,
+        found: Found,
+        motions: Motions,
+        first: FloatArray,
+        last: FloatArray,
     ) -> FloatArray:
         """The way (n, 3) [cells], every pose of its motions, up to the goal if it was reached."""
         nodes = found.nodes

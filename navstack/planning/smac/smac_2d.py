@@ -25,7 +25,13 @@ class Smac2D(Planner):
         self._params = params
         self._blocked = blocked_table(INSCRIBED_INFLATED_OBSTACLE - 1, params.allow_unknown)
 
-    def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
+    def plan(
+        self,
+        start: Pose2D,
+        goal: Pose2D,
+        costmap: Costmap,
+        stamp: float = 0.0,
+    ) -> Path:
         """A path from ``start`` to ``goal``, each pose looking at the next one.
 
         See :class:`Planner`.

@@ -319,30 +319,31 @@ def test_a_short_plan_is_asked_for_only_when_so_set():
 
 
 @pytest.mark.parametrize(
-    ("params", "moves", "still_forbidden"),
+    ("given", "place", "stamp", "still_forbidden"),
     [
-        (OscillationParams(), {"pose": Pose2D(0.04, 0.0, 0.1)}, True),
-        (OscillationParams(), {"pose": Pose2D(0.06, 0.0, 0.1)}, False),
-        (OscillationParams(), {"pose": Pose2D(-0.06, 0.0, 0.1)}, False),
-        (OscillationParams(), {"pose": Pose2D(0.0, -0.06, 0.1)}, False),
-        (OscillationParams(), {"pose": Pose2D(0.037, 0.037, 0.1)}, False),  # 0.0523 m away
-        (OscillationParams(), {"pose": Pose2D(0.034, -0.034, 0.1)}, True),  # 0.0481 m
-        (OscillationParams(), {"pose": Pose2D(0.0, 0.0, 0.35)}, False),
-        (OscillationParams(), {"pose": Pose2D(0.0, 0.0, -0.15)}, False),  # turned by 0.25 rad
-        (OscillationParams(), {"pose": Pose2D(0.0, 0.0, -0.05)}, True),
-        (OscillationParams(oscillation_reset_angle=-1.0), {"pose": Pose2D(0.0, 0.0, 0.35)}, True),
-        (OscillationParams(), {"stamp": 99.0}, True),
-        (OscillationParams(oscillation_reset_time=2.0), {"stamp": 5.5}, False),
-        (OscillationParams(oscillation_reset_time=0.5), {"stamp": 3.6}, False),
-        (OscillationParams(oscillation_reset_time=0.5), {"stamp": 3.4}, True),
-        (OscillationParams(oscillation_reset_dist=-1.0), {"pose": Pose2D(0.06, 0.0, 0.1)}, True),
+        ({}, (0.04, 0.0, 0.1), 3.0, True),
+        ({}, (0.06, 0.0, 0.1), 3.0, False),
+        ({}, (-0.06, 0.0, 0.1), 3.0, False),
+        ({}, (0.0, -0.06, 0.1), 3.0, False),
+        ({}, (0.037, 0.037, 0.1), 3.0, False),  # 0.0523 m away
+        ({}, (0.034, -0.034, 0.1), 3.0, True),  # 0.0481 m
+        ({}, (0.0, 0.0, 0.35), 3.0, False),
+        ({}, (0.0, 0.0, -0.15), 3.0, False),  # turned by 0.25 rad
+        ({}, (0.0, 0.0, -0.05), 3.0, True),
+        ({"angle": -1.0}, (0.0, 0.0, 0.35), 3.0, True),
+        ({}, (0.0, 0.0, 0.1), 99.0, True),
+        ({"time": 2.0}, (0.0, 0.0, 0.1), 5.5, False),
+        ({"time": 0.5}, (0.0, 0.0, 0.1), 3.6, False),
+        ({"time": 0.5}, (0.0, 0.0, 0.1), 3.4, True),
+        ({"dist": -1.0}, (0.06, 0.0, 0.1), 3.0, True),
     ],
 )
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_oscillation_forbids_a_second_turn_until_reset(params, moves, still_forbidden, side):
-    critic = make_critic("Oscillation", make_params(Oscillation=params))
+def test_oscillation_forbids_a_second_turn_until_reset(given, place, stamp, still_forbidden, side):
+    params = {f"oscillation_reset_{name}": value for name, value in given.items()}
+    critic = make_critic("Oscillation", make_params(Oscillation=OscillationParams(**params)))
     here = make_scene()
-    there = make_scene(**moves)
+    there = make_scene(pose=Pose2D(*place), stamp=stamp)
     rollouts = roll_out(make_params(), here)
     turns_back = side * rollouts.commands[:, 2] > 0.0
     critic.debrief(here, Twist2D(angular_z=0.5 * side))

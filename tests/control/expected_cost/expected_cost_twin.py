@@ -270,3 +270,10 @@ def crowd(rng, count, place, away):
             zip(offsets.tolist(), velocities.tolist(), strict=True)
         )
     )
+
+
+def prediction(one, world=None):
+    """The hypotheses of one person in the street, seen from (15, 10) m."""
+    clearance = map_clearance(world or street())
+    spread = Spread(*(getattr(PARAMS, name) for name in Spread._fields))
+    return predict(np.array([one]), 15.0, 10.0, PARAMS.steps, PARAMS.step, spread, clearance)

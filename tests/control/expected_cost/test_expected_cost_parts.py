@@ -9,34 +9,18 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from navstack.control.controller import Surroundings
 from navstack.control.expected_cost import motions as library
-from navstack.control.expected_cost.clearance import Clearance, _around, clearance_at, map_clearance
+from navstack.control.expected_cost.clearance import Clearance, _around, clearance_at
 from navstack.control.expected_cost.decision_report import name_of
 from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
 from navstack.control.expected_cost.field import _within
 from navstack.control.expected_cost.motion_cost import TERMS, price_one
-from navstack.control.expected_cost.people import Spread, corner_ahead, predict
+from navstack.control.expected_cost.people import corner_ahead
 from navstack.control.expected_cost.rollout import turned, wrapped
 from navstack.costmap.costmap import Costmap
 from navstack.planning.cost_to_go import _free_cell, cost_to_go
 from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
 
-from .expected_cost_twin import FOOTPRINT, GOAL, PARAMS, street
-
-
-def prediction(one):
-    spread = Spread(*(getattr(PARAMS, name) for name in Spread._fields))
-    return predict(
-        np.array([one]), 15.0, 10.0, PARAMS.steps, PARAMS.step, spread, map_clearance(street())
-    )
-
-
-def test_who_goes_on_is_predicted_with_the_velocity_of_now():
-    t = PARAMS.step * np.arange(1, PARAMS.steps + 1)
-    still = np.zeros_like(t)
-    found = prediction((15.0, 12.0, 0.3, 1.0, 0.3, 0.01, 0.04))
-    assert_allclose(
-        found.motion[0], np.column_stack((15.0 + 0.3 * t, 12.0 + t, still + 0.3, still + 1.0))
-    )
+from .expected_cost_twin import FOOTPRINT, GOAL, PARAMS, prediction, street
 
 
 @pytest.mark.parametrize("x", [20.03, 21.95, 22.1])
@@ -218,5 +202,5 @@ def test_what_was_chosen_half_a_second_ago_is_of_no_use(later, is_kept):
     controller = decided(0.0)
     last = controller._last
     controller = decided(0.0, later)
-    expected = library.later(last, later) if is_kept else controller._few[0]
+    expected = library.later(last, later) if is_kept else controller._search._few[0]
     assert_array_equal(controller._cycle.motions[0], expected)

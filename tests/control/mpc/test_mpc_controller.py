@@ -296,8 +296,10 @@ def test_the_decision_tells_the_cost_terms():
     assert controller.decision is None
     command = controller.compute_velocity(robot(0.0, 0.2, stamp=4.0), line(5.0), FREE)
     told = controller.decision
-    assert (told.stamp, told.decided_by) == (4.0, "JerkLimitedMPC")
-    assert (told.command, told.status) == (command, "solved")
+    assert told.stamp == 4.0
+    assert told.decided_by == "JerkLimitedMPC"
+    assert told.command == command
+    assert told.status == "solved"
     assert tuple(score.critic for score in told.scores) == at.TERMS
     assert told.total == approx(sum(score.weighted for score in told.scores))
     assert told.scores[0].raw > 0.0

@@ -198,7 +198,8 @@ def test_where_all_collide_it_tries_again_and_says_so(monkeypatch):
     assert len(attempts) == 3
     told = controller.decision
     assert told is not None
-    assert (told.status, told.total) == ("failed", None)
+    assert told.status == "failed"
+    assert told.total is None
     assert told.rejected == told.samples == 600
     assert [score.rejections for score in told.scores if score.critic == "CostCritic"] == [600]
 
@@ -406,30 +407,21 @@ def test_a_nav2_file_gives_its_parameters_and_nav2s_defaults(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("line", "said"),
     [
-        ("vx_max: 0.8", "vx_maxx: 0.8", "did you mean 'vx_max'"),
-        ("cost_weight: 14.0", "cost_weigth: 14.0", "did you mean 'cost_weight'"),
-        ('"PathAlignCritic"]', '"PathAlineCritic"]', "PathAlignCritic"),
-        ('"PathAlignCritic"]', '"PathAlignLegacyCritic"]', "not available here"),
         (
-            "vx_max: 0.8",
             "motion_model: Tracks",
             "motion_model Tracks must be one of DiffDrive, Ackermann, Omni",
         ),
         (
-            "vx_max: 0.8",
             "motion_model: Omni\n      vy_std: 0.0",
             "vy_std 0.0 must be 0.001 or more with Omni",
         ),
-        ("vx_max: 0.8", "batch_size: 1000000", "at most 4,000,000"),
-        ("vx_max: 0.8", "vx_std: 0.0", "vx_std 0.0 must be 0.001 to 1000"),
-        ("cost_weight: 14.0", "trajectory_point_step: 0", "trajectory_point_step 0"),
     ],
 )
-def test_one_line_says_what_is_wrong(tmp_path, old, new, said):
+def test_one_line_says_what_is_wrong(tmp_path, line, said):
     with pytest.raises(ParameterError) as error:
-        loaded(tmp_path, FILE.replace(old, new))
+        loaded(tmp_path, FILE.replace("vx_max: 0.8", line))
     assert said in str(error.value)
     assert "\n" not in str(error.value)
 
