@@ -132,7 +132,11 @@ def test_an_ablation_is_driven_cut_off_and_driven_on(
 @pytest.mark.parametrize(
     ("stack", "localizers", "told"),
     [
-        ("nav2-amcl", ("amcl", "amcl-gps"), ["parameters from amcl.yaml: amcl, amcl_gps"]),
+        (
+            "nav2-amcl",
+            ("amcl", "amcl-gps"),
+            ["from amcl.yaml: amcl;", "by default", "such node: amcl_gps"],
+        ),
         ("nav2-gps-ekf", ("gps-ekf",), ["parameters from gps_ekf.yaml: gps_ekf"]),
         ("evasive-gps-ekf", ("gps-ekf", "amcl"), ["by default", "amcl"]),
         ("nav2-gps-ekf", ("gps", "ground_truth"), []),
