@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from tools.nav2_calls import declarations
-from tools.nav2_parameters import Sources, read_distribution
+from tools.nav2.calls import declarations
+from tools.nav2.parameters import Sources, read_distribution
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """Writes what one distribution of Nav2 declares into ``navstack/params/registry/nav2/NAME.json``.
 
-    python -m tools.nav2_parameters PATH/TO/navigation2 jazzy
-    python -m tools.nav2_parameters PATH/TO/navigation2 rolling-next --name next
+    python -m tools.nav2.parameters PATH/TO/navigation2 jazzy
+    python -m tools.nav2.parameters PATH/TO/navigation2 rolling-next --name next
 
 Reads the sources of a branch of a git repository, bare or not, without checking it out. The file
 holds facts only: names, defaults, and the commit. For a new release: run it and review the diff.
@@ -17,10 +17,10 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
-from tools import nav2_places as places
-from tools.nav2_calls import Declaration, declarations
+from tools.nav2 import places
+from tools.nav2.calls import Declaration, declarations
 
-FOLDER = Path(__file__).parents[1] / "navstack/params/registry/nav2"
+FOLDER = Path(__file__).parents[2] / "navstack/params/registry/nav2"
 _BASE = re.compile(r"\bclass\s+(\w+)\s*(?:final\s*)?:\s*public\s+(?:\w+::)*(\w+)")
 _VARIABLE = re.compile(r"<([^<>]*)>")
 _WORD_START = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
