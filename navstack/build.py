@@ -6,12 +6,15 @@ The tracker is imported when it is asked for: it brings filterpy along, which ta
 start-up.
 """
 
+from functools import cached_property
 from typing import Any
 
 from navstack.behavior_tree import NavigateToPose
 from navstack.behaviors.behavior_server import BehaviorServer
 from navstack.control.controller import Controller
 from navstack.control.controller_server import ControllerServer
+from navstack.control.goal_checker import GoalChecker
+from navstack.control.progress_checker import ProgressChecker
 from navstack.costmap.filters import FilterMask
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.costmap.map_io import load_map
@@ -24,6 +27,7 @@ from navstack.params.costmap import robot_footprint
 from navstack.params.expected_cost import DeliveryPrices
 from navstack.params.extensions import algorithms, localizers
 from navstack.params.nav2_file.file import Nav2File
+from navstack.params.nav2_file.nodes import COSTMAPS
 from navstack.params.nav2_file.views import (
     read_behavior_server,
     read_behaviors,
@@ -45,9 +49,16 @@ from navstack.planning.cost_to_go import cost_to_go
 from navstack.planning.planner import Planner, RobotShape
 from navstack.safety.collision_monitor import CollisionMonitor
 from navstack.safety.velocity_smoother import VelocitySmoother
-from navstack.types import BoolArray, FloatArray
+from navstack.types import BoolArray
 
 MOST_FREQUENT = 1000.0  # [Hz] of any part
+# node and parameter of each, as Frequencies has them
+_FREQUENCIES = (
+    *((node, "update_frequency") for node in COSTMAPS),
+    ("controller_server", "controller_frequency"),
+    ("behavior_server", "cycle_frequency"),
+    ("velocity_smoother", "smoothing_frequency"),
+)
 
 
 def _tracker(nav2: Nav2File, static_map: OccupancyGrid) -> PeopleTracker:
@@ -77,6 +88,114 @@ def build_localizer(name: str, nav2: Nav2File, static_map: OccupancyGrid) -> Loc
     return localizer
 
 
+class NavigatorParts:
+    """The parts of a navigator, each built at its first use; see :func:`build_navigator`."""
+
+    def __init__(
+        self,
+        nav2: Nav2File,
+        static_map: OccupancyGrid,
+        keepout: BoolArray | None = None,
+        prices: DeliveryPrices | None = None,
+    ) -> None:
+        self._nav2, self._static_map, self._keepout = nav2, static_map, keepout
+        self._prices = prices
+
+    @cached_property
+    def local_costmap(self) -> LayeredCostmap:
+        """What the controller drives in."""
+        return _build_costmap(self._nav2, "local_costmap", self._static_map, self._keepout)
+
+    @cached_property
+    def global_costmap(self) -> LayeredCostmap:
+        """What paths are planned on."""
+        return build_global_costmap(self._nav2, self._static_map, self._keepout)
+
+    @cached_property
+    def planner(self) -> Planner:
+        """The planner on the global costmap."""
+        return build_planner(self._nav2, self.global_costmap)
+
+    @cached_property
+    def goal_checker(self) -> GoalChecker:
+        """The goal checker."""
+        plugin = read_goal_checker(self._nav2)
+        checker: GoalChecker = GOAL_CHECKERS[plugin.type].create(plugin.params, parts={})
+        return checker
+
+    @cached_property
+    def progress_checker(self) -> ProgressChecker:
+        """The progress checker."""
+        plugin = read_progress_checker(self._nav2)
+        checker: ProgressChecker = PROGRESS_CHECKERS[plugin.type].create(plugin.params, parts={})
+        return checker
+
+    @cached_property
+    def controller(self) -> Controller:
+        """The file's controller, with the one below it when it is a rotation shim."""
+        nav2 = self._nav2
+        plugin, table = read_controller(nav2), algorithms("controllers")
+        parts: dict[str, Any] = {
+            "footprint": self.local_costmap.footprint,
+            "control_frequency": read_controller_server(nav2).controller_frequency,
+            "xy_goal_tolerance": read_goal_checker(nav2).params.xy_goal_tolerance,
+            "global_costmap": self.global_costmap.master,
+            "cost_to_go": cost_to_go,
+            "prices": self._prices,
+        }
+        if "primary_controller" in table[plugin.type].needs:
+            primary = read_primary_controller(nav2, plugin)
+            parts["primary_controller"] = table[primary.type].create(primary.params, parts=parts)
+        controller: Controller = table[plugin.type].create(plugin.params, parts=parts)
+        for costmap in (self.local_costmap, self.global_costmap):
+            costmap.on_speed_limit(controller.set_speed_limit)
+        return controller
+
+    @cached_property
+    def behavior_server(self) -> BehaviorServer:
+        """The file's behaviors, which look ahead in the local costmap."""
+        params = read_behavior_server(self._nav2)
+        behaviors = {
+            plugin.name: BEHAVIORS[plugin.type].create(
+                params, self.local_costmap.footprint, plugin.params, parts={}
+            )
+            for plugin in read_behaviors(self._nav2)
+        }
+        return BehaviorServer(behaviors, self.local_costmap.master)
+
+    @cached_property
+    def smoother(self) -> VelocitySmoother:
+        """What keeps commands within limits."""
+        return VelocitySmoother(read_velocity_smoother(self._nav2))
+
+    @cached_property
+    def monitor(self) -> CollisionMonitor:
+        """The file's collision monitor.
+
+        Without a zone it lets every command pass, even where a scan is overdue.
+        """
+        params = read_collision_monitor(self._nav2)
+        if not params.polygons:
+            params = CollisionMonitorParams()
+        return CollisionMonitor(params, self.local_costmap.footprint)
+
+    @property
+    def tree(self) -> NavigateToPose:
+        """Nav2's default behavior tree on the servers."""
+        return NavigateToPose(
+            self.planner,
+            ControllerServer(
+                read_controller_server(self._nav2),
+                self.controller,
+                self.goal_checker,
+                self.progress_checker,
+            ),
+            self.behavior_server,
+            self.global_costmap,
+            self.local_costmap,
+        )
+
+
 def build_navigator(
     nav2: Nav2File,
     localizer: Localizer,
@@ -102,45 +221,19 @@ def build_navigator(
     Raises:
         ParameterError: the file asks for something that does not exist here or cannot work.
     """
-    local_costmap = _build_costmap(nav2, "local_costmap", static_map, keepout)
-    global_costmap = _build_costmap(nav2, "global_costmap", static_map, keepout)
-    server_params = read_controller_server(nav2)
-    goal_checker, progress_checker = read_goal_checker(nav2), read_progress_checker(nav2)
-    parts = {
-        "footprint": local_costmap.footprint,
-        "control_frequency": server_params.controller_frequency,
-        "xy_goal_tolerance": goal_checker.params.xy_goal_tolerance,
-        "global_costmap": global_costmap.master,
-        "cost_to_go": cost_to_go,
-        "prices": prices,
-    }
-    controller = _build_controller(nav2, parts)
-    controller_server = ControllerServer(
-        server_params,
-        controller,
-        GOAL_CHECKERS[goal_checker.type].create(goal_checker.params, parts={}),
-        PROGRESS_CHECKERS[progress_checker.type].create(progress_checker.params, parts={}),
-    )
-    for costmap in (local_costmap, global_costmap):
-        costmap.on_speed_limit(controller.set_speed_limit)
+    parts = NavigatorParts(nav2, static_map, keepout, prices)
+    controller = parts.controller
     if not controller.wants_tracks:
         tracker = None
     elif tracker is None:
         tracker = _tracker(nav2, static_map)
-    tree = NavigateToPose(
-        build_planner(nav2, global_costmap),
-        controller_server,
-        _build_behavior_server(nav2, local_costmap),
-        global_costmap,
-        local_costmap,
-    )
     return Navigator(
         localizer,
-        local_costmap,
-        global_costmap,
-        tree,
-        VelocitySmoother(read_velocity_smoother(nav2)),
-        _build_monitor(nav2, local_costmap.footprint),
+        parts.local_costmap,
+        parts.global_costmap,
+        parts.tree,
+        parts.smoother,
+        parts.monitor,
         read_frequencies(nav2),
         stops_when_lost,
         tracker,
@@ -174,17 +267,21 @@ def read_frequencies(nav2: Nav2File) -> Frequencies:
     Raises:
         ParameterError: more often than ``MOST_FREQUENT``.
     """
+    costmaps = [read_costmap(nav2, node) for node in COSTMAPS]
+    server, behaviors = read_controller_server(nav2), read_behavior_server(nav2)
+    smoother = read_velocity_smoother(nav2)
     frequencies = Frequencies(
-        local_costmap=read_costmap(nav2, "local_costmap").update_frequency,
-        global_costmap=read_costmap(nav2, "global_costmap").update_frequency,
-        controller=read_controller_server(nav2).controller_frequency,
-        behaviors=read_behavior_server(nav2).cycle_frequency,
-        smoother=read_velocity_smoother(nav2).smoothing_frequency,
+        local_costmap=costmaps[0].update_frequency,
+        global_costmap=costmaps[1].update_frequency,
+        controller=server.controller_frequency,
+        behaviors=behaviors.cycle_frequency,
+        smoother=smoother.smoothing_frequency,
     )
-    if max(frequencies) > MOST_FREQUENT:
-        raise ParameterError(
-            f"{nav2.path}: a frequency of {max(frequencies):g} Hz; at most {MOST_FREQUENT:g} is run"
-        )
+    for (node, key), value in zip(_FREQUENCIES, frequencies, strict=True):
+        if value > MOST_FREQUENT:
+            raise ParameterError(
+                f"{nav2.path.name}: {node}: {key} {value:g} must be at most {MOST_FREQUENT:g}"
+            )
     return frequencies
 
 
@@ -198,36 +295,3 @@ def _build_costmap(
         for name, mask in read_masks(nav2, params).items()
     }
     return LayeredCostmap(params, static_map, keepout=keepout, masks=masks)
-
-
-def _build_controller(nav2: Nav2File, parts: dict[str, Any]) -> Controller:
-    """The file's controller, with the one below it when it is a rotation shim."""
-    plugin, table = read_controller(nav2), algorithms("controllers")
-    if "primary_controller" in table[plugin.type].needs:
-        primary = read_primary_controller(nav2, plugin)
-        parts["primary_controller"] = table[primary.type].create(primary.params, parts=parts)
-    controller: Controller = table[plugin.type].create(plugin.params, parts=parts)
-    return controller
-
-
-def _build_behavior_server(nav2: Nav2File, local_costmap: LayeredCostmap) -> BehaviorServer:
-    """The file's behaviors, which look ahead in the local costmap."""
-    params = read_behavior_server(nav2)
-    behaviors = {
-        plugin.name: BEHAVIORS[plugin.type].create(
-            params, local_costmap.footprint, plugin.params, parts={}
-        )
-        for plugin in read_behaviors(nav2)
-    }
-    return BehaviorServer(behaviors, local_costmap.master)
-
-
-def _build_monitor(nav2: Nav2File, footprint: FloatArray) -> CollisionMonitor:
-    """The file's collision monitor.
-
-    Without a zone it lets every command pass, even where a scan is overdue.
-    """
-    params = read_collision_monitor(nav2)
-    if not params.polygons:
-        params = CollisionMonitorParams()
-    return CollisionMonitor(params, footprint)

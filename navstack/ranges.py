@@ -10,7 +10,8 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
 from functools import cache
-from typing import Annotated, Any, Protocol, get_type_hints
+from types import UnionType
+from typing import Annotated, Any, Protocol, Union, get_args, get_origin, get_type_hints
 
 from navstack.errors import ParameterError, UnknownNameError
 
@@ -131,6 +132,11 @@ POSITIVE, NOT_NEGATIVE = Allowed("more than 0", lambda value: bool(value > 0)), 
 Positive = Annotated[float, POSITIVE]
 NotNegative = Annotated[float, NOT_NEGATIVE]
 NotPositive = Annotated[float, Allowed("0 or less", lambda value: bool(value <= 0))]
+# a length, speed, weight, ... of either sign, which Nav2 takes at any size: larger is a mistake
+Quantity = Annotated[float, within(-1e9, 1e9)]
+# for which files write .inf: a reach, a height or a time that limits nothing
+OpenQuantity = Annotated[float, within(-math.inf, math.inf)]
+Whole = Annotated[int, within(-(2**63), 2**63 - 1)]  # what a parameter of ROS 2 can hold
 Share = Annotated[float, within(0, 1)]
 PositiveInt = Annotated[int, POSITIVE]
 NotNegativeInt = Annotated[int, NOT_NEGATIVE]
@@ -192,6 +198,13 @@ class Parameters:
 def _rules(kind: Any) -> tuple[tuple[str, tuple[ValueRule, ...]], ...]:
     """The rules of each field of a dataclass."""
     hints = get_type_hints(kind, include_extras=True)
-    return tuple(
-        (each.name, getattr(hints[each.name], "__metadata__", ())) for each in fields(kind)
-    )
+    return tuple((each.name, rules_of(hints[each.name])) for each in fields(kind))
+
+
+def rules_of(hint: Any) -> tuple[ValueRule, ...]:
+    """The rules in a type hint, those of an optional value among them."""
+    rules: tuple[ValueRule, ...] = getattr(hint, "__metadata__", ())
+    if get_origin(hint) in (Union, UnionType):
+        for option in get_args(hint):
+            rules += rules_of(option)
+    return rules

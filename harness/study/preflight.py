@@ -14,6 +14,7 @@ from harness.world.sensors import glass, sky
 from harness.world.sensors.suite import SensorParams
 from navstack.costmap.occupancy_grid import FREE
 from navstack.geometry import footprint_radii
+from navstack.lint import require_usable
 from navstack.params.costmap import robot_footprint
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.filters import keepout_filters_without_mask
@@ -36,9 +37,11 @@ def check(study: Study) -> list[str]:
     Raises:
         InputError: something that the user gave cannot be used.
     """
-    notes: list[str] = []
+    notes = [f"{stack.name} {stack.body}" for stack in study.stacks if stack.body]
     for number, stack in enumerate(study.stacks):
         task = dataclasses.replace(study.template, stack=stack, stack_number=number)
+        if stack.is_nav2:
+            require_usable(Path(stack.nav2_file), task.allow_unknown)
         parts = Parts(task)
         parts.mission(task.generators()["mission"])
         parts.brain(parts.world())
@@ -50,7 +53,8 @@ def check(study: Study) -> list[str]:
             notes += [f"{stack.name}: {line}" for line in file_notes(nav2)]
             notes += [f"{stack.name}: {ignored_keys(nav2)}"] if nav2.ignored else []
             notes += filter_notes(nav2, stack)
-            notes += footprint_notes(nav2, parts.robot, stack.name)
+            if not stack.body:
+                notes += footprint_notes(nav2, parts.robot, stack.name)
     compile_ahead(study.stacks)  # last: bad input is one line, at once
     return notes
 

@@ -3,18 +3,19 @@
 import dataclasses
 import os
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
 from harness.storage.shipped import is_file, resolve, shipped
 from harness.storage.texts import clean_text, name_of
 from harness.task.camera_params import CameraParams
+from harness.task.own_body import own_body
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.extensions import localizers, uses_map
-from navstack.params.nav2_file.file import Nav2File
+from navstack.params.nav2_file.file import Nav2File, inspect_nav2
 from navstack.params.nav2_file.ros_yaml import PARAMETERS
-from navstack.params.strict import load_dataclass, read_text
+from navstack.params.strict import KEPT_OUT, load_dataclass, read_text
 from navstack.ranges import NotNegative, Parameters, Positive, up_to
 
 TRUTH = "ground_truth"  # the localizer and the tracker that no robot can have
@@ -84,6 +85,7 @@ class Stack:
     tracker: str = ""
     name: str = ""
     policy: PolicyParams = NO_POLICY  # of a navigator that is a policy
+    body: str = field(default="", metadata=KEPT_OUT)  # note on a robot that the Nav2 file describes
 
     @property
     def is_nav2(self) -> bool:
@@ -107,7 +109,9 @@ def load_stack(
     robot: str | None = None,
     sensors: str | None = None,
 ) -> Stack:
-    """A stack by name, by its file, or made from a Nav2 parameter file (then like ``nav2-gps``).
+    """A stack by name, by its file, or made from a Nav2 parameter file.
+
+    That is like ``nav2-gps``, with the robot that the file describes where it is another one.
 
     Args:
         name_or_file: a name of ``params/stacks``, a stack file, or a Nav2 parameter file.
@@ -120,7 +124,8 @@ def load_stack(
     """
     stacks = shipped("params") / "stacks"
     path = resolve(name_or_file, stacks, "stack")
-    if PARAMETERS in read_text(path):  # every node of a Nav2 file has this key
+    is_nav2_file = PARAMETERS in read_text(path)  # which every node of one has as a key
+    if is_nav2_file:
         stack = load_dataclass(Stack, stacks / "nav2-gps.yaml")
         stack = dataclasses.replace(
             stack, nav2_file=str(path.absolute()), title=f"Nav2 file {clean_text(path.name)}"
@@ -140,7 +145,21 @@ def load_stack(
         policy=dataclasses.replace(stack.policy, file=_weights_beside(path, stack.policy.file)),
         **changes,
     )
-    return _with_paths(stack, path)
+    stack = _with_paths(stack, path)
+    if is_nav2_file and robot is None:
+        stack = _with_own_body(stack, stack.sensors if sensors else "")
+    return stack
+
+
+def _with_own_body(stack: Stack, sensors: str) -> Stack:
+    """A stack made from a Nav2 file with the robot of that file, if it is another one."""
+    nav2 = inspect_nav2(Path(stack.nav2_file), allow_unknown=True)
+    body = own_body(nav2, Path(stack.robot), Path(stack.sensors), stack.name)
+    if body is None:
+        return stack
+    return dataclasses.replace(
+        stack, robot=body.robot, body=body.note, sensors=sensors or body.sensors
+    )
 
 
 def absolute_files(nav2: Nav2File) -> dict[str, str]:

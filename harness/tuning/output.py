@@ -45,6 +45,7 @@ def write_files(
         nav2_file=TUNED,
         sensors=declaration.sensors,
         robot=declaration.robot,
+        body="",
     )
     with writing(folder):
         write_text(folder / TUNED, tuned)

@@ -2,17 +2,17 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from harness.storage.shipped import resolve, shipped
 from harness.world.physics.robot import RobotParams
 from navstack.errors import ParameterError
-from navstack.params.lint import rules
+from navstack.lint import lint as findings_of
 from navstack.params.lint.subject import RobotLimits
 from navstack.params.nav2_file.file import inspect_nav2
-from navstack.params.nav2_file.findings import UNKNOWN_KEY, Notice
+from navstack.params.nav2_file.findings import Notice
 from navstack.params.nav2_file.release import looks_like
 from navstack.params.strict import load_dataclass
 
@@ -62,7 +62,7 @@ def lint(file: str, robot: str | None = None, *, strict: bool = False) -> Linted
     Args:
         file: its path, or a name of params/nav2.
         robot: a name of params/robots or a file, to hold the file against; None: none.
-        strict: whether every key unknown to Nav2 is an error, not the misspelt ones alone.
+        strict: whether names unknown to Nav2 are errors; Nav2 and ``run`` let them pass.
 
     Raises:
         InputError: there is no such file or robot.
@@ -72,17 +72,12 @@ def lint(file: str, robot: str | None = None, *, strict: bool = False) -> Linted
     if not os.path.isfile(path):
         path = resolve(file, shipped("params") / "nav2", "Nav2")
     try:
-        nav2 = inspect_nav2(path)
+        nav2 = inspect_nav2(path, allow_unknown=not strict)
     except ParameterError as error:
         message = str(error).removeprefix(f"{path}: ")
         advice = "give a Nav2 parameter file"
         return Linted(path, [Notice("unreadable-file", "", message, advice, is_error=True)], ())
-    notices = rules.lint(nav2, limits)
-    if not strict:
-        notices = tuple(
-            replace(each, is_error=each.is_error and each.id != UNKNOWN_KEY) for each in notices
-        )
-    return Linted(path, notices, nav2.ignored, looks_like(nav2.names))
+    return Linted(path, findings_of(nav2, limits), nav2.ignored, looks_like(nav2.names))
 
 
 def robot_limits(name_or_file: str) -> RobotLimits:

@@ -23,6 +23,8 @@ from harness.study.manifest import about, load_study, parameters, version_notes
 from harness.study.places import Where, open_workers
 from harness.study.preflight import check
 from harness.study.stored_run import load_run
+from harness.task.own_body import is_own
+from harness.task.stack import Stack
 from harness.task.study import Study, is_recording, make_study
 from harness.tuning.dashboard import write_dashboard
 from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration, sizes
@@ -60,7 +62,7 @@ from navbench.api.lint import robot_limits
 from navbench.api.progress import say, shown
 from navbench.api.report import today
 from navstack.errors import InputError
-from navstack.params.lint.rules import lint
+from navstack.lint import lint
 from navstack.params.nav2_file.file import inspect_nav2
 from navstack.params.strict import dump_dataclass, read_text
 
@@ -179,7 +181,9 @@ def tune(
             "give another"
         )
     declaration = dataclasses.replace(
-        declaration, sensors=_short(original.sensors), robot=_short(original.robot)
+        declaration,
+        sensors=_short(original.sensors, original, "sensors"),
+        robot=_short(original.robot, original, "robot"),
     )
     nav2 = nav2_parameters(original.nav2_file, allow_unknown)
     fitted = fit_space(space, content, nav2, allow_unknown)
@@ -355,7 +359,13 @@ def _run_options(choices: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(given)
 
 
-def _short(file: str) -> str:
-    """The name of a file that comes with the program; the path of another."""
+def _short(file: str, stack: Stack, field: str) -> str:
+    """What a stack's file in the tuning's folder says for a file of the original.
+
+    The name of one that comes with the program, the path of another; that of a robot made from the
+    Nav2 file stands in the folder itself.
+    """
     path = Path(file)
-    return path.stem if path.parent.parent == shipped("params").resolve() else file
+    if path.parent.parent == shipped("params").resolve():
+        return path.stem
+    return f"params/{stack.name}-{field}.yaml" if is_own(file) else file

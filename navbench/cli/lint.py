@@ -41,7 +41,7 @@ def _print_rules(context: click.Context, _: click.Parameter, is_asked: bool) -> 
 @click.option(
     "--strict",
     is_flag=True,
-    help="Every key that Nav2 does not know is an error, not the misspelt ones alone.",
+    help="Names that Nav2 does not know are errors; Nav2 and navbench run let them pass.",
 )
 @JSON
 def lint(file: str, robot: str | None, strict: bool, as_json: bool) -> None:
@@ -56,7 +56,7 @@ def lint(file: str, robot: str | None, strict: bool, as_json: bool) -> None:
       navbench lint tuned --json
       navbench lint --rules
 
-    Exit status: 0 no errors (there may be warnings); 1 errors.
+    Exit status: 0 no errors (there may be warnings); 1 errors, for which navbench run refuses it.
     """
     found = api.lint(file, robot, strict=strict)
     if as_json:

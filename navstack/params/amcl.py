@@ -6,9 +6,12 @@ from typing import Annotated
 from navstack.ranges import (
     POSITIVE,
     NotNegative,
+    OpenQuantity,
     Parameters,
     Positive,
     PositiveInt,
+    Quantity,
+    Whole,
     at_least,
     at_most,
     one_of,
@@ -48,8 +51,12 @@ class AmclParams(Parameters, whose="amcl", finite=True):
 
     laser_model_type: Annotated[str, one_of(LASER_MODELS)] = "likelihood_field"
     max_beams: Annotated[int, at_least(2)] = 60  # of a scan, evenly spaced
-    laser_max_range: float = 100.0  # [m] beyond which there is no return; 0 or less: the scan's own
-    laser_min_range: float = -1.0  # [m] up to which there is no return; 0 or less: the scan's own
+    laser_max_range: OpenQuantity = (
+        100.0  # [m] beyond which there is no return; 0 or less: the scan's own
+    )
+    laser_min_range: OpenQuantity = (
+        -1.0
+    )  # [m] up to which there is no return; 0 or less: the scan's own
     # [m] an obstacle farther from a return is taken to be that far
     laser_likelihood_max_dist: Annotated[float, up_to(1000)] = 2.0
     # [m] standard deviation of a return about an obstacle
@@ -66,9 +73,9 @@ class AmclParams(Parameters, whose="amcl", finite=True):
     # [m] to an obstacle within which a return agrees with the map
     beam_skip_distance: NotNegative = 0.5
     # [-] share of the particles that must agree for a beam to count
-    beam_skip_threshold: float = 0.3
+    beam_skip_threshold: Quantity = 0.3
     # [-] share of ignored beams from which on none is ignored
-    beam_skip_error_threshold: float = 0.9
+    beam_skip_error_threshold: Quantity = 0.9
 
     min_particles: Particles = 500
     max_particles: Particles = 2000
@@ -84,7 +91,9 @@ class AmclParams(Parameters, whose="amcl", finite=True):
     recovery_candidates: Annotated[int, within(0, MOST_PARTICLES)] = 0
     update_min_d: NotNegative = 0.25  # [m] along x or y of odometry after which a scan counts
     update_min_a: NotNegative = 0.2  # [rad] of rotation after which a scan counts
-    random_seed: int = -1  # of the particle filter; negative: the generator that is given at reset
+    random_seed: Whole = (
+        -1
+    )  # of the particle filter; negative: the generator that is given at reset
 
     @property
     def most_particles(self) -> int:

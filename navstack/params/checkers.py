@@ -5,24 +5,24 @@ Names and defaults are those of Nav2 Jazzy.
 
 from dataclasses import dataclass
 
-from navstack.ranges import Parameters, Positive
+from navstack.ranges import Parameters, Positive, Quantity
 
 
 @dataclass(frozen=True, slots=True)
-class SimpleGoalCheckerParams:
+class SimpleGoalCheckerParams(Parameters):
     """``simple_goal_checker.cpp``."""
 
-    xy_goal_tolerance: float = 0.25  # [m]
-    yaw_goal_tolerance: float = 0.25  # [rad]
+    xy_goal_tolerance: Quantity = 0.25  # [m]
+    yaw_goal_tolerance: Quantity = 0.25  # [rad]
     stateful: bool = True  # once the position was reached it counts as reached, until the next plan
     symmetric_yaw_tolerance: bool = False  # the opposite heading is as good
 
 
 @dataclass(frozen=True, slots=True)
-class PositionGoalCheckerParams:
+class PositionGoalCheckerParams(Parameters):
     """``position_goal_checker.cpp`` of Nav2 Rolling."""
 
-    xy_goal_tolerance: float = 0.25  # [m]
+    xy_goal_tolerance: Quantity = 0.25  # [m]
     stateful: bool = True  # as above
 
 
@@ -30,8 +30,8 @@ class PositionGoalCheckerParams:
 class StoppedGoalCheckerParams(SimpleGoalCheckerParams):
     """``stopped_goal_checker.cpp``."""
 
-    rot_stopped_velocity: float = 0.25  # [rad/s] the robot stands if it turns no faster
-    trans_stopped_velocity: float = 0.25  # [m/s] and drives no faster
+    rot_stopped_velocity: Quantity = 0.25  # [rad/s] the robot stands if it turns no faster
+    trans_stopped_velocity: Quantity = 0.25  # [m/s] and drives no faster
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,15 +52,15 @@ class AxisGoalCheckerParams(Parameters):
 
 
 @dataclass(frozen=True, slots=True)
-class SimpleProgressCheckerParams:
+class SimpleProgressCheckerParams(Parameters):
     """``simple_progress_checker.cpp``."""
 
-    required_movement_radius: float = 0.5  # [m] the robot must get so far
-    movement_time_allowance: float = 10.0  # [s] within this time
+    required_movement_radius: Quantity = 0.5  # [m] the robot must get so far
+    movement_time_allowance: Quantity = 10.0  # [s] within this time
 
 
 @dataclass(frozen=True, slots=True)
 class PoseProgressCheckerParams(SimpleProgressCheckerParams):
     """``pose_progress_checker.cpp``."""
 
-    required_movement_angle: float = 0.5  # [rad] or turn so far
+    required_movement_angle: Quantity = 0.5  # [rad] or turn so far

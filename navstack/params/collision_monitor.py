@@ -13,7 +13,7 @@ import numpy as np
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.geometry import make_footprint
 from navstack.params.nav2_file.vertices import parse_vertices
-from navstack.ranges import Needed, NotNegative, Parameters, Positive, one_of
+from navstack.ranges import Needed, NotNegative, Parameters, Positive, Quantity, Whole, one_of
 from navstack.types import FloatArray
 
 SHAPES = ("polygon", "circle", "velocity_polygon")
@@ -49,13 +49,13 @@ class VelocityPolygonParams(Parameters):
     """One of the polygons of a ``velocity_polygon``, and the velocities for which it stands."""
 
     points: str = ""  # "[[x, y], ...]" in [m], base frame
-    linear_min: float = 0.0  # [m/s] of the velocity along x
-    linear_max: float = 0.0  # [m/s]
-    theta_min: float = 0.0  # [rad/s]
-    theta_max: float = 0.0  # [rad/s]
+    linear_min: Quantity = 0.0  # [m/s] of the velocity along x
+    linear_max: Quantity = 0.0  # [m/s]
+    theta_min: Quantity = 0.0  # [rad/s]
+    theta_max: Quantity = 0.0  # [rad/s]
     # [rad] of the direction of travel, if the robot is holonomic
-    direction_start_angle: float = -math.pi
-    direction_end_angle: float = math.pi  # [rad]; less than the start: the range goes through pi
+    direction_start_angle: Quantity = -math.pi
+    direction_end_angle: Quantity = math.pi  # [rad]; less than the start: the range goes through pi
 
     def _check_together(self) -> None:
         parse_polygon(self.points)
@@ -89,7 +89,7 @@ class PolygonParams(Parameters):
     points: str | None = None
     # may be that footprint's; no other polygon is published here
     polygon_sub_topic: str | None = None
-    radius: float | None = None  # [m] of a circle
+    radius: Quantity | None = None  # [m] of a circle
     # the first one that covers the velocity counts
     velocity_polygons: tuple[str, ...] = field(default_factory=tuple)
     # by the names just above
@@ -99,8 +99,8 @@ class PolygonParams(Parameters):
     # observation sources that count; none: all
     sources_names: tuple[str, ...] = field(default_factory=tuple)
     # points inside that trigger the action; Nav2 keeps the low 32 bits, see trigger_count
-    min_points: int = 4
-    max_points: int | None = None  # older name: one point less than min_points
+    min_points: Whole = 4
+    max_points: Whole | None = None  # older name: one point less than min_points
     slowdown_ratio: NotNegative = 0.5  # [-] of the velocity that slowdown leaves
     linear_limit: NotNegative = 0.5  # [m/s] that limit leaves
     angular_limit: NotNegative = 0.5  # [rad/s]
@@ -152,7 +152,7 @@ class MonitorSourceParams(Parameters):
 
     type: Annotated[str, one_of(SCAN_SOURCES + OTHER_SOURCES)] = "scan"
     enabled: bool = True
-    source_timeout: float | None = None  # [s] absent: the monitor's own
+    source_timeout: Quantity | None = None  # [s] absent: the monitor's own
 
     @property
     def reads_scan(self) -> bool:
@@ -166,7 +166,7 @@ class CollisionMonitorParams(Parameters):
 
     enabled: bool = True  # False: only stale sources stop the robot
     # [s] age from which on a source is stale and stops the robot; 0: never
-    source_timeout: float = 2.0
+    source_timeout: Quantity = 2.0
     base_shift_correction: bool = True  # points are moved by the odometry since their scan
     polygons: tuple[str, ...] = field(default_factory=tuple)
     observation_sources: tuple[str, ...] = field(default_factory=tuple)

@@ -24,9 +24,12 @@ from navstack.ranges import (
     Capped,
     NotNegative,
     NotNegativeInt,
+    OpenQuantity,
     Parameters,
     Positive,
+    Quantity,
     Replaced,
+    Whole,
     within,
 )
 from navstack.types import FloatArray
@@ -75,8 +78,10 @@ class ObstacleLayerParams(Parameters):
 
     enabled: bool = True
     footprint_clearing_enabled: bool = True  # cells under the robot are free in this layer
-    min_obstacle_height: float = 0.0  # [m] lower points do not mark; a planar scan has no heights
-    max_obstacle_height: float = 2.0  # [m] higher points do not mark
+    min_obstacle_height: OpenQuantity = (
+        0.0  # [m] lower points do not mark; a planar scan has no heights
+    )
+    max_obstacle_height: OpenQuantity = 2.0  # [m] higher points do not mark
     # with the layers below: 0 overwrite, 2 maximum but unknown stays, else maximum
     combination_method: CombinationMethod = MAXIMUM
     observation_sources: tuple[str, ...] = ()
@@ -111,7 +116,7 @@ class DenoiseLayerParams(Parameters):
 
     enabled: bool = True
     # [cells] smaller groups of obstacle cells are freed; 1 or less: none
-    minimal_group_size: int = 2
+    minimal_group_size: Whole = 2
     # neighbours that make a group: 4, else 8 with the diagonal ones
     group_connectivity_type: GroupConnectivityType = 8
 
@@ -143,15 +148,15 @@ class CostmapParams(Parameters):
     height: Positive = 5.0  # [m]
     # [m/cell] as a map's may be; a fixed costmap with a static layer takes the map's
     resolution: Annotated[float, within(1e-4, 1e3)] = 0.1
-    origin_x: float = 0.0  # [m] of the lower left corner while nothing else sets it
-    origin_y: float = 0.0  # [m]
+    origin_x: Quantity = 0.0  # [m] of the lower left corner while nothing else sets it
+    origin_y: Quantity = 0.0  # [m]
     rolling_window: bool = False  # the costmap moves with the robot
     update_frequency: NotNegative = 5.0  # [Hz] 0: it starts and is never updated
     footprint: str = "[]"  # "[[x, y], ...]" in [m]; "[]": a circle of robot_radius
-    robot_radius: float = 0.1  # [m]
-    footprint_padding: float = 0.01  # [m] added to each vertex
+    robot_radius: Quantity = 0.1  # [m]
+    footprint_padding: Quantity = 0.01  # [m] added to each vertex
     track_unknown_space: bool = False  # cells start unknown instead of free
-    lethal_cost_threshold: int = 100  # [%] occupancy from which a cell of the map is lethal
+    lethal_cost_threshold: Whole = 100  # [%] occupancy from which a cell of the map is lethal
     trinary_costmap: bool = True  # map cells below the threshold are free; False: scaled
     # the static layer keeps higher costs of the layers before it; False: it overwrites them
     use_maximum: bool = False

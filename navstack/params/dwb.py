@@ -11,7 +11,7 @@ from typing import Any
 
 from navstack.errors import ParameterError
 from navstack.params.expected_contact import DwbContactParams
-from navstack.ranges import Parameters, Positive
+from navstack.ranges import OpenQuantity, Parameters, Positive, Quantity, Whole
 
 MOST_SAMPLES = 100_000  # trajectories per cycle; Nav2's defaults make about 400
 MOST_POSES = 2_000_000  # of all trajectories of a cycle; Nav2's defaults make about 50 000
@@ -30,67 +30,69 @@ FALLBACK_SCALES = {
 
 
 @dataclass(frozen=True, slots=True)
-class RotateToGoalParams:
+class RotateToGoalParams(Parameters):
     """``rotate_to_goal.cpp``: stop, then turn, once the goal is within its tolerance."""
 
-    scale: float = 1.0  # weight of the raw score
-    slowing_factor: float = 5.0  # [s2/m2] cost of the squared speed while slowing down
-    lookahead_time: float = -1.0  # [s] after which the heading is scored; negative: at the end
+    scale: Quantity = 1.0  # weight of the raw score
+    slowing_factor: Quantity = 5.0  # [s2/m2] cost of the squared speed while slowing down
+    lookahead_time: Quantity = -1.0  # [s] after which the heading is scored; negative: at the end
 
 
 @dataclass(frozen=True, slots=True)
-class OscillationParams:
+class OscillationParams(Parameters):
     """``oscillation.cpp``: forbid a change of direction until the robot has got somewhere."""
 
-    scale: float = 1.0
-    oscillation_reset_dist: float = 0.05  # [m]; negative: never by distance
-    oscillation_reset_angle: float = 0.2  # [rad]; negative: never by angle
-    oscillation_reset_time: float = -1.0  # [s]; negative: never by time
+    scale: Quantity = 1.0
+    oscillation_reset_dist: Quantity = 0.05  # [m]; negative: never by distance
+    oscillation_reset_angle: Quantity = 0.2  # [rad]; negative: never by angle
+    oscillation_reset_time: Quantity = -1.0  # [s]; negative: never by time
     # [m/s]; faster than this only x is watched; negative: always watch all
-    x_only_threshold: float = 0.05
+    x_only_threshold: Quantity = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class ObstacleParams:
+class ObstacleParams(Parameters):
     """``base_obstacle.cpp`` and ``obstacle_footprint.cpp``."""
 
-    scale: float = 1.0
+    scale: Quantity = 1.0
     sum_scores: bool = False  # the sum over all poses instead of the last pose's cost
 
 
 @dataclass(frozen=True, slots=True)
-class DistParams:
+class DistParams(Parameters):
     """``path_dist.cpp`` and ``goal_dist.cpp``."""
 
-    scale: float = 1.0
+    scale: Quantity = 1.0
     aggregation_type: str = "last"  # last, sum or product of the poses' distances
 
 
 @dataclass(frozen=True, slots=True)
-class AlignParams:
+class AlignParams(Parameters):
     """``path_align.cpp`` and ``goal_align.cpp``."""
 
-    scale: float = 1.0
+    scale: Quantity = 1.0
     aggregation_type: str = "last"  # last, sum or product of the poses' distances
-    forward_point_distance: float = 0.325  # [m] from the base to the scored point, the robot's nose
+    forward_point_distance: Quantity = (
+        0.325  # [m] from the base to the scored point, the robot's nose
+    )
 
 
 @dataclass(frozen=True, slots=True)
-class PreferForwardParams:
+class PreferForwardParams(Parameters):
     """``prefer_forward.cpp``."""
 
-    scale: float = 1.0
-    penalty: float = 1.0  # raw score of driving backwards or strafing
-    strafe_x: float = 0.1  # [m/s] below which a motion counts as strafing
-    strafe_theta: float = 0.2  # [rad/s] below which a motion counts as strafing
-    theta_scale: float = 10.0  # [s/rad] raw score per yaw rate otherwise
+    scale: Quantity = 1.0
+    penalty: Quantity = 1.0  # raw score of driving backwards or strafing
+    strafe_x: Quantity = 0.1  # [m/s] below which a motion counts as strafing
+    strafe_theta: Quantity = 0.2  # [rad/s] below which a motion counts as strafing
+    theta_scale: Quantity = 10.0  # [s/rad] raw score per yaw rate otherwise
 
 
 @dataclass(frozen=True, slots=True)
-class TwirlingParams:
+class TwirlingParams(Parameters):
     """``twirling.cpp``."""
 
-    scale: float = 1.0
+    scale: Quantity = 1.0
 
 
 MODULE = "module"  # metadata of a critic's field
@@ -125,44 +127,44 @@ class DwbParams(Parameters):
         "PathDist",
         "GoalDist",
     )
-    path_distance_bias: float | None = None  # [-] see FALLBACK_SCALES
-    goal_distance_bias: float | None = None  # [-]
-    occdist_scale: float | None = None  # [-]
+    path_distance_bias: Quantity | None = None  # [-] see FALLBACK_SCALES
+    goal_distance_bias: Quantity | None = None  # [-]
+    occdist_scale: Quantity | None = None  # [-]
     default_critic_namespaces: tuple[str, ...] = ("dwb_critics",)
     trajectory_generator_name: str = "dwb_plugins::StandardTrajectoryGenerator"
     prune_plan: bool = True  # forget the part of the plan that has been passed
-    prune_distance: float = 2.0  # [m] kept of the plan behind the robot
+    prune_distance: Quantity = 2.0  # [m] kept of the plan behind the robot
     # [m] kept ahead, along the straight line; negative: everything
-    forward_prune_distance: float = 2.0
+    forward_prune_distance: Quantity = 2.0
     shorten_transformed_plan: bool = True  # show the critics forward_prune_distance only
     short_circuit_trajectory_evaluation: bool = True  # accepted; it never changes the winner
     debug_trajectory_details: bool = False  # accepted; rejections per critic are always counted
-    xy_goal_tolerance: float = 0.25  # [m] within which RotateToGoal acts
-    trans_stopped_velocity: float = 0.25  # [m/s] at or below which the robot has stopped
+    xy_goal_tolerance: Quantity = 0.25  # [m] within which RotateToGoal acts
+    trans_stopped_velocity: Quantity = 0.25  # [m/s] at or below which the robot has stopped
     # [m] Nav2 main's RotateToGoal also wants the plan this short (1.0 there)
-    path_length_tolerance: float = math.inf
+    path_length_tolerance: OpenQuantity = math.inf
 
-    min_vel_x: float = 0.0  # [m/s]
-    max_vel_x: float = 0.0  # [m/s]
-    min_vel_y: float = 0.0  # [m/s]
-    max_vel_y: float = 0.0  # [m/s]
-    max_vel_theta: float = 0.0  # [rad/s]
+    min_vel_x: Quantity = 0.0  # [m/s]
+    max_vel_x: Quantity = 0.0  # [m/s]
+    min_vel_y: Quantity = 0.0  # [m/s]
+    max_vel_y: Quantity = 0.0  # [m/s]
+    max_vel_theta: Quantity = 0.0  # [rad/s]
     # [m/s] a slower sample is dropped if it also turns slower than min_speed_theta
-    min_speed_xy: float = 0.0
-    max_speed_xy: float = 0.0  # [m/s]; negative: no limit
-    min_speed_theta: float = 0.0  # [rad/s]
-    acc_lim_x: float = 0.0  # [m/s2]
-    acc_lim_y: float = 0.0  # [m/s2]
-    acc_lim_theta: float = 0.0  # [rad/s2]
-    decel_lim_x: float = 0.0  # [m/s2] negative
-    decel_lim_y: float = 0.0  # [m/s2] negative
-    decel_lim_theta: float = 0.0  # [rad/s2] negative
+    min_speed_xy: Quantity = 0.0
+    max_speed_xy: Quantity = 0.0  # [m/s]; negative: no limit
+    min_speed_theta: Quantity = 0.0  # [rad/s]
+    acc_lim_x: Quantity = 0.0  # [m/s2]
+    acc_lim_y: Quantity = 0.0  # [m/s2]
+    acc_lim_theta: Quantity = 0.0  # [rad/s2]
+    decel_lim_x: Quantity = 0.0  # [m/s2] negative
+    decel_lim_y: Quantity = 0.0  # [m/s2] negative
+    decel_lim_theta: Quantity = 0.0  # [rad/s2] negative
 
-    vx_samples: int = 20
-    vy_samples: int = 5
-    vtheta_samples: int = 20
+    vx_samples: Whole = 20
+    vy_samples: Whole = 5
+    vtheta_samples: Whole = 20
     sim_time: Positive = 1.7  # [s] length of a trajectory
-    sim_period: float | None = None  # [s] of LimitedAccelGenerator; absent: one control period
+    sim_period: Quantity | None = None  # [s] of LimitedAccelGenerator; absent: one control period
     discretize_by_time: bool = False
     time_granularity: Positive = 0.5  # [s] between poses, if discretize_by_time
     linear_granularity: Positive = 0.5  # [m] between poses at most

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from navstack.params.expected_contact import SpeedPrices
-from navstack.ranges import NotNegative, Parameters, Positive, within
+from navstack.ranges import NotNegative, Parameters, Positive, Quantity, within
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ class ExpectedCostParams(Parameters, whose="expected-cost controller"):
     position_std: NotNegative = 0.1
     drift_std: NotNegative = 0.1  # [m/s] by which that grows
     standing_std: NotNegative = 0.3  # [m/s] the same of who stands: they may set out
-    standing_speed: float = 0.3  # [m/s] up to which a person stands
+    standing_speed: Quantity = 0.3  # [m/s] up to which a person stands
     # [m/s] the same from where somebody reaches the edge of the walkable ground and turns
     turning_std: NotNegative = 0.6
     # [-] of each of the two turns that are expected at a convex corner; 0: none

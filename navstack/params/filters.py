@@ -9,7 +9,7 @@ server with the mask.
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.ranges import Parameters, within
+from navstack.ranges import Parameters, Quantity, Whole, within
 
 # values of a filter info's type (filter_values.hpp)
 KEEPOUT, SPEED_PERCENT, SPEED_ABSOLUTE = 0, 1, 2
@@ -40,15 +40,15 @@ class SpeedFilterParams:
 
 
 @dataclass(frozen=True, slots=True)
-class FilterInfoServerParams:
+class FilterInfoServerParams(Parameters):
     """``costmap_filter_info_server``, also under names that end in ``_filter_info_server``."""
 
     # 0 keepout, 1 speed limit in percent, 2 speed limit in m/s; others are not read here
-    type: int = KEEPOUT
+    type: Whole = KEEPOUT
     filter_info_topic: str = "costmap_filter_info"
     mask_topic: str = "filter_mask"
-    base: float = 0.0  # a speed limit is base + multiplier * mask value
-    multiplier: float = 1.0
+    base: Quantity = 0.0  # a speed limit is base + multiplier * mask value
+    multiplier: Quantity = 1.0
 
 
 @dataclass(frozen=True, slots=True)

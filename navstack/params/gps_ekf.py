@@ -14,6 +14,7 @@ from navstack.ranges import (
     Parameters,
     Positive,
     PositiveInt,
+    Quantity,
     less_than,
     one_of,
 )
@@ -58,8 +59,8 @@ class GpsEkfParams(Parameters, whose="gps_ekf", finite=True):
     # deviation with the heading and the place (Caruso, SAE 970602, 1997)
     imu0_yaw_offset_walk: NotNegative = 0.02
     # [rad] added to the absolute orientation, as navsat_transform does
-    magnetic_declination_radians: float = 0.0
-    yaw_offset: float = 0.0  # [rad] likewise
+    magnetic_declination_radians: Quantity = 0.0
+    yaw_offset: Quantity = 0.0  # [rad] likewise
     # the first absolute orientation is taken for the heading of the start
     imu0_relative: bool = False
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.ranges import NotNegative, Parameters, Positive, at_least
+from navstack.ranges import NotNegative, Parameters, Positive, Quantity, at_least
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +15,7 @@ class GracefulParams(Parameters, whose="graceful controller"):
     max_lookahead: Positive = 1.0  # [m] to the farthest
     # [m] along the path in which the robot is looked for; absent: half the local costmap's width;
     # negative: the whole path
-    max_robot_pose_search_dist: float | None = None
+    max_robot_pose_search_dist: Quantity | None = None
 
     # [-] how fast the bearing converges against the distance; 0: only drives to the position
     k_phi: NotNegative = 2.0

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.ranges import NotNegative, Parameters, Positive, at_most, one_of, within
+from navstack.ranges import NotNegative, Parameters, Positive, Quantity, at_most, one_of, within
 
 # Of a look ahead, which takes one step a cell: more keeps a cycle from ending.
 MOST_SECONDS, MOST_METRES = 100.0, 100.0
@@ -19,7 +19,7 @@ class RppParams(Parameters, whose="regulated pure pursuit"):
     # lookaheads are measured along the path as in Nav2 main; False: from the robot
     lookahead_along_path: bool = True
     min_lookahead_dist: Positive = 0.3  # [m] of the lookahead that grows with the speed
-    max_lookahead_dist: float = 0.9  # [m]
+    max_lookahead_dist: Quantity = 0.9  # [m]
     lookahead_time: NotNegative = 1.5  # [s] by which the speed is multiplied
     # lookahead = speed * lookahead_time instead of lookahead_dist
     use_velocity_scaled_lookahead_dist: bool = False
@@ -29,7 +29,7 @@ class RppParams(Parameters, whose="regulated pure pursuit"):
     interpolate_curvature_after_goal: bool = False
     # [m] along the path in which the robot is looked for; absent: half the local costmap's width;
     # negative: the whole path
-    max_robot_pose_search_dist: float | None = None
+    max_robot_pose_search_dist: Quantity | None = None
 
     use_regulated_linear_velocity_scaling: bool = True  # slow down where the curve is tight
     regulated_linear_scaling_min_radius: Positive = 0.9  # [m] of a curve that is not tight
@@ -38,7 +38,7 @@ class RppParams(Parameters, whose="regulated pure pursuit"):
     cost_scaling_dist: Positive = 0.6  # [m] to the obstacle, from where on it slows down
     cost_scaling_gain: NotNegative = 1.0  # [-] below 1 slows down more
     # [1/m] that of the inflation layer: turns costs into distances; 0 or less: costs do not count
-    inflation_cost_scaling_factor: float = 3.0
+    inflation_cost_scaling_factor: Quantity = 3.0
     # [m] to the end of the path, from where on it slows down
     approach_velocity_scaling_dist: NotNegative = 0.6
     min_approach_linear_velocity: NotNegative = 0.05  # [m/s] that the approach leaves
@@ -57,12 +57,12 @@ class RppParams(Parameters, whose="regulated pure pursuit"):
     use_dynamic_window: bool = False
     # its window is about the last command; CLOSED_LOOP: about the measured velocity
     velocity_feedback: Feedback = "OPEN_LOOP"
-    min_linear_vel: float = -0.5  # [m/s]
-    max_angular_vel: float = 2.5  # [rad/s]
-    min_angular_vel: float = -2.5  # [rad/s]
-    max_linear_accel: float = 2.5  # [m/s2]
-    max_linear_decel: float = -2.5  # [m/s2]
-    max_angular_decel: float = -3.2  # [rad/s2]
+    min_linear_vel: Quantity = -0.5  # [m/s]
+    max_angular_vel: Quantity = 2.5  # [rad/s]
+    min_angular_vel: Quantity = -2.5  # [rad/s]
+    max_linear_accel: Quantity = 2.5  # [m/s2]
+    max_linear_decel: Quantity = -2.5  # [m/s2]
+    max_angular_decel: Quantity = -3.2  # [rad/s2]
 
     use_collision_detection: bool = True  # look along the commanded arc
     # [s] looked ahead, at most up to the carrot

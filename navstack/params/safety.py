@@ -6,10 +6,13 @@ Names and defaults are those of Nav2 Jazzy.
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.ranges import Allowed, Parameters, Positive, one_of
+from navstack.ranges import Allowed, Parameters, Positive, Quantity, one_of
 
 Triple = tuple[float, float, float]  # along x, along y, about z
 Feedback = Annotated[str, one_of(("OPEN_LOOP", "CLOSED_LOOP"))]
+AnyTriple = Annotated[
+    Triple, Allowed("numbers up to 1e+09", lambda triple: max(map(abs, triple)) <= 1e9)
+]
 UpTriple = Annotated[Triple, Allowed("0 or more on every axis", lambda triple: min(triple) >= 0.0)]
 DownTriple = Annotated[
     Triple, Allowed("0 or less on every axis", lambda triple: max(triple) <= 0.0)
@@ -29,6 +32,6 @@ class VelocitySmootherParams(Parameters):
     min_velocity: DownTriple = (-0.5, 0.0, -2.5)  # [m/s, m/s, rad/s]
     max_accel: UpTriple = (2.5, 0.0, 3.2)  # [m/s2, m/s2, rad/s2] while the speed grows
     max_decel: DownTriple = (-2.5, 0.0, -3.2)  # [m/s2, m/s2, rad/s2] while it falls
-    deadband_velocity: Triple = (0.0, 0.0, 0.0)  # [m/s, m/s, rad/s] slower outputs are sent as 0
+    deadband_velocity: AnyTriple = (0.0, 0.0, 0.0)  # [m/s, m/s, rad/s] slower outputs are sent as 0
     # [s] without a command, after which the robot is brought to a stop
-    velocity_timeout: float = 1.0
+    velocity_timeout: Quantity = 1.0

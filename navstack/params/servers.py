@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.ranges import NotNegative, NotPositive, Parameters, Positive, within
+from navstack.ranges import NotNegative, NotPositive, Parameters, Positive, Quantity, within
 
 
 @dataclass(frozen=True, slots=True)
@@ -11,11 +11,11 @@ class ControllerServerParams(Parameters):
     """``controller_server``, without its plug-ins."""
 
     controller_frequency: Positive = 20.0  # [Hz]
-    min_x_velocity_threshold: float = 0.0001  # [m/s] slower measured velocities count as zero
-    min_y_velocity_threshold: float = 0.0001  # [m/s]
-    min_theta_velocity_threshold: float = 0.0001  # [rad/s]
+    min_x_velocity_threshold: Quantity = 0.0001  # [m/s] slower measured velocities count as zero
+    min_y_velocity_threshold: Quantity = 0.0001  # [m/s]
+    min_theta_velocity_threshold: Quantity = 0.0001  # [rad/s]
     # [s] the controller may find no command; 0: not at all, -1: endlessly
-    failure_tolerance: float = 0.0
+    failure_tolerance: Quantity = 0.0
     controller_plugins: tuple[str, ...] = ("FollowPath",)
     goal_checker_plugins: tuple[str, ...] = ("goal_checker",)
     progress_checker_plugins: tuple[str, ...] = ("progress_checker",)
@@ -50,7 +50,7 @@ class BehaviorServerParams(Parameters):
     # [s] for which the motion must be free of collisions; one look a cycle
     simulate_ahead_time: Annotated[float, within(0.0, 100.0)] = 2.0
     max_rotational_vel: NotNegative = 1.0  # [rad/s]
-    min_rotational_vel: float = 0.4  # [rad/s]; as in Nav2 negative ones slow nothing down
+    min_rotational_vel: Quantity = 0.4  # [rad/s]; as in Nav2 negative ones slow nothing down
     rotational_acc_lim: NotNegative = 3.2  # [rad/s2]
 
 
@@ -60,4 +60,4 @@ class DriveParams(Parameters):
 
     acceleration_limit: NotNegative = 0.0  # [m/s2]; 0 here or below: the commanded speed at once
     deceleration_limit: NotPositive = 0.0  # [m/s2] negative
-    minimum_speed: float = 0.0  # [m/s]
+    minimum_speed: Quantity = 0.0  # [m/s]

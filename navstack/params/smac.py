@@ -14,7 +14,16 @@ from navstack.params.planners import (
     SmootherIterations,
     TurningRadius,
 )
-from navstack.ranges import Known, NotNegative, Parameters, Positive, Replaced, within
+from navstack.ranges import (
+    Known,
+    NotNegative,
+    OpenQuantity,
+    Parameters,
+    Positive,
+    Quantity,
+    Replaced,
+    within,
+)
 
 DUBIN, REEDS_SHEPP = "DUBIN", "REEDS_SHEPP"
 MODELS = (DUBIN, REEDS_SHEPP)
@@ -75,17 +84,17 @@ class SmacHybridParams(Parameters):
     allow_unknown: bool = True
     max_iterations: Iterations = 1_000_000
     max_on_approach_iterations: Iterations = 1000
-    max_planning_time: float = 5.0  # [s] see above; 0 or less: no limit
-    reverse_penalty: float = 2.0
-    change_penalty: float = 0.0
-    non_straight_penalty: float = 1.2
+    max_planning_time: OpenQuantity = 5.0  # [s] see above; 0 or less: no limit
+    reverse_penalty: Quantity = 2.0
+    change_penalty: Quantity = 0.0
+    non_straight_penalty: Quantity = 1.2
     cost_penalty: NotNegative = 2.0
-    retrospective_penalty: float = 0.015
+    retrospective_penalty: Quantity = 0.015
     analytic_expansion_ratio: Positive = 3.5
-    analytic_expansion_max_length: float = 3.0  # [m]
-    analytic_expansion_max_cost: float = 200.0
+    analytic_expansion_max_length: Quantity = 3.0  # [m]
+    analytic_expansion_max_cost: Quantity = 200.0
     # [m] of the square about the goal in which Dubins' curves bound the way
-    lookup_table_size: float = 20.0
+    lookup_table_size: Quantity = 20.0
     downsample_obstacle_heuristic: bool = True
     smooth_path: bool = True
     smoother: SmacSmootherParams = field(default_factory=SmacSmootherParams)
@@ -106,17 +115,17 @@ class SmacLatticeParams(Parameters):
     allow_unknown: bool = True
     max_iterations: Iterations = 1_000_000
     max_on_approach_iterations: Iterations = 1000
-    max_planning_time: float = 5.0  # [s] see above; 0 or less: no limit
-    reverse_penalty: float = 2.0
-    change_penalty: float = 0.05
-    non_straight_penalty: float = 1.05
+    max_planning_time: OpenQuantity = 5.0  # [s] see above; 0 or less: no limit
+    reverse_penalty: Quantity = 2.0
+    change_penalty: Quantity = 0.05
+    non_straight_penalty: Quantity = 1.05
     cost_penalty: NotNegative = 2.0
-    rotation_penalty: float = 5.0
-    retrospective_penalty: float = 0.015
+    rotation_penalty: Quantity = 5.0
+    retrospective_penalty: Quantity = 0.015
     analytic_expansion_ratio: Positive = 3.5
-    analytic_expansion_max_length: float = 3.0  # [m]
-    analytic_expansion_max_cost: float = 200.0
-    lookup_table_size: float = 20.0  # [m]
+    analytic_expansion_max_length: Quantity = 3.0  # [m]
+    analytic_expansion_max_cost: Quantity = 200.0
+    lookup_table_size: Quantity = 20.0  # [m]
     downsample_obstacle_heuristic: bool = True
     smooth_path: bool = True
     smoother: SmacSmootherParams = field(default_factory=SmacSmootherParams)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from navstack.ranges import Allowed, Parameters, within
+from navstack.ranges import Allowed, OpenQuantity, Parameters, Quantity, Whole, within
 
 LINEAR, EXPONENTIAL = 0, 1  # values of decay_model; any other one keeps voxels for ever
 DEPTH_CAMERA, LIDAR_3D = 0, 1  # values of model_type
@@ -23,17 +23,17 @@ class SpatioTemporalSourceParams(Parameters):
     enabled: bool = True
     marking: bool = True
     clearing: bool = False  # its frustum speeds up the decay of what it covers
-    obstacle_range: float = 2.5  # [m] farther returns do not mark
-    min_z: float = 0.0  # [m] where the frustum begins
-    max_z: float = 10.0  # [m] where it ends
-    horizontal_fov_angle: float = 1.04  # [rad] of the frustum about the robot's heading
-    decay_acceleration: float = 0.0  # [1/s^2] see navstack.costmap.spatio_temporal
+    obstacle_range: OpenQuantity = 2.5  # [m] farther returns do not mark
+    min_z: OpenQuantity = 0.0  # [m] where the frustum begins
+    max_z: OpenQuantity = 10.0  # [m] where it ends
+    horizontal_fov_angle: Quantity = 1.04  # [rad] of the frustum about the robot's heading
+    decay_acceleration: Quantity = 0.0  # [1/s^2] see navstack.costmap.spatio_temporal
     model_type: SourceModel = DEPTH_CAMERA  # the frustum's ends are planes; LIDAR_3D: arcs
     inf_is_valid: bool = False  # a beam without return counts as one that ended at range_max
     # [s] scans are applied again for so long; 0: the newest only
-    observation_persistence: float = 0.0
+    observation_persistence: Quantity = 0.0
     # [s] between scans; the costmap is not current when they stay away; 0: any
-    expected_update_rate: float = 0.0
+    expected_update_rate: Quantity = 0.0
     clear_after_reading: bool = False  # a scan is applied once only
 
 
@@ -45,11 +45,11 @@ class SpatioTemporalLayerParams(Parameters):
     # [m]; a scan's points are counted by voxels, whose numbers are whole
     voxel_size: Annotated[float, within(1e-3, 1e3)] = 0.05
     # [s] how long a voxel stays; a negative one vanishes with the next update
-    voxel_decay: float = -1.0
-    decay_model: int = LINEAR
+    voxel_decay: Quantity = -1.0
+    decay_model: Whole = LINEAR
     track_unknown_space: bool = False  # cells without voxels say nothing; False: they are free
     update_footprint_enabled: bool = True  # cells under the robot are free in this layer
-    combination_method: int = 1  # with the layers below: 0 overwrite, else maximum
+    combination_method: Whole = 1  # with the layers below: 0 overwrite, else maximum
     observation_sources: tuple[str, ...] = ()
     # by the names just above
     sources: Mapping[str, SpatioTemporalSourceParams] = field(default_factory=dict)

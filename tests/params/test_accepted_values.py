@@ -11,8 +11,8 @@ from navstack.costmap.costmap import Costmap
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.costmap.map_io import load_metadata
 from navstack.errors import MapError
+from navstack.lint import lint
 from navstack.params.costmap import CostmapParams, ObservationSourceParams, ObstacleLayerParams
-from navstack.params.lint.rules import lint
 from navstack.params.nav2_file.views import (
     read_costmap,
     read_mppi,

@@ -3,7 +3,7 @@
 import pytest
 
 from navstack.errors import ParameterError
-from navstack.params.lint.rules import lint
+from navstack.lint import lint
 from navstack.params.mppi import CRITICS
 from navstack.params.nav2_file.file import inspect_nav2, load_nav2
 

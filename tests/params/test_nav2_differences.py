@@ -2,7 +2,7 @@
 
 import pytest
 
-from navstack.params.lint.rules import lint
+from navstack.lint import lint
 from navstack.params.nav2_file.sources import source_notices
 from navstack.params.nav2_file.views import (
     read_collision_monitor,

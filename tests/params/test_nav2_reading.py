@@ -5,8 +5,8 @@ import pytest
 from navstack.control.dwb.critics import build_critics
 from navstack.control.dwb.critics.align import PathAlignCritic
 from navstack.errors import ParameterError
+from navstack.lint import lint
 from navstack.params.dwb import AlignParams, NamedCritic
-from navstack.params.lint.rules import lint
 from navstack.params.nav2_file.views import (
     read_controller,
     read_controller_server,

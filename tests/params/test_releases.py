@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from navstack.params.lint.rules import lint
+from navstack.lint import lint
 from navstack.params.nav2_file.file import load_nav2
 from navstack.params.nav2_file.findings import IGNORED_BY_NAV2
 from navstack.params.nav2_file.release import looks_like, release_notices

@@ -12,27 +12,6 @@ RULES = RuleGroup("DWB: limits and samples", CONTROLLER)
 
 
 @RULES.warning
-def no_motion(dwb: DwbParams, drive: DrivingPlugin) -> Iterator[Finding]:
-    """DWB's speed limits are 0.
-
-    Why: DWB has no velocity to choose but standing still.
-    """
-    axes = (dwb.max_vel_x, dwb.min_vel_x, dwb.max_vel_y, dwb.min_vel_y)
-    if not any(axes):
-        yield Finding(
-            f"{drive.name}.max_vel_x",
-            "max_vel_x is 0 m/s, which is also Nav2's default",
-            "max_vel_x: 0.5, or the robot's cruising speed",
-        )
-    elif dwb.max_speed_xy == 0.0:
-        yield Finding(
-            f"{drive.name}.max_speed_xy",
-            "max_speed_xy is 0 m/s, which is also Nav2's default",
-            f"max_speed_xy: {decimal(dwb.max_vel_x)}",
-        )
-
-
-@RULES.error
 def crossed_limits(dwb: DwbParams, drive: DrivingPlugin) -> Iterator[Finding]:
     """A lower limit of DWB lies above its upper one.
 
@@ -58,7 +37,7 @@ def crossed_limits(dwb: DwbParams, drive: DrivingPlugin) -> Iterator[Finding]:
             )
 
 
-@RULES.error
+@RULES.warning
 def wrong_sign(dwb: DwbParams, drive: DrivingPlugin) -> Iterator[Finding]:
     """An acceleration of DWB is negative, or a deceleration positive.
 

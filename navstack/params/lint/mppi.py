@@ -7,7 +7,6 @@ from navstack.params.lint.costmap_view import CostmapView
 from navstack.params.lint.rule import Finding, RuleGroup, above, decimal, whole_above
 from navstack.params.lint.subject import CONTROLLER, MPPI, DrivingPlugin, Subject
 from navstack.params.mppi import MppiParams
-from navstack.params.servers import ControllerServerParams
 
 UNEQUAL = 1.1  # ratio of the accelerations' limits from which on they count as unequal
 RARELY_MET = 2.0  # a limit of so many standard deviations of the noise is met rarely
@@ -74,26 +73,6 @@ def mppi_outruns_window(
             f"but the local costmap ends {half:g} m from the robot",
             f"local_costmap width and height: {whole_above(2.2 * reach)}, or time_steps: "
             f"{whole_above(half / (top_speed * period) - 1.0)}",
-        )
-
-
-@RULES.error
-def mppi_steps_too_short(
-    subject: Subject, drive: DrivingPlugin, server: ControllerServerParams
-) -> Iterator[Finding]:
-    """MPPI's model_dt is shorter than a control period.
-
-    Why: Nav2 refuses to configure the controller.
-    """
-    if drive.type != MPPI:
-        return
-    period = subject.number(CONTROLLER, f"{drive.name}.model_dt", 0.05)
-    needed = 1.0 / server.controller_frequency
-    if period < needed - 1e-9:
-        yield Finding(
-            f"{drive.name}.model_dt",
-            f"{period:g} s, but a control period is {needed:g} s",
-            f"model_dt: {decimal(needed)}",
         )
 
 

@@ -1,4 +1,4 @@
-"""The table of all rules, and the check of a file against them."""
+"""The table of all rules."""
 
 from collections.abc import Iterator
 
@@ -6,26 +6,27 @@ from navstack.params.lint import (
     costmaps,
     dwb_limits,
     dwb_scoring,
+    filters,
     goal,
     layers,
     localization,
     mppi,
+    never,
     plugins,
     robot,
     safety,
     speed,
     tree,
 )
-from navstack.params.lint.reader import MEANINGS, reader_notices
+from navstack.params.lint.reader import MEANINGS
 from navstack.params.lint.rule import Rule, RuleGroup
-from navstack.params.lint.subject import RobotLimits, Subject
-from navstack.params.nav2_file.file import Nav2File
+from navstack.params.lint.subject import Subject
 from navstack.params.nav2_file.findings import Notice
-from navstack.params.nav2_file.release import release_notices
 
 _MODULES = (
     tree,
     plugins,
+    never,
     dwb_limits,
     dwb_scoring,
     mppi,
@@ -33,24 +34,13 @@ _MODULES = (
     speed,
     safety,
     layers,
+    filters,
     costmaps,
     localization,
     robot,
 )
 GROUPS: tuple[RuleGroup, ...] = tuple(module.RULES for module in _MODULES)
 RULES: tuple[Rule, ...] = tuple(rule for group in GROUPS for rule in group.rules)
-
-
-def lint(nav2: Nav2File, limits: RobotLimits | None = None) -> tuple[Notice, ...]:
-    """All findings about a file, the reader's and the rules': errors first, then by line.
-
-    Args:
-        nav2: the file; it may have errors: rules that need what cannot be read find nothing.
-        limits: the robot's body, to hold the file against; None: not asked for.
-    """
-    found = list(_rule_notices(Subject(nav2, limits)))
-    notices = [*reader_notices(nav2, found), *found, *release_notices(nav2.names)]
-    return tuple(sorted(notices, key=lambda notice: (not notice.is_error, notice.line)))
 
 
 def catalog() -> str:
@@ -73,7 +63,8 @@ def _meaning(rule: Rule) -> str:
     return text
 
 
-def _rule_notices(subject: Subject) -> Iterator[Notice]:
+def rule_notices(subject: Subject) -> Iterator[Notice]:
+    """What the rules find in a file; see :func:`navstack.lint.lint`."""
     for rule in RULES:
         for node, finding in rule.findings(subject):
             message, line = f"{finding.found}; {rule.why}", subject.line(node, finding.name)

@@ -139,7 +139,7 @@ def no_way_back(subject: Subject, smoother: VelocitySmootherParams) -> Iterator[
     )
 
 
-@RULES.error
+@RULES.warning
 def crossed_spin(subject: Subject) -> Iterator[Finding]:
     """min_rotational_vel lies above max_rotational_vel.
 

@@ -3,7 +3,7 @@
 Typed views of what stands in it, None for what does not.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, Generic, NamedTuple, TypeVar
@@ -11,6 +11,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 from navstack.errors import ParameterError
 from navstack.params.checkers import SimpleGoalCheckerParams, SimpleProgressCheckerParams
 from navstack.params.dwb import DwbParams
+from navstack.params.filters import FilterInfoServerParams
 from navstack.params.graceful import GracefulParams
 from navstack.params.lint.costmap_view import CostmapView, view_costmap
 from navstack.params.mppi import MppiParams
@@ -34,7 +35,7 @@ _DEFAULT_TYPES = {views.DEFAULT_CONTROLLER: DWB}  # of controllers without ``plu
 
 # The parameters that hold a controller's highest forward speed [m/s], and the fields that have
 # Nav2's default.
-_SPEEDS: dict[str, tuple[str, type[Any]]] = {
+SPEEDS: dict[str, tuple[str, type[Any]]] = {
     DWB: ("max_vel_x", DwbParams),
     PURSUIT: ("desired_linear_vel", RppParams),
     MPPI: ("vx_max", MppiParams),
@@ -65,6 +66,17 @@ class RobotLimits:
 
 
 @dataclass(frozen=True, slots=True)
+class SpeedMask:
+    """The mask of a speed filter."""
+
+    node: str  # costmap
+    filter: str  # the filter's name
+    info_node: str  # the costmap_filter_info_server
+    info: FilterInfoServerParams
+    values: tuple[int, ...]  # [%] in it, ascending, without those of free and unknown cells
+
+
+@dataclass(frozen=True, slots=True)
 class DrivingPlugin:
     """The controller that follows the path: FollowPath, else the first one listed.
 
@@ -81,9 +93,15 @@ class Subject:
     A part is None if the file leaves it out or its values cannot be read.
     """
 
-    def __init__(self, nav2: Nav2File, robot: RobotLimits | None = None) -> None:
+    def __init__(
+        self,
+        nav2: Nav2File,
+        robot: RobotLimits | None = None,
+        masks: Sequence[SpeedMask] = (),
+    ) -> None:
         self.nav2 = nav2
         self.robot = robot
+        self.masks = masks
         self.subject = self  # a rule may ask for the whole
 
     def has(self, node: str) -> bool:
@@ -192,9 +210,9 @@ class Subject:
             if self.dwb.max_speed_xy >= 0.0:
                 speed = min(speed, self.dwb.max_speed_xy)
             return speed
-        if self.drive is None or self.drive.type not in _SPEEDS:
+        if self.drive is None or self.drive.type not in SPEEDS:
             return 0.0
-        key, kind = _SPEEDS[self.drive.type]
+        key, kind = SPEEDS[self.drive.type]
         default: Any = next(field.default for field in fields(kind) if field.name == key)
         return self.number(CONTROLLER, f"{self.drive.name}.{key}", default)
 
@@ -202,7 +220,7 @@ class Subject:
     def speed_name(self) -> str:
         """The parameter that gives the top speed."""
         drive = self.drive or DrivingPlugin(DWB, "FollowPath")
-        return f"{drive.name}.{_SPEEDS.get(drive.type, _SPEEDS[DWB])[0]}"
+        return f"{drive.name}.{SPEEDS.get(drive.type, SPEEDS[DWB])[0]}"
 
     @cached_property
     def braking(self) -> float | None:

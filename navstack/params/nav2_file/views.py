@@ -249,6 +249,7 @@ class Mask(NamedTuple):
 
     path: Path  # map_server YAML file
     info: FilterInfoServerParams
+    info_node: str  # where that stands
 
 
 def read_masks(nav2: Nav2File, params: CostmapParams) -> dict[str, Mask]:
@@ -259,7 +260,8 @@ def read_masks(nav2: Nav2File, params: CostmapParams) -> dict[str, Mask]:
             source = find_mask(nav2.parameters, layer.filter_info_topic)
             if source is not None:
                 info = nav2.read(FilterInfoServerParams, source.info_node)
-                masks[name] = Mask(nav2.path.parent / source.yaml_filename, info)
+                path = nav2.path.parent / source.yaml_filename
+                masks[name] = Mask(path, info, source.info_node)
     return masks
 
 

@@ -1,0 +1,210 @@
+"""The robot that a user's Nav2 file describes: its outline, its limits and its lidar.
+
+What a Nav2 file does not say follows from the outline. The factors are those of the robots in
+``params/robots``, and of Husky and TurtleBot 4 by their data sheets.
+"""
+
+import atexit
+import math
+import tempfile
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ruamel.yaml import YAML
+
+from navstack.errors import ParameterError
+from navstack.params.costmap import CostmapParams, robot_footprint
+from navstack.params.lint.subject import BEHAVIORS, CONTROLLER, Subject
+from navstack.params.nav2_file.file import Nav2File
+from navstack.params.nav2_file.views import read_costmap
+from navstack.params.strict import load_yaml
+from navstack.types import FloatArray
+
+SAME = 0.05  # [m] of every side within which a file's robot is the one that is there
+FASTER = 1.01  # times the robot's top speed: more than rounding
+MASS = 100.0  # [kg/m2] of outline: Husky 75, Jackal 94, Nova Carter 129, Segway E1 134
+MASS_CENTER = 0.25  # height of the centre of mass over the square root of the outline's area
+HEIGHT = 0.6  # the same of the body
+FORCE = 10.0  # [N/kg] of the drive: Segway E1 8, Jackal 12
+GRAVITY = 9.81  # [m/s2]
+STEADY = 0.9  # share of the acceleration at which it would tip over
+SPEED, YAW_RATE = 0.5, 1.0  # [m/s], [rad/s] where the file says nothing
+SIDEWAYS = 0.5  # [m/s] of an Omni motion model: the default of vy_max
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a file asks of the drive, at the most of all its parts."""
+
+    speed: float  # [m/s]
+    yaw_rate: float  # [rad/s]
+    acceleration: float  # [m/s2]
+    deceleration: float  # [m/s2]
+    yaw_acceleration: float  # [rad/s2]
+    sideways: float  # [m/s]
+
+
+@dataclass(frozen=True, slots=True)
+class OwnBody:
+    """The files of a robot that a Nav2 file describes."""
+
+    robot: str
+    sensors: str
+    note: str  # what a user has to know of it
+
+
+def own_body(nav2: Nav2File, robot: Path, sensors: Path, title: str) -> OwnBody | None:
+    """The body of a file's robot; None: it is the given one, or the file cannot be read.
+
+    Args:
+        nav2: the file.
+        robot: file of the robot that would drive else.
+        sensors: file of its sensors, which the body carries in its middle.
+        title: of the Nav2 file, for names and messages.
+    """
+    try:
+        costmap = read_costmap(nav2, "local_costmap")
+        outline = robot_footprint(costmap)
+    except ParameterError:
+        return None  # refused with its reason where it is to drive
+    known: dict[str, Any] = load_yaml(robot)
+    limits = _limits(Subject(nav2))
+    off = np.abs(_corners(outline) - _corners(np.array(known["footprint"]))).max()
+    if off < SAME and limits.speed <= FASTER * known["max_speed"]:
+        return None
+    box = _box(costmap, outline)
+    body = _body(box, limits, known)
+    texts = {"robot": body, "sensors": _carried(load_yaml(sensors), box, nav2)}
+    files = {name: _folder() / f"{title}-{name}.yaml" for name in texts}
+    for name, content in texts.items():
+        with files[name].open("w", encoding="utf-8") as stream:
+            YAML(pure=True).dump(content, stream)
+    note = _note(costmap, box, body, limits)
+    return OwnBody(str(files["robot"]), str(files["sensors"]), note)
+
+
+def is_own(file: str) -> bool:
+    """Whether a file was made by :func:`own_body`."""
+    return Path(file).parent == _folder()
+
+
+def _limits(subject: Subject) -> Limits:
+    """The largest speeds and accelerations that controller, smoother and behaviors ask for."""
+    name = ""
+    if subject.drive is not None:
+        name = f"{subject.drive.name}."
+
+    def most(default: float, axis: int, smoothed: str, *keys: str) -> float:
+        values = [abs(subject.number(CONTROLLER, name + key, 0.0)) for key in keys]
+        if subject.smoother is not None:
+            values.append(abs(getattr(subject.smoother, smoothed)[axis]))
+        sane = [value for value in values if 0.0 < value < 100.0]
+        return max(sane, default=default)
+
+    turning = ("max_vel_theta", "wz_max", "v_angular_max", "rotate_to_heading_angular_vel")
+    speed = most(SPEED, 0, "max_velocity", "max_vel_x", "vx_max", "desired_linear_vel")
+    spin = subject.number(BEHAVIORS, "max_rotational_vel", YAW_RATE)
+    sideways = subject.number(CONTROLLER, f"{name}max_vel_y", 0.0)
+    if subject.value(CONTROLLER, f"{name}motion_model") == "Omni":
+        sideways = subject.number(CONTROLLER, f"{name}vy_max", SIDEWAYS)
+    return Limits(
+        speed=max(speed, min(subject.top_speed, 100.0)),
+        yaw_rate=max(most(YAW_RATE, 2, "max_velocity", *turning), min(spin, 100.0)),
+        acceleration=most(2.5, 0, "max_accel", "acc_lim_x", "ax_max"),
+        deceleration=most(2.5, 0, "max_decel", "decel_lim_x", "ax_min"),
+        yaw_acceleration=most(3.2, 2, "max_accel", "acc_lim_theta", "az_max", "max_angular_accel"),
+        sideways=sideways,
+    )
+
+
+def _box(costmap: CostmapParams, outline: FloatArray) -> FloatArray:
+    """Lower and upper corner (2, 2) of the body in [m], base frame.
+
+    A round robot is the square within its circle, so that it touches nothing that its costmap shows
+    free.
+    """
+    box = _corners(outline)
+    if costmap.footprint.strip() in ("", "[]"):
+        box = np.round(box / math.sqrt(2.0), 6)
+    return box
+
+
+def _corners(outline: FloatArray) -> FloatArray:
+    """Lower and upper corner (2, 2) about a polygon."""
+    return np.round((outline.min(axis=0), outline.max(axis=0)), 6)
+
+
+def _body(box: FloatArray, limits: Limits, known: dict[str, Any]) -> dict[str, Any]:
+    """A robot's parameters, as a file of ``params/robots`` has them."""
+    (x_min, y_min), (x_max, y_max) = box.tolist()
+    length, width = x_max - x_min, y_max - y_min
+    size = math.sqrt(length * width)
+    mass = MASS * length * width
+    wheelbase = max(0.85 * -x_min, 0.3 * length)
+    center = min(max(0.5 * (x_min + x_max), -0.6 * wheelbase), -0.33 * wheelbase)
+    wheel, track = 0.2 * size, 0.85 * width
+    tipping = STEADY * GRAVITY / (MASS_CENTER * size)  # [1/s2] acceleration per metre of support
+    values = {
+        "mass": mass,
+        "height": HEIGHT * size,
+        "center_of_mass_x": center,
+        "center_of_mass_height": MASS_CENTER * size,
+        "foot_radius": min(0.03, 0.1 * size),
+        "ground_clearance": min(0.05, 0.15 * size),
+        "wheel_radius": wheel,
+        "track": track,
+        "wheelbase": wheelbase,
+        "caster_track": 0.7 * width,
+        "max_speed": limits.speed,
+        "max_yaw_rate": min(limits.yaw_rate, 0.5 * track * tipping / limits.speed),
+        "max_acceleration": min(limits.acceleration, (wheelbase + center) * tipping),
+        "max_deceleration": min(limits.deceleration, -center * tipping),
+        "max_yaw_acceleration": limits.yaw_acceleration,
+        "max_wheel_torque": 0.5 * FORCE * mass * wheel,
+    }
+    kept = ("wheel_friction", "rolling_resistance", "servo_time_constant", "body_friction")
+    return {
+        "footprint": [[x_max, y_max], [x_max, y_min], [x_min, y_min], [x_min, y_max]],
+        **{name: round(value, 4) for name, value in values.items()},
+        **{name: known[name] for name in kept},
+        "bucket": [0.5 * (x_min + x_max), 0.5 * (y_min + y_max), round(HEIGHT * size, 4)],
+    }
+
+
+def _carried(sensors: dict[str, Any], box: FloatArray, nav2: Nav2File) -> dict[str, Any]:
+    """The sensors with the lidar in the middle of the body, and with the range that AMCL knows."""
+    lidar = sensors["lidar"]
+    (x_min, y_min), (x_max, y_max) = box.tolist()
+    lidar["mount"] = {"x": 0.5 * (x_min + x_max), "y": 0.5 * (y_min + y_max), "yaw": 0.0}
+    lidar["self_filter"] = {"x_min": x_min, "x_max": x_max, "y_min": y_min, "y_max": y_max}
+    reach = nav2.value("amcl", "laser_max_range", lidar["range_max"])
+    if isinstance(reach, int | float) and 1.0 <= reach < lidar["range_max"]:
+        lidar["range_max"] = float(reach)
+    return sensors
+
+
+def _note(costmap: CostmapParams, box: FloatArray, body: dict[str, Any], limits: Limits) -> str:
+    """The body in one line."""
+    length, width = (box[1] - box[0]).tolist()
+    shape = f"{length:.2f} m x {width:.2f} m"
+    if costmap.footprint.strip() in ("", "[]"):
+        shape = f"a radius of {costmap.robot_radius:.2f} m, as a square within"
+    note = (
+        f"drives the robot that the file describes: {shape}, up to {limits.speed:g} m/s and "
+        f"{body['max_yaw_rate']:.3g} rad/s; by its area it weighs {body['mass']:.1f} kg and brakes with "
+        f"{body['max_deceleration']:.1f} m/s2 before it tips; --robot NAME drives another one"
+    )
+    if limits.sideways > 0.0:
+        note += f"; it has two driven wheels and does not drive sideways ({limits.sideways:g} m/s)"
+    return note
+
+
+@cache
+def _folder() -> Path:
+    """Where the files stand until the run's folder has them."""
+    folder = tempfile.TemporaryDirectory(prefix="navbench-robot-")
+    atexit.register(folder.cleanup)
+    return Path(folder.name).resolve()
