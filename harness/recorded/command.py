@@ -38,6 +38,12 @@ from navstack.params.extensions import localizers
 from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.types import Belief, Health, Pose2D
 
+# of parameters that a file does not set, other than in simulated worlds. Of the accelerometer a log
+# seldom tells how it is tilted and shaken: on a slope of 17 degrees, gravity in it is taken for
+# slipping wheels at 0.3 m/s2/sqrt(Hz), and 6 m of 140 m are lost. Wheels count as much in Autoware
+# (ekf_localizer's proc_stddev_vx_c: 10 m/s2)
+DEFAULTS = {"gps_ekf.acceleration_noise": 3.0}
+
 Comparison = tuple[Errors, Errors | None]  # APE and RPE
 Show = Callable[[], AbstractContextManager[Callable[[float], None]]]
 
@@ -130,7 +136,7 @@ def localize(request: Request, show: Show) -> Localized:
         receiver = Receiver(
             mountings, request.base_frame, odometry_frame(bag, choice), *frame, _warn, choice.edge
         )
-        localizer = _localizer(request, nav2)
+        localizer = _localizer(request, _with_defaults(nav2))
         _doubt_start(request, start, FIX in choice.topics and request.datum is None)
         replay = Replay(bag, choice, receiver, localizer)
         trouble, is_interrupted = _run(replay, request, localizer, start or Belief(Pose2D()), show)
@@ -162,6 +168,16 @@ def _reference(given: str | None, topics: Topics) -> Trajectory | str | None:
         return topics.require(given)
     except InputError as error:
         raise InputError(f"reference '{given}' is no file, and {error}") from None
+
+
+def _with_defaults(nav2: Nav2File) -> Nav2File:
+    """The file with ``DEFAULTS`` where it says nothing."""
+    missing = {}
+    for name, value in DEFAULTS.items():
+        node, _, dotted = name.partition(".")
+        if nav2.value(node, dotted) is None:
+            missing[name] = value
+    return nav2.with_values(missing, allow_unknown=True)
 
 
 def _localizer(request: Request, nav2: Nav2File) -> Localizer:

@@ -35,6 +35,7 @@ from .writing import (
 DATA = os.environ.get("NAVSTACK_DATA")
 HUSKY_MOUNTING = ("--static-tf", "base_link imu_link 0 -0.3 0.52 1.570796327 0 -1.570796327")
 ON_SIDEWALK = ("--map", "sidewalk", "--params", "amcl", "--localizer", "amcl")
+KNOWN_START = ("--initial-pose", "0,0,0,0.1,0.01")
 AT_THE_START = ("--initial-pose", f"{FROM.x + 0.2},{FROM.y},{FROM.yaw},0.3,0.1")
 
 
@@ -232,6 +233,18 @@ def test_over_a_hill_the_way_is_as_long_as_it_is_on_the_map(tmp_path, slope, loc
     datum = ("--datum", ",".join(map(str, DATUM))) if localizer == "gps-ekf" else ()
     end = replay(write(tmp_path / "hill", entries, "mcap"), localizer, *datum)["final"]
     assert math.hypot(end[0] - x, end[1] - y) <= 0.01 * way
+
+
+@pytest.mark.parametrize("slope", [0.1, 0.2, 0.3])
+def test_gravity_is_not_taken_for_slipping_wheels(tmp_path, slope):
+    """A unit without orientation: nothing tells the slope, so that the way is as long as driven."""
+    entries, (x, y, _) = hill.drive(slope)
+    for entry in entries:
+        if entry.topic == "/imu/data":
+            entry.fields["orientation_covariance"] = np.array([-1.0] + [0.0] * 8)
+    end = replay(write(tmp_path / "hill", entries, "mcap"), "odom_imu", *KNOWN_START)["final"]
+    along = x * (math.hypot(slope, 1.0) - 1.0)  # of the way that is not on the map
+    assert math.hypot(end[0] - x, end[1] - y) <= along + 1.0
 
 
 @pytest.mark.parametrize("stuck", [0.0, 1_600_000_000.0])
