@@ -36,7 +36,7 @@ from harness.economics.valuation import margins
 from harness.episode.episode import RunningDelivery, run_episode
 from harness.episode.factory import Parts
 from harness.plan.question import ends_of, make_ground, make_planner
-from harness.statistics.paired import Z_OF_TEST
+from harness.statistics.paired import z_of_power
 from harness.study.manifest import load_study
 from harness.study.stored_run import load_run
 from harness.task.study import STREAMS, EpisodeTask
@@ -101,7 +101,7 @@ def table(folder: Path, first: str, second: str) -> None:
         f"{means}"
     )
     for name, variance in left.items():
-        print(f"  {name:10} {variance / plain:.2f}, {Z_OF_TEST**2 * variance:.0f} missions")
+        print(f"  {name:10} {variance / plain:.2f}, {z_of_power() ** 2 * variance:.0f} missions")
 
 
 def in_a_copy(work: Callable[[], Any]) -> Any:

@@ -239,7 +239,6 @@ def proof(sides: dict[str, Sequence[Row]], seed: int) -> str:
                 column(both["tuned"], key),
                 clusters,
                 rng,
-                is_share=key in OUTCOMES,
             )
             cells.append(
                 f"{interval_text(found.difference, 3)}, p = {found.p:.4f}"

@@ -2,13 +2,13 @@
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from harness.ablation.arms import KINDS, injected_kind, injected_level, is_buildable
 from harness.analysis.audited import audit_sides
-from harness.analysis.compare import Compared, Side, compare, have_common_missions
+from harness.analysis.compare import Side, compare, have_common_missions
 from harness.audit.auditor import Audit
 from harness.economics.break_even import break_even_runs
 from harness.economics.cost_terms import MARGIN
@@ -17,7 +17,7 @@ from harness.economics.valuation import CENT, margins, missions
 from harness.metrics.columns import Row
 from harness.statistics.bootstrap import bootstrap_quantile
 from harness.statistics.interval import NO_INTERVAL, Interval
-from harness.statistics.paired import SURE, holm, paired_slope
+from harness.statistics.paired import PairedDifference, paired_slope, together
 from harness.study.drive import StackResult
 from harness.study.stored_run import StoredRun
 from harness.task.stack import GEOMETRY, TRUTH, Stack
@@ -79,21 +79,7 @@ class ArmDifference:
     arm: str
     against: str
     metric: str
-    compared: Compared
-    p_holm: float  # adjusted for all comparisons of this metric
-
-    @property
-    def is_alike_to_a_cent(self) -> bool:
-        """Whether both earn the same on every mission, but for less than a cent."""
-        difference = self.compared.paired.difference
-        return (
-            self.metric == MARGIN and difference.low is None and abs(difference.value or 0.0) < CENT
-        )
-
-    @property
-    def is_significant(self) -> bool:
-        """Whether it can hardly be chance, and is more than a cent."""
-        return self.compared.differs and self.p_holm < SURE and not self.is_alike_to_a_cent
+    paired: PairedDifference  # adjusted for all comparisons of this metric
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +101,7 @@ class Ablation:
     differences: tuple[ArmDifference, ...]
     prices: tuple[ErrorPrice, ...]
     audits: dict[str, Audit]  # of each arm that can be built, against the reference
+    run: StoredRun  # its folder
 
     def of(self, metric: str) -> list[ArmDifference]:
         """The differences in one metric."""
@@ -147,6 +134,7 @@ def analyse(
         tuple(_differences(arms, declaration.against, sides)),
         tuple(_prices(arms, rows, prices, run.seed)),
         dict(_audits(arms, declaration.against, sides)),
+        run,
     )
 
 
@@ -202,11 +190,9 @@ def _differences(
             known[name, other] = compare(sides[other], sides[name], metrics).differences
     for metric in COMPARED:
         family = {pair: found[metric] for pair, found in known.items() if metric in found}
-        differ = [pair for pair, compared in family.items() if compared.differs]
-        adjusted = dict(zip(differ, holm([family[pair].paired.p for pair in differ]), strict=True))
-        for pair, alone in family.items():
-            compared = replace(alone, paired=alone.paired.in_family(len(differ)))
-            yield ArmDifference(*pair, metric, compared, adjusted.get(pair, 1.0))
+        adjusted = together([compared.paired for compared in family.values()])
+        for pair, paired in zip(family, adjusted, strict=True):
+            yield ArmDifference(*pair, metric, paired)
 
 
 def _audits(

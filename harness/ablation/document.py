@@ -56,17 +56,17 @@ def _arm(arm: Arm, prices: Prices) -> Row:
 
 
 def _difference(difference: ArmDifference) -> Row:
-    compared = difference.compared
+    paired = difference.paired
     return {
         "arm": difference.arm,
         "against": difference.against,
         "metric": difference.metric,
-        **compared.paired.difference.as_json(),
-        "p": compared.paired.p,
-        "p_holm": difference.p_holm,
-        "is_significant": difference.is_significant,
-        "smallest_detectable": compared.paired.detectable,
-        "pairs_needed": compared.paired.needed,
+        **paired.difference.as_json(),
+        "p": paired.p,
+        "p_holm": paired.p_holm,
+        "is_significant": paired.is_significant,
+        "smallest_detectable": paired.detectable,
+        "pairs_needed": paired.needed,
     }
 
 

@@ -32,7 +32,7 @@ from harness.metrics.columns import Row
 from harness.metrics.metric import Better
 from harness.statistics.bootstrap import IntArray, number_clusters
 from harness.statistics.interval import Interval, interval_json
-from harness.statistics.paired import PairedDifference, compare_pairs, fewest_missions, holm
+from harness.statistics.paired import PairedDifference, compare_pairs, together
 from harness.storage.rows import take, values
 from harness.study.stored_run import CONDITIONS, StoredRun, StoredStack
 from navstack.errors import InputError, UnknownNameError
@@ -67,14 +67,20 @@ class Compared:
     first: float  # mean of the first
     second: float
     paired: PairedDifference
-    # p adjusted for the family's metrics in which some pair differs; None: not of the family
-    p_holm: float | None
+    in_family: bool  # whether p is adjusted together with others'; else it is for looking only
     better: Better
 
     @property
     def differs(self) -> bool:
         """Whether any pair does."""
         return self.paired.differs
+
+    @property
+    def p_holm(self) -> float | None:
+        """P adjusted for the family's metrics in which some pair differs."""
+        if self.in_family:
+            return self.paired.p_holm
+        return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +109,7 @@ class Comparison:
     @property
     def family(self) -> list[str]:
         """Metrics whose p values are adjusted together."""
-        return [key for key, entry in self.differences.items() if entry.p_holm is not None]
+        return [key for key, entry in self.differences.items() if entry.in_family]
 
 
 def side_of(run: StoredRun) -> Side:
@@ -146,16 +152,14 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
     clusters = missions(rows[0])
     known = {}
     for key in wanted:
-        if (
-            entry := _compare(columns[0][key], columns[1][key], clusters, key, first.run.seed)
-        ) is not None:
-            if not named and key not in FAMILY:
-                entry = dataclasses.replace(entry, p_holm=None)
-            known[key] = entry
-    family = [key for key, entry in known.items() if entry.p_holm is not None and entry.differs]
-    for key, p_holm in zip(family, holm([known[key].paired.p for key in family]), strict=True):
-        paired = known[key].paired.in_family(len(family))
-        known[key] = dataclasses.replace(known[key], paired=paired, p_holm=p_holm)
+        entry = _compare(columns[0][key], columns[1][key], clusters, key, first.run.seed)
+        if entry is not None:
+            in_family = bool(named) or key in FAMILY
+            known[key] = dataclasses.replace(entry, in_family=in_family)
+    family = [key for key, entry in known.items() if entry.in_family]
+    adjusted = together([known[key].paired for key in family])
+    for key, paired in zip(family, adjusted, strict=True):
+        known[key] = dataclasses.replace(known[key], paired=paired)
     unseen = dollar = None
     if MARGIN in known:
         dollar = _of_a_dollar(first, second, known[MARGIN].paired)
@@ -177,7 +181,7 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
 def _of_a_dollar(first: Side, second: Side, margin: PairedDifference) -> OfADollar | None:
     if margin.detectable is None:
         return None
-    pairs = max(fewest_missions(), math.ceil(margin.difference.n * margin.detectable**2))
+    pairs = max(margin.fewest, math.ceil(margin.difference.n * margin.detectable**2))
     each = [side.run.seconds_a_delivery(side.stack.name) for side in (first, second)]
     known = [seconds for seconds in each if seconds is not None]
     total = None
@@ -290,12 +294,10 @@ def _compare(
     resolution = 0.0
     if key in DOLLARS or key in ACCOUNTED:
         resolution = CENT
-    paired = compare_pairs(
-        first[both], second[both], own, np.random.default_rng(seed), key in OUTCOMES, resolution
-    )
-    return Compared(
-        float(first[both].mean()), float(second[both].mean()), paired, 1.0, _directions()[key]
-    )
+    rng = np.random.default_rng(seed)
+    paired = compare_pairs(first[both], second[both], own, rng, resolution)
+    means = float(first[both].mean()), float(second[both].mean())
+    return Compared(*means, paired, False, _directions()[key])
 
 
 @cache

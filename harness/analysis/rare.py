@@ -1,4 +1,4 @@
-"""Margins of stored runs with intervals that admit a loss that has not happened yet."""
+"""Margins of stored runs with intervals that admit an unseen loss."""
 
 import math
 from collections.abc import Mapping

@@ -205,7 +205,7 @@ class Pairs:
 
         Args:
             what: is compared.
-            unit: of it; money is alike to a cent, and shares are tested as such.
+            unit: of it; money is alike to a cent.
             original: shape (n,).
             incumbent: shape (n,).
             clusters: number of each pair's mission; None: of the missions that both finished.
@@ -215,7 +215,6 @@ class Pairs:
             incumbent,
             self.clusters if clusters is None else clusters,
             np.random.default_rng(self.seed),
-            is_share=unit == SHARE,
             resolution=CENT if unit == MONEY else 0.0,
         )
         return AuditEvidence(

@@ -56,7 +56,7 @@ COMPILING = 2000  # iterations, on next to nothing
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ground:
+class PlanningMap:
     """Where is planned."""
 
     costmap: Costmap
@@ -79,7 +79,7 @@ class Answer:
     improvement: tuple[tuple[float, float], ...]
 
 
-def make_ground(task: EpisodeTask, start: Pose2D | None = None) -> Ground:
+def make_ground(task: EpisodeTask, start: Pose2D | None = None) -> PlanningMap:
     """The costmap of a task's stack, without scans, and the obstacles behind it.
 
     A costmap that moves with the robot is centred on ``start``, without one on the map's lower left
@@ -93,7 +93,7 @@ def make_ground(task: EpisodeTask, start: Pose2D | None = None) -> Ground:
     if keepout is not None:
         taken |= keepout
     obstacles = Obstacles(taken, grid.resolution, grid.origin.x, grid.origin.y)
-    return Ground(layered.master, robot_shape(layered), obstacles, parts.robot.polygon)
+    return PlanningMap(layered.master, robot_shape(layered), obstacles, parts.robot.polygon)
 
 
 def ends_of(task: EpisodeTask) -> tuple[Pose2D, Pose2D]:
@@ -184,7 +184,7 @@ def ask(
     name: str,
     planner: Planner,
     smoother: SimpleSmoother | None,
-    ground: Ground,
+    ground: PlanningMap,
     ends: Sequence[Pose2D],
     seed: int,
 ) -> Answer:
@@ -253,7 +253,7 @@ def task_of(
 
 def ask_all(
     task: EpisodeTask, names: Sequence[str], smoother: str | None = None, seconds: float = 0.0
-) -> tuple[tuple[Pose2D, Pose2D], Ground, list[Answer]]:
+) -> tuple[tuple[Pose2D, Pose2D], PlanningMap, list[Answer]]:
     """Ask planners for the path of a task, one after the other.
 
     Returns its ends, where was planned, and the answers.

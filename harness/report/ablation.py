@@ -26,8 +26,8 @@ from harness.report.blocks import Block, Chart, Table, Text, declared, notes_of
 from harness.report.figures import error_bars, save_figure
 from harness.report.numbers import UNDEFINED, count_text, interval_text, number_text, p_text
 from harness.report.texts import notes
+from harness.report.verdict import repeated, undecided
 from harness.statistics.interval import Interval
-from harness.statistics.paired import SURE
 from navstack.types import FloatArray
 
 if TYPE_CHECKING:
@@ -66,7 +66,17 @@ def ablation_blocks(ablation: Ablation, figures: Sequence[Path], folder: Path) -
         *notes_of(notes("ablation")),
         *map(Chart, figures),
         Text(f"run folder: {folder}", "whole"),
+        *(Text(line, "whole") for line in deciding(ablation)),
     ]
+
+
+def deciding(ablation: Ablation) -> list[str]:
+    """The command that would decide all margins that are not significant, in a line."""
+    open_ones = [each.paired for each in ablation.of(MARGIN) if not each.paired.is_significant]
+    needed = max((pair.needed or pair.fewest for pair in open_ones if pair.differs), default=0)
+    if command := needed and repeated(ablation.run, needed):
+        return [f"to decide every margin: {command}"]
+    return []
 
 
 def _outcomes(ablation: Ablation) -> Table:
@@ -110,10 +120,10 @@ def _break_even(runs: Interval, margin: Interval) -> str:
 def _differences(ablation: Ablation) -> Table:
     rows = []
     for difference in ablation.differences:
-        paired = difference.compared.paired
+        paired = difference.paired
         cells = (
             interval_text(paired.difference, None),
-            p_text(difference.p_holm),
+            p_text(paired.p_holm),
             str(paired.difference.n),
             number_text(paired.detectable, None),
             count_text(paired.needed),
@@ -124,25 +134,15 @@ def _differences(ablation: Ablation) -> Table:
 
 def sentence(difference: ArmDifference) -> str:
     """What one comparison says, and what it does not."""
-    paired, span = (
-        difference.compared.paired,
-        interval_text(difference.compared.paired.difference, None),
-    )
+    paired, span = difference.paired, interval_text(difference.paired.difference, None)
     subject = f"{difference.arm} against {difference.against}, {METRICS[difference.metric]}:"
     n = paired.difference.n
     if not paired.differs:
-        return f"{subject} alike on all {n} missions."
-    if difference.is_alike_to_a_cent:
-        return f"{subject} alike to a cent on all {n} missions, which says nothing of what is rare."
-    if difference.is_significant:
-        return f"{subject} {span}, significant at n = {n} (p Holm {difference.p_holm:.2g})."
-    text = f"{subject} {span}, not significant at n = {n} (p Holm {difference.p_holm:.2g})"
-    if paired.needed is not None and paired.needed > n:
-        text += f"; a difference as large as this one would take about {paired.needed:,d} missions"
-    elif difference.compared.paired.p < SURE:
-        text += (
-            f"; alone it would be (p {paired.p:.2g}), among several comparisons it may be chance"
-        )
+        return f"{subject} alike on all {n} missions, which says nothing of what is rare."
+    if paired.is_significant:
+        return f"{subject} {span}, significant at n = {n} (p Holm {p_text(paired.p_holm)})."
+    text = f"{subject} {span}, not significant at n = {n} (p Holm {p_text(paired.p_holm)})"
+    text += undecided(paired)
     if paired.detectable is not None:
         text += f"; with {n}, differences from {paired.detectable:.3g} on are found"
     return f"{text}."
@@ -161,7 +161,7 @@ def price_sentence(price: ErrorPrice) -> str:
             ", too few missions, or all alike to a cent, for an interval: "
             "that says nothing about rare events"
         )
-    elif price.price.low <= 0.0 <= price.price.high:
+    elif not price.price.sign:
         verdict = ", not significant"
     cost = f"{interval_text(price.price, None)} USD per run per {unit}"
     return f"{subject} {cost}, n = {price.price.n}{verdict}."

@@ -39,13 +39,13 @@ class Chart:
 
 
 @dataclass(frozen=True, slots=True)
-class Replay:
+class ReplayCommand:
     """A delivery to look at, by the command that drives or shows it."""
 
     command: str
 
 
-Block = Text | Table | Chart | Replay
+Block = Text | Table | Chart | ReplayCommand
 
 
 def notes_of(lines: Sequence[str]) -> list[Block]:

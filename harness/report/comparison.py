@@ -13,7 +13,7 @@ from harness.report.numbers import (
     p_text,
 )
 from harness.report.texts import notes
-from harness.statistics.paired import SURE
+from harness.report.verdict import undecided
 
 
 def comparison_blocks(comparison: Comparison) -> list[Block]:
@@ -50,18 +50,25 @@ def comparison_cells(entry: Compared) -> list[str]:
 
 
 def winner(entry: Compared, first: str, second: str) -> str:
-    """The better of two; empty where that is not sure."""
+    """The better of two; empty where that is not significant."""
     difference = entry.paired.difference.value
-    if (
-        entry.better is Better.NEITHER
-        or entry.p_holm is None
-        or entry.p_holm >= SURE
-        or not difference
-    ):
+    is_judged = entry.in_family and entry.better is not Better.NEITHER
+    if not is_judged or not entry.paired.is_significant or not difference:
         return ""
     if (difference > 0.0) == (entry.better is Better.HIGHER):
         return second
     return first
+
+
+def _open(comparison: Comparison) -> list[str]:
+    """What would decide those of the family that are not significant."""
+    runs = comparison.first.run, comparison.second.run
+    family = [(key, comparison.differences[key].paired) for key in comparison.family]
+    return [
+        f"{key}: not significant{undecided(paired, *runs)}"
+        for key, paired in family
+        if paired.differs and not paired.is_significant
+    ]
 
 
 def _dollar(dollar: OfADollar) -> str:
@@ -77,10 +84,11 @@ def _notes(comparison: Comparison) -> list[str]:
     left = comparison.left_out
     alike = [key for key, entry in comparison.differences.items() if not entry.differs]
     lines = notes("comparison", family=" and ".join(comparison.family))
+    lines += _open(comparison)
     if comparison.unseen is not None:
+        unseen = interval_text(comparison.unseen, 2)
         lines.append(
-            "contribution_margin, if a loss that has not happened yet is admitted: "
-            f"{interval_text(comparison.unseen, 2)} USD a delivery."
+            f"contribution_margin, if an unseen loss is admitted: {unseen} USD a delivery."
         )
     if comparison.dollar is not None:
         lines.append(_dollar(comparison.dollar))

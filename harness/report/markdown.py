@@ -3,7 +3,7 @@
 import textwrap
 from collections.abc import Iterable, Sequence
 
-from harness.report.blocks import Block, Chart, Replay, Table, Text
+from harness.report.blocks import Block, Chart, ReplayCommand, Table, Text
 
 WIDTH = 120  # [characters] of a line of text
 FENCES = {"code": "```", "diff": "```diff"}
@@ -20,7 +20,7 @@ def _markdown(block: Block) -> str:
             return _section(block)
         case Chart():
             return f"![{block.caption}]({block.path})\n\n*{block.caption}*"
-        case Replay():
+        case ReplayCommand():
             return f"`{block.command}`"
         case Text(text, "heading"):
             return f"## {text}"

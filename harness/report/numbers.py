@@ -56,9 +56,11 @@ def counted(number: int, thing: str) -> str:
 
 
 def p_text(p: float | None) -> str:
-    """A p value; resampled ones below 0.001 say no more than that."""
+    """A p value; resampled ones below 0.001 say no more than that, and those near 0.05 more."""
     if p is None:
         return UNDEFINED
     if p < 0.001:
         return "<.001"
+    if f"{p:.3f}" == "0.050":
+        return f"{p:.4f}"
     return f"{p:.3f}"

@@ -9,7 +9,7 @@ from harness.economics.measured import Measured
 from harness.economics.valuation import OUTCOMES, Valuation
 from harness.metrics.contacts import PRICED_PROPERTY
 from harness.report.blocks import Block, Table, notes_of
-from harness.report.table_rows import LAYOUTS, Layout, Row
+from harness.report.table_rows import LAYOUTS, TableLayout, TableRow
 from harness.report.texts import TEXTS
 from harness.statistics.interval import Interval, wilson_interval
 
@@ -58,7 +58,7 @@ def paper_blocks(columns: Sequence[Column]) -> list[Block]:
     return [*tables, *notes_of(table_notes(columns))]
 
 
-def layout_table(layout: Layout, columns: Sequence[Column]) -> Table:
+def layout_table(layout: TableLayout, columns: Sequence[Column]) -> Table:
     """One table: values stand below each other, and so do their intervals."""
     headers = ["Metric", *map(_header, columns)]
     of_layout = [row for section in layout.sections for row in section.all_rows]
@@ -85,7 +85,7 @@ def _header(column: Column) -> str:
     return "\n".join([*lines, f"n={column.n}"])
 
 
-def cells_of(rows: Sequence[Row], column: Column) -> dict[str, str]:
+def cells_of(rows: Sequence[TableRow], column: Column) -> dict[str, str]:
     """A column's values with their intervals, by the keys of rows."""
     spans = {row.key: span_text(column.interval(row.key), row) for row in rows}
     width = max(map(len, spans.values()))
@@ -97,14 +97,14 @@ def cells_of(rows: Sequence[Row], column: Column) -> dict[str, str]:
     return cells
 
 
-def number_text(value: float | None, row: Row) -> str:
+def number_text(value: float | None, row: TableRow) -> str:
     """A value with its row's decimals."""
     if value is None:
         return row.absent
     return f"{value:z,.{row.decimals}f}"
 
 
-def span_text(interval: Interval | None, row: Row) -> str:
+def span_text(interval: Interval | None, row: TableRow) -> str:
     """An interval as text; empty where there is none."""
     if interval is None or interval.low is None or interval.high is None:
         return ""

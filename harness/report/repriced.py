@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from harness.analysis.price_sets import UnderSet
 from harness.analysis.repricing import VARIED, Choices, Repriced
-from harness.economics.accountings import PUBLISHED
+from harness.economics.accountings import AT_FAULT, PUBLISHED
 from harness.economics.cost_terms import COST_TERMS, MARGIN
 from harness.economics.valuation import MOST_LEFT_OUT, Risk, has_too_few
 from harness.report.blocks import Block, Table, Text, declared, notes_of
@@ -21,6 +21,8 @@ TITLES = TEXTS.accountings
 NO_MARGIN = (
     f"no margin: more than {MOST_LEFT_OUT:.0%} of the deliveries have no result; drive them again"
 )
+# of the accountings, those that screens show; tables and documents have all
+SHOWN = (PUBLISHED, AT_FAULT, "no_threshold")
 VARIED_TITLES = {"opex": "OPEX", MARGIN: "Margin"}
 
 

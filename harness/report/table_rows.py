@@ -9,7 +9,7 @@ from harness.report.texts import read_data
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class TableRow:
     """One quantity."""
 
     label: str
@@ -24,23 +24,23 @@ class TableSection:
     """Rows under one heading."""
 
     title: str
-    rows: tuple[Row, ...]
+    rows: tuple[TableRow, ...]
     starts_with_terms: bool = False  # the rows of COST_TERMS come first
 
     @property
-    def all_rows(self) -> tuple[Row, ...]:
+    def all_rows(self) -> tuple[TableRow, ...]:
         """Its rows with those of the cost terms."""
         if not self.starts_with_terms:
             return self.rows
         terms = (
-            Row(term.title, key, term.decimals, absent="undefined")
+            TableRow(term.title, key, term.decimals, absent="undefined")
             for key, term in COUNTED_TERMS.items()
         )
         return (*terms, *self.rows)
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class TableLayout:
     """One table."""
 
     title: str
@@ -51,19 +51,19 @@ class Layout:
 class Layouts:
     """The file's content."""
 
-    layouts: tuple[Layout, ...]
+    layouts: tuple[TableLayout, ...]
 
 
 LAYOUTS = read_data(Layouts, "table_rows.toml").layouts
 
 
-def further_metrics() -> Layout:
+def further_metrics() -> TableLayout:
     """Means over deliveries that the paper's tables do not have, group by group."""
     sections = (
         (title, tuple(_row(metric) for metric in group if _is_printed(metric)))
         for title, group in GROUPS.items()
     )
-    return Layout(
+    return TableLayout(
         "Further metrics (means over deliveries)",
         tuple(TableSection(*section) for section in sections if section[1]),
     )
@@ -73,8 +73,8 @@ def _is_printed(metric: Metric) -> bool:
     return metric.decimals is not None and not metric.is_published
 
 
-def _row(metric: Metric) -> Row:
+def _row(metric: Metric) -> TableRow:
     unit = ""
     if metric.unit:
         unit = f" ({metric.unit})"
-    return Row(f"{metric.title}{unit}", metric.mean_key or "", metric.decimals or 0)
+    return TableRow(f"{metric.title}{unit}", metric.mean_key or "", metric.decimals or 0)

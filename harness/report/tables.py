@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.text import Text as RichText
 
-from harness.report.blocks import Block, Chart, Replay, Table, Text
+from harness.report.blocks import Block, Chart, ReplayCommand, Table, Text
 
 PLAIN_WIDTH = 120  # [characters] where the output is no terminal
 WIDEST = 1000  # [characters] that any table may have
@@ -56,7 +56,7 @@ def print_blocks(blocks: Iterable[Block], console: Console) -> None:
                 _print_text(block, console)
             case Chart():
                 console.print(f"figure: {block.path}", soft_wrap=True)
-            case Replay():
+            case ReplayCommand():
                 console.print(RichText(block.command, style="dim"), soft_wrap=True)
 
 

@@ -19,7 +19,7 @@ from navstack.types import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drive:
+class ScenarioDrive:
     """What happened in a scenario."""
 
     scene: Scene
@@ -36,7 +36,7 @@ class Drive:
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class CheckResult:
     """What became of one check."""
 
     check: str  # its name
@@ -48,25 +48,25 @@ class Finding:
 Answer = tuple[bool, str]
 
 
-def _no_collision(drive: Drive, asked: bool) -> Answer:
+def _no_collision(drive: ScenarioDrive, asked: bool) -> Answer:
     if not drive.truth.contacts:
         return True, "touched nothing"
     return False, _touched(drive)
 
 
-def _not_at_fault(drive: Drive, asked: bool) -> Answer:
+def _not_at_fault(drive: ScenarioDrive, asked: bool) -> Answer:
     faults = [fault(contact) for contact in drive.truth.contacts]
     measured = ", ".join(dict.fromkeys(faults)) or "no contact"
     return set(faults) <= {"person_into_standing_robot"}, measured
 
 
-def _no_injury(drive: Drive, asked: bool) -> Answer:
+def _no_injury(drive: ScenarioDrive, asked: bool) -> Answer:
     counted = drive.truth.counted_contacts
     hits = sum(contact.partner is Partner.PEDESTRIAN for contact in counted)
     return not hits, f"{hits} counted contacts with people"
 
 
-def _arrives_within(drive: Drive, seconds: float) -> Answer:
+def _arrives_within(drive: ScenarioDrive, seconds: float) -> Answer:
     end = float(drive.times[-1])
     if drive.arrived:
         return end <= seconds, f"arrived after {end:.1f} s"
@@ -76,13 +76,13 @@ def _arrives_within(drive: Drive, seconds: float) -> Answer:
     return False, measured
 
 
-def _gives_up_with(drive: Drive, error: str) -> Answer:
+def _gives_up_with(drive: ScenarioDrive, error: str) -> Answer:
     if not drive.gave_up:
         return False, "did not give up"
     return drive.error == error, f"gave up with {drive.error}"
 
 
-def _stays_off(drive: Drive, kinds: tuple[str, ...]) -> Answer:
+def _stays_off(drive: ScenarioDrive, kinds: tuple[str, ...]) -> Answer:
     zones = [zone for zone in drive.scene.zones if zone.kind in kinds]
     known = {zone.kind for zone in zones}
     for kind in kinds:
@@ -98,7 +98,7 @@ def _stays_off(drive: Drive, kinds: tuple[str, ...]) -> Answer:
     return not on_it.any(), _first(drive, on_it, f"on {' or '.join(kinds)}")
 
 
-def _keeps_out_of(drive: Drive, areas: tuple[Area, ...]) -> Answer:
+def _keeps_out_of(drive: ScenarioDrive, areas: tuple[Area, ...]) -> Answer:
     x, y = drive.poses[:, 0], drive.poses[:, 1]
     inside = np.zeros(len(x), dtype=bool)
     for x0, y0, x1, y1 in areas:
@@ -106,24 +106,24 @@ def _keeps_out_of(drive: Drive, areas: tuple[Area, ...]) -> Answer:
     return not inside.any(), _first(drive, inside, "inside")
 
 
-def _never_closer_than(drive: Drive, least: float) -> Answer:
+def _never_closer_than(drive: ScenarioDrive, least: float) -> Answer:
     nearest = float(drive.distances.min())
     if nearest == math.inf:
         return True, "nobody was there"
     return nearest >= least, f"{nearest:.2f} m at the nearest"
 
 
-def _moves_at_most(drive: Drive, most: float) -> Answer:
+def _moves_at_most(drive: ScenarioDrive, most: float) -> Answer:
     farthest = float(np.hypot(*(drive.poses[:, :2] - drive.poses[0, :2]).T).max())
     return farthest <= most, f"moved {farthest:.2f} m"
 
 
-def _believes_within(drive: Drive, most: float) -> Answer:
+def _believes_within(drive: ScenarioDrive, most: float) -> Answer:
     worst = float(drive.errors.max())
     return worst <= most, f"{worst:.2f} m off at the worst"
 
 
-CHECKS: dict[str, Callable[[Drive, Any], Answer]] = {
+CHECKS: dict[str, Callable[[ScenarioDrive, Any], Answer]] = {
     "no_collision": _no_collision,
     "not_at_fault": _not_at_fault,
     "no_injury": _no_injury,
@@ -137,10 +137,10 @@ CHECKS: dict[str, Callable[[Drive, Any], Answer]] = {
 }
 
 
-def judge(drive: Drive, checks: Checks) -> tuple[Finding, ...]:
+def judge(drive: ScenarioDrive, checks: Checks) -> tuple[CheckResult, ...]:
     """The findings of all checks that a scenario asks for."""
     return tuple(
-        Finding(name, _plain(value), *CHECKS[name](drive, value))
+        CheckResult(name, _plain(value), *CHECKS[name](drive, value))
         for name, value in checks.asked.items()
     )
 
@@ -153,7 +153,7 @@ def _plain(value: Any) -> str:
     return str(value)
 
 
-def _touched(drive: Drive) -> str:
+def _touched(drive: ScenarioDrive) -> str:
     first, *more = drive.truth.contacts
     words = f"{fault(first)} ({first.kind}) after {first.stamp:.1f} s, {first.impulse:.1f} N s"
     if more:
@@ -161,7 +161,7 @@ def _touched(drive: Drive) -> str:
     return words
 
 
-def _first(drive: Drive, where: BoolArray, words: str) -> str:
+def _first(drive: ScenarioDrive, where: BoolArray, words: str) -> str:
     if not where.any():
         return f"never {words}"
     first = float(drive.times[np.argmax(where)])

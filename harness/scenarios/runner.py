@@ -12,7 +12,7 @@ from harness.episode.brains import navigator_on, steps_per_tick
 from harness.episode.factory import nav2_parameters, robot_of, world_params
 from harness.metrics.encounters import Body, in_base_frame, surface_distances
 from harness.scenarios.actors import ScriptedPedestrians
-from harness.scenarios.checks import Drive, Finding, judge
+from harness.scenarios.checks import CheckResult, ScenarioDrive, judge
 from harness.scenarios.drawing import draw_scene, with_things
 from harness.scenarios.scenario import Scenario, load_scenario
 from harness.storage.shipped import resolve, shipped
@@ -40,7 +40,7 @@ class Result:
 
     path: Path
     scenario: Scenario
-    findings: tuple[Finding, ...]
+    findings: tuple[CheckResult, ...]
     duration: float  # [s] simulated
 
     @property
@@ -69,7 +69,7 @@ def run_scenario(path: Path) -> Result:
     return Result(path, scenario, judge(drive, scenario.checks), float(drive.times[-1]))
 
 
-def _drive(scenario: Scenario, path: Path) -> Drive:
+def _drive(scenario: Scenario, path: Path) -> ScenarioDrive:
     stack = load_stack(_beside(path, scenario.stack))
     if not stack.is_nav2:
         raise ParameterError(
@@ -120,7 +120,7 @@ def _deliver(
     navigator: Navigator,
     robot: RobotParams,
     radius: float,
-) -> Drive:
+) -> ScenarioDrive:
     rules = load_dataclass(Rules, shipped("params") / "rules" / "costnav.yaml")
     rules = dataclasses.replace(rules, timeout=scenario.time_limit)
     check_apart(scenario.start, scenario.goal, rules.arrival_radius)
@@ -143,7 +143,7 @@ def _deliver(
         if navigator.status is Status.FAILED and end == math.inf:
             end = world.stamp + AFTERMATH
     table = np.array(rows)
-    return Drive(
+    return ScenarioDrive(
         scene=scene,
         feet=np.array(robot.feet),
         times=table[:, 0],

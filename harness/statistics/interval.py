@@ -1,10 +1,11 @@
-"""A value with its interval, and Wilson's interval for shares."""
+"""A value with its interval, Wilson's interval for shares, and when either is significant."""
 
 import math
 from dataclasses import dataclass
 from statistics import NormalDist
 
 CONFIDENCE = 0.95  # of all intervals
+SIGNIFICANCE = 0.05  # p value, adjusted for its family, below which a difference is significant
 # standard deviations on both sides of a normal mean that hold it
 Z = NormalDist().inv_cdf(0.5 + CONFIDENCE / 2.0)
 
@@ -27,13 +28,24 @@ class Interval:
         return f"{self.value:.4g}{bounds} (n = {self.n})"
 
     @property
-    def includes_zero(self) -> bool:
-        """Whether it has bounds, between which 0 lies."""
-        return self.low is not None and self.high is not None and self.low <= 0.0 <= self.high
+    def sign(self) -> int:
+        """1: above zero as a whole; -1: below; 0: not significant, or of too few values."""
+        if self.low is None or self.high is None or self.n < fewest_missions():
+            return 0
+        return int(self.low > 0.0) - int(self.high < 0.0)
 
     def as_json(self) -> dict[str, float | int | None]:
         """The quantity as one JSON object."""
         return {"value": self.value, "low": self.low, "high": self.high, "n": self.n}
+
+
+def fewest_missions(tests: int = 1) -> int:
+    """The missions without which no difference is significant, however large it is.
+
+    The least two-sided p value of the sign-flip test with n missions is 2 / 2^n, and is multiplied
+    by the number of tests (Holm): five missions do not get below 0.0625.
+    """
+    return math.floor(math.log2(2.0 * max(tests, 1) / SIGNIFICANCE)) + 1
 
 
 NO_INTERVAL = Interval(None, None, None, 0)

@@ -19,8 +19,8 @@ def scores_document(result: StudyResult) -> Row:
 
     None was driven) and, per quantity, the ``optimism`` of training.
 
-    Differences are of the quantity's mean, incumbent less original, paired mission by mission: 95 %
-    bootstrap interval and sign-flip test; ``shortfall`` says by how much original and incumbent
+    Differences are of the quantity's mean, incumbent less original, paired mission by mission, with
+    the sign-flip test and the 95 % interval that inverts it; ``shortfall`` says by how much original and incumbent
     miss the objective's side condition. Optimism is the training difference less the test
     difference: what choosing the best of many on the same missions has added.
     """
@@ -68,7 +68,7 @@ def _score(
         )
     numbers = missions([row for row, is_known in zip(original, known, strict=True) if is_known])
     paired = compare_pairs(
-        before[known], after[known], numbers, np.random.default_rng(seed), objective.name == "sla",
+        before[known], after[known], numbers, np.random.default_rng(seed),
         CENT if is_money(objective.name) else 0.0,
     )  # fmt: skip
     total = len(original)

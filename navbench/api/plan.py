@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from harness.plan.question import Answer, Ground, ask_all, task_of
+from harness.plan.question import Answer, PlanningMap, ask_all, task_of
 from harness.report.plan import draw_plan, plan_document
 from harness.storage.files import require_writable
 from harness.task.study import EpisodeTask
@@ -20,7 +20,7 @@ class Answers:
 
     task: EpisodeTask
     ends: tuple[Pose2D, Pose2D]
-    ground: Ground
+    ground: PlanningMap
     each: list[Answer]
 
     def __getitem__(self, planner: str) -> Answer:

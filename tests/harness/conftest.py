@@ -1,7 +1,6 @@
 """Run folders without a simulation: rows drawn at random, priced as a run prices them."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.new_run import create_run
 from harness.storage.run_folder import RunFolder
 from harness.storage.shipped import shipped
+from navbench.cli.app import main
 from navstack.params.strict import dump_dataclass
 
 TABLES = {"episodes": EPISODE_COLUMNS, "events": EVENT_COLUMNS, "timings": TIMING_COLUMNS}
@@ -21,7 +21,7 @@ TIMEOUT = 241.0  # [s]
 WorkOnRow = Callable[[dict[str, Any]], None]
 
 
-def _contacts(rng: np.random.Generator, crowd: float) -> list[dict[str, Any]]:
+def _contacts(rng, crowd):
     """A few contacts of one delivery, with people and with a mailbox.
 
     Each as an event, the hard ones also counted.
@@ -59,9 +59,7 @@ def _contacts(rng: np.random.Generator, crowd: float) -> list[dict[str, Any]]:
     return rows
 
 
-def _row(
-    stack: str, number: int, episode: int, seed: int, rng: np.random.Generator
-) -> dict[str, Any]:
+def _row(stack, number, episode, seed, rng):
     # no straight way is longer than the shortest drive below
     mission = np.random.default_rng((seed, episode)).uniform(0.0, 20.0, 5).tolist()
     measured = {
@@ -99,7 +97,7 @@ def _row(
     }
 
 
-def _priced(row: dict[str, Any], events: list[dict[str, Any]], prices: Any) -> None:
+def _priced(row, events, prices):
     counted = [event for event in events if event["type"] == "counted_contact"]
     people = [event["impulse_ns"] for event in counted if event["kind"] == "pedestrian"]
     row |= injury_measures(people, prices)
@@ -122,24 +120,36 @@ def _priced(row: dict[str, Any], events: list[dict[str, Any]], prices: Any) -> N
 
 
 @pytest.fixture
-def write_run(tmp_path: Path) -> Callable[..., Path]:
+def navbench(capsys):
+    """Call the program in this process; gives its exit status and what it printed on both streams."""
+
+    def call(*words):
+        with pytest.raises(SystemExit) as ended:
+            main([str(word) for word in words])
+        return (ended.value.code, *capsys.readouterr())
+
+    return call
+
+
+@pytest.fixture
+def write_run(tmp_path):
     """Write a run folder of random deliveries.
 
     The same seed gives the same missions and, per stack, the same rows.
     """
 
     def write(
-        name: str,
-        stacks: tuple[str, ...] = ("mine",),
-        episodes: int = 40,
-        seed: int = 0,
-        prices: str = "costnav",
-        crowd: float = 1.0,
-        pedestrians: int = 20,
-        change: WorkOnRow | None = None,
-        localizer: str = "gps",
-        map_sha256: str = "0" * 64,
-    ) -> Path:
+        name,
+        stacks=("mine",),
+        episodes=40,
+        seed=0,
+        prices="costnav",
+        crowd=1.0,
+        pedestrians=20,
+        change=None,
+        localizer="gps",
+        map_sha256="0" * 64,
+    ):
         loaded = load_prices(prices)
         about = {
             "command": ["navbench", "run"],

@@ -18,7 +18,7 @@ from harness.ablation.arms import arms_of, drives_by_scan
 from harness.economics.prices import load_prices
 from harness.economics.valuation import value
 from harness.episode.factory import nav2_parameters
-from harness.report.ablation import ablation_blocks, price_sentence, sentence
+from harness.report.ablation import ablation_blocks, deciding, price_sentence, sentence
 from harness.report.audit import audit_sentence
 from harness.report.blocks import Text
 from harness.statistics.interval import Interval
@@ -152,8 +152,8 @@ def test_the_price_of_an_error_is_recovered(write_run: WriteRun) -> None:
     assert (price.kind, price.levels) == ("position", (0.0, 0.5, 2.0))
     assert price.price.value == pytest.approx(PRICE, abs=1e-9) and price.price.n == 40
     by_arm = {each.arm: each for each in ablation.of("contribution_margin")}
-    assert by_arm["position=2"].compared.paired.difference.value == pytest.approx(-2.0 * PRICE)
-    assert by_arm["position=2"].is_significant
+    assert by_arm["position=2"].paired.difference.value == pytest.approx(-2.0 * PRICE)
+    assert by_arm["position=2"].paired.is_significant
     assert "significant at n = 40" in sentence(by_arm["position=2"])
     assert "0.7" in price_sentence(price) and "USD per run per metre" in price_sentence(price)
 
@@ -221,15 +221,19 @@ def test_the_wrong_map_is_held_against_the_right_one_too(write_run: WriteRun) ->
 
 def test_p_values_are_adjusted_for_all_comparisons_of_a_metric(write_run: WriteRun) -> None:
     names = ("ground_truth", "gps", "amcl")
-    found = analysed(write_run("run", names), arms(*names)).of("contribution_margin")
-    plain = sorted(each.compared.paired.p for each in found)
-    adjusted = sorted(each.p_holm for each in found)
+    ablation = analysed(write_run("run", names), arms(*names))
+    found = ablation.of("contribution_margin")
+    plain = sorted(each.paired.p for each in found)
+    adjusted = sorted(each.paired.p_holm for each in found)
     assert adjusted[0] == pytest.approx(min(1.0, 2.0 * plain[0]))
     assert adjusted[1] == pytest.approx(max(adjusted[0], plain[1]))
     for each in found:
-        words = "significant at" if each.is_significant else "not significant at"
+        words = "significant at" if each.paired.is_significant else "not significant at"
         assert words in sentence(each)
-        assert each.is_significant or "are found" in sentence(each)
+        assert each.paired.is_significant or "missions would decide" in sentence(each)
+    open_ones = [each.paired.needed for each in found if not each.paired.is_significant]
+    command = f"navbench run --episodes {max(open_ones)}"
+    assert deciding(ablation) == [f"to decide every margin: {command}"]
 
 
 def test_what_is_alike_to_a_cent_is_not_called_different(write_run: WriteRun) -> None:
@@ -242,9 +246,8 @@ def test_what_is_alike_to_a_cent_is_not_called_different(write_run: WriteRun) ->
     )
     for each in ablation.of("contribution_margin"):
         # always the same sign, but nothing to speak of
-        assert each.compared.differs and each.p_holm == 1.0
-        assert not each.is_significant and each.compared.paired.detectable is None
-        assert "alike to a cent on all 40 missions" in sentence(each)
+        assert not each.paired.is_significant and each.paired.detectable is None
+        assert "alike on all 40 missions" in sentence(each)
     assert ablation.prices[0].price.low is None and "nothing about rare events" in price_sentence(
         ablation.prices[0]
     )
@@ -258,7 +261,7 @@ def test_a_constant_difference_is_significant(write_run: WriteRun) -> None:
     ablation = analysed(
         write_run("run", tuple(LEVELS), change=dear), arms(errors=("position=0.5,2",))
     )
-    assert all(each.is_significant for each in ablation.of("contribution_margin"))
+    assert all(each.paired.is_significant for each in ablation.of("contribution_margin"))
 
 
 def test_before_the_first_delivery_there_is_nothing_to_tell(write_run: WriteRun) -> None:

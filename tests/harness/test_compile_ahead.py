@@ -4,7 +4,6 @@ import fcntl
 import subprocess
 import sys
 import threading
-from pathlib import Path
 
 import pytest
 
@@ -57,7 +56,7 @@ for stack in sys.argv[1:]:
 
 
 @pytest.fixture
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def cache(tmp_path, monkeypatch):
     """An empty cache, and a few modules, one of which does not exist."""
     folder = tmp_path / "cache"
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))
@@ -72,13 +71,13 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_every_listed_module_has_kernels() -> None:
+def test_every_listed_module_has_kernels():
     for name in module.every_module():
         assert kernels_of(name), name
 
 
-def test_modules_follow_the_stack() -> None:
-    def modules(stack: str) -> set[str]:
+def test_modules_follow_the_stack():
+    def modules(stack):
         return {name.removeprefix("navstack.") for name in needed_modules([load_stack(stack)])}
 
     assert "control.dwb.choice_kernels" in modules("paper-gps") & modules("nav2-amcl")
@@ -89,7 +88,7 @@ def test_modules_follow_the_stack() -> None:
     assert needed_modules([]) == []
 
 
-def test_kernels_are_compiled_once(cache: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_kernels_are_compiled_once(cache, capsys):
     compile_ahead([load_stack("parked")])
     compiled = {path.name.split("-")[0] for path in cache.rglob("*.nbi")}
     assert compiled >= {"spread_kernels.measure_columns", "spread_kernels.spread", "kld.resample"}
@@ -98,8 +97,8 @@ def test_kernels_are_compiled_once(cache: Path, capsys: pytest.CaptureFixture[st
     assert capsys.readouterr().err == ""
 
 
-def test_changed_source_counts_as_new(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    compiled: list[str] = []
+def test_changed_source_counts_as_new(cache, monkeypatch):
+    compiled = []
     monkeypatch.setattr(module, "_compile_all", compiled.extend)
     for stamp in (b"", b"", b"changed"):
         monkeypatch.setattr(module, "source_stamp", lambda _, stamp=stamp: stamp)
@@ -108,9 +107,7 @@ def test_changed_source_counts_as_new(cache: Path, monkeypatch: pytest.MonkeyPat
     assert len((cache / module.DONE).read_text().split()) == len(MODULES)  # old marks are dropped
 
 
-def test_folder_that_cannot_be_written_changes_nothing(
-    cache: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_folder_that_cannot_be_written_changes_nothing(cache, capsys, monkeypatch):
     cache.write_text("no folder")
     monkeypatch.setattr(
         module, "_compile_all", lambda _: pytest.fail("compiled what cannot be kept")
@@ -119,8 +116,8 @@ def test_folder_that_cannot_be_written_changes_nothing(
     assert capsys.readouterr().err == ""
 
 
-def test_second_program_waits_for_the_first(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    compiled: list[int] = []
+def test_second_program_waits_for_the_first(cache, monkeypatch):
+    compiled = []
     monkeypatch.setattr(module, "_compile_all", lambda modules: compiled.append(len(modules)))
     cache.mkdir()
     done = cache / module.DONE
@@ -136,7 +133,7 @@ def test_second_program_waits_for_the_first(cache: Path, monkeypatch: pytest.Mon
 
 
 @pytest.fixture(scope="module")
-def calls() -> list[str]:
+def calls():
     """The lines of :data:`DRIVE`."""
     command = [sys.executable, "-c", DRIVE, *STACKS]
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
@@ -144,9 +141,7 @@ def calls() -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stack", STACKS)
-def test_kernels_say_the_types_with_which_deliveries_call_them(
-    stack: str, calls: list[str]
-) -> None:
+def test_kernels_say_the_types_with_which_deliveries_call_them(stack, calls):
     called = {line for line in calls if line.startswith(f"called by {stack} ")}
     needed = [
         (name, kernel)

@@ -17,13 +17,13 @@ DOCUMENTS = [
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
-def test_links_lead_somewhere_and_nothing_is_left_to_fill_in(document: Path) -> None:
+def test_links_lead_somewhere_and_nothing_is_left_to_fill_in(document):
     text = document.read_text(encoding="utf-8")
     assert "@@" not in text
     for link in re.findall(r"\]\(([^)#]+)\)", text):
         assert link.startswith("https://") or (document.parent / link).exists(), link
 
 
-def test_the_page_on_baselines_names_every_stack() -> None:
+def test_the_page_on_baselines_names_every_stack():
     page = (ROOT / "docs" / "run_baselines.md").read_text(encoding="utf-8")
     assert all(f"`{name}`" in page for name in names(shipped("params") / "stacks"))

@@ -10,9 +10,7 @@ from harness.statistics.interval import Interval
 @pytest.mark.parametrize(
     ("value", "expected"), [(None, "--"), (1.256, "1.26"), (-0.5, "-0.50"), (-0.001, "0.00")]
 )
-def test_numbers_have_their_decimals_and_no_negative_zero(
-    value: float | None, expected: str
-) -> None:
+def test_numbers_have_their_decimals_and_no_negative_zero(value, expected):
     assert number_text(value, 2) == expected
 
 
@@ -24,11 +22,11 @@ def test_numbers_have_their_decimals_and_no_negative_zero(
         (Interval(-0.001, -0.25, 0.5, 9), "+0.00 [-0.25, +0.50]"),
     ],
 )
-def test_intervals_show_what_they_have(interval: Interval, expected: str) -> None:
+def test_intervals_show_what_they_have(interval, expected):
     assert interval_text(interval, 2, is_signed=True) == expected
 
 
-def test_a_table_in_a_list_is_not_broken() -> None:
+def test_a_table_in_a_list_is_not_broken():
     row = "  | " + " | ".join(["a cell of some length"] * 8) + " |"
     text = wrapped(f"- {'word ' * 40}\n\n{row}\n{row}")
     assert (

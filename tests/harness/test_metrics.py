@@ -28,13 +28,13 @@ from harness.metrics.summary import summarize_more
 from harness.world.map.scene import Obstacle, Scene, Zone
 from harness.world.truth import Truth
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
-from navstack.types import Belief, FloatArray, Pose2D, Twist2D
+from navstack.types import Belief, Pose2D, Twist2D
 
 BODY = Body((0.0, 0.0), (0.5, 0.25), 0.3)  # discs of 0.25 m at x = -0.25, 0 and 0.25 m
 STANDING = np.zeros((1, 3))
 
 
-def square(left: float, right: float) -> FloatArray:
+def square(left, right):
     return np.array([(left, -9.0), (right, -9.0), (right, 9.0), (left, 9.0)])
 
 
@@ -59,44 +59,44 @@ SCENE = Scene("street", (MAILBOX,), STREET, GROUND, GROUND)
         (True, 0.0, 0.0, 1.0),
     ],
 )
-def test_spl_of_one_delivery(arrived: bool, shortest: float, driven: float, spl: float) -> None:
+def test_spl_of_one_delivery(arrived, shortest, driven, spl):
     assert success_weighted_path_length(arrived, shortest, driven) == spl
 
 
-def test_the_irregularity_of_an_arc_is_its_curvature() -> None:
+def test_the_irregularity_of_an_arc_is_its_curvature():
     angle = np.linspace(0.75 * math.pi, 1.5 * math.pi, 2001)  # the yaw passes pi on the way
     yaw = (angle + math.pi) % (2.0 * math.pi) - math.pi
     x, y = 4.0 * np.sin(angle), -4.0 * np.cos(angle)
     assert path_irregularity({"x": x, "y": y, "yaw": yaw}) == pytest.approx(1.0 / 4.0, rel=1e-6)
 
 
-def test_turning_back_and_forth_adds_up() -> None:
+def test_turning_back_and_forth_adds_up():
     yaw = np.array((0.0, 0.5, 0.0, -0.5, 0.0))
     assert path_irregularity({"x": np.arange(5.0), "y": np.zeros(5), "yaw": yaw}) == pytest.approx(
         2.0 / 4.0
     )
 
 
-def test_irregularity_of_a_robot_that_stands_is_undefined() -> None:
+def test_irregularity_of_a_robot_that_stands_is_undefined():
     assert (
         path_irregularity({"x": np.linspace(0.0, 0.9, 10), "y": np.zeros(10), "yaw": np.zeros(10)})
         is None
     )
 
 
-def test_jerk_of_a_parabola_is_its_second_derivative() -> None:
+def test_jerk_of_a_parabola_is_its_second_derivative():
     time = np.arange(60) / 30.0
     found = jerk(0.3 + 0.2 * time + 0.5 * 6.0 * time**2, 1.0 / 30.0)
     assert len(found) == 60 - 16  # windows of 17 samples
     assert found == pytest.approx(6.0, abs=1e-9)
 
 
-def test_lateral_acceleration_is_speed_times_yaw_rate() -> None:
+def test_lateral_acceleration_is_speed_times_yaw_rate():
     assert lateral_acceleration(np.full(40, 1.5), np.full(40, -0.8), 0.05) == pytest.approx(-1.2)
 
 
 @pytest.mark.parametrize("derivative", [0, 2])
-def test_smoothing_is_savitzky_and_golays(derivative: int) -> None:
+def test_smoothing_is_savitzky_and_golays(derivative):
     values = np.random.default_rng(1).normal(size=200)
     theirs = savgol_filter(values, 31, 3, deriv=derivative, delta=1.0 / 60.0)
     assert smoothed(values, 1.0 / 60.0, derivative) == pytest.approx(
@@ -104,7 +104,7 @@ def test_smoothing_is_savitzky_and_golays(derivative: int) -> None:
     )
 
 
-def test_too_short_a_drive_has_no_jerk() -> None:
+def test_too_short_a_drive_has_no_jerk():
     assert len(jerk(np.ones(16), 1.0 / 30.0)) == 0
 
 
@@ -118,7 +118,7 @@ def test_too_short_a_drive_has_no_jerk() -> None:
         ((0.0, 0.0), 0.0),
     ],
 )
-def test_distances_are_between_the_surfaces(person: tuple[float, float], distance: float) -> None:
+def test_distances_are_between_the_surfaces(person, distance):
     assert surface_distances(np.array([[*person, 0.0, 0.0]]), BODY)[0] == pytest.approx(distance)
 
 
@@ -138,13 +138,13 @@ def test_distances_are_between_the_surfaces(person: tuple[float, float], distanc
         ((1.0, 0.0, 0.0), (0.7, 0.0, 5.0, 0.0), 0.0),  # touches already
     ],
 )
-def test_time_to_collision(motion, person, time: float) -> None:
+def test_time_to_collision(motion, person, time):
     assert times_to_collision(np.array([motion]), np.array([person]), BODY)[0] == pytest.approx(
         time
     )
 
 
-def test_discs_lie_along_the_longer_side() -> None:
+def test_discs_lie_along_the_longer_side():
     assert BODY.discs.tolist() == [[-0.25, 0.0], [0.0, 0.0], [0.25, 0.0]]
     assert Body((-0.2, 0.0), (0.2, 0.4), 0.3).discs.tolist() == [
         [-0.2, -0.2],
@@ -154,7 +154,7 @@ def test_discs_lie_along_the_longer_side() -> None:
     assert Body((0.0, 0.0), (0.3, 0.3), 0.3).discs.tolist() == [[0.0, 0.0]]
 
 
-def test_encounters_of_a_pass() -> None:
+def test_encounters_of_a_pass():
     """Somebody passes a standing robot that looks north: 40 ticks of 0.1 s, from y = -2 m at 1 m/s, at x = 1 m."""
     met = Encounters(BODY)
     for k in range(40):
@@ -173,7 +173,7 @@ def test_encounters_of_a_pass() -> None:
     assert math.isinf(met.min_time_to_collision)
 
 
-def slowly(ticks, people) -> tuple[float, float, float, float]:
+def slowly(ticks, people):
     """Least distance and time to collision, intimate and personal time.
 
     Person by person, tick by tick.
@@ -205,7 +205,7 @@ def slowly(ticks, people) -> tuple[float, float, float, float]:
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_blocks_of_ticks_give_what_single_ticks_give(seed: int) -> None:
+def test_blocks_of_ticks_give_what_single_ticks_give(seed):
     rng = np.random.default_rng(seed)
     count = BLOCK + 40
     ticks = np.column_stack(
@@ -225,7 +225,7 @@ def test_blocks_of_ticks_give_what_single_ticks_give(seed: int) -> None:
     assert 0.0 < found[1] < math.inf and found[3] > 0.0
 
 
-def test_localization_errors() -> None:
+def test_localization_errors():
     true = np.array(((0.0, 0.0, 3.1), (1.0, 1.0, 0.0), (2.0, 2.0, 0.0), (0.0, 0.0, 0.0)))
     believed = np.array(
         ((0.3, 0.4, -3.1), (1.0, 1.0, 0.1), (2.0, 3.0, 0.0), (math.nan, math.nan, math.nan))
@@ -240,7 +240,7 @@ def test_localization_errors() -> None:
     ("statistic", "expected"),
     [("min", 0.0), ("mean", 0.5), ("median", 0.5), ("p95", 0.95), ("max", 1.0)],
 )
-def test_a_metric_may_be_a_statistic_of_a_series(statistic: str, expected: float) -> None:
+def test_a_metric_may_be_a_statistic_of_a_series(statistic, expected):
     metric = Metric(
         "error_m", "Error", Better.LOWER, "An error.", "ours", series="e", statistic=statistic
     )
@@ -248,14 +248,14 @@ def test_a_metric_may_be_a_statistic_of_a_series(statistic: str, expected: float
     assert metric.measured({"e": np.empty(0)}) is None
 
 
-def truth(stamp: float, x: float, speed: float, people: list[tuple[float, ...]]) -> Truth:
+def truth(stamp, x, speed, people):
     crowd = np.array(people).reshape(-1, 4)
     return Truth(
         stamp, Pose2D(x, 0.0, 0.0), 0.01 * x, Twist2D(speed), crowd, (), (), None, 3.6e5 * x
     )
 
 
-def drive(people: list[tuple[float, ...]], belief: Belief | None) -> dict[str, float | None]:
+def drive(people, belief):
     """Two seconds at 1 m/s along x in ticks of 0.1 s."""
     log = DeliveryLog(truth(0.0, 0.0, 1.0, people), SCENE, BODY)
     for k in range(1, 21):
@@ -263,7 +263,7 @@ def drive(people: list[tuple[float, ...]], belief: Belief | None) -> dict[str, f
     return log.measurements(truth(2.0, 2.0, 1.0, people))
 
 
-def test_a_straight_drive_past_somebody() -> None:
+def test_a_straight_drive_past_somebody():
     row = drive([(2.0, 1.0, 0.0, 0.0)], Belief(Pose2D(0.0, 0.0, 0.0)))
     assert row["distance_m"] == pytest.approx(2.0)
     assert row["average_speed_mps"] == pytest.approx(1.0)
@@ -284,7 +284,7 @@ def test_a_straight_drive_past_somebody() -> None:
     assert row["mailbox_contacts"] == 0 and row["fence_contacts"] is None
 
 
-def test_what_is_undefined_is_null() -> None:
+def test_what_is_undefined_is_null():
     row = drive([], None)
     for key in (
         "min_pedestrian_distance_m",
@@ -297,7 +297,7 @@ def test_what_is_undefined_is_null() -> None:
     assert row["localization_error_p95_m"] is None and row["heading_error_mean_rad"] is None
 
 
-def test_means_are_over_the_deliveries_where_they_are_defined() -> None:
+def test_means_are_over_the_deliveries_where_they_are_defined():
     rows = [{"min_time_to_collision_s": value} for value in (1.0, None, 4.0)]
     means = summarize_more(rows)
     assert means["avg_min_time_to_collision_s"] == pytest.approx(2.5)
@@ -314,9 +314,7 @@ def test_means_are_over_the_deliveries_where_they_are_defined() -> None:
         ((9.5, 11.5, 12.5), (0.0, 0.0), (3.0, 0.75)),  # beyond the map
     ],
 )
-def test_ground_is_road_lawn_or_walkable(
-    x: tuple[float, ...], road: tuple[float, float], off: tuple[float, float]
-) -> None:
+def test_ground_is_road_lawn_or_walkable(x, road, off):
     stamp = np.array((0.0, 0.25, 0.75))
     row = ground_driven(stamp, np.array(x), np.zeros(3), SCENE)
     assert (row["road_distance_m"], row["road_time_s"]) == road

@@ -6,12 +6,11 @@ from harness.economics.measured import Measured
 from harness.economics.valuation import OUTCOMES
 from harness.metrics.catalog import EPISODE_METRICS, FACTS, RUN_METRICS
 from harness.metrics.columns import EPISODE_COLUMNS
-from harness.metrics.metric import Metric
 from harness.metrics.summary import summarize
 from harness.report.table_rows import LAYOUTS, further_metrics
 
 
-def test_no_column_and_no_mean_is_declared_twice() -> None:
+def test_no_column_and_no_mean_is_declared_twice():
     keys = [*FACTS, *(metric.key for metric in EPISODE_METRICS)]
     means = [metric.mean_key for metric in EPISODE_METRICS if metric.mean_key]
     assert len(set(keys)) == len(keys) == len(EPISODE_COLUMNS)
@@ -19,11 +18,11 @@ def test_no_column_and_no_mean_is_declared_twice() -> None:
 
 
 @pytest.mark.parametrize("metric", [*EPISODE_METRICS, *RUN_METRICS], ids=lambda metric: metric.key)
-def test_a_metrics_words_are_there(metric: Metric) -> None:
+def test_a_metrics_words_are_there(metric):
     assert metric.title and metric.source and metric.meaning.endswith(".")
 
 
-def test_the_papers_table_is_whole() -> None:
+def test_the_papers_table_is_whole():
     row = {metric.key: 1.0 for metric in EPISODE_METRICS} | {"outcome": "sla"}
     summary = summarize([row, row], 20.0)
     Measured(**summary)  # refuses a missing or an unknown key
@@ -33,7 +32,7 @@ def test_the_papers_table_is_whole() -> None:
     assert summary["sla"] == 1.0
 
 
-def test_every_row_of_the_tables_is_declared() -> None:
+def test_every_row_of_the_tables_is_declared():
     declared = {metric.key for metric in RUN_METRICS} | {
         metric.mean_key for metric in EPISODE_METRICS
     }

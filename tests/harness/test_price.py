@@ -5,9 +5,7 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -40,17 +38,16 @@ CHANGES = (
     ("value: 8487", "value: 9999"),
     ("value: 50\n  unit: kg", "value: 61\n  unit: kg"),
 )
-WriteRun = Callable[..., Path]
 
 
 def print_price(
-    run: Path | str,
-    prices: str | None = None,
-    settings: dict[str, float] | None = None,
-    terms: tuple[str, ...] = (),
-    is_full: bool = True,
-    as_json: bool = False,
-) -> None:
+    run,
+    prices=None,
+    settings=None,
+    terms=(),
+    is_full=True,
+    as_json=False,
+):
     """Print what the command does."""
     others = {"is_sensitivity": False, "maps": [], "out": None}
     choices = {"is_full": is_full, "as_json": as_json, **others}
@@ -58,7 +55,7 @@ def print_price(
 
 
 @pytest.fixture
-def other_prices(tmp_path: Path) -> str:
+def other_prices(tmp_path):
     """A price file with another fee, injury cost and robot mass."""
     text = SHIPPED
     for old, new in CHANGES:
@@ -69,11 +66,11 @@ def other_prices(tmp_path: Path) -> str:
 
 
 def priced(
-    run: Path | str,
-    prices: str | None = None,
-    settings: tuple[str, ...] = (),
-    terms: tuple[str, ...] = (),
-) -> Any:
+    run,
+    prices=None,
+    settings=(),
+    terms=(),
+):
     stored = load_run(str(run))
     choices = choose(stored, prices, settings_of(settings), names_of(terms))
     return json.loads(
@@ -81,13 +78,11 @@ def priced(
     )["runs"]
 
 
-def without(entry: dict[str, Any], *keys: str) -> dict[str, Any]:
+def without(entry, *keys):
     return {key: item for key, item in entry.items() if key not in keys}
 
 
-def test_the_result_is_that_of_a_run_at_these_prices(
-    write_run: WriteRun, other_prices: str
-) -> None:
+def test_the_result_is_that_of_a_run_at_these_prices(write_run, other_prices):
     before, there = (
         write_run("before", ("a", "b")),
         write_run("there", ("a", "b"), prices=other_prices),
@@ -99,7 +94,7 @@ def test_the_result_is_that_of_a_run_at_these_prices(
     assert again != priced(before)
 
 
-def test_rows_are_those_of_a_run_at_these_prices(write_run: WriteRun, other_prices: str) -> None:
+def test_rows_are_those_of_a_run_at_these_prices(write_run, other_prices):
     before, there = (
         load_run(str(write_run("before"))),
         load_run(str(write_run("there", prices=other_prices))),
@@ -111,7 +106,7 @@ def test_rows_are_those_of_a_run_at_these_prices(write_run: WriteRun, other_pric
     assert before.stacks[0].rows != there.stacks[0].rows
 
 
-def test_at_its_own_prices_nothing_changes(write_run: WriteRun) -> None:
+def test_at_its_own_prices_nothing_changes(write_run):
     run = load_run(str(write_run("run")))
     stack = run.stacks[0]
     own = valuation_document(value(stack.rows, stack, run.prices(), run.seed))
@@ -119,14 +114,14 @@ def test_at_its_own_prices_nothing_changes(write_run: WriteRun) -> None:
 
 
 @pytest.mark.parametrize("name", ["delivery_fee", "delivery_fee_usd_per_run"])
-def test_a_single_price_is_set_with_or_without_its_unit(write_run: WriteRun, name: str) -> None:
+def test_a_single_price_is_set_with_or_without_its_unit(write_run, name):
     run = write_run("run")
     before, after = priced(run)[0], priced(run, settings=(f"{name}=4.99",))[0]
     assert after["economics"]["revenue"] == pytest.approx(4.99 * before["measured"]["sla"])
     assert after["measured"] == before["measured"]
 
 
-def test_every_price_can_be_set(write_run: WriteRun) -> None:
+def test_every_price_can_be_set(write_run):
     run = load_run(str(write_run("run", episodes=2)))
     choices = choose(
         run,
@@ -160,22 +155,20 @@ def test_every_price_can_be_set(write_run: WriteRun) -> None:
         ((), ("operator,remote_assistance",), "give one of the two"),
     ],
 )
-def test_what_cannot_be_used_is_refused_in_one_line(
-    write_run: WriteRun, settings: tuple[str, ...], terms: tuple[str, ...], message: str
-) -> None:
+def test_what_cannot_be_used_is_refused_in_one_line(write_run, settings, terms, message):
     run = load_run(str(write_run("run", episodes=1)))
     with pytest.raises(InputError, match=message) as caught:
         choose(run, None, settings_of(settings), names_of(terms))
     assert "\n" not in str(caught.value)
 
 
-def test_accounting_by_hand(write_run: WriteRun) -> None:
+def test_accounting_by_hand(write_run):
     """Each accounting of each contact added up in plain Python."""
     run = write_run("run")
     stored, prices = load_run(str(run)), load_prices()
     n = len(stored.stacks[0].rows)
 
-    def injuries(kind: str, share: Callable[[dict[str, Any]], float]) -> float:
+    def injuries(kind, share):
         own = [
             event
             for event in stored.events
@@ -189,13 +182,13 @@ def test_accounting_by_hand(write_run: WriteRun) -> None:
             / n
         )
 
-    def whole(event: dict[str, Any]) -> float:
+    def whole(event):
         return 1.0
 
-    def at_fault(event: dict[str, Any]) -> float:
+    def at_fault(event):
         return float(event["fault"] == "robot_into_person")
 
-    def shared(event: dict[str, Any]) -> float:
+    def shared(event):
         if event["fault"] == "person_into_standing_robot":
             return 0.0
         robot, partner = max(event["robot_speed_mps"], 0.0), max(event["partner_speed_mps"], 0.0)
@@ -218,7 +211,7 @@ def test_accounting_by_hand(write_run: WriteRun) -> None:
     assert 0.0 < costs["shared_fault"] < costs["published"]
 
 
-def test_monotone_by_hand(write_run: WriteRun) -> None:
+def test_monotone_by_hand(write_run):
     """Counted contacts with people at a price that never falls, and every touch of a mailbox by its impulse."""
     run = write_run("run", crowd=4.0)
     stored, prices = load_run(str(run)), load_prices()
@@ -245,7 +238,7 @@ def test_monotone_by_hand(write_run: WriteRun) -> None:
     assert forgiven(told).startswith(f"the published rule forgives {told.value:.2f} [")
 
 
-def test_what_has_no_price_has_one_in_monotone() -> None:
+def test_what_has_no_price_has_one_in_monotone():
     nothing = {
         "stack": "mine",
         "episode": 0,
@@ -266,7 +259,7 @@ def test_what_has_no_price_has_one_in_monotone() -> None:
     assert running(found, load_prices()).terms["property_damage"].tolist() == [40.0]
 
 
-def test_property_keeps_its_own_threshold(write_run: WriteRun) -> None:
+def test_property_keeps_its_own_threshold(write_run):
     run = write_run("run", crowd=4.0)
     stored = load_run(str(run))
     hard = [
@@ -279,7 +272,7 @@ def test_property_keeps_its_own_threshold(write_run: WriteRun) -> None:
     assert entry["value"] == pytest.approx(50.0 * len(hard) / len(stored.stacks[0].rows))
 
 
-def test_optional_terms_are_off_and_marked_when_on(write_run: WriteRun) -> None:
+def test_optional_terms_are_off_and_marked_when_on(write_run):
     run = write_run("run")
     off = priced(run)[0]
     assert off["optional_terms"] == {}
@@ -310,16 +303,14 @@ def test_optional_terms_are_off_and_marked_when_on(write_run: WriteRun) -> None:
 
 
 @pytest.mark.parametrize(("localizer", "added"), [("amcl", 23.53 * 16), ("gps", 0.0)])
-def test_only_localizers_with_a_map_pay_for_a_survey(
-    write_run: WriteRun, localizer: str, added: float
-) -> None:
+def test_only_localizers_with_a_map_pay_for_a_survey(write_run, localizer, added):
     run = write_run("run", localizer=localizer)
     off, on = priced(run)[0], priced(run, terms=("mapping_survey",))[0]
     assert on["economics"]["capex_usd"] == pytest.approx(off["economics"]["capex_usd"] + added)
 
 
-def test_error_rows_are_counted_and_not_priced(write_run: WriteRun) -> None:
-    def fail(row: dict[str, Any]) -> None:
+def test_error_rows_are_counted_and_not_priced(write_run):
+    def fail(row):
         if row["episode"] == 1:
             row["error"] = "it broke"
 
@@ -327,10 +318,8 @@ def test_error_rows_are_counted_and_not_priced(write_run: WriteRun) -> None:
     assert (entry["episodes"], entry["errors"]) == (3, 1)
 
 
-def test_cargo_not_modelled_stays_undefined(
-    write_run: WriteRun, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def arrive(row: dict[str, Any]) -> None:
+def test_cargo_not_modelled_stays_undefined(write_run, capsys):
+    def arrive(row):
         row["outcome"] = "arrived" if row["episode"] else "timeout"
 
     run = write_run("run", episodes=4, change=arrive)
@@ -342,7 +331,7 @@ def test_cargo_not_modelled_stays_undefined(
     assert "undefined" in capsys.readouterr().out
 
 
-def test_the_worst_deliveries_and_the_odds(write_run: WriteRun) -> None:
+def test_the_worst_deliveries_and_the_odds(write_run):
     run = write_run("run")
     risk = priced(run)[0]["risk"]
     assert risk["opex_cvar95_usd_per_run"]["value"] > priced(run)[0]["economics"]["opex"]
@@ -368,7 +357,7 @@ def test_the_worst_deliveries_and_the_odds(write_run: WriteRun) -> None:
     assert cheap[0]["risk"]["break_even"]["probability"] == pytest.approx(ever, abs=0.01)
 
 
-def test_what_is_known_of_deliveries_that_earned_the_same_is_told() -> None:
+def test_what_is_known_of_deliveries_that_earned_the_same_is_told():
     text = risk_text(Risk(Interval(1.25, None, None, 9), 18250.0, None))
     assert text.startswith(
         "the worst 5 % of deliveries cost 1.25 $ each (too few, or all alike: no interval); chance "
@@ -377,7 +366,7 @@ def test_what_is_known_of_deliveries_that_earned_the_same_is_told() -> None:
     assert "all deliveries earned the same" in text
 
 
-def test_events_of_another_state_of_the_run_are_refused(write_run: WriteRun) -> None:
+def test_events_of_another_state_of_the_run_are_refused(write_run):
     run = write_run("run", episodes=20)
     events = read_rows(run / "events.parquet", EVENT_COLUMNS)
     write_table(
@@ -389,10 +378,8 @@ def test_events_of_another_state_of_the_run_are_refused(write_run: WriteRun) -> 
         priced(run)
 
 
-def test_deliveries_without_a_result_are_counted_in_the_print(
-    write_run: WriteRun, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def fail(row: dict[str, Any]) -> None:
+def test_deliveries_without_a_result_are_counted_in_the_print(write_run, capsys):
+    def fail(row):
         row["error"] = "it broke" if row["episode"] in (2, 5) else None
 
     run = write_run("run", episodes=12, change=fail)
@@ -401,7 +388,7 @@ def test_deliveries_without_a_result_are_counted_in_the_print(
         assert "mine: 2 deliveries ended in an error, left out" in capsys.readouterr().out
 
 
-def test_tables(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
+def test_tables(write_run, capsys):
     run = write_run("run", ("one", "two"))
     print_price(f"{run}:two", settings={"delivery_fee": 4.99}, terms=("operator",))
     text = capsys.readouterr().out
@@ -429,9 +416,7 @@ def test_tables(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None
         (lambda run: (run / "params" / "prices.yaml").unlink(), "prices.yaml' does not exist"),
     ],
 )
-def test_a_damaged_folder_is_refused_in_one_line(
-    write_run: WriteRun, damage: Callable[[Path], Any], message: str
-) -> None:
+def test_a_damaged_folder_is_refused_in_one_line(write_run, damage, message):
     run = write_run("run", episodes=2)
     damage(run)
     with pytest.raises(InputError, match=message) as caught:
@@ -440,23 +425,21 @@ def test_a_damaged_folder_is_refused_in_one_line(
 
 
 @pytest.mark.parametrize("number", [None, 1e300])
-def test_what_cannot_have_been_measured_is_refused(
-    write_run: WriteRun, number: float | None
-) -> None:
-    def spoil(row: dict[str, Any]) -> None:
+def test_what_cannot_have_been_measured_is_refused(write_run, number):
+    def spoil(row):
         row["distance_m"] = number
 
     with pytest.raises(InputError, match="episodes.parquet: episode 0 has no sound 'distance_m'"):
         load_run(str(write_run("run", episodes=2, change=spoil)))
 
 
-def test_an_unknown_stack_offers_the_nearest(write_run: WriteRun) -> None:
+def test_an_unknown_stack_offers_the_nearest(write_run):
     run = write_run("run", ("nav2-gps",), episodes=1)
     with pytest.raises(InputError, match="did you mean 'nav2-gps'"):
         load_run(f"{run}:nav2-gsp")
 
 
-def test_values_follow_the_summary(write_run: WriteRun) -> None:
+def test_values_follow_the_summary(write_run):
     """The vectorised means are those of the summary, the intervals hold them."""
     entry = priced(write_run("run", crowd=2.0))[0]
     for key, interval in entry["intervals"].items():
@@ -470,8 +453,8 @@ def test_values_follow_the_summary(write_run: WriteRun) -> None:
 
 
 def test_a_real_run_repriced_is_that_run_at_these_prices(
-    tmp_path: Path, other_prices: str, in_process: None, capsys: pytest.CaptureFixture[str]
-) -> None:
+    tmp_path, other_prices, in_process, capsys
+):
     """A short delivery in a thick crowd, every touch of which counts."""
     options = {}
     changes = (
@@ -511,7 +494,7 @@ def test_a_real_run_repriced_is_that_run_at_these_prices(
     assert {key: again[key] for key in own} == own
 
 
-def test_pricing_loads_nothing_that_simulates(write_run: WriteRun) -> None:
+def test_pricing_loads_nothing_that_simulates(write_run):
     run = write_run("run", episodes=2)
     heavy = ("pybullet", "numba", "ompl", "matplotlib", "casadi")
     code = f"import sys; from navbench.cli.app import _status; status = _status(['price', {str(run)!r}, '--json'])\n"
@@ -523,16 +506,16 @@ def test_pricing_loads_nothing_that_simulates(write_run: WriteRun) -> None:
     assert json.loads(done.stdout)["runs"][0]["episodes"] == 2
 
 
-def test_deliveries_of_one_mission_are_one_cluster(write_run: WriteRun) -> None:
+def test_deliveries_of_one_mission_are_one_cluster(write_run):
     """Half as many missions, each driven twice alike, give wider intervals than as many missions driven once."""
 
-    def twice(row: dict[str, Any]) -> None:
+    def twice(row):
         own = np.random.default_rng(row["episode"] // 2)
         row["distance_m"] = float(own.uniform(30.0, 150.0))
         row["start_x_m"], row["start_y_m"], row["start_yaw_rad"] = own.uniform(0.0, 9.0, 3).tolist()
         row["goal_x_m"], row["goal_y_m"] = own.uniform(0.0, 9.0, 2).tolist()
 
-    def once(row: dict[str, Any]) -> None:
+    def once(row):
         row["distance_m"] = float(np.random.default_rng(row["episode"] // 2).uniform(30.0, 150.0))
 
     spans = [
@@ -545,7 +528,7 @@ def test_deliveries_of_one_mission_are_one_cluster(write_run: WriteRun) -> None:
     assert ratio == pytest.approx(np.sqrt(2.0), abs=0.15)
 
 
-def test_changed_prices_say_what_they_were(write_run: WriteRun) -> None:
+def test_changed_prices_say_what_they_were(write_run):
     run = load_run(str(write_run("run", episodes=1)))
     assert (
         dataclasses.asdict(choose(run, None, {"refund": 36.0}, ()).prices.refund)["source"].count(
@@ -555,7 +538,7 @@ def test_changed_prices_say_what_they_were(write_run: WriteRun) -> None:
     )
 
 
-def test_every_set_is_the_published_one_but_for_what_it_says() -> None:
+def test_every_set_is_the_published_one_but_for_what_it_says():
     published = load_prices()
     for name in price_sets():
         stored = load_prices(name)
@@ -570,7 +553,7 @@ def test_every_set_is_the_published_one_but_for_what_it_says() -> None:
         assert name == "costnav" or (own - {"as_of"} and re.fullmatch(r"20\d\d-\d\d", stored.as_of))
 
 
-def test_a_run_under_all_sets(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_under_all_sets(write_run, capsys):
     run = write_run("run", ("one", "two"), crowd=3.0)
     print_price(run, "all", as_json=True)
     sets = json.loads(capsys.readouterr().out)["sets"]
@@ -591,7 +574,7 @@ def test_a_run_under_all_sets(write_run: WriteRun, capsys: pytest.CaptureFixture
         print_price(run, "all", {"delivery_fee": 4.0})
 
 
-def test_the_curve_of_crash_tests_goes_through_what_was_measured() -> None:
+def test_the_curve_of_crash_tests_goes_through_what_was_measured():
     curves = load_prices("robot_crash_tests").injury.logistic.curves
     at_least = 1.0 - np.cumsum(mais_probabilities(np.array([1.5, 3.1]), curves), axis=-1)
     tibia, chest = at_least[:, 1], at_least[:, 2]
@@ -600,7 +583,7 @@ def test_the_curve_of_crash_tests_goes_through_what_was_measured() -> None:
     assert odds / (1.0 + odds) == pytest.approx([0.05, 0.50], abs=0.01)
 
 
-def test_contacts_beyond_the_peak_and_beyond_the_limit_are_counted(write_run: WriteRun) -> None:
+def test_contacts_beyond_the_peak_and_beyond_the_limit_are_counted(write_run):
     run = load_run(str(write_run("run", crowd=4.0)))
     squeezed = tuple({**each, "impulse_ns": 20.0 * each["impulse_ns"]} for each in run.events)
     (result,) = reprice(dataclasses.replace(run, events=squeezed), choose(run, None, {}, ()))
@@ -620,7 +603,7 @@ def test_contacts_beyond_the_peak_and_beyond_the_limit_are_counted(write_run: Wr
     )
 
 
-def test_a_set_has_terms_and_prices_of_its_own_and_is_kept_whole(tmp_path: Path) -> None:
+def test_a_set_has_terms_and_prices_of_its_own_and_is_kept_whole(tmp_path):
     """A stored study goes on only with the price file that it holds, so published prices are dumped as ever."""
     study = Path(__file__).parents[2] / "results" / "baseline" / "controllers"
     stored = load_yaml(parameter_folder(study) / "prices.yaml")
@@ -656,9 +639,7 @@ def test_a_set_has_terms_and_prices_of_its_own_and_is_kept_whole(tmp_path: Path)
         ),
     ],
 )
-def test_a_set_that_cannot_be_used_is_refused(
-    write_run: WriteRun, tmp_path: Path, text: str, message: str
-) -> None:
+def test_a_set_that_cannot_be_used_is_refused(write_run, tmp_path, text, message):
     (tmp_path / "mine.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=message) as caught:
         priced(write_run("run", episodes=1), str(tmp_path / "mine.yaml"))

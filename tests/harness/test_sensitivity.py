@@ -1,9 +1,6 @@
 """Which prices a stored run's profit depends on."""
 
 import json
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,29 +13,23 @@ from navbench.cli.options import names_of, pairs_of, settings_of
 from navbench.cli.price import price
 from navstack.errors import InputError
 
-WriteRun = Callable[..., Path]
-
 
 def print_sensitivity(
-    run: Path,
-    settings: dict[str, float] | None = None,
-    terms: tuple[str, ...] | list[str] = (),
-    maps: list[tuple[str, str]] | tuple[()] = (),
-    out: Path | None = None,
-    as_json: bool = False,
-) -> None:
+    run,
+    settings=None,
+    terms=(),
+    maps=(),
+    out=None,
+    as_json=False,
+):
     """Print what the command does."""
     choices = {"maps": maps, "out": out, "is_full": True, "as_json": as_json}
     price.callback(str(run), None, settings or {}, terms, is_sensitivity=True, **choices)
 
 
 @pytest.fixture
-def varied(
-    write_run: WriteRun, capsys: pytest.CaptureFixture[str]
-) -> Callable[..., tuple[Path, dict[str, Any]]]:
-    def vary(
-        *maps: str, settings: tuple[str, ...] = (), terms: tuple[str, ...] = ()
-    ) -> tuple[Path, dict[str, Any]]:
+def varied(write_run, capsys):
+    def vary(*maps, settings=(), terms=()):
         run = write_run("run")
         values = settings_of(settings), names_of(terms), pairs_of(maps)
         print_sensitivity(run, *values, as_json=True)
@@ -47,7 +38,7 @@ def varied(
     return vary
 
 
-def margin_and_profit(run: Path, settings: tuple[str, ...]) -> tuple[float, float]:
+def margin_and_profit(run, settings):
     """The slow way: price the whole run again."""
     stored = load_run(str(run))
     choices = choose(stored, None, settings_of(settings), ())
@@ -58,7 +49,7 @@ def margin_and_profit(run: Path, settings: tuple[str, ...]) -> tuple[float, floa
     return margin, margin - economics["capex_usd"] / choices.prices.robot_life_runs
 
 
-def test_the_tornado_has_every_price_the_widest_first(varied: Callable[..., Any]) -> None:
+def test_the_tornado_has_every_price_the_widest_first(varied):
     run, result = varied()
     bars = result["runs"][0]["tornado"]
     assert {bar["price"] for bar in bars} == set(price_keys(load_run(str(run)).prices()))
@@ -77,7 +68,7 @@ def test_the_tornado_has_every_price_the_widest_first(varied: Callable[..., Any]
 @pytest.mark.parametrize(
     "key", ["delivery_fee", "robot_mass", "injury.costs.mais_1", "robot_life", "electricity"]
 )
-def test_its_ends_are_those_of_the_run_priced_again(varied: Callable[..., Any], key: str) -> None:
+def test_its_ends_are_those_of_the_run_priced_again(varied, key):
     run, result = varied()
     bar = next(bar for bar in result["runs"][0]["tornado"] if bar["price"] == key)
     for end, place in (("low", 0), ("high", 1)):
@@ -88,7 +79,7 @@ def test_its_ends_are_those_of_the_run_priced_again(varied: Callable[..., Any], 
         ) == pytest.approx(expected)
 
 
-def test_a_map_is_the_run_priced_again_at_both_prices(varied: Callable[..., Any]) -> None:
+def test_a_map_is_the_run_priced_again_at_both_prices(varied):
     run, result = varied("delivery_fee,property_damage.mailbox", "robot_cost,injury.costs")
     first, second = result["runs"][0]["maps"]
     i, j = 12, 7
@@ -105,7 +96,7 @@ def test_a_map_is_the_run_priced_again_at_both_prices(varied: Callable[..., Any]
     assert second["profit_usd_per_run"][i][j] == pytest.approx(margin_and_profit(run, settings)[1])
 
 
-def test_optional_terms_bring_their_prices(varied: Callable[..., Any]) -> None:
+def test_optional_terms_bring_their_prices(varied):
     _, result = varied(terms=("battery_wear",))
     bars = {bar["price"]: bar for bar in result["runs"][0]["tornado"]}
     assert (bars["battery_cycles"]["low"], bars["battery_cycles"]["high"]) == (500, 3000)
@@ -116,7 +107,7 @@ def test_optional_terms_bring_their_prices(varied: Callable[..., Any]) -> None:
     assert "survey_time" not in bars
 
 
-def test_break_even_never_comes_for_a_run_that_loses(varied: Callable[..., Any]) -> None:
+def test_break_even_never_comes_for_a_run_that_loses(varied):
     _, result = varied()
     spread = result["runs"][0]["break_even"]
     assert spread["never"] == 1.0
@@ -124,7 +115,7 @@ def test_break_even_never_comes_for_a_run_that_loses(varied: Callable[..., Any])
     assert max(spread["probability"]) < 1e-6
 
 
-def test_break_even_spread_of_known_means() -> None:
+def test_break_even_spread_of_known_means():
     means = np.linspace(0.5, 1.5, 1001)
     spread = break_even_spread(1000.0, means, np.full(1001, 0.1))
     assert np.median(spread.runs) == pytest.approx(1000.0)
@@ -143,15 +134,13 @@ def test_break_even_spread_of_known_means() -> None:
         (("delivery_fee,injury.cost",), "unknown price 'injury.cost'; did you mean 'injury.costs'"),
     ],
 )
-def test_a_map_of_nothing_is_refused(
-    write_run: WriteRun, maps: tuple[str, ...], message: str
-) -> None:
+def test_a_map_of_nothing_is_refused(write_run, maps, message):
     run = write_run("run", episodes=2)
     with pytest.raises(InputError, match=message):
         print_sensitivity(run, maps=pairs_of(maps), as_json=True)
 
 
-def test_a_group_is_varied_as_far_as_every_price_of_it_may_be(varied: Callable[..., Any]) -> None:
+def test_a_group_is_varied_as_far_as_every_price_of_it_may_be(varied):
     _, result = varied("injury,delivery_fee")
     (found,) = result["runs"][0]["maps"]
     assert min(found["x"]["values"]) == pytest.approx(0.3), (
@@ -160,9 +149,7 @@ def test_a_group_is_varied_as_far_as_every_price_of_it_may_be(varied: Callable[.
     assert all(value is not None for value in found["profit_usd_per_run"][0])
 
 
-def test_a_refund_below_its_fee_is_no_price(
-    write_run: WriteRun, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_refund_below_its_fee_is_no_price(write_run, capsys):
     run = write_run("run", episodes=2)
     print_sensitivity(run, {"delivery_fee": 30.0}, maps=[("delivery_fee", "refund")], as_json=True)
     result = json.loads(capsys.readouterr().out)["runs"][0]
@@ -175,9 +162,9 @@ def test_a_refund_below_its_fee_is_no_price(
 
 
 def test_one_delivery_or_deliveries_all_alike_tell_nothing_of_break_even(
-    write_run: WriteRun, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    def alike(row: dict[str, Any]) -> None:
+    write_run, capsys, tmp_path
+):
+    def alike(row):
         row.update(
             {"outcome": "sla", "pedestrian_injury_usd": 0.0, "distance_m": 50.0, "duration_s": 40.0}
         )
@@ -194,8 +181,8 @@ def test_one_delivery_or_deliveries_all_alike_tell_nothing_of_break_even(
         assert "tell nothing of how sure break-even is" in capsys.readouterr().out
 
 
-def test_cargo_not_modelled_has_no_profit_to_vary(write_run: WriteRun) -> None:
-    def arrive(row: dict[str, Any]) -> None:
+def test_cargo_not_modelled_has_no_profit_to_vary(write_run):
+    def arrive(row):
         row["outcome"] = "arrived"
 
     run = write_run("run", episodes=2, change=arrive)
@@ -203,9 +190,7 @@ def test_cargo_not_modelled_has_no_profit_to_vary(write_run: WriteRun) -> None:
         print_sensitivity(run, as_json=True)
 
 
-def test_figures_and_tables(
-    write_run: WriteRun, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_figures_and_tables(write_run, tmp_path, capsys):
     run = write_run("run", episodes=6)
     print_sensitivity(run, maps=[("delivery_fee", "refund")], out=tmp_path / "figures")
     text = capsys.readouterr().out

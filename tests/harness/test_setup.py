@@ -3,7 +3,6 @@
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -28,7 +27,7 @@ WriteRun = Callable[..., Path]
 
 
 @pytest.mark.parametrize(("kind", "name"), FILES)
-def test_every_shipped_file_is_known_by_its_content(kind: str, name: str, tmp_path: Path) -> None:
+def test_every_shipped_file_is_known_by_its_content(kind, name, tmp_path):
     content = LOADERS[kind](shipped("params") / kind / f"{name}.yaml")
     (tmp_path / "own.yaml").write_text(dump_dataclass(content), encoding="utf-8")
     assert str(nearest(kind, tmp_path / "own.yaml")) == name
@@ -38,9 +37,7 @@ def test_every_shipped_file_is_known_by_its_content(kind: str, name: str, tmp_pa
     ("kind", "key", "value"),
     [("rules", "timeout", 10.0), ("robots", "mass", 51.5), ("worlds", "cargo", {"fill": 0.7})],
 )
-def test_a_changed_copy_is_not_called_by_the_name_alone(
-    kind: str, key: str, value: Any, tmp_path: Path
-) -> None:
+def test_a_changed_copy_is_not_called_by_the_name_alone(kind, key, value, tmp_path):
     file = shipped("params") / kind / f"{PUBLISHED[kind]}.yaml"
     known = load_yaml(file)
     if isinstance(value, dict):
@@ -59,8 +56,8 @@ def test_a_changed_copy_is_not_called_by_the_name_alone(
 
 
 def test_recorded_people_are_told_by_their_recording_and_not_by_a_number(
-    write_run: WriteRun,
-) -> None:
+    write_run,
+):
     run = load_run(str(write_run("one", episodes=1)))
     assert people_of(run) == "20 (random_walk)"
     world = run.folder / "params" / "world.yaml"
@@ -72,7 +69,7 @@ def test_recorded_people_are_told_by_their_recording_and_not_by_a_number(
         assert people_of(asked) == "replayed from plaza.csv"
 
 
-def test_a_line_says_what_drove_where(write_run: WriteRun) -> None:
+def test_a_line_says_what_drove_where(write_run):
     run = load_run(str(write_run("one", ("a", "b"), episodes=3, pedestrians=7)))
     line = setup_line(run)
     for words in ("a and b", "localizer gps", "world easy", "map sidewalk", "people 7 (", "n = 3"):
@@ -81,7 +78,7 @@ def test_a_line_says_what_drove_where(write_run: WriteRun) -> None:
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 7, 24])
-def test_a_run_of_any_number_of_stacks_fits_in_25_lines(write_run: WriteRun, count: int) -> None:
+def test_a_run_of_any_number_of_stacks_fits_in_25_lines(write_run, count):
     stacks = tuple(f"s{number}" for number in range(count))
     blocks = summary_blocks(load_run(str(write_run("many", stacks, episodes=4))))
     assert len(blocks) < 25
@@ -93,7 +90,7 @@ def test_a_run_of_any_number_of_stacks_fits_in_25_lines(write_run: WriteRun, cou
 @pytest.mark.parametrize(
     ("count", "low", "high"), [(0, 0.0, 3.689), (1, 0.0253, 5.572), (10, 4.795, 18.390)]
 )
-def test_intervals_of_counts_are_those_of_tables(count: int, low: float, high: float) -> None:
+def test_intervals_of_counts_are_those_of_tables(count, low, high):
     """Limits of a Poisson mean as printed, e.g., by Ulm 1990 (Am J Epidemiol 131, 373)."""
     rate = poisson_rate(count, 2.0)
     assert rate.value == count / 2.0
@@ -104,7 +101,7 @@ def test_intervals_of_counts_are_those_of_tables(count: int, low: float, high: f
     assert poisson_rate(count, 0.0).value is None
 
 
-def test_contacts_are_those_that_are_paid_for_over_the_way_driven(write_run: WriteRun) -> None:
+def test_contacts_are_those_that_are_paid_for_over_the_way_driven(write_run):
     rows = load_run(str(write_run("one", episodes=30))).stacks[0].rows
     kinds = ("pedestrian", "mailbox", "trash_bin", "building_glass", "bollard", "plant", "fence")
     count = sum(row[f"{kind}_contacts"] or 0 for row in rows for kind in kinds)

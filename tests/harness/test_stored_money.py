@@ -24,14 +24,14 @@ PRICES = load_prices("costnav")
 CLOSE = 1e-9
 
 
-def published(folder: Path) -> dict[str, dict[str, float | None]]:
+def published(folder):
     """The economics that are stored of a run's stacks."""
     own = json.loads((folder / "run.json").read_text(encoding="utf-8"))["of_stacks"]
     return {stack: said["economics"] for stack, said in own.items()}
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: str(folder.relative_to(BASELINE)))
-def test_costnav_prices_give_what_is_published(folder: Path) -> None:
+def test_costnav_prices_give_what_is_published(folder):
     run = load_run(str(folder))
     stored = published(folder)
     for stack in run.stacks:
@@ -47,7 +47,7 @@ def test_costnav_prices_give_what_is_published(folder: Path) -> None:
             ), key
 
 
-def test_published_accountings_are_those_of_the_stored_table() -> None:
+def test_published_accountings_are_those_of_the_stored_table():
     """Of a stack with squeezes, and of one with much property touched."""
     folder = BASELINE / "measured"
     rows = read_rows(folder / "table.parquet", COLUMNS)

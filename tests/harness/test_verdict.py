@@ -1,27 +1,28 @@
 """Sentences that say what deliveries prove, and what they do not."""
 
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
+import dataclasses
 
 import pytest
 
-from harness.analysis.compare import side_of
-from harness.report.verdict import Party, earnings, rankings
+from harness.ablation.analysis import ArmDifference
+from harness.analysis.compare import Side, compare, side_of
+from harness.economics.cost_terms import MARGIN
+from harness.report.ablation import sentence
+from harness.report.comparison import comparison_blocks, winner
+from harness.report.tuning.summary import _verdict
+from harness.report.verdict import earnings, rankings, repeated
 from harness.statistics.interval import Interval
 from harness.study.stored_run import load_run
 
-WriteRun = Callable[..., Path]
 
-
-def late(every: int) -> Callable[[dict[str, Any]], None]:
-    def change(row: dict[str, Any]) -> None:
+def late(every):
+    def change(row):
         row["outcome"] = "timeout" if row["episode"] % every == 0 else "sla"
 
     return change
 
 
-def party(run: Path, margin: float) -> Party:
+def party(run, margin):
     side = side_of(load_run(str(run)))
     return run.name, side, Interval(margin, margin - 1.0, margin + 1.0, len(side.stack.rows))
 
@@ -29,14 +30,12 @@ def party(run: Path, margin: float) -> Party:
 @pytest.mark.parametrize(
     ("low", "high", "said"),
     [
-        (0.1, 2.0, "it earns money; a loss"),
+        (0.1, 2.0, "it earns money; an unseen loss"),
         (-2.0, -0.1, "it loses money"),
         (-1.0, 1.0, "these deliveries do not tell"),
     ],
 )
-def test_what_a_stack_earns_is_said_by_its_interval(
-    write_run: WriteRun, low: float, high: float, said: str
-) -> None:
+def test_what_a_stack_earns_is_said_by_its_interval(write_run, low, high, said):
     side = side_of(load_run(str(write_run("one"))))
     (line,) = earnings(
         [("mine", side, Interval(0.5, low, high, 20)), ("without cargo", side, None)]
@@ -46,9 +45,9 @@ def test_what_a_stack_earns_is_said_by_its_interval(
 
 @pytest.mark.parametrize(("episodes", "doubts"), [(20, True), (4000, False)])
 def test_a_gain_is_doubted_until_a_loss_that_has_not_happened_could_not_undo_it(
-    write_run: WriteRun, episodes: int, doubts: bool
-) -> None:
-    def alike(row: dict[str, Any]) -> None:
+    write_run, episodes, doubts
+):
+    def alike(row):
         row.update(
             outcome="sla",
             pedestrian_injury_usd=0.0,
@@ -61,12 +60,10 @@ def test_a_gain_is_doubted_until_a_loss_that_has_not_happened_could_not_undo_it(
     (line,) = earnings([("mine", side_of(run), Interval(3.49, None, None, episodes))])
     start = f"mine: 3.49 USD a delivery (n = {episodes}), the same each time"
     assert line.startswith(start)
-    assert (line != start) == doubts and (
-        "; a loss that has not happened yet could undo that: [-" in line
-    ) == doubts
+    assert (line != start) == doubts and ("; an unseen loss could undo that: [-" in line) == doubts
 
 
-def test_the_best_is_ranked_where_the_missions_tell(write_run: WriteRun) -> None:
+def test_the_best_is_ranked_where_the_missions_tell(write_run):
     good, bad, near = (
         write_run(name, change=late(every))
         for name, every in (("good", 99), ("bad", 2), ("near", 98))
@@ -76,7 +73,89 @@ def test_the_best_is_ranked_where_the_missions_tell(write_run: WriteRun) -> None
     first, second = rankings(parties)
     assert first.startswith("These deliveries cannot rank good and near: ")
     assert second.startswith("good earns more than bad: ")
-    assert (
-        "over 40 missions, p <.001; a loss that has not happened yet could undo that: [-" in second
-    )
+    assert "over 40 missions, p <.001; an unseen loss could undo that: [-" in second
     assert rankings(parties[:1]) == []
+
+
+def worse_in(count, outcome="sla"):
+    """The stack ``bad`` pays some dollars more than ``good`` in so many missions, and ends there with an outcome."""
+
+    def change(row):
+        row.update({key: 0 for key in row if key.endswith("_contacts")})
+        row.update(outcome="sla", distance_m=50.0, duration_s=100.0, average_speed_mps=0.5)
+        row.update(pedestrian_injury_usd=1.0, collision_delta_v_mps=0.0)
+        if row["stack"] == "bad" and row["episode"] < count:
+            row["pedestrian_injury_usd"] += 3.0 + 0.1 * row["episode"]
+            row["outcome"] = outcome
+
+    return change
+
+
+def good_and_bad(run):
+    loaded = load_run(str(run))
+    first, second = (Side(loaded, stack) for stack in loaded.stacks)
+    return first, second
+
+
+def margin_of(comparison):
+    return comparison.differences[MARGIN]
+
+
+@pytest.mark.parametrize(("count", "is_significant"), [(5, False), (6, True)])
+def test_every_screen_flips_with_the_test(write_run, count, is_significant):
+    """Five missions of one sign have p 0.0625, and six 0.03125: all screens turn there, and the interval, too."""
+    run = write_run("run", ("good", "bad"), episodes=9, change=worse_in(count), crowd=0.0)
+    good, bad = good_and_bad(run)
+    comparison = compare(good, bad, [MARGIN])
+    paired = margin_of(comparison).paired
+    assert paired.p == 2.0 / 2**count and paired.is_significant == is_significant
+    assert (paired.difference.sign != 0) == is_significant
+    margin = Interval(0.0, None, None, 9)
+    (ranking,) = rankings([("good", good, margin), ("bad", bad, Interval(-1.0, None, None, 9))])
+    assert ranking.startswith(
+        "good earns more than" if is_significant else "These deliveries cannot"
+    )
+    assert winner(margin_of(comparison), "A", "B") == ("A" if is_significant else "")
+    notes = " ".join(str(block) for block in comparison_blocks(comparison))
+    assert ("contribution_margin: not significant" in notes) != is_significant
+    words = sentence(ArmDifference("bad", "good", MARGIN, paired))
+    assert ("not significant" in words) != is_significant
+    assert _verdict(paired.difference, None) == ("a loss" if is_significant else "not significant")
+
+
+@pytest.mark.parametrize(("count", "better"), [(6, ""), (7, "A")])
+def test_among_two_metrics_a_difference_takes_a_mission_more(write_run, count, better):
+    """Of margin and SLA the better p counts twice (Holm)."""
+    change = worse_in(count, "physical_assistance")
+    good, bad = good_and_bad(write_run("run", ("good", "bad"), 9, change=change, crowd=0.0))
+    comparison = compare(good, bad)
+    for key in comparison.family:
+        entry = comparison.differences[key]
+        assert winner(entry, "A", "B") == better
+        assert bool(entry.paired.difference.sign) == bool(better)
+
+
+def test_fewer_than_six_missions_decide_nothing_and_the_command_that_would_is_told(write_run):
+    run = write_run("run", ("good", "bad"), episodes=5, change=worse_in(5), crowd=0.0)
+    good, bad = good_and_bad(run)
+    margins = [Interval(value, value - 0.5, value + 0.5, 5) for value in (2.0, -2.0)]
+    parties = [("good", good, margins[0]), ("bad", bad, margins[1])]
+    told = "fewer than 6 missions decide nothing; about 6 missions would decide, 1 more: "
+    assert rankings(parties)[0].endswith(f"{told}navbench run --episodes 6")
+    assert all("fewer than 6 deliveries decide nothing" in line for line in earnings(parties))
+
+
+@pytest.mark.parametrize(
+    ("typed", "again"),
+    [
+        ("navbench run --stack a b.yaml", "navbench run --stack a b.yaml --episodes 9"),
+        ("navbench run --episodes 5 --out x --seed 1", "navbench run --seed 1 --episodes 9"),
+        ("navbench ablate --episodes=5 --only=3", "navbench ablate --episodes 9"),
+        ("navbench suite example", ""),
+        ("python drive.py", ""),
+    ],
+)
+def test_a_run_is_repeated_with_more_deliveries(write_run, typed, again):
+    run = load_run(str(write_run("run", episodes=2)))
+    run = dataclasses.replace(run, about={**run.about, "command": typed.split()})
+    assert repeated(run, 9) == again

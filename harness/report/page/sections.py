@@ -17,10 +17,10 @@ from harness.report.page.comparisons import comparisons, interval_ends
 from harness.report.page.entries import PageEntry
 from harness.report.paper_tables import Column, number_text, span_text, table_notes
 from harness.report.published import load_published, published_columns
-from harness.report.repriced import TITLES, forgiven
+from harness.report.repriced import SHOWN, TITLES, forgiven
 from harness.report.short.run import PUBLISHED_BESIDE
 from harness.report.short.setup import setup_line, unlike_line, unlike_published
-from harness.report.table_rows import LAYOUTS, Row
+from harness.report.table_rows import LAYOUTS, TableRow
 from harness.report.texts import notes
 from harness.report.verdict import earnings, rankings
 from harness.statistics.interval import Interval
@@ -84,13 +84,14 @@ def _setup(entries: Sequence[PageEntry]) -> list[str]:
 
 
 def _headline(column: Column, entry: PageEntry | None = None) -> Json:
-    risk = None
+    margin, risk = column.interval("contribution_margin"), None
     if entry:
         risk = entry.valuation.risk
     return {
         "label": column.title,
         "n": column.n,
         "margin": _quantity(column, "contribution_margin"),
+        "loses": margin is not None and margin.sign < 0,
         "sla": _quantity(column, "sla"),
         "opex": _quantity(column, "opex"),
         "breakEvenRuns": column.values["break_even_runs"],
@@ -139,7 +140,7 @@ def tables(entries: Sequence[PageEntry]) -> Json:
     }
 
 
-def _row(row: Row, columns: Sequence[Column]) -> Json:
+def _row(row: TableRow, columns: Sequence[Column]) -> Json:
     cells = [
         [number_text(each.values[row.key], row), span_text(each.interval(row.key), row)]
         for each in columns
@@ -166,14 +167,14 @@ def accountings(entries: Sequence[PageEntry], known: Accounted) -> Json | None:
 
     None where all are alike, or margins are undefined.
     """
-    if not any(each[name] != each[PUBLISHED] for each in known if each for name in TITLES):
+    if not any(each[name] != each[PUBLISHED] for each in known if each for name in SHOWN):
         return None
     rows = [
         {
-            "title": title,
+            "title": TITLES[name],
             "cells": [each[name].as_json() if name in each else None for each in known],
         }
-        for name, title in TITLES.items()
+        for name in SHOWN
     ]
     lines = [
         f"{entry.label}: {forgiven(each.get(FORGIVEN))}."

@@ -7,14 +7,15 @@ from harness.ablation.analysis import Ablation
 from harness.analysis.compare import Comparison, Side
 from harness.analysis.repricing import Choices, Repriced
 from harness.analysis.sensitivity import Sensitivity
-from harness.economics.accountings import AT_FAULT, PUBLISHED
+from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_terms import MARGIN
-from harness.report.ablation import price_sentence, sentence
+from harness.report.ablation import deciding, price_sentence, sentence
 from harness.report.audit import audit_sentence
 from harness.report.blocks import Block, Text
 from harness.report.comparison import comparison_cells
 from harness.report.numbers import count_text, interval_text, number_text
 from harness.report.page.comparisons import FOREMOST, metric_titles
+from harness.report.repriced import SHOWN
 from harness.report.short.run import aligned, errors_of
 from harness.report.short.setup import (
     drivers_of,
@@ -28,7 +29,6 @@ from harness.report.verdict import rankings
 from harness.statistics.interval import Interval
 from harness.study.stored_run import StoredRun, load_run
 
-ACCOUNTINGS = (PUBLISHED, AT_FAULT, "no_threshold")  # of seven, those that screens show
 MOST_PRICES = 5  # on which the money depends most
 MOST_STACKS = 16
 
@@ -98,12 +98,12 @@ def short_repricing(
     sets = [f"{key} = {number:g}" for key, number in choices.settings.items()]
     sets += [f"with {name}" for name in choices.optional.names]
     lines = [setup_line(run), unlike_line(unlike_published(run)), ", ".join(sets)]
-    head = ["Margin ($/delivery)", *(TEXTS.accountings[name] for name in ACCOUNTINGS), "Break-even"]
+    head = ["Margin ($/delivery)", *(TEXTS.accountings[name] for name in SHOWN), "Break-even"]
     rows = []
     for each in results[:MOST_STACKS]:
         margins = [
             interval_text(each.accountings[name].intervals.get(MARGIN), absent="undefined")
-            for name in ACCOUNTINGS
+            for name in SHOWN
         ]
         runs = count_text(each.accountings[PUBLISHED].break_even_runs)
         rows.append([each.stack.name, *margins, runs])
@@ -156,5 +156,6 @@ def short_ablation(ablation: Ablation, folder: Path) -> list[Block]:
         for name, audit in ablation.audits.items()
         if audit.flagged
     ]
-    lines += [*map(price_sentence, ablation.prices), *ablation.declaration.sources]
+    lines += [*map(price_sentence, ablation.prices), *deciding(ablation)]
+    lines += ablation.declaration.sources
     return lines_of(lines)

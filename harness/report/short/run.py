@@ -12,7 +12,7 @@ from harness.report.paper_tables import Column, cells_of, own_column
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import NO_MARGIN
 from harness.report.short.setup import USUAL_SENSORS, setup_line, unlike_line, unlike_published
-from harness.report.table_rows import Row
+from harness.report.table_rows import TableRow
 from harness.report.verdict import earnings, rankings
 from harness.storage.rows import values
 from harness.study.stored_run import StoredRun, StoredStack
@@ -20,14 +20,14 @@ from harness.study.stored_run import StoredRun, StoredStack
 PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the stacks here
 CONTACT_RATE = "contacts_per_1000_km"
 ROWS = (
-    Row("Margin ($/delivery)", MARGIN, 2, absent="undefined"),
-    Row("In time, intact", "sla", 3, absent="not modelled"),
-    Row("Spoiled", "spoiled", 3, absent="not modelled"),
-    Row("Timeout", "timeout", 3),
-    Row("Assistance", "physical_assistance", 3),
-    Row("Injuries ($/delivery)", "pedestrian_safety", 2),
-    Row("Contacts per 1000 km", CONTACT_RATE, 0),
-    Row("Break-even (deliveries)", "break_even_runs", 0),
+    TableRow("Margin ($/delivery)", MARGIN, 2, absent="undefined"),
+    TableRow("In time, intact", "sla", 3, absent="not modelled"),
+    TableRow("Spoiled", "spoiled", 3, absent="not modelled"),
+    TableRow("Timeout", "timeout", 3),
+    TableRow("Assistance", "physical_assistance", 3),
+    TableRow("Injuries ($/delivery)", "pedestrian_safety", 2),
+    TableRow("Contacts per 1000 km", CONTACT_RATE, 0),
+    TableRow("Break-even (deliveries)", "break_even_runs", 0),
 )
 OF_MANY = (MARGIN, "sla", "pedestrian_safety", CONTACT_RATE)  # rows where many stacks drove
 MANY = 4  # stacks from which they stand below each other

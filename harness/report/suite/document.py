@@ -4,8 +4,9 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
+from harness.economics.accountings import PUBLISHED
 from harness.report.markdown import wrapped
+from harness.report.repriced import SHOWN
 from harness.report.suite.figures import FOLDER, MOST_PANELS, draw_figures
 from harness.report.suite.other_prices import at_other_prices, template
 from harness.report.suite.results import Results, Standing
@@ -135,10 +136,10 @@ def _liability(results: Results) -> str:
     Nothing where that changes nothing.
     """
     known = [each for each in results.accounted.values() if each]
-    if not any(each[name] != each[PUBLISHED] for each in known for name in ACCOUNTINGS):
+    if not any(each[name] != each[PUBLISHED] for each in known for name in SHOWN):
         return ""
     return template("liability.md").substitute(
-        {name: margins_under(results, name) for name in known[0]}
+        {name: margins_under(results, name) for name in SHOWN}
     )
 
 

@@ -105,10 +105,8 @@ def _margin(figure: "Figure", results: Results) -> None:
         if margin.value is None:
             return
         low, high = (margin.value if end is None else end for end in (margin.low, margin.high))
-        is_sure = margin.low is not None and (low > 0.0 or high < 0.0)
-        colour = OPEN
-        if is_sure:
-            colour = EARNS if margin.value > 0.0 else LOSES
+        colour = (OPEN, EARNS, LOSES)[margin.sign]
+        is_sure = bool(margin.sign)
         axes.plot((low, high), (place, place), color=colour, linewidth=1.6, solid_capstyle="butt")
         axes.plot(margin.value, place, "o" if is_sure else "D", color=colour, markersize=4.0,
                   markerfacecolor=colour if is_sure else "white")  # fmt: skip

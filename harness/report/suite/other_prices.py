@@ -116,8 +116,8 @@ def _earned(margin: Interval) -> str:
 
 
 def earns(margin: Interval) -> bool:
-    """Whether the whole interval is above zero."""
-    return margin.low is not None and margin.low > 0.0
+    """Whether it is significantly positive."""
+    return margin.sign > 0
 
 
 def _earners(curves: Mapping[str, Mapping[str, Interval]], name: str) -> str:

@@ -17,7 +17,7 @@ from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import CENT, Valuation, margins, valuation_document, value
 from harness.metrics.columns import Row
 from harness.statistics.interval import NO_INTERVAL, Interval
-from harness.statistics.paired import PairedDifference, holm
+from harness.statistics.paired import PairedDifference, together
 from harness.storage.texts import name_of
 from harness.study.stored_run import StoredRun, load_run
 from harness.study.suite import Cell, Condition, Suite, cells, conditions, run_of, stored_suite
@@ -68,8 +68,7 @@ class MarginDifference:
     """A stack's margin less that of the first stack, on the missions that both finished."""
 
     pairs: int
-    paired: PairedDifference
-    p_holm: float  # adjusted for all stacks under the condition
+    paired: PairedDifference  # adjusted for all stacks under the condition
     warnings: tuple[str, ...]  # why the two might differ for other reasons than their stacks
 
 
@@ -141,14 +140,10 @@ class Results:
         found: dict[tuple[Condition, str], MarginDifference] = {}
         for condition in self.conditions:
             own = _against_first(self.under(condition))
-            paired = [
-                comparison.differences[MARGIN].paired.in_family(len(own)) for _, comparison in own
-            ]
-            adjusted = holm([each.p for each in paired])
-            for (stack, comparison), each, p in zip(own, paired, adjusted, strict=True):
-                found[condition, stack] = MarginDifference(
-                    comparison.pairs, each, float(p), tuple(comparison.warnings)
-                )
+            paired = together([comparison.differences[MARGIN].paired for _, comparison in own])
+            for (stack, comparison), each in zip(own, paired, strict=True):
+                warnings = tuple(comparison.warnings)
+                found[condition, stack] = MarginDifference(comparison.pairs, each, warnings)
         return found
 
     @property

@@ -59,7 +59,7 @@ def margins_under(results: Results, accounting: str) -> str:
 
 
 def _with_unseen(standing: Standing) -> str:
-    """The interval that admits a loss that has not happened yet."""
+    """The interval that admits an unseen loss."""
     assert standing.side is not None
     unseen = margin_with_unseen(standing.side.run, standing.side.stack)
     if unseen is None:
@@ -108,7 +108,8 @@ def _line(results: Results, standing: Standing) -> list[str]:
     difference = results.differences.get((standing.condition, standing.stack))
     against = ["", ""]
     if difference is not None:
-        against = [interval_text(difference.paired.difference, 2), p_text(difference.p_holm)]
+        paired = difference.paired
+        against = [interval_text(paired.difference, 2), p_text(paired.p_holm)]
     chance = number_text(standing.valuation.risk.break_even_probability, 2)
     means = [
         number_text(standing.interval(key).value, decimals) for key, (_, decimals) in MEANS.items()

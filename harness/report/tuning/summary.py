@@ -5,7 +5,7 @@ from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import CENT
 from harness.report.audit import audit_sentence
 from harness.report.numbers import bounds_text, interval_text
-from harness.statistics.interval import Interval
+from harness.statistics.interval import Interval, fewest_missions
 from harness.tuning.explanation import Explanation
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
 
@@ -80,15 +80,16 @@ def _room(study: StudyResult, explanation: Explanation) -> list[str]:
 
 
 def _verdict(difference: Interval, unseen: Interval | None) -> str:
-    if difference.low is None or difference.high is None:
-        if difference.value is not None and abs(difference.value) < CENT:
-            return "alike to a cent on every mission"
-        return "one mission, which says nothing about others"
-    if difference.includes_zero:
+    value = difference.value or 0.0
+    if difference.low is None and abs(value) < CENT:
+        return "alike to a cent on every mission"
+    if difference.n < fewest_missions():
+        return f"fewer than {fewest_missions()} missions, which decide nothing"
+    if difference.low is not None and not difference.sign:
         return "not significant"
     found = "a loss"
-    if difference.low > 0.0:
+    if value > 0.0:
         found = "an improvement"
-    if unseen is not None and unseen.includes_zero:
+    if unseen is not None and not unseen.sign:
         found += " in these deliveries, which one more could undo"
     return found

@@ -8,7 +8,7 @@ from harness.economics.accountings import ACCOUNTINGS
 from harness.economics.cost_terms import COST_TERMS
 from harness.metrics.columns import Row
 from harness.report.audit import audit_table
-from harness.report.blocks import Block, Replay, Table, declared
+from harness.report.blocks import Block, ReplayCommand, Table, declared
 from harness.report.numbers import (
     UNDEFINED,
     bounds_text,
@@ -51,7 +51,7 @@ def sheets(
         _accountings(explanation),
         audit_table(explanation.audit.checks),
         _partings(explanation.partings),
-        *(Replay(each.replay(command)) for each in explanation.partings),
+        *(ReplayCommand(each.replay(command)) for each in explanation.partings),
     ]
 
 

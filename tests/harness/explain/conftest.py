@@ -1,9 +1,5 @@
 """A run folder with a recorded delivery that cost something."""
 
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -17,10 +13,10 @@ from .made_up import CRITICS, END, HIT, arrays, contact, decision
 
 
 @pytest.fixture
-def folder(write_run: Callable[..., Path]) -> Path:
+def folder(write_run):
     """A run of two deliveries: the first recorded and with a contact that cost something, the second without cost."""
 
-    def change(row: dict[str, Any]) -> None:
+    def change(row):
         row |= {
             "outcome": "sla",
             "reason": "arrived",

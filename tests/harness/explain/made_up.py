@@ -1,7 +1,6 @@
 """A made-up delivery: along x at 1 m/s, and a person who is met at 8 s."""
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ STAMPS = np.arange(0.1, END + 0.05, 0.1)
 CRITICS = {"PathDist": (2.0, 1.0, 0), "BaseObstacle": (10.0, 0.2, 7)}  # raw, weighted, rejected
 
 
-def decision(stamp: float, **more: Any) -> dict[str, Any]:
+def decision(stamp, **more):
     """A cycle in which DWB kept to 1 m/s."""
     row = {**dict.fromkeys(DECISION_COLUMNS), "stamp_s": stamp, "decided_by": "DWBLocalPlanner"}
     row |= {
@@ -38,7 +37,7 @@ def decision(stamp: float, **more: Any) -> dict[str, Any]:
     return row | more
 
 
-def contact(stamp: float, cost: float, person: int = 1) -> dict[str, Any]:
+def contact(stamp, cost, person=1):
     row = {**dict.fromkeys(EVENT_COLUMNS), "stack": "mine", "episode": 0, "type": "counted_contact"}
     row |= {
         "stamp_s": stamp,
@@ -55,7 +54,7 @@ def contact(stamp: float, cost: float, person: int = 1) -> dict[str, Any]:
     )
 
 
-def arrays() -> dict[str, Any]:
+def arrays():
     """Along x at 1 m/s; person 1 comes at 0.5 m/s and is met at 8 s, person 0 stands 30 m aside.
 
     A tracker sees him
@@ -91,7 +90,7 @@ def arrays() -> dict[str, Any]:
     }
 
 
-def evidence(**more: Any) -> Evidence:
+def evidence(**more):
     given = arrays()
     row = {
         **dict.fromkeys(EPISODE_COLUMNS, 0.0),
@@ -125,5 +124,5 @@ def evidence(**more: Any) -> Evidence:
     return dataclasses.replace(made, **more)
 
 
-def moment_at(stamp: float = HIT, kind: str = "contact") -> Moment:
+def moment_at(stamp=HIT, kind="contact"):
     return Moment(1, kind, stamp, 20.0, contact(stamp, 20.0) if kind == "contact" else None)

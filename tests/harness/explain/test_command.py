@@ -1,9 +1,6 @@
 """The command: tables, figures, JSON, and what it refuses."""
 
 import json
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -12,15 +9,13 @@ from harness.world.map.scene_io import load_scene
 from navbench.cli.app import main
 
 
-def explain(*arguments: str) -> Any:
+def explain(*arguments):
     with pytest.raises(SystemExit) as ended:
         main(["explain", *arguments])
     return ended.value.code
 
 
-def test_the_command_tells_and_draws_a_recorded_delivery(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_tells_and_draws_a_recorded_delivery(folder, tmp_path, capsys):
     out, plot = tmp_path / "out", tmp_path / "one.svg"
     assert explain(str(folder), "0", "--full", "--plot", str(plot), "--out", str(out)) == 0
     printed = capsys.readouterr().out
@@ -56,12 +51,7 @@ def test_the_command_tells_and_draws_a_recorded_delivery(
     assert first["track_error_m"] is None
 
 
-def test_a_map_that_has_changed_is_not_drawn_behind_a_figure(
-    folder: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_map_that_has_changed_is_not_drawn_behind_a_figure(folder, tmp_path, capsys, monkeypatch):
     scenes = []
     monkeypatch.setattr("navbench.api.explain.draw_seconds", lambda *given: scenes.append(given[2]))
     about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
@@ -75,7 +65,7 @@ def test_a_map_that_has_changed_is_not_drawn_behind_a_figure(
     assert [scene is None for scene in scenes] == [True, False]
 
 
-def test_one_event_as_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_event_as_json(folder, capsys):
     assert explain(f"{folder}:mine", "0", "--event", "2", "--before", "2", "--json") == 0
     document = json.loads(capsys.readouterr().out)
     (event,) = document["events"]
@@ -83,9 +73,7 @@ def test_one_event_as_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert document["rewind"] is None
 
 
-def test_a_delivery_that_cost_nothing_points_to_others(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_delivery_that_cost_nothing_points_to_others(folder, capsys):
     assert explain(str(folder), "1") == 0
     out = capsys.readouterr().out
     assert out == "episode 1 of mine has no event that cost anything; episodes that have some: 0\n"
@@ -93,9 +81,7 @@ def test_a_delivery_that_cost_nothing_points_to_others(
     assert json.loads(capsys.readouterr().out)["costly_episodes"] == [0]
 
 
-def test_what_cannot_be_explained_is_said_in_one_line(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], write_run: Callable[..., Path]
-) -> None:
+def test_what_cannot_be_explained_is_said_in_one_line(folder, tmp_path, capsys, write_run):
     two = write_run("two", stacks=("a", "b"), episodes=2)
     (tmp_path / "file").write_text("")
     for arguments, said in (
@@ -115,9 +101,7 @@ def test_what_cannot_be_explained_is_said_in_one_line(
         assert (said in err, err.count("\n")) == (True, 1), err
 
 
-def test_recordings_that_are_damaged_are_named(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_recordings_that_are_damaged_are_named(folder, capsys):
     (folder / "recordings" / "mine-0-decisions.parquet").write_bytes(b"nothing")
     assert explain(str(folder), "0") == 1
     err = capsys.readouterr().err

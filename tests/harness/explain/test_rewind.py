@@ -6,10 +6,6 @@ Something changed, and only what comes after differs.
 import dataclasses
 import json
 import shutil
-from collections.abc import Callable
-from contextlib import AbstractContextManager
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,15 +18,13 @@ from harness.explain.rewind import changes_of, drive_changed
 from harness.metrics.columns import EPISODE_COLUMNS
 from harness.storage.checksums import CHECKSUMS
 from harness.storage.tables import read_rows, write_table
-from harness.task.study import EpisodeTask, make_study
-from harness.world.world import World
+from harness.task.study import make_study
 from navbench.cli.app import main
 from navstack.control.decision import RUNNER_UP
 from navstack.errors import InputError
 from navstack.navigation_status import Status
 
 START, GOAL = (10.0, 20.0, 0.0), (50.0, 22.0, 0.0)  # in the hall
-Here = Callable[[], AbstractContextManager[None]]
 SECONDS = 5.0  # [s] of every delivery here
 MOMENT = 2.0  # [s]
 SPEED, SCALE = (
@@ -40,7 +34,7 @@ SPEED, SCALE = (
 
 
 @pytest.fixture(scope="module")
-def rules(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def rules(tmp_path_factory):
     """Rules by which time is up soon."""
     path = tmp_path_factory.mktemp("rules") / "soon.yaml"
     path.write_text(
@@ -50,20 +44,18 @@ def rules(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def task_for(stack: str, rules: Path, hall: Path) -> EpisodeTask:
+def task_for(stack, rules, hall):
     where = {"map_name": str(hall), "start": START, "goal": GOAL, "rules": str(rules)}
     study = make_study(stacks=[stack], episodes=1, pedestrians=3, workers=1, record="full", **where)
     return next(study.tasks())
 
 
-def value_of(task: EpisodeTask, path: str) -> Any:
+def value_of(task, path):
     return changes_of(Parts(task).nav2, [f"{path}=1"])[0].place.value
 
 
 @pytest.mark.parametrize("stack", ["nav2-gps", "nav2-amcl"])
-def test_with_nothing_changed_everything_comes_out_as_it_was(
-    stack: str, rules: Path, hall: Path
-) -> None:
+def test_with_nothing_changed_everything_comes_out_as_it_was(stack, rules, hall):
     task = task_for(stack, rules, hall)
     as_it_was = run_episode(task)
     forget()  # three brains at once are 1.5 GB
@@ -83,10 +75,10 @@ def test_with_nothing_changed_everything_comes_out_as_it_was(
     assert take_over.stamp == pytest.approx(MOMENT, abs=0.05)
 
 
-def test_to_be_asked_for_alternatives_changes_nothing(rules: Path, hall: Path) -> None:
+def test_to_be_asked_for_alternatives_changes_nothing(rules, hall):
     task, watched = task_for("nav2-gps", rules, hall), []
 
-    def make(parts: Parts, world: World) -> Any:
+    def make(parts, world):
         watched.append(Watched(parts.brain(world)))
         return watched[0]
 
@@ -106,7 +98,7 @@ def test_to_be_asked_for_alternatives_changes_nothing(rules: Path, hall: Path) -
             )
 
 
-def test_a_change_acts_from_its_moment_on_and_not_before(rules: Path, hall: Path) -> None:
+def test_a_change_acts_from_its_moment_on_and_not_before(rules, hall):
     task = task_for("nav2-gps", rules, hall)
     same, slow = (
         drive_changed(task, [f"{SPEED}={speed}"], MOMENT) for speed in (value_of(task, SPEED), 0.5)
@@ -140,31 +132,27 @@ def test_a_change_acts_from_its_moment_on_and_not_before(rules: Path, hall: Path
         (("controller_server.FollowPath.vx_samples=2.5",), "'2.5' is not a whole number"),
     ],
 )
-def test_what_cannot_be_changed_is_said_in_one_line(
-    settings: tuple[str, ...], said: str, rules: Path, hall: Path
-) -> None:
+def test_what_cannot_be_changed_is_said_in_one_line(settings, said, rules, hall):
     with pytest.raises(InputError) as refused:
         drive_changed(task_for("nav2-gps", rules, hall), settings, MOMENT)
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
 
 
-def test_a_moment_after_the_last_decision_is_refused(rules: Path, hall: Path) -> None:
+def test_a_moment_after_the_last_decision_is_refused(rules, hall):
     with pytest.raises(
         InputError, match="nothing is decided from 5.00 s on; give a larger --before"
     ):
         drive_changed(task_for("nav2-gps", rules, hall), [f"{SPEED}=1.0"], SECONDS)
 
 
-def test_who_is_parked_has_nothing_to_change(rules: Path, hall: Path) -> None:
+def test_who_is_parked_has_nothing_to_change(rules, hall):
     with pytest.raises(InputError, match="how parked drives"):
         drive_changed(task_for("parked", rules, hall), [f"{SPEED}=1.0"], MOMENT)
 
 
 @pytest.fixture(scope="module")
-def folder(
-    tmp_path_factory: pytest.TempPathFactory, rules: Path, hall: Path, driven_in_process: Here
-) -> Path:
+def folder(tmp_path_factory, rules, hall, driven_in_process):
     """A run of one delivery that ran out of time, with nothing recorded."""
     path = tmp_path_factory.mktemp("runs") / "run"
     arguments = [
@@ -196,15 +184,13 @@ def folder(
     return path
 
 
-def explain(*arguments: str) -> Any:
+def explain(*arguments):
     with pytest.raises(SystemExit) as ended:
         main(["explain", *arguments])
     return ended.value.code
 
 
-def test_an_unrecorded_delivery_is_driven_again_and_rewound(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unrecorded_delivery_is_driven_again_and_rewound(folder, capsys):
     capsys.readouterr()
     assert explain(str(folder), "0", "--before", "2", "--rewind", f"{SPEED}=0.5", "--json") == 0
     captured = capsys.readouterr()
@@ -229,9 +215,7 @@ def test_an_unrecorded_delivery_is_driven_again_and_rewound(
     assert rewound["n"] == 1
 
 
-def test_a_delivery_that_comes_out_otherwise_is_not_explained(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_delivery_that_comes_out_otherwise_is_not_explained(folder, tmp_path, capsys):
     other = tmp_path / "other"
     shutil.copytree(folder, other)
     rows = read_rows(other / "episodes.parquet", EPISODE_COLUMNS)
@@ -245,7 +229,7 @@ def test_a_delivery_that_comes_out_otherwise_is_not_explained(
     assert "comes out otherwise when it is driven again (distance_m" in err[-1]
 
 
-def test_settings_leave_the_task_alone(rules: Path, hall: Path) -> None:
+def test_settings_leave_the_task_alone(rules, hall):
     task = task_for("nav2-gps", rules, hall)
     before = dataclasses.asdict(task)
     changes = changes_of(Parts(task).nav2, [f"{SCALE}=0.5"])

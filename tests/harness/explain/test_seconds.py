@@ -1,7 +1,6 @@
 """Moments of a delivery and the seconds before them."""
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ from navstack.errors import InputError
 from .made_up import END, HIT, RULES, STAMPS, arrays, contact, evidence, moment_at
 
 
-def test_the_seconds_before_hold_what_was_done_met_seen_and_believed() -> None:
+def test_the_seconds_before_hold_what_was_done_met_seen_and_believed():
     seconds = seconds_before(evidence(), moment_at(), 5.0)
     assert (seconds.at[0], seconds.at[-1]) == (pytest.approx(-5.0), pytest.approx(0.0))
     assert seconds.person == 1
@@ -33,19 +32,19 @@ def test_the_seconds_before_hold_what_was_done_met_seen_and_believed() -> None:
     assert seconds.telling["stamp_s"] == pytest.approx(HIT - 1.0)
 
 
-def test_what_comes_early_is_told_from_the_start() -> None:
+def test_what_comes_early_is_told_from_the_start():
     seconds = seconds_before(evidence(), moment_at(1.0), 5.0)
     assert (seconds.since, seconds.at[0]) == (0.0, pytest.approx(-0.9))
     assert seconds_before(evidence(), moment_at(0.0), 5.0).at.size == 2
 
 
-def test_a_delivery_that_was_over_at_once_is_not_told() -> None:
+def test_a_delivery_that_was_over_at_once_is_not_told():
     given = evidence()
     with pytest.raises(InputError, match="over within 0.1 s"):
         seconds_before(dataclasses.replace(given, trace=given.trace[:1]), moment_at(0.05), 5.0)
 
 
-def test_a_belief_that_is_turned_still_sees_the_person_where_he_is() -> None:
+def test_a_belief_that_is_turned_still_sees_the_person_where_he_is():
     given = evidence()
     turn = 0.3
     trace = given.trace.copy()
@@ -63,7 +62,7 @@ def test_a_belief_that_is_turned_still_sees_the_person_where_he_is() -> None:
     np.testing.assert_allclose(seconds.track_error, 0.0, atol=1e-9)
 
 
-def test_moments_are_the_paid_contacts_and_the_costed_outcome() -> None:
+def test_moments_are_the_paid_contacts_and_the_costed_outcome():
     prices = load_prices("costnav")
     events = (contact(HIT, 20.0), contact(9.0, 0.0), {**contact(9.5, 5.0), "type": "contact_event"})
     spoiled = evidence(events=events, row={"outcome": "spoiled", "reason": "cargo lost"})
@@ -75,7 +74,7 @@ def test_moments_are_the_paid_contacts_and_the_costed_outcome() -> None:
     assert moments_of(evidence(events=()), RULES, prices) == []
 
 
-def test_a_timeout_is_told_since_the_robot_was_stuck_or_from_its_end() -> None:
+def test_a_timeout_is_told_since_the_robot_was_stuck_or_from_its_end():
     prices, late = load_prices("costnav"), {"outcome": "timeout", "reason": "timeout"}
     (on_its_way,) = moments_of(evidence(events=(), row=late), RULES, prices)
     assert on_its_way.stamp == END
@@ -88,7 +87,7 @@ def test_a_timeout_is_told_since_the_robot_was_stuck_or_from_its_end() -> None:
 
 
 @pytest.mark.parametrize("outcome", ["timeout", "physical_assistance"])
-def test_without_cargo_what_depends_on_it_has_no_cost(outcome: str) -> None:
+def test_without_cargo_what_depends_on_it_has_no_cost(outcome):
     prices, row = (
         load_prices("costnav"),
         {"outcome": outcome, "reason": "timeout", "pieces_at_start": None},
@@ -102,7 +101,7 @@ def test_without_cargo_what_depends_on_it_has_no_cost(outcome: str) -> None:
     assert {name for name, value in money.items() if value is None} == undefined
 
 
-def test_needing_help_costs_the_fee_and_the_repair() -> None:
+def test_needing_help_costs_the_fee_and_the_repair():
     prices = load_prices("costnav")
     hit = evidence(
         row={"outcome": "physical_assistance", "reason": "impulse", "collision_impulse_ns": 180.0}
@@ -115,7 +114,7 @@ def test_needing_help_costs_the_fee_and_the_repair() -> None:
     assert "needed help" in paragraph(hit, seconds_before(hit, both[1], 5.0))
 
 
-def test_who_is_absent_at_first_is_met_all_the_same(tmp_path: Path) -> None:
+def test_who_is_absent_at_first_is_met_all_the_same(tmp_path):
     crowd = arrays()["crowd"]
     crowd[STAMPS < 6.05, 1] = np.inf
     crowd[:, 0] = np.nan

@@ -15,7 +15,7 @@ from navstack.types import Twist2D
 from .made_up import CRITICS, END, HIT, STAMPS, contact, decision, evidence, moment_at
 
 
-def test_the_words_say_what_the_record_shows() -> None:
+def test_the_words_say_what_the_record_shows():
     given = evidence()
     words = paragraph(given, seconds_before(given, moment_at(), 5.0))
     for said in (
@@ -34,7 +34,7 @@ def test_the_words_say_what_the_record_shows() -> None:
         assert said in words, (said, words)
 
 
-def test_the_words_follow_other_records() -> None:
+def test_the_words_follow_other_records():
     braking = evidence()
     braking.trace[STAMPS > 7.05, 9] = 0.2
     none = tuple(np.empty((0, 6)) for _ in STAMPS)
@@ -60,14 +60,14 @@ def test_the_words_follow_other_records() -> None:
 
 
 @pytest.mark.parametrize(("stamp", "before"), [(8.0, 0.6), (0.8, 5.0)])
-def test_less_than_a_second_is_not_called_one(stamp: float, before: float) -> None:
+def test_less_than_a_second_is_not_called_one(stamp, before):
     given = evidence()
     words = paragraph(given, seconds_before(given, moment_at(stamp), before))
     assert "s before, it drove 1.00 m/s and neither braked nor sped up" in words
     assert "in the last second" not in words
 
 
-def alternative(kind: str, speed: float, path: float, obstacle: float) -> Alternative:
+def alternative(kind, speed, path, obstacle):
     scores = (
         CriticScore("PathDist", path, path, 0),
         CriticScore("BaseObstacle", obstacle, obstacle, 0),
@@ -75,7 +75,7 @@ def alternative(kind: str, speed: float, path: float, obstacle: float) -> Altern
     return Alternative(kind, Twist2D(speed), path + obstacle, scores)
 
 
-def test_what_decided_are_the_critics_that_speak_against_slower_most_first() -> None:
+def test_what_decided_are_the_critics_that_speak_against_slower_most_first():
     slower, second = alternative(SLOWER, 0.4, 1.1, 0.9), alternative(RUNNER_UP, 0.9, 1.3, 0.2)
     assert list(deciding_critics(decision(0.0), slower).items()) == [
         ("BaseObstacle", pytest.approx(0.7)),
@@ -96,13 +96,13 @@ def test_what_decided_are_the_critics_that_speak_against_slower_most_first() -> 
     )
 
 
-def test_shares_and_rejections_come_largest_first() -> None:
+def test_shares_and_rejections_come_largest_first():
     row = decision(0.0, PathDist_weighted=-3.0, BaseObstacle_weighted=1.0, PathDist_rejected=9)
     assert shares_of(row) == {"PathDist": 0.75, "BaseObstacle": 0.25}
     assert list(rejected_by(row).items()) == [("PathDist", 9), ("BaseObstacle", 7)]
 
 
-def test_controllers_without_scores_or_samples_are_told_as_they_are() -> None:
+def test_controllers_without_scores_or_samples_are_told_as_they_are():
     plain = {f"{name}_{end}": None for name in CRITICS for end in CRITIC_COLUMNS}
     for row, said in (
         (
@@ -126,7 +126,7 @@ def test_controllers_without_scores_or_samples_are_told_as_they_are() -> None:
         assert said in paragraph(told, seconds_before(told, moment_at(), 5.0))
 
 
-def test_whoever_was_shoved_hit_nobody() -> None:
+def test_whoever_was_shoved_hit_nobody():
     shoved = dict(contact(HIT, 20.0), fault="person_into_standing_robot")
     moment = dataclasses.replace(moment_at(), event=shoved)
     given = evidence(events=(shoved,))
@@ -134,7 +134,7 @@ def test_whoever_was_shoved_hit_nobody() -> None:
     assert "20.00 USD: person 1 hit it with 80 N s" in words and "it hit person" not in words
 
 
-def test_of_a_navigation_that_was_given_up_no_critic_is_blamed() -> None:
+def test_of_a_navigation_that_was_given_up_no_critic_is_blamed():
     row = {"outcome": "timeout", "reason": "timeout", "gave_up": "all retries are used up"}
     given = evidence(row={**row, "navigator_error": "NO_VALID_PATH", "goal_distance_m": 12.0})
     words = paragraph(given, seconds_before(given, moment_at(kind="timeout"), 5.0))

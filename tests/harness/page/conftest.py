@@ -1,9 +1,6 @@
 """Recordings without a simulation."""
 
 import json
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,9 +17,7 @@ CRITIC = {f"PathDist_{end}": kind for end, kind in CRITIC_COLUMNS.items()}
 HITS = (4.0, 9.0)  # [s] of two contacts that cost something
 
 
-def arrays_of(
-    row: dict[str, Any], seed: int = 0, beams: int = 36, people: int = 5
-) -> dict[str, Any]:
+def arrays_of(row, seed=0, beams=36, people=5):
     """A recording of a drive along a bent line from start to goal, with everything that a replay shows."""
     rng = np.random.default_rng(seed)
     stamps = np.arange(0.1, row["duration_s"], 0.1)
@@ -70,7 +65,7 @@ def arrays_of(
     }
 
 
-def decision(stamp: float) -> dict[str, Any]:
+def decision(stamp):
     """A cycle in which DWB kept to 1 m/s."""
     row = {
         **dict.fromkeys(DECISION_COLUMNS),
@@ -85,16 +80,16 @@ def decision(stamp: float) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="session")
-def make_arrays() -> Callable[..., dict[str, Any]]:
+def make_arrays():
     """See :func:`arrays_of`."""
     return arrays_of
 
 
 @pytest.fixture
-def record() -> Callable[..., None]:
+def record():
     """Give deliveries of a run folder recordings, and its costed contacts places and times."""
 
-    def add(folder: Path, stack: str, episodes: range, **more: Any) -> None:
+    def add(folder, stack, episodes, **more):
         (folder / "recordings").mkdir(exist_ok=True)
         for row in read_rows(folder / "episodes.parquet", EPISODE_COLUMNS):
             if row["stack"] == stack and row["episode"] in episodes:
@@ -116,11 +111,11 @@ def record() -> Callable[..., None]:
 
 
 @pytest.fixture
-def folder(write_run: Callable[..., Path], record: Callable[..., None]) -> Path:
+def folder(write_run, record):
     """A run of one stack with one recorded delivery, in which people were hit."""
 
-    def short(row: dict[str, Any]) -> None:
-        row["duration_s"] = 20.0
+    def short(row):
+        row |= {"duration_s": 20.0, "distance_m": 40.0, "average_speed_mps": 2.0, "outcome": "sla"}
 
     made = write_run(
         "one", episodes=4, crowd=3.0, change=short, map_sha256=map_digest(load_scene("sidewalk"))
@@ -129,7 +124,7 @@ def folder(write_run: Callable[..., Path], record: Callable[..., None]) -> Path:
     return made
 
 
-def place_events(folder: Path) -> None:
+def place_events(folder):
     """Contacts happen on the way, a few seconds apart."""
     ends = {
         (row["stack"], row["episode"]): row
@@ -144,10 +139,10 @@ def place_events(folder: Path) -> None:
 
 
 @pytest.fixture
-def rename_map() -> Callable[[Path, str], None]:
+def rename_map():
     """Let a run folder say that its map has another name."""
 
-    def rename(folder: Path, name: str) -> None:
+    def rename(folder, name):
         about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
         (folder / "run.json").write_text(json.dumps({**about, "map_name": name}), encoding="utf-8")
         rows = read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)

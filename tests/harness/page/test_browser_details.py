@@ -2,9 +2,6 @@
 
 import json
 import re
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +20,7 @@ from navstack.geometry import transform_points
 from navstack.params.strict import load_dataclass
 from navstack.types import Pose2D
 
-from .in_browser import Browse, choose, shown, wait
+from .in_browser import choose, shown, wait
 
 DATA = re.compile(r'(<script type="application/json" id="data">)(.*?)(</script>)', re.DOTALL)
 FACTS = (
@@ -34,12 +31,7 @@ TEXTS = "return [...document.querySelectorAll(arguments[0])].map(each => each.te
 MOVE = "const s = document.querySelector('#player .seek'); s.value = arguments[0]; s.dispatchEvent(new Event('input'))"
 
 
-def opened(
-    browse: Browse,
-    path: Path,
-    folders: list[Path],
-    change: Callable[[dict[str, Any]], None] | None = None,
-) -> Any:
+def opened(browse, path, folders, change=None):
     """A browser that shows the report of some runs, its data perhaps changed."""
     page = report_page([load_run(str(folder)) for folder in folders], 20, "")
     found = DATA.search(page)
@@ -57,17 +49,15 @@ def opened(
     return browser
 
 
-def texts(browser: Any, selector: str) -> list[str]:
+def texts(browser, selector):
     """Of all elements that match."""
-    found: list[str] = browser.execute_script(TEXTS, selector)
+    found = browser.execute_script(TEXTS, selector)
     return found
 
 
 @pytest.mark.parametrize("reach", [0.06, 0.7, 4.6, 5.5, 60.0])
-def test_the_ticks_of_a_waterfall_are_told_apart(
-    reach: float, write_run: Callable[..., Path], browse: Browse, tmp_path: Path
-) -> None:
-    def narrow(data: dict[str, Any]) -> None:
+def test_the_ticks_of_a_waterfall_are_told_apart(reach, write_run, browse, tmp_path):
+    def narrow(data):
         margin = {"v": -0.2 * reach, "lo": None, "hi": None}
         data["waterfall"] = [
             {
@@ -84,10 +74,8 @@ def test_the_ticks_of_a_waterfall_are_told_apart(
     assert len(ticks) > 3 and len(set(ticks)) == len(ticks), ticks
 
 
-def test_without_cargo_nothing_is_claimed_of_money(
-    write_run: Callable[..., Path], browse: Browse, tmp_path: Path
-) -> None:
-    def arrive(row: dict[str, Any]) -> None:
+def test_without_cargo_nothing_is_claimed_of_money(write_run, browse, tmp_path):
+    def arrive(row):
         row |= {"outcome": "arrived", "pieces_lost": None, "pieces_at_start": None}
 
     browser = opened(browse, tmp_path / "r.html", [write_run("bare", episodes=5, change=arrive)])
@@ -96,9 +84,7 @@ def test_without_cargo_nothing_is_claimed_of_money(
     assert not any("has its own" in text for text in texts(browser, "#waterfall .note"))
 
 
-def test_one_delivery_has_no_interval_and_prices_are_told_exactly(
-    write_run: Callable[..., Path], browse: Browse, tmp_path: Path
-) -> None:
+def test_one_delivery_has_no_interval_and_prices_are_told_exactly(write_run, browse, tmp_path):
     browser = opened(
         browse,
         tmp_path / "r.html",
@@ -113,9 +99,7 @@ def test_one_delivery_has_no_interval_and_prices_are_told_exactly(
     assert prices[prices.index("electricity") + 1] == "0.2704"
 
 
-def test_the_chooser_names_the_map_that_is_drawn(
-    write_run: Callable[..., Path], browse: Browse, tmp_path: Path
-) -> None:
+def test_the_chooser_names_the_map_that_is_drawn(write_run, browse, tmp_path):
     digest = map_digest(load_scene("sidewalk"))
     folders = [
         write_run(name, episodes=2, map_sha256=known)
@@ -127,10 +111,8 @@ def test_the_chooser_names_the_map_that_is_drawn(
     assert browser.execute_script("return document.querySelector('#which-map').value") == labels[1]
 
 
-def test_what_a_tip_tells_needs_no_mouse(
-    write_run: Callable[..., Path], browse: Browse, tmp_path: Path
-) -> None:
-    def tip_over(row: dict[str, Any]) -> None:
+def test_what_a_tip_tells_needs_no_mouse(write_run, browse, tmp_path):
+    def tip_over(row):
         row["reason"] = "arrived" if row["outcome"] == "sla" else "orientation"
         things = (
             name for name in row if name.endswith("_contacts") and name != "pedestrian_contacts"
@@ -166,12 +148,8 @@ def test_what_a_tip_tells_needs_no_mouse(
 
 
 def test_the_nearest_person_is_as_far_as_the_bodies_are_apart(
-    write_run: Callable[..., Path],
-    record: Callable[..., None],
-    make_arrays: Callable[..., dict[str, Any]],
-    browse: Browse,
-    tmp_path: Path,
-) -> None:
+    write_run, record, make_arrays, browse, tmp_path
+):
     folder = write_run("one", episodes=1)
     record(folder, "mine", range(1))
     browser = opened(browse, tmp_path / "r.html", [folder])
@@ -189,8 +167,8 @@ def test_the_nearest_person_is_as_far_as_the_bodies_are_apart(
 
 
 def test_of_two_quick_choices_the_last_is_shown_and_no_listeners_pile_up(
-    write_run: Callable[..., Path], record: Callable[..., None], browse: Browse, tmp_path: Path
-) -> None:
+    write_run, record, browse, tmp_path
+):
     folder = write_run("one", episodes=4)
     record(folder, "mine", range(3))
     browser = opened(browse, tmp_path / "r.html", [folder])

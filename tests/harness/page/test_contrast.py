@@ -12,14 +12,14 @@ WRITTEN = ("ink", "soft", "accent", "loss", "gain", *(f"s{number}" for number in
 BEHIND = ("paper", "card")
 
 
-def colours(theme: str) -> dict[str, str]:
+def colours(theme):
     """The colours of a theme by name."""
     selector = ":root {" if theme == "light" else ':root[data-theme="dark"] {'
     body = STYLE.split(selector, 1)[1].split("}", 1)[0]
     return dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", body))
 
 
-def luminance(colour: str) -> float:
+def luminance(colour):
     """Relative luminance (WCAG 2.1)."""
     shares = [int(colour[place : place + 2], 16) / 255.0 for place in (1, 3, 5)]
     linear = [
@@ -29,7 +29,7 @@ def luminance(colour: str) -> float:
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_every_text_stands_out(theme: str) -> None:
+def test_every_text_stands_out(theme):
     known = colours(theme)
     for text in WRITTEN:
         for ground in BEHIND:
@@ -37,7 +37,7 @@ def test_every_text_stands_out(theme: str) -> None:
             assert (high + 0.05) / (low + 0.05) >= LEAST, (theme, text, ground)
 
 
-def test_there_are_as_many_tints_as_the_program_takes() -> None:
+def test_there_are_as_many_tints_as_the_program_takes():
     program = (files("harness.report.page") / "assets" / "core.js").read_text(encoding="utf-8")
     assert f"const TINTS = {TINTS};" in program
     assert all(

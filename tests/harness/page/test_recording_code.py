@@ -6,8 +6,6 @@ import json
 import struct
 import tracemalloc
 import zipfile
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +18,7 @@ ROW = {"duration_s": 30.0, "start_x_m": -5.0, "start_y_m": 2.0, "goal_x_m": 30.0
 Arrays = dict[str, Any]
 
 
-def decoded(text: str) -> dict[str, np.ndarray]:
+def decoded(text):
     """What the page's script makes of it: an array (columns, n) per field."""
     content = gzip.decompress(base64.b64decode(text))
     (size,) = struct.unpack_from("<I", content)
@@ -39,7 +37,7 @@ def decoded(text: str) -> dict[str, np.ndarray]:
     return fields
 
 
-def test_what_is_decoded_is_what_was_recorded(make_arrays: Callable[..., Arrays]) -> None:
+def test_what_is_decoded_is_what_was_recorded(make_arrays):
     arrays = make_arrays(ROW)
     fields = decoded(encode(arrays, FINE))
     trace = arrays["trace"]
@@ -60,9 +58,7 @@ def test_what_is_decoded_is_what_was_recorded(make_arrays: Callable[..., Arrays]
     np.testing.assert_allclose(fields["options"].T, arrays["option_xy"], atol=6e-3)
 
 
-def test_a_recording_without_options_has_none(
-    make_arrays: Callable[..., Arrays], tmp_path: Path
-) -> None:
+def test_a_recording_without_options_has_none(make_arrays, tmp_path):
     arrays = {
         name: array for name, array in make_arrays(ROW).items() if not name.startswith("option")
     }
@@ -72,14 +68,14 @@ def test_a_recording_without_options_has_none(
     assert decoded(encode(found, FINE))["options"].shape == (2, 0)
 
 
-def test_coarse_scans_keep_their_angles(make_arrays: Callable[..., Arrays]) -> None:
+def test_coarse_scans_keep_their_angles(make_arrays):
     arrays = make_arrays(ROW)
     fields = decoded(encode(arrays, COARSE))
     assert fields["scan"].shape == (-(-len(arrays["scan_mm"]) // 2), 18)
     assert fields["scanGeometry"][0, 1] == pytest.approx(2.0 * arrays["scan_geometry"][1], abs=1e-6)
 
 
-def test_a_heading_does_not_jump_and_nobody_is_far_away(make_arrays: Callable[..., Arrays]) -> None:
+def test_a_heading_does_not_jump_and_nobody_is_far_away(make_arrays):
     arrays = make_arrays(ROW)
     arrays["trace"][:, 3] = np.linspace(3.0, 3.4, len(arrays["trace"])) % (2 * np.pi)
     arrays["trace"][:, 3][arrays["trace"][:, 3] > np.pi] -= 2 * np.pi
@@ -90,15 +86,13 @@ def test_a_heading_does_not_jump_and_nobody_is_far_away(make_arrays: Callable[..
     np.testing.assert_allclose(fields["crowd"][0, 50:], arrays["crowd"][50:, 0, 0], atol=6e-3)
 
 
-def test_a_robot_that_does_not_localize_has_no_belief(make_arrays: Callable[..., Arrays]) -> None:
+def test_a_robot_that_does_not_localize_has_no_belief(make_arrays):
     arrays = make_arrays(ROW)
     arrays["trace"][:, 6:9] = np.nan
     assert "belief" not in decoded(encode(arrays, FINE))
 
 
-def test_a_belief_that_begins_later_is_absent_until_then(
-    make_arrays: Callable[..., Arrays],
-) -> None:
+def test_a_belief_that_begins_later_is_absent_until_then(make_arrays):
     arrays = make_arrays(ROW)
     arrays["trace"][:20, 6:9] = np.nan
     believed = decoded(encode(arrays, FINE))["belief"]
@@ -107,7 +101,7 @@ def test_a_belief_that_begins_later_is_absent_until_then(
     np.testing.assert_allclose(believed[2, 20:], np.unwrap(arrays["trace"][20:, 8]), atol=6e-4)
 
 
-def test_a_long_recording_takes_little_memory(make_arrays: Callable[..., Arrays]) -> None:
+def test_a_long_recording_takes_little_memory(make_arrays):
     arrays = make_arrays({**ROW, "duration_s": 600.0}, beams=1000)
     tracemalloc.start()
     encode(arrays, FINE)
@@ -116,9 +110,7 @@ def test_a_long_recording_takes_little_memory(make_arrays: Callable[..., Arrays]
     assert peak < 8 * arrays["scan_mm"].nbytes
 
 
-def test_an_array_larger_than_any_memory_is_refused(
-    make_arrays: Callable[..., Arrays], tmp_path: Path
-) -> None:
+def test_an_array_larger_than_any_memory_is_refused(make_arrays, tmp_path):
     np.savez_compressed(
         tmp_path / "r.npz", **{k: v for k, v in make_arrays(ROW).items() if k != "trace"}
     )
@@ -164,9 +156,7 @@ def test_an_array_larger_than_any_memory_is_refused(
         ),
     ],
 )
-def test_a_damaged_recording_is_refused(
-    make_arrays: Callable[..., Arrays], tmp_path: Path, change: Callable[[Arrays], Any], said: str
-) -> None:
+def test_a_damaged_recording_is_refused(make_arrays, tmp_path, change, said):
     arrays = make_arrays(ROW)
     change(arrays)
     np.savez_compressed(tmp_path / "r.npz", **arrays)
@@ -175,7 +165,7 @@ def test_a_damaged_recording_is_refused(
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04" + bytes(40), b"no archive at all"])
-def test_what_is_no_archive_is_refused(tmp_path: Path, content: bytes) -> None:
+def test_what_is_no_archive_is_refused(tmp_path, content):
     (tmp_path / "r.npz").write_bytes(content)
     with pytest.raises(InputError, match="is damaged"):
         load_recording(tmp_path / "r.npz")

@@ -1,9 +1,6 @@
 """``navbench replay``: messages that rosbags reads back, and one clear line for what cannot be."""
 
 import json
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +14,6 @@ from harness.report.replay_bag import GREY, RED, write_bag
 from harness.storage.checksums import write_checksums
 from harness.storage.tables import read_rows
 from harness.world.map.scene_io import load_scene
-from navbench.cli.app import main
 from navstack.geometry import compose
 from navstack.types import Pose2D
 
@@ -42,16 +38,9 @@ ROW = {"duration_s": 5.0, "start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 8.0, "
 CORNERS = np.array([[0.1, 0.2], [0.1, -0.2], [-0.6, -0.2], [-0.6, 0.2]])
 
 
-def run(*arguments: str) -> Any:
-    """The exit status of a command."""
-    with pytest.raises(SystemExit) as ended:
-        main(["replay", *arguments])
-    return ended.value.code
-
-
-def read(path: Path) -> dict[str, list[tuple[float, Any]]]:
+def read(path):
     """Every message by topic, with its time of arrival [s]."""
-    found: dict[str, list[tuple[float, Any]]] = {}
+    found = {}
     with AnyReader([path]) as reader:
         for connection, time, content in reader.messages():
             message = reader.deserialize(content, connection.msgtype)
@@ -61,21 +50,36 @@ def read(path: Path) -> dict[str, list[tuple[float, Any]]]:
     return found
 
 
-def yaw_of(rotation: Any) -> float:
+def messages_of(path, topic):
+    """The messages of one topic."""
+    with AnyReader([path]) as reader:
+        own = [each for each in reader.connections if each.topic == topic]
+        return [
+            reader.deserialize(content, each.msgtype)
+            for each, _, content in reader.messages(connections=own)
+        ]
+
+
+@pytest.fixture
+def bag(folder, navbench, tmp_path):
+    """The bag of the recorded delivery."""
+    code, _, err = navbench("replay", folder, 1, "--mcap", tmp_path / "d.mcap")
+    assert code == 0, err
+    return tmp_path / "d.mcap"
+
+
+def yaw_of(rotation):
     return float(2.0 * np.arctan2(rotation.z, rotation.w))
 
 
-def pose_of(transform: Any) -> Pose2D:
+def pose_of(transform):
     moved = transform.transform
     return Pose2D(moved.translation.x, moved.translation.y, yaw_of(moved.rotation))
 
 
-def test_rosbags_reads_the_messages_back(
-    folder: Path, tmp_path: Path, make_arrays: Callable[..., dict[str, Any]]
-) -> None:
-    assert run(str(folder), "1", "--mcap", str(tmp_path / "d.mcap")) == 0
+def test_rosbags_reads_the_messages_back(folder, bag, make_arrays):
     arrays = make_arrays(read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)[1], 1)
-    found = read(tmp_path / "d.mcap")
+    found = read(bag)
     trace = arrays["trace"]
     truth = np.array(
         [(time, m.pose.position.x, m.pose.position.y) for time, m in found["/ground_truth"]]
@@ -103,9 +107,7 @@ def test_rosbags_reads_the_messages_back(
     )
 
 
-def test_a_person_who_was_hit_is_red_whatever_the_price(
-    make_arrays: Callable[..., dict[str, Any]], tmp_path: Path
-) -> None:
+def test_a_person_who_was_hit_is_red_whatever_the_price(make_arrays, tmp_path):
     event = {
         "x_m": 1.0,
         "y_m": 0.0,
@@ -130,102 +132,68 @@ def test_a_person_who_was_hit_is_red_whatever_the_price(
         RecordedReplay(make_arrays(ROW), contacts_shown(hits), CORNERS, 0.3),
         None,
     )
-    with AnyReader([tmp_path / "d.mcap"]) as reader:
-        contacts = [c for c in reader.connections if c.topic == "/contacts"]
-        found = [
-            reader.deserialize(content, c.msgtype)
-            for c, _, content in reader.messages(connections=contacts)
-        ]
+    found = messages_of(tmp_path / "d.mcap", "/contacts")
     colours = [(m.markers[0].color.r, m.markers[0].color.g, m.markers[0].color.b) for m in found]
     np.testing.assert_allclose(colours, [GREY, RED, RED, GREY], rtol=1e-6)
 
 
-def test_headings_of_a_plan_point_to_the_next_pose_and_the_last_one_stays(
-    folder: Path, tmp_path: Path
-) -> None:
-    assert run(str(folder), "1", "--mcap", str(tmp_path / "d.mcap")) == 0
-    poses = read(tmp_path / "d.mcap")["/plan"][0][1].poses
+def test_headings_of_a_plan_point_to_the_next_pose_and_the_last_one_stays(bag):
+    poses = messages_of(bag, "/plan")[0].poses
     last, before = poses[-1].pose.orientation, poses[-2].pose.orientation
     assert (last.z, last.w) == (before.z, before.w)
 
 
-def test_a_map_that_has_changed_is_in_no_file(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_map_that_has_changed_is_in_no_file(folder, navbench, tmp_path):
     about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     (folder / "run.json").write_text(
         json.dumps({**about, "map_sha256": "0" * 64}), encoding="utf-8"
     )
     write_checksums(folder)
-    assert run(str(folder), "1", "--mcap", str(tmp_path / "d.mcap")) == 0
-    err = capsys.readouterr().err
-    assert (
-        "note: the replay has no map: map 'sidewalk' has changed since the run" in err
-        and err.count("\n") == 1
-    )
-    with AnyReader([tmp_path / "d.mcap"]) as reader:
-        assert "/map" not in {connection.topic for connection in reader.connections}
+    code, _, err = navbench("replay", folder, 1, "--mcap", tmp_path / "d.mcap")
+    assert (code, err.count("\n")) == (0, 1)
+    assert "note: the replay has no map: map 'sidewalk' has changed since the run" in err
+    assert messages_of(tmp_path / "d.mcap", "/map") == []
 
 
-def test_a_way_off_the_map_has_no_map(
-    make_arrays: Callable[..., dict[str, Any]], tmp_path: Path
-) -> None:
+def test_a_way_off_the_map_has_no_map(make_arrays, tmp_path):
     arrays, grid = (
         make_arrays({**ROW, "start_x_m": 900.0, "goal_x_m": 908.0}),
         load_scene("sidewalk").geometry,
     )
     assert grid_around(grid, arrays["trace"]) is None
     write_bag(tmp_path / "d.mcap", RecordedReplay(arrays, [], CORNERS, 0.3), grid)
-    with AnyReader([tmp_path / "d.mcap"]) as reader:
-        assert "/map" not in {connection.topic for connection in reader.connections}
+    assert messages_of(tmp_path / "d.mcap", "/map") == []
 
 
-def test_the_absent_stand_nowhere(
-    make_arrays: Callable[..., dict[str, Any]], tmp_path: Path
-) -> None:
+def test_the_absent_stand_nowhere(make_arrays, tmp_path):
     arrays = make_arrays({**ROW, "duration_s": 2.0})
     arrays["crowd"][:10, 1] = np.inf
     write_bag(tmp_path / "d.mcap", RecordedReplay(arrays, [], CORNERS, 0.3), None)
-    with AnyReader([tmp_path / "d.mcap"]) as reader:
-        people = [c for c in reader.connections if c.topic == "/people"]
-        messages = [
-            reader.deserialize(content, c.msgtype)
-            for c, _, content in reader.messages(connections=people)
-        ]
+    messages = messages_of(tmp_path / "d.mcap", "/people")
     shown = [[marker.id for marker in message.markers] for message in messages]
     assert shown == [[0, 2, 3, 4]] * 10 + [[0, 1, 2, 3, 4]] * (len(arrays["trace"]) - 10)
 
 
-def test_our_own_reader_of_recorded_logs_takes_the_file(folder: Path, tmp_path: Path) -> None:
-    assert run(str(folder), "1", "--mcap", str(tmp_path / "d.mcap")) == 0
-    with Bag([tmp_path / "d.mcap"], TYPES) as bag:
-        assert {"/scan", "/odom", "/tf"} <= set(bag.topics)
+def test_our_own_reader_of_recorded_logs_takes_the_file(bag):
+    with Bag([bag], TYPES) as opened:
+        assert {"/scan", "/odom", "/tf"} <= set(opened.topics)
 
 
-def test_what_cannot_be_shown_is_said_in_one_line(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], write_run: Callable[..., Path]
-) -> None:
+def test_what_cannot_be_shown_is_said_in_one_line(folder, tmp_path, navbench, write_run):
     two = write_run("two", stacks=("a", "b"), episodes=2)
-    page = ("--html", str(tmp_path / "p.html"))
-    (tmp_path / "d.mcap").mkdir()
-    for arguments, said in (
-        ((str(folder), "9", *page), "finished no episode 9"),
-        ((str(two), "9", *page), "no episode 9 finished"),
-        ((f"{two}:c", "0", *page), "'c'"),
-        ((str(folder), "1", "--mcap", str(tmp_path / "d.bag")), "give a name that ends with .mcap"),
-        (
-            (str(folder), "1", "--mcap", str(tmp_path / "no" / "d.mcap")),
-            "its folder does not exist",
-        ),
-        ((str(folder), "1", "--mcap", str(tmp_path / "d.mcap")), "it is a folder; give a file"),
-        (
-            (str(folder), "1", *page, "--mcap", str(tmp_path / "no" / "d.mcap")),
-            "its folder does not exist",
-        ),
+    page, mcap = tmp_path / "p.html", tmp_path / "d.mcap"
+    mcap.mkdir()
+    for words, said in (
+        ((folder, 9, "--html", page), "finished no episode 9"),
+        ((two, 9, "--html", page), "no episode 9 finished"),
+        ((f"{two}:c", 0, "--html", page), "'c'"),
+        ((folder, 1, "--mcap", tmp_path / "d.bag"), "give a name that ends with .mcap"),
+        ((folder, 1, "--mcap", tmp_path / "no" / "d.mcap"), "its folder does not exist"),
+        ((folder, 1, "--mcap", mcap), "it is a folder; give a file"),
+        ((folder, 1, "--html", page, "--mcap", "no/d.mcap"), "its folder does not exist"),
     ):
-        assert run(*arguments) == 1
-        err = capsys.readouterr().err
-        assert (said in err, err.count("\n")) == (True, 1), err
-    (tmp_path / "d.mcap").rmdir()
-    assert not (tmp_path / "p.html").exists(), "nothing is made before all can be"
+        code, _, err = navbench("replay", *words)
+        assert (code, said in err, err.count("\n")) == (1, True, 1), err
+    mcap.rmdir()
+    assert not page.exists(), "nothing is made before all can be"
     assert not list(tmp_path.glob("*.mcap")) and not list(tmp_path.glob(".bag-*"))

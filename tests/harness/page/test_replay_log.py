@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.episode.episode import Delivery, run_episode
+from harness.episode.episode import run_episode
 from harness.metrics.replay_log import NO_RETURN, millimetres
 from harness.task.study import make_study
 
@@ -13,7 +13,7 @@ START, GOAL = (-67.875, -71.875, 0.0), (-67.875, -66.0, 0.0)
 
 
 @pytest.fixture(scope="module")
-def deliveries() -> dict[str, Delivery]:
+def deliveries():
     """The same short delivery, recorded and not."""
     studies = {
         record: make_study(
@@ -30,13 +30,13 @@ def deliveries() -> dict[str, Delivery]:
     return {record: run_episode(next(iter(study.tasks()))) for record, study in studies.items()}
 
 
-def test_rows_do_not_depend_on_what_is_recorded(deliveries: dict[str, Delivery]) -> None:
+def test_rows_do_not_depend_on_what_is_recorded(deliveries):
     assert deliveries["full"].row == deliveries["events"].row
     assert deliveries["full"].events == deliveries["events"].events
     assert deliveries["events"].recording is None
 
 
-def test_every_row_of_the_trace_has_what_was_seen(deliveries: dict[str, Delivery]) -> None:
+def test_every_row_of_the_trace_has_what_was_seen(deliveries):
     delivery = deliveries["full"]
     arrays = delivery.recording
     assert arrays is not None
@@ -55,7 +55,7 @@ def test_every_row_of_the_trace_has_what_was_seen(deliveries: dict[str, Delivery
     assert driven == pytest.approx(delivery.row["distance_m"], rel=0.1)
 
 
-def test_belief_and_truth_of_a_row_are_of_one_moment(deliveries: dict[str, Delivery]) -> None:
+def test_belief_and_truth_of_a_row_are_of_one_moment(deliveries):
     delivery = deliveries["full"]
     assert delivery.recording is not None
     trace = delivery.recording["trace"]
@@ -63,7 +63,7 @@ def test_belief_and_truth_of_a_row_are_of_one_moment(deliveries: dict[str, Deliv
     assert 0.0 < off.mean() < 1.3 * delivery.row["localization_error_mean_m"]
 
 
-def test_scans_and_plans_are_those_of_the_delivery(deliveries: dict[str, Delivery]) -> None:
+def test_scans_and_plans_are_those_of_the_delivery(deliveries):
     arrays = deliveries["full"].recording
     assert arrays is not None
     assert (np.diff(arrays["scan_stamp"]) > 0.0).all()
@@ -78,9 +78,7 @@ def test_scans_and_plans_are_those_of_the_delivery(deliveries: dict[str, Deliver
     assert math.hypot(last[0] + 67.875, last[1] + 66.0) < 0.5
 
 
-def test_options_are_the_motions_weighed_the_chosen_one_first(
-    deliveries: dict[str, Delivery],
-) -> None:
+def test_options_are_the_motions_weighed_the_chosen_one_first(deliveries):
     arrays = deliveries["full"].recording
     assert arrays is not None
     counts, totals = arrays["option_count"], arrays["option_total"]
@@ -97,7 +95,7 @@ def test_options_are_the_motions_weighed_the_chosen_one_first(
         )
 
 
-def test_ranges_become_millimetres() -> None:
+def test_ranges_become_millimetres():
     given = np.array([0.0, 1.2344, math.inf, math.nan, 65.534, 65.535, 80.0])
     assert millimetres(given).tolist() == [
         0,

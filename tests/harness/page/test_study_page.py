@@ -1,9 +1,5 @@
 """A study's page: its Markdown in a browser, with the missions on which the files part ways."""
 
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
-
 import pytest
 from PIL import Image
 
@@ -11,7 +7,7 @@ from harness.report.page.document import write_study_page
 from harness.report.page.markdown_blocks import sections
 from harness.study.stored_run import load_run
 
-from .in_browser import Browse, choose, wait
+from .in_browser import choose, wait
 
 TEXT = """# What <b>two</b> files earn
 
@@ -43,7 +39,7 @@ and *nothing* else.
 """
 
 
-def test_markdown_becomes_plain_values(tmp_path: Path) -> None:
+def test_markdown_becomes_plain_values(tmp_path):
     Image.new("RGB", (2, 2)).save(tmp_path / "margin.png")
     title, parts = sections(TEXT, tmp_path)
     assert title == "What <b>two</b> files earn"
@@ -65,12 +61,8 @@ def test_markdown_becomes_plain_values(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("width", [1440, 390])
 def test_it_shows_everything_and_plays_two_beside_each_other(
-    write_run: Callable[..., Path],
-    record: Callable[..., None],
-    browse: Browse,
-    tmp_path: Path,
-    width: int,
-) -> None:
+    write_run, record, browse, tmp_path, width
+):
     folder = write_run("partings", stacks=("original", "tuned"), episodes=3)
     record(folder, "original", range(2))
     record(folder, "tuned", range(2))
@@ -78,7 +70,7 @@ def test_it_shows_everything_and_plays_two_beside_each_other(
     (tmp_path / "report.md").write_text(TEXT, encoding="utf-8")
     page = write_study_page(tmp_path / "report.md", [load_run(str(folder))], "2026-11-25")
     assert page == tmp_path / "report.html"
-    browser: Any = browse(page, width)
+    browser = browse(page, width)
     wait(browser, "document.querySelector('#player').dataset.ready")
     text = browser.execute_script("return document.body.textContent")
     for said in (
@@ -104,9 +96,9 @@ def test_it_shows_everything_and_plays_two_beside_each_other(
     assert [entry["message"] for entry in browser.get_log("browser")] == []
 
 
-def test_without_recordings_it_is_the_text_alone(browse: Browse, tmp_path: Path) -> None:
+def test_without_recordings_it_is_the_text_alone(browse, tmp_path):
     (tmp_path / "index.md").write_text(TEXT, encoding="utf-8")
-    browser: Any = browse(write_study_page(tmp_path / "index.md", [], "2026-11-25"), 1440)
+    browser = browse(write_study_page(tmp_path / "index.md", [], "2026-11-25"), 1440)
     wait(browser, "document.documentElement.dataset.ready")
     assert browser.execute_script("return document.querySelector('#player')") is None
     assert browser.execute_script("return document.querySelectorAll('main > section').length") == 3

@@ -345,7 +345,8 @@ def test_a_gain_is_called_one_if_no_unseen_loss_could_undo_it(
 ) -> None:
     study, found = explained
     margin = dataclasses.replace(
-        found.components["contribution_margin"], difference=Interval(0.0, *difference, 40)
+        found.components["contribution_margin"],
+        difference=Interval(sum(difference) / 2.0, *difference, 40),
     )
     changed = dataclasses.replace(
         found,

@@ -30,11 +30,11 @@ function card(each, colour) {
   const interval = span(each.margin, usd);
   return h('div', { class: colour ? 'card' : 'card paper', tint: colour },
     h('h3', {}, colour ? each.label : `${each.label}, as published`),
-    h('div', { class: isNumber(each.margin.hi) && each.margin.hi < 0 ? 'big loss' : 'big' }, known ? usd(each.margin.v) : 'undefined'),
+    h('div', { class: each.loses ? 'big loss' : 'big' }, known ? usd(each.margin.v) : 'undefined'),
     h('div', { class: 'unit' }, 'margin per delivery'),
     h('div', { class: 'ci' }, interval ? `95 % ${interval}` : colour ? 'no interval: too few, or all alike' : 'no interval published'),
     each.unseen && h('div', { class: 'ci', 'data-tip': 'One more delivery is admitted that loses up to what the dearest contact costs.' },
-      `with a loss not seen yet ${span(each.unseen, usd)}`),
+      `with an unseen loss ${span(each.unseen, usd)}`),
     h('dl', {}, facts.map(([name, value]) => [h('dt', {}, name), h('dd', {}, value)])));
 }
 

@@ -57,11 +57,11 @@ function comparisonTable(pair) {
   return [
     pair.warnings.map(text => h('p', { class: 'note loss' }, `Not comparable: ${text}`)),
     first.length ? table(first) : h('p', { class: 'note' }, 'Alike on every mission in the foremost metrics.'),
-    pair.unseen && h('p', { class: 'note' }, `Contribution margin, if a loss that has not happened yet is admitted: ${usd(pair.unseen.v)}, ${span(pair.unseen, usd)}.`),
+    pair.unseen && h('p', { class: 'note' }, `Contribution margin, if an unseen loss is admitted: ${usd(pair.unseen.v)}, ${span(pair.unseen, usd)}.`),
     more.length > 0 && h('details', {}, h('summary', {}, `${more.length} further metrics that differ`), table(more)),
-    h('p', { class: 'note' }, `Differences mission by mission (${pair.b} minus ${pair.a}); intervals by bootstrap over missions; `
+    h('p', { class: 'note' }, `Differences mission by mission (${pair.b} minus ${pair.a}); intervals: the means that the test of p does not reject; `
       + `p by sign flips, and adjusted (Holm) for margin and SLA; ${pair.alike} metrics are alike on every mission. `
-      + 'Needed: missions that resolve a difference as large as the one observed (power 0.8, this metric alone).'
+      + 'Needed: missions that resolve a difference as large as the one observed (power 0.8).'
       + (left ? ` ${left} deliveries have no partner and are left out.` : '')),
   ].flat().filter(Boolean);
 }
