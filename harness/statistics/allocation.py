@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from harness.statistics.paired import Z_OF_TEST
+from harness.statistics.paired import z_of_power
 
 MISSED = 0.05  # probability with which the true rate of hits is above the bound for none seen
 
@@ -62,7 +62,7 @@ def cheaper_design(
     """
     if min(difference, first.cost, second.cost) <= 0.0:
         raise ValueError("a difference and costs must be above 0")
-    variance = (difference / Z_OF_TEST) ** 2
+    variance = (difference / z_of_power()) ** 2
     one, two = first.floored(loss), second.floored(loss)
     root_one, root_two = math.sqrt(first.cost), math.sqrt(second.cost)
     shared = (one * root_one + two * root_two) / variance

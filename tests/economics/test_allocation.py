@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from harness.statistics.allocation import Sample, cheaper_design
-from harness.statistics.paired import Z_OF_TEST
+from harness.statistics.paired import z_of_power
 
 HITS = 3  # no floor is needed
 
@@ -20,13 +20,15 @@ def test_uncorrelated_arms_take_the_least_time(
 ) -> None:
     arms = [Sample(sd, cost, 100, HITS) for sd, cost in zip(sds, costs, strict=True)]
     found = cheaper_design(*arms, correlation=0.0, difference=1.0, loss=58.0)
-    shared = sum(sd * math.sqrt(cost) for sd, cost in zip(sds, costs, strict=True)) * Z_OF_TEST**2
+    shared = (
+        sum(sd * math.sqrt(cost) for sd, cost in zip(sds, costs, strict=True)) * z_of_power() ** 2
+    )
     expected = [
         math.ceil(shared * sd / math.sqrt(cost)) for sd, cost in zip(sds, costs, strict=True)
     ]
     assert not found.is_paired and [found.first, found.second] == expected
     first = np.arange(1, 40_000)
-    left = 1.0 / Z_OF_TEST**2 - sds[0] ** 2 / first
+    left = 1.0 / z_of_power() ** 2 - sds[0] ** 2 / first
     second = np.where(left > 0.0, sds[1] ** 2 / np.where(left > 0.0, left, 1.0), np.inf)
     least = (first * costs[0] + second * costs[1]).min()
     assert least <= found.seconds <= least + sum(costs)
@@ -35,7 +37,7 @@ def test_uncorrelated_arms_take_the_least_time(
 def test_arms_that_vary_together_are_paired() -> None:
     arm = Sample(10.0, 2.0, 100, HITS)
     found = cheaper_design(arm, arm, correlation=0.9, difference=1.0, loss=58.0)
-    pairs = math.ceil(20.0 * Z_OF_TEST**2)  # 2 sd^2 (1 - 0.9)
+    pairs = math.ceil(20.0 * z_of_power() ** 2)  # 2 sd^2 (1 - 0.9)
     assert found.is_paired and found.first == found.second == pairs
     assert found.seconds == 4.0 * pairs
 
