@@ -6,9 +6,9 @@ Usage: python -m tools.compare_controllers [--episodes N] [--seed S] [--workers 
            [--world NAME] [--stack NAME ... | --parts NAME] --out FOLDER
 
 The first stack is the one that the others are held against. Deliveries that FOLDER holds already
-are not driven again, so a study that was interrupted goes on with the same command. The tables that
-docs/controllers.md quotes are printed as Markdown and kept in FOLDER/controllers.md; ``navbench
-compare FOLDER:A FOLDER:B`` shows all other metrics.
+are not driven again, so a study that was interrupted goes on with the same command. The tables are
+printed as Markdown and kept in FOLDER/controllers.md; ``navbench compare FOLDER:A FOLDER:B`` shows
+all other metrics.
 
 --parts holds a stack against itself with one part of its controller changed at a time;
 FOLDER/params has the changed Nav2 files.
