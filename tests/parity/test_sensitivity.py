@@ -106,14 +106,24 @@ CONSTANTS = (
         "adjust_gap3",
         jit=False,
     ),
-    Constant(DWB_PARAMS, "    forward_prune_distance: float = {}\n", 2.0, "dwb_jazzy", "curve"),
+    Constant(DWB_PARAMS, "    forward_prune_distance: Quantity = {}\n", 2.0, "dwb_jazzy", "curve"),
     # Nothing of the recorded plans lies farther behind than the default, nor does any command lie
     # just beyond 0.05.
     Constant(
-        DWB_PARAMS, "    prune_distance: float = {} ", 2.0, "dwb_jazzy", "corridor", factors=(0.5,)
+        DWB_PARAMS,
+        "    prune_distance: Quantity = {} ",
+        2.0,
+        "dwb_jazzy",
+        "corridor",
+        factors=(0.5,),
     ),
     Constant(
-        DWB_PARAMS, "    x_only_threshold: float = {}\n", 0.05, "dwb", "oscillation", factors=(0.5,)
+        DWB_PARAMS,
+        "    x_only_threshold: Quantity = {}\n",
+        0.05,
+        "dwb",
+        "oscillation",
+        factors=(0.5,),
     ),
     Constant(
         TURN,
