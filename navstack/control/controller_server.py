@@ -1,7 +1,5 @@
 """One attempt to follow a plan, after nav2_controller::ControllerServer."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from navstack.control.controller import Controller, Surroundings
@@ -111,7 +109,13 @@ class ControllerServer:
         )
         if not on_the_way:  # measured as with local_costmap.global_frame: odom
             raise NoProgressError("the robot has not moved as far as the progress checker requires")
-        measured = replace(state, twist=self._thresholded(state.twist))
+        measured = RobotState(
+            state.pose,
+            self._thresholded(state.twist),
+            state.stamp,
+            state.odom_pose,
+            state.position_std,
+        )
         try:
             with self.stopwatch:
                 command = self.controller.compute_velocity(measured, self.plan, surroundings)

@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -87,7 +88,11 @@ class FilterState:
 
     def copy(self) -> "FilterState":
         """A copy of its own."""
-        return replace(self, mean=self.mean.copy(), covariance=self.covariance.copy())
+        return FilterState(self.mean.copy(), self.covariance.copy(), *_scalars(self))
+
+
+# the fields after mean and covariance, in order
+_scalars = attrgetter(*(each.name for each in fields(FilterState)[2:]))
 
 
 @dataclass(slots=True)

@@ -8,7 +8,7 @@ import pytest
 
 from navstack.localization import gps_ekf_filter, gps_ekf_kernels
 from navstack.localization.gps_ekf import GpsEkfLocalizer
-from navstack.localization.gps_ekf_filter import COMPILED, GpsEkfFilter
+from navstack.localization.gps_ekf_filter import COMPILED, FilterState, GpsEkfFilter
 from navstack.localization.gps_ekf_kernels import OFFSET, SIZE, SPEED, YAW, X, Y
 from navstack.params.gps_ekf import GpsEkfParams
 from navstack.types import Belief, GpsFix, Imu, Odometry, Pose2D, Twist2D
@@ -21,6 +21,18 @@ def random_state(seed):
     mean = rng.normal(size=SIZE) * (5.0, 5.0, 2.0, 1.5, 0.05, 0.05, 1.0, 1.0, 1.0)
     root = rng.normal(size=(SIZE, SIZE))
     return mean, root @ root.T + np.eye(SIZE), rng
+
+
+def test_a_copy_of_the_state_has_every_field_and_arrays_of_its_own():
+    mean, covariance, rng = random_state(0)
+    names = [each.name for each in dataclasses.fields(FilterState)[2:]]
+    state = FilterState(mean, covariance, **dict(zip(names, rng.normal(size=99), strict=False)))
+    kept = dataclasses.asdict(state)
+    copied = state.copy()
+    state.mean += 1.0
+    state.covariance += 1.0
+    for name, value in dataclasses.asdict(copied).items():
+        assert np.array_equal(value, kept[name]), name
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -1,6 +1,7 @@
 """The cost to go: the distance to the goal, dearer near walls, and the way there."""
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +9,7 @@ from scipy import ndimage
 
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.jit import njit
-from navstack.types import FloatArray, FloatMatrix, Path, Pose2D
+from navstack.types import FloatArray, FloatMatrix, IntArray, Path, Pose2D
 
 # of each cell (height, width) [m]; infinite: no way leads there
 CostToGo = Callable[[Costmap, Pose2D], FloatArray]
@@ -53,13 +54,29 @@ def make_field(
     if unreached.all():
         metres = np.zeros_like(metres)
     elif unreached.any():
-        away, (rows, columns) = ndimage.distance_transform_edt(unreached, return_indices=True)
-        metres = metres[rows, columns] + away * (size * _UPHILL)
+        nearest, away = _nearest_outside(unreached.tobytes(), unreached.shape)
+        metres[unreached] = metres.reshape(-1)[nearest] + away * (size * _UPHILL)
     down_y, down_x = (
         ndimage.gaussian_filter(np.clip(-each, -1.0, 1.0), _SMOOTHED)
         for each in np.gradient(metres)
     )
     return CostToGoField(metres, down_x, down_y, costmap.origin_x, costmap.origin_y, size)
+
+
+@lru_cache(maxsize=2)  # the same of all goals of a map that lie in one of its parts
+def _nearest_outside(mask: bytes, shape: tuple[int, int]) -> tuple[IntArray, FloatArray]:
+    """Of each cell of a mask: number of the nearest cell outside, and the distance [cells] to it.
+
+    Args:
+        mask: bool of each cell, row by row.
+        shape: height and width of the grid.
+
+    Returns:
+        Two arrays (N,), in the order of the mask's N cells.
+    """
+    inside = np.frombuffer(mask, dtype=np.bool_).reshape(shape)
+    away, (rows, columns) = ndimage.distance_transform_edt(inside, return_indices=True)
+    return rows[inside] * shape[1] + columns[inside], away[inside]
 
 
 def _within(costmap: Costmap, plan: Path, width: float) -> Costmap:

@@ -16,6 +16,7 @@ from scipy.ndimage import distance_transform_edt
 
 from navstack.control.controller import Surroundings
 from navstack.control.decision import RUNNER_UP, SLOWER
+from navstack.control.expected_cost import field as field_module
 from navstack.control.expected_cost import motions as library
 from navstack.control.expected_cost.clearance import (
     FAR,
@@ -196,6 +197,11 @@ def test_the_field_is_the_way_to_the_goal_in_metres():
     closed.data[400:420] = 254
     assert np.isinf(cost_to_go(closed, GOAL)[100, 300])
     assert np.isfinite(make_field(closed, GOAL, 0.2, cost_to_go).cost).all()
+    # one after another, as by itself: what no way leads through is another part of each map
+    in_turn = [make_field(each, GOAL, 0.2, cost_to_go).cost for each in (street(), closed)]
+    field_module._nearest_outside.cache_clear()
+    assert_array_equal(in_turn[1], make_field(closed, GOAL, 0.2, cost_to_go).cost)
+    assert_array_equal(in_turn[0], field.cost)
 
 
 def test_in_a_corridor_ways_lead_along_the_plan_only():
