@@ -78,7 +78,7 @@ def test_a_cost_term_touches_at_most_three_files() -> None:
 
 
 def test_the_term_stands_in_the_table_and_the_document_of_a_stored_run(tree: Path) -> None:
-    printed = navbench(tree, "price", RUN, "--prices", "costnav")
+    printed = navbench(tree, "price", RUN, "--prices", "costnav", "--full")
     assert "\n  Insurance Fee " in printed
     (run,) = json.loads(navbench(tree, "price", RUN, "--prices", "costnav", "--json"))["runs"]
     economics, measured = run["economics"], run["measured"]

@@ -89,6 +89,8 @@ def test_the_tables_show_the_papers_values_beside(
     hall: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert status("show", str(hall), "--samples", "5") == 0
+    assert "12,620" not in capsys.readouterr().out
+    assert status("show", str(hall), "--samples", "5", "--paper") == 0
     text = capsys.readouterr().out
     for words in (
         "Map hall, 20 x 12 m",

@@ -21,7 +21,12 @@ def folder(write_run):
             "outcome": "sla",
             "reason": "arrived",
             "duration_s": END,
-            "pieces_at_start": 50,
+            "distance_m": END,
+            "start_x_m": 0.0,
+            "start_y_m": 0.0,
+            "goal_x_m": END,
+            "goal_y_m": 0.0,
+            "pieces_at_start": 100,
             "pieces_lost": 3,
         }
 
