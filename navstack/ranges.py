@@ -7,7 +7,7 @@ class WheelParams(Parameters, whose="wheels"):
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 from types import UnionType
@@ -78,7 +78,7 @@ class Known:
 class Replaced:
     """Takes a usual value in place of any that is not known, as Nav2 does."""
 
-    known: tuple[int, ...]
+    known: Sequence[int]
     usual: int
 
     def taken(self, name: str, value: Any, where: str) -> Any:

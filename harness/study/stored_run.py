@@ -306,8 +306,15 @@ def _check_plausible(finished: Rows, folder: Path) -> None:
 
 
 def _limits(folder: Path, stack: str) -> Limits:
-    """What bounds a stack's deliveries, as far as the run's parameters tell."""
-    robot, rules = (_numbers(folder, name) for name in (f"{stack}-robot", "rules"))
+    """What bounds a stack's deliveries, as far as the run's parameters tell.
+
+    Files that were changed after it had begun tell nothing of the deliveries before.
+    """
+    mixed = mixed_files(folder)
+    robot, rules = (
+        {} if f"params/{name}.yaml" in mixed else _numbers(folder, name)
+        for name in (f"{stack}-robot", "rules")
+    )
     usual = Limits()
     return Limits(
         robot.get("max_speed", usual.max_speed),

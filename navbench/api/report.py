@@ -109,6 +109,8 @@ def _replay(
 
     path = recording_file(side_of(run).run, episode)
     delivery_row(run, episode)
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path} is not a file; remove it, and the delivery is driven again")
     if not path.is_file():
         say(f"episode {episode} of {run.stacks[0].name} is driven again")
         path = record_again(run, episode, folder)

@@ -218,13 +218,19 @@ def test_a_world_is_found_by_its_former_name_and_says_so(
 
 
 @pytest.mark.parametrize(
-    "command",
-    ["run --stack {}", "run --world {}", "report {} --out x.html", "verify {}", "lint {}.yaml"],
+    ("command", "told"),
+    [
+        ("run --stack {}", "unknown stack"),
+        ("run --world {}", "unknown world"),
+        ("report {} --out x.html", "File name too long"),
+        ("verify {}", "File name too long"),
+        ("lint {}.yaml", "Nav2 file"),
+    ],
 )
 def test_a_name_that_no_file_can_have_is_one_line(
-    capsys: pytest.CaptureFixture[str], command: str
+    capsys: pytest.CaptureFixture[str], command: str, told: str
 ) -> None:
-    assert "File name too long" in complaint(capsys, *command.format("a" * 300).split())
+    assert told in complaint(capsys, *command.format("a" * 300).split())
 
 
 def test_a_link_to_itself_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -233,15 +239,15 @@ def test_a_link_to_itself_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("footprint_padding", "1.0e+308"), ("cost_scaling_factor", ".inf")]
+    ("name", "value", "told"),
+    [
+        ("footprint_padding", "1.0e+308", "1e+308 must be -1e+09 to 1e+09"),
+        ("cost_scaling_factor", ".inf", "inf is out of range; at most 1e+09 is allowed"),
+    ],
 )
 def test_numbers_beyond_all_measure_are_errors(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, value: str
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, value: str, told: str
 ) -> None:
     (tmp_path / "nav2.yaml").write_text(re.sub(rf"{name}: \S+", f"{name}: {value}", TUNED))
     assert status("lint", str(tmp_path / "nav2.yaml")) == 1
-    said = "".join(capsys.readouterr())
-    assert (
-        f"{name} {float(value.replace('.inf', 'inf'))!r} is out of range; at most 1e+09 is allowed"
-        in said
-    )
+    assert f"{name} {told}" in "".join(capsys.readouterr())

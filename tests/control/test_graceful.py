@@ -265,7 +265,7 @@ FILE = """controller_server:
     FollowPath:
       plugin: "nav2_graceful_controller::GracefulController"
       lambda: 1.5
-      motion_target_dist: 0.8
+      max_lookahead: 0.8
       k_phi: 3.0
 """
 

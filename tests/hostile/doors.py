@@ -56,7 +56,7 @@ from harness.world.people.params import ReplayParams
 from harness.world.people.replay_file import load_recording
 from harness.world.physics.robot import RobotParams
 from harness.world.sensors.suite import SensorParams
-from navbench.cli.app import app
+from navbench.cli.app import ALIASES, app
 from navstack.errors import NavstackError
 from navstack.params.strict import load_dataclass
 
@@ -401,7 +401,7 @@ PROGRAMS: dict[str, Callable[[Path], list[str]]] = {  # a command -> arguments t
 def _option(rng: random.Random) -> Attempt:
     """An odd value for an option of a command."""
     name, odd = rng.choice(sorted(PROGRAMS)), rng.choice(ODD_VALUES)
-    command = app.get_command(click.Context(app), name)
+    command = app.get_command(click.Context(app), ALIASES.get(name, (name,))[0])
     assert command is not None
     option = rng.choice(
         [each for each in command.params if isinstance(each, click.Option) and not each.is_flag]

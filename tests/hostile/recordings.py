@@ -68,7 +68,7 @@ def cases() -> Iterator[Case]:
         "unpacks to 300 MB": _that_unpacks,
     }.items():
         yield Case(f"recording: {what}", "parked-0.npz", _replayed(write))
-    yield Case("recording: is a pipe", "was not recorded", _replayed(pipe))
+    yield Case("recording: is a pipe", "parked-0.npz", _replayed(pipe))
 
 
 def _saved(arrays: Arrays) -> bytes:

@@ -101,7 +101,7 @@ def test_amcl_finds_a_drive_through_the_sidewalk(tmp_path, capsys, form):
     captured = capsys.readouterr()
     assert status == 0 and captured.err == ""
     document = json.loads(captured.out)
-    keys = {"poses", "final", "degraded_s", "lost_s", "ape", "rpe", "out"}
+    keys = {"poses", "final", "degraded_s", "lost_s", "ape", "rpe", "worth", "out"}
     assert set(document) == keys and document["out"] == str(out)
     assert document["lost_s"] == 0.0
     assert (

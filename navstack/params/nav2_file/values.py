@@ -5,7 +5,7 @@ import math
 import re
 import types
 import typing
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar, Union, get_args, get_origin
 
@@ -128,12 +128,18 @@ def _warnings_of(name: str, kind: Any, path: str, entry: ParameterEntry) -> Iter
     for rule in getattr(kind, "__metadata__", ()):
         is_replaced = isinstance(rule, Replaced) and entry.value not in rule.known
         if is_replaced and type(entry.value) is int:
-            names = ", ".join(map(str, rule.known))
-            message = f"{_shown(entry.value)} is none of {names}; Nav2 warns and takes {rule.usual}"
+            message = f"{_shown(entry.value)} is none of {_told(rule.known)}; Nav2 warns and takes {rule.usual}"
             yield Notice("replaced-value", path, message, f"{name}: {rule.usual}", entry.line)
     if _is_left_open(kind, entry):
         message = f"{_shown(entry.value)} is left to a launch file; Nav2's default is read"
         yield Notice("placeholder", path, message, "write true or false", entry.line)
+
+
+def _told(known: Sequence[int]) -> str:
+    """Numbers in words: a range by its ends, for it may have thousands of millions."""
+    if isinstance(known, range):
+        return f"{known[0]} to {known[-1]}"
+    return ", ".join(map(str, known))
 
 
 def form_notices(declared: Declared, path: str, entry: ParameterEntry) -> list[Notice]:
