@@ -123,8 +123,10 @@ def _check_filters(browser):
 
 
 def _check_replay(browser):
-    opener = "document.querySelector('#deliveries-table [data-replay]')"
-    number = browser.execute_script(f"const b = {opener}; b.click(); return b.dataset.replay")
+    openers = "[...document.querySelectorAll('#deliveries-table [data-replay]')]"
+    numbers = browser.execute_script(f"return {openers}.map(each => each.dataset.replay)")
+    number = next(each for each in numbers if replay_facts(browser, each)["reasons"])
+    browser.execute_script(f"{openers}.find(each => each.dataset.replay === '{number}').click()")
     wait(browser, f"document.querySelector('#player').dataset.ready === '{number}'")
     blank = picture(browser)
     slider = "document.querySelector('#player .seek')"
