@@ -3,15 +3,14 @@
 The bucket is a rigid body on a deck, the robot's body up to there, which is moved as
 :mod:`harness.world.cargo.cargo` moves a fixed bucket. Its sides keep the directions of the map, not
 the robot's, when it is put there. It slides where friction does not hold it, tips over, and may
-fall off the deck onto the ground, where the robot leaves it behind or pushes it along. Pieces count as published: those
-within the box, with sides along the map's axes, about the bucket wherever it lies. Source of both:
-CostNav @ 144b293, ``evaluation/food.py``.
+fall off the deck onto the ground, where the robot leaves it behind or pushes it along. Pieces count
+as published: those within the box, with sides along the map's axes, about the bucket wherever it
+lies. Source of both: CostNav @ 144b293, ``evaluation/food.py``.
 
 Simplifications: walls and floor are thick for the solver's sake, and weigh as thin ones of one
 cardboard do. The bucket tips over the edges of the space inside, until at 0.46 rad a wall stands on
-the deck. The ground is level and as far below the deck as on
-level ground. Nothing but robot and ground touches a bucket that lies there. Once the robot is
-``_AWAY`` from it nothing moves any more.
+the deck. The ground is level and as far below the deck as on level ground. Nothing but robot and
+ground touches a bucket that lies there. Once the robot is ``_AWAY`` from it nothing moves any more.
 """
 
 import itertools
@@ -36,7 +35,7 @@ _GROUND = 4.0  # [m] half the width of the ground that is kept below the robot
 _FALLEN = 0.05  # [m] below its place, from which on a bucket has left the deck
 _AWAY = 1.0  # [m] between the robot's reach and a bucket on the ground that is left behind
 _LYING = 2.0  # [s] in which a bucket that has left the deck comes to rest beside a standing robot
-_STANDING = 0.01  # [m/s] below which a robot stands
+_STANDING = 0.01  # [m/s, rad/s] below which a robot stands
 _SETTLING = 1.0  # [s] from putting the bucket on the deck to the first count; published: 30 frames
 _AT_REST = (0.0, 0.0, 0.0)
 _LEVEL = (0.0, 0.0, 0.0, 1.0)
@@ -172,7 +171,7 @@ class LooseCargo(Cargo):
         lies = (self._steps - self._left_deck) * self._dt > _LYING
         if lies and self._is_left_behind:
             self._is_awake = False
-        elif not lies or math.hypot(*moved.velocity) > _STANDING:
+        elif not lies or _is_moving(moved):
             self._calm_steps = 0
             super()._advance(moved)
 
@@ -215,6 +214,11 @@ class LooseCargo(Cargo):
         _, orientation = self._pose()
         to_map = about_vertical(self._heading) @ rotation_of(orientation)
         return are_in_box_of(places, to_map, self.params)
+
+
+def _is_moving(moved: BucketStep) -> bool:
+    """Whether the robot drives or turns; turning may leave the bucket's place where it is."""
+    return math.hypot(*moved.velocity) > _STANDING or math.hypot(*moved.spin) > _STANDING
 
 
 def bucket_boxes(params: CargoParams) -> list[Box]:

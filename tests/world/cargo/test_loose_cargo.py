@@ -373,3 +373,24 @@ def test_a_robot_that_drives_on_pushes_what_lies_before_it(robot, speed):
     assert z < -0.3
     assert pushed == pytest.approx(max(3.0 * speed - 0.3, 0.0), abs=0.15)
     cargo.close()
+
+
+def test_a_robot_that_turns_on_the_spot_pushes_what_lies_beside_it(robot):
+    """Its rear, which reaches 0.65 m from the axle, sweeps a bucket away that lies 0.45 m off."""
+    cargo = make(ABOVE_BASE_LINK, robot)
+    accelerate(cargo, (8.0, 0.0, 0.0), 0.02)
+    shift = SCALE * np.array((0.0, 0.45, -0.47 + 0.01))
+    for body in (cargo._bucket, *cargo._pieces):
+        at, how = bullet.getBasePositionAndOrientation(body, cargo._client)
+        bullet.resetBasePositionAndOrientation(body, (at + shift).tolist(), how, cargo._client)
+    accelerate(cargo, STILL, 2.5)  # comes to rest beside the standing robot
+    before, rate, places = place(cargo), -1.0, []
+    for k in range(round(0.5 * math.pi / DT)):
+        yaw = rate * (k + 1) * DT
+        turned = (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
+        cargo.step(BucketStep(STILL, STILL, turned, (0.0, 0.0, rate)))
+        places.append(place(cargo))
+    assert math.hypot(*(places[-1] - before)[:2]) > 0.1
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / DT
+    assert speeds.max() < 3.0  # swept, not thrown out of the robot's body
+    cargo.close()
