@@ -13,6 +13,8 @@ from harness.ablation.document import ablation_document
 from harness.episode.factory import prices_of
 from harness.metrics.columns import Row
 from harness.report.ablation import draw_ablation
+from harness.report.ablation_page import write_ablation
+from harness.report.page.document import write_study_page
 from harness.storage.documents import write_document
 from harness.storage.new_run import ABLATION, create_run, default_folder, require_usable
 from harness.storage.texts import name_of
@@ -22,6 +24,7 @@ from harness.study.preflight import check
 from harness.study.stored_run import load_run
 from harness.task.study import make_study
 from navbench.api.driving import Driven, drive_folder, say_notes
+from navbench.api.report import today
 from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass, load_dataclass
 
@@ -36,6 +39,7 @@ class Ablated:
     ablation: Ablation
     content: Row
     figures: list[Path]
+    page: Path
 
     def as_json(self) -> Row:
         """As ``navbench ablate --json`` prints it."""
@@ -132,4 +136,6 @@ def _drive(path: Path, declaration: AblationDeclaration, where: Where) -> Ablate
     figures = draw_ablation(ablation, path)
     content = ablation_document(ablation, study, prices)
     write_document(path / "ablation.json", content)
-    return Ablated(driven, ablation, content, figures)
+    runs = [] if driven.is_interrupted else [run]
+    page = write_study_page(write_ablation(ablation, figures, path), runs, today())
+    return Ablated(driven, ablation, content, figures, page)

@@ -14,6 +14,7 @@ from harness.audit.pairs import Conditions
 from harness.episode.factory import nav2_parameters, prices_of, rules_of, world_params
 from harness.metrics.columns import Row
 from harness.report.page.document import write_study_page
+from harness.report.tuning.decision import decision, setup_of
 from harness.report.tuning.document import write_tuning
 from harness.storage.documents import write_document
 from harness.storage.new_run import TUNING, create_run, default_folder, require_usable
@@ -81,6 +82,7 @@ class Tuned:
     result: StudyResult
     scores: Row
     explanation: Explanation
+    about: str  # what was tuned, and where
     lint: Row  # of the tuned file
     run_command: Sequence[str]  # ``navbench run`` with the tuned file
     test_command: str  # drives its test again
@@ -89,7 +91,13 @@ class Tuned:
 
     def as_json(self) -> Row:
         """As ``navbench tune --json`` prints it."""
-        return {**self.document, "explanation": self.explanation.document}
+        verdict = decision(self.result, self.scores, self.explanation)
+        return {
+            **self.document,
+            "about": self.about,
+            "decision": verdict,
+            "explanation": self.explanation.document,
+        }
 
 
 def tune(
@@ -283,7 +291,8 @@ def _explain(
         world.pedestrian_bodies.max_contact_impulse or math.inf,
     )
     command, again = run_command(declaration, path), test_command(declaration, result.seed, path)
-    markdown = write_tuning(result, scores, explanation, command, path, again, lint)
+    about = setup_of(declaration, template)
+    markdown = write_tuning(result, scores, explanation, about, command, path, again, lint)
     progress.begin("replays")
     folders = _record_partings(explanation.partings, base, evaluator, path)
     write_study_page(markdown, [load_run(str(each)) for each in folders], today())
@@ -292,6 +301,7 @@ def _explain(
         result=result,
         scores=scores,
         explanation=explanation,
+        about=about,
         lint=lint,
         run_command=command,
         test_command=again,

@@ -115,5 +115,5 @@ def ablate(
         if is_full:
             blocks = [*blocks[:1], *ablation_blocks(ablation, found.figures, folder)]
         print_blocks(blocks, report_console())
-        click.echo(f"run folder: {folder}; next: navbench report {folder}")
+        click.echo(f"page: {found.page}; next: navbench explain {folder}")
     sys.exit(exit_status(found.driven.is_interrupted, found.driven.has_errors))

@@ -171,7 +171,7 @@ def _print(found: "Tuned", is_full: bool) -> None:
     from harness.tuning.output import DIFF, TUNED
 
     path = found.folder
-    blocks = short_tuning(found.result, found.explanation, path)
+    blocks = short_tuning(found.result, found.scores, found.explanation, found.about, path)
     if is_full:
         blocks = tuning_blocks(
             found.result, found.scores, found.explanation, found.run_command, path

@@ -122,7 +122,13 @@ def test_an_ablation_is_driven_cut_off_and_driven_on(
     assert status == 0 and len(lines) <= 25
     assert "robot segway_e1" in lines[0] and "map hall" in lines[0]
     assert "parameters from amcl.yaml: gps_ekf" not in short, "no arm has the filter"
-    assert lines[-1].endswith(f"next: navbench report {out}")
+    assert lines[-1] == f"page: {out / 'ablation.html'}; next: navbench explain {out}"
+    page = (out / "ablation.md").read_text()
+    title, answer = page.split("\n\n")[:2]
+    assert title.startswith("# Localizers: nav2-amcl, robot segway_e1, with ground_truth, gps")
+    assert answer.startswith("**ground_truth against gps, margin [USD/run]:")
+    assert "(ablation.png)" in page and "## " in page
+    assert (out / "ablation.html").stat().st_size > 50_000
     status, report, _ = navbench(capsys, "--resume", str(out), "--against", "gps", "--full")
     assert status == 0 and "not buildable" in report and "Error [m]" in report
     assert "ground_truth against gps, localization error [m]:" in report

@@ -125,6 +125,19 @@ def dependence(result: Sensitivity) -> list[str]:
     return [f"{result.stack.name} depends most on (USD a delivery between a price's ends): {bars}"]
 
 
+def ablation_setup(ablation: Ablation, folder: Path) -> str:
+    """What drove with which localizers, where and among whom: one line."""
+    run = load_run(str(folder))
+    arms = ", ".join(arm.name for arm in ablation.arms)
+    robot = drivers_of(run)[0].robot
+    return f"{ablation.declaration.stack}, robot {robot}, with {arms}; {where_line(run)}"
+
+
+def ablation_answer(ablation: Ablation) -> list[str]:
+    """Which margins differ: a sentence for each pair."""
+    return [sentence(each) for each in ablation.differences if each.metric == MARGIN]
+
+
 def short_ablation(ablation: Ablation, folder: Path) -> list[Block]:
     """What each localizer knows of its position and earns, and which differences are significant.
 
@@ -132,13 +145,7 @@ def short_ablation(ablation: Ablation, folder: Path) -> list[Block]:
         ablation: what was found.
         folder: of its run.
     """
-    run = load_run(str(folder))
-    arms = ", ".join(arm.name for arm in ablation.arms)
-    robot = drivers_of(run)[0].robot
-    lines = [f"{ablation.declaration.stack}, robot {robot}, with {arms}; {where_line(run)}"]
-    lines += [
-        sentence(difference) for difference in ablation.differences if difference.metric == MARGIN
-    ]
+    lines = [ablation_setup(ablation, folder), *ablation_answer(ablation)]
     head = ["Localizer", "error, median [m]", "95 % [m]", "Margin ($/delivery)", "Sensors"]
     rows = [
         (

@@ -8,12 +8,13 @@ from harness.report.blocks import Block, Chart, Text
 from harness.report.markdown import markdown_text
 from harness.report.numbers import counted
 from harness.report.texts import TEXTS
+from harness.report.tuning.decision import as_nav2, decision
 from harness.report.tuning.figures import draw_tuning
 from harness.report.tuning.summary import summary
 from harness.report.tuning.tables import sheets, trials_sheet
 from harness.storage.files import write_text, writing
 from harness.tuning.explanation import Explanation
-from harness.tuning.output import DIFF
+from harness.tuning.output import DIFF, TUNED
 from harness.tuning.result import StudyResult
 from navstack.params.strict import read_text
 
@@ -44,10 +45,26 @@ def tuning_blocks(
     ]
 
 
-def short_tuning(study: StudyResult, explanation: Explanation, folder: Path) -> list[Block]:
-    """What the study found, in sentences, and where its page is."""
+def short_tuning(
+    study: StudyResult, scores: Row, explanation: Explanation, about: str, folder: Path
+) -> list[Block]:
+    """What was tuned, whether to take it, why, and where its page is.
+
+    Args:
+        study: what was searched.
+        scores: of :func:`harness.tuning.scores.scores_document`.
+        explanation: what the study says.
+        about: of :func:`harness.report.tuning.decision.setup_of`.
+        folder: of the study.
+    """
     page = (folder / REPORT).with_suffix(".html")
-    lines = [*summary(study, explanation), f"page: {page}"]
+    lines = [
+        about,
+        decision(study, scores, explanation),
+        as_nav2(read_text(folder / TUNED)),
+        *summary(study, explanation),
+        f"page: {page}",
+    ]
     return [Text(line, "whole") for line in lines]
 
 
@@ -55,6 +72,7 @@ def write_tuning(
     study: StudyResult,
     scores: Row,
     explanation: Explanation,
+    about: str,
     command: Sequence[str],
     folder: Path,
     again: str,
@@ -66,6 +84,7 @@ def write_tuning(
         study: what was searched.
         scores: of :func:`harness.tuning.scores.scores_document`.
         explanation: what the study says.
+        about: of :func:`harness.report.tuning.decision.setup_of`.
         command: as in :func:`tuning_blocks`.
         folder: of the study.
         again: the line that drives its test again.
@@ -80,20 +99,32 @@ def write_tuning(
         if figure.suffix == ".png"
     ]
     blocks = [
+        Text(f"**{decision(study, scores, explanation)}**"),
+        Text(about),
+        Text(as_nav2(read_text(folder / TUNED))),
         *map(Text, summary(study, explanation)),
+        *_what_differs(folder),
         *sheets(study, scores, explanation, command),
         *figures,
         trials_sheet(study),
-        Text("What differs", "heading"),
-        Text(read_text(folder / DIFF).rstrip("\n"), "diff"),
         Text("Lint of the tuned file", "heading"),
         Text("\n".join(f"- {line}" for line in lint_lines(lint))),
         Text("Its test, driven again", "heading"),
         Text(again, "code"),
     ]
     with writing(folder / REPORT):
-        write_text(folder / REPORT, f"# {study.space.title}\n\n{markdown_text(blocks)}")
+        write_text(
+            folder / REPORT, f"# Tuned: {about.partition(';')[0]}\n\n{markdown_text(blocks)}"
+        )
     return folder / REPORT
+
+
+def _what_differs(folder: Path) -> list[Block]:
+    """The tuned file's lines that are new; none: both are alike."""
+    difference = read_text(folder / DIFF).rstrip("\n")
+    if not difference:
+        return []
+    return [Text("What differs", "heading"), Text(difference, "diff")]
 
 
 def lint_lines(lint: Row) -> list[str]:

@@ -23,7 +23,6 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
         return [*lines, *_room(study, explanation)]
     lines += [
         _proof(study, explanation),
-        *_advice(study, explanation),
         *_room(study, explanation),
         *explanation.notes,
     ]
@@ -54,21 +53,6 @@ def _proof(study: StudyResult, explanation: Explanation) -> str:
         bounds = bounds_text(explanation.unseen)
         text += f" ({bounds} if a loss that has not happened yet is admitted)"
     return f"{text}, {_verdict(margin.difference, explanation.unseen)}."
-
-
-def _advice(study: StudyResult, explanation: Explanation) -> list[str]:
-    """What to do with a file that earns less than the original."""
-    margin = explanation.components.get(MARGIN)
-    most = None
-    if margin is not None and study.is_tested:
-        most = margin.difference.high
-    if most is None or most >= 0.0:
-        return []
-    chosen = study.objectives[0]
-    why = ""
-    if chosen != "margin":
-        why = f": what raises {chosen} does not raise it here; search with --objective margin"
-    return [f"KEEP THE ORIGINAL FILE, which has the higher margin{why}."]
 
 
 def _room(study: StudyResult, explanation: Explanation) -> list[str]:
