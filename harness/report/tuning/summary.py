@@ -19,7 +19,6 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
         f"{states.count(PRUNED)} dropped on the way, {states.count(FAILED)} failed."
     ]
     if not study.incumbent.values:
-        lines.append("No trial was better than the original file: it stays as it is.")
         return [*lines, *_room(study, explanation)]
     lines += [
         _proof(study, explanation),
