@@ -7,7 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from harness.economics.prices import Prices, load_prices
-from harness.episode.brains import delivery_prices, navigator_on, senses_on, steps_per_tick
+from harness.episode.brains import (
+    delivery_prices,
+    navigator_on,
+    planning_map,
+    senses_on,
+    steps_per_tick,
+)
 from harness.episode.wall_time import on_wall_time
 from harness.execution.process_cache import kept
 from harness.policy.brain import PolicyBrain
@@ -22,7 +28,7 @@ from harness.task.mission import (
     check_footprint_free,
     check_pose_free,
 )
-from harness.task.stack import Stack
+from harness.task.stack import ROS2, Stack
 from harness.task.study import EpisodeTask, is_recording
 from harness.world.map.scene import Scene
 from harness.world.map.scene_io import load_scene
@@ -40,6 +46,7 @@ from navstack.navigator import Navigator
 from navstack.params.expected_cost import DeliveryPrices
 from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.params.strict import load_dataclass
+from navstack.types import FloatArray, Pose2D
 
 # of a mission that is over before it begins, or whose given end the drawn one does not reach
 REDRAWS = 50
@@ -170,6 +177,8 @@ class Parts:
     def brain(self, world: World) -> Brain:
         """The brain, to be reset."""
         task = self._task
+        if task.stack.navigator == ROS2:
+            return _ros2_brain(world, task.map_name, task.stack)
         if not task.stack.nav2_file:
             return Parked()
         if task.stack.is_policy:
@@ -275,6 +284,24 @@ def _navigator(
 ) -> Navigator:
     nav2 = on_wall_time(nav2_parameters(stack.nav2_file, allow_unknown), real_time_factor)
     return navigator_on(scene_of(map_name), world, stack, nav2, prices)
+
+
+@kept(1)
+def _ros2_brain(world: World, map_name: str, stack: Stack) -> Brain:
+    """A node for each process: who drives is elsewhere."""
+    from harness.ros2.install import require_ros2
+
+    require_ros2()
+    from harness.ros2.brain import Ros2Brain
+    from harness.ros2.robot import RobotNode
+
+    def what_is() -> tuple[Pose2D, FloatArray]:
+        return world.truth.pose, world.truth.pedestrians
+
+    def robot() -> RobotNode:
+        return RobotNode(stack.ros2, planning_map(scene_of(map_name), stack)[0])
+
+    return Ros2Brain(robot, stack.ros2, what_is)
 
 
 @kept(2, is_heavy=True)

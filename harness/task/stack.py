@@ -11,6 +11,7 @@ from harness.storage.shipped import is_file, resolve, shipped
 from harness.storage.texts import clean_text, name_of
 from harness.task.camera_params import CameraParams
 from harness.task.own_body import own_body
+from harness.task.ros2_params import NO_ROS2, Ros2Params
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.extensions import localizers, uses_map
 from navstack.params.nav2_file.file import Nav2File, inspect_nav2
@@ -18,11 +19,13 @@ from navstack.params.nav2_file.ros_yaml import PARAMETERS
 from navstack.params.strict import KEPT_OUT, load_dataclass, read_text
 from navstack.ranges import NotNegative, Parameters, Positive, up_to
 
+PEER = "peer"  # the localizer of whoever drives over ROS 2
 TRUTH = "ground_truth"  # the localizer and the tracker that no robot can have
 # none: all is free until it is seen
 GEOMETRY, MESH, NO_MAP = PLANNING_MAPS = ("geometry", "navigation_mesh", "none")
 LOCALIZATION_MAPS = (GEOMETRY, MESH, "outlined_mesh")
-NAV2, PARKED = NAVIGATORS = ("nav2", "parked")  # or a policy, as MODULE:CLASS or FILE.py:CLASS
+# or a policy, as MODULE:CLASS or FILE.py:CLASS; ros2: nodes of another program
+NAV2, PARKED, ROS2 = NAVIGATORS = ("nav2", "parked", "ros2")
 WHEN_LOST = ("drive", "stop")  # what a robot does whose localizer is lost
 SENSORS = {"scan": "lidar", "fix": "gps"}  # those that have a price, by the input that they give
 # [s] of an injected error: the least of GNSS multipath (Joerger and Pervan 2020: 10 to 900 s)
@@ -77,7 +80,7 @@ class Stack:
     sensors: str
     carries: tuple[str, ...]
     robot: str
-    nav2_file: str = ""  # empty for 'parked'
+    nav2_file: str = ""  # empty for 'parked'; of 'ros2' it gives the ticks' rate only
     localization_map: str = ""  # of LOCALIZATION_MAPS, or such a file; empty: the planning map
     when_lost: str = "drive"  # of WHEN_LOST; Nav2 drives on
     injected: InjectedError = NO_ERROR  # on top of ground_truth
@@ -85,6 +88,7 @@ class Stack:
     tracker: str = ""
     name: str = ""
     policy: PolicyParams = NO_POLICY  # of a navigator that is a policy
+    ros2: Ros2Params = NO_ROS2  # of a navigator that is elsewhere
     body: str = field(default="", metadata=KEPT_OUT)  # note on a robot that the Nav2 file describes
 
     @property
@@ -243,7 +247,10 @@ def _with_paths(stack: Stack, path: Path) -> Stack:
     """Check the names and turn those of files into absolute paths."""
     if not stack.is_policy:
         _check("navigator", stack.navigator, (*NAVIGATORS, "MODULE:POLICY"))
-    _check("localizer", stack.localizer, localizer_names())
+    known = localizer_names()
+    if stack.navigator == ROS2:
+        known = (PEER,)
+    _check("localizer", stack.localizer, known)
     _check_map("planning map", stack.planning_map, PLANNING_MAPS)
     if stack.localization_map or stack.planning_map != NO_MAP or uses_map(stack.localizer):
         _check_map(
@@ -259,7 +266,7 @@ def _with_paths(stack: Stack, path: Path) -> Stack:
         )
     params = shipped("params")
     nav2_file = ""
-    if stack.navigator != PARKED:
+    if stack.navigator != PARKED and (stack.nav2_file or stack.navigator != ROS2):
         if not stack.nav2_file:
             needs = "a nav2 stack needs one"
             if stack.is_policy:

@@ -57,6 +57,17 @@ class LocalFrame:
         self._check_distance(f"({latitude}, {longitude}) degrees", east, north)
         return self._cos * east + self._sin * north, self._cos * north - self._sin * east
 
+    def to_geodetic(self, x: float, y: float) -> tuple[float, float]:
+        """The latitude and longitude [deg] of a point [m].
+
+        Raises:
+            InputError: it is farther than ``FARTHEST`` from the datum.
+        """
+        self._check_distance(f"({x}, {y}) m", x, y)
+        east, north = self._cos * x - self._sin * y, self._sin * x + self._cos * y
+        longitude, latitude = self._projection(east, north, inverse=True)
+        return latitude, longitude
+
     def _check_distance(self, point: str, x: float, y: float) -> None:
         if not math.hypot(x, y) <= FARTHEST:
             latitude, longitude = self.datum

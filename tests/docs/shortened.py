@@ -79,6 +79,14 @@ class Reason:
 
 # Commands that are not executed; their options are held against the program's parser all the same.
 NOT_EXECUTED = {
+    r"navbench (serve|drive) .*": Reason(
+        "a node of another program takes part",
+        "tests/ros2/test_drive_and_serve.py::test_our_brain_in_another_process_drives_the_same",
+    ),
+    r"ros2 launch .*|export ROS_DOMAIN_ID=.*|navbench compare results/latest results/of-another-run": Reason(
+        "a ROS 2 installation is not here",
+        "tests/ros2/test_drive_and_serve.py::test_a_law_over_ros_2_drives_as_in_the_own_process",
+    ),
     r"python -m tools\.bench\b.*": Reason(
         "minutes of processor time",
         "tests/tools/test_bench.py::test_the_document_keeps_its_contract",

@@ -1,0 +1,159 @@
+"""The robot's messages there and back, and transforms byte for byte as real robots sent them."""
+
+import math
+import os
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from harness.task.ros2_params import Ros2Params
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.errors import InputError
+from navstack.localization.geodesy import LocalFrame
+from navstack.types import GpsFix, Imu, LaserScan, Odometry, Pose2D, Twist2D
+
+messages = pytest.importorskip("harness.ros2.messages", exc_type=ImportError)
+
+PARAMS = Ros2Params()
+SITE = LocalFrame(PARAMS.latitude, PARAMS.longitude)
+OFFSET = 12.5
+LENGTHS = st.floats(-500.0, 500.0)
+ANGLES = st.floats(-3.1, 3.1)
+POSES = st.builds(Pose2D, LENGTHS, LENGTHS, ANGLES)
+
+
+def near(first: Pose2D, second: Pose2D) -> bool:
+    return bool(np.allclose(first.as_array(), second.as_array(), atol=1e-9))
+
+
+@given(POSES, st.floats(-2.0, 2.0), st.floats(0.0, 100.0))
+@settings(max_examples=50, deadline=None)
+def test_odometry_comes_back(pose: Pose2D, speed: float, stamp: float) -> None:
+    sent = Odometry(stamp, pose, Twist2D(speed, 0.0, 0.3), 0.1, 0.2)
+    found = messages.odometry_of(messages.odometry_message(sent, OFFSET, PARAMS), OFFSET)
+    assert near(found.pose, pose) and found.twist == sent.twist
+    assert found.stamp == pytest.approx(stamp, abs=2e-9)
+    assert (found.velocity_std, found.yaw_rate_std) == pytest.approx((0.1, 0.2))
+
+
+@given(ANGLES, st.floats(-0.5, 0.5))
+@settings(max_examples=50, deadline=None)
+def test_an_inertial_measurement_comes_back(yaw: float, pitch: float) -> None:
+    sent = Imu(1.0, yaw, 0.2, 0.3, -0.4, 0.01, 0.02, pitch)
+    found = messages.imu_of(messages.imu_message(sent, OFFSET, "imu_link"), OFFSET)
+    assert (found.yaw, found.pitch) == pytest.approx((yaw, pitch), abs=1e-9)
+    assert (found.yaw_std, found.yaw_rate_std) == pytest.approx((0.01, 0.02))
+    blind = messages.imu_message(Imu(1.0, math.nan, 0.2, 0.3, -0.4), OFFSET, "imu_link")
+    assert math.isnan(messages.imu_of(blind, OFFSET).yaw)
+
+
+@given(LENGTHS, LENGTHS)
+@settings(max_examples=50, deadline=None)
+def test_a_fix_comes_back(x: float, y: float) -> None:
+    sent = GpsFix(1.0, x, y, 0.5)
+    found = messages.fix_of(messages.fix_message(sent, OFFSET, "gps", SITE), OFFSET, SITE)
+    assert (found.x, found.y, found.position_std) == pytest.approx((x, y, 0.5), abs=1e-6)
+
+
+def test_a_scan_comes_back_in_the_precision_of_its_message() -> None:
+    ranges = np.array((0.5, 1.0 / 3.0, math.inf))
+    sent = LaserScan(2.0, ranges, -1.0, 0.1, 0.05, 25.0)
+    message = messages.scan_message(sent, OFFSET, "base_scan")
+    message.ranges[0] = math.nan
+    found = messages.scan_of(message, Pose2D(0.3), OFFSET)
+    assert found.ranges.tolist() == [math.inf, float(np.float32(1.0 / 3.0)), math.inf]
+    assert found.sensor_pose == Pose2D(0.3)
+
+
+def test_a_map_comes_back() -> None:
+    cells = np.array([[0, 100, -1], [0, 0, 100]], dtype=np.int8)
+    sent = OccupancyGrid(cells, 0.05, Pose2D(-3.0, 4.0))
+    found = messages.grid_of(messages.map_message(sent, "map"))
+    assert np.array_equal(found.data, cells)
+    assert (found.resolution, found.origin) == (0.05, Pose2D(-3.0, 4.0))
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf, 1e308])
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_a_command_that_no_robot_can_follow_is_none(number: float, axis: str) -> None:
+    twist: Any = SimpleNamespace(
+        linear=SimpleNamespace(x=0.1, y=0.0), angular=SimpleNamespace(z=0.1)
+    )
+    setattr(twist.angular if axis == "z" else twist.linear, axis, number)
+    assert messages.command_of(twist) is None
+    assert messages.command_of(SimpleNamespace(twist=twist)) is None
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf])
+def test_messages_with_numbers_that_are_none_are_refused(number: float) -> None:
+    odometry = messages.odometry_message(Odometry(0.0, Pose2D(), Twist2D()), 0.0, PARAMS)
+    odometry.pose.pose.position.x = number
+    scan = messages.scan_message(LaserScan(0.0, np.ones(3), 0.0, 0.1, 0.1, 9.0), 0.0, "scan")
+    scan.angle_increment = number
+    imu = messages.imu_message(Imu(0.0, 0.0, 0.0, 0.0, 0.0), 0.0, "imu")
+    imu.angular_velocity.z = number
+    fix = messages.fix_message(GpsFix(0.0, 1.0, 1.0, 0.1), 0.0, "gps", SITE)
+    fix.latitude = number
+    for read in (
+        lambda: messages.odometry_of(odometry, 0.0),
+        lambda: messages.scan_of(scan, Pose2D(), 0.0),
+        lambda: messages.imu_of(imu, 0.0),
+        lambda: messages.fix_of(fix, 0.0, SITE),
+    ):
+        with pytest.raises(InputError, match="finite"):
+            read()
+
+
+def test_transforms_have_the_bytes_that_a_library_writes() -> None:
+    from rosbags.typesys import Stores, get_typestore
+
+    from harness.ros2.transforms import Frame, transform_message
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    frames = [
+        Frame("odom", "base_link", Pose2D(1.25, -2.5, 0.7)),
+        Frame("map", "odom", Pose2D(0.1, 0.2, -3.0)),
+    ]
+    written = transform_message(frames, 12.75).serialize()
+    found: Any = store.deserialize_cdr(bytes(written), "tf2_msgs/msg/TFMessage")
+    assert [each.child_frame_id for each in found.transforms] == ["base_link", "odom"]
+    assert found.transforms[0].header.stamp.sec == 12
+    assert found.transforms[0].header.stamp.nanosec == 750_000_000
+    assert found.transforms[0].transform.translation.y == -2.5
+    again = bytes(store.serialize_cdr(found, "tf2_msgs/msg/TFMessage"))
+    # the last two bits of the header say how much is padding, which one of the two leaves out
+    assert bytes(written)[4:] == again[4 : len(bytes(written))]
+
+
+def test_transforms_of_a_recorded_drive_come_back_byte_for_byte() -> None:
+    """The bag has poses of a real robot; the library writes them as transforms."""
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    from harness.ros2.transforms import TFMessage
+
+    bag = Path(os.environ.get("NAVSTACK_DATA", "")) / "robot_localization" / "test1.bag"
+    if not bag.is_file():
+        pytest.skip("NAVSTACK_DATA names no folder with robot_localization/test1.bag")
+    kind, store = "tf2_msgs/msg/TFMessage", get_typestore(Stores.ROS2_JAZZY)
+    types: Any = store.types
+    with AnyReader([bag]) as reader:
+        poses = [each for each in reader.connections if each.msgtype.endswith("Odometry")]
+        for _, (connection, _, raw) in zip(range(200), reader.messages(poses), strict=False):
+            found: Any = reader.deserialize(raw, connection.msgtype)
+            stamp, pose = found.header.stamp, found.pose.pose
+            transform = types["geometry_msgs/msg/TransformStamped"](
+                types["std_msgs/msg/Header"](
+                    types["builtin_interfaces/msg/Time"](stamp.sec, stamp.nanosec), "odom"
+                ),
+                found.child_frame_id,
+                types["geometry_msgs/msg/Transform"](pose.position, pose.orientation),
+            )
+            data = bytes(store.serialize_cdr(types[kind]([transform]), kind))
+            again = bytes(TFMessage.deserialize(data).serialize())
+            assert again[4:] == data[4 : len(again)]
