@@ -71,7 +71,7 @@ class _TransformStamped(IdlStruct, typename="geometry_msgs::msg::dds_::Transform
 class TFMessage(IdlStruct, typename="tf2_msgs::msg::dds_::TFMessage_"):
     """Frames in frames."""
 
-    transforms: sequence[_TransformStamped]
+    transforms: sequence[_TransformStamped]  # type: ignore[type-arg]
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ def transform_message(frames: Sequence[Frame], stamp: float) -> TFMessage:
             _Vector3(each.pose.x, each.pose.y, 0.0), _Quaternion(turn.x, turn.y, turn.z, turn.w)
         )
         found.append(_TransformStamped(_Header(header_time, each.parent), each.child, transform))
-    return TFMessage(found)
+    return TFMessage(found)  # type: ignore[arg-type]
 
 
 class TransformPublisher:
