@@ -103,7 +103,7 @@ def filter_notes(nav2: Nav2File, stack: Stack) -> list[str]:
 
     Neither from the file nor from the planning map.
     """
-    names = keepout_filters_without_mask(nav2.parameters)
+    names = keepout_filters_without_mask(nav2.parameters, nav2.path.parent)
     if stack.planning_map == "geometry" or not names:
         return []
     why = "a map file brings none" if is_file(stack.planning_map) else "the mesh is walkable ground"

@@ -22,6 +22,7 @@ from navstack.params.nav2_file.findings import (
     is_told,
     value_of,
 )
+from navstack.params.nav2_file.footprints import footprint_notices
 from navstack.params.nav2_file.merged import dump, merged
 from navstack.params.nav2_file.newer_forms import convert_newer_forms
 from navstack.params.nav2_file.nodes import (
@@ -236,7 +237,7 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
             node: {new: old for old, new in findings.renames.items()}
             for node, findings in found.items()
         },
-        notices=_notices(document, parameters, found, allow_unknown),
+        notices=_notices(path, document, parameters, found, allow_unknown),
         names=tuple(name for findings in found.values() for name in findings.names if name.line),
         ignored=tuple(dict.fromkeys(ignored)),
         catalog=catalog,
@@ -263,7 +264,11 @@ def _check_node(
 
 
 def _notices(
-    document: Document, parameters: Parameters, found: Mapping[str, Findings], allow_unknown: bool
+    path: Path,
+    document: Document,
+    parameters: Parameters,
+    found: Mapping[str, Findings],
+    allow_unknown: bool,
 ) -> tuple[Notice, ...]:
     """What a user should see: errors first, then in the order of the file."""
     notices = [
@@ -271,7 +276,8 @@ def _notices(
         *node_notices(document),
         *joined_notices(document, found),
         *tree_notices(parameters),
-        *filter_notices(parameters),
+        *filter_notices(parameters, path.parent),
+        *footprint_notices(parameters),
         *monitor_notices(parameters),
         *source_notices(parameters),
     ]
