@@ -52,6 +52,7 @@ def check(study: Study) -> list[str]:
             nav2 = parts.nav2
             notes += [f"{stack.name}: {line}" for line in file_notes(nav2)]
             notes += [f"{stack.name}: {ignored_keys(nav2)}"] if nav2.ignored else []
+            notes += default_notes(nav2, stack.name)
             notes += filter_notes(nav2, stack)
             if not stack.body:
                 notes += footprint_notes(nav2, parts.robot, stack.name)
@@ -135,6 +136,14 @@ def file_notes(nav2: Nav2File) -> list[str]:
         notes.append(f"Nav2 does not know {len(unknown)} of the names in this file, and ignores them as we do{first}; "
                      f"navbench lint {nav2.path} tells of each")  # fmt: skip
     return notes
+
+
+def default_notes(nav2: Nav2File, stack: str) -> list[str]:
+    """A note where a file leaves out what its distribution of Nav2 sets otherwise than Jazzy."""
+    if not nav2.release_defaults:
+        return []
+    taken = ", ".join(nav2.release_defaults)
+    return [f"{stack}: reads like a file of Nav2 {nav2.release}, whose defaults are taken: {taken}"]
 
 
 def ignored_keys(nav2: Nav2File) -> str:
