@@ -33,6 +33,11 @@ def test_a_published_file_delivers_on_its_own_body(name):
         "planner_server: {ros__parameters: {expected_planner_frequency: '2.0.0'}}",
         "local_costmap: {local_costmap: {ros__parameters: {resolution: -1.0}}}",
         "controller_server: {ros__parameters: {FollowPath: {max_vel_x: fast}}}",
+        "controller_server: {ros__parameters: {FollowPath: {"
+        "plugin: 'nav2_mppi_controller::MPPIController', critics: [CostCritic], "
+        "CostCritic: {consider_footprint: true}}}}",
+        "collision_monitor: {ros__parameters: {polygons: [slow], slow: {action_type: slowdown}}}",
+        "costmap_common: {inflation_layer.inflation_radius: 0.6}",
     ],
 )
 def test_what_run_refuses_is_an_error_of_lint(tmp_path, text):

@@ -202,7 +202,8 @@ def read_mppi(nav2: Nav2File, name: str = "FollowPath") -> MppiParams:
         if local_costs.is_round and considers:
             raise ParameterError(
                 f"{nav2.path.name}: {CONTROLLER}: {name}.{critic}.consider_footprint is true, "
-                "but local_costmap has no footprint; give it one, or set this to false"
+                "but local_costmap has no footprint, and Nav2 does not start either; give it one, "
+                "or set this to false"
             )
     return params
 
