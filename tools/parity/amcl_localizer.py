@@ -12,6 +12,7 @@ from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.amcl_sensor_models import SENSOR_MODELS
 from navstack.localization.likelihood_field import LikelihoodField
 from navstack.params.amcl import AmclParams
+from navstack.params.strict import from_mapping
 from navstack.types import Belief, LaserScan, Observation, Odometry, Pose2D, Twist2D
 from tools.parity.amcl import (
     MAP,
@@ -29,7 +30,12 @@ from tools.parity.comparison import Comparison
 from tools.parity.part import Case
 
 NUDGE = 1e-9  # [m] of odometry between two scans: the second one counts, and nothing moves
-NO_NOISE = {f"alpha{number}": 0.0 for number in range(1, 6)}
+# every scan counts, and nothing is drawn: neither noise of a motion nor particles
+WEIGHS_ONLY: dict[str, float] = {
+    "update_min_d": 0.0,
+    "resample_interval": 1000,
+    **{f"alpha{number}": 0.0 for number in range(1, 6)},
+}
 
 
 class BrushFireAmcl(AmclLocalizer):
@@ -50,13 +56,9 @@ def check_localizer(case: Case, comparison: Comparison) -> None:
     """The weights after a scan, and after the same scan again, from the map on."""
     facts, file = case.facts, case.file
     resolution = resolution_of(file, field_name(file, facts["max_dist"]))
-    params = AmclParams(
-        laser_likelihood_max_dist=facts["max_dist"],
-        resample_interval=1000,  # the recording weighs, and draws nothing
-        update_min_d=0.0,
-        **NO_NOISE,
-        **{name: facts[name] for name in MODEL},
-    )
+    given = {name: facts[name] for name in MODEL}
+    given |= {"laser_likelihood_max_dist": facts["max_dist"], **WEIGHS_ONLY}
+    params = from_mapping(AmclParams, given, case.title)
     localizer = BrushFireAmcl(params, OccupancyGrid(file[MAP], resolution, origin_of(file)))
     start = Pose2D(*file["true_pose"].tolist()) if "true_pose" in file else Pose2D()
     localizer.reset(Belief(start), np.random.default_rng(0))

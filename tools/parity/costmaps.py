@@ -212,9 +212,10 @@ def _costs_of_sources(
 
 def _is_source(grid: ByteArray, around_unknown: bool) -> BoolArray:
     """Cells from which costs spread."""
+    sources: BoolArray = grid == LETHAL_OBSTACLE
     if around_unknown:
-        return (grid == LETHAL_OBSTACLE) | (grid == NO_INFORMATION)
-    return grid == LETHAL_OBSTACLE
+        sources = sources | (grid == NO_INFORMATION)
+    return sources
 
 
 def _distances(grid: ByteArray, around_unknown: bool) -> FloatArray:

@@ -52,9 +52,9 @@ def _declared(release: str) -> Mapping[Params, Defaults]:
         critics = nested_params(CRITICS[family]) if family in CRITICS else {}
         declared = releases.plugins_in(release, family, nodes.RENAMED_PACKAGES)
         for kind, entry in entries.items():
-            params = entry.params or critics.get(kind)
-            if params is not None:
-                _add(found, params, declared.get(kind, {}))
+            read = entry.params or critics.get(kind)
+            if read is not None:
+                _add(found, read, declared.get(kind, {}))
     return found
 
 
