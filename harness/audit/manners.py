@@ -2,8 +2,8 @@
 
 As in :mod:`harness.audit.hidden`, each flags what is both large and no chance, where the published
 margin is not lower. What people bear counts on missions where both arrive: who stands meets others.
-Limits are published ones where there are any; each is given with
-its source and unit.
+The limits are this project's own choices but for :data:`EXACT`. Some were widened after a look at
+stored honest pairs of runs, which they let pass.
 """
 
 import numpy as np
@@ -14,17 +14,17 @@ from harness.audit.pairs import NEAR, SHARE, Conditions, PairedSide, Pairs
 from harness.task.stack import TRUTH
 from navstack.types import FloatArray
 
-DELAY = 5.0  # [s/run] where a crossing's level of service A ends (HCM 2000, Exhibit 18-13)
+DELAY = 5.0  # [s/run]; chosen
 # [s] of one delivery; beyond it chance has parted the two crowds that are compared
 MOST_DELAY = 60.0
 MORE_DELAY = 1.0  # of the original's delay; a rise by more than it is a change of manners
-JERK = 5.0  # [m/s3] most that a slow automatic vehicle may have (ISO 15622:2018, below 5 m/s)
+JERK = 5.0  # [m/s3]; chosen
 MORE_JERK = 0.5  # of the original's
-# [s] of the time to collision below which the risk is high (Gettman and Head 2003, FHWA-RD-03-050)
-CONFLICT = 0.9
+CONFLICT = 0.9  # [s] of the time to collision below which an encounter is a near miss; chosen
 MORE_CONFLICTS = 1.0 / 3.0  # of the deliveries: every third more
 CRUMBS = 0.01  # share of the cargo: of a meal for 20 USD, 0.20 USD
-EXACT = 0.01  # [m] accuracy of GPS with corrections (u-blox ZED-F9P data sheet: 0.01 m CEP)
+# [m] positional accuracy of a good receiver with corrections (SparkFun's page of u-blox's ZED-F9P)
+EXACT = 0.01
 STRAYED = 1.0  # [m/run] farther than the robot is long, on ground that is not for it
 NOT_RECORDED = "not recorded"
 

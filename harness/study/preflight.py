@@ -52,6 +52,7 @@ def check(study: Study) -> list[str]:
             nav2 = parts.nav2
             notes += [f"{stack.name}: {line}" for line in file_notes(nav2)]
             notes += [f"{stack.name}: {ignored_keys(nav2)}"] if nav2.ignored else []
+            notes += default_notes(nav2, stack.name)
             notes += filter_notes(nav2, stack)
             if not stack.body:
                 notes += footprint_notes(nav2, parts.robot, stack.name)
@@ -103,7 +104,7 @@ def filter_notes(nav2: Nav2File, stack: Stack) -> list[str]:
 
     Neither from the file nor from the planning map.
     """
-    names = keepout_filters_without_mask(nav2.parameters)
+    names = keepout_filters_without_mask(nav2.parameters, nav2.path.parent)
     if stack.planning_map == "geometry" or not names:
         return []
     why = "a map file brings none" if is_file(stack.planning_map) else "the mesh is walkable ground"
@@ -135,6 +136,14 @@ def file_notes(nav2: Nav2File) -> list[str]:
         notes.append(f"Nav2 does not know {len(unknown)} of the names in this file, and ignores them as we do{first}; "
                      f"navbench lint {nav2.path} tells of each")  # fmt: skip
     return notes
+
+
+def default_notes(nav2: Nav2File, stack: str) -> list[str]:
+    """A note where a file leaves out what its distribution of Nav2 sets otherwise than Jazzy."""
+    if not nav2.release_defaults:
+        return []
+    taken = ", ".join(nav2.release_defaults)
+    return [f"{stack}: reads like a file of Nav2 {nav2.release}, whose defaults are taken: {taken}"]
 
 
 def ignored_keys(nav2: Nav2File) -> str:

@@ -22,7 +22,8 @@ from harness.world.physics.footing import ON_LEVEL_GROUND, Feet
 from harness.world.physics.ground import Ground
 from harness.world.physics.impulse_limit import limited, shove
 from harness.world.physics.motion_kernels import base_state
-from harness.world.physics.robot import RobotParams
+from harness.world.physics.robot import SKID, RobotParams
+from harness.world.physics.skid_kernels import skid_constants, skid_forces
 from harness.world.sensors.suite import SensorSuite
 from harness.world.truth import Truth
 from harness.world.world import World
@@ -42,8 +43,8 @@ class PyBulletWorld(World):
 
     Simplifications: the ground is level but for vertical steps (:class:`Ground`); robot and
     furniture are rigid and collide without rebound; people are upright capsules (:class:`Crowd`);
-    the drive is :func:`drive_forces`. The robot is driven by forces, so that impacts push it about
-    and can tip it.
+    the drive is :func:`drive_forces` or :func:`skid_forces`. The robot is driven by forces, so
+    that impacts push it about and can tip it.
     """
 
     def __init__(
@@ -76,7 +77,9 @@ class PyBulletWorld(World):
         self._server = Server()
         self._client = self._server.client
         self._dt = 1.0 / params.physics.rate  # [s]
-        self._constants = drive_constants(robot, params.physics.gravity, self._dt)
+        self._forces, self._constants_of = drive_forces, drive_constants
+        if robot.steering == SKID:
+            self._forces, self._constants_of = skid_forces, skid_constants
         self._commands = CommandDelay(robot.compute_latency, self._dt)
         x, y, z = robot.center_of_mass
         self._base_offset = (-x, -y, -z)  # from the centre of mass
@@ -105,6 +108,7 @@ class PyBulletWorld(World):
             self._cargo.reset(generators["cargo"], mission.start.yaw)
         put_robot(client, self._body, robot, mission.start, self._ground.level)
         self._steps = 0
+        self._constants = self._constants_of(robot, physics.gravity, self._dt)
         self._commands.reset()
         self._work = 0.0  # [J] of the motors
         self._footing = ON_LEVEL_GROUND
@@ -220,7 +224,7 @@ class PyBulletWorld(World):
         """Let drive, weight and scraping act during the coming step."""
         client, body, position, footing = self._client, self._body, self._position, self._footing
         motion = self._orientation, self._velocity, self._spin
-        force, torque, power = drive_forces(
+        force, torque, power = self._forces(
             *motion, footing.left_load, footing.right_load, speed, yaw_rate, self._constants
         )
         self._work += power * self._dt

@@ -196,6 +196,15 @@ class CostmapParams(Parameters):
 WITHOUT_LAYERS: dict[str, Any] = {"plugins": (), "filters": (), "layers": {}}
 
 
+def is_unreadable(footprint: str) -> bool:
+    """Whether Nav2 cannot read the text of a footprint, and takes robot_radius instead."""
+    try:
+        robot_footprint(CostmapParams(footprint=footprint))
+    except ParameterError:
+        return True
+    return False
+
+
 def robot_footprint(params: CostmapParams) -> FloatArray:
     """The unpadded footprint polygon (N, 2) in [m], base frame (``footprint.cpp``).
 

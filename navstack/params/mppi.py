@@ -81,7 +81,7 @@ class MppiParams(Parameters):
     vy_std: Annotated[float, within(0.0, 1e3)] = 0.2  # [m/s] of a robot that drives sideways
     wz_std: Annotated[float, within(LEAST_STD, 1e3)] = 0.4  # [rad/s] of the noise
     vx_max: Annotated[float, within(1e-3, 100.0)] = 0.5  # [m/s]
-    # [m/s] negative: it may drive backwards
+    # [m/s] negative: it may drive backwards; above vx_max that counts (Nav2's utils::clamp)
     vx_min: Annotated[float, within(-100.0, 100.0)] = -0.35
     # [m/s] of a robot that drives sideways; ConstraintCritic adds it for every robot
     vy_max: Annotated[float, within(0.0, 100.0)] = 0.5
@@ -132,7 +132,6 @@ class MppiParams(Parameters):
     def _check_together(self) -> None:
         varies = self.motion_model != OMNI or self.vy_std >= LEAST_STD
         self._require("vy_std", varies, f"{LEAST_STD:g} or more with {OMNI}")
-        self._require("vx_max", self.vx_max > self.vx_min, f"more than vx_min ({self.vx_min})")
         poses = self.batch_size * self.time_steps * self.iteration_count
         if poses > MOST_POSES:
             raise ParameterError(

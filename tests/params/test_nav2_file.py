@@ -5,7 +5,9 @@ from pathlib import Path
 import pytest
 
 from navstack.errors import ParameterError
-from navstack.params.costmap import CostmapParams
+from navstack.geometry import footprint_radii
+from navstack.lint import refusals
+from navstack.params.costmap import CostmapParams, robot_footprint
 from navstack.params.dwb import DwbParams
 from navstack.params.nav2_file.file import load_nav2
 from navstack.params.nav2_file.findings import ParameterSection
@@ -179,12 +181,15 @@ def test_a_merged_file_merges_to_itself_where_nav2_chooses_the_critics(inspect):
 @pytest.mark.parametrize(
     "text", ["[[1, 2], [3", "[[1, 2], [3, 4]]", "[[a, b], [1, 2], [2, 3]]", "__import__('os')"]
 )
-def test_a_bad_footprint_is_one_clear_line(inspect, text):
-    nav2 = inspect(
-        f'local_costmap: {{local_costmap: {{ros__parameters: {{footprint: "{text}"}}}}}}'
-    )
-    with pytest.raises(ParameterError, match="^robot.yaml: local_costmap: footprint"):
-        read_costmap(nav2, "local_costmap")
+def test_in_place_of_a_footprint_that_nav2_cannot_read_the_radius_counts(inspect, text):
+    values = f'footprint: "{text}", robot_radius: 0.4'
+    nav2 = inspect(f"local_costmap: {{local_costmap: {{ros__parameters: {{{values}}}}}}}")
+    (notice,) = [each for each in nav2.notices if each.id == "unreadable-footprint"]
+    assert (notice.path, notice.line) == ("local_costmap: footprint", 1)
+    assert notice.message.endswith("Nav2 warns and takes robot_radius, 0.4 m")
+    assert not refusals(nav2)
+    radii = footprint_radii(robot_footprint(read_costmap(nav2, "local_costmap")))
+    assert radii == pytest.approx((0.4, 0.4), rel=0.02)
 
 
 def test_a_bad_value_names_file_node_and_parameter(inspect):

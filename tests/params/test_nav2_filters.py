@@ -45,10 +45,20 @@ def test_layers_and_filters_stand_in_their_order(inspect):
     assert "global_costmap: speed.speed_limit_topic" in nav2.ignored
 
 
+@pytest.fixture
+def masks_here(tmp_path):
+    """Files where the relative paths above lead."""
+    folder = tmp_path / "masks"
+    folder.mkdir()
+    for name in ("keepout", "speed"):
+        (folder / f"{name}.yaml").touch()
+
+
+@pytest.mark.usefixtures("masks_here")
 def test_masks_are_found_by_their_topics(inspect, tmp_path):
     nav2 = inspect(COSTMAP + SPEED + KEEPOUT)
     assert not nav2.errors
-    assert find_mask(nav2.parameters, "/speed_info") == MaskSource(
+    assert find_mask(nav2.parameters, tmp_path, "/speed_info") == MaskSource(
         "speed_filter_info_server", "masks/speed.yaml"
     )
     masks = read_masks(nav2, read_costmap(nav2, "global_costmap"))
@@ -59,7 +69,7 @@ def test_masks_are_found_by_their_topics(inspect, tmp_path):
         100.0,
         -1.0,
     )
-    assert keepout_filters_without_mask(nav2.parameters) == []
+    assert keepout_filters_without_mask(nav2.parameters, tmp_path) == []
     assert not [name for name in nav2.ignored if "server" in name]
 
 
@@ -72,16 +82,25 @@ def test_masks_are_found_by_their_topics(inspect, tmp_path):
     ],
     ids=["no server", "another mask", "no mask server"],
 )
-def test_a_speed_filter_without_mask_is_said_to_do_nothing(inspect, servers):
+def test_a_speed_filter_without_mask_is_said_to_do_nothing(inspect, tmp_path, servers):
     nav2 = inspect(COSTMAP + servers)
     assert not nav2.errors
     (notice,) = [notice for notice in nav2.notices if notice.id == "no-mask"]
     assert str(notice).startswith("global_costmap: speed: has no mask and no effect")
     assert read_masks(nav2, read_costmap(nav2, "global_costmap")) == {}
-    assert keepout_filters_without_mask(nav2.parameters) == ["global_costmap: keepout"]
+    assert keepout_filters_without_mask(nav2.parameters, tmp_path) == ["global_costmap: keepout"]
 
 
-@pytest.mark.parametrize("path", ["/maps/keepout.yaml", "$(find-pkg-share mine)/keepout.yaml"])
+@pytest.mark.usefixtures("masks_here")
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/maps/keepout.yaml",
+        "$(find-pkg-share mine)/keepout.yaml",
+        "keepout.yaml",
+        "other/keepout.yaml",
+    ],
+)
 def test_in_place_of_a_mask_that_is_not_here_the_worlds_own_is_used(inspect, tmp_path, path):
     nav2 = inspect(COSTMAP + SPEED + KEEPOUT.replace("masks/keepout.yaml", path))
     (notice,) = [notice for notice in nav2.notices if notice.id == "no-mask"]
@@ -89,12 +108,13 @@ def test_in_place_of_a_mask_that_is_not_here_the_worlds_own_is_used(inspect, tmp
         f"global_costmap: keepout: its mask {path} is not here; the world's own is used"
     )
     assert list(read_masks(nav2, read_costmap(nav2, "global_costmap"))) == ["speed"]
-    assert keepout_filters_without_mask(nav2.parameters) == ["global_costmap: keepout"]
+    assert keepout_filters_without_mask(nav2.parameters, tmp_path) == ["global_costmap: keepout"]
     (tmp_path / "here.yaml").touch()
     nav2 = inspect(COSTMAP + KEEPOUT.replace("masks/keepout.yaml", str(tmp_path / "here.yaml")))
-    assert keepout_filters_without_mask(nav2.parameters) == []
+    assert keepout_filters_without_mask(nav2.parameters, tmp_path) == []
 
 
+@pytest.mark.usefixtures("masks_here")
 def test_an_info_that_does_not_fit_its_filter_is_noted(inspect):
     nav2 = inspect(
         COSTMAP
@@ -131,6 +151,7 @@ def test_filters_that_do_not_exist_here_refuse_the_costmap(inspect):
     assert any("did you mean 'nav2_costmap_2d::SpeedFilter'" in error for error in nav2.errors)
 
 
+@pytest.mark.usefixtures("masks_here")
 def test_a_file_without_servers_gets_none_in_its_merged_form(inspect):
     merged = inspect(COSTMAP).merged()
     assert not [name for name in merged if "filter" in name or "mask" in name]

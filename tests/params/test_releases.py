@@ -14,10 +14,11 @@ import pytest
 
 from navstack.lint import lint
 from navstack.params.nav2_file.file import load_nav2
-from navstack.params.nav2_file.findings import IGNORED_BY_NAV2
-from navstack.params.nav2_file.release import looks_like, release_notices
+from navstack.params.nav2_file.findings import IGNORED_BY_NAV2, Known
+from navstack.params.nav2_file.release import looks_like, release_notices, release_of
 from navstack.params.registry import bindings, nodes, releases
 from navstack.params.registry.bindings import NAMED_SECTIONS, nested_params, parameter_of
+from navstack.params.registry.defaults import differing
 from navstack.params.registry.releases import RELEASES, Declared, span
 
 DATA = Path(os.environ.get("NAVSTACK_DATA", ""), "nav2_defaults")
@@ -165,3 +166,87 @@ def test_names_of_other_releases_are_told_in_one_line(inspect: Any) -> None:
         "controller_server: search_window (since lyrical), "
         "controller_server: near (nav2_controller::AxisGoalChecker) (since lyrical)"
     )
+
+
+PLUGINS = """
+controller_server:
+  ros__parameters:
+    FollowPath:
+      plugin: "{controller}"
+      critics: [{critic}]
+behavior_server:
+  ros__parameters:
+    behavior_plugins: [backup]
+    backup: {{plugin: "nav2_behaviors::BackUp"}}
+"""
+MPPI = {"controller": "nav2_mppi_controller::MPPIController", "critic": "PathAngleCritic"}
+DWB = {"controller": "dwb_core::DWBLocalPlanner", "critic": "PathDist"}
+
+
+@pytest.mark.parametrize(
+    ("release", "controller", "name", "default"),
+    [
+        ("galactic", DWB, "controller_server.FollowPath.prune_distance", 1.0),
+        ("jazzy", DWB, "controller_server.FollowPath.prune_distance", None),
+        ("humble", MPPI, "controller_server.FollowPath.PathAngleCritic.cost_weight", 2.0),
+        ("jazzy", MPPI, "controller_server.FollowPath.PathAngleCritic.cost_weight", None),
+        ("kilted", DWB, "behavior_server.backup.minimum_speed", 0.1),
+        ("lyrical", DWB, "controller_server.FollowPath.path_length_tolerance", 1.0),
+    ],
+)
+def test_what_a_file_leaves_out_has_the_default_of_its_distribution(
+    inspect: Any, monkeypatch: Any, release: str, controller: Any, name: str, default: float | None
+) -> None:
+    monkeypatch.setattr("navstack.params.nav2_file.file.release_of", lambda names: release)
+    text = PLUGINS.format(**controller)
+    nav2 = inspect(text)
+    node, _, dotted = name.partition(".")
+    assert nav2.value(node, dotted) == default
+    assert nav2.release == release
+    assert (f"{node}: {dotted} {default}" in nav2.release_defaults) == (default is not None)
+    assert bool(nav2.release_defaults) == (release != "jazzy")
+    given = nav2.with_values({name: 0.7})
+    assert given.value(node, dotted) == 0.7
+
+
+def test_the_distribution_of_a_file_is_the_one_next_to_jazzy() -> None:
+    names = [Known("controller_server: x", 1, releases) for releases in (RELEASES[:3], RELEASES)]
+    assert looks_like(names) == ("foxy", "galactic", "humble")
+    assert release_of(names) == "humble"
+    assert release_of([Known("x", 1, RELEASES[5:])]) == "kilted"
+    assert release_of([]) == "jazzy"
+
+
+def test_a_merged_file_has_the_same_values_whatever_it_reads_like(
+    inspect: Any, monkeypatch: Any
+) -> None:
+    humble = "navstack.params.nav2_file.file.release_of", lambda names: "humble"
+    monkeypatch.setattr(*humble)
+    nav2 = inspect(PLUGINS.format(**MPPI))
+    merged = nav2.dump_merged()
+    critic = nav2.merged()["controller_server"]["ros__parameters"]["FollowPath"]["PathAngleCritic"]
+    assert critic["max_angle_to_furthest"] == 1.2
+    for release in RELEASES:
+        monkeypatch.setattr(humble[0], lambda names, release=release: release)
+        again = inspect(merged)
+        assert (again.release_defaults, again.dump_merged()) == ((), merged)
+
+
+def test_the_defaults_that_differ_from_jazzys() -> None:
+    found = {
+        f"{release} {params.__name__}.{name} {value}"
+        for release in LIVING
+        for _, params, _ in read_by()
+        for name, value in differing(params, release).items()
+    }
+    assert found == {
+        "humble GracefulParams.beta 0.2",
+        "humble GracefulParams.k_delta 2.0",
+        "humble GracefulParams.k_phi 3.0",
+        "humble ObstaclesParams.collision_cost 10000.0",
+        "humble PathAngleParams.cost_weight 2.0",
+        "humble PathAngleParams.max_angle_to_furthest 1.2",
+        "humble RotationShimParams.angular_disengage_threshold 0.785",
+        "lyrical DwbParams.path_length_tolerance 1.0",
+        "main DwbParams.path_length_tolerance 1.0",
+    }

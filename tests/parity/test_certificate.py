@@ -1,5 +1,6 @@
 """The certificate: nothing is skipped silently, what it compares it does compare, and bad folders are refused."""
 
+import dataclasses
 import json
 import math
 import os
@@ -12,9 +13,13 @@ import pytest
 from navbench.cli.app import main
 from navstack.costmap import inflation
 from navstack.costmap.inflation import Inflation
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.localization.likelihood_field import LikelihoodField
 from navstack.params.costmap import InflationLayerParams
+from navstack.types import Pose2D
 from tools.parity.__main__ import parity
-from tools.parity.certificate import PARTS, UNATTRIBUTED, certify, compare, discover, passes
+from tools.parity.amcl import MAP
+from tools.parity.certificate import PARTS, UNREAD, certify, compare, discover, passes
 from tools.parity.comparison import Comparison
 from tools.parity.golden import META, GoldenFile, read_folder
 
@@ -51,6 +56,7 @@ OUTPUTS = {
     "collision_monitor": ("cm_time_mp4_dt0.1_tb2.0", "cm_time_mp4_dt0.1_tb2.0"),
     "collision_monitor_edges": ("cm_edge", "cm_edge_inside"),
     "amcl_field": ("occ_dist_res64_max2.0", "occ_dist_res64_max2.0"),
+    "amcl_localizer": ("n720_b360", "n720_b360_{weights_norm,weights_norm_2nd_update}"),
     "amcl_weights": ("n720_b360", "n720_b360_{weights_norm,weights_norm_2nd_update}"),
     "amcl_generator": ("drand48_seed42_first20", "drand48_seed42_first20"),
     "amcl_motion": (MOVED, MOVED),
@@ -127,7 +133,7 @@ def test_the_vectors_of_the_project_belong_to_parts() -> None:
     if "NAVSTACK_GOLDEN" in os.environ:
         pytest.skip("another folder is tested")
     results = {result.part: result.cases for result in certify(read_folder(GOLDEN))}
-    assert UNATTRIBUTED not in results
+    assert UNREAD not in results
     assert set(results) == {part.name for part in PARTS}
     assert sum(results.values()) >= 130
 
@@ -147,13 +153,45 @@ def test_arrays_of_no_part_and_halves_of_cases_are_reported(tmp_path: Path) -> N
     )
     (result,) = certify(read_folder(tmp_path))
     assert (result.part, result.cases, result.equal, result.largest_deviation) == (
-        UNATTRIBUTED,
+        UNREAD,
         2,
         0,
         None,
     )
     assert [deviation.case for deviation in result.deviations] == ["odd/a_out_legacy", "odd/riddle"]
     assert not passes([result])
+
+
+def test_an_array_of_a_case_that_its_comparison_does_not_read_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = GoldenFile(GOLDEN / "amcl.npz")
+    arrays = {name: source[name] for name in ("cluster_poses", "cluster_w")}
+    store(tmp_path / "amcl.npz", {"cluster_stats": source.meta["cluster_stats"]}, **arrays)
+    assert passes(certify(read_folder(tmp_path)))
+    (part,) = (part for part in PARTS if part.name == "amcl_clusters")
+    half = dataclasses.replace(part, check=lambda case, comparison: case["poses"])
+    monkeypatch.setattr("tools.parity.certificate.PARTS", (half,))
+    *_, unread = certify(read_folder(tmp_path))
+    assert [deviation.case for deviation in unread.deviations] == ["amcl/cluster_w"]
+    assert not passes([unread])
+
+
+def test_a_distance_that_no_brush_fire_gives_is_told(tmp_path: Path) -> None:
+    source = GoldenFile(GOLDEN / "amcl.npz")
+    name = "occ_dist_res64_max0.5"
+    distances = source[name].copy()
+    facts = {"map": source.meta["map"], name: source.meta[name]}
+    exact = LikelihoodField.of_map(OccupancyGrid(source[MAP], 0.05, Pose2D()), 0.5)
+    ours = exact.distances[exact.codes[1:-1, 1:-1]]
+    # the exact distance where the fire gives a larger one
+    row, column = np.argwhere(distances > ours + 1e-3)[0]
+    distances[row, column] = ours[row, column]
+    store(tmp_path / "amcl.npz", facts, **{MAP: source[MAP], name: distances})
+    (field,) = certify(read_folder(tmp_path))
+    (deviation,) = field.deviations
+    assert not deviation.is_explained
+    assert "distances of the brush fire [m]: 1 of 32000 differ" in deviation.why
 
 
 def test_a_case_whose_facts_are_incomplete_counts_as_not_compared(tmp_path: Path) -> None:
@@ -259,6 +297,25 @@ def test_a_cost_that_is_an_integer_but_for_rounding_is_named_as_such(tmp_path: P
     for worse, is_explained in ((0, True), (1, False)):
         theirs[row, column + 5] = ours[row, column + 5] - worse
         store(tmp_path / "round.npz", {"a": facts}, a_in=grid, a_out_legacy=theirs)
+        (result,) = certify(read_folder(tmp_path))
+        assert [deviation.is_explained for deviation in result.deviations] == [is_explained]
+
+
+def test_a_cell_that_jazzys_search_gives_to_a_farther_source_is_explained(tmp_path: Path) -> None:
+    facts = dict(GoldenFile(GOLDEN / "inflation.npz").facts("single"))
+    inscribed, resolution = facts["inscribed_circumscribed"][0], facts["resolution"]
+    given = {key: facts[key] for key in ("inflation_radius", "cost_scaling_factor")}
+    params = InflationLayerParams(**given)
+    grid = np.zeros((40, 40), dtype=np.uint8)
+    grid[20, 18] = grid[20, 23] = 254
+    inflated = grid.copy()
+    Inflation(params, resolution, inscribed).apply(inflated, 0, 40, 0, 40)
+    for column, is_explained in ((23 - 1 + 8, True), (23 - 1 + 6, False)):
+        theirs = inflated.copy()
+        cell, other = (20, 18 + 7), (20, column)  # two cells from the nearest, seven from the other
+        theirs[cell] = inflated[other]
+        assert theirs[cell] < inflated[cell]
+        store(tmp_path / "farther.npz", {"a": facts}, a_in=grid, a_out_legacy=theirs)
         (result,) = certify(read_folder(tmp_path))
         assert [deviation.is_explained for deviation in result.deviations] == [is_explained]
 

@@ -8,7 +8,7 @@ import pytest
 
 from harness.episode.factory import Parts
 from harness.study import preflight
-from harness.study.preflight import crowd_notes, sensor_notes
+from harness.study.preflight import crowd_notes, default_notes, sensor_notes
 from harness.task.stack import load_stack
 from harness.task.study import make_study
 from harness.world.map.extrude import extrude
@@ -16,6 +16,7 @@ from harness.world.map.scene_io import load_scene
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
 from navstack.errors import NavstackError
+from navstack.params.nav2_file.file import inspect_nav2
 from navstack.types import Pose2D
 
 
@@ -63,3 +64,24 @@ def test_a_crowded_map_is_told(tmp_path: Path) -> None:
         and "--pedestrians 1 " in note
     )
     assert notes(map_name=str(tmp_path / "hall.yaml"), pedestrians=20) == [] == notes()
+
+
+GRACEFUL = """
+controller_server:
+  ros__parameters:
+    progress_checker_plugin: progress_checker
+    FollowPath: {plugin: "nav2_graceful_controller::GracefulController", %s}
+velocity_smoother: {ros__parameters: {odom_topic: odom}}
+"""
+
+
+def test_defaults_of_another_distribution_are_told(tmp_path: Path) -> None:
+    file = tmp_path / "humble.yaml"
+    file.write_text(GRACEFUL % "k_phi: 2.5")
+    (note,) = default_notes(inspect_nav2(file), "mine")
+    assert note == (
+        "mine: reads like a file of Nav2 humble, whose defaults are taken: controller_server: "
+        "FollowPath.beta 0.2, controller_server: FollowPath.k_delta 2.0"
+    )
+    file.write_text(GRACEFUL % "k_phi: 2.5, k_delta: 1.0, beta: 0.4")
+    assert default_notes(inspect_nav2(file), "mine") == []

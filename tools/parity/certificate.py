@@ -10,7 +10,16 @@ import numpy as np
 from numba.core.errors import NumbaError
 
 from navstack.errors import InputError, NavstackError
-from tools.parity import amcl, amcl_particles, controllers, costmaps, dwb, planning, safety
+from tools.parity import (
+    amcl,
+    amcl_localizer,
+    amcl_particles,
+    controllers,
+    costmaps,
+    dwb,
+    planning,
+    safety,
+)
 from tools.parity.comparison import Comparison
 from tools.parity.golden import GoldenError, GoldenFile
 from tools.parity.part import Case, Part
@@ -36,6 +45,7 @@ PARTS = (
     Part("collision_monitor_edges", safety.EDGES, safety.check_edges),
     Part("amcl_field", amcl.FIELDS, amcl.check_field),
     Part("amcl_weights", amcl.find_weights, amcl.check_weights),
+    Part("amcl_localizer", amcl.find_weights, amcl_localizer.check_localizer),
     Part("amcl_generator", amcl_particles.find_generators, amcl_particles.check_generator),
     Part("amcl_motion", amcl_particles.MOTIONS, amcl_particles.check_motion),
     Part(
@@ -48,7 +58,7 @@ PARTS = (
         "amcl_spread", amcl_particles.find_spreads, amcl_particles.check_spread, "standard errors"
     ),
 )
-UNATTRIBUTED = "unattributed"  # name of the row of arrays that belong to no part
+UNREAD = "unread"  # name of the row of arrays that no comparison has read
 # grids and paths that were recorded for the clock only
 INPUTS_OF_TIMINGS = re.compile(r"(costmap|path)\d+")
 
@@ -95,15 +105,12 @@ def _found(part: Part, file: GoldenFile) -> list[Case]:
         ) from None
 
 
-def unattributed(files: Sequence[GoldenFile], cases: Sequence[tuple[Part, Case]]) -> list[str]:
-    """The arrays that no case accounts for, as ``<file>/<array>``."""
-    left = {file: set(file.names) for file in files}
-    for _, case in cases:
-        left[case.file] -= case.arrays
+def unread(files: Sequence[GoldenFile]) -> list[str]:
+    """The arrays that no comparison has read, as ``<file>/<array>``."""
     return sorted(
         f"{file.stem}/{name}"
-        for file, names in left.items()
-        for name in names
+        for file in files
+        for name in file.names - file.read
         if not INPUTS_OF_TIMINGS.fullmatch(name)
     )
 
@@ -111,11 +118,18 @@ def unattributed(files: Sequence[GoldenFile], cases: Sequence[tuple[Part, Case]]
 def compare(part: Part, case: Case) -> Comparison:
     """Run navstack on the inputs of a case and compare.
 
-    Whatever keeps it from running is a deviation.
+    Whatever keeps it from running is a deviation, and no array of the case is told as unread.
 
     Raises:
         GoldenError: the recording is damaged.
     """
+    comparison = _compared(part, case)
+    if comparison.missing or comparison.wrong:
+        case.file.read.update(case.arrays)
+    return comparison
+
+
+def _compared(part: Part, case: Case) -> Comparison:
     comparison = Comparison()
     try:
         if (name := _too_large(case)) is not None:
@@ -140,7 +154,7 @@ def compare(part: Part, case: Case) -> Comparison:
 def _too_large(case: Case) -> str | None:
     """What of a case holds a finite number that Nav2's single precision does not; None: nothing."""
     for name in sorted(case.arrays):
-        values = case.file[name]
+        values = case.file.stored(name)
         if values.dtype == np.float64 and (np.abs(values[np.isfinite(values)]) > _LARGEST).any():
             return name
     facts = [case.facts]
@@ -157,12 +171,10 @@ def certify(files: Sequence[GoldenFile]) -> list[PartResult]:
     """The results of all parts that have cases, in the order of :data:`PARTS`."""
     cases = discover(files)
     results = [_summary(part, [case for other, case in cases if other is part]) for part in PARTS]
-    left = unattributed(files, cases)
     lost = tuple(
-        Deviation(name, "belongs to no case of any part: nothing was compared", False)
-        for name in left
+        Deviation(name, "no comparison of any case has read it", False) for name in unread(files)
     )
-    results.append(PartResult(UNATTRIBUTED, len(lost), 0, None, None, lost))
+    results.append(PartResult(UNREAD, len(lost), 0, None, None, lost))
     return [result for result in results if result.cases]
 
 
@@ -185,7 +197,7 @@ def _deviations(compared: Sequence[tuple[Case, Comparison]]) -> Iterator[Deviati
 def passes(results: Sequence[PartResult]) -> bool:
     """Whether there is any case at all, and every deviation is explained."""
     explained = all(deviation.is_explained for result in results for deviation in result.deviations)
-    return any(result.cases for result in results if result.part != UNATTRIBUTED) and explained
+    return any(result.cases for result in results if result.part != UNREAD) and explained
 
 
 def document(results: Sequence[PartResult]) -> dict[str, Any]:

@@ -170,7 +170,9 @@ def _check_decision(
                 case[f"{prefix}raw"][legal, i],
                 TOLERANCE,
             )
-    if not undefined:
+    if undefined:
+        case.pass_over(f"{prefix}total")
+    else:
         comparison.equal(f"{at}rejecting critic", rejected_by, case[f"{prefix}illegal_critic"])
         comparison.near(
             f"{at}totals", scores.totals[legal], case[f"{prefix}total"][legal], TOLERANCE
@@ -188,6 +190,10 @@ def _check_trajectories(
     last = case[f"{prefix}last_pose"]
     comparison.near(f"{at}last positions", ends, last[:, :2], TOLERANCE)
     comparison.angles(f"{at}last headings", rollouts.yaw[:, -1], last[:, 2], TOLERANCE)
+    for kind, count in (("pose", rollouts.lengths), ("time", rollouts.lengths - 1)):
+        if f"{prefix}{kind}_off" in case:
+            starts = np.concatenate(([0], np.cumsum(count)))
+            comparison.equal(f"{at}{kind}s before each", starts, case[f"{prefix}{kind}_off"])
     if f"{prefix}poses" in case:
         is_pose = np.arange(rollouts.x.shape[1]) < rollouts.lengths[:, None]
         poses = case[f"{prefix}poses"]

@@ -47,6 +47,7 @@ class GoldenFile:
         if largest > MOST_BYTES:
             raise self.unusable(f"holds an array of {largest} bytes, at most {MOST_BYTES} are read")
         self._arrays = arrays
+        self.read: set[str] = set()  # names of the arrays that were asked for
         self.names = frozenset(arrays.files) - {META}  # of the arrays
         self.meta: dict[str, Any] = self._read_meta()
 
@@ -59,11 +60,17 @@ class GoldenFile:
         return name in self.names
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """The array of a name.
+        """The array of a name, which counts as read from now on.
 
         Raises:
             GoldenError: the file is damaged there.
         """
+        array = self.stored(name)
+        self.read.add(name)
+        return array
+
+    def stored(self, name: str) -> np.ndarray:
+        """As ``[name]``, without counting as read."""
         if name not in self.names:
             raise KeyError(name)
         try:

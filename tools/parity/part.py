@@ -41,6 +41,12 @@ class Case:
             raise KeyError(f"a name of the form {form.pattern}")
         return given.groups()
 
+    def pass_over(self, *suffixes: str) -> None:
+        """Read arrays that hold nothing which upstream has computed."""
+        for suffix in suffixes:
+            if suffix in self:
+                self[suffix]
+
     def __getitem__(self, suffix: str) -> np.ndarray:
         """The array ``<name>_<suffix>``."""
         return self.file[f"{self.name}_{suffix}"]

@@ -79,7 +79,11 @@ def check_navfn(case: Case, comparison: Comparison) -> None:
     if planned:
         _check_field(case, comparison, planner, params, costmap, start)
     else:
+        case.pass_over("potential", "navfn_cost")
         comparison.allow(NOT_PLANNED)
+    if error:
+        for suffix in ("path", "navfn_path_cells"):
+            comparison.require(not len(case[suffix]), f"an error, and a {suffix} was recorded")
     if refusal is not None:
         comparison.require(isinstance(result, refusal), f"{_said(result)}; recorded: {error}")
     elif error:

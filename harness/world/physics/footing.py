@@ -7,7 +7,7 @@ from typing import Any
 from harness.world.physics.contacts import Motion, Vector
 from harness.world.physics.drive_kernels import LEVEL
 from harness.world.physics.engine import bullet
-from harness.world.physics.robot import RobotParams
+from harness.world.physics.robot import SKID, RobotParams
 
 _TOUCH = 1e-3  # [m] above the ground, below which a tread stands on it
 _SLACK = 0.01  # [m] around a tread's sphere that still counts as the foot
@@ -69,6 +69,8 @@ class Feet:
         x, y, z = robot.center_of_mass
         # from the centre of mass, body frame
         self._feet = [(fx - x, fy - y) for fx, fy in robot.feet]
+        # numbers of the driven wheels on the left and on the right
+        self._driven = ((0, 2), (1, 3)) if robot.steering == SKID else ((0,), (1,))
         self._ground = -z  # [m] of the treads, likewise
         self._radius = robot.foot_radius + _SLACK
         load = 0.5 * robot.axle_share * robot.mass * gravity
@@ -105,7 +107,9 @@ class Feet:
                 stands[foot] = stands[foot] or distance < _TOUCH
             elif load > 0.0:
                 scrapes.append(Scrape(point, load))
-        return Footing(loads[0], loads[1], tuple(scrapes), stands[0] and stands[1] and not scrapes)
+        left, right = (sum(loads[number] for number in side) for side in self._driven)
+        is_whole = all(stands[number] for side in self._driven for number in side) and not scrapes
+        return Footing(left, right, tuple(scrapes), is_whole)
 
     def _foot(self, x: float, y: float, z: float) -> int | None:
         if z > self._ground + self._radius:

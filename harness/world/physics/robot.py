@@ -7,20 +7,22 @@ from typing import Annotated
 
 from navstack.errors import ParameterError
 from navstack.geometry import make_footprint
-from navstack.ranges import NotNegative, Parameters, up_to
+from navstack.ranges import Known, NotNegative, Parameters, up_to, within
 from navstack.types import FloatArray
 
 MAX_CORNERS, MAX_SIZE = 1000, 10.0  # of the footprint, [m] of the body
+DIFFERENTIAL, SKID = "differential", "skid"
 # a mass, length, speed, ...; what is larger is no robot
 Size = Annotated[float, up_to(1e5)]
 
 
 @dataclass(frozen=True)
 class RobotParams(Parameters, whose="robot"):
-    """A differential drive with a box for a body: one file of ``params/robots``.
+    """A drive with a box for a body: one file of ``params/robots``.
 
-    The base frame's origin is on the ground below the middle of the driven axle; two casters follow
-    behind it.
+    The base frame's origin is on the ground. A differential drive has it below the middle of the
+    driven axle, and two casters follow behind. A skid steer has it in the middle of four driven
+    wheels.
     """
 
     footprint: tuple[tuple[float, float], ...]  # [m] base frame; the body is its bounding box
@@ -32,8 +34,8 @@ class RobotParams(Parameters, whose="robot"):
     ground_clearance: Size  # [m] below the body
     wheel_radius: Size  # [m] of the driven wheels
     track: Size  # [m] between the driven wheels
-    wheelbase: Size  # [m] from the driven axle back to the casters
-    caster_track: Size  # [m] between the casters
+    wheelbase: Size  # [m] from the driven axle, or the front wheels, back to the casters or wheels
+    caster_track: Size  # [m] between the casters; of a skid steer nothing
     wheel_friction: NotNegative  # [-] Coulomb coefficient of the driven wheels on the ground
     rolling_resistance: NotNegative  # [-] force that rolling costs over the weight
     max_speed: Size  # [m/s]
@@ -47,6 +49,9 @@ class RobotParams(Parameters, whose="robot"):
     bucket: tuple[float, float, float]  # [m] centre of the bucket's floor, base frame
     # [s] from an observation to the drive's hearing the command that was decided on it
     compute_latency: NotNegative = 0.0
+    steering: Annotated[str, Known("robot: steering", (DIFFERENTIAL, SKID))] = DIFFERENTIAL
+    # [-] of a skid steer's controller: the track that it counts on, over the real one
+    track_multiplier: Annotated[float, within(1.0, 5.0)] = 1.0
 
     def _check_together(self) -> None:
         if len(self.footprint) > MAX_CORNERS:
@@ -70,11 +75,11 @@ class RobotParams(Parameters, whose="robot"):
                 f"robot: height {self.height} m must exceed center_of_mass_height "
                 f"{self.center_of_mass_height} m and ground_clearance {self.ground_clearance} m"
             )
-        if not -self.wheelbase < self.center_of_mass_x < 0.0:
+        (front, _), *_, (rear, _) = self.feet
+        if not rear < self.center_of_mass_x < front:
             raise ParameterError(
-                f"robot: center_of_mass_x {self.center_of_mass_x} m; allowed is between the "
-                "casters "
-                f"at {-self.wheelbase} m and the axle at 0, or the robot falls over"
+                f"robot: center_of_mass_x {self.center_of_mass_x} m; allowed is between "
+                f"{rear} m and {front:g}, where it stands, or the robot falls over"
             )
 
     @cached_property
@@ -125,13 +130,18 @@ class RobotParams(Parameters, whose="robot"):
     @property
     def axle_share(self) -> float:
         """Share of the weight that the driven wheels carry at rest (law of the lever)."""
+        if self.steering == SKID:
+            return 1.0
         return 1.0 + self.center_of_mass_x / self.wheelbase
 
     @cached_property
     def feet(self) -> tuple[tuple[float, float], ...]:
         """Where the robot stands, (x, y) in [m], base frame.
 
-        Left and right wheel, left and right caster.
+        Left and right wheel, left and right caster; of a skid steer the front and the rear wheels.
         """
+        if self.steering == SKID:
+            half, side = 0.5 * self.wheelbase, 0.5 * self.track
+            return (half, side), (half, -side), (-half, side), (-half, -side)
         wheel, caster = 0.5 * self.track, 0.5 * self.caster_track
         return (0.0, wheel), (0.0, -wheel), (-self.wheelbase, caster), (-self.wheelbase, -caster)

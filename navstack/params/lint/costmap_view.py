@@ -7,13 +7,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from navstack.errors import ParameterError
 from navstack.geometry import footprint_radii, pad_footprint
 from navstack.params.costmap import (
     WITHOUT_LAYERS,
     CostmapParams,
     InflationLayerParams,
     ObservationSourceParams,
+    is_unreadable,
     robot_footprint,
 )
 from navstack.params.nav2_file.catalog import plugin_type
@@ -51,18 +51,11 @@ class CostmapView:
     params: CostmapParams  # without its layers
     layers: tuple[LayerView, ...]  # the enabled ones, in the order in which they write
     inflations: Mapping[str, InflationLayerParams]  # the enabled ones, by name
-    footprint_error: str  # why the footprint cannot be read; empty: it can
 
     @cached_property
     def footprint(self) -> FloatArray:
-        """The padded polygon (N, 2) in [m], base frame.
-
-        Nav2 falls back on robot_radius if it cannot read the text.
-        """
-        params = self.params
-        if self.footprint_error:
-            params = replace(params, footprint="[]")
-        return pad_footprint(robot_footprint(params), params.footprint_padding)
+        """The padded polygon (N, 2) in [m], base frame."""
+        return pad_footprint(robot_footprint(self.params), self.params.footprint_padding)
 
     @property
     def inscribed(self) -> float:
@@ -105,12 +98,9 @@ def view_costmap(nav2: Nav2File, node: str) -> CostmapView:
         for layer in layers
         if layer.type == INFLATION
     }
-    footprint_error = ""
-    try:
-        robot_footprint(params)
-    except ParameterError as error:
-        footprint_error = str(error)
-    return CostmapView(node, params, layers, inflations, footprint_error)
+    if is_unreadable(params.footprint):
+        params = replace(params, footprint="[]")
+    return CostmapView(node, params, layers, inflations)
 
 
 def _layer(nav2: Nav2File, node: str, name: str) -> LayerView:

@@ -14,22 +14,6 @@ COSTMAP_UPDATE_TIMEOUT = 0.3  # [s] the controller server's default
 RULES = RuleGroup("Costmaps and frames", "local_costmap")
 
 
-@RULES.error
-def unreadable_footprint(view: CostmapView) -> Iterator[Finding]:
-    """Nav2 cannot read the footprint.
-
-    Why: Nav2 logs it and goes on with robot_radius, 0.1 m by default: the robot drives into
-    everything.
-    """
-    if view.footprint_error:
-        yield Finding(
-            "footprint",
-            view.footprint_error,
-            'footprint: "[[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]" '
-            "in metres, in quotes",
-        )
-
-
 @RULES.warning
 def no_footprint(subject: Subject, view: CostmapView) -> Iterator[Finding]:
     """A costmap has neither footprint nor robot_radius.
@@ -52,11 +36,7 @@ def two_shapes(subject: Subject, view: CostmapView) -> Iterator[Finding]:
     Why: the footprint wins silently; who changes the radius later changes nothing.
     """
     radius = subject.number(view.node, "robot_radius", 0.0)
-    if (
-        radius > 0.0
-        and not view.footprint_error
-        and view.params.footprint.strip() not in NO_FOOTPRINT
-    ):
+    if radius > 0.0 and view.params.footprint.strip() not in NO_FOOTPRINT:
         yield Finding(
             "robot_radius",
             f"{radius:g} m beside a footprint that reaches {view.circumscribed:.2f} m",

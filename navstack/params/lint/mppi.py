@@ -38,6 +38,20 @@ def mppi_capped_speed(mppi: MppiParams, drive: DrivingPlugin) -> Iterator[Findin
 
 
 @RULES.warning
+def mppi_crossed_speeds(mppi: MppiParams, drive: DrivingPlugin) -> Iterator[Finding]:
+    """MPPI's vx_min is not below vx_max.
+
+    Why: every speed is limited to vx_max: the robot can neither slow down nor stop.
+    """
+    if mppi.vx_min >= mppi.vx_max:
+        yield Finding(
+            f"{drive.name}.vx_min",
+            f"{mppi.vx_min:g} m/s is not below vx_max, {mppi.vx_max:g} m/s",
+            "vx_min: 0.0, or below 0 to drive backwards",
+        )
+
+
+@RULES.warning
 def mppi_biased_noise(mppi: MppiParams, drive: DrivingPlugin) -> Iterator[Finding]:
     """MPPI may brake harder than speed up, or the other way round.
 

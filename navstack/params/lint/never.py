@@ -137,9 +137,7 @@ def turned_inside_out(view: CostmapView) -> Iterator[Finding]:
     Why: the costmap knows no body of this robot: it never moves, or it drives into everything.
     """
     padding = view.params.footprint_padding
-    inside = 0.0
-    if not view.footprint_error:
-        inside = footprint_radii(robot_footprint(view.params))[0]
+    inside = footprint_radii(robot_footprint(view.params))[0]
     if padding < 0.0 and -padding >= inside:
         yield Finding(
             "footprint_padding",

@@ -22,6 +22,7 @@ from navstack.params.nav2_file.findings import (
     is_told,
     value_of,
 )
+from navstack.params.nav2_file.footprints import footprint_notices
 from navstack.params.nav2_file.merged import dump, merged
 from navstack.params.nav2_file.newer_forms import convert_newer_forms
 from navstack.params.nav2_file.nodes import (
@@ -36,6 +37,7 @@ from navstack.params.nav2_file.nodes import (
     tree_notices,
 )
 from navstack.params.nav2_file.older_forms import convert_older_forms
+from navstack.params.nav2_file.release import other_defaults, release_of
 from navstack.params.nav2_file.ros_yaml import (
     Document,
     ParameterEntry,
@@ -68,6 +70,8 @@ class Nav2File:
     notices: tuple[Notice, ...]
     ignored: tuple[str, ...]
     names: tuple[Known, ...]  # that stand in the file and that Nav2 has
+    release: str  # whose defaults are read
+    release_defaults: tuple[str, ...]  # those that Jazzy does not have, left out in the file
     catalog: Catalog
 
     @property
@@ -221,6 +225,15 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
         if block is not None:
             parameters[node] = entries_of(document, node)
             found[node] = _check_node(node, block, parameters[node], catalog)
+    names = tuple(name for findings in found.values() for name in findings.names if name.line)
+    notices = _notices(path, document, parameters, found, allow_unknown)
+    release = release_of(names)
+    added = {
+        node: other_defaults(release, entries, found[node].visits)
+        for node, entries in parameters.items()
+    }
+    for node, entries in added.items():
+        parameters[node] |= entries
     ignored = [
         name
         for node, findings in found.items()
@@ -236,8 +249,14 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
             node: {new: old for old, new in findings.renames.items()}
             for node, findings in found.items()
         },
-        notices=_notices(document, parameters, found, allow_unknown),
-        names=tuple(name for findings in found.values() for name in findings.names if name.line),
+        notices=notices,
+        names=names,
+        release=release,
+        release_defaults=tuple(
+            f"{node}: {name} {entry.value}"
+            for node, entries in added.items()
+            for name, entry in entries.items()
+        ),
         ignored=tuple(dict.fromkeys(ignored)),
         catalog=catalog,
     )
@@ -263,7 +282,11 @@ def _check_node(
 
 
 def _notices(
-    document: Document, parameters: Parameters, found: Mapping[str, Findings], allow_unknown: bool
+    path: Path,
+    document: Document,
+    parameters: Parameters,
+    found: Mapping[str, Findings],
+    allow_unknown: bool,
 ) -> tuple[Notice, ...]:
     """What a user should see: errors first, then in the order of the file."""
     notices = [
@@ -271,7 +294,8 @@ def _notices(
         *node_notices(document),
         *joined_notices(document, found),
         *tree_notices(parameters),
-        *filter_notices(parameters),
+        *filter_notices(parameters, path.parent),
+        *footprint_notices(parameters),
         *monitor_notices(parameters),
         *source_notices(parameters),
     ]

@@ -4,8 +4,8 @@ In ROS a filter waits for its info on one topic and for its mask on another; her
 publish them are looked up in the same file. Topics are compared without a leading slash.
 """
 
-import os
 from collections.abc import Iterator
+from pathlib import Path
 from typing import NamedTuple
 
 from navstack.params.filters import (
@@ -42,11 +42,15 @@ class _Filter(NamedTuple):
 
 
 def find_mask(
-    parameters: Parameters, info_topic: str, is_anywhere: bool = False
+    parameters: Parameters, folder: Path, info_topic: str, is_anywhere: bool = False
 ) -> MaskSource | None:
     """The mask behind a ``filter_info_topic``; None: the file names none.
 
-    One at an absolute path that does not exist here counts only if it may be ``is_anywhere``.
+    Args:
+        parameters: of the file.
+        folder: of the file, where a relative path begins.
+        info_topic: of the filter.
+        is_anywhere: whether a mask that does not exist here counts.
     """
     default = _INFO.filter_info_topic
     for info_node in _publishers(
@@ -57,28 +61,21 @@ def find_mask(
             parameters, "filter_mask_server", "topic_name", _MASK.topic_name, topic
         ):
             yaml_filename = str(value_of(parameters[mask_node], "yaml_filename", ""))
-            if yaml_filename and (_is_here(yaml_filename) or is_anywhere):
+            if yaml_filename and (is_anywhere or (folder / yaml_filename).exists()):
                 return MaskSource(info_node, yaml_filename)
     return None
 
 
-def _is_here(yaml_filename: str) -> bool:
-    """Whether a mask may be on this machine: robots' absolute paths often are not."""
-    if "$(" in yaml_filename:
-        return False
-    return not os.path.isabs(yaml_filename) or os.path.exists(yaml_filename)
-
-
-def keepout_filters_without_mask(parameters: Parameters) -> list[str]:
-    """The enabled keepout filters, as ``costmap: name``, for which the file names no mask."""
-    filters = _filters(parameters)
+def keepout_filters_without_mask(parameters: Parameters, folder: Path) -> list[str]:
+    """The enabled keepout filters, as ``costmap: name``, for which the file names no mask here."""
+    filters = _filters(parameters, folder)
     return [each.path for each in filters if each.type == KEEPOUT_FILTER and each.mask is None]
 
 
-def filter_notices(parameters: Parameters) -> list[Notice]:
+def filter_notices(parameters: Parameters, folder: Path) -> list[Notice]:
     """Filters that do nothing here, or not all that their info says."""
     notices = []
-    for each in _filters(parameters):
+    for each in _filters(parameters, folder):
         info = parameters[each.mask.info_node] if each.mask else {}
         kind = value_of(info, "type", _INFO.type)
         if each.missing and each.type == KEEPOUT_FILTER:
@@ -101,7 +98,7 @@ def filter_notices(parameters: Parameters) -> list[Notice]:
     return notices
 
 
-def _filters(parameters: Parameters) -> Iterator[_Filter]:
+def _filters(parameters: Parameters, folder: Path) -> Iterator[_Filter]:
     """The enabled filters of both costmaps that read a mask here."""
     for node in COSTMAPS:
         entries = parameters.get(node, {})
@@ -110,8 +107,8 @@ def _filters(parameters: Parameters) -> Iterator[_Filter]:
             is_filter = kind in (KEEPOUT_FILTER, SPEED_FILTER)
             if is_filter and value_of(entries, f"{name}.enabled", True):
                 topic = str(value_of(entries, f"{name}.filter_info_topic", ""))
-                mask = find_mask(parameters, topic)
-                named = find_mask(parameters, topic, is_anywhere=True)
+                mask = find_mask(parameters, folder, topic)
+                named = find_mask(parameters, folder, topic, is_anywhere=True)
                 yield _Filter(node, name, kind, mask, None if mask else named)
 
 

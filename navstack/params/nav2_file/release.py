@@ -1,9 +1,11 @@
 """Which distribution of Nav2 a file was written for."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
-from navstack.params.nav2_file.findings import Known, Notice
+from navstack.params.nav2_file.findings import Known, Notice, Visit
+from navstack.params.nav2_file.ros_yaml import ParameterEntry
+from navstack.params.registry.defaults import MODELLED, differing
 from navstack.params.registry.releases import RELEASES, span
 
 MOST_SHOWN = 4  # names of other distributions in one line
@@ -14,6 +16,24 @@ def looks_like(names: Iterable[Known]) -> tuple[str, ...]:
     known = Counter(release for name in names for release in name.releases)
     most = max(known.values(), default=0)
     return tuple(release for release in RELEASES if known[release] == most)
+
+
+def release_of(names: Iterable[Known]) -> str:
+    """The distribution of a file: of those that it reads like, the one next to Jazzy."""
+    here = RELEASES.index(MODELLED)
+    return min(looks_like(names), key=lambda release: abs(RELEASES.index(release) - here))
+
+
+def other_defaults(
+    release: str, entries: Mapping[str, ParameterEntry], visits: Iterable[Visit]
+) -> dict[str, ParameterEntry]:
+    """What a node leaves out and a distribution sets otherwise than Jazzy, on line 0."""
+    return {
+        f"{visit.prefix}{name}": ParameterEntry(value, 0, 0, 0, 0)
+        for visit in visits
+        for name, value in differing(visit.params, release).items()
+        if f"{visit.prefix}{name}" not in entries
+    }
 
 
 def release_notices(names: Iterable[Known]) -> list[Notice]:

@@ -154,6 +154,7 @@ class _Reader:
                     hint = did_you_mean(path[-1], [PARAMETERS])
                 raise ParameterError(
                     f"{self._where}: line {line}: '{'.'.join(here)}' stands outside {PARAMETERS}"
+                    ", where ROS reads no value and refuses the file"
                     f"; expected <node>: {PARAMETERS}: <parameters>{hint}"
                 )
 

@@ -16,7 +16,7 @@ from navstack.params.costmap import (
     InflationLayerParams,
     LayerParams,
     ObstacleLayerParams,
-    robot_footprint,
+    is_unreadable,
 )
 from navstack.params.dwb import DwbParams, NamedCritic
 from navstack.params.filters import FilterInfoServerParams, KeepoutFilterParams, SpeedFilterParams
@@ -202,7 +202,8 @@ def read_mppi(nav2: Nav2File, name: str = "FollowPath") -> MppiParams:
         if local_costs.is_round and considers:
             raise ParameterError(
                 f"{nav2.path.name}: {CONTROLLER}: {name}.{critic}.consider_footprint is true, "
-                "but local_costmap has no footprint; give it one, or set this to false"
+                "but local_costmap has no footprint, and Nav2 does not start either; give it one, "
+                "or set this to false"
             )
     return params
 
@@ -221,6 +222,8 @@ def _local_costs(costmap: CostmapParams) -> LocalCosts:
 def read_costmap(nav2: Nav2File, node: str) -> CostmapParams:
     """A costmap with its layers, in their order; ``node`` is local_costmap or global_costmap.
 
+    A footprint that cannot be read is left out, as in Nav2: robot_radius counts.
+
     Raises:
         ParameterError: a layer or filter that is not available here, or a value that cannot be
             used.
@@ -237,10 +240,8 @@ def read_costmap(nav2: Nav2File, node: str) -> CostmapParams:
     if refusals:
         raise ParameterError("; also ".join(refusals))
     params = nav2.read(CostmapParams, node, plugins=names, filters=filters, layers=layers)
-    try:
-        robot_footprint(params)
-    except ParameterError as error:
-        raise ParameterError(f"{nav2.path.name}: {node}: {error}") from None
+    if is_unreadable(params.footprint):
+        params = replace(params, footprint="[]")
     return params
 
 
@@ -257,7 +258,7 @@ def read_masks(nav2: Nav2File, params: CostmapParams) -> dict[str, Mask]:
     masks = {}
     for name, layer in params.enabled_layers((*params.plugins, *params.filters)).items():
         if isinstance(layer, KeepoutFilterParams | SpeedFilterParams):
-            source = find_mask(nav2.parameters, layer.filter_info_topic)
+            source = find_mask(nav2.parameters, nav2.path.parent, layer.filter_info_topic)
             if source is not None:
                 info = nav2.read(FilterInfoServerParams, source.info_node)
                 path = nav2.path.parent / source.yaml_filename

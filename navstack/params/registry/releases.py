@@ -65,12 +65,21 @@ def plugins_of(
     ``renamed`` are the older names of packages.
     """
     given: dict[str, dict[str, Mapping[str, Any]]] = {}
-    for release, found in _ALL.items():
-        for kind, parameters in found["plugins"].get(family, {}).items():
-            package, _, name = kind.rpartition("::")
-            today = "::".join(filter(None, (renamed.get(package, package), name)))
-            given.setdefault(today, {})[release] = parameters
+    for release in RELEASES:
+        for kind, parameters in plugins_in(release, family, renamed).items():
+            given.setdefault(kind, {})[release] = parameters
     return {kind: (tuple(found), _joined(found)) for kind, found in given.items()}
+
+
+def plugins_in(
+    release: str, family: str, renamed: Mapping[str, str]
+) -> dict[str, Mapping[str, Any]]:
+    """The plugins of a family in one release, each with its parameters' defaults."""
+    found = {}
+    for kind, parameters in _ALL[release]["plugins"].get(family, {}).items():
+        package, _, name = kind.rpartition("::")
+        found["::".join(filter(None, (renamed.get(package, package), name)))] = parameters
+    return found
 
 
 def declared(default: Any, release: str = "", before: Declared | None = None) -> Declared:

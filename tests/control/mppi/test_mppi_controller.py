@@ -162,6 +162,14 @@ def test_limits_are_held_wherever_it_stands(seed):
         assert abs(turns).max() <= 2.0 + 1e-4
 
 
+@pytest.mark.parametrize("least", [1.0, 1.5])
+def test_a_least_speed_above_the_largest_gives_the_largest(least):
+    """Nav2's ``utils::clamp`` takes the upper bound last."""
+    controller = make(replace(PARAMS, vx_max=0.3, vx_min=least, batch_size=200))
+    state = RobotState(ORIGIN, Twist2D(linear_x=0.3), 0.0)
+    assert ask(controller, state).linear_x == approx(0.3, abs=1e-6)
+
+
 def test_a_sequence_that_the_optimizer_leaves_keeps_the_limits_before_it_is_smoothed(
     monkeypatch,
 ):

@@ -82,8 +82,8 @@ def test_a_robot_is_a_box_on_four_feet(robot):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"center_of_mass_x": -0.55}, "between the casters at -0.55 m"),
-        ({"center_of_mass_x": 0.0}, "and the axle at 0"),
+        ({"center_of_mass_x": -0.55}, "between -0.55 m and 0, where it stands"),
+        ({"center_of_mass_x": 0.0}, "between -0.55 m and 0, where it stands"),
         ({"height": 0.45}, "must exceed center_of_mass_height"),
         ({"height": 0.46, "ground_clearance": 0.46}, "and ground_clearance"),
     ],
