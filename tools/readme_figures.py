@@ -3,8 +3,8 @@
 Usage: python -m tools.readme_figures [--check]
 
 They are of results/baseline/WORLD, where WORLD is the default world, or the newest stored version
-of the paper's world as long as the default has none: 400 deliveries of each stack on each of three
-maps, and on the paper's own map. --check writes nothing, and fails where README has other figures.
+of the paper's world as long as the default has none: 400 deliveries of each stack on each map that
+all of them have driven, and on the paper's own map. --check writes nothing, and fails where README has other figures.
 """
 
 import argparse
@@ -20,6 +20,7 @@ from harness.report.markdown import table, wrapped
 from harness.report.numbers import interval_text, number_text
 from harness.report.published import PublishedMethod, load_published
 from harness.statistics.interval import wilson_interval
+from harness.storage.manifest_file import read_manifest
 from harness.storage.rows import values
 from harness.storage.shipped import DEFAULT_WORLD
 from harness.study.stored_run import StoredRun, load_run
@@ -40,11 +41,24 @@ NO_CONTACT_RATE = "–"
 def stored_world() -> str:
     """The default world, or the newest version of the paper's that was driven."""
     worlds = sorted(path.name for path in BASELINE.glob("published_*"))
-    driven = [world for world in worlds if (BASELINE / world / MAPS[0] / "run.json").is_file()]
+    driven = [world for world in worlds if maps_of(world)]
     return DEFAULT_WORLD if DEFAULT_WORLD in driven else driven[-1]
 
 
-def pooled(world: str, stack: str, maps: tuple[str, ...] = MAPS) -> StoredRun:
+def stacks_at(world: str, place: str) -> list[str]:
+    """The stacks that have driven at a place."""
+    run = BASELINE / world / place
+    if not (run / "run.json").is_file():
+        return []
+    return [stack["name"] for stack in read_manifest(run)["stacks"]]
+
+
+def maps_of(world: str) -> tuple[str, ...]:
+    """The shipped maps on which all of the stacks have driven."""
+    return tuple(name for name in MAPS if set(STACKS) <= set(stacks_at(world, name)))
+
+
+def pooled(world: str, stack: str, maps: tuple[str, ...]) -> StoredRun:
     """The deliveries of a stack on some maps as one run."""
     runs = [load_run(f"{BASELINE / world / place}:{stack}") for place in maps]
     rows = [dict(row) for run in runs for row in run.stacks[0].rows]
@@ -91,7 +105,8 @@ def figures() -> str:
     from harness.economics.cost_model import price
 
     world = stored_world()
-    runs = {stack: pooled(world, stack) for stack in STACKS}
+    maps = maps_of(world)
+    runs = {stack: pooled(world, stack, maps) for stack in STACKS}
     best, baseline = runs[STACKS[0]], runs[STACKS[-1]]
     published = load_published()
     method = published.methods["nav2_gps"]
@@ -107,8 +122,12 @@ def figures() -> str:
     default = ""
     if world != DEFAULT_WORLD:
         default = f" (the default, `{DEFAULT_WORLD}`, is not driven yet)"
+    where = ", ".join(f"`{name}`" for name in maps)
+    word = "maps"
+    if len(maps) == 1:
+        word = "map"
     intro = wrapped(
-        f"**World `{world}`{default}, maps {', '.join(f'`{name}`' for name in MAPS)}, {n} deliveries of "
+        f"**World `{world}`{default}, {word} {where}, {n} deliveries of "
         f"each stack on the same missions.** In [brackets]: 95 %; those of the margin admit an "
         "[unseen loss](docs/money.md#intervals), those of contacts are exact (Poisson)."
     )
@@ -129,12 +148,11 @@ def papers_rows(world: str) -> str:
     """What of the paper's rows is met and what is missed, in three lines."""
     published = load_published().methods
     gps, amcl = (pooled(world, stack, (PAPERS_MAP,)) for stack in (GPS, AMCL))
-    injuries = [injury_text(run) for run in (gps, pooled(world, GPS))]
     theirs = {name: published[name].measured for name in ("nav2_gps", "nav2_amcl")}
     lines = [
         f"Met, on the paper's own map (not shipped), n = {len(gps.stacks[0].rows)}: injuries of "
-        f"`{GPS}`, {injuries[0]} USD a delivery against "
-        f"{theirs['nav2_gps'].pedestrian_injury_usd_per_run:.2f} (on the three maps: {injuries[1]}).",
+        f"`{GPS}`, {injury_text(gps)} USD a delivery against "
+        f"{theirs['nav2_gps'].pedestrian_injury_usd_per_run:.2f}.",
         f"Missed there: {share(gps, OUTCOMES[0])} in time and intact against "
         f"{theirs['nav2_gps'].sla:.2f}; {share(gps, OUTCOMES[1])} spoiled against "
         f"{theirs['nav2_gps'].spoiled:.2f}.",
