@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from harness.study.suite import Portion
     from harness.task.camera_params import CameraParams
     from navbench.api.ablate import ablate, resume_ablation
+    from navbench.api.check import check, resume_check
     from navbench.api.explain import explain
     from navbench.api.lint import lint
     from navbench.api.listing import listing
@@ -53,6 +54,7 @@ _NAMES = {  # by module
     "harness.study.suite": ("Portion",),
     "harness.task.camera_params": ("CameraParams",),
     "navbench.api.ablate": ("ablate", "resume_ablation"),
+    "navbench.api.check": ("check", "resume_check"),
     "navbench.api.explain": ("explain",),
     "navbench.api.lint": ("lint",),
     "navbench.api.listing": ("listing",),
@@ -88,6 +90,7 @@ __all__ = [
     "Twist2D",
     "Where",
     "ablate",
+    "check",
     "compare",
     "explain",
     "import_map",
@@ -106,6 +109,7 @@ __all__ = [
     "report",
     "resume",
     "resume_ablation",
+    "resume_check",
     "resume_suite",
     "resume_tuning",
     "run",

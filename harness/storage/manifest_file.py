@@ -7,14 +7,18 @@ from typing import Any
 from harness.storage.checksums import CHECKSUMS, changed_files, write_checksums
 from harness.storage.documents import json_text
 from harness.storage.files import locked, require_real_folders, write_text, writing
-from harness.storage.new_run import ABLATION, MANIFEST, TUNING
+from harness.storage.new_run import ABLATION, CHECK, MANIFEST, TUNING
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Row
 from harness.storage.run_folder import JOURNAL
 from navstack.errors import InputError
 from navstack.params.strict import read_text
 
-OTHER_STUDIES = {ABLATION: ("an ablation", "ablate"), TUNING: ("a tuning study", "tune")}
+OTHER_STUDIES = {
+    ABLATION: ("an ablation", "ablate"),
+    CHECK: ("a check", "check"),
+    TUNING: ("a tuning study", "tune"),
+}
 
 
 def other_study(folder: Path) -> tuple[str, str] | None:

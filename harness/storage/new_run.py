@@ -21,7 +21,8 @@ from navstack.errors import InputError
 MANIFEST = "run.json"  # written last when a run is created: a folder that has it can be resumed
 OF_STACKS = "of_stacks"  # in the manifest of packed runs: what each said of its own, by stack
 BEGUN = "run.begun"  # there while a run is created
-ABLATION, TUNING = "ablation.yaml", "tuning.yaml"  # in params/: what such a study declares
+# in params/: what such a study declares
+ABLATION, CHECK, TUNING = "ablation.yaml", "check.yaml", "tuning.yaml"
 
 
 def default_folder(name: str) -> Path:

@@ -1,7 +1,7 @@
 """A study from its tasks to its tables: run the episodes, keep them, sum them up and price them."""
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -75,9 +75,21 @@ def drive_missing(study: Study, folder: RunFolder, workers: Workers, on_finished
 
     Each finished episode is on disk before ``on_finished`` hears of it.
     """
+    with contextlib.closing(driven(study.tasks(), folder, workers)) as runs:
+        for finished, record in runs:
+            on_finished(finished, record)
+
+
+def driven(
+    tasks: Iterable[EpisodeTask], folder: RunFolder, workers: Workers
+) -> Generator[tuple[Finished[EpisodeTask, Delivery], Row], None, None]:
+    """Drive those of the tasks that the folder lacks; each is on disk before it is yielded.
+
+    Closing the iterator stops what is running.
+    """
     known = folder.finished
-    tasks = (task for task in study.tasks() if (task.stack_number, task.episode) not in known)
-    with contextlib.closing(workers.run(run_episode, tasks)) as runs:
+    missing = (task for task in tasks if (task.stack_number, task.episode) not in known)
+    with contextlib.closing(workers.run(run_episode, missing)) as runs:
         for finished in runs:
             record, delivery = record_of(finished), finished.result
             name = f"{finished.task.stack.name}-{finished.task.episode}"
@@ -86,7 +98,7 @@ def drive_missing(study: Study, folder: RunFolder, workers: Workers, on_finished
             if delivery is not None and delivery.decisions:
                 folder.add_table(f"{name}-decisions", *delivery.decisions)
             folder.add(record)
-            on_finished(finished, record)
+            yield finished, record
 
 
 def record_of(finished: Finished[EpisodeTask, Delivery]) -> Row:

@@ -120,11 +120,20 @@ class Study:
 
     def tasks(self) -> Iterator[EpisodeTask]:
         """Every delivery of the study."""
-        for number, stack in enumerate(self.stacks):
+        for number in range(len(self.stacks)):
             for episode in self.numbers:
-                yield dataclasses.replace(
-                    self.template, stack=stack, stack_number=number, episode=episode
-                )
+                yield self.task(number, episode)
+
+    def tasks_by_mission(self) -> Iterator[EpisodeTask]:
+        """The same, each mission by all stacks before the next one."""
+        for episode in self.numbers:
+            for number in range(len(self.stacks)):
+                yield self.task(number, episode)
+
+    def task(self, number: int, episode: int) -> EpisodeTask:
+        """One delivery of the stack with this number."""
+        stack = self.stacks[number]
+        return dataclasses.replace(self.template, stack=stack, stack_number=number, episode=episode)
 
 
 def make_study(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from navbench.cli.dearest import chosen
+from navbench.cli.common.dearest import chosen
 from navbench.cli.options import FULL, JSON, Finite
 
 if TYPE_CHECKING:

@@ -304,12 +304,15 @@ def _with(command: Callable[..., Any], options: Sequence[Callable[..., Any]]) ->
     return command
 
 
-def refuse_others(context: click.Context, *allowed: str) -> None:
+def refuse_others(
+    context: click.Context, *allowed: str, why: str = "--resume takes the study from its folder"
+) -> None:
     """Check that nothing was given beside --resume that would make another study of it.
 
     Args:
         context: of the command.
         allowed: parameters of this command that would not.
+        why: the others cannot count.
 
     Raises:
         InputError: something was.
@@ -321,4 +324,4 @@ def refuse_others(context: click.Context, *allowed: str) -> None:
         and context.get_parameter_source(str(parameter.name)) is not ParameterSource.DEFAULT
     ]
     if given:
-        raise InputError(f"--resume takes the study from its folder; leave out {', '.join(given)}")
+        raise InputError(f"{why}; leave out {', '.join(given)}")

@@ -35,7 +35,7 @@ def replay(run: str, episode: int | None, html: Path | None, mcap: Path | None) 
       navbench replay results/latest:nav2-gps 3 --mcap delivery.mcap
     """
     from navbench.api import report as api
-    from navbench.cli.dearest import chosen
+    from navbench.cli.common.dearest import chosen
 
     loaded, episode = chosen(run, episode)
     if not (html or mcap):

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from harness.study.places import Where
-from navbench.cli.brief import Brief
+from navbench.cli.common.brief import Brief
 from navbench.cli.driving import print_driven
 from navbench.cli.options import FULL, LOCALIZER, completed, refuse_others, study_options
 from navstack.errors import InputError

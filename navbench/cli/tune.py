@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from navbench.cli.brief import Brief
+from navbench.cli.common.brief import Brief
 from navbench.cli.driving import INTERRUPTED, SOME_ERRORS
 from navbench.cli.options import FULL, LOCALIZER, completed, condition_options, refuse_others
 from navbench.cli.streams import print_json

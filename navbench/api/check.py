@@ -1,0 +1,308 @@
+"""Whether a changed Nav2 file earns more or less than the one that it replaces."""
+
+import contextlib
+import dataclasses
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from harness.analysis.check import (
+    SIDES,
+    CheckDeclaration,
+    Checked,
+    Looks,
+    check_document,
+    evaluate,
+)
+from harness.analysis.compare import Side, compare, side_of
+from harness.economics.cost_terms import MARGIN
+from harness.economics.prices import Prices
+from harness.economics.valuation import margins
+from harness.episode.factory import prices_of
+from harness.metrics.columns import Row
+from harness.report.short.check import MARKDOWN, check_markdown
+from harness.storage.documents import write_file
+from harness.storage.files import require_writable
+from harness.storage.new_run import CHECK, create_run, default_folder, require_usable
+from harness.storage.run_folder import RunFolder
+from harness.storage.texts import name_of
+from harness.study.drive import TABLES, driven, finish, require_own
+from harness.study.manifest import about, load_study, parameters, version_notes
+from harness.study.places import Where, open_workers
+from harness.study.preflight import check as notes_of
+from harness.study.stored_run import load_run
+from harness.task.study import Study, make_study, usable_workers
+from navbench.api.driving import any_text, say_notes, say_what_failed
+from navbench.api.progress import Bar, say, shown
+from navstack.errors import InputError
+from navstack.params.strict import dump_dataclass, load_dataclass
+
+BUDGET = 600.0  # [s] of wall time
+MOST_MISSIONS = 20_000  # that a check can drive
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """The verdict on NEW against OLD, and what it is from."""
+
+    declaration: CheckDeclaration
+    checked: Checked | None  # None: both drive by the same parameters
+    is_interrupted: bool = False
+
+    @property
+    def verdict(self) -> str:
+        """Of NEW: better, worse, alike or undecided."""
+        return "alike" if self.checked is None else self.checked.verdict
+
+    def as_json(self) -> Row:
+        """As ``navbench check --json`` prints it."""
+        return check_document(self.checked, self.declaration)
+
+    @property
+    def has_errors(self) -> bool:
+        """Whether deliveries ended in an error of the machine."""
+        return self.checked is not None and self.checked.left_out > 0
+
+
+def check(
+    old: str,
+    new: str,
+    *,
+    within: float = CheckDeclaration.within,
+    budget: float = BUDGET,
+    markdown: Path | None = None,
+    out: Path | None = None,
+    where: Where | None = None,
+    map: str = "sidewalk",  # noqa: A002 - as the option is called
+    **options: Any,
+) -> CheckResult:
+    """Tell whether NEW earns more or less than OLD, by deliveries of the same missions.
+
+    Args:
+        old: a name of params/stacks, a stack file or a Nav2 parameter file; or a finished run.
+        new: another one of the same kind.
+        within: [USD] a delivery; a difference that is surely no larger makes them alike.
+        budget: [s] of wall time for deliveries.
+        markdown: file for a comment on a pull request; None: none.
+        out: run folder; None: ``results/<time>-check-<new>``.
+        where: deliveries are driven; None: on this machine.
+        map: a built-in map or a map_server YAML file.
+        options: as of :func:`navbench.run`, without ``episodes``.
+
+    Returns:
+        The verdict; where it was interrupted, of what was finished by then.
+
+    Raises:
+        InputError: a value that ``navbench run`` would refuse too, runs without a mission in
+            common, or a run on one side only.
+    """
+    declaration = CheckDeclaration(old, new, within)
+    _require_markdown(markdown)
+    if is_run(old) != is_run(new):
+        raise InputError(
+            f"'{old}' and '{new}': one is a finished run; give two Nav2 files or stacks, or two "
+            "run folders"
+        )
+    if is_run(old):
+        found = CheckResult(declaration, of_runs(old, new, within))
+        return _written(found, markdown)
+    where = where or Where()
+    study = study_of(old, new, where, map_name=map, **options)
+    if is_same(study):
+        return _written(CheckResult(declaration, None), markdown)
+    path = out or default_folder(f"check-{name_of(new)}")
+    require_usable(path)
+    say_notes(note for note in notes_of(study) if not note.startswith(f"{SIDES[0]}"))
+    texts = {**parameters(study), CHECK: dump_dataclass(declaration)}
+    create_run(path, about(study, sys.argv), texts)
+    return _written(_drive(path, declaration, where, budget), markdown)
+
+
+def resume_check(
+    folder: Path, budget: float = BUDGET, markdown: Path | None = None, where: Where | None = None
+) -> CheckResult:
+    """Go on with the check of a run folder; otherwise as :func:`check`."""
+    _require_markdown(markdown)
+    path = folder.resolve()  # a link may point elsewhere before the run ends
+    declared = path / "params" / CHECK
+    if not declared.is_file():
+        raise InputError(
+            f"'{path}' is no check: params/{CHECK} is missing; use navbench run --resume"
+        )
+    say_notes(version_notes(path))
+    declaration = load_dataclass(CheckDeclaration, declared)
+    return _written(_drive(path, declaration, where or Where(), budget), markdown)
+
+
+def is_run(given: str) -> bool:
+    """Whether OLD or NEW is a run folder, or a stack of one."""
+    folder, _, _ = given.rpartition(":")
+    return Path(given).is_dir() or bool(folder and Path(folder).is_dir())
+
+
+def of_runs(old: str, new: str, within: float) -> Checked:
+    """What finished runs say, with warnings on stderr where they differ in more than the stack.
+
+    Raises:
+        InputError: no such runs, several stacks in one, or no mission in common.
+    """
+    first, second = side_of(load_run(old)), side_of(load_run(new))
+    for warning in compare(first, second, [MARGIN]).warnings:
+        say(f"warning: not comparable: {warning}")
+    return evaluate(first, second, within)
+
+
+def study_of(old: str, new: str, where: Where, **options: Any) -> Study:
+    """Both stacks on the same missions, called old and new.
+
+    Raises:
+        InputError: something that was given cannot be used.
+    """
+    asked = [
+        make_study(stacks=[given], episodes=MOST_MISSIONS, workers=where.workers, **options)
+        for given in (old, new)
+    ]
+    stacks = tuple(
+        dataclasses.replace(study.stacks[0], name=name)
+        for study, name in zip(asked, SIDES, strict=True)
+    )
+    template = dataclasses.replace(asked[0].template, stack=stacks[0])
+    workers = usable_workers(where.workers, MOST_MISSIONS * len(stacks))
+    return dataclasses.replace(asked[0], stacks=stacks, template=template, workers=workers)
+
+
+def is_same(study: Study) -> bool:
+    """Whether both stacks drive by the same parameters, so that no row can differ."""
+    if any(stack.is_policy for stack in study.stacks):
+        return False
+    known = []
+    for stack in study.stacks:
+        alone = dataclasses.replace(stack, name=SIDES[0], title="", body="")
+        files = {"nav2_file": "", "sensors": "", "robot": ""}
+        texts = parameters(dataclasses.replace(study, stacks=(alone,)))
+        known.append((dataclasses.replace(alone, **files), texts))
+    return known[0] == known[1]
+
+
+class Watch(Bar):
+    """Seconds of the budget, missions and the bound so far."""
+
+    def __init__(self, looks: Looks, budget: float) -> None:
+        self._looks, self._start = looks, time.monotonic()
+        super().__init__("{done:.0f} of {total:.0f} s", budget)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the budget is spent."""
+        self.done = time.monotonic() - self._start
+        return self.done >= self.total
+
+    @property
+    def text(self) -> str:
+        """Seconds, missions and bound."""
+        seconds = f"{time.monotonic() - self._start:.0f} of {self.total:.0f} s"
+        return f"{seconds}: {self.note}"
+
+    @property
+    def note(self) -> str:
+        """Missions and bound."""
+        return f"{self._looks.missions} missions, NEW less OLD [USD]: {self._looks.bound}"
+
+
+def _drive(path: Path, declaration: CheckDeclaration, where: Where, budget: float) -> CheckResult:
+    study = load_study(path, where.workers)
+    looks, is_stopped = Looks(declaration.within), False
+    with RunFolder(path, TABLES, study.total) as folder:
+        say_notes(folder.notes)
+        require_own(study, folder)
+        differences = Differences(folder, prices_of(study.template.prices))
+        differences.tell(looks)
+        if looks.missions:
+            say(f"going on after {looks.missions} missions")
+        try:
+            if not looks.is_decided:
+                _drive_missions(study, folder, where, budget, differences, looks)
+        except KeyboardInterrupt:
+            is_stopped = True
+        finish(study, folder)
+    say_what_failed(folder.rows.where(any_text, "error", "stack_error"))
+    run = load_run(str(path))
+    first, second = (Side(run.only(name), run.only(name).stacks[0]) for name in SIDES)
+    checked = evaluate(first, second, declaration.within, looks.missions)
+    if is_stopped:
+        say(f"interrupted after {looks.missions} missions; go on with --resume {path}")
+    return CheckResult(declaration, checked, is_stopped)
+
+
+def _drive_missions(
+    study: Study,
+    folder: RunFolder,
+    where: Where,
+    budget: float,
+    differences: "Differences",
+    looks: Looks,
+) -> None:
+    """Drive mission after mission until a look decides or the time is over."""
+    path, watch = folder.path, Watch(looks, budget)
+    with (
+        open_workers(where, study.workers, path, {path: study}) as workers,
+        shown(watch),
+        contextlib.closing(driven(study.tasks_by_mission(), folder, workers)) as runs,
+    ):
+        for _ in runs:
+            differences.tell(looks)
+            if looks.is_decided or watch.is_over:
+                return
+
+
+class Differences:
+    """What missions differ by, in their order, as soon as both sides have driven all before."""
+
+    def __init__(self, folder: RunFolder, prices: Prices) -> None:
+        self._rows, self._prices = folder.rows, prices
+        self._read = 0  # rows of the folder
+        self._next = 0  # mission
+        self._earned: dict[int, dict[int, float | None]] = {}  # by mission and stack; None: error
+
+    def tell(self, looks: Looks) -> None:
+        """Let the looks hear of every mission that both have driven since."""
+        for number in range(self._read, len(self._rows)):
+            row = self._rows[number]
+            earned = self._earned.setdefault(row["episode"], {})
+            earned[row["stack_number"]] = self._margin(row)
+        self._read = len(self._rows)
+        while len(self._earned.get(self._next, ())) == len(SIDES):
+            pair = self._earned.pop(self._next)
+            self._next += 1
+            if pair[0] is not None and pair[1] is not None:
+                looks.add(pair[1] - pair[0])
+
+    def _margin(self, row: Row) -> float | None:
+        """What a delivery earned [USD]; None: it has no result.
+
+        Raises:
+            InputError: its cargo is not modelled.
+        """
+        if row.get("error") is not None:
+            return None
+        margin = margins([row], self._prices)
+        if margin is None:
+            raise InputError(
+                "this world does not model the cargo, so that no delivery has a margin"
+            )
+        return float(margin[0])
+
+
+def _written(found: CheckResult, markdown: Path | None) -> CheckResult:
+    """Write the comment for a pull request, if there is to be one."""
+    if markdown is not None:
+        write_file(markdown, check_markdown(found.checked, found.declaration))
+    return found
+
+
+def _require_markdown(file: Path | None) -> None:
+    """Check, before the work, that the comment can be written."""
+    if file is not None:
+        require_writable("comment", file, MARKDOWN)

@@ -1,0 +1,181 @@
+"""``navbench check``: verdicts on finished runs, and on deliveries of a few seconds."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.analysis.check import Looks, missions_that_decide, verdict_of
+from harness.statistics.betting import bound_at_every_look
+from harness.statistics.interval import Interval
+from harness.storage.run_folder import JOURNAL
+from harness.storage.shipped import shipped
+from navbench.api import check as api
+
+RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+STOCK = (shipped("params") / "nav2" / "stock.yaml").read_text(encoding="utf-8")
+
+
+def injured(usd: float):
+    """Change a row so that its margin falls."""
+
+    def change(row):
+        row["pedestrian_injury_usd"] += usd
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("bound", "verdict"),
+    [
+        ((-9.0, -0.1), "worse"),
+        ((0.1, 9.0), "better"),
+        ((-0.9, 0.8), "alike"),
+        ((-0.9, -0.2), "alike"),
+        ((-1.1, 0.5), "undecided"),
+        ((None, None), "undecided"),
+    ],
+)
+def test_the_bound_alone_decides(bound: tuple[float | None, float | None], verdict: str) -> None:
+    assert verdict_of(Interval(0.0, *bound, 9), 1.0) == verdict
+
+
+def test_a_look_that_decides_ends_the_check() -> None:
+    looks = Looks(1.0)
+    for _ in range(200):
+        looks.add(-40.0)
+    decided = looks.missions
+    assert looks.is_decided and decided < 20
+    for _ in range(200):
+        looks.add(90.0)
+    assert looks.missions == decided and looks.bound.high < 0.0
+
+
+def test_the_missions_that_would_decide_do() -> None:
+    differences = np.random.default_rng(3).choice([-58.0, 0.0, 0.0, 0.0, 46.0], 100)
+    more = missions_that_decide(differences, 1.0)
+    times = 1.0 + more / differences.size
+    assert verdict_of(bound_at_every_look(differences, 100.0, times), 1.0) == "worse"
+    assert verdict_of(bound_at_every_look(differences, 100.0, 0.9 * times), 1.0) == "undecided"
+
+
+def test_finished_runs_get_a_verdict_a_document_and_three_replays(write_run, navbench) -> None:
+    old = write_run("before")
+    new = write_run("after", change=injured(60.0))
+    status, text, _ = navbench("check", old, new, "--json")
+    document = json.loads(text)
+    assert (status, document["verdict"], document["more_needed"]) == (0, "worse", None)
+    difference = document["margin_difference"]
+    assert difference["n"] == 40 and difference["value"] == pytest.approx(-60.0)
+    assert difference["low"] < -60.0 < difference["high"] < 0.0
+    assert [len(each["new"]["replay"]) for each in document["missions"]] == [4, 4, 4]
+    assert document["missions"][0]["new"]["replay"][2] == f"{new}:mine"
+
+    status, text, _ = navbench("check", new, old, "--fail-if", "worse")
+    lines = text.splitlines()
+    assert status == 0 and lines[1].startswith("better: NEW less OLD is +60.00 [")
+    assert lines[0].startswith(f"NEW {old} against OLD {new}") and len(lines) <= 25
+
+
+def test_a_worse_one_fails_where_asked_to_and_leaves_a_comment(
+    write_run, navbench, tmp_path: Path
+) -> None:
+    comment = tmp_path / "comment.md"
+    words = ("check", write_run("before"), write_run("a`b|c", change=injured(60.0)))
+    status, _, _ = navbench(*words, "--fail-if", "worse", "--markdown", comment)
+    text = comment.read_text()
+    assert status == 4 and "**worse**: NEW less OLD is -60.00" in text
+    assert text.count("navbench replay") == 3 and "a`b" not in text
+
+
+def test_runs_that_say_little_are_not_decided_and_say_how_many_more_would(
+    write_run, navbench
+) -> None:
+    status, text, _ = navbench(
+        "check", write_run("a"), write_run("b", change=injured(1.5)), "--json"
+    )
+    document = json.loads(text)
+    assert (status, document["verdict"]) == (0, "undecided")
+    assert 100 < document["more_needed"] < 1000
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "told"),
+    [
+        (("nav2-stock", "nav2-gsp"), 1, "did you mean 'nav2-gps'"),
+        (("nav2-stock", "no/such.yaml"), 1, "no/such.yaml"),
+        (("nav2-stock", "nav2-gps", "--within", "-1"), 1, "--within"),
+        (("nav2-stock", "nav2-gps", "--budget", "soon"), 1, "--budget 'soon' is no duration"),
+        (("nav2-stock", "nav2-gps", "--markdown", "comment.txt"), 1, ".md"),
+        (("nav2-stock",), 2, "Missing argument"),
+        (("nav2-stock", "nav2-gps", "--fail-if", "slower"), 1, "worse"),
+        (("nav2-stock", "{run}"), 1, "give two Nav2 files or stacks, or two run folders"),
+        (("{run}", "{run}", "--seed", "3"), 1, "leave out --seed"),
+        (("--resume", "{run}"), 1, "is no check"),
+    ],
+)
+def test_what_cannot_be_checked_is_one_line(
+    write_run, navbench, words: tuple[str, ...], status: int, told: str
+) -> None:
+    run = str(write_run("finished", episodes=2))
+    found, out, err = navbench("check", *(word.format(run=run) for word in words))
+    assert (found, out) == (status, "")
+    assert told in err and err.count("\n") == 1
+
+
+@pytest.fixture
+def short(tmp_path: Path, hall: Path, in_process: None) -> list[str]:
+    """Options of deliveries of two seconds, and files that differ in one value."""
+    (tmp_path / "short.yaml").write_text(RULES)
+    (tmp_path / "old.yaml").write_text(STOCK)
+    (tmp_path / "new.yaml").write_text(STOCK.replace("max_vel_x: ", "max_vel_x: 0.2  # was "))
+    conditions = ["--rules", str(tmp_path / "short.yaml"), "--map", str(hall)]
+    return [*conditions, "--pedestrians", "2", "--workers", "1"]
+
+
+def test_files_are_driven_stopped_by_the_budget_and_driven_on(
+    tmp_path: Path, navbench, short: list[str]
+) -> None:
+    out, files = tmp_path / "out", [tmp_path / "old.yaml", tmp_path / "new.yaml"]
+    status, text, _ = navbench("check", *files, *short, "--budget", "1s", "--out", out, "--json")
+    first = json.loads(text)
+    assert (status, first["verdict"]) == (0, "undecided")
+    assert first["old"]["given"] == str(files[0]) and first["new"]["stack"] == "new"
+    status, text, said = navbench("check", "--resume", out, "--budget", "1s", "--json")
+    second = json.loads(text)
+    assert status == 0 and second["margin_difference"]["n"] > first["margin_difference"]["n"]
+    assert (out / JOURNAL).is_file()
+    status, _, said = navbench("run", "--resume", out)
+    assert status == 1 and f"go on with navbench check --resume {out}" in said
+
+
+def test_an_interrupt_prints_the_bound_so_far(
+    tmp_path: Path, navbench, short: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    heard = []
+
+    def interrupted(looks: Looks, difference: float) -> None:
+        heard.append(difference)
+        original(looks, difference)
+        if len(heard) == 2:
+            raise KeyboardInterrupt
+
+    original = api.Looks.add
+    monkeypatch.setattr(api.Looks, "add", interrupted)
+    files = [tmp_path / "old.yaml", tmp_path / "new.yaml"]
+    words = ("check", *files, *short, "--out", tmp_path / "out", "--fail-if", "worse")
+    status, text, said = navbench(*words)
+    assert status == 130 and "interrupted after 2 missions" in said
+    assert "not decided" in text and "over 2 missions" in text
+
+
+def test_files_that_say_the_same_are_alike_without_a_delivery(
+    tmp_path: Path, navbench, short: list[str]
+) -> None:
+    (tmp_path / "new.yaml").write_text(f"# a comment\n{STOCK}")
+    files = [tmp_path / "old.yaml", tmp_path / "new.yaml"]
+    status, text, _ = navbench("check", *files, *short, "--out", tmp_path / "out", "--json")
+    document = json.loads(text)
+    assert (status, document["verdict"], document["margin_difference"]["n"]) == (0, "alike", 0)
+    assert not (tmp_path / "out").exists()
