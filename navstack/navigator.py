@@ -18,6 +18,7 @@ from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.stopwatch import Latencies
 from navstack.types import (
     Belief,
+    FloatArray,
     Generators,
     Health,
     LaserScan,
@@ -41,8 +42,13 @@ class PeopleTracker(Protocol):
     def reset(self) -> None:
         """Forget everything, for a new episode."""
 
-    def observe(self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D) -> None:
-        """Take in a scan, taken from a pose believed in the map and the odom frame."""
+    def observe(
+        self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D, covariance: FloatArray
+    ) -> None:
+        """Take in a scan, taken from a pose believed in the map and the odom frame.
+
+        ``covariance`` (3, 3) is that of the pose in the map.
+        """
 
     def tracks(self, stamp: float) -> Sequence[Track]:
         """The people at a time [s] no earlier than the last scan's."""
@@ -262,7 +268,8 @@ class Navigator:
         if scan is not None:
             taken = self._state_at(scan.stamp)
             if self._tracker is not None:
-                self._tracker.observe(scan, taken.pose, taken.odom_pose)
+                covariance = self.belief.covariance
+                self._tracker.observe(scan, taken.pose, taken.odom_pose, covariance)
             for costmap, _ in self._costmaps:
                 costmap.observe_scan(taken.pose, scan)
         for costmap, clock in self._costmaps:

@@ -45,6 +45,7 @@ BoolVector = Annotated[npt.NDArray[np.bool_], ArrayLayout(1)]
 BoolMatrix = Annotated[npt.NDArray[np.bool_], ArrayLayout(2)]
 ByteVector = Annotated[npt.NDArray[np.uint8], ArrayLayout(1)]
 ByteMatrix = Annotated[npt.NDArray[np.uint8], ArrayLayout(2)]
+FixedInt8Matrix = Annotated[npt.NDArray[np.int8], ArrayLayout(2, is_fixed=True)]
 FixedByteVector = Annotated[npt.NDArray[np.uint8], ArrayLayout(1, is_fixed=True)]
 FixedByteMatrix = Annotated[npt.NDArray[np.uint8], ArrayLayout(2, is_fixed=True)]
 

@@ -19,6 +19,7 @@ from harness.metrics.contacts import event_rows
 from harness.metrics.decisions import DecisionLog, NoDecisionLog
 from harness.metrics.delivery_log import JOULES_PER_KWH, DeliveryLog
 from harness.metrics.encounters import Body
+from harness.metrics.ghost_tracks import GhostTracks
 from harness.metrics.motion import success_weighted_path_length
 from harness.metrics.replay_log import NoReplayLog, ReplayLog
 from harness.storage.texts import clean_text
@@ -85,6 +86,7 @@ class RunningDelivery:
             self.brain = Parked()
         self._log = DeliveryLog(self.world.truth, self.parts.scene, _body(self.parts))
         self._delay = PedestrianDelay(self.world.people, self.world.truth, *self.world.tick)
+        self._ghosts = GhostTracks()
         self._decisions = DecisionLog() if task.keep_decisions else NoDecisionLog()
         self._replay = ReplayLog() if task.keep_trace else NoReplayLog()
         self._command = Twist2D()
@@ -123,6 +125,7 @@ class RunningDelivery:
         """Drive a tick by a command; returns what the sensors delivered."""
         self._command = command
         self._decisions.record(self.brain)
+        self._ghosts.record(self.world.truth, self.brain)
         self._replay.record(self.world.truth, self.observation, self.brain, command)
         self.observation = self.world.step(command)
         self._log.record(self.world.truth, self.brain.belief)
@@ -142,7 +145,11 @@ class RunningDelivery:
         self._replay.finish(truth, brain, self._command)
         wall = time.perf_counter() - self._ready
         where = {"stack": task.stack.name, "episode": task.episode}
-        measured = {**self._log.measurements(truth), "pedestrian_delay_s": self._delay.total(truth)}
+        measured = {
+            **self._log.measurements(truth),
+            "pedestrian_delay_s": self._delay.total(truth),
+            "ghost_tracks": self._ghosts.mean,
+        }
         prices, decisions = self.parts.prices, self._decisions
         events = event_rows(truth, [cost_of(contact, prices) for contact in truth.counted_contacts])
         return Delivery(

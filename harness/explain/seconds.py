@@ -10,6 +10,7 @@ from harness.explain.evidence import Evidence
 from harness.explain.moments import Moment
 from harness.metrics.columns import Row
 from harness.metrics.encounters import in_base_frame, surface_distances
+from harness.metrics.ghost_tracks import in_true_frame
 from harness.metrics.motion import wrapped
 from navstack.errors import InputError
 from navstack.types import FloatArray, IntArray
@@ -186,10 +187,8 @@ def _true_tracks(evidence: Evidence, inside: IntArray) -> tuple[FloatArray, ...]
     """Tracks (k, 2) [m] moved from the believed map frame to the true one."""
     moved = []
     for place in inside.tolist():
-        tracks, row = evidence.tracks[place][:, 1:3], evidence.trace[place]
-        turn = row[3] - row[8]
-        cos, sin = np.cos(turn), np.sin(turn)
-        moved.append((tracks - row[6:8]) @ np.array(((cos, sin), (-sin, cos))) + row[1:3])
+        row = evidence.trace[place]
+        moved.append(in_true_frame(evidence.tracks[place][:, 1:3], row[6:9], row[1:4]))
     return tuple(moved)
 
 

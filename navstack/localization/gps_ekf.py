@@ -1,4 +1,4 @@
-"""GPS-EKF: wheels, inertial unit and satellite receiver fused by an extended Kalman filter."""
+"""GPS-EKF: wheels, inertial unit, satellite receiver and scans fused by an extended Kalman filter."""
 
 import math
 from collections.abc import Callable
@@ -7,7 +7,8 @@ from functools import partial
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from navstack.geometry import normalize_angle
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.geometry import largest_variance, normalize_angle
 from navstack.localization import gps_ekf_kernels as kernels
 from navstack.localization.gps_ekf_filter import COMPILED, Engine, FilterState, GpsEkfFilter
 from navstack.localization.gps_ekf_history import Apply, History
@@ -16,7 +17,18 @@ from navstack.localization.heading_alignment import Alignment, HeadingAlignment
 from navstack.localization.localizer import health_of, initial_covariance, is_sound_fix
 from navstack.localization.running_time import TimedLocalizer
 from navstack.params.gps_ekf import GpsEkfParams
-from navstack.types import Belief, FloatArray, GpsFix, Health, Imu, Observation, Odometry, Pose2D
+from navstack.scan_matching.scan_aligner import ScanAligner
+from navstack.types import (
+    Belief,
+    FloatArray,
+    GpsFix,
+    Health,
+    Imu,
+    LaserScan,
+    Observation,
+    Odometry,
+    Pose2D,
+)
 
 # [m2, m2, rad2] of a start that comes without: set down on a mark. A wrong one ends in a lock-out,
 # and so in a search for the heading
@@ -27,7 +39,10 @@ ALIGNED_BELOW = 0.2  # [rad] that an alignment must reach
 DOUBTED_STD = 0.5  # [rad] that is reported of a heading after a lock-out
 UNKNOWN_YAW_VARIANCE = math.pi**2 / 3.0  # [rad2] of a heading that may be any
 # order of messages of one stamp: the gyro says how the robot came there
-_IMU, _ODOMETRY, _FIX = range(3)
+_IMU, _ODOMETRY, _FIX, _SCAN = range(4)
+# [m] of way after which a scan counts, for the errors of two scans of one place are alike; and of
+# the position's standard deviation from which on any scan does
+SCAN_STEP, SCAN_UNSURE = 0.3, 0.1
 
 
 def filterpy_engine() -> Engine:
@@ -82,12 +97,33 @@ class GpsEkfLocalizer(TimedLocalizer):
     :class:`HeadingAlignment`; meanwhile the orientation of an inertial unit that states one is
     believed, or the heading that is doubted.
 
+    With ``scan0_alignment`` scans correct the pose once the heading is known: see
+    :class:`ScanAligner`.
+
     Health is LOST where the position has a standard deviation above ``lost_above`` or no fix was
     accepted for ``lost_after``; DEGRADED likewise, and while the heading is unknown.
     """
 
-    def __init__(self, params: GpsEkfParams, uses_fixes: bool = True) -> None:
+    def __init__(
+        self,
+        params: GpsEkfParams,
+        static_map: OccupancyGrid | None = None,
+        uses_fixes: bool = True,
+    ) -> None:
+        """Make the filter.
+
+        Args:
+            params: its parameters.
+            static_map: what scans are aligned with; None: they are not.
+            uses_fixes: whether it takes fixes.
+
+        Raises:
+            MapError: the map is rotated, and scans are aligned with it.
+        """
         self._params = params
+        self._aligner: ScanAligner | None = None
+        if params.scan0_alignment and static_map is not None:
+            self._aligner = ScanAligner(static_map)
         self._filter = GpsEkfFilter(params, _ENGINES[params.engine](), uses_fixes)
         self._uses_fixes = uses_fixes
         self.reset(Belief(Pose2D()), np.random.default_rng(0))
@@ -110,6 +146,7 @@ class GpsEkfLocalizer(TimedLocalizer):
         self._orientation: tuple[float, float] | None = None
         # while the heading is unknown; with the distance driven
         self._last_fix: tuple[GpsFix, float] | None = None
+        self._last_scan = -math.inf  # [m] of way at the last scan that counted
 
     @property
     def state(self) -> FilterState:
@@ -134,6 +171,8 @@ class GpsEkfLocalizer(TimedLocalizer):
             self._insert(odometry, _ODOMETRY, partial(self._filter.take_odometry, message=odometry))
         if fix is not None and self._uses_fixes and is_sound_fix(fix):
             self._take_fix(fix)
+        if observation.scan is not None and self._aligner is not None:
+            self._take_scan(observation.scan, self._aligner)
         return self._belief_at(observation.stamp)
 
     def _open_history(self, stamp: float) -> None:
@@ -142,7 +181,7 @@ class GpsEkfLocalizer(TimedLocalizer):
         self._history = History(self._params.history_length, start)
 
     def _insert(
-        self, message: Odometry | Imu | GpsFix, rank: int, apply: Apply
+        self, message: Odometry | Imu | GpsFix | LaserScan, rank: int, apply: Apply
     ) -> FilterState | None:
         assert self._history is not None
         return self._history.insert(message.stamp, rank, apply)
@@ -176,6 +215,24 @@ class GpsEkfLocalizer(TimedLocalizer):
         found = self._alignment.solve(ALIGNED_BELOW)
         if found is not None:
             self._align(found, fix.stamp)
+
+    def _take_scan(self, scan: LaserScan, aligner: ScanAligner) -> None:
+        """Correct the pose by a scan, where it counts and fits the map."""
+        now = self.state
+        is_near = now.distance - self._last_scan < SCAN_STEP
+        is_sure = largest_variance(now.covariance) < SCAN_UNSURE**2
+        if self._alignment is not None or (is_near and is_sure):
+            return
+        state = self._insert(scan, _SCAN, partial(self._filter.advance, stamp=scan.stamp))
+        if state is None:
+            return
+        x, y, yaw = state.mean[:3].tolist()
+        place = Pose2D(x, y, normalize_angle(yaw))
+        found = aligner.align(aligner.returns(scan), place, state.covariance[:3, :3])
+        if found is not None:
+            self._last_scan = state.distance
+            take = partial(self._filter.take_alignment, message=found, stamp=scan.stamp)
+            self._insert(scan, _SCAN, take)
 
     def _doubt(self, fix: GpsFix) -> None:
         """Believe a fix, keep what is known of wheels and gyro, and search for the heading."""

@@ -23,6 +23,7 @@ from navstack.localization.gps_ekf_kernels import (
     Y,
 )
 from navstack.params.gps_ekf import GpsEkfParams
+from navstack.scan_matching.scan_aligner import Alignment
 from navstack.types import FloatArray, GpsFix, Imu, Odometry
 
 STEP = 0.1  # [s] longest step of the motion model
@@ -290,6 +291,27 @@ class GpsEkfFilter:
         self.engine.correct(state.mean, state.covariance, FIX_X_ROW, x, white)
         y = message.y - state.mean.item(Y) - state.mean.item(GPS_Y)
         self.engine.correct(state.mean, state.covariance, FIX_Y_ROW, y, white)
+
+    def take_alignment(self, state: FilterState, message: Alignment, stamp: float) -> None:
+        """Scan and map: the pose, along the directions of which they say something.
+
+        Those are left out along which it is too far off to be true.
+        """
+        self.advance(state, stamp)
+        covariance = state.covariance
+        gate = self.params.gps0_rejection_threshold**2
+        aligned = message.pose.as_array()
+        row = np.zeros(SIZE)
+        for direction, offset, variance in zip(
+            message.directions, message.offsets.tolist(), message.variances.tolist(), strict=True
+        ):
+            off = aligned - state.mean[:3]
+            off[2] = normalize_angle(float(off[2]))
+            innovation = float(direction @ off) + offset
+            row[:3] = direction
+            spread = float(direction @ covariance[:3, :3] @ direction) + variance
+            if innovation * innovation <= gate * spread:
+                self.engine.correct(state.mean, covariance, row, innovation, variance)
 
     def is_locked_out(self, state: FilterState) -> bool:
         """Whether so many fixes were rejected that the state must be wrong."""

@@ -44,6 +44,9 @@ class ExpectedCostParams(Parameters, whose="expected-cost controller"):
     # [m] beside the planner's path within which the field leads to the goal; 0: anywhere
     corridor: NotNegative = 0.0
     clearance_period: Positive = 0.2  # [s] between two looks at the local costmap
+    # [-] standard deviations of the believed place about mapped obstacles within which what the
+    # local costmap shows is mapped
+    map_margin_stds: NotNegative = 0.0
     # also gives way while it stands, after arrival, and where Nav2 would recover
     evades_at_rest: bool = True
 

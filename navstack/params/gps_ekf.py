@@ -77,6 +77,9 @@ class GpsEkfParams(Parameters, whose="gps_ekf", finite=True):
     gps0_lockout_count: PositiveInt = 5
     gps0_lockout_time: NotNegative = 5.0  # [s] that they must span
 
+    # whether scans are aligned with the map, and correct the state where surfaces determine it
+    scan0_alignment: bool = False
+
     # [m/s2/sqrt(Hz)] of the forward acceleration: gravity on slopes of 1 to 2 degrees
     acceleration_noise: Positive = 0.3
     # [m/s2/sqrt(Hz)] of a robot whose acceleration nobody measures

@@ -12,6 +12,9 @@ class TrackerParams(Parameters, whose="tracker", finite=True):
     max_range: Positive = 12.0  # [m] beyond which returns are not looked at
     # [m] of an obstacle on the map, along x and y: a return there is part of the map
     background_margin: Positive = 0.2
+    # whether the map is subtracted after the scan has been aligned with it, as far as the belief's
+    # covariance allows; ``background_margin`` then grows where the place stays unsure
+    aligns_scans: bool = False
     # [m] between returns of neighbouring beams that belong together, beside the spacing of beams
     # on a surface seen at a slant (Borges & Aldon 2004, J. Intell. Robot. Syst. 40)
     cluster_gap: Positive = 0.25

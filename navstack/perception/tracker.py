@@ -11,9 +11,14 @@ from navstack.params.tracker import TrackerParams
 from navstack.perception.maneuvering_filter import ManeuveringFilter
 from navstack.perception.scan_clusters import background_of, find_bodies, mark_foreground
 from navstack.perception.track_filter import TrackFilter, turned
+from navstack.scan_matching.kernels import mark_unmapped
+from navstack.scan_matching.scan_aligner import ScanAligner
 from navstack.types import BoolArray, FloatArray, IntArray, LaserScan, Pose2D, Track
 
 _FAR = 1e6  # squared distance in place of one beyond the gate
+# standard deviations of the aligned place by which the margin about mapped surfaces grows
+_MARGIN_STDS = 2.0
+_CERTAIN: FloatArray = np.zeros((3, 3))
 
 
 class Tracker:
@@ -32,7 +37,11 @@ class Tracker:
             MapError: the map is rotated.
         """
         self._params = params
-        self._background = background_of(static_map, params.background_margin)
+        self._aligner: ScanAligner | None = None
+        if params.aligns_scans:
+            self._aligner = ScanAligner(static_map)
+        else:
+            self._background = background_of(static_map, params.background_margin)
         self._origin = np.array((static_map.origin.x, static_map.origin.y))
         self._resolution = static_map.resolution
         self.reset()
@@ -47,13 +56,20 @@ class Tracker:
         self._stamp: float | None = None  # of the last scan
         self._map_to_odom = Pose2D()
 
-    def observe(self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D) -> None:
+    def observe(
+        self,
+        scan: LaserScan,
+        in_map: Pose2D,
+        in_odom: Pose2D,
+        covariance: FloatArray = _CERTAIN,
+    ) -> None:
         """Take in a scan.
 
         Args:
             scan: taken later than the one before; an older one is left out.
             in_map: believed pose of the robot when it was taken.
             in_odom: the same in the odom frame.
+            covariance: (3, 3) of ``in_map``; counts only where scans are aligned.
         """
         if self._stamp is not None:
             if scan.stamp <= self._stamp:
@@ -61,7 +77,7 @@ class Tracker:
             self._filter.predict(scan.stamp - self._stamp)
         self._stamp = scan.stamp
         self._map_to_odom = compose(in_map, relative_to(in_odom, Pose2D()))
-        places, variances = self._measure(scan, in_map, in_odom)
+        places, variances = self._measure(scan, in_map, in_odom, covariance)
         bodies, groups = self._assign(places, variances)
         self._filter.update(bodies, places[groups], variances[groups])
         self._hits[bodies] += 1
@@ -98,26 +114,14 @@ class Tracker:
         ]
 
     def _measure(
-        self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D
+        self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D, covariance: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Centres (M, 2) [m] of the bodies in a scan, odom frame, and variances (M,) per axis."""
         given = self._params
         ranges = scan.ranges
-        foreground: BoolArray = np.empty(len(ranges), dtype=np.bool_)
+        foreground = self._foreground(scan, in_map, covariance)
         found = np.empty((len(ranges), 3))
         increment = scan.angle_increment
-        mark_foreground(
-            ranges,
-            scan.angle_min,
-            increment,
-            scan.range_min,
-            min(scan.range_max, given.max_range),
-            compose(in_map, scan.sensor_pose).as_array(),
-            self._background,
-            self._origin,
-            self._resolution,
-            foreground,
-        )
         is_closed = abs(abs(increment) * len(ranges) - 2.0 * math.pi) < 0.5 * abs(increment)
         count = find_bodies(
             ranges,
@@ -141,6 +145,33 @@ class Tracker:
         # errors.
         spacing = distances * abs(increment) / math.sqrt(24.0)
         return places, deviations**2 + spacing**2
+
+    def _foreground(self, scan: LaserScan, in_map: Pose2D, covariance: FloatArray) -> BoolArray:
+        """Which beams (n,) return from something that the map does not show."""
+        given, aligner = self._params, self._aligner
+        foreground: BoolArray = np.empty(len(scan.ranges), dtype=np.bool_)
+        if aligner is not None:
+            points = aligner.returns(scan)
+            found = aligner.align(points, in_map, covariance)
+            if found is not None:
+                in_map, covariance = found.pose, found.covariance(covariance)
+            pose = in_map.as_array()
+            limits = (given.max_range, given.background_margin, _MARGIN_STDS)
+            mark_unmapped(points, pose, covariance, *limits, aligner.field, foreground)
+            return foreground
+        mark_foreground(
+            scan.ranges,
+            scan.angle_min,
+            scan.angle_increment,
+            scan.range_min,
+            min(scan.range_max, given.max_range),
+            compose(in_map, scan.sensor_pose).as_array(),
+            self._background,
+            self._origin,
+            self._resolution,
+            foreground,
+        )
+        return foreground
 
     def _assign(self, places: FloatArray, variances: FloatArray) -> tuple[IntArray, IntArray]:
         """Which bodies are seen again in which groups: indices (K,) and (K,)."""

@@ -128,7 +128,7 @@ def test_what_there_is_has_a_line_each(capsys: pytest.CaptureFixture[str], kind:
     lines = [line for line in printed(capsys, "list", kind) if not line.startswith("next: ")]
     assert all(re.fullmatch(r"\S+(?: \(default\))? +\S.*", line) for line in lines)
     if kind == "stacks":
-        assert len(lines) == 8 < len(printed(capsys, "list", kind, "--all"))
+        assert len(lines) == 9 < len(printed(capsys, "list", kind, "--all"))
     if kind == "worlds":
         assert sum("(default)" in line for line in lines) == 1
 
@@ -143,4 +143,4 @@ def test_a_shell_completes_commands(monkeypatch: pytest.MonkeyPatch) -> None:
     options = {each.value for each in complete.get_completions(["run"], "--st")}
     assert {"--stack", "--start"} <= options
     stacks = {each.value for each in complete.get_completions(["run", "--stack"], "evasive")}
-    assert stacks == {"evasive-gps-ekf", "evasive-amcl"}
+    assert stacks == {"evasive-gps-ekf", "evasive-amcl", "evasive-amcl-gps"}

@@ -15,7 +15,7 @@ PARAMS = GpsEkfParams()
 
 
 def started(params=PARAMS, belief=None, uses_fixes=True):
-    localizer = GpsEkfLocalizer(params, uses_fixes)
+    localizer = GpsEkfLocalizer(params, uses_fixes=uses_fixes)
     localizer.reset(belief or Belief(Pose2D()), np.random.default_rng(0))
     return localizer
 

@@ -55,7 +55,9 @@ class GroundTruthTracker:
     def reset(self) -> None:
         """Nothing is remembered."""
 
-    def observe(self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D) -> None:
+    def observe(
+        self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D, covariance: FloatArray
+    ) -> None:
         """Nothing to see that is not known."""
 
     def tracks(self, stamp: float) -> list[Track]:

@@ -16,7 +16,6 @@ from navstack.types import (
     BoolArray,
     BoolMatrix,
     ByteMatrix,
-    FixedByteMatrix,
     FixedFloat32Matrix,
     Float32Array,
     Float32Matrix,
@@ -69,9 +68,9 @@ def _kept_distances(lethal: BoolArray, cell: float) -> Float32Array:
 def with_obstacles(
     mapped: Clearance,
     local: Costmap,
-    world: Costmap,
     place: tuple[float, float],
     people: FloatArray,
+    margin: float,
 ) -> Clearance:
     """The map's clearance, and what a local costmap shows besides, up to ``_LOOKED_AT`` away.
 
@@ -81,10 +80,8 @@ def with_obstacles(
         world: the global costmap.
         place: of the robot, x, y [m].
         people: (n, 3) x, y, radius [m] of tracked people, whose returns are no obstacles.
+        margin: [m] about mapped obstacles within which what is shown is mapped.
     """
-    floor = world.floor
-    if floor is None:
-        floor = np.zeros((0, 0), dtype=np.uint8)
     (left, right), (low, high) = (
         _around(middle - origin, local.resolution, count)
         for middle, origin, count in zip(
@@ -96,9 +93,9 @@ def with_obstacles(
     blocked = unmapped_blocks(
         np.ascontiguousarray(local.data[low:high, left:right]),
         (x, y, local.resolution),
-        floor,
-        (world.origin_x, world.origin_y, world.resolution),
+        mapped,
         people,
+        margin,
     )
     cell = _POOLED * local.resolution
     seen = np.zeros((0, 0), dtype=np.float32)
@@ -117,11 +114,14 @@ def _around(middle: float, resolution: float, count: int) -> tuple[int, int]:
 def unmapped_blocks(
     costs: ByteMatrix,
     grid: tuple[float, float, float],
-    floor: FixedByteMatrix,
-    floor_grid: tuple[float, float, float],
+    mapped: Clearance,
     people: FloatMatrix,
+    margin: float,
 ) -> BoolArray:
-    """Which blocks (height, width) hold an obstacle, neither mapped nor a person's return."""
+    """Which blocks (height, width) hold an obstacle, neither mapped nor a person's return.
+
+    A cell counts as mapped within ``margin`` [m] of a mapped obstacle.
+    """
     height = costs.shape[0] // _POOLED
     width = costs.shape[1] // _POOLED
     blocked = np.zeros((height, width), dtype=np.bool_)
@@ -131,10 +131,7 @@ def unmapped_blocks(
                 continue
             x = grid[0] + (column + 0.5) * grid[2]
             y = grid[1] + (row + 0.5) * grid[2]
-            r = int((y - floor_grid[1]) / floor_grid[2])
-            c = int((x - floor_grid[0]) / floor_grid[2])
-            on_map = 0 <= r < floor.shape[0] and 0 <= c < floor.shape[1]
-            if on_map and floor[r, c] >= LETHAL_OBSTACLE:
+            if distance_at(mapped.mapped, mapped.mapped_grid, FAR, x, y) < margin:
                 continue
             is_person = False
             for p in range(len(people)):

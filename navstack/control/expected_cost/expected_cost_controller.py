@@ -194,8 +194,9 @@ class ExpectedCostController(Controller):
             or state.stamp - self._seen >= given.clearance_period - _ROUNDING
         ):
             around = np.array([(each.x, each.y, each.radius) for each in tracks]).reshape(-1, 3)
+            margin = given.map_margin_stds * state.position_std
             self._clearance = with_obstacles(
-                self._map_clearance, surroundings.costmap, self._world, (pose.x, pose.y), around
+                self._map_clearance, surroundings.costmap, (pose.x, pose.y), around, margin
             )
             self._seen = state.stamp
         assert self._field is not None

@@ -106,7 +106,7 @@ CONTROLLERS = family(
             "expected_cost.expected_cost_controller:ExpectedCostController",
             ExpectedCostParams,
             """control.expected_cost.motion_cost control.expected_cost.people control.expected_cost.clearance
-            control.expected_cost.field perception.scan_clusters""",
+            control.expected_cost.field perception.scan_clusters scan_matching.kernels""",
             (*_CONTROL, "global_costmap", "cost_to_go", "prices"),
         ),
         "nav2_graceful_controller::GracefulController": _controller(

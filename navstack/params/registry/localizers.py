@@ -35,6 +35,7 @@ LOCALIZERS: Mapping[str, LocalizerEntry] = {
     ),
     "gps-ekf": LocalizerEntry(
         make="navstack.localization.gps_ekf:GpsEkfLocalizer",
+        needs=("static_map",),
         kernels=_EKF_KERNELS,
         nodes=("gps_ekf",),
         inputs=(ODOMETRY, FIX),

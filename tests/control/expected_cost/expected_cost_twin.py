@@ -228,7 +228,7 @@ def scene_of(rng, count):
     seen.data[300:306, 200:210] = 254
     place = Pose2D(15.0 + rng.uniform(-6.5, 6.5), rng.uniform(6.0, 26.0))
     clearance = with_obstacles(
-        map_clearance(world), seen, world, (place.x, place.y), np.zeros((0, 3))
+        map_clearance(world), seen, (place.x, place.y), np.zeros((0, 3)), 0.0
     )
     people = nearest(crowd(rng, count, place, 2.0), place, 0.0, count, math.inf)
     spread = Spread(*(getattr(PARAMS, name) for name in Spread._fields))

@@ -153,7 +153,7 @@ def test_returns_from_people_are_no_walls_but_the_map_behind_them_is():
         local.data[row : row + 4, column : column + 4] = 254
     # on the first of both, and beside the wall
     around = np.array(((14.1, 15.1, 0.3), (7.6, 15.0, 0.3)))
-    found = with_obstacles(map_clearance(world), local, world, (15.0, 15.0), around)
+    found = with_obstacles(map_clearance(world), local, (15.0, 15.0), around, 0.0)
     blocked = np.argwhere(found.seen < 0.0) * 0.1 + (found.seen_grid[1], found.seen_grid[0])
     assert blocked == approx(np.tile((15.0, 16.5), (len(blocked), 1)), abs=0.2)
     assert len(blocked) >= 4
@@ -166,10 +166,25 @@ def test_a_return_is_of_the_map_where_its_own_cell_is_an_obstacle_there(column, 
     floor = np.zeros((40, 40), dtype=np.uint8)
     costs[row, column] = 254
     floor[5 + row, 8 + column] = 254  # the map begins 8 columns and 5 rows before
-    grids = (3.0, 4.0, 0.05), (2.6, 3.75, 0.05)
-    assert not unmapped_blocks(costs, grids[0], floor, grids[1], np.empty((0, 3))).any()
-    blocked = unmapped_blocks(costs, grids[0], 254 - floor, grids[1], np.empty((0, 3)))
+    grid = (3.0, 4.0, 0.05)
+    nobody = np.empty((0, 3))
+    mapped, unmapped = (
+        map_clearance(Costmap(each, 0.05, 2.6, 3.75, each)) for each in (floor, 254 - floor)
+    )
+    assert not unmapped_blocks(costs, grid, mapped, nobody, 0.0).any()
+    blocked = unmapped_blocks(costs, grid, unmapped, nobody, 0.0)
     assert np.argwhere(blocked).tolist() == [[row // 2, column // 2]]
+
+
+def test_a_wall_that_is_seen_beside_itself_is_no_obstacle_where_the_place_is_unsure():
+    costs = np.zeros((40, 40), dtype=np.uint8)
+    floor = np.zeros((40, 40), dtype=np.uint8)
+    floor[:, 10] = costs[:, 16] = 254  # 0.3 m apart
+    mapped = map_clearance(Costmap(floor, 0.05, 0.0, 0.0, floor))
+    nobody = np.empty((0, 3))
+    grid = (0.0, 0.0, 0.05)
+    assert unmapped_blocks(costs, grid, mapped, nobody, 0.2).any()
+    assert not unmapped_blocks(costs, grid, mapped, nobody, 0.35).any()
 
 
 def test_off_the_map_is_no_way_to_go():

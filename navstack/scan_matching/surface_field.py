@@ -1,0 +1,59 @@
+"""Signed distances to the surfaces of a map."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from navstack.costmap.distances import squared_distances
+from navstack.costmap.field_cache import shared_array
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from navstack.jit import njit
+from navstack.types import BoolArray, FixedInt8Matrix
+
+CODE = 0.01  # [m] of a code
+MOST = 127  # codes beyond which a surface is far
+
+
+class SurfaceField(NamedTuple):
+    """Distances to the nearest surface of a map, negative inside, as kernels take them."""
+
+    codes: FixedInt8Matrix  # (H, W) of CODE, at most MOST either way
+    origin_x: float  # [m] of the map's lower left corner
+    origin_y: float
+    resolution: float  # [m/cell]
+
+
+def surface_field(static_map: OccupancyGrid) -> SurfaceField:
+    """The field of a map; what lies behind a surface may be occupied or unknown.
+
+    Raises:
+        MapError: the map is rotated.
+    """
+    static_map.require_unrotated("map")
+    data, cell = static_map.data, static_map.resolution
+    codes = shared_array(
+        data.size,
+        lambda: surface_codes(data >= OCCUPIED, data == FREE, cell),
+        "surface codes 1",
+        data,
+        cell,
+    )
+    codes.flags.writeable = False
+    return SurfaceField(codes, static_map.origin.x, static_map.origin.y, cell)
+
+
+@njit()
+def surface_codes(occupied: BoolArray, free: BoolArray, cell: float) -> npt.NDArray[np.int8]:
+    """Signed distances (H, W) in CODE from cells' middles to the edge of the nearest surface."""
+    codes = np.empty(occupied.shape, dtype=np.int8)
+    reach = int(np.ceil(MOST * CODE / cell)) + 1
+    for sign in (1.0, -1.0):
+        squared = squared_distances(occupied if sign > 0.0 else free, reach * reach)
+        for row in range(codes.shape[0]):
+            for column in range(codes.shape[1]):
+                if free[row, column] == (sign > 0.0):
+                    metres = sign * cell * (np.sqrt(squared[row, column]) - 0.5)
+                    rounded = np.rint(metres / CODE)
+                    codes[row, column] = np.int8(min(max(rounded, -MOST), MOST))
+    return codes
