@@ -25,7 +25,7 @@ _LEAST_MOVING = 10.0  # [s] that a drive needs
 _LIMITED = 0.5  # [s] at a limit that a fit of it needs
 # [-] of the odometry's period within which a time is known at best: nobody says when in it the
 # wheels were read; and of a limit, for real drives are no servos of first order
-_TIME_FLOOR, _LIMIT_FLOOR = 0.25, 0.01
+_TIME_FLOOR, _LIMIT_FLOOR = 0.25, 0.015
 
 
 @njit()

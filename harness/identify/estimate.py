@@ -35,11 +35,14 @@ class Estimate:
 
     def as_json(self) -> dict[str, Any]:
         """As ``navbench identify --json`` has it."""
+        value, low, high = (
+            None if each is None else float(each) for each in (self.value, self.low, self.high)
+        )
         return {
-            "value": self.value,
-            "low": self.low,
-            "high": self.high,
-            "seconds": self.seconds,
+            "value": value,
+            "low": low,
+            "high": high,
+            "seconds": float(self.seconds),
             "method": self.method,
             "advice": self.advice,
         }

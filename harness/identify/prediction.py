@@ -15,7 +15,7 @@ from navstack.types import FloatArray
 LONG = 10.0  # [s]
 _EVERY = 2.0  # [s] between the moments that are predicted from
 _LEAST = 5  # predictions
-_GRID = 0.02  # [s] steps of a predicted path
+_FINEST = 0.02  # [s] steps of a predicted path, or the odometry's period where that is longer
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,26 +62,27 @@ def predict_commands(
     """
     stamps = log.odometry[:, 0]
     period = float(np.median(np.diff(stamps)))
-    grid = np.arange(since, stamps[-1], _GRID)
+    step = max(period, _FINEST)
+    grid = np.arange(since, stamps[-1], step)
     if len(grid) < 2 or not len(log.commands):
         return []
     has_commands = used(grid, log.commands)
     measured = np.column_stack([np.interp(grid, stamps, log.odometry[:, 4 + n]) for n in (0, 1)])
     models = [np.column_stack(_speeds(model, grid, log)) for model in (fitted, default)]
     found = []
-    for horizon in (period, LONG):
-        count = max(round(horizon / _GRID), 1)
-        starts = np.arange(0, len(grid) - count, max(round(_EVERY / _GRID), 1))
+    for horizon in (step, LONG):
+        count = max(round(horizon / step), 1)
+        starts = np.arange(0, len(grid) - count - 1, max(round(_EVERY / step), 1))
         starts = starts[[bool(has_commands[at : at + count].all()) for at in starts]]
         if len(starts) < _LEAST:
             continue
         errors: list[list[float]] = [[], [], []]
         for at in starts:
-            window = slice(at, at + count)
-            truth = _end(measured[window])
+            window = slice(at + 1, at + count + 1)
+            truth = _end(measured[window], step)
             kept = np.repeat(measured[at : at + 1], count, axis=0)
             for list_, twists in zip(errors, (*[m[window] for m in models], kept), strict=True):
-                list_.append(float(np.hypot(*(_end(twists) - truth))))
+                list_.append(float(np.hypot(*(_end(twists, step) - truth))))
         found.append(_summary(horizon, errors))
     return found
 
@@ -93,13 +94,13 @@ def _speeds(model: Predictor, grid: FloatArray, log: DriveLog) -> tuple[FloatArr
     )
 
 
-def _end(twists: FloatArray) -> FloatArray:
-    """Where speeds and yaw rates (n, 2) lead to: x, y [m] from the start."""
-    yaw = np.cumsum(twists[:, 1]) * _GRID
-    middle = yaw - 0.5 * twists[:, 1] * _GRID
-    return np.array(
-        (np.sum(twists[:, 0] * np.cos(middle)), np.sum(twists[:, 0] * np.sin(middle)))
-    ) * _GRID
+def _end(twists: FloatArray, step: float) -> FloatArray:
+    """Where speeds and yaw rates (n, 2), each held for a step [s], lead to: x, y [m]."""
+    yaw = np.cumsum(twists[:, 1]) * step
+    middle = yaw - 0.5 * twists[:, 1] * step
+    x = np.sum(twists[:, 0] * np.cos(middle))
+    y = np.sum(twists[:, 0] * np.sin(middle))
+    return np.array((x, y)) * step
 
 
 def predict_fixes(
@@ -169,8 +170,8 @@ def _displacements(
     turn, shift = _alignment(plain.at(past[:, 0])[:, :2], past[:, 1:3])
     x, y, yaw = plain.at(np.array((t0,)))[0]
     speed, rate = twist
-    count = max(round((t1 - t0) / _GRID), 1)
-    dx, dy = _end(np.tile((speed, rate), (count, 1))) * ((t1 - t0) / (count * _GRID))
+    count = max(round((t1 - t0) / _FINEST), 1)
+    dx, dy = _end(np.tile((speed, rate), (count, 1)), (t1 - t0) / count)
     cos, sin = np.cos(yaw), np.sin(yaw)
     there = np.array((x + cos * dx - sin * dy, y + sin * dx + cos * dy))
     results.append(float(np.hypot(*(turn @ there + shift - fixes[end, 1:3]))))

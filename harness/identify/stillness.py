@@ -131,6 +131,7 @@ def lidar_noise(log: DriveLog) -> list[Estimate]:
     share = shares[:, 0].sum() / max(shares[:, 1].sum(), 1.0)
     parts = shares[:, 0] / np.maximum(shares[:, 1], 1.0)
     half = 2.26 * float(parts.std()) / np.sqrt(len(parts))
+    half = max(half, 3.0 / max(float(shares[:, 1].sum()), 3.0))  # rule of three: none was lost
     ends = max(share - half, 0.0), share + half
     seconds = len(chosen) * period
     found.append(Estimate(dropout, float(share), *ends, seconds, "beams between returns"))

@@ -12,8 +12,8 @@ from scipy.optimize import least_squares
 
 from harness.identify.estimate import (
     Estimate,
-    half_widths,
     deviation_interval,
+    half_widths,
     robust_std,
     unknown,
     variance_components,
@@ -30,6 +30,8 @@ _UNSURE = 0.1  # [m], [rad] half interval from which a mounting is not identifia
 _UNSURE_SCALE = 0.05  # [-] the same of a scale
 _WINDOW = 20.0  # [s] in which a path is laid on its fixes
 _LEAST_FIXES, _LEAST_SPREAD = 12, 1.0  # in a window; [m] root mean square about their middle
+_FIRST_DEVIATION = 0.03  # [m] of a motion between scans, before it is known
+_FARTHEST = 5.0  # [-] deviations beyond which a motion is an outlier
 _LONGEST_GAP = 1.0  # [s] of the odometry within a pair or window
 YARD = "drive a figure of eight among walls, with /scan"
 STREET = "drive 100 m in the open, with /fix"
@@ -102,7 +104,7 @@ def fit_scans(log: DriveLog, path: WheelPath) -> Travel:
         return Travel(unknown(scale_key, advice), missing)
     begin, end = pairs.T
     lengths = path.length(begin, end)
-    deviations = np.full(len(pairs), 0.02)
+    deviations = np.full(len(pairs), _FIRST_DEVIATION)
 
     def errors_of(values: FloatArray) -> FloatArray:
         moved = _relative(path.at(begin - values[4]), path.at(end - values[4]))
@@ -119,7 +121,7 @@ def fit_scans(log: DriveLog, path: WheelPath) -> Travel:
         solution = least_squares(residuals, values, loss="soft_l1", diff_step=1e-4)
         values = solution.x
         along = _forward(errors_of(values), values[3])
-        kept = np.abs(along) < 5.0 * robust_std(along) + 1e-3
+        kept = np.abs(along) < _FARTHEST * deviations
         causes = np.column_stack((np.ones(len(pairs)), lengths))
         components = variance_components(along[kept], causes[kept])
         found = np.square([each[0] for each in components])

@@ -12,10 +12,12 @@ from harness.identify.estimate import (
     unknown,
     variance_components,
 )
+from harness.identify.stillness import at_rest
 from harness.recorded.log import DriveLog
 from navstack.types import BoolArray, FloatArray
 
 _WINDOW = 0.5  # [s] over which turns are compared
+_SMOOTH = 0.25  # [s] over which the gyro is averaged to tell turns from noise
 _LEAST_TURNED = 6.0  # [rad] in all
 _GRAVITY = 9.81  # [m/s2]
 _FARTHEST = 6.0  # [-] standard deviations beyond which a window is an outlier
@@ -45,8 +47,6 @@ def fit_turning(log: DriveLog) -> Turning:
     stamps, yaw = log.odometry[:, 0], np.unwrap(log.odometry[:, 3])
     turned = np.diff(np.interp(edges, stamps, yaw))
     gyro = _integral(log.imu[:, 0] - delay, log.imu[:, 2], edges)
-    driven = _integral(stamps, np.abs(log.odometry[:, 4]), edges)
-    swept = _integral(log.imu[:, 0] - delay, np.abs(log.imu[:, 2]), edges)
     if np.abs(gyro[kept]).sum() < _LEAST_TURNED:
         return _nothing(EIGHT, float(kept.sum() * _WINDOW))
     lateral = np.abs(log.odometry[:, 4] * log.odometry[:, 5]) / _GRAVITY
@@ -54,7 +54,7 @@ def fit_turning(log: DriveLog) -> Turning:
     columns = np.column_stack((gyro, np.full(len(gyro), _WINDOW), slipping))
     causes = np.column_stack((_moved(log, edges), _swept(log, edges), np.full(len(gyro), _WINDOW)))
     middle = edges[:-1] + 0.5 * _WINDOW
-    return _fit(columns, turned, causes, kept, middle, (delay, delay_half, driven, swept))
+    return _fit(columns, turned, causes, kept, middle, (delay, delay_half))
 
 
 def _fit(
@@ -63,9 +63,9 @@ def _fit(
     causes: FloatArray,
     kept: BoolArray,
     middle: FloatArray,
-    beside: tuple[float, float, FloatArray, FloatArray],
+    delays: tuple[float, float],
 ) -> Turning:
-    delay, delay_half, _, _ = beside
+    delay, delay_half = delays
     weights = np.ones(len(turned))
     values = np.zeros(2)
     components = [(0.0, 0.0, 0.0)] * 3
@@ -185,9 +185,14 @@ def _moved(log: DriveLog, edges: FloatArray) -> FloatArray:
 
 
 def _swept(log: DriveLog, edges: FloatArray) -> FloatArray:
-    """[rad] turned in each window, without sign."""
-    rates = np.abs(log.imu[:, 2])
-    return _integral(log.imu[:, 0], rates, edges)
+    """[rad] turned in each window, without sign; the gyro's noise and bias are no turns."""
+    stamps, rates = log.imu[:, 0], log.imu[:, 2]
+    still = at_rest(log, stamps)
+    bias = float(np.median(rates[still])) if still.any() else 0.0
+    width = max(round(_SMOOTH / float(np.median(np.diff(stamps)))), 1)
+    smooth = np.convolve(rates - bias, np.full(width, 1.0 / width), mode="same")
+    smooth[still] = 0.0
+    return _integral(stamps, np.abs(smooth), edges)
 
 
 def _summed(stamps: FloatArray, steps: FloatArray, edges: FloatArray) -> FloatArray:

@@ -19,10 +19,18 @@ from navstack.errors import NavstackError, NavstackWarning
 COMMANDS = tomllib.loads(Path(__file__).with_name("commands.toml").read_text(encoding="utf-8"))
 # former name of a command -> what it is called now, with the options that make it the same
 ALIASES = {"sensitivity": ("price", "--sensitivity")}
+# command -> folder of navbench.cli that it is in, where it is in one
+FOLDERS = {"identify": "logs", "cost-log": "logs"}
 NO_NAME = (errno.ENAMETOOLONG, errno.ELOOP)
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
 UNWRITABLE = "standard output cannot be written; make room, or send it to another place"
 LONGEST_LINE = 1000  # [characters] of a complaint
+
+
+def module_of(command: str) -> str:
+    """The module that a command is in."""
+    parts = ("navbench.cli", FOLDERS.get(command), command.replace("-", "_"))
+    return ".".join(filter(None, parts))
 
 
 class Commands(click.Group):
@@ -32,9 +40,8 @@ class Commands(click.Group):
         """A command; None: there is none of this name."""
         if cmd_name not in self.commands:
             return None
-        command: click.Command = getattr(
-            importlib.import_module(f"navbench.cli.{cmd_name}"), cmd_name
-        )
+        name = cmd_name.replace("-", "_")
+        command: click.Command = getattr(importlib.import_module(module_of(cmd_name)), name)
         return command
 
     def resolve_command(

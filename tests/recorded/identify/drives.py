@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from harness.recorded.mcap_writer import McapWriter
-from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TRANSFORMS
+from harness.recorded.ros_messages import IMU, TRANSFORMS
 from harness.storage.shipped import shipped
 from harness.task.mission import Mission
 from harness.task.study import RandomStreams
@@ -29,9 +29,10 @@ from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.params.strict import load_dataclass
 from navstack.types import Observation, Pose2D, Twist2D
 
-from ..recorded.writing import Entry, fix, header, odometry, pose, quaternion, scan, transforms
+from ..writing import Entry, fix, header, odometry, quaternion, scan, transforms
 
 START = 1_700_000_000.0  # [s] of the first message
+PHYSICS_RATE = 120.0  # [Hz]
 TICK = 1.0 / 60.0  # [s]: two steps of the physics
 TICKS_PER_COMMAND = 3
 HALF = 14.0  # [m] half the width of the yard
@@ -154,20 +155,22 @@ def record(seed: int, duration: float = 300.0, **changes: float) -> Recorded:
 def _truth(robot: RobotParams, sensors: SensorParams, suite: SensorSuite) -> dict[str, float]:
     """What is to be found, by the names of the values that ``identify`` finds."""
     wheels, unit = suite._odometry._sensor, suite._imu._sensor
-    mount = sensors.lidar.mount
+    mount, measured = sensors.lidar.mount, sensors.odometry
+    of_way, of_turn = wheels._linear_scale, wheels._angular_scale
+    steps_late = math.ceil(robot.compute_latency * PHYSICS_RATE - 1e-6)
     return {
-        "dead_time_s": robot.compute_latency,
+        "dead_time_s": steps_late / PHYSICS_RATE,
         "lag_s": robot.servo_time_constant,
-        "max_acceleration_mps2": robot.max_acceleration,
-        "max_deceleration_mps2": robot.max_deceleration,
-        "max_yaw_acceleration_radps2": robot.max_yaw_acceleration,
-        "odometry_linear_scale": wheels._linear_scale,
-        "odometry_angular_scale": wheels._angular_scale,
-        "odometry_linear_noise": sensors.odometry.linear_noise,
-        "odometry_yaw_noise_per_distance": sensors.odometry.yaw_noise_per_distance,
-        "odometry_yaw_noise_per_turn": sensors.odometry.yaw_noise_per_turn,
-        "odometry_velocity_std_mps": sensors.odometry.velocity_std,
-        "odometry_yaw_rate_std_radps": sensors.odometry.yaw_rate_std,
+        "linear_max_acceleration_mps2": robot.max_acceleration,
+        "linear_max_deceleration_mps2": robot.max_deceleration,
+        "angular_max_acceleration_radps2": robot.max_yaw_acceleration,
+        "odometry_linear_scale": of_way,
+        "odometry_angular_scale": of_turn,
+        "odometry_linear_noise": measured.linear_noise,
+        "odometry_yaw_noise_per_distance": measured.yaw_noise_per_distance,
+        "odometry_yaw_noise_per_turn": measured.yaw_noise_per_turn,
+        "odometry_velocity_std_mps": measured.velocity_std,
+        "odometry_yaw_rate_std_radps": measured.yaw_rate_std,
         "imu_yaw_rate_bias_radps": unit._bias,
         "imu_yaw_rate_std_radps": sensors.imu.yaw_rate_std,
         "imu_acceleration_std_mps2": sensors.imu.acceleration_std,
@@ -277,6 +280,3 @@ def write_mcap(path: Path, entries: Entries) -> Path:
             arrival = entry.stamp if entry.arrival is None else entry.arrival
             bag.write(entry.topic, entry.type, arrival, fields)
     return path
-
-
-__all__ = ["FIX", "ODOMETRY", "SCAN", "pose"]
