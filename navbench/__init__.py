@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from harness.study.suite import Portion
     from harness.task.camera_params import CameraParams
     from navbench.api.ablate import ablate, resume_ablation
+    from navbench.api.cost_log import cost_log
     from navbench.api.explain import explain
     from navbench.api.identify import identify
     from navbench.api.lint import lint
@@ -56,6 +57,7 @@ _NAMES = {  # by module
     "harness.study.suite": ("Portion",),
     "harness.task.camera_params": ("CameraParams",),
     "navbench.api.ablate": ("ablate", "resume_ablation"),
+    "navbench.api.cost_log": ("cost_log",),
     "navbench.api.explain": ("explain",),
     "navbench.api.identify": ("identify",),
     "navbench.api.lint": ("lint",),
@@ -94,6 +96,7 @@ __all__ = [
     "Where",
     "ablate",
     "compare",
+    "cost_log",
     "explain",
     "identify",
     "import_map",

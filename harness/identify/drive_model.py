@@ -18,7 +18,8 @@ STEP = 0.01  # [s] of the simulation
 SILENT = 0.5  # [s] without a command after which drives stop by themselves
 _AFTER = 2.0  # [s] after such a pause that is not used
 _LATEST = 1.5  # [s] of dead time at most
-_STARTS = np.arange(0.0, 0.61, 0.05)  # [s] dead times from which the fit begins
+_DEAD_TIMES = np.arange(0.0, 0.61, 0.05)  # [s] from which the fit may begin
+_TRIED = 3  # of them, the best ones: the sum of squares has several minima
 _UNSURE = 0.3  # [-] half interval over value from which a value is not identifiable
 _UNSURE_TIME = 0.1  # [s] the same of a time
 _LEAST_MOVING = 10.0  # [s] that a drive needs
@@ -131,21 +132,26 @@ def fit_drive(
             return free
         return np.insert(free, 3, free[2])
 
-    start = _start(stamps, speeds, residuals)
+    starts = _starts(stamps, speeds, residuals)
     if is_symmetric:
-        start = np.delete(start, 3)
-    scale = 3.0 * max(float(np.median(np.abs(residuals(expand(start))))), 1e-4)
-    size = len(start)
+        starts = [np.delete(start, 3) for start in starts]
+    size = len(starts[0])
+    scale = 3.0 * max(float(np.median(np.abs(residuals(expand(starts[0]))))), 1e-4)
     bounds = np.array([(-0.05, _LATEST)] + [(-7.0, 5.0)] * (size - 2) + [(0.2, 5.0)]).T
-    solution = least_squares(
-        lambda free: residuals(expand(free)),
-        np.clip(start, bounds[0] + 1e-6, bounds[1] - 1e-6),
-        bounds=bounds,
-        loss="soft_l1",
-        f_scale=scale,
-        x_scale=np.array([0.02] + [0.2] * (size - 2) + [0.02]),
-        diff_step=1e-3,
-    )
+    solutions = [
+        least_squares(
+            lambda free: residuals(expand(free)),
+            np.clip(start, bounds[0] + 1e-6, bounds[1] - 1e-6),
+            bounds=bounds,
+            loss="soft_l1",
+            f_scale=scale,
+            x_scale=np.array([0.02] + [0.2] * (size - 2) + [0.02]),
+            diff_step=1e-3,
+            max_nfev=40,
+        )
+        for start in starts
+    ]
+    solution = min(solutions, key=lambda each: float(each.cost))
     half = half_widths(solution.jac, _weighted(solution.fun, scale), stamps)
     values = expand(solution.x)
     if is_symmetric:
@@ -160,21 +166,25 @@ def fit_drive(
     return DriveFit(*map(float, (dead_time, lag, up, down, gain)), estimates)
 
 
-def _start(
+def _starts(
     stamps: FloatArray, speeds: FloatArray, residuals: Callable[[FloatArray], FloatArray]
-) -> FloatArray:
-    """The best of some dead times, with accelerations as the odometry shows them."""
+) -> list[FloatArray]:
+    """The best of some dead times, with accelerations as the odometry shows them; best first."""
     period = float(np.median(np.diff(stamps)))
     width = max(1, round(0.2 / period))
     slopes = np.abs(speeds[width:] - speeds[:-width]) / (stamps[width:] - stamps[:-width])
     limit = max(float(np.percentile(slopes, 98.0)), 1e-2)
-    starts = [
-        np.array((dead, np.log(lag), np.log(limit), np.log(limit), 1.0))
-        for dead in _STARTS
-        for lag in (0.05, 0.2)
-    ]
-    sums = [float(np.abs(residuals(start)).sum()) for start in starts]
-    return starts[int(np.argmin(sums))]
+    best = []
+    for dead in _DEAD_TIMES:
+        tried = [
+            np.array((dead, np.log(lag), np.log(share * limit), np.log(share * limit), 1.0))
+            for lag in (0.05, 0.2)
+            for share in (0.6, 1.0, 1.5)
+        ]
+        sums = [float(np.abs(residuals(start)).sum()) for start in tried]
+        best.append((min(sums), tried[int(np.argmin(sums))]))
+    best.sort(key=lambda pair: pair[0])
+    return [start for _, start in best[:_TRIED]]
 
 
 def _weighted(residuals: FloatArray, scale: float) -> FloatArray:

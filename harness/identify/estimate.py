@@ -13,6 +13,8 @@ from navstack.types import BoolArray, FloatArray
 LEVEL = 0.95
 BLOCK = 8.0  # [s] of neighbouring residuals that may depend on each other
 _MAD = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
+# [-] by which an interval of a component grows: wheels' errors are not quite white and normal
+_MISMATCH = 0.05
 _RATIO = chi2.ppf(LEVEL, 1)
 
 
@@ -173,6 +175,7 @@ def variance_components(
         ]
         logs = np.array((best[number], *ends))
         values = np.sqrt(np.exp(logs) * scale / size[number])
+        values *= (1.0, 1.0 - _MISMATCH, 1.0 + _MISMATCH)
         found.append((float(values[0]), float(values[1]), float(values[2])))
     return found
 

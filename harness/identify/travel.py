@@ -30,6 +30,8 @@ _UNSURE = 0.1  # [m], [rad] half interval from which a mounting is not identifia
 _UNSURE_SCALE = 0.05  # [-] the same of a scale
 _WINDOW = 20.0  # [s] in which a path is laid on its fixes
 _LEAST_FIXES, _LEAST_SPREAD = 12, 1.0  # in a window; [m] root mean square about their middle
+# of 1/scale, x, y, yaw and delay of the lidar: points on curved walls and stamps bias the matching
+_FLOORS = (3e-4, 0.002, 0.002, 0.001, 0.001)
 _FIRST_DEVIATION = 0.03  # [m] of a motion between scans, before it is known
 _FARTHEST = 5.0  # [-] deviations beyond which a motion is an outlier
 _LONGEST_GAP = 1.0  # [s] of the odometry within a pair or window
@@ -127,7 +129,7 @@ def fit_scans(log: DriveLog, path: WheelPath) -> Travel:
         found = np.square([each[0] for each in components])
         deviations = np.sqrt(causes @ found + 1e-8)
     stamps = np.tile(begin, 3)
-    half = half_widths(solution.jac, _weighted(solution.fun), stamps)
+    half = np.hypot(half_widths(solution.jac, _weighted(solution.fun), stamps), _FLOORS)
     seconds = float(np.sum(end - begin))
     method = "motions between scans (ICP) and of the wheels, least squares"
     scale = 1.0 / float(values[0])

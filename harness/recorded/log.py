@@ -1,17 +1,18 @@
 """A recorded drive as arrays: commands, odometry, inertial unit, fixes and scans."""
 
 import math
+import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import median
-from typing import Any
 
 import numpy as np
 
-from harness.recorded.bag import Bag, Message
+from harness.recorded.bag import Bag
 from harness.recorded.bag_file import BagError, DamageError
-from harness.recorded.clock import STILL_AFTER, Clock
+from harness.recorded.clock import Clock
+from harness.recorded.log_rows import JOYSTICK, SWITCH, LogRows, take
 from harness.recorded.mountings import BASE_FRAMES, Mountings, frame_name
 from harness.recorded.receiver import Receiver
 from harness.recorded.ros_messages import (
@@ -19,23 +20,23 @@ from harness.recorded.ros_messages import (
     FIX,
     IMU,
     ODOMETRY,
+    POSE_COVARIANCE,
     SCAN,
     TWIST,
     TYPES,
-    decode,
     first_messages,
 )
 from harness.recorded.sources import read_transforms
 from harness.recorded.topics import Topics
-from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry, Pose2D
+from navstack.types import FloatArray, LaserScan
 
-LOG_TYPES = TYPES | frozenset(COMMAND_TYPES)
+LOG_TYPES = TYPES | frozenset((*COMMAND_TYPES, SWITCH, JOYSTICK))
+_TAKEOVER = re.compile(r"e_?stop|emergency|manual|teleop|intervention|takeover", re.IGNORECASE)
+_APART = 5.0  # [s] between two takeovers
 OTHER_CLOCK = 5.0  # [s] between stamps and arrivals from which both are of different clocks
 _FIRST = 50  # messages of a topic from which its clock is told
 _FASTEST = 30.0  # [m/s] beyond which a step of the odometry is a jump
 _JUMPS = 0.1  # [-] share of such steps in which two publishers take turns
-_LARGEST = 1e3  # [m/s], [rad/s] beyond which a number is no command
-_NOTHING = Pose2D()
 
 Say = Callable[[str], None]
 
@@ -62,6 +63,8 @@ class DriveLog:
     odometry: FloatArray  # (N, 6) [s], x, y [m], yaw [rad], forward [m/s], yaw rate [rad/s]
     imu: FloatArray  # (N, 5) [s], yaw [rad] or nan, yaw rate [rad/s], ax, ay [m/s2], base frame
     fixes: FloatArray  # (N, 4) [s], x, y [m] in a local frame, stated deviation [m] or 0
+    poses: FloatArray  # (N, 4) [s], x, y [m], yaw [rad] where a localizer believed to be, map frame
+    takeovers: FloatArray  # (N,) [s] when a person took over, by buttons and switches
     scans: list[LaserScan]  # their stamps less ``start``
     delays: dict[str, FloatArray]  # [s] arrival less stamp of each message, by kind
     has_mounting: bool  # of the lidar, in the log or from the user
@@ -74,19 +77,6 @@ class DriveLog:
         if not len(self.odometry):
             return 0.0
         return float(self.odometry[-1, 0] - self.odometry[0, 0])
-
-
-@dataclass(slots=True)
-class _Rows:
-    """Rows of the streams as they are read."""
-
-    by_kind: dict[str, list[tuple[float, ...]]] = field(default_factory=dict)
-    scans: list[LaserScan] = field(default_factory=list)
-    delays: dict[str, list[float]] = field(default_factory=dict)
-
-    def add(self, kind: str, *row: float) -> None:
-        """Enter a row."""
-        self.by_kind.setdefault(kind, []).append(row)
 
 
 def read_log(request: LogRequest, say: Say) -> DriveLog:
@@ -121,7 +111,7 @@ def _choose(bag: Bag, topics: Topics) -> dict[str, str]:
     """The topics to read by kind."""
     counts = bag.counts()
     chosen = {}
-    for kind in (TWIST, ODOMETRY, IMU, FIX, SCAN):
+    for kind in (TWIST, ODOMETRY, IMU, FIX, SCAN, POSE_COVARIANCE):
         name = topics.find(kind, None)
         if name is not None and counts[name] > 0:
             chosen[kind] = name
@@ -161,16 +151,17 @@ def _is_mounted(bag: Bag, topic: str, mountings: Mountings, bases: Sequence[str]
     return False
 
 
-def _read(bag: Bag, chosen: dict[str, str], receiver: Receiver, say: Say) -> _Rows:
+def _read(bag: Bag, chosen: dict[str, str], receiver: Receiver, say: Say) -> LogRows:
     """All messages of the chosen topics, up to the first that cannot be read."""
-    rows = _Rows()
+    rows = LogRows()
     offset = _offset(bag, chosen, receiver)
     clock = Clock(offset)
     kinds = {name: kind for kind, name in chosen.items()}
+    kinds |= _switches(bag)
     try:
-        for place in bag.places(set(chosen.values())):
+        for place in bag.places(set(kinds)):
             message = bag.read(place)
-            _take(rows, kinds[message.topic.name], message, receiver, clock, offset)
+            take(rows, kinds[message.topic.name], message, receiver, clock, offset)
     except DamageError as error:
         say(f"{error}; what stands before it is used")
     for topic, seconds in clock.jumps.items():
@@ -182,6 +173,15 @@ def _read(bag: Bag, chosen: dict[str, str], receiver: Receiver, say: Say) -> _Ro
     return rows
 
 
+def _switches(bag: Bag) -> dict[str, str]:
+    """Topics by which people take over, with their types."""
+    return {
+        name: kind
+        for name, kind in bag.topics.items()
+        if kind == JOYSTICK or (kind == SWITCH and _TAKEOVER.search(name))
+    }
+
+
 def _offset(bag: Bag, chosen: dict[str, str], receiver: Receiver) -> float:
     """[s] from arrivals to stamps; 0 where both are of one clock, delays apart.
 
@@ -190,7 +190,7 @@ def _offset(bag: Bag, chosen: dict[str, str], receiver: Receiver) -> float:
     """
     offsets = {}
     for kind, name in chosen.items():
-        if kind == TWIST:
+        if kind in (TWIST, POSE_COVARIANCE):
             continue
         known = []
         for message, decoded in first_messages(bag, name, _FIRST):
@@ -212,48 +212,10 @@ def _offset(bag: Bag, chosen: dict[str, str], receiver: Receiver) -> float:
     return found
 
 
-def _take(
-    rows: _Rows, kind: str, message: Message, receiver: Receiver, clock: Clock, offset: float
-) -> None:
-    """Enter one message."""
-    decoded, arrival = decode(message), message.arrival + offset
-    if kind == TWIST:
-        _take_command(rows, decoded, arrival)
-        return
-    measured_at = receiver.stamp_of(kind, decoded)
-    if measured_at is None:
-        return
-    still_after = STILL_AFTER.get(kind, 0.0)
-    stamp = clock.take(message.topic.name, message.arrival, measured_at, still_after)
-    measured = receiver.convert(kind, decoded, stamp, _NOTHING)
-    if measured is None:
-        return
-    rows.delays.setdefault(kind, []).append(arrival - stamp)
-    match measured:
-        case Odometry():
-            at, twist = measured.pose, measured.twist
-            rows.add(kind, stamp, at.x, at.y, at.yaw, twist.linear_x, twist.angular_z)
-        case Imu():
-            force = measured.linear_acceleration_x, measured.linear_acceleration_y
-            rows.add(kind, stamp, measured.yaw, measured.angular_velocity_z, *force)
-        case GpsFix():
-            rows.add(kind, stamp, measured.x, measured.y, measured.position_std)
-        case LaserScan():
-            rows.scans.append(measured)
-
-
-def _take_command(rows: _Rows, decoded: Any, arrival: float) -> None:
-    """Enter a command, as sent when it was recorded."""
-    twist = getattr(decoded, "twist", decoded)
-    speed, turn = float(twist.linear.x), float(twist.angular.z)
-    if abs(speed) <= _LARGEST and abs(turn) <= _LARGEST:
-        rows.add(TWIST, arrival, speed, turn)
-
-
 def _assemble(
-    rows: _Rows, chosen: dict[str, str], has_mounting: bool, request: LogRequest
+    rows: LogRows, chosen: dict[str, str], has_mounting: bool, request: LogRequest
 ) -> DriveLog:
-    columns = {TWIST: 3, ODOMETRY: 6, IMU: 5, FIX: 4}
+    columns = {TWIST: 3, ODOMETRY: 6, IMU: 5, FIX: 4, POSE_COVARIANCE: 4, SWITCH: 1}
     arrays = {kind: _sorted(rows.by_kind.get(kind, []), n) for kind, n in columns.items()}
     if not len(arrays[ODOMETRY]):
         raise BagError(f"no message of {chosen[ODOMETRY]} holds anything usable")
@@ -269,12 +231,20 @@ def _assemble(
         arrays[ODOMETRY],
         arrays[IMU],
         arrays[FIX],
+        arrays[POSE_COVARIANCE],
+        _apart(arrays[SWITCH][:, 0]),
         [replace(scan, stamp=scan.stamp - start) for scan in scans],
         {kind: np.array(values) for kind, values in rows.delays.items()},
         has_mounting,
         chosen,
         ", ".join(map(str, request.bags)),
     )
+
+
+def _apart(stamps: FloatArray) -> FloatArray:
+    """The first stamp of each takeover, whose messages repeat."""
+    first: FloatArray = stamps[np.diff(stamps, prepend=-math.inf) > _APART]
+    return first
 
 
 def _sorted(rows: Sequence[tuple[float, ...]], columns: int) -> FloatArray:

@@ -7,6 +7,7 @@ from harness.recorded.ros_messages import (
     FIX,
     IMU,
     ODOMETRY,
+    POSE_COVARIANCE,
     SCAN,
     TRANSFORM_TYPES,
     TWIST,
@@ -21,8 +22,10 @@ USUAL_NAMES: dict[str, tuple[str, ...]] = {
     IMU: ("/imu/data", "/imu", "/imu/data_raw"),
     FIX: ("/fix", "/gps/fix", "/navsat/fix"),
     TWIST: ("/cmd_vel", "/cmd_vel_smoothed", "/cmd_vel_nav", "/cmd_vel_unstamped"),
+    POSE_COVARIANCE: ("/amcl_pose", "/belief", "/pose"),
 }
-SAME_USE: dict[str, tuple[str, ...]] = {TWIST: COMMAND_TYPES}  # types that stand for each other
+# types that stand for each other
+SAME_USE: dict[str, tuple[str, ...]] = {TWIST: COMMAND_TYPES}
 TF, TF_STATIC = "/tf", "/tf_static"
 
 

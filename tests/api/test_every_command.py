@@ -13,6 +13,7 @@ NAMES = [name for names in COMMANDS.values() for name in names]
 FUNCTIONS = {  # else called as the command
     "map": ("make_map", "import_map", "measure_map"),
     "list": ("listing",),
+    "cost-log": ("cost_log",),
 }
 # of navbench.api.run: what ``run`` and ``resume`` do, but for what they raise when interrupted
 BELOW = {"run": "drive"}

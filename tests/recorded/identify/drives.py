@@ -15,26 +15,29 @@ from typing import Any
 import numpy as np
 
 from harness.recorded.mcap_writer import McapWriter
-from harness.recorded.ros_messages import IMU, TRANSFORMS
+from harness.recorded.ros_messages import IMU, POSE_COVARIANCE, TRANSFORMS
 from harness.storage.shipped import shipped
 from harness.task.mission import Mission
 from harness.task.study import RandomStreams
+from harness.world.map.extrude import extrude
 from harness.world.map.scene import Scene
 from harness.world.people.models import make_pedestrians
 from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.sensors.suite import SensorParams, SensorSuite
+from harness.world.truth import Contact
 from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.params.strict import load_dataclass
 from navstack.types import Observation, Pose2D, Twist2D
 
-from ..writing import Entry, fix, header, odometry, quaternion, scan, transforms
+from ..writing import Entry, fix, header, odometry, pose, quaternion, scan, transforms
 
 START = 1_700_000_000.0  # [s] of the first message
 PHYSICS_RATE = 120.0  # [Hz]
 TICK = 1.0 / 60.0  # [s]: two steps of the physics
 TICKS_PER_COMMAND = 3
+TICKS_PER_POSE = 6
 HALF = 14.0  # [m] half the width of the yard
 TWIST = "geometry_msgs/msg/TwistStamped"
 Entries = list[Entry]
@@ -49,6 +52,8 @@ class Recorded:
     truth: dict[str, float]
     entries: Entries = field(default_factory=list)
     poses: list[tuple[float, ...]] = field(default_factory=list)  # stamp, x, y, yaw
+    contacts: tuple[Contact, ...] = ()
+    energy: float = 0.0  # [J] that the motors delivered
 
 
 @cache
@@ -73,7 +78,7 @@ def yard() -> Scene:
         data[tuple(place)] = OCCUPIED
     corner = -0.5 * cells * resolution
     grid = OccupancyGrid(data, resolution, Pose2D(corner, corner))
-    return Scene("yard", (), (), grid, grid)
+    return Scene("yard", extrude(grid, data == OCCUPIED), (), grid, grid)
 
 
 def draw(seed: int) -> tuple[RobotParams, SensorParams]:
@@ -124,7 +129,9 @@ def draw(seed: int) -> tuple[RobotParams, SensorParams]:
     return robot, dataclasses.replace(sensors, lidar=lidar, odometry=wheels, imu=imu, gps=gps)
 
 
-def record(seed: int, duration: float = 300.0, **changes: float) -> Recorded:
+def record(
+    seed: int, duration: float = 300.0, people: int = 0, reach: float = 7.0, **changes: float
+) -> Recorded:
     """Drive a drawn robot about the yard.
 
     It stands at first, then it takes steps of speed and yaw rate.
@@ -132,21 +139,30 @@ def record(seed: int, duration: float = 300.0, **changes: float) -> Recorded:
     Args:
         seed: of its parameters and of the drive.
         duration: [s].
+        people: who walk about, whom it does not see.
+        reach: [m] from the middle where it turns back; the walls begin at 12.6 m.
         changes: of the robot's parameters, by name.
     """
     robot, sensors = draw(seed)
     robot = dataclasses.replace(robot, **changes)
     streams = RandomStreams(seed, 0)
     suite = SensorSuite(sensors, yard(), 0.3)
-    params = load_dataclass(WorldParams, shipped("params") / "worlds" / "barn.yaml")
-    people = make_pedestrians(params.people, yard().navigation_mesh, robot)
-    world = PyBulletWorld(yard(), robot, params, people, suite, 2)
+    params = load_dataclass(WorldParams, shipped("params") / "worlds" / "easy.yaml")
+    params = dataclasses.replace(
+        params,
+        people=dataclasses.replace(params.people, count=people),
+        cargo=dataclasses.replace(params.cargo, pieces=0),
+    )
+    walkers = make_pedestrians(params.people, yard().navigation_mesh, robot)
+    world = PyBulletWorld(yard(), robot, params, walkers, suite, 2)
     try:
         start = Pose2D(0.0, 0.0, 0.3)
         seen = world.reset(Mission(start, Pose2D(5.0, 5.0), 7.0), streams)
         drive = Recorded(robot, sensors, _truth(robot, sensors, suite))
         drive.entries.append(transforms(START, ("base_link", "laser", _mounting(sensors))))
-        _record(world, drive, seen, steps(seed), duration)
+        _record(world, drive, seen, steps(seed, reach), duration)
+        truth = world.close_episode()
+        drive.contacts, drive.energy = truth.contacts, truth.motion_energy
     finally:
         world.close()
     return drive
@@ -182,7 +198,7 @@ def _truth(robot: RobotParams, sensors: SensorParams, suite: SensorSuite) -> dic
     }
 
 
-def steps(seed: int) -> Callable[[float, Pose2D], Twist2D]:
+def steps(seed: int, reach: float = 7.0) -> Callable[[float, Pose2D], Twist2D]:
     """Commands: 15 s of standing, then steps that keep the robot in the yard."""
     rng = np.random.default_rng([7, seed])
     state = {"until": 15.0, "speed": 0.0, "turn": 0.0}
@@ -195,11 +211,11 @@ def steps(seed: int) -> Callable[[float, Pose2D], Twist2D]:
             state["turn"] = rng.choice((-1.5, -0.8, 0.0, 0.0, 0.8, 1.5))
         speed, turn = state["speed"], state["turn"]
         ahead = math.cos(at.yaw) * at.x + math.sin(at.yaw) * at.y
-        if math.hypot(at.x, at.y) > 7.0 and ahead > 0.0 and speed > 0.0:
+        if max(abs(at.x), abs(at.y)) > reach and ahead > 0.0 and speed > 0.0:
             left = math.cos(at.yaw) * at.y - math.sin(at.yaw) * at.x
             turn = math.copysign(1.2, -left)
             speed = min(speed, 1.2)
-        if math.hypot(at.x, at.y) > 7.0 and ahead < 0.0 and speed < 0.0:
+        if max(abs(at.x), abs(at.y)) > reach and ahead < 0.0 and speed < 0.0:
             speed = 0.6
         return Twist2D(speed, 0.0, turn)
 
@@ -218,6 +234,8 @@ def _record(
         truth, stamp = world.truth, START + world.stamp
         drive.entries += entries_of(seen, stamp)
         drive.poses.append((stamp, truth.pose.x, truth.pose.y, truth.pose.yaw))
+        if number % TICKS_PER_POSE == 0:
+            drive.entries.append(belief(stamp, truth.pose))
         if number % TICKS_PER_COMMAND == 0:
             command = command_at(world.stamp, truth.pose)
             drive.entries.append(command_entry(stamp, command))
@@ -228,6 +246,11 @@ def command_entry(stamp: float, command: Twist2D) -> Entry:
     """A geometry_msgs/TwistStamped."""
     twist = {"linear": {"x": command.linear_x}, "angular": {"z": command.angular_z}}
     return Entry("/cmd_vel", TWIST, stamp, {"twist": twist}, "base_link")
+
+
+def belief(stamp: float, at: Pose2D) -> Entry:
+    """A geometry_msgs/PoseWithCovarianceStamped of a localizer that is right."""
+    return Entry("/amcl_pose", POSE_COVARIANCE, stamp, {"pose": {"pose": pose(at)}}, "map")
 
 
 def entries_of(seen: Observation, arrival: float) -> Entries:
