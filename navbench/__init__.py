@@ -19,13 +19,19 @@ if TYPE_CHECKING:
     from harness.episode.episode import Delivery, RunningDelivery
     from harness.policy.interface import Policy, PolicyObservation
     from harness.recorded.command import Request
+    from harness.recorded.log import LogRequest
     from harness.statistics.interval import Interval
     from harness.study.places import Where
     from harness.study.suite import Portion
     from harness.task.camera_params import CameraParams
     from navbench.api.ablate import ablate, resume_ablation
+<<<<<<< HEAD
     from navbench.api.check import check, resume_check
+=======
+    from navbench.api.cost_log import cost_log
+>>>>>>> robot
     from navbench.api.explain import explain
+    from navbench.api.identify import identify
     from navbench.api.lint import lint
     from navbench.api.listing import listing
     from navbench.api.localize import localize
@@ -49,13 +55,19 @@ _NAMES = {  # by module
     "harness.episode.episode": ("Delivery", "RunningDelivery"),
     "harness.policy.interface": ("Policy", "PolicyObservation"),
     "harness.recorded.command": ("Request",),
+    "harness.recorded.log": ("LogRequest",),
     "harness.statistics.interval": ("Interval",),
     "harness.study.places": ("Where",),
     "harness.study.suite": ("Portion",),
     "harness.task.camera_params": ("CameraParams",),
     "navbench.api.ablate": ("ablate", "resume_ablation"),
+<<<<<<< HEAD
     "navbench.api.check": ("check", "resume_check"),
+=======
+    "navbench.api.cost_log": ("cost_log",),
+>>>>>>> robot
     "navbench.api.explain": ("explain",),
+    "navbench.api.identify": ("identify",),
     "navbench.api.lint": ("lint",),
     "navbench.api.listing": ("listing",),
     "navbench.api.localize": ("localize",),
@@ -79,6 +91,7 @@ __all__ = [
     "Delivery",
     "InputError",
     "Interval",
+    "LogRequest",
     "NavstackError",
     "Policy",
     "PolicyObservation",
@@ -92,7 +105,9 @@ __all__ = [
     "ablate",
     "check",
     "compare",
+    "cost_log",
     "explain",
+    "identify",
     "import_map",
     "lint",
     "listing",

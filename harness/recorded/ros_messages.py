@@ -29,6 +29,8 @@ POSE, POSE_COVARIANCE = (
     "geometry_msgs/msg/PoseStamped",
     "geometry_msgs/msg/PoseWithCovarianceStamped",
 )
+TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+COMMAND_TYPES = (TWIST, TWIST_STAMPED)
 TYPES = frozenset((SCAN, IMU, FIX, ODOMETRY, POSE, POSE_COVARIANCE, *TRANSFORM_TYPES))
 
 

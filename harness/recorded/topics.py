@@ -2,7 +2,16 @@
 
 from collections.abc import Iterable, Mapping
 
-from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TRANSFORM_TYPES
+from harness.recorded.ros_messages import (
+    COMMAND_TYPES,
+    FIX,
+    IMU,
+    ODOMETRY,
+    POSE_COVARIANCE,
+    SCAN,
+    TRANSFORM_TYPES,
+    TWIST,
+)
 from navstack.errors import InputError, UnknownNameError, did_you_mean
 
 # The name that a remapping replaces comes first; then the names that are taken where several topics
@@ -12,7 +21,11 @@ USUAL_NAMES: dict[str, tuple[str, ...]] = {
     ODOMETRY: ("/odom", "/wheel_odom", "/odometry"),
     IMU: ("/imu/data", "/imu", "/imu/data_raw"),
     FIX: ("/fix", "/gps/fix", "/navsat/fix"),
+    TWIST: ("/cmd_vel", "/cmd_vel_smoothed", "/cmd_vel_nav", "/cmd_vel_unstamped"),
+    POSE_COVARIANCE: ("/amcl_pose", "/belief", "/pose"),
 }
+# types that stand for each other
+SAME_USE: dict[str, tuple[str, ...]] = {TWIST: COMMAND_TYPES}
 TF, TF_STATIC = "/tf", "/tf_static"
 
 
@@ -94,15 +107,16 @@ class Topics:
                 choose from.
         """
         usual = USUAL_NAMES[kind]
+        kinds = SAME_USE.get(kind, (kind,))
         if usual[0] in self._chosen:
             name = self._chosen[usual[0]]
-            if self._types[name] != kind:
+            if self._types[name] not in kinds:
                 raise InputError(
                     f"topic {name} is of the type {self._types[name]}, not {kind}; remap another "
                     "one"
                 )
             return name
-        names = sorted(name for name, its in self._types.items() if its == kind)
+        names = sorted(name for name, its in self._types.items() if its in kinds)
         names = [name for name in names if self._counts[name] > 0] or names[:1]
         names = [name for name in names if name != apart_from] or names
         if not names:

@@ -76,7 +76,7 @@ def own_body(nav2: Nav2File, robot: Path, sensors: Path, title: str) -> OwnBody 
     if off < SAME and limits.speed <= FASTER * known["max_speed"]:
         return None
     box = _box(costmap, outline)
-    body = _body(box, limits, known)
+    body = body_of(box, limits, known)
     texts = {"robot": body, "sensors": _carried(load_yaml(sensors), box, nav2)}
     files = {name: _folder() / f"{title}-{name}.yaml" for name in texts}
     for name, content in texts.items():
@@ -137,8 +137,14 @@ def _corners(outline: FloatArray) -> FloatArray:
     return np.round((outline.min(axis=0), outline.max(axis=0)), 6)
 
 
-def _body(box: FloatArray, limits: Limits, known: dict[str, Any]) -> dict[str, Any]:
-    """A robot's parameters, as a file of ``params/robots`` has them."""
+def body_of(box: FloatArray, limits: Limits, known: dict[str, Any]) -> dict[str, Any]:
+    """A robot's parameters, as a file of ``params/robots`` has them.
+
+    Args:
+        box: lower and upper corner (2, 2) of its body in [m], base frame.
+        limits: of its drive.
+        known: another robot, whose frictions and time constant it has.
+    """
     (x_min, y_min), (x_max, y_max) = box.tolist()
     length, width = x_max - x_min, y_max - y_min
     size = math.sqrt(length * width)

@@ -20,7 +20,12 @@ COMMANDS = tomllib.loads(Path(__file__).with_name("commands.toml").read_text(enc
 # former name of a command -> what it is called now, with the options that make it the same
 ALIASES = {"sensitivity": ("price", "--sensitivity")}
 # command -> folder of navbench.cli that it is in, where it is in one
-FOLDERS = {"serve": "ros2", "drive": "ros2"}
+FOLDERS = {
+    "serve": "ros2",
+    "drive": "ros2",
+    "identify": "logs",
+    "cost-log": "logs",
+}
 NO_NAME = (errno.ENAMETOOLONG, errno.ELOOP)
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
 UNWRITABLE = "standard output cannot be written; make room, or send it to another place"

@@ -6,13 +6,14 @@ from pathlib import Path
 import pytest
 
 import navbench
-from navbench.cli.app import COMMANDS
+from navbench.cli.app import COMMANDS, module_of
 
-FOLDER = Path(navbench.__file__).parent / "cli"
+ROOT = Path(navbench.__file__).parents[1]
 NAMES = [name for names in COMMANDS.values() for name in names]
 FUNCTIONS = {  # else called as the command
     "map": ("make_map", "import_map", "measure_map"),
     "list": ("listing",),
+    "cost-log": ("cost_log",),
 }
 # of navbench.api.run: what ``run`` and ``resume`` do, but for what they raise when interrupted
 BELOW = {"run": "drive"}
@@ -39,7 +40,7 @@ def called(file: Path) -> set[tuple[str, str]]:
 
 @pytest.mark.parametrize("command", NAMES)
 def test_a_command_calls_its_function(command: str) -> None:
-    calls = called(FOLDER / f"{command}.py")
+    calls = called(ROOT.joinpath(*module_of(command).split(".")).with_suffix(".py"))
     for name in FUNCTIONS.get(command, (command,)):
         module = getattr(navbench, name).__module__
         assert (module, BELOW.get(name, name)) in calls

@@ -1,0 +1,207 @@
+"""What a recorded drive costs: its events, energy and spilled cargo by the cost model."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from harness.economics.cost_model import running
+from harness.economics.measured import Measured
+from harness.economics.prices import Prices
+from harness.identify.collisions import find_impacts
+from harness.identify.drive_events import DriveEvent, events_of
+from harness.metrics.contacts import PRICED_PROPERTY
+from harness.metrics.delivery_log import JOULES_PER_KWH
+from harness.recorded.log import DriveLog
+from harness.world.cargo.cargo import BucketStep, Cargo
+from harness.world.cargo.loose_cargo import make_cargo
+from harness.world.map.scene import Scene
+from harness.world.physics.drive_kernels import drive_constants, mechanical_power
+from harness.world.physics.robot import RobotParams
+from harness.world.world_params import WorldParams
+from navstack.types import FloatArray
+
+SPOILED = 0.05  # [-] of the pieces from which food is spoiled (published)
+_SMOOTH = 0.25  # [s] over which speed is smoothed for its energy
+
+
+@dataclass(frozen=True, slots=True)
+class DriveCost:
+    """A drive with its events and its dollars."""
+
+    events: tuple[DriveEvent, ...]
+    duration: float  # [s]
+    distance: float  # [m]
+    energy: float  # [kWh] at the wheels
+    spilled: float | None  # [-] share of the cargo; None: no cargo in this world
+    threshold: float  # [N s] of contacts
+    false_alarms: float  # [1/h]
+    source: str  # of contacts: imu or odometry
+    terms: dict[str, float | None]  # [USD] of this drive by the terms of the cost model
+
+    @property
+    def total(self) -> float:
+        """[USD] of the terms that a log tells."""
+        return sum(value for value in self.terms.values() if value is not None)
+
+    def count(self, kind: str) -> int:
+        """How many events of a kind."""
+        return sum(event.kind == kind for event in self.events)
+
+
+def cost_of_drive(
+    log: DriveLog, robot: RobotParams, scene: Scene, world: WorldParams, prices: Prices
+) -> DriveCost:
+    """Find the events of a drive, and price them.
+
+    Args:
+        log: the drive.
+        robot: that drove.
+        scene: where it drove; its map frame is that of the log's poses.
+        world: the cargo and the contacts that count.
+        prices: by which to pay.
+    """
+    impacts = find_impacts(log, robot)
+    events = events_of(log, impacts, robot, scene, world, prices)
+    distance, energy = _driven(log, robot, world.physics.gravity)
+    spilled = _spilled(log, robot, world)
+    least = world.contacts.counted_impulse
+    counted = [each for each in events if each.kind == "contact" and each.size >= least]
+    terms = _terms(counted, log.duration, distance, energy, spilled, events, prices)
+    return DriveCost(
+        events,
+        log.duration,
+        distance,
+        energy,
+        spilled,
+        impacts.threshold,
+        impacts.false_alarms,
+        impacts.source,
+        terms,
+    )
+
+
+def _driven(log: DriveLog, robot: RobotParams, gravity: float) -> tuple[float, float]:
+    """Distance [m], and energy [kWh] that the motors delivered to the wheels."""
+    stamps, x, y = log.odometry[:, :3].T
+    distance = float(np.hypot(np.diff(x), np.diff(y)).sum())
+    period = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
+    if len(stamps) < 10:
+        return distance, 0.0
+    constants = drive_constants(robot, gravity, period)
+    width = max(round(_SMOOTH / period) | 1, 5)
+    speeds, turns = (savgol_filter(log.odometry[:, n], width, 2) for n in (4, 5))
+    along, couple = _forces(robot, speeds, turns, period)
+    energy = 0.0
+    for number, dt in enumerate(np.diff(stamps).tolist()):
+        half = 0.5 * float(along[number])
+        twist = float(couple[number]) / robot.track
+        motion = float(speeds[number]), float(turns[number])
+        power = mechanical_power(half - twist, half + twist, *motion, 2.0 * half, constants)
+        energy += power * min(dt, 10.0 * period)
+    return distance, energy / JOULES_PER_KWH
+
+
+def _forces(
+    robot: RobotParams, speeds: FloatArray, turns: FloatArray, period: float
+) -> tuple[FloatArray, FloatArray]:
+    """Force (n,) [N] and couple (n,) [N m] of both motors, by the motion of the centre of mass.
+
+    It lies behind the axle, which the ground holds sideways: that turns the robot as well.
+    """
+    lever = -robot.center_of_mass_x
+    bends = np.gradient(turns, period)
+    along = robot.mass * (np.gradient(speeds, period) + lever * turns**2)
+    sideways = robot.mass * (speeds * turns - lever * bends)
+    return along, robot.inertia[2] * bends - lever * sideways
+
+
+def _spilled(log: DriveLog, robot: RobotParams, world: WorldParams) -> float | None:
+    """Share of the popcorn that the measured accelerations spill; None: none is carried."""
+    cargo = make_cargo(world.cargo, robot, world.physics)
+    if cargo is None:
+        return None
+    try:
+        _shake(cargo, log, robot, world)
+        return cargo.state.lost_fraction
+    finally:
+        cargo.close()
+
+
+def _shake(cargo: Cargo, log: DriveLog, robot: RobotParams, world: WorldParams) -> None:
+    """Move the cargo as the log says, from the first step on."""
+    dt = 1.0 / world.physics.rate
+    pushes, yaw, rates = _pushes(log, world.cargo.place_on(robot), dt)
+    cargo.reset(np.random.default_rng(0))
+    shaken = np.hypot(pushes[:, 0], pushes[:, 1]) > world.cargo.wake_acceleration
+    velocity = np.cumsum(pushes, axis=0) * dt
+    for number, (ax, ay) in enumerate(pushes.tolist()):
+        if shaken[number] or cargo.is_awake:
+            half = 0.5 * float(yaw[number])
+            turn = (0.0, 0.0, math.sin(half), math.cos(half))
+            moving = (float(velocity[number, 0]), float(velocity[number, 1]), 0.0)
+            spin = (0.0, 0.0, float(rates[number]))
+            cargo.step(BucketStep((ax, ay, 0.0), moving, turn, spin))
+
+
+def _pushes(
+    log: DriveLog, place: tuple[float, float, float], dt: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Accelerations (n, 2) [m/s2] of a place on the robot, its yaw (n,) and yaw rate (n,).
+
+    Every ``dt`` [s], in the frame in which the robot stood at first.
+    """
+    if len(log.imu) > 100:
+        stamps, rates = log.imu[:, 0], log.imu[:, 2]
+        ahead, aside = log.imu[:, 3], log.imu[:, 4]
+    else:
+        stamps, rates = log.odometry[:, 0], log.odometry[:, 5]
+        ahead = np.gradient(log.odometry[:, 4], stamps)
+        aside = log.odometry[:, 4] * rates
+    grid = np.arange(stamps[0], stamps[-1], dt)
+    columns = [np.interp(grid, stamps, each) for each in (ahead, aside, rates)]
+    yaw = np.cumsum(columns[2]) * dt
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    x, y, _ = place
+    alpha, squared = np.gradient(columns[2], dt), columns[2] ** 2
+    ahead, aside = columns[0] - squared * x - alpha * y, columns[1] + alpha * x - squared * y
+    pushes = np.column_stack((cos * ahead - sin * aside, sin * ahead + cos * aside))
+    return pushes, yaw, columns[2]
+
+
+def _terms(
+    counted: list[DriveEvent],
+    duration: float,
+    distance: float,
+    energy: float,
+    spilled: float | None,
+    events: Sequence[DriveEvent],
+    prices: Prices,
+) -> dict[str, float | None]:
+    """Dollars of the drive by the cost model's terms; whether it came in time no log says."""
+    hours = duration / 3600.0
+    people = [event for event in counted if event.what in ("person", "unknown")]
+    paid = {event.what: 0 for event in counted}
+    for event in counted:
+        paid[event.what] += bool(event.cost)
+    measured = Measured(
+        sla=None,
+        spoiled=None if spilled is None else float(spilled > SPOILED),
+        timeout=0.0,
+        physical_assistance=float(sum(event.kind == "intervention" for event in events)),
+        avg_velocity_mps=distance / max(duration, 1e-9),
+        avg_mechanical_power_kw=energy / max(hours, 1e-12),
+        avg_collision_impulse_ns=sum(event.size for event in counted),
+        avg_collision_delta_v_mps=0.0,
+        pedestrian_injury_usd_per_run=sum(event.cost or 0.0 for event in people),
+        avg_runtime_h=hours,
+        avg_distance_km=1e-3 * distance,
+        **{
+            f"{kind}_contacts": float(count)
+            for kind, count in paid.items()
+            if kind in PRICED_PROPERTY
+        },
+    )
+    return dict(running(measured, prices).terms)

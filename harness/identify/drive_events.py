@@ -1,0 +1,217 @@
+"""What happened on a recorded drive: contacts, near misses, hard brakes, interventions."""
+
+import math
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+from scipy.signal import savgol_filter
+
+from harness.economics.contact_costs import injury_costs, property_cost
+from harness.economics.prices import Prices
+from harness.identify.collisions import Impact, Impacts
+from harness.identify.stillness import standing
+from harness.metrics.encounters import (
+    Body,
+    in_base_frame,
+    surface_distances,
+    times_to_collision,
+)
+from harness.recorded.log import DriveLog
+from harness.world.map.scene import Scene
+from harness.world.physics.robot import RobotParams
+from harness.world.world_params import WorldParams
+from navstack.costmap.occupancy_grid import OCCUPIED
+from navstack.geometry import transform_points
+from navstack.params.tracker import TrackerParams
+from navstack.perception.tracker import Tracker
+from navstack.types import FloatArray, Pose2D
+
+HARD_BRAKE = 2.94  # [m/s2] 0.3 g, as fleets count hard brakes
+NEAR_DISTANCE, NEAR_TIME = 0.25, 1.0  # [m] to a person's body, [s] to a collision: a near miss
+_SMOOTH = 0.4  # [s] over which speed is smoothed for braking
+_APART = 3.0  # [s] between two events of one kind
+_BESIDE = 0.35  # [m] between the robot's outline and what it touched on the map
+_JUMP = 1.0  # [m] by which a standing robot's believed place may not change
+
+
+@dataclass(frozen=True, slots=True)
+class DriveEvent:
+    """One event of a drive."""
+
+    kind: str  # contact, near_miss, hard_brake, intervention
+    stamp: float  # [s] since the log's first odometry
+    what: str  # person, a kind of property, unknown; else how it was told
+    size: float  # [N s] of a contact, [m] of a near miss, [m/s2] of a brake, 0
+    x: float | None = None  # [m] map frame
+    y: float | None = None  # [m]
+    cost: float | None = None  # [USD] of a contact
+
+    def as_json(self) -> dict[str, Any]:
+        """As ``navbench cost-log --json`` prints it."""
+        return asdict(self)
+
+
+def pose_at(log: DriveLog, stamp: float) -> Pose2D | None:
+    """The believed pose in the map frame; None: the log has none."""
+    if not len(log.poses):
+        return None
+    stamps, x, y, yaw = log.poses.T
+    yaw = np.unwrap(yaw)
+    return Pose2D(*(float(np.interp(stamp, stamps, each)) for each in (x, y, yaw)))
+
+
+def events_of(
+    log: DriveLog,
+    impacts: Impacts,
+    robot: RobotParams,
+    scene: Scene,
+    world: WorldParams,
+    prices: Prices,
+) -> tuple[DriveEvent, ...]:
+    """All events of a drive, in the order of time."""
+    contacts = [_contact(impact, log, robot, scene, prices) for impact in impacts.found]
+    events = [*contacts, *_near_misses(_people(log, scene), contacts, log, robot, world)]
+    events += [*_hard_brakes(log), *_interventions(log)]
+    return tuple(sorted(events, key=lambda event: event.stamp))
+
+
+def _contact(
+    impact: Impact, log: DriveLog, robot: RobotParams, scene: Scene, prices: Prices
+) -> DriveEvent:
+    """A contact with what it was with: what stands on the map where it was, else a person."""
+    at = pose_at(log, impact.stamp)
+    if at is None:
+        what, cost = "unknown", float(injury_costs(impact.impulse, prices))
+        return DriveEvent("contact", impact.stamp, what, impact.impulse, cost=cost)
+    what = _touched(at, robot, scene)
+    cost = float(injury_costs(impact.impulse, prices))
+    if what != "person":
+        cost = property_cost(what, impact.impulse, prices)
+    return DriveEvent("contact", impact.stamp, what, impact.impulse, at.x, at.y, cost)
+
+
+def _touched(at: Pose2D, robot: RobotParams, scene: Scene) -> str:
+    """The kind of what stands beside the robot on the map; ``person``: nothing does."""
+    outline = _outline(robot)
+    points = transform_points(at, outline)
+    grid = scene.geometry
+    cells = ((points - (grid.origin.x, grid.origin.y)) / grid.resolution).astype(int)
+    reach = math.ceil(_BESIDE / grid.resolution)
+    low, high = cells.min(axis=0) - reach, cells.max(axis=0) + reach + 1
+    low, high = np.maximum(low, 0), np.minimum(high, (grid.width, grid.height))
+    part = grid.data[low[1] : high[1], low[0] : high[0]] >= OCCUPIED
+    if not part.size or not part.any():
+        return "person"
+    distances = distance_transform_edt(~part) * grid.resolution
+    inside = (cells - low).clip(0, np.array(part.shape[::-1]) - 1)
+    if float(distances[inside[:, 1], inside[:, 0]].min()) > _BESIDE:
+        return "person"
+    nearest, kind = 2.0 * _BESIDE, "unknown"
+    for obstacle in scene.obstacles:
+        gaps = np.hypot(*(obstacle.polygon[:, None] - points[None]).transpose(2, 0, 1))
+        if float(gaps.min()) < nearest:
+            nearest, kind = float(gaps.min()), obstacle.kind
+    return kind
+
+
+def _outline(robot: RobotParams) -> FloatArray:
+    """Points (n, 2) [m] along the body's sides, base frame."""
+    corners = np.vstack((robot.polygon, robot.polygon[:1]))
+    shares = np.linspace(0.0, 1.0, 12, endpoint=False)[:, None]
+    sides = [a + shares * (b - a) for a, b in zip(corners[:-1], corners[1:], strict=True)]
+    return np.vstack(sides)
+
+
+People = list[tuple[float, Pose2D, FloatArray]]  # [s], pose, (n, 5) track, x, y, vx, vy
+
+
+def _people(log: DriveLog, scene: Scene) -> People:
+    """Who was seen beside the map's own, scan by scan."""
+    if not log.scans or not len(log.poses):
+        return []
+    tracker = Tracker(TrackerParams(), scene.mapped_geometry)
+    seen: People = []
+    stamps, x, y, yaw = log.odometry[:, :4].T
+    yaw = np.unwrap(yaw)
+    for scan in log.scans:
+        if not log.poses[0, 0] <= scan.stamp <= log.poses[-1, 0]:
+            continue
+        at = pose_at(log, scan.stamp)
+        assert at is not None
+        in_odom = Pose2D(*(float(np.interp(scan.stamp, stamps, each)) for each in (x, y, yaw)))
+        tracker.observe(scan, at, in_odom)
+        rows = [(each.id, each.x, each.y, each.vx, each.vy) for each in tracker.tracks(scan.stamp)]
+        seen.append((scan.stamp, at, np.array(rows).reshape(-1, 5)))
+    return seen
+
+
+def _near_misses(
+    people: People,
+    contacts: list[DriveEvent],
+    log: DriveLog,
+    robot: RobotParams,
+    world: WorldParams,
+) -> list[DriveEvent]:
+    """Moments at which somebody was too near or on a collision course, without a contact."""
+    body = Body(robot.center, robot.half_size, world.people.radius)
+    found: list[DriveEvent] = []
+    last: dict[int, float] = {}
+    for stamp, at, rows in people:
+        if not len(rows):
+            continue
+        speed = float(np.interp(stamp, log.odometry[:, 0], log.odometry[:, 4]))
+        turn = float(np.interp(stamp, log.odometry[:, 0], log.odometry[:, 5]))
+        own = np.tile((0.0, at.x, at.y, at.yaw, speed, 0.0, turn), (len(rows), 1))
+        seen = in_base_frame(own, rows[:, 1:])
+        distances, times = surface_distances(seen, body), times_to_collision(own[:, 4:], seen, body)
+        moves = abs(speed) > 0.05
+        for row, distance, time in zip(rows, distances.tolist(), times.tolist(), strict=True):
+            number = int(row[0])
+            is_near = moves and (distance < NEAR_DISTANCE or time < NEAR_TIME)
+            if not is_near or stamp - last.get(number, -math.inf) < _APART:
+                continue
+            last[number] = stamp
+            if all(abs(stamp - contact.stamp) > _APART for contact in contacts):
+                place = float(row[1]), float(row[2])
+                found.append(DriveEvent("near_miss", stamp, "person", distance, *place))
+    return found
+
+
+def _hard_brakes(log: DriveLog) -> list[DriveEvent]:
+    """Where the speed fell by more than :data:`HARD_BRAKE`."""
+    stamps, speeds = log.odometry[:, 0], np.abs(log.odometry[:, 4])
+    if len(stamps) < 10:
+        return []
+    period = float(np.median(np.diff(stamps)))
+    width = max(round(_SMOOTH / period) | 1, 5)
+    if width > len(stamps):
+        return []
+    slopes = savgol_filter(speeds, width, 2, deriv=1, delta=period)
+    found: list[DriveEvent] = []
+    for at in np.flatnonzero(slopes < -HARD_BRAKE):
+        stamp = float(stamps[at])
+        if not found or stamp - found[-1].stamp > _APART:
+            found.append(DriveEvent("hard_brake", stamp, "odometry", -float(slopes[at])))
+        elif -slopes[at] > found[-1].size:
+            found[-1] = replace(found[-1], size=-float(slopes[at]))
+    return found
+
+
+def _interventions(log: DriveLog) -> list[DriveEvent]:
+    """Takeovers by buttons and switches; without such topics standing robots that are carried."""
+    if len(log.takeovers):
+        return [DriveEvent("intervention", float(stamp), "switch", 0.0) for stamp in log.takeovers]
+    places = log.poses if len(log.poses) else log.fixes
+    if len(places) < 2:
+        return []
+    still = standing(log)
+    found = []
+    jumps = np.hypot(np.diff(places[:, 1]), np.diff(places[:, 2]))
+    for at in np.flatnonzero(jumps > _JUMP):
+        stamp = float(places[at, 0])
+        row = min(int(np.searchsorted(log.odometry[:, 0], stamp)), len(still) - 1)
+        if still[row] and (not found or stamp - found[-1].stamp > _APART):
+            found.append(DriveEvent("intervention", stamp, "jump", float(jumps[at])))
+    return found

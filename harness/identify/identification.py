@@ -1,0 +1,180 @@
+"""All of a robot that its log tells: each value with its interval, and how well it predicts."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from harness.identify.drive_model import DriveFit, fit_drive
+from harness.identify.estimate import Estimate, combined, unknown, widened
+from harness.identify.prediction import (
+    PredictionError,
+    Predictor,
+    default_drive,
+    predict_commands,
+    predict_fixes,
+)
+from harness.identify.stillness import delays, imu_noise, imu_walk, lidar_noise, white_noise
+from harness.identify.travel import fit_fixes, fit_scans, path_of
+from harness.identify.turning import fit_turning
+from harness.recorded.log import DriveLog
+from harness.recorded.ros_messages import FIX, IMU, ODOMETRY
+from harness.world.physics.robot import RobotParams
+from navstack.types import FloatArray
+
+STEPS = "record /cmd_vel, and drive in steps of the command: straight on, and turns on the spot"
+_NOISE = 0.02  # [m/sqrt(m)] of the wheels where it is not known
+UPDATE_DISTANCE, UPDATE_ANGLE = 0.25, 0.2  # [m], [rad] defaults of AMCL's update_min_d, _a
+
+
+@dataclass(frozen=True, slots=True)
+class Identified:
+    """What was found in a log."""
+
+    estimates: dict[str, Estimate]  # by key, in the order of pages
+    predictions: tuple[PredictionError, ...]
+    predicts: str  # what was predicted
+
+    def value(self, key: str) -> float | None:
+        """A value; None: not identifiable."""
+        return self.estimates[key].value
+
+
+def identify(log: DriveLog, default: RobotParams) -> Identified:
+    """Identify everything that a log tells.
+
+    Args:
+        log: the drive.
+        default: the robot that predictions are compared with.
+    """
+    linear, angular = _drive(log)
+    found = [*_drive_estimates(linear, angular)]
+    turning = fit_turning(log)
+    path = path_of(log, turning)
+    by_scans = fit_scans(log, path)
+    noise = next((each for each in by_scans.estimates if each.key == "odometry_linear_noise"), None)
+    by_fixes = fit_fixes(log, path, (noise and noise.value) or _NOISE)
+    found.append(combined((by_scans.scale, by_fixes.scale)))
+    found += [*turning.estimates[:1], *by_scans.estimates[:1], *turning.estimates[1:4]]
+    found += _twist_noise(log, linear, angular)
+    found += [*imu_noise(log), imu_walk(log), turning.estimates[4]]
+    found += [*by_fixes.estimates, *lidar_noise(log), *by_scans.estimates[1:]]
+    found += [*_latencies(log), *delays(log)]
+    predictions, predicts = _predictions(log, default)
+    return Identified({each.key: each for each in found}, tuple(predictions), predicts)
+
+
+def _drive(log: DriveLog) -> tuple[DriveFit | None, DriveFit | None]:
+    odometry, commands = log.odometry, log.commands
+    return (
+        fit_drive("linear", "mps2", odometry[:, (0, 4)], commands[:, (0, 1)], False),
+        fit_drive("angular", "radps2", odometry[:, (0, 5)], commands[:, (0, 2)], True),
+    )
+
+
+def _drive_estimates(linear: DriveFit | None, angular: DriveFit | None) -> list[Estimate]:
+    """Dead time and lag of both axes as one, and the limits."""
+    found: dict[str, Estimate] = {}
+    for prefix, unit, fit in (("linear", "mps2", linear), ("angular", "radps2", angular)):
+        names = ["dead_time_s", "lag_s", f"max_acceleration_{unit}", "command_gain"]
+        if prefix == "linear":
+            names.insert(3, f"max_deceleration_{unit}")
+        for name in names:
+            key = f"{prefix}_{name}"
+            found[key] = unknown(key, STEPS)
+        if fit is not None:
+            found |= {each.key: each for each in fit.estimates}
+    both = []
+    for name in ("dead_time_s", "lag_s"):
+        pair = (found[f"linear_{name}"], found[f"angular_{name}"])
+        both.append(replace(widened(combined(pair), pair), key=name))
+    return [*both, *found.values()]
+
+
+def _twist_noise(
+    log: DriveLog, linear: DriveFit | None, angular: DriveFit | None
+) -> list[Estimate]:
+    """White noise of the reported speed and yaw rate, less what the commands explain."""
+    stamps = log.odometry[:, 0]
+    period = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
+    found = []
+    for key, column, command, fit in (
+        ("odometry_velocity_std_mps", 4, 1, linear),
+        ("odometry_yaw_rate_std_radps", 5, 2, angular),
+    ):
+        values = log.odometry[:, column]
+        if fit is not None:
+            values = values - fit.speeds_at(stamps, log.commands[:, (0, command)])
+        found.append(white_noise(key, values, period, "second differences of the twist"))
+    return found
+
+
+def _latencies(log: DriveLog) -> list[Estimate]:
+    """[s] from stamps to arrivals of odometry, inertial unit and fixes."""
+    found = []
+    for kind, key in (
+        (ODOMETRY, "odometry_latency_s"),
+        (IMU, "imu_latency_s"),
+        (FIX, "gps_latency_s"),
+    ):
+        late = log.delays.get(kind, np.empty(0))
+        if len(late) < 2:
+            found.append(unknown(key, "record the topic as well"))
+            continue
+        low, value, high = np.percentile(late, (2.5, 50.0, 97.5)).tolist()
+        how = "arrivals less stamps"
+        found.append(Estimate(key, value, low, high, log.duration, how))
+    return found
+
+
+def first_part(log: DriveLog, end: float) -> DriveLog:
+    """The log before a time [s]."""
+
+    def before(rows: FloatArray) -> FloatArray:
+        return rows[rows[:, 0] < end]
+
+    return replace(
+        log,
+        commands=before(log.commands),
+        odometry=before(log.odometry),
+        imu=before(log.imu),
+        fixes=before(log.fixes),
+        scans=[],
+    )
+
+
+def _predictions(log: DriveLog, default: RobotParams) -> tuple[list[PredictionError], str]:
+    """Errors on the second half of the log, by what was found in the first."""
+    middle = 0.5 * log.duration
+    half = first_part(log, middle)
+    if len(half.odometry) < 100:
+        return [], "the log is too short for predictions"
+    linear, angular = _drive(half)
+    if linear is not None and angular is not None:
+        errors = predict_commands(log, Predictor(linear, angular), default_drive(default), middle)
+        return errors, "odometry from commands"
+    turning = fit_turning(half)
+    scale = fit_fixes(half, path_of(half, turning), _NOISE).scale.value or 1.0
+    errors = predict_fixes(log, path_of(log, turning), scale, middle)
+    return errors, "fixes from odometry and gyro, for there are no commands"
+
+
+def amcl_alphas(found: Identified) -> dict[str, float] | None:
+    """AMCL's alpha1 to alpha4 that spread as the odometry does; None: its noise is not known.
+
+    AMCL's deviations grow with the motion of an update (Thrun, Burgard & Fox 2005, table 5.6), the
+    odometry's with its root: both agree for an update at the least distance and angle. The scales'
+    errors count in full.
+    """
+    keys = ("odometry_yaw_noise_per_turn", "odometry_yaw_noise_per_distance")
+    turn, drift = (found.value(key) for key in keys)
+    along = found.value("odometry_linear_noise")
+    if turn is None or drift is None or along is None:
+        return None
+    of_turn = (found.value("odometry_angular_scale") or 1.0) - 1.0
+    of_way = (found.value("odometry_linear_scale") or 1.0) - 1.0
+    return {
+        "alpha1": turn**2 / UPDATE_ANGLE + of_turn**2,
+        "alpha2": drift**2 / UPDATE_DISTANCE,
+        "alpha3": along**2 / UPDATE_DISTANCE + of_way**2,
+        "alpha4": 0.0,
+    }

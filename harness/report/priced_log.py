@@ -1,0 +1,69 @@
+"""What a recorded drive cost, as blocks."""
+
+from harness.economics.cost_terms import COST_TERMS
+from harness.identify.drive_cost import DriveCost
+from harness.identify.drive_events import DriveEvent
+from harness.recorded.log import DriveLog
+from harness.report.blocks import Block, Table, Text
+from harness.report.numbers import number_text
+
+_TITLES = {
+    "contact": "contacts",
+    "near_miss": "near misses",
+    "hard_brake": "hard brakes",
+    "intervention": "interventions",
+}
+_MOST_EVENTS = 6
+
+
+def priced_log_blocks(log: DriveLog, cost: DriveCost, prices: str, is_full: bool) -> list[Block]:
+    """The screen of ``navbench cost-log``.
+
+    Args:
+        log: the drive.
+        cost: its events and dollars.
+        prices: their name.
+        is_full: whether to list every event.
+    """
+    kilometres = max(1e-3 * cost.distance, 1e-9)
+    first = (
+        f"{log.files}: {cost.distance:.0f} m in {cost.duration:.0f} s cost "
+        f"{cost.total:.4g} USD ({prices}), {cost.total / kilometres:.4g} USD per km"
+    )
+    rows = [
+        (title, str(cost.count(kind)), number_text(cost.count(kind) / kilometres, 2))
+        for kind, title in _TITLES.items()
+    ]
+    rows.append(("energy at the wheels [Wh]", number_text(1e3 * cost.energy, 2), ""))
+    spilled = number_text(cost.spilled, 2)
+    rows.append(("cargo spilled [share]", spilled, ""))
+    rows += [
+        (f"{COST_TERMS[key].title} [USD]", number_text(value, 4), "")
+        for key, value in cost.terms.items()
+    ]
+    blocks: list[Block] = [Text(first, "whole"), Table("", ("", "drive", "per km"), rows)]
+    shown = cost.events
+    if not is_full:
+        dearest = sorted(cost.events, key=lambda event: -(event.cost or 0.0))
+        shown = tuple(sorted(dearest[:_MOST_EVENTS], key=lambda event: event.stamp))
+    blocks += [Text(_line(event), "whole") for event in shown]
+    if len(shown) < len(cost.events):
+        blocks.append(Text(f"{len(cost.events) - len(shown)} more events with --full", "whole"))
+    blocks.append(Text(_threshold(cost), "whole"))
+    return blocks
+
+
+def _line(event: DriveEvent) -> str:
+    units = {"contact": "N s", "near_miss": "m", "hard_brake": "m/s2", "intervention": ""}
+    size = f"{event.size:.3g} {units[event.kind]}".strip()
+    paid = ""
+    if event.cost:
+        paid = f", {event.cost:.4g} USD"
+    return f"{event.stamp:8.1f} s  {event.kind}: {event.what}, {size}{paid}"
+
+
+def _threshold(cost: DriveCost) -> str:
+    return (
+        f"contacts by the {cost.source} from {cost.threshold:.3g} N s; noise alone raises "
+        f"{cost.false_alarms:.1g} an hour at most"
+    )

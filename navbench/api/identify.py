@@ -1,0 +1,70 @@
+"""A robot file and a sensors file from a recorded drive."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from harness.identify.identification import Identified, amcl_alphas
+from harness.identify.identification import identify as identify_log
+from harness.identify.robot_file import DEFAULT_ROBOT, Written, write_files
+from harness.identify.urdf import read_urdf
+from harness.recorded.log import DriveLog, LogRequest, read_log
+from harness.storage.files import require_writable
+from harness.storage.shipped import shipped
+from harness.world.physics.robot import RobotParams
+from navbench.api.progress import say
+from navstack.params.strict import load_dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifiedRobot:
+    """What a log tells of its robot, and the files that were made of it."""
+
+    found: Identified
+    log: DriveLog
+    written: Written
+
+    def as_json(self) -> dict[str, Any]:
+        """As ``navbench identify --json`` prints it."""
+        found, written = self.found, self.written
+        return {
+            "schema": 1,
+            "bag": self.log.files,
+            "duration_s": self.log.duration,
+            "topics": dict(self.log.topics),
+            "values": {key: each.as_json() for key, each in found.estimates.items()},
+            "predictions": [each.as_json() for each in found.predictions],
+            "predicted": found.predicts,
+            "amcl": amcl_alphas(found),
+            "robot": str(written.robot),
+            "sensors": str(written.sensors),
+            "notes": list(written.notes),
+        }
+
+
+def identify(
+    request: LogRequest, out: Path, *, urdf: Path | None = None, nav2: Path | None = None
+) -> IdentifiedRobot:
+    """Identify a robot from a recorded drive.
+
+    Args:
+        request: bags, remappings and frames.
+        out: robot file to write; the sensors file ``<name>_sensors.yaml`` goes beside it.
+        urdf: the robot's description; None: not known.
+        nav2: its Nav2 parameter file; None: not known.
+
+    Returns:
+        Each value with its interval, or why it cannot be identified.
+
+    Raises:
+        InputError: something given cannot be used.
+    """
+    require_writable("robot file", out, (".yaml", ".yml"))
+    body = None
+    if urdf is not None:
+        body = read_urdf(urdf)
+        request = replace(request, static_tf=(*body.frames, *request.static_tf))
+    log = read_log(request, lambda text: say(f"warning: {text}"))
+    default = load_dataclass(RobotParams, shipped("params") / "robots" / f"{DEFAULT_ROBOT}.yaml")
+    found = identify_log(log, default)
+    return IdentifiedRobot(found, log, write_files(out, found, log, body, nav2))

@@ -1,0 +1,75 @@
+"""The command ``navbench cost-log``."""
+
+from pathlib import Path
+
+import click
+
+from harness.storage.shipped import DEFAULT_WORLD
+from navbench.cli.logs.bag_options import bag_options
+from navbench.cli.options import FULL, JSON, PRICES, completed
+from navbench.cli.streams import print_json
+
+
+@click.command("cost-log")
+@bag_options
+@click.option(
+    "--robot",
+    required=True,
+    shell_complete=completed("robots"),
+    help="That drove: a file of navbench identify, or a name of params/robots.",
+)
+@click.option(
+    "--map",
+    "map_name",
+    required=True,
+    shell_complete=completed("maps"),
+    help="A built-in map or a map_server YAML file, in the frame of the log's poses.",
+)
+@click.option(
+    "--world",
+    default=DEFAULT_WORLD,
+    show_default=True,
+    shell_complete=completed("worlds"),
+    help="Cargo, and contacts that count: a name of params/worlds or a YAML file.",
+)
+@PRICES
+@FULL
+@JSON
+def cost_log(
+    bags: tuple[Path, ...],
+    static_tf: tuple[str, ...],
+    remap: tuple[str, ...],
+    base_frame: str | None,
+    robot: str,
+    map_name: str,
+    world: str,
+    prices: str,
+    is_full: bool,
+    as_json: bool,
+) -> None:
+    """Say what happened on a recorded drive, and what it cost.
+
+    Contacts are changes of velocity that the drive cannot have made; near misses come from the
+    scans and the map, where the log has the localizer's poses (/amcl_pose). Whether the delivery
+    came in time no log says. docs/your_robot.md describes it.
+
+    \b
+    Examples:
+      navbench cost-log drive.mcap --robot my_robot.yaml --map my_map.yaml
+      navbench cost-log drive.mcap --robot my_robot.yaml --map my_map.yaml --prices today_us
+      navbench cost-log rosbag2_drive --robot jackal --map office.yaml --json
+
+    Exit status: 0 done; 1 bad input.
+    """
+    from harness.recorded.log import LogRequest
+    from harness.report.priced_log import priced_log_blocks
+    from harness.report.tables import print_blocks, report_console
+    from navbench.api.cost_log import cost_log
+
+    request = LogRequest(bags, static_tf, remap, base_frame)
+    found = cost_log(request, robot, map_name, prices=prices, world=world)
+    if as_json:
+        print_json(found.as_json())
+        return
+    blocks = priced_log_blocks(found.log, found.cost, prices, is_full)
+    print_blocks(blocks, report_console())

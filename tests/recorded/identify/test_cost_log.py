@@ -1,0 +1,128 @@
+"""What happened on a drive is found in its log alone."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from harness.economics.contact_costs import injury_costs
+from harness.economics.prices import load_prices
+from harness.identify.collisions import find_impacts
+from harness.metrics.delivery_log import JOULES_PER_KWH
+from harness.recorded.log import DriveLog, LogRequest, read_log
+from navbench.cli.app import main
+from navstack.costmap.occupancy_grid import OCCUPIED
+from navstack.params.strict import dump_dataclass
+
+from ..writing import Entry
+from . import drives
+
+DRIVES = ((3, 60.0), (5, 58.0))  # seed, [s]
+TOGETHER = 0.5  # [s] between a contact and what was found of it
+
+
+@pytest.fixture(scope="module", params=DRIVES, ids=str)
+def drive(request: pytest.FixtureRequest) -> drives.Recorded:
+    seed, duration = request.param
+    return drives.record(seed, duration, people=14)
+
+
+@pytest.fixture
+def bag(drive: drives.Recorded, tmp_path: Path) -> Path:
+    return drives.write_mcap(tmp_path / "drive.mcap", drive.entries)
+
+
+@pytest.fixture
+def log(bag: Path) -> DriveLog:
+    return read_log(LogRequest((bag,)), lambda _: None)
+
+
+@pytest.fixture
+def map_file(tmp_path: Path) -> Path:
+    grid = drives.yard().geometry
+    picture = np.where(grid.data >= OCCUPIED, 0, 254).astype(np.uint8)[::-1]
+    Image.fromarray(picture).save(tmp_path / "yard.png")
+    path = tmp_path / "yard.yaml"
+    origin = f"[{grid.origin.x}, {grid.origin.y}, 0.0]"
+    path.write_text(
+        f"image: yard.png\nresolution: {grid.resolution}\norigin: {origin}\n"
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    return path
+
+
+def test_contacts_are_found_with_their_impulse(drive: drives.Recorded, log: DriveLog) -> None:
+    found = find_impacts(log, drive.robot).found
+    hard = [contact for contact in drive.contacts if contact.impulse >= 50.0]
+    assert hard
+    for contact in hard:
+        near = [each for each in found if abs(each.stamp - contact.stamp) < TOGETHER]
+        assert len(near) == 1
+        assert near[0].impulse == pytest.approx(contact.impulse, rel=0.25)
+
+
+def test_nothing_else_is_taken_for_a_contact(drive: drives.Recorded, log: DriveLog) -> None:
+    for each in find_impacts(log, drive.robot).found:
+        gaps = [abs(each.stamp - contact.stamp) for contact in drive.contacts]
+        assert min(gaps) < TOGETHER
+
+
+def test_without_inertial_unit_hard_contacts_are_left(
+    drive: drives.Recorded, log: DriveLog
+) -> None:
+    without = dataclasses.replace(log, imu=log.imu[:0])
+    impacts = find_impacts(without, drive.robot)
+    assert impacts.source == "odometry"
+    stamps = [each.stamp for each in impacts.found]
+    for contact in drive.contacts:
+        if contact.impulse >= 50.0:
+            assert min(abs(stamp - contact.stamp) for stamp in stamps) < TOGETHER
+
+
+def test_the_command_prices_the_drive(
+    drive: drives.Recorded,
+    bag: Path,
+    map_file: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    robot = tmp_path / "robot.yaml"
+    robot.write_text(dump_dataclass(drive.robot))
+    words = ["cost-log", str(bag), "--robot", str(robot), "--map", str(map_file), "--json"]
+    with pytest.raises(SystemExit) as leaving:
+        main(words)
+    assert leaving.value.code == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["energy_kwh"] == pytest.approx(drive.energy / JOULES_PER_KWH, rel=0.1)
+    paid = document["costs_usd"]["pedestrian_safety"]
+    surely, perhaps = (
+        [contact.impulse for contact in drive.contacts if contact.impulse >= least]
+        for least in (65.0, 35.0)  # contacts count from 50 N s, which a log tells within 30 %
+    )
+    prices = load_prices()
+    assert paid >= 0.75 * float(injury_costs(surely, prices).sum()) > 0.0
+    assert paid <= 1.25 * float(injury_costs(perhaps, prices).sum())
+    kinds = [event["what"] for event in document["events"] if event["kind"] == "contact"]
+    assert set(kinds) == {"person"}
+    assert document["per_km"]["contact"] > 0.0
+
+
+def test_a_takeover_is_an_intervention(
+    drive: drives.Recorded, tmp_path: Path, map_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stamps = (drives.START + 10.0, drives.START + 10.1, drives.START + 20.0)
+    pressed = [
+        Entry("/joy", "sensor_msgs/msg/Joy", stamp, {"axes": [0.0, 0.9], "buttons": [0]})
+        for stamp in stamps
+    ]
+    entries = sorted((*drive.entries, *pressed), key=lambda entry: entry.arrival or entry.stamp)
+    bag = drives.write_mcap(tmp_path / "joy.mcap", entries)
+    words = ["cost-log", str(bag), "--robot", "segway_e1", "--map", str(map_file), "--json"]
+    with pytest.raises(SystemExit):
+        main(words)
+    document = json.loads(capsys.readouterr().out)
+    assert document["counts"]["intervention"] == 2
+    assert document["costs_usd"]["repair"] > 0.0
