@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from harness.study.suite import Portion
     from harness.task.camera_params import CameraParams
     from navbench.api.ablate import ablate, resume_ablation
+    from navbench.api.day import day
     from navbench.api.explain import explain
     from navbench.api.lint import lint
     from navbench.api.listing import listing
@@ -53,6 +54,7 @@ _NAMES = {  # by module
     "harness.study.suite": ("Portion",),
     "harness.task.camera_params": ("CameraParams",),
     "navbench.api.ablate": ("ablate", "resume_ablation"),
+    "navbench.api.day": ("day",),
     "navbench.api.explain": ("explain",),
     "navbench.api.lint": ("lint",),
     "navbench.api.listing": ("listing",),
@@ -89,6 +91,7 @@ __all__ = [
     "Where",
     "ablate",
     "compare",
+    "day",
     "explain",
     "import_map",
     "lint",

@@ -19,6 +19,7 @@ from navstack.errors import NavstackError, NavstackWarning
 COMMANDS = tomllib.loads(Path(__file__).with_name("commands.toml").read_text(encoding="utf-8"))
 # former name of a command -> what it is called now, with the options that make it the same
 ALIASES = {"sensitivity": ("price", "--sensitivity")}
+MODULES = {"day": "street.day"}  # of commands in packages of their own
 NO_NAME = (errno.ENAMETOOLONG, errno.ELOOP)
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
 UNWRITABLE = "standard output cannot be written; make room, or send it to another place"
@@ -32,8 +33,9 @@ class Commands(click.Group):
         """A command; None: there is none of this name."""
         if cmd_name not in self.commands:
             return None
+        module = MODULES.get(cmd_name, cmd_name)
         command: click.Command = getattr(
-            importlib.import_module(f"navbench.cli.{cmd_name}"), cmd_name
+            importlib.import_module(f"navbench.cli.{module}"), cmd_name
         )
         return command
 
