@@ -25,11 +25,9 @@ if TYPE_CHECKING:
     from harness.study.suite import Portion
     from harness.task.camera_params import CameraParams
     from navbench.api.ablate import ablate, resume_ablation
-<<<<<<< HEAD
     from navbench.api.check import check, resume_check
-=======
     from navbench.api.cost_log import cost_log
->>>>>>> robot
+    from navbench.api.day import day
     from navbench.api.explain import explain
     from navbench.api.identify import identify
     from navbench.api.lint import lint
@@ -40,6 +38,7 @@ if TYPE_CHECKING:
     from navbench.api.paper import paper
     from navbench.api.plan import plan
     from navbench.api.report import replay, report
+    from navbench.api.ros2 import drive_robot, serve
     from navbench.api.run import make_world, resume, run
     from navbench.api.runs import Run, load
     from navbench.api.scenario import scenario
@@ -61,11 +60,9 @@ _NAMES = {  # by module
     "harness.study.suite": ("Portion",),
     "harness.task.camera_params": ("CameraParams",),
     "navbench.api.ablate": ("ablate", "resume_ablation"),
-<<<<<<< HEAD
     "navbench.api.check": ("check", "resume_check"),
-=======
     "navbench.api.cost_log": ("cost_log",),
->>>>>>> robot
+    "navbench.api.day": ("day",),
     "navbench.api.explain": ("explain",),
     "navbench.api.identify": ("identify",),
     "navbench.api.lint": ("lint",),
@@ -76,6 +73,7 @@ _NAMES = {  # by module
     "navbench.api.paper": ("paper",),
     "navbench.api.plan": ("plan",),
     "navbench.api.report": ("replay", "report"),
+    "navbench.api.ros2": ("drive_robot", "serve"),
     "navbench.api.run": ("make_world", "resume", "run"),
     "navbench.api.runs": ("Run", "load"),
     "navbench.api.scenario": ("scenario",),
@@ -106,6 +104,8 @@ __all__ = [
     "check",
     "compare",
     "cost_log",
+    "day",
+    "drive_robot",
     "explain",
     "identify",
     "import_map",
@@ -130,6 +130,7 @@ __all__ = [
     "run",
     "scenario",
     "sensitivity",
+    "serve",
     "suite",
     "tune",
     "verify",

@@ -13,9 +13,9 @@ import sys
 from pathlib import Path
 
 from harness.analysis.rare import difference_with_unseen, reach_of
+from harness.economics.rates import event_rates
 from harness.economics.unseen import margin_admitting_unseen
 from harness.economics.valuation import OUTCOMES, margins, missions
-from harness.metrics.contact_rate import contacts_per_1000_km
 from harness.report.markdown import table, wrapped
 from harness.report.numbers import interval_text, number_text
 from harness.report.published import PublishedMethod, load_published
@@ -81,12 +81,13 @@ def share(run: StoredRun, outcome: str) -> str:
 def study_row(run: StoredRun) -> list[str]:
     """What a stack did, as README has it."""
     rows = run.stacks[0].rows
+    rate = event_rates(rows, run.prices())["contacts_per_1000_km"]
     margin = margin_admitting_unseen(margins_of(run), reach_of(run), missions(rows), run.seed)
     return [
         f"`{run.stacks[0].name}`",
         interval_text(margin),
         share(run, "sla"),
-        interval_text(contacts_per_1000_km(rows), 0),
+        interval_text(rate, 0),
     ]
 
 

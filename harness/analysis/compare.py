@@ -17,6 +17,7 @@ from harness.audit.auditor import Audit
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.cost_model import running
 from harness.economics.cost_terms import DOLLARS, MARGIN
+from harness.economics.rates import event_rates
 from harness.economics.valuation import (
     CENT,
     MISSION,
@@ -58,6 +59,11 @@ class Side:
     def label(self) -> str:
         """How it is called in a report."""
         return f"{self.run.folder.name}:{self.stack.name}"
+
+    @property
+    def rates(self) -> dict[str, Interval]:
+        """Events per distance and time, over all of its finished deliveries."""
+        return event_rates(self.stack.rows, self.run.prices())
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,6 +199,7 @@ def _of_a_dollar(first: Side, second: Side, margin: PairedDifference) -> OfADoll
 def comparison_document(comparison: Comparison) -> Row:
     """The JSON document of ``navbench compare``."""
     first, second = comparison.first, comparison.second
+    others = second.rates
     return {
         "schema": 1,
         "a": {
@@ -216,6 +223,10 @@ def comparison_document(comparison: Comparison) -> Row:
                 "b": entry.second,
             }
             for key, entry in comparison.differences.items()
+        },
+        "rates": {
+            key: {"a": own.as_json(), "b": others[key].as_json()}
+            for key, own in first.rates.items()
         },
         "of_a_dollar": None if comparison.dollar is None else dataclasses.asdict(comparison.dollar),
         "margin_with_unseen": interval_json(comparison.unseen),

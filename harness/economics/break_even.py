@@ -26,6 +26,21 @@ def break_even_runs(capex_usd: float, contribution_margin: float | None) -> floa
     return capex_usd / contribution_margin
 
 
+def break_even_robots_per_operator(earned: float, shift_usd: float) -> float | None:
+    """Robots that one operator must serve so that they pay the shift.
+
+    Args:
+        earned: by a robot in a shift, before the operator is paid [USD].
+        shift_usd: what an operator costs for a shift [USD].
+
+    Returns:
+        A real number; None where a robot earns nothing: then no number of them pays.
+    """
+    if earned <= 0.0:
+        return None
+    return shift_usd / earned
+
+
 def break_even_days(runs: float | None, prices: Prices) -> float | None:
     """Days of one robot's work that ``runs`` deliveries take."""
     if runs is None:

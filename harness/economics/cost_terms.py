@@ -108,6 +108,14 @@ def _operator(given: CostInputs) -> Quantity:
     return wage * given.measured.avg_runtime_h
 
 
+def _operator_shift(given: CostInputs) -> Quantity:
+    """Share of an operator's whole shift, driving or not: the fewer deliveries, the dearer each."""
+    optional = given.optional
+    shift = optional.operator_wage.value * optional.operator_shift.value  # [USD/day]
+    deliveries = optional.robots_per_operator.value * given.prices.deliveries_per_day.value
+    return shift / deliveries
+
+
 def _remote_assistance(given: CostInputs) -> Quantity:
     """Wage of a teleoperator per intervention.
 
@@ -183,6 +191,12 @@ COST_TERMS = {
         formula=_operator,
         is_optional=True,
         prices=("operator_wage", "robots_per_operator"),
+    ),
+    "operator_shift": CostTerm(
+        title="Operator's Shift",
+        formula=_operator_shift,
+        is_optional=True,
+        prices=("operator_wage", "operator_shift", "robots_per_operator"),
     ),
     "remote_assistance": CostTerm(
         title="Remote Assistance",

@@ -17,6 +17,7 @@ class OptionalPrices:
     """The prices of the optional terms."""
 
     operator_wage: Price = _price("USD/h")
+    operator_shift: Price = _price("h/day")
     robots_per_operator: Price = _price("robot/operator", positive=True)
     remote_assistance_rate: Price = _price("1/run")
     remote_assistance_time: Price = _price("h")

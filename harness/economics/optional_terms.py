@@ -17,6 +17,8 @@ class ExtraCosts:
     opex: Quantity = 0.0  # [USD/run]
 
 
+SAME_WORK = ("operator", "operator_shift", "remote_assistance")  # of which one is paid
+
 NO_EXTRA_COSTS: ExtraCosts = ExtraCosts()
 
 
@@ -46,9 +48,10 @@ def check_terms(names: Collection[str]) -> tuple[str, ...]:
     for name in names:
         if name not in OPTIONAL_TERMS:
             raise UnknownNameError("optional term", name, OPTIONAL_TERMS)
-    if "operator" in names and "remote_assistance" in names:
+    alike = [name for name in SAME_WORK if name in names]
+    if len(alike) > 1:
         raise InputError(
-            "the optional term operator pays for remote_assistance, too; give one of the two"
+            f"the optional terms {' and '.join(alike)} pay for the same work; give one of them"
         )
     return tuple(name for name in OPTIONAL_TERMS if name in names)
 

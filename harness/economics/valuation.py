@@ -19,6 +19,7 @@ from harness.economics.optional_terms import (
     together,
 )
 from harness.economics.prices import Prices
+from harness.economics.rates import MARGIN_PER_KM, event_rates, margin_per_km
 from harness.metrics.catalog import EPISODE_METRICS
 from harness.metrics.columns import Row
 from harness.metrics.metric import Metric
@@ -90,7 +91,8 @@ class Valuation:
     measured: Row  # keys of the paper's simulation table
     more: Row  # means that the paper's table does not have
     economics: Economics
-    intervals: dict[str, Interval]  # of rates (Wilson) and of means (bootstrap over missions)
+    # of shares (Wilson), of means (bootstrap over missions) and of events (Poisson)
+    intervals: dict[str, Interval]
     risk: Risk
     terms: dict[str, ExtraCosts]  # the optional ones, each by itself
 
@@ -136,6 +138,8 @@ def value(
             **mean_intervals(means, clusters, seed),
             **mean_intervals(mean_columns(rows, further), clusters, seed),
             **mean_intervals(dollars, clusters, seed, CENT),
+            **event_rates(rows, prices),
+            **_per_km(each_running.contribution_margin, rows, clusters, seed),
         },
         risk=_risk(
             each_running.opex,
@@ -167,7 +171,11 @@ def _without_margin(valuation: Valuation) -> Valuation:
             break_even_runs=None,
             break_even_days=None,
         ),
-        intervals={key: each for key, each in valuation.intervals.items() if key != MARGIN},
+        intervals={
+            key: each
+            for key, each in valuation.intervals.items()
+            if key not in (MARGIN, MARGIN_PER_KM)
+        },
         risk=replace(risk, break_even_probability=None),
     )
 
@@ -290,6 +298,15 @@ def mean_intervals(
             mean = intervals[key]
             intervals[key] = percentile_interval(float(np.nanmean(known[key])), means, mean.n)
     return intervals
+
+
+def _per_km(
+    margin: FloatArray | None, rows: Sequence[Row], clusters: IntArray, seed: int
+) -> dict[str, Interval]:
+    if margin is None:
+        return {}
+    each = np.broadcast_to(np.asarray(margin, dtype=np.float64), clusters.shape)
+    return {MARGIN_PER_KM: margin_per_km(each, rows, clusters, seed)}
 
 
 def _rates(rows: Sequence[Row]) -> dict[str, Interval]:

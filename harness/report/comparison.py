@@ -1,6 +1,7 @@
 """What ``navbench compare`` found."""
 
 from harness.analysis.compare import Compared, Comparison, OfADollar
+from harness.economics.rates import RATE_TITLES
 from harness.metrics.metric import Better
 from harness.report.audit import audit_blocks
 from harness.report.blocks import Block, Text, declared, notes_of
@@ -28,8 +29,17 @@ def comparison_blocks(comparison: Comparison) -> list[Block]:
         Text(f"A: {first.run.folder} {first.stack.name}", "whole"),
         Text(f"B: {second.run.folder} {second.stack.name}\n", "whole"),
         declared("comparison", rows, pairs=comparison.pairs),
+        declared("rates", _rates(comparison)),
         *notes_of(_notes(comparison)),
         *([] if comparison.audit is None else audit_blocks(comparison.audit)),
+    ]
+
+
+def _rates(comparison: Comparison) -> list[list[str]]:
+    both = comparison.first.rates, comparison.second.rates
+    return [
+        [title, *(interval_text(rates[key], 1) for rates in both)]
+        for key, title in RATE_TITLES.items()
     ]
 
 

@@ -9,7 +9,7 @@ from harness.economics.measured import Measured
 from harness.economics.valuation import OUTCOMES, Valuation
 from harness.metrics.contacts import PRICED_PROPERTY
 from harness.report.blocks import Block, Table, notes_of
-from harness.report.table_rows import LAYOUTS, TableLayout, TableRow
+from harness.report.table_rows import LAYOUTS, RATES, TableLayout, TableRow
 from harness.report.texts import TEXTS
 from harness.statistics.interval import Interval, wilson_interval
 
@@ -31,7 +31,7 @@ class Column:
 
     def interval(self, key: str) -> Interval | None:
         """Its 95 % interval: the one given, or Wilson's for a share of one's own deliveries."""
-        value = self.values[key]
+        value = self.values.get(key)
         if value is None or self.published:
             return None
         if key in self.intervals:
@@ -44,7 +44,8 @@ class Column:
 def own_column(title: str, valuation: Valuation, n: int) -> Column:
     """The column of one's own deliveries."""
     values = values_of(Measured(**valuation.measured), valuation.economics) | valuation.more
-    return Column(title, values, n, valuation.intervals)
+    rates = {key: each.value for key, each in valuation.intervals.items() if key in RATES}
+    return Column(title, values | rates, n, valuation.intervals)
 
 
 def values_of(measured: Measured, economics: Economics) -> dict[str, float | None]:
@@ -91,7 +92,7 @@ def cells_of(rows: Sequence[TableRow], column: Column) -> dict[str, str]:
     width = max(map(len, spans.values()))
     cells = {}
     for row in rows:
-        cells[row.key] = number_text(column.values[row.key], row)
+        cells[row.key] = number_text(column.values.get(row.key), row)
         if width:
             cells[row.key] += f" {spans[row.key]:>{width}}"
     return cells

@@ -16,7 +16,7 @@ from harness.report.published import load_published, published_columns
 from harness.report.repriced import NO_MARGIN, risk_text
 from harness.report.short.run import PUBLISHED_BESIDE
 from harness.report.short.setup import unlike_line, unlike_published
-from harness.report.table_rows import further_metrics
+from harness.report.table_rows import RATE_LAYOUT, further_metrics
 from harness.report.verdict import earnings, rankings
 from harness.storage.checksums import root_digest
 from harness.study.drive import StackResult
@@ -51,6 +51,7 @@ def run_blocks(
     return [
         *paper_blocks([*columns, *beside]),
         Text(""),
+        layout_table(RATE_LAYOUT, columns),
         layout_table(further_metrics(), columns),
         *map(Text, [*lines, ""]),
         *(Text(line, "whole") for line in whole),

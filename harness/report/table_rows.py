@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from harness.economics.cost_terms import COUNTED_TERMS
+from harness.economics.rates import MARGIN_PER_KM, RATE_TITLES
 from harness.metrics.catalog import GROUPS
 from harness.metrics.metric import Metric
 from harness.report.texts import read_data
@@ -55,6 +56,20 @@ class Layouts:
 
 
 LAYOUTS = read_data(Layouts, "table_rows.toml").layouts
+
+RATES = {**RATE_TITLES, MARGIN_PER_KM: "Contribution Margin ($/km)"}  # key -> label
+RATE_LAYOUT = TableLayout(
+    "Rates (exact Poisson bounds)",
+    (
+        TableSection(
+            "Events and earnings over the way and the time driven",
+            (
+                *(TableRow(title, key, 1) for key, title in RATE_TITLES.items()),
+                TableRow(RATES[MARGIN_PER_KM], MARGIN_PER_KM, 2, absent="undefined"),
+            ),
+        ),
+    ),
+)
 
 
 def further_metrics() -> TableLayout:

@@ -1,25 +1,32 @@
 """How often something happens, with an exact interval."""
 
-from scipy.special import gammaincinv
+from scipy.stats import chi2
 
 from harness.statistics.interval import Interval
+from navstack.types import FloatArray
 
 TAIL = 0.025  # on either side of a 95 % interval
 
 
-def poisson_rate(count: int, exposure: float) -> Interval:
-    """Events per unit of exposure, with the exact 95 % interval of a Poisson count.
+def poisson_rate(weights: FloatArray, exposure: float) -> Interval:
+    """Events per unit of exposure, with the 95 % interval of a Poisson count.
 
-    Garwood 1936, "Fiducial limits for the Poisson distribution": quantiles of gamma distributions.
+    Where each event has a weight of 1, that is exact (Garwood 1936, "Fiducial limits for the
+    Poisson distribution"). Else it is the one of Fay and Feuer 1997, "Confidence intervals for
+    directly standardized rates", Statistics in Medicine 16; an event not seen yet may weigh 1.
 
     Args:
-        count: events that happened; 0 or more.
+        weights: of the events that happened, shape (n,), each in 0..1, e.g. a contact's risk of an
+            injury.
         exposure: over which they did, e.g. a distance; none: the rate is undefined.
     """
+    count = weights.size
     if exposure <= 0.0:
         return Interval(None, None, None, count)
+    total, variance = float(weights.sum()), float((weights**2).sum())
     low = 0.0
-    if count:
-        low = float(gammaincinv(count, TAIL))
-    high = float(gammaincinv(count + 1, 1.0 - TAIL))
-    return Interval(count / exposure, low / exposure, high / exposure, count)
+    if total > 0.0:
+        low = variance / total / 2.0 * float(chi2.ppf(TAIL, 2.0 * total**2 / variance))
+    above, spread = total + 1.0, variance + 1.0
+    high = spread / above / 2.0 * float(chi2.ppf(1.0 - TAIL, 2.0 * above**2 / spread))
+    return Interval(total / exposure, low / exposure, high / exposure, count)

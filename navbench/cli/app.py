@@ -25,6 +25,7 @@ FOLDERS = {
     "drive": "ros2",
     "identify": "logs",
     "cost-log": "logs",
+    "day": "street",
 }
 NO_NAME = (errno.ENAMETOOLONG, errno.ELOOP)
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EIO)

@@ -120,7 +120,7 @@ TERMS = click.option(
     multiple=True,
     metavar="TERM[,TERM]",
     callback=lambda _, __, texts: names_of(texts),
-    help="Costs that the paper leaves out: mapping_survey, operator, remote_assistance, "
+    help="Costs that the paper leaves out: mapping_survey, operator, operator_shift, remote_assistance, "
     "on_site_assistance, battery_wear.",
 )
 LOCALIZER = click.option(

@@ -143,5 +143,7 @@ def _sheet(results: Results) -> Table:
         people = "own" if condition.pedestrians is None else str(condition.pedestrians)
         sla = interval_text(each.interval("sla"), 3)
         margin = interval_text(each.interval(MARGIN), 2)
-        rows.append((*where, each.stack, people, str(each.n), str(each.errors), sla, margin))
+        rate = interval_text(each.interval("contacts_per_1000_km"), 0)
+        counts = str(each.n), str(each.errors)
+        rows.append((*where, each.stack, people, *counts, sla, margin, rate))
     return declared("suite", rows, title=results.suite.title)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from harness.metrics.contact_rate import contacts_per_1000_km
 from harness.report.short.run import summary_blocks
 from harness.report.short.setup import (
     LOADERS,
@@ -17,7 +16,6 @@ from harness.report.short.setup import (
     unlike_line,
     unlike_published,
 )
-from harness.statistics.rates import poisson_rate
 from harness.storage.shipped import names, shipped
 from harness.study.stored_run import load_run
 from navstack.params.strict import dump_dataclass, load_yaml
@@ -85,26 +83,3 @@ def test_a_run_of_any_number_of_stacks_fits_in_25_lines(write_run, count):
     text = "\n".join(getattr(block, "text", "") for block in blocks)
     assert "paper: Nav2 w/ GPS" in text and "Contacts per 1000 km" in text
     assert all(stack in text for stack in stacks[:15])
-
-
-@pytest.mark.parametrize(
-    ("count", "low", "high"), [(0, 0.0, 3.689), (1, 0.0253, 5.572), (10, 4.795, 18.390)]
-)
-def test_intervals_of_counts_are_those_of_tables(count, low, high):
-    """Limits of a Poisson mean as printed, e.g., by Ulm 1990 (Am J Epidemiol 131, 373)."""
-    rate = poisson_rate(count, 2.0)
-    assert rate.value == count / 2.0
-    assert (rate.low, rate.high) == (
-        pytest.approx(low / 2.0, abs=1e-3),
-        pytest.approx(high / 2.0, abs=1e-3),
-    )
-    assert poisson_rate(count, 0.0).value is None
-
-
-def test_contacts_are_those_that_are_paid_for_over_the_way_driven(write_run):
-    rows = load_run(str(write_run("one", episodes=30))).stacks[0].rows
-    kinds = ("pedestrian", "mailbox", "trash_bin", "building_glass", "bollard", "plant", "fence")
-    count = sum(row[f"{kind}_contacts"] or 0 for row in rows for kind in kinds)
-    kilometres = sum(row["distance_m"] for row in rows) / 1000.0
-    assert count > 0
-    assert contacts_per_1000_km(rows).value == pytest.approx(1000.0 * count / kilometres)

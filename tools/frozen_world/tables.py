@@ -8,7 +8,6 @@ from harness.analysis.compare import compare, side_of
 from harness.analysis.rare import reach_of
 from harness.economics.unseen import margin_admitting_unseen
 from harness.economics.valuation import OUTCOMES, Valuation, margins, missions, value
-from harness.metrics.contact_rate import contacts_per_1000_km
 from harness.report.markdown import table
 from harness.report.numbers import interval_text
 from harness.report.published import load_published
@@ -166,7 +165,7 @@ def earnings(driven: dict[Cell, Delivered]) -> str:
         texts = [interval_text(wilson_interval(outcomes.count("sla"), len(outcomes)), 3)]
         stored = driven[cell].run
         rows = stored.stacks[0].rows
-        texts.append(interval_text(contacts_per_1000_km(rows), 0))
+        texts.append(interval_text(means["contacts_per_1000_km"], 0))
         texts.append(interval_text(means["pedestrian_injury_usd_per_run"], 2))
         margin = margins(rows, stored.prices())
         assert margin is not None, "cargo is simulated here"

@@ -20,7 +20,7 @@ from harness.report.published import load_published, published_columns
 from harness.report.repriced import SHOWN, TITLES, forgiven
 from harness.report.short.run import PUBLISHED_BESIDE
 from harness.report.short.setup import setup_line, unlike_line, unlike_published
-from harness.report.table_rows import LAYOUTS, TableRow
+from harness.report.table_rows import LAYOUTS, RATE_LAYOUT, TableRow
 from harness.report.texts import notes
 from harness.report.verdict import earnings, rankings
 from harness.statistics.interval import Interval
@@ -134,7 +134,7 @@ def tables(entries: Sequence[PageEntry]) -> Json:
                     for section in layout.sections
                 ],
             }
-            for layout in LAYOUTS
+            for layout in (*LAYOUTS, RATE_LAYOUT)
         ],
         "notes": table_notes(columns),
     }

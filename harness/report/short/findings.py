@@ -9,6 +9,7 @@ from harness.analysis.repricing import Choices, Repriced
 from harness.analysis.sensitivity import Sensitivity
 from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_terms import MARGIN
+from harness.economics.rates import RATE_TITLES
 from harness.report.ablation import deciding, price_sentence, sentence
 from harness.report.audit import audit_sentence
 from harness.report.blocks import Block, Text
@@ -16,7 +17,7 @@ from harness.report.comparison import comparison_cells
 from harness.report.numbers import count_text, interval_text, number_text
 from harness.report.page.comparisons import FOREMOST, metric_titles
 from harness.report.repriced import SHOWN
-from harness.report.short.run import aligned, errors_of
+from harness.report.short.run import CONTACT_RATE, aligned, errors_of
 from harness.report.short.setup import (
     drivers_of,
     setup_line,
@@ -71,12 +72,22 @@ def short_comparison(comparison: Comparison) -> list[Block]:
         lines += aligned([head, *rows])
     else:
         lines.append(f"alike on all {comparison.pairs} common missions")
+    lines.append(_rates_line(comparison))
     if comparison.audit is not None:
         lines.append(audit_sentence(comparison.audit))
     left = comparison.left_out
     if any(left):
         lines.append(f"left out, without a partner: {left[0]} deliveries of A, {left[1]} of B")
     return lines_of(lines)
+
+
+def _rates_line(comparison: Comparison) -> str:
+    """The rate that an insurer asks for, of both sides."""
+    of_each = [
+        f"{letter} {interval_text(side.rates[CONTACT_RATE], 0)}"
+        for letter, side in (("A", comparison.first), ("B", comparison.second))
+    ]
+    return f"{RATE_TITLES[CONTACT_RATE]}: {', '.join(of_each)}"
 
 
 def side_line(side: Side) -> str:

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 from harness.analysis.compare import Side
 from harness.economics.cost_terms import MARGIN
+from harness.economics.rates import RATE_TITLES
 from harness.economics.valuation import has_too_few, value
-from harness.metrics.contact_rate import contacts_per_1000_km
 from harness.report.blocks import Block, Text
 from harness.report.paper_tables import Column, cells_of, own_column
 from harness.report.published import load_published, published_columns
@@ -26,7 +26,7 @@ ROWS = (
     TableRow("Timeout", "timeout", 3),
     TableRow("Assistance", "physical_assistance", 3),
     TableRow("Injuries ($/delivery)", "pedestrian_safety", 2),
-    TableRow("Contacts per 1000 km", CONTACT_RATE, 0),
+    TableRow(RATE_TITLES[CONTACT_RATE], CONTACT_RATE, 0),
     TableRow("Break-even (deliveries)", "break_even_runs", 0),
 )
 OF_MANY = (MARGIN, "sla", "pedestrian_safety", CONTACT_RATE)  # rows where many stacks drove
@@ -88,20 +88,13 @@ def verdicts(run: StoredRun, driven: Sequence[StoredStack], columns: Sequence[Co
 
 def _column(run: StoredRun, stack: StoredStack) -> Column:
     valuation = value(stack.rows, stack, run.prices(), run.seed, left_out=stack.errors)
-    column = own_column(stack.name, valuation, len(stack.rows))
-    rate = contacts_per_1000_km(stack.rows)
-    return dataclasses.replace(
-        column,
-        values={**column.values, CONTACT_RATE: rate.value},
-        intervals={**column.intervals, CONTACT_RATE: rate},
-    )
+    return own_column(stack.name, valuation, len(stack.rows))
 
 
 def _paper(run: StoredRun) -> Column:
     columns = published_columns(load_published(), run.prices())
     (paper,) = (column for column in columns if column.title == PUBLISHED_BESIDE)
-    title = f"paper: {paper.title}"
-    return dataclasses.replace(paper, title=title, values={**paper.values, CONTACT_RATE: None})
+    return dataclasses.replace(paper, title=f"paper: {paper.title}")
 
 
 def _beside(columns: Sequence[Column]) -> list[list[str]]:

@@ -6,6 +6,7 @@ from pathlib import Path
 from harness.analysis.rare import margin_with_unseen
 from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_terms import MARGIN
+from harness.economics.rates import MARGIN_PER_KM, PER_1000_KM, RATE_TITLES
 from harness.report.markdown import table
 from harness.report.numbers import bounds_text, interval_text, number_text, p_text
 from harness.report.suite.results import Results, Standing
@@ -33,7 +34,9 @@ MEANS = {  # of a valuation -> title, decimals
     "pedestrian_safety": ("injuries [USD]", 2),
     "avg_pedestrian_contacts": ("contacts with people", 3),
     "avg_velocity_mps": ("speed [m/s]", 2),
+    MARGIN_PER_KM: ("margin [USD/km]", 2),
 }
+RATES = {key: title for key, title in RATE_TITLES.items() if key.endswith(PER_1000_KM.key)}
 
 
 def counts(results: Results) -> str:
@@ -94,12 +97,13 @@ def of_condition(results: Results, condition: Condition) -> str:
     standings = {each.stack: each for each in results.under(condition)}
     first = name_of(results.suite.stacks[0])
     titles = [*OUTCOMES.values(), "margin [USD]", f"margin minus `{first}`'s", "p", "break-even"]
+    further = [*(title for title, _ in MEANS.values()), *map(str.lower, RATES.values())]
     rows = [
         [f"`{stack}`", str(standings[stack].n), *_line(results, standings[stack])]
         for stack in results.ranked
         if standings[stack].valuation is not None
     ]
-    return table(["stack", "n", *titles, *(title for title, _ in MEANS.values())], rows)
+    return table(["stack", "n", *titles, *further], rows)
 
 
 def _line(results: Results, standing: Standing) -> list[str]:
@@ -114,7 +118,9 @@ def _line(results: Results, standing: Standing) -> list[str]:
     means = [
         number_text(standing.interval(key).value, decimals) for key, (_, decimals) in MEANS.items()
     ]
-    return [*shares, interval_text(standing.interval(MARGIN), 2), *against, chance, *means]
+    rates = [interval_text(standing.interval(key), 0) for key in RATES]
+    margin = interval_text(standing.interval(MARGIN), 2)
+    return [*shares, margin, *against, chance, *means, *rates]
 
 
 def _count(standing: Standing) -> str:

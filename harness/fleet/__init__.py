@@ -1,0 +1,1 @@
+"""A day of a fleet, simulated over deliveries that were driven."""

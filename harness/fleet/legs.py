@@ -1,0 +1,190 @@
+"""Driven deliveries as legs that longer ways are made of."""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from harness.economics.accountings import PUBLISHED, accounted
+from harness.economics.cost_model import price
+from harness.economics.measured import Measured
+from harness.economics.prices import Prices
+from harness.economics.valuation import column, deliveries, missions
+from harness.metrics.columns import Row
+from harness.metrics.contacts import PRICED_PROPERTY
+from harness.statistics.bootstrap import IntArray
+from harness.storage.rows import values
+from harness.study.stored_run import StoredRun, repriced
+from navstack.errors import InputError
+from navstack.types import FloatArray
+
+M_PER_KM = 1000.0
+WH_PER_KWH = 1000.0
+# what contacts come to, by field of Measured
+CONTACTS = (
+    "pedestrian_injury_usd_per_run",
+    *(f"{kind}_contacts" for kind in PRICED_PROPERTY),
+    "other_property_usd",
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Legs:
+    """Legs driven among as many people; arrays have one entry per leg."""
+
+    people: float  # that walked about
+    seconds: FloatArray  # [s]
+    energy: FloatArray  # [Wh] drawn from the battery to move
+    progress: FloatArray  # [km] by which the goal came closer along the shortest path
+    distance: FloatArray  # [km] driven
+    contacts: FloatArray  # shape (n, k), columns as CONTACTS
+    is_spoiled: npt.NDArray[np.bool_]
+    is_late: npt.NDArray[np.bool_]  # timeout: lost or stuck, an operator helps from afar
+    is_failed: npt.NDArray[np.bool_]  # physical assistance: somebody has to come
+    clusters: IntArray  # number of each leg's mission
+
+    @property
+    def mean_progress(self) -> float:
+        """Of a leg after which the robot goes on [km]."""
+        going = self.progress[~self.is_failed]
+        if not going.size:
+            return float(self.progress.mean())
+        return float(going.mean())
+
+    def taken(self, numbers: IntArray) -> "Legs":
+        """Some of the legs, in this order."""
+        arrays = {
+            entry.name: getattr(self, entry.name)[numbers]
+            for entry in dataclasses.fields(self)
+            if entry.name != "people"
+        }
+        return Legs(self.people, **arrays)
+
+    def resampled(self, rng: np.random.Generator) -> "Legs":
+        """As many missions drawn with replacement, each with all of its legs."""
+        count = int(self.clusters.max()) + 1
+        drawn = rng.integers(0, count, count)
+        order = np.argsort(self.clusters, kind="stable")
+        bounds = np.searchsorted(self.clusters[order], np.arange(count + 1))
+        numbers = [order[bounds[mission] : bounds[mission + 1]] for mission in drawn]
+        return self.taken(np.concatenate(numbers))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Library:
+    """The legs of one stack."""
+
+    name: str
+    groups: tuple[Legs, ...]  # by number of people, rising
+    capex_usd: float  # [USD/robot]
+    has_cargo: bool  # whether it was simulated; else nothing is spoiled
+
+    @property
+    def size(self) -> int:
+        """Number of legs."""
+        return sum(len(group.seconds) for group in self.groups)
+
+    def group_at(self, crowd: float) -> int:
+        """Number of the group whose people are nearest to ``crowd`` of the busiest one's."""
+        wanted = crowd * self.groups[-1].people
+        return int(np.argmin([abs(group.people - wanted) for group in self.groups]))
+
+    def resampled(self, seed: Sequence[int]) -> "Library":
+        """The bootstrap of missions; same seed, same missions of libraries that have the same."""
+        groups = tuple(
+            group.resampled(np.random.default_rng([*seed, number]))
+            for number, group in enumerate(self.groups)
+        )
+        return dataclasses.replace(self, groups=groups)
+
+
+def library_of(runs: Sequence[StoredRun], prices: Prices) -> Library:
+    """The legs of finished runs of one stack, e.g. among different numbers of people.
+
+    Raises:
+        InputError: several stacks, no finished delivery, or none that came any closer to its goal.
+    """
+    names = dict.fromkeys(stack.name for run in runs for stack in run.stacks)
+    if len(names) > 1:
+        raise InputError(
+            f"the legs are of {len(names)} stacks ({', '.join(names)}); choose one as FOLDER:stack"
+        )
+    driven = [run for run in runs if run.stacks and run.stacks[0].rows]
+    if not driven:
+        raise InputError(f"{runs[0].folder} has no finished delivery; legs are made of these")
+    by_people: dict[float, list[Legs]] = {}
+    for run in driven:
+        by_people.setdefault(_people_of(run), []).append(_legs(run, prices))
+    groups = tuple(_joined(by_people[people]) for people in sorted(by_people))
+    for group in groups:
+        if not group.mean_progress > 0.0:  # also NaN
+            raise InputError("no leg comes closer to its goal; no delivery can be made of them")
+    stack = driven[0].stacks[0]
+    outcomes = {outcome for run in driven for outcome in values(run.stacks[0].rows, "outcome")}
+    capex = price(_of_nothing(), stack.carries, stack.data_collection, prices).capex_usd
+    return Library(stack.name, groups, capex, "arrived" not in outcomes)
+
+
+def _of_nothing() -> Measured:
+    """Of no delivery: hardware is priced without."""
+    return Measured(None, None, *[0.0] * 9)
+
+
+def _people_of(run: StoredRun) -> float:
+    people = run.condition("world").get("people") or {}
+    return float(people.get("count", 0))
+
+
+def _legs(run: StoredRun, prices: Prices) -> Legs:
+    stack = repriced(run.stacks[0], run.events, prices)
+    rows = stack.rows
+    each = deliveries(rows, prices.rolling_resistance_force)
+    if prices.accounting != PUBLISHED:
+        each = accounted(each, rows, run.events, prices.accounting, prices)
+    efficiency = prices.inverter_efficiency.value * prices.motor_efficiency.value
+    at_wheels = column(rows, "motion_energy_kwh")
+    published = column(rows, "published_energy_kwh")
+    energy = np.where(np.isnan(at_wheels), published, at_wheels)
+    outcomes = np.array(values(rows, "outcome"))
+    return Legs(
+        people=_people_of(run),
+        seconds=column(rows, "duration_s"),
+        energy=energy * WH_PER_KWH / efficiency,
+        progress=_progress(rows, outcomes) / M_PER_KM,
+        distance=column(rows, "distance_m") / M_PER_KM,
+        contacts=_contacts(each, len(rows)),
+        is_spoiled=outcomes == "spoiled",
+        is_late=outcomes == "timeout",
+        is_failed=outcomes == "physical_assistance",
+        clusters=missions(rows),
+    )
+
+
+def _progress(rows: Sequence[Row], outcomes: npt.NDArray[np.str_]) -> FloatArray:
+    """How much closer each robot came to its goal [m]; all of the way where it arrived."""
+    whole, left = column(rows, "shortest_path_m"), column(rows, "goal_distance_m")
+    is_short = np.isin(outcomes, ("timeout", "physical_assistance"))
+    progress: FloatArray = np.maximum(whole - np.where(is_short, left, 0.0), 0.0)
+    return progress
+
+
+def _contacts(each: Measured, count: int) -> FloatArray:
+    """What contacts come to, shape (count, k); what the world does not have is never hit."""
+    columns: list[Any] = [getattr(each, name) for name in CONTACTS]
+    known = [0.0 if found is None else found for found in columns]
+    return np.column_stack([np.broadcast_to(found, count) for found in known])
+
+
+def _joined(parts: Sequence[Legs]) -> Legs:
+    """The legs of several runs; missions of different runs are different."""
+    arrays: dict[str, Any] = {
+        entry.name: np.concatenate([getattr(part, entry.name) for part in parts])
+        for entry in dataclasses.fields(Legs)
+        if entry.name not in ("people", "clusters")
+    }
+    firsts = np.cumsum([0, *(int(part.clusters.max()) + 1 for part in parts[:-1])])
+    clusters = [part.clusters + first for part, first in zip(parts, firsts, strict=True)]
+    return Legs(parts[0].people, clusters=np.concatenate(clusters), **arrays)

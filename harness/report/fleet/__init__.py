@@ -1,0 +1,1 @@
+"""A fleet's day on screen and as a page."""
