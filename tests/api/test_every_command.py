@@ -14,6 +14,7 @@ FUNCTIONS = {  # else called as the command
     "map": ("make_map", "import_map", "measure_map"),
     "list": ("listing",),
     "cost-log": ("cost_log",),
+    "drive": ("drive_robot",),
 }
 # of navbench.api.run: what ``run`` and ``resume`` do, but for what they raise when interrupted
 BELOW = {"run": "drive"}
