@@ -9,14 +9,13 @@ import numpy as np
 from navstack.control.controller import Controller, Surroundings
 from navstack.control.rotation_shim import RotationShimController
 from navstack.control.rpp.rpp_controller import RegulatedPurePursuitController
-from navstack.costmap.costmap import Costmap
 from navstack.errors import NoLegalVelocity
 from navstack.params.rotation_shim import RotationShimParams
 from navstack.params.rpp import RppParams
 from navstack.params.strict import from_mapping
 from navstack.types import Path, Pose2D, RobotState, Twist2D
 from tools.parity.comparison import Comparison
-from tools.parity.part import Case, Shape
+from tools.parity.part import Case, Shape, costmap_of
 
 TOLERANCE = 1e-5  # [m/s, rad/s]
 RPP_FREQUENCY = 20.0  # [Hz] of the recorded controller
@@ -144,5 +143,5 @@ def _surroundings(case: Case) -> Surroundings:
     free = np.zeros((FREE_CELLS, FREE_CELLS), dtype=np.uint8)
     costs = next((case[name] for name in ("costmap", "grid") if name in case), free)
     return Surroundings(
-        Costmap(costs, facts.get("resolution", RESOLUTION), *facts.get("origin", ORIGIN))
+        costmap_of(costs, facts.get("resolution", RESOLUTION), facts.get("origin", ORIGIN))
     )

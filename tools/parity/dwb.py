@@ -24,7 +24,7 @@ from navstack.params.strict import from_mapping
 from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
 from tools.parity.comparison import Comparison
 from tools.parity.golden import GoldenFile
-from tools.parity.part import Case, Shape, existing
+from tools.parity.part import Case, Shape, costmap_of, existing
 
 TOLERANCE = 1e-5  # of trajectories, raw scores and totals, which Nav2 adds up in float32
 FREQUENCY = 30.0  # [Hz] of the recorded controller
@@ -132,7 +132,7 @@ def _footprint(file: GoldenFile) -> FloatArray:
 
 def _costmap(case: Case) -> Costmap:
     """The costmap of a scene."""
-    return Costmap(case["costmap"], case.facts["resolution"], *case.facts["origin"])
+    return costmap_of(case["costmap"], case.facts["resolution"], case.facts["origin"])
 
 
 def _state(step: Mapping[str, Any]) -> RobotState:

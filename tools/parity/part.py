@@ -1,12 +1,14 @@
 """The parts of Nav2 that are compared, and the cases of each."""
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from navstack.costmap.costmap import Costmap
+from navstack.errors import InputError
 from tools.parity.comparison import Comparison
 from tools.parity.golden import GoldenFile
 
@@ -89,6 +91,17 @@ class Shape:
                 yield Case(
                     self.name.replace("{}", base), file, existing(file, (*arrays, *more)), keys
                 )
+
+
+def costmap_of(cells: np.ndarray, resolution: float, origin: Sequence[float]) -> Costmap:
+    """A recorded costmap.
+
+    Raises:
+        InputError: it has no cells.
+    """
+    if cells.ndim != 2 or not cells.size:
+        raise InputError(f"a costmap of shape {cells.shape}; rows and columns are needed")
+    return Costmap(cells, resolution, float(origin[0]), float(origin[1]))
 
 
 def existing(file: GoldenFile, names: Iterable[str]) -> frozenset[str]:

@@ -21,7 +21,7 @@ from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.types import ByteArray, FloatArray, Path, Pose2D
 from tools.parity.comparison import Comparison
 from tools.parity.golden import GoldenFile
-from tools.parity.part import Case, Shape, existing
+from tools.parity.part import Case, Shape, costmap_of, existing
 
 ALGORITHMS = ("dijkstra", "astar")
 SUFFIXES = ("potential", "navfn_cost", "path", "navfn_path_cells")
@@ -66,7 +66,7 @@ def check_navfn(case: Case, comparison: Comparison) -> None:
     scene, _, algorithm = case.name.rpartition("_")
     facts = case.file.facts(scene)
     error = facts[algorithm]["error"]
-    costmap = Costmap(case.file[f"{scene}_costmap"], facts["resolution"], *facts["origin"])
+    costmap = costmap_of(case.file[f"{scene}_costmap"], facts["resolution"], facts["origin"])
     start, goal = Pose2D(*facts["start_xyyaw"]), Pose2D(*facts["goal_xyyaw"])
     recorded = {ours: facts[theirs] for theirs, ours in PARAMETERS.items() if theirs in facts}
     params = NavfnParams(
@@ -175,9 +175,7 @@ def check_smoother(case: Case, comparison: Comparison) -> None:
     """Every pose of the smoothed path."""
     facts = case.facts
     params = from_mapping(SimpleSmootherParams, facts["params"], case.title)
-    costmap = Costmap(
-        case["costmap"], facts["resolution"], float(facts["origin"][0]), float(facts["origin"][1])
-    )
+    costmap = costmap_of(case["costmap"], facts["resolution"], facts["origin"])
     ours, theirs = SimpleSmoother(params).smooth(Path(case["in"]), costmap).poses, case["out"]
     comparison.near("positions", ours[:, :2], theirs[:, :2], SMOOTHED_TOLERANCE)
     if ours.shape == theirs.shape:
