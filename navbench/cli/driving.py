@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 INTERRUPTED, SOME_ERRORS = 130, 3
 PAGE = "report.html"  # of a run, in its folder
-MOST_SPEEDS = 3  # stacks up to which the screen tells how fast each was driven
+MOST_SPEEDS = 2  # stacks of which the screen tells how fast they were driven
 DIGITS = 16  # of a run's digest that a screen shows; the JSON document and verify have all
 
 
@@ -72,12 +72,13 @@ def _print(driven: "Driven", is_full: bool, page: Path | None) -> None:
 
     folder = driven.folder
     blocks: list[Block] = summary_blocks(load_run(str(folder)))
-    if len(driven.results) <= MOST_SPEEDS:
-        blocks += [
-            Text(f"{each.stack.name}: {speed_text(each, driven.study.workers)}", "whole")
-            for each in driven.results
-            if each.episodes
-        ]
+    speeds = [
+        f"{each.stack.name}: {speed_text(each, driven.study.workers)}"
+        for each in driven.results[:MOST_SPEEDS]
+        if each.episodes
+    ]
+    if speeds:
+        blocks.append(Text("; ".join(speeds), "whole"))
     if is_full:
         prices = prices_of(driven.study.template.prices)
         blocks = [*blocks[:1], *run_blocks(driven.results, driven.study, prices, folder)]
