@@ -75,7 +75,7 @@ class RunningDelivery:
         self.mission = self.parts.mission(generators["mission"])
         self.world = world or self.parts.world()
         self.brain = make_brain(self.parts, self.world)
-        self._ready = time.perf_counter()
+        self._ready, self._ready_cpu = time.perf_counter(), time.process_time()
         self._setup = self._ready - began  # [s]
         self.observation = self.world.reset(self.mission, generators)
         self._failure: str | None = None  # of the stack
@@ -143,7 +143,7 @@ class RunningDelivery:
             raise ValueError("the delivery goes on; drive it until there is a verdict")
         truth = self.world.close_episode()
         self._replay.finish(truth, brain, self._command)
-        wall = time.perf_counter() - self._ready
+        wall, cpu = time.perf_counter() - self._ready, time.process_time() - self._ready_cpu
         where = {"stack": task.stack.name, "episode": task.episode}
         measured = {
             **self._log.measurements(truth),
@@ -162,6 +162,7 @@ class RunningDelivery:
                 **where,
                 "setup_s": self._setup,
                 "wall_s": wall,
+                "cpu_s": cpu,
                 "real_time_factor": truth.stamp / wall,
                 **_latency("planner", "planner_calls", brain.latencies.planner),
                 **_latency("controller", "controller_cycles", brain.latencies.controller),

@@ -40,7 +40,7 @@ def run_blocks(
     run = load_run(str(folder))
     margins = {each.stack.name: each.intervals.get(MARGIN) for each in results}
     parties = [(stack.name, Side(run, stack), margins[stack.name]) for stack in run.stacks]
-    lines = [line for result in results for line in _stack_lines(result, prices)]
+    lines = [line for result in results for line in _stack_lines(result, study, prices)]
     whole = [
         *earnings(parties),
         *rankings(parties),
@@ -58,7 +58,18 @@ def run_blocks(
     ]
 
 
-def _stack_lines(result: StackResult, prices: Prices) -> Iterator[str]:
+def speed_text(result: StackResult, workers: int) -> str:
+    """How fast deliveries were driven; old runs know their wall time only."""
+    wall = f"{result.wall_s:,.0f} s of wall time, summed over {workers} workers"
+    if result.real_time_factor_per_core is None:
+        return wall
+    return (
+        f"{result.real_time_factor_per_core:.1f} x real time of processor time "
+        f"({result.km_per_core_hour:.1f} km per core hour), {wall}"
+    )
+
+
+def _stack_lines(result: StackResult, study: Study, prices: Prices) -> Iterator[str]:
     """What is to be said of one stack."""
     name = result.stack.name
     if result.valuation is None:
@@ -69,9 +80,9 @@ def _stack_lines(result: StackResult, prices: Prices) -> Iterator[str]:
         life = f"{prices.robot_life_runs:,.0f}"
         yield f"{name}: breaks even only beyond the robot's life of {life} runs"
     yield f"{name}: {risk_text(result.valuation.risk)}"
-    speed = f"{name}: {result.real_time_factor_per_core:.1f} x real time per core"
+    speed = f"{name}: {speed_text(result, study.workers)}"
     if result.errors:
-        speed += f", {result.errors} ended in an error"
+        speed += f"; {result.errors} ended in an error"
     yield speed
     if has_too_few(result.episodes, result.errors):
         yield f"{name}: {NO_MARGIN}"

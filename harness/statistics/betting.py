@@ -42,16 +42,34 @@ def bound_at_every_look(values: FloatArray, reach: float, times: float = 1.0) ->
     return Interval(*ends, values.size)
 
 
+def capital_after_each(values: FloatArray, mean: float) -> FloatArray:
+    """Logarithm of the capital of one who bets that the mean of values is larger, shape (n,).
+
+    If ``mean`` is the mean, it ever reaches x with a probability of at most exp(-x).
+
+    Args:
+        values: in 0..1, shape (n,).
+        mean: against which is bet, above 0.
+    """
+    capitals = np.cumsum(_gains(values, mean), axis=0)
+    found: FloatArray = np.logaddexp.reduce(capitals, axis=1) - math.log(SHARES.size)
+    return found
+
+
 def _lower(values: FloatArray, times: float) -> float:
     """The least mean that is not rejected from below, of values in 0..1."""
     mean = float(values.mean())
-    if mean <= LEAST:
-        return 0.0
 
     def won(least: float) -> float:
-        capitals = np.log1p(np.outer(values / least - 1.0, SHARES)).sum(axis=0) * times
+        capitals = _gains(values, least).sum(axis=0) * times
         return float(np.logaddexp.reduce(capitals)) - math.log(SHARES.size) - WON
 
-    if won(LEAST) <= 0.0:
+    if mean <= LEAST or won(LEAST) <= 0.0:
         return 0.0
     return float(brentq(won, LEAST, mean, xtol=1e-7))
+
+
+def _gains(values: FloatArray, mean: float) -> FloatArray:
+    """Logarithm of the factor by which each value multiplies each bet, shape (n, shares)."""
+    gains: FloatArray = np.log1p(np.outer(values / mean - 1.0, SHARES))
+    return gains

@@ -21,6 +21,7 @@ from harness.storage.texts import clean_texts
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask, Study
 from navstack.errors import InputError
+from navstack.types import FloatArray
 
 TABLES = {"episodes": EPISODE_COLUMNS, "events": EVENT_COLUMNS, "timings": TIMING_COLUMNS}
 
@@ -33,10 +34,11 @@ class StackResult:
     episodes: int  # finished, errors not counted
     errors: int  # the machine's, which are left out
     valuation: Valuation | None  # None: no episode finished
-    # median over the deliveries; the very first one also compiles
-    real_time_factor_per_core: float | None
+    # median of simulated over processor time; the very first delivery also compiles
+    real_time_factor_per_core: float | None  # None: run by a program that did not measure it
     wall_s: float  # of driving, summed over the episodes
     failures: int = 0  # finished ones that ended with an error of the stack
+    km_per_core_hour: float | None = None  # driven per hour of processor time
 
     @property
     def intervals(self) -> dict[str, Interval]:
@@ -139,18 +141,33 @@ def _summarize_stack(
     finished = sorted((n for n in own if errors[n] is None), key=lambda n: (seeds[n], episodes[n]))
     if not finished:
         return StackResult(stack, 0, len(own), None, None, 0.0)
-    spent = timings.take(finished)
+    spent, driven = timings.take(finished), rows.take(finished)
     failed = rows.values("stack_error")
     left_out = len(own) - len(finished)
+    factor, way = _speed(driven, spent.values("cpu_s"))
     return StackResult(
         stack=stack,
         episodes=len(finished),
         errors=left_out,
         failures=sum(failed[n] is not None for n in finished),
-        valuation=value(rows.take(finished), stack, prices, study.template.seed, left_out=left_out),
-        real_time_factor_per_core=float(np.median(spent.values("real_time_factor"))),
+        valuation=value(driven, stack, prices, study.template.seed, left_out=left_out),
+        real_time_factor_per_core=factor,
         wall_s=sum(spent.values("wall_s")),
+        km_per_core_hour=way,
     )
+
+
+def _speed(driven: Rows, cpu: list[float | None]) -> tuple[float | None, float | None]:
+    """Median of simulated over processor time, and km per core hour, of deliveries.
+
+    None where the processor time ``cpu`` [s] of one of them is unknown.
+    """
+    if not all(cpu):
+        return None, None
+    seconds: FloatArray = np.array(cpu)
+    kilometres = 1e-3 * sum(driven.values("distance_m"))
+    factors = np.array(driven.values("duration_s")) / seconds
+    return float(np.median(factors)), kilometres / (float(seconds.sum()) / 3600.0)
 
 
 def run_document(result: StackResult, study: Study, folder: Path | None) -> Row:
@@ -166,6 +183,7 @@ def run_document(result: StackResult, study: Study, folder: Path | None) -> Row:
     }
     if folder is not None:
         document["real_time_factor_per_core"] = result.real_time_factor_per_core
+        document["km_per_core_hour"] = result.km_per_core_hour
         document["wall_s"] = result.wall_s
         document["folder"] = str(folder)
         document["digest"] = root_digest(folder)

@@ -41,7 +41,7 @@ class Tally(Bar):
     def __init__(self, total: int, done: int) -> None:
         super().__init__("{done} of {total} deliveries", total, done)
         self._outcomes: Counter[str] = Counter()
-        self._factors: list[float] = []  # real-time factor of each delivery
+        self._factors: list[float] = []  # simulated over processor time of each delivery
 
     def add(self, finished: Finished[EpisodeTask, Delivery], record: Row) -> None:
         """Take in one finished episode."""
@@ -50,7 +50,8 @@ class Tally(Bar):
             self._outcomes["error"] += 1
         else:
             self._outcomes[row["outcome"]] += 1
-            self._factors.append(record["timing"]["real_time_factor"])
+            if cpu := record["timing"]["cpu_s"]:  # 0: shorter than this machine's clock tells
+                self._factors.append(row["duration_s"] / cpu)
         self.done += 1
         if finished.lost and finished.error is None:
             task = finished.task
@@ -58,11 +59,11 @@ class Tally(Bar):
 
     @property
     def note(self) -> str:
-        """Outcomes so far and the median real-time factor per core."""
+        """Outcomes so far and the median of simulated over processor time."""
         outcomes = "  ".join(f"{name} {count}" for name, count in sorted(self._outcomes.items()))
         if not self._factors:
             return outcomes or "starting; the first delivery ever also compiles"
-        return f"{outcomes}  {statistics.median(self._factors):.0f} x real time per core"
+        return f"{outcomes}  {statistics.median(self._factors):.0f} x real time of processor time"
 
 
 def begin(study: Study, out: Path | None, where: Where) -> Driven:

@@ -57,7 +57,7 @@ class Run:
 
         Args:
             name: ``episodes``, a row per delivery; ``events``, a row per contact; ``timings``, wall
-                times.
+                and processor times.
 
         Raises:
             InputError: there is no such table.

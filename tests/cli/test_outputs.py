@@ -114,7 +114,7 @@ def test_the_help_shows_few_options_and_help_all_shows_all(
 def test_the_help_shows_the_commands_of_the_three_jobs_first(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    jobs = {"run", "lint", "compare", "report", "explain", "tune", "ablate", "localize"}
+    jobs = {"run", "lint", "check", "compare", "report", "explain", "tune", "ablate", "localize"}
     headings = list(COMMANDS)
     first = {name for heading in headings[:-2] for name in COMMANDS[heading]}
     assert first == jobs | {"list", "replay", "price"}

@@ -32,6 +32,7 @@ GIVEN = {
     # an overview
     "commands.md": (
         "my_robot_nav2.yaml",
+        "my_new_nav2.yaml",
         "my_map.yaml",
         "my_vectors",
         "drive.bag",
@@ -39,6 +40,7 @@ GIVEN = {
         "a",
         "b",
     ),
+    "check.md": ("my_robot_nav2.yaml", "my_new_nav2.yaml", "before", "after"),
     "README.md": ("my_robot_nav2.yaml", "drive.bag"),
     "quick_start.md": ("latest",),  # driven by its make run
     # finished runs of the reader's
@@ -187,6 +189,7 @@ def make_log(path: Path) -> None:
 
 MAKERS: dict[str, Callable[[Path], object]] = {
     "my_robot_nav2.yaml": copy_of("params", "nav2", "stock.yaml"),
+    "my_new_nav2.yaml": copy_of("params", "nav2", "starter.yaml"),
     "my_prices.yaml": copy_of("params", "prices", "costnav.yaml"),
     "my_map.yaml": make_map,
     "my_vectors": make_vectors,

@@ -40,6 +40,7 @@ ADDED = {
             "0",
         ),
     ),
+    "check": ("--workers", "1", "--rules", SHORT_RULES, "--map", SMALL_MAP),
     "suite": ("--workers", "1"),
     "map show": ("--samples", "10"),
 }
@@ -55,6 +56,7 @@ EXCHANGED = {
     "NavFn,RRTstar": "NavFn,RRTConnect",
     "position=0.1,0.3,1.0": "position=0.3,1.0",
     "heading=2,5": "heading=2",
+    **{"10m": "1s", "20m": "1s"},  # budgets of a check
 }
 
 # Texts of files in the pages that are exchanged before the file is written.
@@ -148,6 +150,8 @@ def shortened(words: Iterable[str]) -> list[str]:
         result.append(f"{min(float(word), limits[before]):g}" if before in limits else word)
     added = ADDED.get(name) or ADDED.get(f"{name} {rest[0] if rest else ''}", ())
     more = BESIDE_RESUME if "--resume" in rest and added else added
+    if name == "check" and rest[0].startswith("results/"):  # finished runs are not driven
+        more = ()
     if any(word.endswith(".csv") for word in rest):  # people who were recorded on the map itself
         more = [word for word in more if word not in ("--map", SMALL_MAP)]
     for option, value in zip(more[::2], more[1::2], strict=True):

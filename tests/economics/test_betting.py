@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from harness.statistics.betting import bound_at_every_look
+from harness.statistics.betting import WON, bound_at_every_look, capital_after_each
 from navstack.types import FloatArray
 
 REACH = 100.0
@@ -32,17 +32,30 @@ def test_looking_after_every_mission_misses_the_mean_in_at_most_one_check_of_twe
     drawn: Drawn,
 ) -> None:
     rng = np.random.default_rng(5)
+    checks, missions = 500, 300
     missed = 0
-    for values in drawn(rng, 80 * 100).reshape(80, 100):
-        bounds = (bound_at_every_look(values[:n], REACH) for n in range(1, 101))
-        missed += any(bound.low > 0.0 or bound.high < 0.0 for bound in bounds)
-    assert missed <= 4
+    for values in drawn(rng, checks * missions).reshape(checks, missions):
+        shares = (np.clip(values, -REACH, REACH) + REACH) / (2.0 * REACH)
+        both = capital_after_each(shares, 0.5), capital_after_each(1.0 - shares, 0.5)
+        missed += max(capital.max() for capital in both) > WON
+    assert 0 < missed <= 0.05 * checks
+
+
+@pytest.mark.parametrize("n", [3, 20, 100])
+def test_the_bound_ends_where_the_capital_is_forty(n: int) -> None:
+    values = hits(np.random.default_rng(n), n)
+    bound = bound_at_every_look(values, REACH)
+    shares = (values + REACH) / (2.0 * REACH)
+    low, high = ((end + REACH) / (2.0 * REACH) for end in (bound.low, bound.high))
+    assert capital_after_each(shares, low)[-1] == pytest.approx(WON, abs=1e-2)
+    assert capital_after_each(1.0 - shares, 1.0 - high)[-1] == pytest.approx(WON, abs=1e-2)
+    assert np.exp(WON) == pytest.approx(40.0)
 
 
 def test_a_difference_is_found_and_its_bound_narrows() -> None:
-    values = hits(np.random.default_rng(2), 900) - 8.0
-    few, many = (bound_at_every_look(values[:n], REACH) for n in (100, 900))
-    assert few.high > 0.0 > many.high and many.low < -8.0 < many.high
+    values = hits(np.random.default_rng(2), 900) - 5.0
+    few, many = (bound_at_every_look(values[:n], REACH) for n in (60, 900))
+    assert few.low < 0.0 < few.high and many.high < 0.0 and many.low < -5.0 < many.high
     assert many.high - many.low < 0.5 * (few.high - few.low)
     assert many.value == pytest.approx(values.mean())
 
