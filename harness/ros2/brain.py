@@ -8,7 +8,6 @@ from functools import cache
 from harness.ros2.robot import RobotNode
 from harness.task.brain import Brain
 from harness.task.ros2_params import Ros2Params
-from navstack.clock import Clock
 from navstack.errors import NavstackError
 from navstack.navigation_status import Status, Trouble
 from navstack.stopwatch import Latencies, Stopwatch
@@ -17,6 +16,7 @@ from navstack.types import Belief, FloatArray, Generators, Observation, Pose2D, 
 BEFORE = 1.0  # [s] of the clock before the first delivery: 0 means that there is no clock
 DISCOVERY = 1.0  # [s] of wall time for the rest of a peer to be found once a part of it is
 SETTLE_RATE = 10.0  # [Hz] of the clock while the robot stands before its goal
+TOLERANCE = 1e-6  # [s] by which a command's time may be missed by rounding
 FROM_COMMAND = 50  # from which on the share of missed waits counts
 
 # the robot's true pose, and people's true positions (n, 4)
@@ -43,7 +43,7 @@ class Ros2Brain(Brain):
         self._make_robot = cache(make_robot)
         self._params, self._what_is = params, what_is
         self._waits = self._missed = self._refused_before = 0
-        self._due = Clock(params.rate or SETTLE_RATE)
+        self._period = 1.0 / (params.rate or SETTLE_RATE)  # [s] between two commands
         self._watch = Stopwatch()
         self._offset, self._stamp = BEFORE, 0.0
         self._started = False
@@ -88,7 +88,6 @@ class Ros2Brain(Brain):
         self._refused_before = self._robot.refused
         self._goal, self._start = goal, initial_belief.pose
         self._watch.clear()
-        self._due.reset()
 
     def tick(self, observation: Observation) -> Twist2D:
         """The command until the next tick.
@@ -97,28 +96,29 @@ class Ros2Brain(Brain):
             PeerError: no command came, or too few of them.
         """
         self._stamp = observation.stamp
-        is_due = self._params.rate == 0.0 or self._due.is_due(observation.stamp)
-        heard = self._robot.heard
+        robot, heard = self._robot, self._robot.heard
         if not self._started:
             self._settle(observation)
             self._started = True
         else:
-            began = time.monotonic()
+            began, clock = time.monotonic(), self._offset + observation.stamp
             self._publish(observation)
-            if is_due:
+            # a peer's timers have a phase of their own, which its commands' stamps tell
+            if self._params.rate == 0.0 or clock >= self._next - TOLERANCE:
+                self._next = clock + self._period
                 self._wait(began)
             else:
-                self._robot.take_in()
-        if self._robot.heard != heard:
+                robot.take_in()
+        if robot.heard != heard:
             self._heard_at = observation.stamp
+            self._next = robot.commanded_at + self._period
         elif observation.stamp - self._heard_at > self._params.command_timeout:
             return Twist2D()
-        return self._robot.command
+        return robot.command
 
     def _wait(self, began: float) -> None:
         """Wait for the command of a period: in lockstep for itself, else as the pace has it."""
-        params = self._params
-        period = self._period()
+        params, period = self._params, self._period
         timeout = params.wait
         if self._is_late:
             timeout = min(period, params.wait)  # real time, until commands come again
@@ -134,10 +134,6 @@ class Ros2Brain(Brain):
             )
         if params.pace > 0.0:
             time.sleep(max(0.0, began + period / params.pace - time.monotonic()))
-
-    def _period(self) -> float:
-        """Between two commands [s]."""
-        return 1.0 / (self._params.rate or SETTLE_RATE)
 
     def _settle(self, first: Observation) -> None:
         """Let the peer see where it is, send it the goal, and wait until it drives.
@@ -157,8 +153,9 @@ class Ros2Brain(Brain):
         robot.begin(self._start, self._offset)
         for _ in range(round(params.settle * SETTLE_RATE)):
             self._stand(first)
-        while robot.wait_for_command(1.0 / SETTLE_RATE):
-            pass  # what answered earlier times of the clock
+        quiet = time.monotonic() + DISCOVERY
+        while time.monotonic() < quiet and robot.wait_for_command(1.0 / SETTLE_RATE):
+            pass  # what answered earlier times of the clock; by wall time some never fall silent
         robot.send_goal(self._goal, self._offset)
         self._publish(first)
         timeout = params.wait

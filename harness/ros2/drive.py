@@ -1,5 +1,7 @@
 """Our brain as a node: it takes a robot's sensors and a goal, and commands the robot."""
 
+import contextlib
+import dataclasses
 import math
 import time
 from collections.abc import Callable
@@ -11,6 +13,7 @@ from action_msgs.msg import GoalStatus, GoalStatusArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid as GridMessage
 from nav_msgs.msg import Odometry as OdometryMessage
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock as ClockMessage
@@ -18,20 +21,35 @@ from sensor_msgs.msg import Imu as ImuMessage
 from sensor_msgs.msg import LaserScan as ScanMessage
 from sensor_msgs.msg import NavSatFix
 
+from harness.recorded import messages as received
+from harness.recorded.mountings import IDENTITY, Transform, frame_name, from_angles
 from harness.ros2 import messages
 from harness.ros2.robot import LATCHED, join
 from harness.task.ros2_params import Ros2Params
 from navstack.costmap.occupancy_grid import OccupancyGrid
-from navstack.errors import InputError
+from navstack.errors import InputError, NavstackError
 from navstack.localization.geodesy import LocalFrame
 from navstack.navigation_status import Status
 from navstack.navigator import Navigator
-from navstack.types import Belief, Generators, Observation, Pose2D, Twist2D
+from navstack.types import (
+    Belief,
+    Generators,
+    GpsFix,
+    Imu,
+    LaserScan,
+    Observation,
+    Odometry,
+    Pose2D,
+    Twist2D,
+)
 
 NODE = "navbench_drive"
 MOST_JUMP = 1.0  # [s] that the clock may advance between two ticks under way
-MOST_AGE = 1.0  # [s] of the clock that scan and odometry may be old under way
-LOST = 0.2  # [s] of wall time without anything new, after which the robot is stopped
+# [s] of the clock that the stamps of scan and odometry may be behind it, or ahead of it
+MOST_AGE = 1.0
+LOOK = 0.02  # [s] of wall time between two looks at whether publishers are gone
+MOST_WAITING = 100  # messages taken in before a tick: a flood does not hold it up
+ACKNOWLEDGED = Duration(seconds=0.2)  # that the last command is waited to arrive
 _STATUS = {
     Status.RUNNING: GoalStatus.STATUS_EXECUTING,
     Status.SUCCEEDED: GoalStatus.STATUS_SUCCEEDED,
@@ -96,7 +114,9 @@ class DriveNode:
             is_stamped: whether commands are TwistStamped.
         """
         join()
-        self._navigator, self._params, self._laser, self._say = navigator, params, laser, say
+        self._navigator, self._params, self._say = navigator, params, say
+        origin = np.array((laser.x, laser.y, 0.0))
+        self._laser = Transform(from_angles(0.0, 0.0, laser.yaw), origin)
         self._seed, self._period, self._is_stamped = seed, 1.0 / rate, is_stamped
         self._is_simulated = is_simulated
         self._site = LocalFrame(params.latitude, params.longitude)
@@ -108,8 +128,10 @@ class DriveNode:
         self._ages = {"scan": -math.inf, "odometry": -math.inf}  # [s] of the newest, on the clock
         self._count = 0  # messages so far
         self.refused = 0  # messages that cannot be used
-        self._heard = time.monotonic()
-        self._is_stopped = True
+        self._needed = ["scan", "odom"]  # topics without whose publishers it stands
+        if is_simulated:
+            self._needed.append("/clock")
+        self._is_stopped, self._why = True, ""  # and what the user was told of it last
         self._node = rclpy.create_node(NODE)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)
@@ -142,24 +164,26 @@ class DriveNode:
             while time.monotonic() < deadline:
                 self._spin_once()
         finally:
-            self._stop("leaving")
+            self._stop(f"leaving; {self.refused} messages could not be used")
+            self._commands.wait_for_all_acked(ACKNOWLEDGED)
             self._executor.shutdown()
             self._node.destroy_node()
 
     def _spin_once(self) -> None:
         """Take in what came, and tick."""
-        self._executor.spin_once(timeout_sec=0.05)
-        while self._ticks and self._is_more_coming():
-            pass  # sensors of the same time are taken in before it is driven
-        if not self._is_simulated:
-            now = time.time()
-            if now >= self._last + self._period:
-                self._ticks = [now]
-        for now in self._ticks:
-            self._tick(now)
+        self._executor.spin_once(timeout_sec=LOOK)
+        for _ in range(MOST_WAITING):
+            # sensors of the same time are taken in before it is driven
+            if not self._ticks or not self._is_more_coming():
+                break
+        now = time.time()
+        if not self._is_simulated and not 0.0 <= now - self._last < self._period:
+            self._ticks = [now]
+        for each in self._ticks:
+            self._tick(each)
         self._ticks = []
-        if not self._is_stopped and self._is_alone():
-            self._stop("scans or odometry are gone")
+        if not self._is_stopped:
+            self._stop_if(self._gone())
 
     def _is_more_coming(self) -> bool:
         """Take in one message more, if there is one."""
@@ -167,12 +191,25 @@ class DriveNode:
         self._executor.spin_once(timeout_sec=0.0)
         return self._count != before
 
-    def _is_alone(self) -> bool:
-        """Whether nothing came for a while, and those who sent it are gone."""
-        if time.monotonic() - self._heard < LOST:
-            return False
-        topics = ("scan", "odom", "/clock") if self._is_simulated else ("scan", "odom")
-        return any(self._node.count_publishers(topic) == 0 for topic in topics)
+    def _gone(self) -> str:
+        """The topics that nobody publishes; empty: none."""
+        gone = [name for name in self._needed if not self._node.count_publishers(name)]
+        if not gone:
+            return ""
+        return f"nobody publishes {' and '.join(gone)}"
+
+    def _old(self, now: float) -> str:
+        """The sensors whose newest stamp is far from ``now`` [s]; empty: none."""
+        old = [name for name, stamp in self._ages.items() if not abs(now - stamp) <= MOST_AGE]
+        if not old:
+            return ""
+        return f"no {' and no '.join(old)} with a stamp within {MOST_AGE:g} s of the clock"
+
+    def _stop_if(self, why: str) -> bool:
+        """Stop if there is a reason; whether there was."""
+        if why:
+            self._stop(why)
+        return bool(why)
 
     def _tick(self, now: float) -> None:
         """Drive a tick at a time [s] of the clock."""
@@ -180,31 +217,36 @@ class DriveNode:
         if self._goal is None:
             return
         if self._offset is not None and not 0.0 <= jump <= MOST_JUMP:
-            self._goal = None
-            self._stop(f"the clock jumped by {jump:.3g} s; waiting for a new goal")
+            self._give_up(f"the clock jumped by {jump:.3g} s; waiting for a new goal")
+            return
+        if self._stop_if(self._old(now) or self._gone()):
             return
         if self._offset is None:
             self._offset = now
-            for name, age in self._ages.items():
-                if not now - age <= MOST_AGE:
-                    self._offset = None
-                    self._stop(f"no {name} yet")
-                    return
-        old = [name for name, age in self._ages.items() if not now - age <= MOST_AGE]
-        if old:
-            self._stop(f"{' and '.join(old)} older than {MOST_AGE:g} s")
+        observation = Observation(now - self._offset, **self._taken(self._offset))
+        try:
+            command = self._navigator.tick(observation)
+        except NavstackError as error:
+            self._give_up(f"{error}; waiting for a new goal")
             return
-        observation = Observation(now - self._offset, **self._made(self._offset))
-        command = self._navigator.tick(observation)
         self._send(command)
-        self._is_stopped = False
-        self._tell_status()
+        self._is_stopped, self._why = False, ""
+        self._tell(_STATUS[self._navigator.status])
 
-    def _made(self, offset: float) -> dict[str, Any]:
-        """What arrived, as the brain takes it."""
-        made = {name: make(offset) for name, make in self._new.items()}
+    def _give_up(self, why: str) -> None:
+        """End the goal."""
+        self._goal = None
+        self._stop(why)
+        self._tell(GoalStatus.STATUS_ABORTED)
+
+    def _taken(self, offset: float) -> dict[str, Any]:
+        """What arrived since the last tick, with times from the goal's first tick on."""
+        taken = {
+            name: dataclasses.replace(each, stamp=each.stamp - offset)
+            for name, each in self._new.items()
+        }
         self._new = {}
-        return made
+        return taken
 
     def _send(self, command: Twist2D) -> None:
         twist = Twist()
@@ -219,39 +261,32 @@ class DriveNode:
 
     def _stop(self, why: str) -> None:
         self._send(Twist2D())
-        if not self._is_stopped:
+        if why != self._why:
             self._say(f"stopped: {why}")
-        self._is_stopped = True
+        self._is_stopped, self._why = True, why
 
-    def _tell_status(self) -> None:
-        status = GoalStatus(status=_STATUS[self._navigator.status])
-        self._statuses.publish(GoalStatusArray(status_list=[status]))
+    def _tell(self, status: int) -> None:
+        self._statuses.publish(GoalStatusArray(status_list=[GoalStatus(status=status)]))
 
-    def _take(self, name: str, make: Callable[[float], Any]) -> None:
-        """Keep the newest of a kind, if it can be used."""
+    def _take(self, name: str, taken: GpsFix | Imu | LaserScan | Odometry | None) -> None:
+        """Keep the newest of a kind; None: a message that cannot be used."""
         self._count += 1
-        self._heard = time.monotonic()
-        try:
-            stamp = make(0.0).stamp
-        except InputError:
+        if taken is None:
             self.refused += 1
             return
         if name in self._ages:
-            self._ages[name] = stamp
-        self._new[name] = make
+            self._ages[name] = taken.stamp
+        self._new[name] = taken
 
     def _take_clock(self, message: ClockMessage) -> None:
         self._count += 1
-        self._heard = time.monotonic()
         self._ticks.append(messages.seconds(message.clock))
 
     def _take_start(self, message: PoseWithCovarianceStamped) -> None:
-        self._count += 1
-        self._start = self._pose_of(message.pose.pose) or self._start
+        self._start = self._pose_of(message, "an initial pose") or self._start
 
     def _take_goal(self, message: PoseStamped) -> None:
-        self._count += 1
-        goal = self._pose_of(message.pose)
+        goal = self._pose_of(message, "a goal")
         if goal is None:
             return
         if self._start is None:
@@ -261,22 +296,33 @@ class DriveNode:
         streams = np.random.default_rng(self._seed).spawn(3)
         self._navigator.reset(goal, Belief(self._start), Generators(*streams))
 
-    def _pose_of(self, message: Any) -> Pose2D | None:
-        try:
-            return messages.pose_of(message)
-        except InputError:
+    def _pose_of(self, message: Any, what: str) -> Pose2D | None:
+        """The pose of a message in the map; None: it is none, and the user is told."""
+        self._count += 1
+        numbers, frame = received.pose_of(message), frame_name(message.header.frame_id)
+        if numbers is None or frame != self._params.map_frame:
             self.refused += 1
+            self._say(
+                f"{what} in frame '{frame}' was refused; give numbers in '{self._params.map_frame}'"
+            )
             return None
+        return Pose2D(*numbers)
 
     def _take_odometry(self, message: OdometryMessage) -> None:
-        self._take("odometry", lambda offset: messages.odometry_of(message, offset))
+        self._take("odometry", received.odometry(message, received.stamp_of(message), IDENTITY))
 
     def _take_imu(self, message: ImuMessage) -> None:
-        self._take("imu", lambda offset: messages.imu_of(message, offset))
+        with np.errstate(invalid="ignore"):  # numbers that are none are refused
+            taken = received.imu(message, received.stamp_of(message), IDENTITY)
+        self._take("imu", taken)
 
     def _take_fix(self, message: NavSatFix) -> None:
-        self._take("gps", lambda offset: messages.fix_of(message, offset, self._site))
+        fix, coordinates = None, received.coordinates(message)
+        with contextlib.suppress(InputError):  # too far from the datum
+            if coordinates is not None:
+                place, stamp = self._site.to_local(*coordinates), received.stamp_of(message)
+                fix = received.gps_fix(message, stamp, place, np.zeros(3), 0.0)
+        self._take("gps", fix)
 
     def _take_scan(self, message: ScanMessage) -> None:
-        laser = self._laser
-        self._take("scan", lambda offset: messages.scan_of(message, laser, offset))
+        self._take("scan", received.laser_scan(message, received.stamp_of(message), self._laser))

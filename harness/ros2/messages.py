@@ -14,8 +14,9 @@ from nav_msgs.msg import OccupancyGrid as GridMessage
 from nav_msgs.msg import Odometry as OdometryMessage
 from sensor_msgs.msg import Imu as ImuMessage
 from sensor_msgs.msg import LaserScan as ScanMessage
-from sensor_msgs.msg import NavSatFix
+from sensor_msgs.msg import NavSatFix, NavSatStatus
 
+from harness.recorded.messages import pose_of
 from harness.task.ros2_params import Ros2Params
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError
@@ -25,18 +26,9 @@ from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry, Pose2D,
 GRAVITY = 9.81  # [m/s2]
 # [m] and [rad], as of RViz's button for an initial pose
 START_STD, START_YAW_STD = 0.5, math.pi / 12.0
+COARSEST = 10.0  # [m] of a cell
 FASTEST = 100.0  # [m/s] or [rad/s] beyond which a command is none
 NANOSECONDS = 1_000_000_000
-
-
-def require_finite(*numbers: float) -> None:
-    """Refuse numbers that no robot has.
-
-    Raises:
-        InputError: one is infinite or none at all.
-    """
-    if not all(map(math.isfinite, numbers)):
-        raise InputError(f"a message with the numbers {numbers}; they must be finite")
 
 
 def time_of(stamp: float) -> Time:
@@ -61,32 +53,11 @@ def quaternion(yaw: float, pitch: float = 0.0) -> Quaternion:
     )
 
 
-def yaw_of(rotation: Any) -> float:
-    """The yaw [rad] of a rotation."""
-    return math.atan2(
-        2.0 * (rotation.w * rotation.z + rotation.x * rotation.y),
-        1.0 - 2.0 * (rotation.y**2 + rotation.z**2),
-    )
-
-
-def pitch_of(rotation: Any) -> float:
-    """The pitch [rad] of a rotation."""
-    sine = 2.0 * (rotation.w * rotation.y - rotation.z * rotation.x)
-    return math.asin(max(-1.0, min(1.0, sine)))
-
-
 def pose_message(pose: Pose2D) -> Pose:
     """A pose in the plane."""
     message = Pose(orientation=quaternion(pose.yaw))
     message.position.x, message.position.y = pose.x, pose.y
     return message
-
-
-def pose_of(message: Any) -> Pose2D:
-    """The pose in the plane of a geometry_msgs/Pose."""
-    turn = message.orientation
-    require_finite(message.position.x, message.position.y, turn.x, turn.y, turn.z, turn.w)
-    return Pose2D(message.position.x, message.position.y, yaw_of(message.orientation))
 
 
 def goal_message(goal: Pose2D, stamp: float, frame: str) -> PoseStamped:
@@ -123,22 +94,6 @@ def scan_message(scan: LaserScan, offset: float, frame: str) -> ScanMessage:
     return message
 
 
-def scan_of(message: Any, sensor_pose: Pose2D, offset: float) -> LaserScan:
-    """The scan of a message; beams that are not a number have seen nothing."""
-    require_finite(message.angle_min, message.angle_increment, message.range_min, message.range_max)
-    ranges = np.asarray(message.ranges, dtype=np.float64)
-    ranges = np.where(np.isnan(ranges) | (ranges < 0.0), math.inf, ranges)
-    return LaserScan(
-        seconds(message.header.stamp) - offset,
-        ranges,
-        message.angle_min,
-        message.angle_increment,
-        message.range_min,
-        message.range_max,
-        sensor_pose,
-    )
-
-
 def odometry_message(odometry: Odometry, offset: float, params: Ros2Params) -> OdometryMessage:
     """Wheel odometry."""
     message = OdometryMessage(child_frame_id=params.base_frame)
@@ -153,19 +108,6 @@ def odometry_message(odometry: Odometry, offset: float, params: Ros2Params) -> O
     covariance[5, 5] = odometry.yaw_rate_std**2
     message.twist.covariance = covariance.ravel()
     return message
-
-
-def odometry_of(message: Any, offset: float) -> Odometry:
-    """The odometry of a message."""
-    twist, covariance = message.twist.twist, message.twist.covariance
-    require_finite(twist.linear.x, twist.linear.y, twist.angular.z, covariance[0], covariance[35])
-    return Odometry(
-        seconds(message.header.stamp) - offset,
-        pose_of(message.pose.pose),
-        Twist2D(twist.linear.x, twist.linear.y, twist.angular.z),
-        math.sqrt(max(covariance[0], 0.0)),
-        math.sqrt(max(covariance[35], 0.0)),
-    )
 
 
 def imu_message(imu: Imu, offset: float, frame: str) -> ImuMessage:
@@ -185,48 +127,18 @@ def imu_message(imu: Imu, offset: float, frame: str) -> ImuMessage:
     return message
 
 
-def imu_of(message: Any, offset: float) -> Imu:
-    """The inertial measurement of a message."""
-    acceleration = message.linear_acceleration
-    require_finite(message.angular_velocity.z, acceleration.x, acceleration.y)
-    has_heading = message.orientation_covariance[0] >= 0.0
-    yaw, pitch = math.nan, 0.0
-    if has_heading:
-        yaw, pitch = yaw_of(message.orientation), pitch_of(message.orientation)
-    return Imu(
-        seconds(message.header.stamp) - offset,
-        yaw,
-        message.angular_velocity.z,
-        acceleration.x,
-        acceleration.y,
-        math.sqrt(max(message.orientation_covariance[8], 0.0)),
-        math.sqrt(max(message.angular_velocity_covariance[8], 0.0)),
-        pitch,
-    )
-
-
 def fix_message(fix: GpsFix, offset: float, frame: str, site: LocalFrame) -> NavSatFix:
     """A position fix; ``site`` has the datum."""
     message = NavSatFix()
     message.header.frame_id, message.header.stamp = frame, time_of(fix.stamp + offset)
+    message.status.status = NavSatStatus.STATUS_FIX
+    message.status.service = NavSatStatus.SERVICE_GPS
     message.latitude, message.longitude = site.to_geodetic(fix.x, fix.y)
     covariance = np.zeros((3, 3))
     covariance[0, 0] = covariance[1, 1] = fix.position_std**2
     message.position_covariance = covariance.ravel()
     message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
     return message
-
-
-def fix_of(message: Any, offset: float, site: LocalFrame) -> GpsFix:
-    """The fix of a message in metres about the datum.
-
-    Raises:
-        InputError: it is not on Earth, or too far from the datum.
-    """
-    require_finite(message.latitude, message.longitude, message.position_covariance[0])
-    x, y = site.to_local(message.latitude, message.longitude)
-    variance = max(message.position_covariance[0], 0.0)
-    return GpsFix(seconds(message.header.stamp) - offset, x, y, math.sqrt(variance))
 
 
 def map_message(grid: OccupancyGrid, frame: str) -> GridMessage:
@@ -242,10 +154,22 @@ def map_message(grid: OccupancyGrid, frame: str) -> GridMessage:
 
 
 def grid_of(message: Any) -> OccupancyGrid:
-    """The map of a message, whose resolution is a float32 there."""
-    shape = message.info.height, message.info.width
-    cells = np.array(message.data, dtype=np.int8).reshape(shape)
-    return OccupancyGrid(cells, round(message.info.resolution, 6), pose_of(message.info.origin))
+    """The map of a message, whose resolution is a float32 there.
+
+    Raises:
+        InputError: it is no map.
+    """
+    info = message.info
+    origin = pose_of(PoseStamped(pose=info.origin))
+    if origin is None or len(message.data) != info.width * info.height or not message.data:
+        raise InputError(
+            f"/map has {info.width} x {info.height} cells, {len(message.data)} values and the "
+            f"origin {info.origin.position.x:g}, {info.origin.position.y:g}; that is no map"
+        )
+    if not 0.0 < info.resolution <= COARSEST:
+        raise InputError(f"/map has cells of {info.resolution:g} m; up to {COARSEST:g} m are read")
+    cells = np.array(message.data, dtype=np.int8).reshape(info.height, info.width)
+    return OccupancyGrid(cells, round(info.resolution, 6), Pose2D(*origin))
 
 
 def command_of(message: Any) -> Twist2D | None:

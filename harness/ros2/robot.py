@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import rclpy
 from action_msgs.msg import GoalStatus, GoalStatusArray
+from action_msgs.srv import CancelGoal
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid as GridMessage
 from nav_msgs.msg import Odometry as OdometryMessage
@@ -33,6 +34,7 @@ LATCHED = QoSProfile(
 # takes commands of reliable and of best-effort publishers
 _COMMANDS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _COMMAND_TYPES = {"geometry_msgs/msg/Twist": Twist, "geometry_msgs/msg/TwistStamped": TwistStamped}
+OLDEST = 1.0  # [s] that the stamp of a command is believed to be old
 _PERSON_HEIGHT = 1.75  # [m] of a marker
 # the environment variable that keeps discovery on this machine, unless the user says otherwise
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
@@ -76,9 +78,12 @@ class RobotNode:
         self._node.create_subscription(
             GoalStatusArray, "navigate_to_pose/_action/status", self._take_status, LATCHED
         )
+        self._cancel = self._node.create_client(CancelGoal, "navigate_to_pose/_action/cancel_goal")
         self._listens = False
         self.heard, self.refused = 0, 0  # commands so far, and those that no robot can follow
         self.command = Twist2D()
+        # [s] of the clock at the newest command, by its stamp where that can be; and now
+        self.commanded_at = self._now = 0.0
         self.is_aborted = False
         self._odom_pose = Pose2D()
         self._static: Sequence[Frame] = ()
@@ -89,7 +94,9 @@ class RobotNode:
         return bool(self._node.count_subscribers("goal_pose"))
 
     def begin(self, start: Pose2D, stamp: float) -> None:
-        """Say where the robot is put."""
+        """End the goal of the delivery before, if there is one, and say where the robot is put."""
+        if self._cancel.service_is_ready():
+            self._cancel.call_async(CancelGoal.Request())  # without a goal's id: all of them
         self.command, self.is_aborted, self._odom_pose = Twist2D(), False, Pose2D()
         frame = self._params.map_frame
         self._start.publish(messages.start_message(start, stamp, frame))
@@ -124,6 +131,7 @@ class RobotNode:
             self._send_sensors(seen.scan.sensor_pose)
             self._scan.publish(messages.scan_message(seen.scan, offset, params.scan_frame))
             self._people.publish(self._markers(people, stamp))
+        self._now = stamp
         self._clock.publish(Clock(clock=messages.time_of(stamp)))
 
     def wait_for_command(self, timeout: float) -> bool:
@@ -164,8 +172,12 @@ class RobotNode:
         if command is None:
             self.refused += 1
             return
-        self.command = command
+        self.command, self.commanded_at = command, self._now
         self.heard += 1
+        if isinstance(message, TwistStamped):
+            stamp = messages.seconds(message.header.stamp)
+            if 0.0 <= self._now - stamp <= OLDEST:
+                self.commanded_at = stamp
 
     def _take_status(self, message: GoalStatusArray) -> None:
         statuses = [each.status for each in message.status_list]

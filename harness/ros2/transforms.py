@@ -19,7 +19,7 @@ from harness.ros2.messages import quaternion, time_of
 from navstack.types import Pose2D
 
 # messages stay on this machine, as rclpy's do
-_LOOPBACK = (
+LOOPBACK = (
     "<CycloneDDS><Domain><General><Interfaces>"
     '<NetworkInterface name="lo" multicast="true"/>'
     "</Interfaces></General></Domain></CycloneDDS>"
@@ -102,7 +102,7 @@ class TransformPublisher:
 
     def __init__(self, domain: int) -> None:
         """Join a domain of DDS on this machine's loopback."""
-        self._domain = Domain(domain, _LOOPBACK)
+        self._domain = Domain(domain, LOOPBACK)
         participant = DomainParticipant(domain)
         moving = Qos(_RELIABLE, Policy.History.KeepLast(100))
         staying = Qos(_RELIABLE, Policy.History.KeepLast(1), Policy.Durability.TransientLocal)
