@@ -48,6 +48,7 @@ class Watched(_Led):
         super().__init__(navigator)
         self._navigator = navigator
         self.weighed: Weighed = {}
+        self.options = ()  # of replays only, and slow to work out
 
     def tick(self, observation: Observation) -> Twist2D:
         """The navigator's command."""

@@ -5,6 +5,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from harness.explain.activities import Activity
 from harness.explain.decision_words import alternatives_at
 from harness.explain.evidence import Evidence
 from harness.explain.moments import COMPONENTS, Moment
@@ -55,7 +56,10 @@ class Saving:
 
 
 def explanation_document(
-    evidence: Evidence, told: Sequence[Explained], saving: Saving | None
+    evidence: Evidence,
+    told: Sequence[Explained],
+    saving: Saving | None,
+    activities: Sequence[Activity],
 ) -> Json:
     """The JSON document of ``navbench explain``."""
     row = evidence.row
@@ -69,6 +73,7 @@ def explanation_document(
         "reason": row["reason"],
         "source": evidence.source,
         "navigator_history": row.get("navigator_history") or "",
+        "activities": [each.document() for each in activities],
         "events": [_event(each) for each in told],
         "rewind": None if saving is None else _rewind(saving),
     }

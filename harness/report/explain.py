@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from harness.economics.cost_terms import COST_LABELS, MARGIN
+from harness.explain.activities import Activity
 from harness.explain.decision_words import alternatives_at, gaps_to
 from harness.explain.document import Explained, Saving, instant
 from harness.explain.evidence import RECORDING, WEIGHTED, Evidence
@@ -27,8 +28,9 @@ def explanation_blocks(
     moments: Sequence[Explained],
     saving: Saving | None,
     figures: Sequence[Path],
+    activities: Sequence[Activity] = (),
 ) -> list[Block]:
-    """Each moment in words and as tables, and what a rewind had saved."""
+    """Where the time went, each moment in words and as tables, and what a rewind had saved."""
     row = evidence.row
     source = "driven again; its row came out as stored"
     if evidence.source == RECORDING:
@@ -38,6 +40,8 @@ def explanation_blocks(
     blocks: list[Block] = [Text(f"{mission}: {end}; {source}.", "heading")]
     if row.get("navigator_history"):
         blocks.append(Text(f"The navigator: {row['navigator_history']}.", "paragraph"))
+    if activities:
+        blocks += [Text(""), activities_table(activities)]
     for each in moments:
         blocks += [Text(""), Text(each.words, "paragraph")]
         if each.before is None or not is_same(each.before, each.seconds.moment):
@@ -45,6 +49,20 @@ def explanation_blocks(
     if saving is not None:
         blocks += saving_blocks(saving)
     return [*blocks, *map(Chart, figures)]
+
+
+def activities_table(activities: Sequence[Activity]) -> Table:
+    """Where the time of the delivery went."""
+    rows = []
+    for each in activities:
+        place = f"{each.longest_s:.0f} s from {each.longest_since_s:.0f} s on at "
+        place += f"({each.longest_x_m:.0f}, {each.longest_y_m:.0f})"
+        numbers = (each.time_s, each.distance_m, each.progress_m)
+        texts = [number_text(number, 0) for number in numbers]
+        around = (each.people_near, each.ghost_tracks, each.street_width_m)
+        texts += [number_text(number, 1) for number in around]
+        rows.append((each.activity, *texts, place))
+    return declared("activities", rows)
 
 
 def instants_table(seconds: Seconds) -> Table:

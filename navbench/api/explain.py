@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.analysis.compare import side_of
+from harness.explain.activities import Activity, activities
 from harness.explain.document import Explained, Saving, explained, explanation_document
 from harness.explain.evidence import (
     Evidence,
@@ -49,11 +50,13 @@ class Explanation:
     told: list[Explained]
     saving: Saving | None  # None: nothing was rewound
     figures: list[Path]
+    activities: list[Activity]  # where the time went, the most first
 
     def as_json(self) -> dict[str, Any]:
         """As ``navbench explain --json`` prints it."""
         figures = [str(figure) for figure in self.figures]
-        return {**explanation_document(self.evidence, self.told, self.saving), "figures": figures}
+        told = (self.evidence, self.told, self.saving, self.activities)
+        return {**explanation_document(*told), "figures": figures}
 
 
 def explain(
@@ -102,7 +105,8 @@ def explain(
     told = explained(evidence, [seconds_before(evidence, moment, before) for moment in chosen])
     saving = _saving(stored, evidence, chosen, rewind, before) if rewind else None
     figures = _draw(stored, evidence, told, plot, out)
-    explanation = Explanation(evidence, told, saving, figures)
+    where = activities(evidence, map_of(stored, "where the time went"))
+    explanation = Explanation(evidence, told, saving, figures, where)
     if out is not None:
         _write(explanation, out)
     return explanation
@@ -116,7 +120,8 @@ def document_text(explanation: Explanation) -> str:
 def _write(explanation: Explanation, out: Path) -> None:
     plain = StringIO()
     each = explanation
-    blocks = explanation_blocks(each.evidence, each.told, each.saving, each.figures)
+    given = (each.evidence, each.told, each.saving, each.figures)
+    blocks = explanation_blocks(*given, each.activities)
     print_blocks(blocks, report_console(plain))
     with writing(out):
         write_text(out / "explanation.json", document_text(explanation))

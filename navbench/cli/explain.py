@@ -86,7 +86,7 @@ def explain(
         sys.stdout.write(api.document_text(found))
     else:
         blocks = explanation_blocks if is_full else short_explanation
-        told = found.evidence, found.told, found.saving, found.figures
+        told = found.evidence, found.told, found.saving, found.figures, found.activities
         print_blocks(blocks(*told), report_console())
         click.echo(f"next: navbench replay {loaded.folder}:{loaded.stacks[0]} {episode}")
 

@@ -13,7 +13,12 @@ from navstack.control.decision import (
     DecisionRecord,
     Option,
 )
-from navstack.control.expected_cost.motion_cost import TERMS, MotionScene, price_one
+from navstack.control.expected_cost.motion_cost import (
+    TERMS,
+    MotionScene,
+    price_each,
+    price_one,
+)
 from navstack.control.expected_cost.motions import name_of
 from navstack.types import FloatArray, Twist2D
 
@@ -52,18 +57,22 @@ def alternatives(cycle: Cycle) -> tuple[Alternative, ...]:
     They may be cheaper by less than what changing the motion under way takes (``switch_usd``,
     ``switch_share``).
     """
-    priced = [_priced(motion, cycle.scene) for motion in cycle.motions]
     chosen = _priced(cycle.chosen, cycle.scene)
     half = 0.5 * abs(chosen.command.linear_x)
-    others = {
-        RUNNER_UP: [each for each in priced if each.kind != chosen.kind],
-        SLOWER: [each for each in priced if abs(each.command.linear_x) <= half],
-    }
-    best = {
-        kind: min(found, key=lambda each: each.total) for kind, found in others.items() if found
-    }
+    totals, speeds = _prices(cycle)
+    best: dict[str, _Priced] = {}
+    for k in np.argsort(totals, kind="stable").tolist():
+        motion = cycle.motions[k]
+        if RUNNER_UP not in best and name_of(motion) != chosen.kind:
+            best[RUNNER_UP] = _priced(motion, cycle.scene)
+        if SLOWER not in best and abs(speeds[k]) <= half:
+            best[SLOWER] = _priced(motion, cycle.scene)
+        if len(best) == len((RUNNER_UP, SLOWER)):
+            break
     return tuple(
-        Alternative(kind, each.command, each.total, each.scores) for kind, each in best.items()
+        Alternative(kind, best[kind].command, best[kind].total, best[kind].scores)
+        for kind in (RUNNER_UP, SLOWER)
+        if kind in best
     )
 
 
@@ -72,18 +81,28 @@ def options(cycle: Cycle) -> tuple[Option, ...]:
     scene = cycle.scene
     terms = np.empty(len(TERMS))
     states = np.empty((len(cycle.scene.care), 7))
-    totals = [price_one(motion, scene, terms, states) for motion in cycle.motions]
     kinds = {name_of(cycle.chosen): cycle.chosen}
+    totals, _ = _prices(cycle)
     for k in np.argsort(totals, kind="stable").tolist():
         kind = name_of(cycle.motions[k])
         if kind not in kinds:
             kinds[kind] = cycle.motions[k]
+        if len(kinds) == _SHOWN:
+            break
     found = []
-    for motion in list(kinds.values())[:_SHOWN]:
+    for motion in kinds.values():
         total = price_one(motion, scene, terms, states)
         way = np.concatenate((scene.start[np.newaxis, : Y + 1], states[::_EVERY, : Y + 1]))
         found.append(Option(float(total), way))
     return tuple(found)
+
+
+def _prices(cycle: Cycle) -> tuple[FloatArray, FloatArray]:
+    """Cost (M,) [USD] and speed after a step (M,) [m/s] of each motion that was compared."""
+    totals = np.empty(len(cycle.motions))
+    speeds = np.empty(len(cycle.motions))
+    price_each(np.ascontiguousarray(cycle.motions), cycle.scene, totals, speeds)
+    return totals, speeds
 
 
 class _Priced(NamedTuple):

@@ -8,9 +8,10 @@ from numpy.random import default_rng
 from numpy.testing import assert_allclose, assert_array_equal
 
 from navstack.control.controller import Surroundings
+from navstack.control.decision import RUNNER_UP, SLOWER
 from navstack.control.expected_cost import motions as library
 from navstack.control.expected_cost.clearance import Clearance, _around, clearance_at
-from navstack.control.expected_cost.decision_report import name_of
+from navstack.control.expected_cost.decision_report import Cycle, alternatives, name_of, options
 from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
 from navstack.control.expected_cost.field import _within
 from navstack.control.expected_cost.motion_cost import TERMS, price_one
@@ -20,7 +21,7 @@ from navstack.costmap.costmap import Costmap
 from navstack.planning.cost_to_go import _free_cell, cost_to_go
 from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
 
-from .expected_cost_twin import FOOTPRINT, GOAL, PARAMS, prediction, street
+from .expected_cost_twin import FOOTPRINT, GOAL, PARAMS, prediction, scene_of, street
 
 
 @pytest.mark.parametrize("x", [20.03, 21.95, 22.1])
@@ -204,3 +205,28 @@ def test_what_was_chosen_half_a_second_ago_is_of_no_use(later, is_kept):
     controller = decided(0.0, later)
     expected = library.later(last, later) if is_kept else controller._search._few[0]
     assert_array_equal(controller._cycle.motions[0], expected)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_told_of_other_motions_is_the_best_of_all_that_were_compared(seed):
+    scene = scene_of(default_rng(seed), 4)
+    motions = library.many(2.0, 2.0, 1.8)
+    terms, states = np.empty(len(TERMS)), np.empty((PARAMS.steps, 7))
+    totals, speeds = [], []
+    for motion in motions:
+        totals.append(price_one(motion, scene, terms, states))
+        speeds.append(abs(states[0, 3]))
+    chosen = int(np.argmin(totals))
+    cycle = Cycle(0.0, scene, motions, motions[chosen], Twist2D())
+    kinds = [name_of(motion) for motion in motions]
+    others = [k for k, kind in enumerate(kinds) if kind != kinds[chosen]]
+    slower = [k for k, speed in enumerate(speeds) if speed <= 0.5 * speeds[chosen]]
+    expected = {
+        kind: min(totals[k] for k in each)
+        for kind, each in ((RUNNER_UP, others), (SLOWER, slower))
+        if each
+    }
+    assert {each.kind: each.total for each in alternatives(cycle)} == expected
+    drawn = [each.total for each in options(cycle)]
+    assert drawn[0] == totals[chosen] and drawn[1] == min(totals[k] for k in others)
+    assert len(drawn) == min(4, len(set(kinds)))
