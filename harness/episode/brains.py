@@ -46,7 +46,8 @@ def steps_per_tick(nav2: Nav2File, rate: float) -> int:
 
     ``rate`` [Hz] is that of the physics.
     """
-    periods = [rate / frequency for frequency in read_frequencies(nav2)]
+    # what has 0 Hz never runs
+    periods = [rate / frequency for frequency in read_frequencies(nav2) if frequency > 0.0]
     if any(abs(period - round(period)) > 1e-6 or period < 1.0 for period in periods):
         # some part fits no whole number of steps: it runs at the first step after it is due
         return 1

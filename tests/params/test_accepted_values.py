@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from harness.episode.brains import steps_per_tick
 from navstack.control.controller import Surroundings
 from navstack.control.mppi.mppi_controller import MppiController
 from navstack.costmap.costmap import Costmap
@@ -58,6 +59,11 @@ def test_no_limit_and_no_updates_are_read(inspect):
     told = [each for each in lint(nav2) if each.path == "local_costmap: update_frequency"]
     assert len(told) == 1
     assert told[0].message.startswith("0 Hz: it is never updated, and the robot does not move")
+
+
+def test_what_is_never_updated_sets_no_length_of_a_tick(inspect):
+    usual = ENDLESS.replace("update_frequency: 0.0", "update_frequency: 20.0")
+    assert steps_per_tick(inspect(ENDLESS), 120.0) == steps_per_tick(inspect(usual), 120.0) == 6
 
 
 @pytest.mark.parametrize("scale", [True, False])
