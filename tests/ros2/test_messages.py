@@ -79,6 +79,14 @@ def test_a_scan_comes_back_in_the_precision_of_its_message() -> None:
     assert found.ranges.tolist() == [0.5, float(np.float32(1.0 / 3.0)), math.inf]
 
 
+@given(st.floats(0.0, 2e9))
+@settings(max_examples=200, deadline=None)
+def test_the_clock_and_a_header_agree_to_the_last_bit(stamp: float) -> None:
+    """Else a scan of this moment is ahead of it."""
+    message = messages.goal_message(Pose2D(), stamp, "map")
+    assert messages.seconds(messages.time_of(stamp)) == received.stamp_of(message)
+
+
 def test_a_map_comes_back() -> None:
     cells = np.array([[0, 100, -1], [0, 0, 100]], dtype=np.int8)
     sent = OccupancyGrid(cells, 0.05, Pose2D(-3.0, 4.0))
