@@ -46,6 +46,7 @@ class Ros2Brain(Brain):
         self._period = 1.0 / (params.rate or SETTLE_RATE)  # [s] between two commands
         self._watch = Stopwatch()
         self._offset, self._stamp = BEFORE, 0.0
+        self._next = 0.0  # [s] of the clock at which the next command is due
         self._started = False
 
     @property

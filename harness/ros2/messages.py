@@ -38,8 +38,8 @@ def time_of(stamp: float) -> Time:
 
 
 def seconds(stamp: Any) -> float:
-    """A message's time in [s]."""
-    return float(stamp.sec + stamp.nanosec / NANOSECONDS)
+    """A message's time in [s], to the last bit as :func:`harness.recorded.messages.stamp_of`."""
+    return float(stamp.sec) + float(stamp.nanosec) * 1e-9
 
 
 def quaternion(yaw: float, pitch: float = 0.0) -> Quaternion:

@@ -13,6 +13,7 @@ from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu as ImuMessage
 from sensor_msgs.msg import LaserScan as ScanMessage
@@ -79,7 +80,7 @@ class RobotNode:
             GoalStatusArray, "navigate_to_pose/_action/status", self._take_status, LATCHED
         )
         self._cancel = self._node.create_client(CancelGoal, "navigate_to_pose/_action/cancel_goal")
-        self._listens = False
+        self._subscription: Subscription | None = None
         self.heard, self.refused = 0, 0  # commands so far, and those that no robot can follow
         self.command = Twist2D()
         # [s] of the clock at the newest command, by its stamp where that can be; and now
@@ -94,7 +95,13 @@ class RobotNode:
         return bool(self._node.count_subscribers("goal_pose"))
 
     def begin(self, start: Pose2D, stamp: float) -> None:
-        """End the goal of the delivery before, if there is one, and say where the robot is put."""
+        """End the goal of the delivery before, if there is one, and say where the robot is put.
+
+        Commands are looked for anew: a peer that was restarted may have another type of them.
+        """
+        if self._subscription is not None:
+            self._node.destroy_subscription(self._subscription)
+            self._subscription = None
         if self._cancel.service_is_ready():
             self._cancel.call_async(CancelGoal.Request())  # without a goal's id: all of them
         self.command, self.is_aborted, self._odom_pose = Twist2D(), False, Pose2D()
@@ -142,7 +149,7 @@ class RobotNode:
             left = deadline - time.monotonic()
             if left <= 0.0:
                 return False
-            self._executor.spin_once(timeout_sec=left if self._listens else min(left, 0.05))
+            self._executor.spin_once(timeout_sec=left if self._subscription else min(left, 0.05))
             self._listen()
         return True
 
@@ -158,13 +165,14 @@ class RobotNode:
 
     def _listen(self) -> None:
         """Subscribe to commands once somebody publishes them, by the type that he has."""
-        if self._listens:
+        if self._subscription is not None:
             return
         for publisher in self._node.get_publishers_info_by_topic("/cmd_vel"):
             if publisher.topic_type in _COMMAND_TYPES:
                 kind = _COMMAND_TYPES[publisher.topic_type]
-                self._node.create_subscription(kind, "/cmd_vel", self._take_command, _COMMANDS)
-                self._listens = True
+                self._subscription = self._node.create_subscription(
+                    kind, "/cmd_vel", self._take_command, _COMMANDS
+                )
                 return
 
     def _take_command(self, message: Twist | TwistStamped) -> None:

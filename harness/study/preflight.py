@@ -6,13 +6,14 @@ from pathlib import Path
 from harness.episode.factory import Parts
 from harness.storage.shipped import is_file
 from harness.study.compile_ahead import compile_ahead
-from harness.task.stack import Stack
+from harness.task.stack import ROS2, Stack
 from harness.task.study import Study
 from harness.world.map.scene import Scene
 from harness.world.physics.robot import RobotParams
 from harness.world.sensors import glass, sky
 from harness.world.sensors.suite import SensorParams
 from navstack.costmap.occupancy_grid import FREE
+from navstack.errors import InputError
 from navstack.geometry import footprint_radii
 from navstack.lint import require_usable
 from navstack.params.costmap import robot_footprint
@@ -40,6 +41,11 @@ def check(study: Study) -> list[str]:
     notes = [f"{stack.name} {stack.body}" for stack in study.stacks if stack.body]
     for number, stack in enumerate(study.stacks):
         task = dataclasses.replace(study.template, stack=stack, stack_number=number)
+        if stack.navigator == ROS2 and study.workers > 1:
+            raise InputError(
+                f"stack '{stack.name}' drives over ROS 2, in one world at a time; --workers "
+                f"{study.workers} is given, give --workers 1"
+            )
         if stack.is_nav2:
             require_usable(Path(stack.nav2_file), task.allow_unknown)
         parts = Parts(task)

@@ -31,6 +31,7 @@ def serve(
     stack: str = SERVED,
     settings: dict[str, Any] | None = None,
     out: Path | None = None,
+    workers: int | None = None,
     **options: Any,
 ) -> Driven:
     """Drive deliveries by the commands of ROS 2 nodes, one after the other.
@@ -40,6 +41,7 @@ def serve(
         stack: a stack file whose navigator is ros2.
         settings: of :class:`harness.task.ros2_params.Ros2Params` that differ from the stack's.
         out: run folder; None: ``results/<time>-<name>``.
+        workers: None or 1, as there is one robot.
         options: as of :func:`navbench.run`.
 
     Raises:
@@ -57,7 +59,7 @@ def serve(
     with tempfile.TemporaryDirectory(prefix="navbench-serve-") as folder:
         file = Path(folder) / f"{name}.yaml"
         file.write_text(dump_dataclass(loaded), encoding="utf-8")
-        return drive_stacks([str(file)], out=out, where=Where(workers=1), **options)
+        return drive_stacks([str(file)], out=out, where=Where(workers=workers or 1), **options)
 
 
 def drive_robot(

@@ -57,6 +57,7 @@ class Rig:
 
     def __init__(self, is_simulated: bool) -> None:
         self.told: list[str] = []
+        self.leaving: list[str] = []  # publishers that are to end
         self.commands: list[tuple[float, float]] = []  # [s] of arrival, [m/s]
         self.brain, self.shift = Eager(), 0.0  # [s] of scans' stamps
         self.clock = time.time
@@ -96,7 +97,9 @@ class Rig:
 
     def send(self) -> None:
         """Publish what sensors see now."""
-        now, publishers = self.clock(), dict(self.publishers)
+        while self.leaving:
+            self.robot.destroy_publisher(self.publishers.pop(self.leaving.pop()))
+        now, publishers = self.clock(), self.publishers
         if "scan" in publishers:
             scan = LaserScan(angle_increment=0.1, range_min=0.1, range_max=9.0)
             scan.ranges = [5.0] * 10
@@ -110,8 +113,8 @@ class Rig:
             publishers["clock"].publish(Clock(clock=messages.time_of(now)))
 
     def lose(self, name: str) -> None:
-        """End a publisher."""
-        self.robot.destroy_publisher(self.publishers.pop(name))
+        """End a publisher, in the thread that publishes."""
+        self.leaving.append(name)
 
     def set_off(self) -> None:
         """Send a start and a goal until the robot drives."""

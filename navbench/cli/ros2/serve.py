@@ -80,5 +80,5 @@ def serve(
         "settle": settle,
         "publishes_map_frame": publishes_map_frame,
     }
-    driven = drive(name, stack=stack, settings=settings, out=out, **choices)
+    driven = drive(name, stack=stack, settings=settings, out=out, workers=where.workers, **choices)
     sys.exit(print_driven(driven, as_json, is_full, False))
