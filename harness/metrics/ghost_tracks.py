@@ -58,5 +58,5 @@ def are_ghosts(places: FloatArray, people: FloatArray) -> BoolArray:
     """Which places (k, 2) [m] have no person (n, 2) [m] within ``SAME_BODY``."""
     x, y = (places[:, None, axis] - people[None, :, axis] for axis in (0, 1))
     near = np.hypot(x, y) <= SAME_BODY  # False: nan and inf, of who is absent
-    ghosts: BoolArray = ~near.any(axis=1)
+    ghosts: BoolArray = near.sum(axis=1) == 0
     return ghosts

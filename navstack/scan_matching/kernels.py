@@ -56,7 +56,7 @@ def distance_near(field: SurfaceField, x: float, y: float) -> float:
     height, width = field.codes.shape
     if not (0 <= column < width and 0 <= row < height):
         return math.nan
-    return CODE * field.codes[row, column]
+    return float(CODE * field.codes[row, column])
 
 
 @njit(inline="always")

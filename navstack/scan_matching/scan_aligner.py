@@ -70,9 +70,11 @@ class ScanAligner:
         believed = _bounded(covariance)
         window = np.minimum(WINDOW_STDS * np.sqrt(np.diag(believed)), MOST_WINDOW)
         aligned, slope, hessian = np.empty(3), np.empty(3), np.empty((3, 3))
-        information = np.linalg.inv(believed)
-        where = (points, pose.as_array(), information, window, self.field)
-        near, count = align(*where, aligned, hessian, slope)
+        information = np.linalg.inv(believed).astype(np.float64)
+        believes = pose.as_array()
+        near, count = align(
+            points, believes, information, window, self.field, aligned, hessian, slope
+        )
         if near < max(LEAST_RETURNS, LEAST_SHARE * count):
             return None
         values, vectors = np.linalg.eigh(hessian / np.outer(_METRES, _METRES))

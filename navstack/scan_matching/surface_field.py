@@ -46,12 +46,13 @@ def surface_field(static_map: OccupancyGrid) -> SurfaceField:
 @njit()
 def surface_codes(occupied: BoolArray, free: BoolArray, cell: float) -> npt.NDArray[np.int8]:
     """Signed distances (H, W) in CODE from cells' middles to the edge of the nearest surface."""
-    codes = np.empty(occupied.shape, dtype=np.int8)
+    height, width = occupied.shape
+    codes = np.empty((height, width), dtype=np.int8)
     reach = int(np.ceil(MOST * CODE / cell)) + 1
     for sign in (1.0, -1.0):
         squared = squared_distances(occupied if sign > 0.0 else free, reach * reach)
-        for row in range(codes.shape[0]):
-            for column in range(codes.shape[1]):
+        for row in range(height):
+            for column in range(width):
                 if free[row, column] == (sign > 0.0):
                     metres = sign * cell * (np.sqrt(squared[row, column]) - 0.5)
                     rounded = np.rint(metres / CODE)
