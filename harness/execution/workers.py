@@ -1,5 +1,6 @@
 """Where episodes run: on any executor of ``concurrent.futures``, by default one process per worker."""
 
+import math
 import os
 import time
 from collections import deque
@@ -139,17 +140,25 @@ class Workers:
             slot.discard()
 
     def run(
-        self, function: Callable[[Task], Result], tasks: Iterable[Task]
+        self,
+        function: Callable[[Task], Result],
+        tasks: Iterable[Task],
+        until: float = math.inf,
     ) -> Generator[Finished[Task, Result], None, None]:
         """Yield each task as it finishes.
 
         Closing the iterator (Ctrl-C included) stops what is running; what was yielded before stays
         valid.
+
+        Args:
+            function: what is done with a task.
+            tasks: in the order in which they begin.
+            until: [s] of the monotonic clock; then it ends, and what is running is stopped.
         """
         waiting = deque(_Attempt(task) for task in tasks)
         running: dict[Future[Result], _Running[Task]] = {}
         try:
-            while waiting or running:
+            while (waiting or running) and time.monotonic() < until:
                 while waiting and len(running) < self._most():
                     if not self._idle:
                         self._idle.append(_Slot(self._make_executor))

@@ -1,6 +1,7 @@
 """A study from its tasks to its tables: run the episodes, keep them, sum them up and price them."""
 
 import contextlib
+import math
 from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -83,15 +84,15 @@ def drive_missing(study: Study, folder: RunFolder, workers: Workers, on_finished
 
 
 def driven(
-    tasks: Iterable[EpisodeTask], folder: RunFolder, workers: Workers
+    tasks: Iterable[EpisodeTask], folder: RunFolder, workers: Workers, until: float = math.inf
 ) -> Generator[tuple[Finished[EpisodeTask, Delivery], Row], None, None]:
     """Drive those of the tasks that the folder lacks; each is on disk before it is yielded.
 
-    Closing the iterator stops what is running.
+    Closing the iterator, or ``until`` [s] of the monotonic clock, stops what is running.
     """
     known = folder.finished
     missing = (task for task in tasks if (task.stack_number, task.episode) not in known)
-    with contextlib.closing(workers.run(run_episode, missing)) as runs:
+    with contextlib.closing(workers.run(run_episode, missing, until)) as runs:
         for finished in runs:
             record, delivery = record_of(finished), finished.result
             name = f"{finished.task.stack.name}-{finished.task.episode}"

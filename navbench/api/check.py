@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.analysis.check import (
+    ALIKE,
     SIDES,
     CheckDeclaration,
     Checked,
@@ -40,7 +41,7 @@ from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass, load_dataclass
 
 BUDGET = 600.0  # [s] of wall time
-MOST_MISSIONS = 20_000  # that a check can drive
+MOST_MISSIONS = 10_000  # that a check can drive
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def check(
     old: str,
     new: str,
     *,
-    within: float = CheckDeclaration.within,
+    within: float = ALIKE,
     budget: float = BUDGET,
     markdown: Path | None = None,
     out: Path | None = None,
@@ -192,13 +193,8 @@ class Watch(Bar):
 
     def __init__(self, looks: Looks, budget: float) -> None:
         self._looks, self._start = looks, time.monotonic()
+        self.until = self._start + budget  # [s] of the monotonic clock
         super().__init__("{done:.0f} of {total:.0f} s", budget)
-
-    @property
-    def is_over(self) -> bool:
-        """Whether the budget is spent."""
-        self.done = time.monotonic() - self._start
-        return self.done >= self.total
 
     @property
     def text(self) -> str:
@@ -209,6 +205,7 @@ class Watch(Bar):
     @property
     def note(self) -> str:
         """Missions and bound."""
+        self.done = time.monotonic() - self._start
         return f"{self._looks.missions} missions, NEW less OLD [USD]: {self._looks.bound}"
 
 
@@ -250,11 +247,11 @@ def _drive_missions(
     with (
         open_workers(where, study.workers, path, {path: study}) as workers,
         shown(watch),
-        contextlib.closing(driven(study.tasks_by_mission(), folder, workers)) as runs,
+        contextlib.closing(driven(study.tasks_by_mission(), folder, workers, watch.until)) as runs,
     ):
         for _ in runs:
             differences.tell(looks)
-            if looks.is_decided or watch.is_over:
+            if looks.is_decided:
                 return
 
 

@@ -76,6 +76,15 @@ def test_closing_early_stops_the_workers() -> None:
         assert list(tasks) == []
 
 
+def test_a_deadline_keeps_what_is_finished_and_stops_the_rest() -> None:
+    tasks, began = [0.01, 0.01, 30.0], time.monotonic()
+    with Workers(1, partial(ThreadPoolExecutor, 1)) as workers:
+        until = began + 1.0
+        finished = [each.task for each in workers.run(time.sleep, tasks, until)]
+    assert finished == tasks[:2]
+    assert time.monotonic() - began < 20.0
+
+
 def attempt(task: tuple[Path, int, str]) -> int:
     """Leave a trace; then, if so told, die or hang on the first attempt or on each."""
     folder, number, way = task

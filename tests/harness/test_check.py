@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import navbench
 from harness.analysis.check import Looks, missions_that_decide, verdict_of
 from harness.statistics.betting import bound_at_every_look
 from harness.statistics.interval import Interval
@@ -124,6 +125,12 @@ def test_what_cannot_be_checked_is_one_line(
     assert told in err and err.count("\n") == 1
 
 
+def test_a_program_asks_by_the_same_names(write_run) -> None:
+    found = navbench.check(str(write_run("a")), str(write_run("b", change=injured(60.0))))
+    assert (found.verdict, found.is_interrupted, found.has_errors) == ("worse", False, False)
+    assert found.as_json()["within_usd"] == 1.0
+
+
 @pytest.fixture
 def short(tmp_path: Path, hall: Path, in_process: None) -> list[str]:
     """Options of deliveries of two seconds, and files that differ in one value."""
@@ -134,40 +141,43 @@ def short(tmp_path: Path, hall: Path, in_process: None) -> list[str]:
     return [*conditions, "--pedestrians", "2", "--workers", "1"]
 
 
-def test_files_are_driven_stopped_by_the_budget_and_driven_on(
-    tmp_path: Path, navbench, short: list[str]
-) -> None:
-    out, files = tmp_path / "out", [tmp_path / "old.yaml", tmp_path / "new.yaml"]
-    status, text, _ = navbench("check", *files, *short, "--budget", "1s", "--out", out, "--json")
-    first = json.loads(text)
-    assert (status, first["verdict"]) == (0, "undecided")
-    assert first["old"]["given"] == str(files[0]) and first["new"]["stack"] == "new"
-    status, text, said = navbench("check", "--resume", out, "--budget", "1s", "--json")
-    second = json.loads(text)
-    assert status == 0 and second["margin_difference"]["n"] > first["margin_difference"]["n"]
-    assert (out / JOURNAL).is_file()
-    status, _, said = navbench("run", "--resume", out)
-    assert status == 1 and f"go on with navbench check --resume {out}" in said
-
-
-def test_an_interrupt_prints_the_bound_so_far(
+def test_an_interrupt_prints_the_bound_so_far_and_the_check_goes_on(
     tmp_path: Path, navbench, short: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    heard = []
+    stop_after = 2
 
     def interrupted(looks: Looks, difference: float) -> None:
-        heard.append(difference)
         original(looks, difference)
-        if len(heard) == 2:
+        if looks.missions == stop_after:
             raise KeyboardInterrupt
 
     original = api.Looks.add
     monkeypatch.setattr(api.Looks, "add", interrupted)
-    files = [tmp_path / "old.yaml", tmp_path / "new.yaml"]
-    words = ("check", *files, *short, "--out", tmp_path / "out", "--fail-if", "worse")
-    status, text, said = navbench(*words)
+    out, files = tmp_path / "out", [tmp_path / "old.yaml", tmp_path / "new.yaml"]
+    status, text, said = navbench("check", *files, *short, "--out", out, "--fail-if", "worse")
     assert status == 130 and "interrupted after 2 missions" in said
+    assert text.splitlines()[0].startswith(f"NEW {files[1]} against OLD {files[0]}; world ")
     assert "not decided" in text and "over 2 missions" in text
+    assert (out / JOURNAL).is_file()
+
+    stop_after = 3
+    status, text, said = navbench("check", "--resume", out, "--workers", "1", "--json")
+    document = json.loads(text)
+    assert status == 130 and "going on after 2 missions" in said
+    assert (document["verdict"], document["margin_difference"]["n"]) == ("undecided", 3)
+    assert document["old"]["given"] == str(files[0]) and document["new"]["stack"] == "new"
+    status, _, said = navbench("run", "--resume", out)
+    assert status == 1 and f"go on with navbench check --resume {out}" in said
+
+
+def test_the_budget_ends_a_check_with_what_is_finished(
+    tmp_path: Path, navbench, short: list[str]
+) -> None:
+    files = [tmp_path / "old.yaml", tmp_path / "new.yaml"]
+    words = ("check", *files, *short, "--out", tmp_path / "out", "--budget", "0.01s")
+    status, text, _ = navbench(*words)
+    assert status == 0 and "not decided: no mission is finished" in text
+    assert text.splitlines()[-1].startswith("next: navbench check --resume")
 
 
 def test_files_that_say_the_same_are_alike_without_a_delivery(
