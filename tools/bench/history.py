@@ -14,14 +14,14 @@ from harness.execution.workers import available_cores
 from harness.storage.files import write_text
 from navstack.dispatch import processor
 from navstack.errors import InputError
-from tools.bench.measure import CPP, TWO_WORKERS, WITH_CARGO
+from tools.bench.measure import CPP, TWO_WORKERS
 
 HEAD = """# Speed over time
 
 A row per `python -m tools.bench --history tools/bench/history.md`: medians on the machine that the
 row names. So compare rows of one machine only, and versions by `make check-speed`, which runs both
-at once. Closed loops in x real time on one core (processor time), without cargo; components as
-ours / recorded C++. How it is measured: docs/speed.md. A + behind a commit: files had been changed.
+at once. Closed loops in x real time on one core (processor time), in the default world; components
+as ours / recorded C++. How it is measured: docs/speed.md. A + behind a commit: it had been changed.
 
 """
 LOOPS = {
@@ -44,30 +44,23 @@ RATIOS = {
     "smoother": "simple smoother, 1172 poses",
 }  # columns of components
 UNKNOWN = "--"
-COLUMNS = ("date", "commit", "machine", *LOOPS, "with cargo", TWO_WORKERS, *RATIOS)
+COLUMNS = ("date", "commit", "machine", *LOOPS, TWO_WORKERS, *RATIOS)
 HEADER = f"| {' | '.join(COLUMNS)} |\n|{' --- |' * len(COLUMNS)}\n"
 
 Row = Mapping[str, Any]
 
 
 def history_row(rows: Sequence[Row]) -> str:
-    """The figures of a run as one line; what was not measured is ``--``.
-
-    Cargo: the least of all loops.
-    """
+    """The figures of a run as one line; what was not measured is ``--``."""
     loops = {row["name"]: row for row in rows if "real_time_factor" in row}
     ratios = {row["name"]: row["ratio"] for row in rows if row.get("reference") == CPP}
     factors = {name: row["real_time_factor"] for name, row in loops.items()}
-    cargo = [
-        row["of_value_without"]["value"] for name, row in loops.items() if name.endswith(WITH_CARGO)
-    ]
     speedup = loops.get(TWO_WORKERS, {}).get("of_one_worker", {})
     cells = [
         datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d"),
         commit(),
         machine(),
         *(_cell(factors.get(name), ".1f") for name in LOOPS.values()),
-        _cell(min(cargo, default=None), ".2f"),
         _cell(speedup.get("value"), ".2f"),
         *(_cell(ratios.get(name), ".3g") for name in RATIOS.values()),
     ]

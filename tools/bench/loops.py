@@ -22,6 +22,8 @@ from harness.episode.factory import Parts
 from harness.task.study import EpisodeTask, make_study
 from navstack.errors import ParameterError
 
+# harness.storage.shipped.DEFAULT_WORLD, by name: other versions drive the same one
+WORLD = "published_3"
 NAVFN = "nav2_navfn_planner::NavfnPlanner"
 INCREMENTAL = "navstack::IncrementalNavfn"
 
@@ -33,7 +35,7 @@ class Loop:
     name: str
     stack: str  # of params/stacks
     incremental: bool  # with IncrementalNavfn in place of NavFn, all its parameters kept
-    target: float  # x real time on one core, without cargo
+    target: float  # x real time on one core
 
 
 LOOPS = {
@@ -67,33 +69,25 @@ class Driven:
 
 
 class Course:
-    """A loop's deliveries of seed 0 on the shipped map in world ``published``.
+    """A loop's deliveries of seed 0 on the shipped map in the default world.
 
     Whole ones, or cut off after some seconds.
     """
 
-    def __init__(
-        self, loop: Loop, folder: Path, with_cargo: bool = True, seconds: float | None = None
-    ) -> None:
+    def __init__(self, loop: Loop, folder: Path, seconds: float | None = None) -> None:
         """Write the parameter files that differ from the shipped ones.
 
         Args:
             loop: what drives.
             folder: where those files are kept, as long as the course is driven.
-            with_cargo: False: the bucket stays empty.
             seconds: simulated time after which a delivery ends; None: when it ends.
         """
         changes: dict[str, Any] = {}
-        task = next(
-            make_study(stacks=[loop.stack], episodes=1, workers=1, world="published").tasks()
-        )
+        study = make_study(stacks=[loop.stack], episodes=1, workers=1, world=WORLD)
+        task = next(study.tasks())
         if loop.incremental:
             nav2 = _changed(folder, Path(task.stack.nav2_file), NAVFN, INCREMENTAL)
             changes["stack"] = dataclasses.replace(task.stack, nav2_file=nav2)
-        if not with_cargo:
-            changes["world"] = _changed(
-                folder, Path(task.world), "\ncargo:\n", "\ncargo:\n  pieces: 0\n"
-            )
         if seconds is not None:
             changes["rules"] = _changed(
                 folder, Path(task.rules), "\ntimeout: 241.0", f"\ntimeout: {seconds}"

@@ -27,8 +27,6 @@ CPP = "nav2 c++ (recorded)"
 TWO_WORKERS = "two workers"
 SHARED_LOOP = "paper-gps incremental"  # what two workers drive
 LEAST_SPEEDUP = 1.9  # of two workers on two cores
-LEAST_WITH_CARGO = 0.8  # of the factor without
-WITH_CARGO = ", with cargo"
 COMPONENTS = {
     component.name: component
     for module in (costmaps, controllers, planners, localizers)
@@ -45,7 +43,7 @@ class Effort:
     runs: int  # readings of each component
     fewest: int  # of them, where the budget ends before
     budget: float  # [s] of processor time per component
-    deliveries: int  # of each closed loop, with and without cargo
+    deliveries: int  # of each closed loop
     shared: int  # deliveries that the workers share
     rounds: int  # of one worker and two
     seconds: float | None  # simulated time after which a delivery is cut off; None: whole ones
@@ -106,7 +104,7 @@ def measure(name: str, effort: Effort, folder: Path) -> list[Row]:
         if available_cores() == 1:
             return []
         return [workers_row(effort, folder)]
-    return loop_rows(LOOPS[name], effort, folder)
+    return [loop_row(LOOPS[name], effort, folder)]
 
 
 def component_rows(component: Component, effort: Effort) -> list[Row]:
@@ -142,48 +140,23 @@ def _compared(ours: FloatArray, reference: FloatArray | float, target: float | N
     return row | {"target": target, "met": met}
 
 
-def loop_rows(loop: Loop, effort: Effort, folder: Path) -> list[Row]:
-    """Deliveries without and with cargo in turn, after one of each that does not count.
+def loop_row(loop: Loop, effort: Effort, folder: Path) -> Row:
+    """Simulated seconds per second of one core over deliveries, after one that does not count.
 
     Then where the time goes.
     """
-    courses = [
-        Course(loop, folder / f"{loop.name}-{cargo}", with_cargo=cargo, seconds=effort.seconds)
-        for cargo in (False, True)
-    ]
-    for course in courses:
-        drive(course.task(0))
-    driven: list[list[Driven]] = [[], []]
-    for episode in range(effort.deliveries):
-        for which in (episode % 2, 1 - episode % 2):
-            driven[which].append(drive(courses[which].task(episode)))
-    empty, full = (np.array([each.factor for each in deliveries]) for deliveries in driven)
-    return [
-        {
-            **_factors(loop, driven[0]),
-            "cargo": False,
-            "target": loop.target,
-            "met": bool(np.median(empty) >= loop.target),
-        },
-        {
-            **_factors(loop, driven[1]),
-            "name": loop.name + WITH_CARGO,
-            "cargo": True,
-            "of_value_without": Spread.of(full / empty).as_json(),
-            "target": LEAST_WITH_CARGO,
-            "met": bool(np.median(full / empty) >= LEAST_WITH_CARGO),
-            **break_down([courses[1].task(episode) for episode in range(effort.rounds)]),
-        },
-    ]
-
-
-def _factors(loop: Loop, driven: Sequence[Driven]) -> Row:
-    """Simulated seconds per second of one core over some deliveries."""
+    course = Course(loop, folder / loop.name, effort.seconds)
+    drive(course.task(0))
+    driven = [drive(course.task(episode)) for episode in range(effort.deliveries)]
+    factors = Spread.of(np.array([each.factor for each in driven]))
     return {
         "name": loop.name,
-        **Spread.of(np.array([each.factor for each in driven])).as_json("real_time_factor"),
+        **factors.as_json("real_time_factor"),
         "wall_real_time_factor": float(np.median([each.simulated / each.wall for each in driven])),
         "simulated_s": sum(each.simulated for each in driven),
+        "target": loop.target,
+        "met": factors.median >= loop.target,
+        **break_down([course.task(episode) for episode in range(effort.rounds)]),
     }
 
 

@@ -16,7 +16,7 @@ COMPONENT_HEADERS = (
     *("at most", ""),
 )
 LOOP_HEADERS = (
-    *("loop", "x real time", "quartiles", "n", "by wall clock", "of the one before", "at least"),
+    *("loop", "x real time", "quartiles", "n", "by wall clock", "of one worker", "at least"),
     "",
 )
 WRAPPERS = "breakdown_wrappers_ms_per_simulated_s"
@@ -42,10 +42,10 @@ def _components(rows: Sequence[Row]) -> Table:
 
 
 def _loops(rows: Sequence[Row]) -> Table:
-    """A line per closed loop; ratios of one with another stand beside it."""
+    """A line per closed loop; that of two workers over one stands beside it."""
     lines = []
     for row in rows:
-        relative = row.get("of_value_without") or row.get("of_one_worker")
+        relative = row.get("of_one_worker")
         ratio = ""
         if relative is not None:
             ratio = f"{relative['value']:.2f} ({relative['low']:.2f} to {relative['high']:.2f})"
