@@ -178,7 +178,8 @@ def evaluate(first: Side, second: Side, within: float, most: int | None = None) 
     more = None
     if verdict_of(bound, within) == "undecided":
         more = missions_that_decide(differences, within)
-    return Checked(first, second, within, *driven, bound, more)
+    old, new = driven
+    return Checked(first, second, within, old, new, bound, more)
 
 
 def missions_that_decide(differences: FloatArray, within: float) -> int | None:

@@ -207,7 +207,7 @@ def _interventions(log: DriveLog) -> list[DriveEvent]:
     if len(places) < 2:
         return []
     still = standing(log)
-    found = []
+    found: list[DriveEvent] = []
     jumps = np.hypot(np.diff(places[:, 1]), np.diff(places[:, 2]))
     for at in np.flatnonzero(jumps > _JUMP):
         stamp = float(places[at, 0])

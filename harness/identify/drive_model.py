@@ -162,8 +162,8 @@ def fit_drive(
     seconds = float(np.sum(moving) * period)
     limited = _limited(stamps, commands, values)
     estimates = _estimates(prefix, unit, values, half, seconds, limited, is_symmetric)
-    dead_time, lag, up, down, gain = (values[0], *np.exp(values[1:4]), values[4])
-    return DriveFit(*map(float, (dead_time, lag, up, down, gain)), estimates)
+    lag, up, down = np.exp(values[1:4]).tolist()
+    return DriveFit(float(values[0]), lag, up, down, float(values[4]), estimates)
 
 
 def _starts(

@@ -66,12 +66,12 @@ def _fit(
     delays: tuple[float, float],
 ) -> Turning:
     delay, delay_half = delays
-    weights = np.ones(len(turned))
-    values = np.zeros(2)
+    weights: FloatArray = np.ones(len(turned))
+    values: FloatArray = np.zeros(2)
     components = [(0.0, 0.0, 0.0)] * 3
     for _ in range(3):
         weighted = columns[kept, :2] * weights[kept, None]
-        values, *_ = np.linalg.lstsq(weighted, turned[kept] * weights[kept], rcond=None)
+        values = np.linalg.lstsq(weighted, turned[kept] * weights[kept], rcond=None)[0]
         residuals = turned - columns[:, :2] @ values
         components = variance_components(residuals[kept], causes[kept])
         deviations = np.sqrt(causes @ np.square([each[0] for each in components]) + 1e-12)

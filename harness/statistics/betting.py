@@ -38,8 +38,8 @@ def bound_at_every_look(values: FloatArray, reach: float, times: float = 1.0) ->
     low = _lower(shares, times)
     high = 1.0 - _lower(1.0 - shares, times)
     mean = float(shares.mean())
-    ends = ((2.0 * end - 1.0) * reach for end in (mean, low, high))
-    return Interval(*ends, values.size)
+    middle, lowest, highest = ((2.0 * end - 1.0) * reach for end in (mean, low, high))
+    return Interval(middle, lowest, highest, values.size)
 
 
 def capital_after_each(values: FloatArray, mean: float) -> FloatArray:

@@ -114,8 +114,8 @@ def check_markdown(checked: Checked | None, declaration: CheckDeclaration) -> st
         for mission in checked.apart
         for replay in [shlex.join(_replays(checked, mission)[1])]
     ]
-    heads = ("Mission", "NEW - OLD [$]", "OLD", "NEW", "Replay")
-    blocks.append(Table("Missions that differ most", heads, missions))
+    columns = ("Mission", "NEW - OLD [$]", "OLD", "NEW", "Replay")
+    blocks.append(Table("Missions that differ most", columns, missions))
     return markdown_text([*blocks, Text(LIMIT)])
 
 
