@@ -13,7 +13,7 @@ from harness.ablation.document import ablation_document
 from harness.episode.factory import prices_of
 from harness.metrics.columns import Row
 from harness.report.ablation import draw_ablation
-from harness.report.ablation_page import write_ablation
+from harness.report.page.ablation import write_ablation
 from harness.report.page.document import write_study_page
 from harness.storage.documents import write_document
 from harness.storage.new_run import ABLATION, create_run, default_folder, require_usable
