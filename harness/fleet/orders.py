@@ -40,7 +40,7 @@ class GroupWays:
     ways: list[Way]  # of each order
     seconds: list[float]  # [s] before each leg, and after the last
     energy: list[float]  # [Wh] likewise
-    spoiled: list[int]  # legs that spoil the cargo, likewise
+    spoiled: list[float]  # legs that spoil the cargo, likewise
     trouble_at: list[int]  # leg after which help is needed; rising, then one beyond all
     trouble_kind: list[int]  # REMOTE or FIELD
 
@@ -58,24 +58,19 @@ def draw_orders(
     library: Library,
     settings: FleetSettings,
     optional: OptionalPrices,
+    placed: FloatArray,
     seed: Sequence[int],
-    placed: FloatArray | None = None,
 ) -> DayOrders:
-    """Draw a day.
-
-    The orders are the same for every library; so are their legs where libraries are alike.
+    """Draw the ways of a day's orders; the same for libraries that are alike.
 
     Args:
         library: of driven legs.
         settings: of the fleet.
         optional: whose rate of calls for help holds.
+        placed: when orders are placed [s], rising.
         seed: of the day.
-        placed: when orders are placed [s], rising; None: they are drawn.
     """
-    rng = np.random.default_rng([*seed, 0])
-    if placed is None:
-        placed = order_times(settings, rng)
-    distances = _distances(settings, len(placed), rng)
+    distances = _distances(settings, len(placed), np.random.default_rng([*seed, 0]))
     groups = []
     for number, legs in enumerate(library.groups):
         own = np.random.default_rng([*seed, 1, number])
@@ -134,7 +129,7 @@ def _ways(
         ways=[Way(*each) for each in bounds],
         seconds=_before(seconds[numbers]),
         energy=_before(legs.energy[numbers]),
-        spoiled=[int(count) for count in _before(legs.is_spoiled[numbers])],
+        spoiled=_before(legs.is_spoiled[numbers].astype(float)),
         trouble_at=[*places.tolist(), len(numbers)],
         trouble_kind=kinds.tolist(),
     )

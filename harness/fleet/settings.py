@@ -1,7 +1,7 @@
 """What a fleet has, what is ordered from it, and when; each value with its unit and source."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -85,11 +85,6 @@ def is_setting(settings: FleetSettings, name: str) -> bool:
 def of_size(settings: FleetSettings, robots: int, operators: int) -> FleetSettings:
     """The same fleet with another number of robots and operators."""
     return with_values(settings, {"robots": robots, "operators": operators})
-
-
-def with_demand(settings: FleetSettings, hours: tuple[float, ...]) -> FleetSettings:
-    """The same fleet with other hours of demand."""
-    return checked(replace(settings, demand_by_hour=HourlyCurve("given", hours)), "hours of demand")
 
 
 def checked(settings: FleetSettings, where: str) -> FleetSettings:

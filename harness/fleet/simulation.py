@@ -7,10 +7,10 @@ served, by an operator from afar or by a field worker who fetches it.
 
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import simpy
@@ -27,7 +27,8 @@ from harness.fleet.orders import (
 from harness.fleet.robots import FleetRobot, State
 from harness.fleet.settings import FleetSettings
 
-Steps = Iterator[Any]  # of a process: it yields events
+Returned = TypeVar("Returned")
+Steps = Generator[simpy.Event, Any, Returned]  # of a process
 
 
 class End(Enum):
@@ -115,7 +116,7 @@ class FleetDay:
         for robot in self.robots:
             robot.finish(self._closes)
 
-    def _accept(self) -> Steps:
+    def _accept(self) -> Steps[None]:
         """Orders as they are placed."""
         env = self._env
         for number, placed in enumerate(self._orders.placed):
@@ -136,7 +137,7 @@ class FleetDay:
                 return
         self._idle.append(robot)
 
-    def _serve(self, robot: FleetRobot, number: int) -> Steps:
+    def _serve(self, robot: FleetRobot, number: int) -> Steps[None]:
         """One order, and what the robot needs before the next."""
         env, trip = self._env, self.log.trips[number]
         trip.taken = env.now
@@ -173,7 +174,7 @@ class FleetDay:
 
     def _drive(
         self, robot: FleetRobot, ways: GroupWays, group: int, way: Way, start: int, end: int
-    ) -> Steps:
+    ) -> Steps[bool]:
         """Drive some legs of a way; returns whether the robot came to their end by itself."""
         state = State.OUT
         if start == way.turn:
@@ -203,7 +204,7 @@ class FleetDay:
 
     def _move(
         self, robot: FleetRobot, ways: GroupWays, place: int, stop: int, state: State
-    ) -> Steps:
+    ) -> Steps[float]:
         """Some legs without trouble; returns the share that the battery lasted for."""
         seconds = ways.seconds[stop] - ways.seconds[place]
         energy = ways.energy[stop] - ways.energy[place]
@@ -213,7 +214,7 @@ class FleetDay:
         self._note_driving()
         return share
 
-    def _help(self, robot: FleetRobot) -> Steps:
+    def _help(self, robot: FleetRobot) -> Steps[None]:
         """An operator helps from afar."""
         env = self._env
         with self._operators.request() as request:
@@ -226,7 +227,7 @@ class FleetDay:
         self._note_driving()
         robot.enter(State.HELPED, env.now)
 
-    def _fetch(self, robot: FleetRobot) -> Steps:
+    def _fetch(self, robot: FleetRobot) -> Steps[None]:
         """A field worker brings the robot to the hub."""
         env = self._env
         with self._field.request() as request:

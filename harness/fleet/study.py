@@ -8,7 +8,7 @@ import numpy as np
 from harness.economics.break_even import break_even_robots_per_operator
 from harness.fleet.ledger import Day, FleetPrices, settle
 from harness.fleet.legs import Library
-from harness.fleet.orders import draw_orders
+from harness.fleet.orders import draw_orders, order_times
 from harness.fleet.robots import BUSY, TROUBLED, FleetRobot
 from harness.fleet.settings import FleetSettings, of_size
 from harness.fleet.simulation import End, FleetDay
@@ -147,7 +147,8 @@ class Fleet:
     def day(self, library: Library, number: int) -> tuple[Day, list[FleetRobot]]:
         """One day by its number; and the robots at its end."""
         seed = (self._seed, number)
-        orders = draw_orders(library, self._settings, self._at.optional, seed)
+        placed = order_times(self._settings, np.random.default_rng([*seed, 3]))
+        orders = draw_orders(library, self._settings, self._at.optional, placed, seed)
         rng = np.random.default_rng([*seed, 2])
         fleet_day = FleetDay(orders, self._settings, self._at.optional, rng)
         fleet_day.run()
@@ -171,7 +172,7 @@ class Fleet:
         own = self.days(library, range(days))
         resampled = []
         for number in range(resamples):
-            other = library.resampled((self._seed, 3, number))
+            other = library.resampled((self._seed, 4, number))
             first = days + number * DAYS_EACH
             resampled.append(self.days(other, range(first, first + DAYS_EACH)))
         estimates = {key: _estimate(metric, own, resampled) for key, metric in DAY_METRICS.items()}

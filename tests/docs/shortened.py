@@ -81,6 +81,10 @@ class Reason:
 
 # Commands that are not executed; their options are held against the program's parser all the same.
 NOT_EXECUTED = {
+    r"navbench day .*": Reason(
+        "deliveries of a second lead nowhere, and are refused",
+        "tests/harness/test_day.py::test_a_day_is_told_in_25_lines_with_a_page",
+    ),
     r"navbench (serve|drive) .*": Reason(
         "a node of another program takes part",
         "tests/ros2/test_drive_and_serve.py::test_our_brain_in_another_process_drives_the_same",

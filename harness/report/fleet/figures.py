@@ -66,10 +66,12 @@ def _draw_strip(robots: Sequence[FleetRobot], path: Path) -> None:
 
 
 def _strip(axes: "Axes", robot: FleetRobot) -> None:
-    for state, start, end in robot.spans:
-        begin, length = start / SECONDS_PER_HOUR, (end - start) / SECONDS_PER_HOUR
-        bar = (robot.number - 0.4, 0.8)
-        axes.broken_barh([(begin, length)], bar, facecolors=STATE_COLOURS[state], linewidth=0)
+    bars = [
+        (span.start / SECONDS_PER_HOUR, (span.end - span.start) / SECONDS_PER_HOUR)
+        for span in robot.spans
+    ]
+    colours = [STATE_COLOURS[span.state] for span in robot.spans]
+    axes.broken_barh(bars, (robot.number - 0.4, 0.8), facecolors=colours, linewidth=0)
 
 
 def _legend(figure: "Figure") -> None:

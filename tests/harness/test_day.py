@@ -1,0 +1,118 @@
+"""``navbench day``: from run folders to a page."""
+
+import json
+
+import pytest
+
+from harness.economics.prices import load_prices
+from harness.fleet.legs import library_of
+from harness.study.stored_run import load_run
+from navstack.errors import InputError
+
+
+def with_a_way(row):
+    """Rows drawn at random have ways of a metre."""
+    row["shortest_path_m"] = 0.9 * row["distance_m"]
+
+
+SMALL = ("--robots", 3, "--operators", 1, "--set", "orders_per_day=30", "--days", 3)
+
+
+def test_a_day_is_told_in_25_lines_with_a_page(navbench, write_run, tmp_path):
+    run = write_run("mine", change=with_a_way)
+    status, out, _ = navbench("day", "--legs", run, *SMALL, "--out", tmp_path / "day")
+    lines = out.splitlines()
+    assert status == 0 and len(lines) <= 25
+    assert lines[0].startswith("3 robots, 1 operators, 30 orders a day from 10 to 22 h, 3 days")
+    assert "USD per robot and day" in lines[1] and "break-even" in lines[2]
+    assert lines[-1] == f"next: open {tmp_path / 'day' / 'index.html'}"
+    page = (tmp_path / "day" / "index.html").read_text()
+    assert page.count("Robots wait for an operator (min)") == 3 and "image/png" in page
+    assert "Operators' shifts" in page and "fleeteurope.com" in page
+
+
+def test_the_document_has_estimates_curves_and_the_difference(navbench, write_run, tmp_path):
+    run = write_run("both", stacks=("one", "two"), change=with_a_way)
+    words = ("--legs", f"{run}:one", "--legs-b", f"{run}:two", *SMALL, "--json")
+    status, out, _ = navbench("day", *words, "--out", tmp_path / "a")
+    found = json.loads(out)
+    assert status == 0
+    assert json.loads((tmp_path / "a" / "day.json").read_text()) == found
+    first, second = found["libraries"]
+    assert (first["stack"], second["stack"], first["legs"]) == ("one", "two", 40)
+    profits = [each["estimates"]["profit_per_robot_usd"] for each in (first, second)]
+    gain = found["difference"]["profit_per_robot_usd"]
+    assert gain["value"] == pytest.approx(profits[1]["value"] - profits[0]["value"])
+    assert gain["low"] <= gain["high"]
+    money = sum(first["money"].values())
+    assert money == pytest.approx(profits[0]["value"])
+    assert [point["operators"] for point in first["by_operators"]] == [1, 2]
+    assert found["settings"]["robots_robot"] == 3
+    again = json.loads(navbench("day", *words, "--out", tmp_path / "b")[1])
+    assert {**again, "folder": ""} == {**found, "folder": ""}
+
+
+def test_legs_are_grouped_by_the_people_among_whom_they_were_driven(write_run):
+    runs = [load_run(str(write_run(f"r{n}", pedestrians=n, seed=n))) for n in (40, 5, 20)]
+    library = library_of(runs, load_prices())
+    assert [group.people for group in library.groups] == [5.0, 20.0, 40.0]
+    assert library.size == 120
+    assert [library.group_at(crowd) for crowd in (0.0, 0.2, 0.55, 1.0)] == [0, 0, 1, 2]
+
+
+def test_legs_are_what_the_rows_say(write_run):
+    run = load_run(str(write_run("mine")))
+    prices = load_prices()
+    (legs,) = library_of([run], prices).groups
+    rows = run.stacks[0].rows
+    efficiency = prices.inverter_efficiency.value * prices.motor_efficiency.value
+    for number, row in enumerate(rows):
+        assert legs.seconds[number] == row["duration_s"]
+        assert legs.energy[number] == pytest.approx(1000.0 * row["motion_energy_kwh"] / efficiency)
+        assert legs.contacts[number, 0] == pytest.approx(row["pedestrian_injury_usd"])
+        left = row["goal_distance_m"] if row["outcome"] in ("timeout", "physical_assistance") else 0
+        assert legs.progress[number] == pytest.approx(
+            max(row["shortest_path_m"] - left, 0.0) / 1000.0
+        )
+        assert legs.is_late[number] == (row["outcome"] == "timeout")
+
+
+def test_other_prices_price_contacts_anew(write_run):
+    run = load_run(str(write_run("mine")))
+    published, insurer = (library_of([run], load_prices(name)) for name in ("costnav", "insurer"))
+    assert published.groups[0].contacts[:, 0].sum() != insurer.groups[0].contacts[:, 0].sum()
+
+
+def test_legs_of_several_stacks_are_refused(write_run):
+    run = load_run(str(write_run("both", stacks=("one", "two"))))
+    with pytest.raises(InputError, match="2 stacks .one, two.; choose one as FOLDER:stack"):
+        library_of([run], load_prices())
+
+
+def test_legs_that_lead_nowhere_are_refused(navbench, write_run):
+    run = write_run("slow", change=lambda row: row.update(shortest_path_m=0.5))
+    status, out, errors = navbench("day", "--legs", run, *SMALL)
+    assert (status, out) == (1, "")
+    assert "hardly move" in errors and len(errors.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "told"),
+    [
+        (("--robots", "0"), 1, "robots: 0 lies outside"),
+        (("--set", "robotz=3"), 1, "did you mean"),
+        (("--set", "delivery_fee=-1"), 1, "delivery_fee"),
+        (("--days", "0"), 1, "give 1 to"),
+        (("--settings", "village"), 1, "village"),
+        (("--seed", "-1"), 1, "negative"),
+        (("--fly",), 2, "No such option"),
+    ],
+)
+def test_what_cannot_be_simulated_is_told_in_one_line(navbench, write_run, words, status, told):
+    found, out, errors = navbench("day", "--legs", write_run("mine", episodes=4), *words)
+    assert (found, out) == (status, "")
+    assert told in errors and len(errors.strip().splitlines()) == 1
+
+
+def test_legs_must_be_given(navbench):
+    assert navbench("day")[0] == 2
