@@ -81,6 +81,14 @@ class Reason:
 
 # Commands that are not executed; their options are held against the program's parser all the same.
 NOT_EXECUTED = {
+    r"navbench (identify|cost-log) .*": Reason(
+        "the log of a robot is not part of the program",
+        "tests/recorded/identify/test_cost_log.py::test_the_command_prices_the_drive",
+    ),
+    r"navbench (run|tune) --stack my_robot_nav2.yaml --robot my_robot.yaml .*": Reason(
+        "the robot file comes from that log",
+        "tests/recorded/identify/test_identify.py::test_the_files_are_those_of_a_robot",
+    ),
     r"navbench day .*": Reason(
         "deliveries of a second lead nowhere, and are refused",
         "tests/harness/test_day.py::test_a_day_is_told_in_25_lines_with_a_page",
