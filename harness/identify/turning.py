@@ -14,9 +14,11 @@ from harness.identify.estimate import (
 )
 from harness.identify.stillness import at_rest
 from harness.recorded.log import DriveLog
-from navstack.types import BoolArray, FloatArray
+from navstack.types import FloatArray
 
-_WINDOW = 0.5  # [s] over which turns are compared
+_LONG, _WINDOW = 3.0, 0.5  # [s] over which turns are compared: for the scale, for the noise
+_LEAST_TURN = 0.05  # [rad] in a window that tells of the scale
+_UNSURE = 0.1  # [-] half interval from which the scale is not identifiable
 _SMOOTH = 0.25  # [s] over which the gyro is averaged to tell turns from noise
 _LEAST_TURNED = 6.0  # [rad] in all
 _GRAVITY = 9.81  # [m/s2]
@@ -34,66 +36,78 @@ class Turning:
     estimates: tuple[Estimate, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class _Windows:
+    """Turns of odometry and gyro in windows without gaps."""
+
+    middle: FloatArray  # (n,) [s]
+    turned: FloatArray  # (n,) [rad] by the odometry
+    columns: FloatArray  # (n, 3) gyro's turn [rad], length [s], turn times lateral traction
+    causes: FloatArray  # (n, 3) of variance: driven [m], turned [rad], length [s]
+
+
 def fit_turning(log: DriveLog) -> Turning:
     """Scale, noise and slip of the odometry's turns.
 
-    Least squares over windows, weighted with the variances that are found: y = s (x - b t) with
-    turns y of the odometry and x of the gyro.
+    Weighted least squares: y = s (x - b t) with turns y of the odometry and x of the gyro. Long
+    windows give the scale, for wheels that are filtered lag in short ones; short ones the noise.
     """
     if len(log.imu) < 100:
         return _nothing("record /imu/data as well", 0.0)
     delay, delay_half = _delay(log)
-    edges, kept = _windows(log)
-    stamps, yaw = log.odometry[:, 0], np.unwrap(log.odometry[:, 3])
-    turned = np.diff(np.interp(edges, stamps, yaw))
-    gyro = _integral(log.imu[:, 0] - delay, log.imu[:, 2], edges)
-    if np.abs(gyro[kept]).sum() < _LEAST_TURNED:
-        return _nothing(EIGHT, float(kept.sum() * _WINDOW))
-    lateral = np.abs(log.odometry[:, 4] * log.odometry[:, 5]) / _GRAVITY
-    slipping = gyro * _integral(stamps, lateral, edges) / _WINDOW
-    columns = np.column_stack((gyro, np.full(len(gyro), _WINDOW), slipping))
-    causes = np.column_stack((_moved(log, edges), _swept(log, edges), np.full(len(gyro), _WINDOW)))
-    middle = edges[:-1] + 0.5 * _WINDOW
-    return _fit(columns, turned, causes, kept, middle, (delay, delay_half))
-
-
-def _fit(
-    columns: FloatArray,
-    turned: FloatArray,
-    causes: FloatArray,
-    kept: BoolArray,
-    middle: FloatArray,
-    delays: tuple[float, float],
-) -> Turning:
-    delay, delay_half = delays
-    weights: FloatArray = np.ones(len(turned))
-    values: FloatArray = np.zeros(2)
-    components = [(0.0, 0.0, 0.0)] * 3
-    for _ in range(3):
-        weighted = columns[kept, :2] * weights[kept, None]
-        values = np.linalg.lstsq(weighted, turned[kept] * weights[kept], rcond=None)[0]
-        residuals = turned - columns[:, :2] @ values
-        components = variance_components(residuals[kept], causes[kept])
-        deviations = np.sqrt(causes @ np.square([each[0] for each in components]) + 1e-12)
-        kept = kept & (np.abs(residuals) < _FARTHEST * deviations)
-        weights = 1.0 / deviations
-    weighted = columns[kept, :2] * weights[kept, None]
-    errors = residuals[kept] * weights[kept]
-    half = half_widths(weighted, errors, middle[kept])
+    long, short = (_windows(log, delay, length) for length in (_LONG, _WINDOW))
+    if np.abs(short.columns[:, 0]).sum() < _LEAST_TURNED:
+        return _nothing(EIGHT, len(short.middle) * _WINDOW)
+    values, half = _scale_of(long)
     scale, bias = float(values[0]), float(-values[1] / values[0])
-    seconds = float(kept.sum() * _WINDOW)
-    method = "turns of odometry and gyro over 0.5 s, weighted least squares"
+    seconds = len(long.middle) * _LONG
+    method = f"turns of odometry and gyro over {_LONG:g} s, weighted least squares"
     key = "odometry_angular_scale"
-    found = [Estimate(key, scale, scale - half[0], scale + half[0], seconds, method)]
-    for key, (value, low, high) in zip(
-        ("odometry_yaw_noise_per_distance", "odometry_yaw_noise_per_turn"), components, strict=False
-    ):
-        found.append(_noise(key, value, low, high, seconds))
-    found.append(_slip(columns[kept], errors, weights[kept], middle[kept], scale, seconds))
+    first = unknown(key, EIGHT, seconds)
+    if half < _UNSURE:
+        first = Estimate(key, scale, scale - half, scale + half, seconds, method)
     ends = delay - delay_half, delay + delay_half
     how = "least squares of both yaw rates"
-    found.append(Estimate("imu_stamp_delay_s", delay, *ends, seconds, how))
-    return Turning(scale, bias, delay, tuple(found))
+    late = Estimate("imu_stamp_delay_s", delay, *ends, seconds, how)
+    noise = _noise_of(short, values, scale)
+    return Turning(scale, bias, delay, (first, *noise, late))
+
+
+def _scale_of(windows: _Windows) -> tuple[FloatArray, float]:
+    """Scale and intercept (2,), and the half width of the scale's interval.
+
+    Only by windows with a turn: the others tell nothing of the scale, and the gyro's noise in them
+    would pull it down.
+    """
+    kept = windows.causes[:, 1] > _LEAST_TURN
+    weights = 1.0 / np.sqrt(windows.causes[:, 1] + _LEAST_TURN)
+    values: FloatArray = np.zeros(2)
+    errors: FloatArray = np.zeros(len(kept))
+    for _ in range(3):
+        design = windows.columns[:, :2] * weights[:, None]
+        values, *_ = np.linalg.lstsq(design[kept], windows.turned[kept] * weights[kept], rcond=None)
+        errors = windows.turned * weights - design @ values
+        kept = kept & (np.abs(errors) < _FARTHEST * robust_std(errors[kept]) + 1e-12)
+    half = half_widths(design[kept], errors[kept], windows.middle[kept])
+    return values, float(half[0])
+
+
+def _noise_of(windows: _Windows, values: FloatArray, scale: float) -> list[Estimate]:
+    """Noise by distance and by turn, and slip."""
+    residuals = windows.turned - windows.columns[:, :2] @ values
+    kept = np.ones(len(residuals), dtype=bool)
+    for _ in range(2):
+        components = variance_components(residuals[kept], windows.causes[kept])
+        found = np.square([each[0] for each in components])
+        deviations = np.sqrt(windows.causes @ found + 1e-12)
+        kept &= np.abs(residuals) < _FARTHEST * deviations
+    seconds = float(kept.sum() * _WINDOW)
+    keys = "odometry_yaw_noise_per_distance", "odometry_yaw_noise_per_turn"
+    noise = [_noise(key, *each, seconds) for key, each in zip(keys, components, strict=False)]
+    weights = 1.0 / deviations[kept]
+    errors = residuals[kept] * weights
+    slip = _slip(windows.columns[kept], errors, weights, windows.middle[kept], scale, seconds)
+    return [*noise, slip]
 
 
 def _noise(key: str, value: float, low: float, high: float, seconds: float) -> Estimate:
@@ -156,18 +170,28 @@ def _delay(log: DriveLog) -> tuple[float, float]:
     return float(solution.x[0]), float(half[0])
 
 
-def _windows(log: DriveLog) -> tuple[FloatArray, BoolArray]:
-    """Edges of the windows [s], and which of them have no gap in odometry or gyro."""
+def _windows(log: DriveLog, delay: float, length: float) -> _Windows:
+    """Windows of a length [s] that have no gap in odometry or gyro."""
     first = max(log.odometry[0, 0], log.imu[0, 0]) + 0.5
     last = min(log.odometry[-1, 0], log.imu[-1, 0]) - 0.5
-    edges = np.arange(first, last, _WINDOW)
+    edges = np.arange(first, last, length)
     kept = np.ones(max(len(edges) - 1, 0), dtype=bool)
     for stamps in (log.odometry[:, 0], log.imu[:, 0]):
         steps = np.diff(stamps)
         longest = max(5.0 * float(np.median(steps)), 0.1)
         for gap in np.flatnonzero(steps > longest):
             kept &= (edges[1:] < stamps[gap]) | (edges[:-1] > stamps[gap + 1])
-    return edges, kept
+    stamps, yaw = log.odometry[:, 0], np.unwrap(log.odometry[:, 3])
+    gyro = _integral(log.imu[:, 0] - delay, log.imu[:, 2], edges)
+    lateral = np.abs(log.odometry[:, 4] * log.odometry[:, 5]) / _GRAVITY
+    slipping = gyro * _integral(stamps, lateral, edges) / length
+    lengths = np.full(len(gyro), length)
+    return _Windows(
+        edges[:-1][kept] + 0.5 * length,
+        np.diff(np.interp(edges, stamps, yaw))[kept],
+        np.column_stack((gyro, lengths, slipping))[kept],
+        np.column_stack((_moved(log, edges), _swept(log, edges), lengths))[kept],
+    )
 
 
 def _integral(stamps: FloatArray, values: FloatArray, edges: FloatArray) -> FloatArray:

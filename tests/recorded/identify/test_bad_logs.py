@@ -1,0 +1,157 @@
+"""A log or a URDF that cannot be used is refused in one line; a damaged clock is survived."""
+
+import dataclasses
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.identify.turning import fit_turning
+from harness.identify.urdf import read_urdf
+from harness.recorded.log import LogRequest, read_log
+from navbench.cli.app import main
+from navstack.errors import InputError
+from navstack.types import Pose2D
+
+from ..writing import START, Entry, imu, odometry
+from . import drives
+
+DATA = Path(os.environ.get("NAVSTACK_DATA", "missing"))
+HUSKY = DATA / "robot_localization" / "test1.bag"
+MOUNTED = (
+    "base_link imu_link 0 -0.3 0.52 1.5707963 0 -1.5707963",
+    "base_link gps 0 0 0 0 0 0",
+)
+URDF = """<?xml version="1.0"?>
+<robot name="cart">
+ <link name="base_link">
+  <inertial><origin xyz="-0.05 0 0.1"/><mass value="30"/>
+   <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+  <collision><origin xyz="-0.1 0 0.15"/><geometry><box size="0.6 0.4 0.2"/></geometry></collision>
+ </link>
+ <link name="left_wheel">
+  <collision><geometry><cylinder radius="0.1" length="0.04"/></geometry></collision></link>
+ <link name="right_wheel">
+  <collision><geometry><cylinder radius="0.1" length="0.04"/></geometry></collision></link>
+ <link name="laser"/>
+ <joint name="l" type="continuous"><parent link="base_link"/><child link="left_wheel"/>
+  <origin xyz="0 0.2 0" rpy="-1.5707963 0 0"/><axis xyz="0 0 1"/></joint>
+ <joint name="r" type="continuous"><parent link="base_link"/><child link="right_wheel"/>
+  <origin xyz="0 -0.2 0" rpy="-1.5707963 0 0"/><axis xyz="0 0 1"/></joint>
+ <joint name="s" type="fixed"><parent link="base_link"/><child link="laser"/>
+  <origin xyz="0.1 0 0.3" rpy="0 0 0.1"/></joint>
+</robot>
+"""
+
+
+def straight(seconds: float = 10.0, child: str = "base_link") -> list[Entry]:
+    """A second's metre straight on."""
+    stamps = np.arange(0.0, seconds, 0.05)
+    return [odometry(START + t, Pose2D(t, 0.0, 0.0), 1.0, 0.0, child) for t in stamps.tolist()]
+
+
+def refusal(entries: list[Entry], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """What the command says of a log, in one line and with status 1."""
+    bag = drives.write_mcap(tmp_path / "drive.mcap", entries)
+    with pytest.raises(SystemExit) as leaving:
+        main(["identify", str(bag), "--out", str(tmp_path / "robot.yaml")])
+    assert leaving.value.code == 1
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert not (tmp_path / "robot.yaml").exists()
+    return said
+
+
+def test_a_log_without_odometry(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = refusal([imu(START + 0.1 * n, 0.0, 0.0) for n in range(50)], tmp_path, capsys)
+    assert "no message of nav_msgs/msg/Odometry" in said
+    assert "/imu/data (sensor_msgs/msg/Imu)" in said
+
+
+def test_two_publishers_on_one_topic(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    entries = [*straight(), *straight(child="other_base")]
+    said = refusal(sorted(entries, key=lambda entry: entry.stamp), tmp_path, capsys)
+    assert "two publishers" in said
+
+
+def test_two_publishers_in_one_frame(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    far = [odometry(entry.stamp + 0.01, Pose2D(500.0, 0.0, 0.0), 0.0, 0.0) for entry in straight()]
+    entries = sorted((*straight(), *far), key=lambda entry: entry.stamp)
+    assert "two nodes publish on one topic" in refusal(entries, tmp_path, capsys)
+
+
+def test_sensors_of_two_clocks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    units = [
+        dataclasses.replace(imu(START + 0.1 * n - 3600.0, 0.0, 0.0), arrival=START + 0.1 * n)
+        for n in range(100)
+    ]
+    entries = sorted((*straight(), *units), key=lambda entry: entry.arrival or entry.stamp)
+    assert "clocks 3600.0 s apart" in refusal(entries, tmp_path, capsys)
+
+
+def test_a_truncated_file_is_used_as_far_as_it_goes(tmp_path: Path) -> None:
+    bag = drives.write_mcap(tmp_path / "drive.mcap", straight(600.0))
+    bag.write_bytes(bag.read_bytes()[: bag.stat().st_size // 2])
+    told: list[str] = []
+    try:
+        log = read_log(LogRequest((bag,)), told.append)
+    except InputError as error:
+        told.append(str(error))
+    else:
+        assert 0 < len(log.odometry) < 12_000
+    assert "cut off" in " ".join(told)
+
+
+def test_repeated_stamps_and_gaps_leave_rows_in_order(tmp_path: Path) -> None:
+    entries = [entry for entry in straight() if not 3.0 < entry.stamp - START < 4.0]
+    bag = drives.write_mcap(tmp_path / "drive.mcap", sorted(entries * 2, key=lambda e: e.stamp))
+    log = read_log(LogRequest((bag,)), lambda _: None)
+    assert len(log.odometry) == len(entries)
+    assert (np.diff(log.odometry[:, 0]) > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        URDF.replace('"1.0"?>', '"1.0"?><!DOCTYPE r [<!ENTITY a SYSTEM "file:///etc/passwd">]>'),
+        URDF.replace('name="cart"', 'name="cart" xmlns:xacro="http://ros.org/wiki/xacro"'),
+        "<robot",
+        "<robot/>",
+        "nothing",
+    ],
+    ids=["entity", "xacro", "cut", "empty", "text"],
+)
+def test_a_urdf_that_is_refused(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "robot.urdf"
+    path.write_text(text)
+    with pytest.raises(InputError) as refused:
+        read_urdf(path)
+    assert str(path) in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_urdf_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "robot.urdf"
+    path.write_text(URDF)
+    body = read_urdf(path)
+    assert body.box is not None
+    assert body.box == pytest.approx(np.array(((-0.4, -0.22), (0.2, 0.22))), abs=1e-6)
+    assert body.mass == pytest.approx(30.0)
+    assert body.wheel_radius == pytest.approx(0.1)
+    assert body.track == pytest.approx(0.4)
+    assert body.frames == ("base_link laser 0.1 0 0.3 0 0 0.1",)
+
+
+@pytest.mark.skipif(not HUSKY.is_file(), reason="NAVSTACK_DATA has no log of the Husky")
+def test_turns_of_the_husky_are_those_of_its_gyro() -> None:
+    log = read_log(LogRequest((HUSKY,), MOUNTED), lambda _: None)
+    turning = fit_turning(log)
+    scale = turning.estimates[0]
+    yaw = np.unwrap(log.odometry[:, 3])
+    gyro = np.trapezoid(log.imu[:, 2], log.imu[:, 0])
+    assert scale.low is not None and scale.high is not None
+    # 3.46 rad by the wheels, 3.60 by the gyro from beginning to end
+    assert scale.low < (yaw[-1] - yaw[0]) / gyro < scale.high
+    assert math.isclose(turning.delay, -0.35, abs_tol=0.02)  # its odometry is filtered
