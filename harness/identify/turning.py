@@ -85,7 +85,8 @@ def _scale_of(windows: _Windows) -> tuple[FloatArray, float]:
     errors: FloatArray = np.zeros(len(kept))
     for _ in range(3):
         design = windows.columns[:, :2] * weights[:, None]
-        values, *_ = np.linalg.lstsq(design[kept], windows.turned[kept] * weights[kept], rcond=None)
+        solved, *_ = np.linalg.lstsq(design[kept], windows.turned[kept] * weights[kept], rcond=None)
+        values = solved.astype(np.float64)
         errors = windows.turned * weights - design @ values
         kept = kept & (np.abs(errors) < _FARTHEST * robust_std(errors[kept]) + 1e-12)
     half = half_widths(design[kept], errors[kept], windows.middle[kept])
