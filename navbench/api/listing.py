@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harness.storage.shipped import DEFAULT_WORLD, names, shipped
-from harness.task.stack import TRUTH
+from harness.task.stack import ROS2, TRUTH
 from navstack.errors import UnknownNameError
 from navstack.params.extensions import localizers
 from navstack.params.strict import load_yaml, read_text
@@ -98,6 +98,11 @@ def _described(folder: str) -> Callable[[], list[Listed]]:
     return lambda: [Listed(name, first_sentence(place / f"{name}.yaml")) for name in names(place)]
 
 
+def _stacks() -> list[Listed]:
+    """Stacks that drive here; that of ``navbench serve`` is driven elsewhere."""
+    return [each for each in _titled("stacks")() if each.name != ROS2]
+
+
 def _titled(folder: str) -> Callable[[], list[Listed]]:
     """Files with a title."""
     place = shipped("params") / folder
@@ -144,7 +149,7 @@ class Kind:
 
 
 KINDS = {
-    "stacks": Kind("--stack", _titled("stacks")),
+    "stacks": Kind("--stack", _stacks),
     "worlds": Kind("--world", _worlds),
     "robots": Kind("--robot", _described("robots")),
     "sensors": Kind("--sensors", _described("sensors")),

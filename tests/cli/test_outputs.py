@@ -117,7 +117,8 @@ def test_the_help_shows_the_commands_of_the_three_jobs_first(
     jobs = {"run", "lint", "check", "compare", "report", "explain", "tune", "ablate", "localize"}
     headings = list(COMMANDS)
     first = {name for heading in headings[:-2] for name in COMMANDS[heading]}
-    assert first == jobs | {"list", "replay", "price"}
+    doors = {"serve", "drive", "identify", "cost-log", "day"}  # to other programs and to fleets
+    assert first == jobs | doors | {"list", "replay", "price"}
     assert headings[-2:] == ["Advanced", "For maintainers"]
     text = "\n".join(printed(capsys, "--help"))
     assert "sensitivity" not in text, "a former name is understood, and not shown"

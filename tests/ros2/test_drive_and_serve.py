@@ -234,7 +234,10 @@ def test_our_brain_in_another_process_drives_the_same(
             **same,
         )
         process.send_signal(signal.SIGINT)
-        assert process.wait(20.0) == 130
+        try:
+            assert process.wait(20.0) == 130
+        finally:
+            process.kill()
     (first,), (second,) = (driven(rows_of(tmp_path / name)) for name in ("first", "second"))
     assert second["outcome"] == first["outcome"]
     assert second["duration_s"] == first["duration_s"]

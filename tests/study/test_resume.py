@@ -36,12 +36,12 @@ class Shuffled(Workers):
     """Takes the tasks in another order."""
 
     def run(
-        self, function: Callable[[Any], Any], tasks: Iterable[Any]
+        self, function: Callable[[Any], Any], tasks: Iterable[Any], *more: Any
     ) -> Generator[Finished[Any, Any], None, None]:
         """Shuffle first."""
         shuffled = list(tasks)
         random.Random(1).shuffle(shuffled)
-        return super().run(function, shuffled)
+        return super().run(function, shuffled, *more)
 
 
 def options(folder: Path) -> dict[str, Any]:

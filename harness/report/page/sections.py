@@ -142,7 +142,7 @@ def tables(entries: Sequence[PageEntry]) -> Json:
 
 def _row(row: TableRow, columns: Sequence[Column]) -> Json:
     cells = [
-        [number_text(each.values[row.key], row), span_text(each.interval(row.key), row)]
+        [number_text(each.values.get(row.key), row), span_text(each.interval(row.key), row)]
         for each in columns
     ]
     return {"label": row.label, "bold": row.bold, "cells": cells}
