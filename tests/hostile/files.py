@@ -197,7 +197,6 @@ NAV2: dict[str, tuple[Changes, str]] = {  # each in a file of navbench run
 }  # fmt: skip
 # what is wrong with a keepout mask: yaml_filename, what must be said
 MASKS: dict[str, tuple[str, str]] = {
-    "is nowhere": ("nowhere.yaml", "nowhere.yaml"),
     "climbs to a text": ("../../../../../../../../etc/passwd", "passwd"),
     "is a device": ("/dev/zero", "/dev/zero"),
     "is a folder": (".", "map"),
