@@ -170,18 +170,9 @@ def absolute_files(nav2: Nav2File) -> dict[str, str]:
     """Of each node that names a map or a mask the absolute path of that file.
 
     Relative ones begin at the Nav2 file.
-
-    Raises:
-        ParameterError: a name that no file can have.
     """
     named = {node: entries.get("yaml_filename") for node, entries in nav2.parameters.items()}
     folder = nav2.path.parent
-    for node, file in named.items():
-        if file and "\0" in str(file.value):
-            raise ParameterError(
-                f"{nav2.path}: {node}.yaml_filename has a NUL in the map's name; give a map_server "
-                "YAML file"
-            )
     return {
         node: str((folder / str(file.value)).resolve())
         for node, file in named.items()

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from navstack.errors import ParameterError
 from navstack.params.filters import (
     SPEED_ABSOLUTE,
     SPEED_PERCENT,
@@ -51,6 +52,9 @@ def find_mask(
         folder: of the file, where a relative path begins.
         info_topic: of the filter.
         is_anywhere: whether a mask that does not exist here counts.
+
+    Raises:
+        ParameterError: a name that no file can have.
     """
     default = _INFO.filter_info_topic
     for info_node in _publishers(
@@ -61,6 +65,11 @@ def find_mask(
             parameters, "filter_mask_server", "topic_name", _MASK.topic_name, topic
         ):
             yaml_filename = str(value_of(parameters[mask_node], "yaml_filename", ""))
+            if "\0" in yaml_filename:
+                raise ParameterError(
+                    f"{mask_node}.yaml_filename has a NUL in the map's name; give a map_server "
+                    "YAML file"
+                )
             if yaml_filename and (is_anywhere or (folder / yaml_filename).exists()):
                 return MaskSource(info_node, yaml_filename)
     return None
