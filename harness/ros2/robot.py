@@ -158,11 +158,6 @@ class RobotNode:
         self._listen()
         self._executor.spin_once(timeout_sec=0.0)
 
-    def close(self) -> None:
-        """Leave."""
-        self._executor.shutdown()
-        self._node.destroy_node()
-
     def _listen(self) -> None:
         """Subscribe to commands once somebody publishes them, by the type that he has."""
         if self._subscription is not None:

@@ -48,6 +48,8 @@ def serve(
         InputError: ROS 2 is not here, or a value that ``navbench run`` would refuse too.
     """
     require_ros2()
+    if workers not in (None, 1):
+        raise InputError(f"serve has one robot; --workers {workers} is given, give --workers 1")
     loaded = load_stack(stack, robot=options.pop("robot", None))
     if loaded.navigator != ROS2:
         raise InputError(f"stack '{stack}' has navigator '{loaded.navigator}'; serve needs ros2")
@@ -59,7 +61,7 @@ def serve(
     with tempfile.TemporaryDirectory(prefix="navbench-serve-") as folder:
         file = Path(folder) / f"{name}.yaml"
         file.write_text(dump_dataclass(loaded), encoding="utf-8")
-        return drive_stacks([str(file)], out=out, where=Where(workers=workers or 1), **options)
+        return drive_stacks([str(file)], out=out, where=Where(workers=1), **options)
 
 
 def drive_robot(

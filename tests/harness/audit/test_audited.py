@@ -81,7 +81,8 @@ def test_a_run_with_an_impossible_row_is_refused(
 ) -> None:
     def change(row: Row) -> None:
         if row["episode"] == 3:
-            row |= {"distance_m": 50.0, "average_speed_mps": 1.0, "duration_s": 50.0, **changes}
+            row |= {"outcome": "physical_assistance", "distance_m": 50.0, "duration_s": 50.0}
+            row |= {"average_speed_mps": 1.0, **changes}
 
     folder = write_run("odd", change=change)
     with pytest.raises(InputError, match="delivery 3 of 'mine' cannot have gone so") as caught:
