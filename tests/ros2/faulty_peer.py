@@ -1,6 +1,7 @@
 """A peer that fails in each delivery in a way drawn by chance: ``python faulty_peer.py SEED``.
 
-A killed one starts again as another process, with the next seed.
+A killed one starts again as another process, with the next seed. For each goal it prints the
+fault, and "under way" once that begins after some commands.
 """
 
 import math
@@ -47,15 +48,16 @@ class FaultyPeer:
 
     def _take_goal(self, message: PoseStamped) -> None:
         self._fault, self._ticks = self._chance.choice(FAULTS), 0
-        self._begins = self._chance.randrange(LATEST)
-        sys.stdout.write(f"{self._fault}\n")
-        sys.stdout.flush()
+        self._begins = self._chance.randrange(1, LATEST)
+        self._say(self._fault)
 
     def _take_clock(self, message: Clock) -> None:
         self._ticks += 1
         fault, stamp = "none", message.clock
         if self._ticks > self._begins:
             fault = self._fault
+        if self._ticks == self._begins + 1:
+            self._say("under way")
         self._fail_whole(fault)
         speed, count = 0.5, {"silence": 0, "flood": 300}.get(fault, 1)
         if fault == "nonsense":
@@ -68,6 +70,7 @@ class FaultyPeer:
     def _fail_whole(self, fault: str) -> None:
         """Fail in a way that is not one of commands."""
         if fault == "kill":
+            os.closerange(3, os.sysconf("SC_OPEN_MAX"))  # nothing says goodbye
             os.execv(sys.executable, [sys.executable, __file__, str(self._seed + 1)])
         elif fault == "stall":
             self._begins = self._ticks + LATEST
@@ -77,6 +80,10 @@ class FaultyPeer:
         elif fault == "abort":
             aborted = GoalStatus(status=GoalStatus.STATUS_ABORTED)
             self._statuses.publish(GoalStatusArray(status_list=[aborted]))
+
+    def _say(self, line: str) -> None:
+        sys.stdout.write(f"{line}\n")
+        sys.stdout.flush()
 
     def _send(self, speed: float, stamp: object) -> None:
         twist = Twist()

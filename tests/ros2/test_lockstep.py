@@ -18,7 +18,7 @@ TICKS = 240
 class TimedPeer:
     """A robot node whose peer commands by a timer on the clock."""
 
-    has_listener, is_aborted, refused = True, False, 0
+    listeners, is_aborted, refused = 1, False, 0
 
     def __init__(self, phase: float, is_fast: bool) -> None:
         self.phase, self.is_fast = phase, is_fast
