@@ -158,7 +158,9 @@ class Ros2Brain(Brain):
         quiet = time.monotonic() + DISCOVERY
         while time.monotonic() < quiet and robot.wait_for_command(1.0 / SETTLE_RATE):
             pass  # what answered earlier times of the clock; by wall time some never fall silent
-        listeners = self._send_goal(first)
+        listeners = robot.listeners
+        robot.send_goal(self._goal, self._offset)
+        self._publish(first)
         timeout, looked = params.wait, time.monotonic()
         while not robot.wait_for_command(timeout):
             self._require_before(deadline, "no command came on /cmd_vel")
@@ -168,16 +170,10 @@ class Ros2Brain(Brain):
                 looked = time.monotonic()
                 if robot.misses_commands:
                     robot.listen_anew()
-            if robot.listeners > listeners:  # e.g. a peer that was started again
-                listeners = self._send_goal(first)
+            before, listeners = listeners, robot.listeners
+            if listeners > before:  # e.g. a peer that was started again
+                robot.send_goal(self._goal, self._offset)
             self._publish(first)
-
-    def _send_goal(self, first: Observation) -> int:
-        """Send the goal and what is seen there; how many listen."""
-        listeners = self._robot.listeners
-        self._robot.send_goal(self._goal, self._offset)
-        self._publish(first)
-        return listeners
 
     def _stand(self, first: Observation) -> None:
         """Let a tenth of a second of the clock pass without a change in the world."""
