@@ -12,6 +12,7 @@ from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry, Pose2D,
 MOST_BEAMS = 100_000
 _NO_FIX, _UNKNOWN_COVARIANCE = -1, 0  # of sensor_msgs/NavSatStatus and NavSatFix
 _GRAVITY = 9.80665  # [m/s2]
+_LEVEL = 1e-12  # [rad] of tilt that is none
 _UPRIGHT = 0.5  # [-] cosine of the tilt up to which a base is believed to stand on a slope
 _FARTHEST, _FASTEST = 1e7, 1e4  # [m], [m/s] and [rad/s] beyond which a number is none of a robot's
 
@@ -106,8 +107,11 @@ def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -
 
 
 def _upright(up: FloatArray) -> FloatArray:
-    """The vertical (3,) in the base frame; a unit with other axes than REP 103 is ignored."""
-    if up[2] > _UPRIGHT:
+    """The vertical (3,) in the base frame; a unit with other axes than REP 103 is ignored.
+
+    On level ground it is exact, for a quaternion's rounding is no slope.
+    """
+    if up[2] > _UPRIGHT and math.hypot(up[0], up[1]) > _LEVEL:
         return up
     return np.array((0.0, 0.0, 1.0))
 

@@ -82,7 +82,8 @@ class Ros2Brain(Brain):
 
     def reset(self, goal: Pose2D, initial_belief: Belief, generators: Generators) -> None:
         """Put the robot at the start; the goal is sent at the first tick."""
-        self._offset += self._stamp + 1.0 / SETTLE_RATE
+        # in whole tenths, so that the clock's nanoseconds are those of the delivery's time
+        self._offset = math.ceil(SETTLE_RATE * (self._offset + self._stamp) + 1.0) / SETTLE_RATE
         self._stamp, self._heard_at = 0.0, 0.0
         self._waits = self._missed = 0
         self._is_late = self._started = False
@@ -113,7 +114,7 @@ class Ros2Brain(Brain):
         if robot.heard != heard:
             self._heard_at = observation.stamp
             self._next = robot.commanded_at + self._period
-        elif observation.stamp - self._heard_at > self._params.command_timeout:
+        elif observation.stamp - self._heard_at >= self._params.command_timeout - TOLERANCE:
             return Twist2D()
         return robot.command
 
@@ -145,7 +146,7 @@ class Ros2Brain(Brain):
         params, robot = self._params, self._robot
         deadline = time.monotonic() + params.start_limit
         listened = -math.inf
-        while not robot.has_listener:
+        while not robot.listeners:
             self._require_before(deadline, "nobody listens to /goal_pose")
             self._stand(first)
             listened = time.monotonic()
@@ -157,20 +158,32 @@ class Ros2Brain(Brain):
         quiet = time.monotonic() + DISCOVERY
         while time.monotonic() < quiet and robot.wait_for_command(1.0 / SETTLE_RATE):
             pass  # what answered earlier times of the clock; by wall time some never fall silent
+        listeners = robot.listeners
         robot.send_goal(self._goal, self._offset)
         self._publish(first)
-        timeout = params.wait
+        timeout, looked = params.wait, time.monotonic()
         while not robot.wait_for_command(timeout):
             self._require_before(deadline, "no command came on /cmd_vel")
             timeout = 1.0 / SETTLE_RATE
-            self._offset += timeout
+            self._advance()
+            if time.monotonic() > looked + DISCOVERY:
+                looked = time.monotonic()
+                if robot.misses_commands:
+                    robot.listen_anew()
+            before, listeners = listeners, robot.listeners
+            if listeners > before:  # e.g. a peer that was started again
+                robot.send_goal(self._goal, self._offset)
             self._publish(first)
 
     def _stand(self, first: Observation) -> None:
         """Let a tenth of a second of the clock pass without a change in the world."""
         self._publish(first)
         self._robot.wait_for_command(1.0 / SETTLE_RATE)
-        self._offset += 1.0 / SETTLE_RATE
+        self._advance()
+
+    def _advance(self) -> None:
+        """Set the clock on by a period in which the world stands still."""
+        self._offset = round(SETTLE_RATE * self._offset + 1.0) / SETTLE_RATE
 
     def _require_before(self, deadline: float, what: str) -> None:
         if time.monotonic() > deadline:

@@ -26,6 +26,7 @@ from harness.recorded.mountings import IDENTITY, Transform, frame_name, from_ang
 from harness.ros2 import messages
 from harness.ros2.robot import LATCHED, join
 from harness.task.ros2_params import Ros2Params
+from harness.world.sensors.message_precision import as_messages
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError, NavstackError
 from navstack.localization.geodesy import LocalFrame
@@ -223,7 +224,7 @@ class DriveNode:
             return
         if self._offset is None:
             self._offset = now
-        observation = Observation(now - self._offset, **self._taken(self._offset))
+        observation = as_messages(Observation(now - self._offset, **self._taken(self._offset)))
         try:
             command = self._navigator.tick(observation)
         except NavstackError as error:

@@ -5,6 +5,7 @@ Sources: sensor_msgs, nav_msgs and geometry_msgs of ROS 2; REP 103 (axes) and RE
 
 import math
 from array import array
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ START_STD, START_YAW_STD = 0.5, math.pi / 12.0
 COARSEST = 10.0  # [m] of a cell
 FASTEST = 100.0  # [m/s] or [rad/s] beyond which a command is none
 NANOSECONDS = 1_000_000_000
+BITS = 3  # by which a quaternion's numbers are moved so that its heading is read back exactly
 
 
 def time_of(stamp: float) -> Time:
@@ -60,9 +62,36 @@ def pose_message(pose: Pose2D) -> Pose:
     return message
 
 
+def exact_pose_message(pose: Pose2D) -> Pose:
+    """A pose in the plane whose heading is read back to the last bit.
+
+    The nearest quaternion is read back as a neighbour in one case of five: those a few bits away
+    are tried. Without success (one in 300) it is the nearest.
+    """
+    message = pose_message(pose)
+    turn = message.orientation
+    near_z, near_w = _neighbours(turn.z), _neighbours(turn.w)
+    for turn.z, turn.w in product(near_z, near_w):
+        found = pose_of(PoseStamped(pose=message))
+        if found is not None and found[2] == pose.yaw:
+            return message
+    return pose_message(pose)
+
+
+def _neighbours(number: float) -> list[float]:
+    """A number, and those a few bits above and below it."""
+    found = [number]
+    for side in (math.inf, -math.inf):
+        near = number
+        for _ in range(BITS):
+            near = math.nextafter(near, side)
+            found.append(near)
+    return found
+
+
 def goal_message(goal: Pose2D, stamp: float, frame: str) -> PoseStamped:
     """A goal as bt_navigator takes it on /goal_pose."""
-    message = PoseStamped(pose=pose_message(goal))
+    message = PoseStamped(pose=exact_pose_message(goal))
     message.header.frame_id, message.header.stamp = frame, time_of(stamp)
     return message
 
@@ -71,7 +100,7 @@ def start_message(start: Pose2D, stamp: float, frame: str) -> PoseWithCovariance
     """A start as localizers take it on /initialpose."""
     message = PoseWithCovarianceStamped()
     message.header.frame_id, message.header.stamp = frame, time_of(stamp)
-    message.pose.pose = pose_message(start)
+    message.pose.pose = exact_pose_message(start)
     covariance = np.zeros((6, 6))
     covariance[0, 0] = covariance[1, 1] = START_STD**2
     covariance[5, 5] = START_YAW_STD**2

@@ -81,6 +81,7 @@ class RobotNode:
         )
         self._cancel = self._node.create_client(CancelGoal, "navigate_to_pose/_action/cancel_goal")
         self._subscription: Subscription | None = None
+        self._heard_type = ""  # of commands that are subscribed to
         self.heard, self.refused = 0, 0  # commands so far, and those that no robot can follow
         self.command = Twist2D()
         # [s] of the clock at the newest command, by its stamp where that can be; and now
@@ -90,18 +91,16 @@ class RobotNode:
         self._static: Sequence[Frame] = ()
 
     @property
-    def has_listener(self) -> bool:
-        """Whether somebody listens to goals."""
-        return bool(self._node.count_subscribers("goal_pose"))
+    def listeners(self) -> int:
+        """How many listen to goals; who was killed counts for some seconds more."""
+        return int(self._node.count_subscribers("goal_pose"))
 
     def begin(self, start: Pose2D, stamp: float) -> None:
         """End the goal of the delivery before, if there is one, and say where the robot is put.
 
         Commands are looked for anew: a peer that was restarted may have another type of them.
         """
-        if self._subscription is not None:
-            self._node.destroy_subscription(self._subscription)
-            self._subscription = None
+        self.listen_anew()
         if self._cancel.service_is_ready():
             self._cancel.call_async(CancelGoal.Request())  # without a goal's id: all of them
         self.command, self.is_aborted, self._odom_pose = Twist2D(), False, Pose2D()
@@ -158,17 +157,38 @@ class RobotNode:
         self._listen()
         self._executor.spin_once(timeout_sec=0.0)
 
+    @property
+    def misses_commands(self) -> bool:
+        """Whether commands are published of another type than is subscribed to."""
+        return bool(self._command_types() - {self._heard_type})
+
+    def _command_types(self) -> set[str]:
+        """The types that are published; who was killed counts for some seconds more."""
+        published = self._node.get_publishers_info_by_topic("/cmd_vel")
+        return {each.topic_type for each in published} & set(_COMMAND_TYPES)
+
+    def listen_anew(self) -> None:
+        """Look again for who publishes commands."""
+        if self._subscription is not None:
+            self._node.destroy_subscription(self._subscription)
+            self._subscription = None
+
     def _listen(self) -> None:
-        """Subscribe to commands once somebody publishes them, by the type that he has."""
+        """Subscribe to commands once somebody publishes them, by the type that he has.
+
+        A topic has one type at a time. Where two are published, one may be of a peer that was
+        killed: they take turns.
+        """
         if self._subscription is not None:
             return
-        for publisher in self._node.get_publishers_info_by_topic("/cmd_vel"):
-            if publisher.topic_type in _COMMAND_TYPES:
-                kind = _COMMAND_TYPES[publisher.topic_type]
-                self._subscription = self._node.create_subscription(
-                    kind, "/cmd_vel", self._take_command, _COMMANDS
-                )
-                return
+        types = self._command_types()
+        if not types:
+            return
+        self._heard_type = min(types, key=lambda name: (name == self._heard_type, name))
+        kind = _COMMAND_TYPES[self._heard_type]
+        self._subscription = self._node.create_subscription(
+            kind, "/cmd_vel", self._take_command, _COMMANDS
+        )
 
     def _take_command(self, message: Twist | TwistStamped) -> None:
         command = messages.command_of(message)

@@ -6,6 +6,7 @@ those of ROS 2, so that nodes of every middleware hear it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import Domain, DomainParticipant
@@ -97,13 +98,18 @@ def transform_message(frames: Sequence[Frame], stamp: float) -> TFMessage:
     return TFMessage(found)  # type: ignore[arg-type]
 
 
+@cache
+def _join(domain: int) -> tuple[Domain, DomainParticipant]:
+    """A process joins a domain once, and stays."""
+    return Domain(domain, LOOPBACK), DomainParticipant(domain)
+
+
 class TransformPublisher:
     """Publishes moving frames on /tf, and those that stay on /tf_static."""
 
     def __init__(self, domain: int) -> None:
         """Join a domain of DDS on this machine's loopback."""
-        self._domain = Domain(domain, LOOPBACK)
-        participant = DomainParticipant(domain)
+        _, participant = _join(domain)
         moving = Qos(_RELIABLE, Policy.History.KeepLast(100))
         staying = Qos(_RELIABLE, Policy.History.KeepLast(1), Policy.Durability.TransientLocal)
         self._moving = DataWriter(

@@ -1,11 +1,15 @@
-"""A peer that fails in each delivery in a way drawn by chance: ``python faulty_peer.py SEED``.
+"""A peer that fails in each delivery: ``python faulty_peer.py SEED [FAULT ...]``.
 
-A killed one starts again as another process, with the next seed.
+It fails in the given ways, then in such as are drawn by chance. A killed one starts again as
+another process, with the next seed. For each goal it prints the
+fault, and "under way" once that begins after some commands.
 """
 
 import math
 import os
 import random
+import signal
+import subprocess
 import sys
 import time
 
@@ -18,7 +22,7 @@ from rosgraph_msgs.msg import Clock
 from harness.ros2.messages import time_of
 from harness.ros2.robot import LATCHED, join
 
-FAULTS = ("none", "kill", "stall", "silence", "nonsense", "flood", "late", "abort", "stamps")
+FAULTS = ("kill", "stall", "silence", "nonsense", "flood", "late", "abort", "stamps")
 LATEST = 60  # ticks after which a fault has begun
 LONGEST = 3.0  # [s] of a stall
 LATE = 0.3  # [s] of each command
@@ -29,9 +33,11 @@ STAMPS = (0.0, 1e9, 2e9)  # [s]
 class FaultyPeer:
     """Commands a constant velocity at each tick, until its fault begins."""
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, faults: list[str]) -> None:
+        self._faults = faults
         self._seed, self._chance = seed, random.Random(seed)
         self._fault, self._begins, self._ticks = "silence", 0, 0
+        self._told = self._fault  # as under way
         self._node = rclpy.create_node(f"faulty_{os.getpid()}")
         kind = self._chance.choice((Twist, TwistStamped))
         self._commands = self._node.create_publisher(kind, "cmd_vel", 5)
@@ -47,15 +53,20 @@ class FaultyPeer:
 
     def _take_goal(self, message: PoseStamped) -> None:
         self._fault, self._ticks = self._chance.choice(FAULTS), 0
-        self._begins = self._chance.randrange(LATEST)
-        sys.stdout.write(f"{self._fault}\n")
-        sys.stdout.flush()
+        self._told = "none"
+        if self._faults:
+            self._fault = self._faults.pop(0)
+        self._begins = self._chance.randrange(1, LATEST)
+        self._say(self._fault)
 
     def _take_clock(self, message: Clock) -> None:
         self._ticks += 1
         fault, stamp = "none", message.clock
         if self._ticks > self._begins:
             fault = self._fault
+        if fault not in ("none", self._told):
+            self._told = fault
+            self._say("under way")
         self._fail_whole(fault)
         speed, count = 0.5, {"silence": 0, "flood": 300}.get(fault, 1)
         if fault == "nonsense":
@@ -68,7 +79,9 @@ class FaultyPeer:
     def _fail_whole(self, fault: str) -> None:
         """Fail in a way that is not one of commands."""
         if fault == "kill":
-            os.execv(sys.executable, [sys.executable, __file__, str(self._seed + 1)])
+            again = [sys.executable, __file__, str(self._seed + 1), *self._faults]
+            subprocess.Popen(again)
+            os.kill(os.getpid(), signal.SIGKILL)
         elif fault == "stall":
             self._begins = self._ticks + LATEST
             time.sleep(self._chance.uniform(0.0, LONGEST))
@@ -77,6 +90,10 @@ class FaultyPeer:
         elif fault == "abort":
             aborted = GoalStatus(status=GoalStatus.STATUS_ABORTED)
             self._statuses.publish(GoalStatusArray(status_list=[aborted]))
+
+    def _say(self, line: str) -> None:
+        sys.stdout.write(f"{line}\n")
+        sys.stdout.flush()
 
     def _send(self, speed: float, stamp: object) -> None:
         twist = Twist()
@@ -91,6 +108,6 @@ class FaultyPeer:
 if __name__ == "__main__":
     join()
     try:
-        FaultyPeer(int(sys.argv[1])).spin()
+        FaultyPeer(int(sys.argv[1]), sys.argv[2:]).spin()
     except (KeyboardInterrupt, ExternalShutdownException):
         rclpy.try_shutdown()

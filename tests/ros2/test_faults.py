@@ -1,12 +1,18 @@
 """Whatever a peer does, each delivery ends in a row with its reason, and in time."""
 
+import os
+import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+import pytest
+
 import navbench
+from harness.ros2 import brain
 from navbench.api.ros2 import serve
+from navstack.types import Observation, Twist2D
 
 STACK = """
 title: "A peer that fails"
@@ -19,13 +25,34 @@ carries: [lidar, gps]
 robot: segway_e1
 ros2: {most_missed: 0.3}
 """
-EPISODES, SHORT = 4, 2.0  # a longer run: 200 deliveries by the same peer
-START_LIMIT, WAIT = 5.0, 0.2  # [s]
+FAULTS = ("flood", "nonsense", "kill", "abort", "stall")  # a longer run: 200 drawn by chance
+SHORT = 3.0  # [s] of a delivery
+START_LIMIT, WAIT, TIMEOUT = 20.0, 0.2, 0.2  # [s]
 # [s] of wall time for a delivery: its start, a wait per period, and a slow machine
-LONGEST = 2.0 * START_LIMIT + 20.0 * SHORT * WAIT + 20.0
+LONGEST = START_LIMIT + 20.0 * SHORT * WAIT + 20.0
 
 
-def test_each_delivery_of_a_failing_peer_ends_in_a_row(tmp_path: Path) -> None:
+@pytest.fixture
+def unheard(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """For how long [s] of the clock a velocity stood to which there was no new command."""
+    found: list[float] = []
+    tick, heard = brain.Ros2Brain.tick, {"count": 0, "stamp": 0.0}
+
+    def watched(driving: brain.Ros2Brain, observation: Observation) -> Twist2D:
+        command = tick(driving, observation)
+        if driving._robot.heard != heard["count"]:
+            heard.update(count=driving._robot.heard, stamp=observation.stamp)
+        if command != Twist2D():
+            found.append(observation.stamp - heard["stamp"])
+        return command
+
+    monkeypatch.setattr(brain.Ros2Brain, "tick", watched)
+    return found
+
+
+def test_each_delivery_of_a_failing_peer_ends_in_a_row(
+    tmp_path: Path, hall: Path, in_process: None, unheard: list[float]
+) -> None:
     shipped = Path(navbench.__file__).parents[1] / "params"
     rules, stack = tmp_path / "short.yaml", tmp_path / "over.yaml"
     text = (shipped / "rules" / "costnav.yaml").read_text()
@@ -33,26 +60,33 @@ def test_each_delivery_of_a_failing_peer_ends_in_a_row(tmp_path: Path) -> None:
     stack.write_text(STACK)
     program = Path(__file__).with_name("faulty_peer.py")
     began = time.monotonic()
-    with subprocess.Popen([sys.executable, str(program), "1"], stdout=subprocess.DEVNULL) as peer:
+    command = [sys.executable, str(program), "1", *FAULTS]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, start_new_session=True
+    ) as peer:
         serve(
             "faults",
             stack=str(stack),
             settings={"rate": 20.0, "wait": WAIT, "settle": 0.0, "start_limit": START_LIMIT},
             out=tmp_path / "run",
             rules=str(rules),
+            map=str(hall),
             seed=3,
             pedestrians=2,
             world="easy",
-            episodes=EPISODES,
+            episodes=len(FAULTS),
         )
-        peer.kill()
-    rows = navbench.load(str(tmp_path / "run")).table().to_pylist()
-    assert time.monotonic() - began < EPISODES * LONGEST
-    assert len(rows) == EPISODES
-    for row in rows:
-        if row["outcome"] == "physical_assistance" and row["reason"] == "stack failed":
-            assert "PeerError" in row["stack_error"]
-        else:
-            assert row["outcome"] == "timeout"
-        # no command is faster than 0.5 m/s but those that are refused
-        assert row["distance_m"] < 0.6 * SHORT
+        os.killpg(peer.pid, signal.SIGKILL)  # with those that it started again
+        told, _ = peer.communicate()
+    assert time.monotonic() - began < len(FAULTS) * LONGEST
+    assert told.split("under way\n") == [*(f"{each}\n" for each in FAULTS), ""]
+    rows = dict(zip(FAULTS, navbench.load(str(tmp_path / "run")).table().to_pylist(), strict=True))
+    assert rows["flood"]["outcome"] == "timeout" and rows["flood"]["stack_error"] is None
+    assert "none that a robot can follow" in rows["nonsense"]["navigator_history"]
+    for fault in ("nonsense", "kill", "stall"):
+        assert "did not come in time" in rows[fault]["navigator_history"]
+    assert rows["kill"]["reason"] == "stack failed" and "PeerError" in rows["kill"]["stack_error"]
+    assert rows["abort"]["navigator_status"] == "failed"
+    # no command is faster than 0.5 m/s but those that are refused
+    assert 0.0 < max(row["distance_m"] for row in rows.values()) < 0.6 * SHORT
+    assert unheard and max(unheard) < TIMEOUT

@@ -18,7 +18,7 @@ TICKS = 240
 class TimedPeer:
     """A robot node whose peer commands by a timer on the clock."""
 
-    has_listener, is_aborted, refused = True, False, 0
+    listeners, is_aborted, refused = 1, False, 0
 
     def __init__(self, phase: float, is_fast: bool) -> None:
         self.phase, self.is_fast = phase, is_fast
@@ -68,3 +68,14 @@ def test_no_command_of_a_timer_is_missed(phase: float, is_fast: bool) -> None:
     assert subject.trouble.history == ""
     assert peer.heard == pytest.approx(TICKS * TICK * RATE, abs=2)
     assert commands[-1] == Twist2D(0.5)
+
+
+def test_nobody_who_drives_is_told_of() -> None:
+    peer = TimedPeer(0.0, True)
+    peer.listeners = 0
+    params = Ros2Params(start_limit=0.01)
+    subject = brain.Ros2Brain(lambda: peer, params, lambda: (Pose2D(), np.empty((0, 4))))
+    streams = np.random.default_rng(0).spawn(3)
+    subject.reset(Pose2D(5.0), Belief(Pose2D()), Generators(*streams))
+    with pytest.raises(brain.PeerError, match="nobody listens to /goal_pose within 0.01 s"):
+        subject.tick(Observation(0.0))

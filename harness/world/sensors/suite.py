@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Generic
 
 import numpy as np
@@ -13,10 +13,12 @@ from harness.world.physics.body_state import BodyState
 from harness.world.sensors.gps_receiver import GpsParams, GpsReceiver
 from harness.world.sensors.inertial_unit import ImuParams, InertialUnit
 from harness.world.sensors.lidar import Lidar, LidarParams
+from harness.world.sensors.message_precision import as_messages
 from harness.world.sensors.sensor import Message, Sensor
 from harness.world.sensors.sky import Sky
 from harness.world.sensors.wheel_odometry import OdometryParams, WheelOdometry
 from navstack.clock import Clock
+from navstack.params.strict import KEPT_OUT
 from navstack.types import FloatArray, Observation
 
 # [s] by which a message may be delivered early, so that rounding does not cost a tick
@@ -31,6 +33,8 @@ class SensorParams:
     odometry: OdometryParams
     imu: ImuParams
     gps: GpsParams
+    # whether measurements are as messages of ROS 2 carry them: beams in float32, times in ns
+    as_messages: bool = field(default=False, metadata=KEPT_OUT)
 
 
 class Channel(Generic[Message]):
@@ -94,6 +98,7 @@ class SensorSuite:
         if gps.depends_on_sky:
             sky = sky_of(scene)
         receiver = GpsReceiver(gps, sky)
+        self._as_messages = params.as_messages
         caster = Lidar(lidar, scene.geometry, pedestrian_radius, scene.obstacles)
         self._odometry = Channel(
             "odometry", WheelOdometry(odometry), odometry.rate, odometry.latency
@@ -114,13 +119,16 @@ class SensorSuite:
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Observation:
         """What has arrived by ``stamp`` [s] since the last call; see :meth:`Sensor.measure`."""
-        return Observation(
+        seen = Observation(
             stamp,
             odometry=self._odometry.deliver(body, pedestrians, stamp),
             imu=self._imu.deliver(body, pedestrians, stamp),
             gps=self._gps.deliver(body, pedestrians, stamp),
             scan=self._lidar.deliver(body, pedestrians, stamp),
         )
+        if self._as_messages:
+            return as_messages(seen)
+        return seen
 
 
 def sky_of(scene: Scene) -> Sky:
