@@ -84,8 +84,8 @@ class LooseCargo(Cargo):
         heap = super()._settled(pour)
         if not self.params.drop:
             return heap
-        given = (self._standing, self._gravity, self._dt, self.params.drop)
-        key = content_key("heap after a drop 1", repr(given), pour, bullet.getAPIVersion())
+        given = (self._standing, self._gravity, self._dt, self.params.drop, self._deck)
+        key = content_key("heap after a drop 2", repr(given), pour, bullet.getAPIVersion())
         return cached_array(key, lambda: self._dropped(heap))
 
     def _dropped(self, heap: FloatArray) -> FloatArray:
@@ -93,7 +93,7 @@ class LooseCargo(Cargo):
         server = Server()
         try:
             deck, pieces = build(
-                server.client, self.params, heap, self._dt, self._make_deck_and_bucket
+                server.client, self.params, heap, self._dt, self._make_thin_deck_and_bucket
             )
             raised = (0.0, 0.0, SCALE * self.params.drop)
             self._put_bucket(server.client, raised, _LEVEL)
@@ -127,7 +127,14 @@ class LooseCargo(Cargo):
             return 0.0
         return self.params.bucket_friction / root
 
+    def _make_thin_deck_and_bucket(self, client: int, params: CargoParams) -> int:
+        """As thick as none of a robot, so that a heap is kept for robots of every height."""
+        return self._make_on_deck(client, params, _DECK)
+
     def _make_deck_and_bucket(self, client: int, params: CargoParams) -> int:
+        return self._make_on_deck(client, params, self._thickness)
+
+    def _make_on_deck(self, client: int, params: CargoParams, thickness: float) -> int:
         height, inertia = mass_of_open_box(params)
         self._middle = SCALE * height
         lowered = [(half, (x, y, z - self._middle)) for half, (x, y, z) in bucket_boxes(params)]
@@ -141,13 +148,12 @@ class LooseCargo(Cargo):
             mass=params.bucket_mass,
             localInertiaDiagonal=[SCALE**2 * part for part in inertia],
         )
-        return hold(client, [self._deck_box], self._factor, 0.0)
+        return hold(client, [self._deck_box(thickness)], self._factor, 0.0)
 
-    @property
-    def _deck_box(self) -> Box:
-        """The deck about the bucket, in the server's lengths."""
+    def _deck_box(self, thickness: float) -> Box:
+        """A deck of a thickness [m] about the bucket, in the server's lengths."""
         x, y, half_length, half_width = (SCALE * length for length in self._deck)
-        thick = 0.5 * SCALE * self._thickness
+        thick = 0.5 * SCALE * thickness
         return (half_length, half_width, thick), (x, y, -SCALE * _FLOOR - thick)
 
     def _pose(self) -> tuple[Vector, Quaternion]:

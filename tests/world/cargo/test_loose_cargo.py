@@ -49,7 +49,8 @@ def test_the_bucket_and_the_deck_have_their_thicknesses_below_and_outside(robot)
     expected = [(0.1, 1.2, 0.5 * height, sign * 1.1, 0.0, 0.5 * height) for sign in (1.0, -1.0)]
     expected += [(1.0, 0.1, 0.5 * height, 0.0, sign * 1.1, 0.5 * height) for sign in (1.0, -1.0)]
     assert np.array(sorted(map(flat, sides))) == pytest.approx(np.array(sorted(expected)))
-    deck = LooseCargo(params, GRAVITY, DT, robot)._deck_box
+    cargo = LooseCargo(params, GRAVITY, DT, robot)
+    deck = cargo._deck_box(cargo._thickness)
     half = 0.5 * 10.0 * (0.79 - robot.ground_clearance)
     assert flat(deck) == pytest.approx([3.735, 2.5, half, -1.0, -0.5, -0.1 - half])
 
@@ -280,6 +281,22 @@ def test_it_is_dropped_before_the_first_count(robot):
         assert (cargo.state.pieces_at_start == 50) == whole
         assert cargo.state.pieces_outside == 0
         cargo.close()
+
+
+def test_a_kept_heap_is_right_for_robots_of_other_heights_and_widths(robot, monkeypatch, tmp_path):
+    """Whoever comes second finds what he would have made himself."""
+    dropped = dataclasses.replace(ABOVE_BASE_LINK, drop=0.02)
+    low = dataclasses.replace(robot, ground_clearance=robot.ground_clearance + 0.02)
+    wider = tuple((x, 1.2 * y) for x, y in robot.footprint)
+    wide = dataclasses.replace(robot, footprint=wider)
+    for second in (low, wide):
+        heaps = []
+        for number, order in enumerate(((robot, second), (second,))):
+            monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path / f"{id(second)}_{number}"))
+            for each in order:
+                heap = LooseCargo(dropped, GRAVITY, DT, each)._settled(0)
+            heaps.append(heap)
+        assert np.array_equal(*heaps)
 
 
 @pytest.mark.parametrize("deceleration", [3.0, 4.4])
