@@ -165,9 +165,7 @@ def drive_again(run: StoredRun, episode: int) -> Evidence:
     return _evidence(run, episode, delivery.recording, decisions, weighed, DRIVEN_AGAIN)
 
 
-def record_again(
-    run: StoredRun, episode: int, folder: Path, keep_decisions: bool = True
-) -> Path:
+def record_again(run: StoredRun, episode: int, folder: Path, keep_decisions: bool = True) -> Path:
     """Drive a delivery anew and keep its recording, and its decisions beside it, in a folder.
 
     Args:

@@ -71,7 +71,7 @@ def run(
     Examples:
       navbench run --stack nav2-gps --episodes 20
       navbench run --stack nav2-gps --localizer ground_truth --pedestrians 0 --episodes 5
-      navbench run --world social --pedestrians 40 --episodes 5
+      navbench run --world social_force --pedestrians 40 --episodes 5
       navbench run --people recorded.csv --episodes 5
       navbench run --start -67.9,-71.9,0 --goal -89.7,-63.5,0 --episodes 3
       navbench run --resume results/latest

@@ -134,7 +134,7 @@ def tune(
     \b
     Examples:
       navbench tune --stack my_nav2.yaml --localizer gps-ekf --space dwb_critics --trials 100
-      navbench tune --space dwb_critics --world social --objective shared_margin --budget 2h
+      navbench tune --space dwb_critics --world social_force --objective shared_margin --budget 2h
       navbench tune --stack nav2-stock --space dwb_sampling --objective cvar --budget 30m
       navbench tune --stack mpc-gps-ekf --space mpc_weights --objective "margin@sla>=0.9"
       navbench tune --stack nav2-gps --space inflation --objective margin,-pedestrian_delay_s

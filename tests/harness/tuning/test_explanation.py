@@ -33,7 +33,7 @@ from navstack.errors import InputError
 
 PRICES = load_prices("costnav")
 LINT = {"errors": 0, "warnings": 2, "new": ["short-horizon: one"], "gone": []}
-ABOUT = "my_nav2.yaml, robot segway_e1, localizer gps-ekf; world published_3, map sidewalk."
+ABOUT = "my_nav2.yaml, robot segway_e1, localizer gps-ekf; world paper_loose_bucket, map sidewalk."
 COMMAND = ("navbench", "run", "--stack", "tuned.yaml")
 MISSIONS = 30
 MakeStudy = Callable[..., StudyResult]
