@@ -15,7 +15,6 @@ from navstack.params.strict import load_yaml, read_text
 FOREMOST = (
     *("nav2-stock", "nav2-gps-ekf", "nav2-amcl", "rpp-gps-ekf"),
     *("mppi-gps-ekf", "graceful-gps-ekf", "mpc-gps-ekf", "evasive-gps-ekf"),
-    "evasive-amcl-gps",
 )
 LONGEST = 110  # [characters] of a description
 

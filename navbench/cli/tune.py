@@ -13,7 +13,7 @@ from navbench.cli.streams import print_json
 
 if TYPE_CHECKING:
     from harness.study.places import Where
-    from navbench.api.tune import Tuned
+    from navbench.api.tuned import Tuned
 
 DEFAULT_STACK = "nav2-stock"
 MOST_LINT = 4  # findings that are printed

@@ -129,7 +129,7 @@ def test_what_there_is_has_a_line_each(capsys: pytest.CaptureFixture[str], kind:
     lines = [line for line in printed(capsys, "list", kind) if not line.startswith("next: ")]
     assert all(re.fullmatch(r"\S+(?: \(default\))? +\S.*", line) for line in lines)
     if kind == "stacks":
-        assert len(lines) == 9 < len(printed(capsys, "list", kind, "--all"))
+        assert len(lines) == 8 < len(printed(capsys, "list", kind, "--all"))
     if kind == "worlds":
         assert sum("(default)" in line for line in lines) == 1
 

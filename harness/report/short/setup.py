@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from harness.analysis.compare import different_values
+from harness.analysis.unlike import different_values
 from harness.economics.prices import load_prices
 from harness.storage.manifest_file import read_manifest
 from harness.storage.parameters import parameter_folder
