@@ -37,7 +37,7 @@ DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows th
     "errors",
     multiple=True,
     metavar="KIND=SIZE[,SIZE]",
-    help="Errors on top of ground_truth, an arm each: position [m, RMS] or heading [deg, "
+    help="Errors on top of ground_truth, compared like localizers: position [m, RMS] or heading [deg, "
     "RMS]; repeatable, "
     "and more may follow.",
 )

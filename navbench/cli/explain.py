@@ -75,6 +75,7 @@ def explain(
     """
     from harness.report.explain import explanation_blocks
     from harness.report.short.explain import short_explanation
+    from harness.report.short.setup import delivery_line
     from harness.report.tables import print_blocks, report_console
     from navbench.api import explain as api
 
@@ -87,6 +88,7 @@ def explain(
     else:
         blocks = explanation_blocks if is_full else short_explanation
         told = found.evidence, found.told, found.saving, found.figures, found.activities
+        click.echo(delivery_line(loaded.stored, episode))
         print_blocks(blocks(*told), report_console())
         click.echo(f"next: navbench replay {loaded.folder}:{loaded.stacks[0]} {episode}")
 
@@ -94,6 +96,7 @@ def explain(
 def _say_nothing_to_tell(run: "Run", episode: int, as_json: bool) -> None:
     """Say so, and which other episodes have something to tell."""
     from harness.explain.moments import costly_episodes
+    from harness.report.short.setup import delivery_line
 
     others = costly_episodes(run.stored)
     if as_json:
@@ -103,4 +106,6 @@ def _say_nothing_to_tell(run: "Run", episode: int, as_json: bool) -> None:
     some = "nor in any other episode"
     if others:
         some = f"episodes that have some: {', '.join(map(str, others))}"
+    click.echo(delivery_line(run.stored, episode))
     click.echo(f"episode {episode} of {run.stacks[0]} has no event that cost anything; {some}")
+    click.echo(f"next: navbench replay {run.folder}:{run.stacks[0]} {episode}")

@@ -34,6 +34,7 @@ def replay(run: str, episode: int | None, html: Path | None, mcap: Path | None) 
       navbench replay results/latest
       navbench replay results/latest:nav2-gps 3 --mcap delivery.mcap
     """
+    from harness.report.short.setup import delivery_line
     from navbench.api import report as api
     from navbench.cli.common.dearest import chosen
 
@@ -41,8 +42,9 @@ def replay(run: str, episode: int | None, html: Path | None, mcap: Path | None) 
     if not (html or mcap):
         html = PAGE
     count = api.replay(loaded, episode, html=html, mcap=mcap)
+    click.echo(delivery_line(loaded.stored, episode))
     if html:
-        print_size(html)
+        print_size(html, "page, ")
     if mcap:
         print_size(mcap, f"{count} messages, ")
     click.echo(f"next: navbench explain {loaded.folder}:{loaded.stacks[0]} {episode}")

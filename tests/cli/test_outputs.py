@@ -10,7 +10,7 @@ import pytest
 from navbench.cli.app import COMMANDS, main
 
 MOST_LINES = 25
-MOST_OF_RUN = 13
+MOST_OF_RUN = 12
 RULES = "arrival_radius: 2.0\ntimeout: 4.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
 STACKS = ("nav2-gps-ekf", "evasive-gps-ekf")
 NEXT = re.compile(r"next: navbench (.*)")

@@ -189,6 +189,16 @@ def setup_line(run: StoredRun) -> str:
     return f"{', '.join([_listed(each), *common])}; {where_line(run)}"
 
 
+def delivery_line(run: StoredRun, episode: int) -> str:
+    """What drove a delivery, and where: one line.
+
+    Args:
+        run: with one stack.
+        episode: number of the delivery.
+    """
+    return f"{setup_line(run)}; episode {episode}"
+
+
 def where_line(run: StoredRun) -> str:
     """World, map and people of a run, and how many deliveries each stack drove."""
     count = max((len(stack.rows) for stack in run.stacks), default=0)

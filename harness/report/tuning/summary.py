@@ -50,7 +50,7 @@ def _proof(study: StudyResult, explanation: Explanation) -> str:
     text += f"difference {interval_text(margin.difference)}"
     if explanation.unseen is not None:
         bounds = bounds_text(explanation.unseen)
-        text += f" ({bounds} if a loss that has not happened yet is admitted)"
+        text += f" ({bounds} admitting an unseen loss)"
     return f"{text}, {_verdict(margin.difference, explanation.unseen)}."
 
 
@@ -58,7 +58,7 @@ def _room(study: StudyResult, explanation: Explanation) -> list[str]:
     room = explanation.room_usd_per_run
     if room is None or not study.is_tested:
         return []
-    left = f"{interval_text(room)} USD/run to gain, if a loss that has not happened yet is admitted"
+    left = f"{interval_text(room)} USD/run to gain, admitting an unseen loss"
     return [f"Nothing earns more than the fee, which leaves a better file at most {left}."]
 
 
