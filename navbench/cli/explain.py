@@ -2,13 +2,12 @@
 
 import json
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from navbench.cli.common.dearest import chosen
-from navbench.cli.options import FULL, JSON, Finite
+from navbench.cli.options import FULL, JSON, Finite, path_option
 
 if TYPE_CHECKING:
     from navbench.api.runs import Run
@@ -42,14 +41,11 @@ if TYPE_CHECKING:
     help="What a parameter of the Nav2 file would have saved, e.g. "
     "controller_server.FollowPath.max_vel_x=1.5; repeatable.",
 )
-@click.option(
-    "--plot", type=click.Path(path_type=Path), metavar="FILE", help="Figure (PNG, PDF or SVG)."
-)
-@click.option(
+@path_option("--plot", "FILE", "Figure (PNG, PDF or SVG).")
+@path_option(
     "--out",
-    type=click.Path(path_type=Path),
-    metavar="FOLDER",
-    help="Folder for explanation.json, explanation.txt and a figure (PDF and PNG) of each event.",
+    "FOLDER",
+    "Folder for explanation.json, explanation.txt and a figure (PDF and PNG) of each event.",
 )
 @FULL
 @JSON

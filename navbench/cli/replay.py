@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from navbench.cli.options import path_option
 from navbench.cli.report import print_size
 
 PAGE = Path("replay.html")
@@ -12,15 +13,10 @@ PAGE = Path("replay.html")
 @click.command()
 @click.argument("run", metavar="RUN")
 @click.argument("episode", type=click.IntRange(min=0), required=False)
-@click.option(
-    "--html",
-    type=click.Path(path_type=Path),
-    metavar="FILE.html",
-    help=f"A page that plays it; default: {PAGE}, where --mcap is not given.",
+@path_option(
+    "--html", "FILE.html", f"A page that plays it; default: {PAGE}, where --mcap is not given."
 )
-@click.option(
-    "--mcap", type=click.Path(path_type=Path), metavar="FILE.mcap", help="ROS 2 messages."
-)
+@path_option("--mcap", "FILE.mcap", "ROS 2 messages.")
 def replay(run: str, episode: int | None, html: Path | None, mcap: Path | None) -> None:
     """Show one delivery: as a page, or in the tools of ROS.
 

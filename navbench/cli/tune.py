@@ -8,7 +8,14 @@ import click
 
 from navbench.cli.common.brief import Brief
 from navbench.cli.driving import INTERRUPTED, SOME_ERRORS
-from navbench.cli.options import FULL, LOCALIZER, completed, condition_options, refuse_others
+from navbench.cli.options import (
+    FULL,
+    LOCALIZER,
+    completed,
+    condition_options,
+    path_option,
+    refuse_others,
+)
 from navbench.cli.streams import print_json
 
 if TYPE_CHECKING:
@@ -105,11 +112,8 @@ SHOWN = (  # in the help
     type=click.Path(path_type=Path),
     help="Study folder; default: results/<time>-tune-<stack>.",
 )
-@click.option(
-    "--resume",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Go on with an interrupted study, or print a finished one, from its folder.",
+@path_option(
+    "--resume", "DIR", "Go on with an interrupted study, or print a finished one, from its folder."
 )
 @FULL
 @click.pass_context
