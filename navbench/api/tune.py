@@ -8,7 +8,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from harness.episode.factory import nav2_parameters
+from harness.episode.factory import nav2_parameters, prices_of
+from harness.report.tuning.summary import starting_point
 from harness.storage.new_run import TUNING, create_run, default_folder, require_usable
 from harness.storage.shipped import resolve, shipped
 from harness.study.manifest import about, load_study, parameters, version_notes
@@ -21,7 +22,7 @@ from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration, sizes
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
 from harness.tuning.progress import StudyProgress
-from harness.tuning.result import StudyResult
+from harness.tuning.result import COMPLETE, StudyResult, Trial
 from harness.tuning.sampler import make_sampler
 from harness.tuning.space.file import read_spaces
 from harness.tuning.space.paths import with_absolute_files
@@ -201,9 +202,13 @@ def _drive(path: Path, where: Where, budget: float | None) -> Tuned | None:
 def _search_and_test(
     study: TuningStudy, evaluator: StackEvaluator, journal: Journal, progress: StudyProgress
 ) -> StudyResult:
-    search = run_search(
-        study, evaluator, journal, lambda trial, best: progress.trial(trial, best, evaluator)
-    )
+    def on_trial(trial: Trial, best: Trial) -> None:
+        progress.trial(trial, best, evaluator)
+        if trial.number == 0 and trial.state == COMPLETE:
+            rows = evaluator.rows(trial.candidate, trial.missions)
+            say(starting_point(rows, prices_of(study.template.prices)))
+
+    search = run_search(study, evaluator, journal, on_trial)
     for note in notes_after_search(study, search, journal):
         say(note)
     progress.begin("final choice and test" if study.plan.final_episodes else "test")
