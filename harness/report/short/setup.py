@@ -150,12 +150,22 @@ def drivers_of(run: StoredRun) -> list[Driver]:
         Driver(
             stack.name,
             _file_of(stack.name, str(stored.get(stack.name, {}).get("title", ""))),
-            str(nearest("robots", parameters / f"{stack.name}-robot.yaml")),
+            _robot(parameters / f"{stack.name}-robot.yaml"),
             stack.localizer,
             str(nearest("sensors", parameters / f"{stack.name}-sensors.yaml")),
         )
         for stack in run.stacks
     ]
+
+
+def _robot(path: Path) -> str:
+    """A robot's name, or its size and mass where it is like none that comes with the program."""
+    found = nearest("robots", path)
+    if len(found.differences) <= FEW:
+        return str(found)
+    body = load_dataclass(RobotParams, path)
+    length, width = (2.0 * half for half in body.half_size)
+    return f"of {length:.2f} m x {width:.2f} m and {body.mass:.1f} kg"
 
 
 def _file_of(name: str, title: str) -> str:
