@@ -150,10 +150,13 @@ class NavigateToPose:
 
         None where something else drives.
         """
+        options = self._controller_server.controller.options
+        if not options:  # most controllers have none, and a decision takes longer than a cycle
+            return ()
         decided = self._controller_server.decision
         if decided is None or now - decided.stamp >= _LATELY:
             return ()
-        return self._controller_server.controller.options
+        return options
 
     def replan(self, state: RobotState) -> Twist2D | None:
         """Compute a new path when one is due.

@@ -36,7 +36,7 @@ def main() -> None:
     given = parsed(
         __doc__,
         stack=["nav2-gps", "evasive-gps-ekf", "mpc-gps-ekf"],
-        world="published",
+        world="paper_fitted",
         episodes=40,
         seed=900,
     )

@@ -19,7 +19,8 @@ from pathlib import Path
 
 from harness.storage.shipped import shipped
 from harness.study.places import Where
-from harness.study.suite import DECLARATION, Portion, declare, load_suite
+from harness.study.suite import Portion, load_suite
+from harness.study.suite_folder import DECLARATION, declare
 from navbench.api.suite import suite, write_overview
 from navbench.cli.driving import exit_status
 from navbench.cli.signals import run_script

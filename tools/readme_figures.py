@@ -22,7 +22,7 @@ from harness.report.published import PublishedMethod, load_published
 from harness.statistics.interval import wilson_interval
 from harness.storage.manifest_file import read_manifest
 from harness.storage.rows import values
-from harness.storage.shipped import DEFAULT_WORLD
+from harness.storage.shipped import DEFAULT_WORLD, current_name, shipped
 from harness.study.stored_run import StoredRun, load_run
 from navstack.types import FloatArray
 
@@ -39,10 +39,15 @@ NO_CONTACT_RATE = "–"
 
 
 def stored_world() -> str:
-    """The default world, or the newest version of the paper's that was driven."""
+    """The folder of the default world, or of the newest version of the paper's that was driven."""
     worlds = sorted(path.name for path in BASELINE.glob("published_*"))
     driven = [world for world in worlds if maps_of(world)]
-    return DEFAULT_WORLD if DEFAULT_WORLD in driven else driven[-1]
+    return next((world for world in driven if world_name(world) == DEFAULT_WORLD), driven[-1])
+
+
+def world_name(folder: str) -> str:
+    """The name of the world that a stored folder is of."""
+    return current_name(folder, shipped("params") / "worlds")
 
 
 def stacks_at(world: str, place: str) -> list[str]:
@@ -121,14 +126,14 @@ def figures() -> str:
     difference = difference_with_unseen(baseline, best, gain, clusters)
     n = len(best.stacks[0].rows)
     default = ""
-    if world != DEFAULT_WORLD:
+    if world_name(world) != DEFAULT_WORLD:
         default = f" (the default, `{DEFAULT_WORLD}`, is not driven yet)"
     where = ", ".join(f"`{name}`" for name in maps)
     word = "maps"
     if len(maps) == 1:
         word = "map"
     intro = wrapped(
-        f"**World `{world}`{default}, {word} {where}, {n} deliveries of "
+        f"**World `{world_name(world)}`{default}, {word} {where}, {n} deliveries of "
         f"each stack on the same missions.** In [brackets]: 95 %; those of the margin admit an "
         "[unseen loss](docs/money.md#intervals), those of contacts are exact (Poisson)."
     )

@@ -54,7 +54,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--world", default="social")
+    parser.add_argument("--world", default="social_force")
     parser.add_argument("--generations", type=int, default=20)
     parser.add_argument("--deliveries", type=int, default=8, help="of each candidate")
     parser.add_argument("--out", type=Path, default=Path("tiny_policy.json"))

@@ -51,7 +51,7 @@ class AblationDeclaration:
         """
         names = [arm.name for arm in arms]
         if self.against not in names:
-            raise UnknownNameError("arm", self.against, names)
+            raise UnknownNameError("localizer", self.against, names)
 
 
 @dataclass(frozen=True, slots=True)

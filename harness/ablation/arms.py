@@ -190,9 +190,9 @@ def _check_different(arms: Sequence[Stack]) -> None:
         if unnamed in known:
             same = known[unnamed]
             if same == arm.name:
-                raise InputError(f"arm '{arm.name}' is given more than once; give each arm once")
+                raise InputError(f"localizer '{arm.name}' is given more than once; give each once")
             raise InputError(
-                f"arms '{same}' and '{arm.name}' are the same thing here; give one of them"
+                f"localizers '{same}' and '{arm.name}' are the same thing here; give one of them"
             )
         known[unnamed] = arm.name
     if len(arms) < 2:

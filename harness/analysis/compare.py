@@ -5,7 +5,7 @@ Differences, how sure they are, and what stands against it.
 
 import dataclasses
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from harness.analysis.rare import difference_with_unseen
+from harness.analysis.unlike import unlike
 from harness.audit.auditor import Audit
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.cost_model import running
@@ -35,7 +36,7 @@ from harness.statistics.bootstrap import IntArray, number_clusters
 from harness.statistics.interval import Interval, interval_json
 from harness.statistics.paired import PairedDifference, compare_pairs, together
 from harness.storage.rows import take, values
-from harness.study.stored_run import CONDITIONS, StoredRun, StoredStack
+from harness.study.stored_run import StoredRun, StoredStack
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
 
@@ -45,7 +46,6 @@ FAMILY = (MARGIN, "sla")  # whose p values are adjusted together, unless metrics
 SHORT = {"margin": MARGIN}  # as elsewhere on the command line
 # metric -> accounting
 ACCOUNTED = {f"contribution_margin_{name}": name for name in ACCOUNTINGS if name != PUBLISHED}
-SHOWN_VALUES = 3  # differing parameters that a warning names
 
 
 @dataclass(frozen=True, slots=True)
@@ -323,59 +323,10 @@ def _directions() -> dict[str, Better]:
 
 def _warnings(first: Side, second: Side) -> list[str]:
     """Why the two might differ for other reasons than their stacks."""
-    a, b = first.run, second.run
     warnings = [
-        f"{side.label}: {side.stack.errors} deliveries have no result, which may be those that matter"
+        f"{side.label}: {side.stack.errors} deliveries have no result, "
+        "which may be those that matter"
         for side in (first, second)
         if has_too_few(len(side.stack.rows), side.stack.errors)
     ]
-    programs = [run.about.get("program_sha256") for run in (a, b)]
-    if None not in programs and programs[0] != programs[1]:
-        warnings.append("other program: its code, parameters or maps have changed in between")
-    if a.folder.resolve() == b.folder.resolve():
-        return warnings
-    if a.about.get("map_sha256") != b.about.get("map_sha256"):
-        warnings.append(f"other map: {a.map_name} and {b.map_name} differ in content")
-    for name in CONDITIONS:
-        if different := different_values(a.condition(name), b.condition(name)):
-            warnings.append(f"other {name}: {_shortened(different)}")
-    if a.recorded_people() != b.recorded_people():
-        warnings.append("other people: the recordings that were replayed differ")
-    for key, title in (("seed", "seed"), ("missions", "way to draw missions")):
-        if a.about.get(key) != b.about.get(key):
-            warnings.append(f"other {title}: {a.about.get(key)} and {b.about.get(key)}")
-    versions = different_values(a.about.get("versions", {}), b.about.get("versions", {}))
-    if versions:
-        warnings.append(f"other versions: {'; '.join(versions)}")
-    return warnings
-
-
-def _shortened(different: Sequence[str]) -> str:
-    """The first few of what differs, and how many more there are."""
-    text = "; ".join(different[:SHOWN_VALUES])
-    if len(different) > SHOWN_VALUES:
-        text += f" and {len(different) - SHOWN_VALUES} more"
-    return text
-
-
-def different_values(a: Any, b: Any, both: str = "{a} and {b}", path: str = "") -> list[str]:
-    """The leaves in which two nested mappings differ, each with both values.
-
-    How a price is sourced is none.
-
-    Args:
-        a: the first mapping.
-        b: the second.
-        both: how the two values of a leaf are written.
-        path: of the mappings in a larger one.
-    """
-    if isinstance(a, Mapping) and isinstance(b, Mapping):
-        keys = [key for key in {**a, **b} if key != "source"]
-        return [
-            line
-            for key in keys
-            for line in different_values(a.get(key), b.get(key), both, f"{path}.{key}".strip("."))
-        ]
-    if a == b:
-        return []
-    return [f"{path.removesuffix('.value')} {both.format(a=a, b=b)}"]
+    return warnings + unlike(first.run, second.run)

@@ -31,7 +31,6 @@ from harness.economics.valuation import (
     deliveries,
     has_too_few,
     margins,
-    mean_intervals,
     missions,
     valuation_document,
     value,
@@ -39,6 +38,7 @@ from harness.economics.valuation import (
 from harness.metrics.columns import Row
 from harness.metrics.summary import summarize
 from harness.statistics.interval import NO_INTERVAL, Interval, interval_json, wilson_interval
+from harness.statistics.mean_intervals import mean_intervals
 from harness.storage.rows import values
 from harness.study.stored_run import StoredRun, StoredStack, repriced
 from navstack.errors import InputError, UnknownNameError

@@ -51,7 +51,7 @@ def pushing(pairs: Pairs, scores: Scores, threshold: float) -> Check:
     least = SOFT_TOUCHES
     if pairs.has_events:
         least = CLOSE_TOUCHES
-    kind = "soft contacts"
+    kind = "contacts below the threshold"
     if pairs.has_events:
         kind = f"touches close to {threshold:g} N s"
     close = pairs.of(kind, "1/run", lambda side: side.close_touches(threshold))

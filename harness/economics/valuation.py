@@ -1,6 +1,6 @@
 """What deliveries come to: their means, what they cost and earn, and how sure all that is."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -29,10 +29,10 @@ from harness.statistics.bootstrap import (
     bootstrap_cvar,
     cvar,
     number_clusters,
-    percentile_interval,
     resampled_means,
 )
 from harness.statistics.interval import Interval, interval_json, wilson_interval
+from harness.statistics.mean_intervals import mean_intervals
 from harness.storage.rows import values
 from navstack.types import FloatArray
 
@@ -266,38 +266,6 @@ def all_optional_costs(
 def missions(rows: Sequence[Row]) -> IntArray:
     """Number of each row's mission, in order of appearance."""
     return number_clusters(list(zip(*(values(rows, key) for key in MISSION), strict=True)))
-
-
-def mean_intervals(
-    columns: Mapping[str, FloatArray | None], clusters: IntArray, seed: int, resolution: float = 0.0
-) -> dict[str, Interval]:
-    """Mean and bootstrap interval of each column (n,) over its defined entries.
-
-    None and all undefined are left out.
-
-    No bounds where all entries are within ``resolution``: too few to tell.
-    """
-    known = {
-        key: np.broadcast_to(column, clusters.shape)
-        for key, column in columns.items()
-        if column is not None
-    }
-    known = {key: column for key, column in known.items() if not np.isnan(column).all()}
-    differ = [
-        key for key, column in known.items() if np.nanmax(column) - np.nanmin(column) > resolution
-    ]
-    intervals = {
-        key: Interval(float(np.nanmean(column)), None, None, int((~np.isnan(column)).sum()))
-        for key, column in known.items()
-    }
-    if differ and clusters.max() > 0:
-        draws = resampled_means(
-            np.column_stack([known[key] for key in differ]), _rng(seed), clusters=clusters
-        )
-        for key, means in zip(differ, draws.T, strict=True):
-            mean = intervals[key]
-            intervals[key] = percentile_interval(float(np.nanmean(known[key])), means, mean.n)
-    return intervals
 
 
 def _per_km(

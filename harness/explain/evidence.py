@@ -165,8 +165,14 @@ def drive_again(run: StoredRun, episode: int) -> Evidence:
     return _evidence(run, episode, delivery.recording, decisions, weighed, DRIVEN_AGAIN)
 
 
-def record_again(run: StoredRun, episode: int, folder: Path) -> Path:
+def record_again(run: StoredRun, episode: int, folder: Path, keep_decisions: bool = True) -> Path:
     """Drive a delivery anew and keep its recording, and its decisions beside it, in a folder.
+
+    Args:
+        run: with one stack.
+        episode: number of the delivery.
+        folder: for the files.
+        keep_decisions: whether decisions are recorded, which takes longer than driving.
 
     Returns:
         The file of the recording.
@@ -175,12 +181,14 @@ def record_again(run: StoredRun, episode: int, folder: Path) -> Path:
         InputError: it comes out otherwise than its row says, or cannot be driven.
     """
     stored = delivery_row(run, episode)
-    delivery = run_episode(task_of(run, episode))
+    task = dataclasses.replace(task_of(run, episode), keep_decisions=keep_decisions)
+    delivery = run_episode(task)
     check_same(stored, delivery.row, run.folder, episode)
-    assert delivery.recording is not None and delivery.decisions is not None
+    assert delivery.recording is not None
     path = folder / f"{run.stacks[0].name}-{episode}.npz"
     np.savez(path, **delivery.recording)
-    write_table(decisions_beside(path), *delivery.decisions)
+    if delivery.decisions is not None:
+        write_table(decisions_beside(path), *delivery.decisions)
     return path
 
 

@@ -227,7 +227,7 @@ def _draw(axes: "Axes", stack: str, shown: Sequence[Point]) -> None:
     spans = ""
     if any(each.low is not None for _, *both in shown for each in both):
         spans = ", 95 % intervals"
-    axes.set_title(f"{stack}: n = {n} deliveries per arm{spans}", loc="left", fontsize=8)
+    axes.set_title(f"{stack}: n = {n} deliveries each{spans}", loc="left", fontsize=8)
     axes.figure.legend(loc="outside right upper", frameon=False, fontsize=7)
 
 

@@ -18,16 +18,21 @@ def audit_sentence(audit: Audit) -> str:
 
 
 def audit_table(checks: Sequence[Check]) -> Table:
-    """What some checks found, and what to do where they raise an alarm."""
+    """What checks found that were examined, and what to do where they raise an alarm."""
     rows = [
-        (check.gap.title, check.state.replace("flagged", "FLAGGED"), check.says) for check in checks
+        (check.gap.title, check.state.replace("flagged", "FLAGGED"), check.says)
+        for check in checks
+        if check.is_examined
     ]
-    advice = (
+    others = [check.gap.title for check in checks if not check.is_examined]
+    lines = [
         f"{check.gap.title}: a gap, because {check.gap.why}. What to do: {check.gap.advice}."
         for check in checks
         if check.is_flagged
-    )
-    return declared("audit", rows, *advice)
+    ]
+    if rows and others:
+        lines.append(f"Not examined: {', '.join(others)}.")
+    return declared("audit", rows, *lines)
 
 
 def audit_blocks(audit: Audit) -> list[Block]:

@@ -162,7 +162,7 @@ def _draw_strips(strips: Sequence["Axes"], seconds: Seconds) -> None:
     _draw_person(person, seconds)
     belief.plot(seconds.decided_at, seconds.decided_off, color=BELIEF, label="belief off")
     if not np.isnan(seconds.track_error).all():
-        belief.plot(at, seconds.track_error, color=TRACK, label="track off")
+        belief.plot(at, seconds.track_error, color=TRACK, label="track error")
     belief.set_ylabel("error [m]")
     belief.set_ylim(bottom=0.0)
     _draw_scores(scores, seconds)

@@ -14,7 +14,8 @@ from harness.study.stored_run import StoredRun
 # a stack's name, its deliveries and its margin [USD/run], if it is defined
 Party = tuple[str, Side, Interval | None]
 
-REPEATABLE = (["navbench", "run"], ["navbench", "ablate"])
+PROGRAM, MODULE = ["navbench"], ["python", "navbench/__main__.py"]  # as run.json has them
+REPEATABLE = ("run", "ablate")  # commands
 NOT_REPEATED = ("--episodes", "--only", "--out")  # options with a value
 
 
@@ -61,7 +62,7 @@ def undecided(pair: PairedDifference, *runs: StoredRun) -> str:
         return text
     text += f"; about {needed:,d} missions would decide, {needed - n:,d} more"
     commands = list(dict.fromkeys(repeated(run, needed) for run in runs))
-    if "" in commands:
+    if not commands or "" in commands:
         return text
     return f"{text}: {' && '.join(commands)}"
 
@@ -72,7 +73,9 @@ def repeated(run: StoredRun, episodes: int) -> str:
     Empty: it has not been driven by a command that could.
     """
     words = list(run.about.get("command", ()))
-    if words[:2] not in REPEATABLE:
+    if words[:2] == MODULE:
+        words = [*PROGRAM, *words[2:]]
+    if len(words) < 2 or words[:1] != PROGRAM or words[1] not in REPEATABLE:
         return ""
     kept, left = words[:2], words[2:]
     while left:
@@ -97,7 +100,7 @@ def _earning(margin: Interval, unseen: Interval | None) -> str:
     if margin.n < fewest_missions():
         return f"{text}: fewer than {fewest_missions()} deliveries decide nothing"
     if margin.low is None or margin.high is None:
-        return f"{text}, the same each time{_doubt(unseen)}"
+        return f"{text}, all alike{_doubt(unseen)}"
     if margin.sign > 0:
         return f"{text}: it earns money{_doubt(unseen)}"
     if margin.sign < 0 and (unseen is None or unseen.high is None or unseen.high < 0.0):

@@ -2,14 +2,15 @@
 
 import os
 import tempfile
-import warnings
+import tomllib
 from pathlib import Path
+from typing import Any
 
-from navstack.errors import InputError, NavstackWarning, UnknownNameError
+from navstack.errors import InputError, UnknownNameError
 from navstack.files import is_private
 
-DEFAULT_WORLD = "published_3"
-_FORMER_NAMES = {("world", "costnav"): "easy"}  # (what, as it was called) -> as it is called
+DEFAULT_WORLD = "paper_loose_bucket"
+ABOUT = "about.toml"  # of a folder: what its files are for, and how they were called before
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -33,7 +34,7 @@ def is_file(name_or_file: str) -> bool:
 def resolve(name_or_file: str, folder: Path, what: str) -> Path:
     """A file given by name (a YAML file of ``folder``) or by path (it has a suffix or a separator).
 
-    A former name is understood, with a warning.
+    A former name is understood.
 
     Raises:
         InputError: neither; the message offers the nearest known name.
@@ -47,15 +48,24 @@ def resolve(name_or_file: str, folder: Path, what: str) -> Path:
                 f"{what} file '{name_or_file}' {trouble}; give a YAML file or one of: {known}"
             )
         return given
-    if former := _FORMER_NAMES.get((what, name_or_file)):
-        warnings.warn(
-            f"the {what} '{name_or_file}' is called '{former}' now", NavstackWarning, stacklevel=2
-        )
-        name_or_file = former
-    candidate = folder / f"{name_or_file}.yaml"
+    candidate = folder / f"{current_name(name_or_file, folder)}.yaml"
     if not os.path.isfile(candidate):
         raise UnknownNameError(what, name_or_file, names(folder))
     return candidate
+
+
+def current_name(name: str, folder: Path) -> str:
+    """How a file of ``folder`` is called now that was called ``name`` before; else ``name``."""
+    for current, entry in about(folder).items():
+        if name in entry.get("formerly", ()):
+            return current
+    return name
+
+
+def about(folder: Path) -> dict[str, Any]:
+    """What is told of the files of a folder, by name; nothing where nothing is."""
+    file = folder / ABOUT
+    return tomllib.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
 
 
 def names(folder: Path) -> list[str]:

@@ -39,19 +39,11 @@ def check(study: Study) -> list[str]:
         InputError: something that the user gave cannot be used.
     """
     notes = [f"{stack.name} {stack.body}" for stack in study.stacks if stack.body]
-    for number, stack in enumerate(study.stacks):
-        task = dataclasses.replace(study.template, stack=stack, stack_number=number)
-        if stack.navigator == ROS2 and study.workers > 1:
-            raise InputError(
-                f"stack '{stack.name}' drives over ROS 2, in one world at a time; --workers "
-                f"{study.workers} is given, give --workers 1"
-            )
-        if stack.is_nav2:
-            require_usable(Path(stack.nav2_file), task.allow_unknown)
-        parts = Parts(task)
-        parts.mission(task.generators()["mission"])
+    deliveries = [_first_delivery(study, number) for number in range(len(study.stacks))]
+    compile_ahead(study.stacks)  # bad input is one line, at once; what follows takes most kernels
+    for stack, parts in zip(study.stacks, deliveries, strict=True):
         parts.brain(parts.world())
-        if number == 0:
+        if parts is deliveries[0]:
             notes += crowd_notes(study, parts)
         notes += sensor_notes(stack, parts.scene)
         if stack.is_nav2:
@@ -62,8 +54,27 @@ def check(study: Study) -> list[str]:
             notes += filter_notes(nav2, stack)
             if not stack.body:
                 notes += footprint_notes(nav2, parts.robot, stack.name)
-    compile_ahead(study.stacks)  # last: bad input is one line, at once
     return notes
+
+
+def _first_delivery(study: Study, number: int) -> Parts:
+    """The parts of a stack's first delivery, whose file and mission can be used.
+
+    Raises:
+        InputError: they cannot.
+    """
+    stack = study.stacks[number]
+    task = dataclasses.replace(study.template, stack=stack, stack_number=number)
+    if stack.navigator == ROS2 and study.workers > 1:
+        raise InputError(
+            f"stack '{stack.name}' drives over ROS 2, in one world at a time; --workers "
+            f"{study.workers} is given, give --workers 1"
+        )
+    if stack.is_nav2:
+        require_usable(Path(stack.nav2_file), task.allow_unknown)
+    parts = Parts(task)
+    parts.mission(task.generators()["mission"])
+    return parts
 
 
 def crowd_notes(study: Study, parts: Parts) -> list[str]:

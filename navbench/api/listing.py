@@ -1,12 +1,11 @@
 """What comes with the program, by name, with a line each."""
 
 import re
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from harness.storage.shipped import DEFAULT_WORLD, names, shipped
+from harness.storage.shipped import DEFAULT_WORLD, about, names, shipped
 from harness.task.stack import ROS2, TRUTH
 from navstack.errors import UnknownNameError
 from navstack.params.extensions import localizers
@@ -16,7 +15,6 @@ from navstack.params.strict import load_yaml, read_text
 FOREMOST = (
     *("nav2-stock", "nav2-gps-ekf", "nav2-amcl", "rpp-gps-ekf"),
     *("mppi-gps-ekf", "graceful-gps-ekf", "mpc-gps-ekf", "evasive-gps-ekf"),
-    "evasive-amcl-gps",
 )
 LONGEST = 110  # [characters] of a description
 
@@ -37,6 +35,7 @@ class ListedWorld:
     purpose: str
     people: str
     source: str
+    formerly: tuple[str, ...]  # names that it had, which are understood
 
     @property
     def is_default(self) -> bool:
@@ -66,12 +65,20 @@ def listing(kind: str, is_all: bool = True) -> list[Listed]:
 def worlds() -> list[ListedWorld]:
     """The worlds, the default one first."""
     folder = shipped("params") / "worlds"
-    about = tomllib.loads((folder / "about.toml").read_text(encoding="utf-8"))
+    told = about(folder)
     found = []
     for name in sorted(names(folder), key=lambda name: (name != DEFAULT_WORLD, name)):
-        entry = about.get(name, {})
+        entry = told.get(name, {})
         purpose = entry.get("purpose") or first_sentence(folder / f"{name}.yaml")
-        found.append(ListedWorld(name, purpose, entry.get("people", ""), entry.get("source", "")))
+        found.append(
+            ListedWorld(
+                name,
+                purpose,
+                entry.get("people", ""),
+                entry.get("source", ""),
+                tuple(entry.get("formerly", ())),
+            )
+        )
     return found
 
 
@@ -116,7 +123,7 @@ def _worlds() -> list[Listed]:
     return [
         Listed(
             world.name + (" (default)" if world.is_default else ""),
-            _shortened("; ".join(filter(None, (world.purpose, world.people)))),
+            "; ".join(filter(None, (world.purpose, world.people, world.source))),
         )
         for world in worlds()
     ]

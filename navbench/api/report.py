@@ -62,6 +62,7 @@ def _drive_again(
     """
     # the simulator is loaded only where something is driven
     from harness.explain.evidence import record_again, recording_file
+    from harness.explain.moments import costly_episodes
 
     recordings: dict[tuple[Path, str, int], Path] = {}
     for number, each in enumerate(dearest(runs, most)):
@@ -70,7 +71,9 @@ def _drive_again(
         own = folder / str(number)
         own.mkdir()
         try:
-            path = record_again(each.run, each.episode, own)
+            # why it was costly is told of those that were
+            is_costly = each.episode in costly_episodes(each.run)
+            path = record_again(each.run, each.episode, own, is_costly)
         except NavstackError as error:
             return recordings, [f"the dearest deliveries cannot be driven again: {error}"]
         recordings[each.run.folder, each.stack, each.episode] = path

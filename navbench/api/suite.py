@@ -25,17 +25,12 @@ from harness.study.manifest import load_study, version_notes
 from harness.study.places import Where, open_workers
 from harness.study.preflight import check
 from harness.study.stored_run import load_run
-from harness.study.suite import (
+from harness.study.suite import Cell, Portion, Suite, cell_study, cells, load_suite
+from harness.study.suite_folder import (
     DECLARATION,
-    Cell,
-    Portion,
-    Suite,
     begin,
-    cell_study,
-    cells,
     declare,
     is_begun,
-    load_suite,
     require_alike,
     require_same,
     stored_suite,

@@ -2,49 +2,28 @@
 
 import dataclasses
 import inspect
-import math
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from harness.audit.pairs import Conditions
-from harness.episode.factory import nav2_parameters, prices_of, rules_of, world_params
-from harness.metrics.columns import Row
-from harness.report.page.document import write_study_page
-from harness.report.tuning.decision import decision, setup_of
-from harness.report.tuning.document import write_tuning
-from harness.storage.documents import write_document
+from harness.episode.factory import nav2_parameters, prices_of
+from harness.report.tuning.summary import starting_point
 from harness.storage.new_run import TUNING, create_run, default_folder, require_usable
 from harness.storage.shipped import resolve, shipped
-from harness.study.again import PARTINGS, record_again
 from harness.study.manifest import about, load_study, parameters, version_notes
 from harness.study.places import Where, open_workers
 from harness.study.preflight import check
-from harness.study.stored_run import load_run
 from harness.task.own_body import is_own
 from harness.task.stack import Stack
-from harness.task.study import Study, is_recording, make_study
-from harness.tuning.dashboard import write_dashboard
+from harness.task.study import is_recording, make_study
 from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration, sizes
-from harness.tuning.explanation import Explanation, explain
 from harness.tuning.journal import Journal
-from harness.tuning.mission_differences import MissionDifference
 from harness.tuning.objective import parse_objectives
-from harness.tuning.output import (
-    DOCUMENT,
-    TUNED,
-    run_command,
-    study_document,
-    test_command,
-    write_files,
-)
 from harness.tuning.progress import StudyProgress
-from harness.tuning.result import StudyResult
+from harness.tuning.result import COMPLETE, StudyResult, Trial
 from harness.tuning.sampler import make_sampler
-from harness.tuning.scores import scores_document
 from harness.tuning.space.file import read_spaces
 from harness.tuning.space.paths import with_absolute_files
 from harness.tuning.space.space import fit_space
@@ -59,12 +38,9 @@ from harness.tuning.study import (
     run_search,
 )
 from navbench.api.driving import say_notes
-from navbench.api.lint import robot_limits
 from navbench.api.progress import say, shown
-from navbench.api.report import today
+from navbench.api.tuned import Tuned, written
 from navstack.errors import InputError
-from navstack.lint import lint
-from navstack.params.nav2_file.file import inspect_nav2
 from navstack.params.strict import dump_dataclass, read_text
 
 DEFAULT_STACK = "nav2-stock"
@@ -72,32 +48,6 @@ FILES = ("map", "world", "rules", "prices")  # options that may be files
 RUN_OPTIONS = (
     *("map", "pedestrians", "people", "world", "rules", "missions", "start", "goal", "prices"),
 )
-
-
-@dataclass(frozen=True)
-class Tuned:
-    """A finished study."""
-
-    folder: Path
-    result: StudyResult
-    scores: Row
-    explanation: Explanation
-    about: str  # what was tuned, and where
-    lint: Row  # of the tuned file
-    run_command: Sequence[str]  # ``navbench run`` with the tuned file
-    test_command: str  # drives its test again
-    document: Row
-    errors: Sequence[str]  # of episodes that ended in one
-
-    def as_json(self) -> Row:
-        """As ``navbench tune --json`` prints it."""
-        verdict = decision(self.result, self.scores, self.explanation)
-        return {
-            **self.document,
-            "about": self.about,
-            "decision": verdict,
-            "explanation": self.explanation.document,
-        }
 
 
 def tune(
@@ -242,7 +192,7 @@ def _drive(path: Path, where: Where, budget: float | None) -> Tuned | None:
                 with shown(progress):
                     result = _search_and_test(study, evaluator, journal, progress)
                     journal.stop_clock()
-                    return _explain(study, base, result, evaluator, progress, journal.errors, path)
+                    return written(study, base, result, evaluator, progress, journal.errors, path)
             except KeyboardInterrupt:
                 kept = f"{len(journal)} finished episodes are kept in {path}"
                 say(f"interrupted {progress.when}; {kept}; go on with --resume {path}")
@@ -252,98 +202,17 @@ def _drive(path: Path, where: Where, budget: float | None) -> Tuned | None:
 def _search_and_test(
     study: TuningStudy, evaluator: StackEvaluator, journal: Journal, progress: StudyProgress
 ) -> StudyResult:
-    search = run_search(
-        study, evaluator, journal, lambda trial, best: progress.trial(trial, best, evaluator)
-    )
+    def on_trial(trial: Trial, best: Trial) -> None:
+        progress.trial(trial, best, evaluator)
+        if trial.number == 0 and trial.state == COMPLETE:
+            rows = evaluator.rows(trial.candidate, trial.missions)
+            say(starting_point(rows, prices_of(study.template.prices)))
+
+    search = run_search(study, evaluator, journal, on_trial)
     for note in notes_after_search(study, search, journal):
         say(note)
     progress.begin("final choice and test" if study.plan.final_episodes else "test")
     return finish(study, search, evaluator)
-
-
-def _explain(
-    study: TuningStudy,
-    base: Study,
-    result: StudyResult,
-    evaluator: StackEvaluator,
-    progress: StudyProgress,
-    errors: Sequence[str],
-    path: Path,
-) -> Tuned:
-    """Work out the explanation, and write everything."""
-    declaration = study.declaration
-    write_files(result, study.nav2, base.stacks[0], declaration, path)
-    write_dashboard(result, path)
-    lint = lint_of(path, base.stacks[0].robot, study.template.allow_unknown)
-    scores = scores_document(result)
-    document = study_document(result, study.nav2, declaration, scores, lint, path)
-    write_document(path / DOCUMENT, document)
-    progress.begin("explanation")
-    template = base.template
-    world = world_params(template.world, template.pedestrians, template.people)
-    explanation = explain(
-        result,
-        evaluator,
-        path,
-        prices_of(template.prices),
-        Conditions(world.contacts.counted_impulse, rules_of(template.rules).spoiled_fraction),
-        declaration.waterfall_missions,
-        world.pedestrian_bodies.max_contact_impulse or math.inf,
-    )
-    command, again = run_command(declaration, path), test_command(declaration, result.seed, path)
-    about = setup_of(declaration, template)
-    markdown = write_tuning(result, scores, explanation, about, command, path, again, lint)
-    progress.begin("replays")
-    folders = _record_partings(explanation.partings, base, evaluator, path)
-    write_study_page(markdown, [load_run(str(each)) for each in folders], today())
-    return Tuned(
-        folder=path,
-        result=result,
-        scores=scores,
-        explanation=explanation,
-        about=about,
-        lint=lint,
-        run_command=command,
-        test_command=again,
-        document=document,
-        errors=errors,
-    )
-
-
-def _record_partings(
-    partings: Sequence[MissionDifference], base: Study, evaluator: StackEvaluator, path: Path
-) -> list[Path]:
-    """Drive the missions on which the files part ways once more, recorded.
-
-    Returns the run folder, if there are any.
-    """
-    if not partings:
-        return []
-    files = {"original": path / "params" / ORIGINAL, "tuned": path / TUNED}
-    stacks = [
-        dataclasses.replace(base.stacks[0], name=name, nav2_file=str(file))
-        for name, file in files.items()
-    ]
-    template = dataclasses.replace(base.template, seed=partings[0].seed)
-    numbers = [each.episode for each in partings if each.seed == template.seed]
-    return [record_again(path / PARTINGS, "files", stacks, template, numbers, evaluator.workers)]
-
-
-def lint_of(folder: Path, robot: str, allow_unknown: bool) -> Row:
-    """What the check of the tuned file finds, and which of it the original did not have."""
-    limits = robot_limits(robot)
-    known, found = (
-        lint(inspect_nav2(file, allow_unknown), limits)
-        for file in (folder / "params" / ORIGINAL, folder / TUNED)
-    )
-    before = {(notice.id, notice.path) for notice in known}
-    after = {(notice.id, notice.path) for notice in found}
-    return {
-        "errors": sum(notice.is_error for notice in found),
-        "warnings": sum(not notice.is_error for notice in found),
-        "new": [str(notice) for notice in found if (notice.id, notice.path) not in before],
-        "gone": [str(notice) for notice in known if (notice.id, notice.path) not in after],
-    }
 
 
 def _run_options(choices: Mapping[str, Any]) -> tuple[str, ...]:

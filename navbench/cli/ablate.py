@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from navbench.cli.driving import exit_status
-from navbench.cli.options import FULL, names_of, refuse_others, study_options
+from navbench.cli.options import FULL, names_of, path_option, refuse_others, study_options
 from navbench.cli.streams import print_json
 from navstack.errors import InputError
 
@@ -37,7 +37,7 @@ DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows th
     "errors",
     multiple=True,
     metavar="KIND=SIZE[,SIZE]",
-    help="Errors on top of ground_truth, an arm each: position [m, RMS] or heading [deg, "
+    help="Errors on top of ground_truth, compared like localizers: position [m, RMS] or heading [deg, "
     "RMS]; repeatable, "
     "and more may follow.",
 )
@@ -53,11 +53,10 @@ DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows th
     type=click.Path(path_type=Path),
     help="Run folder; default: results/<time>-ablate-<stack>.",
 )
-@click.option(
+@path_option(
     "--resume",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Go on with an interrupted ablation, or print a finished one, from its folder.",
+    "DIR",
+    "Go on with an interrupted ablation, or print a finished one, from its folder.",
 )
 @FULL
 @click.pass_context

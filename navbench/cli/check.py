@@ -8,7 +8,7 @@ import click
 
 from navbench.cli.common.brief import Brief
 from navbench.cli.driving import exit_status
-from navbench.cli.options import Finite, condition_options, refuse_others
+from navbench.cli.options import Finite, condition_options, path_option, refuse_others
 from navbench.cli.streams import print_json
 
 if TYPE_CHECKING:
@@ -35,12 +35,7 @@ SHOWN = (  # in the help
     type=click.Choice(["worse"]),
     help="Leave with status 4 if that is the verdict.",
 )
-@click.option(
-    "--markdown",
-    type=click.Path(path_type=Path),
-    metavar="FILE.md",
-    help="Also write the verdict as a comment for a pull request.",
-)
+@path_option("--markdown", "FILE.md", "Also write the verdict as a comment for a pull request.")
 @click.option(
     "--within",
     type=Finite(0.0, 100.0),
@@ -54,12 +49,7 @@ SHOWN = (  # in the help
     type=click.Path(path_type=Path),
     help="Run folder; default: results/<time>-check-<new>.",
 )
-@click.option(
-    "--resume",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Go on with a check, from its folder, for another --budget.",
-)
+@path_option("--resume", "DIR", "Go on with a check, from its folder, for another --budget.")
 @click.pass_context
 def check(
     context: click.Context,

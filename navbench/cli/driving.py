@@ -10,7 +10,6 @@ if TYPE_CHECKING:
 
 INTERRUPTED, SOME_ERRORS = 130, 3
 PAGE = "report.html"  # of a run, in its folder
-MOST_SPEEDS = 2  # stacks of which the screen tells how fast they were driven
 DIGITS = 16  # of a run's digest that a screen shows; the JSON document and verify have all
 
 
@@ -64,7 +63,7 @@ def write_page(driven: "Driven") -> Path | None:
 def _print(driven: "Driven", is_full: bool, page: Path | None) -> None:
     from harness.episode.factory import prices_of
     from harness.report.blocks import Block, Text
-    from harness.report.run_tables import run_blocks, speed_text
+    from harness.report.run_tables import run_blocks
     from harness.report.short.run import summary_blocks
     from harness.report.tables import print_blocks, report_console
     from harness.storage.checksums import root_digest
@@ -72,13 +71,6 @@ def _print(driven: "Driven", is_full: bool, page: Path | None) -> None:
 
     folder = driven.folder
     blocks: list[Block] = summary_blocks(load_run(str(folder)))
-    speeds = [
-        f"{each.stack.name}: {speed_text(each, driven.study.workers)}"
-        for each in driven.results[:MOST_SPEEDS]
-        if each.episodes
-    ]
-    if speeds:
-        blocks.append(Text("; ".join(speeds), "whole"))
     if is_full:
         prices = prices_of(driven.study.template.prices)
         blocks = [*blocks[:1], *run_blocks(driven.results, driven.study, prices, folder)]

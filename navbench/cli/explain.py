@@ -2,13 +2,12 @@
 
 import json
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from navbench.cli.common.dearest import chosen
-from navbench.cli.options import FULL, JSON, Finite
+from navbench.cli.options import FULL, JSON, Finite, path_option
 
 if TYPE_CHECKING:
     from navbench.api.runs import Run
@@ -42,14 +41,11 @@ if TYPE_CHECKING:
     help="What a parameter of the Nav2 file would have saved, e.g. "
     "controller_server.FollowPath.max_vel_x=1.5; repeatable.",
 )
-@click.option(
-    "--plot", type=click.Path(path_type=Path), metavar="FILE", help="Figure (PNG, PDF or SVG)."
-)
-@click.option(
+@path_option("--plot", "FILE", "Figure (PNG, PDF or SVG).")
+@path_option(
     "--out",
-    type=click.Path(path_type=Path),
-    metavar="FOLDER",
-    help="Folder for explanation.json, explanation.txt and a figure (PDF and PNG) of each event.",
+    "FOLDER",
+    "Folder for explanation.json, explanation.txt and a figure (PDF and PNG) of each event.",
 )
 @FULL
 @JSON
@@ -75,6 +71,7 @@ def explain(
     """
     from harness.report.explain import explanation_blocks
     from harness.report.short.explain import short_explanation
+    from harness.report.short.setup import delivery_line
     from harness.report.tables import print_blocks, report_console
     from navbench.api import explain as api
 
@@ -87,6 +84,7 @@ def explain(
     else:
         blocks = explanation_blocks if is_full else short_explanation
         told = found.evidence, found.told, found.saving, found.figures, found.activities
+        click.echo(delivery_line(loaded.stored, episode))
         print_blocks(blocks(*told), report_console())
         click.echo(f"next: navbench replay {loaded.folder}:{loaded.stacks[0]} {episode}")
 
@@ -94,6 +92,7 @@ def explain(
 def _say_nothing_to_tell(run: "Run", episode: int, as_json: bool) -> None:
     """Say so, and which other episodes have something to tell."""
     from harness.explain.moments import costly_episodes
+    from harness.report.short.setup import delivery_line
 
     others = costly_episodes(run.stored)
     if as_json:
@@ -103,4 +102,6 @@ def _say_nothing_to_tell(run: "Run", episode: int, as_json: bool) -> None:
     some = "nor in any other episode"
     if others:
         some = f"episodes that have some: {', '.join(map(str, others))}"
+    click.echo(delivery_line(run.stored, episode))
     click.echo(f"episode {episode} of {run.stacks[0]} has no event that cost anything; {some}")
+    click.echo(f"next: navbench replay {run.folder}:{run.stacks[0]} {episode}")

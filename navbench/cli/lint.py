@@ -1,5 +1,6 @@
 """``navbench lint``: what is wrong with a Nav2 parameter file, and what hurts on a real robot."""
 
+import shlex
 import sys
 from collections import defaultdict
 from collections.abc import Sequence
@@ -13,11 +14,14 @@ from harness.report.numbers import counted
 from harness.report.tables import report_console
 from navbench.api import lint as api
 from navbench.api.lint import Linted
-from navbench.cli.options import JSON
+from navbench.cli.options import FULL, JSON
 from navbench.cli.streams import print_json
 from navstack.errors import ParameterError
 from navstack.params.lint import rules
 from navstack.params.nav2_file.findings import Notice
+
+MOST_FINDINGS = 22  # with a line each
+LONGEST = 120  # [characters] of why
 
 
 def _print_rules(context: click.Context, _: click.Parameter, is_asked: bool) -> None:
@@ -43,8 +47,9 @@ def _print_rules(context: click.Context, _: click.Parameter, is_asked: bool) -> 
     is_flag=True,
     help="Names that Nav2 does not know are errors; Nav2 and navbench run let them pass.",
 )
+@FULL
 @JSON
-def lint(file: str, robot: str | None, strict: bool, as_json: bool) -> None:
+def lint(file: str, robot: str | None, strict: bool, is_full: bool, as_json: bool) -> None:
     """Check a Nav2 parameter file: errors, and combinations of values that will cause trouble.
 
     FILE is a path or a name of params/nav2.
@@ -61,13 +66,32 @@ def lint(file: str, robot: str | None, strict: bool, as_json: bool) -> None:
     found = api.lint(file, robot, strict=strict)
     if as_json:
         print_json(found.as_json(), ensure_ascii=False)
-    else:
+    elif is_full:
         _print(found, report_console())
+    else:
+        for line in _short(found):
+            click.echo(line)
     if found.errors:
         first, *others = found.errors
         more = f" and {len(others)} more" if others else ""
         advice = "" if first.advice else "; correct it, or see navbench lint --help"
         raise ParameterError(f"{found.path}: {first}{more}{advice}")
+
+
+def _short(found: Linted) -> list[str]:
+    """How much was found, and a line for each finding: why, shortened, and advice."""
+    notices = [*found.errors, *found.warnings]
+    lines = [_counts(found)]
+    for notice in notices[:MOST_FINDINGS]:
+        kind = "error" if notice.is_error else "warning"
+        why = notice.message
+        if len(why) > LONGEST:
+            why = why[:LONGEST].rpartition("; ")[0] or why.partition("; ")[0]
+        advice = f" > {notice.advice}" if notice.advice else ""
+        lines.append(f"{kind}, line {notice.line}: {notice.path}: {why}{advice} [{notice.id}]")
+    if len(notices) > MOST_FINDINGS:
+        lines.append(f"and {len(notices) - MOST_FINDINGS} more")
+    return [*lines, f"next: navbench lint {shlex.quote(str(found.path))} --full"]
 
 
 def _print(found: Linted, console: Console) -> None:
@@ -85,14 +109,19 @@ def _print(found: Linted, console: Console) -> None:
             line = f"{node}: {', '.join(names)}" if names else node
             console.print(Text(line, style="dim"))
         console.print()
+    console.print(Text(_counts(found)))
+
+
+def _counts(found: Linted) -> str:
     counts = (
         counted(len(found.errors), "error"),
         counted(len(found.warnings), "warning"),
         f"{len(found.ignored)} ignored",
     )
+    text = f"{found.path}: {', '.join(counts)}"
     if found.releases:
-        console.print(Text(f"Reads like a file of Nav2 {' or '.join(found.releases)}", style="dim"))
-    console.print(Text(f"{found.path}: {', '.join(counts)}"))
+        text += f"; reads like a file of Nav2 {' or '.join(found.releases)}"
+    return text
 
 
 def _table(notices: Sequence[Notice]) -> Table:

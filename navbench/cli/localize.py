@@ -1,17 +1,19 @@
 """The command ``navbench localize``."""
 
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from harness.storage.shipped import is_file
 from navbench.cli.driving import INTERRUPTED
 from navbench.cli.options import JSON, STRICT, Finite
 from navbench.cli.streams import print_json
 
 if TYPE_CHECKING:
-    from harness.recorded.command import Localized
+    from harness.recorded.command import Localized, Request
     from harness.recorded.trajectory import Errors
     from navbench.api.localize import Worth
 
@@ -121,9 +123,8 @@ def localize(as_json: bool, **choices: Any) -> None:
         if as_json:
             print_json({**found.as_json(), "worth": value and value.as_json()})
         else:
-            lines = _lines(found)
-            if value is not None:
-                lines += _worth_lines(value)
+            lines = [_setup_line(found), *_worth_lines(value), *_lines(found)]
+            lines += _next_lines(found.request)
             sys.stdout.write("".join(f"{line}\n" for line in lines))
     if found.is_interrupted:
         say(found.trouble)
@@ -132,13 +133,29 @@ def localize(as_json: bool, **choices: Any) -> None:
         raise BagError(found.trouble)
 
 
+def _setup_line(found: "Localized") -> str:
+    """What ran by which file over what: one line."""
+    request = found.request
+    bags = ", ".join(map(str, request.bags))
+    on = f", map {request.map_name}" if request.map_name else ""
+    return f"{request.localizer} by {request.params} over {bags}{on}"
+
+
+def _next_lines(request: "Request") -> list[str]:
+    """The command that says what this localizer earns; none where the file has only a name."""
+    if not is_file(request.params):
+        return []
+    arms = f"ground_truth,{request.localizer}"
+    return [f"next: navbench ablate --stack {shlex.quote(request.params)} --localizers {arms}"]
+
+
 def _lines(found: "Localized") -> list[str]:
     request, stamps, poses = found.request, found.trajectory.stamps, found.trajectory.poses
     x, y, yaw = poses[-1]
     lasted = stamps[-1] - stamps[0]  # [s]
     lines = [
-        f"{request.localizer}: {len(poses)} poses over {lasted:.1f} s in {request.out}",
-        f"final pose: x {x:.3f} m, y {y:.3f} m, yaw {yaw:.4f} rad",
+        f"{len(poses)} poses over {lasted:.1f} s in {request.out}; "
+        f"the last: x {x:.3f} m, y {y:.3f} m, yaw {yaw:.4f} rad"
     ]
     if found.degraded or found.lost:
         lines.append(f"health: DEGRADED for {found.degraded:.1f} s, LOST for {found.lost:.1f} s")
@@ -150,8 +167,10 @@ def _lines(found: "Localized") -> list[str]:
     return lines
 
 
-def _worth_lines(value: "Worth") -> list[str]:
+def _worth_lines(value: "Worth | None") -> list[str]:
     """What the error costs, and whether it is good enough to arrive."""
+    if value is None:
+        return ["without a reference nobody knows what the error costs: --reference TOPIC or FILE"]
     beyond = "at least " if value.is_beyond else "about "
     lines = [
         f"worth: such an error (RMSE {value.rmse_m:.2f} m) costs {beyond}{value.usd_per_run:.2f} "

@@ -163,10 +163,10 @@ def _measures_sheet(measured: Row) -> Table:
     for label, key, form in MEASURES:
         ours, theirs = measured["measured"][key], measured["published"][key]
         if isinstance(ours, Mapping):
-            rows += [
-                (f"{label} {p}", _number(value, form), _number(theirs[p], form))
-                for p, value in ours.items()
-            ]
+            first, second = (
+                ", ".join(_number(each[p], form) for p in ours) for each in (ours, theirs)
+            )
+            rows.append((f"{label}s {', '.join(ours)}", first, second))
         else:
             rows.append((label, _number(ours, form), _number(theirs, form)))
     width, depth = measured["size_m"]

@@ -3,6 +3,7 @@
 import functools
 import math
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 import click
@@ -91,6 +92,12 @@ def completed(kind: str) -> Callable[[click.Context, click.Parameter, str], list
 def names_of(texts: Iterable[str]) -> list[str]:
     """Every name in texts that hold one or several, separated by commas."""
     return [name.strip() for text in texts for name in text.split(",")]
+
+
+def path_option(name: str, shown: str, about: str, required: bool = False) -> Callable[..., Any]:
+    """An option that takes a file or folder; ``shown`` stands for it in the help."""
+    kind = click.Path(path_type=Path)
+    return click.option(name, type=kind, metavar=shown, help=about, required=required)
 
 
 PRICES = click.option(

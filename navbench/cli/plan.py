@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from navbench.cli.options import JSON, STRICT, Finite, Pose
+from navbench.cli.options import JSON, STRICT, Finite, Pose, path_option
 from navstack.errors import InputError
 
 AUTO = "auto"
@@ -74,12 +74,7 @@ class PoseOrAuto(Pose):
 @click.option(
     "--params", help="A Nav2 parameter file, or a name of params/nav2; default: the tuned one."
 )
-@click.option(
-    "--picture",
-    type=click.Path(path_type=Path),
-    metavar="FILE.png",
-    help="Draw the paths on the costmap.",
-)
+@path_option("--picture", "FILE.png", "Draw the paths on the costmap.")
 @STRICT
 @JSON
 def plan(

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from navbench.cli.options import path_option
 from navbench.cli.report import print_size
 
 PAGE = Path("replay.html")
@@ -12,15 +13,10 @@ PAGE = Path("replay.html")
 @click.command()
 @click.argument("run", metavar="RUN")
 @click.argument("episode", type=click.IntRange(min=0), required=False)
-@click.option(
-    "--html",
-    type=click.Path(path_type=Path),
-    metavar="FILE.html",
-    help=f"A page that plays it; default: {PAGE}, where --mcap is not given.",
+@path_option(
+    "--html", "FILE.html", f"A page that plays it; default: {PAGE}, where --mcap is not given."
 )
-@click.option(
-    "--mcap", type=click.Path(path_type=Path), metavar="FILE.mcap", help="ROS 2 messages."
-)
+@path_option("--mcap", "FILE.mcap", "ROS 2 messages.")
 def replay(run: str, episode: int | None, html: Path | None, mcap: Path | None) -> None:
     """Show one delivery: as a page, or in the tools of ROS.
 
@@ -34,6 +30,7 @@ def replay(run: str, episode: int | None, html: Path | None, mcap: Path | None) 
       navbench replay results/latest
       navbench replay results/latest:nav2-gps 3 --mcap delivery.mcap
     """
+    from harness.report.short.setup import delivery_line
     from navbench.api import report as api
     from navbench.cli.common.dearest import chosen
 
@@ -41,8 +38,9 @@ def replay(run: str, episode: int | None, html: Path | None, mcap: Path | None) 
     if not (html or mcap):
         html = PAGE
     count = api.replay(loaded, episode, html=html, mcap=mcap)
+    click.echo(delivery_line(loaded.stored, episode))
     if html:
-        print_size(html)
+        print_size(html, "page, ")
     if mcap:
         print_size(mcap, f"{count} messages, ")
     click.echo(f"next: navbench explain {loaded.folder}:{loaded.stacks[0]} {episode}")

@@ -1,10 +1,12 @@
 """The command ``navbench report``."""
 
+import shlex
 from pathlib import Path
 
 import click
 
 REPLAYS, AGAIN = 20, 3
+MOST_RUNS = 8  # that are told of
 
 
 @click.command()
@@ -38,11 +40,18 @@ def report(runs: tuple[str, ...], out: Path, replays: int, again: int) -> None:
     outcomes, profit and break-even point, the comparison of the stacks, a map, every delivery with
     filters, and replays of recorded ones (navbench run --record full).
     """
+    from harness.report.short.setup import setup_line
     from navbench.api import report as api
     from navbench.api.runs import load
 
-    api.report([load(each) for each in runs], out, replays, again)
-    print_size(out)
+    loaded = [load(each) for each in runs]
+    api.report(loaded, out, replays, again)
+    for each in loaded[:MOST_RUNS]:
+        click.echo(setup_line(each.stored))
+    if len(loaded) > MOST_RUNS:
+        click.echo(f"and {len(loaded) - MOST_RUNS} more runs")
+    print_size(out, "page, ")
+    click.echo(f"next: navbench explain {shlex.quote(runs[0])}")
 
 
 def print_size(out: Path, content: str = "") -> None:

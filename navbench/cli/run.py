@@ -9,7 +9,14 @@ import click
 from harness.study.places import Where
 from navbench.cli.common.brief import Brief
 from navbench.cli.driving import print_driven
-from navbench.cli.options import FULL, LOCALIZER, completed, refuse_others, study_options
+from navbench.cli.options import (
+    FULL,
+    LOCALIZER,
+    completed,
+    path_option,
+    refuse_others,
+    study_options,
+)
 from navstack.errors import InputError
 
 SHOWN = (  # in the help
@@ -33,12 +40,7 @@ SHOWN = (  # in the help
 @click.option(
     "--out", type=click.Path(path_type=Path), help="Run folder; default: results/<time>-<stack>."
 )
-@click.option(
-    "--resume",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Go on with an interrupted run, from its folder alone.",
-)
+@path_option("--resume", "DIR", "Go on with an interrupted run, from its folder alone.")
 @click.option(
     "--force",
     "is_forced",
@@ -71,7 +73,7 @@ def run(
     Examples:
       navbench run --stack nav2-gps --episodes 20
       navbench run --stack nav2-gps --localizer ground_truth --pedestrians 0 --episodes 5
-      navbench run --world social --pedestrians 40 --episodes 5
+      navbench run --world social_force --pedestrians 40 --episodes 5
       navbench run --people recorded.csv --episodes 5
       navbench run --start -67.9,-71.9,0 --goal -89.7,-63.5,0 --episodes 3
       navbench run --resume results/latest

@@ -18,7 +18,7 @@ from harness.study.suite import Portion
 from navbench.api import suite as api
 from navbench.api.suite import SuiteRun
 from navbench.cli.driving import exit_status
-from navbench.cli.options import JSON, refuse_others, where_options
+from navbench.cli.options import JSON, path_option, refuse_others, where_options
 from navbench.cli.streams import print_json
 from navstack.errors import InputError
 
@@ -57,12 +57,7 @@ from navstack.errors import InputError
     help="Folder; one that holds the suite is added to. "
     "Default: results/<time>-<name of the file>.",
 )
-@click.option(
-    "--resume",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Go on with a suite from its folder alone.",
-)
+@path_option("--resume", "DIR", "Go on with a suite from its folder alone.")
 @JSON
 @click.pass_context
 def suite(

@@ -8,12 +8,19 @@ import click
 
 from navbench.cli.common.brief import Brief
 from navbench.cli.driving import INTERRUPTED, SOME_ERRORS
-from navbench.cli.options import FULL, LOCALIZER, completed, condition_options, refuse_others
+from navbench.cli.options import (
+    FULL,
+    LOCALIZER,
+    completed,
+    condition_options,
+    path_option,
+    refuse_others,
+)
 from navbench.cli.streams import print_json
 
 if TYPE_CHECKING:
     from harness.study.places import Where
-    from navbench.api.tune import Tuned
+    from navbench.api.tuned import Tuned
 
 DEFAULT_STACK = "nav2-stock"
 MOST_LINT = 4  # findings that are printed
@@ -105,11 +112,8 @@ SHOWN = (  # in the help
     type=click.Path(path_type=Path),
     help="Study folder; default: results/<time>-tune-<stack>.",
 )
-@click.option(
-    "--resume",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Go on with an interrupted study, or print a finished one, from its folder.",
+@path_option(
+    "--resume", "DIR", "Go on with an interrupted study, or print a finished one, from its folder."
 )
 @FULL
 @click.pass_context
@@ -134,7 +138,7 @@ def tune(
     \b
     Examples:
       navbench tune --stack my_nav2.yaml --localizer gps-ekf --space dwb_critics --trials 100
-      navbench tune --space dwb_critics --world social --objective shared_margin --budget 2h
+      navbench tune --space dwb_critics --world social_force --objective shared_margin --budget 2h
       navbench tune --stack nav2-stock --space dwb_sampling --objective cvar --budget 30m
       navbench tune --stack mpc-gps-ekf --space mpc_weights --objective "margin@sla>=0.9"
       navbench tune --stack nav2-gps --space inflation --objective margin,-pedestrian_delay_s

@@ -40,8 +40,8 @@ def test_a_policy_is_trained_and_driven(
     runpy.run_path(str(EXAMPLES / "train_policy.py"), run_name="__main__")
     from train_policy import FIRST, dollars, environment  # type: ignore[import-not-found]
 
-    earned = dollars(FIRST, "social", 7000, 1)
-    environment("social").close()
+    earned = dollars(FIRST, "social_force", 7000, 1)
+    environment("social_force").close()
     assert -500.0 < earned < 4.0
     assert len(json.loads(out.read_text())) == len(FIRST)
     run = navbench.run(str(tmp_path / "tiny_policy.yaml"), 1, seed=7000, out=tmp_path / "run")

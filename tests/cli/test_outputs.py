@@ -10,7 +10,7 @@ import pytest
 from navbench.cli.app import COMMANDS, main
 
 MOST_LINES = 25
-MOST_OF_RUN = 13
+MOST_OF_RUN = 12
 RULES = "arrival_radius: 2.0\ntimeout: 4.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
 STACKS = ("nav2-gps-ekf", "evasive-gps-ekf")
 NEXT = re.compile(r"next: navbench (.*)")
@@ -129,7 +129,7 @@ def test_what_there_is_has_a_line_each(capsys: pytest.CaptureFixture[str], kind:
     lines = [line for line in printed(capsys, "list", kind) if not line.startswith("next: ")]
     assert all(re.fullmatch(r"\S+(?: \(default\))? +\S.*", line) for line in lines)
     if kind == "stacks":
-        assert len(lines) == 9 < len(printed(capsys, "list", kind, "--all"))
+        assert len(lines) == 8 < len(printed(capsys, "list", kind, "--all"))
     if kind == "worlds":
         assert sum("(default)" in line for line in lines) == 1
 

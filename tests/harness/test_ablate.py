@@ -161,7 +161,10 @@ def test_where_the_localizers_parameters_are_from_is_told(
     ("arguments", "words"),
     [
         (("--localizers", "gps,amlc"), ("'amlc'", "did you mean 'amcl'")),
-        (("--localizers", "gps,amcl", "--against", "gsp"), ("arm 'gsp'", "did you mean 'gps'")),
+        (
+            ("--localizers", "gps,amcl", "--against", "gsp"),
+            ("localizer 'gsp'", "did you mean 'gps'"),
+        ),
         (("--localizers", "gps,amcl", "heading=2"), ("heading=2", "--inject")),
         (("--inject", "position=0.1", "heading=-2"), ("heading: '-2'",)),
         (

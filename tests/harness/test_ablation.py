@@ -106,7 +106,7 @@ def test_who_reads_no_scan_needs_no_lidar(tmp_path: Path) -> None:
     ("names", "errors", "words"),
     [
         (("gps", "amlc"), (), ("'amlc'", "did you mean 'amcl'", "ground_truth")),
-        (("gps", "gps"), (), ("arm 'gps'", "more than once")),
+        (("gps", "gps"), (), ("localizer 'gps'", "more than once")),
         (("gps",), (), ("'gps' alone", "at least two")),
         (("amcl", "amcl@geometry"), (), ("'amcl' and 'amcl@geometry'", "the same")),
         (("gps", "amcl@mesh"), (), ("'mesh'", "navigation_mesh", "geometry")),

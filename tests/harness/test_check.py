@@ -156,7 +156,7 @@ def test_an_interrupt_prints_the_bound_so_far_and_the_check_goes_on(
     out, files = tmp_path / "out", [tmp_path / "old.yaml", tmp_path / "new.yaml"]
     status, text, said = navbench("check", *files, *short, "--out", out, "--fail-if", "worse")
     assert status == 130 and "interrupted after 2 missions" in said
-    assert text.splitlines()[0].startswith(f"NEW {files[1]} against OLD {files[0]}; world ")
+    assert text.splitlines()[0].startswith(f"NEW {files[1]} against OLD {files[0]}, robot ")
     assert "not decided" in text and "over 2 missions" in text
     assert (out / JOURNAL).is_file()
 

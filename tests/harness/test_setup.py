@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from harness.report.short import setup
 from harness.report.short.run import summary_blocks
 from harness.report.short.setup import (
     LOADERS,
@@ -18,7 +19,8 @@ from harness.report.short.setup import (
 )
 from harness.storage.shipped import names, shipped
 from harness.study.stored_run import load_run
-from navstack.params.strict import dump_dataclass, load_yaml
+from harness.world.physics.robot import RobotParams
+from navstack.params.strict import dump_dataclass, load_dataclass, load_yaml
 
 FILES = [(kind, name) for kind in LOADERS for name in names(shipped("params") / kind)]
 WriteRun = Callable[..., Path]
@@ -83,3 +85,13 @@ def test_a_run_of_any_number_of_stacks_fits_in_25_lines(write_run, count):
     text = "\n".join(getattr(block, "text", "") for block in blocks)
     assert "paper: Nav2 w/ GPS" in text and "Contacts per 1000 km" in text
     assert all(stack in text for stack in stacks[:15])
+
+
+def test_a_robot_like_none_that_is_shipped_is_told_by_size_and_mass(tmp_path: Path) -> None:
+    body = load_dataclass(RobotParams, shipped("params") / "robots" / "jackal.yaml")
+    wide = tuple((x, 2.0 * y) for x, y in body.footprint)
+    other = dataclasses.replace(body, footprint=wide, mass=30.0, max_speed=1.1, max_yaw_rate=1.3)
+    (tmp_path / "robot.yaml").write_text(dump_dataclass(other), encoding="utf-8")
+    length, width = (2.0 * half for half in other.half_size)
+    said = f"of {length:.2f} m x {width:.2f} m and 30.0 kg"
+    assert setup._robot(tmp_path / "robot.yaml") == said

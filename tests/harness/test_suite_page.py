@@ -32,7 +32,8 @@ from harness.statistics.interval import Interval
 from harness.storage.shipped import DEFAULT_WORLD
 from harness.storage.tables import read_rows, write_table
 from harness.study.stored_run import load_run
-from harness.study.suite import Suite, declare
+from harness.study.suite import Suite
+from harness.study.suite_folder import declare
 from harness.study.suite_log import Session, note_session
 from navbench.cli.suite import _sheet
 from navstack.errors import InputError

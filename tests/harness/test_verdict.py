@@ -58,7 +58,7 @@ def test_a_gain_is_doubted_until_a_loss_that_has_not_happened_could_not_undo_it(
 
     run = load_run(str(write_run("one", episodes=episodes, change=alike, crowd=0.0)))
     (line,) = earnings([("mine", side_of(run), Interval(3.49, None, None, episodes))])
-    start = f"mine: 3.49 USD a delivery (n = {episodes}), the same each time"
+    start = f"mine: 3.49 USD a delivery (n = {episodes}), all alike"
     assert line.startswith(start)
     assert (line != start) == doubts and ("; an unseen loss could undo that: [-" in line) == doubts
 

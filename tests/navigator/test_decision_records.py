@@ -82,6 +82,12 @@ def test_what_a_controller_weighed_is_told_for_a_fifth_of_a_second(stamp, now, i
     assert NavigateToPose.options(tree, now) == ()
 
 
+def test_a_controller_without_options_is_not_asked_for_its_decision() -> None:
+    """Which takes longer than a control cycle."""
+    server = SimpleNamespace(controller=SimpleNamespace(options=()))
+    assert NavigateToPose.options(SimpleNamespace(_controller_server=server), 0.0) == ()
+
+
 def test_a_new_goal_forgets_what_was_told(room, make, drive) -> None:
     navigator, localizer = make(room())
     told = listen(navigator)

@@ -37,12 +37,20 @@ def run(capsys, tmp_path):
 def test_a_good_file(run):
     status, out, err = run(ROBOT)
     assert (status, err) == (0, "")
-    assert out.splitlines()[-1].endswith(" ignored")
-    assert "0 errors, 0 warnings" in out
+    first, last = out.splitlines()
+    assert "robot.yaml: 0 errors, 0 warnings, " in first
+    assert last.startswith("next: navbench lint ") and last.endswith(" --full")
 
 
 def test_errors_and_warnings_as_text(run):
-    status, out, err = run(MISSPELT.replace("max_decel: [-2.5", "max_decel: [-1.0"), "--strict")
+    text = MISSPELT.replace("max_decel: [-2.5", "max_decel: [-1.0")
+    status, out, err = run(text, "--strict")
+    first, *found, _ = out.splitlines()
+    assert status == 1 and "1 error, " in first and len(found) <= 23
+    assert found[0].startswith("error, line ") and found[0].endswith("[misspelt-key]")
+    (softer,) = (line for line in found if line.endswith(" [smoother-is-softer]"))
+    assert "> max_decel: [-2.5, 0.0, -3.2]" in softer
+    status, out, err = run(text, "--strict", "--full")
     assert status == 1
     assert err.count("\n") == 1
     assert "did you mean 'decel_lim_theta'?" in err

@@ -326,6 +326,10 @@ def test_a_reference_from_a_file(tmp_path, capsys):
     assert localize(*base, "--reference", tmp_path / "ref.tum") == 0
     said = capsys.readouterr().out
     assert "APE against" in said and "n 40" in said and "RPE over 1 s: median 0.00" in said
+    first, worth, arrives, *_ = lines = said.splitlines()
+    assert first == f"odom_imu by stock over {bag}" and len(lines) <= 25
+    assert worth.startswith("worth: such an error (RMSE ") and " USD a delivery (" in worth
+    assert arrives.startswith("good enough to arrive: 100 % of the poses")
     line = complaint(capsys, *base, "--reference", "/nowhere")
     assert "reference '/nowhere' is no file, and topic '/nowhere' is not in the bag" in line
 

@@ -27,7 +27,7 @@ from harness.study.manifest import LIBRARIES
 from harness.task.study import make_study
 
 TABLE = Path(__file__).with_name("reference_rows.parquet")
-MAP, WORLD, SEED = "sidewalk_2", "published_3", 9000
+MAP, WORLD, SEED = "sidewalk_2", "paper_loose_bucket", 9000
 SHORT = 10  # a delivery of 13 to 16 s
 EVENTFUL = (  # with what must have happened on the way
     ("evasive-gps-ekf", 13, ("min_time_to_collision_s",)),

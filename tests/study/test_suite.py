@@ -14,7 +14,8 @@ from harness.storage.checksums import write_checksums
 from harness.storage.run_folder import JOURNAL, RunFolder, count_finished
 from harness.storage.shipped import DEFAULT_WORLD, names, shipped
 from harness.study.drive import TABLES
-from harness.study.suite import Portion, begin, cells, declare, load_suite
+from harness.study.suite import Portion, cells, load_suite
+from harness.study.suite_folder import begin, declare
 from navbench.cli.app import main
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid

@@ -23,7 +23,7 @@ from harness.task.study import EpisodeTask, make_study
 from navstack.errors import ParameterError
 
 # harness.storage.shipped.DEFAULT_WORLD, by name: other versions drive the same one
-WORLD = "published_3"
+WORLD = "published_3"  # its name in the other versions
 NAVFN = "nav2_navfn_planner::NavfnPlanner"
 INCREMENTAL = "navstack::IncrementalNavfn"
 

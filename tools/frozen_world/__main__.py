@@ -1,4 +1,4 @@
-"""World ``published_3`` beside the published rows.
+"""World ``paper_loose_bucket`` beside the published rows.
 
 Drives what is not kept, writes the tables of results/baseline/published_3/index.md.
 

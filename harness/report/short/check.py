@@ -18,7 +18,7 @@ from harness.report.markdown import markdown_text
 from harness.report.numbers import bounds_text, count_text, number_text
 from harness.report.short.findings import lines_of
 from harness.report.short.run import aligned
-from harness.report.short.setup import where_line
+from harness.report.short.setup import drivers_of, where_line
 from harness.storage.manifest_file import other_study
 from harness.storage.rows import values
 
@@ -45,7 +45,9 @@ def short_check(checked: Checked | None, declaration: CheckDeclaration) -> list[
     lines = [f"NEW {declaration.new} against OLD {declaration.old}"]
     if checked is None:
         return lines_of([*lines, SAME])
-    lines[0] += f"; {where_line(checked.first.run)}"
+    run = checked.first.run
+    driver = drivers_of(run)[0]
+    lines[0] += f", robot {driver.robot}, localizer {driver.localizer}; {where_line(run)}"
     lines.append(sentence(checked))
     if checked.bound.n:
         lines += aligned([("", "OLD", "NEW", "NEW - OLD"), *mean_rows(checked)])

@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from harness.analysis.compare import different_values
+from harness.analysis.unlike import different_values
 from harness.economics.prices import load_prices
 from harness.storage.manifest_file import read_manifest
 from harness.storage.parameters import parameter_folder
@@ -150,12 +150,22 @@ def drivers_of(run: StoredRun) -> list[Driver]:
         Driver(
             stack.name,
             _file_of(stack.name, str(stored.get(stack.name, {}).get("title", ""))),
-            str(nearest("robots", parameters / f"{stack.name}-robot.yaml")),
+            _robot(parameters / f"{stack.name}-robot.yaml"),
             stack.localizer,
             str(nearest("sensors", parameters / f"{stack.name}-sensors.yaml")),
         )
         for stack in run.stacks
     ]
+
+
+def _robot(path: Path) -> str:
+    """A robot's name, or its size and mass where it is like none that comes with the program."""
+    found = nearest("robots", path)
+    if len(found.differences) <= FEW:
+        return str(found)
+    body = load_dataclass(RobotParams, path)
+    length, width = (2.0 * half for half in body.half_size)
+    return f"of {length:.2f} m x {width:.2f} m and {body.mass:.1f} kg"
 
 
 def _file_of(name: str, title: str) -> str:
@@ -187,6 +197,16 @@ def setup_line(run: StoredRun) -> str:
         own = [getattr(driver, key) for key, values in shared.items() if values]
         each.append(" ".join((driver.title, *(f"[{', '.join(own)}]" for _ in own[:1]))))
     return f"{', '.join([_listed(each), *common])}; {where_line(run)}"
+
+
+def delivery_line(run: StoredRun, episode: int) -> str:
+    """What drove a delivery, and where: one line.
+
+    Args:
+        run: with one stack.
+        episode: number of the delivery.
+    """
+    return f"{setup_line(run)}; episode {episode}"
 
 
 def where_line(run: StoredRun) -> str:

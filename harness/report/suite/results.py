@@ -20,7 +20,8 @@ from harness.statistics.interval import NO_INTERVAL, Interval
 from harness.statistics.paired import PairedDifference, together
 from harness.storage.texts import name_of
 from harness.study.stored_run import StoredRun, load_run
-from harness.study.suite import Cell, Condition, Suite, cells, conditions, run_of, stored_suite
+from harness.study.suite import Cell, Condition, Suite, cells, conditions
+from harness.study.suite_folder import run_of, stored_suite
 from harness.study.suite_log import Session, sessions_of
 
 PARTED_CONDITIONS, PARTED_MISSIONS = 3, 2  # of each, that are recorded to be looked at

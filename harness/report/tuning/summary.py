@@ -1,8 +1,15 @@
 """What a tuning study found, in sentences."""
 
+from collections.abc import Sequence
+
+import numpy as np
+
 from harness.audit.auditor import Audit
-from harness.economics.cost_terms import MARGIN
-from harness.economics.valuation import CENT
+from harness.economics.cost_model import running
+from harness.economics.cost_terms import COST_LABELS, MARGIN
+from harness.economics.prices import Prices
+from harness.economics.valuation import CENT, deliveries
+from harness.metrics.columns import Row
 from harness.report.audit import audit_sentence
 from harness.report.numbers import bounds_text, interval_text
 from harness.statistics.interval import Interval, fewest_missions
@@ -28,6 +35,31 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
     return [*lines, _audit_text(explanation.audit)]
 
 
+def starting_point(rows: Sequence[Row], prices: Prices) -> str:
+    """What the original file earns, what is left to gain, and by what it loses.
+
+    Args:
+        rows: of its training missions, none of an error.
+        prices: the price file.
+    """
+    each = deliveries(rows, prices.rolling_resistance_force)
+    costs = running(each, prices)
+    if costs.contribution_margin is None:
+        return "your file's margin is undefined, because the cargo was not simulated"
+    earned = float(np.mean(costs.contribution_margin))
+    left = prices.delivery_fee.value - earned
+    text = f"your file earns {earned:.2f} USD a delivery on {len(rows)} training missions"
+    if left < CENT:
+        return f"{text}, the whole fee: nothing can be gained on them"
+    means = {label: float(np.mean(costs.amounts[key])) for key, label in COST_LABELS.items()}
+    lost = sorted(means.items(), key=lambda one: -one[1])
+    told = ", ".join(f"{label} {mean:.2f}" for label, mean in lost if mean >= CENT)
+    missed = prices.delivery_fee.value - float(np.mean(costs.amounts["revenue"]))
+    if missed >= CENT:
+        told = ", ".join(filter(None, (f"fees not earned {missed:.2f}", told)))
+    return f"{text}; at most {left:.2f} to gain: {told}"
+
+
 def _audit_text(audit: Audit) -> str:
     """Whether the auditor flags the optimum."""
     text = audit_sentence(audit)
@@ -50,7 +82,7 @@ def _proof(study: StudyResult, explanation: Explanation) -> str:
     text += f"difference {interval_text(margin.difference)}"
     if explanation.unseen is not None:
         bounds = bounds_text(explanation.unseen)
-        text += f" ({bounds} if a loss that has not happened yet is admitted)"
+        text += f" ({bounds} admitting an unseen loss)"
     return f"{text}, {_verdict(margin.difference, explanation.unseen)}."
 
 
@@ -58,7 +90,7 @@ def _room(study: StudyResult, explanation: Explanation) -> list[str]:
     room = explanation.room_usd_per_run
     if room is None or not study.is_tested:
         return []
-    left = f"{interval_text(room)} USD/run to gain, if a loss that has not happened yet is admitted"
+    left = f"{interval_text(room)} USD/run to gain, admitting an unseen loss"
     return [f"Nothing earns more than the fee, which leaves a better file at most {left}."]
 
 

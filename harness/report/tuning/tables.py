@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping, Sequence
 
 from harness.audit.findings import AuditEvidence
-from harness.economics.accountings import ACCOUNTINGS
 from harness.economics.cost_terms import COST_TERMS
 from harness.metrics.columns import Row
 from harness.report.audit import audit_table
@@ -17,7 +16,8 @@ from harness.report.numbers import (
     number_text,
     p_text,
 )
-from harness.report.texts import notes
+from harness.report.repriced import SHOWN
+from harness.report.texts import TEXTS, notes
 from harness.statistics.interval import Interval
 from harness.tuning.explanation import Explanation
 from harness.tuning.mission_differences import MissionDifference, sentence
@@ -132,21 +132,23 @@ def _front(study: StudyResult) -> Table:
 
 
 def _bests(explanation: Explanation) -> Table:
-    """How the best so far changed, under every accounting."""
+    """How the best so far changed, under three accountings."""
     bests = explanation.history
-    names = [name for name in ACCOUNTINGS if all(name in best.margins for best in bests)]
+    names = [name for name in SHOWN if all(name in best.margins for best in bests)]
     rows = []
     for best in bests:
         margins = (f"{best.margins[name]:.2f}" for name in names)
         rows.append((_name(best.number), interval_text(best.score), *margins))
     if len(rows) < 2 or not names:
         rows = []
-    return declared("tuning_bests", rows, columns=[name.replace("_", " ") for name in names])
+    return declared("tuning_bests", rows, columns=[TEXTS.accountings[name] for name in names])
 
 
 def _changes(study: StudyResult, shares: Mapping[str, float]) -> Table:
     order = [*shares, *(each.name for each in study.space.parameters)]
     new = study.incumbent.values
+    if not new:
+        return declared("tuning_changes", ())
     rows = []
     for each in sorted(study.space.parameters, key=lambda each: order.index(each.name)):
         values = [value_text(new[path]) for path in each.paths if path in new]
@@ -193,9 +195,8 @@ def _both(found: AuditEvidence, digits: int = 2) -> tuple[str, ...]:
 
 
 def _accountings(explanation: Explanation) -> Table:
-    rows = tuple(
-        (name.replace("_", " "), *_both(each)) for name, each in explanation.audit.scores.items()
-    )
+    scores = explanation.audit.scores
+    rows = [(TEXTS.accountings[name], *_both(scores[name])) for name in SHOWN if name in scores]
     return declared("tuning_accountings", rows)
 
 

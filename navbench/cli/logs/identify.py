@@ -5,30 +5,16 @@ from pathlib import Path
 import click
 
 from navbench.cli.logs.bag_options import bag_options
-from navbench.cli.options import FULL, JSON
+from navbench.cli.options import FULL, JSON, path_option
 from navbench.cli.streams import print_json
 
 
 @click.command()
 @bag_options
-@click.option(
-    "--urdf",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="The robot's description: outline, mass, wheels, frames.",
-)
-@click.option(
-    "--nav2",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Its Nav2 parameter file: outline and limits.",
-)
-@click.option(
-    "--out",
-    required=True,
-    type=click.Path(path_type=Path),
-    metavar="FILE.yaml",
-    help="Robot file to write; <name>_sensors.yaml goes beside it.",
+@path_option("--urdf", "FILE", "The robot's description: outline, mass, wheels, frames.")
+@path_option("--nav2", "FILE", "Its Nav2 parameter file: outline and limits.")
+@path_option(
+    "--out", "FILE.yaml", "Robot file to write; <name>_sensors.yaml goes beside it.", required=True
 )
 @FULL
 @JSON

@@ -118,10 +118,14 @@ def test_without_single_contacts_each_soft_one_costs_the_softest_touch() -> None
     left = 1.0 - 600.0 * float(injury_costs(1.0, PRICES))
     check = pushing(held, {"published": score(1.0)}, 50.0)
     assert (
-        check.says
-        == f"soft contacts: 400 -> 1e+03; of the gain of 1.00 USD/run {left:.2f} is left without the threshold"
+        check.says == "contacts below the threshold: 400 -> 1e+03; "
+        f"of the gain of 1.00 USD/run {left:.2f} is left without the threshold"
     )
-    assert [each.what for each in check.evidence] == ["soft contacts", "counted contacts", "margin"]
+    assert [each.what for each in check.evidence] == [
+        "contacts below the threshold",
+        "counted contacts",
+        "margin",
+    ]
 
 
 @pytest.mark.parametrize(

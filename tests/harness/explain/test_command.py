@@ -75,8 +75,10 @@ def test_one_event_as_json(folder, capsys):
 
 def test_a_delivery_that_cost_nothing_points_to_others(folder, capsys):
     assert explain(str(folder), "1") == 0
-    out = capsys.readouterr().out
-    assert out == "episode 1 of mine has no event that cost anything; episodes that have some: 0\n"
+    where, said, following = capsys.readouterr().out.splitlines()
+    assert where.endswith("; episode 1") and "world " in where
+    assert said == "episode 1 of mine has no event that cost anything; episodes that have some: 0"
+    assert following == f"next: navbench replay {folder}:mine 1"
     assert explain(str(folder), "1", "--json") == 0
     assert json.loads(capsys.readouterr().out)["costly_episodes"] == [0]
 

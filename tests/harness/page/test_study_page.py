@@ -103,3 +103,21 @@ def test_without_recordings_it_is_the_text_alone(browse, tmp_path):
     assert browser.execute_script("return document.querySelector('#player')") is None
     assert browser.execute_script("return document.querySelectorAll('main > section').length") == 3
     assert [entry["message"] for entry in browser.get_log("browser")] == []
+
+
+def test_nothing_is_cut_off_on_a_narrow_page(browse, tmp_path):
+    heads = [f"Margin of stack number {k}" for k in range(6)]
+    rows = (heads, ["---"] * 6, [f"{k}.49 [-1.00, 3.49]" for k in range(6)])
+    table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
+    command = f"navbench run {'--stack my_robot_nav2.yaml ' * 4}"
+    text = f"# Wide\n\n{table}\n\n```\n{command}\n```\n"
+    (tmp_path / "report.md").write_text(text, encoding="utf-8")
+    browser = browse(write_study_page(tmp_path / "report.md", [], "2026-11-25"), 390)
+    wait(browser, "document.documentElement.dataset.ready")
+    cut_off = """return [...document.querySelectorAll('.scroll, pre')].filter(
+        each => each.scrollWidth > each.clientWidth).length"""
+    assert browser.execute_script(cut_off) == 0
+    shown = browser.execute_script(
+        "return getComputedStyle(document.querySelectorAll('td')[5], '::before').content"
+    )
+    assert heads[5] in shown, "each cell stands beside its column's head"

@@ -1,6 +1,8 @@
 """What a study says first, on outcomes where it just flips."""
 
 import dataclasses
+import re
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -8,7 +10,11 @@ import pytest
 
 from harness.economics.cost_terms import MARGIN
 from harness.report.tuning.decision import as_nav2, decision
+from harness.report.tuning.summary import starting_point
 from harness.statistics.interval import Interval
+from harness.study.stored_run import load_run
+
+STORED = Path(__file__).resolve().parents[3] / "results" / "baseline" / "published_3"
 
 ALIKE = Interval(0.0, -1.0, 1.0, 40)
 GAIN = Interval(2.0, 0.01, 4.0, 40)
@@ -78,3 +84,16 @@ def test_a_file_with_a_class_of_this_program_does_not_run_on_nav2_as_it_is() -> 
         "runs on Nav2 as it is: no, it needs navstack::ExpectedContact, navstack::JerkLimitedMPC "
         "of this program."
     )
+
+
+def test_a_search_begins_with_what_the_file_earns_and_what_is_left_to_gain() -> None:
+    def told(stack: str) -> str:
+        run = load_run(str(STORED / f"sidewalk:{stack}"))
+        return starting_point(run.stacks[0].rows[:100], run.prices())
+
+    first, losses = told("nav2-gps-ekf").split(" to gain: ")
+    (left,) = re.findall(r"at most ([\d.]+)$", first)
+    parts = [float(each) for each in re.findall(r" ([\d.]+)(?:,|$)", losses)]
+    assert sum(parts) == pytest.approx(float(left), abs=0.01 * len(parts))
+    assert "injuries 3.10" in losses
+    assert told("evasive-gps-ekf").endswith(", the whole fee: nothing can be gained on them")

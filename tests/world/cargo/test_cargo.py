@@ -300,7 +300,7 @@ def test_in_frame_takes_the_heading_off():
 
 
 ALWAYS = -1.0  # [m/s2] of mean shaking that is harmless: none, so every step is simulated at once
-SMOOTH = dataclasses.replace(  # as in the world "published"
+SMOOTH = dataclasses.replace(  # as in the world "paper_fitted"
     PARAMS,
     piece_radius=0.014,
     bucket_width=0.16,

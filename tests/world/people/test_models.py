@@ -102,7 +102,7 @@ def test_the_published_world_is_what_parameters_default_to():
 
 
 def test_the_social_world_makes_way_and_can_be_pushed():
-    social = load_dataclass(WorldParams, shipped("params") / "worlds" / "social.yaml")
+    social = load_dataclass(WorldParams, shipped("params") / "worlds" / "social_force.yaml")
     assert social.people.model == "social_force"
     assert social.pedestrian_bodies.kind == "dynamic"
     assert social.contacts == WorldParams().contacts
@@ -138,8 +138,8 @@ def chosen(**choices):
 def test_people_are_chosen_on_the_command_line(tmp_path):
     assert chosen().model == "random_walk"
     assert chosen(people="social_force").speed == 1.0
-    assert chosen(world="social").speed == 1.34
-    assert chosen(world="social", pedestrians=3).count == 3
+    assert chosen(world="social_force").speed == 1.34
+    assert chosen(world="social_force", pedestrians=3).count == 3
     file = tmp_path / "people.csv"
     file.write_text(PARALLEL)
     replayed = chosen(people=str(file))

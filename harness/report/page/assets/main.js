@@ -7,7 +7,7 @@ function masthead() {
   const where = [total !== null && `${num(total)} deliveries`, ...['map', 'seed', 'people'].map(key => `${key} ${each(key)}`), DATA.date];
   return h('div', { class: 'masthead' }, h('div', {},
     h('p', { class: 'kicker' }, DATA.kind === 'report' ? 'navbench report' : 'navbench replay'),
-    h('h1', {}, DATA.kind === 'report' ? (entries.length > 1 ? `What ${entries.length} stacks earn on the sidewalk` : `What ${DATA.title} earns on the sidewalk`) : DATA.title),
+    h('h1', {}, DATA.kind === 'report' ? (entries.length > 1 ? `What ${entries.length} stacks earn` : `What ${DATA.title} earns`) : DATA.title),
     h('p', { class: 'sub' }, where.filter(Boolean).join(' · '))), themeButton());
 }
 

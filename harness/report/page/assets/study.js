@@ -4,13 +4,15 @@ const BLOCKS = {
   heading: block => h('h3', {}, block.text),
   text: block => h('p', { class: 'prose' }, spansOf(block.spans)),
   list: block => h('ul', { class: 'limits' }, block.items.map(item => h('li', {}, spansOf(item)))),
-  code: block => h('pre', { class: 'scroll', tabindex: 0 }, h('code', {}, block.text)),
+  code: block => h('pre', { class: 'broken' }, h('code', {}, block.text)),
   picture: block => h('figure', {}, h('img', { src: block.data, alt: block.text })),
-  table: block => scroller('Table', h('table', {}, h('thead', {}, h('tr', {}, block.head.map(cellOf('th', block)))),
+  table: block => scroller('Table', h('table', { class: 'stack' }, h('thead', {}, h('tr', {}, block.head.map(cellOf('th', block)))),
     h('tbody', {}, block.rows.map(row => h('tr', {}, row.map(cellOf('td', block))))))),
 };
 const LONG = 60;  // characters of a cell that may be broken
-const cellOf = (tag, { right }) => (cell, k) => h(tag, { scope: tag === 'th' ? 'col' : null,
+// On a narrow page each row is a block, and each cell stands beside its column's head.
+const plain = spans => spans.map(([, text]) => text).join('');
+const cellOf = (tag, { head, right }) => (cell, k) => h(tag, { scope: tag === 'th' ? 'col' : null, 'data-head': tag === 'td' ? plain(head[k]) : null,
   class: [right[k] && 'n', cell.reduce((sum, [, text]) => sum + text.length, 0) > LONG && 'wrap'].filter(Boolean).join(' ') || null }, spansOf(cell));
 
 function studySections() {

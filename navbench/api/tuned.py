@@ -1,0 +1,150 @@
+"""What is worked out and written once a tuning's search and test are over."""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.audit.pairs import Conditions
+from harness.episode.factory import prices_of, rules_of, world_params
+from harness.metrics.columns import Row
+from harness.report.page.document import write_study_page
+from harness.report.tuning.decision import decision, setup_of
+from harness.report.tuning.document import write_tuning
+from harness.storage.documents import write_document
+from harness.study.again import PARTINGS, record_again
+from harness.study.stored_run import load_run
+from harness.task.study import Study
+from harness.tuning.dashboard import write_dashboard
+from harness.tuning.declaration import ORIGINAL
+from harness.tuning.explanation import Explanation, explain
+from harness.tuning.mission_differences import MissionDifference
+from harness.tuning.output import (
+    DOCUMENT,
+    TUNED,
+    run_command,
+    study_document,
+    test_command,
+    write_files,
+)
+from harness.tuning.progress import StudyProgress
+from harness.tuning.result import StudyResult
+from harness.tuning.scores import scores_document
+from harness.tuning.stack_evaluator import StackEvaluator
+from harness.tuning.study import TuningStudy
+from navbench.api.lint import robot_limits
+from navbench.api.report import today
+from navstack.lint import lint
+from navstack.params.nav2_file.file import inspect_nav2
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """A finished study."""
+
+    folder: Path
+    result: StudyResult
+    scores: Row
+    explanation: Explanation
+    about: str  # what was tuned, and where
+    lint: Row  # of the tuned file
+    run_command: Sequence[str]  # ``navbench run`` with the tuned file
+    test_command: str  # drives its test again
+    document: Row
+    errors: Sequence[str]  # of episodes that ended in one
+
+    def as_json(self) -> Row:
+        """As ``navbench tune --json`` prints it."""
+        verdict = decision(self.result, self.scores, self.explanation)
+        return {
+            **self.document,
+            "about": self.about,
+            "decision": verdict,
+            "explanation": self.explanation.document,
+        }
+
+
+def written(
+    study: TuningStudy,
+    base: Study,
+    result: StudyResult,
+    evaluator: StackEvaluator,
+    progress: StudyProgress,
+    errors: Sequence[str],
+    path: Path,
+) -> Tuned:
+    """Work out the explanation, and write everything."""
+    declaration = study.declaration
+    write_files(result, study.nav2, base.stacks[0], declaration, path)
+    write_dashboard(result, path)
+    lint = lint_of(path, base.stacks[0].robot, study.template.allow_unknown)
+    scores = scores_document(result)
+    document = study_document(result, study.nav2, declaration, scores, lint, path)
+    write_document(path / DOCUMENT, document)
+    progress.begin("explanation")
+    template = base.template
+    world = world_params(template.world, template.pedestrians, template.people)
+    explanation = explain(
+        result,
+        evaluator,
+        path,
+        prices_of(template.prices),
+        Conditions(world.contacts.counted_impulse, rules_of(template.rules).spoiled_fraction),
+        declaration.waterfall_missions,
+        world.pedestrian_bodies.max_contact_impulse or math.inf,
+    )
+    command, again = run_command(declaration, path), test_command(declaration, result.seed, path)
+    about = setup_of(declaration, template)
+    markdown = write_tuning(result, scores, explanation, about, command, path, again, lint)
+    progress.begin("replays")
+    folders = _record_partings(explanation.partings, base, evaluator, path)
+    write_study_page(markdown, [load_run(str(each)) for each in folders], today())
+    return Tuned(
+        folder=path,
+        result=result,
+        scores=scores,
+        explanation=explanation,
+        about=about,
+        lint=lint,
+        run_command=command,
+        test_command=again,
+        document=document,
+        errors=errors,
+    )
+
+
+def _record_partings(
+    partings: Sequence[MissionDifference], base: Study, evaluator: StackEvaluator, path: Path
+) -> list[Path]:
+    """Drive the missions on which the files part ways once more, recorded.
+
+    Returns the run folder, if there are any.
+    """
+    if not partings:
+        return []
+    files = {"original": path / "params" / ORIGINAL, "tuned": path / TUNED}
+    stacks = [
+        dataclasses.replace(base.stacks[0], name=name, nav2_file=str(file))
+        for name, file in files.items()
+    ]
+    template = dataclasses.replace(base.template, seed=partings[0].seed)
+    numbers = [each.episode for each in partings if each.seed == template.seed]
+    return [record_again(path / PARTINGS, "files", stacks, template, numbers, evaluator.workers)]
+
+
+def lint_of(folder: Path, robot: str, allow_unknown: bool) -> Row:
+    """What the check of the tuned file finds, and which of it the original did not have."""
+    limits = robot_limits(robot)
+    known, found = (
+        lint(inspect_nav2(file, allow_unknown), limits)
+        for file in (folder / "params" / ORIGINAL, folder / TUNED)
+    )
+    before = {(notice.id, notice.path) for notice in known}
+    after = {(notice.id, notice.path) for notice in found}
+    return {
+        "errors": sum(notice.is_error for notice in found),
+        "warnings": sum(not notice.is_error for notice in found),
+        "new": [str(notice) for notice in found if (notice.id, notice.path) not in before],
+        "gone": [str(notice) for notice in known if (notice.id, notice.path) not in after],
+    }
