@@ -62,21 +62,24 @@ def robust_std(values: FloatArray) -> float:
     return float(_MAD * np.median(np.abs(values - np.median(values))))
 
 
-def half_widths(jacobian: FloatArray, residuals: FloatArray, stamps: FloatArray) -> FloatArray:
+def half_widths(
+    jacobian: FloatArray, residuals: FloatArray, stamps: FloatArray, block: float = BLOCK
+) -> FloatArray:
     """Half widths (p,) of 95 % intervals of least-squares parameters.
 
-    Residuals depend on their neighbours: the sandwich estimator with blocks of :data:`BLOCK` as
-    clusters (White 1984, Asymptotic Theory for Econometricians, ch. 6) and Student's t with one
-    degree of freedom per block but one. With few blocks that may be too small by chance: never less
-    than the textbook's, for independent residuals.
+    Residuals depend on their neighbours: the sandwich estimator with blocks of time as clusters
+    (White 1984, Asymptotic Theory for Econometricians, ch. 6) and Student's t with one degree of
+    freedom per block but one. With few blocks that may be too small by chance: never less than the
+    textbook's, for independent residuals.
 
     Args:
         jacobian: (N, p) of the residuals.
         residuals: (N,).
         stamps: (N,) [s].
+        block: [s] of neighbouring residuals that may depend on each other.
     """
     inverse = np.linalg.pinv(jacobian.T @ jacobian)
-    _, blocks = np.unique(np.floor(stamps / BLOCK), return_inverse=True)
+    _, blocks = np.unique(np.floor(stamps / block), return_inverse=True)
     count = int(blocks.max()) + 1
     scores = np.zeros((count, jacobian.shape[1]))
     np.add.at(scores, blocks, jacobian * residuals[:, None])

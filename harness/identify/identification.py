@@ -12,10 +12,12 @@ from harness.identify.prediction import (
     default_drive,
     predict_commands,
     predict_fixes,
+    predict_turns,
 )
 from harness.identify.stillness import delays, imu_noise, imu_walk, lidar_noise, white_noise
-from harness.identify.travel import fit_fixes, fit_scans, path_of
+from harness.identify.travel import fit_fixes, fit_scans
 from harness.identify.turning import fit_turning
+from harness.identify.wheel_path import path_of
 from harness.recorded.log import DriveLog
 from harness.recorded.ros_messages import FIX, IMU, ODOMETRY
 from harness.world.physics.robot import RobotParams
@@ -151,11 +153,12 @@ def _predictions(log: DriveLog, default: RobotParams) -> tuple[list[PredictionEr
     linear, angular = _drive(half)
     if linear is not None and angular is not None:
         errors = predict_commands(log, Predictor(linear, angular), default_drive(default), middle)
-        return errors, "odometry from commands"
+        return errors, "from commands"
     turning = fit_turning(half)
     scale = fit_fixes(half, path_of(half, turning), _NOISE).scale.value or 1.0
-    errors = predict_fixes(log, path_of(log, turning), scale, middle)
-    return errors, "fixes from odometry and gyro, for there are no commands"
+    errors = predict_turns(log, turning, middle)
+    errors += predict_fixes(log, path_of(log, turning), scale, middle)
+    return errors, "from wheels and gyro, for there are no commands"
 
 
 def amcl_alphas(found: Identified) -> dict[str, float] | None:
