@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import savgol_filter
@@ -10,7 +10,7 @@ from scipy.signal import savgol_filter
 from harness.economics.cost_model import running
 from harness.economics.measured import Measured
 from harness.economics.prices import Prices
-from harness.identify.collisions import find_impacts
+from harness.identify.collisions import IN_A_STEP, find_impacts
 from harness.identify.drive_events import DriveEvent, events_of
 from harness.metrics.contacts import PRICED_PROPERTY
 from harness.metrics.delivery_log import JOULES_PER_KWH
@@ -64,10 +64,11 @@ def cost_of_drive(
         prices: by which to pay.
     """
     impacts = find_impacts(log, robot)
+    least = world.contacts.counted_impulse / IN_A_STEP
     events = events_of(log, impacts, robot, scene, world, prices)
+    events = tuple(_only_counted(event, least) for event in events)
     distance, energy = _driven(log, robot, world.physics.gravity)
     spilled = _spilled(log, robot, world)
-    least = world.contacts.counted_impulse
     counted = [each for each in events if each.kind == "contact" and each.size >= least]
     terms = _terms(counted, log.duration, distance, energy, spilled, events, prices)
     return DriveCost(
@@ -81,6 +82,13 @@ def cost_of_drive(
         impacts.source,
         terms,
     )
+
+
+def _only_counted(event: DriveEvent, least: float) -> DriveEvent:
+    """An event whose contact costs nothing below an impulse [N s]."""
+    if event.kind == "contact" and event.size < least:
+        return replace(event, cost=0.0)
+    return event
 
 
 def _driven(log: DriveLog, robot: RobotParams, gravity: float) -> tuple[float, float]:
@@ -193,7 +201,7 @@ def _terms(
         physical_assistance=float(sum(event.kind == "intervention" for event in events)),
         avg_velocity_mps=distance / max(duration, 1e-9),
         avg_mechanical_power_kw=energy / max(hours, 1e-12),
-        avg_collision_impulse_ns=sum(event.size for event in counted),
+        avg_collision_impulse_ns=sum(IN_A_STEP * event.size for event in counted),
         avg_collision_delta_v_mps=0.0,
         pedestrian_injury_usd_per_run=sum(event.cost or 0.0 for event in people),
         avg_runtime_h=hours,

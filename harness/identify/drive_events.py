@@ -10,7 +10,7 @@ from scipy.signal import savgol_filter
 
 from harness.economics.contact_costs import injury_costs, property_cost
 from harness.economics.prices import Prices
-from harness.identify.collisions import Impact, Impacts
+from harness.identify.collisions import IN_A_STEP, Impact, Impacts
 from harness.identify.stillness import standing
 from harness.metrics.encounters import (
     Body,
@@ -46,7 +46,7 @@ class DriveEvent:
     size: float  # [N s] of a contact, [m] of a near miss, [m/s2] of a brake, 0
     x: float | None = None  # [m] map frame
     y: float | None = None  # [m]
-    cost: float | None = None  # [USD] of a contact
+    cost: float | None = None  # [USD] of a contact; 0 where the rule does not count it
 
     def as_json(self) -> dict[str, Any]:
         """As ``navbench cost-log --json`` prints it."""
@@ -82,13 +82,13 @@ def _contact(
 ) -> DriveEvent:
     """A contact with what it was with: what stands on the map where it was, else a person."""
     at = pose_at(log, impact.stamp)
+    paid = IN_A_STEP * impact.impulse
+    cost = float(injury_costs(paid, prices))
     if at is None:
-        what, cost = "unknown", float(injury_costs(impact.impulse, prices))
-        return DriveEvent("contact", impact.stamp, what, impact.impulse, cost=cost)
+        return DriveEvent("contact", impact.stamp, "unknown", impact.impulse, cost=cost)
     what = _touched(at, robot, scene)
-    cost = float(injury_costs(impact.impulse, prices))
     if what != "person":
-        cost = property_cost(what, impact.impulse, prices)
+        cost = property_cost(what, paid, prices)
     return DriveEvent("contact", impact.stamp, what, impact.impulse, at.x, at.y, cost)
 
 

@@ -164,13 +164,15 @@ def variance_components(
     squares = residuals**2 / scale
     shares = causes / size
 
-    def deficit(logs: FloatArray) -> float:
-        variances = shares @ np.exp(logs) + 1e-9
-        return float(np.sum(np.log(variances) + squares / variances))
+    def deficit(logs: FloatArray) -> tuple[float, FloatArray]:
+        parts = shares * np.exp(logs)
+        variances = parts.sum(axis=1) + 1e-9
+        slopes = (1.0 - squares / variances) / variances
+        return float(np.sum(np.log(variances) + squares / variances)), slopes @ parts
 
     count = causes.shape[1]
     best = _minimum(deficit, np.zeros(count))
-    least = deficit(best)
+    least, _ = deficit(best)
     found = []
     for number in range(count):
         ends = [
@@ -186,14 +188,17 @@ def variance_components(
 _LOWEST, _HIGHEST = -9.0, 6.0  # logarithms of a component's share of the variance
 
 
-def _minimum(function: Callable[[FloatArray], float], start: FloatArray) -> FloatArray:
+_Deficit = Callable[[FloatArray], tuple[float, FloatArray]]  # with its gradient
+
+
+def _minimum(function: _Deficit, start: FloatArray) -> FloatArray:
     bounds = [(_LOWEST, _HIGHEST)] * len(start)
-    result: FloatArray = minimize(function, start, method="L-BFGS-B", bounds=bounds).x
+    result: FloatArray = minimize(function, start, method="L-BFGS-B", jac=True, bounds=bounds).x
     return result
 
 
 def _profile_end(
-    deficit: Callable[[FloatArray], float],
+    deficit: _Deficit,
     best: FloatArray,
     number: int,
     limit: float,
@@ -204,12 +209,13 @@ def _profile_end(
     end = _HIGHEST if direction > 0 else -np.inf
 
     def profile(value: float) -> float:
-        def rest(logs: FloatArray) -> float:
-            return deficit(np.insert(logs, number, value))
+        def rest(logs: FloatArray) -> tuple[float, FloatArray]:
+            found, slopes = deficit(np.insert(logs, number, value))
+            return found, slopes[others]
 
         if not len(others):
-            return rest(np.empty(0))
-        return rest(_minimum(rest, best[others]))
+            return rest(np.empty(0))[0]
+        return rest(_minimum(rest, best[others]))[0]
 
     inside, outside = best[number], best[number] + direction * 0.25
     while profile(outside) < limit:

@@ -3,6 +3,7 @@
 from harness.economics.cost_terms import COST_TERMS
 from harness.identify.drive_cost import DriveCost
 from harness.identify.drive_events import DriveEvent
+from harness.identify.twin import PARTS, VALUES, Twin
 from harness.recorded.log import DriveLog
 from harness.report.blocks import Block, Table, Text
 from harness.report.numbers import number_text
@@ -16,12 +17,15 @@ _TITLES = {
 _MOST_EVENTS = 6
 
 
-def priced_log_blocks(log: DriveLog, cost: DriveCost, prices: str, is_full: bool) -> list[Block]:
+def priced_log_blocks(
+    log: DriveLog, cost: DriveCost, twin: Twin | None, prices: str, is_full: bool
+) -> list[Block]:
     """The screen of ``navbench cost-log``.
 
     Args:
         log: the drive.
         cost: its events and dollars.
+        twin: its mission in the world; None: not driven.
         prices: their name.
         is_full: whether to list every event.
     """
@@ -50,7 +54,24 @@ def priced_log_blocks(log: DriveLog, cost: DriveCost, prices: str, is_full: bool
     if len(shown) < len(cost.events):
         blocks.append(Text(f"{len(cost.events) - len(shown)} more events with --full", "whole"))
     blocks.append(Text(_threshold(cost), "whole"))
+    if twin is not None:
+        blocks.append(_beside_the_world(twin))
     return blocks
+
+
+def _beside_the_world(twin: Twin) -> Table:
+    """How well the simulator is the robot."""
+    rows = []
+    for key, value in VALUES.items():
+        simulated = twin.interval(value)
+        text = "undefined"
+        if simulated is not None:
+            text = str(simulated)
+        rows.append((key, number_text(value(twin.real), 3), text))
+    difference = number_text(twin.speed_difference, 3)
+    rows.append((f"speed, RMS difference over {PARTS} parts [m/s]", "", difference))
+    arrived = f"{twin.arrived} of {len(twin.simulated)} drives arrived"
+    return Table(f"The log's mission in the world: {arrived}", ("", "log", "simulator"), rows)
 
 
 def _line(event: DriveEvent) -> str:
