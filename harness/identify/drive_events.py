@@ -36,6 +36,9 @@ _BESIDE = 0.35  # [m] between the robot's outline and what it touched on the map
 _JUMP = 1.0  # [m] by which a standing robot's believed place may not change
 
 
+People = list[tuple[float, Pose2D, FloatArray]]  # [s], pose, (n, 5) track, x, y, vx, vy
+
+
 @dataclass(frozen=True, slots=True)
 class DriveEvent:
     """One event of a drive."""
@@ -65,6 +68,7 @@ def pose_at(log: DriveLog, stamp: float) -> Pose2D | None:
 def events_of(
     log: DriveLog,
     impacts: Impacts,
+    people: People,
     robot: RobotParams,
     scene: Scene,
     world: WorldParams,
@@ -72,7 +76,7 @@ def events_of(
 ) -> tuple[DriveEvent, ...]:
     """All events of a drive, in the order of time."""
     contacts = [_contact(impact, log, robot, scene, prices) for impact in impacts.found]
-    events = [*contacts, *_near_misses(_people(log, scene), contacts, log, robot, world)]
+    events = [*contacts, *_near_misses(people, contacts, log, robot, world)]
     events += [*_hard_brakes(log), *_interventions(log)]
     return tuple(sorted(events, key=lambda event: event.stamp))
 
@@ -124,10 +128,7 @@ def _outline(robot: RobotParams) -> FloatArray:
     return np.vstack(sides)
 
 
-People = list[tuple[float, Pose2D, FloatArray]]  # [s], pose, (n, 5) track, x, y, vx, vy
-
-
-def _people(log: DriveLog, scene: Scene) -> People:
+def people_on(log: DriveLog, scene: Scene) -> People:
     """Who was seen beside the map's own, scan by scan."""
     if not log.scans or not len(log.poses):
         return []

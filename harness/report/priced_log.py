@@ -50,7 +50,7 @@ def priced_log_blocks(
     if not is_full:
         dearest = sorted(cost.events, key=lambda event: -(event.cost or 0.0))
         shown = tuple(sorted(dearest[:_MOST_EVENTS], key=lambda event: event.stamp))
-    blocks += [Text(_line(event), "whole") for event in shown]
+    blocks += [Text(event_line(event), "whole") for event in shown]
     if len(shown) < len(cost.events):
         blocks.append(Text(f"{len(cost.events) - len(shown)} more events with --full", "whole"))
     blocks.append(Text(_threshold(cost), "whole"))
@@ -74,7 +74,8 @@ def _beside_the_world(twin: Twin) -> Table:
     return Table(f"The log's mission in the world: {arrived}", ("", "log", "simulator"), rows)
 
 
-def _line(event: DriveEvent) -> str:
+def event_line(event: DriveEvent) -> str:
+    """An event in a line."""
     units = {"contact": "N s", "near_miss": "m", "hard_brake": "m/s2", "intervention": ""}
     size = f"{event.size:.3g} {units[event.kind]}".strip()
     paid = ""

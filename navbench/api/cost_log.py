@@ -11,6 +11,9 @@ from harness.episode.episode import run_episode
 from harness.identify.drive_cost import DriveCost, cost_of_drive
 from harness.identify.twin import Place, Twin, mission_of, real_drive, simulated_drive
 from harness.recorded.log import DriveLog, LogRequest, read_log
+from harness.report.page.log_page import log_page, require_shown
+from harness.report.priced_log import priced_log_blocks
+from harness.storage.files import require_writable, write_text, writing
 from harness.storage.shipped import DEFAULT_WORLD, resolve, shipped
 from harness.study.preflight import check
 from harness.task.study import make_study
@@ -20,6 +23,7 @@ from harness.world.physics.robot import RobotParams
 from harness.world.sensors.suite import SensorParams
 from harness.world.world_params import WorldParams
 from navbench.api.progress import say
+from navbench.api.report import PAGES, today
 from navstack.errors import InputError
 from navstack.params.extensions import uses_map
 from navstack.params.strict import load_dataclass
@@ -74,6 +78,7 @@ def cost_log(
     world: str = DEFAULT_WORLD,
     nav2: Path | None = None,
     sensors: str | None = None,
+    html: Path | None = None,
 ) -> PricedLog:
     """Find what happened on a recorded drive, and price it.
 
@@ -87,21 +92,32 @@ def cost_log(
             nobody about; None: it is not.
         sensors: of these drives: a name of params/sensors or a file; None: the file that
             ``navbench identify`` wrote beside the robot's, else as of a run.
+        html: a page with all this and a replay of the drive; None: none.
 
     Raises:
         InputError: something given cannot be used.
     """
+    if html is not None:
+        require_writable("page", html, PAGES)
     params = shipped("params")
     body = load_dataclass(RobotParams, resolve(robot, params / "robots", "robot"))
     rules = load_dataclass(WorldParams, resolve(world, params / "worlds", "world"))
     paid_by = load_prices(prices)
     scene = load_scene(map)
     log = read_log(request, lambda text: say(f"warning: {text}"))
+    if html is not None:
+        require_shown(log)
     mission = nav2 and mission_of(log)  # refused before the fit of events, which takes longer
     cost = cost_of_drive(log, body, scene, rules, paid_by)
     twin = None
     if nav2 is not None and mission:
         twin = _twin(log, mission, nav2, sensors or _beside(robot), robot, map)
+    if html is not None:
+        blocks = priced_log_blocks(log, cost, twin, prices, True)
+        radius = rules.people.radius
+        page = log_page(blocks, log, cost, scene, body, radius, today())
+        with writing(html):
+            write_text(html, page)
     return PricedLog(log, cost, prices, map, twin)
 
 

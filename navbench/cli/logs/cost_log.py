@@ -43,6 +43,12 @@ from navbench.cli.streams import print_json
     shell_complete=completed("sensors"),
     help="Of these drives; default: the file that navbench identify wrote beside the robot's.",
 )
+@click.option(
+    "--html",
+    type=click.Path(path_type=Path),
+    metavar="FILE.html",
+    help="A page with costs, events and a replay on the map.",
+)
 @PRICES
 @FULL
 @JSON
@@ -56,6 +62,7 @@ def cost_log(
     world: str,
     nav2: Path | None,
     sensors: str | None,
+    html: Path | None,
     prices: str,
     is_full: bool,
     as_json: bool,
@@ -82,9 +89,8 @@ def cost_log(
     from navbench.api.cost_log import cost_log
 
     request = LogRequest(bags, static_tf, remap, base_frame)
-    found = cost_log(
-        request, robot, map_name, prices=prices, world=world, nav2=nav2, sensors=sensors
-    )
+    options = {"prices": prices, "world": world, "nav2": nav2, "sensors": sensors, "html": html}
+    found = cost_log(request, robot, map_name, **options)
     if as_json:
         print_json(found.as_json())
         return

@@ -2,7 +2,9 @@
 
 import dataclasses
 import json
+import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,7 +13,9 @@ from harness.economics.prices import load_prices
 from harness.identify.collisions import find_impacts
 from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.recorded.log import DriveLog, LogRequest, read_log
+from navbench.api.cost_log import cost_log
 from navbench.cli.app import main
+from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass
 
 from ..writing import Entry
@@ -79,9 +83,10 @@ def test_the_command_prices_the_drive(
 ) -> None:
     robot = tmp_path / "robot.yaml"
     robot.write_text(dump_dataclass(drive.robot))
-    words = ["cost-log", str(bag), "--robot", str(robot), "--map", str(map_file), "--json"]
+    page = tmp_path / "drive.html"
+    words = ["cost-log", str(bag), "--robot", str(robot), "--map", str(map_file)]
     with pytest.raises(SystemExit) as leaving:
-        main(words)
+        main([*words, "--json", "--html", str(page)])
     assert leaving.value.code == 0
     document = json.loads(capsys.readouterr().out)
     assert document["energy_kwh"] == pytest.approx(drive.energy / JOULES_PER_KWH, rel=0.1)
@@ -97,6 +102,29 @@ def test_the_command_prices_the_drive(
     kinds = [event["what"] for event in document["events"] if event["kind"] == "contact"]
     assert set(kinds) == {"person"}
     assert document["per_km"]["contact"] > 0.0
+    _check_page(page, document)
+
+
+def _check_page(page: Path, document: dict[str, Any]) -> None:
+    """The page replays the drive with its events."""
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page.read_text())
+    assert found
+    (replay,) = json.loads(found[1])["replays"]
+    assert len(replay["contacts"]) == document["counts"]["contact"]
+    assert len(replay["reasons"]) == len(document["events"])
+    paid = sum(contact[5] for contact in replay["contacts"])
+    assert paid == pytest.approx(document["costs_usd"]["pedestrian_safety"], abs=0.1)
+    assert replay["duration"] == pytest.approx(document["duration_s"], abs=0.3)
+
+
+def test_a_log_without_poses_has_no_page(
+    drive: drives.Recorded, map_file: Path, tmp_path: Path
+) -> None:
+    entries = [entry for entry in drive.entries if entry.topic != "/amcl_pose"]
+    bag, page = drives.write_mcap(tmp_path / "blind.mcap", entries), tmp_path / "page.html"
+    with pytest.raises(InputError, match="no poses"):
+        cost_log(LogRequest((bag,)), "segway_e1", str(map_file), html=page)
+    assert not page.exists()
 
 
 def test_a_takeover_is_an_intervention(
@@ -107,7 +135,8 @@ def test_a_takeover_is_an_intervention(
         Entry("/joy", "sensor_msgs/msg/Joy", stamp, {"axes": [0.0, 0.9], "buttons": [0]})
         for stamp in stamps
     ]
-    entries = sorted((*drive.entries, *pressed), key=lambda entry: entry.arrival or entry.stamp)
+    driven = [entry for entry in drive.entries if entry.stamp < drives.START + 25.0]
+    entries = sorted((*driven, *pressed), key=lambda entry: entry.arrival or entry.stamp)
     bag = drives.write_mcap(tmp_path / "joy.mcap", entries)
     words = ["cost-log", str(bag), "--robot", "segway_e1", "--map", str(map_file), "--json"]
     with pytest.raises(SystemExit):
