@@ -2,6 +2,7 @@
 
 from harness.economics.cost_terms import COST_TERMS
 from harness.identify.drive_cost import DriveCost
+from harness.identify.drive_difference import differences, kilometres
 from harness.identify.drive_events import DriveEvent
 from harness.identify.twin import PARTS, VALUES, Twin
 from harness.recorded.log import DriveLog
@@ -29,13 +30,13 @@ def priced_log_blocks(
         prices: their name.
         is_full: whether to list every event.
     """
-    kilometres = max(1e-3 * cost.distance, 1e-9)
+    driven = kilometres(cost)
     first = (
         f"{log.files}: {cost.distance:.0f} m in {cost.duration:.0f} s cost "
-        f"{cost.total:.4g} USD ({prices}), {cost.total / kilometres:.4g} USD per km"
+        f"{cost.total:.4g} USD ({prices}), {cost.total / driven:.4g} USD per km"
     )
     rows = [
-        (title, str(cost.count(kind)), number_text(cost.count(kind) / kilometres, 2))
+        (title, str(cost.count(kind)), number_text(cost.count(kind) / driven, 2))
         for kind, title in _TITLES.items()
     ]
     rows.append(("energy at the wheels [Wh]", number_text(1e3 * cost.energy, 2), ""))
@@ -57,6 +58,26 @@ def priced_log_blocks(
     if twin is not None:
         blocks.append(_beside_the_world(twin))
     return blocks
+
+
+def difference_blocks(
+    log: DriveLog, cost: DriveCost, other_log: DriveLog, other: DriveCost
+) -> list[Block]:
+    """The screen of ``navbench cost-log --against``: a drive, another, and their difference."""
+    found = differences(cost, other)
+    rows = []
+    for kind, title in _TITLES.items():
+        counts = f"{cost.count(kind)} - {other.count(kind)}"
+        rows.append((f"{title} per km", counts, str(found[f"{kind}_per_km"])))
+    for key in ("total_usd_per_km", "energy_kwh_per_km", "speed_mps"):
+        rows.append((key, "", number_text(found[key].value, 4)))
+    first = (
+        f"{log.files} ({cost.distance:.0f} m) less {other_log.files} ({other.distance:.0f} m); "
+        "95 % intervals of Poisson rates"
+    )
+    dollars = "dollars, energy and speed of one drive each have no interval"
+    table = Table("", ("", "events", "difference"), rows)
+    return [Text(first, "whole"), table, Text(dollars, "whole")]
 
 
 def _beside_the_world(twin: Twin) -> Table:

@@ -9,6 +9,7 @@ import numpy as np
 from harness.economics.prices import load_prices
 from harness.episode.episode import run_episode
 from harness.identify.drive_cost import DriveCost, cost_of_drive
+from harness.identify.drive_difference import KINDS, differences, kilometres
 from harness.identify.twin import Place, Twin, mission_of, real_drive, simulated_drive
 from harness.recorded.log import DriveLog, LogRequest, read_log
 from harness.report.page.log_page import log_page, require_shown
@@ -44,9 +45,8 @@ class PricedLog:
     def as_json(self) -> dict[str, Any]:
         """As ``navbench cost-log --json`` prints it."""
         cost = self.cost
-        kilometres = max(1e-3 * cost.distance, 1e-9)
-        kinds = ("contact", "near_miss", "hard_brake", "intervention")
-        counts = {kind: cost.count(kind) for kind in kinds}
+        driven = kilometres(cost)
+        counts = {kind: cost.count(kind) for kind in KINDS}
         return {
             "schema": 1,
             "bag": self.log.files,
@@ -58,15 +58,22 @@ class PricedLog:
             "spilled_share": cost.spilled,
             "events": [event.as_json() for event in cost.events],
             "counts": counts,
-            "per_km": {kind: count / kilometres for kind, count in counts.items()},
+            "per_km": {kind: count / driven for kind, count in counts.items()},
             "contact_threshold_ns": cost.threshold,
             "false_alarms_per_h": cost.false_alarms,
             "contacts_from": cost.source,
             "costs_usd": dict(cost.terms),
             "total_usd": cost.total,
-            "total_usd_per_km": cost.total / kilometres,
+            "total_usd_per_km": cost.total / driven,
             "simulator": self.twin and self.twin.as_json(),
         }
+
+
+def comparison_json(drive: PricedLog, other: PricedLog) -> dict[str, Any]:
+    """As ``navbench cost-log --against --json`` prints it: the drive, the other, differences."""
+    found = differences(drive.cost, other.cost)
+    more = {key: each.as_json() for key, each in found.items()}
+    return drive.as_json() | {"against": other.as_json(), "differences": more}
 
 
 def cost_log(

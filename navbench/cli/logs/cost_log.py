@@ -1,5 +1,6 @@
 """The command ``navbench cost-log``."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -44,6 +45,13 @@ from navbench.cli.streams import print_json
     help="Of these drives; default: the file that navbench identify wrote beside the robot's.",
 )
 @click.option(
+    "--against",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="BAG",
+    help="Another drive of this robot here, to be compared with; its parts in turn.",
+)
+@click.option(
     "--html",
     type=click.Path(path_type=Path),
     metavar="FILE.html",
@@ -62,6 +70,7 @@ def cost_log(
     world: str,
     nav2: Path | None,
     sensors: str | None,
+    against: tuple[Path, ...],
     html: Path | None,
     prices: str,
     is_full: bool,
@@ -79,20 +88,29 @@ def cost_log(
       navbench cost-log drive.mcap --robot my_robot.yaml --map my_map.yaml
       navbench cost-log drive.mcap --robot my_robot.yaml --map my_map.yaml --prices today_us
       navbench cost-log drive.mcap --robot my_robot.yaml --map depot.yaml --nav2 my_nav2.yaml
+      navbench cost-log after.mcap --against before.mcap --robot my_robot.yaml --map depot.yaml
       navbench cost-log rosbag2_drive --robot jackal --map office.yaml --json
 
     Exit status: 0 done; 1 bad input.
     """
     from harness.recorded.log import LogRequest
-    from harness.report.priced_log import priced_log_blocks
+    from harness.report.priced_log import difference_blocks, priced_log_blocks
     from harness.report.tables import print_blocks, report_console
-    from navbench.api.cost_log import cost_log
+    from navbench.api.cost_log import comparison_json, cost_log
 
     request = LogRequest(bags, static_tf, remap, base_frame)
-    options = {"prices": prices, "world": world, "nav2": nav2, "sensors": sensors, "html": html}
-    found = cost_log(request, robot, map_name, **options)
+    priced = {"prices": prices, "world": world}
+    options = {**priced, "nav2": nav2, "sensors": sensors, "html": html}
+    found, other = cost_log(request, robot, map_name, **options), None
+    if against:
+        other = cost_log(replace(request, bags=against), robot, map_name, **priced)
     if as_json:
-        print_json(found.as_json())
+        print_json(comparison_json(found, other) if other else found.as_json())
+        return
+    if other:
+        print_blocks(
+            difference_blocks(found.log, found.cost, other.log, other.cost), report_console()
+        )
         return
     blocks = priced_log_blocks(found.log, found.cost, found.twin, prices, is_full)
     print_blocks(blocks, report_console())

@@ -11,6 +11,7 @@ import pytest
 from harness.economics.contact_costs import injury_costs
 from harness.economics.prices import load_prices
 from harness.identify.collisions import find_impacts
+from harness.identify.drive_difference import rate_difference, rate_interval
 from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.recorded.log import DriveLog, LogRequest, read_log
 from navbench.api.cost_log import cost_log
@@ -138,9 +139,28 @@ def test_a_takeover_is_an_intervention(
     driven = [entry for entry in drive.entries if entry.stamp < drives.START + 25.0]
     entries = sorted((*driven, *pressed), key=lambda entry: entry.arrival or entry.stamp)
     bag = drives.write_mcap(tmp_path / "joy.mcap", entries)
-    words = ["cost-log", str(bag), "--robot", "segway_e1", "--map", str(map_file), "--json"]
+    calm = drives.write_mcap(tmp_path / "calm.mcap", driven)
+    words = ["cost-log", str(bag), "--against", str(calm), "--robot", "segway_e1"]
     with pytest.raises(SystemExit):
-        main(words)
+        main([*words, "--map", str(map_file), "--json"])
     document = json.loads(capsys.readouterr().out)
     assert document["counts"]["intervention"] == 2
     assert document["costs_usd"]["repair"] > 0.0
+    other, found = document["against"], document["differences"]
+    assert other["counts"]["intervention"] == 0
+    more = document["per_km"]["intervention"]
+    assert found["intervention_per_km"]["value"] == pytest.approx(more)
+    # 2 against 0: not yet more than chance
+    assert found["intervention_per_km"]["low"] < 0.0
+    assert found["contact_per_km"]["value"] == pytest.approx(0.0)
+
+
+def test_differences_of_rates_have_intervals() -> None:
+    # Garwood 1936: 10 events lie between 4.795 and 18.39
+    rate = rate_interval(10, 2.0)
+    assert (rate.low, rate.high) == pytest.approx((4.795 / 2.0, 18.39 / 2.0), rel=1e-3)
+    alike = rate_difference((10, 2.0), (10, 2.0))
+    assert alike.value == 0.0
+    assert alike.low == pytest.approx(-alike.high)
+    more = rate_difference((30, 1.0), (5, 1.0))
+    assert more.low is not None and more.low > 0.0
