@@ -19,7 +19,7 @@ from harness.identify.travel import fit_fixes, fit_scans
 from harness.identify.turning import fit_turning
 from harness.identify.wheel_path import path_of
 from harness.recorded.log import DriveLog
-from harness.recorded.ros_messages import FIX, IMU, ODOMETRY
+from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, TWIST
 from harness.world.physics.robot import RobotParams
 from navstack.types import FloatArray
 
@@ -110,17 +110,22 @@ def _twist_noise(
     return found
 
 
+_LATE = (  # kind, key of its latency, what to record where there are no stamps
+    # a controller stamps a command with the pose that it is computed from (as Nav2's pure pursuit)
+    (TWIST, "computing_latency_s", "record commands as geometry_msgs/TwistStamped"),
+    (ODOMETRY, "odometry_latency_s", "record the topic as well"),
+    (IMU, "imu_latency_s", "record the topic as well"),
+    (FIX, "gps_latency_s", "record the topic as well"),
+)
+
+
 def _latencies(log: DriveLog) -> list[Estimate]:
-    """[s] from stamps to arrivals of odometry, inertial unit and fixes."""
+    """[s] from stamps to arrivals of commands, odometry, inertial unit and fixes."""
     found = []
-    for kind, key in (
-        (ODOMETRY, "odometry_latency_s"),
-        (IMU, "imu_latency_s"),
-        (FIX, "gps_latency_s"),
-    ):
+    for kind, key, advice in _LATE:
         late = log.delays.get(kind, np.empty(0))
         if len(late) < 2:
-            found.append(unknown(key, "record the topic as well"))
+            found.append(unknown(key, advice))
             continue
         low, value, high = np.percentile(late, (2.5, 50.0, 97.5)).tolist()
         how = "arrivals less stamps"
