@@ -22,14 +22,12 @@ from navstack.params.strict import dump_dataclass
 from ..writing import Entry
 from . import drives, missions
 
-DRIVES = ((3, 60.0), (5, 58.0))  # seed, [s]
 TOGETHER = 0.5  # [s] between a contact and what was found of it
 
 
-@pytest.fixture(scope="module", params=DRIVES, ids=str)
-def drive(request: pytest.FixtureRequest) -> drives.Recorded:
-    seed, duration = request.param
-    return drives.record(seed, duration, people=14)
+@pytest.fixture(scope="module")
+def drive() -> drives.Recorded:
+    return drives.record(3, 60.0, people=14)
 
 
 @pytest.fixture
