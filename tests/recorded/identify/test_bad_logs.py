@@ -61,6 +61,16 @@ def test_a_log_without_odometry(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert "/imu/data (sensor_msgs/msg/Imu)" in said
 
 
+def test_odometry_of_another_type(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    units = [imu(START + 0.1 * n, 0.0, 0.0) for n in range(50)]
+    entries = [dataclasses.replace(entry, topic="/odom") for entry in units]
+    assert "It has: /odom (sensor_msgs/msg/Imu)" in refusal(entries, tmp_path, capsys)
+
+
+def test_too_few_messages(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "1 usable messages of odometry" in refusal(straight()[:1], tmp_path, capsys)
+
+
 def test_two_publishers_on_one_topic(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     entries = [*straight(), *straight(child="other_base")]
     said = refusal(sorted(entries, key=lambda entry: entry.stamp), tmp_path, capsys)
