@@ -80,7 +80,7 @@ def _joined(chosen: "np.ndarray", stamps: FloatArray) -> list[slice]:
 
 
 def _by_imu(log: DriveLog, robot: RobotParams) -> tuple[FloatArray, FloatArray, float]:
-    """Ends (n,) [s] of windows, unexplained changes (n, 2) [m/s] of velocity, the windows' length."""
+    """Ends (n,) [s] of windows, unexplained changes (n, 2) [m/s] of velocity, and their length."""
     stamps, rates = log.imu[:, 0], log.imu[:, 2]
     period = float(np.median(np.diff(stamps)))
     count = max(math.ceil(_WINDOW / period - 1e-6), 1)

@@ -55,7 +55,9 @@ def identify(log: DriveLog, default: RobotParams) -> Identified:
     by_scans = fit_scans(log, path)
     noise = next((each for each in by_scans.estimates if each.key == "odometry_linear_noise"), None)
     by_fixes = fit_fixes(log, path, (noise and noise.value) or _NOISE)
-    found.append(combined((by_scans.scale, by_fixes.scale)))
+    # both share the noise of the wheels
+    scales = by_scans.scale, by_fixes.scale
+    found.append(widened(combined(scales), scales))
     found += [*turning.estimates[:1], *by_scans.estimates[:1], *turning.estimates[1:4]]
     found += _twist_noise(log, linear, angular)
     found += [*imu_noise(log), imu_walk(log), turning.estimates[4]]

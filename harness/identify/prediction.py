@@ -120,7 +120,7 @@ def _end(twists: FloatArray, step: float) -> FloatArray:
 def predict_turns(log: DriveLog, turning: Turning, since: float) -> list[PredictionError]:
     """Errors of the way by the wheels alone, against the one along the gyro's heading.
 
-    For logs without commands. Both robots have the wheels' lengths, so that it is turns that are compared.
+    For logs without commands. Both robots have the wheels' lengths: turns are compared.
 
     Args:
         log: the whole drive.

@@ -156,9 +156,9 @@ def _delay(log: DriveLog) -> tuple[float, float]:
 
     Against the poses, for drivers filter the yaw rate that they report: a Husky's is 0.35 s late.
     """
-    steps = np.diff(log.odometry[:, 0])
-    stamps = log.odometry[1:, 0] - 0.5 * steps
-    rates = np.diff(np.unwrap(log.odometry[:, 3])) / steps
+    periods = np.diff(log.odometry[:, 0])
+    stamps = log.odometry[1:, 0] - 0.5 * periods
+    rates = np.diff(np.unwrap(log.odometry[:, 3])) / periods
     inside = (stamps > log.imu[0, 0] + 1.0) & (stamps < log.imu[-1, 0] - 1.0)
     stamps, rates = stamps[inside], rates[inside]
 

@@ -63,7 +63,9 @@ class Twin:
     @property
     def simulated_speeds(self) -> FloatArray:
         """Mean speed (PARTS,) [m/s] of the simulated drives in each part of the way."""
-        return np.mean([each.speeds for each in self.simulated], axis=0, dtype=np.float64)
+        speeds = np.array([each.speeds for each in self.simulated])
+        mean: FloatArray = speeds.mean(axis=0)
+        return mean
 
     @property
     def speed_difference(self) -> float:

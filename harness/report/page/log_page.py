@@ -23,7 +23,7 @@ from harness.report.priced_log import event_line
 from harness.world.map.scene import Scene
 from harness.world.physics.robot import RobotParams
 from navstack.errors import InputError
-from navstack.types import FloatArray
+from navstack.types import FloatArray, IntArray
 
 Json = dict[str, Any]
 
@@ -174,13 +174,13 @@ def _between(stamps: FloatArray, rows: FloatArray, columns: Sequence[int]) -> Fl
     return np.column_stack([np.interp(stamps, rows[:, 0], column) for column in table])
 
 
-def _tracks(people: People, stamps: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _tracks(people: People, stamps: FloatArray) -> tuple[IntArray, FloatArray]:
     """How many tracks each moment has, and all of them: id, x, y [m], vx, vy [m/s], radius [m]."""
     times = np.array([stamp for stamp, _, _ in people])
     latest = np.searchsorted(times, stamps, side="right") - 1
     parts = [people[at][2] if at >= 0 else np.empty((0, 5)) for at in latest.tolist()]
     joined = np.concatenate([np.empty((0, 5)), *parts])
-    counts = np.array([len(part) for part in parts], dtype=np.int32)
+    counts = np.array([len(part) for part in parts], dtype=np.int64)
     return counts, np.column_stack((joined, np.zeros(len(joined))))
 
 

@@ -99,11 +99,20 @@ def cost_log(
     from navbench.api.cost_log import comparison_json, cost_log
 
     request = LogRequest(bags, static_tf, remap, base_frame)
-    priced = {"prices": prices, "world": world}
-    options = {**priced, "nav2": nav2, "sensors": sensors, "html": html}
-    found, other = cost_log(request, robot, map_name, **options), None
+    found = cost_log(
+        request,
+        robot,
+        map_name,
+        prices=prices,
+        world=world,
+        nav2=nav2,
+        sensors=sensors,
+        html=html,
+    )
+    other = None
     if against:
-        other = cost_log(replace(request, bags=against), robot, map_name, **priced)
+        beside = replace(request, bags=against)
+        other = cost_log(beside, robot, map_name, prices=prices, world=world)
     if as_json:
         print_json(comparison_json(found, other) if other else found.as_json())
         return
