@@ -33,7 +33,7 @@ _STEP = 1e-2  # of them, for second derivatives
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Track:
+class FixTrack:
     """Fixes, and the way by the wheels from each to the next."""
 
     stamps: FloatArray  # (N,) [s]
@@ -53,7 +53,7 @@ class FilterFit:
     noise: tuple[float, float, float]
 
 
-def track_of(path: WheelPath, fixes: FloatArray) -> Track | None:
+def track_of(path: WheelPath, fixes: FloatArray) -> FixTrack | None:
     """The fixes (N, 3 or more; stamp, x, y) along a path; None: too few or not driven enough."""
     inside = (fixes[:, 0] > path.stamps[0]) & (fixes[:, 0] < path.stamps[-1])
     fixes = fixes[inside]
@@ -70,7 +70,7 @@ def track_of(path: WheelPath, fixes: FloatArray) -> Track | None:
     for begin, end in zip(path.stamps[jumps], path.stamps[jumps + 1], strict=True):
         gaps |= (stamps[:-1] < end) & (stamps[1:] > begin)
     heading = float(np.arctan2(turn[1, 0], turn[0, 0]))
-    return Track(stamps, fixes[:, 1:3], np.diff(places, axis=0), gaps, heading)
+    return FixTrack(stamps, fixes[:, 1:3], np.diff(places, axis=0), gaps, heading)
 
 
 @njit()
@@ -119,14 +119,14 @@ def _run(
     return deficit
 
 
-def states_of(track: Track, logs: FloatArray) -> tuple[float, FloatArray]:
+def states_of(track: FixTrack, logs: FloatArray) -> tuple[float, FloatArray]:
     """Deficit, and the state (N, 3) after each fix: x, y [m], heading of the path's frame [rad]."""
     states = np.empty((len(track.stamps), 3))
     deficit = _run(track.stamps, track.fixes, track.ways, track.gaps, track.heading, logs, states)
     return float(deficit), states
 
 
-def fit_filter(track: Track, white: float) -> FilterFit:
+def fit_filter(track: FixTrack, white: float) -> FilterFit:
     """Fit the noise with a scale of 1, then both.
 
     Args:
