@@ -12,6 +12,9 @@ from navstack.types import FloatArray
 
 FALSE_ALARMS = 0.1  # [1/h] that noise alone may raise
 LEAST_IMPULSE = 15.0  # [N s] below which a touch is not told from a joint of the pavement
+# [-] of an impulse that is found which its strongest physics step exchanges, by which the published
+# rule counts and pays: mean of 91 impacts on 50 simulated drives, standard deviation 0.16
+IN_A_STEP = 0.77
 _WINDOW = 0.03  # [s] at least; the ground takes sideways motion away within 0.1 s
 _MISFIT = 0.3  # [-] of the acceleration limits that the model of the drive may be off
 _MERGED = 0.4  # [s] between impacts of one contact
@@ -77,7 +80,7 @@ def _joined(chosen: "np.ndarray", stamps: FloatArray) -> list[slice]:
 
 
 def _by_imu(log: DriveLog, robot: RobotParams) -> tuple[FloatArray, FloatArray, float]:
-    """Ends (n,) [s] of windows, unexplained changes (n, 2) [m/s] of velocity, the windows' length."""
+    """Ends (n,) [s] of windows, unexplained changes (n, 2) [m/s] of velocity, and their length."""
     stamps, rates = log.imu[:, 0], log.imu[:, 2]
     period = float(np.median(np.diff(stamps)))
     count = max(math.ceil(_WINDOW / period - 1e-6), 1)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import savgol_filter
@@ -10,8 +10,8 @@ from scipy.signal import savgol_filter
 from harness.economics.cost_model import running
 from harness.economics.measured import Measured
 from harness.economics.prices import Prices
-from harness.identify.collisions import find_impacts
-from harness.identify.drive_events import DriveEvent, events_of
+from harness.identify.collisions import IN_A_STEP, find_impacts
+from harness.identify.drive_events import DriveEvent, People, events_of, people_on
 from harness.metrics.contacts import PRICED_PROPERTY
 from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.recorded.log import DriveLog
@@ -34,12 +34,19 @@ class DriveCost:
     events: tuple[DriveEvent, ...]
     duration: float  # [s]
     distance: float  # [m]
-    energy: float  # [kWh] at the wheels
+    energy_joules: FloatArray  # (N,) at the wheels until each row of the odometry
     spilled: float | None  # [-] share of the cargo; None: no cargo in this world
     threshold: float  # [N s] of contacts
     false_alarms: float  # [1/h]
     source: str  # of contacts: imu or odometry
     terms: dict[str, float | None]  # [USD] of this drive by the terms of the cost model
+
+    people: People  # who was tracked
+
+    @property
+    def energy(self) -> float:
+        """[kWh] at the wheels."""
+        return float(self.energy_joules[-1]) / JOULES_PER_KWH
 
     @property
     def total(self) -> float:
@@ -64,12 +71,15 @@ def cost_of_drive(
         prices: by which to pay.
     """
     impacts = find_impacts(log, robot)
-    events = events_of(log, impacts, robot, scene, world, prices)
+    least = world.contacts.counted_impulse / IN_A_STEP
+    people = people_on(log, scene)
+    events = events_of(log, impacts, people, robot, scene, world, prices)
+    events = tuple(_only_counted(event, least) for event in events)
     distance, energy = _driven(log, robot, world.physics.gravity)
     spilled = _spilled(log, robot, world)
-    least = world.contacts.counted_impulse
     counted = [each for each in events if each.kind == "contact" and each.size >= least]
-    terms = _terms(counted, log.duration, distance, energy, spilled, events, prices)
+    in_all = float(energy[-1]) / JOULES_PER_KWH
+    terms = _terms(counted, log.duration, distance, in_all, spilled, events, prices)
     return DriveCost(
         events,
         log.duration,
@@ -80,28 +90,36 @@ def cost_of_drive(
         impacts.false_alarms,
         impacts.source,
         terms,
+        people,
     )
 
 
-def _driven(log: DriveLog, robot: RobotParams, gravity: float) -> tuple[float, float]:
-    """Distance [m], and energy [kWh] that the motors delivered to the wheels."""
+def _only_counted(event: DriveEvent, least: float) -> DriveEvent:
+    """An event whose contact costs nothing below an impulse [N s]."""
+    if event.kind == "contact" and event.size < least:
+        return replace(event, cost=0.0)
+    return event
+
+
+def _driven(log: DriveLog, robot: RobotParams, gravity: float) -> tuple[float, FloatArray]:
+    """Distance [m], and energy (N,) [J] that the motors delivered to the wheels until each row."""
     stamps, x, y = log.odometry[:, :3].T
     distance = float(np.hypot(np.diff(x), np.diff(y)).sum())
     period = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
     if len(stamps) < 10:
-        return distance, 0.0
+        return distance, np.zeros(max(len(stamps), 1))
     constants = drive_constants(robot, gravity, period)
     width = max(round(_SMOOTH / period) | 1, 5)
     speeds, turns = (savgol_filter(log.odometry[:, n], width, 2) for n in (4, 5))
     along, couple = _forces(robot, speeds, turns, period)
-    energy = 0.0
+    energy = np.zeros(len(stamps))
     for number, dt in enumerate(np.diff(stamps).tolist()):
         half = 0.5 * float(along[number])
         twist = float(couple[number]) / robot.track
         motion = float(speeds[number]), float(turns[number])
         power = mechanical_power(half - twist, half + twist, *motion, 2.0 * half, constants)
-        energy += power * min(dt, 10.0 * period)
-    return distance, energy / JOULES_PER_KWH
+        energy[number + 1] = power * min(dt, 10.0 * period)
+    return distance, np.cumsum(energy)
 
 
 def _forces(
@@ -193,7 +211,7 @@ def _terms(
         physical_assistance=float(sum(event.kind == "intervention" for event in events)),
         avg_velocity_mps=distance / max(duration, 1e-9),
         avg_mechanical_power_kw=energy / max(hours, 1e-12),
-        avg_collision_impulse_ns=sum(event.size for event in counted),
+        avg_collision_impulse_ns=sum(IN_A_STEP * event.size for event in counted),
         avg_collision_delta_v_mps=0.0,
         pedestrian_injury_usd_per_run=sum(event.cost or 0.0 for event in people),
         avg_runtime_h=hours,

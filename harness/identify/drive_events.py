@@ -10,7 +10,7 @@ from scipy.signal import savgol_filter
 
 from harness.economics.contact_costs import injury_costs, property_cost
 from harness.economics.prices import Prices
-from harness.identify.collisions import Impact, Impacts
+from harness.identify.collisions import IN_A_STEP, Impact, Impacts
 from harness.identify.stillness import standing
 from harness.metrics.encounters import (
     Body,
@@ -36,6 +36,9 @@ _BESIDE = 0.35  # [m] between the robot's outline and what it touched on the map
 _JUMP = 1.0  # [m] by which a standing robot's believed place may not change
 
 
+People = list[tuple[float, Pose2D, FloatArray]]  # [s], pose, (n, 5) track, x, y, vx, vy
+
+
 @dataclass(frozen=True, slots=True)
 class DriveEvent:
     """One event of a drive."""
@@ -46,7 +49,7 @@ class DriveEvent:
     size: float  # [N s] of a contact, [m] of a near miss, [m/s2] of a brake, 0
     x: float | None = None  # [m] map frame
     y: float | None = None  # [m]
-    cost: float | None = None  # [USD] of a contact
+    cost: float | None = None  # [USD] of a contact; 0 where the rule does not count it
 
     def as_json(self) -> dict[str, Any]:
         """As ``navbench cost-log --json`` prints it."""
@@ -65,6 +68,7 @@ def pose_at(log: DriveLog, stamp: float) -> Pose2D | None:
 def events_of(
     log: DriveLog,
     impacts: Impacts,
+    people: People,
     robot: RobotParams,
     scene: Scene,
     world: WorldParams,
@@ -72,7 +76,7 @@ def events_of(
 ) -> tuple[DriveEvent, ...]:
     """All events of a drive, in the order of time."""
     contacts = [_contact(impact, log, robot, scene, prices) for impact in impacts.found]
-    events = [*contacts, *_near_misses(_people(log, scene), contacts, log, robot, world)]
+    events = [*contacts, *_near_misses(people, contacts, log, robot, world)]
     events += [*_hard_brakes(log), *_interventions(log)]
     return tuple(sorted(events, key=lambda event: event.stamp))
 
@@ -82,13 +86,13 @@ def _contact(
 ) -> DriveEvent:
     """A contact with what it was with: what stands on the map where it was, else a person."""
     at = pose_at(log, impact.stamp)
+    paid = IN_A_STEP * impact.impulse
+    cost = float(injury_costs(paid, prices))
     if at is None:
-        what, cost = "unknown", float(injury_costs(impact.impulse, prices))
-        return DriveEvent("contact", impact.stamp, what, impact.impulse, cost=cost)
+        return DriveEvent("contact", impact.stamp, "unknown", impact.impulse, cost=cost)
     what = _touched(at, robot, scene)
-    cost = float(injury_costs(impact.impulse, prices))
     if what != "person":
-        cost = property_cost(what, impact.impulse, prices)
+        cost = property_cost(what, paid, prices)
     return DriveEvent("contact", impact.stamp, what, impact.impulse, at.x, at.y, cost)
 
 
@@ -124,10 +128,7 @@ def _outline(robot: RobotParams) -> FloatArray:
     return np.vstack(sides)
 
 
-People = list[tuple[float, Pose2D, FloatArray]]  # [s], pose, (n, 5) track, x, y, vx, vy
-
-
-def _people(log: DriveLog, scene: Scene) -> People:
+def people_on(log: DriveLog, scene: Scene) -> People:
     """Who was seen beside the map's own, scan by scan."""
     if not log.scans or not len(log.poses):
         return []

@@ -62,21 +62,24 @@ def robust_std(values: FloatArray) -> float:
     return float(_MAD * np.median(np.abs(values - np.median(values))))
 
 
-def half_widths(jacobian: FloatArray, residuals: FloatArray, stamps: FloatArray) -> FloatArray:
+def half_widths(
+    jacobian: FloatArray, residuals: FloatArray, stamps: FloatArray, block: float = BLOCK
+) -> FloatArray:
     """Half widths (p,) of 95 % intervals of least-squares parameters.
 
-    Residuals depend on their neighbours: the sandwich estimator with blocks of :data:`BLOCK` as
-    clusters (White 1984, Asymptotic Theory for Econometricians, ch. 6) and Student's t with one
-    degree of freedom per block but one. With few blocks that may be too small by chance: never less
-    than the textbook's, for independent residuals.
+    Residuals depend on their neighbours: the sandwich estimator with blocks of time as clusters
+    (White 1984, Asymptotic Theory for Econometricians, ch. 6) and Student's t with one degree of
+    freedom per block but one. With few blocks that may be too small by chance: never less than the
+    textbook's, for independent residuals.
 
     Args:
         jacobian: (N, p) of the residuals.
         residuals: (N,).
         stamps: (N,) [s].
+        block: [s] of neighbouring residuals that may depend on each other.
     """
     inverse = np.linalg.pinv(jacobian.T @ jacobian)
-    _, blocks = np.unique(np.floor(stamps / BLOCK), return_inverse=True)
+    _, blocks = np.unique(np.floor(stamps / block), return_inverse=True)
     count = int(blocks.max()) + 1
     scores = np.zeros((count, jacobian.shape[1]))
     np.add.at(scores, blocks, jacobian * residuals[:, None])
@@ -161,13 +164,15 @@ def variance_components(
     squares = residuals**2 / scale
     shares = causes / size
 
-    def deficit(logs: FloatArray) -> float:
-        variances = shares @ np.exp(logs) + 1e-9
-        return float(np.sum(np.log(variances) + squares / variances))
+    def deficit(logs: FloatArray) -> tuple[float, FloatArray]:
+        parts = shares * np.exp(logs)
+        variances = parts.sum(axis=1) + 1e-9
+        slopes = (1.0 - squares / variances) / variances
+        return float(np.sum(np.log(variances) + squares / variances)), slopes @ parts
 
     count = causes.shape[1]
     best = _minimum(deficit, np.zeros(count))
-    least = deficit(best)
+    least, _ = deficit(best)
     found = []
     for number in range(count):
         ends = [
@@ -183,14 +188,17 @@ def variance_components(
 _LOWEST, _HIGHEST = -9.0, 6.0  # logarithms of a component's share of the variance
 
 
-def _minimum(function: Callable[[FloatArray], float], start: FloatArray) -> FloatArray:
+_Deficit = Callable[[FloatArray], tuple[float, FloatArray]]  # with its gradient
+
+
+def _minimum(function: _Deficit, start: FloatArray) -> FloatArray:
     bounds = [(_LOWEST, _HIGHEST)] * len(start)
-    result: FloatArray = minimize(function, start, method="L-BFGS-B", bounds=bounds).x
+    result: FloatArray = minimize(function, start, method="L-BFGS-B", jac=True, bounds=bounds).x
     return result
 
 
 def _profile_end(
-    deficit: Callable[[FloatArray], float],
+    deficit: _Deficit,
     best: FloatArray,
     number: int,
     limit: float,
@@ -201,12 +209,13 @@ def _profile_end(
     end = _HIGHEST if direction > 0 else -np.inf
 
     def profile(value: float) -> float:
-        def rest(logs: FloatArray) -> float:
-            return deficit(np.insert(logs, number, value))
+        def rest(logs: FloatArray) -> tuple[float, FloatArray]:
+            found, slopes = deficit(np.insert(logs, number, value))
+            return found, slopes[others]
 
         if not len(others):
-            return rest(np.empty(0))
-        return rest(_minimum(rest, best[others]))
+            return rest(np.empty(0))[0]
+        return rest(_minimum(rest, best[others]))[0]
 
     inside, outside = best[number], best[number] + direction * 0.25
     while profile(outside) < limit:

@@ -12,12 +12,14 @@ from harness.identify.prediction import (
     default_drive,
     predict_commands,
     predict_fixes,
+    predict_turns,
 )
 from harness.identify.stillness import delays, imu_noise, imu_walk, lidar_noise, white_noise
-from harness.identify.travel import fit_fixes, fit_scans, path_of
+from harness.identify.travel import fit_fixes, fit_scans
 from harness.identify.turning import fit_turning
+from harness.identify.wheel_path import path_of
 from harness.recorded.log import DriveLog
-from harness.recorded.ros_messages import FIX, IMU, ODOMETRY
+from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, TWIST
 from harness.world.physics.robot import RobotParams
 from navstack.types import FloatArray
 
@@ -53,7 +55,9 @@ def identify(log: DriveLog, default: RobotParams) -> Identified:
     by_scans = fit_scans(log, path)
     noise = next((each for each in by_scans.estimates if each.key == "odometry_linear_noise"), None)
     by_fixes = fit_fixes(log, path, (noise and noise.value) or _NOISE)
-    found.append(combined((by_scans.scale, by_fixes.scale)))
+    # both share the noise of the wheels
+    scales = by_scans.scale, by_fixes.scale
+    found.append(widened(combined(scales), scales))
     found += [*turning.estimates[:1], *by_scans.estimates[:1], *turning.estimates[1:4]]
     found += _twist_noise(log, linear, angular)
     found += [*imu_noise(log), imu_walk(log), turning.estimates[4]]
@@ -108,17 +112,22 @@ def _twist_noise(
     return found
 
 
+_LATE = (  # kind, key of its latency, what to record where there are no stamps
+    # a controller stamps a command with the pose that it is computed from (as Nav2's pure pursuit)
+    (TWIST, "computing_latency_s", "record commands as geometry_msgs/TwistStamped"),
+    (ODOMETRY, "odometry_latency_s", "record the topic as well"),
+    (IMU, "imu_latency_s", "record the topic as well"),
+    (FIX, "gps_latency_s", "record the topic as well"),
+)
+
+
 def _latencies(log: DriveLog) -> list[Estimate]:
-    """[s] from stamps to arrivals of odometry, inertial unit and fixes."""
+    """[s] from stamps to arrivals of commands, odometry, inertial unit and fixes."""
     found = []
-    for kind, key in (
-        (ODOMETRY, "odometry_latency_s"),
-        (IMU, "imu_latency_s"),
-        (FIX, "gps_latency_s"),
-    ):
+    for kind, key, advice in _LATE:
         late = log.delays.get(kind, np.empty(0))
         if len(late) < 2:
-            found.append(unknown(key, "record the topic as well"))
+            found.append(unknown(key, advice))
             continue
         low, value, high = np.percentile(late, (2.5, 50.0, 97.5)).tolist()
         how = "arrivals less stamps"
@@ -151,11 +160,12 @@ def _predictions(log: DriveLog, default: RobotParams) -> tuple[list[PredictionEr
     linear, angular = _drive(half)
     if linear is not None and angular is not None:
         errors = predict_commands(log, Predictor(linear, angular), default_drive(default), middle)
-        return errors, "odometry from commands"
+        return errors, "from commands"
     turning = fit_turning(half)
     scale = fit_fixes(half, path_of(half, turning), _NOISE).scale.value or 1.0
-    errors = predict_fixes(log, path_of(log, turning), scale, middle)
-    return errors, "fixes from odometry and gyro, for there are no commands"
+    errors = predict_turns(log, turning, middle)
+    errors += predict_fixes(log, path_of(log, turning), scale, middle)
+    return errors, "from wheels and gyro, for there are no commands"
 
 
 def amcl_alphas(found: Identified) -> dict[str, float] | None:

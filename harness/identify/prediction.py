@@ -1,13 +1,15 @@
 """How well identified values predict the half of the log that they were not fitted to."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from harness.identify.drive_model import DriveFit, used
-from harness.identify.travel import WheelPath, path_of
+from harness.identify.estimate import BLOCK, half_widths
 from harness.identify.turning import Turning
+from harness.identify.wheel_path import WheelPath, motions_between, path_of, turn_onto
 from harness.recorded.log import DriveLog
 from harness.world.physics.robot import RobotParams
 from navstack.types import FloatArray
@@ -22,15 +24,27 @@ _FINEST = 0.02  # [s] steps of a predicted path, or the odometry's period where 
 class PredictionError:
     """Root mean square errors of predicted positions."""
 
+    against: str  # what measured: odometry, gyro or fixes
     horizon_s: float
     n: int  # predictions
     identified_m: float
     default_m: float  # of the default robot
     constant_twist_m: float  # of one that keeps its speed and yaw rate
+    # 95 % interval of the default robot's error less that of the identified one
+    gain_low_m: float
+    gain_high_m: float
+
+    @property
+    def gain_m(self) -> float:
+        """[m] by which the default robot's error is larger."""
+        return self.default_m - self.identified_m
 
     def as_json(self) -> dict[str, Any]:
         """As ``navbench identify --json`` has it."""
-        return asdict(self)
+        row = asdict(self)
+        low, high = row.pop("gain_low_m"), row.pop("gain_high_m")
+        gain = {"value": self.gain_m, "low": low, "high": high, "n": self.n}
+        return row | {"better_than_default_m": gain}
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +97,7 @@ def predict_commands(
             kept = np.repeat(measured[at : at + 1], count, axis=0)
             for list_, twists in zip(errors, (*[m[window] for m in models], kept), strict=True):
                 list_.append(float(np.hypot(*(_end(twists, step) - truth))))
-        found.append(_summary(horizon, errors))
+        found.append(_summary("odometry", horizon, grid[starts], errors))
     return found
 
 
@@ -103,10 +117,48 @@ def _end(twists: FloatArray, step: float) -> FloatArray:
     return np.array((x, y)) * step
 
 
+def predict_turns(log: DriveLog, turning: Turning, since: float) -> list[PredictionError]:
+    """Errors of the way by the wheels alone, against the one along the gyro's heading.
+
+    For logs without commands. Both robots have the wheels' lengths: turns are compared.
+
+    Args:
+        log: the whole drive.
+        turning: identified before ``since``.
+        since: [s] from when on predictions are tried.
+    """
+    if len(log.imu) < _LEAST:
+        return []
+    measured, ours = path_of(log, turning), path_of(log, turning, with_gyro=False)
+    plain = path_of(log, Turning(1.0, 0.0, 0.0, ()), with_gyro=False)
+    stamps = log.odometry[:, 0]
+    found = []
+    for horizon in (float(np.median(np.diff(stamps))), LONG):
+        starts = np.arange(since, min(stamps[-1], log.imu[-1, 0]) - horizon - 1.0, _EVERY)
+        if len(starts) < _LEAST:
+            continue
+        truth, *models = (
+            motions_between(path.at(starts), path.at(starts + horizon))[:, :2]
+            for path in (measured, ours, plain)
+        )
+        twists = np.column_stack([np.interp(starts, stamps, log.odometry[:, n]) for n in (4, 5)])
+        models.append(_arcs(twists, horizon))
+        errors = [np.hypot(*(model - truth).T) for model in models]
+        found.append(_summary("gyro", horizon, starts, errors))
+    return found
+
+
+def _arcs(twists: FloatArray, seconds: float) -> FloatArray:
+    """Where constant speeds and yaw rates (n, 2) lead to: x, y (n, 2) [m]."""
+    half = 0.5 * twists[:, 1] * seconds
+    chord = twists[:, 0] * seconds * np.sinc(half / np.pi)
+    return np.column_stack((chord * np.cos(half), chord * np.sin(half)))
+
+
 def predict_fixes(
     log: DriveLog, path: WheelPath, scale: float, since: float
 ) -> list[PredictionError]:
-    """Errors of the wheels' displacements against those of the fixes, over one step and 10 s.
+    """Errors of the displacements by wheels and gyro against those of the fixes.
 
     For logs without commands. A displacement is turned as the fixes before it say.
 
@@ -128,19 +180,22 @@ def predict_fixes(
         starts = starts[:: max(round(0.2 * horizon / period), 1)]
         ends = ends[starts]
         kept = np.abs(fixes[ends, 0] - fixes[starts, 0] - horizon) < 0.5 * period + 0.05
-        starts, ends = starts[kept], ends[kept]
-        errors: list[list[float]] = [[], [], []]
-        for start, end in zip(starts, ends, strict=True):
+        rows, stamps = [], []
+        for start, end in zip(starts[kept], ends[kept], strict=True):
             row = _displacements(fixes, int(start), int(end), path, scale, plain, log)
             if row is not None:
-                for list_, value in zip(errors, row, strict=True):
-                    list_.append(value)
-        if len(errors[0]) >= _LEAST:
-            found.append(_summary(horizon, errors))
+                rows.append(row)
+                stamps.append(float(fixes[start, 0]))
+        if len(rows) >= _LEAST:
+            found.append(
+                _summary("fixes", horizon, np.array(stamps), list(zip(*rows, strict=True)))
+            )
     return found
 
 
-_BEFORE = 10.0  # [s] of fixes that give the heading
+# [s] of fixes that give the heading: of 10, 20, 40, 80 and all the best on the first half of a
+# Husky's log, with its gyro and by the wheels alone; fixes wander by metres in less
+_BEFORE = 40.0
 _LEAST_DRIVEN = 2.0  # [m] in that time
 
 
@@ -153,28 +208,29 @@ def _displacements(
     plain: WheelPath,
     log: DriveLog,
 ) -> tuple[float, float, float] | None:
-    """Errors [m] of three predictions of a fix; None: the heading is not known."""
+    """Errors [m] of three predictions of a fix; None: the heading is not known.
+
+    All begin at the last fix, for the wander of fixes changes slowly. Constant twist begins with
+    the heading of the identified robot.
+    """
     t0, t1 = fixes[start, 0], fixes[end, 0]
-    past = fixes[(fixes[:, 0] > t0 - _BEFORE) & (fixes[:, 0] <= t0)]
+    past = log.fixes[(log.fixes[:, 0] > t0 - _BEFORE) & (log.fixes[:, 0] <= t0)]
     if len(past) < 4:
         return None
-    results = []
-    twist = _twist_at(log, t0)
+    moved = fixes[end, 1:3] - fixes[start, 1:3]
+    turns, results = [], []
     for way, share in ((path, 1.0 / scale), (plain, 1.0)):
         places = share * way.at(past[:, 0])[:, :2]
         if np.ptp(places, axis=0).max() < _LEAST_DRIVEN:
             return None
-        turn, shift = _alignment(places, past[:, 1:3])
-        there = share * way.at(np.array((t1,)))[0, :2]
-        results.append(float(np.hypot(*(turn @ there + shift - fixes[end, 1:3]))))
-    turn, shift = _alignment(plain.at(past[:, 0])[:, :2], past[:, 1:3])
-    x, y, yaw = plain.at(np.array((t0,)))[0]
-    speed, rate = twist
-    count = max(round((t1 - t0) / _FINEST), 1)
-    dx, dy = _end(np.tile((speed, rate), (count, 1)), (t1 - t0) / count)
+        turns.append(turn_onto(places, past[:, 1:3]))
+        begin, there = share * way.at(np.array((t0, t1)))[:, :2]
+        results.append(float(np.hypot(*(turns[-1] @ (there - begin) - moved))))
+    dx, dy = _arcs(np.array((_twist_at(log, t0),)), t1 - t0)[0]
+    yaw = float(path.at(np.array((t0,)))[0, 2])
     cos, sin = np.cos(yaw), np.sin(yaw)
-    there = np.array((x + cos * dx - sin * dy, y + sin * dx + cos * dy))
-    results.append(float(np.hypot(*(turn @ there + shift - fixes[end, 1:3]))))
+    ahead = np.array((cos * dx - sin * dy, sin * dx + cos * dy))
+    results.append(float(np.hypot(*(turns[0] @ ahead - moved))))
     return results[0], results[1], results[2]
 
 
@@ -186,16 +242,18 @@ def _twist_at(log: DriveLog, stamp: float) -> tuple[float, float]:
     )
 
 
-def _alignment(ours: FloatArray, theirs: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rotation (2, 2) and shift (2,) of points (n, 2) onto others (Umeyama 1991, no scale)."""
-    a, b = ours - ours.mean(axis=0), theirs - theirs.mean(axis=0)
-    angle = np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b))
-    cos, sin = np.cos(angle), np.sin(angle)
-    turn = np.array(((cos, -sin), (sin, cos)))
-    shift: FloatArray = theirs.mean(axis=0) - turn @ ours.mean(axis=0)
-    return turn, shift
-
-
-def _summary(horizon: float, errors: list[list[float]]) -> PredictionError:
-    values = [float(np.sqrt(np.mean(np.square(each)))) for each in errors]
-    return PredictionError(horizon, len(errors[0]), *values)
+def _summary(
+    against: str, horizon: float, stamps: FloatArray, errors: Sequence[Sequence[float] | FloatArray]
+) -> PredictionError:
+    """Errors of the identified robot, the default robot and constant twist from times (n,) [s]."""
+    squares = [np.square(each) for each in errors]
+    ours, default, constant = (float(np.sqrt(each.mean())) for each in squares)
+    differences = squares[1] - squares[0]
+    both = max(ours + default, 1e-12)
+    gain = float(differences.mean()) / both
+    block = max(2.0 * horizon, BLOCK)
+    ones = np.ones((len(stamps), 1))
+    half = half_widths(ones, differences - differences.mean(), stamps, block)
+    half_gain = float(half[0]) / both
+    ends = gain - half_gain, gain + half_gain
+    return PredictionError(against, horizon, len(stamps), ours, default, constant, *ends)

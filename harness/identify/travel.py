@@ -18,8 +18,9 @@ from harness.identify.estimate import (
     unknown,
     variance_components,
 )
+from harness.identify.fix_filter import fit_filter, track_of
 from harness.identify.scan_match import Surfaces, match
-from harness.identify.turning import Turning
+from harness.identify.wheel_path import WheelPath, motions_between
 from harness.recorded.log import DriveLog
 from navstack.types import FloatArray
 
@@ -27,7 +28,9 @@ _PAIR = 0.7  # [s] between the scans of a pair
 _MOST_PAIRS = 600
 _LEAST_PAIRS = 20
 _UNSURE = 0.1  # [m], [rad] half interval from which a mounting is not identifiable
-_UNSURE_SCALE = 0.05  # [-] the same of a scale
+# [-] the same of a scale: twice what wheels are off before calibration (Borenstein & Feng 1996,
+# UMBmark), which is known without a log
+_UNSURE_SCALE = 0.02
 _WINDOW = 20.0  # [s] in which a path is laid on its fixes
 _LEAST_FIXES, _LEAST_SPREAD = 12, 1.0  # in a window; [m] root mean square about their middle
 # of 1/scale, x, y, yaw and delay of the lidar: points on curved walls and stamps bias the matching
@@ -40,58 +43,11 @@ STREET = "drive 100 m in the open, with /fix"
 
 
 @dataclass(frozen=True, slots=True)
-class WheelPath:
-    """The way that wheels and gyro measured."""
-
-    stamps: FloatArray  # (N,) [s]
-    poses: FloatArray  # (N, 3) x, y [m] as the odometry has lengths, true yaw [rad]
-    driven: FloatArray  # (N,) [m] length until then
-
-    def at(self, stamps: FloatArray) -> FloatArray:
-        """Poses (M, 3) at other times."""
-        columns = [np.interp(stamps, self.stamps, column) for column in self.poses.T]
-        return np.column_stack(columns)
-
-    def length(self, begin: FloatArray, end: FloatArray) -> FloatArray:
-        """[m] driven between times (M,)."""
-        found: FloatArray = np.interp(end, self.stamps, self.driven)
-        found = found - np.interp(begin, self.stamps, self.driven)
-        return found
-
-
-@dataclass(frozen=True, slots=True)
 class Travel:
     """What scans or fixes tell about the wheels."""
 
     scale: Estimate  # [-] odometry's length over the true one
     estimates: tuple[Estimate, ...]
-
-
-def path_of(log: DriveLog, turning: Turning, with_gyro: bool = True) -> WheelPath:
-    """The odometry's steps along the gyro's heading, or along its own without the turns' scale."""
-    stamps, x, y, yaw = log.odometry[:, :4].T
-    yaw = np.unwrap(yaw)
-    steps = np.column_stack((np.diff(x), np.diff(y)))
-    middle = 0.5 * (yaw[1:] + yaw[:-1])
-    ahead = np.cos(middle) * steps[:, 0] + np.sin(middle) * steps[:, 1]
-    heading = yaw / turning.scale
-    if with_gyro and len(log.imu) > 100:
-        rates = log.imu[:, 2] - turning.bias
-        times = log.imu[:, 0] - turning.delay
-        areas = np.diff(times) * 0.5 * (rates[1:] + rates[:-1])
-        heading = np.interp(stamps, times, np.concatenate(((0.0,), np.cumsum(areas))))
-    middle = 0.5 * (heading[1:] + heading[:-1])
-    steps = ahead[:, None] * np.column_stack((np.cos(middle), np.sin(middle)))
-    places = np.vstack((np.zeros(2), np.cumsum(steps, axis=0)))
-    driven = np.concatenate(((0.0,), np.cumsum(np.abs(ahead))))
-    return WheelPath(stamps, np.column_stack((places, heading)), driven)
-
-
-def _relative(before: FloatArray, after: FloatArray) -> FloatArray:
-    """Poses (n, 3) as seen from others."""
-    dx, dy, turn = (after - before).T
-    cos, sin = np.cos(before[:, 2]), np.sin(before[:, 2])
-    return np.column_stack((cos * dx + sin * dy, cos * dy - sin * dx, turn))
 
 
 def fit_scans(log: DriveLog, path: WheelPath) -> Travel:
@@ -109,7 +65,7 @@ def fit_scans(log: DriveLog, path: WheelPath) -> Travel:
     deviations = np.full(len(pairs), _FIRST_DEVIATION)
 
     def errors_of(values: FloatArray) -> FloatArray:
-        moved = _relative(path.at(begin - values[4]), path.at(end - values[4]))
+        moved = motions_between(path.at(begin - values[4]), path.at(end - values[4]))
         return _lidar_motion(moved, values) - motions
 
     def residuals(values: FloatArray) -> FloatArray:
@@ -205,7 +161,7 @@ def _matched(log: DriveLog, path: WheelPath) -> tuple[FloatArray, FloatArray]:
         is_whole = not np.any((begins < scan.stamp) & (ends > last))
         if before is not None and is_whole and scan.stamp - last < 2.0 * _PAIR:
             ends_at = np.array(((last,), (scan.stamp,)))
-            moved = _relative(path.at(ends_at[0]), path.at(ends_at[1]))
+            moved = motions_between(path.at(ends_at[0]), path.at(ends_at[1]))
             motion = match(before, after, _lidar_motion(moved, mount)[0])
             if motion is not None:
                 pairs.append((last, scan.stamp))
@@ -234,17 +190,28 @@ def fit_fixes(log: DriveLog, path: WheelPath, linear_noise: float) -> Travel:
     solution = least_squares(residuals, start, loss="soft_l1", f_scale=spread, **steps)
     stamps = np.repeat(np.concatenate([window[:, 0] for window in windows]), 2)
     half = half_widths(solution.jac, solution.fun, stamps)
-    scale, delay = 1.0 / float(solution.x[0]), float(solution.x[1])
+    delay = float(solution.x[1])
     seconds = float(sum(window[-1, 0] - window[0, 0] for window in windows))
     noise = _white(keys[0], windows, path, solution.x, linear_noise, seconds)
     method = "path laid on the fixes in windows of 20 s, least squares"
     late = unknown(keys[1], STREET, seconds)
     if half[1] < 0.2:
         late = Estimate(keys[1], delay, delay - half[1], delay + half[1], seconds, method)
-    if half[0] > _UNSURE_SCALE:
-        return Travel(unknown(scale_key, STREET, seconds), (noise, late))
-    ends = scale - half[0] * scale**2, scale + half[0] * scale**2
-    return Travel(Estimate(scale_key, scale, *ends, seconds, method), (noise, late))
+    return Travel(_scale_of(scale_key, log, path, spread, seconds), (noise, late))
+
+
+def _scale_of(key: str, log: DriveLog, path: WheelPath, white: float, seconds: float) -> Estimate:
+    """Scale of lengths by all fixes; ``white`` [m] is about their noise."""
+    track = track_of(path, log.fixes)
+    if track is None:
+        return unknown(key, STREET, seconds)
+    fit = fit_filter(track, white)
+    scale = 1.0 / fit.share
+    half = fit.half * scale**2
+    if half > _UNSURE_SCALE:
+        return unknown(key, STREET, seconds)
+    method = "Kalman filter of wheels and fixes, maximum likelihood"
+    return Estimate(key, scale, scale - half, scale + half, seconds, method)
 
 
 def _windows(log: DriveLog, path: WheelPath) -> list[FloatArray]:

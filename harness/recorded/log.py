@@ -34,6 +34,7 @@ LOG_TYPES = TYPES | frozenset((*COMMAND_TYPES, SWITCH, JOYSTICK))
 _TAKEOVER = re.compile(r"e_?stop|emergency|manual|teleop|intervention|takeover", re.IGNORECASE)
 _APART = 5.0  # [s] between two takeovers
 OTHER_CLOCK = 5.0  # [s] between stamps and arrivals from which both are of different clocks
+_FEWEST = 10  # messages of odometry
 _FIRST = 50  # messages of a topic from which its clock is told
 _FASTEST = 30.0  # [m/s] beyond which a step of the odometry is a jump
 _JUMPS = 0.1  # [-] share of such steps in which two publishers take turns
@@ -217,8 +218,11 @@ def _assemble(
 ) -> DriveLog:
     columns = {TWIST: 3, ODOMETRY: 6, IMU: 5, FIX: 4, POSE_COVARIANCE: 4, SWITCH: 1}
     arrays = {kind: _sorted(rows.by_kind.get(kind, []), n) for kind, n in columns.items()}
-    if not len(arrays[ODOMETRY]):
-        raise BagError(f"no message of {chosen[ODOMETRY]} holds anything usable")
+    if len(arrays[ODOMETRY]) < _FEWEST:
+        raise BagError(
+            f"{chosen[ODOMETRY]} has {len(arrays[ODOMETRY])} usable messages of odometry; a drive "
+            f"has {_FEWEST} or more"
+        )
     _require_one_publisher(arrays[ODOMETRY], chosen[ODOMETRY])
     _fill_twist(arrays[ODOMETRY])
     start = float(arrays[ODOMETRY][0, 0])

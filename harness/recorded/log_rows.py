@@ -7,7 +7,7 @@ import numpy as np
 
 from harness.recorded.bag import Message
 from harness.recorded.clock import STILL_AFTER, Clock
-from harness.recorded.messages import pose_of
+from harness.recorded.messages import pose_of, stamp_of
 from harness.recorded.receiver import Receiver
 from harness.recorded.ros_messages import POSE_COVARIANCE, TWIST, decode
 from navstack.types import GpsFix, Imu, LaserScan, Odometry, Pose2D
@@ -87,6 +87,9 @@ def _take_command(rows: LogRows, decoded: Any, arrival: float) -> None:
     speed, turn = float(twist.linear.x), float(twist.angular.z)
     if abs(speed) <= _LARGEST and abs(turn) <= _LARGEST:
         rows.add(TWIST, arrival, speed, turn)
+        is_stamped = hasattr(decoded, "header")
+        if is_stamped and (stamp := stamp_of(decoded)):
+            rows.delays.setdefault(TWIST, []).append(arrival - stamp)
 
 
 def _is_takeover(kind: str, decoded: Any) -> bool:

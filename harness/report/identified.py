@@ -85,7 +85,8 @@ def _missing(missing: Sequence[Estimate], is_full: bool) -> list[str]:
 
 def _prediction(error: PredictionError, what: str) -> str:
     return (
-        f"{error.horizon_s:.3g} s ahead on the unused half ({what}): off by "
-        f"{error.identified_m:.3g} m; default robot {error.default_m:.3g} m, constant twist "
+        f"{error.horizon_s:.3g} s ahead on the unused half ({what}), against {error.against}: off "
+        f"by {error.identified_m:.3g} m; default robot {error.default_m:.3g} m (better by "
+        f"{error.gain_m:.2g} [{error.gain_low_m:.2g}, {error.gain_high_m:.2g}]), constant twist "
         f"{error.constant_twist_m:.3g} m (RMS, n {error.n})"
     )

@@ -83,11 +83,11 @@ class Reason:
 NOT_EXECUTED = {
     r"navbench (identify|cost-log) .*": Reason(
         "the log of a robot is not part of the program",
-        "tests/recorded/identify/test_cost_log.py::test_the_command_prices_the_drive",
+        "tests/recorded/identify/test_page.py::test_from_a_log_to_a_tuned_file",
     ),
     r"navbench (run|tune) --stack my_robot_nav2.yaml --robot my_robot.yaml .*": Reason(
         "the robot file comes from that log",
-        "tests/recorded/identify/test_identify.py::test_the_files_are_those_of_a_robot",
+        "tests/recorded/identify/test_page.py::test_from_a_log_to_a_tuned_file",
     ),
     r"navbench day .*": Reason(
         "deliveries of a second lead nowhere, and are refused",

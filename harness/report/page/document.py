@@ -82,11 +82,11 @@ def report_page(
             f"{left} more recorded deliveries are not in this page: navbench replay RUN EPISODE "
             "shows them."
         )
-    return _page(
+    return page_text(
         "report",
         " · ".join(dict.fromkeys(entry.label for entry in entries)),
         date,
-        entries,
+        labels_of(entries),
         replays,
         **figures(entries),
         deliveries=delivery_list(entries),
@@ -121,7 +121,7 @@ def write_study_page(markdown: Path, runs: Sequence[StoredRun], date: str) -> Pa
     more = {"sections": parts, "lede": lede, "scenery": scenery, "made": version("navbench")}
     page = markdown.with_suffix(".html")
     with writing(page):
-        write_text(page, _page("study", title, date, entries, replays, **more))
+        write_text(page, page_text("study", title, date, labels_of(entries), replays, **more))
     return page
 
 
@@ -131,23 +131,28 @@ def replay_page(recorded: Recorded, date: str) -> str:
     scenery, notes = sceneries([entry])
     label = f"{entry.label}, episode {recorded.row['episode']}"
     known = basis([entry], notes)
-    return _page(
-        "replay", label, date, [entry], [replay(recorded, FINE)], scenery=scenery, basis=known
-    )
+    replays = [replay(recorded, FINE)]
+    return page_text("replay", label, date, [entry.label], replays, scenery=scenery, basis=known)
 
 
-def _page(
+def labels_of(entries: Sequence[PageEntry]) -> list[str]:
+    """How the page names its stacks."""
+    return [entry.label for entry in entries]
+
+
+def page_text(
     kind: str,
     title: str,
     date: str,
-    entries: Sequence[PageEntry],
+    labels: Sequence[str],
     replays: Sequence[Json],
     **more: Any,
 ) -> str:
     """The HTML text; ``more``: what a page of this kind shows."""
-    labels = [{"label": entry.label} for entry in entries]
+    entries = [{"label": label} for label in labels]
     shown = [{**each, "data": None} for each in replays]
-    data = {"kind": kind, "title": title, "date": date, "entries": labels, **more, "replays": shown}
+    data = {"kind": kind, "title": title, "date": date, "entries": entries, **more}
+    data["replays"] = shown
     style, script = (
         _asset("page.css"),
         "(() => {\n'use strict';\n" + "\n".join(map(_asset, SCRIPTS)) + "\n})();",

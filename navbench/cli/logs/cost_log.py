@@ -1,5 +1,6 @@
 """The command ``navbench cost-log``."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -32,6 +33,30 @@ from navbench.cli.streams import print_json
     shell_complete=completed("worlds"),
     help="Cargo, and contacts that count: a name of params/worlds or a YAML file.",
 )
+@click.option(
+    "--nav2",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Drive the log's mission again in the world by this Nav2 parameter file.",
+)
+@click.option(
+    "--sensors",
+    shell_complete=completed("sensors"),
+    help="Of these drives; default: the file that navbench identify wrote beside the robot's.",
+)
+@click.option(
+    "--against",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="BAG",
+    help="Another drive of this robot here, to be compared with; its parts in turn.",
+)
+@click.option(
+    "--html",
+    type=click.Path(path_type=Path),
+    metavar="FILE.html",
+    help="A page with costs, events and a replay on the map.",
+)
 @PRICES
 @FULL
 @JSON
@@ -43,6 +68,10 @@ def cost_log(
     robot: str,
     map_name: str,
     world: str,
+    nav2: Path | None,
+    sensors: str | None,
+    against: tuple[Path, ...],
+    html: Path | None,
     prices: str,
     is_full: bool,
     as_json: bool,
@@ -51,25 +80,46 @@ def cost_log(
 
     Contacts are changes of velocity that the drive cannot have made; near misses come from the
     scans and the map, where the log has the localizer's poses (/amcl_pose). Whether the delivery
-    came in time no log says. docs/your_robot.md describes it.
+    came in time no log says. With --nav2 the mission is driven again in the world: how well the
+    simulator is the robot. docs/your_robot.md describes it.
 
     \b
     Examples:
       navbench cost-log drive.mcap --robot my_robot.yaml --map my_map.yaml
       navbench cost-log drive.mcap --robot my_robot.yaml --map my_map.yaml --prices today_us
+      navbench cost-log drive.mcap --robot my_robot.yaml --map depot.yaml --nav2 my_nav2.yaml
+      navbench cost-log after.mcap --against before.mcap --robot my_robot.yaml --map depot.yaml
       navbench cost-log rosbag2_drive --robot jackal --map office.yaml --json
 
     Exit status: 0 done; 1 bad input.
     """
     from harness.recorded.log import LogRequest
-    from harness.report.priced_log import priced_log_blocks
+    from harness.report.priced_log import difference_blocks, priced_log_blocks
     from harness.report.tables import print_blocks, report_console
-    from navbench.api.cost_log import cost_log
+    from navbench.api.cost_log import comparison_json, cost_log
 
     request = LogRequest(bags, static_tf, remap, base_frame)
-    found = cost_log(request, robot, map_name, prices=prices, world=world)
+    found = cost_log(
+        request,
+        robot,
+        map_name,
+        prices=prices,
+        world=world,
+        nav2=nav2,
+        sensors=sensors,
+        html=html,
+    )
+    other = None
+    if against:
+        beside = replace(request, bags=against)
+        other = cost_log(beside, robot, map_name, prices=prices, world=world)
     if as_json:
-        print_json(found.as_json())
+        print_json(comparison_json(found, other) if other else found.as_json())
         return
-    blocks = priced_log_blocks(found.log, found.cost, prices, is_full)
+    if other:
+        print_blocks(
+            difference_blocks(found.log, found.cost, other.log, other.cost), report_console()
+        )
+        return
+    blocks = priced_log_blocks(found.log, found.cost, found.twin, prices, is_full)
     print_blocks(blocks, report_console())

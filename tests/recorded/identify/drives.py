@@ -38,6 +38,7 @@ PHYSICS_RATE = 120.0  # [Hz]
 TICK = 1.0 / 60.0  # [s]: two steps of the physics
 TICKS_PER_COMMAND = 3
 TICKS_PER_POSE = 6
+COMPUTED = 0.012  # [s] from a pose to the command that it leads to
 HALF = 14.0  # [m] half the width of the yard
 TWIST = "geometry_msgs/msg/TwistStamped"
 Entries = list[Entry]
@@ -243,9 +244,9 @@ def _record(
 
 
 def command_entry(stamp: float, command: Twist2D) -> Entry:
-    """A geometry_msgs/TwistStamped."""
+    """A geometry_msgs/TwistStamped that arrives now, with the stamp of what it is computed from."""
     twist = {"linear": {"x": command.linear_x}, "angular": {"z": command.angular_z}}
-    return Entry("/cmd_vel", TWIST, stamp, {"twist": twist}, "base_link")
+    return Entry("/cmd_vel", TWIST, stamp - COMPUTED, {"twist": twist}, "base_link", arrival=stamp)
 
 
 def belief(stamp: float, at: Pose2D) -> Entry:

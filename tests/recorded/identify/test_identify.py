@@ -75,6 +75,11 @@ def test_intervals_hold_the_truth(robot: IdentifiedRobot, recorded: drives.Recor
     assert sum(held) >= 0.8 * len(held)
 
 
+def test_computing_takes_as_long_as_the_stamps_of_commands_say(robot: IdentifiedRobot) -> None:
+    latency = robot.found.value("computing_latency_s")
+    assert latency == pytest.approx(drives.COMPUTED, abs=1e-3)
+
+
 def test_what_needs_hours_is_not_identifiable(robot: IdentifiedRobot) -> None:
     walk = robot.found.estimates["imu_yaw_rate_bias_walk_radps_per_sqrt_s"]
     assert walk.value is None
@@ -105,9 +110,12 @@ def test_the_files_are_those_of_a_robot(robot: IdentifiedRobot, recorded: drives
 
 
 def test_the_command_prints_one_document(
-    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    recorded: drives.Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "my_robot.yaml"
+    end = drives.START + 40.0
+    short = [entry for entry in recorded.entries if entry.stamp < end and "scan" not in entry.topic]
+    bag = drives.write_mcap(tmp_path / "drive.mcap", short)
     with pytest.raises(SystemExit) as leaving:
         main(["identify", str(bag), "--out", str(out), "--json"])
     assert leaving.value.code == 0

@@ -1,0 +1,64 @@
+"""The way that wheels and gyro measured."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.identify.turning import Turning
+from harness.recorded.log import DriveLog
+from navstack.types import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class WheelPath:
+    """The way that wheels and gyro measured."""
+
+    stamps: FloatArray  # (N,) [s]
+    poses: FloatArray  # (N, 3) x, y [m] as the odometry has lengths, true yaw [rad]
+    driven: FloatArray  # (N,) [m] length until then
+
+    def at(self, stamps: FloatArray) -> FloatArray:
+        """Poses (M, 3) at other times."""
+        columns = [np.interp(stamps, self.stamps, column) for column in self.poses.T]
+        return np.column_stack(columns)
+
+    def length(self, begin: FloatArray, end: FloatArray) -> FloatArray:
+        """[m] driven between times (M,)."""
+        found: FloatArray = np.interp(end, self.stamps, self.driven)
+        found = found - np.interp(begin, self.stamps, self.driven)
+        return found
+
+
+def path_of(log: DriveLog, turning: Turning, with_gyro: bool = True) -> WheelPath:
+    """The odometry's steps along the gyro's heading, or along its own without the turns' scale."""
+    stamps, x, y, yaw = log.odometry[:, :4].T
+    yaw = np.unwrap(yaw)
+    steps = np.column_stack((np.diff(x), np.diff(y)))
+    middle = 0.5 * (yaw[1:] + yaw[:-1])
+    ahead = np.cos(middle) * steps[:, 0] + np.sin(middle) * steps[:, 1]
+    heading = yaw / turning.scale
+    if with_gyro and len(log.imu) > 100:
+        rates = log.imu[:, 2] - turning.bias
+        times = log.imu[:, 0] - turning.delay
+        areas = np.diff(times) * 0.5 * (rates[1:] + rates[:-1])
+        heading = np.interp(stamps, times, np.concatenate(((0.0,), np.cumsum(areas))))
+    middle = 0.5 * (heading[1:] + heading[:-1])
+    steps = ahead[:, None] * np.column_stack((np.cos(middle), np.sin(middle)))
+    places = np.vstack((np.zeros(2), np.cumsum(steps, axis=0)))
+    driven = np.concatenate(((0.0,), np.cumsum(np.abs(ahead))))
+    return WheelPath(stamps, np.column_stack((places, heading)), driven)
+
+
+def turn_onto(ours: FloatArray, theirs: FloatArray) -> FloatArray:
+    """Rotation (2, 2) of points (n, 2) onto others (Umeyama 1991, no scale)."""
+    a, b = ours - ours.mean(axis=0), theirs - theirs.mean(axis=0)
+    angle = np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b))
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array(((cos, -sin), (sin, cos)))
+
+
+def motions_between(before: FloatArray, after: FloatArray) -> FloatArray:
+    """Poses (n, 3) as seen from others."""
+    dx, dy, turn = (after - before).T
+    cos, sin = np.cos(before[:, 2]), np.sin(before[:, 2])
+    return np.column_stack((cos * dx + sin * dy, cos * dy - sin * dx, turn))
