@@ -8,8 +8,8 @@ import numpy as np
 import shapely
 from scipy import ndimage
 
-from harness.street.furniture import Furniture, StreetFurnisher
-from harness.street.ground import Ground, lay_ground
+from harness.street.furniture import StreetFurnisher, StreetFurniture
+from harness.street.ground import DistrictGround, lay_ground
 from harness.street.osm_file import Extract
 from harness.street.raster import cells_of
 from harness.street.rules import RULES
@@ -30,8 +30,8 @@ class District:
     """What an extract and the rules say of a box; [m], origin in its lower left corner."""
 
     extract: Extract
-    ground: Ground
-    furniture: Furniture
+    ground: DistrictGround
+    furniture: StreetFurniture
 
     @cached_property
     def obstacles(self) -> list[Obstacle]:

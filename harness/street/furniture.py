@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import shapely
 
-from harness.street.ground import Ground
+from harness.street.ground import DistrictGround
 from harness.street.osm_file import Extract
 from harness.street.rules import RULES
 from harness.street.walks import Walk
@@ -21,7 +21,7 @@ _LEAST_WIDTH = 1.8  # [m] narrower sidewalks get nothing
 
 
 @dataclass(slots=True)
-class Furniture:
+class StreetFurniture:
     """What stands in a district, without buildings and barriers."""
 
     pieces: list[Obstacle] = field(default_factory=list)
@@ -33,15 +33,15 @@ class Furniture:
 class StreetFurnisher:
     """Puts the mapped pieces in place, then fills in what is missing."""
 
-    def __init__(self, ground: Ground, rng: np.random.Generator) -> None:
-        self.found = Furniture()
+    def __init__(self, ground: DistrictGround, rng: np.random.Generator) -> None:
+        self.found = StreetFurniture()
         self._ground, self._rng = ground, rng
         self._lines = np.array([walk.line for walk in ground.walks], dtype=object)
         self._tree = shapely.STRtree(self._lines)
         self._places: dict[str, list[tuple[float, float]]] = defaultdict(list)  # by entry
         shapely.prepare(ground.walkable)
 
-    def furnish(self, extract: Extract) -> Furniture:
+    def furnish(self, extract: Extract) -> StreetFurniture:
         """Furnish the ground of an extract."""
         for point in extract.points:
             entry = _entry(point.tags)

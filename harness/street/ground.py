@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from harness.street.links import links_between, without_medians
-from harness.street.osm_file import Extract, Thing
+from harness.street.osm_file import Extract, MappedThing
 from harness.street.rules import RULES, carriageway_width, tagged_length, walk_kind, walk_width
 from harness.street.walks import (
     Street,
@@ -30,7 +30,7 @@ _GREEN = {"landuse": ("grass", "meadow"), "leisure": ("park", "garden"), "natura
 
 
 @dataclass(eq=False)
-class Ground:
+class DistrictGround:
     """A district without furniture; polygons in [m], x east, y north of the lower left corner."""
 
     box: Rect
@@ -53,7 +53,7 @@ class Ground:
         ]
 
 
-def lay_ground(extract: Extract, rng: np.random.Generator) -> Ground:
+def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
     """Make the ground of what an extract says and the rules fill in.
 
     Raises:
@@ -88,7 +88,7 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> Ground:
     roads = shapely.intersection(shapely.difference(carriageways, people), box)
     green = _union([area.geometry for area in extract.areas if _is_green(area)])
     green = shapely.intersection(green, box)
-    return Ground(
+    return DistrictGround(
         extract.box,
         streets,
         walks,
@@ -120,11 +120,11 @@ def _joined_or_drawn(walkable: shapely.Geometry, drawn: shapely.Geometry) -> sha
     )
 
 
-def _is_plaza(area: Thing) -> bool:
+def _is_plaza(area: MappedThing) -> bool:
     return area.tags.get("highway") in _PLAZAS and is_open(area.tags)
 
 
-def _is_green(area: Thing) -> bool:
+def _is_green(area: MappedThing) -> bool:
     return any(area.tags.get(key) in values for key, values in _GREEN.items())
 
 

@@ -49,7 +49,7 @@ class GeoBox:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Thing:
+class MappedThing:
     """A node, a way or an area with its tags."""
 
     tags: dict[str, str]
@@ -63,9 +63,9 @@ class Extract:
 
     geo: GeoBox
     box: Rect  # [m] the same box
-    points: list[Thing]
-    lines: list[Thing]
-    areas: list[Thing]
+    points: list[MappedThing]
+    lines: list[MappedThing]
+    areas: list[MappedThing]
 
 
 def read_extract(path: Path, geo: GeoBox | None = None) -> Extract:
@@ -140,7 +140,7 @@ def _read(osmium: Any, path: Path, geo: GeoBox) -> Extract:
     filters = osmium.filter.KeyFilter(*{*_NODE_KEYS, *_AREA_KEYS, "barrier"})
     objects = osmium.FileProcessor(str(path)).with_areas(filters).with_filter(filters)
     factory = osmium.geom.WKBFactory()
-    found: dict[str, list[Thing]] = {"point": [], "line": [], "area": []}
+    found: dict[str, list[MappedThing]] = {"point": [], "line": [], "area": []}
     for one in objects:
         tags = dict(one.tags)
         if is_below_or_above(tags):
@@ -151,7 +151,7 @@ def _read(osmium: Any, path: Path, geo: GeoBox) -> Extract:
         kind, wkb, nodes = made
         geometry = shapely.transform(shapely.from_wkb(wkb), lambda lonlat: _metres(project, lonlat))
         if shapely.intersects(grown, geometry):
-            found[kind].append(Thing(tags, geometry, nodes))
+            found[kind].append(MappedThing(tags, geometry, nodes))
     if not found["line"] and not found["area"]:
         raise InputError(f"{path}: has no way in the box; check --bbox W,S,E,N")
     return Extract(geo, box, found["point"], found["line"], found["area"])

@@ -29,7 +29,7 @@ _PLAZA = "pedestrian_area"
 
 
 @dataclass(frozen=True, slots=True)
-class Edge:
+class WayEdge:
     """What a straight piece of a way is."""
 
     kind: str  # 'crossing', 'pedestrian_area', or the rules' kind of way
@@ -45,7 +45,7 @@ class RouteGraph:
 
     points: FloatArray  # (N, 2) [m] map frame
     pairs: IntArray  # (M, 2) points that an edge joins
-    edges: list[Edge]  # M
+    edges: list[WayEdge]  # M
 
     @cached_property
     def lengths(self) -> FloatArray:
@@ -107,10 +107,10 @@ def build_graph(district: District) -> RouteGraph:
         width = round(2.0 * float(radii[span].min()), 2)
         number = int(crossing_at[span[len(span) // 2]])
         if number < 0:
-            edges.append(Edge(kind, width))
+            edges.append(WayEdge(kind, width))
             continue
         walk = crossings[number]
-        edges.append(Edge("crossing", width, number, walk.has_signals, walk.has_step))
+        edges.append(WayEdge("crossing", width, number, walk.has_signals, walk.has_step))
     graph = RouteGraph(np.round(points[used], 3), joined, edges)
     return _without_islands(graph)
 
@@ -255,7 +255,7 @@ def _feature(properties: dict[str, Any], kind: str, coordinates: Any) -> dict[st
     return {"type": "Feature", "properties": properties, "geometry": geometry}
 
 
-def _metadata(edge: Edge) -> dict[str, Any]:
+def _metadata(edge: WayEdge) -> dict[str, Any]:
     told: dict[str, Any] = {"class": edge.kind, "width": edge.width}
     if edge.crossing >= 0:
         told |= {"crossing": edge.crossing, "signals": edge.has_signals, "step": edge.has_step}
@@ -275,7 +275,7 @@ def load_graph(path: Path) -> RouteGraph:
         ways = [each for each in features if each["geometry"]["type"] != "Point"]
         numbers = {node["properties"]["id"]: place for place, node in enumerate(nodes)}
         points = np.array([node["geometry"]["coordinates"][:2] for node in nodes], dtype=float)
-        edges: dict[tuple[int, int], Edge] = {}
+        edges: dict[tuple[int, int], WayEdge] = {}
         for way in ways:
             properties = way["properties"]
             a, b = numbers[properties["startid"]], numbers[properties["endid"]]
@@ -291,8 +291,8 @@ def load_graph(path: Path) -> RouteGraph:
     return RouteGraph(points, np.array(list(edges)), list(edges.values()))
 
 
-def _edge(told: dict[str, Any]) -> Edge:
-    return Edge(
+def _edge(told: dict[str, Any]) -> WayEdge:
+    return WayEdge(
         str(told.get("class", "way")),
         float(told.get("width", 0.0)),
         int(told.get("crossing", -1)),

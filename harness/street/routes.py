@@ -14,7 +14,7 @@ _MOST_DRAWS = 200  # for a mission
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Route:
+class StreetRoute:
     """The shortest way between two points of a graph."""
 
     points: FloatArray  # (K, 2) [m] map frame
@@ -30,10 +30,10 @@ class RouteMission:
 
     start: int
     goal: int
-    route: Route | None
+    route: StreetRoute | None
 
 
-def find_route(graph: RouteGraph, start: int, goal: int) -> Route | None:
+def find_route(graph: RouteGraph, start: int, goal: int) -> StreetRoute | None:
     """The shortest route (Dijkstra) between two points; None: no way leads there."""
     if graph.components[start] != graph.components[goal]:
         return None
@@ -46,7 +46,9 @@ def find_route(graph: RouteGraph, start: int, goal: int) -> Route | None:
     crossed = {graph.edges[edge].crossing: graph.edges[edge].has_signals for edge in edges}
     crossed.pop(-1, None)
     length = float(graph.lengths[edges].sum())
-    return Route(graph.points[nodes], length, tuple(edges), len(crossed), sum(crossed.values()))
+    return StreetRoute(
+        graph.points[nodes], length, tuple(edges), len(crossed), sum(crossed.values())
+    )
 
 
 def nearest_point(graph: RouteGraph, x: float, y: float) -> int:

@@ -11,7 +11,7 @@ LEAST_WIDTH, MOST_WIDTH = 0.3, 60.0  # [m] of a way's tag that is believed
 
 
 @dataclass(frozen=True, slots=True)
-class Rules:
+class StreetRules:
     """Content of ``rules.toml``; lengths in [m]."""
 
     walk_widths: dict[str, float]  # by highway=
@@ -24,9 +24,9 @@ class Rules:
     filling: dict[str, float]  # distance between pieces, by entry of the catalogue
 
 
-def _load() -> Rules:
+def _load() -> StreetRules:
     text = Path(__file__).with_name("rules.toml").read_text(encoding="utf-8")
-    return Rules(**tomllib.loads(text))
+    return StreetRules(**tomllib.loads(text))
 
 
 RULES = _load()
@@ -71,11 +71,11 @@ def carriageway_width(tags: dict[str, str]) -> float:
     tagged = tagged_length(tags, "width")
     if tagged is not None:
         return tagged
-    width = RULES.carriageways[tags["highway"]]
+    width, street = RULES.carriageways[tags["highway"]], RULES.street
     lanes = tags.get("lanes", "")
     if lanes.isdecimal() and 1 <= int(lanes) <= 8:
-        width = int(lanes) * RULES.street["lane_width"]
-    return width + _parking_sides(tags) * RULES.street["parking_width"]
+        width = int(lanes) * float(street["lane_width"])
+    return width + _parking_sides(tags) * float(street["parking_width"])
 
 
 def _parking_sides(tags: dict[str, str]) -> int:

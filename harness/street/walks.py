@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely.ops import substring
 
-from harness.street.osm_file import Extract, Thing
+from harness.street.osm_file import Extract, MappedThing
 from harness.street.rules import (
     RULES,
     carriageway_width,
@@ -94,7 +94,7 @@ def is_open(tags: dict[str, str]) -> bool:
     return tags.get("access") not in ("private", "no") and tags.get("foot") not in ("no", "private")
 
 
-def _crossing_tags(thing: Thing, at_node: dict[int, dict[str, str]]) -> tuple[bool, bool]:
+def _crossing_tags(thing: MappedThing, at_node: dict[int, dict[str, str]]) -> tuple[bool, bool]:
     """Whether a crossing has signals, and whether its kerbs are steps."""
     tags = [thing.tags, *(at_node[node] for node in thing.nodes if node in at_node)]
     has_signals = any(each.get("crossing") == "traffic_signals" for each in tags)

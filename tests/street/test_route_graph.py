@@ -13,8 +13,8 @@ from harness.street.medial_axis import chains_of, medial_axis
 from harness.street.osm_file import GeoBox, read_extract
 from harness.street.route_graph import (
     CLEARANCE,
-    Edge,
     RouteGraph,
+    WayEdge,
     build_graph,
     load_graph,
     save_graph,
@@ -32,8 +32,8 @@ def square(crossing: int = -1) -> RouteGraph:
     """Four sides of a square of 100 m, one of them a crossing; a piece apart."""
     points = np.array(((0, 0), (100, 0), (100, 100), (0, 100), (300, 0), (400, 0)), dtype=float)
     pairs = np.array(((0, 1), (1, 2), (2, 3), (0, 3), (4, 5)))
-    edges = [Edge("sidewalk", 2.0)] * 5
-    edges[1] = Edge("crossing", 4.0, crossing, True)
+    edges = [WayEdge("sidewalk", 2.0)] * 5
+    edges[1] = WayEdge("crossing", 4.0, crossing, True)
     return RouteGraph(points, pairs, edges)
 
 

@@ -29,7 +29,9 @@ def draw_district(district: District, graph: RouteGraph, path: Path) -> None:
     scene = overview(district)
     draw_scene(axes, scene, area)
     axes.add_collection(
-        LineCollection(graph.points[graph.pairs], colors="#3b6fd4", linewidths=0.5, zorder=4.0)
+        LineCollection(
+            list(graph.points[graph.pairs]), colors="#3b6fd4", linewidths=0.5, zorder=4.0
+        )
     )
     draw_legend(axes, scene, ("ways", "#3b6fd4"))
     axes.text(0.995, 0.003, CREDIT, fontsize=6, ha="right", va="bottom", transform=axes.transAxes)
