@@ -10,9 +10,10 @@ from scipy import ndimage
 
 from harness.street.furniture import StreetFurnisher, StreetFurniture
 from harness.street.ground import DistrictGround, lay_ground
-from harness.street.osm_file import Extract
+from harness.street.osm_file import CREDIT, Extract
 from harness.street.raster import cells_of
 from harness.street.rules import RULES
+from harness.street.walks import Walk
 from harness.world.map.scene import Obstacle, Scene, Zone
 from harness.world.map.shapes import Rect, fill_convex
 from harness.world.map.sidewalk import LIDAR_LOWER_EDGE, RESOLUTION, without_slivers
@@ -39,25 +40,31 @@ class District:
         return [*self.ground.solid, *self.furniture.pieces]
 
     @cached_property
+    def crossings(self) -> list[tuple[Walk, shapely.Geometry]]:
+        """The crossings, each with the part of the carriageways [m] that it leads over."""
+        carriageways = shapely.union_all([street.polygon for street in self.ground.streets])
+        shapely.prepare(carriageways)
+        found = [walk for walk in self.ground.walks if walk.kind == "crossing"]
+        return [(walk, shapely.intersection(walk.polygon, carriageways)) for walk in found]
+
+    @cached_property
     def uses(self) -> list[tuple[str, shapely.Geometry, float]]:
         """Uses of the ground: kind of the zone, polygons [m], height [m].
 
         Crossings with raised kerbs lie as low as the road.
         """
         ground, kerb = self.ground, RULES.street["kerb_height"]
-        crossings = [walk for walk in ground.walks if walk.kind == "crossing"]
-        steps = shapely.union_all([walk.polygon for walk in crossings if walk.has_step])
-        level = shapely.union_all([walk.polygon for walk in crossings if not walk.has_step])
-        carriageway = shapely.union_all([street.polygon for street in ground.streets])
-        over = shapely.intersection(shapely.union(steps, level), carriageway)
+        steps = shapely.union_all([over for walk, over in self.crossings if walk.has_step])
+        level = shapely.union_all([over for walk, over in self.crossings if not walk.has_step])
+        over = shapely.union(steps, level)
         people = shapely.difference(ground.walkable, shapely.union(ground.plazas, over))
         return [
             ("lawn", ground.green, 0.0),
             ("road", ground.roads, -kerb),
             ("sidewalk", people, 0.0),
             ("plaza", shapely.intersection(ground.plazas, ground.walkable), 0.0),
-            ("crosswalk", shapely.intersection(over, level), 0.0),
-            ("crosswalk", shapely.difference(shapely.intersection(over, steps), level), -kerb),
+            ("crosswalk", level, 0.0),
+            ("crosswalk", shapely.difference(steps, level), -kerb),
         ]
 
 
@@ -120,6 +127,7 @@ def scene_of(district: District, window: Rect, name: str) -> Scene:
         _grid(seen, window),
         _grid(~walkable, window),
         _grid(~mesh, window),
+        CREDIT,
     )
 
 
@@ -134,7 +142,8 @@ def overview(district: District) -> Scene:
         for outline in _simple_parts(shape)
     ]
     obstacles = (*built, *district.furniture.pieces)
-    return Scene("overview", obstacles, tuple(_zones(district, area)), empty, empty)
+    zones = tuple(_zones(district, area))
+    return Scene("overview", obstacles, zones, empty, empty, credit=CREDIT)
 
 
 def _overlaps(polygon: FloatArray, window: Rect) -> bool:

@@ -38,7 +38,7 @@ class DistrictGround:
     walks: list[Walk]  # crossings too
     plazas: shapely.Geometry  # areas for people
     roads: shapely.Geometry  # carriageways without what is for people
-    walkable: shapely.Geometry  # without what is solid
+    walkable: shapely.Geometry  # without what is solid and crossings with raised kerbs
     green: shapely.Geometry
     # buildings and barriers: kind of the obstacle, ground [m], height [m]
     built: list[tuple[str, shapely.Geometry, float]] = field(default_factory=list)
@@ -72,7 +72,9 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
     walks += more_crossings(extract, streets, walks, sides)
     box = shapely.box(extract.box.x0, extract.box.y0, extract.box.x1, extract.box.y1)
     carriageways = _union([street.polygon for street in streets])
-    drawn = _union([plazas, *(walk.polygon.buffer(0.01) for walk in walks)])
+    level = [walk.polygon.buffer(0.01) for walk in walks if not walk.has_step]
+    raised = _union([walk.polygon for walk in walks if walk.has_step])
+    drawn = _union([plazas, *level, shapely.difference(raised, carriageways)])
     buildings = _buildings(extract, box)
     barriers = _barriers(extract, box, drawn)
     built = _union([shape for _, shape, _ in [*buildings, *barriers]])
@@ -80,7 +82,8 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
     sides_ground = shapely.difference(_union([walk.polygon for walk in sides]), carriageways)
     people = shapely.union(drawn, sides_ground)
     walkable = shapely.intersection(shapely.difference(people, built), box)
-    links = links_between(walkable, built, carriageways)
+    closed = shapely.union(built, shapely.intersection(raised, carriageways))
+    links = links_between(walkable, closed, carriageways)
     people = shapely.union_all([people, *(link.polygon for link in links)])
     walks += sides + links
     walkable = shapely.intersection(shapely.difference(people, built), box)

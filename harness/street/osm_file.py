@@ -1,6 +1,7 @@
 """The things of an OpenStreetMap extract that a street is made of, in metres."""
 
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -167,7 +168,8 @@ def _geometry(osmium: Any, factory: Any, one: Any) -> tuple[str, str, tuple[int,
         if one.is_area():
             return "area", factory.create_multipolygon(one), ()
         if one.is_way():
-            nodes = tuple(node.ref for node in one.nodes)
+            apart = groupby(one.nodes, key=lambda node: (node.lon, node.lat))
+            nodes = tuple(next(same).ref for _, same in apart)  # as many as the line has corners
             return "line", factory.create_linestring(one), nodes
     except (RuntimeError, osmium.InvalidLocationError):
         return None  # a way that the extract cuts off, or a line of one point

@@ -1,10 +1,7 @@
 """The graph of a district's ways, in the form of Nav2's route server."""
 
-import json
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import shapely
@@ -12,19 +9,16 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from harness.storage.files import write_text
 from harness.street.district import District
 from harness.street.medial_axis import chains_of, medial_axis
 from harness.street.osm_file import CREDIT
 from navstack.errors import MapError
-from navstack.files import check_regular
 from navstack.types import BoolArray, FloatArray, IntArray
 
 CLEARANCE = 0.45  # [m] of the ways to what is not walkable: a sidewalk robot's half width and more
 _SPUR = 3.0  # [m] shorter dead ends are left out
 _ISLAND = 15.0  # [m] ways of less total length that nothing joins are left out
 _TOLERANCE = 0.05  # [m] by which lines are straightened
-_MOST_BYTES = 200_000_000  # of a file
 _PLAZA = "pedestrian_area"
 
 
@@ -36,7 +30,6 @@ class WayEdge:
     width: float  # [m] of walkable ground across it, where that is narrowest
     crossing: int = -1  # number of the crossing
     has_signals: bool = False
-    has_step: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +39,7 @@ class RouteGraph:
     points: FloatArray  # (N, 2) [m] map frame
     pairs: IntArray  # (M, 2) points that an edge joins
     edges: list[WayEdge]  # M
+    credit: str = ""  # whose data it is made of, as their licence asks to say
 
     @cached_property
     def lengths(self) -> FloatArray:
@@ -89,7 +83,7 @@ def build_graph(district: District) -> RouteGraph:
     """The ways of a district along the middle of its walkable ground.
 
     Raises:
-        MapError: no way is wide enough.
+        MapError: no way is wide or long enough.
     """
     stands = [shapely.Polygon(each.polygon) for each in district.furniture.pieces]
     area = shapely.difference(district.ground.walkable, shapely.union_all(stands))
@@ -101,7 +95,6 @@ def build_graph(district: District) -> RouteGraph:
     lines = [part for chain in chains for part in _straightened(chain, points, crossing_at)]
     used, joined, spans = _segments(lines)
     kinds = _kinds(district, points[used[joined]].mean(axis=1))
-    crossings = [walk for walk in district.ground.walks if walk.kind == "crossing"]
     edges = []
     for kind, span in zip(kinds, spans, strict=True):
         width = round(2.0 * float(radii[span].min()), 2)
@@ -109,8 +102,8 @@ def build_graph(district: District) -> RouteGraph:
         if number < 0:
             edges.append(WayEdge(kind, width))
             continue
-        walk = crossings[number]
-        edges.append(WayEdge("crossing", width, number, walk.has_signals, walk.has_step))
+        has_signals = district.crossings[number][0].has_signals
+        edges.append(WayEdge("crossing", width, number, has_signals))
     graph = RouteGraph(np.round(points[used], 3), joined, edges)
     return _without_islands(graph)
 
@@ -140,12 +133,10 @@ def _length(line: FloatArray) -> float:
 
 def _crossings_at(district: District, points: FloatArray) -> IntArray:
     """The number of the crossing (N,) at each point; -1: none."""
-    crossings = [walk.polygon for walk in district.ground.walks if walk.kind == "crossing"]
     found = np.full(len(points), -1)
-    if crossings:
-        tree = shapely.STRtree(crossings)
-        where, number = tree.query(shapely.points(points), predicate="intersects")
-        found[where] = number
+    tree = shapely.STRtree([over for _, over in district.crossings])
+    where, number = tree.query(shapely.points(points), predicate="intersects")
+    found[where] = number
     return found
 
 
@@ -214,88 +205,6 @@ def _without_islands(graph: RouteGraph) -> RouteGraph:
     kept: BoolArray = totals[part] >= _ISLAND
     used, joined = np.unique(graph.pairs[kept], return_inverse=True)
     edges = [edge for edge, stays in zip(graph.edges, kept.tolist(), strict=True) if stays]
-    return RouteGraph(graph.points[used], joined.reshape(-1, 2), edges)
-
-
-def save_graph(graph: RouteGraph, path: Path) -> None:
-    """Write a graph as GeoJSON for Nav2's route server.
-
-    Points have ``id`` and ``frame``; edges have ``id``, ``startid``, ``endid``, ``cost`` [m] and
-    ``metadata``, one for each direction (nav2_route, GeoJsonGraphFileLoader, of Kilted).
-
-    Raises:
-        InputError: the file cannot be written.
-    """
-    features: list[dict[str, Any]] = []
-    for number, point in enumerate(graph.points.tolist()):
-        features.append(_feature({"id": number, "frame": "map"}, "Point", point))
-    count = len(graph.points)
-    for (a, b), edge, cost in zip(
-        graph.pairs.tolist(), graph.edges, graph.lengths.tolist(), strict=True
-    ):
-        for start, end in ((a, b), (b, a)):
-            line = [graph.points[start].tolist(), graph.points[end].tolist()]
-            properties = {
-                "id": count,
-                "startid": start,
-                "endid": end,
-                "cost": round(cost, 3),
-                "overridable": True,
-                "metadata": _metadata(edge),
-            }
-            features.append(_feature(properties, "MultiLineString", [line]))
-            count += 1
-    lines = ",\n".join(json.dumps(each, separators=(",", ":")) for each in features)
-    about = f'"type":"FeatureCollection","name":"graph","attribution":"{CREDIT}"'
-    write_text(path, f'{{{about},"features":[\n{lines}\n]}}\n')
-
-
-def _feature(properties: dict[str, Any], kind: str, coordinates: Any) -> dict[str, Any]:
-    geometry = {"type": kind, "coordinates": coordinates}
-    return {"type": "Feature", "properties": properties, "geometry": geometry}
-
-
-def _metadata(edge: WayEdge) -> dict[str, Any]:
-    told: dict[str, Any] = {"class": edge.kind, "width": edge.width}
-    if edge.crossing >= 0:
-        told |= {"crossing": edge.crossing, "signals": edge.has_signals, "step": edge.has_step}
-    return told
-
-
-def load_graph(path: Path) -> RouteGraph:
-    """Read a graph of this program or of Nav2; an edge of one direction leads both ways.
-
-    Raises:
-        MapError: it cannot be read, or is no such graph.
-    """
-    try:
-        check_regular(path, _MOST_BYTES)
-        features = json.loads(path.read_text(encoding="utf-8"))["features"]
-        nodes = [each for each in features if each["geometry"]["type"] == "Point"]
-        ways = [each for each in features if each["geometry"]["type"] != "Point"]
-        numbers = {node["properties"]["id"]: place for place, node in enumerate(nodes)}
-        points = np.array([node["geometry"]["coordinates"][:2] for node in nodes], dtype=float)
-        edges: dict[tuple[int, int], WayEdge] = {}
-        for way in ways:
-            properties = way["properties"]
-            a, b = numbers[properties["startid"]], numbers[properties["endid"]]
-            edges.setdefault((min(a, b), max(a, b)), _edge(properties.get("metadata", {})))
-    except OSError as error:
-        raise MapError(f"{path}: cannot be read ({error.strerror})") from None
-    except (KeyError, TypeError, ValueError, RecursionError) as error:
-        raise MapError(
-            f"{path}: is no GeoJSON graph of Nav2's route server ({type(error).__name__}: {error})"
-        ) from None
     if not edges:
-        raise MapError(f"{path}: has no edge")
-    return RouteGraph(points, np.array(list(edges)), list(edges.values()))
-
-
-def _edge(told: dict[str, Any]) -> WayEdge:
-    return WayEdge(
-        str(told.get("class", "way")),
-        float(told.get("width", 0.0)),
-        int(told.get("crossing", -1)),
-        bool(told.get("signals", False)),
-        bool(told.get("step", False)),
-    )
+        raise MapError(f"no way in the box is {_ISLAND:.0f} m long; choose another box")
+    return RouteGraph(graph.points[used], joined.reshape(-1, 2), edges, CREDIT)

@@ -5,7 +5,6 @@ from pathlib import Path
 from harness.storage.files import write_text
 from harness.street.district import District, has_room, scene_of, windows_of
 from harness.street.osm_file import CREDIT
-from harness.world.map.geojson import objects_text
 from harness.world.map.scene_io import made_of, save_scene
 
 
@@ -25,8 +24,6 @@ def save_maps(district: District, folder: Path, name: str) -> list[Path]:
         stem = f"{name}{suffix}"
         scene = scene_of(district, window, stem)
         save_scene(scene, folder, stem)
-        text = objects_text(scene).replace("{", f'{{"attribution":"{CREDIT}",', 1)
-        write_text(folder / f"{stem}.geojson", text)
         for part in made_of(stem):
             file = folder / f"{part}.yaml"
             write_text(file, f"# {CREDIT}\n{file.read_text(encoding='utf-8')}")

@@ -23,7 +23,7 @@ _CHUNK = 20.0
 _BESIDE = 6.0  # [m] a drawn way as near as this to a side of a street is its sidewalk
 _LEAST_CHUNK = 3.0  # [m]
 _SAMPLES = 5  # points of a chunk that are looked at
-_RAISED = ("raised", "yes", "regular")  # kerb= of a step
+_RAISED = ("raised", "regular")  # kerb= of a step
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,19 +197,20 @@ def _filled_crossings(
             widest[node] = max(widest[node], street.width)
     found: list[Walk] = []
     for street in streets:
-        for node, start, direction in _ends(street):
+        for node, start, direction in _directions(street):
             if arms[node] < 3:
                 continue
             away = 0.5 * widest[node] + RULES.street["crossing_setback"]
-            if street.line.length < away + 1.0:
+            along = start + direction * away
+            if not 1.0 <= along <= street.line.length - 1.0:
                 continue
-            place = street.line.interpolate(start + direction * away)
+            place = street.line.interpolate(along)
             reach = RULES.street["crossing_reach"]
             if shapely.dwithin(known, place, reach) or not shapely.dwithin(filled, place, 10.0):
                 continue
             if any(shapely.dwithin(walk.line, place, 0.5 * away) for walk in found):
                 continue
-            line = _across(street, start + direction * away)
+            line = _across(street, along)
             found.append(_crossing(line, "rule", False, False))
     return found
 
@@ -220,10 +221,17 @@ def _arms(nodes: tuple[int, ...]) -> Iterator[int]:
     yield from nodes[1:-1]
 
 
-def _ends(street: Street) -> Iterator[tuple[int, float, float]]:
-    """Node, distance [m] from the way's begin, and direction along it, of each end."""
-    yield street.nodes[0], 0.0, 1.0
-    yield street.nodes[-1], street.line.length, -1.0
+def _directions(street: Street) -> Iterator[tuple[int, float, float]]:
+    """Each node of a way: its number, its place along the way [m], and where the way leads on.
+
+    That is 1 towards the way's end, -1 towards its begin.
+    """
+    corners = shapely.get_coordinates(street.line)
+    steps = np.hypot(*np.diff(corners, axis=0).T)
+    along = np.concatenate(((0.0,), np.cumsum(steps)))
+    for node, place in zip(street.nodes, along.tolist(), strict=True):
+        yield node, place, 1.0
+        yield node, place, -1.0
 
 
 def _across(street: Street, along: float) -> shapely.Geometry:

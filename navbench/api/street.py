@@ -11,8 +11,9 @@ from harness.report.street.screen import street_page
 from harness.statistics.interval import wilson_interval
 from harness.storage.files import require_folder, write_text
 from harness.street.district import build_district
+from harness.street.graph_file import load_graph, save_graph
 from harness.street.osm_file import GeoBox, read_extract
-from harness.street.route_graph import build_graph, load_graph, save_graph
+from harness.street.route_graph import build_graph
 from harness.street.routes import draw_mission
 from harness.street.saving import save_maps
 from harness.street.statistics import measure_district
@@ -111,6 +112,7 @@ def route_missions(
     return {
         "schema": 1,
         "graph": graph.name,
+        "credit": ways.credit,
         "seed": seed,
         "distance_km": [low, high],
         "routed_share": wilson_interval(len(routes), missions).as_json(),

@@ -9,16 +9,10 @@ import pytest
 import shapely
 
 from harness.street.district import build_district
+from harness.street.graph_file import load_graph, save_graph
 from harness.street.medial_axis import chains_of, medial_axis
-from harness.street.osm_file import GeoBox, read_extract
-from harness.street.route_graph import (
-    CLEARANCE,
-    RouteGraph,
-    WayEdge,
-    build_graph,
-    load_graph,
-    save_graph,
-)
+from harness.street.osm_file import CREDIT, GeoBox, read_extract
+from harness.street.route_graph import CLEARANCE, RouteGraph, WayEdge, build_graph
 from harness.street.routes import draw_mission, find_route, nearest_point
 from navbench.cli.app import main
 from navstack.errors import InputError, MapError
@@ -96,7 +90,6 @@ def test_the_file_has_what_nav2s_loader_reads(tmp_path: Path) -> None:
         "width": 4.0,
         "crossing": 7,
         "signals": True,
-        "step": False,
     }
     again = load_graph(tmp_path / "graph.geojson")
     assert again.edges == square(crossing=7).edges
@@ -120,6 +113,7 @@ def test_the_ways_of_a_town_keep_off_what_is_not_walkable(tmp_path: Path) -> Non
     free = shapely.difference(district.ground.walkable, stands).buffer(-CLEARANCE + 0.06)
     assert shapely.covers(free, shapely.linestrings(graph.points[graph.pairs])).all()
     assert {"sidewalk", "crossing"} <= {edge.kind for edge in graph.edges}
+    assert not any(edge.has_signals for edge in graph.edges)  # that crossing's kerbs are raised
     # from one corner of the junction to the one across both streets
     route = find_route(graph, nearest_point(graph, 90.0, 90.0), nearest_point(graph, 110.0, 110.0))
     assert route is not None
@@ -141,4 +135,5 @@ def test_missions_in_helsinki_have_drivable_routes(
     assert leaving.value.code in (None, 0)
     document = json.loads(capsys.readouterr().out)
     assert document["routed_share"]["value"] >= 0.9
+    assert document["credit"] == CREDIT
     assert all(each["length_m"] is None or each["length_m"] >= 200 for each in document["missions"])

@@ -5,7 +5,6 @@ from pathlib import Path
 from harness.report.figures import save_picture
 from harness.report.map_picture import draw_legend, draw_scene
 from harness.street.district import District, overview
-from harness.street.osm_file import CREDIT
 from harness.street.route_graph import RouteGraph
 
 _WIDTH, _LEGEND = 8.0, 2.0  # [inch]
@@ -34,5 +33,4 @@ def draw_district(district: District, graph: RouteGraph, path: Path) -> None:
         )
     )
     draw_legend(axes, scene, ("ways", "#3b6fd4"))
-    axes.text(0.995, 0.003, CREDIT, fontsize=6, ha="right", va="bottom", transform=axes.transAxes)
     save_picture(figure, path)

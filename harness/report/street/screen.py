@@ -81,4 +81,5 @@ def routes_blocks(document: Row) -> list[Block]:
         f"crossings per route: {number_text(document['crossings_mean'], 1)}, with signals "
         f"{number_text(document['signals_mean'], 1)}"
     )
-    return [Text(text), Text(crossed), Table("", ("Routes", "Length [m]"), rows)]
+    table = Table("", ("Routes", "Length [m]"), rows)
+    return [Text(text), Text(crossed), table, Text(document["credit"], "note")]
