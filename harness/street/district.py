@@ -88,8 +88,8 @@ def windows_of(area: Rect) -> list[tuple[str, Rect]]:
     if _cells(area.width) * _cells(area.depth) <= MAX_PIXELS:
         return [("", whole)]
     windows = []
-    for row in range(math.ceil(area.depth / TILE)):
-        for column in range(math.ceil(area.width / TILE)):
+    for row in range(math.ceil(whole.depth / TILE)):
+        for column in range(math.ceil(whole.width / TILE)):
             x, y = column * TILE, row * TILE
             window = Rect(x, y, min(x + TILE, whole.x1), min(y + TILE, whole.y1))
             windows.append((f"_{column}_{row}", window))

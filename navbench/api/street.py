@@ -10,6 +10,7 @@ from harness.report.street.picture import draw_district
 from harness.report.street.screen import street_page
 from harness.statistics.interval import wilson_interval
 from harness.storage.files import require_folder, write_text
+from harness.storage.shipped import ROUTE_GRAPH
 from harness.street.district import build_district
 from harness.street.graph_file import load_graph, save_graph
 from harness.street.osm_file import GeoBox, read_extract
@@ -65,7 +66,7 @@ def import_osm(
     district = build_district(read_extract(file, geo), seed)
     graph = build_graph(district)
     maps = save_maps(district, out, name)
-    save_graph(graph, out / f"{name}_graph.geojson")
+    save_graph(graph, out / f"{name}{ROUTE_GRAPH}")
     picture = out / f"{name}_picture.png"
     draw_district(district, graph, picture)
     told = {"schema": 1, "file": file.name, "seed": seed, "maps": [str(each) for each in maps]}

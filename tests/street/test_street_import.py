@@ -200,19 +200,3 @@ def test_other_and_huge_files_are_refused(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr("harness.street.osm_file.MOST_BYTES", 100)
     with pytest.raises(MapError, match="osmium extract --bbox"):
         read_extract(file, GEO)
-
-
-def test_a_delivery_is_driven_on_an_imported_street(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = small_town().write(tmp_path / "town.osm")
-    assert status("osm", str(file), "--bbox", BOX, "--out", str(tmp_path)) == 0
-    capsys.readouterr()
-    words = ["--map", str(tmp_path / "town.yaml"), "--stack", "nav2-gps", "--episodes", "1"]
-    words += ["--pedestrians", "3", "--workers", "1", "--out", str(tmp_path / "run"), "--json"]
-    with pytest.raises(SystemExit) as leaving:
-        main(["run", *words])
-    assert leaving.value.code in (None, 0)
-    run = json.loads(capsys.readouterr().out)["runs"][0]
-    assert (run["map"], run["episodes"], run["errors"]) == ("town", 1, 0)
-    assert run["outcomes"]["sla"]["value"] == 1.0

@@ -62,7 +62,7 @@ def osm(
         return
     print_blocks(street_blocks(found), report_console())
     click.echo(found["credit"])
-    click.echo(f"next: navbench run --map {found['maps'][0]} --stack nav2-gps-ekf --episodes 20")
+    click.echo(f"next: navbench run --map {out} --stack nav2-gps-ekf --episodes 20")
 
 
 @click.command(
