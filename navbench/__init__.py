@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from navbench.api.run import make_world, resume, run
     from navbench.api.runs import Run, load
     from navbench.api.scenario import scenario
+    from navbench.api.street import import_osm, route_missions
     from navbench.api.suite import resume_suite, suite
     from navbench.api.tune import resume_tuning, tune
     from navbench.api.verify import verify
@@ -77,6 +78,7 @@ _NAMES = {  # by module
     "navbench.api.run": ("make_world", "resume", "run"),
     "navbench.api.runs": ("Run", "load"),
     "navbench.api.scenario": ("scenario",),
+    "navbench.api.street": ("import_osm", "route_missions"),
     "navbench.api.suite": ("resume_suite", "suite"),
     "navbench.api.tune": ("resume_tuning", "tune"),
     "navbench.api.verify": ("verify",),
@@ -109,6 +111,7 @@ __all__ = [
     "explain",
     "identify",
     "import_map",
+    "import_osm",
     "lint",
     "listing",
     "load",
@@ -127,6 +130,7 @@ __all__ = [
     "resume_check",
     "resume_suite",
     "resume_tuning",
+    "route_missions",
     "run",
     "scenario",
     "sensitivity",

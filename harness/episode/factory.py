@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from harness.policy.brain import PolicyBrain
 from harness.policy.process import PolicyProcess
 from harness.policy.senses import Senses
 from harness.policy.waypoints import WaypointFollower
+from harness.storage.shipped import is_district
 from harness.task.brain import Brain, Parked
 from harness.task.mission import (
     Mission,
@@ -34,7 +36,7 @@ from harness.world.map.scene import Scene
 from harness.world.map.scene_io import load_scene
 from harness.world.outcome import Rules
 from harness.world.people.models import make_pedestrians
-from harness.world.people.params import PedestrianParams
+from harness.world.people.params import PedestrianParams, people_on
 from harness.world.people.replay_file import recording_text
 from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
@@ -48,20 +50,49 @@ from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.params.strict import load_dataclass
 from navstack.types import FloatArray, Pose2D
 
+if TYPE_CHECKING:
+    from harness.street.missions import Leg, StreetMissions
+
 # of a mission that is over before it begins, or whose given end the drawn one does not reach
 REDRAWS = 50
 PARKED_STEPS = 6  # physics steps per tick of a robot that does not drive
 
 
 @kept(2)
-def scene_of(map_name: str) -> Scene:
-    """The scene of a map."""
-    return load_scene(map_name)
+def _street_missions(folder: str, seed: int) -> "StreetMissions":
+    from harness.street.missions import StreetMissions
+
+    return StreetMissions(Path(folder), seed)
+
+
+def place_of(task: EpisodeTask) -> "str | Leg":
+    """Where a delivery is driven: a map, or a leg on a district.
+
+    Raises:
+        InputError: a pose is given on a district, whose missions are drawn.
+        MapError: the district cannot be read.
+    """
+    if not is_district(task.map_name):
+        return task.map_name
+    if task.start is not None or task.goal is not None:
+        raise InputError(
+            f"--start and --goal are for one map; missions on the district '{task.map_name}' are "
+            "drawn: leave them out, or give one of its maps"
+        )
+    return _street_missions(task.map_name, task.seed).leg(task.episode)
 
 
 @kept(2)
-def _missions_on(map_name: str, sampling: str) -> MissionSampler:
-    scene = scene_of(map_name)
+def scene_of(place: "str | Leg") -> Scene:
+    """The scene of a map, or of the part of a district around a leg."""
+    if isinstance(place, str):
+        return load_scene(place)
+    return place.scene()
+
+
+@kept(2)
+def _missions_on(place: "str | Leg", sampling: str) -> MissionSampler:
+    scene = scene_of(place)
     return MissionSampler(scene.navigation_mesh, sampling, scene.walkable)
 
 
@@ -98,9 +129,14 @@ class Parts:
         """
         stack = task.stack
         self._task = task
-        self.scene = scene_of(task.map_name)
+        self._place = place_of(task)
+        self.scene = scene_of(self._place)
         self.robot = robot_of(stack.robot)
         self.params = world_params(task.world, task.pedestrians, task.people)
+        self._pedestrians = task.pedestrians
+        if not isinstance(self._place, str) and self.params.people.model != "replay":
+            self._pedestrians = people_on(self.scene.navigation_mesh, self.params.people.count)
+            self.params = world_params(task.world, self._pedestrians, task.people)
         self.rules = rules_of(task.rules)
         self.prices = prices_of(task.prices)
         self._nav2: Nav2File | None = None
@@ -121,7 +157,9 @@ class Parts:
             InputError: a given pose is not on walkable ground, or no path connects start and goal.
         """
         task, scene = self._task, self.scene
-        sampler = _missions_on(task.map_name, task.missions)
+        sampler = _missions_on(self._place, task.missions)
+        if not isinstance(self._place, str):
+            return sampler.mission(self._place.start, self._place.goal)
         for what, given in (("start", task.start), ("goal", task.goal)):
             if given is not None:
                 check_pose_free(scene.walkable, given, what)
@@ -154,18 +192,18 @@ class Parts:
         """A world of its own, to be reset, and to be closed by the caller."""
         return _make_world(*self._world_key())
 
-    def _world_key(self) -> tuple[str, str, str, str, int | None, str | None, int]:
+    def _world_key(self) -> "tuple[str | Leg, str, str, str, int | None, str | None, int]":
         """The arguments of :func:`_make_world`."""
         task, stack, steps = self._task, self._task.stack, PARKED_STEPS
         if stack.nav2_file:
             rate = self.params.physics.rate
             steps = _steps_per_tick_of(stack.nav2_file, task.allow_unknown, rate)
         return (
-            task.map_name,
+            self._place,
             task.world,
             stack.robot,
             stack.sensors,
-            task.pedestrians,
+            self._pedestrians,
             task.people,
             steps,
         )
@@ -178,20 +216,20 @@ class Parts:
         """The brain, to be reset."""
         task = self._task
         if task.stack.navigator == ROS2:
-            return _ros2_brain(world, task.map_name, task.stack)
+            return _ros2_brain(world, self._place, task.stack)
         if not task.stack.nav2_file:
             return Parked()
         if task.stack.is_policy:
             return _policy_brain(
-                world, task.map_name, task.stack, task.allow_unknown, self.params.people
+                world, self._place, task.stack, task.allow_unknown, self.params.people
             )
         prices = delivery_prices(self.prices, self.rules, self.params.contacts.counted_impulse)
         factor = self.rules.real_time_factor
-        return _navigator(world, task.map_name, task.stack, task.allow_unknown, prices, factor)
+        return _navigator(world, self._place, task.stack, task.allow_unknown, prices, factor)
 
 
 def _make_world(
-    map_name: str,
+    place: "str | Leg",
     world: str,
     robot: str,
     sensors: str,
@@ -199,7 +237,7 @@ def _make_world(
     people: str | None,
     steps_per_tick: int,
 ) -> PyBulletWorld:
-    scene, params = scene_of(map_name), world_params(world, pedestrians, people)
+    scene, params = scene_of(place), world_params(world, pedestrians, people)
     return PyBulletWorld(
         scene,
         robot_of(robot),
@@ -276,18 +314,18 @@ def _steps_per_tick_of(nav2_file: str, allow_unknown: bool, rate: float) -> int:
 @kept(2, is_heavy=True)
 def _navigator(
     world: World,
-    map_name: str,
+    place: "str | Leg",
     stack: Stack,
     allow_unknown: bool,
     prices: DeliveryPrices,
     real_time_factor: float,
 ) -> Navigator:
     nav2 = on_wall_time(nav2_parameters(stack.nav2_file, allow_unknown), real_time_factor)
-    return navigator_on(scene_of(map_name), world, stack, nav2, prices)
+    return navigator_on(scene_of(place), world, stack, nav2, prices)
 
 
 @kept(1)
-def _ros2_brain(world: World, map_name: str, stack: Stack) -> Brain:
+def _ros2_brain(world: World, place: "str | Leg", stack: Stack) -> Brain:
     """A node for each process: who drives is elsewhere."""
     from harness.ros2.install import require_ros2
 
@@ -299,18 +337,18 @@ def _ros2_brain(world: World, map_name: str, stack: Stack) -> Brain:
         return world.truth.pose, world.truth.pedestrians
 
     def robot() -> RobotNode:
-        return RobotNode(stack.ros2, planning_map(scene_of(map_name), stack)[0])
+        return RobotNode(stack.ros2, planning_map(scene_of(place), stack)[0])
 
     return Ros2Brain(robot, stack.ros2, what_is)
 
 
 @kept(2, is_heavy=True)
 def _policy_brain(
-    world: World, map_name: str, stack: Stack, allow_unknown: bool, persons: PedestrianParams
+    world: World, place: "str | Leg", stack: Stack, allow_unknown: bool, persons: PedestrianParams
 ) -> PolicyBrain:
     """A stack's policy, loaded."""
     senses = senses_on(
-        scene_of(map_name), world, stack, nav2_parameters(stack.nav2_file, allow_unknown), persons
+        scene_of(place), world, stack, nav2_parameters(stack.nav2_file, allow_unknown), persons
     )
     policy = PolicyProcess(stack.navigator, stack.policy)
     policy.start()

@@ -11,6 +11,7 @@ from navstack.files import is_private
 
 DEFAULT_WORLD = "paper_loose_bucket"
 ABOUT = "about.toml"  # of a folder: what its files are for, and how they were called before
+ROUTE_GRAPH = "_graph.geojson"  # ending of a district's route graph
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -29,6 +30,18 @@ def is_file(name_or_file: str) -> bool:
     """Whether what a user gives is a file, by its suffix or a separator in it, and not a name."""
     given = Path(name_or_file)
     return given.suffix in (".yaml", ".yml") or len(given.parts) > 1
+
+
+def is_district(folder: str) -> bool:
+    """Whether a folder has a route graph of ``navbench map osm``."""
+    return Path(folder).is_dir() and any(Path(folder).glob(f"*{ROUTE_GRAPH}"))
+
+
+def district_files(folder: Path) -> list[Path]:
+    """The files that ``navbench map osm`` wrote into a folder, by name."""
+    names = [graph.name.removesuffix(ROUTE_GRAPH) for graph in folder.glob(f"*{ROUTE_GRAPH}")]
+    found = {file for name in names for file in folder.glob(f"{name}*") if file.is_file()}
+    return sorted(found)
 
 
 def resolve(name_or_file: str, folder: Path, what: str) -> Path:

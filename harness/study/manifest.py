@@ -24,6 +24,7 @@ from harness.storage.manifest_file import read_manifest, require_unchanged
 from harness.storage.new_run import MANIFEST
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Row
+from harness.storage.shipped import district_files, is_district
 from harness.storage.texts import clean_text
 from harness.task.stack import Stack, absolute_files, policy_files
 from harness.task.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
@@ -64,7 +65,7 @@ def about(study: Study, command: Sequence[str]) -> Row:
         **({"only": list(study.only)} if study.only else {}),
         **task,
         **{key: f"params/{key}.yaml" for key in ("world", "rules", "prices")},
-        "map_sha256": _known_digest(scene_of(study.template.map_name)),
+        "map_sha256": _digest_of(study.template.map_name),
         "program_sha256": project_digest(),
         **({"policies_sha256": digests} if (digests := policy_digests(study)) else {}),
         "versions": {name: version(name) for name in (PROGRAM, *LIBRARIES)},
@@ -138,7 +139,7 @@ def load_study(folder: Path, workers: int | None = None) -> Study:
         raise InputError(
             f"{where}: episodes: {episodes!r} is not a whole number of 1 to {MAX_EPISODES}"
         )
-    if _known_digest(scene_of(template.map_name)) != content.get("map_sha256"):
+    if _digest_of(template.map_name) != content.get("map_sha256"):
         raise InputError(
             f"{where}: map '{template.map_name}' has changed since; restore it, or start a new run"
         )
@@ -284,3 +285,13 @@ def map_digest(scene: Scene) -> str:
 
 
 _known_digest = kept(2)(map_digest)  # of the scenes that are kept themselves
+
+
+def _digest_of(map_name: str) -> str:
+    """SHA-256 of a map, or of the files of a district."""
+    if not is_district(map_name):
+        return _known_digest(scene_of(map_name))
+    digest = hashlib.sha256()
+    for file in district_files(Path(map_name)):
+        digest.update(file.name.encode() + hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest()

@@ -125,6 +125,7 @@ def files_of(folder: Path, study: "Study") -> Iterator[Path]:
     from harness.episode.factory import nav2_parameters
     from harness.storage.new_run import MANIFEST
     from harness.storage.parameters import parameter_folder
+    from harness.storage.shipped import district_files
     from harness.task.stack import policy_files
     from navstack.costmap.map_io import load_metadata
     from navstack.params.nav2_file.views import read_costmap, read_masks
@@ -141,6 +142,9 @@ def files_of(folder: Path, study: "Study") -> Iterator[Path]:
                     mask.path for mask in read_masks(nav2, read_costmap(nav2, costmap)).values()
                 }
     for path in maps:
+        if path.is_dir():
+            yield from district_files(path)
+            continue
         yield load_metadata(path).image
         # its companions, too
         yield from (each for each in path.parent.glob(f"{path.stem}*") if each.is_file())

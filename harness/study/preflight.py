@@ -3,12 +3,13 @@
 import dataclasses
 from pathlib import Path
 
-from harness.episode.factory import Parts
+from harness.episode.factory import Parts, place_of
 from harness.storage.shipped import is_file
 from harness.study.compile_ahead import compile_ahead
 from harness.task.stack import ROS2, Stack
 from harness.task.study import Study
 from harness.world.map.scene import Scene
+from harness.world.people.params import AREA_PER_PERSON
 from harness.world.physics.robot import RobotParams
 from harness.world.sensors import glass, sky
 from harness.world.sensors.suite import SensorParams
@@ -23,7 +24,6 @@ from navstack.params.nav2_file.findings import IGNORED_BY_NAV2, UNKNOWN_KEY
 from navstack.params.nav2_file.views import read_costmap
 from navstack.params.strict import load_dataclass
 
-AREA_PER_PERSON = 630.0  # [m2] of navigation mesh on the shipped maps, with 20 people
 CROWDED = 5.0  # times that density from which it is told
 MOST_MISSPELT = 3  # names told in a note; lint tells all
 # [m] by which a Nav2 file's robot may differ from the simulated one unmentioned
@@ -44,7 +44,7 @@ def check(study: Study) -> list[str]:
     for stack, parts in zip(study.stacks, deliveries, strict=True):
         parts.brain(parts.world())
         if parts is deliveries[0]:
-            notes += crowd_notes(study, parts)
+            notes += crowd_notes(study, parts) + leg_notes(study)
         notes += sensor_notes(stack, parts.scene)
         if stack.is_nav2:
             nav2 = parts.nav2
@@ -94,6 +94,17 @@ def crowd_notes(study: Study, parts: Parts) -> list[str]:
     return [
         f"on this map {people.count} people share {area:,.0f} m2, {times:.0f} times as densely as on the shipped ones; "
         f"--pedestrians {max(1, round(area / AREA_PER_PERSON))} would be theirs"
+    ]
+
+
+def leg_notes(study: Study) -> list[str]:
+    """A note of what a delivery is on a district."""
+    last = place_of(dataclasses.replace(study.template, episode=study.numbers[-1]))
+    if isinstance(last, str):
+        return []
+    return [
+        f"on this district a delivery is a leg of about 100 m, from rest to rest; the legs are of {last.mission + 1} "
+        "missions in turn, each paid as a delivery; navbench day makes whole ways of them"
     ]
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from harness.execution.workers import available_cores
-from harness.storage.shipped import DEFAULT_WORLD, is_file, resolve, shipped
+from harness.storage.shipped import DEFAULT_WORLD, is_district, is_file, resolve, shipped
 from harness.task.mission import SAMPLINGS
 from harness.task.stack import Stack, load_stack
 from harness.task.substitute import with_substitutes
@@ -215,8 +215,8 @@ def usable_workers(asked: int | None, deliveries: int) -> int:
 
 
 def _absolute(map_name: str) -> str:
-    """A built-in map's name as it is, a file as its absolute path."""
-    if is_file(map_name):
+    """A built-in map's name as it is, a file or a district as its absolute path."""
+    if is_file(map_name) or is_district(map_name):
         return str(Path(map_name).resolve())
     return map_name
 

@@ -13,6 +13,7 @@ from navbench.api import maps
 from navbench.api.maps import LENGTH_PERCENTILES, PUBLISHED_MEAN_LENGTHS, Row
 from navbench.cli.options import JSON
 from navbench.cli.streams import print_json
+from navbench.cli.street.osm import osm, routes
 
 MEASURES = (  # label, key of the document, form
     ("Navigation mesh [m2]", "walkable_area_m2", ",.0f"),
@@ -48,6 +49,7 @@ def map() -> None:
     Examples:
       navbench map new --seed 7 --name my_town --out my_maps
       navbench map import --mesh mesh.yaml --geometry geometry.yaml --name my_town --out my_maps
+      navbench map osm map.osm --bbox 24.9,60.1,24.9036,60.1018 --out my_maps
       navbench map show my_maps/my_town.yaml --out town.png
       navbench map show sidewalk --view navmesh --out mesh.png --json
     """
@@ -100,6 +102,10 @@ def import_map(
     """Import a place and say which map it is."""
     made = maps.import_map(name, mesh, geometry, out, curb=curb, margin=margin)
     sys.stdout.write(f"{made}\n")
+
+
+map.add_command(osm)
+map.add_command(routes)
 
 
 @map.command(

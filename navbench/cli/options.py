@@ -200,7 +200,7 @@ _CONDITIONS = (
         shell_complete=completed("maps"),
         default="sidewalk",
         show_default=True,
-        help="A built-in map or a map_server YAML file.",
+        help="A built-in map, a map_server YAML file, or a folder of navbench map osm.",
     ),
     click.option(
         "--pedestrians", type=int, help="Number of people; default: the world's own (20)."

@@ -22,6 +22,7 @@ from harness.execution.workers import Workers
 from navbench.cli.app import main
 from navstack.params.extensions import extensions
 from navstack.types import Pose2D
+from tests.street.town import small_town
 
 from .blocks import ROOT, Block
 from .shortened import IN_FILES, SHORT_RULES, SHORT_TIMEOUT, SMALL_MAP
@@ -35,11 +36,13 @@ GIVEN = {
         "my_new_nav2.yaml",
         "my_map.yaml",
         "my_vectors",
+        "map.osm",
         "drive.bag",
         "latest",
         "a",
         "b",
     ),
+    "street.md": ("map.osm",),
     "check.md": ("my_robot_nav2.yaml", "my_new_nav2.yaml", "before", "after"),
     "README.md": ("my_robot_nav2.yaml", "drive.bag"),
     "quick_start.md": ("latest",),  # driven by its make run
@@ -193,6 +196,7 @@ MAKERS: dict[str, Callable[[Path], object]] = {
     "my_prices.yaml": copy_of("params", "prices", "costnav.yaml"),
     "my_map.yaml": make_map,
     "my_vectors": make_vectors,
+    "map.osm": lambda path: small_town().write(path),
     "recorded.csv": make_recording,
     "drive.bag": make_log,
     "test1.bag": make_log,

@@ -135,7 +135,7 @@ NOT_EXECUTED = {
         "minutes of processor time",
         "tests/api/test_examples.py::test_a_policy_is_trained_and_driven",
     ),
-    r"pip install (\.|'?navbench\[(dask|gym)\]'?( dask-jobqueue)?|mpi4py mpich)": Reason(
+    r"pip install (\.|'?navbench\[(dask|gym|street)\]'?( dask-jobqueue)?|mpi4py mpich)": Reason(
         "needs an index"
     ),
     r"\. \.venv/bin/activate": Reason("a shell's own"),

@@ -39,7 +39,7 @@ def test_streets_and_furniture_are_those_of_the_seed(name: str, seed: int) -> No
 
     The furniture is of one of few attempts.
     """
-    obstacles, zones = load_objects(Path(shipped("maps") / f"{name}.geojson"))
+    obstacles, zones, _ = load_objects(Path(shipped("maps") / f"{name}.geojson"))
     corner = next(zone.polygon[0, 0] for zone in zones if zone.kind == "sidewalk")
     widening = round(plan(seed, 0.0).blocks[0].area.x0 - corner, 3)
     ground: list[Thing] = [(zone.kind, zone.elevation, zone.polygon.tolist()) for zone in zones]

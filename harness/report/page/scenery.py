@@ -24,18 +24,22 @@ GROUND, WALKABLE, SOLID = 0, 1, 2  # what a pixel shows
 
 
 def sceneries(entries: Sequence[PageEntry]) -> tuple[Json, list[str]]:
-    """Every map of a page once, by its label, and why others are not drawn."""
+    """Every map of a page once, by its label; whose data they are, and why others are not drawn."""
     drawn: Json = {}
-    troubles = []
+    troubles: list[tuple[str, str]] = []
+    credits: list[str] = []
     for entry in {entry.run.folder: entry for entry in entries}.values():
         if entry.map_label in drawn:
             continue
         try:
-            drawn[entry.map_label] = draw(scene_of_run(entry.run))
+            scene = scene_of_run(entry.run)
+            drawn[entry.map_label] = draw(scene)
+            if scene.credit:
+                credits.append(f"map {scene.name}: {scene.credit}")
         except NavstackError as error:
             note = f"the map of {entry.run.folder.resolve().name} is not drawn: {error}"
             troubles.append((entry.map_label, note))
-    return drawn, [note for label, note in troubles if label not in drawn]
+    return drawn, [*credits, *(note for label, note in troubles if label not in drawn)]
 
 
 def scene_of_run(run: StoredRun) -> Scene:

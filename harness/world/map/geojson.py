@@ -29,6 +29,8 @@ def objects_text(scene: Scene) -> str:
     ]
     lines = ",\n".join(json.dumps(feature, separators=(",", ":")) for feature in features)
     about = '"type":"FeatureCollection","coordinates":"metres in the map frame"'
+    if scene.credit:
+        about += f',"attribution":{json.dumps(scene.credit)}'
     return f'{{{about},"features":[\n{lines}\n]}}\n'
 
 
@@ -42,15 +44,16 @@ def _feature(role: str, kind: str, polygon: FloatArray, more: dict[str, float]) 
     }
 
 
-def load_objects(path: Path) -> tuple[tuple[Obstacle, ...], tuple[Zone, ...]]:
-    """The obstacles and zones of a file.
+def load_objects(path: Path) -> tuple[tuple[Obstacle, ...], tuple[Zone, ...], str]:
+    """The obstacles and zones of a file, and the credit that its data ask for.
 
     Raises:
         MapError: it cannot be read, or holds something else.
     """
     try:
         check_regular(path, MAX_OBJECTS_BYTES)
-        features = json.loads(path.read_text(encoding="utf-8"))["features"]
+        content = json.loads(path.read_text(encoding="utf-8"))
+        features = content["features"]
         if len(features) > MAX_OBJECTS:
             raise MapError(f"{path}: {len(features)} features; at most {MAX_OBJECTS} are read")
         obstacles: list[Obstacle] = []
@@ -66,7 +69,7 @@ def load_objects(path: Path) -> tuple[tuple[Obstacle, ...], tuple[Zone, ...]]:
                 zones.append(_zone(feature, where))
             else:
                 obstacles += _obstacles(feature, where)
-        return tuple(obstacles), tuple(zones)
+        return tuple(obstacles), tuple(zones), str(content.get("attribution", ""))
     except OSError as error:
         raise MapError(f"{path}: cannot be read ({error.strerror})") from None
     except RecursionError:

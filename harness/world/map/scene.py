@@ -40,6 +40,7 @@ class Scene:
     # FREE where feet and wheels may be, up to curb and wall, OCCUPIED elsewhere; same shape
     walkable: OccupancyGrid
     drawn_mesh: OccupancyGrid | None = None  # the navigation mesh where one was drawn; same shape
+    credit: str = ""  # whose data it is made of, as their licence asks to say
 
     @property
     def mapped_geometry(self) -> OccupancyGrid:

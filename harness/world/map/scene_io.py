@@ -75,11 +75,12 @@ def load_scene(name_or_path: str | Path) -> Scene:
     walkable = _load_companion(path, _WALKABLE, geometry) or _free_part(geometry)
     mesh = _load_companion(path, _MESH, geometry)
     objects_path = path.with_suffix(".geojson")
+    credit = ""
     if objects_path.exists():
-        obstacles, zones = load_objects(objects_path)
+        obstacles, zones, credit = load_objects(objects_path)
     else:
         obstacles, zones = extrude(geometry, geometry.data >= SOLID_FROM), ()
-    return Scene(path.stem, obstacles, zones, geometry, walkable, mesh)
+    return Scene(path.stem, obstacles, zones, geometry, walkable, mesh, credit)
 
 
 def map_files(name_or_path: str | Path) -> list[Path]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from harness.task.study import MAX_PEDESTRIANS
+from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.ranges import Known, NotNegative, Parameters, Positive, Share, up_to, within
 from navstack.types import Pose2D
@@ -11,6 +12,7 @@ from navstack.types import Pose2D
 MODEL_NAMES = ("random_walk", "social_force", "replay")
 GOAL_CHOICES = ("random", "in_turn")
 BEGINNINGS = ("setting_out", "stationary")
+SHIPPED_COUNT, AREA_PER_PERSON = 20, 630.0  # people on a shipped map, and its mesh [m2] for each
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,3 +98,9 @@ class PedestrianParams(Parameters, whose="pedestrians"):
             raise ParameterError(
                 f"pedestrians: pause {self.pause_min}..{self.pause_max} s; it must be a range"
             )
+
+
+def people_on(mesh: OccupancyGrid, count: int) -> int:
+    """How many people walk on a navigation mesh where ``count`` would on a shipped map's."""
+    area = float((mesh.data == FREE).sum()) * mesh.resolution**2
+    return round(count * area / (SHIPPED_COUNT * AREA_PER_PERSON))

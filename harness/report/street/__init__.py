@@ -1,0 +1,1 @@
+"""What an imported street looks like: screen, page and picture."""

@@ -1,0 +1,36 @@
+"""A picture of a district, with its routes' graph and OpenStreetMap's credit."""
+
+from pathlib import Path
+
+from harness.report.figures import save_picture
+from harness.report.map_picture import draw_legend, draw_scene
+from harness.street.district import District, overview
+from harness.street.route_graph import RouteGraph
+
+_WIDTH, _LEGEND = 8.0, 2.0  # [inch]
+_TALLEST = 2.5  # times as tall as wide
+
+
+def draw_district(district: District, graph: RouteGraph, path: Path) -> None:
+    """Write a picture of ground, buildings, furniture and ways.
+
+    Raises:
+        InputError: the picture cannot be written.
+    """
+    from matplotlib.collections import LineCollection
+    from matplotlib.figure import Figure
+
+    area = district.ground.box
+    height = _WIDTH * min(area.depth / area.width, _TALLEST)
+    total = _WIDTH + _LEGEND
+    figure = Figure(figsize=(total, height), dpi=200)
+    axes = figure.add_axes((0.06, 0.05, 0.92 * _WIDTH / total, 0.93))
+    scene = overview(district)
+    draw_scene(axes, scene, area)
+    axes.add_collection(
+        LineCollection(
+            list(graph.points[graph.pairs]), colors="#3b6fd4", linewidths=0.5, zorder=4.0
+        )
+    )
+    draw_legend(axes, scene, ("ways", "#3b6fd4"))
+    save_picture(figure, path)

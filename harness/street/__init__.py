@@ -1,0 +1,1 @@
+"""Real streets: OpenStreetMap extracts as scenes, and routes along their sidewalks."""

@@ -1,0 +1,215 @@
+"""The ground of a district: where people walk, where cars drive, what is built on."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import shapely
+
+from harness.street.links import links_between, without_medians
+from harness.street.osm_file import Extract, MappedThing
+from harness.street.rules import RULES, carriageway_width, tagged_length, walk_kind, walk_width
+from harness.street.walks import (
+    Street,
+    Walk,
+    drawn_walks,
+    is_open,
+    more_crossings,
+    side_walks,
+    streets_of,
+)
+from harness.world.map.scene import Obstacle
+from harness.world.map.shapes import Rect
+from navstack.errors import InputError
+from navstack.types import FloatArray
+
+_LEAST_AREA = 0.05  # [m2] of a piece that stays
+_SIMPLER = 0.05  # [m] by which outlines may move
+_PLAZAS = ("pedestrian", "footway", "path", "living_street")
+_GREEN = {"landuse": ("grass", "meadow"), "leisure": ("park", "garden"), "natural": ("scrub",)}
+
+
+@dataclass(eq=False)
+class DistrictGround:
+    """A district without furniture; polygons in [m], x east, y north of the lower left corner."""
+
+    box: Rect
+    streets: list[Street]
+    walks: list[Walk]  # crossings too
+    plazas: shapely.Geometry  # areas for people
+    roads: shapely.Geometry  # carriageways without what is for people
+    walkable: shapely.Geometry  # without what is solid and crossings with raised kerbs
+    green: shapely.Geometry
+    # buildings and barriers: kind of the obstacle, ground [m], height [m]
+    built: list[tuple[str, shapely.Geometry, float]] = field(default_factory=list)
+
+    @cached_property
+    def solid(self) -> list[Obstacle]:
+        """What is built, in convex pieces."""
+        return [
+            Obstacle(kind, piece, height)
+            for kind, shape, height in self.built
+            for piece in convex_pieces(shape)
+        ]
+
+
+def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
+    """Make the ground of what an extract says and the rules fill in.
+
+    Raises:
+        InputError: no sidewalk, footway, area for people or street tagged with a sidewalk is there.
+    """
+    streets, walks = streets_of(extract), drawn_walks(extract)
+    plazas = _union([area.geometry for area in extract.areas if _is_plaza(area)])
+    beside = [walk.line for walk in walks if walk.kind not in ("crossing", "service")]
+    sides = side_walks(streets, shapely.union_all([*beside, plazas]), rng)
+    sides = without_medians(sides, streets)
+    if not beside and plazas.is_empty and not any(walk.source == "tag" for walk in sides):
+        raise InputError(
+            "the box has no sidewalk, footway or area for people, and no street tagged "
+            "sidewalk=both, left or right; choose another box"
+        )
+    walks += more_crossings(extract, streets, walks, sides)
+    box = shapely.box(extract.box.x0, extract.box.y0, extract.box.x1, extract.box.y1)
+    carriageways = _union([street.polygon for street in streets])
+    level = [walk.polygon.buffer(0.01) for walk in walks if not walk.has_step]
+    raised = _union([walk.polygon for walk in walks if walk.has_step])
+    drawn = _union([plazas, *level, shapely.difference(raised, carriageways)])
+    buildings = _buildings(extract, box)
+    barriers = _barriers(extract, box, drawn)
+    built = _union([shape for _, shape, _ in [*buildings, *barriers]])
+    built = shapely.union(built, _steps(extract))
+    sides_ground = shapely.difference(_union([walk.polygon for walk in sides]), carriageways)
+    people = shapely.union(drawn, sides_ground)
+    walkable = shapely.intersection(shapely.difference(people, built), box)
+    closed = shapely.union(built, shapely.intersection(raised, carriageways))
+    links = links_between(walkable, closed, carriageways)
+    people = shapely.union_all([people, *(link.polygon for link in links)])
+    walks += sides + links
+    walkable = shapely.intersection(shapely.difference(people, built), box)
+    walkable = _joined_or_drawn(_polygons(walkable).simplify(_SIMPLER), drawn)
+    roads = shapely.intersection(shapely.difference(carriageways, people), box)
+    green = _union([area.geometry for area in extract.areas if _is_green(area)])
+    green = shapely.intersection(green, box)
+    return DistrictGround(
+        extract.box,
+        streets,
+        walks,
+        shapely.intersection(plazas, box),
+        _polygons(roads).simplify(_SIMPLER),
+        walkable,
+        _polygons(shapely.difference(green, shapely.union(people, carriageways))),
+        [*buildings, *barriers],
+    )
+
+
+def _union(shapes: list[shapely.Geometry]) -> shapely.Geometry:
+    return shapely.union_all([shape for shape in shapes if not shape.is_empty], grid_size=0.001)
+
+
+def _polygons(shape: shapely.Geometry) -> shapely.Geometry:
+    """The polygons of a geometry, without slivers."""
+    parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
+    return shapely.MultiPolygon([part for part in parts if part.area > _LEAST_AREA])
+
+
+def _joined_or_drawn(walkable: shapely.Geometry, drawn: shapely.Geometry) -> shapely.Geometry:
+    """The walkable ground without parts that only the rules put there and nothing joins."""
+    parts = shapely.get_parts(walkable)
+    largest = float(shapely.area(parts).max(initial=0.0))
+    shapely.prepare(drawn)
+    return shapely.MultiPolygon(
+        [part for part in parts if part.area == largest or shapely.intersects(drawn, part)]
+    )
+
+
+def _is_plaza(area: MappedThing) -> bool:
+    return area.tags.get("highway") in _PLAZAS and is_open(area.tags)
+
+
+def _is_green(area: MappedThing) -> bool:
+    return any(area.tags.get(key) in values for key, values in _GREEN.items())
+
+
+def _steps(extract: Extract) -> shapely.Geometry:
+    """Stairs: no wheel gets over them."""
+    half = 0.5 * RULES.walk_widths["steps"]
+    stairs = [way.geometry for way in extract.lines if walk_kind(way.tags) == "steps"]
+    return _union([line.buffer(half, cap_style="flat") for line in stairs])
+
+
+def _buildings(
+    extract: Extract, box: shapely.Geometry
+) -> list[tuple[str, shapely.Geometry, float]]:
+    """Kind, footprint [m] and height [m]; passages and covered ways lead through."""
+    passages = []
+    for way in extract.lines:
+        is_passage = (
+            way.tags.get("tunnel") == "building_passage" or way.tags.get("covered") == "yes"
+        )
+        if is_passage and "highway" in way.tags:
+            passages.append(way.geometry.buffer(0.5 * _passage_width(way.tags)))
+    through = _union(passages)
+    found = []
+    for area in extract.areas:
+        if area.tags.get("building", "no") in ("no", "roof", "carport"):
+            continue
+        shape = shapely.difference(shapely.intersection(area.geometry, box), through)
+        found.append(("building_glass", _polygons(shape).simplify(_SIMPLER), _height(area.tags)))
+    return found
+
+
+def _passage_width(tags: dict[str, str]) -> float:
+    if tags["highway"] in RULES.carriageways:
+        return carriageway_width(tags)
+    kind = walk_kind(tags)
+    if not kind:
+        return RULES.walk_widths["footway"]
+    return walk_width(tags, kind)[0]
+
+
+def _height(tags: dict[str, str]) -> float:
+    tagged = tagged_length(tags, "height")
+    levels = tags.get("building:levels", "")
+    if tagged is not None:
+        return tagged
+    if levels.isdecimal() and 1 <= int(levels) <= 100:
+        return int(levels) * RULES.building["storey"]
+    return RULES.building["height"]
+
+
+def _barriers(
+    extract: Extract, box: shapely.Geometry, ways: shapely.Geometry
+) -> list[tuple[str, shapely.Geometry, float]]:
+    """Fences, walls and hedges: kind, ground [m], height [m]; a drawn way leads through."""
+    found = []
+    shapely.prepare(ways)
+    for thing in extract.lines:
+        entry = RULES.barriers.get(thing.tags.get("barrier", ""))
+        if entry is None:
+            continue
+        kind, thickness, height = entry
+        tagged = tagged_length(thing.tags, "height")
+        if tagged is not None:
+            height = tagged
+        line = shapely.intersection(thing.geometry, box)
+        if shapely.intersects(ways, line):
+            line = shapely.difference(line, ways)
+        shape = line.buffer(0.5 * thickness, cap_style="flat", join_style="mitre")
+        found.append((kind, _polygons(shape), height))
+    return found
+
+
+def convex_pieces(shape: shapely.Geometry) -> list[FloatArray]:
+    """Convex counter-clockwise polygons (N, 2) [m] that cover an area."""
+    pieces: list[FloatArray] = []
+    for polygon in shapely.get_parts(shape):
+        parts = [polygon]
+        if polygon.convex_hull.area - polygon.area > 1e-3:
+            parts = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon)).tolist()
+        for part in parts:
+            ring = shapely.orient_polygons(part).exterior
+            corners = np.round(shapely.get_coordinates(ring)[:-1], 3)
+            if part.area > 1e-3 and shapely.Polygon(corners).is_valid:
+                pieces.append(corners)
+    return pieces

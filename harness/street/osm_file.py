@@ -1,0 +1,190 @@
+"""The things of an OpenStreetMap extract that a street is made of, in metres."""
+
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+from pyproj import Proj
+
+from harness.street.rules import is_below_or_above
+from harness.world.map.shapes import Rect
+from navstack.errors import InputError, MapError
+from navstack.files import check_regular
+from navstack.types import FloatArray
+
+CREDIT = "(c) OpenStreetMap contributors, ODbL 1.0, openstreetmap.org/copyright"
+MOST_BYTES = 200_000_000  # of a file; a city's extract
+MOST_EXTENT = 5000.0  # [m] of a box
+AROUND = 30.0  # [m] beyond the box that is read
+_SUFFIXES = (".pbf", ".osm", ".osm.gz", ".osm.bz2")
+_NODE_KEYS = (
+    "highway barrier amenity natural emergency kerb man_made advertising traffic_sign"
+).split()
+_AREA_KEYS = "building highway place landuse leisure natural".split()
+
+
+@dataclass(frozen=True, slots=True)
+class GeoBox:
+    """A box of latitudes and longitudes."""
+
+    west: float  # [deg]
+    south: float
+    east: float
+    north: float
+
+    def __post_init__(self) -> None:
+        """Check the order and the range of the sides.
+
+        Raises:
+            InputError: it is no box on Earth.
+        """
+        in_order = -180.0 <= self.west < self.east <= 180.0
+        if not in_order or not -85.0 <= self.south < self.north <= 85.0:
+            raise InputError(
+                f"--bbox {self.west},{self.south},{self.east},{self.north} is no box; give west, "
+                "south, east and north in degrees, west < east and south < north"
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MappedThing:
+    """A node, a way or an area with its tags."""
+
+    tags: dict[str, str]
+    geometry: shapely.Geometry  # [m] x east, y north of the box's lower left corner
+    nodes: tuple[int, ...] = ()  # of a way, or the node's own number
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Extract:
+    """What of a file lies in a box."""
+
+    geo: GeoBox
+    box: Rect  # [m] the same box
+    points: list[MappedThing]
+    lines: list[MappedThing]
+    areas: list[MappedThing]
+
+
+def read_extract(path: Path, geo: GeoBox | None = None) -> Extract:
+    """Read what lies in a box of a file.
+
+    Args:
+        path: a .osm.pbf, .osm, .osm.gz or .osm.bz2 file.
+        geo: the box; None: the one that the file's header names.
+
+    Raises:
+        InputError: the box is no box, or the file has nothing there.
+        MapError: the file is missing, too large, broken, or no such file; or osmium is missing.
+    """
+    osmium = _osmium()
+    if not path.name.endswith(_SUFFIXES):
+        raise MapError(f"{path}: is no OpenStreetMap file; give one of {', '.join(_SUFFIXES)}")
+    try:
+        check_regular(path, MOST_BYTES)
+    except OSError as error:
+        raise MapError(
+            f"{path}: cannot be read ({error.strerror}); of a larger file cut a part: "
+            "osmium extract --bbox W,S,E,N FILE"
+        ) from None
+    try:
+        geo = _box_of(osmium, path, geo)
+        return _read(osmium, path, geo)
+    except (RuntimeError, ValueError) as error:
+        reason = str(error).splitlines()[0]
+        raise MapError(
+            f"{path}: is broken or cut off ({reason}); download the extract again"
+        ) from None
+
+
+def _osmium() -> Any:
+    try:
+        import osmium
+    except ImportError:
+        raise MapError(
+            "OpenStreetMap files need the package osmium; pip install 'navbench[street]'"
+        ) from None
+    return osmium
+
+
+def _box_of(osmium: Any, path: Path, geo: GeoBox | None) -> GeoBox:
+    with osmium.io.Reader(str(path)) as reader:
+        stated = reader.header().box()
+    if not stated.valid():
+        if geo is None:
+            raise InputError(f"{path}: does not name its own box; give --bbox W,S,E,N")
+        return geo
+    low, high = stated.bottom_left, stated.top_right
+    if geo is None:
+        return GeoBox(low.lon, low.lat, high.lon, high.lat)
+    is_beside = geo.east <= low.lon or high.lon <= geo.west
+    if is_beside or geo.north <= low.lat or high.lat <= geo.south:
+        raise InputError(
+            f"--bbox {geo.west},{geo.south},{geo.east},{geo.north} lies outside of {path.name}, "
+            f"which has {low.lon},{low.lat},{high.lon},{high.lat}"
+        )
+    return geo
+
+
+def _read(osmium: Any, path: Path, geo: GeoBox) -> Extract:
+    project = Proj(proj="aeqd", ellps="WGS84", lat_0=geo.south, lon_0=geo.west)
+    width, depth = project(geo.east, geo.south)[0], project(geo.west, geo.north)[1]
+    if max(width, depth) > MOST_EXTENT:
+        raise InputError(
+            f"--bbox: {width:.0f} x {depth:.0f} m; at most {MOST_EXTENT:.0f} m a side are read"
+        )
+    box = Rect(0.0, 0.0, float(width), float(depth))
+    grown = shapely.box(*_bounds(box.grown(AROUND)))
+    filters = osmium.filter.KeyFilter(*{*_NODE_KEYS, *_AREA_KEYS, "barrier"})
+    objects = osmium.FileProcessor(str(path)).with_areas(filters).with_filter(filters)
+    factory = osmium.geom.WKBFactory()
+    found: dict[str, list[MappedThing]] = {"point": [], "line": [], "area": []}
+    for one in objects:
+        tags = dict(one.tags)
+        if is_below_or_above(tags):
+            continue
+        made = _geometry(osmium, factory, one)
+        if made is None:
+            continue
+        kind, wkb, nodes = made
+        geometry = shapely.transform(shapely.from_wkb(wkb), lambda lonlat: _metres(project, lonlat))
+        if shapely.intersects(grown, geometry):
+            found[kind].append(MappedThing(tags, geometry, nodes))
+    if not found["line"] and not found["area"]:
+        raise InputError(f"{path}: has no way in the box; check --bbox W,S,E,N")
+    return Extract(geo, box, found["point"], found["line"], found["area"])
+
+
+def _geometry(osmium: Any, factory: Any, one: Any) -> tuple[str, str, tuple[int, ...]] | None:
+    """Kind, geometry as hexadecimal WKB, and nodes of an object; None: it has no shape."""
+    try:
+        if one.is_node():
+            return "point", factory.create_point(one), (one.id,)
+        if one.is_area() and _is_loop(one):
+            return None
+        if one.is_area():
+            return "area", factory.create_multipolygon(one), ()
+        if one.is_way():
+            apart = groupby(one.nodes, key=lambda node: (node.lon, node.lat))
+            nodes = tuple(next(same).ref for _, same in apart)  # as many as the line has corners
+            return "line", factory.create_linestring(one), nodes
+    except (RuntimeError, osmium.InvalidLocationError):
+        return None  # a way that the extract cuts off, or a line of one point
+    return None
+
+
+def _is_loop(area: Any) -> bool:
+    """Whether a closed way is a line that ends where it begins, as a path around a pond."""
+    is_line = "highway" in area.tags or "barrier" in area.tags
+    return bool(area.from_way()) and is_line and area.tags.get("area") != "yes"
+
+
+def _metres(project: Proj, lonlat: FloatArray) -> FloatArray:
+    return np.stack(project(lonlat[:, 0], lonlat[:, 1]), axis=1)
+
+
+def _bounds(rect: Rect) -> tuple[float, float, float, float]:
+    return rect.x0, rect.y0, rect.x1, rect.y1

@@ -1,0 +1,112 @@
+"""The table ``rules.toml``: what tags mean, and what is put in where they are missing."""
+
+import re
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+_LENGTH = re.compile(r"\s*(\d+(?:\.\d+)?)\s*m?\s*")
+LEAST_WIDTH, MOST_WIDTH = 0.3, 60.0  # [m] of a way's tag that is believed
+
+
+@dataclass(frozen=True, slots=True)
+class StreetRules:
+    """Content of ``rules.toml``; lengths in [m]."""
+
+    walk_widths: dict[str, float]  # by highway=
+    carriageways: dict[str, float]  # by highway=
+    street: dict[str, Any]
+    building: dict[str, float]
+    barriers: dict[str, tuple[str, float, float]]  # kind, thickness, height by barrier=
+    furniture: dict[str, str]  # entry of the catalogue by key=value
+    catalogue: dict[str, tuple[float, float, float, str]]  # length, depth, height, kind
+    filling: dict[str, float]  # distance between pieces, by entry of the catalogue
+
+
+def _load() -> StreetRules:
+    text = Path(__file__).with_name("rules.toml").read_text(encoding="utf-8")
+    return StreetRules(**tomllib.loads(text))
+
+
+RULES = _load()
+
+
+def tagged_length(tags: dict[str, str], key: str) -> float | None:
+    """A length in [m] that a tag gives; None: there is none, or none that is believed."""
+    found = _LENGTH.fullmatch(tags.get(key, ""))
+    if found is None:
+        return None
+    length = float(found[1])
+    if not LEAST_WIDTH <= length <= MOST_WIDTH:
+        return None
+    return length
+
+
+def walk_kind(tags: dict[str, str]) -> str:
+    """The entry of ``walk_widths`` that a way for people has; empty: it is none."""
+    highway = tags.get("highway", "")
+    if highway == "cycleway" and tags.get("foot") not in ("yes", "designated"):
+        return ""
+    if highway == "service" and tags.get("service") == "parking_aisle":
+        return ""
+    role = tags.get("footway") or tags.get("path") or tags.get("cycleway") or ""
+    if highway in ("footway", "path", "cycleway") and role in ("sidewalk", "crossing"):
+        return role
+    if highway not in RULES.walk_widths:
+        return ""
+    return highway
+
+
+def walk_width(tags: dict[str, str], kind: str) -> tuple[float, bool]:
+    """Width [m] of a way for people, and whether a tag says so."""
+    tagged = tagged_length(tags, "width")
+    if tagged is None or kind == "steps":  # mappers give steps their depth or number there
+        return RULES.walk_widths[kind], False
+    return tagged, True
+
+
+def carriageway_width(tags: dict[str, str]) -> float:
+    """Width [m] of a street between its kerbs, parking included."""
+    tagged = tagged_length(tags, "width")
+    if tagged is not None:
+        return tagged
+    width, street = RULES.carriageways[tags["highway"]], RULES.street
+    lanes = tags.get("lanes", "")
+    if lanes.isdecimal() and 1 <= int(lanes) <= 8:
+        width = int(lanes) * float(street["lane_width"])
+    return width + _parking_sides(tags) * float(street["parking_width"])
+
+
+def _parking_sides(tags: dict[str, str]) -> int:
+    sides = 0
+    for key in ("parking:lane", "parking"):
+        sides += 2 * (tags.get(f"{key}:both") in ("parallel", "lane"))
+        sides += tags.get(f"{key}:left") in ("parallel", "lane")
+        sides += tags.get(f"{key}:right") in ("parallel", "lane")
+    return min(sides, 2)
+
+
+def sidewalk_sides(tags: dict[str, str]) -> dict[str, str]:
+    """Which sides of a street have a sidewalk of their own: 'left', 'right' -> 'tag' or 'rule'."""
+    tagged = tags.get("sidewalk") or tags.get("sidewalk:both") or ""
+    sides = {}
+    for side in ("left", "right"):
+        value = tags.get(f"sidewalk:{side}", tagged)
+        if value in ("both", "yes", side):
+            sides[side] = "tag"
+        elif not value and tags["highway"] in RULES.street["has_sidewalks"]:
+            sides[side] = "rule"
+    return sides
+
+
+def is_below_or_above(tags: dict[str, str]) -> bool:
+    """Whether a thing is not on the ground: in a tunnel, indoors, on a deck, or not built."""
+    layer = tags.get("layer", "0")
+    passage = tags.get("tunnel") == "building_passage"
+    in_tunnel = tags.get("tunnel", "no") not in ("no", "building_passage")
+    if in_tunnel or tags.get("indoor", "no") != "no" or tags.get("location") == "underground":
+        return True
+    if tags.get("level", "0").split(";")[0] not in ("0", ""):
+        return True
+    return layer not in ("0", "1") and not passage

@@ -1,0 +1,100 @@
+"""A part of a district that is kept in tiles: maps of one resolution side by side in one frame."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+from scipy import ndimage
+
+from harness.world.map.scene import Scene
+from harness.world.map.scene_io import load_scene, made_of
+from harness.world.map.shapes import Rect
+from harness.world.map.sidewalk import without_slivers
+from navstack.costmap.map_image import MAX_PIXELS
+from navstack.costmap.map_io import load_metadata
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from navstack.errors import MapError
+from navstack.types import BoolArray, Pose2D
+
+Cells = npt.NDArray[np.int8]
+
+
+def load_part(folder: Path, name: str, window: Rect, at: tuple[float, float]) -> Scene:
+    """The part of a district in a window.
+
+    Args:
+        folder: of the tiles.
+        name: of the district: its map is NAME.yaml, or its tiles are NAME_column_row.yaml.
+        window: [m] map frame; it is widened to whole cells.
+        at: x, y [m] of a place whose connected ground is the navigation mesh.
+
+    Raises:
+        MapError: no tile is there, or the window is larger than a map may be.
+    """
+    scenes = [load_scene(tile) for tile in _tiles_in(folder, name, window)]
+    if not scenes:
+        raise MapError(f"{folder}: no tile of {name} is at ({at[0]:.0f}, {at[1]:.0f}) m")
+    r = scenes[0].geometry.resolution
+    column, row = math.floor(window.x0 / r), math.floor(window.y0 / r)
+    width, height = math.ceil(window.x1 / r) - column, math.ceil(window.y1 / r) - row
+    if width * height > MAX_PIXELS:
+        raise MapError(
+            f"{folder}: a part of {width} x {height} cells is needed at once; at most {MAX_PIXELS}"
+        )
+    solid = np.full((height, width), FREE, dtype=np.int8)
+    closed = np.full((height, width), OCCUPIED, dtype=np.int8)
+    for scene in scenes:
+        _paste(solid, scene.geometry, column, row)
+        _paste(closed, scene.walkable, column, row)
+    mesh = _part_at(
+        without_slivers(closed == FREE, r), int(at[1] / r) - row, int(at[0] / r) - column
+    )
+    corner = Pose2D(column * r, row * r, 0.0)
+    obstacles = {
+        (each.kind, each.polygon.tobytes()): each for scene in scenes for each in scene.obstacles
+    }
+    return Scene(
+        name,
+        tuple(obstacles.values()),
+        tuple(zone for scene in scenes for zone in scene.zones),
+        OccupancyGrid(solid, r, corner),
+        OccupancyGrid(closed, r, corner),
+        OccupancyGrid(np.where(mesh, np.int8(FREE), np.int8(OCCUPIED)), r, corner),
+        scenes[0].credit,
+    )
+
+
+def _tiles_in(folder: Path, name: str, window: Rect) -> Iterator[Path]:
+    parts = made_of("")[1:]
+    for path in sorted([*folder.glob(f"{name}.yaml"), *folder.glob(f"{name}_*_*.yaml")]):
+        if path.stem.endswith(parts):
+            continue
+        about = load_metadata(path)
+        with Image.open(about.image) as image:
+            width, height = image.size
+        x, y, r = about.origin.x, about.origin.y, about.resolution
+        if window.overlaps(Rect(x, y, x + width * r, y + height * r)):
+            yield path
+
+
+def _paste(target: Cells, grid: OccupancyGrid, column: int, row: int) -> None:
+    """Copy what of a grid lies in a target whose first cell is ``(row, column)`` of the frame."""
+    left = round(grid.origin.x / grid.resolution) - column
+    bottom = round(grid.origin.y / grid.resolution) - row
+    height, width = target.shape
+    x0, x1 = max(left, 0), min(left + grid.width, width)
+    y0, y1 = max(bottom, 0), min(bottom + grid.height, height)
+    target[y0:y1, x0:x1] = grid.data[y0 - bottom : y1 - bottom, x0 - left : x1 - left]
+
+
+def _part_at(mask: BoolArray, row: int, column: int) -> BoolArray:
+    """The connected part of a mask at a cell; where that is not set, the largest one."""
+    labels, _ = ndimage.label(mask)
+    number = int(labels[row, column])
+    if number == 0:
+        number = 1 + int(np.argmax(np.bincount(labels.ravel(), minlength=2)[1:]))
+    part: BoolArray = labels == number
+    return part

@@ -1,0 +1,89 @@
+"""``navbench map osm`` and ``navbench map routes``: real streets."""
+
+from pathlib import Path
+
+import click
+
+from harness.report.street.screen import routes_blocks, street_blocks
+from harness.report.tables import print_blocks, report_console
+from navbench.api import street
+from navbench.cli.options import JSON
+from navbench.cli.streams import print_json
+
+
+def numbers_of(text: str, option: str, form: str) -> tuple[float, ...]:
+    """Numbers between commas.
+
+    Raises:
+        click.BadParameter: they are no numbers, or not as many as ``form`` has.
+    """
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != len(form.split(",")):
+        raise click.BadParameter(f"{option} '{text}' is not {form}")
+    return numbers
+
+
+@click.command(
+    "osm", help="Make maps, a route graph and statistics of FILE, an OpenStreetMap extract."
+)
+@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
+@click.option(
+    "--bbox", metavar="W,S,E,N", help="Part to read, in degrees; default: the file's own box."
+)
+@click.option("--name", help="The maps' name; default: the file's.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path(),
+    help="Folder; default: the current one.",
+)
+@click.option(
+    "--seed",
+    type=int,
+    default=0,
+    show_default=True,
+    help="Of what is filled in where the mapping is silent.",
+)
+@JSON
+def osm(
+    file: Path, bbox: str | None, name: str | None, out: Path, seed: int, as_json: bool
+) -> None:
+    """Import streets and say what was found."""
+    box = None
+    if bbox is not None:
+        west, south, east, north = numbers_of(bbox, "--bbox", "W,S,E,N")
+        box = west, south, east, north
+    found = street.import_osm(file, name, out, bbox=box, seed=seed)
+    if as_json:
+        print_json(found)
+        return
+    print_blocks(street_blocks(found), report_console())
+    click.echo(found["credit"])
+    click.echo(f"next: navbench run --map {out} --stack nav2-gps-ekf --episodes 20")
+
+
+@click.command(
+    "routes", help="Draw missions on GRAPH, a route graph in GeoJSON, and find their routes."
+)
+@click.argument("graph", metavar="GRAPH", type=click.Path(path_type=Path))
+@click.option("--missions", type=int, default=1000, show_default=True, help="How many are drawn.")
+@click.option(
+    "--distance",
+    default="0.3,2.5",
+    show_default=True,
+    metavar="LEAST,MOST",
+    help="Least distance as the crow flies and most length of the route [km].",
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the missions.")
+@JSON
+def routes(graph: Path, missions: int, distance: str, seed: int, as_json: bool) -> None:
+    """Find routes for drawn missions and say how many there are."""
+    low, high = numbers_of(distance, "--distance", "LEAST,MOST")
+    found = street.route_missions(graph, missions=missions, distance=(low, high), seed=seed)
+    if as_json:
+        print_json(found)
+        return
+    print_blocks(routes_blocks(found), report_console())

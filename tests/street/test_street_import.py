@@ -1,0 +1,202 @@
+"""Streets of OpenStreetMap become ground, furniture and maps."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+from harness.street.district import District, build_district, scene_of, windows_of
+from harness.street.ground import lay_ground
+from harness.street.osm_file import CREDIT, GeoBox, read_extract
+from harness.street.raster import cells_of
+from harness.world.map.scene_io import load_scene
+from harness.world.map.shapes import Rect
+from navbench.cli.app import main
+from navstack.costmap.occupancy_grid import FREE
+from navstack.errors import InputError, MapError
+from tests.street.town import BOX, Town, small_town
+
+pytest.importorskip("osmium", reason="needs osmium (pip install 'navbench[street]')")
+GEO = GeoBox(*map(float, BOX.split(",")))
+
+
+def district_of(town: Town, folder: Path, seed: int = 0) -> District:
+    return build_district(read_extract(town.write(folder / "town.osm"), GEO), seed)
+
+
+def status(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as leaving:
+        main(["map", *arguments])
+    return int(leaving.value.code or 0)
+
+
+@pytest.fixture
+def district(tmp_path: Path) -> District:
+    return district_of(small_town(), tmp_path)
+
+
+def test_a_tagged_street_has_a_sidewalk_on_both_sides(district: District) -> None:
+    tagged = [walk for walk in district.ground.walks if walk.source == "tag"]
+    sides = {round(float(walk.line.centroid.y)) for walk in tagged}
+    assert {side < 100 for side in sides} == {True, False}
+    # half a carriageway of 5.5 m and half a sidewalk of 2.1 to 2.9 m
+    assert all(3.8 <= abs(walk.line.centroid.y - 100.0) <= 4.3 for walk in tagged)
+
+
+@pytest.mark.parametrize(("value", "is_north"), [("left", True), ("right", False)])
+def test_a_sidewalk_on_one_side_lies_on_that_side(
+    tmp_path: Path, value: str, is_north: bool
+) -> None:
+    town = Town()
+    town.way((0, 100), (200, 100), highway="residential", sidewalk=value)
+    ground = district_of(town, tmp_path).ground
+    assert all((walk.line.centroid.y > 100.0) is is_north for walk in ground.walks)
+    assert ground.walks
+
+
+def test_a_width_that_is_tagged_counts(tmp_path: Path) -> None:
+    town = Town()
+    town.way((0, 50), (200, 50), highway="footway", width="3.2 m")
+    ground = district_of(town, tmp_path).ground
+    assert shapely.clip_by_rect(ground.walkable, 99, 0, 101, 200).area == pytest.approx(6.4, 0.02)
+
+
+def test_what_a_street_does_not_say_is_filled_in_from_the_seed(tmp_path: Path) -> None:
+    town = small_town()
+    first, again, other = (district_of(town, tmp_path, seed) for seed in (0, 0, 1))
+    filled = [walk for walk in first.ground.walks if walk.source == "rule"]
+    assert any(walk.kind == "sidewalk" for walk in filled)
+    assert any(walk.kind == "crossing" for walk in filled)
+    assert first.ground.walkable.equals(again.ground.walkable)
+    assert not first.ground.walkable.equals(other.ground.walkable)
+
+
+def test_each_arm_of_a_junction_within_a_way_has_a_crossing(district: District) -> None:
+    filled = [walk for walk in district.ground.walks if walk.kind == "crossing"]
+    places = {tuple(np.round(walk.line.centroid.coords[0])) for walk in filled}
+    assert {(95, 100), (105, 100), (100, 95), (100, 105)} < places
+
+
+def test_a_side_with_a_drawn_sidewalk_gets_no_second_one(tmp_path: Path) -> None:
+    town = Town()
+    town.way((0, 100), (200, 100), highway="residential")
+    town.way((0, 105), (200, 105), highway="footway", footway="sidewalk")
+    walks = district_of(town, tmp_path).ground.walks
+    filled = [walk for walk in walks if walk.source == "rule" and walk.kind == "sidewalk"]
+    assert filled
+    assert all(walk.line.centroid.y < 100.0 for walk in filled)
+
+
+def test_nobody_drives_over_a_raised_kerb_and_signals_stand_beside_it(district: District) -> None:
+    crossing = next(walk for walk in district.ground.walks if walk.has_signals)
+    assert crossing.has_step
+    assert not shapely.intersects_xy(district.ground.walkable, 60.0, 100.0)
+    scene = scene_of(district, district.ground.box, "town")
+    low = [zone for zone in scene.zones if zone.kind == "crosswalk" and zone.elevation < 0.0]
+    assert len(low) == 1
+    assert shapely.Polygon(low[0].polygon).centroid.x == pytest.approx(60.0, abs=0.5)
+    assert district.furniture.mapped["traffic_light"] == 2
+
+
+def test_nothing_stands_in_the_middle_of_a_way(district: District) -> None:
+    for piece in district.furniture.pieces:
+        shape = shapely.Polygon(piece.polygon)
+        nearest = min(shapely.distance(walk.line, shape) for walk in district.ground.walks)
+        assert nearest > 0.6
+    assert district.furniture.mapped["trash_bin"] == 1
+
+
+def test_buildings_are_convex_pieces_of_the_tagged_height(district: District) -> None:
+    walls = [each for each in district.ground.solid if each.kind == "building_glass"]
+    assert {each.height for each in walls} == {15.0}
+    area = sum(shapely.Polygon(each.polygon).area for each in walls)
+    assert area == pytest.approx(1600.0, rel=0.01)
+
+
+def test_a_passage_leads_through_a_building(tmp_path: Path) -> None:
+    town = small_town()
+    town.way((140, 100), (140, 200), highway="footway", tunnel="building_passage")
+    walkable = district_of(town, tmp_path).ground.walkable
+    assert walkable.contains(shapely.LineString(((140, 115), (140, 165))))
+
+
+def test_cells_have_their_centre_in_the_polygon() -> None:
+    ring = shapely.Polygon(
+        ((1.01, 1.02), (9, 2.03), (8.1, 9.07), (2, 7)), [((4, 4), (6, 4), (5, 6))]
+    )
+    cells = cells_of(ring, Rect(0.0, 0.0, 10.0, 10.0), 0.25)
+    y, x = (np.indices(cells.shape) + 0.5) * 0.25
+    assert np.array_equal(cells, shapely.contains_xy(ring, x, y))
+
+
+def test_a_large_box_becomes_tiles() -> None:
+    windows = windows_of(Rect(0.0, 0.0, 450.03, 300.0))
+    assert [suffix for suffix, _ in windows] == ["_0_0", "_1_0", "_2_0", "_0_1", "_1_1", "_2_1"]
+    assert sum(window.width * window.depth for _, window in windows) == pytest.approx(135_000.0)
+
+
+def test_the_command_writes_maps_that_load_with_credit_everywhere(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = small_town().write(tmp_path / "town.osm")
+    out = tmp_path / "maps"
+    assert status("osm", str(file), "--bbox", BOX, "--out", str(out), "--json") == 0
+    document: Any = json.loads(capsys.readouterr().out)
+    assert document["walks"]["sidewalk"]["filled_share"] == pytest.approx(0.5, abs=0.15)
+    assert document["crossings"]["signals"] == 1
+    scene = load_scene(out / "town.yaml")
+    assert (scene.navigation_mesh.data == FREE).sum() * 0.05**2 > 1000.0
+    assert scene.credit == CREDIT
+    written = {file.suffix: file for file in out.iterdir() if file.suffix != ".png"}
+    assert written.keys() == {".yaml", ".geojson", ".md"}
+    credited = [file for file in out.iterdir() if file.suffix != ".png"]
+    texts = [file.read_text(encoding="utf-8").replace("\n", " ") for file in credited]
+    assert all(CREDIT in text for text in texts)
+    assert status("osm", str(file), "--bbox", BOX, "--out", str(out)) == 1
+    assert "exists already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("content", "box", "says"),
+    [
+        ("<osm>", BOX, "broken or cut off"),
+        ("<osm version='0.6'></osm>", BOX, "no way in the box"),
+        ("<osm version='0.6'></osm>", "1,2,3", "not W,S,E,N"),
+        ("<osm version='0.6'></osm>", "3,2,1,4", "west < east"),
+        ("<osm version='0.6'></osm>", "24,60,25,61", "at most 5000 m a side"),
+        (
+            "<osm version='0.6'><bounds minlat='1' minlon='1' maxlat='2' maxlon='2'/></osm>",
+            BOX,
+            "lies outside of town.osm",
+        ),
+    ],
+)
+def test_what_cannot_be_used_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str, box: str, says: str
+) -> None:
+    file = tmp_path / "town.osm"
+    file.write_text(content, encoding="utf-8")
+    assert status("osm", str(file), "--bbox", box, "--out", str(tmp_path)) == 1
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1
+
+
+def test_a_box_without_sidewalks_is_refused(tmp_path: Path) -> None:
+    town = Town()
+    town.way((0, 100), (200, 100), highway="residential")
+    extract = read_extract(town.write(tmp_path / "town.osm"), GEO)
+    with pytest.raises(InputError, match="no sidewalk, footway or area for people"):
+        lay_ground(extract, np.random.default_rng(0))
+
+
+def test_other_and_huge_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(MapError, match=r"is no OpenStreetMap file; give one of \.pbf"):
+        read_extract(tmp_path / "town.txt", GEO)
+    file = small_town().write(tmp_path / "town.osm")
+    monkeypatch.setattr("harness.street.osm_file.MOST_BYTES", 100)
+    with pytest.raises(MapError, match="osmium extract --bbox"):
+        read_extract(file, GEO)

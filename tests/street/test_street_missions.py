@@ -1,0 +1,119 @@
+"""Missions on an imported district: legs, the part of the district around each, and a day of them."""
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.street.district import build_district, scene_of
+from harness.street.missions import LEG, StreetMissions, parts_of
+from harness.street.osm_file import GeoBox, read_extract
+from harness.street.route_graph import RouteGraph, WayEdge
+from harness.street.routes import find_route
+from harness.street.saving import save_maps
+from harness.world.map.shapes import Rect
+from harness.world.map.tiles import load_part
+from navbench.cli.app import main
+from navstack.errors import MapError
+from tests.street.town import BOX, small_town
+
+pytest.importorskip("osmium", reason="needs osmium (pip install 'navbench[street]')")
+
+
+def status(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as leaving:
+        main(list(arguments))
+    return int(leaving.value.code or 0)
+
+
+@pytest.fixture(scope="module")
+def streets(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("streets")
+    file = small_town().write(folder / "map.osm")
+    assert status("map", "osm", str(file), "--bbox", BOX, "--out", str(folder / "streets")) == 0
+    return folder / "streets"
+
+
+def test_the_legs_of_a_route_join_and_end_off_its_crossings() -> None:
+    points = np.array(((0, 0), (95, 0), (115, 0), (250, 0)), dtype=float)
+    edges = [WayEdge("sidewalk", 2.5)] * 3
+    edges[1] = WayEdge("crossing", 4.0, 0)
+    graph = RouteGraph(points, np.array(((0, 1), (1, 2), (2, 3))), edges)
+    route = find_route(graph, 0, 3)
+    assert route is not None
+    parts = parts_of(route, graph)
+    assert len(parts) == 3
+    assert [parts[0][0].x, parts[-1][1].x] == [0.0, 250.0]
+    assert all(before[1] == after[0] for before, after in pairwise(parts))
+    ends = [goal.x for _, goal, _ in parts]
+    assert ends == pytest.approx([83.0, 167.0, 250.0], abs=1.0)
+    # the middle of the crossing would be an end
+    edges[1] = WayEdge("crossing", 4.0, 0)
+    longer = RouteGraph(np.array(((0, 0), (70, 0), (95, 0), (170, 0))), graph.pairs, edges)
+    halves = find_route(longer, 0, 3)
+    assert halves is not None
+    assert not 70.0 < parts_of(halves, longer)[0][1].x < 95.0
+
+
+def test_the_legs_of_a_seed_are_the_same_in_any_order(streets: Path) -> None:
+    first, second = StreetMissions(streets, 3), StreetMissions(streets, 3)
+    forwards = [first.leg(number) for number in range(6)]
+    assert [second.leg(number) for number in reversed(range(6))] == forwards[::-1]
+    assert StreetMissions(streets, 4).leg(0) != forwards[0]
+    lengths = [np.hypot(leg.goal.x - leg.start.x, leg.goal.y - leg.start.y) for leg in forwards]
+    assert max(lengths) <= 5.0 / 3.0 * LEG
+
+
+def test_a_part_across_tiles_is_what_the_whole_map_has_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("harness.street.district.MAX_PIXELS", 5_000_000)
+    monkeypatch.setattr("harness.street.district.TILE", 100.0)
+    geo = GeoBox(*map(float, BOX.split(",")))
+    district = build_district(read_extract(small_town().write(tmp_path / "t.osm"), geo), 0)
+    assert len(save_maps(district, tmp_path, "town")) == 4
+    window = Rect(60.0, 70.0, 150.0, 140.0)
+    part = load_part(tmp_path, "town", window, (80.0, 96.0))
+    whole = scene_of(district, window, "town")
+    for name in ("geometry", "walkable", "navigation_mesh"):
+        found, expected = getattr(part, name), getattr(whole, name)
+        assert found.origin == expected.origin
+        assert (found.data != expected.data).mean() < 1e-5  # cells on a tile's edge
+    kinds = sorted(each.kind for each in part.obstacles)
+    assert kinds == sorted(each.kind for each in district.obstacles)  # none twice
+    with pytest.raises(MapError, match="no tile of town is at"):
+        load_part(tmp_path, "town", Rect(900.0, 0.0, 950.0, 50.0), (920.0, 20.0))
+
+
+def test_from_an_extract_to_profit_per_day(
+    streets: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert status("map", "routes", str(streets / "map_graph.geojson"), "--distance", "0.1,1") == 0
+    out = str(tmp_path / "legs")
+    words = ["--map", str(streets), "--stack", "nav2-gps-ekf", "--episodes", "3", "--workers", "1"]
+    capsys.readouterr()
+    assert status("run", *words, "--out", out, "--json") == 0
+    told = capsys.readouterr()
+    assert "a delivery is a leg of about 100 m" in told.err
+    run = json.loads(told.out)["runs"][0]
+    assert (run["map"], run["episodes"], run["errors"]) == ("streets", 3, 0)
+    assert run["outcomes"]["sla"]["value"] >= 0.5
+    day = ["--robots", "3", "--operators", "1", "--set", "orders_per_day=30", "--days", "2"]
+    assert status("day", "--legs", out, *day, "--out", str(tmp_path / "day"), "--json") == 0
+    stack = json.loads(capsys.readouterr().out)
+    assert stack["settings"]["orders_per_day_per_day"] == 30.0
+
+
+def test_what_a_district_cannot_do_is_one_line(
+    streets: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--map", str(streets), "--stack", "nav2-gps-ekf", "--episodes", "1"]
+    assert status("run", *words, "--start", "1,2,3", "--out", str(tmp_path / "run")) == 1
+    assert "missions on the district" in capsys.readouterr().err
+    for name in ("a", "b"):
+        (tmp_path / f"{name}_graph.geojson").touch()
+    words[1] = str(tmp_path)
+    assert status("run", *words, "--out", str(tmp_path / "run")) == 1
+    assert "has 2 files NAME_graph.geojson" in capsys.readouterr().err
