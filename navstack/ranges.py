@@ -128,6 +128,7 @@ def one_of(known: Iterable[str]) -> Allowed:
     return Allowed(f"one of {', '.join(names)}", names.__contains__)
 
 
+KEPT_OUT = {"kept_out": True}  # metadata of a field that a dump leaves out at its default
 POSITIVE, NOT_NEGATIVE = Allowed("more than 0", lambda value: bool(value > 0)), at_least(0)
 Positive = Annotated[float, POSITIVE]
 NotNegative = Annotated[float, NOT_NEGATIVE]

@@ -9,7 +9,8 @@ from harness.economics.price import Price, check_prices
 from harness.economics.price import price_field as _price
 from harness.storage.shipped import names, resolve, shipped
 from navstack.errors import ParameterError, UnknownNameError
-from navstack.params.strict import KEPT_OUT, from_mapping, load_dataclass, load_yaml
+from navstack.params.strict import from_mapping, load_dataclass, load_yaml
+from navstack.ranges import KEPT_OUT
 
 DAYS_PER_YEAR = 365
 GRAVITY = 9.8  # [m/s2] as the paper rounds it

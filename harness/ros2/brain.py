@@ -43,7 +43,9 @@ class Ros2Brain(Brain):
         self._make_robot = cache(make_robot)
         self._params, self._what_is = params, what_is
         self._waits = self._missed = self._refused_before = 0
-        self._period = 1.0 / (params.rate or SETTLE_RATE)  # [s] between two commands
+        self._period = 1.0 / (
+            params.controller_frequency or SETTLE_RATE
+        )  # [s] between two commands
         self._watch = Stopwatch()
         self._offset, self._stamp = BEFORE, 0.0
         self._next = 0.0  # [s] of the clock at which the next command is due
@@ -106,7 +108,8 @@ class Ros2Brain(Brain):
             began, clock = time.monotonic(), self._offset + observation.stamp
             self._publish(observation)
             # a peer's timers have a phase of their own, which its commands' stamps tell
-            if self._params.rate == 0.0 or clock >= self._next - TOLERANCE:
+            is_each = self._params.controller_frequency == 0.0
+            if is_each or clock >= self._next - TOLERANCE:
                 self._next = clock + self._period
                 self._wait(began)
             else:
@@ -119,7 +122,7 @@ class Ros2Brain(Brain):
         return robot.command
 
     def _wait(self, began: float) -> None:
-        """Wait for the command of a period: in lockstep for itself, else as the pace has it."""
+        """Wait for the command of a period: in lockstep for itself, else for its wall time."""
         params, period = self._params, self._period
         timeout = params.wait
         if self._is_late:
@@ -134,8 +137,8 @@ class Ros2Brain(Brain):
                 f"{self._missed} of {self._waits} commands did not come within {params.wait:g} s; "
                 "is the navigation still running?"
             )
-        if params.pace > 0.0:
-            time.sleep(max(0.0, began + period / params.pace - time.monotonic()))
+        if params.rate > 0.0:
+            time.sleep(max(0.0, began + period / params.rate - time.monotonic()))
 
     def _settle(self, first: Observation) -> None:
         """Let the peer see where it is, send it the goal, and wait until it drives.

@@ -132,6 +132,7 @@ class DriveNode:
         self._needed = ["scan", "odom"]  # topics without whose publishers it stands
         if is_simulated:
             self._needed.append("/clock")
+        self._told = GoalStatus.STATUS_UNKNOWN  # of the goal, to whoever listens
         self._is_stopped, self._why = True, ""  # and what the user was told of it last
         self._node = rclpy.create_node(NODE)
         self._executor = SingleThreadedExecutor()
@@ -267,6 +268,10 @@ class DriveNode:
         self._is_stopped, self._why = True, why
 
     def _tell(self, status: int) -> None:
+        """Publish how the goal stands, if that is new."""
+        if status == self._told:
+            return
+        self._told = status
         self._statuses.publish(GoalStatusArray(status_list=[GoalStatus(status=status)]))
 
     def _take(self, name: str, taken: GpsFix | Imu | LaserScan | Odometry | None) -> None:
@@ -294,6 +299,7 @@ class DriveNode:
             self._say("a goal came before /initialpose; send that first")
             return
         self._goal, self._offset, self._new = goal, None, {}
+        self._told = GoalStatus.STATUS_UNKNOWN
         streams = np.random.default_rng(self._seed).spawn(3)
         self._navigator.reset(goal, Belief(self._start), Generators(*streams))
 

@@ -11,9 +11,9 @@ class Ros2Params(Parameters, whose="ros2"):
     """Time, topics and frames, as Nav2's tutorials and its loopback simulator have them."""
 
     # [Hz] at which a command is waited for; 0: at every tick
-    rate: Annotated[float, within(0, 1000)] = 20.0
+    controller_frequency: Annotated[float, within(0, 1000)] = 20.0
     # x real time at which the clock runs; 0: lockstep, it runs as fast as commands come
-    pace: NotNegative = 0.0
+    rate: NotNegative = 0.0
     # [s] of wall time for a command; after a missed one the clock runs in real time
     wait: Annotated[float, up_to(600)] = 1.0
     # share of missed waits at which a delivery has failed; counted from the 50th command on

@@ -16,8 +16,8 @@ from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.extensions import localizers, uses_map
 from navstack.params.nav2_file.file import Nav2File, inspect_nav2
 from navstack.params.nav2_file.ros_yaml import PARAMETERS
-from navstack.params.strict import KEPT_OUT, load_dataclass, read_text
-from navstack.ranges import NotNegative, Parameters, Positive, up_to
+from navstack.params.strict import load_dataclass, read_text
+from navstack.ranges import KEPT_OUT, NotNegative, Parameters, Positive, up_to
 
 PEER = "peer"  # the localizer of whoever drives over ROS 2
 TRUTH = "ground_truth"  # the localizer and the tracker that no robot can have

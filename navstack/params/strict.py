@@ -17,12 +17,12 @@ from ruamel.yaml import YAML
 from navstack.errors import ParameterError, did_you_mean
 from navstack.files import check_regular
 from navstack.params.nav2_file.yaml_text import load_text
+from navstack.ranges import KEPT_OUT
 
 T = TypeVar("T")
 
 # magnitude of a number other than 0: no quantity here is smaller or larger
 LEAST, MOST = 1e-12, 1e12
-KEPT_OUT = {"kept_out": True}  # metadata of a field that a dump leaves out at its default
 MAX_FILE_BYTES = 4_000_000  # a parameter file larger than this is a mistake
 
 
@@ -91,7 +91,7 @@ def from_mapping(cls: type[T], mapping: Any, where: str) -> T:
 def dump_dataclass(value: Any) -> str:
     """A dataclass as YAML text that :func:`load_dataclass` reads back.
 
-    Every field stands in it, but one that is :data:`KEPT_OUT` and has its default: a field that
+    Every field stands in it, but one that is ``KEPT_OUT`` and has its default: a field that
     came later.
     """
     text = io.StringIO()

@@ -123,7 +123,7 @@ def test_a_law_over_ros_2_drives_as_in_the_own_process(
         serve(
             "law",
             stack=stack_file(tmp_path, "over", "ros2", "peer"),
-            settings={"rate": 0.0, "wait": 20.0, "settle": 0.3},
+            settings={"controller_frequency": 0.0, "wait": 20.0, "settle": 0.3},
             out=tmp_path / "second",
             rules=rules,
             map=str(hall),
@@ -161,7 +161,7 @@ def test_our_brain_in_another_process_drives_the_same(
         serve(
             "ours",
             stack=stack_file(tmp_path, "over", "ros2", "peer"),
-            settings={"rate": 0.0, "wait": 60.0, "settle": 0.3},
+            settings={"controller_frequency": 0.0, "wait": 60.0, "settle": 0.3},
             out=tmp_path / "second",
             rules=rules,
             map=str(hall),

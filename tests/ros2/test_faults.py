@@ -67,7 +67,12 @@ def test_each_delivery_of_a_failing_peer_ends_in_a_row(
         serve(
             "faults",
             stack=str(stack),
-            settings={"rate": 20.0, "wait": WAIT, "settle": 0.0, "start_limit": START_LIMIT},
+            settings={
+                "controller_frequency": 20.0,
+                "wait": WAIT,
+                "settle": 0.0,
+                "start_limit": START_LIMIT,
+            },
             out=tmp_path / "run",
             rules=str(rules),
             map=str(hall),

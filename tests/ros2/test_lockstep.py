@@ -60,7 +60,7 @@ class TimedPeer:
 @pytest.mark.parametrize("is_fast", [True, False])
 def test_no_command_of_a_timer_is_missed(phase: float, is_fast: bool) -> None:
     peer = TimedPeer(phase, is_fast)
-    params = Ros2Params(rate=RATE, wait=5.0, settle=0.1)
+    params = Ros2Params(controller_frequency=RATE, wait=5.0, settle=0.1)
     subject = brain.Ros2Brain(lambda: peer, params, lambda: (Pose2D(), np.empty((0, 4))))
     streams = np.random.default_rng(0).spawn(3)
     subject.reset(Pose2D(5.0), Belief(Pose2D()), Generators(*streams))

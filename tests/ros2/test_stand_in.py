@@ -30,7 +30,12 @@ def test_timers_on_the_clock_drive_in_lockstep(tmp_path: Path) -> None:
     program = Path(__file__).with_name("stand_in.py")
     command = [sys.executable, str(program), str(shipped / "nav2" / "gps_ekf.yaml"), "0.01"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        settings = {"rate": 20.0, "wait": 20.0, "settle": 0.5, "publishes_map_frame": True}
+        settings = {
+            "controller_frequency": 20.0,
+            "wait": 20.0,
+            "settle": 0.5,
+            "publishes_map_frame": True,
+        }
         serve(
             "stand-in",
             stack=str(stack),

@@ -18,7 +18,7 @@ from harness.world.sensors.sensor import Message, Sensor
 from harness.world.sensors.sky import Sky
 from harness.world.sensors.wheel_odometry import OdometryParams, WheelOdometry
 from navstack.clock import Clock
-from navstack.params.strict import KEPT_OUT
+from navstack.ranges import KEPT_OUT
 from navstack.types import FloatArray, Observation
 
 # [s] by which a message may be delivered early, so that rounding does not cost a tick
