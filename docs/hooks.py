@@ -50,12 +50,12 @@ def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
 
 def world_table() -> str:
     """A row for each world: what it is for, what people do, and where it is from."""
-    rows = [
-        f"| `{each.name}`{' (default)' if each.is_default else ''} | {each.purpose} | "
-        f"{each.people} | {each.source} |"
-        for each in worlds()
-    ]
-    return "\n".join(("| world | what for | people | source |", "| --- " * 4 + "|", *rows))
+    rows = []
+    for each in worlds():
+        name = f"`{each.name}`{' (default)' if each.is_default else ''}"
+        also = ", ".join(f"`{other}`" for other in each.also)
+        rows.append(f"| {name} | {also} | {each.purpose} | {each.people} | {each.source} |")
+    return "\n".join(("| world | also | what for | people | source |", "| --- " * 5 + "|", *rows))
 
 
 def metric_tables() -> Iterator[str]:

@@ -22,7 +22,7 @@ from harness.report.published import PublishedMethod, load_published
 from harness.statistics.interval import wilson_interval
 from harness.storage.manifest_file import read_manifest
 from harness.storage.rows import values
-from harness.storage.shipped import DEFAULT_WORLD, current_name, shipped
+from harness.storage.shipped import DEFAULT_WORLD, shipped, synonyms
 from harness.study.stored_run import StoredRun, load_run
 from navstack.types import FloatArray
 
@@ -47,7 +47,7 @@ def stored_world() -> str:
 
 def world_name(folder: str) -> str:
     """The name of the world that a stored folder is of."""
-    return current_name(folder, shipped("params") / "worlds")
+    return synonyms(folder, shipped("params") / "worlds")[0]
 
 
 def stacks_at(world: str, place: str) -> list[str]:

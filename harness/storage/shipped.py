@@ -10,7 +10,7 @@ from navstack.errors import InputError, UnknownNameError
 from navstack.files import is_private
 
 DEFAULT_WORLD = "paper_loose_bucket"
-ABOUT = "about.toml"  # of a folder: what its files are for, and how they were called before
+ABOUT = "about.toml"  # of a folder: what its files are for, and by which names they are known
 ROUTE_GRAPH = "_graph.geojson"  # ending of a district's route graph
 _PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -47,7 +47,7 @@ def district_files(folder: Path) -> list[Path]:
 def resolve(name_or_file: str, folder: Path, what: str) -> Path:
     """A file given by name (a YAML file of ``folder``) or by path (it has a suffix or a separator).
 
-    A former name is understood.
+    Each name that ``about.toml`` gives a file is understood.
 
     Raises:
         InputError: neither; the message offers the nearest known name.
@@ -61,18 +61,20 @@ def resolve(name_or_file: str, folder: Path, what: str) -> Path:
                 f"{what} file '{name_or_file}' {trouble}; give a YAML file or one of: {known}"
             )
         return given
-    candidate = folder / f"{current_name(name_or_file, folder)}.yaml"
-    if not os.path.isfile(candidate):
-        raise UnknownNameError(what, name_or_file, names(folder))
-    return candidate
+    for known in (name_or_file, *synonyms(name_or_file, folder)):
+        candidate = folder / f"{known}.yaml"
+        if os.path.isfile(candidate):
+            return candidate
+    raise UnknownNameError(what, name_or_file, names(folder))
 
 
-def current_name(name: str, folder: Path) -> str:
-    """How a file of ``folder`` is called now that was called ``name`` before; else ``name``."""
-    for current, entry in about(folder).items():
-        if name in entry.get("formerly", ()):
-            return current
-    return name
+def synonyms(name: str, folder: Path) -> tuple[str, ...]:
+    """All names of a file of ``folder``, the foremost first; ``name`` alone where it has one."""
+    for foremost, entry in about(folder).items():
+        known = (foremost, *entry.get("also", ()))
+        if name in known:
+            return known
+    return (name,)
 
 
 def about(folder: Path) -> dict[str, Any]:
@@ -82,8 +84,8 @@ def about(folder: Path) -> dict[str, Any]:
 
 
 def names(folder: Path) -> list[str]:
-    """The names that :func:`resolve` knows in a folder."""
-    return sorted(path.stem for path in folder.glob("*.yaml"))
+    """The foremost names of the files of a folder that :func:`resolve` knows."""
+    return sorted(synonyms(path.stem, folder)[0] for path in folder.glob("*.yaml"))
 
 
 def keep_compiled_code() -> None:

@@ -35,7 +35,7 @@ class ListedWorld:
     purpose: str
     people: str
     source: str
-    formerly: tuple[str, ...]  # names that it had, which are understood
+    also: tuple[str, ...]  # other names, which are understood
 
     @property
     def is_default(self) -> bool:
@@ -76,7 +76,7 @@ def worlds() -> list[ListedWorld]:
                 purpose,
                 entry.get("people", ""),
                 entry.get("source", ""),
-                tuple(entry.get("formerly", ())),
+                tuple(entry.get("also", ())),
             )
         )
     return found

@@ -209,9 +209,9 @@ def test_paper_prints_one_json_document(capsys: pytest.CaptureFixture[str]) -> N
                 assert math.isclose(columns[name][key], value, rel_tol=1e-9), (name, key)
 
 
-def test_a_world_is_found_by_its_former_name(capsys: pytest.CaptureFixture[str]) -> None:
-    for former in ("costnav", "published_3", "measured"):
-        assert status("run", "--world", former, "--missions", "far") == 1, "for the missions"
+def test_a_world_is_found_by_each_of_its_names(capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("costnav", "published_3", "paper_loose_bucket", "measured"):
+        assert status("run", "--world", name, "--missions", "far") == 1, "for the missions"
         (error,) = capsys.readouterr().err.splitlines()
         assert "'far'" in error
 

@@ -180,7 +180,7 @@ DOCUMENTS: dict[str, tuple[Callable[[], str], Read]] = {
         lambda file: load_dataclass(SensorParams, file),
     ),
     "world": (
-        lambda: shipped_text("worlds", "social_force"),
+        lambda: shipped_text("worlds", "social"),
         lambda file: world_params(str(file), None, None),
     ),
     "rules": (lambda: RULES, lambda file: rules_of(str(file))),

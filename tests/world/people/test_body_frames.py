@@ -291,7 +291,7 @@ def test_impossible_frames_are_refused(params, change):
 
 def test_version_2_has_the_published_frames_and_limits(robot):
     """Frames of 1/30 s; and nobody stands in the robot when a delivery begins."""
-    world = load_dataclass(WorldParams, shipped("params") / "worlds" / "paper_fixed_bucket.yaml")
+    world = load_dataclass(WorldParams, shipped("params") / "worlds" / "published_2.yaml")
     bodies = world.pedestrian_bodies
     assert bodies.frame_steps / world.physics.rate == pytest.approx(FRAME)
     assert (bodies.max_contact_impulse, bodies.max_depenetration_speed, world.contacts.per) == (

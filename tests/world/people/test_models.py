@@ -179,7 +179,7 @@ def test_a_run_folder_holds_the_recording(tmp_path):
             {"people": "socialforce"},
             "unknown model of people 'socialforce'; did you mean 'social_force'",
         ),
-        ({"world": "socal"}, "unknown world 'socal'; did you mean 'social'"),
+        ({"world": "socal"}, "unknown world 'socal'; did you mean 'social_force'"),
         (
             {"people": "some.csv", "pedestrians": 3},
             "--pedestrians 3 cannot be had from a recording",

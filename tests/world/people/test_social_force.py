@@ -217,10 +217,8 @@ def test_the_robots_middle_and_velocity_are_seen_in_the_map(robot):
 
 
 def measured():
-    """Forces of params/worlds/social_force_jrdb.yaml."""
-    people = load_dataclass(
-        WorldParams, shipped("params") / "worlds" / "social_force_jrdb.yaml"
-    ).people
+    """Forces of params/worlds/measured.yaml."""
+    people = load_dataclass(WorldParams, shipped("params") / "worlds" / "measured.yaml").people
     return people, force_constants(people, (0.37, 0.25), 0.5)
 
 
