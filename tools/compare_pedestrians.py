@@ -42,7 +42,7 @@ RUN_TIME, SETTLE_TIME = 360.0, 60.0  # [s] watched (as long as the recording), a
 COUNT = 29  # people in the corridor
 STEP = 1.0 / 60.0  # [s]
 PERCENTILES = (1, 5, 25, 50, 75, 95)
-WORLDS = {"random_walk": "easy", "social_force": "social_force", "measured": "social_force_jrdb"}
+WORLDS = {"random_walk": "easy", "social_force": "social", "measured": "measured"}
 
 
 def corridor() -> OccupancyGrid:

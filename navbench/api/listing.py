@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from harness.storage.shipped import DEFAULT_WORLD, about, names, shipped
+from harness.storage.shipped import DEFAULT_WORLD, about, names, resolve, shipped
 from harness.task.stack import ROS2, TRUTH
 from navstack.errors import UnknownNameError
 from navstack.params.extensions import localizers
@@ -69,7 +69,7 @@ def worlds() -> list[ListedWorld]:
     found = []
     for name in sorted(names(folder), key=lambda name: (name != DEFAULT_WORLD, name)):
         entry = told.get(name, {})
-        purpose = entry.get("purpose") or first_sentence(folder / f"{name}.yaml")
+        purpose = entry.get("purpose") or first_sentence(resolve(name, folder, "world"))
         found.append(
             ListedWorld(
                 name,

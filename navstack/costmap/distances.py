@@ -6,13 +6,13 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.jit import njit
-from navstack.types import BoolArray, IntArray
+from navstack.types import BoolMatrix, IntArray
 
 Int32Array = npt.NDArray[np.int32]
 
 
-@njit()
-def squared_distances(obstacles: BoolArray, farthest: int) -> Int32Array:
+@njit(ahead=True)
+def squared_distances(obstacles: BoolMatrix, farthest: int) -> Int32Array:
     """Squared distance in cells from every cell to the nearest obstacle, exact.
 
     ``farthest`` + 1 for all beyond.

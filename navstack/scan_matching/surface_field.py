@@ -9,7 +9,7 @@ from navstack.costmap.distances import squared_distances
 from navstack.costmap.field_cache import shared_array
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.jit import njit
-from navstack.types import BoolArray, FixedInt8Matrix
+from navstack.types import BoolMatrix, FixedInt8Matrix
 
 CODE = 0.01  # [m] of a code
 MOST = 127  # codes beyond which a surface is far
@@ -43,8 +43,8 @@ def surface_field(static_map: OccupancyGrid) -> SurfaceField:
     return SurfaceField(codes, static_map.origin.x, static_map.origin.y, cell)
 
 
-@njit()
-def surface_codes(occupied: BoolArray, free: BoolArray, cell: float) -> npt.NDArray[np.int8]:
+@njit(ahead=True)
+def surface_codes(occupied: BoolMatrix, free: BoolMatrix, cell: float) -> npt.NDArray[np.int8]:
     """Signed distances (H, W) in CODE from cells' middles to the edge of the nearest surface."""
     height, width = occupied.shape
     codes = np.empty((height, width), dtype=np.int8)

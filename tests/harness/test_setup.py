@@ -17,7 +17,7 @@ from harness.report.short.setup import (
     unlike_line,
     unlike_published,
 )
-from harness.storage.shipped import names, shipped
+from harness.storage.shipped import names, resolve, shipped
 from harness.study.stored_run import load_run
 from harness.world.physics.robot import RobotParams
 from navstack.params.strict import dump_dataclass, load_dataclass, load_yaml
@@ -28,7 +28,7 @@ WriteRun = Callable[..., Path]
 
 @pytest.mark.parametrize(("kind", "name"), FILES)
 def test_every_shipped_file_is_known_by_its_content(kind, name, tmp_path):
-    content = LOADERS[kind](shipped("params") / kind / f"{name}.yaml")
+    content = LOADERS[kind](resolve(name, shipped("params") / kind, kind))
     (tmp_path / "own.yaml").write_text(dump_dataclass(content), encoding="utf-8")
     assert str(nearest(kind, tmp_path / "own.yaml")) == name
 
@@ -38,7 +38,7 @@ def test_every_shipped_file_is_known_by_its_content(kind, name, tmp_path):
     [("rules", "timeout", 10.0), ("robots", "mass", 51.5), ("worlds", "cargo", {"fill": 0.7})],
 )
 def test_a_changed_copy_is_not_called_by_the_name_alone(kind, key, value, tmp_path):
-    file = shipped("params") / kind / f"{PUBLISHED[kind]}.yaml"
+    file = resolve(PUBLISHED[kind], shipped("params") / kind, kind)
     known = load_yaml(file)
     if isinstance(value, dict):
         value = {**known.get(key, {}), **value}

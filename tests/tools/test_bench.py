@@ -11,7 +11,7 @@ import pytest
 
 from harness.episode.factory import nav2_parameters, world_params
 from harness.report.tables import report_console
-from harness.storage.shipped import DEFAULT_WORLD
+from harness.storage.shipped import DEFAULT_WORLD, resolve, shipped
 from navbench.cli.app import main
 from navstack.errors import InputError, UnknownNameError
 from tools.bench import breakdown, history, twins
@@ -190,13 +190,14 @@ def test_what_is_finished_is_kept_when_interrupted(
 def test_a_course_differs_from_the_shipped_stack_in_what_it_says(tmp_path: Path) -> None:
     task = Course(LOOPS["paper-gps incremental"], tmp_path, seconds=3.0).task(4)
     plain = Course(LOOPS["paper-gps"], tmp_path / "plain").task(4)
-    theirs, shipped = (Path(each.stack.nav2_file).read_text() for each in (task, plain))
-    assert theirs == shipped.replace(NAVFN, INCREMENTAL) != shipped
+    theirs, ours = (Path(each.stack.nav2_file).read_text() for each in (task, plain))
+    assert theirs == ours.replace(NAVFN, INCREMENTAL) != ours
     assert (
         nav2_parameters(task.stack.nav2_file, False).warnings
         == nav2_parameters(plain.stack.nav2_file, False).warnings
     )
-    assert Path(task.world).stem == Path(plain.world).stem == DEFAULT_WORLD
+    default = resolve(DEFAULT_WORLD, shipped("params") / "worlds", "world")
+    assert Path(task.world) == Path(plain.world) == default
     assert world_params(plain.world, None).cargo.pieces > 0
     assert task.episode == 4 and "timeout: 3.0" in Path(task.rules).read_text()
 

@@ -14,7 +14,7 @@ from harness.analysis.unlike import different_values
 from harness.economics.prices import load_prices
 from harness.storage.manifest_file import read_manifest
 from harness.storage.parameters import parameter_folder
-from harness.storage.shipped import DEFAULT_WORLD, names, shipped
+from harness.storage.shipped import DEFAULT_WORLD, names, resolve, shipped
 from harness.study.stored_run import StoredRun
 from harness.task.stack import load_stack
 from harness.task.study import is_recording
@@ -84,7 +84,7 @@ def nearest(folder: str, path: Path) -> Setting:
     try:
         own = _content(folder, path)
         for name in known:
-            theirs = _content(folder, shipped("params") / folder / f"{name}.yaml")
+            theirs = _content(folder, resolve(name, shipped("params") / folder, folder))
             setting = Setting(name, tuple(different_values(own, theirs, "{a} ({b})")))
             if not setting.differences:
                 return setting

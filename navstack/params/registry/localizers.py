@@ -8,6 +8,7 @@ from navstack.params.registry.entry import AlgorithmEntry
 ODOMETRY, IMU, FIX, SCAN = INPUTS = ("odometry", "imu", "fix", "scan")
 OWN_NODE = "localizer"  # of a Nav2 file, for the parameters of a localizer of another package
 _AMCL_KERNELS = (
+    "navstack.costmap.distances",
     "navstack.localization.amcl_kernels",
     "navstack.localization.kld",
     "navstack.localization.motion_model",

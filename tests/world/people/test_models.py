@@ -102,7 +102,7 @@ def test_the_published_world_is_what_parameters_default_to():
 
 
 def test_the_social_world_makes_way_and_can_be_pushed():
-    social = load_dataclass(WorldParams, shipped("params") / "worlds" / "social_force.yaml")
+    social = load_dataclass(WorldParams, shipped("params") / "worlds" / "social.yaml")
     assert social.people.model == "social_force"
     assert social.pedestrian_bodies.kind == "dynamic"
     assert social.contacts == WorldParams().contacts
