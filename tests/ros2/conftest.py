@@ -1,5 +1,6 @@
 """Each worker of the tests has a domain of ROS 2 of its own, on this machine only."""
 
+import gc
 import os
 from collections.abc import Iterator
 
@@ -24,3 +25,16 @@ def domain() -> Iterator[int]:
 
     if rclpy.ok():
         rclpy.shutdown()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def robots_leave(domain: int) -> Iterator[None]:
+    """A robot that was served in this process publishes no longer than its module's tests."""
+    yield
+    from harness.execution.process_cache import forget
+    from harness.ros2.robot import RobotNode
+
+    for each in gc.get_objects():
+        if isinstance(each, RobotNode):
+            each._node.destroy_node()
+    forget()
