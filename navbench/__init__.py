@@ -41,11 +41,10 @@ if TYPE_CHECKING:
     from navbench.api.ros2 import drive_robot, serve
     from navbench.api.run import make_world, resume, run
     from navbench.api.runs import Run, load
-    from navbench.api.scenario import scenario
     from navbench.api.street import import_osm, route_missions
     from navbench.api.suite import resume_suite, suite
     from navbench.api.tune import resume_tuning, tune
-    from navbench.api.verify import verify
+    from navbench.api.verify import scenario, verify
     from navstack.errors import InputError, NavstackError
     from navstack.types import Pose2D, Twist2D
 
@@ -77,11 +76,10 @@ _NAMES = {  # by module
     "navbench.api.ros2": ("drive_robot", "serve"),
     "navbench.api.run": ("make_world", "resume", "run"),
     "navbench.api.runs": ("Run", "load"),
-    "navbench.api.scenario": ("scenario",),
     "navbench.api.street": ("import_osm", "route_missions"),
     "navbench.api.suite": ("resume_suite", "suite"),
     "navbench.api.tune": ("resume_tuning", "tune"),
-    "navbench.api.verify": ("verify",),
+    "navbench.api.verify": ("scenario", "verify"),
     "navstack.errors": ("InputError", "NavstackError"),
     "navstack.types": ("Pose2D", "Twist2D"),
 }

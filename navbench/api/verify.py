@@ -1,7 +1,9 @@
-"""Whether runs are as they were written, and whether their deliveries repeat."""
+"""Whether runs are as they were written and repeat, and whether situations come out as they should."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
+from harness.scenarios.runner import Result, run_scenario
 from harness.storage.new_run import MANIFEST
 from harness.study.verification import Verification, verify_run
 from navstack.errors import InputError
@@ -24,3 +26,12 @@ def verify(folder: Path, sample: int = 3, seed: int = 0) -> list[Verification]:
     if not runs:
         raise InputError(f"'{folder}' holds no run; give the folder that a run or a suite wrote")
     return [verify_run(run, sample, seed) for run in runs]
+
+
+def scenario(files: Iterable[Path]) -> list[Result]:
+    """Drive scenario files one after the other and check what comes of them.
+
+    Raises:
+        InputError: a file, or something that it names, cannot be used.
+    """
+    return [run_scenario(path) for path in files]

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from harness.report.tables import report_console, report_table
 from harness.scenarios.runner import Result
-from navbench.api import scenario as api
+from navbench.api import verify as api
 from navbench.cli.options import JSON
 from navbench.cli.streams import print_json
 from navstack.errors import InputError
