@@ -82,6 +82,7 @@ class RobotNode:
         self._cancel = self._node.create_client(CancelGoal, "navigate_to_pose/_action/cancel_goal")
         self._subscription: Subscription | None = None
         self._heard_type = ""  # of commands that are subscribed to
+        self._heard_before = 0  # commands before that
         self.heard, self.refused = 0, 0  # commands so far, and those that no robot can follow
         self.command = Twist2D()
         # [s] of the clock at the newest command, by its stamp where that can be; and now
@@ -177,14 +178,17 @@ class RobotNode:
         """Subscribe to commands once somebody publishes them, by the type that he has.
 
         A topic has one type at a time. Where two are published, one may be of a peer that was
-        killed: they take turns.
+        killed: from a type of which nothing was heard it turns to the other one.
         """
         if self._subscription is not None:
             return
         types = self._command_types()
         if not types:
             return
-        self._heard_type = min(types, key=lambda name: (name == self._heard_type, name))
+        is_deaf = self.heard == self._heard_before
+        types_in_order = sorted(types)
+        types_in_order.sort(key=lambda name: (name == self._heard_type) == is_deaf)
+        self._heard_type, self._heard_before = types_in_order[0], self.heard
         kind = _COMMAND_TYPES[self._heard_type]
         self._subscription = self._node.create_subscription(
             kind, "/cmd_vel", self._take_command, _COMMANDS

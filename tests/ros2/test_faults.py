@@ -60,7 +60,7 @@ def test_each_delivery_of_a_failing_peer_ends_in_a_row(
     stack.write_text(STACK)
     program = Path(__file__).with_name("faulty_peer.py")
     began = time.monotonic()
-    command = [sys.executable, str(program), "1", *FAULTS]
+    command = [sys.executable, str(program), "11", *FAULTS]  # TwistStamped, also of the next one
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, text=True, start_new_session=True
     ) as peer:
