@@ -2,11 +2,11 @@
 
 import math
 
-from scipy.stats import chi2
+import numpy as np
 
 from harness.identify.drive_cost import DriveCost
-from harness.identify.estimate import LEVEL
 from harness.statistics.interval import Interval
+from harness.statistics.rates import poisson_rate
 
 KINDS = ("contact", "near_miss", "hard_brake", "intervention")
 
@@ -16,21 +16,13 @@ def kilometres(cost: DriveCost) -> float:
     return max(1e-3 * cost.distance, 1e-9)
 
 
-def rate_interval(count: int, exposure: float) -> Interval:
-    """Events per unit of exposure with the exact interval of a Poisson rate (Garwood 1936)."""
-    tail = 0.5 * (1.0 - LEVEL)
-    low = 0.5 * float(chi2.ppf(tail, 2 * count)) if count else 0.0
-    high = 0.5 * float(chi2.ppf(1.0 - tail, 2 * count + 2))
-    return Interval(count / exposure, low / exposure, high / exposure, count)
-
-
 def rate_difference(first: tuple[int, float], second: tuple[int, float]) -> Interval:
     """Difference of two Poisson rates, first less second, each a count and its exposure.
 
     The interval is recovered from those of both rates (MOVER: Zou & Donner 2008, Statistics in
     Medicine 27, 1693-1702).
     """
-    one, other = rate_interval(*first), rate_interval(*second)
+    one, other = (poisson_rate(np.ones(count), exposure) for count, exposure in (first, second))
     below = math.hypot(_gap(one.value, one.low), _gap(other.high, other.value))
     above = math.hypot(_gap(one.high, one.value), _gap(other.value, other.low))
     value = _gap(one.value, other.value)

@@ -135,20 +135,26 @@ def real_drive(log: DriveLog, goal: Place, radius: float, fix_noise: float | Non
     far = np.flatnonzero(apart > radius)
     end = float(log.poses[min(int(far[-1]) + 1, len(apart) - 1), 0]) if len(far) else math.inf
     rows = log.odometry[log.odometry[:, 0] <= end]
-    return _drive(rows[:, 0], rows[:, 4], _believed_error(log, fix_noise))
+    return _drive("log", rows[:, 0], rows[:, 4], _believed_error(log, fix_noise))
 
 
 def simulated_drive(trace: FloatArray) -> MissionDrive:
     """A drive of the world by its recording: rows of :data:`TRACE_COLUMNS`."""
     errors = np.hypot(*(trace[:, _BELIEVED : _BELIEVED + 2] - trace[:, _X : _Y + 1]).T)
-    return _drive(trace[:, 0], trace[:, _SPEED], float(np.sqrt(np.mean(errors**2))))
+    return _drive("world", trace[:, 0], trace[:, _SPEED], float(np.sqrt(np.mean(errors**2))))
 
 
-def _drive(stamps: FloatArray, speeds: FloatArray, localization: float | None) -> MissionDrive:
-    """A drive by its speeds (N,) [m/s] at times [s]."""
+def _drive(
+    where: str, stamps: FloatArray, speeds: FloatArray, localization: float | None
+) -> MissionDrive:
+    """A drive by its speeds (N,) [m/s] at times [s].
+
+    Raises:
+        InputError: there is none; ``where`` says in what.
+    """
     moving = np.flatnonzero(np.abs(speeds) > MOVING)
     if len(moving) < 2:
-        raise InputError("the robot hardly moves; give a log of a mission that it drives")
+        raise InputError(f"the robot hardly moves in the {where}; give a mission that it drives")
     part = slice(int(moving[0]), int(moving[-1]) + 1)
     stamps, speeds = stamps[part], np.abs(speeds[part])
     steps = np.diff(stamps)

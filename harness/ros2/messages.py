@@ -71,7 +71,8 @@ def exact_pose_message(pose: Pose2D) -> Pose:
     message = pose_message(pose)
     turn = message.orientation
     near_z, near_w = _neighbours(turn.z), _neighbours(turn.w)
-    for turn.z, turn.w in product(near_z, near_w):
+    for z, w in product(near_z, near_w):
+        turn.z, turn.w = z, w
         found = pose_of(PoseStamped(pose=message))
         if found is not None and found[2] == pose.yaw:
             return message

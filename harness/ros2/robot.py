@@ -186,9 +186,11 @@ class RobotNode:
         if not types:
             return
         is_deaf = self.heard == self._heard_before
-        types_in_order = sorted(types)
-        types_in_order.sort(key=lambda name: (name == self._heard_type) == is_deaf)
-        self._heard_type, self._heard_before = types_in_order[0], self.heard
+        if is_deaf and len(types) > 1:
+            types.discard(self._heard_type)
+        if is_deaf or self._heard_type not in types:
+            self._heard_type = min(types)
+        self._heard_before = self.heard
         kind = _COMMAND_TYPES[self._heard_type]
         self._subscription = self._node.create_subscription(
             kind, "/cmd_vel", self._take_command, _COMMANDS

@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 import shapely
-from scipy import ndimage
 
 from harness.street.furniture import StreetFurnisher, StreetFurniture
 from harness.street.ground import DistrictGround, lay_ground
@@ -16,7 +15,12 @@ from harness.street.rules import RULES
 from harness.street.walks import Walk
 from harness.world.map.scene import Obstacle, Scene, Zone
 from harness.world.map.shapes import Rect, fill_convex
-from harness.world.map.sidewalk import LIDAR_LOWER_EDGE, RESOLUTION, without_slivers
+from harness.world.map.sidewalk import (
+    LIDAR_LOWER_EDGE,
+    RESOLUTION,
+    largest_part,
+    without_slivers,
+)
 from navstack.costmap.map_image import MAX_PIXELS
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.types import BoolArray, FloatArray, Pose2D
@@ -119,7 +123,7 @@ def scene_of(district: District, window: Rect, name: str) -> Scene:
         if each.height >= LIDAR_LOWER_EDGE:
             fill_convex(seen, each.polygon, True, RESOLUTION, window.x0, window.y0)
     walkable = cells_of(district.ground.walkable, window, RESOLUTION) & ~blocked
-    mesh = _largest_part(without_slivers(walkable, RESOLUTION))
+    mesh = largest_part(without_slivers(walkable, RESOLUTION))
     return Scene(
         name,
         tuple(obstacles),
@@ -150,14 +154,6 @@ def _overlaps(polygon: FloatArray, window: Rect) -> bool:
     low, high = polygon.min(axis=0), polygon.max(axis=0)
     is_beside = high[0] <= window.x0 or low[0] >= window.x1
     return not (is_beside or high[1] <= window.y0 or low[1] >= window.y1)
-
-
-def _largest_part(mask: BoolArray) -> BoolArray:
-    labels, count = ndimage.label(mask)
-    if count == 0:
-        return mask
-    largest: BoolArray = labels == 1 + int(np.argmax(np.bincount(labels.ravel())[1:]))
-    return largest
 
 
 def _grid(occupied: BoolArray, window: Rect) -> OccupancyGrid:

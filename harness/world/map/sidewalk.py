@@ -88,9 +88,9 @@ def _draft(seeds: tuple[int, int], name: str, widening: float) -> tuple[Scene, f
     streets = lay_out(plan, widening)
     obstacles = (*streets.buildings, *Furnisher(streets, furnishing).furnish())
     zones = streets.zones()
-    walkable = _largest_part(_walkable_ground(zones) & ~rasterise(obstacles))
+    walkable = largest_part(_walkable_ground(zones) & ~rasterise(obstacles))
     drawn = without_slivers(walkable & ~rasterise(drawn_outlines(obstacles, drawing)), RESOLUTION)
-    mesh = _largest_part(drawn)
+    mesh = largest_part(drawn)
     visible = rasterise(
         tuple(obstacle for obstacle in obstacles if obstacle.height >= LIDAR_LOWER_EDGE)
     )
@@ -117,9 +117,11 @@ def _walkable_ground(zones: tuple[Zone, ...]) -> BoolArray:
     return mask
 
 
-def _largest_part(mask: BoolArray) -> BoolArray:
+def largest_part(mask: BoolArray) -> BoolArray:
     """Its largest 4-connected part: corners of the map that nobody can walk to are not walkable."""
-    labels, _ = ndimage.label(mask)
+    labels, count = ndimage.label(mask)
+    if count == 0:
+        return mask
     largest: BoolArray = labels == 1 + int(np.argmax(np.bincount(labels.ravel())[1:]))
     return largest
 

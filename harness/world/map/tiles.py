@@ -12,7 +12,7 @@ from scipy import ndimage
 from harness.world.map.scene import Scene
 from harness.world.map.scene_io import load_scene, made_of
 from harness.world.map.shapes import Rect
-from harness.world.map.sidewalk import without_slivers
+from harness.world.map.sidewalk import largest_part, without_slivers
 from navstack.costmap.map_image import MAX_PIXELS
 from navstack.costmap.map_io import load_metadata
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
@@ -95,6 +95,6 @@ def _part_at(mask: BoolArray, row: int, column: int) -> BoolArray:
     labels, _ = ndimage.label(mask)
     number = int(labels[row, column])
     if number == 0:
-        number = 1 + int(np.argmax(np.bincount(labels.ravel(), minlength=2)[1:]))
+        return largest_part(mask)
     part: BoolArray = labels == number
     return part

@@ -7,7 +7,7 @@ import click
 
 from harness.storage.shipped import DEFAULT_WORLD
 from navbench.cli.logs.bag_options import bag_options
-from navbench.cli.options import FULL, JSON, PRICES, completed
+from navbench.cli.options import FULL, JSON, PRICES, completed, path_option
 from navbench.cli.streams import print_json
 
 
@@ -33,11 +33,8 @@ from navbench.cli.streams import print_json
     shell_complete=completed("worlds"),
     help="Cargo, and contacts that count: a name of params/worlds or a YAML file.",
 )
-@click.option(
-    "--nav2",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Drive the log's mission again in the world by this Nav2 parameter file.",
+@path_option(
+    "--nav2", "FILE", "Drive the log's mission again in the world by this Nav2 parameter file."
 )
 @click.option(
     "--sensors",
@@ -51,12 +48,7 @@ from navbench.cli.streams import print_json
     metavar="BAG",
     help="Another drive of this robot here, to be compared with; its parts in turn.",
 )
-@click.option(
-    "--html",
-    type=click.Path(path_type=Path),
-    metavar="FILE.html",
-    help="A page with costs, events and a replay on the map.",
-)
+@path_option("--html", "FILE.html", "A page with costs, events and a replay on the map.")
 @PRICES
 @FULL
 @JSON
