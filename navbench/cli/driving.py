@@ -76,6 +76,8 @@ def _print(driven: "Driven", is_full: bool, page: Path | None) -> None:
         blocks = [*blocks[:1], *run_blocks(driven.results, driven.study, prices, folder)]
     digest = (root_digest(folder) or "")[:DIGITS]
     last = f"run folder: {folder}; digest {digest}; next: navbench report {folder}"
-    if page is not None:
+    if driven.is_interrupted:
+        last = f"run folder: {folder}; digest {digest}; next: navbench run --resume {folder}"
+    elif page is not None:
         last = f"page: {page}; digest {digest}; next: navbench explain {folder}"
     print_blocks([*blocks, Text(last, "whole")], report_console())

@@ -114,10 +114,11 @@ def test_an_interrupt_keeps_the_finished_deliveries(
         time.sleep(0.1)
     process.send_signal(number)
     try:
-        _, said = process.communicate(timeout=60)
+        shown, said = process.communicate(timeout=60)
     finally:
         process.kill()
     assert process.returncode == 130
+    assert f"next: navbench run --resume {out}" in " ".join(shown.split())
     assert f"--resume {out}" in said and "Traceback" not in said
     assert 0 < len(read(out)) < 5000
     assert len(journal.read_bytes().splitlines()) == len(read(out))
