@@ -35,6 +35,7 @@ def robots_leave(domain: int) -> Iterator[None]:
     from harness.ros2.robot import RobotNode
 
     for each in gc.get_objects():
-        if isinstance(each, RobotNode):
+        # isinstance() would ask a dead weak proxy of somebody else for its class, which raises
+        if type(each) is RobotNode:
             each._node.destroy_node()
     forget()
