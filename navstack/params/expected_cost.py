@@ -66,7 +66,7 @@ class ExpectedCostParams(Parameters, whose="expected-cost controller"):
     # [USD s3/m2] of acceleration, forward and to the side: what it spills
     shake_usd: NotNegative = 0.03
     # [USD/s] of delay: as long as it is under way, people run into the robot
-    second_usd: NotNegative = 0.15
+    second_usd: NotNegative = 0.25
     impatience_time: Positive = 20.0  # [s] without progress that double the price of a second
     late_usd: NotNegative = 6.98  # [USD] of being late: the fee not earned, and paid back
     time_limit: Positive = 241.0  # [s] after which the delivery is late
@@ -81,9 +81,11 @@ class ExpectedCostParams(Parameters, whose="expected-cost controller"):
     # [-] and by this share of what people and walls cost on the current one
     switch_share: NotNegative = 0.3
 
-    # [m] of a person's predicted place, beside the track's covariance
-    position_std: NotNegative = 0.1
-    drift_std: NotNegative = 0.1  # [m/s] by which that grows
+    # Of people's predicted places, fitted to where tracked people were later (docs/expected_cost.md)
+    position_std: NotNegative = 0.05  # [m] of who walks on straight, beside the track's covariance
+    drift_std: NotNegative = 0.06  # [m/s] by which that grows
+    deviating_weight: Annotated[float, within(0.0, 1.0)] = 0.35  # [-] of who deviates; 0: nobody
+    deviating_std: NotNegative = 0.4  # [m/s] by which their place gets less sure than that
     standing_std: NotNegative = 0.3  # [m/s] the same of who stands: they may set out
     standing_speed: Quantity = 0.3  # [m/s] up to which a person stands
     # [m/s] the same from where somebody reaches the edge of the walkable ground and turns

@@ -86,6 +86,20 @@ def least_distance(
     return least
 
 
+@njit(inline="always")
+def within(offset: float, half: float, std: float) -> float:
+    """Probability that a normal variable of mean ``offset`` [m] is within ``half`` [m] of 0."""
+    away = abs(offset)
+    return chance((away - half) / std) - chance((away + half) / std)
+
+
+@njit(inline="always")
+def overlap_chance(rx: float, ry: float, radius: float, std: float, body: RobotBox) -> float:
+    """Probability that somebody predicted at (rx, ry) [m] from the box's middle overlaps it."""
+    along = within(rx, body.half_length + radius, std)
+    return along * within(ry, body.half_width + radius, std)
+
+
 @njit()
 def risk_of(
     states: FloatArray,
@@ -137,7 +151,7 @@ def risk_of(
             price = touch_price(closing, scene.touch, contact_usd)
             wall = rates.squeeze_usd * max(0.0, 1.0 - max(room, 0.0) / rates.squeeze_width)
             counted = care[k] * weight[h]
-            likely = counted * chance(gap / std[h, k])
+            likely = counted * overlap_chance(rx, ry, radius[h], std[h, k], body)
             usd = likely * (price + wall)
             squeeze = likely * wall
             if usd > worst[h]:

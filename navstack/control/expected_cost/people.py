@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from navstack.control.contact_risk import spread_at
 from navstack.control.expected_cost.clearance import FAR, Clearance, clearance_at
 from navstack.jit import njit
 from navstack.types import FloatArray, FloatCube, FloatMatrix, FloatVector
@@ -23,6 +22,7 @@ _CORNER_PEOPLE = 5  # the nearest, for whom they are
 _CORNER_STEPS = 22  # of the prediction in which a corner counts
 _STEPS_AFTER = 8  # of the prediction that have to follow a corner
 _PROBE = 3.0  # [cells] from a place to where the direction of the nearest edge is measured
+_KNOWN = 0.25  # [s] over which the track's velocity variance counts, as measured
 _TURNED_DRIFT = 0.12  # [m/s] by which the place after a turn gets less sure
 
 
@@ -35,6 +35,8 @@ class Spread(NamedTuple):
     standing_speed: float
     turning_std: float
     corner_weight: float
+    deviating_weight: float
+    deviating_std: float
 
 
 class People(NamedTuple):
@@ -59,9 +61,10 @@ def predict(
     """The hypotheses of people (n, 7), rows of ``contact_risk.nearest``; the robot is at (x, y).
 
     Everybody goes on straight up to the edge of the walkable ground, where only the spread grows
-    on. Whoever passes a corner may turn round it by either of two angles.
+    on. Some of those who walk deviate: the same way, with a spread that grows faster. Whoever
+    passes a corner may turn round it by either of two angles.
     """
-    most = 3 * len(people)
+    most = 4 * len(people)
     motion = np.zeros((most, steps, 4))
     std = np.empty((most, steps))
     weight = np.empty(most)
@@ -71,6 +74,15 @@ def predict(
         go_on(people[i], step, spread, clearance, motion[i], std[i])
         weight[i] = 1.0
         radius[i] = people[i, 4]
+        if spread.deviating_weight == 0.0 or stands(people[i], spread):
+            continue
+        weight[i] = 1.0 - spread.deviating_weight
+        motion[count] = motion[i]
+        for n in range(steps):
+            std[count, n] = std[i, n] + spread.deviating_std * step * (n + 1)
+        weight[count] = spread.deviating_weight
+        radius[count] = people[i, 4]
+        count += 1
     for i in range(min(len(people), _CORNER_PEOPLE)):
         near = math.hypot(people[i, 0] - x, people[i, 1] - y) < _CORNER_RANGE
         fast = math.hypot(people[i, 2], people[i, 3]) >= _LEAST_SPEED
@@ -90,6 +102,19 @@ def predict(
     return People(motion[:count], std[:count], weight[:count], radius[:count])
 
 
+@njit(inline="always")
+def stands(person: FloatArray, spread: Spread) -> bool:
+    """Whether a person (FIELDS,) stands."""
+    return math.hypot(person[2], person[3]) < spread.standing_speed
+
+
+@njit(inline="always")
+def walk_std(person: FloatArray, t: float, spread: Spread) -> float:
+    """Standard deviation [m] of a person (FIELDS,) who walks on straight for ``t`` [s]."""
+    known = math.sqrt(spread.position_std**2 + person[5] + person[6] * _KNOWN**2)
+    return known + spread.drift_std * t
+
+
 @njit()
 def go_on(
     person: FloatArray,
@@ -100,19 +125,19 @@ def go_on(
     std: FloatArray,
 ) -> None:
     """Predict one person straight on: ``motion`` (N, 4) and ``std`` (N,) are written."""
-    stands = math.hypot(person[2], person[3]) < spread.standing_speed
+    is_standing = stands(person, spread)
     stop = -1.0  # [s] when the edge is near; negative: it is not
     started_clear = clearance_at(clearance, person[0], person[1]) >= _EDGE
     for n in range(len(std)):
         t = step * (n + 1)
-        if stands:
+        if is_standing:
             motion[n, 0] = person[0]
             motion[n, 1] = person[1]
             motion[n, 2] = person[2]
             motion[n, 3] = person[3]
             std[n] = spread.position_std + spread.standing_std * t
             continue
-        std[n] = spread_at(person, t, spread.position_std, spread.drift_std)
+        std[n] = walk_std(person, t, spread)
         px = person[0] + t * person[2]
         py = person[1] + t * person[3]
         if stop < 0.0 and started_clear and clearance_at(clearance, px, py) < _EDGE:

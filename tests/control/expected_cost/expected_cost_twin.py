@@ -167,16 +167,18 @@ def touch(
     which = beyond.argmax(axis=0)
     is_out = outside > 1e-6
     gap = np.where(is_out, outside, beyond.max(axis=0)) - radius
-    across = np.where(is_out, outside, 1.0)
-    nx = np.where(is_out, (px - qx) / across, np.array((1.0, 0.0, -1.0, 0.0))[which])
-    ny = np.where(is_out, (py - qy) / across, np.array((0.0, 1.0, 0.0, -1.0))[which])
+    distance = np.where(is_out, outside, 1.0)
+    nx = np.where(is_out, (px - qx) / distance, np.array((1.0, 0.0, -1.0, 0.0))[which])
+    ny = np.where(is_out, (py - qy) / distance, np.array((0.0, 1.0, 0.0, -1.0))[which])
     closing = (v - w * qy - vx) * nx + (w * qx - vy) * ny
     speeds = np.arange(len(scene.contact_usd))
     injury = np.interp(np.maximum(closing, prices.counted_speed), speeds, scene.contact_usd)
     price = prices.touch_usd + chance((prices.counted_speed - closing) / prices.speed_std) * injury
     pressed = rates.squeeze_usd * np.maximum(0.0, 1.0 - np.maximum(room, 0.0) / rates.squeeze_width)
     meets = (gap <= _CERTAIN * std) & (np.hypot(px - body.centre, py) <= _FAR)
-    likely = np.where(meets, chance(gap / std), 0.0)
+    along = within(px - body.centre, body.half_length + radius, std)
+    across = within(py, side + radius, std)
+    likely = np.where(meets, along * across, 0.0)
     return likely * price, likely * pressed, np.where(meets, np.maximum(0.0, -gap), 0.0)
 
 
@@ -204,6 +206,11 @@ def at(field, values, x, y):
     high = (1.0 - right) * values[row + 1, column] + right * values[row + 1, column + 1]
     found: FloatArray = (1.0 - up) * low + up * high
     return found
+
+
+def within(offset, half, std):
+    """That a normal variable of this mean is within half of 0."""
+    return chance((np.abs(offset) - half) / std) - chance((np.abs(offset) + half) / std)
 
 
 def chance(z):

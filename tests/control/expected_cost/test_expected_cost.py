@@ -14,6 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from pytest import approx
 from scipy.ndimage import distance_transform_edt
 
+from navstack.control.contact_risk import body_of
 from navstack.control.controller import Surroundings
 from navstack.control.decision import RUNNER_UP, SLOWER
 from navstack.control.expected_cost import field as field_module
@@ -29,7 +30,7 @@ from navstack.control.expected_cost.clearance import (
 )
 from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
 from navstack.control.expected_cost.field import cost_at, make_field
-from navstack.control.expected_cost.motion_cost import TERMS, price_all, price_one
+from navstack.control.expected_cost.motion_cost import TERMS, overlap_chance, price_all, price_one
 from navstack.control.expected_cost.people import turn
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError, ParameterError
@@ -128,6 +129,18 @@ def test_the_price_of_a_contact_is_that_of_the_price_file():
     assert found[:3] == approx((15.0 + 37.0 / (1.0 + math.exp(-1.702 * 5.0)), 0.0, 0.0), abs=1e-6)
     # a radius deep, all the time
     assert found[3] == approx(30.0 * 0.3 * PARAMS.steps * PARAMS.step)
+
+
+@pytest.mark.parametrize("std", [0.05, 0.4, 1.5])
+def test_the_chance_to_overlap_is_the_share_of_drawn_places(std):
+    """Of 20,000 normal places, those within the box widened by the person's radius."""
+    body = body_of(FOOTPRINT)
+    rng = default_rng(7)
+    for rx, ry in ((0.0, 0.0), (0.9, 0.1), (-0.5, 0.7), (2.0, -1.0)):
+        x, y = rng.normal((rx, ry), std, (20_000, 2)).T
+        drawn = np.mean((abs(x) < body.half_length + 0.3) & (abs(y) < body.half_width + 0.3))
+        # the logistic function is within 0.01 of the normal distribution
+        assert overlap_chance(rx, ry, 0.3, std, body) == approx(drawn, abs=0.03)
 
 
 @pytest.mark.parametrize("count", [0, 1, 7, 300])
@@ -236,15 +249,18 @@ def test_people_go_on_straight_and_get_less_sure():
     t = PARAMS.step * np.arange(1, PARAMS.steps + 1)
     walked = np.column_stack((15.0 + 0.3 * t, 12.0 + t, np.full_like(t, 0.3), np.ones_like(t)))
     assert_allclose(found.motion[0], walked)
-    known = np.sqrt(0.0036 + 0.01 + 0.04 * np.minimum(t, 2.0) ** 2)
-    assert found.std[0] == approx(np.minimum(known, 0.6) + 0.04 + 0.1 * t)
-    assert found.weight.tolist() == [1.0]
+    straight = np.sqrt(0.0025 + 0.01 + 0.04 * 0.0625) + 0.06 * t
+    assert found.std[0] == approx(straight)
+    assert_allclose(found.motion[1], walked)
+    assert found.std[1] == approx(straight + 0.4 * t)
+    assert found.weight.tolist() == [0.65, 0.35]
 
 
 def test_who_stands_may_set_out():
     t = PARAMS.step * np.arange(1, PARAMS.steps + 1)
     stands = prediction((15.0, 12.0, 0.1, 0.0, 0.3, 0.01, 0.04))
-    assert stands.std[0] == approx(0.1 + 0.3 * t)
+    assert stands.std[0] == approx(0.05 + 0.3 * t)
+    assert stands.weight.tolist() == [1.0]
     assert (stands.motion[0, :, 0] == 15.0).all()
 
 
@@ -254,10 +270,10 @@ def test_who_passes_a_corner_may_turn_round_it():
     world.data[300:, :300] = 0  # and opens again at y = 15 m
     world.floor = world.data.copy()
     found = prediction((15.6, 12.0, 0.0, 1.2, 0.3, 0.01, 0.01), world)
-    assert found.weight.tolist() == [1.0, 0.3, 0.3]
-    assert found.motion[1, -1, 0] < found.motion[0, -1, 0] - 0.5  # to the left, round the corner
-    assert found.motion[2, -1, 0] < found.motion[1, -1, 0]
-    speeds = np.hypot(*np.diff(found.motion[2, :, :2], axis=0).T) / PARAMS.step
+    assert found.weight.tolist() == [0.65, 0.35, 0.3, 0.3]
+    assert found.motion[2, -1, 0] < found.motion[0, -1, 0] - 0.5  # to the left, round the corner
+    assert found.motion[3, -1, 0] < found.motion[2, -1, 0]
+    speeds = np.hypot(*np.diff(found.motion[3, :, :2], axis=0).T) / PARAMS.step
     assert speeds == approx(np.full(len(speeds), 1.2))
 
 
@@ -390,7 +406,7 @@ def test_the_deadline_makes_seconds_dear():
     way = cost_at(controller._field, 15.0, 8.0) / 2.0
     for stamp in (0.0, 5.0, 15.0):
         z = max(20.0 - stamp - way, 0.0) / 20.0
-        expected = 0.15 * (1.0 + stamp / 20.0) + 6.98 * math.exp(-0.5 * z * z) / (
+        expected = 0.25 * (1.0 + stamp / 20.0) + 6.98 * math.exp(-0.5 * z * z) / (
             math.sqrt(2.0 * math.pi) * 20.0
         )
         assert controller._second_usd(state(y=8.0, stamp=stamp)) == approx(expected)

@@ -39,7 +39,7 @@ def test_who_reaches_the_edge_stays_before_it_and_gets_less_sure_from_shortly_be
         found.motion[0, :, 1:], [(12.0, float(n < count), 0.0) for n in range(len(t))]
     )
     hidden = np.maximum(t - max(t[count] - 0.3, 0.0), 0.0)
-    assert found.std[0] == pytest.approx(0.06 + 0.04 + 0.1 * t + 0.6 * hidden)
+    assert found.std[0] == pytest.approx(0.05 + 0.06 * t + 0.6 * hidden)
 
 
 @pytest.mark.parametrize("steps", [9, 20, 30, 31, 60])
