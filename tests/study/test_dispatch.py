@@ -28,6 +28,7 @@ ENVIRONMENTS: Mapping[str, Mapping[str, str]] = {
     },
     "AVX2": {"NPY_DISABLE_CPU_FEATURES": NO_AVX512, "OPENBLAS_CORETYPE": "Zen"},
 }
+FARTHEST = ("the machine's own", "oldest")
 ARITHMETIC = (
     "import json; from harness.execution.arithmetic import arithmetic;"
     "print(json.dumps(dict(arithmetic())))"
@@ -61,19 +62,17 @@ def drive(asked: Mapping[str, str], folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """A run under each of the environments."""
+    """A run under each of the environments that are farthest apart."""
     return {
-        title: drive(asked, tmp_path_factory.mktemp("dispatch"))
-        for title, asked in ENVIRONMENTS.items()
+        title: drive(ENVIRONMENTS[title], tmp_path_factory.mktemp("dispatch")) for title in FARTHEST
     }
 
 
-@pytest.mark.parametrize("title", list(ENVIRONMENTS)[1:])
-def test_rows_are_equal_byte_for_byte(runs: dict[str, Path], title: str) -> None:
+def test_rows_are_equal_byte_for_byte(runs: dict[str, Path]) -> None:
     own = runs["the machine's own"]
     for table in ("episodes", "events"):
         expected = (own / f"{table}.parquet").read_bytes()
-        assert (runs[title] / f"{table}.parquet").read_bytes() == expected, table
+        assert (runs["oldest"] / f"{table}.parquet").read_bytes() == expected, table
 
 
 def test_somebody_comes_near_in_each_delivery(runs: dict[str, Path]) -> None:
