@@ -25,7 +25,7 @@ from harness.world.people.models import make_pedestrians
 from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.sensors.suite import SensorParams, SensorSuite
-from harness.world.truth import Contact
+from harness.world.truth import Contact, CountedContact
 from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.params.strict import load_dataclass
@@ -54,6 +54,7 @@ class Recorded:
     entries: Entries = field(default_factory=list)
     poses: list[tuple[float, ...]] = field(default_factory=list)  # stamp, x, y, yaw
     contacts: tuple[Contact, ...] = ()
+    counted: tuple[CountedContact, ...] = ()  # those that the published rule pays for
     energy: float = 0.0  # [J] that the motors delivered
 
 
@@ -163,7 +164,8 @@ def record(
         drive.entries.append(transforms(START, ("base_link", "laser", _mounting(sensors))))
         _record(world, drive, seen, steps(seed, reach), duration)
         truth = world.close_episode()
-        drive.contacts, drive.energy = truth.contacts, truth.motion_energy
+        drive.contacts, drive.counted = truth.contacts, truth.counted_contacts
+        drive.energy = truth.motion_energy
     finally:
         world.close()
     return drive
