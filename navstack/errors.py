@@ -1,10 +1,11 @@
 """One tree of errors. A message says in one line what was given, what is allowed and what to do."""
 
 import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 LONGEST = 1200  # [characters] of a message; what a file holds may be of any length
 LONGEST_END = 300
+MOST_NAMES = 8  # of a message that tells who shows all
 
 
 class NavstackError(Exception):
@@ -31,13 +32,19 @@ class MapError(InputError):
 
 
 class UnknownNameError(InputError):
-    """A name stands for nothing known; the message offers the nearest one."""
+    """A name stands for nothing known; the message offers the nearest one.
 
-    def __init__(self, kind: str, given: str, known: Iterable[str]) -> None:
+    Args:
+        kind: of name.
+        given: the name.
+        known: names.
+        shown_by: command that lists them; then the message has the nearest few.
+    """
+
+    def __init__(self, kind: str, given: str, known: Iterable[str], shown_by: str = "") -> None:
         names = sorted(known)
-        super().__init__(
-            f"unknown {kind} '{given}'{did_you_mean(given, names)}; known: {', '.join(names)}"
-        )
+        known_ones = few_of(given, names, shown_by)
+        super().__init__(f"unknown {kind} '{given}'{did_you_mean(given, names)}; {known_ones}")
 
 
 class PlanningError(NavstackError):
@@ -124,6 +131,14 @@ class BehaviorError(NavstackError):
         self.code = code
         self.number = number
         super().__init__(message)
+
+
+def few_of(given: str, names: Sequence[str], shown_by: str) -> str:
+    """The names, or the few nearest to a given one and the command that lists the others."""
+    if not shown_by or len(names) <= MOST_NAMES:
+        return f"known: {', '.join(names)}"
+    nearest = difflib.get_close_matches(given, names, n=MOST_NAMES, cutoff=0.0)
+    return f"nearest: {', '.join(nearest)}; {shown_by} shows all"
 
 
 def did_you_mean(given: str, known: Iterable[str]) -> str:

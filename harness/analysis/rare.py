@@ -1,7 +1,7 @@
 """Margins of stored runs with intervals that admit an unseen loss."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from harness.statistics.interval import Interval
 from harness.statistics.unseen import Reach
 from harness.study.stored_run import StoredRun, StoredStack
 from navstack.types import FloatArray
+
+FIRST_GUESS, GUESSES = 100, 3  # values of an interval, and steps of the search for their number
 
 
 def reach_of(run: StoredRun) -> Reach:
@@ -49,7 +51,50 @@ def difference_with_unseen(
     first: StoredRun, second: StoredRun, differences: FloatArray, clusters: IntArray
 ) -> Interval:
     """The mean margin difference [USD/run] of two runs, by the wider reach of both."""
-    both = reach_of(first), reach_of(second)
-    reach = Reach(min(each.least for each in both), max(each.most for each in both))
     known = ~np.isnan(differences)
+    reach = _wider(first, second)
     return difference_admitting_unseen(differences[known], reach, clusters[known], first.seed)
+
+
+def missions_that_exclude(size: float, first: StoredRun, second: StoredRun) -> int:
+    """Missions without any difference whose interval excludes a margin difference of ``size`` [USD]."""
+    reach = _wider(first, second)
+
+    def farthest(n: int) -> float:
+        alike = difference_admitting_unseen(np.zeros(n), reach, np.arange(n), first.seed)
+        return max(abs(bound or 0.0) for bound in (alike.low, alike.high))
+
+    return _until_within(size, farthest)
+
+
+def deliveries_that_prove(margin: Interval, run: StoredRun) -> int | None:
+    """Deliveries that all earn ``margin`` whose interval lies above zero.
+
+    None: it is not positive.
+    """
+    value = margin.value
+    if value is None or value <= 0.0:
+        return None
+    reach = reach_of(run)
+
+    def below(n: int) -> float:
+        alike = margin_admitting_unseen(np.full(n, value), reach, np.arange(n), run.seed)
+        return value - (alike.low or 0.0)
+
+    return _until_within(value, below)
+
+
+def _wider(first: StoredRun, second: StoredRun) -> Reach:
+    both = reach_of(first), reach_of(second)
+    return Reach(min(each.least for each in both), max(each.most for each in both))
+
+
+def _until_within(size: float, reached: Callable[[int], float]) -> int:
+    """How many values there must be for an interval that then reaches no farther than ``size``.
+
+    What one unseen value adds falls about as 1 / n, so that a few steps suffice.
+    """
+    n = FIRST_GUESS
+    for _ in range(GUESSES):
+        n = max(1, math.ceil(n * reached(n) / size))
+    return n

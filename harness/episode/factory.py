@@ -55,6 +55,7 @@ if TYPE_CHECKING:
 
 # of a mission that is over before it begins, or whose given end the drawn one does not reach
 REDRAWS = 50
+BRAINS_KEPT = 2  # by a process: a third stack in turn would be made anew for each delivery
 PARKED_STEPS = 6  # physics steps per tick of a robot that does not drive
 
 
@@ -248,7 +249,7 @@ def _make_world(
     )
 
 
-_world = kept(2, is_heavy=True)(_make_world)
+_world = kept(BRAINS_KEPT, is_heavy=True)(_make_world)
 
 
 @kept(2)
@@ -311,7 +312,7 @@ def _steps_per_tick_of(nav2_file: str, allow_unknown: bool, rate: float) -> int:
     return steps_per_tick(nav2_parameters(nav2_file, allow_unknown), rate)
 
 
-@kept(2, is_heavy=True)
+@kept(BRAINS_KEPT, is_heavy=True)
 def _navigator(
     world: World,
     place: "str | Leg",

@@ -15,7 +15,7 @@ SHARES = 3  # of a score that are named
 
 
 def decided(seconds: Seconds) -> str:
-    """Who decided, and what was illegal."""
+    """Who decided, and what was rejected."""
     rows = seconds.decisions
     if not rows:
         return "Nothing in this stack decides."
@@ -24,7 +24,7 @@ def decided(seconds: Seconds) -> str:
     text = f"Cycles decided: {who}."
     nothing = sum(bool(row["samples"]) and row["rejected"] >= row["samples"] > 1 for row in rows)
     if nothing:
-        text += f" In {nothing} of them no trajectory was legal."
+        text += f" In {nothing} of them every trajectory was rejected."
     statuses = Counter(row["status"] for row in rows if row["status"] not in ("", "solved", None))
     if statuses:
         text += (
@@ -56,12 +56,12 @@ def against(seconds: Seconds) -> str:
             why = f"its optimiser {row['status']}"
         else:
             why = _counts(rejections)
-        return f"{text} found nothing legal ({why})."
+        return f"{text} rejected every command ({why})."
     text += (
         f" chose {row['wanted_linear_x_mps']:z.2f} m/s, {row['wanted_angular_z_radps']:+.2f} rad/s"
     )
     if rejections and samples > 1:
-        text += f"; illegal were {row['rejected']} of {samples} ({_counts(rejections)})"
+        text += f"; {row['rejected']} of {samples} were rejected ({_counts(rejections)})"
     if shares:
         named = ", ".join(
             f"{name} {100.0 * share:.0f} %" for name, share in list(shares.items())[:SHARES]
@@ -79,12 +79,12 @@ def _preferred(seconds: Seconds, row: Row) -> str:
     other = alternatives_at(seconds, row)
     slower, second = other.get(SLOWER), other.get(RUNNER_UP)
     if second is None:
-        return "Nothing else was legal."
+        return "All others were rejected."
     own = row["total_score"]
     if abs(row["wanted_linear_x_mps"]) < SLOW:
         text = ""
     elif slower is None:
-        text = "Nothing legal was at most half as fast. "
+        text = "All that were at most half as fast were rejected. "
     else:
         gaps = list(deciding_critics(row, slower).items())[:SHARES]
         spoke = ", ".join(f"{name} +{gap:.3g}" for name, gap in gaps)

@@ -21,6 +21,7 @@ from harness.study.manifest import load_study
 from harness.study.stored_run import StoredRun
 from harness.task.brain import Brain
 from harness.task.study import EpisodeTask
+from harness.world.map.scene import Scene
 from harness.world.physics.robot import RobotParams
 from harness.world.world import World
 from harness.world.world_params import WorldParams
@@ -50,6 +51,7 @@ class Evidence:
     body: Body  # the robot as people meet it
     footprint: FloatArray  # (V, 2) [m], base frame
     source: str  # RECORDING or DRIVEN_AGAIN
+    scene: Scene | None = None  # None: its map is not known, or has changed
 
     @property
     def stamps(self) -> FloatArray:

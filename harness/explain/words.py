@@ -7,6 +7,7 @@ from harness.explain.decision_words import against, decided
 from harness.explain.evidence import Evidence
 from harness.explain.moments import ASSISTANCE, SPOILED, STUCK_PLACE, TIMEOUT, Moment
 from harness.explain.seconds import NEAR, Seconds
+from harness.explain.tipping import TIPPED, has_tipped, tipping
 from harness.metrics.columns import Row
 from navstack.types import FloatArray
 
@@ -17,7 +18,7 @@ FAULTS = {
     "robot_into_property": "the robot moved into it",
 }
 REASONS = {
-    "orientation": "it tipped over",
+    TIPPED: "it tipped over",
     "impulse": "its contacts used up what it withstands",
     "stack failed": "its stack ended in an error",
 }
@@ -34,7 +35,10 @@ def paragraph(evidence: Evidence, seconds: Seconds, before: Moment | None = None
     """
     if before is not None and is_same(before, seconds.moment):
         return f"{what(evidence, seconds)} The seconds before are those of event {before.number}."
-    sentences = [what(evidence, seconds), _motion(seconds), _person(seconds)]
+    sentences = [what(evidence, seconds)]
+    if has_tipped(evidence, seconds.moment):
+        sentences += tipping(evidence, seconds)
+    sentences += [_motion(seconds), _person(seconds)]
     if not evidence.row["gave_up"]:  # else it was not the controller's choice
         sentences += [decided(seconds), against(seconds)]
     sentences += [_believed(seconds), _tracked(evidence, seconds), _cargo(evidence, seconds)]

@@ -10,7 +10,7 @@ from harness.explain.document import Explained, Saving, instant
 from harness.explain.evidence import RECORDING, WEIGHTED, Evidence
 from harness.explain.moments import COMPONENTS
 from harness.explain.seconds import Seconds
-from harness.explain.words import is_same
+from harness.explain.words import REASONS, is_same
 from harness.metrics.columns import Row
 from harness.report.blocks import Block, Chart, Table, Text, declared
 from harness.report.numbers import UNDEFINED, counted, number_text
@@ -36,7 +36,7 @@ def explanation_blocks(
     if evidence.source == RECORDING:
         source = "from its recording"
     mission = f"{row['stack']}, episode {row['episode']} of seed {row['seed']} on {row['map']}"
-    end = f"{row['outcome']} ({row['reason']}), {row['duration_s']:.1f} s"
+    end = f"{ending(row)}, {row['duration_s']:.1f} s"
     blocks: list[Block] = [Text(f"{mission}: {end}; {source}.", "heading")]
     if row.get("navigator_history"):
         blocks.append(Text(f"The navigator: {row['navigator_history']}.", "paragraph"))
@@ -107,7 +107,7 @@ def _scores(seconds: Seconds) -> Table:
     back = seconds.moment.stamp - row["stamp_s"]
     title = f"{row['decided_by']}, {back:.1f} s before event {seconds.moment.number}"
     columns = (f"{each}: +" for each in others)
-    return Table(title, ("Critic or term", "raw", "weighted", *columns, "illegal"), rows)
+    return Table(title, ("Critic or term", "raw", "weighted", *columns, "rejected"), rows)
 
 
 def saving_blocks(saving: Saving) -> list[Block]:
@@ -144,11 +144,20 @@ def _effect(saved: float | None) -> str:
     return f"costs {-saved:.2f} USD"
 
 
+def ending(row: Row) -> str:
+    """How a delivery ended, and why where that is not the same."""
+    outcome = TEXTS.outcomes.get(row["outcome"], row["outcome"])
+    why = REASONS.get(row["reason"], row["reason"])
+    if why in (row["outcome"], "arrived"):
+        return outcome
+    return f"{outcome} ({why})"
+
+
 def _ended(row: Row) -> str:
     contacts = ""
     if people := row["pedestrian_contacts"]:
         contacts = f", {counted(people, 'counted contact')} with people"
-    return f"{row['outcome']} ({row['duration_s']:.1f} s{contacts})"
+    return f"{TEXTS.outcomes.get(row['outcome'], row['outcome'])} ({row['duration_s']:.1f} s{contacts})"
 
 
 def _handed_over(saving: Saving) -> str:

@@ -160,7 +160,7 @@ def _draw_strips(strips: Sequence["Axes"], seconds: Seconds) -> None:
     speeds = np.concatenate((seconds.speed, seconds.command[:, 0]))
     speed.set_ylim(min(0.0, 1.1 * float(speeds.min())), max(0.1, 1.1 * float(speeds.max())))
     _draw_person(person, seconds)
-    belief.plot(seconds.decided_at, seconds.decided_off, color=BELIEF, label="belief off")
+    belief.plot(seconds.decided_at, seconds.decided_off, color=BELIEF, label="position error")
     if not np.isnan(seconds.track_error).all():
         belief.plot(at, seconds.track_error, color=TRACK, label="track error")
     belief.set_ylabel("error [m]")

@@ -45,7 +45,7 @@ def run_blocks(
         *earnings(parties),
         *rankings(parties),
         f"run folder: {folder}",
-        f"digest (SHA-256 of its checksums.json): {root_digest(folder)}",
+        f"checksum of the run (SHA-256 of its checksums.json): {root_digest(folder)}",
         *filter(None, [unlike_line(unlike_published(run))]),
     ]
     return [

@@ -3,12 +3,17 @@
 import shlex
 from collections.abc import Sequence
 
-from harness.analysis.compare import Side, compare, have_common_missions
-from harness.analysis.rare import margin_with_unseen
+from harness.analysis.compare import Comparison, Side, compare, have_common_missions
+from harness.analysis.rare import (
+    deliveries_that_prove,
+    margin_with_unseen,
+    missions_that_exclude,
+)
 from harness.economics.cost_terms import MARGIN
-from harness.report.numbers import bounds_text, interval_text, p_text
+from harness.economics.valuation import CENT
+from harness.report.numbers import bounds_text, interval_text, number_text, p_text
 from harness.statistics.interval import Interval, fewest_missions
-from harness.statistics.paired import PairedDifference, together
+from harness.statistics.paired import PairedDifference, needed_for, together
 from harness.study.stored_run import StoredRun
 
 # a stack's name, its deliveries and its margin [USD/run], if it is defined
@@ -17,38 +22,74 @@ Party = tuple[str, Side, Interval | None]
 PROGRAM, MODULE = ["navbench"], ["python", "navbench/__main__.py"]  # as run.json has them
 REPEATABLE = ("run", "ablate")  # commands
 NOT_REPEATED = ("--episodes", "--only", "--out")  # options with a value
+WORTH_FINDING = 1.0  # [USD/delivery] of a difference: what is smaller counts as none
 
 
 def earnings(parties: Sequence[Party]) -> list[str]:
     """A sentence for each stack with a margin: whether it is significantly positive."""
     return [
-        f"{name}: {_earning(margin, margin_with_unseen(side.run, side.stack))}"
+        f"{name}: {_earning(side, margin, margin_with_unseen(side.run, side.stack))}"
         for name, side, margin in _known(parties)
     ]
 
 
-def rankings(parties: Sequence[Party]) -> list[str]:
+def rankings(parties: Sequence[Party], family: Sequence[str] = (MARGIN,)) -> list[str]:
     """A sentence for the best stack against each that drove missions of it.
 
     Differences are paired by mission and tested together (Holm).
+
+    Args:
+        parties: the stacks.
+        family: metrics whose p values are adjusted with the margin's; several for two stacks only.
     """
     known = sorted(_known(parties), key=lambda each: -each[2].value)  # type: ignore[operator]
     others = [
         (name, side) for name, side, _ in known[1:] if have_common_missions(known[0][1], side)
     ]
-    found = [compare(side, known[0][1], [MARGIN]) for _, side in others]
-    pairs = together([each.differences[MARGIN].paired for each in found])
+    found = [compare(side, known[0][1], family) for _, side in others]
+    pairs = [each.differences[MARGIN].paired for each in found]
+    adjusted = f" adjusted for {len(family)} metrics"
+    if len(family) == 1:
+        pairs = together(pairs)
+        adjusted = f" adjusted for {len(pairs)} comparisons"
+    best, _, margin = known[0]
     lines = []
     for (name, _), each, pair in zip(others, found, pairs, strict=True):
+        if not pair.differs:
+            lines.append(_alike(f"{best} and {name}", margin, each))
+            continue
         span = interval_text(pair.difference)
         told = f"{span} USD a delivery over {pair.difference.n} missions, p {p_text(pair.p_holm)}"
+        if pair.tests > 1:
+            told += adjusted
         if pair.is_significant:
-            line = f"{known[0][0]} earns more than {name}: {told}{_doubt(each.unseen)}"
+            line = f"{best} earns more than {name}: {told}{_doubt(each.unseen)}"
         else:
             more = undecided(pair, each.first.run, each.second.run)
-            line = f"These deliveries cannot rank {known[0][0]} and {name}: {told}{more}"
+            line = f"These deliveries cannot rank {best} and {name}: {told}{more}"
         lines.append(line)
     return lines
+
+
+def _alike(both: str, margin: Interval, comparison: Comparison) -> str:
+    """Two stacks that earn the same on every mission: what that excludes, and what would more."""
+    first, second = comparison.first.run, comparison.second.run
+    earned = f"{number_text(margin.value)} USD a delivery"
+    if margin.value is not None and margin.value > first.prices().delivery_fee.value - CENT:
+        earned += ", the whole fee"
+    text = f"{both} earn the same on all {comparison.pairs} missions: {earned}"
+    unseen = comparison.unseen
+    if unseen is None or unseen.high is None or unseen.high <= WORTH_FINDING:
+        return text
+    text += f". Unseen losses leave a difference of up to {unseen.high:.2f} USD possible (95 %)"
+    needed = missions_that_exclude(WORTH_FINDING, first, second)
+    return text + _more(
+        f"; about {needed:,d} missions would decide, {needed - comparison.pairs:,d} more: without "
+        f"a loss they leave less than {WORTH_FINDING:g} USD, with losses they may rank",
+        needed,
+        first,
+        second,
+    )
 
 
 def undecided(pair: PairedDifference, *runs: StoredRun) -> str:
@@ -61,6 +102,11 @@ def undecided(pair: PairedDifference, *runs: StoredRun) -> str:
     if needed is None:
         return text
     text += f"; about {needed:,d} missions would decide, {needed - n:,d} more"
+    return _more(text, needed, *runs)
+
+
+def _more(text: str, needed: int, *runs: StoredRun) -> str:
+    """A text with the commands that drive so many deliveries, where there are such."""
     commands = list(dict.fromkeys(repeated(run, needed) for run in runs))
     if not commands or "" in commands:
         return text
@@ -95,17 +141,28 @@ def _known(parties: Sequence[Party]) -> list[tuple[str, Side, Interval]]:
     ]
 
 
-def _earning(margin: Interval, unseen: Interval | None) -> str:
+def _earning(side: Side, margin: Interval, unseen: Interval | None) -> str:
+    run, fewest = side.run, fewest_missions()
     text = f"{interval_text(margin, 2)} USD a delivery (n = {margin.n})"
-    if margin.n < fewest_missions():
-        return f"{text}: fewer than {fewest_missions()} deliveries decide nothing"
+    if margin.n < fewest:
+        return _more(f"{text}: fewer than {fewest} deliveries decide nothing", fewest, run)
     if margin.low is None or margin.high is None:
-        return f"{text}, all alike{_doubt(unseen)}"
+        doubt = _doubt(unseen)
+        needed = deliveries_that_prove(margin, run) if doubt else None
+        if needed is None:
+            return f"{text}, all alike{doubt}"
+        more = f"; about {needed:,d} deliveries without a loss would show that it earns"
+        return _more(f"{text}, all alike{doubt}{more}", needed, run)
     if margin.sign > 0:
         return f"{text}: it earns money{_doubt(unseen)}"
     if margin.sign < 0 and (unseen is None or unseen.high is None or unseen.high < 0.0):
         return f"{text}: it loses money"
-    return f"{text}: these deliveries do not tell whether it earns"
+    text += ": these deliveries do not tell whether it earns"
+    needed = needed_for(margin)
+    if needed is None or needed <= margin.n:
+        return text
+    more = f"; about {needed:,d} would decide, {needed - margin.n:,d} more"
+    return _more(text + more, needed, run)
 
 
 def _doubt(unseen: Interval | None) -> str:

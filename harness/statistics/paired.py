@@ -11,7 +11,13 @@ from statistics import NormalDist
 import numpy as np
 
 from harness.statistics.bootstrap import IntArray, cluster_numbers
-from harness.statistics.interval import NO_INTERVAL, SIGNIFICANCE, Interval, fewest_missions
+from harness.statistics.interval import (
+    NO_INTERVAL,
+    SIGNIFICANCE,
+    Interval,
+    Z,
+    fewest_missions,
+)
 from harness.statistics.sign_flips import SignFlips, flip_signs
 from navstack.types import FloatArray
 
@@ -92,6 +98,18 @@ class PairedDifference:
 def z_of_power(tests: int = 1) -> float:
     """Standard errors that a difference must measure to be found with a power of 0.8."""
     return NORMAL.inv_cdf(1.0 - SIGNIFICANCE / (2.0 * tests)) + NORMAL.inv_cdf(POWER)
+
+
+def needed_for(mean: Interval) -> int | None:
+    """Values that tell a mean from zero with a power of 0.8, where the interval is normal.
+
+    That is n (z_test + z_power)^2 / z^2, z the mean in standard errors, which are the half width
+    over 1.96. None: the mean is zero, or has no interval.
+    """
+    if mean.low is None or mean.high is None or not mean.value or mean.low == mean.high:
+        return None
+    error = (mean.high - mean.low) / (2.0 * Z)
+    return math.ceil(mean.n * (z_of_power() * error / mean.value) ** 2)
 
 
 def compare_pairs(

@@ -7,7 +7,14 @@ from typing import Any
 from harness.storage.checksums import CHECKSUMS, changed_files, write_checksums
 from harness.storage.documents import json_text
 from harness.storage.files import locked, require_real_folders, write_text, writing
-from harness.storage.new_run import ABLATION, CHECK, MANIFEST, TUNING
+from harness.storage.new_run import (
+    ABLATION,
+    CHECK,
+    MANIFEST,
+    TUNED_STACK,
+    TUNING,
+    TUNING_DOCUMENT,
+)
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Row
 from harness.storage.run_folder import JOURNAL
@@ -31,6 +38,24 @@ def other_study(folder: Path) -> tuple[str, str] | None:
         (known for mark, known in OTHER_STUDIES.items() if (parameters / mark).is_file()),
         None,
     )
+
+
+def no_run(folder: Path) -> str | None:
+    """What a study without a table of deliveries is, and what to do; None: it is none."""
+    known = other_study(folder)
+    if known is None:
+        return None
+    kind, command = known
+    if not (folder / TUNING_DOCUMENT).is_file():
+        return (
+            f"'{folder}' is {kind}, not a run with its table; navbench {command} --resume "
+            f"{folder} finishes it"
+        )
+    runs = sorted(manifest.parent for manifest in folder.glob(f"*/*/*/{MANIFEST}"))
+    advice = f"navbench run --stack {folder / TUNED_STACK} makes a run of its file"
+    if runs:
+        advice = f"give {runs[0]}, the deliveries on which its two files differ most"
+    return f"'{folder}' is {kind} that is finished, and no run; {advice}"
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:

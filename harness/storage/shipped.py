@@ -6,11 +6,20 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from navstack.errors import InputError, UnknownNameError
+from navstack.errors import InputError, UnknownNameError, few_of
 from navstack.files import is_private
 
 DEFAULT_WORLD = "paper_loose_bucket"
 ABOUT = "about.toml"  # of a folder: what its files are for, and by which names they are known
+# folder of params -> kind of navbench list
+LISTED = {
+    "stacks": "stacks",
+    "worlds": "worlds",
+    "robots": "robots",
+    "sensors": "sensors",
+    "search_spaces": "spaces",
+    "prices": "prices",
+}
 ROUTE_GRAPH = "_graph.geojson"  # ending of a district's route graph
 _PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -56,16 +65,22 @@ def resolve(name_or_file: str, folder: Path, what: str) -> Path:
     if is_file(name_or_file):
         if not os.path.isfile(given):
             trouble = "is a folder" if os.path.isdir(given) else "does not exist"
-            known = ", ".join(names(folder))
+            known = few_of(given.stem, names(folder), _list_command(folder))
             raise InputError(
-                f"{what} file '{name_or_file}' {trouble}; give a YAML file or one of: {known}"
+                f"{what} file '{name_or_file}' {trouble}; give a YAML file or a name; {known}"
             )
         return given
     for known in (name_or_file, *synonyms(name_or_file, folder)):
         candidate = folder / f"{known}.yaml"
         if os.path.isfile(candidate):
             return candidate
-    raise UnknownNameError(what, name_or_file, names(folder))
+    raise UnknownNameError(what, name_or_file, names(folder), _list_command(folder))
+
+
+def _list_command(folder: Path) -> str:
+    """The command that tells of a folder's files; empty: none does."""
+    kind = LISTED.get(folder.name)
+    return f"navbench list {kind} --all" if kind else ""
 
 
 def synonyms(name: str, folder: Path) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 from harness.economics.prices import Prices
 from harness.economics.valuation import Valuation, valuation_document, value
 from harness.episode.episode import Delivery, run_episode
-from harness.episode.factory import prices_of
+from harness.episode.factory import BRAINS_KEPT, prices_of
 from harness.execution.workers import Finished, Workers
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUMNS, Row
 from harness.statistics.interval import Interval
@@ -76,9 +76,13 @@ def require_own(study: Study, folder: RunFolder) -> None:
 def drive_missing(study: Study, folder: RunFolder, workers: Workers, on_finished: Progress) -> None:
     """Drive every task that the folder lacks.
 
-    Each finished episode is on disk before ``on_finished`` hears of it.
+    Each finished episode is on disk before ``on_finished`` hears of it. Two stacks take turns, so
+    that the pace of the first half holds for the second, and what an interrupt leaves are pairs.
     """
-    with contextlib.closing(driven(study.tasks(), folder, workers)) as runs:
+    tasks = study.tasks()
+    if len(study.stacks) <= BRAINS_KEPT:
+        tasks = study.tasks_by_mission()
+    with contextlib.closing(driven(tasks, folder, workers)) as runs:
         for finished, record in runs:
             on_finished(finished, record)
 

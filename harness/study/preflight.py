@@ -4,7 +4,7 @@ import dataclasses
 from pathlib import Path
 
 from harness.episode.factory import Parts, place_of
-from harness.storage.shipped import is_file
+from harness.storage.shipped import is_file, shipped
 from harness.study.compile_ahead import compile_ahead
 from harness.task.stack import ROS2, Stack
 from harness.task.study import Study
@@ -48,9 +48,7 @@ def check(study: Study) -> list[str]:
         notes += sensor_notes(stack, parts.scene)
         if stack.is_nav2:
             nav2 = parts.nav2
-            notes += [f"{stack.name}: {line}" for line in file_notes(nav2)]
-            notes += [f"{stack.name}: {ignored_keys(nav2)}"] if nav2.ignored else []
-            notes += default_notes(nav2, stack.name)
+            notes += notes_on_file(nav2, stack.name)
             notes += filter_notes(nav2, stack)
             if not stack.body:
                 notes += footprint_notes(nav2, parts.robot, stack.name)
@@ -149,6 +147,18 @@ def footprint_notes(nav2: Nav2File, robot: RobotParams, stack: str) -> list[str]
         f"{stack}: the file's robot reaches {known[0]:.2f} to {known[1]:.2f} m from its centre, the one that drives "
         f"here {real[0]:.2f} to {real[1]:.2f} m: it may touch what its costmap shows free"
     ]
+
+
+def notes_on_file(nav2: Nav2File, stack: str) -> list[str]:
+    """At most one line on a user's file; nobody can change those that come with the program."""
+    if nav2.path.is_relative_to(shipped("params")):
+        return []
+    notes = [f"{stack}: {line}" for line in file_notes(nav2)]
+    notes += [f"{stack}: {ignored_keys(nav2)}"] if nav2.ignored else []
+    notes += default_notes(nav2, stack)
+    if len(notes) < 2:
+        return notes
+    return [f"{stack}: {len(notes)} notes on the file: navbench lint {nav2.path} --full lists them"]
 
 
 def file_notes(nav2: Nav2File) -> list[str]:

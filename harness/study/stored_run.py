@@ -20,7 +20,7 @@ from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.checksums import changed_files
 from harness.storage.journal import LARGEST, NEEDED
-from harness.storage.manifest_file import mixed_files, other_study, read_manifest
+from harness.storage.manifest_file import mixed_files, no_run, read_manifest
 from harness.storage.new_run import MANIFEST, OF_STACKS
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Rows, values
@@ -196,12 +196,8 @@ def repriced(stack: StoredStack, events: Sequence[Row], prices: Prices) -> Store
 def _load(folder: Path) -> StoredRun:
     about = _described(folder)
     if not (folder / "episodes.parquet").exists():
-        if known := other_study(folder):
-            kind, command = known
-            raise InputError(
-                f"'{folder}' is {kind}, not a run with its table; navbench {command} --resume "
-                f"{folder} finishes it"
-            )
+        if message := no_run(folder):
+            raise InputError(message)
         unfinished = f"; finish it with --resume {folder}" if (folder / JOURNAL).is_file() else ""
         raise InputError(f"run folder '{folder}' has no episodes.parquet{unfinished}")
     rows = read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)

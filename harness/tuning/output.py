@@ -11,6 +11,7 @@ from pathlib import Path
 
 from harness.metrics.columns import Row
 from harness.storage.files import write_text, writing
+from harness.storage.new_run import TUNED_STACK, TUNING_DOCUMENT
 from harness.storage.tables import write_table
 from harness.task.stack import Stack
 from harness.tuning.declaration import StudyDeclaration
@@ -22,10 +23,10 @@ from harness.tuning.space.space import Parameter
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.strict import dump_dataclass
 
-TUNED, STACK, DIFF = "tuned.nav2.yaml", "tuned.yaml", "tuned.diff"
+TUNED, STACK, DIFF = "tuned.nav2.yaml", TUNED_STACK, "tuned.diff"
 FRONT = "front"  # folder with the file of every trial of a Pareto front
 STRICT = "--strict"  # option of navbench run
-TRIALS, DOCUMENT = "trials.parquet", "tune.json"
+TRIALS, DOCUMENT = "trials.parquet", TUNING_DOCUMENT
 
 
 def write_files(

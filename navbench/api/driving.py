@@ -9,6 +9,7 @@ from pathlib import Path
 
 from harness.episode.episode import Delivery
 from harness.execution.workers import Finished, Workers
+from harness.report.texts import OUTCOMES
 from harness.storage.new_run import create_run, default_folder, require_usable
 from harness.storage.rows import Row
 from harness.storage.run_folder import RunFolder
@@ -49,7 +50,7 @@ class Tally(Bar):
         if row.get("error"):
             self._outcomes["error"] += 1
         else:
-            self._outcomes[row["outcome"]] += 1
+            self._outcomes[OUTCOMES.get(row["outcome"], row["outcome"])] += 1
             if cpu := record["timing"]["cpu_s"]:  # 0: shorter than this machine's clock tells
                 self._factors.append(row["duration_s"] / cpu)
         self.done += 1

@@ -1,5 +1,6 @@
 """Why a delivery cost what it cost: evidence, words, figures, a document."""
 
+import dataclasses
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -90,6 +91,9 @@ def explain(
     """
     if plot is not None:
         require_writable("figure", plot, FORMATS)
+    if out is not None:
+        with writing(out):
+            out.mkdir(parents=True, exist_ok=True)
     stored = run.stored
     side_of(stored)  # one stack
     evidence = _evidence(stored, episode, again)
@@ -102,10 +106,12 @@ def explain(
         if event > count:
             raise InputError(f"--event {event}: the delivery has {count}; give 1 to {count}")
         chosen = [chosen[event - 1]]
+    scene = map_of(stored, "the explanation")
+    evidence = dataclasses.replace(evidence, scene=scene)
     told = explained(evidence, [seconds_before(evidence, moment, before) for moment in chosen])
     saving = _saving(stored, evidence, chosen, rewind, before) if rewind else None
-    figures = _draw(stored, evidence, told, plot, out)
-    where = activities(evidence, map_of(stored, "where the time went"))
+    figures = _draw(evidence, told, plot, out)
+    where = activities(evidence, scene)
     explanation = Explanation(evidence, told, saving, figures, where)
     if out is not None:
         _write(explanation, out)
@@ -155,15 +161,12 @@ def _saving(
 
 
 def _draw(
-    run: StoredRun, evidence: Evidence, told: list[Explained], plot: Path | None, out: Path | None
+    evidence: Evidence, told: list[Explained], plot: Path | None, out: Path | None
 ) -> list[Path]:
     """Draw what was asked for; returns the files."""
     if plot is None and out is None:
         return []
-    if out is not None:
-        with writing(out):
-            out.mkdir(parents=True, exist_ok=True)
-    scene, files = map_of(run, "the figure"), []
+    files = []
     costly = costliest([each.seconds.moment for each in told])
     for each in told:
         number = each.seconds.moment.number
@@ -173,6 +176,6 @@ def _draw(
         if out is not None:
             wanted += [out / f"event-{number}{suffix}" for suffix in (".pdf", ".png")]
         if wanted:
-            draw_seconds(evidence, each.seconds, scene, wanted)
+            draw_seconds(evidence, each.seconds, evidence.scene, wanted)
             files += wanted
     return files

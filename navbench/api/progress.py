@@ -29,6 +29,8 @@ class Progress(Protocol):
 class Bar:
     """So much of so much, and the time left if it goes on like this.
 
+    The time left falls until something more is done: a long delivery is no slower pace.
+
     Args:
         form: of its text, e.g. ``{done} of {total} deliveries``.
         total: when it is over.
@@ -36,8 +38,8 @@ class Bar:
     """
 
     def __init__(self, form: str, total: float, done: float = 0) -> None:
-        self.total, self.done = total, done
         self._form, self._done_before, self._began = form, done, time.monotonic()
+        self.total, self.done = total, done
 
     @property
     def note(self) -> str:
@@ -45,15 +47,29 @@ class Bar:
         return ""
 
     @property
-    def _amount(self) -> str:
+    def done(self) -> float:
+        """How much is."""
+        return self._done
+
+    @done.setter
+    def done(self, amount: float) -> None:
+        self._done, self._moved = amount, time.monotonic()
+
+    @property
+    def left(self) -> float:
+        """Time [s] that is left; 0: it is over, or nothing tells."""
         driven = self.done - self._done_before
-        # [s]
-        left = (
-            (time.monotonic() - self._began) / driven * (self.total - self.done) if driven else 0.0
-        )
-        return self._form.format(done=self.done, total=self.total) + (
-            f", about {left:.0f} s left" if left else ""
-        )
+        if not driven:
+            return 0.0
+        pace = (self._moved - self._began) / driven
+        return max(pace * (self.total - self.done) - (time.monotonic() - self._moved), 0.0)
+
+    @property
+    def _amount(self) -> str:
+        amount = self._form.format(done=self.done, total=self.total)
+        if self.left < 0.5:
+            return amount
+        return f"{amount}, about {self.left:.0f} s left"
 
     @property
     def text(self) -> str:

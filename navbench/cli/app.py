@@ -113,6 +113,8 @@ def _status(arguments: list[str] | None, program: click.Command = app) -> int:
         program(arguments, standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
+    except click.NoSuchOption as error:
+        return _complain(f"{_no_option(error)} See '{_path(error, program)} --help'.", 2)
     except click.UsageError as error:
         if isinstance(error, click.BadParameter) and not isinstance(error, click.MissingParameter):
             return _complain(error.format_message(), 1)
@@ -127,6 +129,16 @@ def _status(arguments: list[str] | None, program: click.Command = app) -> int:
             raise
         return _complain(message, 1)
     return 0
+
+
+def _no_option(error: click.NoSuchOption) -> str:
+    """What is wrong with an option that there is not, the best fitting one first."""
+    text = f"No such option '{error.option_name}'"
+    if not error.possibilities:
+        return f"{text}."
+    best, *others = error.possibilities
+    more = f" (or {', '.join(others)})" if others else ""
+    return f"{text}; did you mean {best}?{more}"
 
 
 def _path(error: click.UsageError, program: click.Command) -> str:

@@ -24,7 +24,7 @@ from navbench.cli.streams import print_json
     multiple=True,
     help=(
         "Compare this one only, e.g. margin; repeatable. Default: all, and p adjusted for "
-        "margin and SLA."
+        "margin and share in time (sla)."
     ),
 )
 @FULL

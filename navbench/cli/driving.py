@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 INTERRUPTED, SOME_ERRORS = 130, 3
 PAGE = "report.html"  # of a run, in its folder
-DIGITS = 16  # of a run's digest that a screen shows; the JSON document and verify have all
+DIGITS = 16  # of a run's checksum that a screen shows; the JSON document and verify have all
 
 
 def exit_status(is_interrupted: bool, has_errors: bool) -> int:
@@ -62,6 +62,7 @@ def write_page(driven: "Driven") -> Path | None:
 
 def _print(driven: "Driven", is_full: bool, page: Path | None) -> None:
     from harness.episode.factory import prices_of
+    from harness.explain.moments import costly_episodes
     from harness.report.blocks import Block, Text
     from harness.report.run_tables import run_blocks
     from harness.report.short.run import summary_blocks
@@ -70,14 +71,18 @@ def _print(driven: "Driven", is_full: bool, page: Path | None) -> None:
     from harness.study.stored_run import load_run
 
     folder = driven.folder
-    blocks: list[Block] = summary_blocks(load_run(str(folder)))
+    run = load_run(str(folder))
+    blocks: list[Block] = summary_blocks(run)
     if is_full:
         prices = prices_of(driven.study.template.prices)
         blocks = [*blocks[:1], *run_blocks(driven.results, driven.study, prices, folder)]
-    digest = (root_digest(folder) or "")[:DIGITS]
-    last = f"run folder: {folder}; digest {digest}; next: navbench report {folder}"
+    where, following = f"run folder: {folder}", f"report {folder}"
     if driven.is_interrupted:
-        last = f"run folder: {folder}; digest {digest}; next: navbench run --resume {folder}"
+        following = f"run --resume {folder}"
     elif page is not None:
-        last = f"page: {page}; digest {digest}; next: navbench explain {folder}"
+        where, following = f"page: {page}", f"replay {folder}"
+        if any(costly_episodes(run.only(stack.name)) for stack in run.stacks):
+            following = f"explain {folder}"
+    checksum = (root_digest(folder) or "")[:DIGITS]
+    last = f"{where}; checksum {checksum}; next: navbench {following}"
     print_blocks([*blocks, Text(last, "whole")], report_console())

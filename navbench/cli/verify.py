@@ -37,7 +37,7 @@ def verify(folder: Path, sample: int, seed: int, as_json: bool) -> None:
     A delivery repeats if every column of its row comes out as it is stored, to the last bit. Where
     a run comes from other libraries, or from a machine that computes otherwise, a delivery that
     differs is not comparable here: it is counted, and the run is neither called sound nor changed.
-    The digest stands for the whole run. It guards against accidents: who edits a run can write its
+    The checksum stands for the whole run. It guards against accidents: who edits a run can write its
     checksums, too. So rows, events, recordings and summary are held against each other.
 
     \b
@@ -75,7 +75,7 @@ def _document(found: "Verification") -> dict[str, Any]:
 
 
 def _lines(found: "Verification") -> list[str]:
-    lines = [f"digest {found.digest}", *found.notes]
+    lines = [f"checksum {found.digest}", *found.notes]
     if not found.has_checksums:
         lines[0] = "has no checksums.json: nothing tells whether it is as it was written"
     if found.mixed:

@@ -58,7 +58,7 @@ def run_with(folder: Path, **files: str | bytes) -> list[str]:
         (("--seed", "99999999999999999999999"), ("out of range",)),
         (("--pedestrians", "-1"), ("--pedestrians -1", "0 to")),
         (("--workers", "0"), ("--workers 0", "at least 1")),
-        (("--stack", "nav2-gsp"), ("nav2-gsp", "did you mean 'nav2-gps'", "parked")),
+        (("--stack", "nav2-gsp"), ("nav2-gsp", "did you mean 'nav2-gps'", "navbench list stacks")),
         (("--map", "sidewlak"), ("sidewlak", "sidewalk")),
         (("--map", "no/such/map.yaml"), ("no/such/map.yaml",)),
         (("--localizer", "gsp"), ("gsp", "ground_truth")),
@@ -250,3 +250,36 @@ def test_numbers_beyond_all_measure_are_errors(
     (tmp_path / "nav2.yaml").write_text(re.sub(rf"{name}: \S+", f"{name}: {value}", TUNED))
     assert status("lint", str(tmp_path / "nav2.yaml")) == 1
     assert f"{name} {told}" in "".join(capsys.readouterr())
+
+
+def test_of_wrong_options_the_best_fitting_one_comes_first(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert status("run", "--worker", "2") == 2
+    assert "'--worker'; did you mean --workers? (or --world, --force)" in capsys.readouterr().err
+    assert status("run", "--zzzz") == 2
+    assert "No such option '--zzzz'. See 'navbench run --help'." in capsys.readouterr().err
+
+
+def test_of_many_names_the_nearest_eight_are_told_and_who_shows_all(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    line = complaint(capsys, "run", "--stack", "nav2-gsp")
+    assert "did you mean 'nav2-gps'" in line
+    assert line.rstrip().endswith("; navbench list stacks --all shows all")
+    nearest = line.partition("nearest: ")[2].partition(";")[0].split(", ")
+    assert len(nearest) == 8 and nearest[0] == "nav2-gps"
+    assert "navbench list stacks --all" in complaint(capsys, "run", "--stack", "none.yaml")
+    assert "known: barn, easy, " in complaint(capsys, "run", "--world", "esay")
+
+
+def test_a_folder_in_place_of_a_map_is_told_what_a_map_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = complaint(capsys, "run", "--map", str(tmp_path))
+    assert f"map '{tmp_path}' is a folder; give the YAML file that map_server's map_saver" in line
+    (tmp_path / "nav2.yaml").write_text("amcl: {}")
+    (tmp_path / "ward.yaml").write_text(MAP)
+    assert f"is a folder; give its file {tmp_path / 'ward.yaml'}" in complaint(
+        capsys, "run", "--map", str(tmp_path)
+    )

@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -76,6 +77,36 @@ def test_each_next_command_works_as_printed(
         ["list", "stacks"],
     ):
         follow(capsys, words)
+
+
+def test_a_run_that_lost_nothing_has_an_answer_and_a_command_that_works(
+    capsys: pytest.CaptureFixture[str],
+    run_words: list[str],
+    place: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two stacks in an empty hall; what would decide is driven with fewer missions."""
+    roomy = RULES.replace("timeout: 4.0", "timeout: 241.0")
+    (place / "short.yaml").write_text(roomy, encoding="utf-8")
+    run_words[run_words.index("--pedestrians") + 1] = "0"
+    words = [*run_words, "--page", "--out", "few"]
+    monkeypatch.setattr(sys, "argv", ["navbench", *words])
+    lines = printed(capsys, *words)
+    assert len(lines) <= MOST_OF_RUN + 1
+    (verdict,) = (line for line in lines if " earn the same on all 2 missions: 3.49 USD" in line)
+    assert "the whole fee. Unseen losses leave a difference of up to " in verdict
+    told = shlex.split(verdict.rpartition(": navbench ")[2])
+    *command, number = told
+    assert f"; about {int(number):,d} missions would decide, {int(number) - 2:,d} more: " in verdict
+    assert command[-2:] == ["--page", "--episodes"]
+    assert " earn the same on all 1 missions" in "".join(printed(capsys, *command, "1"))
+    found = NEXT.search(lines[-1])
+    assert found is not None and found[1] == "replay few"
+    follow(capsys, ["replay", "few"])
+    with pytest.raises(SystemExit):
+        main(["explain", "few"])
+    told_of = "note: nothing was lost in the delivery that earned least of 2 stacks: "
+    assert told_of in capsys.readouterr().err
 
 
 def test_rules_that_are_not_the_papers_are_named_beside_its_column(

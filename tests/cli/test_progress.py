@@ -23,6 +23,21 @@ def test_lines_tell_how_far_it_is_where_there_is_no_terminal(
     ]
 
 
+def test_the_time_left_falls_between_two_deliveries(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    bar = progress.Bar("{done} of {total}", 20)
+    now[0] += 10.0
+    bar.done += 5
+    assert bar.text == "5 of 20, about 30 s left"
+    now[0] += 4.0  # a long one is under way
+    assert bar.text == "5 of 20, about 26 s left"
+    now[0] += 40.0
+    assert bar.text == "5 of 20"
+    bar.move(20)
+    assert bar.left == 0.0
+
+
 def test_nothing_is_said_of_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     with progress.share_shown("messages"):
         pass

@@ -2,13 +2,17 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 from harness.ablation.analysis import ArmDifference
 from harness.analysis.compare import Side, compare, side_of
+from harness.analysis.rare import difference_with_unseen, reach_of
 from harness.economics.cost_terms import MARGIN
+from harness.economics.unseen import margin_admitting_unseen
 from harness.report.ablation import sentence
 from harness.report.comparison import comparison_blocks, winner
+from harness.report.short.findings import short_comparison
 from harness.report.tuning.summary import _verdict
 from harness.report.verdict import earnings, rankings, repeated
 from harness.statistics.interval import Interval
@@ -63,17 +67,79 @@ def test_a_gain_is_doubted_until_a_loss_that_has_not_happened_could_not_undo_it(
     assert (line != start) == doubts and ("; an unseen loss could undo that: [-" in line) == doubts
 
 
+def lossless(row):
+    row.update(outcome="sla", distance_m=50.0, duration_s=100.0, average_speed_mps=0.5)
+    row.update(pedestrian_injury_usd=0.0, collision_delta_v_mps=0.0)
+    row.update({key: 0 for key in row if key.endswith("_contacts")})
+
+
+def test_stacks_that_lost_nothing_get_an_answer_and_the_command_that_decides(write_run):
+    run = write_run("run", ("one", "two"), episodes=20, change=lossless, crowd=0.0)
+    first, second = good_and_bad(run)
+    parties = [(each.stack.name, each, Interval(3.49, None, None, 20)) for each in (first, second)]
+    (told,) = rankings(parties)
+    start = "one and two earn the same on all 20 missions: 3.49 USD a delivery, the whole fee. "
+    assert told.startswith(start)
+    far = compare(first, second, [MARGIN]).unseen.high
+    assert f"a difference of up to {far:.2f} USD possible" in told and far > 1.0
+    needed = int(told.rpartition("--episodes ")[2])
+    assert f"; about {needed:,d} missions would decide, {needed - 20:,d} more: " in told
+    assert told.endswith(f": navbench run --episodes {needed}")
+
+    def open_after(n):
+        return difference_with_unseen(first.run, second.run, np.zeros(n), np.arange(n)).high
+
+    assert open_after(needed) == pytest.approx(1.0, rel=0.05) and open_after(20) == far
+
+
+def test_stacks_that_no_unseen_loss_sets_apart_are_alike(write_run, monkeypatch):
+    run = write_run("run", ("one", "two"), episodes=20, change=lossless, crowd=0.0)
+    monkeypatch.setattr("harness.report.verdict.WORTH_FINDING", 100.0)
+    margin = Interval(3.49, None, None, 20)
+    (told,) = rankings([(each.stack.name, each, margin) for each in good_and_bad(run)])
+    assert told.endswith("3.49 USD a delivery, the whole fee")
+
+
+def test_a_stack_alone_is_told_how_many_deliveries_would_tell(write_run):
+    run = load_run(str(write_run("one", episodes=20, change=lossless, crowd=0.0)))
+    side = side_of(run)
+    (line,) = earnings([("mine", side, Interval(3.49, None, None, 20))])
+    needed = int(line.rpartition("--episodes ")[2])
+    assert f"about {needed} deliveries without a loss would show that it earns: " in line
+    reach, all_alike = reach_of(run), np.full(needed, 3.49)
+    low = margin_admitting_unseen(all_alike, reach, np.arange(needed), run.seed).low
+    assert low == pytest.approx(0.0, abs=0.2)
+    (line,) = earnings([("mine", side, Interval(1.0, -1.0, 3.0, 20))])
+    assert line.endswith("about 164 would decide, 144 more: navbench run --episodes 164")
+
+
+def test_the_verdict_of_a_comparison_has_the_numbers_of_its_row(write_run):
+    change = worse_in(3, "physical_assistance")
+    good, bad = good_and_bad(write_run("run", ("good", "bad"), 9, change=change, crowd=0.0))
+    comparison = compare(good, bad)
+    lines = [block.text for block in short_comparison(comparison)]
+    (verdict,) = (line for line in lines if "cannot rank" in line)
+    (row,) = (line.split() for line in lines if line.startswith("Contribution margin"))
+    paired = margin_of(comparison).paired
+    assert f"p {paired.p_holm:.3f} adjusted for 2 metrics" in verdict
+    assert f"about {paired.needed} missions would decide" in verdict
+    assert row[-1] == str(paired.needed)
+
+
 def test_the_best_is_ranked_where_the_missions_tell(write_run):
     good, bad, near = (
         write_run(name, change=late(every))
-        for name, every in (("good", 99), ("bad", 2), ("near", 98))
+        for name, every in (("good", 99), ("bad", 2), ("near", 39))
     )
     other = write_run("elsewhere", seed=9)
     parties = [party(bad, -1.0), party(good, 3.0), party(near, 2.9), party(other, 0.0)]
     first, second = rankings(parties)
     assert first.startswith("These deliveries cannot rank good and near: ")
     assert second.startswith("good earns more than bad: ")
-    assert "over 40 missions, p <.001; an unseen loss could undo that: [-" in second
+    assert (
+        "over 40 missions, p <.001 adjusted for 2 comparisons; an unseen loss could undo that: [-"
+        in second
+    )
     assert rankings(parties[:1]) == []
 
 

@@ -215,7 +215,7 @@ def test_it_is_sound_before_and_its_digest_is_told(
 ) -> None:
     status, told = verdict(driven, capsys)
     assert status == 0 and "1 of 1 deliveries driven again came out as stored" in told
-    digest = told.partition("digest ")[2].splitlines()[0]
+    digest = told.partition("checksum ")[2].splitlines()[0]
     assert len(digest) == 64
 
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from harness.episode.factory import Parts
+from harness.storage.shipped import shipped
 from harness.study import preflight
-from harness.study.preflight import crowd_notes, default_notes, sensor_notes
+from harness.study.preflight import crowd_notes, default_notes, notes_on_file, sensor_notes
 from harness.task.stack import load_stack
 from harness.task.study import make_study
 from harness.world.map.extrude import extrude
@@ -85,3 +86,18 @@ def test_defaults_of_another_distribution_are_told(tmp_path: Path) -> None:
     )
     file.write_text(GRACEFUL % "k_phi: 2.5, k_delta: 1.0, beta: 0.4")
     assert default_notes(inspect_nav2(file), "mine") == []
+
+
+def test_a_file_has_one_line_of_notes_and_a_shipped_one_none(tmp_path: Path) -> None:
+    own = shipped("params") / "nav2" / "starter.yaml"
+    assert inspect_nav2(own).ignored and notes_on_file(inspect_nav2(own), "starter") == []
+    file = tmp_path / "mine.yaml"
+    text = own.read_text(encoding="utf-8")
+    file.write_text(text, encoding="utf-8")
+    (note,) = notes_on_file(inspect_nav2(file), "mine")
+    assert note.startswith("mine: not modelled here: ")
+    misspelt = text.replace("    failure_tolerance:", "    failure_tolerence:", 1)
+    file.write_text(misspelt, encoding="utf-8")
+    nav2 = inspect_nav2(file, allow_unknown=True)
+    (note,) = notes_on_file(nav2, "mine")
+    assert note == f"mine: 2 notes on the file: navbench lint {file} --full lists them"

@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Generator, Iterable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -168,6 +169,32 @@ def test_killed_with_its_workers_it_goes_on_with_a_cold_cache(whole: Path, tmp_p
     assert resumed.returncode == 0, resumed.stderr
     assert "going on after" in resumed.stderr
     assert same(path) == same(whole)
+
+
+class Listening(Workers):
+    """Hears of tasks, and drives none."""
+
+    heard: list[tuple[int, int]]
+
+    def run(
+        self, function: Callable[[Any], Any], tasks: Iterable[Any], *more: Any
+    ) -> Generator[Finished[Any, Any], None, None]:
+        """Remember stack and mission of each."""
+        self.heard = [(task.stack_number, task.episode) for task in tasks]
+        yield from ()
+
+
+@pytest.mark.parametrize(
+    ("stacks", "first"), [(2, [(0, 0), (1, 0), (0, 1)]), (3, [(0, 0), (0, 1), (0, 2)])]
+)
+def test_two_stacks_take_turns_and_more_do_not(stacks: int, first: list[tuple[int, int]]) -> None:
+    """The pace of the first half holds for the second; three brains do not fit into a process."""
+    known = make_study(stacks=["parked", "nav2-gps"], episodes=3)
+    study = dataclasses.replace(known, stacks=(known.stacks * 2)[:stacks])
+    workers = Listening(1, InProcess)
+    folder = SimpleNamespace(finished=frozenset())
+    drive_missing(study, folder, workers, lambda *_: None)  # type: ignore[arg-type]
+    assert workers.heard[:3] == first and len(workers.heard) == study.total
 
 
 def test_a_finished_run_says_so_and_prints_its_tables(

@@ -76,7 +76,7 @@ def test_a_file_that_is_only_where_the_user_is_is_not_the_stacks(
     (mine.parent / "here" / "only.yaml").write_text("x: 1\n")
     with pytest.raises(
         InputError,
-        match=f"{what} file '{mine / 'only.yaml'}' does not exist; give a YAML file or one",
+        match=f"{what} file '{mine / 'only.yaml'}' does not exist; give a YAML file or a name",
     ):
         load_stack(str(write(mine, **{key: "only.yaml"})))
 

@@ -10,6 +10,7 @@ from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.metric import Metric
 from harness.report.comparison import winner
 from harness.report.page.entries import PageEntry
+from harness.report.texts import OUTCOMES
 from harness.statistics.interval import Interval
 
 Json = dict[str, Any]
@@ -101,6 +102,7 @@ def metric_titles() -> dict[str, str]:
     }
     return {
         **titles,
+        **{outcome: text.capitalize() for outcome, text in OUTCOMES.items()},
         **{term: f"{term.replace('_', ' ').capitalize()} [USD/run]" for term in DOLLARS},
     }
 

@@ -11,6 +11,7 @@ from harness.economics.cost_terms import COST_LABELS
 from harness.report.page.deliveries import contacts, money_of, recording_of, rounded, trajectory
 from harness.report.page.entries import PageEntry, entries_of
 from harness.report.page.recording_code import COARSE, Fineness, encode, load_recording
+from harness.report.page.scenery import known_scene
 from harness.report.replay import RecordedReplay, contacts_shown
 from harness.storage.parameters import parameter_folder
 from harness.storage.shipped import shipped
@@ -140,6 +141,7 @@ def _reasons(delivery: Recorded, arrays: Mapping[str, Any]) -> list[Json]:
         return []
     try:
         evidence = recorded(run, episode, arrays, delivery.path)
+        evidence = dataclasses.replace(evidence, scene=known_scene(run))
         moments = moments_of(
             evidence,
             load_dataclass(Rules, parameter_folder(run.folder) / "rules.yaml"),

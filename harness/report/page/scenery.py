@@ -56,6 +56,14 @@ def scene_of_run(run: StoredRun) -> Scene:
     return scene
 
 
+def known_scene(run: StoredRun) -> Scene | None:
+    """The map on which a run was driven; None: it is gone or has changed since."""
+    try:
+        return scene_of_run(run)
+    except NavstackError:
+        return None
+
+
 def draw(scene: Scene) -> Json:
     """What a page needs to draw a scene."""
     grid = scene.geometry

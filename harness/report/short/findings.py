@@ -50,7 +50,7 @@ def short_comparison(comparison: Comparison) -> list[Block]:
             (letter, side, Interval(mean, None, None, comparison.pairs))
             for (letter, side), mean in zip(sides.items(), means, strict=True)
         ]
-        lines += rankings(parties)
+        lines += rankings(parties, comparison.family)
     shown = [key for key in FOREMOST if key in known] if MARGIN in known else list(known)
     titles = metric_titles()
     rows = [
@@ -64,7 +64,7 @@ def short_comparison(comparison: Comparison) -> list[Block]:
             "B - A",
             "95 % interval",
             "p",
-            "p Holm",
+            "p adjusted",
             "n",
             "needed",
             "better",

@@ -9,7 +9,9 @@ from its occupied cells, its free cells are walkable, and without a mesh the wal
 mesh.
 """
 
+import contextlib
 import math
+import os
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +29,7 @@ from navstack.files import check_regular
 from navstack.types import Pose2D
 
 FREE_BELOW = 20  # [%] occupancy below which it is walkable (map_server's free_thresh)
+MOST_READ = 4096  # characters of a file in which a map names its image
 _WALKABLE, _MESH = "_walkable", "_navmesh"
 
 
@@ -198,8 +201,29 @@ def _free_part(geometry: OccupancyGrid) -> OccupancyGrid:
     return OccupancyGrid(cells, geometry.resolution, geometry.origin)
 
 
+def _no_map(folder: Path) -> str:
+    """What a map is, and which files of a folder may be one."""
+    files = sorted(path for path in folder.glob("*.yaml") if "image:" in _head(path))
+    advice = "give the YAML file that map_server's map_saver wrote beside its image"
+    if files:
+        advice = f"give its file {files[0]}"
+    return (
+        f"map '{folder}' is a folder; {advice}, or a name: {', '.join(map_names())} "
+        "(navbench map osm makes a district)"
+    )
+
+
+def _head(file: Path) -> str:
+    """The beginning of a file; empty where it cannot be read."""
+    with contextlib.suppress(OSError), file.open(encoding="utf-8", errors="replace") as opened:
+        return opened.read(MOST_READ)
+    return ""
+
+
 def _resolve(name_or_path: str) -> Path:
     given = Path(name_or_path)
+    if os.path.isdir(given):
+        raise MapError(_no_map(given))
     if given.suffix in (".yaml", ".yml") or len(given.parts) > 1:
         return given
     if name_or_path not in map_names():

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
+    from harness.analysis.dearest import Dear
     from navbench.api.runs import Run
 
 
@@ -28,11 +29,22 @@ def chosen(run: str, episode: int | None, stack: str | None = None) -> "tuple[Ru
         return loaded, episode
     dear = loaded.dearest(episode)
     if episode is None:
-        of = f" of {len(loaded.stacks)} stacks" if len(loaded.stacks) > 1 else ""
-        earned = "" if dear.margin is None else f" ({dear.margin:+.2f} USD)"
-        click.echo(
-            f"note: the dearest delivery{of}: {dear.stack} episode {dear.episode}{earned}", err=True
-        )
+        click.echo(f"note: {_why(dear, len(loaded.stacks))}", err=True)
     else:
         click.echo(f"note: {dear.stack} lost most on episode {episode}; --stack chooses", err=True)
     return loaded[dear.stack], dear.episode
+
+
+def _why(dear: "Dear", stacks: int) -> str:
+    """Which delivery was chosen of the runs of some stacks, and why that one."""
+    from harness.explain.moments import costly_episodes
+
+    of = ""
+    if stacks > 1:
+        of = f" of {stacks} stacks"
+    name = f"{dear.stack} episode {dear.episode}"
+    if dear.margin is not None:
+        name += f" ({dear.margin:+.2f} USD)"
+    if dear.episode in costly_episodes(dear.run):
+        return f"the dearest delivery{of}: {name}"
+    return f"nothing was lost in the delivery that earned least{of}: {name}"

@@ -22,7 +22,7 @@ def test_the_command_tells_and_draws_a_recorded_delivery(folder, tmp_path, capsy
     assert "from its recording" in printed
     assert "it hit person 1 with 80 N s" in " ".join(printed.split())
     head = next(line for line in printed.splitlines() if "v [m/s]" in line)
-    assert "belief off [m]" in head
+    assert "position error [m]" in head and "rejected" in head
     assert (
         len(
             [
@@ -61,7 +61,9 @@ def test_a_map_that_has_changed_is_not_drawn_behind_a_figure(folder, tmp_path, c
         )
         assert explain(str(folder), "0", "--event", "1", "--plot", str(tmp_path / "a.png")) == 0
     err = capsys.readouterr().err
-    assert err.count("note: the figure has no map: map 'sidewalk' has changed since the run") == 1
+    assert (
+        err.count("note: the explanation has no map: map 'sidewalk' has changed since the run") == 1
+    )
     assert [scene is None for scene in scenes] == [True, False]
 
 

@@ -24,7 +24,7 @@ def test_the_words_say_what_the_record_shows():
         "drove 1.00 m/s and in the last second neither braked nor sped up",
         "was 7.5 m away at first and 0.00 m at the least; the gap closed at up to 1.5 m/s",
         "DWBLocalPlanner 101",
-        "illegal were 7 of 100 (BaseObstacle 7)",
+        "7 of 100 were rejected (BaseObstacle 7)",
         "PathDist 83 %, BaseObstacle 17 %",
         "What else it weighed is not in the recording",
         "0.50 m from the truth on average",
@@ -47,10 +47,10 @@ def test_the_words_follow_other_records():
     for said in (
         "in the last second braked",
         "This stack tracked nothing that moves",
-        "no trajectory was legal",
+        "every trajectory was rejected",
     ):
         assert said in words, words
-    assert "found nothing legal (BaseObstacle 7)" in words
+    assert "rejected every command (BaseObstacle 7)" in words
     assert "Collision monitor: slowdown in 101" in words
     assert "it called itself lost" in words
     nobody = dataclasses.replace(told, crowd=np.empty((len(STAMPS), 0, 2)), decisions=())
@@ -91,7 +91,7 @@ def test_what_decided_are_the_critics_that_speak_against_slower_most_first():
     )
     assert "Second came 0.90 m/s" in words
     only = dataclasses.replace(given, weighed={stamp: (second,)})
-    assert "Nothing legal was at most half as fast" in paragraph(
+    assert "All that were at most half as fast were rejected" in paragraph(
         only, seconds_before(only, moment_at(), 5.0)
     )
 
@@ -111,11 +111,11 @@ def test_controllers_without_scores_or_samples_are_told_as_they_are():
         ),
         (
             {"samples": 1, "rejected": 1, "CollisionAhead_rejected": 1},
-            "found nothing legal (CollisionAhead 1)",
+            "rejected every command (CollisionAhead 1)",
         ),
         (
             {"samples": 1, "rejected": 1, "status": "failed"},
-            "found nothing legal (its optimiser failed)",
+            "rejected every command (its optimiser failed)",
         ),
         ({"samples": 1, "rejected": 1, "status": "failed"}, "Optimiser: failed in 101."),
     ):

@@ -23,6 +23,7 @@ from harness.storage.new_run import TUNING
 from harness.storage.run_folder import JOURNAL
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows
+from harness.study.stored_run import load_run
 from harness.task.study import EpisodeTask, RandomStreams, make_study
 from harness.tuning.declaration import StudyDeclaration, parse_duration, sizes
 from harness.tuning.evaluation import (
@@ -444,6 +445,22 @@ def test_a_tuning_study_is_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[
         f"is a tuning study; go on with navbench tune --resume {tmp_path}"
         in capsys.readouterr().err
     )
+
+
+def test_a_finished_tuning_study_is_not_called_unfinished(tmp_path: Path) -> None:
+    for name in (f"params/{TUNING}", "run.json"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text('{"seed": 0, "map_name": "a", "stacks": []}')
+    with pytest.raises(InputError, match=f"navbench tune --resume {tmp_path} finishes it"):
+        load_run(str(tmp_path))
+    (tmp_path / DOCUMENT).touch()
+    with pytest.raises(InputError, match=f"is finished, .* navbench run --stack {tmp_path}/tuned"):
+        load_run(str(tmp_path))
+    driven = tmp_path / "partings" / "abc" / "files"
+    driven.mkdir(parents=True)
+    (driven / "run.json").touch()
+    with pytest.raises(InputError, match=f"is finished, and no run; give {driven}, the deliv"):
+        load_run(str(tmp_path))
 
 
 def test_a_full_disk_is_told_of_and_loses_nothing(tmp_path: Path) -> None:

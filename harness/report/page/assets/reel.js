@@ -20,8 +20,15 @@ function reel(open) {
     requestAnimationFrame(step);
   }
   requestAnimationFrame(step);
-  return h('div', { id: 'reel' }, h('div', { class: 'bar' }, h('h3', {}, numbers.length > 1 ? `The ${numbers.length} dearest deliveries` : 'The dearest delivery'), button),
+  return h('div', { id: 'reel' }, h('div', { class: 'bar' }, h('h3', {}, reelTitle(numbers)), button),
     h('div', { class: 'cards' }, views.map(view => view.place)));
+}
+
+function reelTitle(numbers) {
+  const lost = facts => !['sla', 'arrived'].includes(facts.outcome) || facts.contacts.some(([, , , , , cost, counted]) => counted && cost > 0);
+  const [many, several] = [`${numbers.length} `, numbers.length > 1];
+  if (numbers.some(number => lost(DATA.replays[number]))) return several ? `The ${many}dearest deliveries` : 'The dearest delivery';
+  return `Nothing was lost: the ${several ? `${many}deliveries` : 'delivery'} that earned least`;
 }
 
 function reelView(number, open) {

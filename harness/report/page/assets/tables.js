@@ -60,7 +60,7 @@ function comparisonTable(pair) {
     pair.unseen && h('p', { class: 'note' }, `Contribution margin, if an unseen loss is admitted: ${usd(pair.unseen.v)}, ${span(pair.unseen, usd)}.`),
     more.length > 0 && h('details', {}, h('summary', {}, `${more.length} further metrics that differ`), table(more)),
     h('p', { class: 'note' }, `Differences mission by mission (${pair.b} minus ${pair.a}); intervals: the means that the test of p does not reject; `
-      + `p by sign flips, and adjusted (Holm) for margin and SLA; ${pair.alike} metrics are alike on every mission. `
+      + `p by sign flips, and adjusted (Holm) for margin and deliveries in time; ${pair.alike} metrics are alike on every mission. `
       + 'Needed: missions that resolve a difference as large as the one observed (power 0.8).'
       + (left ? ` ${left} deliveries have no partner and are left out.` : '')),
   ].flat().filter(Boolean);

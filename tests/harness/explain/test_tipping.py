@@ -1,0 +1,82 @@
+"""Why a robot tipped over: what the contacts, the ground and the commands show."""
+
+import numpy as np
+import pytest
+
+from harness.explain.seconds import seconds_before
+from harness.explain.words import paragraph
+from harness.world.map.scene import Scene, Zone
+
+from .made_up import END, STAMPS, contact, evidence, moment_at
+
+TIPPED = {"outcome": "physical_assistance", "reason": "orientation", "navigator_history": ""}
+
+
+def words_of(**more):
+    row = TIPPED | more.pop("row", {})
+    given = evidence(row=row, **more)
+    return paragraph(given, seconds_before(given, moment_at(END, "physical_assistance"), 5.0))
+
+
+def event(kind, number, stamp, impulse, fault, duration, what="contact_event"):
+    row = contact(stamp, None, number) | {"kind": kind, "impulse_ns": impulse, "fault": fault}
+    partner = "pedestrian" if kind == "pedestrian" else "property"
+    return row | {"type": what, "partner": partner, "duration_s": duration}
+
+
+def street(turn=0.0):
+    """A sidewalk beside a road that lies 0.12 m lower, ahead of the end of the drive."""
+    square = np.array(((-100.0, -100.0), (100.0, -100.0), (100.0, 100.0), (-100.0, 100.0)))
+    lower = square + (100.0 + END - turn, 0.0)
+    return Scene("made", (), (Zone("sidewalk", square), Zone("road", lower, -0.12)), None, None)
+
+
+def test_who_pushed_it_against_what_is_told_in_order():
+    stays = event("building_glass", 15, 1.0, 46.0, "robot_into_property", END - 2.2)
+    counted = event(
+        "building_glass", 15, END - 1.2, 74.0, "robot_into_property", None, "counted_contact"
+    )
+    push = event("pedestrian", 12, END - 1.1, 173.0, "person_into_standing_robot", 0.04)
+    words = words_of(events=(stays, push, counted))
+    assert (
+        "it tipped over. Before it tipped over, it moved into the building glass (74 N s, " in words
+    )
+    assert (
+        "touching it for 18 s until 1.2 s before) and person 12 walked into it as it stood" in words
+    )
+    assert "as it stood (173 N s, 1.1 s before)." in words
+
+
+@pytest.mark.parametrize(
+    ("events", "said"),
+    [
+        ((), "It had touched nobody and nothing on its way."),
+        (
+            (event("pedestrian", 1, 8.0, 60.0, "person_into_robot", 0.1),),
+            "It touched nobody and nothing in the last 12 s.",
+        ),
+    ],
+)
+def test_that_nothing_touched_it_is_told_too(events, said):
+    assert said in words_of(events=events)
+
+
+def test_the_step_below_it_is_told_with_the_side_that_was_lower():
+    words = words_of(scene=street(turn=-0.05))
+    assert "It was over a step of 0.12 m from 0.4 s before: its front over the road" in words
+    assert "the rest over the sidewalk." in words
+    assert "It was on level ground (sidewalk)." in words_of(scene=street(turn=-5.0))
+    assert "ground" not in words_of()  # without a map nothing is said of it
+
+
+def test_why_it_stood_is_told():
+    gave_up = {"gave_up": "all retries", "navigator_error": "NO_VALID_PATH"}
+    history = {"navigator_history": "3.0 s no plan (NO_VALID_PATH); 9.0 s gave up: all retries"}
+    assert (
+        "It stood since 9.0 s, when the navigator gave up: all retries (NO_VALID_PATH)."
+        in words_of(row=gave_up | history)
+    )
+    standing = evidence().trace.copy()
+    standing[STAMPS > END - 3.05, 9:11] = 0.0
+    assert "It was commanded to stand for the last 3.1 s." in words_of(trace=standing)
+    assert "commanded to stand" not in words_of()
