@@ -178,9 +178,8 @@ def test_rows(
             evaluator = StackEvaluator(
                 study.template, pool, journal, lambda candidate, row: None, Path(files)
             )
-            result = finish(
-                study, run_search(study, evaluator, journal, lambda trial, best: None), evaluator
-            )
+            search = run_search(study, evaluator, journal, lambda trial, best: None)
+            result = finish(study, search, evaluator, journal)
         sides = dict(zip(("original", "tuned"), result.test_rows, strict=True))
         if rival:
             rival_folder.mkdir(exist_ok=True)

@@ -3,7 +3,6 @@
 import dataclasses
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from harness.episode.factory import nav2_parameters
 from harness.task.stack import (
@@ -107,20 +106,20 @@ def is_buildable(stack: Stack) -> bool:
 
 def parameter_sources(stack: Stack, arms: Sequence[Stack], allow_unknown: bool) -> tuple[str, ...]:
     """Where the parameters of the arms' localizers are from: a sentence for each kind of source."""
-    given = nav2_parameters(stack.nav2_file, allow_unknown).parameters
-    nodes = {
-        arm.localizer: localizers()[arm.localizer].nodes
-        for arm in arms
-        if arm.localizer in localizers()
-    }
-    named = sorted({node for each in nodes.values() for node in each})
-    file = Path(stack.nav2_file).name
-    sources = []
+    nav2 = nav2_parameters(stack.nav2_file, allow_unknown)
+    return tuple(sources_of(nav2, [arm.localizer for arm in arms]))
+
+
+def sources_of(nav2: Nav2File, names: Sequence[str]) -> list[str]:
+    """The same of localizers by name; those that are none have no parameters."""
+    given, known = nav2.parameters, localizers()
+    named = sorted({node for name in names if name in known for node in known[name].nodes})
+    file, sources = nav2.path.name, []
     if own := [node for node in named if given.get(node)]:
         sources.append(f"parameters from {file}: {', '.join(own)}")
     if missing := [node for node in named if not given.get(node)]:
         sources.append(f"parameters by default, as {file} has no such node: {', '.join(missing)}")
-    return tuple(sources)
+    return sources
 
 
 def _with_localizer(stack: Stack, text: str, nav2: Nav2File) -> Stack:

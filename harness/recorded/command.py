@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +68,7 @@ class Request:
     base_frame: str | None = None
     seed: int = 0
     allow_unknown: bool = True
+    is_held_out: bool = False  # every other message of the reference, from the localizer
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +83,7 @@ class Localized:
     lost: float  # [s] for which it was LOST
     trouble: str  # what ended it early, and what is kept; empty: nothing
     is_interrupted: bool
+    is_reference_input: bool = False  # whether the reference went to the localizer, too
 
     def as_json(self) -> dict[str, Any]:
         """As ``navbench localize --json`` prints it."""
@@ -93,6 +95,8 @@ class Localized:
             "lost_s": self.lost,
             "ape": ape and {"alignment": self.request.alignment, **ape.as_json()},
             "rpe": rpe and {"interval_s": self.request.interval, **rpe.as_json()},
+            "reference_is_input": self.is_reference_input,
+            "held_out": self.request.is_held_out,
             "out": str(self.request.out),
         }
 
@@ -123,9 +127,8 @@ def localize(request: Request, show: Show) -> Localized:
     with Bag(request.bags, TYPES) as bag:
         topics = Topics(bag.topics, bag.counts(), request.remap)
         reference = _reference(request.reference, topics)
-        choice = choose(
-            request.localizer, topics, bag, reference if isinstance(reference, str) else None
-        )
+        topic = reference if isinstance(reference, str) else None
+        choice = choose(request.localizer, topics, bag, topic, request.is_held_out)
         read_transforms(bag, topics, mountings)
         if choice.edge is not None:
             frames = " -> ".join(map(frame_name, choice.edge))
@@ -141,7 +144,8 @@ def localize(request: Request, show: Show) -> Localized:
         replay = Replay(bag, choice, receiver, localizer)
         trouble, is_interrupted = _run(replay, request, localizer, start or Belief(Pose2D()), show)
         trouble = trouble or bag.damage or ""
-    return _finish(replay, request, reference, trouble, is_interrupted)
+    found = _finish(replay, request, reference, trouble, is_interrupted)
+    return replace(found, is_reference_input=choice.is_reference_input)
 
 
 def _require_no_input(request: Request) -> None:

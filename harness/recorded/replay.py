@@ -40,6 +40,7 @@ class Replay:
         self._is_amcl = isinstance(localizer, AmclLocalizer)
         self._moved_at: float | None = None  # [s], stamp of AMCL's last odometry message
         self._last = 0.0  # [s] of the last belief
+        self._is_next_held_out = False  # of the reference's messages, where such are held out
         self.seconds = dict.fromkeys(Health, 0.0)  # for which it was so
 
     @property
@@ -124,11 +125,11 @@ class Replay:
     ) -> Belief:
         """One message, to the localizer or to the reference; returns what is believed then."""
         name, kind = message.topic.name, message.topic.type
-        is_input = name in self._choice.topics.values()
+        is_input, is_reference = self._uses_of(name)
         measured = None
         if is_input or kind == FIX:
             measured = self._receiver.convert(kind, decoded, stamp, belief.pose)
-        if name == self._choice.reference:
+        if is_reference:
             row = None
             if isinstance(measured, GpsFix):
                 row = measured.x, measured.y, math.nan
@@ -148,6 +149,16 @@ class Replay:
             now = self._moved_at
         self._keep(now, belief)
         return belief
+
+    def _uses_of(self, topic: str) -> tuple[bool, bool]:
+        """Whether a topic's next message goes to the localizer, and to the reference."""
+        is_input = topic in self._choice.topics.values()
+        is_reference = topic == self._choice.reference
+        if not (is_reference and self._choice.is_held_out):
+            return is_input, is_reference
+        is_held_out = self._is_next_held_out
+        self._is_next_held_out = not is_held_out
+        return not is_held_out, is_held_out
 
     def _keep(self, stamp: float, belief: Belief) -> None:
         pose = belief.pose

@@ -33,6 +33,13 @@ class Choice:
     reference: str | None = None  # of the poses to compare with
     # frames of the odometry where its topic is one of transforms
     edge: Edge | None = None
+    # whether every other message of the reference stays from the localizer, to be compared with
+    is_held_out: bool = False
+
+    @property
+    def is_reference_input(self) -> bool:
+        """Whether the reference goes to the localizer, too."""
+        return self.reference in self.topics.values()
 
     @property
     def names(self) -> set[str]:
@@ -40,11 +47,14 @@ class Choice:
         return {*self.topics.values(), *filter(None, (self.reference,))}
 
 
-def choose(localizer: str, topics: Topics, bag: Bag, reference: str | None) -> Choice:
+def choose(
+    localizer: str, topics: Topics, bag: Bag, reference: str | None, is_held_out: bool = False
+) -> Choice:
     """The topics that a localizer needs and can use.
 
     Raises:
-        InputError: a needed one is missing, several could be meant, or the reference has no poses.
+        InputError: a needed one is missing, several could be meant, the reference has no poses, or
+            it is to be held out and no input.
     """
     if reference is not None and topics.type_of(reference) not in REFERENCES:
         known = ", ".join(REFERENCES)
@@ -65,7 +75,12 @@ def choose(localizer: str, topics: Topics, bag: Bag, reference: str | None) -> C
             raise _missing(localizer, bag, kind, name)
     if not chosen:
         raise BagError(f"the bag has nothing that localizer {localizer} could use")
-    return Choice(chosen, reference, edge)
+    choice = Choice(chosen, reference, edge, is_held_out)
+    if is_held_out and not choice.is_reference_input:
+        raise InputError(
+            f"--hold-out: the reference is no input of localizer {localizer}; leave --hold-out out"
+        )
+    return choice
 
 
 def _moving_frame(bag: Bag, topics: Topics) -> tuple[str, Edge] | None:

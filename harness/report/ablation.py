@@ -20,12 +20,18 @@ from harness.ablation.analysis import (
 )
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
 from harness.economics.cost_terms import MARGIN
-from harness.economics.valuation import OUTCOMES
 from harness.report.audit import audit_sentence
 from harness.report.blocks import Block, Chart, Table, Text, declared, notes_of
 from harness.report.figures import error_bars, save_figure
-from harness.report.numbers import UNDEFINED, count_text, interval_text, number_text, p_text
-from harness.report.texts import notes
+from harness.report.numbers import (
+    UNDEFINED,
+    bounds_text,
+    count_text,
+    interval_text,
+    number_text,
+    p_text,
+)
+from harness.report.texts import OUTCOMES, notes
 from harness.report.verdict import repeated, undecided
 from harness.statistics.interval import Interval
 from navstack.types import FloatArray
@@ -35,7 +41,7 @@ if TYPE_CHECKING:
 
 METRICS = {
     MARGIN: "margin [USD/run]",
-    "sla": "SLA compliance",
+    "sla": f"share {OUTCOMES['sla']}",
     "avg_localization_error_median_m": "localization error [m]",
 }
 NOT_BUILDABLE = "not buildable"
@@ -133,19 +139,37 @@ def _differences(ablation: Ablation) -> Table:
 
 
 def sentence(difference: ArmDifference) -> str:
-    """What one comparison says, and what it does not."""
-    paired, span = difference.paired, interval_text(difference.paired.difference, None)
-    subject = f"{difference.arm} against {difference.against}, {METRICS[difference.metric]}:"
-    n = paired.difference.n
+    """What one comparison says, and what it does not: the first of two less the second."""
+    paired = difference.paired
+    subject, n = _subject(difference), paired.difference.n
     if not paired.differs:
-        return f"{subject} alike on all {n} missions, which says nothing of what is rare."
+        return f"{subject} on all {n} missions, which says nothing of what is rare."
+    told = f"{n} missions, adjusted p {p_text(paired.p_holm)}"
     if paired.is_significant:
-        return f"{subject} {span}, significant at n = {n} (p Holm {p_text(paired.p_holm)})."
-    text = f"{subject} {span}, not significant at n = {n} (p Holm {p_text(paired.p_holm)})"
+        return f"{subject}: significant ({told})."
+    text = f"{subject}: not significant ({told})"
     text += undecided(paired)
     if paired.detectable is not None:
         text += f"; with {n}, differences from {paired.detectable:.3g} on are found"
     return f"{text}."
+
+
+def _subject(difference: ArmDifference) -> str:
+    """Who has more of what than whom, by how much."""
+    gap, whose = difference.paired.difference, difference.against
+    is_money = difference.metric == MARGIN
+    if not difference.paired.differs:
+        verb = "earned the same as" if is_money else f"has the same {METRICS[difference.metric]} as"
+        return f"{difference.arm} {verb} {whose}"
+    value, side = gap.value or 0.0, "more"
+    if value < 0.0:
+        side = "less"
+    bounds = bounds_text(gap, None, True)
+    signed = f"{number_text(value, None, True)} {bounds}".rstrip()
+    if is_money:
+        amount = number_text(abs(value), None)
+        return f"{difference.arm} earned {amount} USD a delivery {side} than {whose} ({signed})"
+    return f"{difference.arm} less {whose}, {METRICS[difference.metric]}: {signed}"
 
 
 def price_sentence(price: ErrorPrice) -> str:

@@ -20,7 +20,7 @@ from harness.study.stored_run import StoredRun
 Party = tuple[str, Side, Interval | None]
 
 PROGRAM, MODULE = ["navbench"], ["python", "navbench/__main__.py"]  # as run.json has them
-REPEATABLE = ("run", "ablate")  # commands
+REPEATABLE = ("run", "ablate", "tune")  # commands
 NOT_REPEATED = ("--episodes", "--only", "--out")  # options with a value
 WORTH_FINDING = 1.0  # [USD/delivery] of a difference: what is smaller counts as none
 
@@ -118,7 +118,12 @@ def repeated(run: StoredRun, episodes: int) -> str:
 
     Empty: it has not been driven by a command that could.
     """
-    words = list(run.about.get("command", ()))
+    return again(run.about.get("command", ()), episodes)
+
+
+def again(command: Sequence[str], episodes: int) -> str:
+    """A command as ``run.json`` has it with so many deliveries; empty: it drives none."""
+    words = list(command)
     if words[:2] == MODULE:
         words = [*PROGRAM, *words[2:]]
     if len(words) < 2 or words[:1] != PROGRAM or words[1] not in REPEATABLE:

@@ -25,8 +25,9 @@ from harness.economics.unseen import (
 from harness.economics.valuation import deliveries
 from harness.metrics.columns import Row
 from harness.statistics.bootstrap import percentile_interval, resampled_means
-from harness.statistics.interval import Interval
+from harness.statistics.interval import Interval, fewest_missions
 from harness.storage.documents import as_json, write_document
+from harness.tuning.declaration import MOST_EPISODES
 from harness.tuning.evaluation import Evaluator
 from harness.tuning.history import Best, history
 from harness.tuning.importance import importances
@@ -62,6 +63,9 @@ class Explanation:
     notes: tuple[str, ...] = ()  # what could not be told, and why
     # of the margin's difference, admitting a loss that has not happened yet
     unseen: Interval | None = None
+    # missions of the test from which on, if they go on as they did, ``unseen`` lies above zero;
+    # None: MOST_EPISODES do not prove the gain, or there is none
+    proven_by: int | None = None
     # up to the fee, the most that any file can earn; admitting such a loss
     room_usd_per_run: Interval | None = None
 
@@ -121,6 +125,7 @@ def explain(
         audit=audit_study(study, prices, conditions),
         notes=(note,) if note else (),
         unseen=_unseen(pairs, most_impulse),
+        proven_by=_proven_by(pairs, most_impulse) if study.incumbent.values else None,
         room_usd_per_run=_room(pairs, most_impulse),
     )
     write_document(folder / EXPLANATION, found.document)
@@ -154,6 +159,31 @@ def _unseen(pairs: Pairs, most_impulse: float) -> Interval | None:
         return None
     reach = reach_of_loss(pairs.prices, most_impulse)
     return difference_admitting_unseen(margins[1] - margins[0], reach, pairs.clusters, pairs.seed)
+
+
+def _proven_by(pairs: Pairs, most_impulse: float) -> int | None:
+    margins = pairs.margins(PUBLISHED)
+    if margins is None or float((margins[1] - margins[0]).sum()) <= 0.0:
+        return None
+    gains, reach = margins[1] - margins[0], reach_of_loss(pairs.prices, most_impulse)
+
+    def is_proven(count: int) -> bool:
+        repeated = np.resize(gains, count)
+        found = difference_admitting_unseen(repeated, reach, np.arange(count), pairs.seed)
+        return found.sign > 0
+
+    too_few, enough = 0, max(pairs.n, fewest_missions())
+    while not is_proven(enough):
+        too_few, enough = enough, 2 * enough
+        if enough > MOST_EPISODES:
+            return None
+    while enough - too_few > max(1, enough // 20):
+        middle = (enough + too_few) // 2
+        if is_proven(middle):
+            enough = middle
+        else:
+            too_few = middle
+    return enough
 
 
 def _room(pairs: Pairs, most_impulse: float) -> Interval | None:

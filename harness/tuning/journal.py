@@ -4,7 +4,7 @@ import contextlib
 import json
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -16,7 +16,7 @@ from harness.storage.journal import trouble_with
 from harness.storage.rescue import contents, is_in_place, lost_folder, rescued
 from harness.storage.run_folder import JOURNAL, MOST_JOURNAL, MOST_LINE
 from harness.storage.texts import clean_texts
-from harness.tuning.evaluation import MARGIN, Candidate, Value
+from harness.tuning.evaluation import FIRST_TEST, MARGIN, Candidate, Value
 from navstack.errors import InputError
 from navstack.files import check_regular
 
@@ -103,6 +103,13 @@ class Journal:
         if row is None:
             return None
         return {**row, "stack": candidate.name}
+
+    def tested(self, candidates: Sequence[Candidate]) -> int:
+        """How many test missions, from the first on, all candidates have driven."""
+        count = 0
+        while all((each.key, FIRST_TEST + count) in self._rows for each in candidates):
+            count += 1
+        return count
 
     def add(self, candidate: Candidate, mission: int, row: Row) -> None:
         """Put one finished episode on disk before returning.

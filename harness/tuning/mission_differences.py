@@ -66,22 +66,6 @@ def mission_differences(
     )
 
 
-def sentence(found: MissionDifference) -> str:
-    """What happened to each, in a sentence."""
-    return f"old file: {_happened(found.original)}; new file: {_happened(found.incumbent)}"
-
-
-def _happened(row: Row) -> str:
-    way = f"{row['duration_s']:.0f} s and {row['distance_m']:.0f} m"
-    said = f"{row['outcome']} ({row['reason']}) after {way}"
-    contacts, soft = row["pedestrian_contacts"], row["soft_contacts"]
-    if contacts or soft:
-        said += f", {contacts} counted and {soft} uncounted contacts"
-    if row["gave_up"]:
-        said += f", gave up: {row['gave_up']}"
-    return f"{said}, {row[MARGIN]:.2f} USD"
-
-
 def _difference(original: Row, incumbent: Row) -> MissionDifference:
     start = (original["start_x_m"], original["start_y_m"], original["start_yaw_rad"])
     goal = (original["goal_x_m"], original["goal_y_m"])

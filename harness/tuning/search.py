@@ -16,6 +16,8 @@ from harness.tuning.sampler import Point, Sampler
 from harness.tuning.space.space import Space
 from navstack.errors import InputError, ParameterError
 
+LEAST_GAIN = 0.5  # [USD/run] on the training missions; a search that cannot gain it is not driven
+
 
 @dataclass(frozen=True, slots=True)
 class Plan:
@@ -29,6 +31,7 @@ class Plan:
     # of a study with one objective: trials that the final choice lets meet the original
     finalists: int = 0
     final_missions: tuple[int, ...] = ()  # for training, too, that the final choice alone drives
+    fee: float | None = None  # [USD/run] that no file can earn more than; None: not known
 
     @property
     def final_episodes(self) -> int:
@@ -82,6 +85,23 @@ class Search:
         if self._incumbent is None:
             raise ValueError("nothing has been driven yet")
         return self._incumbent
+
+    @property
+    def room(self) -> float | None:
+        """What any file could gain on the training missions [USD/run]; None: nobody knows.
+
+        An objective in dollars is at most the mean margin, and no delivery earns more than the fee.
+        """
+        plan = self._plan
+        is_known = len(plan.objectives) == 1 and is_money(plan.objectives[0].name)
+        if plan.fee is None or not is_known:
+            return None
+        return plan.fee - self.trials[0].values[0]
+
+    @property
+    def is_futile(self) -> bool:
+        """Whether no file can gain :data:`LEAST_GAIN` on the training missions."""
+        return self.room is not None and self.room < LEAST_GAIN
 
     def run(self, may_begin: MayBegin = lambda candidate, missions: True) -> None:
         """Drive the original, and trials as long as there are any.

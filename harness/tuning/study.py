@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from harness.episode.factory import Parts, nav2_parameters
+from harness.episode.factory import Parts, nav2_parameters, prices_of
 from harness.storage.new_run import TUNING
 from harness.task.study import EpisodeTask, Study
 from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration
@@ -17,7 +17,7 @@ from harness.tuning.objective import parse_objectives
 from harness.tuning.racing import rungs, stratified
 from harness.tuning.result import Finalist, StudyResult
 from harness.tuning.sampler import Sampler, make_sampler
-from harness.tuning.search import OnTrial, Plan, Search, front_of
+from harness.tuning.search import LEAST_GAIN, OnTrial, Plan, Search, front_of
 from harness.tuning.space.file import read_space
 from harness.tuning.space.paths import AbsentError, locate, with_values
 from harness.tuning.space.space import Space, fit_space
@@ -86,13 +86,16 @@ def check_space(
     with_values(nav2, own, allow_unknown)
 
 
-def load_tuning(folder: Path, study: Study, budget: float | None) -> TuningStudy:
+def load_tuning(
+    folder: Path, study: Study, budget: float | None, test_episodes: int | None = None
+) -> TuningStudy:
     """The study of a folder.
 
     Args:
         folder: of the study.
         study: as its ``run.json`` has it.
         budget: [s] in place of the declared one; None: the declared one.
+        test_episodes: likewise.
 
     Raises:
         InputError: the folder holds no such study, or a file of it cannot be used.
@@ -104,6 +107,8 @@ def load_tuning(folder: Path, study: Study, budget: float | None) -> TuningStudy
     declaration = load_dataclass(StudyDeclaration, folder / "params" / TUNING)
     if budget is not None:
         declaration = dataclasses.replace(declaration, budget=budget)
+    if test_episodes is not None:
+        declaration = dataclasses.replace(declaration, test_episodes=test_episodes)
     original = folder.absolute() / "params" / ORIGINAL
     stack = dataclasses.replace(study.template.stack, nav2_file=str(original))
     template = dataclasses.replace(study.template, stack=stack)
@@ -122,6 +127,7 @@ def load_tuning(folder: Path, study: Study, budget: float | None) -> TuningStudy
         declaration.is_raced,
         declaration.finalists,
         tuple(range(declaration.episodes, declaration.episodes + declaration.final_episodes)),
+        prices_of(template.prices).delivery_fee.value,
     )
     found = TuningStudy(declaration, template, plan, nav2)
     found.make_sampler()
@@ -129,19 +135,43 @@ def load_tuning(folder: Path, study: Study, budget: float | None) -> TuningStudy
 
 
 def run_search(
-    study: TuningStudy, evaluator: Evaluator, journal: Journal, on_trial: OnTrial
+    study: TuningStudy,
+    evaluator: Evaluator,
+    journal: Journal,
+    on_trial: OnTrial,
+    is_over: bool = False,
 ) -> Search:
-    """Drive every trial that the budget allows.
+    """Drive every trial that the budget allows; none where the original leaves nothing to gain.
 
     Those that the journal has are gone through again without driving.
+
+    Args:
+        study: the study.
+        evaluator: that drives.
+        journal: what has been driven.
+        on_trial: hears of each trial.
+        is_over: the search has ended before, and nothing shall be added to it.
     """
     search = Search(study.plan, study.make_sampler(), evaluator, on_trial)
-    search.run(within_budget(study.declaration.budget, study.episodes_after_search, journal))
+    in_time = within_budget(study.declaration.budget, study.episodes_after_search, journal)
+    has_begun = within_budget(0.0, 0, journal)
+
+    def may_begin(candidate: Candidate, missions: tuple[int, ...]) -> bool:
+        if is_over or search.is_futile:
+            return has_begun(candidate, missions)
+        return in_time(candidate, missions)
+
+    search.run(may_begin)
     return search
 
 
-def finish(study: TuningStudy, search: Search, evaluator: Evaluator) -> StudyResult:
-    """Choose among the best, and drive the test with original and incumbent."""
+def finish(
+    study: TuningStudy, search: Search, evaluator: Evaluator, journal: Journal
+) -> StudyResult:
+    """Choose among the best, and drive the test with original and incumbent.
+
+    A test that was longer in an earlier session stays so long.
+    """
     plan, trials = study.plan, tuple(search.trials)
     finals: tuple[Finalist, ...] = ()
     if plan.final_episodes:
@@ -151,7 +181,9 @@ def finish(study: TuningStudy, search: Search, evaluator: Evaluator) -> StudyRes
     else:
         best = search.incumbent.candidate
     original, incumbent = trials[0].candidate, Candidate("incumbent", best.values)
-    test = unseen_missions(study.declaration.test_episodes)
+    test = unseen_missions(
+        max(study.declaration.test_episodes, journal.tested((original, incumbent)))
+    )
     return StudyResult(
         original=original,
         incumbent=incumbent,
@@ -230,11 +262,16 @@ def notes_after_search(study: TuningStudy, search: Search, journal: Journal) -> 
         study.declaration.budget,
     )
     found = []
-    if search.is_exhausted:
+    if search.is_futile and not driven:
+        found.append(
+            f"the search stops: on its {len(study.plan.missions)} training missions no file can "
+            f"earn {LEAST_GAIN:.2f} USD more than yours"
+        )
+    elif search.is_exhausted:
         found.append(
             f"after {driven} of {asked} trials there is no further point that keeps the constraints"
         )
-    elif driven < asked:
+    elif driven < asked and budget is not None:
         found.append(
             f"the budget of {budget:g} s cut off {asked - driven} of {asked} trials; --resume with "
             "a longer --budget "

@@ -40,6 +40,7 @@ class Ablated:
     content: Row
     figures: list[Path]
     page: Path
+    notes: Sequence[str] = ()  # on the file, the robot and the map
 
     def as_json(self) -> Row:
         """As ``navbench ablate --json`` prints it."""
@@ -93,10 +94,11 @@ def ablate(
     # all arms share the Nav2 file and the robot that notes are about
     own = f"{first}: "
     notes = [note for note in check(study) if note.startswith(own)]
-    say_notes(f"{name}: {note.removeprefix(own)}" for note in notes)
     texts = {**parameters(study), ABLATION: dump_dataclass(declaration)}
     create_run(path, about(study, sys.argv), texts)
-    return _drive(path, declaration, where)
+    found = _drive(path, declaration, where)
+    told = [f"{name}: {note.removeprefix(own)}" for note in notes]
+    return dataclasses.replace(found, notes=told)
 
 
 def resume_ablation(

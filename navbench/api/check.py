@@ -4,6 +4,7 @@ import contextlib
 import dataclasses
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,7 @@ class CheckResult:
     declaration: CheckDeclaration
     checked: Checked | None  # None: both drive by the same parameters
     is_interrupted: bool = False
+    notes: Sequence[str] = ()  # on the file, the robot and the map
 
     @property
     def verdict(self) -> str:
@@ -115,10 +117,11 @@ def check(
         return _written(CheckResult(declaration, None), markdown)
     path = out or default_folder(f"check-{name_of(new)}")
     require_usable(path)
-    say_notes(note for note in notes_of(study) if not note.startswith(f"{SIDES[0]}"))
+    notes = [note for note in notes_of(study) if not note.startswith(SIDES[0])]
     texts = {**parameters(study), CHECK: dump_dataclass(declaration)}
     create_run(path, about(study, sys.argv), texts)
-    return _written(_drive(path, declaration, where, budget), markdown)
+    found = _drive(path, declaration, where, budget)
+    return _written(dataclasses.replace(found, notes=notes), markdown)
 
 
 def resume_check(

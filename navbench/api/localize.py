@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from harness.recorded.command import Localized, Request
+from harness.ablation.arms import sources_of
+from harness.recorded.command import DEFAULTS, Localized, Request
 from harness.recorded.command import localize as replay
 from harness.storage.shipped import resolve, shipped
 from navbench.api.progress import share_shown
 from navstack.errors import NavstackError
-from navstack.params.nav2_file.file import load_nav2
+from navstack.params.extensions import localizers
+from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.params.nav2_file.views import read_goal_checker
 from navstack.params.strict import load_dataclass
 
@@ -63,9 +65,11 @@ def localize(request: Request) -> Localized:
 def worth(found: Localized) -> Worth | None:
     """What the errors of a trajectory cost, and whether they let the robot arrive.
 
-    None where there is no reference to compare with.
+    None where there is no reference to compare with, or one that the localizer has followed.
     """
     if found.ape is None or not len(found.ape.positions):
+        return None
+    if found.is_reference_input and not found.request.is_held_out:
         return None
     file = shipped("params") / "calibration" / "localization_price.yaml"
     price = load_dataclass(LocalizationPrice, file)
@@ -88,13 +92,31 @@ def worth(found: Localized) -> Worth | None:
     )
 
 
-def _goal_tolerance(request: Request) -> float | None:
-    """Of the request's Nav2 file [m]; None: its goal checker has none."""
+def sources(request: Request) -> list[str]:
+    """Where the localizer's parameters are from: a text for each kind of source."""
+    nav2 = _nav2(request)
+    found = sources_of(nav2, [request.localizer])
+    nodes = localizers()[request.localizer].nodes
+    if not nodes:
+        return ["it has no parameters"]
+    for name, value in DEFAULTS.items():
+        node, _, dotted = name.partition(".")
+        if node in nodes and nav2.value(node, dotted) is None:
+            found.append(f"{name} {value:g}, as for every log")
+    return found
+
+
+def _nav2(request: Request) -> Nav2File:
     path = Path(request.params)
     if not path.is_file():
         path = resolve(request.params, shipped("params") / "nav2", "Nav2")
+    return load_nav2(path, request.allow_unknown)
+
+
+def _goal_tolerance(request: Request) -> float | None:
+    """Of the request's Nav2 file [m]; None: its goal checker has none."""
     try:
-        checker = read_goal_checker(load_nav2(path, request.allow_unknown))
+        checker = read_goal_checker(_nav2(request))
     except NavstackError:
         return None
     tolerance: float | None = getattr(checker.params, "xy_goal_tolerance", None)

@@ -21,6 +21,7 @@ from harness.task.study import is_recording, make_study
 from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration, sizes
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
+from harness.tuning.output import DOCUMENT
 from harness.tuning.progress import StudyProgress
 from harness.tuning.result import COMPLETE, StudyResult, Trial
 from harness.tuning.sampler import make_sampler
@@ -149,7 +150,7 @@ def tune(
     check_space(fitted, nav2, drawing, allow_unknown)
     path = out or default_folder(f"tune-{original.name}")
     require_usable(path)
-    say_notes((*check(study), *fitted.notes, *notes_before(declaration, options)))
+    notes = (*check(study), *fitted.notes, *notes_before(declaration, options))
     space_text = dump_dataclass(content)
     if len(space_files) == 1:
         space_text = read_text(space_files[0])
@@ -159,20 +160,30 @@ def tune(
         ORIGINAL: with_absolute_files(nav2, allow_unknown).document.text,
     }
     create_run(path, about(study, sys.argv), {**parameters(study), **texts})
-    return _drive(path, where, budget)
+    found = _drive(path, where, budget)
+    return found and dataclasses.replace(found, notes=notes)
 
 
 def resume_tuning(
-    folder: Path, budget: float | None = None, where: Where | None = None
+    folder: Path,
+    budget: float | None = None,
+    where: Where | None = None,
+    test_episodes: int | None = None,
 ) -> Tuned | None:
-    """Go on with the study of a folder; otherwise as :func:`tune`."""
+    """Go on with the study of a folder; otherwise as :func:`tune`.
+
+    A finished study searches on only with another ``budget``.
+    """
     # a link may point elsewhere before the study ends
-    return _drive(folder.resolve(), where or Where(), budget)
+    return _drive(folder.resolve(), where or Where(), budget, test_episodes)
 
 
-def _drive(path: Path, where: Where, budget: float | None) -> Tuned | None:
+def _drive(
+    path: Path, where: Where, budget: float | None, test_episodes: int | None = None
+) -> Tuned | None:
     base = load_study(path, where.workers)
-    study = load_tuning(path, base, budget)
+    study = load_tuning(path, base, budget, test_episodes)
+    is_over = budget is None and (path / DOCUMENT).is_file()
     say_notes(version_notes(path))
     searched, runs = study.declaration.episodes, {path: base}
     with Journal(path, searched) as journal, open_workers(where, base.workers, path, runs) as pool:
@@ -190,7 +201,7 @@ def _drive(path: Path, where: Where, budget: float | None) -> Tuned | None:
             evaluator = StackEvaluator(study.template, pool, journal, progress.episode, Path(files))
             try:
                 with shown(progress):
-                    result = _search_and_test(study, evaluator, journal, progress)
+                    result = _search_and_test(study, evaluator, journal, progress, is_over)
                     journal.stop_clock()
                     return written(study, base, result, evaluator, progress, journal.errors, path)
             except KeyboardInterrupt:
@@ -200,7 +211,11 @@ def _drive(path: Path, where: Where, budget: float | None) -> Tuned | None:
 
 
 def _search_and_test(
-    study: TuningStudy, evaluator: StackEvaluator, journal: Journal, progress: StudyProgress
+    study: TuningStudy,
+    evaluator: StackEvaluator,
+    journal: Journal,
+    progress: StudyProgress,
+    is_over: bool,
 ) -> StudyResult:
     def on_trial(trial: Trial, best: Trial) -> None:
         progress.trial(trial, best, evaluator)
@@ -208,11 +223,11 @@ def _search_and_test(
             rows = evaluator.rows(trial.candidate, trial.missions)
             say(starting_point(rows, prices_of(study.template.prices)))
 
-    search = run_search(study, evaluator, journal, on_trial)
+    search = run_search(study, evaluator, journal, on_trial, is_over)
     for note in notes_after_search(study, search, journal):
         say(note)
     progress.begin("final choice and test" if study.plan.final_episodes else "test")
-    return finish(study, search, evaluator)
+    return finish(study, search, evaluator, journal)
 
 
 def _run_options(choices: Mapping[str, Any]) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from harness.audit.pairs import Conditions
 from harness.episode.factory import prices_of, rules_of, world_params
 from harness.metrics.columns import Row
 from harness.report.page.document import write_study_page
-from harness.report.tuning.decision import decision, setup_of
+from harness.report.tuning.decision import Advice, decision, next_command, setup_of
 from harness.report.tuning.document import write_tuning
 from harness.storage.documents import write_document
 from harness.study.again import PARTINGS, record_again
@@ -53,14 +53,24 @@ class Tuned:
     test_command: str  # drives its test again
     document: Row
     errors: Sequence[str]  # of episodes that ended in one
+    notes: Sequence[str] = ()  # on the file, the robot and the search
+
+    @property
+    def advice(self) -> Advice:
+        """What to do with the tuned file."""
+        return decision(self.result, self.scores, self.explanation)
+
+    @property
+    def next_command(self) -> str:
+        """What to do next."""
+        return next_command(self.advice, self.folder, self.test_command)
 
     def as_json(self) -> Row:
         """As ``navbench tune --json`` prints it."""
-        verdict = decision(self.result, self.scores, self.explanation)
         return {
             **self.document,
             "about": self.about,
-            "decision": verdict,
+            "decision": str(self.advice),
             "explanation": self.explanation.document,
         }
 
@@ -75,7 +85,8 @@ def written(
     path: Path,
 ) -> Tuned:
     """Work out the explanation, and write everything."""
-    declaration = study.declaration
+    count = len(result.test_missions)
+    declaration = dataclasses.replace(study.declaration, test_episodes=count)
     write_files(result, study.nav2, base.stacks[0], declaration, path)
     write_dashboard(result, path)
     lint = lint_of(path, base.stacks[0].robot, study.template.allow_unknown)

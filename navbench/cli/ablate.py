@@ -90,9 +90,11 @@ def ablate(
       navbench ablate --resume results/latest
     """
     from harness.report.ablation import ablation_blocks
+    from harness.report.blocks import Text
     from harness.report.short.findings import short_ablation
-    from harness.report.tables import print_blocks, report_console
     from navbench.api import ablate as api
+    from navbench.api.driving import say_notes
+    from navbench.cli.common.ending import print_with_notes
 
     if resume is not None:
         refuse_others(context, "is_full")
@@ -108,11 +110,12 @@ def ablate(
         found = api.ablate(localizers=names, errors=(*errors, *more_errors), **choices)
     if as_json:
         print_json(found.as_json())
+        say_notes(found.notes)
     else:
         folder, ablation = found.driven.folder, found.ablation
         blocks = short_ablation(ablation, folder)
         if is_full:
             blocks = [*blocks[:1], *ablation_blocks(ablation, found.figures, folder)]
-        print_blocks(blocks, report_console())
-        click.echo(f"page: {found.page}; next: navbench explain {folder}")
+        last = f"page: {found.page}; next: navbench explain {folder}"
+        print_with_notes([*blocks, Text(last, "whole")], found.notes)
     sys.exit(exit_status(found.driven.is_interrupted, found.driven.has_errors))

@@ -80,9 +80,10 @@ def check(
       navbench check --resume results/latest --budget 30m
     """
     from harness.report.short.check import short_check
-    from harness.report.tables import print_blocks, report_console
     from harness.tuning.declaration import parse_duration
     from navbench.api import check as api
+    from navbench.api.driving import say_notes
+    from navbench.cli.common.ending import print_with_notes
 
     seconds = parse_duration(budget)
     if resume is not None:
@@ -97,8 +98,9 @@ def check(
         found = api.check(old, new, budget=seconds, markdown=markdown, where=where, **choices)
     if as_json:
         print_json(found.as_json())
+        say_notes(found.notes)
     else:
-        print_blocks(short_check(found.checked, found.declaration), report_console())
+        print_with_notes(short_check(found.checked, found.declaration), found.notes)
     if found.verdict == fail_if and not found.is_interrupted:
         sys.exit(FAILED)
     sys.exit(exit_status(found.is_interrupted, found.has_errors))

@@ -2,6 +2,7 @@
 
 import shlex
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -60,6 +61,12 @@ NO_RPE = "none: the reference has no headings, or no two poses are that far apar
     "--reference", metavar="TOPIC|FILE", help="Poses to compare with: of a topic, or of a TUM file."
 )
 @click.option(
+    "--hold-out",
+    "is_held_out",
+    is_flag=True,
+    help="Of a reference that the localizer reads, every other message is only compared with.",
+)
+@click.option(
     "--align",
     "alignment",
     type=click.Choice(("none", "start", "se2")),
@@ -103,7 +110,7 @@ def localize(as_json: bool, **choices: Any) -> None:
     \b
     Examples:
       navbench localize --bag drive.bag --params stock --localizer gps-ekf --out drive.tum \
-          --reference /fix --align start
+          --reference /fix --hold-out
       navbench localize --bag rosbag2_drive --map office.yaml --params my_nav2.yaml \\
           --localizer amcl --out drive.tum
       navbench localize --bag drive.mcap --params stock --localizer odom_imu --out drive.tum \\
@@ -114,7 +121,7 @@ def localize(as_json: bool, **choices: Any) -> None:
     """
     from harness.recorded.bag_file import BagError
     from harness.recorded.command import Request
-    from navbench.api.localize import localize, worth
+    from navbench.api.localize import localize, sources, worth
     from navbench.api.progress import say
 
     found = localize(Request(**choices))
@@ -123,7 +130,8 @@ def localize(as_json: bool, **choices: Any) -> None:
         if as_json:
             print_json({**found.as_json(), "worth": value and value.as_json()})
         else:
-            lines = [_setup_line(found), *_worth_lines(value), *_lines(found)]
+            lines = [_setup_line(found, sources(found.request))]
+            lines += [*_reference_lines(found), *_worth_lines(value), *_lines(found)]
             lines += _next_lines(found.request)
             sys.stdout.write("".join(f"{line}\n" for line in lines))
     if found.is_interrupted:
@@ -133,12 +141,31 @@ def localize(as_json: bool, **choices: Any) -> None:
         raise BagError(found.trouble)
 
 
-def _setup_line(found: "Localized") -> str:
-    """What ran by which file over what: one line."""
+def _setup_line(found: "Localized", sources: Sequence[str]) -> str:
+    """What ran over what, with parameters from where: one line."""
     request = found.request
     bags = ", ".join(map(str, request.bags))
     on = f", map {request.map_name}" if request.map_name else ""
-    return f"{request.localizer} by {request.params} over {bags}{on}"
+    return "; ".join([f"{request.localizer} over {bags}{on}", *sources])
+
+
+def _reference_lines(found: "Localized") -> list[str]:
+    """What a comparison with the localizer's own input says, and what it does not."""
+    request = found.request
+    if request.reference is None:
+        return ["without a reference nobody knows what the error costs: --reference TOPIC or FILE"]
+    if not found.is_reference_input:
+        return []
+    if request.is_held_out:
+        return [
+            f"every other message of {request.reference} was kept from {request.localizer} and is "
+            "compared with: their own noise counts, errors that all of them share do not"
+        ]
+    return [
+        f"{request.reference} is an input of {request.localizer}: below is how closely it follows "
+        "its own input, not how far off it is, so that it has no price; --hold-out compares with "
+        "messages that it never had"
+    ]
 
 
 def _next_lines(request: "Request") -> list[str]:
@@ -170,7 +197,7 @@ def _lines(found: "Localized") -> list[str]:
 def _worth_lines(value: "Worth | None") -> list[str]:
     """What the error costs, and whether it is good enough to arrive."""
     if value is None:
-        return ["without a reference nobody knows what the error costs: --reference TOPIC or FILE"]
+        return []
     beyond = "at least " if value.is_beyond else "about "
     lines = [
         f"worth: such an error (RMSE {value.rmse_m:.2f} m) costs {beyond}{value.usd_per_run:.2f} "

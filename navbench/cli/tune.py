@@ -130,10 +130,11 @@ def tune(
 ) -> None:
     """Tune a Nav2 file for what its deliveries earn, and test it on missions it never saw.
 
-    Every trial drives the same training missions; one that is worse than the best so far is dropped
-    early. The best few meet again on further ones, and original and result are compared on test
-    missions. The study folder has the tuned file with your comments, its lint, every trial, and the
-    line that drives the test again. Ctrl-C keeps what is finished; --resume goes on.
+    Your file drives the training missions first; where no file can earn 0.50 USD more on them, the
+    search stops. Every trial drives the same ones, until it is worse than the best so far. The best
+    few meet again on further ones, and original and result are compared on test missions. The study
+    folder has the tuned file with your comments, its lint, every trial, and the line that drives
+    the test again. Ctrl-C keeps what is finished; --resume goes on.
 
     \b
     Examples:
@@ -142,25 +143,27 @@ def tune(
       navbench tune --stack nav2-stock --space dwb_sampling --objective cvar --budget 30m
       navbench tune --stack mpc-gps-ekf --space mpc_weights --objective "margin@sla>=0.9"
       navbench tune --stack nav2-gps --space inflation --objective margin,-pedestrian_delay_s
-      navbench tune --resume results/latest
+      navbench tune --resume results/latest --test-episodes 800
 
     Exit status: 0 finished; 1 bad input; 3 finished, but some deliveries ended in an error; 130
     interrupted.
     """
     from harness.tuning.declaration import parse_duration
     from navbench.api import tune as api
+    from navbench.api.driving import say_notes
     from navbench.api.progress import say
 
     seconds = None if budget is None else parse_duration(budget)
     if resume is not None:
-        refuse_others(context, "is_full")
-        found = api.resume_tuning(resume, seconds, where)
+        refuse_others(context, "is_full", "test_episodes")
+        found = api.resume_tuning(resume, seconds, where, choices["test_episodes"])
     else:
         found = api.tune(budget=seconds, out=out, where=where, **choices)
     if found is None:
         sys.exit(INTERRUPTED)
     if as_json:
         print_json(found.as_json())
+        say_notes(found.notes)
     else:
         _print(found, is_full)
     if found.errors:
@@ -172,7 +175,7 @@ def tune(
 def _print(found: "Tuned", is_full: bool) -> None:
     from harness.report.tables import print_blocks, report_console
     from harness.report.tuning.document import lint_lines, short_tuning, tuning_blocks
-    from harness.tuning.output import DIFF, TUNED
+    from navbench.api.driving import say_notes
 
     path = found.folder
     blocks = short_tuning(found.result, found.scores, found.explanation, found.about, path)
@@ -181,11 +184,10 @@ def _print(found: "Tuned", is_full: bool) -> None:
             found.result, found.scores, found.explanation, found.run_command, path
         )
     print_blocks(blocks, report_console())
-    first, *rest = lint_lines(found.lint)
-    lines = [
-        f"tuned file: {path / TUNED}, difference: {DIFF}",
-        f"lint of the tuned file: {first}",
-        *(f"  {line}" for line in rest[:MOST_LINT]),
-        f"next: {found.test_command}",
-    ]
-    sys.stdout.write("".join(f"{line}\n" for line in lines))
+    if found.result.incumbent.values:
+        first, *rest = lint_lines(found.lint)
+        lines = [f"lint of the tuned file: {first}", *(f"  {line}" for line in rest[:MOST_LINT])]
+        sys.stdout.write("".join(f"{line}\n" for line in lines))
+    sys.stdout.flush()
+    say_notes(found.notes)
+    sys.stdout.write(f"next: {found.next_command}\n")

@@ -1,5 +1,6 @@
 """What commands print by default: the answer first, in few lines, and a command that works last."""
 
+import io
 import re
 import shlex
 import sys
@@ -8,7 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from harness.report.blocks import Text
+from harness.storage.shipped import shipped
 from navbench.cli.app import COMMANDS, main
+from navbench.cli.common.ending import print_with_notes
 
 MOST_LINES = 25
 MOST_OF_RUN = 12
@@ -176,3 +180,56 @@ def test_a_shell_completes_commands(monkeypatch: pytest.MonkeyPatch) -> None:
     assert {"--stack", "--start"} <= options
     stacks = {each.value for each in complete.get_completions(["run", "--stack"], "evasive")}
     assert stacks == {"evasive-gps-ekf", "evasive-amcl", "evasive-amcl-gps"}
+
+
+def test_what_a_tuning_leaves_open_its_next_command_decides(
+    capsys: pytest.CaptureFixture[str],
+    place: Path,
+    hall: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    where = ["--map", str(hall), "--rules", "short.yaml", "--pedestrians", "3", "--workers", "1"]
+    stock = str(shipped("params") / "nav2" / "stock.yaml")
+    words = ["tune", "--stack", stock, "--localizer", "ground_truth", *where, "--out", "study"]
+    words += ["--trials", "4", "--episodes", "2", "--objective", "+distance_m"]
+    words += ["--finalists", "0", "--test-episodes", "0", "--waterfall", "0", "--seed", "1"]
+    both = io.StringIO()
+    with monkeypatch.context() as joined:
+        joined.setattr(sys, "stdout", both)
+        joined.setattr(sys, "stderr", both)
+        with pytest.raises(SystemExit) as leaving:
+            main(words)
+    assert leaving.value.code == 0
+    lines = both.getvalue().splitlines()
+    (answer,) = (number for number, line in enumerate(lines) if line.startswith("Not decided: "))
+    notes = [number for number, line in enumerate(lines) if line.startswith("note: ")]
+    assert notes and min(notes) > answer, "notes stand after the answer"
+    assert any(line.startswith("best trial, not proved better: study/tuned") for line in lines)
+    last = f"next: navbench tune --resume {place / 'study'} --test-episodes 20"
+    assert lines[-1].replace("resume study", f"resume {place / 'study'}") == last
+    heads = follow(capsys, shlex.split(NEXT.search(lines[-1])[1]))  # type: ignore[index]
+    assert "; 2 training missions, 20 for the test" in heads[0] and len(heads) == 2
+    again = printed(capsys, "tune", "--resume", "study")
+    assert any(line.startswith("Keep your file: ") for line in again), "it stays decided"
+    assert "20 for the test" in again[0]
+
+
+def test_notes_stand_after_the_answer_and_before_the_next_command(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    both = io.StringIO()
+    monkeypatch.setattr(sys, "stdout", both)
+    monkeypatch.setattr(sys, "stderr", both)
+    print_with_notes([Text("answer", "whole"), Text("next", "whole")], ["first", "second"])
+    assert both.getvalue().splitlines() == ["answer", "note: first", "note: second", "next"]
+
+
+def test_an_ablation_leads_on_to_commands_that_work(
+    capsys: pytest.CaptureFixture[str], place: Path, hall: Path
+) -> None:
+    where = ["--map", str(hall), "--rules", "short.yaml", "--pedestrians", "3", "--workers", "1"]
+    heads = follow(
+        capsys,
+        ["ablate", "--localizers", "ground_truth,gps", *where, "--episodes", "2", "--out", "one"],
+    )
+    assert "with ground_truth, gps" in heads[0] and len(heads) > 1

@@ -154,7 +154,10 @@ def test_the_price_of_an_error_is_recovered(write_run: WriteRun) -> None:
     by_arm = {each.arm: each for each in ablation.of("contribution_margin")}
     assert by_arm["position=2"].paired.difference.value == pytest.approx(-2.0 * PRICE)
     assert by_arm["position=2"].paired.is_significant
-    assert "significant at n = 40" in sentence(by_arm["position=2"])
+    told = (
+        "position=2 earned 1.4 USD a delivery less than ground_truth (-1.4): significant (40 miss"
+    )
+    assert sentence(by_arm["position=2"]).startswith(told)
     assert "0.7" in price_sentence(price) and "USD per run per metre" in price_sentence(price)
 
 
@@ -228,7 +231,7 @@ def test_p_values_are_adjusted_for_all_comparisons_of_a_metric(write_run: WriteR
     assert adjusted[0] == pytest.approx(min(1.0, 2.0 * plain[0]))
     assert adjusted[1] == pytest.approx(max(adjusted[0], plain[1]))
     for each in found:
-        words = "significant at" if each.paired.is_significant else "not significant at"
+        words = ": significant" if each.paired.is_significant else ": not significant"
         assert words in sentence(each)
         assert each.paired.is_significant or "missions would decide" in sentence(each)
     open_ones = [each.paired.needed for each in found if not each.paired.is_significant]
@@ -247,7 +250,7 @@ def test_what_is_alike_to_a_cent_is_not_called_different(write_run: WriteRun) ->
     for each in ablation.of("contribution_margin"):
         # always the same sign, but nothing to speak of
         assert not each.paired.is_significant and each.paired.detectable is None
-        assert "alike on all 40 missions" in sentence(each)
+        assert "earned the same as ground_truth on all 40 missions" in sentence(each)
     assert ablation.prices[0].price.low is None and "nothing about rare events" in price_sentence(
         ablation.prices[0]
     )

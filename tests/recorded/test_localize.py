@@ -102,6 +102,7 @@ def test_amcl_finds_a_drive_through_the_sidewalk(tmp_path, capsys, form):
     assert status == 0 and captured.err == ""
     document = json.loads(captured.out)
     keys = {"poses", "final", "degraded_s", "lost_s", "ape", "rpe", "worth", "out"}
+    keys |= {"reference_is_input", "held_out"}
     assert set(document) == keys and document["out"] == str(out)
     assert document["lost_s"] == 0.0
     assert (
@@ -327,11 +328,44 @@ def test_a_reference_from_a_file(tmp_path, capsys):
     said = capsys.readouterr().out
     assert "APE against" in said and "n 40" in said and "RPE over 1 s: median 0.00" in said
     first, worth, arrives, *_ = lines = said.splitlines()
-    assert first == f"odom_imu by stock over {bag}" and len(lines) <= 25
+    told = f"odom_imu over {bag}; parameters by default, as stock.yaml has no such node: gps_ekf; "
+    assert first.startswith(told) and len(lines) <= 25
     assert worth.startswith("worth: such an error (RMSE ") and " USD a delivery (" in worth
     assert arrives.startswith("good enough to arrive: 100 % of the poses")
     line = complaint(capsys, *base, "--reference", "/nowhere")
     assert "reference '/nowhere' is no file, and topic '/nowhere' is not in the bag" in line
+
+
+def test_agreement_with_the_localizers_own_input_is_no_error_and_has_no_price(tmp_path, capsys):
+    bag = write(tmp_path / "straight", straight(400), "ros1")
+    own = ("--params", "gps_ekf", "--localizer", "gps-ekf", "--out", tmp_path / "o.tum")
+    given = ("--bag", bag, *own, "--reference", "/fix")
+    assert localize(*given) == 0
+    first, second, *rest = capsys.readouterr().out.splitlines()
+    assert "; parameters from gps_ekf.yaml: gps_ekf" in first
+    assert second.startswith("/fix is an input of gps-ekf: below is how closely it follows its own")
+    assert "USD" not in "".join(rest) and "good enough" not in "".join(rest)
+    document = replay(bag, "gps-ekf", "--reference", "/fix")
+    assert document["worth"] is None and document["reference_is_input"]
+    assert document["ape"]["n"] == 40
+
+
+def test_a_reference_that_is_held_out_is_priced_by_what_the_localizer_never_had(tmp_path, capsys):
+    entries = straight(400)
+    for entry in entries:  # every other fix is 0.6 m beside the way
+        if entry.topic == "/fix" and round((entry.stamp - START) * 5.0) % 2:
+            entry.fields["latitude"] += 0.6 / 111_000.0
+    bag = write(tmp_path / "straight", entries, "ros1")
+    document = replay(bag, "gps-ekf", "--reference", "/fix", "--hold-out")
+    assert document["held_out"] and document["ape"]["n"] == 20
+    assert document["ape"]["median_m"] == pytest.approx(0.6, abs=0.2), "it has none of these"
+    assert document["worth"]["usd_per_run"] > 5.0
+    followed = replay(bag, "gps-ekf", "--reference", "/fix")
+    assert followed["final"][1] > document["final"][1] + 0.1, "it has all of them"
+    capsys.readouterr()
+    own = ("--params", "stock", "--localizer", "odom_imu", "--out", tmp_path / "o.tum")
+    line = complaint(capsys, "--bag", bag, *own, "--reference", "/fix", "--hold-out")
+    assert "the reference is no input of localizer odom_imu; leave --hold-out out" in line
 
 
 def test_a_damaged_bag_keeps_what_was_computed(tmp_path, capsys):

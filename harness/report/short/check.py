@@ -19,6 +19,7 @@ from harness.report.numbers import bounds_text, count_text, number_text
 from harness.report.short.findings import lines_of
 from harness.report.short.run import aligned
 from harness.report.short.setup import drivers_of, where_line
+from harness.report.texts import OUTCOMES
 from harness.storage.manifest_file import other_study
 from harness.storage.rows import values
 
@@ -129,7 +130,7 @@ def _happened(row: Row) -> str:
     hit = ""
     if row["pedestrian_contacts"]:
         hit = f", {row['pedestrian_contacts']} hit"
-    return f"{row['outcome']} after {row['duration_s']:.0f} s{hit}"
+    return f"{OUTCOMES.get(row['outcome'], row['outcome'])} after {row['duration_s']:.0f} s{hit}"
 
 
 def _replays(checked: Checked, mission: Mission) -> Sequence[Sequence[str]]:

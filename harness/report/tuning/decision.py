@@ -1,20 +1,41 @@
 """What was tuned, and whether to take the tuned file: the first thing that a study says."""
 
 import re
+import shlex
+from dataclasses import dataclass
 from pathlib import Path
 
 from harness.economics.cost_terms import MARGIN
 from harness.metrics.columns import Row
+from harness.report.numbers import interval_text
 from harness.report.short.setup import nearest
+from harness.report.verdict import again
 from harness.statistics.interval import Interval, fewest_missions
+from harness.storage.manifest_file import read_manifest
 from harness.task.study import EpisodeTask
-from harness.tuning.declaration import StudyDeclaration
+from harness.tuning.declaration import MOST_EPISODES, StudyDeclaration, sizes
 from harness.tuning.explanation import Explanation
 from harness.tuning.result import StudyResult
+from harness.tuning.search import LEAST_GAIN
 
 TAKE, KEEP, OPEN = "Take the tuned file", "Keep your file", "Not decided"
+OTHER_SPACES = "navbench list spaces"
+USUAL_EPISODES = 32  # training missions
 # classes that a robot's own Nav2 does not have
 _OWN_CLASS = re.compile(r"\bnavstack::\w+")
+
+
+@dataclass(frozen=True, slots=True)
+class Advice:
+    """What to do with the tuned file, and what would tell where nothing does yet."""
+
+    verdict: str  # TAKE, KEEP or OPEN
+    why: str  # a sentence
+    test_episodes: int | None = None  # of a test that would decide; None: it is decided
+    episodes: int | None = None  # training missions of a search that might find something
+
+    def __str__(self) -> str:
+        return f"{self.verdict}: {self.why}"
 
 
 def setup_of(declaration: StudyDeclaration, task: EpisodeTask) -> str:
@@ -35,8 +56,8 @@ def setup_of(declaration: StudyDeclaration, task: EpisodeTask) -> str:
     )
 
 
-def decision(study: StudyResult, scores: Row, explanation: Explanation) -> str:
-    """What to do with the tuned file, and why, in a sentence.
+def decision(study: StudyResult, scores: Row, explanation: Explanation) -> Advice:
+    """What to do with the tuned file, and why.
 
     Taken is a file whose margin on unseen missions is higher although an unseen loss is admitted.
 
@@ -47,17 +68,35 @@ def decision(study: StudyResult, scores: Row, explanation: Explanation) -> str:
     """
     margin = explanation.components.get(MARGIN)
     if not study.incumbent.values:
-        return f"{KEEP}: no trial earned more."
+        return _unchanged(study, explanation)
     if margin is None:
-        return f"{OPEN}: the margin is undefined, because the cargo was not simulated."
+        return Advice(OPEN, "the margin is undefined, because the cargo was not simulated.")
     if not study.is_tested:
-        return f"{OPEN}: the tuned file drove no unseen mission; search again with --test-episodes."
+        count = sizes(len(study.trials), len(study.train_missions))["test_episodes"]
+        why = f"the tuned file drove no unseen mission; {count} would tell more."
+        return Advice(OPEN, why, count)
     bounds = explanation.unseen or margin.difference
     if bounds.sign > 0:
-        return f"{TAKE}: it earns more on missions that it never saw."
-    if margin.difference.sign < 0:
-        return f"{KEEP}: your file earns more on missions that the search never saw.{_other_aim(study)}"
-    return f"{OPEN}: {_more(scores, margin.difference)}"
+        return Advice(TAKE, "it earns more on missions that it never saw.")
+    if (margin.difference.value or 0.0) <= 0.0:
+        why = "the tuned one does not earn more on missions that the search never saw."
+        return Advice(KEEP, f"{why}{_other_aim(study)}")
+    return _more(scores, explanation, margin.difference)
+
+
+def _unchanged(study: StudyResult, explanation: Explanation) -> Advice:
+    """No trial was better, or none was driven."""
+    count = len(study.train_missions)
+    if len(study.trials) > 1:
+        return Advice(KEEP, "no trial earned more.")
+    why = f"on its {count} training missions no file can earn {LEAST_GAIN:.2f} USD more; none was tried."
+    room = explanation.room_usd_per_run
+    if room is None or not study.is_tested:
+        return Advice(KEEP, why)
+    if (room.value or 0.0) < LEAST_GAIN:
+        return Advice(KEEP, why)
+    more = f"On {room.n} unseen ones {room.value:.2f} USD can be gained: search on more missions."
+    return Advice(KEEP, f"{why} {more}", episodes=max(2 * count, USUAL_EPISODES))
 
 
 def _other_aim(study: StudyResult) -> str:
@@ -68,16 +107,42 @@ def _other_aim(study: StudyResult) -> str:
     return f" What raises {aim} does not raise the margin here; search with --objective margin."
 
 
-def _more(scores: Row, difference: Interval) -> str:
-    """What would decide."""
-    if difference.n < fewest_missions():
-        return f"{difference.n} test missions are too few; {fewest_missions()} are the least."
+def _more(scores: Row, explanation: Explanation, difference: Interval) -> Advice:
+    """A gain that is not proved: how many missions would, at this size."""
     needed = scores["test"].get("margin", {}).get("pairs_needed")
-    if difference.sign > 0:
-        return "one more loss of a kind that was not seen would undo the gain."
-    if needed is None or needed <= difference.n:
-        return f"the two files earn alike on {difference.n} test missions."
-    return f"about {needed - difference.n:,d} more test missions would decide."
+    if explanation.proven_by is None or needed is None or needed > MOST_EPISODES:
+        why = (
+            f"a gain as small as {interval_text(difference)} USD takes more than {MOST_EPISODES:,d}"
+        )
+        return Advice(KEEP, f"{why} test missions to prove.")
+    total = max(needed, explanation.proven_by, fewest_missions())
+    if difference.n < fewest_missions():
+        why = f"{difference.n} test missions are too few"
+    elif difference.sign > 0:
+        why = "one more loss of a kind that was not seen would undo the gain"
+    else:
+        why = f"the gain of {interval_text(difference)} USD is not significant"
+    more = max(total - difference.n, 1)
+    return Advice(OPEN, f"{why}; about {more:,d} more test missions would decide.", total)
+
+
+def next_command(advice: Advice, folder: Path, test: str) -> str:
+    """The command that comes next: what decides, or else what shows that the decision holds.
+
+    Args:
+        advice: on the file.
+        folder: of the study.
+        test: the command that drives the tuned file's test again.
+    """
+    if advice.test_episodes is not None:
+        words = ["navbench", "tune", "--resume", str(folder)]
+        return shlex.join([*words, "--test-episodes", str(advice.test_episodes)])
+    if advice.verdict == TAKE:
+        return test
+    repeated = ""
+    if advice.episodes is not None:
+        repeated = again(read_manifest(folder).get("command", ()), advice.episodes)
+    return repeated or OTHER_SPACES
 
 
 def as_nav2(tuned: str) -> str:

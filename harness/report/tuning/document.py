@@ -8,7 +8,7 @@ from harness.report.blocks import Block, Chart, Text
 from harness.report.markdown import markdown_text
 from harness.report.numbers import counted
 from harness.report.texts import TEXTS
-from harness.report.tuning.decision import as_nav2, decision
+from harness.report.tuning.decision import KEEP, OPEN, TAKE, as_nav2, decision
 from harness.report.tuning.figures import draw_tuning
 from harness.report.tuning.summary import summary
 from harness.report.tuning.tables import sheets, trials_sheet
@@ -19,6 +19,11 @@ from harness.tuning.result import StudyResult
 from navstack.params.strict import read_text
 
 REPORT = "report.md"
+FILE_IS = {
+    TAKE: "tuned file",
+    OPEN: "best trial, not proved better",
+    KEEP: "best trial, not to be taken",
+}
 
 
 def tuning_blocks(
@@ -58,14 +63,14 @@ def short_tuning(
         folder: of the study.
     """
     page = (folder / REPORT).with_suffix(".html")
-    lines = [
-        about,
-        decision(study, scores, explanation),
-        as_nav2(read_text(folder / TUNED)),
-        *summary(study, explanation),
-        f"page: {page}",
-    ]
-    return [Text(line, "whole") for line in lines]
+    advice = decision(study, scores, explanation)
+    lines = [about, str(advice), *summary(study, explanation)]
+    if study.incumbent.values:
+        lines += [
+            f"{FILE_IS[advice.verdict]}: {folder / TUNED}, difference: {DIFF}",
+            as_nav2(read_text(folder / TUNED)),
+        ]
+    return [Text(line, "whole") for line in (*lines, f"page: {page}")]
 
 
 def write_tuning(
@@ -101,8 +106,8 @@ def write_tuning(
     blocks = [
         Text(f"**{decision(study, scores, explanation)}**"),
         Text(about),
-        Text(as_nav2(read_text(folder / TUNED))),
         *map(Text, summary(study, explanation)),
+        *map(Text, [as_nav2(read_text(folder / TUNED))] if study.incumbent.values else []),
         *_what_differs(folder),
         *sheets(study, scores, explanation, command),
         *figures,

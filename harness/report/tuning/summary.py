@@ -20,11 +20,13 @@ from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
 def summary(study: StudyResult, explanation: Explanation) -> list[str]:
     """What the study found, in sentences: the proof first, then whether to trust it."""
     states = [trial.state for trial in study.trials[1:]]
-    lines = [
-        f"{len(states)} trials: {states.count(COMPLETE)} on all {len(study.train_missions)} "
-        "training missions, "
-        f"{states.count(PRUNED)} dropped on the way, {states.count(FAILED)} failed."
-    ]
+    lines = []
+    if states:
+        lines.append(
+            f"{len(states)} trials: {states.count(COMPLETE)} on all {len(study.train_missions)} "
+            "training missions, "
+            f"{states.count(PRUNED)} dropped on the way, {states.count(FAILED)} failed."
+        )
     if not study.incumbent.values:
         return [*lines, *_room(study, explanation)]
     lines += [

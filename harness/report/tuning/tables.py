@@ -17,10 +17,11 @@ from harness.report.numbers import (
     p_text,
 )
 from harness.report.repriced import SHOWN
-from harness.report.texts import TEXTS, notes
+from harness.report.texts import OUTCOMES, TEXTS, notes
 from harness.statistics.interval import Interval
+from harness.tuning.evaluation import MARGIN as MARGIN_USD
 from harness.tuning.explanation import Explanation
-from harness.tuning.mission_differences import MissionDifference, sentence
+from harness.tuning.mission_differences import MissionDifference
 from harness.tuning.objective import score_text
 from harness.tuning.result import StudyResult
 from harness.tuning.space.paths import is_list
@@ -56,7 +57,7 @@ def sheets(
 
 
 def _scores(scores: Row, explanation: Explanation) -> Table:
-    """Every objective, the margin and the SLA, on training missions and on unseen ones."""
+    """Every objective, the margin and the share in time and intact, on training missions and on unseen ones."""
     rows, missed = [], []
     for part, title in (("train", "training"), ("test", "unseen test")):
         for name, score in (scores[part] or {}).items():
@@ -69,7 +70,7 @@ def _scores(scores: Row, explanation: Explanation) -> Table:
                 _p(score["p"], difference),
                 count_text(score["pairs_needed"]),
             )
-            rows.append((name, title, *cells))
+            rows.append((OUTCOMES.get(name, name), title, *cells))
             missed += _missed(name, title, score["shortfall"])
     if explanation.optimism_usd_per_run is not None:
         optimism = interval_text(explanation.optimism_usd_per_run)
@@ -205,11 +206,27 @@ def _partings(partings: Sequence[MissionDifference]) -> Table:
         (
             f"seed {each.seed}, delivery {each.episode}",
             f"{each.difference_usd:+.2f}",
-            sentence(each),
+            what_happened(each),
         )
         for each in partings
     ]
     return declared("tuning_partings", rows)
+
+
+def what_happened(found: MissionDifference) -> str:
+    """What happened to each, in a sentence."""
+    return f"old file: {_happened(found.original)}; new file: {_happened(found.incumbent)}"
+
+
+def _happened(row: Row) -> str:
+    way = f"{row['duration_s']:.0f} s and {row['distance_m']:.0f} m"
+    said = f"{OUTCOMES.get(row['outcome'], row['outcome'])} ({row['reason']}) after {way}"
+    contacts, soft = row["pedestrian_contacts"], row["soft_contacts"]
+    if contacts or soft:
+        said += f", {contacts} counted and {soft} uncounted contacts"
+    if row["gave_up"]:
+        said += f", gave up: {row['gave_up']}"
+    return f"{said}, {row[MARGIN_USD]:.2f} USD"
 
 
 def _p(p: float, difference: Interval) -> str:

@@ -1,6 +1,6 @@
 """What a study says first, on outcomes where it just flips."""
 
-import dataclasses
+import json
 import re
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from harness.economics.cost_terms import MARGIN
-from harness.report.tuning.decision import as_nav2, decision
+from harness.report.tuning.decision import Advice, as_nav2, decision, next_command
 from harness.report.tuning.summary import starting_point
 from harness.statistics.interval import Interval
 from harness.study.stored_run import load_run
@@ -20,21 +20,29 @@ ALIKE = Interval(0.0, -1.0, 1.0, 40)
 GAIN = Interval(2.0, 0.01, 4.0, 40)
 LOSS = Interval(-2.0, -4.0, -0.01, 40)
 OPEN = Interval(2.0, -0.01, 4.0, 40)
+FEW = Interval(2.0, 0.01, 4.0, 5)
 
 
-def said(
+def advice(
     difference: Interval = GAIN,
     unseen: Interval | None = GAIN,
     needed: int | None = None,
+    proven_by: int | None = None,
+    room: Interval | None = None,
     **study: Any,
-) -> str:
+) -> Advice:
     usual = {
         "incumbent": SimpleNamespace(values={"a": 1}),
         "is_tested": True,
         "objectives": ("margin",),
+        "trials": (None, None),
+        "train_missions": (0, 1),
     }
     explanation = SimpleNamespace(
-        components={MARGIN: SimpleNamespace(difference=difference)}, unseen=unseen
+        components={MARGIN: SimpleNamespace(difference=difference)},
+        unseen=unseen,
+        proven_by=proven_by,
+        room_usd_per_run=room,
     )
     # under the name that scores have
     scores = {"test": {"margin": {"pairs_needed": needed}}}
@@ -43,38 +51,82 @@ def said(
     return decision(found, scores, told)
 
 
+NOBODY = SimpleNamespace(values={})
+
+
 @pytest.mark.parametrize(
     ("given", "text"),
     [
         ({}, "Take the tuned file: it earns more on missions that it never saw."),
         ({"unseen": None}, "Take the tuned file: it earns more on missions that it never saw."),
-        ({"unseen": OPEN}, "Not decided: one more loss of a kind that was not seen"),
+        (
+            {"unseen": OPEN, "needed": 30, "proven_by": 60},
+            "Not decided: one more loss of a kind that was not seen would undo the gain; about 20 "
+            "more test missions would decide.",
+        ),
+        (
+            {"difference": OPEN, "unseen": OPEN, "needed": 47, "proven_by": 44},
+            "is not significant; about 7 more test missions would decide.",
+        ),
         (
             {"difference": OPEN, "unseen": OPEN, "needed": 47},
-            "Not decided: about 7 more test missions would decide.",
+            "Keep your file: a gain as small as 2.00 [-0.01, 4.00] USD takes more than 10,000 test",
         ),
-        (
-            {"difference": ALIKE, "unseen": ALIKE},
-            "Not decided: the two files earn alike on 40 test missions.",
-        ),
-        ({"difference": LOSS, "unseen": LOSS}, "Keep your file: your file earns more"),
+        ({"difference": ALIKE, "unseen": ALIKE}, "Keep your file: the tuned one does not earn"),
+        ({"difference": LOSS, "unseen": LOSS}, "Keep your file: the tuned one does not earn more"),
         (
             {"difference": LOSS, "unseen": LOSS, "objectives": ("cvar",)},
             "What raises cvar does not raise the margin here; search with --objective margin.",
         ),
+        ({"incumbent": NOBODY}, "Keep your file: no trial earned more."),
         (
-            {"incumbent": SimpleNamespace(values={})},
-            "Keep your file: no trial earned more.",
+            {"incumbent": NOBODY, "trials": (None,)},
+            "Keep your file: on its 2 training missions no file can earn 0.50 USD more; none was",
         ),
-        ({"is_tested": False}, "Not decided: the tuned file drove no unseen mission"),
         (
-            {"difference": dataclasses.replace(GAIN, n=5), "unseen": None},
-            "Not decided: 5 test missions are too few; 6 are the least.",
+            {"incumbent": NOBODY, "trials": (None,), "room": Interval(0.6, 0.1, 9.0, 40)},
+            "On 40 unseen ones 0.60 USD can be gained: search on more missions.",
+        ),
+        ({"is_tested": False}, "Not decided: the tuned file drove no unseen mission; 20 would"),
+        (
+            {"difference": FEW, "unseen": None, "needed": 4, "proven_by": 9},
+            "Not decided: 5 test missions are too few; about 4 more test missions would decide.",
         ),
     ],
 )
 def test_the_decision(given: dict[str, Any], text: str) -> None:
-    assert text in said(**given)
+    assert text in str(advice(**given))
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"unseen": OPEN, "needed": 30, "proven_by": 60},
+        {"difference": OPEN, "unseen": OPEN, "needed": 47, "proven_by": 44},
+        {"difference": FEW, "unseen": None, "needed": 4, "proven_by": 9},
+    ],
+)
+def test_the_next_command_drives_the_missions_that_would_decide(
+    given: dict[str, Any], tmp_path: Path
+) -> None:
+    found = advice(**given)
+    (more,) = re.findall(r"about (\d+) more", str(found))
+    total = int(more) + given.get("difference", GAIN).n
+    following = next_command(found, tmp_path, "again")
+    assert following == f"navbench tune --resume {tmp_path} --test-episodes {total}"
+
+
+def test_a_decided_study_leads_to_its_test_to_other_spaces_or_to_a_larger_search(
+    tmp_path: Path,
+) -> None:
+    assert next_command(advice(), tmp_path, "again") == "again"
+    kept = advice(difference=LOSS, unseen=LOSS)
+    assert next_command(kept, tmp_path, "again") == "navbench list spaces"
+    words = ["navbench", "tune", "--stack", "a.yaml", "--episodes", "2", "--out", "there"]
+    (tmp_path / "run.json").write_text(json.dumps({"command": words}), encoding="utf-8")
+    room = Interval(0.6, 0.1, 9.0, 40)
+    futile = advice(incumbent=NOBODY, trials=(None,), room=room)
+    assert next_command(futile, tmp_path, "again") == "navbench tune --stack a.yaml --episodes 32"
 
 
 def test_a_file_with_a_class_of_this_program_does_not_run_on_nav2_as_it_is() -> None:

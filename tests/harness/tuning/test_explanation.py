@@ -5,7 +5,8 @@ import io
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,15 +15,17 @@ from rich.console import Console
 from harness.audit.pairs import Conditions
 from harness.economics.accountings import ACCOUNTINGS
 from harness.economics.prices import load_prices
+from harness.economics.unseen import difference_admitting_unseen, reach_of_loss
 from harness.metrics.columns import Row
 from harness.report.figures import save_figure
 from harness.report.tables import print_blocks
 from harness.report.tuning.document import tuning_blocks, write_tuning
 from harness.report.tuning.summary import summary
+from harness.report.tuning.tables import what_happened
 from harness.statistics.interval import Interval
 from harness.tuning.evaluation import MARGIN, Candidate
-from harness.tuning.explanation import EXPLANATION, Explanation, explain
-from harness.tuning.mission_differences import mission_differences, sentence
+from harness.tuning.explanation import EXPLANATION, Explanation, _proven_by, explain
+from harness.tuning.mission_differences import mission_differences
 from harness.tuning.output import DIFF, TUNED
 from harness.tuning.result import StudyResult
 from harness.tuning.scores import scores_document
@@ -141,7 +144,7 @@ def test_partings_are_the_largest_differences(make_study: MakeStudy) -> None:
         (abs(b[MARGIN] - a[MARGIN]) for a, b in zip(*study.test_rows, strict=True)), reverse=True
     )
     assert [abs(each.difference_usd) for each in found] == pytest.approx(differences[:3])
-    assert "1 counted" in sentence(found[0])
+    assert "1 counted" in what_happened(found[0])
     first = found[0]
     assert first.replay(COMMAND).endswith(
         f"--seed {first.seed} --only {first.episode} --record full"
@@ -305,6 +308,24 @@ def test_what_is_undefined_on_the_test_is_left_out_of_the_scores(make_study: Mak
         "sla",
     }
     assert set(scores["optimism"]) == {"margin", "sla"}
+
+
+def test_a_gain_is_proved_by_about_so_many_missions() -> None:
+    gains = np.random.default_rng(1).normal(4.0, 12.0, 30)
+    pairs: Any = SimpleNamespace(
+        margins=lambda _: (np.zeros(30), gains), prices=PRICES, seed=0, n=30
+    )
+    enough = _proven_by(pairs, 300.0)
+    assert enough is not None and enough > 30
+
+    def is_proved(count: int) -> bool:
+        reach = reach_of_loss(PRICES, 300.0)
+        found = difference_admitting_unseen(np.resize(gains, count), reach, np.arange(count), 0)
+        return found.sign > 0
+
+    assert is_proved(enough) and not is_proved(enough * 9 // 10)
+    pairs.margins = lambda _: (gains, np.zeros(30))
+    assert _proven_by(pairs, 300.0) is None, "a loss is no gain"
 
 
 def test_a_flag_stands_in_the_report(

@@ -34,12 +34,24 @@ from harness.tuning.evaluation import (
     unseen_seed,
 )
 from harness.tuning.journal import Journal
+from harness.tuning.objective import parse_objectives
 from harness.tuning.output import DOCUMENT, TRIALS, TUNED, _difference
+from harness.tuning.result import Trial
+from harness.tuning.sampler import make_sampler
+from harness.tuning.search import Plan, Search
 from harness.tuning.space.file import OF_TRIAL
 from harness.tuning.stack_evaluator import StackEvaluator, margin_of
-from harness.tuning.study import load_tuning, notes_after_search, notes_before, within_budget
+from harness.tuning.study import (
+    load_tuning,
+    notes_after_search,
+    notes_before,
+    run_search,
+    within_budget,
+)
 from navbench.cli.app import main
 from navstack.errors import InputError, ParameterError
+
+from .made_up import SPACE, MadeUp
 
 NAVBENCH = [sys.executable, "-c", "from navbench.cli.app import main; main()"]
 RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
@@ -416,12 +428,72 @@ def test_notes_after_the_search(
     study: Any = SimpleNamespace(
         declaration=SimpleNamespace(trials=9, budget=budget), episodes_after_search=20
     )
-    search: Any = SimpleNamespace(trials=[None] * (driven + 1), is_exhausted=is_exhausted)
+    search: Any = SimpleNamespace(
+        trials=[None] * (driven + 1), is_exhausted=is_exhausted, is_futile=False
+    )
     journal: Any = SimpleNamespace(pace=3.0, elapsed=elapsed)
     notes = notes_after_search(study, search, journal)
     assert [note.startswith(begin) for note, begin in zip(notes, told, strict=True)] == [
         True
     ] * len(told)
+
+
+class Earning(MadeUp):
+    """A world in which every delivery earns the same."""
+
+    usd = 3.49
+
+    def _new(self, candidate: Candidate, mission: int) -> dict[str, Any]:
+        return {**super()._new(candidate, mission), MARGIN: self.usd}
+
+
+@pytest.mark.parametrize(
+    ("usd", "begun", "is_over", "driven"),
+    [
+        (3.49, 0, False, 0),
+        (3.49, 2, False, 2),  # of a study from before there was this rule
+        (3.00, 0, False, 0),
+        (2.98, 0, False, 5),
+        (2.98, 2, True, 2),
+    ],
+)
+def test_a_search_that_can_gain_nothing_or_is_over_drives_no_further_trial(
+    tmp_path: Path, usd: float, begun: int, is_over: bool, driven: int
+) -> None:
+    plan = Plan(SPACE, parse_objectives("margin"), tuple(range(4)), 5, fee=3.49)
+    study: Any = SimpleNamespace(
+        plan=plan,
+        make_sampler=lambda: make_sampler("random", SPACE, 5, 5, 1),
+        declaration=SimpleNamespace(budget=None, trials=5),
+        episodes_after_search=0,
+    )
+    world = Earning()
+    world.usd = usd
+    told: list[str] = []
+    with Journal(tmp_path) as journal:
+
+        def on_trial(trial: Trial, best: Trial) -> None:
+            told.append(trial.candidate.name)
+
+        whole = Search(plan, study.make_sampler(), world, lambda trial, best: None)
+        whole.run()
+        for trial in whole.trials[1 : 1 + begun]:
+            journal.add(trial.candidate, 0, {"stack": "a", "outcome": "sla", EVENTS: []})
+        found = run_search(study, world, journal, on_trial, is_over)
+        notes = notes_after_search(study, found, journal)
+    assert told == ["original", *(f"trial-{number}" for number in range(1, driven + 1))]
+    stops = "the search stops: on its 4 training missions no file can earn 0.50 USD more than yours"
+    assert notes == ([stops] if not driven else [])
+
+
+def test_a_test_stays_as_long_as_it_was_driven(tmp_path: Path) -> None:
+    row = {"stack": "a", "outcome": "sla", EVENTS: []}
+    with Journal(tmp_path) as journal:
+        for candidate, count in ((ORIGINAL, 9), (OTHER, 7)):
+            for number in range(count):
+                journal.add(candidate, FIRST_TEST + number, row)
+        assert journal.tested((ORIGINAL, OTHER)) == 7
+        assert journal.tested((ORIGINAL, Candidate("new", {"a": 1.0}))) == 0
 
 
 def test_a_folder_without_a_declaration_is_no_tuning_study(tmp_path: Path) -> None:
