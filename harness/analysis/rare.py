@@ -57,7 +57,7 @@ def difference_with_unseen(
 
 
 def missions_that_exclude(size: float, first: StoredRun, second: StoredRun) -> int:
-    """Missions without any difference whose interval excludes a margin difference of ``size`` [USD]."""
+    """Missions without any difference that exclude a mean margin difference of ``size`` [USD]."""
     reach = _wider(first, second)
 
     def farthest(n: int) -> float:

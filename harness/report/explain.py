@@ -146,7 +146,7 @@ def _effect(saved: float | None) -> str:
 
 def ending(row: Row) -> str:
     """How a delivery ended, and why where that is not the same."""
-    outcome = TEXTS.outcomes.get(row["outcome"], row["outcome"])
+    outcome: str = TEXTS.outcomes.get(row["outcome"], row["outcome"])
     why = REASONS.get(row["reason"], row["reason"])
     if why in (row["outcome"], "arrived"):
         return outcome
@@ -157,7 +157,8 @@ def _ended(row: Row) -> str:
     contacts = ""
     if people := row["pedestrian_contacts"]:
         contacts = f", {counted(people, 'counted contact')} with people"
-    return f"{TEXTS.outcomes.get(row['outcome'], row['outcome'])} ({row['duration_s']:.1f} s{contacts})"
+    outcome = TEXTS.outcomes.get(row["outcome"], row["outcome"])
+    return f"{outcome} ({row['duration_s']:.1f} s{contacts})"
 
 
 def _handed_over(saving: Saving) -> str:

@@ -25,7 +25,7 @@ def test_lines_tell_how_far_it_is_where_there_is_no_terminal(
 
 def test_the_time_left_falls_between_two_deliveries(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
-    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr("navbench.api.progress.time.monotonic", lambda: now[0])
     bar = progress.Bar("{done} of {total}", 20)
     now[0] += 10.0
     bar.done += 5

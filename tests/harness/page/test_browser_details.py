@@ -199,3 +199,23 @@ def test_of_two_quick_choices_the_last_is_shown_and_no_listeners_pile_up(
         browser.execute_script("return document.querySelector('#player').hasAttribute('aria-busy')")
         is False
     )
+
+
+@pytest.mark.parametrize(
+    ("outcome", "title"),
+    [
+        ("sla", "Nothing was lost: the delivery that earned least"),
+        ("timeout", "The dearest delivery"),
+    ],
+)
+def test_a_delivery_without_a_loss_is_not_called_the_dearest(
+    outcome, title, write_run, record, browse, tmp_path
+):
+    folder = write_run("one", episodes=1, crowd=0.0, change=lambda row: row.update(outcome="sla"))
+    record(folder, "mine", range(1))
+
+    def end_so(data):
+        data["replays"][0]["outcome"] = outcome
+
+    browser = opened(browse, tmp_path / "r.html", [folder], end_so)
+    assert texts(browser, "#reel h3") == [title]
