@@ -46,6 +46,8 @@ def rankings(parties: Sequence[Party], family: Sequence[str] = (MARGIN,)) -> lis
     others = [
         (name, side) for name, side, _ in known[1:] if have_common_missions(known[0][1], side)
     ]
+    if not others:
+        return []
     found = [compare(side, known[0][1], family) for _, side in others]
     pairs = [each.differences[MARGIN].paired for each in found]
     adjusted = f" adjusted for {len(family)} metrics"
