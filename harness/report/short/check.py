@@ -15,11 +15,12 @@ from harness.analysis.check import (
 from harness.metrics.columns import Row
 from harness.report.blocks import Block, Table, Text
 from harness.report.markdown import markdown_text
-from harness.report.numbers import bounds_text, count_text, number_text
+from harness.report.numbers import bounds_text, count_text, counted, number_text
 from harness.report.short.findings import lines_of
 from harness.report.short.run import aligned
 from harness.report.short.setup import drivers_of, where_line
 from harness.report.texts import OUTCOMES
+from harness.statistics.interval import fewest_missions
 from harness.storage.manifest_file import other_study
 from harness.storage.rows import values
 
@@ -71,13 +72,15 @@ def sentence(checked: Checked) -> str:
     if bound.value is None:
         return "not decided: no mission is finished"
     span = f"{number_text(bound.value, 2, True)} {bounds_text(bound, 2, True)} USD a delivery"
-    told = f"NEW less OLD is {span} over {bound.n} missions"
+    told = f"NEW less OLD is {span} over {counted(bound.n, 'mission')}"
     if verdict == "alike":
         return f"alike within {checked.within:g} USD a delivery: {told}"
     if verdict != "undecided":
         return f"{verdict}: {told}"
     more = "; more than 1000 times as many would be needed"
-    if checked.more_needed is not None:
+    if bound.n < fewest_missions():
+        more = f"; fewer than {fewest_missions()} missions decide nothing"
+    elif checked.more_needed is not None:
         more = f"; about {count_text(checked.more_needed)} missions more would decide"
     return f"not decided: {told}{more}"
 

@@ -103,7 +103,7 @@ def write_tuning(
         for figure in draw_tuning(study, explanation, folder)
         if figure.suffix == ".png"
     ]
-    blocks = [
+    blocks: list[Block] = [
         Text(f"**{decision(study, scores, explanation)}**"),
         Text(about),
         *map(Text, summary(study, explanation)),
@@ -112,11 +112,14 @@ def write_tuning(
         *sheets(study, scores, explanation, command),
         *figures,
         trials_sheet(study),
-        Text("Lint of the tuned file", "heading"),
-        Text("\n".join(f"- {line}" for line in lint_lines(lint))),
-        Text("Its test, driven again", "heading"),
-        Text(again, "code"),
     ]
+    if study.incumbent.values:
+        blocks += [
+            Text("Lint of the tuned file", "heading"),
+            Text("\n".join(f"- {line}" for line in lint_lines(lint))),
+            Text("Its test, driven again", "heading"),
+            Text(again, "code"),
+        ]
     with writing(folder / REPORT):
         write_text(
             folder / REPORT, f"# Tuned: {about.partition(';')[0]}\n\n{markdown_text(blocks)}"

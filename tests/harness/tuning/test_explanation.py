@@ -210,6 +210,7 @@ def test_the_report_tells_everything(
     assert said == "**Take the tuned file: it earns more on missions that it never saw.**"
     assert more == ABOUT
     assert "runs on Nav2 as it is: yes." in report
+    assert "| in time, intact " in report and "| sla " not in report
     for heading in (
         "What it brings",
         "scored anew",
@@ -290,7 +291,7 @@ def test_a_study_without_improvement_is_told_of(
         study, scores_document(study), found, ABOUT, COMMAND, tmp_path, "again", LINT
     ).read_text("utf-8")
     assert "**Keep your file: no trial earned more.**" in report
-    assert "What differs" not in report
+    assert "What differs" not in report and "tuned file" not in report
 
 
 def test_what_is_undefined_on_the_test_is_left_out_of_the_scores(make_study: MakeStudy) -> None:
