@@ -98,6 +98,7 @@ def cases() -> Iterator[Case]:
         yield Case(f"streets: {title}", says, _osm(TOWN.replace(old, new)))
     yield Case("streets: a name of two lines", "map name", _osm(TOWN, "--name", "a\nb"))
     yield Case("streets: a name that is a pattern", "map name", _osm(TOWN, "--name", "*"))
+    yield Case("streets: a name of nothing", "map name ''", _osm(TOWN, "--name", ""))
     yield Case("streets: a name of another file", "map name", _osm(TOWN, "--name", "a_graph"))
     for title, (change, says) in GRAPHS.items():
         yield Case(f"graph: {title}", says, _graph(change))
@@ -113,6 +114,7 @@ def cases() -> Iterator[Case]:
     for title, (old, new, says) in ROBOTS.items():
         yield Case(f"robot description: {title}", says, _urdf(URDF.replace(old, new)))
     yield Case("log: sensors without drives", "--sensors", _sensors)
+    yield Case("log: two places to start", "--global starts", _localized)
     yield Case("drive: an end that is not a number", "nan", _drive("--seconds", "nan"))
     yield Case("drive: a datum beyond the pole", "95", _drive("--datum", "95", "0"))
 
@@ -177,6 +179,12 @@ def _urdf(text: str) -> Make:
 def _sensors(folder: Path) -> list[str]:
     words = ["--robot", "segway_e1", "--map", "sidewalk", "--sensors", "rtk_good"]
     return ["cost-log", _log(folder), *words]
+
+
+def _localized(folder: Path) -> list[str]:
+    words = ["--params", "gps_ekf", "--localizer", "amcl", "--map", "sidewalk", "--global"]
+    out = ["--out", str(folder / "out.tum"), "--initial-pose", "0,0,0"]
+    return ["localize", "--bag", _log(folder), *words, *out]
 
 
 def _drive(*more: str) -> Make:
