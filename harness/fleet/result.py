@@ -15,13 +15,12 @@ from harness.fleet.study import (
     FleetStudy,
     differences,
     paying_size,
+    require_moving,
     sizes_of_robots,
     sizes_of_staff,
 )
 from harness.storage.rows import Row
-from navstack.errors import InputError
 
-MOST_LEGS = 1000  # of a way
 PER_ROBOT_DAY = "usd_per_robot_day"
 
 
@@ -109,10 +108,10 @@ def simulate(
         resamples: of the legs, each with :data:`DAYS_EACH` days.
 
     Raises:
-        InputError: a way would take more than :data:`MOST_LEGS` legs.
+        InputError: a way would take more than :data:`harness.fleet.study.MOST_LEGS` legs.
     """
     for library in libraries:
-        _require_moving(library, settings)
+        require_moving(library, settings)
     fleet = Fleet(settings, at, seed)
     size = int(settings.robots.value), int(settings.operators.value)
     found = [
@@ -128,16 +127,6 @@ def simulate(
         first, second = found
         difference = differences(first.study, second.study)
     return FleetResult(settings, at, seed, tuple(sources), tuple(found), difference)
-
-
-def _require_moving(library: Library, settings: FleetSettings) -> None:
-    progress = min(group.mean_progress for group in library.groups)
-    legs = settings.way.value / progress
-    if legs > MOST_LEGS:
-        raise InputError(
-            f"the robots of {library.name} hardly move: a way of {settings.way.value:g} km takes "
-            f"{legs:,.0f} legs, and at most {MOST_LEGS} are simulated; give a run that arrives"
-        )
 
 
 def _library_json(found: LibraryResult, source: str) -> Row:

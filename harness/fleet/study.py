@@ -14,11 +14,13 @@ from harness.fleet.settings import FleetSettings, of_size
 from harness.fleet.simulation import End, FleetDay
 from harness.statistics.bootstrap import bootstrap_mean, percentile_interval
 from harness.statistics.interval import Interval
+from navstack.errors import InputError
 from navstack.types import FloatArray
 
 DAYS, RESAMPLES, DAYS_EACH = 100, 40, 5
 CURVE_DAYS = 20
 SIZES = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0)  # times the fleet's own, on curves
+MOST_LEGS = 1000  # of a way
 TAILS = (0.025, 0.975)  # of single days
 
 
@@ -131,6 +133,21 @@ class FleetStudy:
     never_share: float  # of the resampled libraries with which no number pays
 
 
+def require_moving(library: Library, settings: FleetSettings, when: str = "") -> None:
+    """Check that ways can be made of a library's legs.
+
+    Raises:
+        InputError: a way would take more than :data:`MOST_LEGS` of them.
+    """
+    progress = min(group.mean_progress for group in library.groups)
+    if not progress > settings.way.value / MOST_LEGS:
+        raise InputError(
+            f"the robots of {library.name} hardly move{when}: {1000.0 * progress:.1f} m closer to "
+            f"the goal with a leg; a way of {settings.way.value:g} km may take {MOST_LEGS} legs: "
+            "give a run of more deliveries that arrive"
+        )
+
+
 class Fleet:
     """A fleet and its prices: simulates days."""
 
@@ -168,11 +185,15 @@ class Fleet:
             days: with the legs as they were driven.
             resamples: of the legs, each with :data:`DAYS_EACH` days of its own; the bounds of
                 means hold what these days differ by, too.
+
+        Raises:
+            InputError: a way of a resampled library would take more than :data:`MOST_LEGS` legs.
         """
         own = self.days(library, range(days))
         resampled = []
         for number in range(resamples):
             other = library.resampled((self._seed, 4, number))
+            require_moving(other, self._settings, f", as {library.size} legs are resampled")
             first = days + number * DAYS_EACH
             resampled.append(self.days(other, range(first, first + DAYS_EACH)))
         estimates = {key: _estimate(metric, own, resampled) for key, metric in DAY_METRICS.items()}

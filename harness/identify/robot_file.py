@@ -13,7 +13,7 @@ from harness.identify.estimate import Estimate
 from harness.identify.identification import Identified
 from harness.identify.urdf import UrdfBody
 from harness.recorded.log import DriveLog
-from harness.storage.files import write_text
+from harness.storage.documents import write_file
 from harness.storage.shipped import shipped
 from harness.task.own_body import Limits, body_of, own_body
 from harness.world.physics.robot import RobotParams
@@ -110,7 +110,7 @@ def write_files(
     groups = CommentedMap({name: _commented(group) for name, group in sensors.items()})
     texts = {out: _text(_commented(robot)), beside: _text(groups)}
     for path, text in texts.items():
-        write_text(path, f"# {title}\n{text}")
+        write_file(path, f"# {title}\n{text}")
     sources = [*robot.sources.values()]
     for group in sensors.values():
         sources += group.sources.values()
@@ -263,8 +263,9 @@ def _enter_rates(sensors: dict[str, _Values], log: DriveLog) -> None:
         "lidar": np.array([scan.stamp for scan in log.scans]),
     }
     for name, times in stamps.items():
-        if len(times) > 2:
-            rate = float(round(1.0 / float(np.median(np.diff(times))), 2))
+        steps = np.diff(np.unique(times))  # of two bags of one drive each stamp is there twice
+        if len(steps) > 1:
+            rate = float(round(1.0 / float(np.median(steps)), 2))
             sensors[name].put("rate", rate, "measured: by its stamps")
 
 

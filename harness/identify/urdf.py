@@ -23,6 +23,7 @@ MOST_LINKS = 2000
 _REFUSED = re.compile(r"<!(?:DOCTYPE|ENTITY)|<\w*:include|xmlns:xacro|<xacro:", re.IGNORECASE)
 _MOVING = ("continuous", "revolute", "prismatic", "planar", "floating")
 _FARTHEST = 50.0  # [m] of anything from the base
+_MOST_OFFSET = 1000.0  # [m], [rad] from one link to the next
 _BASES = ("base_link", "base_footprint")
 _CASTER = re.compile("caster|castor|idler", re.IGNORECASE)
 
@@ -58,6 +59,8 @@ def read_urdf(path: Path) -> UrdfBody:
         ground = float(corners[:, 2].min())
         height = float(corners[:, 2].max()) - ground
         box = np.array((corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)))
+        if not np.ptp(corners, axis=0).all():
+            raise InputError(f"URDF '{path}' has shapes without extent only; give its outline")
     mass, center = _masses(robot, places)
     if center is not None:
         center = center - (0.0, 0.0, ground)
@@ -98,6 +101,12 @@ def _parsed(path: Path) -> Any:
         raise InputError(f"URDF '{path}' is no robot description: {reason}") from None
     if not robot.links or len(robot.links) > MOST_LINKS:
         raise InputError(f"URDF '{path}' has {len(robot.links)} links; 1 to {MOST_LINKS} are read")
+    names = [link.name for link in robot.links]
+    for name in names:
+        if len(name.split()) != 1 or names.count(name) > 1:
+            raise InputError(
+                f"URDF '{path}' has a link '{name}'; give each a name of its own without spaces"
+            )
     return robot
 
 
@@ -106,8 +115,12 @@ def _transform(origin: Any) -> Transform:
         return IDENTITY
     place = np.array(origin.xyz or (0.0, 0.0, 0.0), dtype=np.float64)
     angles = np.array(origin.rpy or (0.0, 0.0, 0.0), dtype=np.float64)
-    if not np.isfinite(place).all() or not np.isfinite(angles).all():
-        raise InputError("the URDF has an origin that is not three finite numbers")
+    numbers = np.abs(np.concatenate((place, angles)))
+    if place.shape != (3,) or angles.shape != (3,) or not (numbers <= _MOST_OFFSET).all():
+        raise InputError(
+            f"the URDF has an origin {place.tolist()} m, {angles.tolist()} rad; give three numbers "
+            f"each, at most {_MOST_OFFSET:g}"
+        )
     return Transform(from_angles(*angles.tolist()), place)
 
 
@@ -151,12 +164,19 @@ def _half_size(geometry: Any) -> FloatArray | None:
     """Half the sides (3,) [m] of the box about a shape; None: a mesh."""
     name = type(geometry).__name__
     if name == "Box":
-        return 0.5 * np.array(geometry.size, dtype=np.float64)
-    if name == "Cylinder":
-        return np.array((geometry.radius, geometry.radius, 0.5 * geometry.length))
-    if name == "Sphere":
-        return np.full(3, float(geometry.radius))
-    return None
+        half = 0.5 * np.array(geometry.size, dtype=np.float64)
+    elif name == "Cylinder":
+        half = np.array((geometry.radius, geometry.radius, 0.5 * geometry.length))
+    elif name == "Sphere":
+        half = np.full(3, float(geometry.radius))
+    else:
+        return None
+    if half.shape != (3,) or not ((half >= 0.0) & (half <= _FARTHEST)).all():
+        raise InputError(
+            f"the URDF has a {name.lower()} of {(2.0 * half).tolist()} m; give three sides from 0 "
+            f"to {2.0 * _FARTHEST:g} m"
+        )
+    return half
 
 
 def _masses(robot: Any, places: dict[str, Transform]) -> tuple[float | None, FloatArray | None]:
@@ -167,7 +187,10 @@ def _masses(robot: Any, places: dict[str, Transform]) -> tuple[float | None, Flo
             continue
         mass = float(link.inertial.mass)
         if not 0.0 < mass < 1e5:
-            continue
+            raise InputError(
+                f"the URDF's link '{link.name}' has the mass {mass:g} kg; allowed is above 0 and "
+                "below 100000, or none"
+            )
         place = places[link.name] @ _transform(link.inertial.origin)
         total += mass
         moment += mass * place.translation

@@ -70,6 +70,18 @@ class Request:
     allow_unknown: bool = True
     is_held_out: bool = False  # every other message of the reference, from the localizer
 
+    def __post_init__(self) -> None:
+        """Check what excludes each other.
+
+        Raises:
+            InputError: two starts are given.
+        """
+        if self.is_global and self.initial_pose is not None:
+            raise InputError(
+                f"--global starts anywhere, and --initial-pose {self.initial_pose} there; give "
+                "one of them"
+            )
+
 
 @dataclass(frozen=True, slots=True)
 class Localized:

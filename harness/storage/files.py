@@ -4,6 +4,8 @@ import contextlib
 import fcntl
 import os
 import re
+import zipfile
+import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any
@@ -13,6 +15,18 @@ from navstack.errors import InputError
 # in a suite's folder: its declaration, and a folder that it writes
 SUITE, FIGURES = "suite.yaml", "figures"
 CELL = re.compile(r"-seed\d+-")  # in the name of the run folder of a suite's cell
+# what reading a damaged archive of arrays or table raises
+BROKEN = (
+    OSError,
+    ValueError,
+    EOFError,
+    LookupError,
+    ArithmeticError,
+    MemoryError,  # an array that says it is larger than any memory
+    NotImplementedError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 LOCK = "run.lock"  # in a folder as long as a program writes it
 
 
@@ -114,8 +128,11 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
             stream.flush()
             os.fsync(stream.fileno())
         partial.replace(path)
-    except BaseException:
+    except BaseException as error:
         partial.unlink(missing_ok=True)
+        # a full disk does not say which file it lacks room for
+        if isinstance(error, OSError) and error.filename in (None, str(partial)):
+            error.filename = str(path)
         raise
     sync_folder(path.parent)
 

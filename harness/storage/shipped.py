@@ -65,6 +65,8 @@ def resolve(name_or_file: str, folder: Path, what: str) -> Path:
     if is_file(name_or_file):
         if not os.path.isfile(given):
             trouble = "is a folder" if os.path.isdir(given) else "does not exist"
+            if os.path.exists(given) and not os.path.isdir(given):
+                trouble = "is a pipe or a device"
             known = few_of(given.stem, names(folder), _list_command(folder))
             raise InputError(
                 f"{what} file '{name_or_file}' {trouble}; give a YAML file or a name; {known}"

@@ -1,6 +1,8 @@
 """The file of a graph of ways: GeoJSON as Nav2's route server reads it."""
 
+import contextlib
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -8,10 +10,13 @@ import numpy as np
 
 from harness.storage.files import write_text
 from harness.street.route_graph import RouteGraph, WayEdge
+from navstack.costmap.map_io import FARTHEST
 from navstack.errors import MapError
 from navstack.files import check_regular
 
 _MOST_BYTES = 200_000_000  # of a file
+_WIDEST = 1000.0  # [m] of a way
+_EXPECTED = "a graph of navbench map osm or of Nav2's route server is expected"
 
 
 def save_graph(graph: RouteGraph, path: Path) -> None:
@@ -65,35 +70,97 @@ def load_graph(path: Path) -> RouteGraph:
     Raises:
         MapError: it cannot be read, or is no such graph.
     """
+    features, credit = _features(path)
+    numbers: dict[int, int] = {}
+    points: list[tuple[float, float]] = []
+    edges: dict[tuple[int, int], WayEdge] = {}
+    ways = []
+    for number, feature in enumerate(features):
+        with _told_of(f"{path}: feature {number}"):
+            if _mapping(_mapping(feature, "")["geometry"], "geometry")["type"] != "Point":
+                ways.append((number, feature))
+                continue
+            name = _whole(_properties(feature)["id"], "id", 0)
+            if name in numbers:
+                raise ValueError(f"id {name} is another point's; give each its own")
+            numbers[name] = len(points)
+            points.append(_place(feature["geometry"]["coordinates"]))
+    for number, way in ways:
+        with _told_of(f"{path}: feature {number}"):
+            properties = _properties(way)
+            a, b = (_point(numbers, properties, key) for key in ("startid", "endid"))
+            told = _mapping(properties.get("metadata") or {}, "metadata")
+            edges.setdefault((min(a, b), max(a, b)), _edge(told))
+    if not any(points[a] != points[b] for a, b in edges):
+        raise MapError(f"{path}: has no edge between two places; give a graph of streets")
+    return RouteGraph(np.array(points), np.array(list(edges)), list(edges.values()), credit)
+
+
+def _features(path: Path) -> tuple[list[Any], str]:
+    """The features of a file, and whose data they are."""
     try:
         check_regular(path, _MOST_BYTES)
-        content = json.loads(path.read_text(encoding="utf-8"))
-        features = content["features"]
-        nodes = [each for each in features if each["geometry"]["type"] == "Point"]
-        ways = [each for each in features if each["geometry"]["type"] != "Point"]
-        numbers = {node["properties"]["id"]: place for place, node in enumerate(nodes)}
-        points = np.array([node["geometry"]["coordinates"][:2] for node in nodes], dtype=float)
-        edges: dict[tuple[int, int], WayEdge] = {}
-        for way in ways:
-            properties = way["properties"]
-            a, b = numbers[properties["startid"]], numbers[properties["endid"]]
-            edges.setdefault((min(a, b), max(a, b)), _edge(properties.get("metadata", {})))
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
-        raise MapError(f"{path}: cannot be read ({error.strerror})") from None
-    except (KeyError, TypeError, ValueError, RecursionError) as error:
-        raise MapError(
-            f"{path}: is no GeoJSON graph of Nav2's route server ({type(error).__name__}: {error})"
-        ) from None
-    if not edges or not np.isfinite(points).all():
-        raise MapError(f"{path}: has no edge, or a point without coordinates")
-    credit = str(content.get("attribution", ""))
-    return RouteGraph(points, np.array(list(edges)), list(edges.values()), credit)
+        raise MapError(f"{path}: cannot be read ({error.strerror}); {_EXPECTED}") from None
+    except (ValueError, RecursionError) as error:
+        raise MapError(f"{path}: is no JSON ({error}); {_EXPECTED}") from None
+    if not isinstance(content, dict) or not isinstance(content.get("features"), list):
+        raise MapError(f"{path}: has no list 'features'; {_EXPECTED}")
+    return content["features"], str(content.get("attribution", ""))
+
+
+@contextlib.contextmanager
+def _told_of(what: str) -> Iterator[None]:
+    try:
+        yield
+    except KeyError as error:
+        raise MapError(f"{what}: has no {error}; {_EXPECTED}") from None
+    except ValueError as error:
+        raise MapError(f"{what}: {error}") from None
+
+
+def _mapping(value: Any, name: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise ValueError(f"{name or 'it'} is {value!r:.40}, not a mapping; {_EXPECTED}")
+    return value
+
+
+def _properties(feature: dict[str, Any]) -> dict[str, Any]:
+    return _mapping(feature["properties"], "properties")
+
+
+def _whole(value: Any, name: str, least: int) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or value < least:
+        raise ValueError(f"{name} {value!r:.40} is no whole number from {least} on")
+    return value
+
+
+def _number(value: Any, name: str, least: float, most: float) -> float:
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not is_number or not least <= value <= most:
+        raise ValueError(f"{name} {value!r:.40} is no number from {least:g} to {most:g}")
+    return float(value)
+
+
+def _place(coordinates: Any) -> tuple[float, float]:
+    if not isinstance(coordinates, list) or len(coordinates) < 2:
+        raise ValueError(f"coordinates {coordinates!r:.40} are not [x, y] in metres")
+    x, y = (_number(each, "coordinate", -FARTHEST, FARTHEST) for each in coordinates[:2])
+    return x, y
+
+
+def _point(numbers: dict[int, int], properties: dict[str, Any], key: str) -> int:
+    name = _whole(properties[key], key, 0)
+    if name not in numbers:
+        raise ValueError(f"{key} {name} is the id of no point")
+    return numbers[name]
 
 
 def _edge(told: dict[str, Any]) -> WayEdge:
     return WayEdge(
         str(told.get("class", "way")),
-        float(told.get("width", 0.0)),
-        int(told.get("crossing", -1)),
+        _number(told.get("width", 0.0), "width", 0.0, _WIDEST),
+        _whole(told.get("crossing", -1), "crossing", -1),
         bool(told.get("signals", False)),
     )

@@ -22,6 +22,7 @@ LEAST_SHARE = 0.3  # of a small district's diagonal: the least distance there
 _AROUND = 30.0  # [m] of the world around a leg: as far as the shipped lidars see
 _ROOM = 1.8  # [m] width of ground on which a leg may end
 _SHORTEST = 5.0  # [m] between the ends of a leg
+_MOST_FRUITLESS = 200  # missions in turn without a leg
 _HEADING = 1.0  # [m] of the way that give the heading at an end
 
 
@@ -71,11 +72,21 @@ class StreetMissions:
 
     def leg(self, number: int) -> Leg:
         """A leg by its number, counted over all missions."""
+        fruitless = 0
         while len(self._legs) <= number:
+            fruitless += 1
+            if fruitless > _MOST_FRUITLESS:
+                raise MapError(
+                    f"{self._folder}: {_MOST_FRUITLESS} missions in turn had no route with a leg "
+                    f"of {_SHORTEST:g} m; its ways do not hang together: import a larger box"
+                )
+            before = len(self._legs)
             route = draw_mission(self._graph, *self._distances, self._rng).route
             if route is not None:
                 self._legs += self._legs_of(route)
                 self._missions += 1
+            if len(self._legs) > before:
+                fruitless = 0
         return self._legs[number]
 
     def _legs_of(self, route: StreetRoute) -> list[Leg]:

@@ -19,6 +19,7 @@ CREDIT = "(c) OpenStreetMap contributors, ODbL 1.0, openstreetmap.org/copyright"
 MOST_BYTES = 200_000_000  # of a file; a city's extract
 MOST_EXTENT = 5000.0  # [m] of a box
 AROUND = 30.0  # [m] beyond the box that is read
+MOST_CORNERS = 2000  # of a way, as OpenStreetMap allows
 _SUFFIXES = (".pbf", ".osm", ".osm.gz", ".osm.bz2")
 _NODE_KEYS = (
     "highway barrier amenity natural emergency kerb man_made advertising traffic_sign"
@@ -87,13 +88,13 @@ def read_extract(path: Path, geo: GeoBox | None = None) -> Extract:
         check_regular(path, MOST_BYTES)
     except OSError as error:
         raise MapError(
-            f"{path}: cannot be read ({error.strerror}); of a larger file cut a part: "
-            "osmium extract --bbox W,S,E,N FILE"
+            f"{path}: cannot be read ({error.strerror}); give an extract of at most "
+            f"{MOST_BYTES / 1e6:.0f} MB, e.g. of osmium extract --bbox W,S,E,N"
         ) from None
     try:
         geo = _box_of(osmium, path, geo)
         return _read(osmium, path, geo)
-    except (RuntimeError, ValueError) as error:
+    except (RuntimeError, ValueError, osmium.InvalidLocationError) as error:
         reason = str(error).splitlines()[0]
         raise MapError(
             f"{path}: is broken or cut off ({reason}); download the extract again"
@@ -152,6 +153,7 @@ def _read(osmium: Any, path: Path, geo: GeoBox) -> Extract:
         kind, wkb, nodes = made
         geometry = shapely.transform(shapely.from_wkb(wkb), lambda lonlat: _metres(project, lonlat))
         if shapely.intersects(grown, geometry):
+            _check_line(kind, one.id, geometry)
             found[kind].append(MappedThing(tags, geometry, nodes))
     if not found["line"] and not found["area"]:
         raise InputError(f"{path}: has no way in the box; check --bbox W,S,E,N")
@@ -174,6 +176,24 @@ def _geometry(osmium: Any, factory: Any, one: Any) -> tuple[str, str, tuple[int,
     except (RuntimeError, osmium.InvalidLocationError):
         return None  # a way that the extract cuts off, or a line of one point
     return None
+
+
+def _check_line(kind: str, number: int, geometry: shapely.Geometry) -> None:
+    """Check a way for what OpenStreetMap cannot have, and what would take hours to lay.
+
+    Raises:
+        ValueError: it has too many corners, or two of them are a whole box apart.
+    """
+    if kind != "line":
+        return
+    corners = shapely.get_coordinates(geometry)
+    if len(corners) > MOST_CORNERS:
+        raise ValueError(f"way {number} has {len(corners)} nodes; at most {MOST_CORNERS}")
+    farthest = float(np.hypot(*np.diff(corners, axis=0).T).max())
+    if not farthest <= MOST_EXTENT:
+        raise ValueError(
+            f"way {number} has nodes {farthest:.0f} m apart; at most {MOST_EXTENT:.0f} m"
+        )
 
 
 def _is_loop(area: Any) -> bool:

@@ -16,6 +16,7 @@ from harness.economics.prices import Prices
 from harness.episode.factory import Parts
 from harness.metrics.columns import EPISODE_COLUMNS, TIMING_COLUMNS, Row
 from harness.metrics.contacts import PRICED_PROPERTY, PROPERTY_IMPULSE, was_counted
+from harness.storage.files import BROKEN
 from harness.storage.journal import records_in
 from harness.storage.parameters import FOLDER
 from harness.storage.rows import Rows
@@ -207,7 +208,7 @@ def _is_recording_of(file: Path, row: Row) -> bool:
     try:
         with np.load(file, allow_pickle=False) as arrays:
             first, last = arrays["trace"][0], arrays["trace"][-1]
-    except (OSError, ValueError, KeyError, IndexError, EOFError):
+    except BROKEN:
         return False
     start = math.hypot(first[1] - row["start_x_m"], first[2] - row["start_y_m"])
     return bool(last[0] == row["duration_s"] and start < SETTLED)
@@ -217,7 +218,7 @@ def _are_decisions_of(file: Path, row: Row) -> bool:
     names = ["stamp_s", "believed_x_m", "believed_y_m"]
     try:
         found = pq.read_table(file, columns=names).to_pylist()
-    except (OSError, ValueError):
+    except BROKEN:
         return False
     if not found:
         return True

@@ -11,6 +11,7 @@ import pyarrow.parquet as pq
 from harness.episode.episode import Delivery, run_episode
 from harness.metrics.columns import Row
 from harness.storage.checksums import CHECKSUMS, changed_files, root_digest
+from harness.storage.files import BROKEN
 from harness.storage.manifest_file import mixed_files
 from harness.storage.run_folder import JOURNAL
 from harness.study.consistency import contradictions, recording_files
@@ -125,10 +126,8 @@ def _differing(folder: Path, run: StoredRun, stored: Row, driven: Delivery) -> l
     recording, decisions = recording_files(folder, stored)
     if driven.recording is not None and not _is_recorded(driven.recording, recording):
         found.append(recording.name)
-    if driven.decisions is not None:
-        told = pq.read_table(decisions)
-        if not _are_same(driven.decisions[1], told.to_pylist(), [*driven.decisions[0]]):
-            found.append(decisions.name)
+    if driven.decisions is not None and not _are_told(*driven.decisions, decisions):
+        found.append(decisions.name)
     return found
 
 
@@ -141,11 +140,21 @@ def _are_same(ours: Sequence[Row], stored: Sequence[Row], names: Sequence[str]) 
 
 
 def _is_recorded(arrays: Mapping[str, Any], file: Path) -> bool:
-    with np.load(file, allow_pickle=False) as stored:
-        return set(stored.files) == set(arrays) and all(
-            np.array_equal(stored[name], value, equal_nan=value.dtype.kind == "f")
-            for name, value in arrays.items()
-        )
+    try:
+        with np.load(file, allow_pickle=False) as stored:
+            return set(stored.files) == set(arrays) and all(
+                np.array_equal(stored[name], value, equal_nan=value.dtype.kind == "f")
+                for name, value in arrays.items()
+            )
+    except BROKEN:
+        return False
+
+
+def _are_told(columns: Mapping[str, Any], ours: Sequence[Row], file: Path) -> bool:
+    try:
+        return _are_same(ours, pq.read_table(file).to_pylist(), [*columns])
+    except BROKEN:
+        return False
 
 
 def _is_same(ours: Any, stored: Any) -> bool:

@@ -106,6 +106,11 @@ def cost_log(
     """
     if html is not None:
         require_writable("page", html, PAGES)
+    if sensors is not None and nav2 is None:
+        raise InputError(
+            f"--sensors {sensors} is of the drives by --nav2 FILE, which is not given; give both, "
+            "or neither"
+        )
     params = shipped("params")
     body = load_dataclass(RobotParams, resolve(robot, params / "robots", "robot"))
     rules = load_dataclass(WorldParams, resolve(world, params / "worlds", "world"))

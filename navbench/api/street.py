@@ -56,24 +56,35 @@ def import_osm(
     geo = None
     if bbox is not None:
         geo = GeoBox(*bbox)
-    name = name or file.name.split(".")[0]
+    if name is None:
+        name = file.name.split(".")[0]
     check_map_name(name)
-    found = [*out.glob(f"{name}.*"), *out.glob(f"{name}_*")]
-    written = sorted(each for each in found if each.suffix in _WRITTEN)
-    if written:
+    if written := _written(out, name):
         raise InputError(f"{written[0]} exists already; give another --name or --out")
     require_folder(out)
     district = build_district(read_extract(file, geo), seed)
     graph = build_graph(district)
-    maps = save_maps(district, out, name)
-    save_graph(graph, out / f"{name}{ROUTE_GRAPH}")
-    picture = out / f"{name}_picture.png"
-    draw_district(district, graph, picture)
-    told = {"schema": 1, "file": file.name, "seed": seed, "maps": [str(each) for each in maps]}
-    told |= measure_district(district, graph)
-    page = markdown_text(street_page(told, picture.name))
-    write_text(out / f"{name}_statistics.md", f"# {name}\n\n{page}")
+    told: Row = {"schema": 1, "file": file.name, "seed": seed}
+    try:
+        maps = save_maps(district, out, name)
+        told["maps"] = [str(each) for each in maps]
+        save_graph(graph, out / f"{name}{ROUTE_GRAPH}")
+        picture = out / f"{name}_picture.png"
+        draw_district(district, graph, picture)
+        told |= measure_district(district, graph)
+        page = markdown_text(street_page(told, picture.name))
+        write_text(out / f"{name}_statistics.md", f"# {name}\n\n{page}")
+    except BaseException:  # a full disk or an interrupt: half a district is none
+        for each in _written(out, name):
+            each.unlink()
+        raise
     return told
+
+
+def _written(out: Path, name: str) -> list[Path]:
+    """The files of a district of this name in a folder."""
+    found = [*out.glob(f"{name}.*"), *out.glob(f"{name}_*")]
+    return sorted(each for each in found if each.suffix in _WRITTEN)
 
 
 def route_missions(

@@ -27,7 +27,6 @@ FOLDERS = {
     "cost-log": "logs",
     "day": "street",
 }
-NO_NAME = (errno.ENAMETOOLONG, errno.ELOOP)
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
 UNWRITABLE = "standard output cannot be written; make room, or send it to another place"
 LONGEST_LINE = 1000  # [characters] of a complaint
@@ -154,13 +153,12 @@ def _path(error: click.UsageError, program: click.Command) -> str:
 
 
 def _of_the_system(error: Exception) -> str:
-    """What a user can do about a name that no file can have, or a full disk.
+    """What a user can do about a file that no place of ours expected to fail, or a full disk.
 
     Empty: it is a fault of the program.
     """
-    if isinstance(error, OSError) and error.errno in NO_NAME:
+    if isinstance(error, OSError) and error.filename is not None:
         return f"'{error.filename}' cannot be used ({error.strerror}); give another name or path"
-    # files say by themselves that they cannot be written
     if isinstance(error, OSError) and error.errno in NO_ROOM:
         return f"{UNWRITABLE} ({error.strerror})"
     is_loop = str(error).startswith("Symlink loop")  # so says pathlib before Python 3.13

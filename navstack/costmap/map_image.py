@@ -68,10 +68,30 @@ def read_image(path: Path, average_alpha: bool, crop: Crop | None = None) -> Map
             return _read_pgm(path, crop)
         return _read_other(path, average_alpha, crop)
     except OSError as error:
-        reason = error.strerror or str(error).splitlines()[0]
-        raise MapError(
-            f"map image {path}: cannot be read ({reason}); check 'image' in the map's YAML"
-        ) from None
+        raise _unreadable(path, error) from None
+
+
+def image_size(path: Path) -> tuple[int, int]:
+    """Width and height of an image in pixels, by its header.
+
+    Raises:
+        MapError: the file is missing or no image.
+    """
+    try:
+        check_regular(path, MAX_BYTES)
+        with warnings.catch_warnings():  # a bomb is refused where it is read
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            with Image.open(path, formats=_FORMATS) as image:
+                return image.size
+    except (UnidentifiedImageError, Image.DecompressionBombError, ValueError, SyntaxError):
+        raise MapError(f"map image {path}: is not an image; expected PGM, PNG or BMP") from None
+    except OSError as error:
+        raise _unreadable(path, error) from None
+
+
+def _unreadable(path: Path, error: OSError) -> MapError:
+    reason = error.strerror or str(error).splitlines()[0]
+    return MapError(f"map image {path}: cannot be read ({reason}); check 'image' in the map's YAML")
 
 
 def _check_size(path: Path, width: int, height: int, crop: Crop | None) -> None:

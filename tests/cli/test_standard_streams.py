@@ -1,11 +1,16 @@
 """What the program does when its standard output is full, closed, or left by its reader."""
 
+import errno
 import os
 import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
+
+from harness.storage.files import replacing
+from navbench.cli.app import main
 
 NAVBENCH = [sys.executable, "-c", "from navbench.cli.app import main; main()"]
 
@@ -42,3 +47,19 @@ def test_closed_streams_lead_to_nowhere(tmp_path: Path) -> None:
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
     program = program.replace("'paper'", "'nonsense'")
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 2
+
+
+@pytest.mark.parametrize("trouble", [errno.ENOSPC, errno.EACCES, errno.ENOENT])
+def test_a_file_that_cannot_be_written_is_named_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], trouble: int
+) -> None:
+    @click.command()
+    def full() -> None:
+        with replacing(tmp_path / "robot.yaml"):
+            raise OSError(trouble, os.strerror(trouble))
+
+    with pytest.raises(SystemExit) as leaving:
+        main([], full)
+    said = capsys.readouterr().err
+    assert leaving.value.code == 1 and said.count("\n") == 1
+    assert f"'{tmp_path / 'robot.yaml'}' cannot be used ({os.strerror(trouble)})" in said

@@ -96,6 +96,19 @@ def test_legs_that_lead_nowhere_are_refused(navbench, write_run):
     assert "hardly move" in errors and len(errors.strip().splitlines()) == 1
 
 
+def test_legs_that_lead_nowhere_when_they_are_resampled_are_refused(navbench, write_run):
+    def only_one_arrives(row):
+        row.update(shortest_path_m=0.5, goal_distance_m=1.0, outcome="timeout")
+        if row["episode"] == 0:
+            row.update(shortest_path_m=1000.0, outcome="sla")
+
+    status, out, errors = navbench(
+        "day", "--legs", write_run("once", change=only_one_arrives), *SMALL
+    )
+    assert (status, out) == (1, "")
+    assert "as 40 legs are resampled" in errors and len(errors.strip().splitlines()) == 1
+
+
 @pytest.mark.parametrize(
     ("words", "status", "told"),
     [

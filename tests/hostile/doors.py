@@ -14,6 +14,7 @@ import io
 import json
 import os
 import random
+import re
 import resource
 import shutil
 import signal
@@ -38,6 +39,7 @@ from PIL import Image
 from harness.economics.prices import load_prices
 from harness.economics.valuation import value
 from harness.episode.factory import rules_of, world_params
+from harness.identify.urdf import read_urdf
 from harness.policy.answers import AnswerError, packed, packed_error, received
 from harness.recorded.bag import Bag
 from harness.recorded.ros_messages import TYPES
@@ -45,6 +47,7 @@ from harness.recorded.trajectory import read_tum
 from harness.scenarios.scenario import load_scenario
 from harness.storage.checksums import CHECKSUMS, sealed
 from harness.storage.run_folder import JOURNAL, RunFolder
+from harness.street.graph_file import load_graph
 from harness.study.drive import TABLES
 from harness.study.manifest import load_study
 from harness.study.stored_run import load_run
@@ -63,6 +66,7 @@ from navstack.params.strict import load_dataclass
 from .bags import chunk, connection, head, message
 from .case import MAP_TEXT, RULES, SIDE, good_pgm, put, run_arguments, shipped_text, write_map
 from .runs import valid_run
+from .streets import GRAPH, URDF
 from .worker import attempt
 
 TIME = 60  # [s] of one input, on a busy machine, with what is compiled
@@ -323,6 +327,29 @@ def _journal(rng: random.Random) -> Attempt:
     return Attempt(f"journal: {what}", False, run)
 
 
+def _graph(rng: random.Random) -> Attempt:
+    """A graph of ways with another value."""
+    content, what, _ = changed(GRAPH, rng)
+    text = json.dumps(content)
+    return Attempt(
+        f"graph: {what}", False, lambda folder: load_graph(put(folder / "graph.geojson", text))
+    )
+
+
+def _robot_description(rng: random.Random) -> Attempt:
+    """A URDF with another number or other bytes."""
+    content, what = damaged(URDF.encode(), rng)
+    if rng.random() < 0.7:
+        number = rng.choice(list(re.finditer(r"[\d.]+", URDF)))
+        what = str(rng.choice((*ODD_NUMBERS, *NOT_NUMBERS)))
+        content = f"{URDF[: number.start()]}{what}{URDF[number.end() :]}".encode()
+    return Attempt(
+        f"robot description: {what:.40}",
+        False,
+        lambda folder: read_urdf(put(folder / "cart.urdf", content)),
+    )
+
+
 def _answer(rng: random.Random) -> Attempt:
     sound = (packed(np.zeros(2)), packed(np.ones((5, 2))), packed_error("no"), packed(None))
     content, what = damaged(rng.choice(sound), rng)
@@ -432,6 +459,8 @@ DOORS: tuple[Callable[[random.Random], Attempt], ...] = (
     _cell,
     _parquet,
     _journal,
+    _graph,
+    _robot_description,
     _answer,
     _bag,
     lambda rng: _text("people", rng),

@@ -1,6 +1,8 @@
 """Streets of OpenStreetMap become ground, furniture and maps."""
 
+import errno
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -200,3 +202,20 @@ def test_other_and_huge_files_are_refused(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr("harness.street.osm_file.MOST_BYTES", 100)
     with pytest.raises(MapError, match="osmium extract --bbox"):
         read_extract(file, GEO)
+
+
+def test_half_a_district_is_none(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fill(district: None, out: Path, name: str) -> list[Path]:
+        (out / f"{name}.yaml").write_text("half")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(out / f"{name}.png"))
+
+    for name in ("build_district", "build_graph"):
+        monkeypatch.setattr(f"navbench.api.street.{name}", lambda *_: None)
+    monkeypatch.setattr("navbench.api.street.save_maps", fill)
+    file, out = small_town().write(tmp_path / "town.osm"), tmp_path / "out"
+    out.mkdir()
+    assert status("osm", str(file), "--bbox", BOX, "--out", str(out)) == 1
+    assert "town.png" in (said := capsys.readouterr().err) and said.count("\n") == 1
+    assert list(out.iterdir()) == []

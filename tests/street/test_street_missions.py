@@ -83,7 +83,7 @@ def test_a_part_across_tiles_is_what_the_whole_map_has_there(
         assert (found.data != expected.data).mean() < 1e-5  # cells on a tile's edge
     kinds = sorted(each.kind for each in part.obstacles)
     assert kinds == sorted(each.kind for each in district.obstacles)  # none twice
-    with pytest.raises(MapError, match="no tile of town is at"):
+    with pytest.raises(MapError, match="no map of town is at"):
         load_part(tmp_path, "town", Rect(900.0, 0.0, 950.0, 50.0), (920.0, 20.0))
 
 

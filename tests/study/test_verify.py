@@ -15,7 +15,9 @@ from harness.storage.checksums import CHECKSUMS, changed_files, write_checksums
 from harness.storage.new_run import create_run
 from harness.storage.run_folder import RunFolder
 from harness.storage.shipped import shipped
+from harness.study.consistency import _is_recording_of
 from harness.study.drive import TABLES
+from harness.study.verification import _are_told, _is_recorded
 from navbench.cli.app import main
 
 EDITS = 20
@@ -200,3 +202,13 @@ def test_nothing_is_called_sound_that_was_not_compared(
 ) -> None:
     status, out, _ = navbench(capsys, "verify", str(run), "--sample", "0", "--json")
     assert status == 0 and json.loads(out)["sound"] is None
+
+
+@pytest.mark.parametrize("content", [b"", b"half an archive", b"PK\x03\x04" + bytes(90)])
+def test_a_damaged_recording_is_of_no_delivery(tmp_path: Path, content: bytes) -> None:
+    file = tmp_path / "parked-0.npz"
+    file.write_bytes(content)
+    row = {"duration_s": 3.0, "start_x_m": 0.0, "start_y_m": 0.0}
+    assert not _is_recording_of(file, row)
+    assert not _is_recorded({"trace": np.zeros((1, 11))}, file)
+    assert not _are_told({"stamp_s": "double"}, [], file)

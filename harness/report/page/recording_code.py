@@ -12,7 +12,6 @@ import gzip
 import json
 import struct
 import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from harness.metrics.replay_log import NO_RETURN, simplified
+from harness.storage.files import BROKEN
 from navstack.errors import InputError
 from navstack.files import check_regular
 from navstack.types import FloatArray
@@ -29,16 +29,6 @@ from navstack.types import FloatArray
 CENTIMETRE, MILLIRADIAN = 0.01, 0.001
 FAR = 1e7  # scaled numbers are cut off here: whoever is absent stands there
 MOST_BYTES = 100_000_000  # of a recording, packed or not; an hour of driving has some 40 MB
-BROKEN = (
-    OSError,
-    ValueError,
-    EOFError,
-    KeyError,
-    zipfile.BadZipFile,
-    zlib.error,
-    NotImplementedError,
-    OverflowError,
-)
 PLAN_TOLERANCE = 0.05  # [m] of a plan on a page
 # of the arrays of a recording; equal words are equal lengths
 SHAPES: dict[str, tuple[int | str, ...]] = {
@@ -95,7 +85,7 @@ def load_recording(path: Path) -> dict[str, Any]:
             arrays = {name: file[name] for name in SHAPES if name in file}
             if "option_count" not in arrays:  # made before options were kept
                 arrays |= _without_options(len(np.atleast_1d(arrays.get("trace", ()))))
-    except (*BROKEN, MemoryError) as error:  # an array that says it is larger than any memory
+    except BROKEN as error:  # an array that says it is larger than any memory
         raise InputError(
             f"{path}: is damaged ({error}); make the run again with --record full"
         ) from None

@@ -31,6 +31,9 @@ from navstack.types import Pose2D
 FREE_BELOW = 20  # [%] occupancy below which it is walkable (map_server's free_thresh)
 MOST_READ = 4096  # characters of a file in which a map names its image
 _WALKABLE, _MESH = "_walkable", "_navmesh"
+# endings of files beside a map
+_PARTS = (_WALKABLE, _MESH, resources.ROUTE_GRAPH.removesuffix(".geojson"))
+_PATTERNS = "*?[]"  # what a search for a map's files would take for a pattern
 
 
 def map_names() -> list[str]:
@@ -58,11 +61,13 @@ def check_map_name(name: str) -> None:
         not name
         or Path(name).name != name
         or name.startswith(".")
-        or name.endswith((_WALKABLE, _MESH, ".yaml"))
+        or name.endswith((*_PARTS, ".yaml"))
+        or not name.isprintable()
+        or any(sign in name for sign in _PATTERNS)
     ):
         raise InputError(
-            f"map name '{name}' cannot be used; give a plain file name without folder and suffix, "
-            f"which does not end with {_WALKABLE} or {_MESH}"
+            f"map name '{name}' cannot be used; give a plain file name without folder, suffix and "
+            f"{_PATTERNS}, which does not end with {', '.join(_PARTS)}"
         )
 
 
@@ -203,7 +208,8 @@ def _free_part(geometry: OccupancyGrid) -> OccupancyGrid:
 
 def _no_map(folder: Path) -> str:
     """What a map is, and which files of a folder may be one."""
-    files = sorted(path for path in folder.glob("*.yaml") if "image:" in _head(path))
+    found = sorted(path for path in folder.glob("*.yaml") if path.is_file())  # no pipe
+    files = [path for path in found if "image:" in _head(path)]
     advice = "give the YAML file that map_server's map_saver wrote beside its image"
     if files:
         advice = f"give its file {files[0]}"
@@ -222,7 +228,7 @@ def _head(file: Path) -> str:
 
 def _resolve(name_or_path: str) -> Path:
     given = Path(name_or_path)
-    if os.path.isdir(given):
+    if name_or_path not in map_names() and os.path.isdir(given):
         raise MapError(_no_map(given))
     if given.suffix in (".yaml", ".yml") or len(given.parts) > 1:
         return given

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image
 from scipy import ndimage
 
 from harness.world.map.scene import Scene
 from harness.world.map.scene_io import load_scene, made_of
 from harness.world.map.shapes import Rect
 from harness.world.map.sidewalk import largest_part, without_slivers
-from navstack.costmap.map_image import MAX_PIXELS
+from navstack.costmap.map_image import MAX_PIXELS, image_size
 from navstack.costmap.map_io import load_metadata
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.errors import MapError
@@ -36,7 +35,10 @@ def load_part(folder: Path, name: str, window: Rect, at: tuple[float, float]) ->
     """
     scenes = [load_scene(tile) for tile in _tiles_in(folder, name, window)]
     if not scenes:
-        raise MapError(f"{folder}: no tile of {name} is at ({at[0]:.0f}, {at[1]:.0f}) m")
+        raise MapError(
+            f"{folder}: no map of {name} is at ({at[0]:.0f}, {at[1]:.0f}) m, where its "
+            "graph leads; make the folder again with navbench map osm"
+        )
     r = scenes[0].geometry.resolution
     column, row = math.floor(window.x0 / r), math.floor(window.y0 / r)
     width, height = math.ceil(window.x1 / r) - column, math.ceil(window.y1 / r) - row
@@ -73,8 +75,7 @@ def _tiles_in(folder: Path, name: str, window: Rect) -> Iterator[Path]:
         if path.stem.endswith(parts):
             continue
         about = load_metadata(path)
-        with Image.open(about.image) as image:
-            width, height = image.size
+        width, height = image_size(about.image)
         x, y, r = about.origin.x, about.origin.y, about.resolution
         if window.overlaps(Rect(x, y, x + width * r, y + height * r)):
             yield path

@@ -2,6 +2,7 @@
 
 import click
 
+from navbench.cli.options import Finite
 from navstack.types import Pose2D
 
 
@@ -11,18 +12,20 @@ from navstack.types import Pose2D
 @click.option("--localizer", default="gps-ekf", show_default=True, help="As of navbench run.")
 @click.option(
     "--laser",
-    type=(float, float, float),
+    type=(Finite(),) * 3,
     default=(0.0, 0.0, 0.0),
     show_default=True,
     help="x, y [m] and yaw [rad] of the lidar on the base.",
 )
 @click.option(
-    "--datum", type=(float, float), help="Latitude and longitude [deg] of the map's origin."
+    "--datum",
+    type=(Finite(-90.0, 90.0), Finite(-180.0, 180.0)),
+    help="Latitude and longitude [deg] of the map's origin.",
 )
 @click.option("--wall-time", is_flag=True, help="A real robot: time is the wall's, not /clock's.")
 @click.option("--twist", is_flag=True, help="Command by Twist, as before Kilted.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
-@click.option("--seconds", type=click.FloatRange(0.0), help="[s] after which it ends.")
+@click.option("--seconds", type=Finite(0.0), help="[s] after which it ends.")
 def drive(
     params: str,
     map_file: str | None,
