@@ -45,13 +45,14 @@ class RandomStreams(dict[str, np.random.Generator]):
     and noise (common random numbers).
     """
 
-    def __init__(self, seed: int, episode: int) -> None:
+    def __init__(self, seed: int, episode: int, leg: int = 0) -> None:
         super().__init__()
         self._seed, self._episode = seed, episode
+        self._leg = (leg,) if leg else ()
 
     def __missing__(self, consumer: str) -> np.random.Generator:
         number = STREAMS.get(consumer, zlib.crc32(consumer.encode()))
-        seeds = np.random.SeedSequence(self._seed, spawn_key=(self._episode, number))
+        seeds = np.random.SeedSequence(self._seed, spawn_key=(self._episode, number, *self._leg))
         self[consumer] = np.random.default_rng(seeds)
         return self[consumer]
 
@@ -81,6 +82,7 @@ class EpisodeTask:
     keep_trace: bool
     keep_decisions: bool
     allow_unknown: bool
+    leg: int = 0  # of a mission on a district
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -94,7 +96,7 @@ class EpisodeTask:
 
     def generators(self) -> RandomStreams:
         """The delivery's random generators, the same for every stack."""
-        return RandomStreams(self.seed, self.episode)
+        return RandomStreams(self.seed, self.episode, self.leg)
 
 
 @dataclass(frozen=True, slots=True)
