@@ -120,7 +120,7 @@ def value(
     """
     force = prices.rolling_resistance_force
     summary, each = summarize(rows, force), deliveries(rows, force)
-    means = Measured(**summary, further_km=float(each.further_km.mean()))
+    means = Measured(**summary, further_km=float(further_ways(rows).mean()))
     terms = optional_costs(means, stack, prices, optional)
     each_running = running(each, prices, all_optional_costs(each, stack, prices, optional))
     economics = price(means, stack.carries, stack.data_collection, prices, together(terms.values()))
@@ -194,7 +194,8 @@ def deliveries(rows: Sequence[Row], rolling_resistance_force: float) -> Measured
     fields: dict[Any, Any] = {
         key: None if np.isnan(found).any() else found for key, found in known.items()
     }
-    return Measured(**fields, further_km=further_ways(rows))
+    fields["further_km"] = further_ways(rows)
+    return Measured(**fields)
 
 
 def further_ways(rows: Sequence[Row]) -> FloatArray:

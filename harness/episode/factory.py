@@ -24,6 +24,7 @@ from harness.policy.senses import Senses
 from harness.policy.waypoints import WaypointFollower
 from harness.task.brain import Brain, Parked
 from harness.task.mission import (
+    SAMPLINGS,
     Mission,
     MissionSampler,
     check_apart,
@@ -70,6 +71,8 @@ def scene_of(place: "str | Leg") -> Scene:
 @kept(2)
 def _missions_on(place: "str | Leg", sampling: str) -> MissionSampler:
     scene = scene_of(place)
+    if not isinstance(place, str):
+        sampling = SAMPLINGS[0]  # a leg's ends are given
     return MissionSampler(scene.navigation_mesh, sampling, scene.walkable)
 
 

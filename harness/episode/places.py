@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from harness.execution.process_cache import kept
 from harness.storage.shipped import is_district
-from harness.task.mission import Mission
+from harness.task.mission import BY_PLACES, Mission
 from harness.task.study import EpisodeTask
 from navstack.errors import InputError
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 @kept(2)
-def _street_missions(folder: str, seed: int) -> "StreetMissions":
+def _street_missions(folder: str, seed: int, is_by_places: bool) -> "StreetMissions":
     from harness.street.missions import StreetMissions
 
-    return StreetMissions(Path(folder), seed)
+    return StreetMissions(Path(folder), seed, is_by_places)
 
 
 def legs_of(task: EpisodeTask) -> "tuple[Leg, ...]":
@@ -32,7 +32,8 @@ def legs_of(task: EpisodeTask) -> "tuple[Leg, ...]":
             f"--start and --goal are for one map; missions on the district '{task.map_name}' are "
             "drawn: leave them out, or give one of its maps"
         )
-    return _street_missions(task.map_name, task.seed).legs(task.episode)
+    drawn = _street_missions(task.map_name, task.seed, task.missions == BY_PLACES)
+    return drawn.legs(task.episode)
 
 
 def place_of(task: EpisodeTask) -> "str | Leg":

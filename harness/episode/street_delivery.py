@@ -166,7 +166,11 @@ def _arrival(row: Row, rules: Rules) -> Row:
 
 def _leg_rows(done: Sequence[DrivenLeg]) -> list[Row]:
     """Each leg's row, as of a delivery of its own; waits at signals are in none."""
-    return [leg.row | {"leg": number, "begin_s": leg.begin} for number, leg in enumerate(done)]
+    rows = []
+    for number, leg in enumerate(done):
+        end = {"end_x_m": leg.pose.x, "end_y_m": leg.pose.y}
+        rows.append(leg.row | {"leg": number, "begin_s": leg.begin} | end)
+    return rows
 
 
 def _events(done: Sequence[DrivenLeg]) -> list[Row]:

@@ -10,6 +10,7 @@ from harness.storage.files import write_text
 from harness.street.route_graph import RouteGraph, WayEdge
 from navstack.errors import MapError
 from navstack.files import check_regular
+from navstack.types import IntArray
 
 _MOST_BYTES = 200_000_000  # of a file
 
@@ -25,7 +26,8 @@ def save_graph(graph: RouteGraph, path: Path) -> None:
     """
     features: list[dict[str, Any]] = []
     for number, point in enumerate(graph.points.tolist()):
-        features.append(_feature({"id": number, "frame": "map"}, "Point", point))
+        properties = {"id": number, "frame": "map", **_places(graph, number)}
+        features.append(_feature(properties, "Point", point))
     count = len(graph.points)
     for (a, b), edge, cost in zip(
         graph.pairs.tolist(), graph.edges, graph.lengths.tolist(), strict=True
@@ -50,6 +52,19 @@ def save_graph(graph: RouteGraph, path: Path) -> None:
 def _feature(properties: dict[str, Any], kind: str, coordinates: Any) -> dict[str, Any]:
     geometry = {"type": kind, "coordinates": coordinates}
     return {"type": "Feature", "properties": properties, "geometry": geometry}
+
+
+def _places(graph: RouteGraph, number: int) -> dict[str, Any]:
+    """The shops and homes at a point, where there are any."""
+    known = {"shops": graph.shops, "homes": graph.homes}
+    there = {name: int(each[number]) for name, each in known.items() if each is not None}
+    told = {name: count for name, count in there.items() if count}
+    return {"metadata": told} if told else {}
+
+
+def _counts(nodes: list[dict[str, Any]], kind: str) -> IntArray:
+    told = [node["properties"].get("metadata", {}) for node in nodes]
+    return np.array([int(each.get(kind, 0)) for each in told], dtype=np.int64)
 
 
 def _metadata(edge: WayEdge) -> dict[str, Any]:
@@ -78,6 +93,7 @@ def load_graph(path: Path) -> RouteGraph:
             properties = way["properties"]
             a, b = numbers[properties["startid"]], numbers[properties["endid"]]
             edges.setdefault((min(a, b), max(a, b)), _edge(properties.get("metadata", {})))
+        shops, homes = _counts(nodes, "shops"), _counts(nodes, "homes")
     except OSError as error:
         raise MapError(f"{path}: cannot be read ({error.strerror})") from None
     except (KeyError, TypeError, ValueError, RecursionError) as error:
@@ -87,7 +103,7 @@ def load_graph(path: Path) -> RouteGraph:
     if not edges or not np.isfinite(points).all():
         raise MapError(f"{path}: has no edge, or a point without coordinates")
     credit = str(content.get("attribution", ""))
-    return RouteGraph(points, np.array(list(edges)), list(edges.values()), credit)
+    return RouteGraph(points, np.array(list(edges)), list(edges.values()), credit, shops, homes)
 
 
 def _edge(told: dict[str, Any]) -> WayEdge:

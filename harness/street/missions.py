@@ -50,8 +50,10 @@ class Leg:
 class StreetMissions:
     """Draws missions on a district; the same seed gives the same ones."""
 
-    def __init__(self, folder: Path, seed: int) -> None:
+    def __init__(self, folder: Path, seed: int, is_by_places: bool = False) -> None:
         """Read the route graph of a folder that ``navbench map osm`` wrote.
+
+        Missions lead from shops to homes where ``is_by_places``, else from anywhere to anywhere.
 
         Raises:
             MapError: there is none, or several are.
@@ -64,7 +66,7 @@ class StreetMissions:
             )
         self._folder, self._name = folder, graphs[0].name.removesuffix(ROUTE_GRAPH)
         self._graph = load_graph(graphs[0])
-        self._rng = np.random.default_rng(seed)
+        self._rng, self._is_by_places = np.random.default_rng(seed), is_by_places
         self._missions: list[tuple[Leg, ...]] = []
         diagonal = float(np.hypot(*np.ptp(self._graph.points, axis=0)))
         self._distances = min(DISTANCES[0], LEAST_SHARE * diagonal), DISTANCES[1]
@@ -72,7 +74,8 @@ class StreetMissions:
     def legs(self, number: int) -> tuple[Leg, ...]:
         """The legs of a mission by its number, in order; together they are its route."""
         while len(self._missions) <= number:
-            route = draw_mission(self._graph, *self._distances, self._rng).route
+            drawn = draw_mission(self._graph, *self._distances, self._rng, self._is_by_places)
+            route = drawn.route
             if route is not None:
                 self._missions.append(self._legs_of(route))
         return self._missions[number]

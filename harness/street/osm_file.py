@@ -21,7 +21,7 @@ MOST_EXTENT = 5000.0  # [m] of a box
 AROUND = 30.0  # [m] beyond the box that is read
 _SUFFIXES = (".pbf", ".osm", ".osm.gz", ".osm.bz2")
 _NODE_KEYS = (
-    "highway barrier amenity natural emergency kerb man_made advertising traffic_sign"
+    "highway barrier amenity shop natural emergency kerb man_made advertising traffic_sign"
 ).split()
 _AREA_KEYS = "building highway place landuse leisure natural".split()
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from harness.execution.workers import available_cores
 from harness.storage.shipped import DEFAULT_WORLD, is_district, is_file, resolve, shipped
-from harness.task.mission import SAMPLINGS
+from harness.task.mission import BY_PLACES, SAMPLINGS
 from harness.task.stack import Stack, load_stack
 from harness.task.substitute import with_substitutes
 from navstack.errors import InputError, UnknownNameError
@@ -91,8 +91,8 @@ class EpisodeTask:
             InputError: a seed out of range, or an unknown way to draw missions.
         """
         _at_least("--seed", self.seed, 0, MAX_SEED)
-        if self.missions not in SAMPLINGS:
-            raise UnknownNameError("--missions", self.missions, SAMPLINGS)
+        if self.missions not in (*SAMPLINGS, BY_PLACES):
+            raise UnknownNameError("--missions", self.missions, (*SAMPLINGS, BY_PLACES))
 
     def generators(self) -> RandomStreams:
         """The delivery's random generators, the same for every stack."""

@@ -8,21 +8,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from harness.analysis.street_losses import lose, square_of
+from harness.economics.prices import load_prices
+from harness.economics.rates import EVENT_RATES
 from harness.episode.episode import run_episode
 from harness.episode.street_delivery import signal_wait
+from harness.metrics.columns import EPISODE_COLUMNS
 from harness.storage.shipped import shipped
 from harness.street.district import build_district, scene_of
+from harness.street.graph_file import load_graph
 from harness.street.missions import LEG, StreetMissions, parts_of
 from harness.street.osm_file import GeoBox, read_extract
 from harness.street.route_graph import RouteGraph, WayEdge
-from harness.street.routes import find_route
+from harness.street.routes import draw_mission, find_route
 from harness.street.saving import save_maps
 from harness.task.study import make_study
 from harness.world.map.shapes import Rect
 from harness.world.map.tiles import load_part
 from harness.world.outcome import Rules
 from navbench.cli.app import main
-from navstack.errors import MapError
+from navstack.errors import InputError, MapError
 from navstack.navigator import Navigator
 from navstack.params.strict import load_dataclass
 from navstack.types import Belief, Generators, Observation, Pose2D, Twist2D
@@ -77,6 +82,19 @@ def test_the_missions_of_a_seed_are_the_same_in_any_order(streets: Path) -> None
     assert max(lengths) <= 5.0 / 3.0 * LEG
 
 
+def test_missions_of_osm_lead_from_shops_to_homes(streets: Path) -> None:
+    missions = StreetMissions(streets, 3, is_by_places=True)
+    for legs in (missions.legs(0), missions.legs(1)):
+        start, goal = legs[0].start, legs[-1].goal
+        assert np.hypot(start.x - 40.0, start.y - 106.0) < 15.0  # the bakery
+        assert np.hypot(goal.x - 140.0, goal.y - 140.0) < 40.0  # the middle of the house
+    graph = load_graph(streets / "map_graph.geojson")
+    with pytest.raises(InputError, match="no shop of OpenStreetMap is near a way"):
+        draw_mission(
+            dataclasses.replace(graph, shops=None), 50.0, 500.0, np.random.default_rng(0), True
+        )
+
+
 def test_a_part_across_tiles_is_what_the_whole_map_has_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -111,6 +129,22 @@ def test_from_an_extract_to_profit_per_day(
     run = json.loads(told.out)["runs"][0]
     assert (run["map"], run["episodes"], run["errors"]) == ("streets", 2, 0)
     assert run["outcomes"]["sla"]["value"] >= 0.5
+    told_of = run["intervals"]
+    rates = [told_of[f"{what}_per_1000_{unit}"] for what in EVENT_RATES for unit in ("km", "h")]
+    assert all(rate["low"] <= rate["value"] <= rate["high"] for rate in rates)
+    margin, per_km = told_of["contribution_margin"], told_of["contribution_margin_usd_per_km"]
+    assert margin["n"] == per_km["n"] == 2  # missions, not legs
+    way = run["measured"]["avg_distance_km"]
+    assert per_km["value"] == pytest.approx(margin["value"] / way)
+    legs = sorted((Path(out) / "recordings").glob("nav2-gps-ekf-*-legs.parquet"))
+    assert len(legs) == 2
+    assert status("verify", out, "--sample", "1") == 0
+    capsys.readouterr()
+    picture = tmp_path / "losses.png"
+    assert status("map", "losses", out, "--out", str(picture), "--json") == 0
+    lost = json.loads(capsys.readouterr().out)
+    assert picture.stat().st_size > 10_000 and lost["missions"] == 2
+    assert lost["driven_km"] == pytest.approx(2.0 * way, rel=0.25)
     day = ["--robots", "3", "--operators", "1", "--set", "orders_per_day=30", "--days", "2"]
     assert status("day", "--legs", out, *day, "--out", str(tmp_path / "day"), "--json") == 0
     stack = json.loads(capsys.readouterr().out)
@@ -201,3 +235,20 @@ def test_waits_at_signals_have_the_mean_of_a_uniform_arrival() -> None:
     assert signal_wait(0, rules, np.random.default_rng(1)) == 0.0
     always = dataclasses.replace(rules, signal_green=cycle)
     assert signal_wait(5, always, np.random.default_rng(1)) == 0.0
+
+
+def test_losses_stand_where_they_arose_and_add_up(streets: Path) -> None:
+    graph, prices = load_graph(streets / "map_graph.geojson"), load_prices()
+    start, end = graph.points[0], graph.points[1]
+    leg = dict(zip(("start_x_m", "start_y_m"), start, strict=True))
+    leg |= dict(zip(("end_x_m", "end_y_m"), end, strict=True))
+    row = dict.fromkeys(EPISODE_COLUMNS, 0.0) | {"episode": 4, "outcome": "timeout"}
+    row |= {"mailbox_contacts": 1, "pedestrian_injury_usd": 7.0}
+    place = {"x_m": 301.0, "y_m": 1.0}
+    events = [{"episode": 4, "cost_usd": 5.0, **place}, {"episode": 9, "cost_usd": 3.0, **place}]
+    found = lose([row], events, [[leg]], graph, prices)
+    of_contacts = 7.0 + prices.property_damage.mailbox.value
+    of_end = 2.0 * prices.delivery_fee.value  # missed, and paid back
+    assert found.usd[square_of(301.0, 1.0)] == pytest.approx(of_contacts)
+    assert found.usd[square_of(*end)] == pytest.approx(of_end)
+    assert sum(found.usd.values()) == pytest.approx(of_contacts + of_end)
