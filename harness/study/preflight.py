@@ -112,8 +112,8 @@ def leg_notes(study: Study) -> list[str]:
         )
     legs = legs_of(dataclasses.replace(template, episode=study.numbers[0]))
     return [
-        "on this district a delivery is a whole mission, driven in legs of about 100 m, from rest to rest; the first "
-        f"has {len(legs)} legs and {legs[0].way:.0f} m"
+        f"a delivery is a whole mission here, in legs of about 100 m; the first has {len(legs)} legs "
+        f"and {legs[0].way:.0f} m"
     ]
 
 

@@ -125,7 +125,7 @@ def test_from_an_extract_to_profit_per_day(
     capsys.readouterr()
     assert status("run", *words, "--out", out, "--json") == 0
     told = capsys.readouterr()
-    assert "a delivery is a whole mission" in told.err
+    assert "a delivery is a whole mission here" in told.err
     run = json.loads(told.out)["runs"][0]
     assert (run["map"], run["episodes"], run["errors"]) == ("streets", 2, 0)
     assert run["outcomes"]["sla"]["value"] >= 0.5
