@@ -141,6 +141,11 @@ def _battery_wear(given: CostInputs) -> Quantity:
     return per_energy * energy
 
 
+def _distance_fee(given: CostInputs) -> Quantity:
+    """What is earned for the way beyond the flat fee's: a negative cost."""
+    return -given.optional.distance_fee.value * given.measured.further_km
+
+
 # By key, in the order of the paper's table; the key names the term in JSON documents.
 COST_TERMS = {
     "electricity": CostTerm(
@@ -215,6 +220,12 @@ COST_TERMS = {
         formula=_battery_wear,
         is_optional=True,
         prices=("battery_price", "battery_cycles"),
+    ),
+    "distance_fee": CostTerm(
+        title="Fee for Distance (earned)",
+        formula=_distance_fee,
+        is_optional=True,
+        prices=("distance_fee",),
     ),
 }
 COUNTED_TERMS = {key: term for key, term in COST_TERMS.items() if not term.is_optional}

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+FLAT_WAY = 1.0  # [km] that a fee by distance begins with, as Wolt Drive's
 Quantity = Any  # a mean over deliveries (float), or an array with one value per delivery
 
 
@@ -33,3 +34,5 @@ class Measured:
     fence_contacts: float | None = None  # [1/run]
     # [USD/run] damage to what has no price in the paper; published: none
     other_property_usd: float = 0.0
+    # [km/run] of the shortest way beyond FLAT_WAY, of deliveries in time and intact
+    further_km: float = 0.0

@@ -26,6 +26,7 @@ class OptionalPrices:
     survey_time: Price = _price("h")
     battery_price: Price = _price("USD/kWh")
     battery_cycles: Price = _price("1", positive=True)
+    distance_fee: Price = _price("USD/km")
 
 
 def load_optional_prices(prices: Prices | None = None) -> OptionalPrices:

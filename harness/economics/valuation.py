@@ -10,7 +10,7 @@ from harness.economics.accountings import PUBLISHED, accounted
 from harness.economics.break_even import break_even_probability
 from harness.economics.cost_model import Economics, price, running
 from harness.economics.cost_terms import DOLLARS, MARGIN, CostInputs
-from harness.economics.measured import Measured
+from harness.economics.measured import FLAT_WAY, Measured
 from harness.economics.optional_terms import (
     NO_EXTRA_COSTS,
     ExtraCosts,
@@ -120,13 +120,12 @@ def value(
     """
     force = prices.rolling_resistance_force
     summary, each = summarize(rows, force), deliveries(rows, force)
-    terms = optional_costs(Measured(**summary), stack, prices, optional)
+    means = Measured(**summary, further_km=float(further_ways(rows).mean()))
+    terms = optional_costs(means, stack, prices, optional)
     each_running = running(each, prices, all_optional_costs(each, stack, prices, optional))
-    economics = price(
-        Measured(**summary), stack.carries, stack.data_collection, prices, together(terms.values())
-    )
+    economics = price(means, stack.carries, stack.data_collection, prices, together(terms.values()))
     clusters = missions(rows)
-    means = {key: getattr(each, key) for key in summary if key not in OUTCOMES}
+    published = {key: getattr(each, key) for key in summary if key not in OUTCOMES}
     dollars = {key: each_running.amounts[key] for key in DOLLARS}
     further = [metric for metric in EPISODE_METRICS if not metric.is_published]
     valuation = Valuation(
@@ -135,7 +134,7 @@ def value(
         economics=economics,
         intervals={
             **_rates(rows),
-            **mean_intervals(means, clusters, seed),
+            **mean_intervals(published, clusters, seed),
             **mean_intervals(mean_columns(rows, further), clusters, seed),
             **mean_intervals(dollars, clusters, seed, CENT),
             **event_rates(rows, prices),
@@ -195,7 +194,15 @@ def deliveries(rows: Sequence[Row], rolling_resistance_force: float) -> Measured
     fields: dict[Any, Any] = {
         key: None if np.isnan(found).any() else found for key, found in known.items()
     }
+    fields["further_km"] = further_ways(rows)
     return Measured(**fields)
+
+
+def further_ways(rows: Sequence[Row]) -> FloatArray:
+    """Shortest way [km] of each delivery beyond ``FLAT_WAY``, shape (n,); 0 without success."""
+    ways = np.maximum(np.nan_to_num(column(rows, "shortest_path_m")) / 1000.0 - FLAT_WAY, 0.0)
+    succeeded: FloatArray = np.array(values(rows, "outcome")) == OUTCOMES[0]
+    return ways * succeeded
 
 
 def mean_columns(

@@ -22,6 +22,7 @@ from harness.metrics.encounters import Body
 from harness.metrics.ghost_tracks import GhostTracks
 from harness.metrics.motion import success_weighted_path_length
 from harness.metrics.replay_log import NoReplayLog, ReplayLog
+from harness.storage.shipped import is_district
 from harness.storage.texts import clean_text
 from harness.task.brain import Brain, Parked
 from harness.task.mission import Mission
@@ -30,7 +31,8 @@ from harness.world.outcome import ARRIVALS, Outcome, Verdict
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.truth import CountedContact, Partner, Truth
 from harness.world.world import World
-from navstack.types import Belief, Observation, Twist2D
+from navstack.stopwatch import Latencies
+from navstack.types import Belief, Observation, Pose2D, Twist2D
 
 MakeBrain = Callable[[Parts, World], Brain]
 STACK_FAILED = "stack failed"  # the reason of an outcome
@@ -47,6 +49,17 @@ class Delivery:
     timing: Row  # what the machine determines
     recording: Mapping[str, Any] | None  # arrays; None: not asked for
     decisions: tuple[dict[str, str], list[Row]] | None  # columns and rows; None: not asked for
+    legs: Sequence[Row] = ()  # of a mission on a district; columns: LEG_COLUMNS
+
+
+@dataclass(frozen=True, slots=True)
+class Carried:
+    """What a robot takes over from the legs of a mission that it has driven."""
+
+    pose: Pose2D  # true
+    belief: Belief
+    seconds: float  # [s] since the mission began
+    impulse: float  # [N s] of counted contacts
 
 
 class RunningDelivery:
@@ -57,6 +70,7 @@ class RunningDelivery:
         task: EpisodeTask,
         make_brain: MakeBrain = Parts.brain,
         world: PyBulletWorld | None = None,
+        carried: Carried | None = None,
     ) -> None:
         """Set the delivery up; no time has passed.
 
@@ -65,6 +79,7 @@ class RunningDelivery:
             make_brain: what drives it, or senses for an external driver.
             world: one of its own, of :meth:`Parts.new_world`, so that several can be under way in a
                 process; None: the process's.
+            carried: from earlier legs; None: it begins at the mission's start, and knows it.
 
         Raises:
             NavstackError: the task cannot be set up.
@@ -73,6 +88,11 @@ class RunningDelivery:
         self.task, self.parts = task, Parts(task)
         generators = task.generators()
         self.mission = self.parts.mission(generators["mission"])
+        believed = Belief(self.mission.start)
+        if carried is not None:
+            self.mission = dataclasses.replace(self.mission, start=carried.pose)
+            believed = Belief(carried.belief.pose, carried.belief.covariance)
+            self.parts.rules = self.parts.rules.after(carried.seconds, carried.impulse)
         self.world = world or self.parts.world()
         self.brain = make_brain(self.parts, self.world)
         self._ready, self._ready_cpu = time.perf_counter(), time.process_time()
@@ -80,7 +100,7 @@ class RunningDelivery:
         self.observation = self.world.reset(self.mission, generators)
         self._failure: str | None = None  # of the stack
         try:
-            self.brain.reset(self.mission.goal, Belief(self.mission.start), brain_rngs(generators))
+            self.brain.reset(self.mission.goal, believed, brain_rngs(generators))
         except Exception as error:  # whatever a stack or a policy raises
             self._fail(error)
             self.brain = Parked()
@@ -132,6 +152,11 @@ class RunningDelivery:
         self._delay.record(self.world.truth)
         return self.observation
 
+    @property
+    def log(self) -> DeliveryLog:
+        """What was watched so far."""
+        return self._log
+
     def finish(self) -> Delivery:
         """Its results, once there is a verdict.
 
@@ -164,8 +189,7 @@ class RunningDelivery:
                 "wall_s": wall,
                 "cpu_s": cpu,
                 "real_time_factor": truth.stamp / wall,
-                **_latency("planner", "planner_calls", brain.latencies.planner),
-                **_latency("controller", "controller_cycles", brain.latencies.controller),
+                **latency_columns(brain.latencies),
             },
             recording=self._replay.recording() if task.keep_trace else None,
             decisions=(decisions.columns, decisions.rows) if task.keep_decisions else None,
@@ -173,7 +197,7 @@ class RunningDelivery:
 
 
 def run_episode(task: EpisodeTask, make_brain: MakeBrain = Parts.brain) -> Delivery:
-    """Simulate one delivery.
+    """Simulate one delivery; on a district all legs of its mission.
 
     Args:
         task: the delivery.
@@ -182,6 +206,10 @@ def run_episode(task: EpisodeTask, make_brain: MakeBrain = Parts.brain) -> Deliv
     Raises:
         NavstackError: the task cannot be set up.
     """
+    if is_district(task.map_name):
+        from harness.episode.street_delivery import drive_mission
+
+        return drive_mission(task, make_brain)
     delivery = RunningDelivery(task, make_brain)
     while delivery.verdict is None:
         delivery.drive_tick()
@@ -191,6 +219,14 @@ def run_episode(task: EpisodeTask, make_brain: MakeBrain = Parts.brain) -> Deliv
 def _body(parts: Parts) -> Body:
     """The robot as people meet it."""
     return Body(parts.robot.center, parts.robot.half_size, parts.params.people.radius)
+
+
+def latency_columns(latencies: Latencies) -> Row:
+    """How often planner and controller ran, and how long they took."""
+    return {
+        **_latency("planner", "planner_calls", latencies.planner),
+        **_latency("controller", "controller_cycles", latencies.controller),
+    }
 
 
 def _latency(part: str, count: str, durations: Sequence[float]) -> Row:

@@ -15,15 +15,16 @@ from harness.episode.brains import (
     senses_on,
     steps_per_tick,
 )
+from harness.episode.places import place_of
 from harness.episode.wall_time import on_wall_time
 from harness.execution.process_cache import kept
 from harness.policy.brain import PolicyBrain
 from harness.policy.process import PolicyProcess
 from harness.policy.senses import Senses
 from harness.policy.waypoints import WaypointFollower
-from harness.storage.shipped import is_district
 from harness.task.brain import Brain, Parked
 from harness.task.mission import (
+    SAMPLINGS,
     Mission,
     MissionSampler,
     check_apart,
@@ -51,36 +52,12 @@ from navstack.params.strict import load_dataclass
 from navstack.types import FloatArray, Pose2D
 
 if TYPE_CHECKING:
-    from harness.street.missions import Leg, StreetMissions
+    from harness.street.missions import Leg
 
 # of a mission that is over before it begins, or whose given end the drawn one does not reach
 REDRAWS = 50
 BRAINS_KEPT = 2  # by a process: a third stack in turn would be made anew for each delivery
 PARKED_STEPS = 6  # physics steps per tick of a robot that does not drive
-
-
-@kept(2)
-def _street_missions(folder: str, seed: int) -> "StreetMissions":
-    from harness.street.missions import StreetMissions
-
-    return StreetMissions(Path(folder), seed)
-
-
-def place_of(task: EpisodeTask) -> "str | Leg":
-    """Where a delivery is driven: a map, or a leg on a district.
-
-    Raises:
-        InputError: a pose is given on a district, whose missions are drawn.
-        MapError: the district cannot be read.
-    """
-    if not is_district(task.map_name):
-        return task.map_name
-    if task.start is not None or task.goal is not None:
-        raise InputError(
-            f"--start and --goal are for one map; missions on the district '{task.map_name}' are "
-            "drawn: leave them out, or give one of its maps"
-        )
-    return _street_missions(task.map_name, task.seed).leg(task.episode)
 
 
 @kept(2)
@@ -94,6 +71,8 @@ def scene_of(place: "str | Leg") -> Scene:
 @kept(2)
 def _missions_on(place: "str | Leg", sampling: str) -> MissionSampler:
     scene = scene_of(place)
+    if not isinstance(place, str):
+        sampling = SAMPLINGS[0]  # a leg's ends are given
     return MissionSampler(scene.navigation_mesh, sampling, scene.walkable)
 
 
@@ -139,6 +118,8 @@ class Parts:
             self._pedestrians = people_on(self.scene.navigation_mesh, self.params.people.count)
             self.params = world_params(task.world, self._pedestrians, task.people)
         self.rules = rules_of(task.rules)
+        if not isinstance(self._place, str):
+            self.rules = self.rules.on_way(self._place.way)
         self.prices = prices_of(task.prices)
         self._nav2: Nav2File | None = None
         if stack.nav2_file:

@@ -13,11 +13,12 @@ from harness.economics.cost_model import price
 from harness.economics.measured import Measured
 from harness.economics.prices import Prices
 from harness.economics.valuation import column, deliveries, missions
-from harness.metrics.columns import Row
+from harness.metrics.columns import LEG_COLUMNS, Row
 from harness.metrics.contacts import PRICED_PROPERTY
 from harness.statistics.bootstrap import IntArray
-from harness.storage.rows import values
-from harness.study.stored_run import StoredRun, repriced
+from harness.storage.rows import Rows, values
+from harness.storage.tables import read_rows
+from harness.study.stored_run import StoredRun, leg_file, repriced
 from navstack.errors import InputError
 from navstack.types import FloatArray
 
@@ -128,6 +129,31 @@ def library_of(runs: Sequence[StoredRun], prices: Prices) -> Library:
     return Library(stack.name, groups, capex, "arrived" not in outcomes)
 
 
+def _in_legs(run: StoredRun) -> tuple[StoredRun, IntArray]:
+    """A run on a district with legs for deliveries; and each one's mission.
+
+    On a map the deliveries are the legs.
+    """
+    stack, rows, events = run.stacks[0], Rows(LEG_COLUMNS), list[Row]()
+    clusters: list[int] = []
+    for mission, row in enumerate(stack.rows):
+        file = leg_file(run.folder, row)
+        if not file.is_file():
+            return run, missions(stack.rows)
+        first, legs = len(rows), read_rows(file, LEG_COLUMNS)
+        begins = legs.values("begin_s")
+        for event in run.events:
+            if (event["stack"], event["episode"]) == (row["stack"], row["episode"]):
+                # one at the end of a leg is of this leg
+                leg = max(int(np.searchsorted(begins, event["stamp_s"])) - 1, 0)
+                events.append({**event, "episode": first + leg})
+        for leg_row in legs:
+            rows.append({**leg_row, "episode": len(rows)})
+            clusters.append(mission)
+    driven = dataclasses.replace(stack, rows=rows)
+    return dataclasses.replace(run, stacks=(driven,), events=events), np.array(clusters)
+
+
 def _of_nothing() -> Measured:
     """Of no delivery: hardware is priced without."""
     return Measured(None, None, *[0.0] * 9)
@@ -139,6 +165,7 @@ def _people_of(run: StoredRun) -> float:
 
 
 def _legs(run: StoredRun, prices: Prices) -> Legs:
+    run, clusters = _in_legs(run)
     stack = repriced(run.stacks[0], run.events, prices)
     rows = stack.rows
     each = deliveries(rows, prices.rolling_resistance_force)
@@ -159,7 +186,7 @@ def _legs(run: StoredRun, prices: Prices) -> Legs:
         is_spoiled=outcomes == "spoiled",
         is_late=outcomes == "timeout",
         is_failed=outcomes == "physical_assistance",
-        clusters=missions(rows),
+        clusters=clusters,
     )
 
 

@@ -15,6 +15,7 @@ from navstack.errors import MapError
 from navstack.files import check_regular
 
 _MOST_BYTES = 200_000_000  # of a file
+PLACES = ("shops", "homes")  # counted at a point
 _WIDEST = 1000.0  # [m] of a way
 _EXPECTED = "a graph of navbench map osm or of Nav2's route server is expected"
 
@@ -30,7 +31,8 @@ def save_graph(graph: RouteGraph, path: Path) -> None:
     """
     features: list[dict[str, Any]] = []
     for number, point in enumerate(graph.points.tolist()):
-        features.append(_feature({"id": number, "frame": "map"}, "Point", point))
+        properties = {"id": number, "frame": "map", **_places(graph, number)}
+        features.append(_feature(properties, "Point", point))
     count = len(graph.points)
     for (a, b), edge, cost in zip(
         graph.pairs.tolist(), graph.edges, graph.lengths.tolist(), strict=True
@@ -57,6 +59,14 @@ def _feature(properties: dict[str, Any], kind: str, coordinates: Any) -> dict[st
     return {"type": "Feature", "properties": properties, "geometry": geometry}
 
 
+def _places(graph: RouteGraph, number: int) -> dict[str, Any]:
+    """The shops and homes at a point, where there are any."""
+    known = dict(zip(PLACES, (graph.shops, graph.homes), strict=True))
+    there = {name: int(each[number]) for name, each in known.items() if each is not None}
+    told = {name: count for name, count in there.items() if count}
+    return {"metadata": told} if told else {}
+
+
 def _metadata(edge: WayEdge) -> dict[str, Any]:
     told: dict[str, Any] = {"class": edge.kind, "width": edge.width}
     if edge.crossing >= 0:
@@ -73,6 +83,7 @@ def load_graph(path: Path) -> RouteGraph:
     features, credit = _features(path)
     numbers: dict[int, int] = {}
     points: list[tuple[float, float]] = []
+    at: dict[str, list[int]] = {kind: [] for kind in PLACES}
     edges: dict[tuple[int, int], WayEdge] = {}
     ways = []
     for number, feature in enumerate(features):
@@ -85,6 +96,9 @@ def load_graph(path: Path) -> RouteGraph:
                 raise ValueError(f"id {name} is another point's; give each its own")
             numbers[name] = len(points)
             points.append(_place(feature["geometry"]["coordinates"]))
+            told = _mapping(_properties(feature).get("metadata") or {}, "metadata")
+            for kind, counts in at.items():
+                counts.append(_whole(told.get(kind, 0), kind, 0))
     for number, way in ways:
         with _told_of(f"{path}: feature {number}"):
             properties = _properties(way)
@@ -93,7 +107,10 @@ def load_graph(path: Path) -> RouteGraph:
             edges.setdefault((min(a, b), max(a, b)), _edge(told))
     if not any(points[a] != points[b] for a, b in edges):
         raise MapError(f"{path}: has no edge between two places; give a graph of streets")
-    return RouteGraph(np.array(points), np.array(list(edges)), list(edges.values()), credit)
+    shops, homes = (np.array(at[kind], dtype=np.int64) for kind in PLACES)
+    return RouteGraph(
+        np.array(points), np.array(list(edges)), list(edges.values()), credit, shops, homes
+    )
 
 
 def _features(path: Path) -> tuple[list[Any], str]:

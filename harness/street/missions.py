@@ -32,10 +32,11 @@ class Leg:
 
     folder: str  # of the district
     name: str  # of the district
-    mission: int
+    way: float  # [m] of the whole mission's route
     start: Pose2D
     goal: Pose2D
     window: Rect  # [m]
+    signals: int = 0  # of crossings on it
 
     def scene(self) -> Scene:
         """The part of the district around it.
@@ -48,10 +49,12 @@ class Leg:
 
 
 class StreetMissions:
-    """Draws missions on a district, legs in order; the same seed gives the same legs."""
+    """Draws missions on a district; the same seed gives the same ones."""
 
-    def __init__(self, folder: Path, seed: int) -> None:
+    def __init__(self, folder: Path, seed: int, is_by_places: bool = False) -> None:
         """Read the route graph of a folder that ``navbench map osm`` wrote.
+
+        Missions lead from shops to homes where ``is_by_places``, else from anywhere to anywhere.
 
         Raises:
             MapError: there is none, or several are.
@@ -64,45 +67,61 @@ class StreetMissions:
             )
         self._folder, self._name = folder, graphs[0].name.removesuffix(ROUTE_GRAPH)
         self._graph = load_graph(graphs[0])
-        self._rng = np.random.default_rng(seed)
-        self._legs: list[Leg] = []
-        self._missions = 0
+        self._rng, self._is_by_places = np.random.default_rng(seed), is_by_places
+        self._missions: list[tuple[Leg, ...]] = []
         diagonal = float(np.hypot(*np.ptp(self._graph.points, axis=0)))
         self._distances = min(DISTANCES[0], LEAST_SHARE * diagonal), DISTANCES[1]
 
-    def leg(self, number: int) -> Leg:
-        """A leg by its number, counted over all missions."""
+    def legs(self, number: int) -> tuple[Leg, ...]:
+        """The legs of a mission by its number, in order; together they are its route.
+
+        Raises:
+            MapError: no mission has a route.
+        """
         fruitless = 0
-        while len(self._legs) <= number:
+        while len(self._missions) <= number:
             fruitless += 1
             if fruitless > _MOST_FRUITLESS:
                 raise MapError(
                     f"{self._folder}: {_MOST_FRUITLESS} missions in turn had no route with a leg "
                     f"of {_SHORTEST:g} m; its ways do not hang together: import a larger box"
                 )
-            before = len(self._legs)
-            route = draw_mission(self._graph, *self._distances, self._rng).route
-            if route is not None:
-                self._legs += self._legs_of(route)
-                self._missions += 1
-            if len(self._legs) > before:
+            drawn = draw_mission(self._graph, *self._distances, self._rng, self._is_by_places)
+            legs: tuple[Leg, ...] = ()
+            if drawn.route is not None:
+                legs = self._legs_of(drawn.route)
+            if legs:
+                self._missions.append(legs)
                 fruitless = 0
-        return self._legs[number]
+        return self._missions[number]
 
-    def _legs_of(self, route: StreetRoute) -> list[Leg]:
-        where = str(self._folder), self._name, self._missions
-        parts = parts_of(route, self._graph)
-        return [Leg(*where, start, goal, box.grown(_AROUND)) for start, goal, box in parts]
+    def _legs_of(self, route: StreetRoute) -> tuple[Leg, ...]:
+        where = str(self._folder), self._name, route.length
+        return tuple(
+            Leg(*where, part.start, part.goal, part.box.grown(_AROUND), part.signals)
+            for part in parts_of(route, self._graph)
+        )
 
 
-def parts_of(route: StreetRoute, graph: RouteGraph) -> list[tuple[Pose2D, Pose2D, Rect]]:
-    """A route in parts of about ``LEG``: start, goal, and the box [m] of each.
+@dataclass(frozen=True, slots=True)
+class RoutePart:
+    """A part of a route."""
+
+    start: Pose2D
+    goal: Pose2D
+    box: Rect  # [m]
+    signals: int  # of crossings that it comes to
+
+
+def parts_of(route: StreetRoute, graph: RouteGraph) -> list[RoutePart]:
+    """A route in parts of about ``LEG``.
 
     They end on wide ground off crossings, where there is any near.
     """
     steps = np.hypot(*np.diff(route.points, axis=0).T)
     along = np.concatenate(((0.0,), np.cumsum(steps)))
-    parts = []
+    parts: list[RoutePart] = []
+    signals = _signals(route, graph, along)
     cuts = _cuts(route, graph, along)
     for first, last in zip(cuts[:-1], cuts[1:], strict=True):
         inner = route.points[(along > first) & (along < last)]
@@ -111,8 +130,19 @@ def parts_of(route: StreetRoute, graph: RouteGraph) -> list[tuple[Pose2D, Pose2D
         if math.hypot(ends[0].x - ends[1].x, ends[0].y - ends[1].y) < _SHORTEST:
             continue
         low, high = line.min(axis=0).tolist(), line.max(axis=0).tolist()
-        parts.append((*ends, Rect(*low, *high)))
+        ahead = sum(first <= place < last for place in signals)
+        parts.append(RoutePart(*ends, Rect(*low, *high), ahead))
     return parts
+
+
+def _signals(route: StreetRoute, graph: RouteGraph, along: FloatArray) -> list[float]:
+    """Distances along a route [m] at which it comes to crossings with a signal."""
+    found: dict[int, float] = {}
+    for number, place in zip(route.edges, along.tolist(), strict=False):
+        edge = graph.edges[number]
+        if edge.has_signals and edge.crossing >= 0:
+            found.setdefault(edge.crossing, place)
+    return list(found.values())
 
 
 def _cuts(route: StreetRoute, graph: RouteGraph, along: FloatArray) -> list[float]:

@@ -22,7 +22,7 @@ AROUND = 30.0  # [m] beyond the box that is read
 MOST_CORNERS = 2000  # of a way, as OpenStreetMap allows
 _SUFFIXES = (".pbf", ".osm", ".osm.gz", ".osm.bz2")
 _NODE_KEYS = (
-    "highway barrier amenity natural emergency kerb man_made advertising traffic_sign"
+    "highway barrier amenity shop natural emergency kerb man_made advertising traffic_sign"
 ).split()
 _AREA_KEYS = "building highway place landuse leisure natural".split()
 

@@ -40,6 +40,8 @@ class RouteGraph:
     pairs: IntArray  # (M, 2) points that an edge joins
     edges: list[WayEdge]  # M
     credit: str = ""  # whose data it is made of, as their licence asks to say
+    shops: IntArray | None = None  # (N,) number at each point; None: not known
+    homes: IntArray | None = None  # (N,)
 
     @cached_property
     def lengths(self) -> FloatArray:

@@ -66,10 +66,33 @@ def nearest_point(graph: RouteGraph, x: float, y: float) -> int:
     return int(number)
 
 
+def _ends_along_ways(graph: RouteGraph, rng: np.random.Generator) -> tuple[int, int]:
+    share = graph.lengths / graph.lengths.sum()
+    first, second = rng.choice(len(share), size=2, p=share)
+    start, goal = (int(graph.pairs[edge][rng.integers(2)]) for edge in (first, second))
+    return start, goal
+
+
+def _ends_by_places(graph: RouteGraph, rng: np.random.Generator) -> tuple[int, int]:
+    ends = []
+    for what, counts in (("shop", graph.shops), ("home", graph.homes)):
+        if counts is None or not counts.any():
+            raise InputError(
+                f"no {what} of OpenStreetMap is near a way here; make the maps anew with navbench "
+                "map osm, choose a larger box, or draw missions anywhere (--missions published)"
+            )
+        ends.append(int(rng.choice(len(counts), p=counts / counts.sum())))
+    return ends[0], ends[1]
+
+
 def draw_mission(
-    graph: RouteGraph, low: float, high: float, rng: np.random.Generator
+    graph: RouteGraph,
+    low: float,
+    high: float,
+    rng: np.random.Generator,
+    is_by_places: bool = False,
 ) -> RouteMission:
-    """Draw a start and a goal evenly along all ways.
+    """Draw a start and a goal evenly along all ways, or a shop and a home.
 
     Pairs closer than ``low`` as the crow flies, or with a route that is longer than ``high``, are
     drawn anew; those without a route are not.
@@ -79,14 +102,14 @@ def draw_mission(
         low: [m] least distance as the crow flies.
         high: [m] most length of the route.
         rng: where it is drawn from.
+        is_by_places: from a shop to a home, each as likely as any other.
 
     Raises:
-        InputError: hardly any pair is as far apart as that.
+        InputError: hardly any pair is as far apart as that, or there is no shop or home.
     """
-    share = graph.lengths / graph.lengths.sum()
+    draw_ends = _ends_by_places if is_by_places else _ends_along_ways
     for _ in range(_MOST_DRAWS):
-        first, second = rng.choice(len(share), size=2, p=share)
-        start, goal = (int(graph.pairs[edge][rng.integers(2)]) for edge in (first, second))
+        start, goal = draw_ends(graph, rng)
         apart = float(np.hypot(*(graph.points[start] - graph.points[goal])))
         if not low <= apart <= high:
             continue

@@ -14,6 +14,7 @@ from harness.economics.accountings import COUNTED, PERSON
 from harness.economics.contact_costs import injury_measures
 from harness.economics.prices import Prices
 from harness.episode.factory import Parts
+from harness.episode.places import legs_of, street_mission
 from harness.metrics.columns import EPISODE_COLUMNS, TIMING_COLUMNS, Row
 from harness.metrics.contacts import PRICED_PROPERTY, PROPERTY_IMPULSE, was_counted
 from harness.storage.files import BROKEN
@@ -21,11 +22,13 @@ from harness.storage.journal import records_in
 from harness.storage.parameters import FOLDER
 from harness.storage.rows import Rows
 from harness.storage.run_folder import JOURNAL, MOST_LINE
+from harness.storage.shipped import is_district
 from harness.storage.tables import read_rows
 from harness.study.drive import TABLES, run_document, summarize_study
 from harness.study.manifest import is_same_program
-from harness.study.stored_run import StoredRun
-from harness.task.study import Study
+from harness.study.stored_run import StoredRun, leg_file
+from harness.task.mission import Mission
+from harness.task.study import EpisodeTask, Study
 from navstack.errors import InputError
 from navstack.params.strict import read_text
 
@@ -190,6 +193,7 @@ def _in_recordings(folder: Path, study: Study, rows: Iterable[Row]) -> Iterator[
     known: set[Path] = set()
     for row in rows:
         recording, decisions = recording_files(folder, row)
+        known.add(leg_file(folder, row))
         for is_kept, file, check in (
             (template.keep_trace, recording, _is_recording_of),
             (template.keep_decisions, decisions, _are_decisions_of),
@@ -236,7 +240,7 @@ def _in_missions(study: Study, rows: Iterable[Row]) -> Iterator[str]:
         if task is None:
             continue
         if task.episode not in known:
-            mission = Parts(task).mission(task.generators()["mission"])
+            mission = _mission_of(task)
             known[task.episode] = {
                 "start_x_m": mission.start.x,
                 "start_y_m": mission.start.y,
@@ -248,6 +252,12 @@ def _in_missions(study: Study, rows: Iterable[Row]) -> Iterator[str]:
         other = [name for name, value in known[task.episode].items() if row[name] != value]
         if other:
             yield f"{_name(row)} comes out otherwise: {', '.join(other)}"
+
+
+def _mission_of(task: EpisodeTask) -> Mission:
+    if is_district(task.map_name):
+        return street_mission(legs_of(task))
+    return Parts(task).mission(task.generators()["mission"])
 
 
 def _is_near(one: float, other: float) -> bool:

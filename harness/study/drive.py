@@ -13,7 +13,7 @@ from harness.economics.valuation import Valuation, valuation_document, value
 from harness.episode.episode import Delivery, run_episode
 from harness.episode.factory import BRAINS_KEPT, prices_of
 from harness.execution.workers import Finished, Workers
-from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUMNS, Row
+from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, LEG_COLUMNS, TIMING_COLUMNS, Row
 from harness.statistics.interval import Interval
 from harness.storage.checksums import root_digest
 from harness.storage.rows import Rows
@@ -104,6 +104,8 @@ def driven(
                 folder.add_recording(name, delivery.recording)
             if delivery is not None and delivery.decisions:
                 folder.add_table(f"{name}-decisions", *delivery.decisions)
+            if delivery is not None and delivery.legs:
+                folder.add_table(f"{name}-legs", LEG_COLUMNS, delivery.legs)
             folder.add(record)
             yield finished, record
 

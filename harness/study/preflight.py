@@ -3,11 +3,12 @@
 import dataclasses
 from pathlib import Path
 
-from harness.episode.factory import Parts, place_of
-from harness.storage.shipped import is_file, shipped
+from harness.episode.factory import Parts
+from harness.episode.places import legs_of
+from harness.storage.shipped import is_district, is_file, shipped
 from harness.study.compile_ahead import compile_ahead
 from harness.task.stack import ROS2, Stack
-from harness.task.study import Study
+from harness.task.study import RECORDS, Study
 from harness.world.map.scene import Scene
 from harness.world.people.params import AREA_PER_PERSON
 from harness.world.physics.robot import RobotParams
@@ -96,13 +97,23 @@ def crowd_notes(study: Study, parts: Parts) -> list[str]:
 
 
 def leg_notes(study: Study) -> list[str]:
-    """A note of what a delivery is on a district."""
-    last = place_of(dataclasses.replace(study.template, episode=study.numbers[-1]))
-    if isinstance(last, str):
+    """A note of what a delivery is on a district.
+
+    Raises:
+        InputError: it is to be recorded.
+    """
+    template = study.template
+    if not is_district(template.map_name):
         return []
+    if template.keep_trace or template.keep_decisions:
+        raise InputError(
+            f"--record {RECORDS[1]} and {RECORDS[2]} are for one map; on the district "
+            f"'{template.map_name}' leave it out, or give one of its maps"
+        )
+    legs = legs_of(dataclasses.replace(template, episode=study.numbers[0]))
     return [
-        f"on this district a delivery is a leg of about 100 m, from rest to rest; the legs are of {last.mission + 1} "
-        "missions in turn, each paid as a delivery; navbench day makes whole ways of them"
+        f"a delivery is a whole mission here, in legs of about 100 m; the first has {len(legs)} legs "
+        f"and {legs[0].way:.0f} m"
     ]
 
 

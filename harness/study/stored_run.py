@@ -160,6 +160,11 @@ def load_run(folder_or_stack: str) -> StoredRun:
     return _load(Path(folder)).only(stack)
 
 
+def leg_file(folder: Path, row: Row) -> Path:
+    """The table of the legs of a mission on a district; on a map there is none."""
+    return folder / "recordings" / f"{row['stack']}-{row['episode']}-legs.parquet"
+
+
 def repriced(stack: StoredStack, events: Sequence[Row], prices: Prices) -> StoredStack:
     """The same deliveries with the columns that depend on prices worked out anew.
 

@@ -16,6 +16,7 @@ from navstack.geometry import transform_points
 from navstack.types import BoolArray, Float32Array, FloatArray, IntArray, Pose2D
 
 SAMPLINGS = ("published", "uniform")
+BY_PLACES = "osm"  # on a district: from shops to homes
 CLEARANCE = 1.0  # [m] of start and goal to the edges of the navigation mesh (published sampling)
 # [m] a path exists where a disc of this radius can go: the robot's inscribed circle, padded
 ROBOT_RADIUS = 0.4

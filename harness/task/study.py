@@ -10,7 +10,7 @@ import numpy as np
 
 from harness.execution.workers import available_cores
 from harness.storage.shipped import DEFAULT_WORLD, is_district, is_file, resolve, shipped
-from harness.task.mission import SAMPLINGS
+from harness.task.mission import BY_PLACES, SAMPLINGS
 from harness.task.stack import Stack, load_stack
 from harness.task.substitute import with_substitutes
 from navstack.errors import InputError, UnknownNameError
@@ -45,13 +45,14 @@ class RandomStreams(dict[str, np.random.Generator]):
     and noise (common random numbers).
     """
 
-    def __init__(self, seed: int, episode: int) -> None:
+    def __init__(self, seed: int, episode: int, leg: int = 0) -> None:
         super().__init__()
         self._seed, self._episode = seed, episode
+        self._leg = (leg,) if leg else ()
 
     def __missing__(self, consumer: str) -> np.random.Generator:
         number = STREAMS.get(consumer, zlib.crc32(consumer.encode()))
-        seeds = np.random.SeedSequence(self._seed, spawn_key=(self._episode, number))
+        seeds = np.random.SeedSequence(self._seed, spawn_key=(self._episode, number, *self._leg))
         self[consumer] = np.random.default_rng(seeds)
         return self[consumer]
 
@@ -81,6 +82,7 @@ class EpisodeTask:
     keep_trace: bool
     keep_decisions: bool
     allow_unknown: bool
+    leg: int = 0  # of a mission on a district
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -89,12 +91,12 @@ class EpisodeTask:
             InputError: a seed out of range, or an unknown way to draw missions.
         """
         _at_least("--seed", self.seed, 0, MAX_SEED)
-        if self.missions not in SAMPLINGS:
-            raise UnknownNameError("--missions", self.missions, SAMPLINGS)
+        if self.missions not in (*SAMPLINGS, BY_PLACES):
+            raise UnknownNameError("--missions", self.missions, (*SAMPLINGS, BY_PLACES))
 
     def generators(self) -> RandomStreams:
         """The delivery's random generators, the same for every stack."""
-        return RandomStreams(self.seed, self.episode)
+        return RandomStreams(self.seed, self.episode, self.leg)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,20 +5,29 @@ from typing import Any
 
 import numpy as np
 
+from harness.analysis.street_losses import SQUARE, lose
+from harness.economics.valuation import ARRIVED
+from harness.metrics.columns import LEG_COLUMNS
 from harness.report.markdown import markdown_text
+from harness.report.street.losses import draw_losses
 from harness.report.street.picture import draw_district
 from harness.report.street.screen import street_page
 from harness.statistics.interval import wilson_interval
 from harness.storage.files import require_folder, write_text
-from harness.storage.shipped import ROUTE_GRAPH
+from harness.storage.rows import values
+from harness.storage.shipped import ROUTE_GRAPH, is_district
+from harness.storage.tables import read_rows
 from harness.street.district import build_district
 from harness.street.graph_file import load_graph, save_graph
 from harness.street.osm_file import GeoBox, read_extract
+from harness.street.places import with_places
 from harness.street.route_graph import build_graph
 from harness.street.routes import draw_mission
 from harness.street.saving import save_maps
 from harness.street.statistics import measure_district
+from harness.study.stored_run import leg_file, repriced
 from harness.world.map.scene_io import check_map_name
+from navbench.api.runs import Run
 from navstack.errors import InputError
 
 LENGTH_PERCENTILES = (5, 50, 95)
@@ -62,8 +71,9 @@ def import_osm(
     if written := _written(out, name):
         raise InputError(f"{written[0]} exists already; give another --name or --out")
     require_folder(out)
-    district = build_district(read_extract(file, geo), seed)
-    graph = build_graph(district)
+    extract = read_extract(file, geo)
+    district = build_district(extract, seed)
+    graph = with_places(build_graph(district), extract)
     told: Row = {"schema": 1, "file": file.name, "seed": seed}
     try:
         maps = save_maps(district, out, name)
@@ -139,4 +149,53 @@ def route_missions(
             }
             for each in drawn
         ],
+    }
+
+
+def street_losses(run: Run, picture: Path) -> Row:
+    """Draw where on a district's streets a stack lost money.
+
+    Args:
+        run: with one stack, on a folder of ``import_osm``.
+        picture: a .png, .pdf or .svg file.
+
+    Returns:
+        What ``navbench map losses --json`` prints: squares by loss, the dearest first.
+
+    Raises:
+        InputError: the run has several stacks, is not on a district, or did not simulate the cargo.
+        MapError: the district's graph cannot be read.
+    """
+    stored, folder = run.stored, Path(run.stored.about["map_name"])
+    if len(stored.stacks) != 1:
+        raise InputError(f"{run.folder} has {len(stored.stacks)} stacks; give one as FOLDER:stack")
+    if not is_district(str(folder)):
+        raise InputError(f"{run.folder} was not driven on a folder of navbench map osm")
+    prices = stored.prices()
+    stack = repriced(stored.stacks[0], stored.events, prices)
+    if not stack.rows or ARRIVED in values(stack.rows, "outcome"):
+        raise InputError(f"{run.folder}: no mission finished with its cargo simulated")
+    graph = load_graph(next(folder.glob(f"*{ROUTE_GRAPH}")))
+    legs = [read_rows(leg_file(run.folder, row), LEG_COLUMNS) for row in stack.rows]
+    events = [event for event in stored.events if event["stack"] == stack.name]
+    found = lose(stack.rows, events, legs, graph, prices)
+    draw_losses(found, graph, picture)
+    dearest = sorted(found.usd.items(), key=lambda each: -each[1])
+    return {
+        "schema": 1,
+        "stack": stack.name,
+        "missions": len(stack.rows),
+        "lost_usd": sum(found.usd.values()),
+        "driven_km": sum(found.driven.values()) / 1000.0,
+        "squares": [
+            {
+                "x_m": (square[0] + 0.5) * SQUARE,
+                "y_m": (square[1] + 0.5) * SQUARE,
+                "lost_usd": usd,
+                "lost_usd_per_m": found.per_metre(square),
+            }
+            for square, usd in dearest
+            if usd > 0.0
+        ],
+        "credit": graph.credit,
     }

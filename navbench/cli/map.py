@@ -13,7 +13,7 @@ from navbench.api import maps
 from navbench.api.maps import LENGTH_PERCENTILES, PUBLISHED_MEAN_LENGTHS, Row
 from navbench.cli.options import JSON
 from navbench.cli.streams import print_json
-from navbench.cli.street.osm import osm, routes
+from navbench.cli.street.osm import losses, osm, routes
 
 MEASURES = (  # label, key of the document, form
     ("Navigation mesh [m2]", "walkable_area_m2", ",.0f"),
@@ -106,6 +106,7 @@ def import_map(
 
 map.add_command(osm)
 map.add_command(routes)
+map.add_command(losses)
 
 
 @map.command(

@@ -128,7 +128,7 @@ TERMS = click.option(
     metavar="TERM[,TERM]",
     callback=lambda _, __, texts: names_of(texts),
     help="Costs that the paper leaves out: mapping_survey, operator, operator_shift, remote_assistance, "
-    "on_site_assistance, battery_wear.",
+    "on_site_assistance, battery_wear, distance_fee.",
 )
 LOCALIZER = click.option(
     "--localizer",
@@ -227,7 +227,8 @@ _CONDITIONS = (
         "--missions",
         default="published",
         show_default=True,
-        help="How they are drawn: published (nearer goals more often) or uniform.",
+        help="How they are drawn: published (nearer goals more often) or uniform; on a district osm, "
+        "from shops to homes.",
     ),
     click.option(
         "--robot",

@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 
 from harness.economics.contact_costs import mais_probabilities
+from harness.economics.cost_terms import OPTIONAL_TERMS, CostInputs
+from harness.economics.measured import Measured
+from harness.economics.optional_prices import load_optional_prices
 from harness.economics.prices import load_prices
 from harness.economics.rates import PER_1000_KM, event_rates, margin_per_km
+from harness.economics.valuation import further_ways
 from harness.statistics.rates import poisson_rate
 
 PRICES = load_prices()
@@ -82,3 +86,15 @@ def test_a_kilometre_earns_all_margins_over_all_ways():
     assert found.low == pytest.approx(-6.0) and found.high == pytest.approx(1.5)
     alone = margin_per_km(np.array([3.0]), rows[:1], np.arange(1), seed=0)
     assert (alone.value, alone.low) == (1.5, None)
+
+
+def test_ways_beyond_the_first_kilometre_earn_a_fee_where_they_succeed() -> None:
+    rows = [
+        {"outcome": outcome, "shortest_path_m": way}
+        for outcome, way in (("sla", 2500.0), ("sla", 300.0), ("timeout", 2500.0), ("sla", None))
+    ]
+    further = further_ways(rows)
+    assert further.tolist() == [1.5, 0.0, 0.0, 0.0]
+    measured = Measured(1.0, 0.0, *[0.0] * 9, further_km=further)
+    given = CostInputs(measured, load_prices(), load_optional_prices())
+    assert OPTIONAL_TERMS["distance_fee"].formula(given)[0] == pytest.approx(-1.2)

@@ -23,7 +23,7 @@ def test_a_day_is_told_in_25_lines_with_a_page(navbench, write_run, tmp_path):
     status, out, _ = navbench("day", "--legs", run, *SMALL, "--out", tmp_path / "day")
     lines = out.splitlines()
     assert status == 0 and len(lines) <= 25
-    assert lines[0].startswith("3 robots, 1 operators, 30 orders a day from 10 to 22 h, 3 days")
+    assert lines[0].startswith("3 robots, 1 operator, 30 orders a day from 10 to 22 h, 3 days")
     assert "USD per robot and day" in lines[1] and "break-even" in lines[2]
     assert lines[-1] == f"next: open {tmp_path / 'day' / 'index.html'}"
     page = (tmp_path / "day" / "index.html").read_text()

@@ -1,5 +1,6 @@
 """Missions on an imported district: legs, the part of the district around each, and a day of them."""
 
+import dataclasses
 import json
 from itertools import pairwise
 from pathlib import Path
@@ -7,16 +8,29 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from harness.analysis.street_losses import lose, square_of
+from harness.economics.prices import load_prices
+from harness.economics.rates import EVENT_RATES
+from harness.episode.episode import run_episode
+from harness.episode.street_delivery import signal_wait
+from harness.metrics.columns import EPISODE_COLUMNS
+from harness.storage.shipped import shipped
 from harness.street.district import build_district, scene_of
+from harness.street.graph_file import load_graph
 from harness.street.missions import LEG, StreetMissions, parts_of
 from harness.street.osm_file import GeoBox, read_extract
 from harness.street.route_graph import RouteGraph, WayEdge
-from harness.street.routes import find_route
+from harness.street.routes import draw_mission, find_route
 from harness.street.saving import save_maps
+from harness.task.study import make_study
 from harness.world.map.shapes import Rect
 from harness.world.map.tiles import load_part
+from harness.world.outcome import Rules
 from navbench.cli.app import main
-from navstack.errors import MapError
+from navstack.errors import InputError, MapError
+from navstack.navigator import Navigator
+from navstack.params.strict import load_dataclass
+from navstack.types import Belief, Generators, Observation, Pose2D, Twist2D
 from tests.street.town import BOX, small_town
 
 pytest.importorskip("osmium", reason="needs osmium (pip install 'navbench[street]')")
@@ -45,25 +59,40 @@ def test_the_legs_of_a_route_join_and_end_off_its_crossings() -> None:
     assert route is not None
     parts = parts_of(route, graph)
     assert len(parts) == 3
-    assert [parts[0][0].x, parts[-1][1].x] == [0.0, 250.0]
-    assert all(before[1] == after[0] for before, after in pairwise(parts))
-    ends = [goal.x for _, goal, _ in parts]
+    assert [parts[0].start.x, parts[-1].goal.x] == [0.0, 250.0]
+    assert all(before.goal == after.start for before, after in pairwise(parts))
+    ends = [part.goal.x for part in parts]
     assert ends == pytest.approx([83.0, 167.0, 250.0], abs=1.0)
     # the middle of the crossing would be an end
-    edges[1] = WayEdge("crossing", 4.0, 0)
+    edges[1] = WayEdge("crossing", 4.0, 0, has_signals=True)
     longer = RouteGraph(np.array(((0, 0), (70, 0), (95, 0), (170, 0))), graph.pairs, edges)
     halves = find_route(longer, 0, 3)
     assert halves is not None
-    assert not 70.0 < parts_of(halves, longer)[0][1].x < 95.0
+    assert not 70.0 < parts_of(halves, longer)[0].goal.x < 95.0
+    assert sum(part.signals for part in parts_of(halves, longer)) == 1
 
 
-def test_the_legs_of_a_seed_are_the_same_in_any_order(streets: Path) -> None:
+def test_the_missions_of_a_seed_are_the_same_in_any_order(streets: Path) -> None:
     first, second = StreetMissions(streets, 3), StreetMissions(streets, 3)
-    forwards = [first.leg(number) for number in range(6)]
-    assert [second.leg(number) for number in reversed(range(6))] == forwards[::-1]
-    assert StreetMissions(streets, 4).leg(0) != forwards[0]
-    lengths = [np.hypot(leg.goal.x - leg.start.x, leg.goal.y - leg.start.y) for leg in forwards]
+    forwards = [first.legs(number) for number in range(4)]
+    assert [second.legs(number) for number in reversed(range(4))] == forwards[::-1]
+    assert StreetMissions(streets, 4).legs(0) != forwards[0]
+    legs = [leg for mission in forwards for leg in mission]
+    lengths = [np.hypot(leg.goal.x - leg.start.x, leg.goal.y - leg.start.y) for leg in legs]
     assert max(lengths) <= 5.0 / 3.0 * LEG
+
+
+def test_missions_of_osm_lead_from_shops_to_homes(streets: Path) -> None:
+    missions = StreetMissions(streets, 3, is_by_places=True)
+    for legs in (missions.legs(0), missions.legs(1)):
+        start, goal = legs[0].start, legs[-1].goal
+        assert np.hypot(start.x - 40.0, start.y - 106.0) < 15.0  # the bakery
+        assert np.hypot(goal.x - 140.0, goal.y - 140.0) < 40.0  # the middle of the house
+    graph = load_graph(streets / "map_graph.geojson")
+    with pytest.raises(InputError, match="no shop of OpenStreetMap is near a way"):
+        draw_mission(
+            dataclasses.replace(graph, shops=None), 50.0, 500.0, np.random.default_rng(0), True
+        )
 
 
 def test_a_part_across_tiles_is_what_the_whole_map_has_there(
@@ -92,14 +121,30 @@ def test_from_an_extract_to_profit_per_day(
 ) -> None:
     assert status("map", "routes", str(streets / "map_graph.geojson"), "--distance", "0.1,1") == 0
     out = str(tmp_path / "legs")
-    words = ["--map", str(streets), "--stack", "nav2-gps-ekf", "--episodes", "3", "--workers", "1"]
+    words = ["--map", str(streets), "--stack", "nav2-gps-ekf", "--episodes", "2", "--workers", "1"]
     capsys.readouterr()
     assert status("run", *words, "--out", out, "--json") == 0
     told = capsys.readouterr()
-    assert "a delivery is a leg of about 100 m" in told.err
+    assert "a delivery is a whole mission here" in told.err
     run = json.loads(told.out)["runs"][0]
-    assert (run["map"], run["episodes"], run["errors"]) == ("streets", 3, 0)
+    assert (run["map"], run["episodes"], run["errors"]) == ("streets", 2, 0)
     assert run["outcomes"]["sla"]["value"] >= 0.5
+    told_of = run["intervals"]
+    rates = [told_of[f"{what}_per_1000_{unit}"] for what in EVENT_RATES for unit in ("km", "h")]
+    assert all(rate["low"] <= rate["value"] <= rate["high"] for rate in rates)
+    margin, per_km = told_of["contribution_margin"], told_of["contribution_margin_usd_per_km"]
+    assert margin["n"] == per_km["n"] == 2  # missions, not legs
+    way = run["measured"]["avg_distance_km"]
+    assert per_km["value"] == pytest.approx(margin["value"] / way)
+    legs = sorted((Path(out) / "recordings").glob("nav2-gps-ekf-*-legs.parquet"))
+    assert len(legs) == 2
+    assert status("verify", out, "--sample", "1") == 0
+    capsys.readouterr()
+    picture = tmp_path / "losses.png"
+    assert status("map", "losses", out, "--out", str(picture), "--json") == 0
+    lost = json.loads(capsys.readouterr().out)
+    assert picture.stat().st_size > 10_000 and lost["missions"] == 2
+    assert lost["driven_km"] == pytest.approx(2.0 * way, rel=0.25)
     day = ["--robots", "3", "--operators", "1", "--set", "orders_per_day=30", "--days", "2"]
     assert status("day", "--legs", out, *day, "--out", str(tmp_path / "day"), "--json") == 0
     stack = json.loads(capsys.readouterr().out)
@@ -114,6 +159,96 @@ def test_what_a_district_cannot_do_is_one_line(
     assert "missions on the district" in capsys.readouterr().err
     for name in ("a", "b"):
         (tmp_path / f"{name}_graph.geojson").touch()
+    assert status("run", *words, "--record", "full", "--out", str(tmp_path / "run")) == 1
+    assert "--record decisions and full are for one map" in capsys.readouterr().err
     words[1] = str(tmp_path)
     assert status("run", *words, "--out", str(tmp_path / "run")) == 1
     assert "has 2 files NAME_graph.geojson" in capsys.readouterr().err
+
+
+def test_a_leg_begins_with_what_the_one_before_left(streets: Path) -> None:
+    study = make_study(
+        stacks=["nav2-gps-ekf"], episodes=2, seed=2, map_name=str(streets), workers=1, pedestrians=0
+    )
+    number = next(n for n in range(9) if len(StreetMissions(streets, 2).legs(n)) > 1)
+    task = study.task(0, number)
+    starts: list[Belief] = []
+    ends: list[Belief] = []
+
+    class Watched:
+        """A navigator that tells from which belief it set out."""
+
+        def __init__(self, navigator: Navigator) -> None:
+            self._navigator = navigator
+
+        def reset(self, goal: Pose2D, belief: Belief, rngs: Generators) -> None:
+            starts.append(belief)
+            self._navigator.reset(goal, belief, rngs)
+
+        def tick(self, observation: Observation) -> Twist2D:
+            command = self._navigator.tick(observation)
+            ends[len(starts) - 1 :] = [self._navigator.belief]
+            return command
+
+        def __getattr__(self, name: str) -> object:
+            return getattr(self._navigator, name)
+
+    delivery = run_episode(task, lambda parts, world: Watched(parts.brain(world)))
+    legs, row = list(delivery.legs), delivery.row
+    assert len(legs) > 1
+    for before, after in pairwise(range(len(legs))):
+        assert starts[after].pose == ends[before].pose
+        assert (starts[after].covariance == ends[before].covariance).all()
+        error = np.hypot(
+            starts[after].pose.x - legs[after]["start_x_m"],
+            starts[after].pose.y - legs[after]["start_y_m"],
+        )
+        assert 0.0 < error < 1.0
+        drift = np.hypot(
+            legs[after]["start_x_m"] - legs[before]["goal_x_m"],
+            legs[after]["start_y_m"] - legs[before]["goal_y_m"],
+        )
+        assert drift == pytest.approx(legs[before]["goal_distance_m"])
+    assert row["distance_m"] == pytest.approx(sum(leg["distance_m"] for leg in legs))
+    assert row["duration_s"] == legs[-1]["begin_s"] + legs[-1]["duration_s"]
+    assert row["outcome"] == "sla"
+    assert row["pieces_lost"] == sum(leg["pieces_lost"] for leg in legs)
+    run_episode(dataclasses.replace(task, episode=number + 1))
+    assert run_episode(task).row == row  # whatever was driven before
+
+
+def test_limits_of_a_mission_grow_with_its_way_and_are_used_up() -> None:
+    rules = load_dataclass(Rules, shipped("params") / "rules" / "costnav.yaml")
+    assert rules.on_way(80.0) == rules
+    way = rules.on_way(102.0 + 119.0)
+    assert way.time_limit == pytest.approx(241.0 + 100.0)
+    left = way.after(300.0, 100.0)
+    assert left.time_limit == pytest.approx(41.0)
+    assert left.impulse_health == pytest.approx(rules.impulse_health - 100.0)
+
+
+def test_waits_at_signals_have_the_mean_of_a_uniform_arrival() -> None:
+    rules = load_dataclass(Rules, shipped("params") / "rules" / "costnav.yaml")
+    waits = signal_wait(20_000, rules, np.random.default_rng(1)) / 20_000
+    cycle, green = rules.signal_cycle, rules.signal_green
+    assert waits == pytest.approx((cycle - green) ** 2 / (2.0 * cycle), rel=0.02)
+    assert signal_wait(0, rules, np.random.default_rng(1)) == 0.0
+    always = dataclasses.replace(rules, signal_green=cycle)
+    assert signal_wait(5, always, np.random.default_rng(1)) == 0.0
+
+
+def test_losses_stand_where_they_arose_and_add_up(streets: Path) -> None:
+    graph, prices = load_graph(streets / "map_graph.geojson"), load_prices()
+    start, end = graph.points[0], graph.points[1]
+    leg = dict(zip(("start_x_m", "start_y_m"), start, strict=True))
+    leg |= dict(zip(("end_x_m", "end_y_m"), end, strict=True))
+    row = dict.fromkeys(EPISODE_COLUMNS, 0.0) | {"episode": 4, "outcome": "timeout"}
+    row |= {"mailbox_contacts": 1, "pedestrian_injury_usd": 7.0}
+    place = {"x_m": 301.0, "y_m": 1.0}
+    events = [{"episode": 4, "cost_usd": 5.0, **place}, {"episode": 9, "cost_usd": 3.0, **place}]
+    found = lose([row], events, [[leg]], graph, prices)
+    of_contacts = 7.0 + prices.property_damage.mailbox.value
+    of_end = 2.0 * prices.delivery_fee.value  # missed, and paid back
+    assert found.usd[square_of(301.0, 1.0)] == pytest.approx(of_contacts)
+    assert found.usd[square_of(*end)] == pytest.approx(of_end)
+    assert sum(found.usd.values()) == pytest.approx(of_contacts + of_end)

@@ -50,7 +50,8 @@ def small_town() -> Town:
     town.way((100, 0), (100, 100), (100, 200), highway="residential", lanes="2")
     town.node((60, 100), highway="crossing", crossing="traffic_signals", kerb="raised")
     square = ((120, 120), (160, 120), (160, 160), (120, 160), (120, 120))
-    town.way(*square, building="yes", building__levels="5")
+    town.way(*square, building="apartments", building__levels="5")
     town.node((30, 95.5), amenity="waste_basket")
+    town.node((40, 106), shop="bakery")
     town.node((40, 150), barrier="bollard")
     return town

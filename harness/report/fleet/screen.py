@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from harness.fleet.result import FleetResult, LibraryResult
 from harness.fleet.study import DAY_METRICS, PROFIT, CurvePoint, Estimate
 from harness.report.blocks import Block
-from harness.report.numbers import bounds_text, interval_text, number_text
+from harness.report.numbers import bounds_text, counted, interval_text, number_text
 from harness.report.short.findings import lines_of
 from harness.report.short.run import aligned
 from harness.statistics.interval import Interval
@@ -36,7 +36,7 @@ def setup(result: FleetResult) -> str:
     days = len(result.libraries[0].study.days)
     hours = f"{settings.open_hour.value:g} to {settings.close_hour.value:g} h"
     return (
-        f"{result.robots} robots, {result.operators} operators, "
+        f"{counted(result.robots, 'robot')}, {counted(result.operators, 'operator')}, "
         f"{settings.orders_per_day.value:g} orders a day from {hours}, {days} days; {legs}"
     )
 

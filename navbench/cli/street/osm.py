@@ -7,8 +7,11 @@ import click
 from harness.report.street.screen import routes_blocks, street_blocks
 from harness.report.tables import print_blocks, report_console
 from navbench.api import street
+from navbench.api.runs import load
 from navbench.cli.options import JSON
 from navbench.cli.streams import print_json
+
+MOST_SQUARES = 10  # on a screen
 
 
 def numbers_of(text: str, option: str, form: str) -> tuple[float, ...]:
@@ -87,3 +90,30 @@ def routes(graph: Path, missions: int, distance: str, seed: int, as_json: bool) 
         print_json(found)
         return
     print_blocks(routes_blocks(found), report_console())
+
+
+@click.command("losses", help="Draw where on a district's streets RUN lost money, by 25 m squares.")
+@click.argument("run", metavar="RUN[:STACK]")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path("losses.png"),
+    show_default=True,
+    help="Picture to write (PNG, PDF or SVG).",
+)
+@JSON
+def losses(run: str, out: Path, as_json: bool) -> None:
+    """Draw the losses and name the dearest squares."""
+    found = street.street_losses(load(run), out)
+    if as_json:
+        print_json(found)
+        return
+    click.echo(
+        f"{found['stack']}: {found['lost_usd']:.2f} USD lost in {found['missions']} missions, "
+        f"{found['driven_km']:.2f} km"
+    )
+    for square in found["squares"][:MOST_SQUARES]:
+        place = f"({square['x_m']:.0f}, {square['y_m']:.0f}) m"
+        click.echo(f"  {place}: {square['lost_usd']:.2f} USD, {square['lost_usd_per_m']:.3f} USD/m")
+    click.echo(found["credit"])
+    click.echo(f"picture: {out}")

@@ -1,0 +1,193 @@
+"""A delivery on a district: the legs of its mission, driven one after the other, as one row."""
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.episode.episode import Carried, Delivery, MakeBrain, RunningDelivery, latency_columns
+from harness.episode.factory import rules_of
+from harness.episode.places import legs_of, street_mission
+from harness.metrics.catalog import EPISODE_METRICS
+from harness.metrics.columns import Row
+from harness.metrics.motion import success_weighted_path_length
+from harness.task.mission import Mission
+from harness.task.study import EpisodeTask
+from harness.world.outcome import ARRIVALS, Outcome, Rules
+from harness.world.truth import CargoState
+from navstack.stopwatch import Latencies
+from navstack.types import Belief, FloatArray, Pose2D
+
+SMALLEST = ("min_pedestrian_distance_m", "min_time_to_collision_s")
+BY_TIME = ("ghost_tracks", "intimate_intrusion_percent", "personal_intrusion_percent")
+
+
+@dataclass(frozen=True, slots=True)
+class DrivenLeg:
+    """What came of one leg."""
+
+    delivery: Delivery
+    series: Mapping[str, FloatArray]  # see DeliveryLog.series
+    latencies: Latencies
+    begin: float  # [s] since the mission began
+    pose: Pose2D  # true, at its end
+
+    @property
+    def row(self) -> Row:
+        """As of a delivery of its own."""
+        return self.delivery.row
+
+    @property
+    def has_arrived(self) -> bool:
+        """Whether the robot reached the leg's end."""
+        return Outcome(self.row["outcome"]) in ARRIVALS
+
+
+def drive_mission(task: EpisodeTask, make_brain: MakeBrain) -> Delivery:
+    """Drive the legs of a mission until one fails.
+
+    A leg begins where the robot truly ended the one before, at rest, with the belief that it had
+    there. Time and impulse that were used up are missing from its limits. Lost cargo adds up,
+    though each leg is simulated with a full bucket. People and errors of sensors are drawn anew.
+
+    Raises:
+        NavstackError: the task cannot be set up.
+    """
+    legs = legs_of(task)
+    mission = street_mission(legs)
+    done: list[DrivenLeg] = []
+    carried = Carried(mission.start, Belief(mission.start), 0.0, 0.0)
+    rules = rules_of(task.rules)
+    for number, leg in enumerate(legs):
+        own = dataclasses.replace(task, leg=number)
+        wait = signal_wait(leg.signals, rules, own.generators()["signals"])
+        begin = carried.seconds + wait
+        carried = dataclasses.replace(carried, seconds=begin)
+        running = RunningDelivery(own, make_brain, carried=carried)
+        while running.verdict is None:
+            running.drive_tick()
+        done.append(_driven(running, begin))
+        if not done[-1].has_arrived:
+            break
+        pose, row = done[-1].pose, done[-1].row
+        carried = Carried(
+            pose,
+            running.brain.belief or Belief(pose),
+            begin + row["duration_s"],
+            carried.impulse + row["collision_impulse_ns"],
+        )
+    has_arrived = len(done) == len(legs) and done[-1].has_arrived
+    row = _joined(done, mission)
+    if has_arrived:
+        row |= _arrival(row, rules)
+    row["spl"] = success_weighted_path_length(has_arrived, mission.shortest_path, row["distance_m"])
+    return Delivery(row, _events(done), _timing(done), None, None, _leg_rows(done))
+
+
+def signal_wait(signals: int, rules: Rules, rng: np.random.Generator) -> float:
+    """Time [s] that a robot waits at signals, each met at any moment of its cycle."""
+    moments = rng.uniform(0.0, rules.signal_cycle, signals)
+    red = max(rules.signal_cycle - rules.signal_green, 0.0)
+    return float(np.maximum(red - moments, 0.0).sum())
+
+
+def _driven(running: RunningDelivery, begin: float) -> DrivenLeg:
+    delivery, series = running.finish(), running.log.series()
+    taken = running.brain.latencies
+    latencies = Latencies(list(taken.planner), list(taken.controller))
+    x, y, yaw = (float(series[name][-1]) for name in ("x", "y", "yaw"))
+    return DrivenLeg(delivery, series, latencies, begin, Pose2D(x, y, yaw))
+
+
+def _joined(done: Sequence[DrivenLeg], mission: Mission) -> Row:
+    """The row of a mission: sums, and statistics over all of its legs' ticks."""
+    first, last = done[0].row, done[-1].row
+    goal, end = mission.goal, done[-1].pose
+    series = {
+        name: np.concatenate([_shifted(leg, name) for leg in done]) for name in done[0].series
+    }
+    row = dict(last)
+    for metric in EPISODE_METRICS:
+        found = [(leg.row[metric.key], leg.row["duration_s"]) for leg in done]
+        known = [(value, seconds) for value, seconds in found if value is not None]
+        if metric.is_of_series:
+            row[metric.key] = metric.measured(series)
+        elif known:
+            row[metric.key] = _of_legs(metric.key, known)
+    duration = done[-1].begin + last["duration_s"]
+    return row | {
+        **{key: first[key] for key in ("start_x_m", "start_y_m", "start_yaw_rad")},
+        "goal_x_m": goal.x,
+        "goal_y_m": goal.y,
+        "shortest_path_m": mission.shortest_path,
+        "goal_distance_m": math.hypot(end.x - goal.x, end.y - goal.y),
+        "duration_s": duration,
+        "average_speed_mps": row["distance_m"] / duration,
+        "collision_delta_v_mps": _mean_delta_v([leg.row for leg in done]),
+        "pieces_at_start": first["pieces_at_start"],
+    }
+
+
+def _of_legs(key: str, known: Sequence[tuple[float, float]]) -> float:
+    """A metric of a mission from its values in legs and their times [s]."""
+    values, seconds = zip(*known, strict=True)
+    if key in SMALLEST:
+        return float(min(values))
+    if key in BY_TIME and sum(seconds) > 0.0:
+        return float(np.average(values, weights=seconds))
+    total: float = sum(values)
+    return total
+
+
+def _shifted(leg: DrivenLeg, name: str) -> FloatArray:
+    values = leg.series[name]
+    if name == "stamp":
+        return values + leg.begin
+    return values
+
+
+def _mean_delta_v(rows: Sequence[Row]) -> float:
+    """Over all counted contacts with people [m/s]; 0 without any."""
+    contacts = sum(row["pedestrian_contacts"] for row in rows)
+    total = sum(row["pedestrian_contacts"] * row["collision_delta_v_mps"] for row in rows)
+    return float(total / max(contacts, 1))
+
+
+def _arrival(row: Row, rules: Rules) -> Row:
+    """The outcome at the goal, by what was lost on all legs."""
+    if row["pieces_at_start"] is None:
+        return {}
+    lost = min(row["pieces_lost"], row["pieces_at_start"])
+    verdict = rules.arrival(CargoState(row["pieces_at_start"], lost))
+    return {"pieces_lost": lost, "outcome": verdict.outcome.value, "reason": verdict.reason}
+
+
+def _leg_rows(done: Sequence[DrivenLeg]) -> list[Row]:
+    """Each leg's row, as of a delivery of its own; waits at signals are in none."""
+    rows = []
+    for number, leg in enumerate(done):
+        end = {"end_x_m": leg.pose.x, "end_y_m": leg.pose.y}
+        rows.append(leg.row | {"leg": number, "begin_s": leg.begin} | end)
+    return rows
+
+
+def _events(done: Sequence[DrivenLeg]) -> list[Row]:
+    return [
+        {**event, "stamp_s": event["stamp_s"] + leg.begin}
+        for leg in done
+        for event in leg.delivery.events
+    ]
+
+
+def _timing(done: Sequence[DrivenLeg]) -> Row:
+    timings = [leg.delivery.timing for leg in done]
+    sums = {key: sum(each[key] for each in timings) for key in ("setup_s", "wall_s", "cpu_s")}
+    latencies = Latencies(
+        [each for leg in done for each in leg.latencies.planner],
+        [each for leg in done for each in leg.latencies.controller],
+    )
+    driven = sum(leg.row["duration_s"] for leg in done)
+    factor = driven / sums["wall_s"]
+    return timings[0] | sums | {"real_time_factor": factor} | latency_columns(latencies)
