@@ -211,7 +211,7 @@ def test_half_a_district_is_none(
         (out / f"{name}.yaml").write_text("half")
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(out / f"{name}.png"))
 
-    for name in ("build_district", "build_graph"):
+    for name in ("build_district", "build_graph", "with_places"):
         monkeypatch.setattr(f"navbench.api.street.{name}", lambda *_: None)
     monkeypatch.setattr("navbench.api.street.save_maps", fill)
     file, out = small_town().write(tmp_path / "town.osm"), tmp_path / "out"
