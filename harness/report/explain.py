@@ -146,7 +146,7 @@ def _effect(saved: float | None) -> str:
 
 def ending(row: Row) -> str:
     """How a delivery ended, and why where that is not the same."""
-    outcome: str = TEXTS.outcomes.get(row["outcome"], row["outcome"])
+    outcome = str(TEXTS.outcomes.get(row["outcome"], row["outcome"]))
     why = REASONS.get(row["reason"], row["reason"])
     if why in (row["outcome"], "arrived"):
         return outcome
