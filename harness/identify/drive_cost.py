@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.signal import savgol_filter
@@ -74,12 +74,11 @@ def cost_of_drive(
     least = world.contacts.counted_impulse / IN_A_STEP
     people = people_on(log, scene)
     events = events_of(log, impacts, people, robot, scene, world, prices)
-    events = tuple(_only_counted(event, least) for event in events)
     distance, energy = _driven(log, robot, world.physics.gravity)
     spilled = _spilled(log, robot, world)
-    counted = [each for each in events if each.kind == "contact" and each.size >= least]
+    contacts = [event for event in events if event.kind == "contact"]
     in_all = float(energy[-1]) / JOULES_PER_KWH
-    terms = _terms(counted, log.duration, distance, in_all, spilled, events, prices)
+    terms = _terms(contacts, least, log.duration, distance, in_all, spilled, events, prices)
     return DriveCost(
         events,
         log.duration,
@@ -92,13 +91,6 @@ def cost_of_drive(
         terms,
         people,
     )
-
-
-def _only_counted(event: DriveEvent, least: float) -> DriveEvent:
-    """An event whose contact costs nothing below an impulse [N s]."""
-    if event.kind == "contact" and event.size < least:
-        return replace(event, cost=0.0)
-    return event
 
 
 def _driven(log: DriveLog, robot: RobotParams, gravity: float) -> tuple[float, FloatArray]:
@@ -190,7 +182,8 @@ def _pushes(
 
 
 def _terms(
-    counted: list[DriveEvent],
+    contacts: list[DriveEvent],
+    least: float,
     duration: float,
     distance: float,
     energy: float,
@@ -198,12 +191,20 @@ def _terms(
     events: Sequence[DriveEvent],
     prices: Prices,
 ) -> dict[str, float | None]:
-    """Dollars of the drive by the cost model's terms; whether it came in time no log says."""
+    """Expected dollars of the drive by the cost model's terms.
+
+    Whether it came in time no log says. Contacts from ``least`` [N s] on are likely to count.
+    """
     hours = duration / 3600.0
-    people = [event for event in counted if event.what in ("person", "unknown")]
-    paid = {event.what: 0 for event in counted}
-    for event in counted:
-        paid[event.what] += bool(event.cost)
+    paid = dict.fromkeys((event.what for event in contacts), 0.0)
+    for event in contacts:
+        paid[event.what] += event.cost or 0.0
+    damages = {
+        f"{kind}_contacts": paid[kind] / getattr(prices.property_damage, kind).value
+        for kind in PRICED_PROPERTY
+        if paid.get(kind)
+    }
+    likely = [event.size for event in contacts if event.size >= least]
     measured = Measured(
         sla=None,
         spoiled=None if spilled is None else float(spilled > SPOILED),
@@ -211,15 +212,11 @@ def _terms(
         physical_assistance=float(sum(event.kind == "intervention" for event in events)),
         avg_velocity_mps=distance / max(duration, 1e-9),
         avg_mechanical_power_kw=energy / max(hours, 1e-12),
-        avg_collision_impulse_ns=sum(IN_A_STEP * event.size for event in counted),
+        avg_collision_impulse_ns=IN_A_STEP * sum(likely),
         avg_collision_delta_v_mps=0.0,
-        pedestrian_injury_usd_per_run=sum(event.cost or 0.0 for event in people),
+        pedestrian_injury_usd_per_run=paid.get("person", 0.0) + paid.get("unknown", 0.0),
         avg_runtime_h=hours,
         avg_distance_km=1e-3 * distance,
-        **{
-            f"{kind}_contacts": float(count)
-            for kind, count in paid.items()
-            if kind in PRICED_PROPERTY
-        },
+        **damages,
     )
     return dict(running(measured, prices).terms)

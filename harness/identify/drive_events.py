@@ -10,7 +10,7 @@ from scipy.signal import savgol_filter
 
 from harness.economics.contact_costs import injury_costs, property_cost
 from harness.economics.prices import Prices
-from harness.identify.collisions import IN_A_STEP, Impact, Impacts
+from harness.identify.collisions import Impact, Impacts, strongest_steps
 from harness.identify.stillness import standing
 from harness.metrics.encounters import (
     Body,
@@ -49,7 +49,8 @@ class DriveEvent:
     size: float  # [N s] of a contact, [m] of a near miss, [m/s2] of a brake, 0
     x: float | None = None  # [m] map frame
     y: float | None = None  # [m]
-    cost: float | None = None  # [USD] of a contact; 0 where the rule does not count it
+    # [USD] expected of a contact, of which the log does not tell whether the rule counts it
+    cost: float | None = None
 
     def as_json(self) -> dict[str, Any]:
         """As ``navbench cost-log --json`` prints it."""
@@ -75,24 +76,31 @@ def events_of(
     prices: Prices,
 ) -> tuple[DriveEvent, ...]:
     """All events of a drive, in the order of time."""
-    contacts = [_contact(impact, log, robot, scene, prices) for impact in impacts.found]
+    contacts = [_contact(impact, log, robot, scene, world, prices) for impact in impacts.found]
     events = [*contacts, *_near_misses(people, contacts, log, robot, world)]
     events += [*_hard_brakes(log), *_interventions(log)]
     return tuple(sorted(events, key=lambda event: event.stamp))
 
 
 def _contact(
-    impact: Impact, log: DriveLog, robot: RobotParams, scene: Scene, prices: Prices
+    impact: Impact,
+    log: DriveLog,
+    robot: RobotParams,
+    scene: Scene,
+    world: WorldParams,
+    prices: Prices,
 ) -> DriveEvent:
     """A contact with what it was with: what stands on the map where it was, else a person."""
     at = pose_at(log, impact.stamp)
-    paid = IN_A_STEP * impact.impulse
-    cost = float(injury_costs(paid, prices))
+    steps = strongest_steps(impact.impulse)
+    counted = steps >= world.contacts.counted_impulse
+    cost = float(np.mean(counted * injury_costs(steps, prices)))
     if at is None:
         return DriveEvent("contact", impact.stamp, "unknown", impact.impulse, cost=cost)
     what = _touched(at, robot, scene)
     if what != "person":
-        cost = property_cost(what, paid, prices)
+        each = [property_cost(what, step, prices) for step in steps.tolist()]
+        cost = float(np.mean(counted * each))
     return DriveEvent("contact", impact.stamp, what, impact.impulse, at.x, at.y, cost)
 
 

@@ -15,9 +15,11 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
 from harness.economics.contact_costs import injury_costs
 from harness.economics.prices import load_prices
-from harness.identify.collisions import IN_A_STEP, Impact, find_impacts
+from harness.identify.collisions import Impact, find_impacts, strongest_steps
 from harness.identify.identification import identify
 from harness.recorded.log import DriveLog, LogRequest, read_log
 from harness.storage.shipped import shipped
@@ -118,9 +120,9 @@ def contacts(seeds: range) -> None:
         hard_found += sum(near(contact.stamp, impacts) for contact in strong)
         found += len(impacts)
         real += sum(near_any(impact, stamps) for impact in impacts)
-        told = [IN_A_STEP * impact.impulse for impact in impacts]
+        steps = [strongest_steps(impact.impulse) for impact in impacts]
         paid = injury_costs([each.impulse for each in drive.counted], prices).sum()
-        by_log = injury_costs([each for each in told if each >= HARD], prices).sum()
+        by_log = sum(np.mean((each >= HARD) * injury_costs(each, prices)) for each in steps)
         strongest = max((each.peak_step_impulse for each in drive.contacts), default=0.0)
         say(
             f"{seed}: {hard_found} of {hard} hard contacts found, {real} of {found} found are "
