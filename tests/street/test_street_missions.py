@@ -14,6 +14,7 @@ from harness.economics.rates import EVENT_RATES
 from harness.episode.episode import run_episode
 from harness.episode.street_delivery import signal_wait
 from harness.metrics.columns import EPISODE_COLUMNS
+from harness.report.short.run import summary_blocks
 from harness.storage.shipped import shipped
 from harness.street.district import build_district, scene_of
 from harness.street.graph_file import load_graph
@@ -22,6 +23,7 @@ from harness.street.osm_file import GeoBox, read_extract
 from harness.street.route_graph import RouteGraph, WayEdge
 from harness.street.routes import draw_mission, find_route
 from harness.street.saving import save_maps
+from harness.study.stored_run import load_run
 from harness.task.study import make_study
 from harness.world.map.shapes import Rect
 from harness.world.map.tiles import load_part
@@ -136,6 +138,10 @@ def test_from_an_extract_to_profit_per_day(
     assert margin["n"] == per_km["n"] == 2  # missions, not legs
     way = run["measured"]["avg_distance_km"]
     assert per_km["value"] == pytest.approx(margin["value"] / way)
+    screen = [block.text for block in summary_blocks(load_run(out))]
+    assert len(screen) <= 25
+    for title in ("Contribution Margin ($/km)", "Interventions per 1000 km", "Contacts per 1000 h"):
+        assert any(line.startswith(title) for line in screen)
     legs = sorted((Path(out) / "recordings").glob("nav2-gps-ekf-*-legs.parquet"))
     assert len(legs) == 2
     assert status("verify", out, "--sample", "1") == 0

@@ -1,20 +1,21 @@
-"""A finished run in at most 25 lines: what drove, the verdict, eight quantities."""
+"""A finished run in at most 25 lines: what drove, the verdict, eight quantities; more of streets."""
 
 import dataclasses
 from collections.abc import Sequence
 
 from harness.analysis.compare import Side
 from harness.economics.cost_terms import MARGIN
-from harness.economics.rates import RATE_TITLES
+from harness.economics.rates import MARGIN_PER_KM, RATE_TITLES
 from harness.economics.valuation import has_too_few, value
 from harness.report.blocks import Block, Text
 from harness.report.paper_tables import Column, cells_of, own_column
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import NO_MARGIN
 from harness.report.short.setup import USUAL_SENSORS, setup_line, unlike_line, unlike_published
-from harness.report.table_rows import TableRow
+from harness.report.table_rows import RATES, TableRow
 from harness.report.verdict import earnings, rankings
 from harness.storage.rows import values
+from harness.storage.shipped import is_district
 from harness.study.stored_run import StoredRun, StoredStack
 
 PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the stacks here
@@ -29,6 +30,10 @@ ROWS = (
     TableRow(RATE_TITLES[CONTACT_RATE], CONTACT_RATE, 0),
     TableRow("Break-even (deliveries)", "break_even_runs", 0),
 )
+ON_STREETS = (
+    TableRow(RATES[MARGIN_PER_KM], MARGIN_PER_KM, 2, absent="undefined"),
+    *(TableRow(title, key, 0) for key, title in RATE_TITLES.items() if key != CONTACT_RATE),
+)
 OF_MANY = (MARGIN, "sla", "pedestrian_safety", CONTACT_RATE)  # rows where many stacks drove
 MANY = 4  # stacks from which they stand below each other
 MOST_LINES = 15  # of stacks
@@ -37,6 +42,8 @@ MOST_VERDICTS = 3
 
 def summary_blocks(run: StoredRun) -> list[Block]:
     """What drove, what that proves, and eight quantities of each stack beside the paper's.
+
+    On streets also the other rates, with exact Poisson bounds, and the margin per kilometre.
 
     Args:
         run: of which at least one delivery finished.
@@ -47,7 +54,10 @@ def summary_blocks(run: StoredRun) -> list[Block]:
     columns = [_column(run, stack) for stack in driven]
     lines = [setup_line(run), *verdicts(run, driven, columns)]
     if len(columns) < MANY:
-        lines += aligned(_beside([*columns, _paper(run)]))
+        rows = list(ROWS)
+        if is_district(str(run.about["map_name"])):
+            rows += ON_STREETS
+        lines += aligned(_beside([*columns, _paper(run)], rows))
     else:
         lines += aligned(_below([*columns, _paper(run)]))
         if len(columns) > MOST_LINES:
@@ -97,10 +107,10 @@ def _paper(run: StoredRun) -> Column:
     return dataclasses.replace(paper, title=f"paper: {paper.title}")
 
 
-def _beside(columns: Sequence[Column]) -> list[list[str]]:
+def _beside(columns: Sequence[Column], shown: Sequence[TableRow]) -> list[list[str]]:
     """A row for each quantity, a column for each stack."""
-    cells = [cells_of(ROWS, column) for column in columns]
-    rows = [[row.label, *(own[row.key] for own in cells)] for row in ROWS]
+    cells = [cells_of(shown, column) for column in columns]
+    rows = [[row.label, *(own[row.key] for own in cells)] for row in shown]
     return [["", *(column.title for column in columns)], *rows]
 
 
