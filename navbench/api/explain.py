@@ -97,6 +97,10 @@ def explain(
     stored = run.stored
     side_of(stored)  # one stack
     evidence = _evidence(stored, episode, again)
+    if evidence is None and rewind:
+        raise InputError(
+            f"--rewind: nothing in delivery {episode} cost anything; give one that lost something"
+        )
     if evidence is None:
         return None
     rules = load_dataclass(Rules, stored.folder / "params" / "rules.yaml")

@@ -90,6 +90,7 @@ def test_what_cannot_be_explained_is_said_in_one_line(folder, tmp_path, capsys, 
     (tmp_path / "file").write_text("")
     for arguments, said in (
         ((str(folder), "9"), "finished no episode 9"),
+        ((str(folder), "1", "--rewind", "nope=1"), "nothing in delivery 1 cost anything"),
         ((str(folder), "0", "--event", "3"), "--event 3: the delivery has 2; give 1 to 2"),
         ((str(folder), "0", "--event", "0"), "0 is not in the range"),
         ((str(folder), "0", "--before", "0"), "range"),
