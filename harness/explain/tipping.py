@@ -95,7 +95,7 @@ def _ground(evidence: Evidence, seconds: Seconds) -> str:
         since = float(seconds.at[int(level[-1]) + 1])
     side = _side(evidence.footprint, is_low)
     return (
-        f"It was over a step of {step:.2f} m from {-since:.1f} s before: {side} over the {low}, "
+        f"It was over a step of {step:.2f} m from {-since:z.1f} s before: {side} over the {low}, "
         f"the rest over the {high}."
     )
 
