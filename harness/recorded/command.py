@@ -96,6 +96,7 @@ class Localized:
     trouble: str  # what ended it early, and what is kept; empty: nothing
     is_interrupted: bool
     is_reference_input: bool = False  # whether the reference went to the localizer, too
+    doubt: str = ""  # why the figures are of no use; empty: nothing speaks against them
 
     def as_json(self) -> dict[str, Any]:
         """As ``navbench localize --json`` prints it."""
@@ -109,6 +110,7 @@ class Localized:
             "rpe": rpe and {"interval_s": self.request.interval, **rpe.as_json()},
             "reference_is_input": self.is_reference_input,
             "held_out": self.request.is_held_out,
+            "doubt": self.doubt,
             "out": str(self.request.out),
         }
 
@@ -157,7 +159,7 @@ def localize(request: Request, show: Show) -> Localized:
         trouble, is_interrupted = _run(replay, request, localizer, start or Belief(Pose2D()), show)
         trouble = trouble or bag.damage or ""
     found = _finish(replay, request, reference, trouble, is_interrupted)
-    return replace(found, is_reference_input=choice.is_reference_input)
+    return replace(found, is_reference_input=choice.is_reference_input, doubt=receiver.doubt)
 
 
 def _require_no_input(request: Request) -> None:

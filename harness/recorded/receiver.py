@@ -62,6 +62,7 @@ class Receiver:
             self._moving = MovingFrame(edge)
         self._mounted: dict[tuple[str, str], Transform] = {}
         self._forces: list[np.ndarray] = []  # of the inertial unit, in the base frame
+        self.doubt = ""  # why the unit's mounting cannot be right
         self.left_out: Counter[str] = Counter()  # messages that hold nothing usable, by type
 
     def stamp_of(self, kind: str, message: Any) -> float | None:
@@ -175,8 +176,8 @@ class Receiver:
         mean = np.mean(self._forces, axis=0)
         norm = float(np.linalg.norm(mean))
         if _GRAVITY[0] < norm < _GRAVITY[1] and (angle := math.acos(mean[2] / norm)) > _UPRIGHT:
-            self._say(
+            self.doubt = (
                 f"gravity is {math.degrees(angle):.0f} degrees off the vertical in frame "
-                f"'{message.header.frame_id}': "
-                "its mounting is wrong or missing, and so will the headings be; see --static-tf"
+                f"'{message.header.frame_id}': its mounting is wrong or missing"
             )
+            self._say(f"{self.doubt}, and so will the headings be; see --static-tf")

@@ -233,7 +233,7 @@ def _drive(path: Path, declaration: CheckDeclaration, where: Where, budget: floa
     first, second = (Side(run.only(name), run.only(name).stacks[0]) for name in SIDES)
     checked = evaluate(first, second, declaration.within, looks.missions)
     if is_stopped:
-        say(f"interrupted after {looks.missions} missions; go on with --resume {path}")
+        say(f"interrupted after {looks.missions} missions; next: navbench check --resume {path}")
     return CheckResult(declaration, checked, is_stopped)
 
 

@@ -38,6 +38,7 @@ class Worth:
     low_usd: float  # [USD]
     high_usd: float  # [USD]
     is_beyond: bool  # whether the error is larger than any whose price was measured
+    largest_m: float  # [m] of those
     study: str
     goal_tolerance_m: float | None  # [m] of the file's goal checker; None: it has none
     share_within: float | None  # of the poses whose error is within this tolerance
@@ -65,9 +66,10 @@ def localize(request: Request) -> Localized:
 def worth(found: Localized) -> Worth | None:
     """What the errors of a trajectory cost, and whether they let the robot arrive.
 
-    None where there is no reference to compare with, or one that the localizer has followed.
+    None where there is no reference to compare with, or one that the localizer has followed, and
+    where a sensor's mounting is wrong.
     """
-    if found.ape is None or not len(found.ape.positions):
+    if found.ape is None or not len(found.ape.positions) or found.doubt:
         return None
     if found.is_reference_input and not found.request.is_held_out:
         return None
@@ -86,6 +88,7 @@ def worth(found: Localized) -> Worth | None:
         priced * price.low,
         priced * price.high,
         rmse > price.largest,
+        price.largest,
         price.study,
         tolerance,
         within,

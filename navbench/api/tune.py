@@ -206,7 +206,7 @@ def _drive(
                     return written(study, base, result, evaluator, progress, journal.errors, path)
             except KeyboardInterrupt:
                 kept = f"{len(journal)} finished episodes are kept in {path}"
-                say(f"interrupted {progress.when}; {kept}; go on with --resume {path}")
+                say(f"interrupted {progress.when}; {kept}; next: navbench tune --resume {path}")
                 return None
 
 

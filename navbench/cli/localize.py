@@ -14,7 +14,7 @@ from navbench.cli.options import JSON, STRICT, Finite
 from navbench.cli.streams import print_json
 
 if TYPE_CHECKING:
-    from harness.recorded.command import Localized, Request
+    from harness.recorded.command import Localized
     from harness.recorded.trajectory import Errors
     from navbench.api.localize import Worth
 
@@ -109,7 +109,7 @@ def localize(as_json: bool, **choices: Any) -> None:
 
     \b
     Examples:
-      navbench localize --bag drive.bag --params stock --localizer gps-ekf --out drive.tum \
+      navbench localize --bag drive.bag --params stock --localizer gps-ekf --out drive.tum \\
           --reference /fix --hold-out
       navbench localize --bag rosbag2_drive --map office.yaml --params my_nav2.yaml \\
           --localizer amcl --out drive.tum
@@ -132,7 +132,7 @@ def localize(as_json: bool, **choices: Any) -> None:
         else:
             lines = [_setup_line(found, sources(found.request))]
             lines += [*_reference_lines(found), *_worth_lines(value), *_lines(found)]
-            lines += _next_lines(found.request)
+            lines += _next_lines(found)
             sys.stdout.write("".join(f"{line}\n" for line in lines))
     if found.is_interrupted:
         say(found.trouble)
@@ -150,8 +150,10 @@ def _setup_line(found: "Localized", sources: Sequence[str]) -> str:
 
 
 def _reference_lines(found: "Localized") -> list[str]:
-    """What a comparison with the localizer's own input says, and what it does not."""
+    """What speaks against the figures, as that they compare with the localizer's own input."""
     request = found.request
+    if found.doubt:
+        return [f"{found.doubt}: no figure below is of use before --static-tf gives it"]
     if request.reference is None:
         return ["without a reference nobody knows what the error costs: --reference TOPIC or FILE"]
     if not found.is_reference_input:
@@ -168,9 +170,10 @@ def _reference_lines(found: "Localized") -> list[str]:
     ]
 
 
-def _next_lines(request: "Request") -> list[str]:
+def _next_lines(found: "Localized") -> list[str]:
     """The command that says what this localizer earns; none where the file has only a name."""
-    if not is_file(request.params):
+    request = found.request
+    if found.doubt or not is_file(request.params):
         return []
     arms = f"ground_truth,{request.localizer}"
     return [f"next: navbench ablate --stack {shlex.quote(request.params)} --localizers {arms}"]
@@ -198,11 +201,14 @@ def _worth_lines(value: "Worth | None") -> list[str]:
     """What the error costs, and whether it is good enough to arrive."""
     if value is None:
         return []
-    beyond = "at least " if value.is_beyond else "about "
-    lines = [
-        f"worth: such an error (RMSE {value.rmse_m:.2f} m) costs {beyond}{value.usd_per_run:.2f} "
-        f"[{value.low_usd:.2f}, {value.high_usd:.2f}] USD a delivery ({value.study})"
-    ]
+    usd = f"{value.usd_per_run:.2f} [{value.low_usd:.2f}, {value.high_usd:.2f}] USD a delivery"
+    text = f"worth: such an error (RMSE {value.rmse_m:.2f} m) costs about {usd} ({value.study})"
+    if value.is_beyond:
+        text = (
+            f"worth: such an error (RMSE {value.rmse_m:.2f} m) costs more than one of "
+            f"{value.largest_m:g} m, the largest measured: {usd} ({value.study})"
+        )
+    lines = [text]
     if value.goal_tolerance_m is not None and value.share_within is not None:
         lines.append(
             f"good enough to arrive: {100.0 * value.share_within:.0f} % of the poses are within "

@@ -101,7 +101,7 @@ def test_amcl_finds_a_drive_through_the_sidewalk(tmp_path, capsys, form):
     captured = capsys.readouterr()
     assert status == 0 and captured.err == ""
     document = json.loads(captured.out)
-    keys = {"poses", "final", "degraded_s", "lost_s", "ape", "rpe", "worth", "out"}
+    keys = {"poses", "final", "degraded_s", "lost_s", "ape", "rpe", "worth", "doubt", "out"}
     keys |= {"reference_is_input", "held_out"}
     assert set(document) == keys and document["out"] == str(out)
     assert document["lost_s"] == 0.0
@@ -350,6 +350,19 @@ def test_agreement_with_the_localizers_own_input_is_no_error_and_has_no_price(tm
     assert document["ape"]["n"] == 40
 
 
+def test_a_wrong_mounting_is_said_first_and_nothing_is_priced(tmp_path, capsys):
+    entries = straight(400)
+    for entry in entries:
+        if entry.type.endswith("Imu"):
+            entry.fields["linear_acceleration"] = {"y": 9.8}  # it lies on its side
+    bag = write(tmp_path / "straight", entries, "ros1")
+    own = ("--params", "gps_ekf", "--localizer", "gps-ekf", "--out", tmp_path / "o.tum")
+    assert localize("--bag", bag, *own, "--reference", "/fix", "--hold-out") == 0
+    _, second, *rest = capsys.readouterr().out.splitlines()
+    assert second.startswith("gravity is 90 degrees off the vertical in frame 'imu_link'")
+    assert "USD" not in "".join(rest) and not rest[-1].startswith("next:")
+
+
 def test_a_reference_that_is_held_out_is_priced_by_what_the_localizer_never_had(tmp_path, capsys):
     entries = straight(400)
     for entry in entries:  # every other fix is 0.6 m beside the way
@@ -359,7 +372,7 @@ def test_a_reference_that_is_held_out_is_priced_by_what_the_localizer_never_had(
     document = replay(bag, "gps-ekf", "--reference", "/fix", "--hold-out")
     assert document["held_out"] and document["ape"]["n"] == 20
     assert document["ape"]["median_m"] == pytest.approx(0.6, abs=0.2), "it has none of these"
-    assert document["worth"]["usd_per_run"] > 5.0
+    assert document["worth"]["usd_per_run"] > 5.0 and document["doubt"] == ""
     followed = replay(bag, "gps-ekf", "--reference", "/fix")
     assert followed["final"][1] > document["final"][1] + 0.1, "it has all of them"
     capsys.readouterr()
