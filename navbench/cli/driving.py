@@ -1,5 +1,6 @@
 """What the commands that drive print, and the exit status that they leave."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,7 +26,7 @@ def exit_status(is_interrupted: bool, has_errors: bool) -> int:
 def print_driven(
     driven: "Driven", as_json: bool, is_full: bool = False, has_page: bool = False
 ) -> int:
-    """Print what deliveries came to.
+    """Print what deliveries came to, before a page is written, which takes a while.
 
     Args:
         driven: the run.
@@ -39,12 +40,14 @@ def print_driven(
     from harness.study.drive import run_document
 
     status = exit_status(driven.is_interrupted, driven.has_errors)
-    page = write_page(driven) if has_page else None
     if as_json:
         results, study, folder = driven.results, driven.study, driven.folder
         print_json({"schema": 1, "runs": [run_document(each, study, folder) for each in results]})
     else:
-        _print(driven, is_full, page)
+        _print_answer(driven, is_full)
+    page = write_page(driven) if has_page else None
+    if not as_json:
+        _print_next(driven, page)
     return status
 
 
@@ -60,29 +63,39 @@ def write_page(driven: "Driven") -> Path | None:
     return page
 
 
-def _print(driven: "Driven", is_full: bool, page: Path | None) -> None:
+def _print_answer(driven: "Driven", is_full: bool) -> None:
     from harness.episode.factory import prices_of
-    from harness.explain.moments import costly_episodes
-    from harness.report.blocks import Block, Text
+    from harness.report.blocks import Block
     from harness.report.run_tables import run_blocks
     from harness.report.short.run import summary_blocks
+    from harness.report.tables import print_blocks, report_console
+    from harness.study.stored_run import load_run
+
+    folder = driven.folder
+    blocks: list[Block] = summary_blocks(load_run(str(folder)))
+    if is_full:
+        prices = prices_of(driven.study.template.prices)
+        blocks = [*blocks[:1], *run_blocks(driven.results, driven.study, prices, folder)]
+    print_blocks(blocks, report_console())
+    sys.stdout.flush()
+
+
+def _print_next(driven: "Driven", page: Path | None) -> None:
+    from harness.explain.moments import costly_episodes
+    from harness.report.blocks import Text
     from harness.report.tables import print_blocks, report_console
     from harness.storage.checksums import root_digest
     from harness.study.stored_run import load_run
 
     folder = driven.folder
-    run = load_run(str(folder))
-    blocks: list[Block] = summary_blocks(run)
-    if is_full:
-        prices = prices_of(driven.study.template.prices)
-        blocks = [*blocks[:1], *run_blocks(driven.results, driven.study, prices, folder)]
     where, following = f"run folder: {folder}", f"report {folder}"
     if driven.is_interrupted:
         following = f"run --resume {folder}"
     elif page is not None:
+        run = load_run(str(folder))
         where, following = f"page: {page}", f"replay {folder}"
         if any(costly_episodes(run.only(stack.name)) for stack in run.stacks):
             following = f"explain {folder}"
     checksum = (root_digest(folder) or "")[:DIGITS]
     last = f"{where}; checksum {checksum}; next: navbench {following}"
-    print_blocks([*blocks, Text(last, "whole")], report_console())
+    print_blocks([Text(last, "whole")], report_console())
