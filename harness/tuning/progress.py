@@ -18,6 +18,7 @@ from harness.tuning.result import PRUNED, Trial
 from harness.tuning.search import Plan
 
 SHOWN = 8  # trials of the live table
+PACED = 4  # episodes after which the pace is known
 LEAST = 10  # trials before anything can be said of what further ones may bring
 WIDEST = 8.0  # standard deviations up to which their integral goes
 
@@ -112,8 +113,11 @@ class StudyProgress:
     @property
     def text(self) -> str:
         """Everything in a line."""
-        if self.best is None:
+        if self.best is None and self.phase != "search":
             return f"{self.phase}: {self._driven} episodes driven"
+        if self.best is None:
+            driven, all_missions = self._journal.timed, len(self._plan.missions)
+            return f"original: {driven} of {all_missions} episodes driven{self._over_budget}"
         if self.phase != "search":
             left = ""
             if self.remaining is not None:
@@ -137,6 +141,20 @@ class StudyProgress:
         if self.gain is not None:
             parts.append(f"expected further gain {self.text_of(self.gain)}")
         return ", ".join(parts)
+
+    @property
+    def _over_budget(self) -> str:
+        """Whether the original and the test alone take longer than the budget; empty: no."""
+        if self._budget is None or self._driven < PACED:
+            return ""
+        each_takes = self._last / max(self._journal.timed, 1)
+        least = each_takes * (len(self._plan.missions) + self._later)
+        if least <= self._budget:
+            return ""
+        return (
+            f"; original and test alone may take {least / 60.0:.0f} min here, longer than the "
+            "budget: fewer --test-episodes and --final-episodes take less"
+        )
 
     def __rich__(self) -> Table:
         """The last trials, below everything in a line."""

@@ -132,14 +132,23 @@ def test_nothing_comes_later_unless_said() -> None:
     assert plain.remaining == pytest.approx(24.0 * 12)
 
 
+def test_a_budget_that_original_and_test_exceed_is_told_while_the_original_drives() -> None:
+    for budget, is_told in ((35.9, True), (36.1, False)):  # 8 and 10 episodes of 2 s
+        progress, clock = begun(budget=budget)
+        drive(progress, clock, 3)
+        assert "budget" not in progress.text, "the pace is not known yet"
+        drive(progress, clock, 1)
+        assert ("longer than the budget" in progress.text) == is_told
+
+
 def test_what_is_told_before_the_original_has_been_driven() -> None:
     progress, clock = begun()
     assert (progress.text, progress.when) == (
-        "search: 0 episodes driven",
+        "original: 0 of 8 episodes driven",
         "while the original was driven",
     )
     drive(progress, clock, 3)
-    assert (progress.text, progress.gain) == ("search: 3 episodes driven", None)
+    assert (progress.text, progress.gain) == ("original: 3 of 8 episodes driven", None)
     progress.begin("test")
     assert progress.text == "test: 3 episodes driven"
 

@@ -245,7 +245,7 @@ def test_live_table_tells_the_best_what_was_saved_and_what_may_come(tmp_path: Pa
     plan = Plan(SPACE, objectives, tuple(range(32)), 30)
     with Journal(tmp_path) as journal:
         progress = StudyProgress(plan, journal, None)
-        assert progress.text == "search: 0 episodes driven"
+        assert progress.text == "original: 0 of 32 episodes driven"
         found = Search(
             plan, make_sampler("tpe", SPACE, 5, 30, 1), world, lambda a, b: progress.trial(a, b, world)
         )  # fmt: skip
