@@ -116,6 +116,9 @@ def ablate(
         blocks = short_ablation(ablation, folder)
         if is_full:
             blocks = [*blocks[:1], *ablation_blocks(ablation, found.figures, folder)]
-        last = f"page: {found.page}; next: navbench explain {folder}"
+        following = f"explain {folder}"
+        if found.driven.is_interrupted:
+            following = f"ablate --resume {folder}"
+        last = f"page: {found.page}; next: navbench {following}"
         print_with_notes([*blocks, Text(last, "whole")], found.notes)
     sys.exit(exit_status(found.driven.is_interrupted, found.driven.has_errors))
