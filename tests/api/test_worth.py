@@ -12,7 +12,8 @@ from navbench.api.localize import worth
 
 def found(*errors: float, params: str = "stock") -> Any:
     ape = Errors(np.array(errors), None) if errors else None
-    return SimpleNamespace(ape=ape, request=SimpleNamespace(params=params, allow_unknown=True))
+    request = SimpleNamespace(params=params, allow_unknown=True)
+    return SimpleNamespace(ape=ape, request=request, is_reference_input=False, doubt="")
 
 
 @pytest.mark.parametrize(

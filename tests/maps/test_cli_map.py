@@ -106,7 +106,7 @@ def test_the_tables_show_the_papers_values_beside(
     ("arguments", "words"),
     [
         (("new", "--name", "a/b"), "plain file name"),
-        (("new", "--name", "town_navmesh"), "does not end with _walkable or _navmesh"),
+        (("new", "--name", "town_navmesh"), "does not end with _walkable, _navmesh"),
         (("new", "--name", "town", "--seed", "-1"), "--seed -1"),
         (("new", "--name", "sidewalk", "--out", "{maps}"), "exists already"),
         (
