@@ -67,6 +67,11 @@ class StudyProgress:
         self.phase = phase
 
     @property
+    def _each_takes(self) -> float:
+        """Wall time [s] of an episode so far."""
+        return self._last / max(self._journal.timed, 1)
+
+    @property
     def remaining(self) -> float | None:
         """Wall time [s] that everything is likely to take yet; None: too early to say.
 
@@ -77,14 +82,15 @@ class StudyProgress:
         done, elapsed = len(self.trials) - 1, self._journal.elapsed
         if done < 1:
             return None
-        each_takes = self._last / max(self._journal.timed, 1)
         if self.phase != "search":
-            return each_takes * max(self._later - self._since, 0)
+            return self._each_takes * max(self._later - self._since, 0)
         each = sum(len(trial.missions) for trial in self.trials[1:]) / done
-        search = max(each_takes * max(each * (self._plan.trials - done) - self._since, 0.0), 0.0)
+        search = max(
+            self._each_takes * max(each * (self._plan.trials - done) - self._since, 0.0), 0.0
+        )
         if self._budget is not None:
             search = max(min(search, self._budget - elapsed), 0.0)
-        return max(search + each_takes * self._later - (elapsed - self._last), 0.0)
+        return max(search + self._each_takes * self._later - (elapsed - self._last), 0.0)
 
     @property
     def gain(self) -> float | None:
@@ -147,8 +153,7 @@ class StudyProgress:
         """Whether the original and the test alone take longer than the budget; empty: no."""
         if self._budget is None or self._driven < PACED:
             return ""
-        each_takes = self._last / max(self._journal.timed, 1)
-        least = each_takes * (len(self._plan.missions) + self._later)
+        least = self._each_takes * (len(self._plan.missions) + self._later)
         if least <= self._budget:
             return ""
         return (

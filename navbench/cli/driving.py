@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from navbench.cli.streams import print_json
 
 if TYPE_CHECKING:
+    from harness.study.stored_run import StoredRun
     from navbench.api.driving import Driven
 
 INTERRUPTED, SOME_ERRORS = 130, 3
@@ -38,16 +39,18 @@ def print_driven(
         The exit status.
     """
     from harness.study.drive import run_document
+    from harness.study.stored_run import load_run
 
     status = exit_status(driven.is_interrupted, driven.has_errors)
     if as_json:
         results, study, folder = driven.results, driven.study, driven.folder
         print_json({"schema": 1, "runs": [run_document(each, study, folder) for each in results]})
     else:
-        _print_answer(driven, is_full)
+        run = load_run(str(driven.folder))
+        _print_answer(run, driven, is_full)
     page = write_page(driven) if has_page else None
     if not as_json:
-        _print_next(driven, page)
+        _print_next(run, driven, page)
     return status
 
 
@@ -63,16 +66,15 @@ def write_page(driven: "Driven") -> Path | None:
     return page
 
 
-def _print_answer(driven: "Driven", is_full: bool) -> None:
+def _print_answer(run: "StoredRun", driven: "Driven", is_full: bool) -> None:
     from harness.episode.factory import prices_of
     from harness.report.blocks import Block
     from harness.report.run_tables import run_blocks
     from harness.report.short.run import summary_blocks
     from harness.report.tables import print_blocks, report_console
-    from harness.study.stored_run import load_run
 
     folder = driven.folder
-    blocks: list[Block] = summary_blocks(load_run(str(folder)))
+    blocks: list[Block] = summary_blocks(run)
     if is_full:
         prices = prices_of(driven.study.template.prices)
         blocks = [*blocks[:1], *run_blocks(driven.results, driven.study, prices, folder)]
@@ -80,19 +82,17 @@ def _print_answer(driven: "Driven", is_full: bool) -> None:
     sys.stdout.flush()
 
 
-def _print_next(driven: "Driven", page: Path | None) -> None:
+def _print_next(run: "StoredRun", driven: "Driven", page: Path | None) -> None:
     from harness.explain.moments import costly_episodes
     from harness.report.blocks import Text
     from harness.report.tables import print_blocks, report_console
     from harness.storage.checksums import root_digest
-    from harness.study.stored_run import load_run
 
     folder = driven.folder
     where, following = f"run folder: {folder}", f"report {folder}"
     if driven.is_interrupted:
         following = f"run --resume {folder}"
     elif page is not None:
-        run = load_run(str(folder))
         where, following = f"page: {page}", f"replay {folder}"
         if any(costly_episodes(run.only(stack.name)) for stack in run.stacks):
             following = f"explain {folder}"

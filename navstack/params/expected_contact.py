@@ -21,7 +21,10 @@ SpeedPrices = Annotated[
 
 @dataclass(frozen=True, slots=True)
 class ContactPrices(Parameters, whose="expected contacts", finite=True):
-    """What a contact costs and how sure predictions are; as in ``ExpectedCostParams``."""
+    """What a contact costs, as in ``ExpectedCostParams``, and how sure predictions are.
+
+    Unlike there, people's places are one normal distribution: ``contact_risk.spread_at``.
+    """
 
     # [USD] at a closing speed of 0, 1, .. m/s
     contact_usd: SpeedPrices = (31.3, 31.3, 37.0, 44.1, 52.9, 64.1)

@@ -19,8 +19,8 @@ carries: [lidar, gps]
 robot: segway_e1
 """
 SHORT = 4.0  # [s] of a delivery
-MOST_MISSED = 1  # commands of about 80: a node's timer may rarely skip a period of the clock
-NONE_MISSED = "0 of 0 commands did not"
+# a node's timer may rarely skip a period of the clock
+ALMOST_NONE = r"(1 of \d+ commands did not come in time, 0 were none that a robot can follow)?"
 
 
 def test_timers_on_the_clock_drive_in_lockstep(tmp_path: Path) -> None:
@@ -56,8 +56,6 @@ def test_timers_on_the_clock_drive_in_lockstep(tmp_path: Path) -> None:
     assert "canceled" in told
     for row in rows:
         assert row["stack_error"] is None
-        told = row["navigator_history"] or NONE_MISSED
-        missed = re.match(r"(\d+) of \d+ commands did not", told)
-        assert missed and int(missed[1]) <= MOST_MISSED
+        assert re.fullmatch(ALMOST_NONE, row["navigator_history"])
         assert (row["outcome"], row["duration_s"]) == ("timeout", SHORT)
     assert sum(row["distance_m"] for row in rows) > 1.0

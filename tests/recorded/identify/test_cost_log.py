@@ -100,6 +100,13 @@ def test_the_command_prices_the_drive(
     _check_page(page, document)
 
 
+def test_the_strongest_step_exchanges_seven_tenths_of_an_impact_and_never_more_than_all() -> None:
+    steps = strongest_steps(100.0)
+    assert (steps.mean(), steps.std()) == pytest.approx((71.0, 15.0), abs=0.5)
+    assert steps.max() <= 100.0
+    assert (strongest_steps(45.0) < 50.0).all(), "too weak to count in any step"
+
+
 def expected_usd(drive: drives.Recorded, share: float) -> float:
     """What the contacts of a drive are expected to cost, were each this share as strong."""
     usd = 0.0
