@@ -1,7 +1,7 @@
 """What simulated robots' logs tell: the figures of docs/your_robot.md.
 
     python -m tests.recorded.identify.figures robots --first 9100 --count 20
-    python -m tests.recorded.identify.figures contacts --first 9200 --count 100
+    python -m tests.recorded.identify.figures contacts --first 9200 --count 300
 
 Robots are identified from five minutes each. Contacts are looked for on drives of a minute, on
 every other one among people; a drive on which somebody squeezes the robot is counted apart.
