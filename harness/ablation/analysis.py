@@ -177,7 +177,9 @@ def break_even_interval(capex_usd: float, margin: Interval) -> Interval:
 
 
 def _differences(
-    arms: Sequence[Arm], against: str, sides: Mapping[str, Side]
+    arms: Sequence[Arm],
+    against: str,
+    sides: Mapping[str, Side],
 ) -> Iterator[ArmDifference]:
     """Every arm against the reference, and each wrong map against the right one."""
     pairs = [(arm.name, against) for arm in arms if arm.name != against]
@@ -196,7 +198,9 @@ def _differences(
 
 
 def _audits(
-    arms: Sequence[Arm], against: str, sides: Mapping[str, Side]
+    arms: Sequence[Arm],
+    against: str,
+    sides: Mapping[str, Side],
 ) -> Iterator[tuple[str, Audit]]:
     reference = sides[against]
     for arm in arms:
@@ -217,7 +221,10 @@ def wrong_maps(arms: Sequence[Arm]) -> list[tuple[str, str]]:
 
 
 def _prices(
-    arms: Sequence[Arm], rows: dict[str, Sequence[Row]], prices: Prices, seed: int
+    arms: Sequence[Arm],
+    rows: dict[str, Sequence[Row]],
+    prices: Prices,
+    seed: int,
 ) -> Iterator[ErrorPrice]:
     """The price of each injected kind of error, over missions that every level finished."""
     truth = next(

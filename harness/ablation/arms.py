@@ -143,7 +143,11 @@ def _with_localizer(stack: Stack, text: str, nav2: Nav2File) -> Stack:
 
 
 def _with_error(
-    stack: Stack, kind: str, size: float, pace: dict[str, float], nav2: Nav2File
+    stack: Stack,
+    kind: str,
+    size: float,
+    pace: dict[str, float],
+    nav2: Nav2File,
 ) -> Stack:
     error = InjectedError(**{KINDS[kind].field: size}, **pace)
     name = f"{kind}={size:g}"

@@ -296,7 +296,11 @@ def _columns(side: Side, rows: Sequence[Row], asked: Collection[str]) -> dict[st
 
 
 def _compare(
-    first: FloatArray, second: FloatArray, clusters: IntArray, key: str, seed: int
+    first: FloatArray,
+    second: FloatArray,
+    clusters: IntArray,
+    key: str,
+    seed: int,
 ) -> Compared | None:
     both = ~(np.isnan(first) | np.isnan(second))
     if not both.any():

@@ -48,7 +48,10 @@ def margin_with_unseen(run: StoredRun, stack: StoredStack) -> Interval | None:
 
 
 def difference_with_unseen(
-    first: StoredRun, second: StoredRun, differences: FloatArray, clusters: IntArray
+    first: StoredRun,
+    second: StoredRun,
+    differences: FloatArray,
+    clusters: IntArray,
 ) -> Interval:
     """The mean margin difference [USD/run] of two runs, by the wider reach of both."""
     known = ~np.isnan(differences)

@@ -88,7 +88,10 @@ class Repriced:
 
 
 def choose(
-    run: StoredRun, prices: str | None, settings: Mapping[str, float], terms: Sequence[str]
+    run: StoredRun,
+    prices: str | None,
+    settings: Mapping[str, float],
+    terms: Sequence[str],
 ) -> Choices:
     """What to price a run with.
 
@@ -158,7 +161,10 @@ def _reprice(run: StoredRun, stack: StoredStack, choices: Choices) -> Repriced:
 
 
 def _accounting(
-    run: StoredRun, stack: StoredStack, valuation: Valuation, costs: RunningCosts
+    run: StoredRun,
+    stack: StoredStack,
+    valuation: Valuation,
+    costs: RunningCosts,
 ) -> Accounting:
     """The money under an accounting, on the same resamples as under the others."""
     terms = {key: costs.amounts[key] for key in VARIED}
@@ -170,7 +176,10 @@ def _accounting(
 
 
 def _running_costs(
-    run: StoredRun, stack: StoredStack, choices: Choices, names: Collection[str] = ACCOUNTINGS
+    run: StoredRun,
+    stack: StoredStack,
+    choices: Choices,
+    names: Collection[str] = ACCOUNTINGS,
 ) -> Iterator[tuple[str, RunningCosts]]:
     """What a stack's deliveries cost and earn under every accounting, an entry per delivery."""
     prices = choices.prices
@@ -211,7 +220,9 @@ def accounted_margins(
 
 
 def _margins(
-    known: Sequence[Mapping[str, RunningCosts]], rows: Sequence[Row], seed: int
+    known: Sequence[Mapping[str, RunningCosts]],
+    rows: Sequence[Row],
+    seed: int,
 ) -> dict[str, Interval]:
     """Mean margins by accounting of several runs' deliveries together.
 

@@ -116,7 +116,9 @@ class Sensitivity:
 
 
 def sensitivities(
-    run: StoredRun, choices: Choices, maps: Sequence[tuple[str, str]]
+    run: StoredRun,
+    choices: Choices,
+    maps: Sequence[tuple[str, str]],
 ) -> list[Sensitivity]:
     """Work out every stack of a run.
 
@@ -138,7 +140,10 @@ def sensitivities(
 
 
 def sensitivity_document(
-    run: StoredRun, results: Sequence[Sensitivity], choices: Choices, figures: Sequence[str]
+    run: StoredRun,
+    results: Sequence[Sensitivity],
+    choices: Choices,
+    figures: Sequence[str],
 ) -> Row:
     """The JSON document of ``navbench sensitivity``."""
     return {
@@ -152,7 +157,10 @@ def sensitivity_document(
 
 
 def _of_stack(
-    run: StoredRun, stack: StoredStack, choices: Choices, pairs: Sequence[tuple[str, str]]
+    run: StoredRun,
+    stack: StoredStack,
+    choices: Choices,
+    pairs: Sequence[tuple[str, str]],
 ) -> Sensitivity:
     evaluate = evaluator(run, stack, choices)
     economics, prices = evaluate({})
@@ -336,7 +344,9 @@ def two_way(evaluate: Evaluate, x: PriceAxis, y: PriceAxis) -> TwoWay:
 
 
 def break_even_spread(
-    capex_usd: float, means: FloatArray, deviations: FloatArray
+    capex_usd: float,
+    means: FloatArray,
+    deviations: FloatArray,
 ) -> BreakEvenSpread:
     """What resampled profits of a delivery (draws,) [USD/run] say of the break-even point."""
     runs = np.divide(capex_usd, means, out=np.full_like(means, np.inf), where=means > 0.0)

@@ -102,7 +102,12 @@ def leaving(pairs: Pairs, scores: Scores) -> Check:
 
 
 def _rising(
-    key: str, pairs: Pairs, scores: Scores, found: AuditEvidence | None, least: float, share: float
+    key: str,
+    pairs: Pairs,
+    scores: Scores,
+    found: AuditEvidence | None,
+    least: float,
+    share: float,
 ) -> Check:
     """Flagged where a quantity rises by ``least``, and by a ``share`` of the original's."""
     if found is None:

@@ -218,7 +218,12 @@ class Pairs:
             resolution=CENT if unit == MONEY else 0.0,
         )
         return AuditEvidence(
-            what, unit, float(original.mean()), float(incumbent.mean()), paired.difference, paired.p
+            what,
+            unit,
+            float(original.mean()),
+            float(incumbent.mean()),
+            paired.difference,
+            paired.p,
         )
 
     def of(self, what: str, unit: str, column: Callable[[PairedSide], FloatArray]) -> AuditEvidence:
@@ -226,7 +231,10 @@ class Pairs:
         return self.compare(what, unit, column(self.original), column(self.incumbent))
 
     def known(
-        self, what: str, unit: str, column: Callable[[PairedSide], FloatArray]
+        self,
+        what: str,
+        unit: str,
+        column: Callable[[PairedSide], FloatArray],
     ) -> AuditEvidence | None:
         """The same over the pairs in which both have it; None: these are too few to test."""
         first, second = column(self.original), column(self.incumbent)

@@ -123,7 +123,11 @@ ACCOUNTINGS: dict[str, tuple[str, Callable[[Contacts], FloatArray]]] = {
 
 
 def accounted(
-    each: Measured, rows: Sequence[Row], events: Sequence[Row], name: str, prices: Prices
+    each: Measured,
+    rows: Sequence[Row],
+    events: Sequence[Row],
+    name: str,
+    prices: Prices,
 ) -> Measured:
     """The deliveries' measurements with contacts accounted for in another way.
 
@@ -184,7 +188,11 @@ def _in_proportion(each: Measured, touches: Contacts, deliveries: int) -> dict[s
 
 
 def _paid(
-    contacts: Contacts, kind: str, shares: FloatArray, prices: Prices, deliveries: int
+    contacts: Contacts,
+    kind: str,
+    shares: FloatArray,
+    prices: Prices,
+    deliveries: int,
 ) -> FloatArray:
     """Paid contacts with one kind of property per delivery, weighted with the robot's share."""
     has_price = getattr(prices.property_damage, kind).value > 0.0

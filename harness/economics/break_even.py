@@ -49,7 +49,10 @@ def break_even_days(runs: float | None, prices: Prices) -> float | None:
 
 
 def break_even_probability(
-    runs: float, capex_usd: float, means: FloatArray, deviations: FloatArray
+    runs: float,
+    capex_usd: float,
+    means: FloatArray,
+    deviations: FloatArray,
 ) -> float:
     """Probability that profits pay back the capital expenditure within ``runs`` deliveries.
 

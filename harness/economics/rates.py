@@ -100,7 +100,10 @@ def event_rates(rows: Sequence[Row], prices: Prices) -> dict[str, Interval]:
 
 
 def margin_per_km(
-    margins: FloatArray, rows: Sequence[Row], clusters: IntArray, seed: int
+    margins: FloatArray,
+    rows: Sequence[Row],
+    clusters: IntArray,
+    seed: int,
 ) -> Interval:
     """What a kilometre earns [USD/km]: all margins over all distances, with a bootstrap interval.
 

@@ -31,7 +31,10 @@ def reach_of_loss(prices: Prices, most_impulse: float = math.inf) -> Reach:
 
 
 def margin_admitting_unseen(
-    margin: FloatArray, reach: Reach, clusters: IntArray, seed: int
+    margin: FloatArray,
+    reach: Reach,
+    clusters: IntArray,
+    seed: int,
 ) -> Interval:
     """Mean of margins (n,) [USD] with the interval that admits a loss that has not been seen.
 
@@ -42,9 +45,17 @@ def margin_admitting_unseen(
 
 
 def difference_admitting_unseen(
-    differences: FloatArray, reach: Reach, clusters: IntArray, seed: int
+    differences: FloatArray,
+    reach: Reach,
+    clusters: IntArray,
+    seed: int,
 ) -> Interval:
     """The same of differences (n,) between two stacks, either of which may lose it."""
     return admit_unseen(
-        differences, 0.0, reach, reach, np.random.default_rng(seed), clusters=clusters
+        differences,
+        0.0,
+        reach,
+        reach,
+        np.random.default_rng(seed),
+        clusters=clusters,
     )

@@ -254,7 +254,10 @@ def margins(
 
 
 def optional_costs(
-    measured: Measured, stack: Priced, prices: Prices, optional: OptionalTerms | None
+    measured: Measured,
+    stack: Priced,
+    prices: Prices,
+    optional: OptionalTerms | None,
 ) -> dict[str, ExtraCosts]:
     """The optional terms, each by itself, of a run's means or of each delivery."""
     if optional is None:
@@ -264,7 +267,10 @@ def optional_costs(
 
 
 def all_optional_costs(
-    measured: Measured, stack: Priced, prices: Prices, optional: OptionalTerms | None
+    measured: Measured,
+    stack: Priced,
+    prices: Prices,
+    optional: OptionalTerms | None,
 ) -> ExtraCosts:
     """The sum of the optional terms."""
     return together(optional_costs(measured, stack, prices, optional).values())
@@ -276,7 +282,10 @@ def missions(rows: Sequence[Row]) -> IntArray:
 
 
 def _per_km(
-    margin: FloatArray | None, rows: Sequence[Row], clusters: IntArray, seed: int
+    margin: FloatArray | None,
+    rows: Sequence[Row],
+    clusters: IntArray,
+    seed: int,
 ) -> dict[str, Interval]:
     if margin is None:
         return {}
@@ -322,7 +331,9 @@ def tells_of_rare(margin: FloatArray, clusters: IntArray) -> bool:
 
 
 def profit_draws(
-    margin: FloatArray, clusters: IntArray, seed: int
+    margin: FloatArray,
+    clusters: IntArray,
+    seed: int,
 ) -> tuple[FloatArray, FloatArray]:
     """Mean and standard deviation of a delivery's profit [USD/run] per resample, (draws,)."""
     centre = float(margin.mean())  # taken off, so that squares keep their digits

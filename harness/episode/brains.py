@@ -70,7 +70,11 @@ def delivery_prices(prices: Prices, rules: Rules, counted_impulse: float) -> Del
 
 
 def navigator_on(
-    scene: Scene, world: World, stack: Stack, nav2: Nav2File, prices: DeliveryPrices | None = None
+    scene: Scene,
+    world: World,
+    stack: Stack,
+    nav2: Nav2File,
+    prices: DeliveryPrices | None = None,
 ) -> Navigator:
     """The brain of a stack that drives, to be reset.
 
@@ -92,7 +96,11 @@ def navigator_on(
 
 
 def senses_on(
-    scene: Scene, world: World, stack: Stack, nav2: Nav2File, persons: PedestrianParams
+    scene: Scene,
+    world: World,
+    stack: Stack,
+    nav2: Nav2File,
+    persons: PedestrianParams,
 ) -> Senses:
     """What a policy of a stack sees in a world, ``persons`` among it, to be reset.
 

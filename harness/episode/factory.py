@@ -326,7 +326,11 @@ def _ros2_brain(world: World, place: "str | Leg", stack: Stack) -> Brain:
 
 @kept(2, is_heavy=True)
 def _policy_brain(
-    world: World, place: "str | Leg", stack: Stack, allow_unknown: bool, persons: PedestrianParams
+    world: World,
+    place: "str | Leg",
+    stack: Stack,
+    allow_unknown: bool,
+    persons: PedestrianParams,
 ) -> PolicyBrain:
     """A stack's policy, loaded."""
     senses = senses_on(

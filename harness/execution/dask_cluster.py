@@ -64,7 +64,9 @@ class DaskCluster:
         # Dask's own, of connections that end
         self._loop.set_exception_handler(lambda loop, context: None)
         self._thread = threading.Thread(
-            target=self._loop.run_forever, name="dask client", daemon=True
+            target=self._loop.run_forever,
+            name="dask client",
+            daemon=True,
         )
         self._workers: dict[str, Worker] = {}  # by address
         # addresses; those that left meanwhile are skipped
@@ -135,7 +137,10 @@ class DaskCluster:
         open_client: Any = Client  # untyped
         try:
             self._client = await open_client(
-                self._scheduler, asynchronous=True, timeout=CONNECT, set_as_default=False
+                self._scheduler,
+                asynchronous=True,
+                timeout=CONNECT,
+                set_as_default=False,
             )
         except (OSError, ValueError, ImportError) as error:
             reason = " ".join(str(error).split()) or type(error).__name__
@@ -211,7 +216,10 @@ class DaskCluster:
                 self._abandon(address, worker)
 
     def _admit(
-        self, address: str, seen: "Look | Exception | None", complain: Callable[[str], None]
+        self,
+        address: str,
+        seen: "Look | Exception | None",
+        complain: Callable[[str], None],
     ) -> None:
         if seen is None or isinstance(seen, OSError):
             return  # it left meanwhile

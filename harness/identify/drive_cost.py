@@ -59,7 +59,11 @@ class DriveCost:
 
 
 def cost_of_drive(
-    log: DriveLog, robot: RobotParams, scene: Scene, world: WorldParams, prices: Prices
+    log: DriveLog,
+    robot: RobotParams,
+    scene: Scene,
+    world: WorldParams,
+    prices: Prices,
 ) -> DriveCost:
     """Find the events of a drive, and price them.
 
@@ -115,7 +119,10 @@ def _driven(log: DriveLog, robot: RobotParams, gravity: float) -> tuple[float, F
 
 
 def _forces(
-    robot: RobotParams, speeds: FloatArray, turns: FloatArray, period: float
+    robot: RobotParams,
+    speeds: FloatArray,
+    turns: FloatArray,
+    period: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Force (n,) [N] and couple (n,) [N m] of both motors, by the motion of the centre of mass.
 
@@ -157,7 +164,9 @@ def _shake(cargo: Cargo, log: DriveLog, robot: RobotParams, world: WorldParams) 
 
 
 def _pushes(
-    log: DriveLog, place: tuple[float, float, float], dt: float
+    log: DriveLog,
+    place: tuple[float, float, float],
+    dt: float,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Accelerations (n, 2) [m/s2] of a place on the robot, its yaw (n,) and yaw rate (n,).
 

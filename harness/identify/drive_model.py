@@ -70,7 +70,9 @@ class DriveFit:
 
 
 def _simulated(
-    stamps: FloatArray, commands: FloatArray, drive: tuple[float, float, float, float]
+    stamps: FloatArray,
+    commands: FloatArray,
+    drive: tuple[float, float, float, float],
 ) -> FloatArray:
     """Speeds (N,) at the stamps; ``drive`` is dead time, lag, acceleration up and down.
 
@@ -99,7 +101,11 @@ def used(stamps: FloatArray, commands: FloatArray) -> BoolArray:
 
 
 def fit_drive(
-    prefix: str, unit: str, measured: FloatArray, commands: FloatArray, is_symmetric: bool
+    prefix: str,
+    unit: str,
+    measured: FloatArray,
+    commands: FloatArray,
+    is_symmetric: bool,
 ) -> DriveFit | None:
     """Fit one axis.
 
@@ -167,7 +173,9 @@ def fit_drive(
 
 
 def _starts(
-    stamps: FloatArray, speeds: FloatArray, residuals: Callable[[FloatArray], FloatArray]
+    stamps: FloatArray,
+    speeds: FloatArray,
+    residuals: Callable[[FloatArray], FloatArray],
 ) -> list[FloatArray]:
     """The best of some dead times, with accelerations as the odometry shows them; best first."""
     period = float(np.median(np.diff(stamps)))

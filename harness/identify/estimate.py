@@ -63,7 +63,10 @@ def robust_std(values: FloatArray) -> float:
 
 
 def half_widths(
-    jacobian: FloatArray, residuals: FloatArray, stamps: FloatArray, block: float = BLOCK
+    jacobian: FloatArray,
+    residuals: FloatArray,
+    stamps: FloatArray,
+    block: float = BLOCK,
 ) -> FloatArray:
     """Half widths (p,) of 95 % intervals of least-squares parameters.
 

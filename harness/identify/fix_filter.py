@@ -158,7 +158,11 @@ def _minimum(function: Callable[[FloatArray], float], start: FloatArray) -> Floa
     options = {"initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-2, "maxiter": 600}
     bounds = [(-_MOST, _MOST)] * len(start)
     result: FloatArray = minimize(
-        function, start, method="Nelder-Mead", bounds=bounds, options=options
+        function,
+        start,
+        method="Nelder-Mead",
+        bounds=bounds,
+        options=options,
     ).x
     return result
 

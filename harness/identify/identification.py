@@ -95,7 +95,9 @@ def _drive_estimates(linear: DriveFit | None, angular: DriveFit | None) -> list[
 
 
 def _twist_noise(
-    log: DriveLog, linear: DriveFit | None, angular: DriveFit | None
+    log: DriveLog,
+    linear: DriveFit | None,
+    angular: DriveFit | None,
 ) -> list[Estimate]:
     """White noise of the reported speed and yaw rate, less what the commands explain."""
     stamps = log.odometry[:, 0]

@@ -64,7 +64,10 @@ def default_drive(robot: RobotParams) -> Predictor:
 
 
 def predict_commands(
-    log: DriveLog, fitted: Predictor, default: Predictor, since: float
+    log: DriveLog,
+    fitted: Predictor,
+    default: Predictor,
+    since: float,
 ) -> list[PredictionError]:
     """Errors of the motion that follows from the commands, against the odometry.
 
@@ -156,7 +159,10 @@ def _arcs(twists: FloatArray, seconds: float) -> FloatArray:
 
 
 def predict_fixes(
-    log: DriveLog, path: WheelPath, scale: float, since: float
+    log: DriveLog,
+    path: WheelPath,
+    scale: float,
+    since: float,
 ) -> list[PredictionError]:
     """Errors of the displacements by wheels and gyro against those of the fixes.
 
@@ -243,7 +249,10 @@ def _twist_at(log: DriveLog, stamp: float) -> tuple[float, float]:
 
 
 def _summary(
-    against: str, horizon: float, stamps: FloatArray, errors: Sequence[Sequence[float] | FloatArray]
+    against: str,
+    horizon: float,
+    stamps: FloatArray,
+    errors: Sequence[Sequence[float] | FloatArray],
 ) -> PredictionError:
     """Errors of the identified robot, the default robot and constant twist from times (n,) [s]."""
     squares = [np.square(each) for each in errors]

@@ -86,7 +86,11 @@ class _Values:
 
 
 def write_files(
-    out: Path, found: Identified, log: DriveLog, urdf: UrdfBody | None, nav2: Path | None
+    out: Path,
+    found: Identified,
+    log: DriveLog,
+    urdf: UrdfBody | None,
+    nav2: Path | None,
 ) -> Written:
     """Write ``out`` and, beside it, ``<name>_sensors.yaml``.
 
@@ -119,7 +123,11 @@ def write_files(
 
 
 def _body(
-    found: Identified, log: DriveLog, urdf: UrdfBody | None, nav2: Path | None, notes: list[str]
+    found: Identified,
+    log: DriveLog,
+    urdf: UrdfBody | None,
+    nav2: Path | None,
+    notes: list[str],
 ) -> _Values:
     """The body: the Nav2 file's, with what the URDF says; else the default robot's."""
     params = shipped("params")

@@ -99,7 +99,10 @@ def fit_scans(log: DriveLog, path: WheelPath) -> Travel:
 
 
 def _linear_noise(
-    key: str, component: tuple[float, float, float], scale: float, seconds: float
+    key: str,
+    component: tuple[float, float, float],
+    scale: float,
+    seconds: float,
 ) -> Estimate:
     value, low, high = component
     if low <= 0.0 and high > 3.0 * value:

@@ -145,7 +145,10 @@ def simulated_drive(trace: FloatArray) -> MissionDrive:
 
 
 def _drive(
-    where: str, stamps: FloatArray, speeds: FloatArray, localization: float | None
+    where: str,
+    stamps: FloatArray,
+    speeds: FloatArray,
+    localization: float | None,
 ) -> MissionDrive:
     """A drive by its speeds (N,) [m/s] at times [s].
 

@@ -32,7 +32,10 @@ def property_contacts(
 
 
 def was_counted(
-    stamp: float, duration: float, partner: Hashable, counted: Iterable[tuple[float, Hashable]]
+    stamp: float,
+    duration: float,
+    partner: Hashable,
+    counted: Iterable[tuple[float, Hashable]],
 ) -> bool:
     """Whether the published rule counts a contact event.
 

@@ -67,7 +67,11 @@ class ReplayLog:
         self._odometry = NOT_MOVED
 
     def record(
-        self, truth: Truth, observation: Observation, brain: "Brain", command: Twist2D
+        self,
+        truth: Truth,
+        observation: Observation,
+        brain: "Brain",
+        command: Twist2D,
     ) -> None:
         """Take in a state, what the brain received in it and made of it, and what it commands."""
         self._receive(observation, brain)
@@ -186,7 +190,11 @@ class NoReplayLog(ReplayLog):
     """Asks for nothing and keeps nothing."""
 
     def record(
-        self, truth: Truth, observation: Observation, brain: "Brain", command: Twist2D
+        self,
+        truth: Truth,
+        observation: Observation,
+        brain: "Brain",
+        command: Twist2D,
     ) -> None:
         """See the base class."""
 

@@ -23,7 +23,11 @@ class Obstacles:
     """The cells of a map that a body must not touch, as squares."""
 
     def __init__(
-        self, taken: BoolArray, resolution: float, origin_x: float, origin_y: float
+        self,
+        taken: BoolArray,
+        resolution: float,
+        origin_x: float,
+        origin_y: float,
     ) -> None:
         """Keep the cells that have a neighbour that is not taken.
 
@@ -44,7 +48,11 @@ class Obstacles:
         self._taken, self._origin = taken, (origin_x, origin_y)
 
     def clearance(
-        self, path: FloatArray, start: Pose2D, goal: Pose2D, footprint: FloatArray
+        self,
+        path: FloatArray,
+        start: Pose2D,
+        goal: Pose2D,
+        footprint: FloatArray,
     ) -> float:
         """Least distance [m] of a body to the obstacles on its way; 0: it touches one.
 
@@ -72,7 +80,10 @@ class Obstacles:
         for first in range(0, max(len(placements) - 1, 1), _CHUNK):
             bodies = swept(placements[first : first + _CHUNK + 1], footprint)
             _, distances = tree.query_nearest(
-                bodies, max_distance=REACH, return_distance=True, all_matches=False
+                bodies,
+                max_distance=REACH,
+                return_distance=True,
+                all_matches=False,
             )
             least = min(least, float(distances.min(initial=REACH)))
         return least

@@ -116,7 +116,10 @@ def compile_first(shape: RobotShape) -> None:
         spaces: tuple[Any, ...] = (params,)
         if isinstance(params, OmplParams):
             quick = dataclasses.replace(
-                params, max_iterations=COMPILING, tolerance=0.0, algorithm=SE2_ALGORITHMS[0]
+                params,
+                max_iterations=COMPILING,
+                tolerance=0.0,
+                algorithm=SE2_ALGORITHMS[0],
             )
             spaces = tuple(dataclasses.replace(quick, state_space=space) for space in STATE_SPACES)
         for each in spaces:
@@ -127,7 +130,11 @@ def compile_first(shape: RobotShape) -> None:
 
 
 def make_planner(
-    name: str, nav2: Nav2File, shape: RobotShape, seconds: float, **changes: Any
+    name: str,
+    nav2: Nav2File,
+    shape: RobotShape,
+    seconds: float,
+    **changes: Any,
 ) -> Planner:
     """A planner of :data:`NAMES`, with the parameters that the file has for its kind.
 
@@ -154,7 +161,10 @@ def make_planner(
         params = dataclasses.replace(params, algorithm=name, **changes)
         if seconds > 0.0:
             params = dataclasses.replace(
-                params, max_planning_time=seconds, max_iterations=UNLIMITED, patience=0
+                params,
+                max_planning_time=seconds,
+                max_iterations=UNLIMITED,
+                patience=0,
             )
     planner: Planner = algorithms("planners")[kind].create(params, parts={"robot_shape": shape})
     return planner
@@ -210,7 +220,13 @@ def ask(
         return Answer(name, None, why, seconds, None, None, planner.improvement)
     clearance = ground.obstacles.clearance(path.poses, start, goal, ground.footprint)
     return Answer(
-        name, path, why, seconds, clearance, cost_of(path, ground.costmap), planner.improvement
+        name,
+        path,
+        why,
+        seconds,
+        clearance,
+        cost_of(path, ground.costmap),
+        planner.improvement,
     )
 
 
@@ -252,7 +268,10 @@ def task_of(
 
 
 def ask_all(
-    task: EpisodeTask, names: Sequence[str], smoother: str | None = None, seconds: float = 0.0
+    task: EpisodeTask,
+    names: Sequence[str],
+    smoother: str | None = None,
+    seconds: float = 0.0,
 ) -> tuple[tuple[Pose2D, Pose2D], PlanningMap, list[Answer]]:
     """Ask planners for the path of a task, one after the other.
 

@@ -64,7 +64,11 @@ class PolicyBrain(SteeredBrain):
     """A policy's answers, driven as they are, or followed where they are waypoints."""
 
     def __init__(
-        self, senses: Senses, rate: float, policy: PolicyProcess, follower: WaypointFollower
+        self,
+        senses: Senses,
+        rate: float,
+        policy: PolicyProcess,
+        follower: WaypointFollower,
     ) -> None:
         """Ask nothing yet, see :class:`SteeredBrain`.
 

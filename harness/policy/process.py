@@ -71,7 +71,10 @@ class PolicyProcess:
             paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
             environment = {**dict.fromkeys(ONE_THREAD, "1"), **os.environ, "PYTHONPATH": paths}
             self._process = subprocess.Popen(
-                command, pass_fds=[theirs.fileno()], env=environment, stdin=subprocess.DEVNULL
+                command,
+                pass_fds=[theirs.fileno()],
+                env=environment,
+                stdin=subprocess.DEVNULL,
             )
         self._connection = ours
         self._end = weakref.finalize(self, _end, self._process, ours)

@@ -69,7 +69,11 @@ class Senses:
     """Localizes, and keeps the newest of what arrives."""
 
     def __init__(
-        self, localizer: Localizer, make_route: MakeRoute, people: People | None, look: Look | None
+        self,
+        localizer: Localizer,
+        make_route: MakeRoute,
+        people: People | None,
+        look: Look | None,
     ) -> None:
         """Take in nothing yet; call :meth:`reset`.
 

@@ -92,7 +92,11 @@ class BlockFile(BagFile):
 
     @abstractmethod
     def _take_records(
-        self, content: bytes | FileBytes, block: int, position: int, within: str
+        self,
+        content: bytes | FileBytes,
+        block: int,
+        position: int,
+        within: str,
     ) -> bool:
         """Take in records up to the first that cannot be read, which is a DamageError.
 

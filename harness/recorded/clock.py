@@ -84,7 +84,12 @@ class Clock:
         return stamp
 
     def _note_repeats(
-        self, topic: str, known: _TopicTime, arrival: float, stamp: float, still_after: float
+        self,
+        topic: str,
+        known: _TopicTime,
+        arrival: float,
+        stamp: float,
+        still_after: float,
     ) -> None:
         """Tell a topic that stands still."""
         if stamp != known.last:

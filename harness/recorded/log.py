@@ -214,7 +214,10 @@ def _offset(bag: Bag, chosen: dict[str, str], receiver: Receiver) -> float:
 
 
 def _assemble(
-    rows: LogRows, chosen: dict[str, str], has_mounting: bool, request: LogRequest
+    rows: LogRows,
+    chosen: dict[str, str],
+    has_mounting: bool,
+    request: LogRequest,
 ) -> DriveLog:
     columns = {TWIST: 3, ODOMETRY: 6, IMU: 5, FIX: 4, POSE_COVARIANCE: 4, SWITCH: 1}
     arrays = {kind: _sorted(rows.by_kind.get(kind, []), n) for kind, n in columns.items()}

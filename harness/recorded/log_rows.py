@@ -32,7 +32,12 @@ class LogRows:
 
 
 def take(
-    rows: LogRows, kind: str, message: Message, receiver: Receiver, clock: Clock, offset: float
+    rows: LogRows,
+    kind: str,
+    message: Message,
+    receiver: Receiver,
+    clock: Clock,
+    offset: float,
 ) -> None:
     """Enter one message."""
     decoded, arrival = decode(message), message.arrival + offset

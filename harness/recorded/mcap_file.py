@@ -30,7 +30,11 @@ class McapFile(BlockFile):
             )
 
     def _take_records(
-        self, content: bytes | FileBytes, block: int, position: int, within: str
+        self,
+        content: bytes | FileBytes,
+        block: int,
+        position: int,
+        within: str,
     ) -> bool:
         """See :class:`BlockFile`."""
         while len(head := content[position : position + _HEAD.size]) == _HEAD.size:

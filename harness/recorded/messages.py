@@ -102,7 +102,14 @@ def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -
     rate_z = float(turns[1:] @ up[1:]) / float(up[1:] @ up[1:])  # of Euler's yaw, pitch and roll
     rate_std = _deviation_about_z(message.angular_velocity_covariance, mounting)
     return Imu(
-        stamp, yaw, rate_z, float(pushes[0]), float(pushes[1]), yaw_std, rate_std, -math.asin(up[0])
+        stamp,
+        yaw,
+        rate_z,
+        float(pushes[0]),
+        float(pushes[1]),
+        yaw_std,
+        rate_std,
+        -math.asin(up[0]),
     )
 
 
@@ -126,7 +133,11 @@ def coordinates(message: Any) -> tuple[float, float] | None:
 
 
 def gps_fix(
-    message: Any, stamp: float, place: tuple[float, float], lever: FloatArray, yaw: float
+    message: Any,
+    stamp: float,
+    place: tuple[float, float],
+    lever: FloatArray,
+    yaw: float,
 ) -> GpsFix:
     """A fix of the base frame's origin.
 

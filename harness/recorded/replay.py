@@ -61,7 +61,10 @@ class Replay:
         return _trajectory(self._references)
 
     def run(
-        self, start: Belief, begin: Callable[[Belief], None], say: Callable[[str], None]
+        self,
+        start: Belief,
+        begin: Callable[[Belief], None],
+        say: Callable[[str], None],
     ) -> Iterator[float]:
         """Replay; yields the share of the messages that are done.
 
@@ -121,7 +124,12 @@ class Replay:
         return times
 
     def _take(
-        self, message: Message, decoded: Any, stamp: float, now: float, belief: Belief
+        self,
+        message: Message,
+        decoded: Any,
+        stamp: float,
+        now: float,
+        belief: Belief,
     ) -> Belief:
         """One message, to the localizer or to the reference; returns what is believed then."""
         name, kind = message.topic.name, message.topic.type

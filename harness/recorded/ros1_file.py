@@ -35,7 +35,11 @@ class Ros1File(BlockFile):
             )
 
     def _take_records(
-        self, content: bytes | FileBytes, block: int, position: int, within: str
+        self,
+        content: bytes | FileBytes,
+        block: int,
+        position: int,
+        within: str,
     ) -> bool:
         """See :class:`BlockFile`."""
         ends_at = 0  # [bytes] where the file's index should begin; 0: the recorder never wrote it

@@ -48,7 +48,11 @@ class Choice:
 
 
 def choose(
-    localizer: str, topics: Topics, bag: Bag, reference: str | None, is_held_out: bool = False
+    localizer: str,
+    topics: Topics,
+    bag: Bag,
+    reference: str | None,
+    is_held_out: bool = False,
 ) -> Choice:
     """The topics that a localizer needs and can use.
 

@@ -33,7 +33,10 @@ class Topics:
     """The topics of a bag, with the user's remappings."""
 
     def __init__(
-        self, types: Mapping[str, str], counts: Mapping[str, int], remaps: Iterable[str]
+        self,
+        types: Mapping[str, str],
+        counts: Mapping[str, int],
+        remaps: Iterable[str],
     ) -> None:
         """Read the remappings.
 

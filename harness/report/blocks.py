@@ -54,7 +54,11 @@ def notes_of(lines: Sequence[str]) -> list[Block]:
 
 
 def declared(
-    name: str, rows: Sequence[Sequence[str]], *more: str, columns: Sequence[str] = (), **values: Any
+    name: str,
+    rows: Sequence[Sequence[str]],
+    *more: str,
+    columns: Sequence[str] = (),
+    **values: Any,
 ) -> Table:
     """A table of ``sheets.toml``.
 

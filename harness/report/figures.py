@@ -71,7 +71,9 @@ def save_figure(stem: Path, height: float, draw: "Callable[[Axes], None]") -> li
 
 
 def save_panels(
-    stem: Path, size: tuple[float, float], draw: "Callable[[Figure], None]"
+    stem: Path,
+    size: tuple[float, float],
+    draw: "Callable[[Figure], None]",
 ) -> list[Path]:
     """As :func:`save_figure`, for a figure of any width and height [inch]."""
     paths = [stem.with_name(stem.name + suffix) for suffix in SUFFIXES]
@@ -107,7 +109,11 @@ def save_as(
             # what draws makes no sense of a full disk
             content, suffix = BytesIO(), path.suffix.lower()
             figure.savefig(
-                content, format=suffix[1:], dpi=DPI, metadata=UNDATED[suffix], facecolor="white"
+                content,
+                format=suffix[1:],
+                dpi=DPI,
+                metadata=UNDATED[suffix],
+                facecolor="white",
             )
             with writing(path), replacing(path) as stream:
                 stream.write(content.getvalue())

@@ -28,7 +28,10 @@ _MOST_MISSING = 3  # lines of what is not identifiable
 
 
 def identified_blocks(
-    found: Identified, log: DriveLog, written: Written, is_full: bool
+    found: Identified,
+    log: DriveLog,
+    written: Written,
+    is_full: bool,
 ) -> list[Block]:
     """The screen of ``navbench identify``.
 

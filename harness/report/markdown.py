@@ -70,5 +70,9 @@ def _wrapped_line(line: str) -> str:
     if line.startswith("- "):
         indent = "  "
     return textwrap.fill(
-        line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+        line,
+        WIDTH,
+        subsequent_indent=indent,
+        break_long_words=False,
+        break_on_hyphens=False,
     )

@@ -26,7 +26,9 @@ def count_text(value: float | None, absent: str = UNDEFINED) -> str:
 
 
 def bounds_text(
-    interval: Interval | None, decimals: int | None = 2, is_signed: bool = False
+    interval: Interval | None,
+    decimals: int | None = 2,
+    is_signed: bool = False,
 ) -> str:
     """The interval alone; empty where there are too few data to say."""
     if interval is None or interval.low is None or interval.high is None:

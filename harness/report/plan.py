@@ -83,7 +83,9 @@ def _rounded(value: float | None) -> float | None:
 
 
 def plan_blocks(
-    ends: Sequence[Pose2D], answers: Sequence[Answer], smoother: str | None
+    ends: Sequence[Pose2D],
+    answers: Sequence[Answer],
+    smoother: str | None,
 ) -> list[Block]:
     """A table, and below it why a planner found nothing."""
     start, goal = ends
@@ -159,7 +161,12 @@ def draw_plan(
             label = f"{answer.planner}, {answer.path.length:.1f} m"
             colour, style = COLOURS[number % len(COLOURS)], STYLES[number % len(STYLES)]
             axes.plot(
-                *answer.path.poses[:, :2].T, color=colour, ls=style, lw=2.0, label=label, zorder=3
+                *answer.path.poses[:, :2].T,
+                color=colour,
+                ls=style,
+                lw=2.0,
+                label=label,
+                zorder=3,
             )
     _draw_ends(axes, ends, footprint)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xticks=[], yticks=[], aspect="equal")
@@ -210,7 +217,12 @@ def _draw_ends(axes: "Axes", ends: Sequence[Pose2D], footprint: FloatArray) -> N
     from matplotlib.patches import Polygon
 
     for name, pose, colour, marker, size in zip(
-        ("start", "goal"), ends, (START, GOAL), ("o", "*"), (7, 13), strict=True
+        ("start", "goal"),
+        ends,
+        (START, GOAL),
+        ("o", "*"),
+        (7, 13),
+        strict=True,
     ):
         axes.add_patch(
             Polygon(

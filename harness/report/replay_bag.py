@@ -223,7 +223,12 @@ def _hit(number: int, event: Row) -> Fields:
     if is_grave(event):
         colour = RED
     marker = _marker(
-        "contacts", number, event["stamp_s"], [event["x_m"], event["y_m"]], 0.2, colour
+        "contacts",
+        number,
+        event["stamp_s"],
+        [event["x_m"], event["y_m"]],
+        0.2,
+        colour,
     )
     return {**marker, "type": SPHERE, "scale": {"x": 0.4, "y": 0.4, "z": 0.4}, "lifetime": {}}
 
@@ -236,7 +241,12 @@ def _map(grid: OccupancyGrid, stamp: float) -> Message:
         "origin": _pose(grid.origin),
     }
     return _stamped(
-        "/map", "nav_msgs/msg/OccupancyGrid", "map", stamp, info=size, data=grid.data.ravel()
+        "/map",
+        "nav_msgs/msg/OccupancyGrid",
+        "map",
+        stamp,
+        info=size,
+        data=grid.data.ravel(),
     )
 
 

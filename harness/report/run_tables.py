@@ -25,7 +25,10 @@ from harness.task.study import Study
 
 
 def run_blocks(
-    results: Sequence[StackResult], study: Study, prices: Prices, folder: Path
+    results: Sequence[StackResult],
+    study: Study,
+    prices: Prices,
+    folder: Path,
 ) -> list[Block]:
     """The tables of a run and what its figures rest on."""
     columns = [

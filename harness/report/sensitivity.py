@@ -177,7 +177,12 @@ def _draw_break_even(axes: "Axes", result: Sensitivity, spread: BreakEvenSpread)
     """Probability that the robot has been paid back within so many deliveries."""
     axes.plot(spread.curve_runs, spread.curve_probability, color=AT_LOW, linewidth=1.6)
     axes.fill_between(
-        spread.curve_runs, 1.0 - spread.never, 1.0, color=NEVER, alpha=0.25, linewidth=0
+        spread.curve_runs,
+        1.0 - spread.never,
+        1.0,
+        color=NEVER,
+        alpha=0.25,
+        linewidth=0,
     )
     if spread.never > 0.02:
         share = f"never, in {100.0 * spread.never:.0f} % of the resamples"

@@ -90,7 +90,12 @@ def _drive(scenario: Scenario, path: Path) -> ScenarioDrive:
     preset = dataclasses.replace(preset, gps=dataclasses.replace(preset.gps, outages=outages))
     sensors = SensorSuite(preset, real, params.people.radius)
     world = PyBulletWorld(
-        real, robot, params, people, sensors, steps_per_tick(nav2, params.physics.rate)
+        real,
+        robot,
+        params,
+        people,
+        sensors,
+        steps_per_tick(nav2, params.physics.rate),
     )
     try:
         navigator = navigator_on(mapped, world, stack, nav2)

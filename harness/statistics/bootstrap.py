@@ -215,7 +215,10 @@ def blocks(weights: int, draws: int) -> Iterator[int]:
 
 
 def _weights(
-    clusters: int, rng: np.random.Generator, draws: int, values: int = 0
+    clusters: int,
+    rng: np.random.Generator,
+    draws: int,
+    values: int = 0,
 ) -> Iterator[FloatArray]:
     """How often each cluster is in each resample, in blocks of shape (b, clusters).
 

@@ -10,7 +10,10 @@ from navstack.types import FloatArray
 
 
 def mean_intervals(
-    columns: Mapping[str, FloatArray | None], clusters: IntArray, seed: int, resolution: float = 0.0
+    columns: Mapping[str, FloatArray | None],
+    clusters: IntArray,
+    seed: int,
+    resolution: float = 0.0,
 ) -> dict[str, Interval]:
     """Mean and bootstrap interval of each column (n,) over its defined entries.
 

@@ -179,7 +179,10 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 
 def paired_slope(
-    levels: FloatArray, values: FloatArray, clusters: IntArray, rng: np.random.Generator
+    levels: FloatArray,
+    values: FloatArray,
+    clusters: IntArray,
+    rng: np.random.Generator,
 ) -> Interval:
     """Slope of values over levels by least squares, with an intercept for each mission.
 

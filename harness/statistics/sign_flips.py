@@ -58,7 +58,9 @@ class SignFlips:
 
 
 def flip_signs(
-    differences: FloatArray, rng: np.random.Generator, clusters: IntArray | None = None
+    differences: FloatArray,
+    rng: np.random.Generator,
+    clusters: IntArray | None = None,
 ) -> SignFlips:
     """Try the signs of a mission's differences the other way round, all together.
 
@@ -102,7 +104,10 @@ def _every(missions: int) -> FloatArray:
 
 
 def _drawn(
-    patterns: FloatArray, decisive: IntArray, parts: FloatArray, rng: np.random.Generator
+    patterns: FloatArray,
+    decisive: IntArray,
+    parts: FloatArray,
+    rng: np.random.Generator,
 ) -> FloatArray:
     """Sums of ``parts`` (missions, 2) that random flips turn, shape (draws, 2).
 

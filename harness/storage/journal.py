@@ -127,7 +127,10 @@ def finished_in_tables(path: Path, tables: Mapping[str, Columns]) -> tuple[Rows,
 
 
 def records_of(
-    rows: Rows, timings: Rows, path: Path, tables: Mapping[str, Columns]
+    rows: Rows,
+    timings: Rows,
+    path: Path,
+    tables: Mapping[str, Columns],
 ) -> Iterator[Row]:
     """The same with their events, as a journal has them.
 

@@ -88,7 +88,10 @@ def drive_missing(study: Study, folder: RunFolder, workers: Workers, on_finished
 
 
 def driven(
-    tasks: Iterable[EpisodeTask], folder: RunFolder, workers: Workers, until: float = math.inf
+    tasks: Iterable[EpisodeTask],
+    folder: RunFolder,
+    workers: Workers,
+    until: float = math.inf,
 ) -> Generator[tuple[Finished[EpisodeTask, Delivery], Row], None, None]:
     """Drive those of the tasks that the folder lacks; each is on disk before it is yielded.
 
@@ -141,7 +144,11 @@ def summarize_study(study: Study, rows: Rows, timings: Rows) -> list[StackResult
 
 
 def _summarize_stack(
-    study: Study, stack: Stack, rows: Rows, timings: Rows, prices: Prices
+    study: Study,
+    stack: Stack,
+    rows: Rows,
+    timings: Rows,
+    prices: Prices,
 ) -> StackResult:
     own = [number for number, name in enumerate(rows.values("stack")) if name == stack.name]
     seeds, episodes, errors = map(rows.values, ("seed", "episode", "error"))

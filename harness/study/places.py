@@ -76,7 +76,10 @@ def _check_scheduler(address: str) -> None:
 
 @contextlib.contextmanager
 def open_workers(
-    where: Where, count: int, folder: Path, runs: "Mapping[Path, Study]"
+    where: Where,
+    count: int,
+    folder: Path,
+    runs: "Mapping[Path, Study]",
 ) -> Iterator[Workers]:
     """Workers for the deliveries of a study.
 

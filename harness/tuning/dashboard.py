@@ -29,7 +29,9 @@ def write_dashboard(result: StudyResult, folder: Path) -> Path:
         path.unlink(missing_ok=True)
         storage = JournalStorage(JournalFileBackend(str(path)))
         study = optuna.create_study(
-            storage=storage, study_name=NAME, directions=["maximize"] * len(result.objectives)
+            storage=storage,
+            study_name=NAME,
+            directions=["maximize"] * len(result.objectives),
         )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Optuna calls the names experimental

@@ -86,7 +86,10 @@ def most_episodes(count: int, missions: int) -> int:
 
 
 def _rivals(
-    trials: Sequence[Trial], count: int, objective: Objective, evaluator: Evaluator
+    trials: Sequence[Trial],
+    count: int,
+    objective: Objective,
+    evaluator: Evaluator,
 ) -> list[Trial]:
     """The best complete trials that drive otherwise than the original and than each other."""
     complete = [trial for trial in trials if trial.state == COMPLETE]
@@ -101,7 +104,10 @@ def _rivals(
 
 
 def _meet(
-    trials: Sequence[Trial], missions: Sequence[int], objective: Objective, evaluator: Evaluator
+    trials: Sequence[Trial],
+    missions: Sequence[int],
+    objective: Objective,
+    evaluator: Evaluator,
 ) -> list[Finalist]:
     """Let trials drive the same missions.
 

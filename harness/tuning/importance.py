@@ -39,7 +39,9 @@ def importances(table: TrialTable) -> dict[str, float]:
         params = dict(zip(distributions, place, strict=True))
         study.add_trial(
             optuna.trial.create_trial(
-                params=params, distributions=distributions, value=float(value)
+                params=params,
+                distributions=distributions,
+                value=float(value),
             )
         )
     evaluator = optuna.importance.PedAnovaImportanceEvaluator(target_quantile=TOP)

@@ -36,7 +36,10 @@ class Journal:
     """
 
     def __init__(
-        self, path: Path, searched: int = 0, clock: Callable[[], float] = time.monotonic
+        self,
+        path: Path,
+        searched: int = 0,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Lock the folder and read what is finished.
 

@@ -72,5 +72,11 @@ def _difference(original: Row, incumbent: Row) -> MissionDifference:
     old, new = ({key: row.get(key) for key in COMPARED_COLUMNS} for row in (original, incumbent))
     difference = float(incumbent[MARGIN] - original[MARGIN])
     return MissionDifference(
-        original["seed"], original["episode"], start, goal, difference, old, new
+        original["seed"],
+        original["episode"],
+        start,
+        goal,
+        difference,
+        old,
+        new,
     )

@@ -30,7 +30,11 @@ TRIALS, DOCUMENT = "trials.parquet", TUNING_DOCUMENT
 
 
 def write_files(
-    result: StudyResult, nav2: Nav2File, stack: Stack, declaration: StudyDeclaration, folder: Path
+    result: StudyResult,
+    nav2: Nav2File,
+    stack: Stack,
+    declaration: StudyDeclaration,
+    folder: Path,
 ) -> None:
     """Write everything but the document; ``stack`` is the original, which drives ``nav2``.
 

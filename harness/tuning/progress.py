@@ -185,7 +185,10 @@ class StudyProgress:
 
 
 def expected_gain(
-    values: Sequence[float], best: float, error: float, remaining: int
+    values: Sequence[float],
+    best: float,
+    error: float,
+    remaining: int,
 ) -> float | None:
     """How much the best of ``remaining`` further trials is expected to exceed ``best``.
 

@@ -122,10 +122,14 @@ class OptunaSampler:
                     each.name: _possible(each, each.original) for each in self._space.parameters
                 }
                 return optuna.samplers.CmaEsSampler(
-                    x0=start, seed=seed, warn_independent_sampling=False
+                    x0=start,
+                    seed=seed,
+                    warn_independent_sampling=False,
                 )
             return optuna.samplers.TPESampler(
-                seed=seed, n_startup_trials=STARTUP, multivariate=True
+                seed=seed,
+                n_startup_trials=STARTUP,
+                multivariate=True,
             )
 
 

@@ -38,7 +38,10 @@ def scores_document(result: StudyResult) -> Row:
 
 
 def _scores(
-    objectives: Sequence[Objective], original: Sequence[Row], incumbent: Sequence[Row], seed: int
+    objectives: Sequence[Objective],
+    original: Sequence[Row],
+    incumbent: Sequence[Row],
+    seed: int,
 ) -> Row:
     """By name of the quantity; those that are undefined here are left out."""
     pairs = [
@@ -57,7 +60,10 @@ def _scores(
 
 
 def _score(
-    objective: Objective, original: Sequence[Row], incumbent: Sequence[Row], seed: int
+    objective: Objective,
+    original: Sequence[Row],
+    incumbent: Sequence[Row],
+    seed: int,
 ) -> Row:
     told = objective.measured
     before, after = (told.scores(rows, original) for rows in (original, incumbent))

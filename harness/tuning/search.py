@@ -67,7 +67,11 @@ class Search:
     """Runs trials and keeps the incumbent."""
 
     def __init__(
-        self, plan: Plan, sampler: Sampler, evaluator: Evaluator, on_trial: OnTrial
+        self,
+        plan: Plan,
+        sampler: Sampler,
+        evaluator: Evaluator,
+        on_trial: OnTrial,
     ) -> None:
         self._plan, self._sampler, self._evaluator, self._on_trial = (
             plan,
@@ -180,7 +184,15 @@ class Search:
                 p, told, reason = self._look(rows, order)
                 if reason:
                     return Trial(
-                        number, candidate, point, PRUNED, missions, values, (told,), p, reason
+                        number,
+                        candidate,
+                        point,
+                        PRUNED,
+                        missions,
+                        values,
+                        (told,),
+                        p,
+                        reason,
                     )
         return Trial(number, candidate, point, COMPLETE, plan.missions, values, values, p, "")
 

@@ -67,7 +67,10 @@ class TuningStudy:
 
 
 def check_space(
-    space: Space, nav2: Nav2File, sampler: Sampler, allow_unknown: bool = False
+    space: Space,
+    nav2: Nav2File,
+    sampler: Sampler,
+    allow_unknown: bool = False,
 ) -> None:
     """Check before anything is driven that a search space has points, and that a file takes them.
 
@@ -87,7 +90,10 @@ def check_space(
 
 
 def load_tuning(
-    folder: Path, study: Study, budget: float | None, test_episodes: int | None = None
+    folder: Path,
+    study: Study,
+    budget: float | None,
+    test_episodes: int | None = None,
 ) -> TuningStudy:
     """The study of a folder.
 
@@ -166,7 +172,10 @@ def run_search(
 
 
 def finish(
-    study: TuningStudy, search: Search, evaluator: Evaluator, journal: Journal
+    study: TuningStudy,
+    search: Search,
+    evaluator: Evaluator,
+    journal: Journal,
 ) -> StudyResult:
     """Choose among the best, and drive the test with original and incumbent.
 
@@ -210,7 +219,9 @@ def _length(template: EpisodeTask, number: int) -> float:
 
 
 def within_budget(
-    budget: float | None, later: int, journal: Journal
+    budget: float | None,
+    later: int,
+    journal: Journal,
 ) -> Callable[[Candidate, tuple[int, ...]], bool]:
     """Whether a trial may begin: it has begun before, or the budget has time for it.
 

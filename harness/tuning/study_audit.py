@@ -145,7 +145,12 @@ def _edge(study: StudyResult, table: TrialTable, number: int) -> Edge | None:
         return None
     p_trend = _p_of_trend(table, number, is_high)
     return Edge(
-        parameter, float(value), distance, is_high, _p_near(table, number, distance), p_trend
+        parameter,
+        float(value),
+        distance,
+        is_high,
+        _p_near(table, number, distance),
+        p_trend,
     )
 
 
@@ -207,7 +212,12 @@ def _evidence(edge: Edge) -> AuditEvidence:
     if isinstance(original, int | float):
         number = float(original)
     return AuditEvidence.unsampled(
-        edge.parameter.name, edge.parameter.unit, number, edge.value, 1, edge.p
+        edge.parameter.name,
+        edge.parameter.unit,
+        number,
+        edge.value,
+        1,
+        edge.p,
     )
 
 

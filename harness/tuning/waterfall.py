@@ -55,7 +55,9 @@ class Waterfall:
 
 
 def players(
-    study: StudyResult, ranking: Sequence[str], most: int = MOST_PLAYERS
+    study: StudyResult,
+    ranking: Sequence[str],
+    most: int = MOST_PLAYERS,
 ) -> tuple[Player, ...]:
     """The players: the most important changed parameters one by one, then all others together.
 
@@ -92,7 +94,10 @@ def players(
 
 
 def waterfall(
-    study: StudyResult, evaluator: Evaluator, missions: Sequence[int], who: Sequence[Player]
+    study: StudyResult,
+    evaluator: Evaluator,
+    missions: Sequence[int],
+    who: Sequence[Player],
 ) -> Waterfall | None:
     """Drive every mixture of old and new values and share out the gain (Shapley 1953).
 

@@ -101,7 +101,12 @@ class PyBulletWorld(World):
         self._obstacles = NearObstacles(client, self._index, _OBSTACLE_FRICTION, robot)
         self._pedestrians.reset(generators["pedestrians"], mission.start)
         self._crowd = Crowd(
-            client, self._pedestrians, params.people, params.pedestrian_bodies, robot, physics.rate
+            client,
+            self._pedestrians,
+            params.people,
+            params.pedestrian_bodies,
+            robot,
+            physics.rate,
         )
         self._book = ContactBook(params.contacts, self._dt, robot.mass)
         if self._cargo:
@@ -225,7 +230,12 @@ class PyBulletWorld(World):
         client, body, position, footing = self._client, self._body, self._position, self._footing
         motion = self._orientation, self._velocity, self._spin
         force, torque, power = self._forces(
-            *motion, footing.left_load, footing.right_load, speed, yaw_rate, self._constants
+            *motion,
+            footing.left_load,
+            footing.right_load,
+            speed,
+            yaw_rate,
+            self._constants,
         )
         self._work += power * self._dt
         # faster than by keywords

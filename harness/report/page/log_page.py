@@ -61,7 +61,13 @@ def log_page(
     shown = _replay(label, log, cost, scene, robot, person_radius)
     more = {"sections": parts, "lede": LEDE, "made": version("navbench")}
     return page_text(
-        "study", label, date, [label], [shown], scenery={scene.name: draw(scene)}, **more
+        "study",
+        label,
+        date,
+        [label],
+        [shown],
+        scenery={scene.name: draw(scene)},
+        **more,
     )
 
 

@@ -217,7 +217,10 @@ def _with_yaw(poses: FloatArray) -> FloatArray:
 
 
 def _field(
-    name: str, values: Any, scale: float | tuple[float, ...], unit: float = 1.0
+    name: str,
+    values: Any,
+    scale: float | tuple[float, ...],
+    unit: float = 1.0,
 ) -> tuple[dict[str, Any], bytes]:
     """Head and numbers of an array (n,) or (n, columns) of ``unit``, in steps of ``scale``."""
     table = np.asarray(values)

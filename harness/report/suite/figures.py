@@ -57,7 +57,11 @@ def draw_figures(results: Results, folder: Path) -> list[Path]:
 
 
 def _panels(
-    figure: "Figure", results: Results, line: Line, beside: Callable[[Standing], str], title: str
+    figure: "Figure",
+    results: Results,
+    line: Line,
+    beside: Callable[[Standing], str],
+    title: str,
 ) -> "list[Axes]":
     """A panel for each condition.
 
@@ -84,7 +88,12 @@ def _panels(
             else:
                 text = f"{beside(each)} ({each.n})"
             axes.text(
-                1.02, place, text, transform=axes.get_yaxis_transform(), va="center", fontsize=SMALL
+                1.02,
+                place,
+                text,
+                transform=axes.get_yaxis_transform(),
+                va="center",
+                fontsize=SMALL,
             )
         n = "n in brackets"
         if not (len(numbers) > 1):
@@ -208,13 +217,21 @@ def _break_even(figure: "Figure", results: Results) -> None:
 
 
 def _stack(
-    axes: "Axes", place: int, parts: Sequence[float | None], colours: Sequence[str]
+    axes: "Axes",
+    place: int,
+    parts: Sequence[float | None],
+    colours: Sequence[str],
 ) -> float:
     """A bar of parts one after the other; returns its end."""
     widths = np.array([part or 0.0 for part in parts])
     ends = widths.cumsum()
     axes.barh(
-        [place] * len(parts), widths, left=ends - widths, height=0.66, color=colours, linewidth=0
+        [place] * len(parts),
+        widths,
+        left=ends - widths,
+        height=0.66,
+        color=colours,
+        linewidth=0,
     )
     return float(ends[-1])
 
@@ -224,7 +241,11 @@ def _legend(figure: "Figure", axes: "Axes", names: Sequence[str], colours: Seque
 
     handles = [Patch(color=colour, label=name) for name, colour in zip(names, colours, strict=True)]
     figure.legend(
-        handles=handles, loc="outside upper center", ncols=len(handles), frameon=False, fontsize=7
+        handles=handles,
+        loc="outside upper center",
+        ncols=len(handles),
+        frameon=False,
+        fontsize=7,
     )
 
 

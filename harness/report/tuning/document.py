@@ -51,7 +51,11 @@ def tuning_blocks(
 
 
 def short_tuning(
-    study: StudyResult, scores: Row, explanation: Explanation, about: str, folder: Path
+    study: StudyResult,
+    scores: Row,
+    explanation: Explanation,
+    about: str,
+    folder: Path,
 ) -> list[Block]:
     """What was tuned, whether to take it, why, and where its page is.
 

@@ -85,7 +85,12 @@ def _history(axes: "Axes", study: StudyResult, bests: Sequence[Best]) -> None:
     scores = [each.score for each in bests]
     values, lows, highs = ([_end(each, key) for each in scores] for key in ("value", "low", "high"))
     axes.step(
-        numbers, [*values, values[-1]], where="post", color=LINE, linewidth=1.2, label="best so far"
+        numbers,
+        [*values, values[-1]],
+        where="post",
+        color=LINE,
+        linewidth=1.2,
+        label="best so far",
     )
     axes.fill_between(
         numbers,
@@ -244,7 +249,12 @@ def _waterfall(axes: "Axes", found: Waterfall) -> None:
         interval = step.gain_usd_per_run
         gain = interval.value or 0.0
         axes.barh(
-            place, gain, left=reached, height=0.6, color=GAIN if gain >= 0.0 else LOSS, linewidth=0
+            place,
+            gain,
+            left=reached,
+            height=0.6,
+            color=GAIN if gain >= 0.0 else LOSS,
+            linewidth=0,
         )
         ends = error_bars([interval])
         axes.errorbar(

@@ -31,7 +31,10 @@ LONG = 1_000_000  # from here on whole numbers are told by their power of ten
 
 
 def sheets(
-    study: StudyResult, scores: Row, explanation: Explanation, command: Sequence[str]
+    study: StudyResult,
+    scores: Row,
+    explanation: Explanation,
+    command: Sequence[str],
 ) -> list[Block]:
     """Every table that has rows.
 
@@ -169,7 +172,11 @@ def _waterfall(explanation: Explanation) -> Table:
     rows += [_step(step) for step in found.steps]
     rows.append(("tuned file", f"{found.incumbent:.2f}", f"total {interval_text(found.total)}"))
     return declared(
-        "tuning_waterfall", rows, missions=found.missions, kind=found.kind, episodes=found.episodes
+        "tuning_waterfall",
+        rows,
+        missions=found.missions,
+        kind=found.kind,
+        episodes=found.episodes,
     )
 
 

@@ -119,7 +119,9 @@ def is_list(value: Value) -> bool:
 
 
 def with_values(
-    nav2: Nav2File, values: Mapping[str, Value], allow_unknown: bool = False
+    nav2: Nav2File,
+    values: Mapping[str, Value],
+    allow_unknown: bool = False,
 ) -> Nav2File:
     """A copy of a file with parameters set, by the paths of their :class:`ParameterPlace`.
 
@@ -212,7 +214,11 @@ def _prefix_of(nav2: Nav2File, node: str, plugin: str, path: str) -> str:
 
 
 def _absent(
-    nav2: Nav2File, path: str, node: str, name: str, known: Mapping[str, Any]
+    nav2: Nav2File,
+    path: str,
+    node: str,
+    name: str,
+    known: Mapping[str, Any],
 ) -> AbsentError:
     what = f"path '{path}': {nav2.path.name}"
     if not known:

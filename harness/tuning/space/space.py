@@ -155,7 +155,11 @@ def fit_space(name: str, content: SpaceFile, nav2: Nav2File, allow_unknown: bool
 
 
 def _fit_all(
-    name: str, content: SpaceFile, nav2: Nav2File, allow_unknown: bool, notes: list[str]
+    name: str,
+    content: SpaceFile,
+    nav2: Nav2File,
+    allow_unknown: bool,
+    notes: list[str],
 ) -> list[Parameter]:
     """The parameters that the file has, or would have with another choice of a list."""
     fitted: dict[str, Parameter] = {}
@@ -280,7 +284,10 @@ def _fit(name: str, entry: SpaceEntry, nav2: Nav2File, where: str, notes: list[s
 
 
 def _choices(
-    entry: SpaceEntry, place: ParameterPlace, where: str, notes: list[str]
+    entry: SpaceEntry,
+    place: ParameterPlace,
+    where: str,
+    notes: list[str],
 ) -> tuple[Value, ...]:
     """The values that a parameter without a range may have."""
     way = "switch"
@@ -328,7 +335,15 @@ def _range(
             f"{where}: the range is widened to {low:g} .. {high:g}: the file has {place.value:g}"
         )
     return Parameter(
-        name, paths, place.value, float(low), float(high), is_log, step, is_int, unit=entry.unit
+        name,
+        paths,
+        place.value,
+        float(low),
+        float(high),
+        is_log,
+        step,
+        is_int,
+        unit=entry.unit,
     )
 
 

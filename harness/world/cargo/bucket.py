@@ -125,7 +125,12 @@ def add_boxes(client: int, boxes: list[Box], mass: float) -> int:
 
 
 def step_with(
-    client: int, bucket: int, pull: Vector, orientation: Quaternion, spin: Vector, dt: float
+    client: int,
+    bucket: int,
+    pull: Vector,
+    orientation: Quaternion,
+    spin: Vector,
+    dt: float,
 ) -> None:
     """One physics step under a pull [m/s2] on all pieces; the bucket is held as it stands."""
     x, y, z = (SCALE * component for component in pull)

@@ -42,7 +42,10 @@ class ImportSettings:
 
 
 def import_scene(
-    name: str, mesh: OccupancyGrid, geometry: OccupancyGrid, settings: ImportSettings
+    name: str,
+    mesh: OccupancyGrid,
+    geometry: OccupancyGrid,
+    settings: ImportSettings,
 ) -> Scene:
     """The scene that two maps of one place show, on the grid of the mesh.
 
@@ -108,7 +111,9 @@ def _indices(offset: float, count: int, step: float, resolution: float) -> IntAr
 
 
 def _off_mesh(
-    is_mesh: BoolArray, is_open: BoolArray, resolution: float
+    is_mesh: BoolArray,
+    is_open: BoolArray,
+    resolution: float,
 ) -> tuple[BoolArray, BoolArray]:
     """Which cells off the mesh (H, W) belong to roads, and which to houses."""
     parts, number = label(~is_mesh)

@@ -96,7 +96,12 @@ def _draft(seeds: tuple[int, int], name: str, widening: float) -> tuple[Scene, f
     )
     curb_length = sum(2.0 * (block.area.width + block.area.depth) for block in streets.blocks)
     return Scene(
-        name, obstacles, zones, _grid(visible), _grid(~walkable), _grid(~mesh)
+        name,
+        obstacles,
+        zones,
+        _grid(visible),
+        _grid(~walkable),
+        _grid(~mesh),
     ), curb_length
 
 
@@ -112,7 +117,12 @@ def _walkable_ground(zones: tuple[Zone, ...]) -> BoolArray:
     mask = _empty()
     for zone in zones:
         fill_convex(
-            mask, zone.polygon, zone.kind in WALKABLE_KINDS, RESOLUTION, -HALF_SIZE, -HALF_SIZE
+            mask,
+            zone.polygon,
+            zone.kind in WALKABLE_KINDS,
+            RESOLUTION,
+            -HALF_SIZE,
+            -HALF_SIZE,
         )
     return mask
 

@@ -157,7 +157,10 @@ def _crossing_ends(rng: np.random.Generator, roads: int) -> list[slice]:
 
 
 def _crossing_spans(
-    rng: np.random.Generator, ends: slice, start: float, end: float
+    rng: np.random.Generator,
+    ends: slice,
+    start: float,
+    end: float,
 ) -> list[tuple[float, float]]:
     """Extents [m] of the crosswalks over a road that runs from ``start`` to ``end``."""
     widths = rng.uniform(*_CROSSWALK_WIDTHS, size=2)
@@ -182,7 +185,10 @@ def _alleys(rng: np.random.Generator, blocks: int) -> list[list[float]]:
 
 
 def _build_block(
-    streets: Streets, block: Block, alleys: list[float], rng: np.random.Generator
+    streets: Streets,
+    block: Block,
+    alleys: list[float],
+    rng: np.random.Generator,
 ) -> None:
     """Fill a block with buildings that alleys part and that stand back from the sidewalk."""
     inner = block.interior

@@ -121,7 +121,13 @@ class Furnisher:
             along += self._spacing(_FACADE_SPACING)
 
     def _place_along(
-        self, name: str, size: FloatArray, strip: Rect, side: int, along: float, inwards: float
+        self,
+        name: str,
+        size: FloatArray,
+        strip: Rect,
+        side: int,
+        along: float,
+        inwards: float,
     ) -> None:
         """Place a piece ``along`` [m] from the strip's lower end, ``inwards`` from the curb."""
         yaw = math.pi / 2.0 if side % 2 == 0 else 0.0
@@ -209,7 +215,13 @@ class Furnisher:
         return max(median * math.exp(spread * self._rng.standard_normal()), 1.0)
 
     def _place(
-        self, name: str, size: FloatArray, x: float, y: float, yaw: float, margin: float
+        self,
+        name: str,
+        size: FloatArray,
+        x: float,
+        y: float,
+        yaw: float,
+        margin: float,
     ) -> None:
         """Add a piece unless something is within ``margin`` [m]."""
         area = bounds(_outline(name, size, x, y, yaw)).grown(margin)

@@ -178,7 +178,12 @@ class Crowd:
                 self._remove(person)
 
     def _steer(
-        self, body: int, x: float, y: float, vx: float, vy: float
+        self,
+        body: int,
+        x: float,
+        y: float,
+        vx: float,
+        vy: float,
     ) -> tuple[float, float, float, float]:
         """Push a dynamic body towards where its model is; returns its state before the step."""
         (bx, by, bz), (ux, uy, uz) = self._body_state(body)
@@ -190,7 +195,12 @@ class Crowd:
         fx, fy = _at_most(self._push_force, gain * (vx - ux), gain * (vy - uy))
         fz = gain * (-bz / _CATCH_UP_TIME - uz)  # stays on the ground
         bullet.applyExternalForce(
-            body, -1, (fx, fy, fz), (bx, by, bz), bullet.WORLD_FRAME, self._client
+            body,
+            -1,
+            (fx, fy, fz),
+            (bx, by, bz),
+            bullet.WORLD_FRAME,
+            self._client,
         )
         return bx, by, ux, uy
 

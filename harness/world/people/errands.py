@@ -117,7 +117,11 @@ class Errands:
         return positions
 
     def _draw_errand(
-        self, i: int, pairs: IntArray, bounds: FloatArray, cumulated: FloatArray
+        self,
+        i: int,
+        pairs: IntArray,
+        bounds: FloatArray,
+        cumulated: FloatArray,
     ) -> float:
         """Give person ``i`` an errand as a random moment finds it.
 

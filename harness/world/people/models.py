@@ -19,7 +19,9 @@ PEDESTRIAN_MODELS: dict[str, Maker] = {
 
 
 def make_pedestrians(
-    people: PedestrianParams, walkable: OccupancyGrid, robot: RobotParams
+    people: PedestrianParams,
+    walkable: OccupancyGrid,
+    robot: RobotParams,
 ) -> PedestrianModel:
     """The people of a world, to be reset.
 

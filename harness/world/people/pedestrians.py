@@ -58,7 +58,12 @@ class PedestrianModel(ABC):
         """Look at the robot; called before every tick."""
 
     def displaced(  # noqa: B027
-        self, person: int, x: float, y: float, vx: float, vy: float
+        self,
+        person: int,
+        x: float,
+        y: float,
+        vx: float,
+        vy: float,
     ) -> None:
         """Go on from where the physics pushed ``person``: x, y [m], vx, vy [m/s], map frame."""
 
@@ -104,7 +109,12 @@ class RandomWalkPedestrians(PedestrianModel):
         errands, states = self._errands, np.empty_like(self._states)
         while times > 0:
             moved, restless = walk(
-                dt, times, errands.walks, self._positions, states, self._restless
+                dt,
+                times,
+                errands.walks,
+                self._positions,
+                states,
+                self._restless,
             )
             times -= moved
             if restless:

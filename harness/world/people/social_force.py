@@ -36,7 +36,10 @@ class SocialForcePedestrians(PedestrianModel):
     takes_pushes = True
 
     def __init__(
-        self, params: PedestrianParams, walkable: OccupancyGrid, robot: RobotParams
+        self,
+        params: PedestrianParams,
+        walkable: OccupancyGrid,
+        robot: RobotParams,
     ) -> None:
         """Prepare the paths on a map; keep the object for all episodes on it.
 

@@ -40,7 +40,13 @@ class StaticIndex:
     def near(self, x: float, y: float, radius: float) -> tuple[list[int], float]:
         """Obstacles within ``radius`` [m]: their numbers, ascending, and the least distance [m]."""
         count, nearest = find_near(
-            x, y, radius, self._corners, self._first, self._boxes, self._found
+            x,
+            y,
+            radius,
+            self._corners,
+            self._first,
+            self._boxes,
+            self._found,
         )
         return self._found[:count].tolist(), nearest
 
@@ -67,7 +73,11 @@ class NearObstacles:
     MARGIN = 0.15
 
     def __init__(
-        self, client: int, index: StaticIndex, friction: float, robot: RobotParams
+        self,
+        client: int,
+        index: StaticIndex,
+        friction: float,
+        robot: RobotParams,
     ) -> None:
         self._client = client
         self._half_size = robot.half_size
@@ -238,13 +248,20 @@ def _ring(polygon: FloatArray, height: float) -> list[_Box]:
 def rigid_body(client: int, mass: float, shape: int, position: Vector) -> int:
     """A body of ``mass`` [kg] at ``position`` [m]."""
     body = bullet.createMultiBody(
-        mass, shape, basePosition=position, useMaximalCoordinates=1, physicsClientId=client
+        mass,
+        shape,
+        basePosition=position,
+        useMaximalCoordinates=1,
+        physicsClientId=client,
     )
     return int(body)
 
 
 def fixed_body(
-    client: int, shape: int, position: tuple[float, float, float], friction: float
+    client: int,
+    shape: int,
+    position: tuple[float, float, float],
+    friction: float,
 ) -> int:
     """A body that nothing moves and only the robot touches."""
     body = rigid_body(client, 0.0, shape, position)

@@ -166,7 +166,10 @@ class ContactBook:
                 self._extend(stamp, point, impacts.get(point.touched, 0.0), robot)
 
     def _impacts(
-        self, stamp: float, points: list[ContactPoint], robot: Motion
+        self,
+        stamp: float,
+        points: list[ContactPoint],
+        robot: Motion,
     ) -> dict[Touched, float]:
         """Impulse [N s] per partner of the points where bodies meet."""
         if stamp - self._recorded > 1.5 * self.dt:

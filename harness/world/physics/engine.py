@@ -82,5 +82,10 @@ class Server:
 def set_dynamics(client: int, body: int, **dynamics: Any) -> None:
     """Set what PyBullet's ``changeDynamics`` knows of a body that moves without damping."""
     bullet.changeDynamics(
-        body, -1, linearDamping=0.0, angularDamping=0.0, physicsClientId=client, **dynamics
+        body,
+        -1,
+        linearDamping=0.0,
+        angularDamping=0.0,
+        physicsClientId=client,
+        **dynamics,
     )

@@ -32,7 +32,10 @@ class Footing:
     is_whole: bool = True  # both driven wheels stand on the ground, and the body does not
 
     def friction(
-        self, motion: Motion, coefficient: float, stopping: float
+        self,
+        motion: Motion,
+        coefficient: float,
+        stopping: float,
     ) -> list[tuple[Vector, Vector]]:
         """Coulomb friction of the scraping body: places [m] and forces [N], map frame.
 

@@ -56,7 +56,11 @@ class GroundTruthTracker:
         """Nothing is remembered."""
 
     def observe(
-        self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D, covariance: FloatArray
+        self,
+        scan: LaserScan,
+        in_map: Pose2D,
+        in_odom: Pose2D,
+        covariance: FloatArray,
     ) -> None:
         """Nothing to see that is not known."""
 

@@ -41,7 +41,11 @@ class Channel(Generic[Message]):
     """A sensor, when it measures, and its messages that are still under way."""
 
     def __init__(
-        self, generator: str, sensor: Sensor[Message], rate: float, latency: float
+        self,
+        generator: str,
+        sensor: Sensor[Message],
+        rate: float,
+        latency: float,
     ) -> None:
         """Connect a sensor.
 
