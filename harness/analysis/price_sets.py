@@ -13,9 +13,8 @@ from harness.economics.accountings import AT_FAULT, MONOTONE, PUBLISHED
 from harness.economics.cost_model import price
 from harness.economics.measured import Measured
 from harness.economics.optional_prices import load_optional_prices
-from harness.economics.optional_terms import OptionalTerms
+from harness.economics.optional_terms import OptionalTerms, all_optional_costs
 from harness.economics.prices import load_prices, price_sets
-from harness.economics.valuation import all_optional_costs
 from harness.metrics.summary import summarize
 from harness.statistics.interval import NO_INTERVAL, Interval
 from harness.study.stored_run import StoredRun, StoredStack
@@ -105,7 +104,7 @@ def money_of(parts: Parts, choices: Choices) -> Money:
     prices = choices.prices
     known = accounted_margins(first, parts, [prices.accounting], choices)
     measured = Measured(**summarize(rows, prices.rolling_resistance_force))
-    extra = all_optional_costs(measured, stack, prices, choices.optional)
+    extra = all_optional_costs(measured, stack.localizer, prices, choices.optional)
     capex = price(measured, stack.carries, stack.data_collection, prices, extra).capex_usd
     return Money(known.get(prices.accounting, NO_INTERVAL), capex, prices.robot_life_runs)
 

@@ -21,13 +21,12 @@ from harness.economics.cost_model import Economics, RunningCosts, price, running
 from harness.economics.cost_terms import COUNTED_TERMS, MARGIN, OPTIONAL_TERMS, Paid
 from harness.economics.measured import Measured
 from harness.economics.optional_prices import load_optional_prices
-from harness.economics.optional_terms import OptionalTerms, check_terms
+from harness.economics.optional_terms import OptionalTerms, all_optional_costs, check_terms
 from harness.economics.price import check_prices, names_of, price_keys, with_values
 from harness.economics.prices import Prices, checked, load_prices
 from harness.economics.valuation import (
     CENT,
     Valuation,
-    all_optional_costs,
     deliveries,
     further_ways,
     has_too_few,
@@ -184,7 +183,7 @@ def _running_costs(
     """What a stack's deliveries cost and earn under every accounting, an entry per delivery."""
     prices = choices.prices
     each = deliveries(stack.rows, prices.rolling_resistance_force)
-    extra = all_optional_costs(each, stack, prices, choices.optional)
+    extra = all_optional_costs(each, stack.localizer, prices, choices.optional)
     for name in names:
         yield name, running(accounted(each, stack.rows, run.events, name, prices), prices, extra)
 
@@ -318,7 +317,7 @@ def evaluator(run: StoredRun, stack: StoredStack, choices: Choices) -> Evaluate:
                 / 1000.0,
             }
         )
-        extra = all_optional_costs(measured, stack, prices, optional)
+        extra = all_optional_costs(measured, stack.localizer, prices, optional)
         return price(measured, stack.carries, stack.data_collection, prices, extra), prices
 
     return economics_at
@@ -332,7 +331,7 @@ def profits(run: StoredRun, stack: StoredStack, choices: Choices) -> FloatArray:
     """
     stack = repriced(stack, run.events, choices.prices)
     each = deliveries(stack.rows, choices.prices.rolling_resistance_force)
-    extra = all_optional_costs(each, stack, choices.prices, choices.optional)
+    extra = all_optional_costs(each, stack.localizer, choices.prices, choices.optional)
     margin = margins(stack.rows, choices.prices, extra=extra)
     if margin is None:
         raise InputError(

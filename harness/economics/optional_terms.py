@@ -4,8 +4,9 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from harness.economics.cost_terms import OPTIONAL_TERMS, CostInputs
-from harness.economics.measured import Quantity
+from harness.economics.measured import Measured, Quantity
 from harness.economics.optional_prices import OptionalPrices
+from harness.economics.prices import Prices
 from navstack.errors import InputError, UnknownNameError
 
 
@@ -61,3 +62,26 @@ def together(terms: Collection[ExtraCosts]) -> ExtraCosts:
     return ExtraCosts(
         capex_usd=sum(term.capex_usd for term in terms), opex=sum(term.opex for term in terms)
     )
+
+
+def optional_costs(
+    measured: Measured,
+    localizer: str,
+    prices: Prices,
+    optional: OptionalTerms | None,
+) -> dict[str, ExtraCosts]:
+    """The optional terms, each by itself, of a run's means or of each delivery."""
+    if optional is None:
+        return {}
+    given = CostInputs(measured, prices, optional.prices, localizer)
+    return {name: extra_costs(name, given) for name in optional.names}
+
+
+def all_optional_costs(
+    measured: Measured,
+    localizer: str,
+    prices: Prices,
+    optional: OptionalTerms | None,
+) -> ExtraCosts:
+    """The sum of the optional terms."""
+    return together(optional_costs(measured, localizer, prices, optional).values())

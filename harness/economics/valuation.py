@@ -9,13 +9,14 @@ import numpy as np
 from harness.economics.accountings import PUBLISHED, accounted
 from harness.economics.break_even import break_even_probability
 from harness.economics.cost_model import Economics, price, running
-from harness.economics.cost_terms import DOLLARS, MARGIN, CostInputs
+from harness.economics.cost_terms import DOLLARS, MARGIN
 from harness.economics.measured import FLAT_WAY, Measured
 from harness.economics.optional_terms import (
     NO_EXTRA_COSTS,
     ExtraCosts,
     OptionalTerms,
-    extra_costs,
+    all_optional_costs,
+    optional_costs,
     together,
 )
 from harness.economics.prices import Prices
@@ -121,8 +122,10 @@ def value(
     force = prices.rolling_resistance_force
     summary, each = summarize(rows, force), deliveries(rows, force)
     means = Measured(**summary, further_km=float(further_ways(rows).mean()))
-    terms = optional_costs(means, stack, prices, optional)
-    each_running = running(each, prices, all_optional_costs(each, stack, prices, optional))
+    terms = optional_costs(means, stack.localizer, prices, optional)
+    each_running = running(
+        each, prices, all_optional_costs(each, stack.localizer, prices, optional)
+    )
     economics = price(means, stack.carries, stack.data_collection, prices, together(terms.values()))
     clusters = missions(rows)
     published = {key: getattr(each, key) for key in summary if key not in OUTCOMES}
@@ -251,29 +254,6 @@ def margins(
     if margin is None:
         return None
     return np.broadcast_to(np.asarray(margin, dtype=np.float64), len(rows))
-
-
-def optional_costs(
-    measured: Measured,
-    stack: Priced,
-    prices: Prices,
-    optional: OptionalTerms | None,
-) -> dict[str, ExtraCosts]:
-    """The optional terms, each by itself, of a run's means or of each delivery."""
-    if optional is None:
-        return {}
-    given = CostInputs(measured, prices, optional.prices, stack.localizer)
-    return {name: extra_costs(name, given) for name in optional.names}
-
-
-def all_optional_costs(
-    measured: Measured,
-    stack: Priced,
-    prices: Prices,
-    optional: OptionalTerms | None,
-) -> ExtraCosts:
-    """The sum of the optional terms."""
-    return together(optional_costs(measured, stack, prices, optional).values())
 
 
 def missions(rows: Sequence[Row]) -> IntArray:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import norm
 
 from harness.identify.estimate import robust_std, runs_of
-from harness.recorded.log import DriveLog
+from harness.recorded.log import DriveLog, period_of
 from harness.world.physics.robot import RobotParams
 from navstack.types import FloatArray
 
@@ -65,7 +65,7 @@ def find_impacts(log: DriveLog, robot: RobotParams) -> Impacts:
         source = "odometry"
     sizes = np.hypot(changes[:, 0], changes[:, 1])
     deviation = max(robust_std(changes[:, 0]), robust_std(changes[:, 1]), 1e-6)
-    windows = 3600.0 / max(float(np.median(np.diff(stamps))), 1e-3)  # [1/h]
+    windows = 3600.0 / max(period_of(stamps), 1e-3)  # [1/h]
     of_noise = deviation * math.sqrt(2.0 * math.log(windows / FALSE_ALARMS))
     strongest = max(robot.max_acceleration, robot.max_deceleration)
     threshold = max(of_noise + _MISFIT * strongest * window, LEAST_IMPULSE / robot.mass)
@@ -92,11 +92,11 @@ def _joined(chosen: "np.ndarray", stamps: FloatArray) -> list[slice]:
 
 def _by_imu(log: DriveLog, robot: RobotParams) -> tuple[FloatArray, FloatArray, float]:
     """Ends (n,) [s] of windows, unexplained changes (n, 2) [m/s] of velocity, and their length."""
-    stamps, rates = log.imu[:, 0], log.imu[:, 2]
-    period = float(np.median(np.diff(stamps)))
+    stamps, rates = log.imu_stamps, log.gyro_rates
+    period = period_of(stamps)
     count = max(math.ceil(_WINDOW / period - 1e-6), 1)
     gained = np.diff(stamps, prepend=stamps[0] - period)[:, None] * log.imu[:, 3:5]
-    lateral = np.interp(stamps, log.odometry[:, 0], log.odometry[:, 4]) * rates
+    lateral = np.interp(stamps, log.stamps, log.speeds) * rates
     gained[:, 1] -= np.diff(stamps, prepend=stamps[0] - period) * lateral
     sums = np.vstack((np.zeros(2), np.cumsum(gained, axis=0)))
     ends = np.arange(count, len(stamps))
@@ -111,8 +111,8 @@ def _by_imu(log: DriveLog, robot: RobotParams) -> tuple[FloatArray, FloatArray, 
 
 def _by_odometry(log: DriveLog, robot: RobotParams) -> tuple[FloatArray, FloatArray, float]:
     """As :func:`_by_imu`, from the odometry's speed; sideways nothing is known."""
-    stamps, speeds = log.odometry[:, 0], log.odometry[:, 4]
-    period = float(np.median(np.diff(stamps)))
+    stamps, speeds = log.stamps, log.speeds
+    period = period_of(stamps)
     count = max(math.ceil(_WINDOW / period - 1e-6), 1)
     changes = np.zeros((len(stamps) - count, 2))
     changes[:, 0] = speeds[count:] - speeds[:-count]
@@ -125,7 +125,7 @@ def _driven(log: DriveLog, robot: RobotParams, begins: FloatArray, window: float
     """Changes (n,) [m/s] of speed by the servo in windows that begin at times [s]."""
     if not len(log.commands):
         return np.zeros(len(begins))
-    before = np.interp(begins, log.odometry[:, 0], log.odometry[:, 4])
+    before = np.interp(begins, log.stamps, log.speeds)
     heard = begins + 0.5 * window - robot.compute_latency
     latest = np.searchsorted(log.commands[:, 0], heard, side="right") - 1
     targets = np.where(latest >= 0, log.commands[latest.clip(0), 1], 0.0)

@@ -14,7 +14,7 @@ from harness.identify.collisions import IN_A_STEP, find_impacts
 from harness.identify.drive_events import DriveEvent, People, events_of, people_on
 from harness.metrics.contacts import PRICED_PROPERTY
 from harness.metrics.delivery_log import JOULES_PER_KWH
-from harness.recorded.log import DriveLog
+from harness.recorded.log import DriveLog, period_of
 from harness.world.cargo.cargo import BucketStep, Cargo
 from harness.world.cargo.loose_cargo import make_cargo
 from harness.world.map.scene import Scene
@@ -101,7 +101,7 @@ def _driven(log: DriveLog, robot: RobotParams, gravity: float) -> tuple[float, F
     """Distance [m], and energy (N,) [J] that the motors delivered to the wheels until each row."""
     stamps, x, y = log.odometry[:, :3].T
     distance = float(np.hypot(np.diff(x), np.diff(y)).sum())
-    period = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
+    period = period_of(stamps)
     if len(stamps) < 10:
         return distance, np.zeros(max(len(stamps), 1))
     constants = drive_constants(robot, gravity, period)
@@ -173,12 +173,12 @@ def _pushes(
     Every ``dt`` [s], in the frame in which the robot stood at first.
     """
     if len(log.imu) > 100:
-        stamps, rates = log.imu[:, 0], log.imu[:, 2]
+        stamps, rates = log.imu_stamps, log.gyro_rates
         ahead, aside = log.imu[:, 3], log.imu[:, 4]
     else:
-        stamps, rates = log.odometry[:, 0], log.odometry[:, 5]
-        ahead = np.gradient(log.odometry[:, 4], stamps)
-        aside = log.odometry[:, 4] * rates
+        stamps, rates = log.stamps, log.yaw_rates
+        ahead = np.gradient(log.speeds, stamps)
+        aside = log.speeds * rates
     grid = np.arange(stamps[0], stamps[-1], dt)
     columns = [np.interp(grid, stamps, each) for each in (ahead, aside, rates)]
     yaw = np.cumsum(columns[2]) * dt

@@ -18,7 +18,7 @@ from harness.metrics.encounters import (
     surface_distances,
     times_to_collision,
 )
-from harness.recorded.log import DriveLog
+from harness.recorded.log import DriveLog, period_of
 from harness.world.map.scene import Scene
 from harness.world.physics.robot import RobotParams
 from harness.world.world_params import WorldParams
@@ -61,9 +61,17 @@ def pose_at(log: DriveLog, stamp: float) -> Pose2D | None:
     """The believed pose in the map frame; None: the log has none."""
     if not len(log.poses):
         return None
-    stamps, x, y, yaw = log.poses.T
-    yaw = np.unwrap(yaw)
-    return Pose2D(*(float(np.interp(stamp, stamps, each)) for each in (x, y, yaw)))
+    return _pose_of(log.poses, stamp)
+
+
+def _pose_of(rows: FloatArray, stamp: float) -> Pose2D:
+    """The pose at a time, between rows (N, 4) [s], x, y [m], yaw [rad]."""
+    stamps, x, y, yaw = rows.T
+    return Pose2D(
+        float(np.interp(stamp, stamps, x)),
+        float(np.interp(stamp, stamps, y)),
+        float(np.interp(stamp, stamps, np.unwrap(yaw))),
+    )
 
 
 def events_of(
@@ -142,15 +150,12 @@ def people_on(log: DriveLog, scene: Scene) -> People:
         return []
     tracker = Tracker(TrackerParams(), scene.mapped_geometry)
     seen: People = []
-    stamps, x, y, yaw = log.odometry[:, :4].T
-    yaw = np.unwrap(yaw)
     for scan in log.scans:
         if not log.poses[0, 0] <= scan.stamp <= log.poses[-1, 0]:
             continue
         at = pose_at(log, scan.stamp)
         assert at is not None
-        in_odom = Pose2D(*(float(np.interp(scan.stamp, stamps, each)) for each in (x, y, yaw)))
-        tracker.observe(scan, at, in_odom)
+        tracker.observe(scan, at, _pose_of(log.odometry[:, :4], scan.stamp))
         rows = [(each.id, each.x, each.y, each.vx, each.vy) for each in tracker.tracks(scan.stamp)]
         seen.append((scan.stamp, at, np.array(rows).reshape(-1, 5)))
     return seen
@@ -170,8 +175,8 @@ def _near_misses(
     for stamp, at, rows in people:
         if not len(rows):
             continue
-        speed = float(np.interp(stamp, log.odometry[:, 0], log.odometry[:, 4]))
-        turn = float(np.interp(stamp, log.odometry[:, 0], log.odometry[:, 5]))
+        speed = float(np.interp(stamp, log.stamps, log.speeds))
+        turn = float(np.interp(stamp, log.stamps, log.yaw_rates))
         own = np.tile((0.0, at.x, at.y, at.yaw, speed, 0.0, turn), (len(rows), 1))
         seen = in_base_frame(own, rows[:, 1:])
         distances, times = surface_distances(seen, body), times_to_collision(own[:, 4:], seen, body)
@@ -190,10 +195,10 @@ def _near_misses(
 
 def _hard_brakes(log: DriveLog) -> list[DriveEvent]:
     """Where the speed fell by more than :data:`HARD_BRAKE`."""
-    stamps, speeds = log.odometry[:, 0], np.abs(log.odometry[:, 4])
+    stamps, speeds = log.stamps, np.abs(log.speeds)
     if len(stamps) < 10:
         return []
-    period = float(np.median(np.diff(stamps)))
+    period = period_of(stamps)
     width = max(round(_SMOOTH / period) | 1, 5)
     if width > len(stamps):
         return []
@@ -220,7 +225,7 @@ def _interventions(log: DriveLog) -> list[DriveEvent]:
     jumps = np.hypot(np.diff(places[:, 1]), np.diff(places[:, 2]))
     for at in np.flatnonzero(jumps > _JUMP):
         stamp = float(places[at, 0])
-        row = min(int(np.searchsorted(log.odometry[:, 0], stamp)), len(still) - 1)
+        row = min(int(np.searchsorted(log.stamps, stamp)), len(still) - 1)
         if still[row] and (not found or stamp - found[-1].stamp > _APART):
             found.append(DriveEvent("intervention", stamp, "jump", float(jumps[at])))
     return found

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from harness.identify.estimate import Estimate, half_widths, unknown
+from harness.identify.estimate import Estimate, around, half_widths, unknown
+from harness.recorded.log import period_of
 from navstack.jit import njit
 from navstack.types import BoolArray, FloatArray
 
@@ -122,7 +123,7 @@ def fit_drive(
     if len(commands) < 20:
         return None
     measured = measured[used(measured[:, 0], commands)]
-    period = float(np.median(np.diff(measured[:, 0]))) if len(measured) > 2 else 0.0
+    period = period_of(measured[:, 0]) if len(measured) > 2 else 0.0
     moving = np.abs(measured[:, 1]) > 0.05 * np.abs(measured[:, 1]).max(initial=0.0) + 1e-6
     if np.sum(moving) * period < _LEAST_MOVING or np.ptp(commands[:, 1]) < 1e-3:
         return None
@@ -178,7 +179,7 @@ def _starts(
     residuals: Callable[[FloatArray], FloatArray],
 ) -> list[FloatArray]:
     """The best of some dead times, with accelerations as the odometry shows them; best first."""
-    period = float(np.median(np.diff(stamps)))
+    period = period_of(stamps)
     width = max(1, round(0.2 / period))
     slopes = np.abs(speeds[width:] - speeds[:-width]) / (stamps[width:] - stamps[:-width])
     limit = max(float(np.percentile(slopes, 98.0)), 1e-2)
@@ -227,8 +228,7 @@ def _estimates(
     key, found = f"{prefix}_dead_time_s", []
     advice = f"{turn_or_drive} in steps of the command, ten times or more"
     if half[0] < _UNSURE_TIME:
-        low, high = values[0] - half[0], values[0] + half[0]
-        found.append(Estimate(key, float(values[0]), low, high, seconds, method))
+        found.append(around(key, float(values[0]), half[0], seconds, method))
     else:
         found.append(unknown(key, advice, seconds))
     rows = [("lag_s", 1, 2.0 * _UNSURE, seconds)]
@@ -245,7 +245,6 @@ def _estimates(
             found.append(Estimate(key, value, float(low), float(high), data, method))
         else:
             found.append(unknown(key, f"{advice}, from standing to full speed and back", data))
-    gain = float(values[4])
-    ends = gain - half[4], gain + half[4]
-    found.append(Estimate(f"{prefix}_command_gain", gain, *ends, seconds, method))
+    gain = around(f"{prefix}_command_gain", float(values[4]), half[4], seconds, method)
+    found.append(gain)
     return tuple(found)

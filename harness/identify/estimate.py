@@ -50,6 +50,11 @@ class Estimate:
         }
 
 
+def around(key: str, value: float, half: float, seconds: float, method: str) -> Estimate:
+    """A value with an interval of a half width."""
+    return Estimate(key, value, value - half, value + half, seconds, method)
+
+
 def unknown(key: str, advice: str, seconds: float = 0.0) -> Estimate:
     """A value that the log does not tell."""
     return Estimate(key, None, seconds=seconds, advice=advice)
@@ -112,7 +117,7 @@ def combined(estimates: Sequence[Estimate]) -> Estimate:
     half = float(max(ratio, 1.0) / np.sqrt(np.sum(weights)))
     seconds = max(each.seconds for each in known)
     method = " and ".join(each.method for each in known)
-    return Estimate(known[0].key, value, value - half, value + half, seconds, method)
+    return around(known[0].key, value, half, seconds, method)
 
 
 def widened(value: Estimate, parts: Sequence[Estimate]) -> Estimate:

@@ -18,7 +18,7 @@ from harness.identify.stillness import delays, imu_noise, imu_walk, lidar_noise,
 from harness.identify.travel import fit_fixes, fit_scans
 from harness.identify.turning import fit_turning
 from harness.identify.wheel_path import path_of
-from harness.recorded.log import DriveLog
+from harness.recorded.log import DriveLog, period_of
 from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, TWIST
 from harness.world.physics.robot import RobotParams
 from navstack.types import FloatArray
@@ -100,8 +100,8 @@ def _twist_noise(
     angular: DriveFit | None,
 ) -> list[Estimate]:
     """White noise of the reported speed and yaw rate, less what the commands explain."""
-    stamps = log.odometry[:, 0]
-    period = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
+    stamps = log.stamps
+    period = period_of(stamps)
     found = []
     for key, column, command, fit in (
         ("odometry_velocity_std_mps", 4, 1, linear),

@@ -10,7 +10,7 @@ from harness.identify.drive_model import DriveFit, used
 from harness.identify.estimate import BLOCK, half_widths
 from harness.identify.turning import Turning
 from harness.identify.wheel_path import WheelPath, motions_between, path_of, turn_onto
-from harness.recorded.log import DriveLog
+from harness.recorded.log import DriveLog, period_of
 from harness.world.physics.robot import RobotParams
 from navstack.types import FloatArray
 
@@ -77,14 +77,14 @@ def predict_commands(
         default: to compare with.
         since: [s] from when on predictions are tried.
     """
-    stamps = log.odometry[:, 0]
-    period = float(np.median(np.diff(stamps)))
+    stamps = log.stamps
+    period = period_of(stamps)
     step = max(period, _FINEST)
     grid = np.arange(since, stamps[-1], step)
     if len(grid) < 2 or not len(log.commands):
         return []
     has_commands = used(grid, log.commands)
-    measured = np.column_stack([np.interp(grid, stamps, log.odometry[:, 4 + n]) for n in (0, 1)])
+    measured = _twists(log, grid)
     models = [np.column_stack(_speeds(model, grid, log)) for model in (fitted, default)]
     found = []
     for horizon in (step, LONG):
@@ -97,9 +97,11 @@ def predict_commands(
         for at in starts:
             window = slice(at + 1, at + count + 1)
             truth = _end(measured[window], step)
-            kept = np.repeat(measured[at : at + 1], count, axis=0)
-            for list_, twists in zip(errors, (*[m[window] for m in models], kept), strict=True):
-                list_.append(float(np.hypot(*(_end(twists, step) - truth))))
+            constant = np.repeat(measured[at : at + 1], count, axis=0)
+            predicted = [model[window] for model in models]
+            for found_errors, twists in zip(errors, [*predicted, constant], strict=True):
+                off = _end(twists, step) - truth
+                found_errors.append(float(np.hypot(*off)))
         found.append(_summary("odometry", horizon, grid[starts], errors))
     return found
 
@@ -134,18 +136,17 @@ def predict_turns(log: DriveLog, turning: Turning, since: float) -> list[Predict
         return []
     measured, ours = path_of(log, turning), path_of(log, turning, with_gyro=False)
     plain = path_of(log, Turning(1.0, 0.0, 0.0, ()), with_gyro=False)
-    stamps = log.odometry[:, 0]
+    stamps = log.stamps
     found = []
-    for horizon in (float(np.median(np.diff(stamps))), LONG):
-        starts = np.arange(since, min(stamps[-1], log.imu[-1, 0]) - horizon - 1.0, _EVERY)
+    for horizon in (period_of(stamps), LONG):
+        starts = np.arange(since, min(stamps[-1], log.imu_stamps[-1]) - horizon - 1.0, _EVERY)
         if len(starts) < _LEAST:
             continue
         truth, *models = (
             motions_between(path.at(starts), path.at(starts + horizon))[:, :2]
             for path in (measured, ours, plain)
         )
-        twists = np.column_stack([np.interp(starts, stamps, log.odometry[:, n]) for n in (4, 5)])
-        models.append(_arcs(twists, horizon))
+        models.append(_arcs(_twists(log, starts), horizon))
         errors = [np.hypot(*(model - truth).T) for model in models]
         found.append(_summary("gyro", horizon, starts, errors))
     return found
@@ -178,7 +179,7 @@ def predict_fixes(
     if len(fixes) < 2 * _LEAST:
         return []
     plain = path_of(log, Turning(1.0, 0.0, 0.0, ()), with_gyro=False)
-    period = float(np.median(np.diff(fixes[:, 0])))
+    period = period_of(fixes[:, 0])
     found = []
     for horizon in (period, LONG):
         ends = np.searchsorted(fixes[:, 0], fixes[:, 0] + horizon - 0.25 * period)
@@ -232,20 +233,19 @@ def _displacements(
         turns.append(turn_onto(places, past[:, 1:3]))
         begin, there = share * way.at(np.array((t0, t1)))[:, :2]
         results.append(float(np.hypot(*(turns[-1] @ (there - begin) - moved))))
-    dx, dy = _arcs(np.array((_twist_at(log, t0),)), t1 - t0)[0]
-    yaw = float(path.at(np.array((t0,)))[0, 2])
+    begin = np.array((t0,))
+    dx, dy = _arcs(_twists(log, begin), t1 - t0)[0]
+    yaw = float(path.at(begin)[0, 2])
     cos, sin = np.cos(yaw), np.sin(yaw)
     ahead = np.array((cos * dx - sin * dy, sin * dx + cos * dy))
     results.append(float(np.hypot(*(turns[0] @ ahead - moved))))
     return results[0], results[1], results[2]
 
 
-def _twist_at(log: DriveLog, stamp: float) -> tuple[float, float]:
-    stamps = log.odometry[:, 0]
-    return (
-        float(np.interp(stamp, stamps, log.odometry[:, 4])),
-        float(np.interp(stamp, stamps, log.odometry[:, 5])),
-    )
+def _twists(log: DriveLog, stamps: FloatArray) -> FloatArray:
+    """Speeds and yaw rates (n, 2) of the odometry at times (n,) [s]."""
+    speeds = np.interp(stamps, log.stamps, log.speeds)
+    return np.column_stack((speeds, np.interp(stamps, log.stamps, log.yaw_rates)))
 
 
 def _summary(
@@ -264,5 +264,13 @@ def _summary(
     ones = np.ones((len(stamps), 1))
     half = half_widths(ones, differences - differences.mean(), stamps, block)
     half_gain = float(half[0]) / both
-    ends = gain - half_gain, gain + half_gain
-    return PredictionError(against, horizon, len(stamps), ours, default, constant, *ends)
+    return PredictionError(
+        against,
+        horizon_s=horizon,
+        n=len(stamps),
+        identified_m=ours,
+        default_m=default,
+        constant_twist_m=constant,
+        gain_low_m=gain - half_gain,
+        gain_high_m=gain + half_gain,
+    )

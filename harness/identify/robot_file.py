@@ -265,8 +265,8 @@ def _sensors(found: Identified, log: DriveLog, body: dict[str, Any]) -> dict[str
 
 def _enter_rates(sensors: dict[str, _Values], log: DriveLog) -> None:
     stamps = {
-        "odometry": log.odometry[:, 0],
-        "imu": log.imu[:, 0],
+        "odometry": log.stamps,
+        "imu": log.imu_stamps,
         "gps": log.fixes[:, 0],
         "lidar": np.array([scan.stamp for scan in log.scans]),
     }

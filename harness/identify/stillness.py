@@ -4,12 +4,13 @@ import numpy as np
 
 from harness.identify.estimate import (
     Estimate,
+    around,
     deviation_interval,
     robust_std,
     runs_of,
     unknown,
 )
-from harness.recorded.log import DriveLog
+from harness.recorded.log import DriveLog, period_of
 from harness.recorded.ros_messages import SCAN
 from navstack.types import BoolArray, FloatArray, LaserScan
 
@@ -24,13 +25,14 @@ STAND = "let it stand for 15 s with everything switched on"
 
 def standing(log: DriveLog) -> BoolArray:
     """Which rows (N,) of the odometry are of a robot that stands."""
-    stamps, x, y, yaw = log.odometry[:, :4].T
-    yaw = np.unwrap(yaw)
-    after = np.interp(stamps + _WINDOW, stamps, x), np.interp(stamps + _WINDOW, stamps, y)
-    before = np.interp(stamps - _WINDOW, stamps, x), np.interp(stamps - _WINDOW, stamps, y)
-    turn = np.interp(stamps + _WINDOW, stamps, yaw) - np.interp(stamps - _WINDOW, stamps, yaw)
-    moved = np.hypot(after[0] - before[0], after[1] - before[1])
-    chosen: BoolArray = (moved < _STILL) & (np.abs(turn) < _STILL_TURN)
+    stamps, x, y, _ = log.odometry[:, :4].T
+    before, after = stamps - _WINDOW, stamps + _WINDOW
+
+    def change(values: FloatArray) -> FloatArray:
+        return np.interp(after, stamps, values) - np.interp(before, stamps, values)
+
+    moved = np.hypot(change(x), change(y))
+    chosen: BoolArray = (moved < _STILL) & (np.abs(change(log.yaws)) < _STILL_TURN)
     return chosen
 
 
@@ -39,8 +41,8 @@ def at_rest(log: DriveLog, stamps: FloatArray) -> BoolArray:
     still = standing(log)
     if not len(stamps) or not still.any():
         return np.zeros(len(stamps), dtype=bool)
-    nearest = np.searchsorted(log.odometry[:, 0], stamps).clip(0, len(still) - 1)
-    inside = (stamps >= log.odometry[0, 0]) & (stamps <= log.odometry[-1, 0])
+    nearest = np.searchsorted(log.stamps, stamps).clip(0, len(still) - 1)
+    inside = (stamps >= log.stamps[0]) & (stamps <= log.stamps[-1])
     chosen: BoolArray = still[nearest] & inside
     return chosen
 
@@ -67,10 +69,10 @@ def imu_noise(log: DriveLog) -> list[Estimate]:
     keys = "imu_yaw_rate_bias_radps", "imu_yaw_rate_std_radps", "imu_acceleration_std_mps2"
     if len(log.imu) < _LEAST:
         return [unknown(key, "record /imu/data as well") for key in keys]
-    period = float(np.median(np.diff(log.imu[:, 0])))
-    still = at_rest(log, log.imu[:, 0])
+    period = period_of(log.imu_stamps)
+    still = at_rest(log, log.imu_stamps)
     stood = float(still.sum() * period)
-    rates, ahead = log.imu[:, 2], log.imu[:, 3]
+    rates, ahead = log.gyro_rates, log.imu[:, 3]
     method = "Allan deviation, standing"
     if stood < _LEAST_STANDING:
         still = np.ones(len(rates), dtype=bool)
@@ -90,7 +92,7 @@ def _bias(key: str, rates: FloatArray, seconds: float) -> Estimate:
     parts = np.array([part.mean() for part in np.array_split(rates, 10)])
     value = float(np.median(parts))
     half = 2.26 * float(parts.std(ddof=1)) / np.sqrt(10.0)
-    return Estimate(key, value, value - half, value + half, seconds, "mean, standing")
+    return around(key, value, half, seconds, "mean, standing")
 
 
 def imu_walk(log: DriveLog) -> Estimate:
@@ -98,8 +100,8 @@ def imu_walk(log: DriveLog) -> Estimate:
     key = "imu_yaw_rate_bias_walk_radps_per_sqrt_s"
     if not len(log.imu):
         return unknown(key, "record /imu/data as well")
-    period = float(np.median(np.diff(log.imu[:, 0])))
-    still = at_rest(log, log.imu[:, 0])
+    period = period_of(log.imu_stamps)
+    still = at_rest(log, log.imu_stamps)
     longest = max((part.stop - part.start for part in runs_of(still)), default=0) * period
     return unknown(key, "let it stand for an hour in a log of its own", longest)
 
@@ -110,7 +112,7 @@ def lidar_noise(log: DriveLog) -> list[Estimate]:
     if len(log.scans) < 2:
         return [unknown(noise, "record /scan as well"), unknown(dropout, "record /scan as well")]
     stamps = np.array([scan.stamp for scan in log.scans])
-    period = float(np.median(np.diff(stamps)))
+    period = period_of(stamps)
     still = at_rest(log, stamps)
     found = []
     pairs = np.flatnonzero(still[1:] & still[:-1] & (np.diff(stamps) < 3.0 * period))[:_SCANS]

@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 
 from harness.identify.estimate import (
     Estimate,
+    around,
     deviation_interval,
     half_widths,
     robust_std,
@@ -20,7 +21,7 @@ from harness.identify.estimate import (
 )
 from harness.identify.fix_filter import fit_filter, track_of
 from harness.identify.scan_match import Surfaces, match
-from harness.identify.wheel_path import WheelPath, motions_between
+from harness.identify.wheel_path import WheelPath, motions_between, turn_onto
 from harness.recorded.log import DriveLog
 from navstack.types import FloatArray
 
@@ -89,13 +90,13 @@ def fit_scans(log: DriveLog, path: WheelPath) -> Travel:
     seconds = float(np.sum(end - begin))
     method = "motions between scans (ICP) and of the wheels, least squares"
     scale = 1.0 / float(values[0])
-    ends = scale - half[0] * scale**2, scale + half[0] * scale**2
     estimates = [_linear_noise(noise, components[1], scale, seconds)]
     for number, key in enumerate(keys, start=1):
         estimates.append(_mounted(key, float(values[number]), float(half[number]), seconds, method))
+    first = around(scale_key, scale, half[0] * scale**2, seconds, method)
     if half[0] > _UNSURE_SCALE:
-        return Travel(unknown(scale_key, YARD, seconds), tuple(estimates))
-    return Travel(Estimate(scale_key, scale, *ends, seconds, method), tuple(estimates))
+        first = unknown(scale_key, YARD, seconds)
+    return Travel(first, tuple(estimates))
 
 
 def _linear_noise(
@@ -114,7 +115,7 @@ def _linear_noise(
 def _mounted(key: str, value: float, half: float, seconds: float, method: str) -> Estimate:
     if half > _UNSURE:
         return unknown(key, YARD, seconds)
-    return Estimate(key, value, value - half, value + half, seconds, method)
+    return around(key, value, half, seconds, method)
 
 
 def _weighted(residuals: FloatArray) -> FloatArray:
@@ -199,7 +200,7 @@ def fit_fixes(log: DriveLog, path: WheelPath, linear_noise: float) -> Travel:
     method = "path laid on the fixes in windows of 20 s, least squares"
     late = unknown(keys[1], STREET, seconds)
     if half[1] < 0.2:
-        late = Estimate(keys[1], delay, delay - half[1], delay + half[1], seconds, method)
+        late = around(keys[1], delay, half[1], seconds, method)
     return Travel(_scale_of(scale_key, log, path, spread, seconds), (noise, late))
 
 
@@ -214,7 +215,7 @@ def _scale_of(key: str, log: DriveLog, path: WheelPath, white: float, seconds: f
     if half > _UNSURE_SCALE:
         return unknown(key, STREET, seconds)
     method = "Kalman filter of wheels and fixes, maximum likelihood"
-    return Estimate(key, scale, scale - half, scale + half, seconds, method)
+    return around(key, scale, half, seconds, method)
 
 
 def _windows(log: DriveLog, path: WheelPath) -> list[FloatArray]:
@@ -235,11 +236,9 @@ def _windows(log: DriveLog, path: WheelPath) -> list[FloatArray]:
 def _laid(fixes: FloatArray, path: WheelPath, share: float, delay: float) -> FloatArray:
     """Errors (n, 2) [m] of the path that is moved and turned onto the fixes (Umeyama 1991)."""
     places = share * path.at(fixes[:, 0] - delay)[:, :2]
-    ours, theirs = places - places.mean(axis=0), fixes[:, 1:3] - fixes[:, 1:3].mean(axis=0)
-    cross = np.sum(ours[:, 0] * theirs[:, 1] - ours[:, 1] * theirs[:, 0])
-    turn = np.arctan2(cross, np.sum(ours * theirs))
-    cos, sin = np.cos(turn), np.sin(turn)
-    found: FloatArray = ours @ np.array(((cos, sin), (-sin, cos))) - theirs
+    ours = places - places.mean(axis=0)
+    theirs = fixes[:, 1:3] - fixes[:, 1:3].mean(axis=0)
+    found: FloatArray = ours @ turn_onto(places, fixes[:, 1:3]).T - theirs
     return found
 
 

@@ -7,13 +7,14 @@ from scipy.optimize import least_squares
 
 from harness.identify.estimate import (
     Estimate,
+    around,
     half_widths,
     robust_std,
     unknown,
     variance_components,
 )
 from harness.identify.stillness import at_rest
-from harness.recorded.log import DriveLog
+from harness.recorded.log import DriveLog, period_of
 from navstack.types import FloatArray
 
 _LONG, _WINDOW = 3.0, 0.5  # [s] over which turns are compared: for the scale, for the noise
@@ -65,10 +66,9 @@ def fit_turning(log: DriveLog) -> Turning:
     key = "odometry_angular_scale"
     first = unknown(key, EIGHT, seconds)
     if half < _UNSURE:
-        first = Estimate(key, scale, scale - half, scale + half, seconds, method)
-    ends = delay - delay_half, delay + delay_half
+        first = around(key, scale, half, seconds, method)
     how = "least squares of both yaw rates"
-    late = Estimate("imu_stamp_delay_s", delay, *ends, seconds, how)
+    late = around("imu_stamp_delay_s", delay, delay_half, seconds, how)
     noise = _noise_of(short, values, scale)
     return Turning(scale, bias, delay, (first, *noise, late))
 
@@ -136,8 +136,7 @@ def _slip(
     value = float(values[2]) / scale
     if half > 0.05:
         return unknown(key, advice, seconds)
-    ends = value - half, value + half
-    return Estimate(key, value, *ends, seconds, "turns against lateral acceleration")
+    return around(key, value, half, seconds, "turns against lateral acceleration")
 
 
 def _nothing(advice: str, seconds: float) -> Turning:
@@ -156,14 +155,14 @@ def _delay(log: DriveLog) -> tuple[float, float]:
 
     Against the poses, for drivers filter the yaw rate that they report: a Husky's is 0.35 s late.
     """
-    periods = np.diff(log.odometry[:, 0])
-    stamps = log.odometry[1:, 0] - 0.5 * periods
-    rates = np.diff(np.unwrap(log.odometry[:, 3])) / periods
-    inside = (stamps > log.imu[0, 0] + 1.0) & (stamps < log.imu[-1, 0] - 1.0)
+    periods = np.diff(log.stamps)
+    stamps = log.stamps[1:] - 0.5 * periods
+    rates = np.diff(log.yaws) / periods
+    inside = (stamps > log.imu_stamps[0] + 1.0) & (stamps < log.imu_stamps[-1] - 1.0)
     stamps, rates = stamps[inside], rates[inside]
 
     def residuals(values: FloatArray) -> FloatArray:
-        gyro = np.interp(stamps + values[0], log.imu[:, 0], log.imu[:, 2])
+        gyro = np.interp(stamps + values[0], log.imu_stamps, log.gyro_rates)
         found: FloatArray = values[1] * gyro + values[2] - rates
         return found
 
@@ -178,18 +177,18 @@ def _delay(log: DriveLog) -> tuple[float, float]:
 
 def _windows(log: DriveLog, delay: float, length: float) -> _Windows:
     """Windows of a length [s] that have no gap in odometry or gyro."""
-    first = max(log.odometry[0, 0], log.imu[0, 0]) + 0.5
-    last = min(log.odometry[-1, 0], log.imu[-1, 0]) - 0.5
+    first = max(log.stamps[0], log.imu_stamps[0]) + 0.5
+    last = min(log.stamps[-1], log.imu_stamps[-1]) - 0.5
     edges = np.arange(first, last, length)
     kept = np.ones(max(len(edges) - 1, 0), dtype=bool)
-    for stamps in (log.odometry[:, 0], log.imu[:, 0]):
+    for stamps in (log.stamps, log.imu_stamps):
         steps = np.diff(stamps)
         longest = max(5.0 * float(np.median(steps)), 0.1)
         for gap in np.flatnonzero(steps > longest):
             kept &= (edges[1:] < stamps[gap]) | (edges[:-1] > stamps[gap + 1])
-    stamps, yaw = log.odometry[:, 0], np.unwrap(log.odometry[:, 3])
-    gyro = _integral(log.imu[:, 0] - delay, log.imu[:, 2], edges)
-    lateral = np.abs(log.odometry[:, 4] * log.odometry[:, 5]) / _GRAVITY
+    stamps, yaw = log.stamps, log.yaws
+    gyro = _integral(log.imu_stamps - delay, log.gyro_rates, edges)
+    lateral = np.abs(log.speeds * log.yaw_rates) / _GRAVITY
     slipping = gyro * _integral(stamps, lateral, edges) / length
     lengths = np.full(len(gyro), length)
     return _Windows(
@@ -203,23 +202,21 @@ def _windows(log: DriveLog, delay: float, length: float) -> _Windows:
 def _integral(stamps: FloatArray, values: FloatArray, edges: FloatArray) -> FloatArray:
     """Integrals (n - 1,) of a signal between edges (n,), by the trapezoidal rule."""
     steps = np.diff(stamps) * 0.5 * (values[1:] + values[:-1])
-    areas = np.concatenate(((0.0,), np.cumsum(steps)))
-    found: FloatArray = np.diff(np.interp(edges, stamps, areas))
-    return found
+    return _summed(stamps, steps, edges)
 
 
 def _moved(log: DriveLog, edges: FloatArray) -> FloatArray:
     """[m] driven in each window by the poses."""
     steps = np.hypot(np.diff(log.odometry[:, 1]), np.diff(log.odometry[:, 2]))
-    return _summed(log.odometry[:, 0], steps, edges)
+    return _summed(log.stamps, steps, edges)
 
 
 def _swept(log: DriveLog, edges: FloatArray) -> FloatArray:
     """[rad] turned in each window, without sign; the gyro's noise and bias are no turns."""
-    stamps, rates = log.imu[:, 0], log.imu[:, 2]
+    stamps, rates = log.imu_stamps, log.gyro_rates
     still = at_rest(log, stamps)
     bias = float(np.median(rates[still])) if still.any() else 0.0
-    width = max(round(_SMOOTH / float(np.median(np.diff(stamps)))), 1)
+    width = max(round(_SMOOTH / period_of(stamps)), 1)
     smooth = np.convolve(rates - bias, np.full(width, 1.0 / width), mode="same")
     smooth[still] = 0.0
     return _integral(stamps, np.abs(smooth), edges)

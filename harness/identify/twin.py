@@ -134,7 +134,7 @@ def real_drive(log: DriveLog, goal: Place, radius: float, fix_noise: float | Non
     apart = np.hypot(log.poses[:, 1] - goal[0], log.poses[:, 2] - goal[1])
     far = np.flatnonzero(apart > radius)
     end = float(log.poses[min(int(far[-1]) + 1, len(apart) - 1), 0]) if len(far) else math.inf
-    rows = log.odometry[log.odometry[:, 0] <= end]
+    rows = log.odometry[log.stamps <= end]
     return _drive("log", rows[:, 0], rows[:, 4], _believed_error(log, fix_noise))
 
 

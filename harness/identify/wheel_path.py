@@ -31,15 +31,15 @@ class WheelPath:
 
 def path_of(log: DriveLog, turning: Turning, with_gyro: bool = True) -> WheelPath:
     """The odometry's steps along the gyro's heading, or along its own without the turns' scale."""
-    stamps, x, y, yaw = log.odometry[:, :4].T
-    yaw = np.unwrap(yaw)
+    stamps, x, y, _ = log.odometry[:, :4].T
+    yaw = log.yaws
     steps = np.column_stack((np.diff(x), np.diff(y)))
     middle = 0.5 * (yaw[1:] + yaw[:-1])
     ahead = np.cos(middle) * steps[:, 0] + np.sin(middle) * steps[:, 1]
     heading = yaw / turning.scale
     if with_gyro and len(log.imu) > 100:
-        rates = log.imu[:, 2] - turning.bias
-        times = log.imu[:, 0] - turning.delay
+        rates = log.gyro_rates - turning.bias
+        times = log.imu_stamps - turning.delay
         areas = np.diff(times) * 0.5 * (rates[1:] + rates[:-1])
         heading = np.interp(stamps, times, np.concatenate(((0.0,), np.cumsum(areas))))
     middle = 0.5 * (heading[1:] + heading[:-1])

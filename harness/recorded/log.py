@@ -73,11 +73,48 @@ class DriveLog:
     files: str  # as the user named them
 
     @property
+    def stamps(self) -> FloatArray:
+        """[s] of the odometry, (N,)."""
+        return self.odometry[:, 0]
+
+    @property
+    def yaws(self) -> FloatArray:
+        """[rad] of the odometry without jumps of a turn, (N,)."""
+        return np.unwrap(self.odometry[:, 3])
+
+    @property
+    def speeds(self) -> FloatArray:
+        """[m/s] forward by the odometry, (N,)."""
+        return self.odometry[:, 4]
+
+    @property
+    def yaw_rates(self) -> FloatArray:
+        """[rad/s] by the odometry, (N,)."""
+        return self.odometry[:, 5]
+
+    @property
+    def imu_stamps(self) -> FloatArray:
+        """[s] of the inertial unit, (N,)."""
+        return self.imu[:, 0]
+
+    @property
+    def gyro_rates(self) -> FloatArray:
+        """[rad/s] yaw rates of the gyro, (N,)."""
+        return self.imu[:, 2]
+
+    @property
     def duration(self) -> float:
         """[s] from the first to the last message of odometry."""
         if not len(self.odometry):
             return 0.0
-        return float(self.odometry[-1, 0] - self.odometry[0, 0])
+        return float(self.stamps[-1] - self.stamps[0])
+
+
+def period_of(stamps: FloatArray) -> float:
+    """[s] between stamps (N,), the median; 0 where there are fewer than two."""
+    if len(stamps) < 2:
+        return 0.0
+    return float(np.median(np.diff(stamps)))
 
 
 def read_log(request: LogRequest, say: Say) -> DriveLog:

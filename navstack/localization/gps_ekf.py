@@ -1,15 +1,14 @@
-"""GPS-EKF: wheels, inertial unit, satellite receiver and scans fused by an extended Kalman filter."""
+"""GPS-EKF: wheels, inertial unit, receiver and scans fused by an extended Kalman filter."""
 
 import math
 from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from filterpy.kalman import ExtendedKalmanFilter
 
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.geometry import largest_variance, normalize_angle
-from navstack.localization import gps_ekf_kernels as kernels
+from navstack.localization.filterpy_engine import filterpy_engine
 from navstack.localization.gps_ekf_filter import COMPILED, Engine, FilterState, GpsEkfFilter
 from navstack.localization.gps_ekf_history import Apply, History
 from navstack.localization.gps_ekf_kernels import GPS_X, GPS_Y, OFFSET, SIZE, SPEED, YAW, X, Y
@@ -43,41 +42,6 @@ _IMU, _ODOMETRY, _FIX, _SCAN = range(4)
 # [m] of way after which a scan counts, for the errors of two scans of one place are alike; and of
 # the position's standard deviation from which on any scan does
 SCAN_STEP, SCAN_UNSURE = 0.3, 0.1
-
-
-def filterpy_engine() -> Engine:
-    """The extended Kalman filter of filterpy, in place of the compiled steps."""
-    ekf = ExtendedKalmanFilter(dim_x=SIZE, dim_z=1)
-
-    def propagate(
-        mean: FloatArray,
-        covariance: FloatArray,
-        dt: float,
-        yaw_rate: float,
-        gyro: float,
-        acceleration: float,
-        densities: FloatArray,
-    ) -> None:
-        """Predict with filterpy, but the state by the motion model."""
-        ekf.P = covariance.copy()
-        ekf.F = kernels.motion_jacobian(mean, dt, yaw_rate, gyro, acceleration)
-        ekf.Q = kernels.process_noise(mean, dt, yaw_rate, gyro, densities)
-        ekf.predict()
-        kernels.move(mean, dt, yaw_rate, gyro, acceleration)
-        covariance[:] = ekf.P
-
-    def correct(
-        mean: FloatArray,
-        covariance: FloatArray,
-        row: FloatArray,
-        innovation: float,
-        variance: float,
-    ) -> None:
-        ekf.x, ekf.P = mean.copy(), covariance.copy()
-        ekf.update(innovation, lambda _: row[None, :], lambda _: np.zeros(1), R=variance)
-        mean[:], covariance[:] = ekf.x, ekf.P
-
-    return Engine(propagate, correct)
 
 
 _ENGINES: dict[str, Callable[[], Engine]] = {

@@ -13,10 +13,11 @@ from harness.report.blocks import Text
 from harness.storage.shipped import shipped
 from navbench.cli.app import COMMANDS, main
 from navbench.cli.common.ending import print_with_notes
+from tests.rules import short_rules
 
 MOST_LINES = 25
 MOST_OF_RUN = 12
-RULES = "arrival_radius: 2.0\ntimeout: 4.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+RULES = short_rules(4.0)
 STACKS = ("nav2-gps-ekf", "evasive-gps-ekf")
 NEXT = re.compile(r"next: navbench (.*)")
 
@@ -90,7 +91,7 @@ def test_a_run_that_lost_nothing_has_an_answer_and_a_command_that_works(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Two stacks in an empty hall; what would decide is driven with fewer missions."""
-    roomy = RULES.replace("timeout: 4.0", "timeout: 241.0")
+    roomy = short_rules(241.0)
     (place / "short.yaml").write_text(roomy, encoding="utf-8")
     run_words[run_words.index("--pedestrians") + 1] = "0"
     words = [*run_words, "--page", "--out", "few"]

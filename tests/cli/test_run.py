@@ -11,8 +11,10 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 
+from tests.rules import short_rules
+
 NAVBENCH = [sys.executable, "-c", "from navbench.cli.app import main; main()"]
-RULES = "arrival_radius: 2.0\ntimeout: 5.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+RULES = short_rules(5.0)
 STACKS = ["--stack", "nav2-gps", "--stack", "parked"]
 EIGHT = ["run", "--stack", "nav2-gps", "--episodes", "8", "--seed", "0", "--json"]
 FEW = ["run", *STACKS, "--episodes", "2", "--seed", "7", "--json"]

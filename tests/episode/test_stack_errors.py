@@ -15,8 +15,9 @@ from harness.task.brain import Brain
 from harness.task.study import EpisodeTask, make_study
 from navstack.errors import NavstackError, PlanningError
 from navstack.types import Belief, Generators, Observation, Pose2D, Twist2D
+from tests.rules import short_rules
 
-RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+RULES = short_rules(2.0)
 OF_THE_STACK: Sequence[type[Exception]] = (
     NavstackError,
     PlanningError,

@@ -20,9 +20,10 @@ from harness.storage.run_folder import RunFolder
 from harness.study.drive import TABLES, drive_missing
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
+from tests.rules import short_rules
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
-RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+RULES = short_rules(2.0)
 SAME = ("episodes.parquet", "events.parquet")
 EPISODES = 3
 MPIEXEC = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or shutil.which("mpiexec")

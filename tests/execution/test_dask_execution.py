@@ -21,6 +21,7 @@ from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
 from navbench.cli.app import main
+from tests.rules import short_rules
 
 dask = pytest.importorskip("dask", reason="the package dask (extra 'dask') is not installed")
 distributed = pytest.importorskip(
@@ -30,7 +31,7 @@ from harness.execution.dask_cluster import DaskCluster  # noqa: E402 - needs dis
 
 Here = Callable[[], AbstractContextManager[None]]
 EPISODES = 6
-RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+RULES = short_rules(2.0)
 SAME = ("episodes.parquet", "events.parquet", "summary.json")  # whatever the machine does
 TIME_LIMIT = 8.0  # [s]
 
@@ -170,7 +171,7 @@ def test_workers_that_live_on_read_files_that_changed_between_studies(
 
     rules = tmp_path / "short.yaml"
     for seconds in (2.0, 3.0):
-        rules.write_text(RULES.replace("timeout: 2.0", f"timeout: {seconds}"))
+        rules.write_text(short_rules(seconds))
         finished = drive_on(two, limit, [(str(rules), number) for number in range(4)])
         assert [(item.result, item.error) for item in finished.values()] == 4 * [(seconds, None)]
 

@@ -26,8 +26,9 @@ from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError
 from navstack.types import Pose2D
+from tests.rules import short_rules
 
-RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+RULES = short_rules(2.0)
 DASK = ("--executor", "dask", "--scheduler")
 TLS = "distributed.comm.tls"
 
@@ -97,7 +98,7 @@ def test_a_worker_that_lives_on_drives_what_it_is_seen_with(
     made = []
     for length, timeout, count in ((20.0, 2.0, 1), (10.0, 3.0, 2)):
         save_hall(hall, length)
-        rules.write_text(RULES.replace("timeout: 2.0", f"timeout: {timeout}"))
+        rules.write_text(short_rules(timeout))
         people.write_text(world.replace("count: 20", f"count: {count}"))
         look((), [str(hall), str(rules), str(people)], worker)
         study = make_study(

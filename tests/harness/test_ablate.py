@@ -19,8 +19,9 @@ from harness.task.stack import load_stack
 from harness.world.sensors.suite import SensorParams
 from navbench.cli.app import main
 from navstack.params.strict import load_dataclass
+from tests.rules import short_rules
 
-RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+RULES = short_rules(2.0)
 ARMS = ["ground_truth", "gps", "position=0.5"]
 # whatever the machine does
 SAME = ("episodes.parquet", "events.parquet", "summary.json", "ablation.json")

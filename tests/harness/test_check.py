@@ -13,8 +13,9 @@ from harness.statistics.interval import Interval
 from harness.storage.run_folder import JOURNAL
 from harness.storage.shipped import shipped
 from navbench.api import check as api
+from tests.rules import short_rules
 
-RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+RULES = short_rules(2.0)
 STOCK = (shipped("params") / "nav2" / "stock.yaml").read_text(encoding="utf-8")
 
 

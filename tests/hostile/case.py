@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.storage.shipped import shipped
+from tests.rules import short_rules
 
 Make = Callable[[Path], list[str]]
 
@@ -15,7 +16,7 @@ MAP_TEXT = (
     "occupied_thresh: 0.65\nfree_thresh: 0.2\n"
 )
 SIDE = 100  # [pixels] of the valid map: 10 m
-RULES = "arrival_radius: 2.0\ntimeout: 1.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+RULES = short_rules(1.0)
 POSES = ("--start", "2,2,0", "--goal", "8,8,0")
 
 

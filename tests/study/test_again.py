@@ -14,8 +14,9 @@ from harness.study.stored_run import load_run
 from harness.task.study import Study, make_study
 from navbench.cli.app import main
 from navstack.errors import InputError
+from tests.rules import short_rules
 
-RULES = "arrival_radius: 2.0\ntimeout: 1.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+RULES = short_rules(1.0)
 
 
 @pytest.fixture

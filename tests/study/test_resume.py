@@ -26,11 +26,12 @@ from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
 from navbench.cli.app import main
 from navstack.errors import InputError
+from tests.rules import short_rules
 
 NAVBENCH = [sys.executable, "-c", "from navbench.cli.app import main; main()"]
 SAME = ("episodes.parquet", "events.parquet", "summary.json")  # whatever the machine does
 EPISODES = 6
-RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+RULES = short_rules(2.0)
 
 
 class Shuffled(Workers):
@@ -119,7 +120,7 @@ def test_the_folder_alone_tells_what_to_drive(whole: Path, tmp_path: Path) -> No
     """The user's files change and vanish after the beginning."""
     path = begin(tmp_path / "run", make_study(**options(tmp_path)))
     go_on(path, 2)
-    (tmp_path / "short.yaml").write_text(RULES.replace("timeout: 2.0", "timeout: 3.0"))
+    (tmp_path / "short.yaml").write_text(short_rules(3.0))
     (tmp_path / "world.yaml").unlink()
     assert same(go_on(path)) == same(whole)
 

@@ -21,9 +21,10 @@ from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.types import Pose2D
+from tests.rules import short_rules
 
 Here = Callable[[], AbstractContextManager[None]]
-RULES = "arrival_radius: 2.0\ntimeout: 1.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+RULES = short_rules(1.0)
 SUITE = """
 title: Nobody and somebody
 stacks: [parked]
@@ -236,7 +237,7 @@ def test_a_cell_that_was_driven_with_other_parameters_is_not_added_to(
     file, out = suite_file(tmp_path), tmp_path / "out"
     portion = ("--episodes", "1", "--workers", "1", "--json")
     assert navbench(capsys, str(file), "--out", str(out), *portion)[0] == 0
-    (tmp_path / "short.yaml").write_text(RULES.replace("timeout: 1.0", "timeout: 1.5"))
+    (tmp_path / "short.yaml").write_text(short_rules(1.5))
     status, _, line = navbench(capsys, str(file), "--out", str(out), *portion)
     assert (
         status == 1
@@ -252,7 +253,7 @@ def test_a_cell_is_not_begun_in_another_world_than_its_neighbours(
     file, out = suite_file(tmp_path, TWO_STACKS), tmp_path / "out"
     first, at_once = ("--stack", "parked", "--episodes", "1"), ("--workers", "1", "--json")
     assert navbench(capsys, str(file), "--out", str(out), *first, *at_once)[0] == 0
-    (tmp_path / "short.yaml").write_text(RULES.replace("timeout: 1.0", "timeout: 1.5"))
+    (tmp_path / "short.yaml").write_text(short_rules(1.5))
     rules_of.cache_clear()  # as in a new process
     status, _, line = navbench(capsys, "--resume", str(out), *at_once)
     assert (

@@ -9,7 +9,7 @@ import numpy as np
 
 from harness.task.mission import Mission
 from harness.world.map.scene import Obstacle, Scene, Zone
-from harness.world.map.shapes import octagon
+from harness.world.map.shapes import box, octagon
 from harness.world.people.pedestrians import PedestrianModel
 from harness.world.physics.body_state import BodyState
 from harness.world.physics.engine import bullet
@@ -23,6 +23,17 @@ from navstack.types import FloatArray, Observation, Pose2D, Twist2D
 
 Person = tuple[float, float, float, float]  # x, y [m], vx, vy [m/s]
 STOP = Twist2D()
+
+
+def wall(x: float, yaw: float = 0.0, height: float = 1.5) -> Obstacle:
+    """A glass wall whose face is ``x`` [m] ahead."""
+    middle = x + 0.5 * math.cos(yaw), 0.5 * math.sin(yaw)
+    return Obstacle("building_glass", box(*middle, yaw, 1.0, 4.0), height)
+
+
+def post(x: float, y: float = 0.0, height: float = 0.9, radius: float = 0.1) -> Obstacle:
+    """A bollard."""
+    return Obstacle("bollard", octagon(x, y, radius), height)
 
 
 class Marchers(PedestrianModel):

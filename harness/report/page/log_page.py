@@ -157,7 +157,7 @@ def _arrays(log: DriveLog, cost: DriveCost) -> Json:
         "trace": trace,
         "crowd": np.empty((rows, 0, 2)),
         "pieces_lost": np.zeros(rows, dtype=np.int32),
-        "motion_energy_j": np.interp(stamps, log.odometry[:, 0], cost.energy_joules),
+        "motion_energy_j": np.interp(stamps, log.stamps, cost.energy_joules),
         "belief_covariance": np.zeros((rows, 3)),
         "track_count": counts,
         "tracks": tracks,

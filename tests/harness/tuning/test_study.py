@@ -50,11 +50,12 @@ from harness.tuning.study import (
 )
 from navbench.cli.app import main
 from navstack.errors import InputError, ParameterError
+from tests.rules import short_rules
 
 from .made_up import SPACE, MadeUp
 
 NAVBENCH = [sys.executable, "-c", "from navbench.cli.app import main; main()"]
-RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+RULES = short_rules(2.0)
 OTHER = Candidate("trial-1", {"controller_server.FollowPath.PathAlign.scale": 3.0})
 ORIGINAL = Candidate("original", {})
 DRAWN = 25  # deliveries after which trials come from the sampler's model

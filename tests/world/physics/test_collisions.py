@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from harness.world.map.scene import Obstacle
-from harness.world.map.shapes import box, octagon
+from harness.world.map.shapes import box
 from harness.world.physics.contacts import ContactBook
 from harness.world.physics.engine import bullet
 from harness.world.truth import Partner
@@ -18,26 +18,14 @@ from ..laboratory import (
     collide,
     greatest_tilt,
     mechanical_energy,
+    post,
     stepping_at,
     tipping_speed,
+    wall,
 )
 
 FRONT = 0.14  # [m] of the robot's body ahead of the base origin
 PERSON_RADIUS = 0.3  # [m]
-
-
-def wall(x, yaw=0.0, height=1.5):
-    return Obstacle(
-        "building_glass", box(x + 0.5 * math.cos(yaw), 0.5 * math.sin(yaw), yaw, 1.0, 4.0), height
-    )
-
-
-def post(x, y=0.0, height=0.9, radius=0.1):
-    return Obstacle("bollard", octagon(x, y, radius), height)
-
-
-def with_physics(params, **changes):
-    return dataclasses.replace(params, physics=dataclasses.replace(params.physics, **changes))
 
 
 @pytest.mark.parametrize("obstacle", [wall(1.0), post(1.1, height=1.2)], ids=["wall", "post"])

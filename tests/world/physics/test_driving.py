@@ -7,28 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.world.map.scene import Obstacle
-from harness.world.map.shapes import box, octagon
 from harness.world.physics.engine import bullet
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.types import Pose2D
 
+from ..laboratory import post, wall
+
 GENTLE = 2.0  # [m/s2] that friction allows both robots
 FRONT = 0.14  # [m] of the robot's body ahead of the base origin
-
-
-def wall(x, yaw=0.0, height=1.5):
-    return Obstacle(
-        "building_glass", box(x + 0.5 * math.cos(yaw), 0.5 * math.sin(yaw), yaw, 1.0, 4.0), height
-    )
-
-
-def post(x, y=0.0, height=0.9, radius=0.1):
-    return Obstacle("bollard", octagon(x, y, radius), height)
-
-
-def with_physics(params, **changes):
-    return dataclasses.replace(params, physics=dataclasses.replace(params.physics, **changes))
 
 
 def test_it_reaches_and_holds_the_commanded_speed_on_a_straight_line(lab, any_robot, params):
@@ -185,7 +171,7 @@ def test_bad_parameters_are_named(lab, robot, params):
     with pytest.raises(UnknownNameError, match="kinematic"):
         dataclasses.replace(params.pedestrian_bodies, kind="kinematik")
     with pytest.raises(ParameterError, match="contact_erp"):
-        with_physics(params, contact_erp=0.9)
+        dataclasses.replace(params.physics, contact_erp=0.9)
 
 
 def test_nothing_is_written_to_standard_output(lab, robot, params, capfd):
