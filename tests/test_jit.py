@@ -50,7 +50,10 @@ def write_kernel(folder: Path, njit_from: str) -> None:
 
 def answer(package: Path, x: int = 10, **variables: str) -> tuple[int, int]:
     """What the kernel gives in a new process, and how often it was taken from the cache."""
-    code = f"from robot_kernels.kernel import kernel as k; print(k({x}), sum(k.stats.cache_hits.values()))"
+    code = (
+        f"from robot_kernels.kernel import kernel as k; print(k({x}), "
+        f"sum(k.stats.cache_hits.values()))"
+    )
     places = os.pathsep.join([str(package.parent), str(Path(jit.__file__).parents[1])])
     variables = {"NUMBA_CACHE_DIR": str(package.parent / "cache"), **variables}
     environment = {**os.environ, "PYTHONPATH": places, **variables}

@@ -118,7 +118,10 @@ def trouble_of_this_process() -> str:
         return f"{TUNABLES} hides the processor's features from the C library: unset it"
     if _numpy_runs_avx512():
         setting = f"NPY_DISABLE_CPU_FEATURES='{PINS['NPY_DISABLE_CPU_FEATURES']}'"
-        return f"numpy was loaded before navbench, with AVX-512: import navbench first, or set {setting}"
+        return (
+            f"numpy was loaded before navbench, with AVX-512: "
+            f"import navbench first, or set {setting}"
+        )
     if blas_core() not in _PINNED_CORES:
         setting = f"OPENBLAS_CORETYPE={PINS['OPENBLAS_CORETYPE']}"
         return (

@@ -177,7 +177,10 @@ class DaskCluster:
 
     @property
     def _without_workers(self) -> str:
-        what = f"the Dask cluster at '{self._scheduler}' has had no worker that fits for {PATIENCE:g} s"
+        what = (
+            f"the Dask cluster at '{self._scheduler}' "
+            f"has had no worker that fits for {PATIENCE:g} s"
+        )
         return f"{what}; start some with 'dask worker {self._scheduler} --nthreads 1'"
 
     def _fail(self, reason: str) -> None:

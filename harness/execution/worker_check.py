@@ -101,7 +101,10 @@ def trouble(here: Look, there: Look) -> str:
     for path, ours in here.files.items():
         theirs = there.files.get(path, "")
         if not theirs and ours:
-            return f"has no file '{path}': put it, and the run folder, where every machine finds them under this path"
+            return (
+                f"has no file '{path}': put it, and the run folder, where every machine finds "
+                f"them under this path"
+            )
         if theirs != ours:
             return f"has another file '{path}' than this machine: copy it, or share the file system"
     return ""

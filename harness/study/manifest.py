@@ -175,7 +175,8 @@ def code_notes(folder: Path) -> list[str]:
     notes = []
     if not is_same_program(folder):
         notes.append(
-            f"the run began with other code, parameters or maps of {PROGRAM}: further rows may differ"
+            f"the run began with other code, parameters or maps of {PROGRAM}: "
+            "further rows may differ"
         )
     known = _whole_manifest(folder).get("policies_sha256", {})
     if known and known != policy_digests(load_study(folder)):

@@ -91,7 +91,8 @@ def crowd_notes(study: Study, parts: Parts) -> list[str]:
     if times < CROWDED:
         return []
     return [
-        f"on this map {people.count} people share {area:,.0f} m2, {times:.0f} times as densely as on the shipped ones; "
+        f"on this map {people.count} people share {area:,.0f} m2, "
+        f"{times:.0f} times as densely as on the shipped ones; "
         f"--pedestrians {max(1, round(area / AREA_PER_PERSON))} would be theirs"
     ]
 
@@ -112,8 +113,8 @@ def leg_notes(study: Study) -> list[str]:
         )
     legs = legs_of(dataclasses.replace(template, episode=study.numbers[0]))
     return [
-        f"a delivery is a whole mission here, in legs of about 100 m; the first has {len(legs)} legs "
-        f"and {legs[0].way:.0f} m"
+        f"a delivery is a whole mission here, in legs of about 100 m; "
+        f"the first has {len(legs)} legs and {legs[0].way:.0f} m"
     ]
 
 
@@ -132,7 +133,8 @@ def sensor_notes(stack: Stack, scene: Scene) -> list[str]:
     if not missing:
         return []
     return [
-        f"{stack.name}: on this map {' and '.join(missing)}: {Path(stack.sensors).stem} has no such errors here"
+        f"{stack.name}: on this map {' and '.join(missing)}: "
+        f"{Path(stack.sensors).stem} has no such errors here"
     ]
 
 
@@ -155,8 +157,8 @@ def footprint_notes(nav2: Nav2File, robot: RobotParams, stack: str) -> list[str]
     if all(abs(a - b) < BODY_TOLERANCE for a, b in zip(known, real, strict=True)):
         return []
     return [
-        f"{stack}: the file's robot reaches {known[0]:.2f} to {known[1]:.2f} m from its centre, the one that drives "
-        f"here {real[0]:.2f} to {real[1]:.2f} m: it may touch what its costmap shows free"
+        f"{stack}: the file's robot reaches {known[0]:.2f} to {known[1]:.2f} m from its "
+        f"centre, the one that drives here {real[0]:.2f} to {real[1]:.2f} m: it may touch what its costmap shows free"
     ]
 
 
@@ -182,8 +184,11 @@ def file_notes(nav2: Nav2File) -> list[str]:
     if unknown:
         misspelt = [notice for notice in unknown if notice.id != UNKNOWN_KEY]
         first = "".join(f"; {notice}" for notice in misspelt[:MOST_MISSPELT])
-        notes.append(f"Nav2 does not know {len(unknown)} of the names in this file, and ignores them as we do{first}; "
-                     f"navbench lint {nav2.path} tells of each")  # fmt: skip
+        notes.append(
+            f"Nav2 does not know {len(unknown)} of the names in this file, "
+            f"and ignores them as we do{first}; "
+            f"navbench lint {nav2.path} tells of each"
+        )
     return notes
 
 

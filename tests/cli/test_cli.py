@@ -16,7 +16,10 @@ FACTS = json.loads(
     (Path(__file__).parents[1] / "economics" / "facts.json").read_text(encoding="utf-8")
 )
 TUNED = (shipped("params") / "nav2" / "tuned.yaml").read_text(encoding="utf-8")
-MAP = "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.25\nnegate: 0\n"
+MAP = (
+    "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\n"
+    "free_thresh: 0.25\nnegate: 0\n"
+)
 PGM = b"P5 200 200 255\n" + bytes([254]) * 40_000
 
 

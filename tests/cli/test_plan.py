@@ -24,7 +24,10 @@ from navstack.types import Path as Plan
 from navstack.types import Pose2D
 
 TUNED = shipped("params") / "nav2" / "tuned.yaml"
-MAP = "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.25\nnegate: 0\n"
+MAP = (
+    "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\n"
+    "free_thresh: 0.25\nnegate: 0\n"
+)
 WIDTH, HEIGHT = 280, 200  # [cells] 14 x 10 m
 START, GOAL = "2.5,2.5,0", "11.5,2.5,0"
 BODY = np.array(((0.14, 0.25), (0.14, -0.25), (-0.607, -0.25), (-0.607, 0.25)))
@@ -62,7 +65,8 @@ def test_every_planner_answers_with_a_path_that_touches_nothing(
             'planner_plugins: ["GridBased"]', 'planner_plugins: ["GridBased", "Sampled"]'
         ).replace(
             "    GridBased:\n",
-            "    Sampled:\n      plugin: navstack::OmplPlanner\n      max_iterations: 1500\n    GridBased:\n",
+            "    Sampled:\n      plugin: navstack::OmplPlanner\n"
+            "      max_iterations: 1500\n    GridBased:\n",
         ),
         encoding="utf-8",
     )
@@ -192,7 +196,8 @@ def test_why_there_is_no_path(
     params = tmp_path / "nav2.yaml"
     params.write_text(
         TUNED.read_text(encoding="utf-8").replace(
-            '      plugin: "nav2_navfn_planner::NavfnPlanner"\n      tolerance: 0.5\n      use_astar: false\n',
+            '      plugin: "nav2_navfn_planner::NavfnPlanner"\n      tolerance: 0.5\n'
+            "      use_astar: false\n",
             '      plugin: "navstack::OmplPlanner"\n      tolerance: 0.1\n',
         ),
         encoding="utf-8",

@@ -72,8 +72,10 @@ def test_rows_do_not_depend_on_what_the_process_did_before(few: Path) -> None:
     code = (
         "import json, dataclasses; from harness.task.study import make_study\n"
         "from harness.episode.episode import run_episode\n"
-        "study = make_study(stacks=['nav2-gps'], episodes=2, seed=7, map_name='sidewalk', pedestrians=None,"
-        " localizer=None, robot=None, start=None, goal=None, workers=1, prices='costnav', record='events',"
+        "study = make_study(stacks=['nav2-gps'], episodes=2, seed=7, map_name='sidewalk', "
+        "pedestrians=None,"
+        " localizer=None, robot=None, start=None, goal=None, workers=1, prices='costnav', "
+        "record='events',"
         " allow_unknown=False)\n"
         "print(json.dumps(run_episode(list(study.tasks())[1]).row))"
     )
@@ -127,8 +129,14 @@ def test_an_interrupt_keeps_the_finished_deliveries(
 
 
 def test_a_run_under_nohup_outlives_its_terminal(tmp_path: Path) -> None:
-    code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); from navbench.cli.app import main\n"
-    code += "import os, threading; threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGHUP)).start(); main(['paper'])"
+    code = (
+        "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); from navbench.cli.app "
+        "import main\n"
+    )
+    code += (
+        "import os, threading; threading.Timer(0.1, os.kill, (os.getpid(), "
+        "signal.SIGHUP)).start(); main(['paper'])"
+    )
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
     )

@@ -93,7 +93,11 @@ def test_the_position_alone_or_either_heading_may_count():
 )
 @pytest.mark.parametrize("turn", [0.0, 1.0, -2.5])
 def test_a_goal_reached_along_the_path_and_across_it(
-    x: float, y: float, changes: dict[str, Any], reached: bool, turn: float
+    x: float,
+    y: float,
+    changes: dict[str, Any],
+    reached: bool,
+    turn: float,
 ) -> None:
     def placed(x: float, y: float) -> Pose2D:
         cos, sin = math.cos(turn), math.sin(turn)

@@ -92,9 +92,18 @@ def test_expected_contacts_equal_a_slow_twin():
         x = np.cumsum(v * dt * np.cos(yaw))
         y = np.cumsum(v * dt * np.sin(yaw))
         found = expected_contacts(
-            x[None], y[None], yaw[None], np.array((15,)), np.array((dt,)), np.array(((v,),)), np.array(((w,),)), people,
-            body_of(FOOTPRINT), pricing.rates, pricing.contact_usd,
-        )  # fmt: skip
+            x[None],
+            y[None],
+            yaw[None],
+            np.array((15,)),
+            np.array((dt,)),
+            np.array(((v,),)),
+            np.array(((w,),)),
+            people,
+            body_of(FOOTPRINT),
+            pricing.rates,
+            pricing.contact_usd,
+        )
         assert found[0] == approx(slow(x, y, yaw, dt, v, w, tracks))
         costs.append(found[0])
     assert np.count_nonzero(np.array(costs) > 0.1) >= 8
@@ -139,18 +148,32 @@ def test_people_are_seen_where_they_are_by_now_the_nearest_first():
 
 def dwb(*critics, **more):
     params = DwbParams(
-        critics=("PathDist", "GoalDist", *critics), max_vel_x=2.0, max_speed_xy=2.0, max_vel_theta=1.2, acc_lim_x=4.0,
-        decel_lim_x=-4.0, acc_lim_theta=3.5, decel_lim_theta=-3.5, PathDist=DistParams(4.0), GoalDist=DistParams(6.0),
-        linear_granularity=0.05, **more,
-    )  # fmt: skip
+        critics=("PathDist", "GoalDist", *critics),
+        max_vel_x=2.0,
+        max_speed_xy=2.0,
+        max_vel_theta=1.2,
+        acc_lim_x=4.0,
+        decel_lim_x=-4.0,
+        acc_lim_theta=3.5,
+        decel_lim_theta=-3.5,
+        PathDist=DistParams(4.0),
+        GoalDist=DistParams(6.0),
+        linear_granularity=0.05,
+        **more,
+    )
     return DwbController(params, FOOTPRINT, 20.0)
 
 
 def mppi(*critics, **more):
     params = MppiParams(
-        critics=("PathAlignCritic", "PathFollowCritic", *critics), vx_max=2.0, wz_max=1.2,
-        PathAlignCritic=PathAlignParams(), PathFollowCritic=PathFollowParams(), prune_distance=4.0, **more,
-    )  # fmt: skip
+        critics=("PathAlignCritic", "PathFollowCritic", *critics),
+        vx_max=2.0,
+        wz_max=1.2,
+        PathAlignCritic=PathAlignParams(),
+        PathFollowCritic=PathFollowParams(),
+        prune_distance=4.0,
+        **more,
+    )
     controller = MppiController(params, FOOTPRINT, 20.0)
     controller.seed(default_rng(0))
     return controller

@@ -55,9 +55,14 @@ def test_the_law_is_the_papers():
     distance = math.hypot(1.5, 1.5)
     theta = 0.7 - math.pi / 4.0
     delta = 0.2 - math.pi / 4.0
-    bend = -1.0 / distance * (
-        1.0 * (delta - math.atan(-2.0 * theta)) + (1.0 + 2.0 / (1.0 + (2.0 * theta) ** 2)) * math.sin(delta)
-    )  # fmt: skip
+    bend = (
+        -1.0
+        / distance
+        * (
+            1.0 * (delta - math.atan(-2.0 * theta))
+            + (1.0 + 2.0 / (1.0 + (2.0 * theta) ** 2)) * math.sin(delta)
+        )
+    )
     speed = 0.5 / (1.0 + 0.4 * bend**2)
     assert velocity_to(target, pose, False, LAW) == approx((speed, bend * speed))
 
@@ -202,8 +207,11 @@ def test_backwards_only_where_no_turn_is_asked_for():
 def test_speed_limits_are_upstreams():
     controller = make(slowdown_radius=0.5)
     for limit, is_percentage, speed, rate in (
-        (0.25, False, 0.25, 0.5), (50.0, True, 0.25, 0.5), (0.05, False, 0.1, 0.1), (0.0, False, 0.5, 1.0),
-    ):  # fmt: skip
+        (0.25, False, 0.25, 0.5),
+        (50.0, True, 0.25, 0.5),
+        (0.05, False, 0.1, 0.1),
+        (0.0, False, 0.5, 1.0),
+    ):
         controller.set_speed_limit(limit, is_percentage)
         assert drive(controller, straight()).linear_x == approx(speed)
         turn = drive(controller, straight(yaw=2.0)).angular_z

@@ -172,7 +172,10 @@ def test_a_plan_is_looked_at_its_first_point_at_the_sampling_distance():
 )
 def test_turns_keep_to_the_acceleration_and_can_be_stopped_in_time(error, last, yaw_rate):
     params = replace(
-        PARAMS, rotate_to_heading_angular_vel=1.0, max_angular_accel=3.0, closed_loop=False
+        PARAMS,
+        rotate_to_heading_angular_vel=1.0,
+        max_angular_accel=3.0,
+        closed_loop=False,
     )
     shim = make(params, 30.0)
     shim._last_yaw_rate = last

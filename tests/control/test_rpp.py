@@ -264,7 +264,9 @@ def test_the_fixed_point_steers_and_may_lie_beyond_the_goal():
     free = make(**given)
     fixed = make(**given, use_fixed_curvature_lookahead=True)
     beyond = make(
-        **given, use_fixed_curvature_lookahead=True, interpolate_curvature_after_goal=True
+        **given,
+        use_fixed_curvature_lookahead=True,
+        interpolate_curvature_after_goal=True,
     )
     commands = [drive(each, plan, 0.0, 0.1) for each in (free, fixed, beyond)]
     curvatures = [command.angular_z / command.linear_x for command in commands]

@@ -19,7 +19,10 @@ from navstack.types import LaserScan, Pose2D
 
 
 def slow_removal(
-    costs: np.ndarray, minimal_size: int, connectivity: int, unknown_is_obstacle: bool
+    costs: np.ndarray,
+    minimal_size: int,
+    connectivity: int,
+    unknown_is_obstacle: bool,
 ) -> np.ndarray:
     """Follow each group from cell to cell."""
     obstacles = {253, 254, 255} if unknown_is_obstacle else {253, 254}
@@ -42,7 +45,9 @@ def slow_removal(
 @pytest.mark.parametrize("connectivity", [4, 8])
 @pytest.mark.parametrize("minimal_size", [-1, 1, 2, 3, 7, 40])
 def test_groups_are_those_that_a_walk_finds(
-    minimal_size: int, connectivity: int, unknown_is_obstacle: bool
+    minimal_size: int,
+    connectivity: int,
+    unknown_is_obstacle: bool,
 ) -> None:
     rng = np.random.default_rng(4)
     for density, shape in (
@@ -68,7 +73,9 @@ SOURCE = ObservationSourceParams(clearing=True, obstacle_max_range=4.0, raytrace
 
 
 def costmap_of(
-    plugins: tuple[str, ...], denoise: DenoiseLayerParams, **others: object
+    plugins: tuple[str, ...],
+    denoise: DenoiseLayerParams,
+    **others: object,
 ) -> LayeredCostmap:
     layers: dict[str, LayerParams] = {
         "static_layer": StaticLayerParams(),

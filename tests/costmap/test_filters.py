@@ -31,7 +31,10 @@ from navstack.types import LaserScan, Pose2D
 RESOLUTION = 0.05
 MAP_ORIGIN = Pose2D(-7.025, -5.5, 0.0)
 SOURCE = ObservationSourceParams(
-    clearing=True, obstacle_max_range=4.0, raytrace_max_range=4.5, inf_is_valid=True
+    clearing=True,
+    obstacle_max_range=4.0,
+    raytrace_max_range=4.5,
+    inf_is_valid=True,
 )
 USUAL = ("static_layer", "obstacle_layer", "inflation_layer")
 BEFORE = ("static_layer", "obstacle_layer", "keepout_filter", "inflation_layer")
@@ -48,7 +51,10 @@ def make_map(rng: np.random.Generator, unknown: float = 0.0) -> OccupancyGrid:
 
 
 def make_mask(
-    rng: np.random.Generator, resolution: float, origin: Pose2D, size: tuple[int, int]
+    rng: np.random.Generator,
+    resolution: float,
+    origin: Pose2D,
+    size: tuple[int, int],
 ) -> FilterMask:
     """Blobs of all occupancies, some cells unknown."""
     data = np.zeros(size, dtype=np.int8)
@@ -372,7 +378,11 @@ def speed_mask(kind: int, base: float, multiplier: float) -> FilterMask:
     ],
 )
 def test_speed_limits(
-    kind: int, base: float, multiplier: float, places: tuple[float, ...], expected: list[float]
+    kind: int,
+    base: float,
+    multiplier: float,
+    places: tuple[float, ...],
+    expected: list[float],
 ) -> None:
     told: list[tuple[float, bool]] = []
     speed_filter = SpeedFilter(speed_mask(kind, base, multiplier))

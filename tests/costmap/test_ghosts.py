@@ -57,7 +57,11 @@ def cast(robot: Pose2D, walls: list[Wall], person: tuple[float, float]) -> np.nd
 
 
 def walk_by(
-    walls: list[Wall], rolling: bool, prefer_fast: bool, speed: float, **source: object
+    walls: list[Wall],
+    rolling: bool,
+    prefer_fast: bool,
+    speed: float,
+    **source: object,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n, 2) [m] of cells on the walk that are marked while somebody passes, and when nobody is there any more.
 
@@ -95,7 +99,12 @@ def walk_by(
         robot = Pose2D(speed * STEP * (step - 50), 0.0, 0.2)
         person = (-7.0 + 1.4 * STEP * step, 1.5)  # from beyond the obstacle range to beyond it
         scan = LaserScan(
-            STEP * step, cast(robot, walls, person), -math.pi, 2.0 * math.pi / BEAMS, 0.05, 20.0
+            STEP * step,
+            cast(robot, walls, person),
+            -math.pi,
+            2.0 * math.pi / BEAMS,
+            0.05,
+            20.0,
         )
         costmap.update(robot, scan, STEP * step)
         during.update(map(tuple, marked_on_walk(costmap, walls)))
@@ -130,7 +139,11 @@ speeds = pytest.mark.parametrize("speed", [0.0, 0.3], ids=["standing", "driving"
     ids=["open-inf", "behind-inf", "behind", "close-inf", "close"],
 )
 def test_nothing_stays_where_beams_clear(
-    walls: list[Wall], inf_is_valid: bool, speed: float, rolling: bool, prefer_fast: bool
+    walls: list[Wall],
+    inf_is_valid: bool,
+    speed: float,
+    rolling: bool,
+    prefer_fast: bool,
 ) -> None:
     during, after = walk_by(walls, rolling, prefer_fast, speed, inf_is_valid=inf_is_valid)
     assert len(during) > 15  # they were seen
@@ -141,7 +154,9 @@ def test_nothing_stays_where_beams_clear(
 @windows
 @speeds
 def test_at_the_edge_of_a_shadow_a_single_cell_may_stay(
-    speed: float, rolling: bool, prefer_fast: bool
+    speed: float,
+    rolling: bool,
+    prefer_fast: bool,
 ) -> None:
     """The beam along the edge marked it, and its line of cells to the wall behind rounds past it (as in Nav2)."""
     during, after = walk_by(PASSAGE, rolling, prefer_fast, speed, inf_is_valid=True)
@@ -173,7 +188,12 @@ def test_beams_without_return_clear_nothing_by_nav2s_default(
 def test_what_was_marked_beyond_the_raytrace_range_stays(rolling: bool, prefer_fast: bool) -> None:
     """With obstacle_max_range > raytrace_max_range there is a ring that beams mark and never clear."""
     during, after = walk_by(
-        BEHIND, rolling, prefer_fast, 0.0, inf_is_valid=True, raytrace_max_range=2.5
+        BEHIND,
+        rolling,
+        prefer_fast,
+        0.0,
+        inf_is_valid=True,
+        raytrace_max_range=2.5,
     )
     assert len(after) > 10
     assert np.hypot(*after.T).min() > 2.5 - 2 * RESOLUTION

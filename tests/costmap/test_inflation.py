@@ -12,7 +12,10 @@ from navstack.types import ByteArray
 
 
 def slow_inflation(
-    costs: ByteArray, inflation: Inflation, resolution: float, inscribed: float
+    costs: ByteArray,
+    inflation: Inflation,
+    resolution: float,
+    inscribed: float,
 ) -> ByteArray:
     """The rule cell by cell, on scipy's exact distances."""
     params = inflation.params
@@ -43,7 +46,9 @@ def slow_inflation(
 @pytest.mark.parametrize("flags", [(False, False), (True, False), (False, True)])
 @pytest.mark.parametrize("unknown", [0.0, 0.1])
 def test_costs_equal_those_of_the_distance_transform(
-    radius: float, flags: tuple[bool, bool], unknown: float
+    radius: float,
+    flags: tuple[bool, bool],
+    unknown: float,
 ) -> None:
     rng = np.random.default_rng(3)
     costs = rng.choice(np.array([0, 0, 0, 60, 253], dtype=np.uint8), size=(90, 110))

@@ -46,7 +46,9 @@ def test_a_beam_frees_the_cells_of_its_line(longest: float) -> None:
     ],
 )
 def test_a_line_is_cut_to_its_limits(
-    ends: tuple[int, ...], limits: tuple[float, float], expected: tuple[int, ...]
+    ends: tuple[int, ...],
+    limits: tuple[float, float],
+    expected: tuple[int, ...],
 ) -> None:
     assert kernels.ray(*ends, limits[1], limits[0]) == expected
 
@@ -61,7 +63,9 @@ def test_a_line_is_cut_to_its_limits(
     ],
 )
 def test_bounds_grow_to_the_ends_of_beams(
-    point: tuple[float, float], limits: tuple[float, float], expected: tuple[float, ...]
+    point: tuple[float, float],
+    limits: tuple[float, float],
+    expected: tuple[float, ...],
 ) -> None:
     grid, bounds = (
         np.zeros((40, 40), dtype=np.uint8),
@@ -162,7 +166,13 @@ def test_a_polygon_fills_its_cells_and_one_off_the_grid_none() -> None:
     assert (grid[5:11, 5:15] == 0).all()
     assert (grid == 0).sum() == 60
     assert kernels.polygon_columns(
-        square - (0.6, 0.0), np.zeros(2), 0.1, 40, 40, lowest, highest
+        square - (0.6, 0.0),
+        np.zeros(2),
+        0.1,
+        40,
+        40,
+        lowest,
+        highest,
     ) == (0, -1)
 
 
@@ -314,7 +324,15 @@ def test_a_cell_is_hit_if_the_line_of_some_beam_holds_it(limits: tuple[float, fl
     lateral = 1.5 if limits[0] == 0.0 else 3.0
     all_cells = cell_kernels.Listed(cells, len(cells), present, window)
     cell_kernels.clear_hit(
-        all_cells, ordered, starts, (ox, oy), origin, resolution, limits, lateral, lines
+        all_cells,
+        ordered,
+        starts,
+        (ox, oy),
+        origin,
+        resolution,
+        limits,
+        lateral,
+        lines,
     )
     changed = np.array((1 << 40, -(1 << 40), 1 << 40, -(1 << 40)))
     count = cell_kernels.drop_doubted(all_cells, changed)

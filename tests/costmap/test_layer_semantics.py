@@ -25,7 +25,10 @@ from navstack.types import LaserScan, Pose2D
 
 USUAL = ("static_layer", "obstacle_layer", "inflation_layer")
 SOURCE = ObservationSourceParams(
-    clearing=True, obstacle_max_range=4.0, raytrace_max_range=4.5, inf_is_valid=True
+    clearing=True,
+    obstacle_max_range=4.0,
+    raytrace_max_range=4.5,
+    inf_is_valid=True,
 )
 ways = pytest.mark.parametrize("prefer_fast", [True, False], ids=["fast", "full"])
 
@@ -89,7 +92,11 @@ def is_marked(costmap: LayeredCostmap, distance: float, beam: int = 0) -> bool:
 @pytest.mark.parametrize("rolling", [True, False])
 @ways
 def test_layers_write_in_the_order_of_the_file(
-    order: tuple[str, ...], map_spreads: bool, scan_spreads: bool, rolling: bool, prefer_fast: bool
+    order: tuple[str, ...],
+    map_spreads: bool,
+    scan_spreads: bool,
+    rolling: bool,
+    prefer_fast: bool,
 ) -> None:
     data = np.zeros((200, 200), dtype=np.int8)
     data[140, 100] = 100  # (0.025, 2.025) m
@@ -149,11 +156,16 @@ def test_only_returns_between_the_obstacle_ranges_mark(prefer_fast: bool) -> Non
     ],
 )
 def test_beams_clear_between_the_raytrace_ranges_only(
-    least: float, most: float, stays: list[bool], prefer_fast: bool
+    least: float,
+    most: float,
+    stays: list[bool],
+    prefer_fast: bool,
 ) -> None:
     source = dataclasses.replace(SOURCE, raytrace_min_range=least, raytrace_max_range=most)
     costmap = make_costmap(
-        source=source, prefer_fast=prefer_fast, obstacles={"footprint_clearing_enabled": False}
+        source=source,
+        prefer_fast=prefer_fast,
+        obstacles={"footprint_clearing_enabled": False},
     )
     costmap.update(Pose2D(), ahead(0.7, 1.2, 2.3, 2.7), 0.0)
     assert all(
@@ -191,7 +203,9 @@ def test_observations_of_a_buffer_are_no_older_than_it_remembers(persistence: fl
 @ways
 @pytest.mark.parametrize(("persistence", "gone_after"), [(0.0, 0.1), (0.25, 0.3), (0.45, 0.5)])
 def test_a_scan_marks_again_for_as_long_as_it_persists(
-    persistence: float, gone_after: float, prefer_fast: bool
+    persistence: float,
+    gone_after: float,
+    prefer_fast: bool,
 ) -> None:
     """Each update clears with all kept scans, then marks with all.
 
@@ -238,9 +252,12 @@ def test_a_costmap_is_not_current_when_expected_scans_stay_away(prefer_fast: boo
 
 @pytest.mark.parametrize(
     ("combination_method", "expected"),
-    [(OVERWRITE, [NO_INFORMATION, 0, 254]), (MAXIMUM, [NO_INFORMATION, 0, 254]),
-     (MAXIMUM_WITHOUT_UNKNOWN, [NO_INFORMATION, NO_INFORMATION, NO_INFORMATION])],
-)  # fmt: skip
+    [
+        (OVERWRITE, [NO_INFORMATION, 0, 254]),
+        (MAXIMUM, [NO_INFORMATION, 0, 254]),
+        (MAXIMUM_WITHOUT_UNKNOWN, [NO_INFORMATION, NO_INFORMATION, NO_INFORMATION]),
+    ],
+)
 def test_whether_a_scan_makes_unknown_cells_known(
     combination_method: int, expected: list[int]
 ) -> None:

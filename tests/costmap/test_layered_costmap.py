@@ -72,7 +72,13 @@ def random_scan(rng: np.random.Generator, stamp: float, beams: int = 240) -> Las
     ranges = rng.uniform(0.3, 6.0, beams)
     ranges[rng.random(beams) < 0.1] = math.inf
     return LaserScan(
-        stamp, ranges, -math.pi, 2.0 * math.pi / beams, 0.1, 10.0, Pose2D(-0.2, 0.03, 0.4)
+        stamp,
+        ranges,
+        -math.pi,
+        2.0 * math.pi / beams,
+        0.1,
+        10.0,
+        Pose2D(-0.2, 0.03, 0.4),
     )
 
 
@@ -211,7 +217,10 @@ def circle_scan(robot: Pose2D, person: tuple[float, float], stamp: float, wall: 
     [(False, 3.5, False), (True, math.inf, False), (False, math.inf, True)],
 )
 def test_a_pedestrian_that_walks_by_leaves_ghosts_only_where_no_beam_clears(
-    prefer_fast: bool, inf_is_valid: bool, wall: float, leaves_ghosts: bool
+    prefer_fast: bool,
+    inf_is_valid: bool,
+    wall: float,
+    leaves_ghosts: bool,
 ) -> None:
     static = OccupancyGrid(
         np.zeros((220, 300), dtype=np.int8), RESOLUTION, Pose2D(-7.025, -5.5, 0.0)

@@ -109,7 +109,10 @@ def test_voxels_come_and_go_as_those_of_a_dictionary_do(decay_model):
         SpatioTemporalSourceParams(enabled=False, obstacle_range=4.0),
     ]
     costmap = make_costmap(
-        sources=sources, voxel_decay=3.0, decay_model=decay_model, update_footprint_enabled=False
+        sources=sources,
+        voxel_decay=3.0,
+        decay_model=decay_model,
+        update_footprint_enabled=False,
     )
     twin = Twin(costmap.params.layers["stvl"])
     rng = np.random.default_rng(5)
@@ -166,10 +169,16 @@ def test_a_reading_counts_once_where_it_is_cleared_after_reading():
 def test_a_camera_sees_between_two_planes_and_a_lidar_between_two_arcs():
     dx, dy = np.array([2.0, 1.9, 0.4, 2.0]), np.array([0.0, 1.0, 0.0, -1.9])
     camera = SpatioTemporalSourceParams(
-        min_z=0.5, max_z=2.0, horizontal_fov_angle=1.2, model_type=DEPTH_CAMERA
+        min_z=0.5,
+        max_z=2.0,
+        horizontal_fov_angle=1.2,
+        model_type=DEPTH_CAMERA,
     )
     lidar = SpatioTemporalSourceParams(
-        min_z=0.5, max_z=2.0, horizontal_fov_angle=6.29, model_type=LIDAR_3D
+        min_z=0.5,
+        max_z=2.0,
+        horizontal_fov_angle=6.29,
+        model_type=LIDAR_3D,
     )
     assert is_inside(camera, dx, dy, 0.0).tolist() == [True, True, False, False]
     assert is_inside(lidar, dx, dy, 0.0).tolist() == [True, False, False, False]
@@ -184,7 +193,10 @@ def test_a_lidar_that_sees_nearly_all_around_has_no_sides(angle, sees):
 
 def test_a_frustum_turns_with_the_robot_and_holds_its_edges():
     camera = SpatioTemporalSourceParams(
-        min_z=0.5, max_z=2.0, horizontal_fov_angle=1.2, model_type=DEPTH_CAMERA
+        min_z=0.5,
+        max_z=2.0,
+        horizontal_fov_angle=1.2,
+        model_type=DEPTH_CAMERA,
     )
     ahead, aside = (
         np.array([0.5, 2.0, 0.499, 2.001, 1.0, 1.0, 1.0]),

@@ -114,7 +114,8 @@ def find(browser: Any) -> None:
     browser.execute_script(
         "const query = document.querySelector('[data-md-component=search-query]');"
         "document.querySelector('#__search').click(); query.focus(); query.value = 'Gauss-Markov';"
-        "query.dispatchEvent(new Event('keyup', {bubbles: true})); query.dispatchEvent(new Event('input'))"
+        "query.dispatchEvent(new Event('keyup', {bubbles: true})); query.dispatchEvent(new "
+        "Event('input'))"
     )
     links = (
         "return [...document.querySelectorAll('.md-search-result__link')].map(each => each.href)"

@@ -66,7 +66,9 @@ def driven(task: EpisodeTask, error: type[Exception], after: float) -> Delivery:
 @pytest.mark.parametrize("after", [-1.0, 0.0, 1.0])
 @pytest.mark.parametrize("error", OF_THE_STACK)
 def test_an_error_of_the_stack_is_a_delivery_that_needs_assistance(
-    task: EpisodeTask, error: type[Exception], after: float
+    task: EpisodeTask,
+    error: type[Exception],
+    after: float,
 ) -> None:
     row = driven(task, error, after).row
     assert (row["outcome"], row["reason"]) == ("physical_assistance", STACK_FAILED)
@@ -78,7 +80,9 @@ def test_an_error_of_the_stack_is_a_delivery_that_needs_assistance(
 @pytest.mark.parametrize("after", [-1.0, 1.0])
 @pytest.mark.parametrize("error", OF_THE_MACHINE)
 def test_an_error_of_the_machine_leaves_no_result(
-    task: EpisodeTask, error: type[Exception], after: float
+    task: EpisodeTask,
+    error: type[Exception],
+    after: float,
 ) -> None:
     with Workers(1, InProcess) as workers:
         (finished,) = workers.run(lambda each: driven(each, error, after), [task])
@@ -91,10 +95,19 @@ def test_a_sound_delivery_has_no_error(task: EpisodeTask) -> None:
 
 
 def test_no_margin_is_told_where_more_than_a_hundredth_has_no_result(
-    in_process: None, task: EpisodeTask, tmp_path: Path, hall: Path
+    in_process: None,
+    task: EpisodeTask,
+    tmp_path: Path,
+    hall: Path,
 ) -> None:
     run = navbench.run(
-        "parked", 2, map=str(hall), pedestrians=0, rules=task.rules, workers=1, out=tmp_path / "run"
+        "parked",
+        2,
+        map=str(hall),
+        pedestrians=0,
+        rules=task.rules,
+        workers=1,
+        out=tmp_path / "run",
     )
     (stack,), prices = run.stored.stacks, run.stored.prices()
     told = value(stack.rows, stack, prices, 0, left_out=0).economics

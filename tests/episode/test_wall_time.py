@@ -53,7 +53,10 @@ def test_the_smoother_allows_what_it_allows_per_second_of_wall_time(factor):
 
 
 def test_limits_of_the_file_are_scaled_and_the_rest_stays(tmp_path: Path):
-    text = "velocity_smoother:\n  ros__parameters:\n    max_accel: [1.0, 0.0, 2.0]\n    max_velocity: [0.7, 0.0, 1.0]\n"
+    text = (
+        "velocity_smoother:\n  ros__parameters:\n    max_accel: [1.0, 0.0, 2.0]\n"
+        "    max_velocity: [0.7, 0.0, 1.0]\n"
+    )
     (tmp_path / "mine.yaml").write_text(text)
     scaled = smoother_of(on_wall_time(load_nav2(tmp_path / "mine.yaml", False), 0.5))
     assert scaled.max_accel == (2.0, 0.0, 4.0) and scaled.max_decel == (-5.0, 0.0, -6.4)

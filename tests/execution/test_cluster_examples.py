@@ -67,7 +67,9 @@ def expected(study: Study, tmp_path_factory: pytest.TempPathFactory) -> dict[str
 
 
 def test_any_executor_drives_a_study(
-    study: Study, expected: dict[str, bytes], tmp_path: Path
+    study: Study,
+    expected: dict[str, bytes],
+    tmp_path: Path,
 ) -> None:
     """The MPI example's own function, on an executor that is here everywhere.
 
@@ -108,7 +110,11 @@ def test_mpi_drives_a_study(rules: Path, expected: dict[str, bytes], tmp_path: P
         str(tmp_path / "run"),
     ]
     done = subprocess.run(
-        [*command, *study], capture_output=True, text=True, timeout=300, check=False
+        [*command, *study],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     assert f"{EPISODES} of {EPISODES} deliveries" in done.stderr
@@ -158,7 +164,10 @@ def test_an_interrupted_slurm_study_waits_for_what_navbench_keeps() -> None:
     program = INTERRUPTED.format(examples=str(EXAMPLES), navbench=KEEPS_WHAT_IS_FINISHED)
     command = [sys.executable, "-c", program]
     with subprocess.Popen(
-        command, stdout=subprocess.PIPE, text=True, start_new_session=True
+        command,
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
     ) as study:
         assert study.stdout is not None and study.stdout.readline() == "driving\n"
         os.killpg(study.pid, signal.SIGINT)  # as Ctrl-C in a terminal

@@ -117,7 +117,9 @@ def test_tasks_that_raise_die_and_hang_harm_no_other(two: Any, tmp_path: Path) -
 
 
 def test_a_stopped_worker_is_noticed_by_its_silence(
-    two: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    two: Any,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Its connection stays open, so that only its heartbeats tell; a busy worker's go on."""
     monkeypatch.setattr("harness.execution.dask_cluster.UNHEARD", 4.0)
@@ -216,7 +218,10 @@ def kill_one_at_work(cluster: Any) -> list[int]:
 
 
 def test_rows_are_those_of_a_local_run_though_a_worker_is_killed(
-    two: Any, study: Study, expected: dict[str, bytes], tmp_path: Path
+    two: Any,
+    study: Study,
+    expected: dict[str, bytes],
+    tmp_path: Path,
 ) -> None:
     path, killed, lost = begin(tmp_path / "run", study), [], []
 
@@ -295,7 +300,11 @@ def kept(folder: Path, patterns: tuple[str, ...]) -> dict[str, bytes]:
 @pytest.mark.slow
 @pytest.mark.parametrize("command", STUDIES)
 def test_studies_of_every_kind_have_the_rows_of_local_ones(
-    two: Any, command: str, files: dict[str, str], tmp_path: Path, driven_in_process: Here
+    two: Any,
+    command: str,
+    files: dict[str, str],
+    tmp_path: Path,
+    driven_in_process: Here,
 ) -> None:
     words, patterns = STUDIES[command]
     given = [command, *(files.get(word, word) for word in words), "--workers", "2"]

@@ -110,7 +110,9 @@ def attempts(folder: Path, number: int) -> int:
     ],
 )
 def test_a_lost_task_is_repeated_once_and_harms_no_other(
-    tmp_path: Path, way: str, reason: str
+    tmp_path: Path,
+    way: str,
+    reason: str,
 ) -> None:
     tasks = [(tmp_path, number, way if number == 1 else "") for number in range(8)]
     with Workers(2, time_limit=TIME_LIMIT) as workers:

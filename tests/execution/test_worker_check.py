@@ -200,7 +200,9 @@ def test_code_that_changes_on_disk_asks_for_a_restart(
 
 
 def test_a_library_that_is_replaced_on_disk_counts_as_the_one_that_is_imported(
-    as_new: Callable[[], None], worker: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+    as_new: Callable[[], None],
+    worker: SimpleNamespace,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(worker_check, "version", lambda name: "1.0")
     look(("numpy",), [], worker)
@@ -251,7 +253,11 @@ def test_the_files_of_a_run_are_its_parameters_and_maps(tmp_path: Path) -> None:
 )
 @pytest.mark.parametrize("command", ["run", "suite", "ablate", "tune"])
 def test_options_that_do_not_fit_are_refused(
-    command: str, given: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    command: str,
+    given: list[str],
+    words: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     with pytest.raises(SystemExit) as leaving:
         main([command, *given, "--out", str(tmp_path / "out")])
@@ -284,7 +290,9 @@ def test_options_that_do_not_fit_are_refused(
     ],
 )
 def test_what_dask_is_not_configured_for_is_refused(
-    scheduler: str, configured: dict[str, Any], words: str
+    scheduler: str,
+    configured: dict[str, Any],
+    words: str,
 ) -> None:
     pytest.importorskip(
         "distributed", reason="the package distributed (extra 'dask') is not installed"

@@ -70,7 +70,9 @@ def cut_off(path: Path) -> None:
 
 
 def test_an_ablation_is_driven_cut_off_and_driven_on(
-    tmp_path: Path, given: list[str], capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    given: list[str],
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     out = tmp_path / "out"
     status, text, _ = navbench(capsys, *given, "--out", str(out), "--json")
@@ -150,7 +152,9 @@ def test_an_ablation_is_driven_cut_off_and_driven_on(
     ],
 )
 def test_where_the_localizers_parameters_are_from_is_told(
-    stack: str, localizers: tuple[str, ...], told: list[str]
+    stack: str,
+    localizers: tuple[str, ...],
+    told: list[str],
 ) -> None:
     loaded = load_stack(stack)
     arms = arms_of(loaded, [*localizers, *(["gps"] if len(localizers) == 1 else [])], ())
@@ -192,7 +196,9 @@ def test_what_cannot_be_ablated_is_one_line(
 
 
 def test_a_run_is_no_ablation(
-    given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    given: list[str],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     with pytest.raises(SystemExit):
         main(

@@ -34,7 +34,9 @@ PRICE = 0.7  # [USD/run] per metre of what `costly` charges
 
 
 def arms(
-    *localizers: str, errors: tuple[str, ...] = (), stack: str = "nav2-amcl"
+    *localizers: str,
+    errors: tuple[str, ...] = (),
+    stack: str = "nav2-amcl",
 ) -> tuple[Stack, ...]:
     return arms_of(load_stack(stack), localizers, errors)
 
@@ -45,7 +47,12 @@ def analysed(folder: Path, stacks: tuple[Stack, ...], against: str | None = None
     rows = {stored.name: stored.rows for stored in run.stacks}
     results = [
         StackResult(
-            each, len(rows[each.name]), 0, value(rows[each.name], each, prices, run.seed), 1.0, 1.0
+            each,
+            len(rows[each.name]),
+            0,
+            value(rows[each.name], each, prices, run.seed),
+            1.0,
+            1.0,
         )
         if rows[each.name]
         else StackResult(each, 0, 3, None, None, 0.0)
@@ -122,7 +129,9 @@ def test_who_reads_no_scan_needs_no_lidar(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_no_arm_is_refused(
-    names: tuple[str, ...], errors: tuple[str, ...], words: tuple[str, ...]
+    names: tuple[str, ...],
+    errors: tuple[str, ...],
+    words: tuple[str, ...],
 ) -> None:
     with pytest.raises(InputError) as complaint:
         arms(*names, errors=errors)

@@ -82,7 +82,9 @@ def test_finished_runs_get_a_verdict_a_document_and_three_replays(write_run, nav
 
 
 def test_a_worse_one_fails_where_asked_to_and_leaves_a_comment(
-    write_run, navbench, tmp_path: Path
+    write_run,
+    navbench,
+    tmp_path: Path,
 ) -> None:
     comment = tmp_path / "comment.md"
     words = ("check", write_run("before"), write_run("a`b|c", change=injured(60.0)))
@@ -119,7 +121,11 @@ def test_runs_that_say_little_are_not_decided_and_say_how_many_more_would(
     ],
 )
 def test_what_cannot_be_checked_is_one_line(
-    write_run, navbench, words: tuple[str, ...], status: int, told: str
+    write_run,
+    navbench,
+    words: tuple[str, ...],
+    status: int,
+    told: str,
 ) -> None:
     run = str(write_run("finished", episodes=2))
     found, out, err = navbench("check", *(word.format(run=run) for word in words))
@@ -144,7 +150,10 @@ def short(tmp_path: Path, hall: Path, in_process: None) -> list[str]:
 
 
 def test_an_interrupt_prints_the_bound_so_far_and_the_check_goes_on(
-    tmp_path: Path, navbench, short: list[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
+    navbench,
+    short: list[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     stop_after = 2
 
@@ -173,7 +182,9 @@ def test_an_interrupt_prints_the_bound_so_far_and_the_check_goes_on(
 
 
 def test_the_budget_ends_a_check_with_what_is_finished(
-    tmp_path: Path, navbench, short: list[str]
+    tmp_path: Path,
+    navbench,
+    short: list[str],
 ) -> None:
     files = [tmp_path / "old.yaml", tmp_path / "new.yaml"]
     words = ("check", *files, *short, "--out", tmp_path / "out", "--budget", "0.01s")
@@ -183,7 +194,9 @@ def test_the_budget_ends_a_check_with_what_is_finished(
 
 
 def test_files_that_say_the_same_are_alike_without_a_delivery(
-    tmp_path: Path, navbench, short: list[str]
+    tmp_path: Path,
+    navbench,
+    short: list[str],
 ) -> None:
     (tmp_path / "new.yaml").write_text(f"# a comment\n{STOCK}")
     files = [tmp_path / "old.yaml", tmp_path / "new.yaml"]

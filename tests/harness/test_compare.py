@@ -160,7 +160,11 @@ def test_what_is_not_comparable_is_said(write_run, tmp_path):
     )
     first = write_run("a", episodes=3)
     other = write_run(
-        "b", episodes=3, prices=str(tmp_path / "dear.yaml"), pedestrians=40, map_sha256="1" * 64
+        "b",
+        episodes=3,
+        prices=str(tmp_path / "dear.yaml"),
+        pedestrians=40,
+        map_sha256="1" * 64,
     )
     warnings = compared(first, other)["warnings"]
     assert len(warnings) == 3

@@ -242,7 +242,13 @@ def test_localization_errors():
 )
 def test_a_metric_may_be_a_statistic_of_a_series(statistic, expected):
     metric = Metric(
-        "error_m", "Error", Better.LOWER, "An error.", "ours", series="e", statistic=statistic
+        "error_m",
+        "Error",
+        Better.LOWER,
+        "An error.",
+        "ours",
+        series="e",
+        statistic=statistic,
     )
     assert metric.measured({"e": np.array((0.5, 0.0, 1.0))}) == pytest.approx(expected)
     assert metric.measured({"e": np.empty(0)}) is None
@@ -251,7 +257,15 @@ def test_a_metric_may_be_a_statistic_of_a_series(statistic, expected):
 def truth(stamp, x, speed, people):
     crowd = np.array(people).reshape(-1, 4)
     return Truth(
-        stamp, Pose2D(x, 0.0, 0.0), 0.01 * x, Twist2D(speed), crowd, (), (), None, 3.6e5 * x
+        stamp,
+        Pose2D(x, 0.0, 0.0),
+        0.01 * x,
+        Twist2D(speed),
+        crowd,
+        (),
+        (),
+        None,
+        3.6e5 * x,
     )
 
 

@@ -459,7 +459,10 @@ def test_values_follow_the_summary(write_run):
 
 
 def test_a_real_run_repriced_is_that_run_at_these_prices(
-    tmp_path, other_prices, in_process, capsys
+    tmp_path,
+    other_prices,
+    in_process,
+    capsys,
 ):
     """A short delivery in a thick crowd, every touch of which counts."""
     options = {}
@@ -503,10 +506,17 @@ def test_a_real_run_repriced_is_that_run_at_these_prices(
 def test_pricing_loads_nothing_that_simulates(write_run):
     run = write_run("run", episodes=2)
     heavy = ("pybullet", "numba", "ompl", "matplotlib", "casadi")
-    code = f"import sys; from navbench.cli.app import _status; status = _status(['price', {str(run)!r}, '--json'])\n"
+    code = (
+        f"import sys; from navbench.cli.app import _status; status = _status(['price', "
+        f"{str(run)!r}, '--json'])\n"
+    )
     code += f"sys.exit(status or ' '.join(name for name in {heavy} if name in sys.modules) or 0)"
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads(done.stdout)["runs"][0]["episodes"] == 2

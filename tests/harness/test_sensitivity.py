@@ -163,7 +163,9 @@ def test_a_refund_below_its_fee_is_no_price(write_run, capsys):
 
 
 def test_one_delivery_or_deliveries_all_alike_tell_nothing_of_break_even(
-    write_run, capsys, tmp_path
+    write_run,
+    capsys,
+    tmp_path,
 ):
     def alike(row):
         row.update(

@@ -49,7 +49,9 @@ def test_what_a_stack_earns_is_said_by_its_interval(write_run, low, high, said):
 
 @pytest.mark.parametrize(("episodes", "doubts"), [(20, True), (4000, False)])
 def test_a_gain_is_doubted_until_a_loss_that_has_not_happened_could_not_undo_it(
-    write_run, episodes, doubts
+    write_run,
+    episodes,
+    doubts,
 ):
     def alike(row):
         row.update(

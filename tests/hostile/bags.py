@@ -72,7 +72,10 @@ def message(data: bytes, number: int = 0) -> bytes:
 
 
 def chunk(
-    content: bytes, compression: bytes = b"none", size: int | None = None, **says: int
+    content: bytes,
+    compression: bytes = b"none",
+    size: int | None = None,
+    **says: int,
 ) -> bytes:
     """A record with records in it; ``size`` is what it says of them."""
     size = len(content) if size is None else size
@@ -95,14 +98,23 @@ ROS1: dict[str, tuple[str, Callable[[], bytes]]] = {
     ),
     "has a record without op": ("'op'", lambda: b"#ROSBAG V2.0\n" + record({"conn": b"1"}, b"")),
     "is encrypted": ("encrypted", lambda: head(encryptor=b"rosbag/AesCbcEncryptor")),
-    "has a block that says 4 GB": ("the block", lambda: head() + chunk(b"x", b"bz2", (1 << 32) - 1)),
-    "has a block of 4 GB that is not there": ("the block", lambda: head() + chunk(b"", size=(1 << 32) - 1)),
+    "has a block that says 4 GB": (
+        "the block",
+        lambda: head() + chunk(b"x", b"bz2", (1 << 32) - 1),
+    ),
+    "has a block of 4 GB that is not there": (
+        "the block",
+        lambda: head() + chunk(b"", size=(1 << 32) - 1),
+    ),
     "has a block that grows a thousandfold": (
         "more bytes than the 1000",
         lambda: head() + chunk(zeros("bz2"), b"bz2", 1000),
     ),
     "has blocks of an unknown compression": ("'rar'", lambda: head() + chunk(b"x", b"rar")),
-    "has a block of noise": ("cannot be decompressed", lambda: head() + chunk(bytes(range(256)), b"lz4", 1000)),
+    "has a block of noise": (
+        "cannot be decompressed",
+        lambda: head() + chunk(bytes(range(256)), b"lz4", 1000),
+    ),
     "has a record beyond its block": (
         "beyond the end",
         lambda: head() + chunk(record({"op": b"\x02"}, b"", 1 << 31)),
@@ -111,7 +123,10 @@ ROS1: dict[str, tuple[str, Callable[[], bytes]]] = {
         "topics",
         lambda: head() + chunk(b"".join(connection(i, b"/t%d" % i) for i in range(20_000))),
     ),
-    "has a topic name of escape codes": ("no topic", lambda: head() + chunk(connection(0, b"/\x1b[2J\x07", _ODOMETRY))),
+    "has a topic name of escape codes": (
+        "no topic",
+        lambda: head() + chunk(connection(0, b"/\x1b[2J\x07", _ODOMETRY)),
+    ),
     "has no fix": ("no message of /fix", lambda: head() + chunk(connection(0, b"/fix"))),
     "has a message without bytes": (
         "is no sensor_msgs",
@@ -121,7 +136,7 @@ ROS1: dict[str, tuple[str, Callable[[], bytes]]] = {
         "is no sensor_msgs",
         lambda: head(500) + chunk(connection(0, b"/fix") + message(bytes(12) + b"\xff" * 100)),
     ),
-}  # fmt: skip
+}
 
 
 def mcap(*records: tuple[int, bytes]) -> bytes:
@@ -173,21 +188,30 @@ SQLITE: dict[str, tuple[str, str]] = {
     "has no tables": ("no table 'topics'", "CREATE TABLE other(id INTEGER);"),
     "has a view without end for messages": (
         "no table 'messages'",
-        _SCHEMA + "CREATE VIEW messages AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n) "
+        _SCHEMA
+        + "CREATE VIEW messages AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 "
+        "FROM n) "
         "SELECT id, 1 AS topic_id, id AS timestamp, x'00' AS data FROM n;",
     ),
     "computes the data": (
         "no table 'messages'",
-        _SCHEMA + "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, "
+        _SCHEMA
+        + "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, "
         "data BLOB GENERATED ALWAYS AS (zeroblob(900000000)));",
     ),
-    "has words for times": ("without time", _SCHEMA + _MESSAGES + "INSERT INTO messages VALUES (1, 1, 'now', x'00');"),
-    "has no data": ("has no data", _SCHEMA + _MESSAGES + "INSERT INTO messages VALUES (1, 1, 5, NULL);"),
+    "has words for times": (
+        "without time",
+        _SCHEMA + _MESSAGES + "INSERT INTO messages VALUES (1, 1, 'now', x'00');",
+    ),
+    "has no data": (
+        "has no data",
+        _SCHEMA + _MESSAGES + "INSERT INTO messages VALUES (1, 1, 5, NULL);",
+    ),
     "has a message of garbage": (
         "is no sensor_msgs",
         _SCHEMA + _MESSAGES + "INSERT INTO messages VALUES (1, 1, 5, x'00');",
     ),
-}  # fmt: skip
+}
 TRAJECTORIES: dict[str, Callable[[], bytes]] = {
     "is empty": lambda: b"",
     "is binary": lambda: bytes(range(256)) * 10,

@@ -181,20 +181,48 @@ SUITES: dict[str, tuple[Changes, str]] = {
     "a cell is there twice": ({"seeds: [0, 1]": "seeds: [0, 0]"}, "two cells"),
 }
 NAV2: dict[str, tuple[Changes, str]] = {  # each in a file of navbench run
-    "costmap is a thousand kilometres": ({"width: 24": "width: 1000000", "height: 24": "height: 1000000"}, "costmap"),
-    "costmap has cells of a hair's breadth": ({"resolution: 0.05": "resolution: 1.0e-9"}, "costmap"),
-    "costmap has a resolution that is no number": ({"resolution: 0.05": "resolution: .nan"}, "resolution"),
-    "costmap is updated without end": ({"update_frequency: 30.0": "update_frequency: 1.0e+9"}, "frequency"),
-    "controller runs at no number": ({"controller_frequency: 30.0": "controller_frequency: .nan"}, "frequency"),
-    "controller samples a billion velocities": ({"vx_samples: 20": "vx_samples: 1000000000"}, "samples"),
+    "costmap is a thousand kilometres": (
+        {"width: 24": "width: 1000000", "height: 24": "height: 1000000"},
+        "costmap",
+    ),
+    "costmap has cells of a hair's breadth": (
+        {"resolution: 0.05": "resolution: 1.0e-9"},
+        "costmap",
+    ),
+    "costmap has a resolution that is no number": (
+        {"resolution: 0.05": "resolution: .nan"},
+        "resolution",
+    ),
+    "costmap is updated without end": (
+        {"update_frequency: 30.0": "update_frequency: 1.0e+9"},
+        "frequency",
+    ),
+    "controller runs at no number": (
+        {"controller_frequency: 30.0": "controller_frequency: .nan"},
+        "frequency",
+    ),
+    "controller samples a billion velocities": (
+        {"vx_samples: 20": "vx_samples: 1000000000"},
+        "samples",
+    ),
     "controller looks a year ahead": ({"sim_time: 1.0": "sim_time: 3.0e+7"}, "sim_time"),
-    "controller looks in steps of a nanosecond": ({"linear_granularity: 0.05": "linear_granularity: 1.0e-12"},
-                                                  "granularities"),
-    "inflation reaches a thousand kilometres": ({"inflation_radius: 1.5": "inflation_radius: 1.0e+6"},
-                                                "inflation_radius"),
-    "inflation falls by no number": ({"cost_scaling_factor: 3.0": "cost_scaling_factor: .nan"}, "cost_scaling_factor"),
-    "plugin is unknown": ({"dwb_core::DWBLocalPlanner": "dwb_core::DWBLocalPlaner"}, "DWBLocalPlanner"),
-}  # fmt: skip
+    "controller looks in steps of a nanosecond": (
+        {"linear_granularity: 0.05": "linear_granularity: 1.0e-12"},
+        "granularities",
+    ),
+    "inflation reaches a thousand kilometres": (
+        {"inflation_radius: 1.5": "inflation_radius: 1.0e+6"},
+        "inflation_radius",
+    ),
+    "inflation falls by no number": (
+        {"cost_scaling_factor: 3.0": "cost_scaling_factor: .nan"},
+        "cost_scaling_factor",
+    ),
+    "plugin is unknown": (
+        {"dwb_core::DWBLocalPlanner": "dwb_core::DWBLocalPlaner"},
+        "DWBLocalPlanner",
+    ),
+}
 # what is wrong with a keepout mask: yaml_filename, what must be said
 MASKS: dict[str, tuple[str, str]] = {
     "climbs to a text": ("../../../../../../../../etc/passwd", "passwd"),

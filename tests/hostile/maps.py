@@ -63,7 +63,12 @@ def _chunk(kind: bytes, content: bytes) -> bytes:
 
 
 def png(
-    width: int, height: int, pixels: bytes, depth: int = 8, colour: int = 0, more: bytes = b""
+    width: int,
+    height: int,
+    pixels: bytes,
+    depth: int = 8,
+    colour: int = 0,
+    more: bytes = b"",
 ) -> bytes:
     """A PNG of its own making: ``pixels`` are the unpacked rows with their filter bytes."""
     header = struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)
@@ -145,7 +150,7 @@ IMAGES: dict[str, tuple[Callable[[], bytes], str]] = {
     "is a BMP of negative size": (
         lambda: b"BM" + struct.pack("<IIIIiiHHIIIIII", 99, 0, 54, 40, -9, 9, 1, 8, *[0] * 6),
         "map.pgm",
-    ),  # fmt: skip
+    ),
     "is a TIFF with a circle of pages": (
         lambda: b"II*\x00\x08\x00\x00\x00\x00\x00\x08\x00\x00\x00",
         "map.pgm",

@@ -219,17 +219,24 @@ FILES: dict[str, tuple[Change, str]] = {
     "lacks its parameters": (lambda run: shutil.rmtree(run / "params"), "params"),
     "has rules that are cut off": (_text("params/rules.yaml", "timeout: 'x"), "rules.yaml"),
     "has rules that are a pipe": (_replaced("params/rules.yaml", pipe), "rules.yaml"),
-    "has a robot that runs a program": (_text("params/parked-robot.yaml", "!!python/object/apply:os.abort []"),
-                                        "parked-robot.yaml"),
+    "has a robot that runs a program": (
+        _text("params/parked-robot.yaml", "!!python/object/apply:os.abort []"),
+        "parked-robot.yaml",
+    ),
     "has a world of recorded people elsewhere": (
-        _text("params/world.yaml", "people: {model: replay, replay: {file: /dev/zero}}"), "/dev/zero"),
+        _text("params/world.yaml", "people: {model: replay, replay: {file: /dev/zero}}"),
+        "/dev/zero",
+    ),
     "has a journal of another run": (_journal('"episode": 0', '"episode": 77'), "delivery 77"),
     "has recordings that are a link to another folder": (_linked_folder, "recordings"),
     "has a journal that is a pipe": (_replaced("journal.jsonl", pipe), "run folder"),
     "has a journal that is a link to another file": (_link("journal.jsonl"), "run folder"),
     "has a lock that is a link to another file": (_link("run.lock"), "run folder"),
-    "has a journal that is a folder": (_replaced("journal.jsonl", lambda path: path.mkdir()), "run folder"),
-}  # fmt: skip
+    "has a journal that is a folder": (
+        _replaced("journal.jsonl", lambda path: path.mkdir()),
+        "run folder",
+    ),
+}
 TABLE_CHANGES: dict[str, tuple[Change, str]] = {
     "is missing": (lambda run: (run / "episodes.parquet").unlink(), "run folder"),
     "is empty": (_text("episodes.parquet", b""), "damaged"),

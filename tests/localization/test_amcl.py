@@ -165,7 +165,11 @@ def test_it_does_not_look_while_it_stands(room, see):
     ],
 )
 def test_a_scan_counts_after_a_least_distance_along_an_axis_or_a_least_turn(
-    room, x, y, yaw, counts
+    room,
+    x,
+    y,
+    yaw,
+    counts,
 ):
     localizer = started(room, update_min_d=0.25, update_min_a=0.125)
     assert localizer._has_moved(Pose2D(4.0, -2.0, 3.0), Pose2D(x, y, yaw)) == counts
@@ -227,7 +231,10 @@ def test_global_localization(room, drive):
 def test_lost_it_looks_again_where_it_stands(room, see):
     for candidates, finds in ((0, False), (5000, True)):
         localizer = started(
-            room, max_particles=8000, resample_interval=1, recovery_candidates=candidates
+            room,
+            max_particles=8000,
+            resample_interval=1,
+            recovery_candidates=candidates,
         )
         localizer.localize_globally()
         for tick in range(600):
@@ -275,7 +282,12 @@ def test_of_sixteen_returns_so_many_must_be_explained(room, explained, health):
     """The wall is 8.95 m ahead, and nothing stands 3 m ahead."""
     localizer = started(room, belief=Belief(Pose2D(3.0, 4.0, 0.0), np.diag((1e-6, 1e-6, 1e-8))))
     scan = LaserScan(
-        0.0, np.repeat((8.9, 3.0), (explained, 16 - explained)), 0.0, 1e-9, 0.05, RANGE
+        0.0,
+        np.repeat((8.9, 3.0), (explained, 16 - explained)),
+        0.0,
+        1e-9,
+        0.05,
+        RANGE,
     )
     assert (
         localizer.update(Observation(0.0, Odometry(0.0, Pose2D(), Twist2D()), scan=scan)).health

@@ -57,7 +57,13 @@ class Demo:
         angles = self._data["angles"]
         increment = float(angles[1] - angles[0])
         return LaserScan(
-            stamp, ranges.astype(float), float(angles[0]), increment, 0.0, NO_RETURN, self._sensor
+            stamp,
+            ranges.astype(float),
+            float(angles[0]),
+            increment,
+            0.0,
+            NO_RETURN,
+            self._sensor,
         )
 
     def map(self) -> OccupancyGrid:

@@ -108,7 +108,10 @@ def test_fixes_without_numbers_or_of_unknown_times_are_no_fixes(landmarks, older
 
 def test_without_a_fix_it_does_not_look_elsewhere(landmarks):
     recovering = replace(
-        PARAMS, recovery_alpha_slow=0.001, recovery_alpha_fast=0.1, recovery_candidates=2000
+        PARAMS,
+        recovery_alpha_slow=0.001,
+        recovery_alpha_fast=0.1,
+        recovery_candidates=2000,
     )
     for fixes, elsewhere in ((None, False), (exact(0.3), True)):
         localizer = started(landmarks, Pose2D(START.x + 4.6, START.y - 2.0), params=recovering)
@@ -137,7 +140,8 @@ def test_a_fix_counts_as_the_share_of_an_independent_one(bare):
 def test_its_parameters_stand_in_a_node_of_their_own(landmarks, tmp_path):
     file = tmp_path / "robot.yaml"
     file.write_text(
-        "amcl: {ros__parameters: {max_particles: 700}}\namcl_gps: {ros__parameters: {patience: 7}}\n"
+        "amcl: {ros__parameters: {max_particles: 700}}\n"
+        "amcl_gps: {ros__parameters: {patience: 7}}\n"
     )
     nav2 = load_nav2(file)
     assert nav2.read(AmclGpsParams, "amcl_gps") == AmclGpsParams(patience=7)

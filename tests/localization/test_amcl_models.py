@@ -43,7 +43,13 @@ def grid():
 def scan(ranges, increment=0.01, range_max=30.0):
     ranges = np.array(ranges, dtype=float)
     return LaserScan(
-        0.0, ranges, -0.5 * increment * (len(ranges) - 1), increment, 0.1, range_max, MOUNT
+        0.0,
+        ranges,
+        -0.5 * increment * (len(ranges) - 1),
+        increment,
+        0.1,
+        range_max,
+        MOUNT,
     )
 
 
@@ -214,7 +220,12 @@ def test_rotated_maps_are_refused(grid):
 )
 def test_motion_models_by_name(name, kernel):
     params = AmclParams(
-        robot_model_type=name, alpha1=0.1, alpha2=0.2, alpha3=0.3, alpha4=0.4, alpha5=0.5
+        robot_model_type=name,
+        alpha1=0.1,
+        alpha2=0.2,
+        alpha3=0.3,
+        alpha4=0.4,
+        alpha5=0.5,
     )
     draws = np.random.default_rng(1).standard_normal((4, 3))
     poses = np.tile((1.0, 2.0, math.pi / 2), (4, 1))
@@ -336,7 +347,11 @@ def test_a_fall_of_the_weights_brings_strays_once(grid):
 
 def test_strays_that_the_scan_picks_come_as_long_as_it_fits_badly(grid):
     particles = filter_of(
-        grid, min_particles=4, max_particles=4, recovery_candidates=10, **RECOVERY
+        grid,
+        min_particles=4,
+        max_particles=4,
+        recovery_candidates=10,
+        **RECOVERY,
     )
     rng = np.random.default_rng(0)
     particles.spread_normal(Pose2D(), np.eye(3) * 1e-4, rng)

@@ -114,7 +114,10 @@ def test_noise_grows_with_the_distance_driven(speed):
     The other densities are the squares of what the parameters say.
     """
     params = dataclasses.replace(
-        GpsEkfParams(), position_noise=0.3, yaw_noise=0.07, acceleration_noise=0.9
+        GpsEkfParams(),
+        position_noise=0.3,
+        yaw_noise=0.07,
+        acceleration_noise=0.9,
     )
     ekf = GpsEkfFilter(params, COMPILED, True)
     state = ekf.start(np.array((1.0, 2.0, 0.4)), np.diag((0.1, 0.2, 0.03)), 10.0)
@@ -170,7 +173,10 @@ def test_an_error_that_fixes_share_keeps_its_variance():
 @pytest.mark.parametrize("uses_fixes", [True, False])
 def test_a_start_knows_what_the_parameters_say(uses_fixes):
     params = dataclasses.replace(
-        GpsEkfParams(), imu0_yaw_rate_bias_std=0.3, odom0_scale_std=0.2, imu0_yaw_offset_std=0.7
+        GpsEkfParams(),
+        imu0_yaw_rate_bias_std=0.3,
+        odom0_scale_std=0.2,
+        imu0_yaw_offset_std=0.7,
     )
     given = np.array(((0.4, 0.1, 0.0), (0.1, 0.3, 0.02), (0.0, 0.02, 0.06)))
     state = GpsEkfFilter(params, COMPILED, uses_fixes).start(np.array((1.0, 2.0, 0.4)), given, 10.0)
@@ -217,11 +223,18 @@ def test_a_start_knows_what_the_parameters_say(uses_fixes):
     ],
 )
 def test_wheels_that_turn_otherwise_than_the_gyro_slip_or_show_its_bias(
-    speed, rate, difference, slip, learns
+    speed,
+    rate,
+    difference,
+    slip,
+    learns,
 ):
     """One wheel is wrong by the difference times the track width of 0.6 m, the mean of both by half of that."""
     params = dataclasses.replace(
-        GpsEkfParams(), imu0_yaw_rate_std=0.04, imu0_yaw_rate_bias_std=0.02, track_width=0.6
+        GpsEkfParams(),
+        imu0_yaw_rate_std=0.04,
+        imu0_yaw_rate_bias_std=0.02,
+        track_width=0.6,
     )
     ekf = GpsEkfFilter(params, COMPILED, True)
     state = ekf.start(np.zeros(3), np.eye(3), 10.0)

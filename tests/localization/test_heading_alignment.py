@@ -13,7 +13,10 @@ SHARE, TIME = 0.9, 20.0  # [-], [s] of the correlated error
 
 
 def fixes(
-    rng: np.random.Generator, std: float, rest: int, count: int
+    rng: np.random.Generator,
+    std: float,
+    rest: int,
+    count: int,
 ) -> tuple[HeadingAlignment, float, np.ndarray]:
     """After a fix a second, at rest and at 1.5 m/s.
 

@@ -41,11 +41,20 @@ def show(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
 
 
 def test_a_users_map_is_measured_and_drawn(
-    hall: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    hall: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     picture = tmp_path / "picture.png"
     document = show(
-        capsys, str(hall), "--samples", "20", "--out", str(picture), "--view", "navmesh"
+        capsys,
+        str(hall),
+        "--samples",
+        "20",
+        "--out",
+        str(picture),
+        "--view",
+        "navmesh",
     )
     assert (document["schema"], document["map"], document["size_m"]) == (1, "hall", [20.0, 12.0])
     measured = document["measured"]
@@ -120,7 +129,9 @@ def test_the_tables_show_the_papers_values_beside(
     ],
 )
 def test_bad_input_is_one_clear_line(
-    arguments: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str]
+    arguments: tuple[str, ...],
+    words: str,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert status(*(argument.replace("{maps}", str(MAPS)) for argument in arguments)) == 1
     captured = capsys.readouterr()

@@ -149,7 +149,10 @@ def test_the_command_makes_a_map_that_can_be_driven_on(tmp_path, capsys):
     assert len(loaded.obstacles) == len(made.obstacles)
     task = next(
         make_study(
-            stacks=["parked"], episodes=1, map_name=f"{tmp_path}/maps/town.yaml", workers=1
+            stacks=["parked"],
+            episodes=1,
+            map_name=f"{tmp_path}/maps/town.yaml",
+            workers=1,
         ).tasks()
     )
     parts, generators = Parts(task), task.generators()
@@ -172,7 +175,10 @@ def test_maps_that_do_not_belong_together_are_refused():
 @pytest.mark.skipif(not DATA, reason="NAVSTACK_DATA is not set: the published map is not there")
 def test_the_published_map_has_its_blocks_and_roads(tmp_path):
     folder = Path(DATA or "") / "costnav"
-    text = "image: IMAGE\nresolution: 0.05\norigin: [AT, AT, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n"
+    text = (
+        "image: IMAGE\nresolution: 0.05\norigin: [AT, AT, 0.0]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.2\n"
+    )
     grids = []
     for image, corner in (("sidewalk_navmesh", -100.875), ("sidewalk", -100.775)):
         file = tmp_path / f"{image}.yaml"

@@ -70,7 +70,9 @@ def test_geometry_and_first_row_on_top(tmp_path: Path) -> None:
     ],
 )
 def test_modes_negate_and_thresholds(
-    tmp_path: Path, changes: dict[str, str], expected: list[int]
+    tmp_path: Path,
+    changes: dict[str, str],
+    expected: list[int],
 ) -> None:
     assert loaded(tmp_path, [[0, 89, 90, 204, 205, 206, 255]], **changes) == [expected]
 
@@ -78,7 +80,11 @@ def test_modes_negate_and_thresholds(
 def test_both_thresholds_are_strict(tmp_path: Path) -> None:
     # negated, occupancy is brightness: 50, 51, 153, 154 of 255 around 0.2 and 0.6
     cells = loaded(
-        tmp_path, [[50, 51, 153, 154]], negate="1", free_thresh="0.2", occupied_thresh="0.6"
+        tmp_path,
+        [[50, 51, 153, 154]],
+        negate="1",
+        free_thresh="0.2",
+        occupied_thresh="0.6",
     )
     assert cells == [[0, -1, -1, 100]]
 
@@ -197,7 +203,9 @@ def test_keys_beyond_nav2s_are_passed_over_and_image_paths_are_relative_to_the_y
     ],
 )
 def test_bad_yaml_values_are_one_clear_line(
-    tmp_path: Path, changes: dict[str, str | None], words: str
+    tmp_path: Path,
+    changes: dict[str, str | None],
+    words: str,
 ) -> None:
     write_pgm(tmp_path, np.array([[0, 255]]))
     with pytest.raises(MapError) as error:
@@ -222,7 +230,9 @@ def test_what_is_no_mapping_is_refused(tmp_path: Path, content: str) -> None:
     ("resolution", "is_allowed"), [(1e-4, True), (1e3, True), (0.99e-4, False), (1.01e3, False)]
 )
 def test_cells_of_a_tenth_of_a_millimetre_to_a_kilometre_are_allowed(
-    tmp_path: Path, resolution: float, is_allowed: bool
+    tmp_path: Path,
+    resolution: float,
+    is_allowed: bool,
 ) -> None:
     if is_allowed:
         assert loaded(tmp_path, [[0]], resolution=str(resolution)) == [[100]]
@@ -284,7 +294,9 @@ def test_an_image_may_have_as_many_pixels_as_are_allowed(
 
 @pytest.mark.parametrize("name", ["m.png", "m.pgm"])
 def test_a_part_of_a_large_image_is_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
 ) -> None:
     levels = np.random.default_rng(5).choice([0, 205, 254], (9, 14)).astype(np.uint8)
     Image.fromarray(levels).save(tmp_path / name)

@@ -74,7 +74,9 @@ def test_distribution(missions: list[Mission]) -> None:
 
 
 def test_uniform_goals_are_farther_and_lie_anywhere(
-    mesh: OccupancyGrid, clearance: FloatArray, missions: list[Mission]
+    mesh: OccupancyGrid,
+    clearance: FloatArray,
+    missions: list[Mission],
 ) -> None:
     uniform = draw(mesh, "uniform")
     lengths = [mission.shortest_path for mission in uniform]
@@ -186,7 +188,10 @@ def test_no_drawn_delivery_is_over_before_it_begins(tmp_path: Path) -> None:
     # 8 m x 8 m: of uniform draws one in six is within 2 m
     save_map(room(80, 80), tmp_path / "yard.yaml")
     tasks = make_study(
-        stacks=["parked"], episodes=60, map_name=str(tmp_path / "yard.yaml"), missions="uniform"
+        stacks=["parked"],
+        episodes=60,
+        map_name=str(tmp_path / "yard.yaml"),
+        missions="uniform",
     ).tasks()
     for each in tasks:
         mission = Parts(each).mission(each.generators()["mission"])

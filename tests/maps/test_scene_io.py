@@ -131,7 +131,9 @@ def test_no_corner_may_lie_beyond_the_farthest_place(tmp_path: Path, corner: lis
     ],
 )
 def test_a_file_holds_at_most_20_000_zones_and_obstacles(
-    tmp_path: Path, features: list[object], said: str
+    tmp_path: Path,
+    features: list[object],
+    said: str,
 ) -> None:
     save_map(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
     (tmp_path / "m.geojson").write_text(json.dumps({"features": features}))
@@ -141,7 +143,9 @@ def test_a_file_holds_at_most_20_000_zones_and_obstacles(
 
 @pytest.mark.parametrize("name", ["m.yaml", "m.yml", "./m.yaml"])
 def test_a_map_may_lie_in_the_folder_where_one_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
 ) -> None:
     save_map(OccupancyGrid(np.zeros((4, 5), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
     (tmp_path / "m.yml").write_bytes((tmp_path / "m.yaml").read_bytes())
@@ -193,7 +197,8 @@ def test_a_part_of_another_size_is_refused(tmp_path: Path, part: str) -> None:
         '{"features": [{"properties": {"role": "obstacle", "kind": "x", "height": "high"}}]}',
         '{"features": [{"properties": {"role": "obstacle", "kind": "x", "height": -1}}]}',
         '{"features": [{"properties": {"role": "zone", "kind": "x", "elevation": Infinity}}]}',
-        '{"features": [{"properties": {"role": "zone", "kind": "x"}, "geometry": {"type": "Polygon", '
+        '{"features": [{"properties": {"role": "zone", "kind": "x"}, "geometry": {"type": '
+        '"Polygon", '
         '"coordinates": [[[0,0],[1,1],[1,0],[0,1],[0,0]]]}}]}',
     ],
 )

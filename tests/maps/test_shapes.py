@@ -142,7 +142,9 @@ def test_the_window_around_a_polygon_holds_all_of_its_cells(corner: tuple[float,
     ],
 )
 def test_the_window_is_no_larger_than_needed(
-    area: Rect, columns: tuple[int, int], rows: tuple[int, int]
+    area: Rect,
+    columns: tuple[int, int],
+    rows: tuple[int, int],
 ) -> None:
     window, mask = window_of(area.polygon, (6, 8), 0.5, 10.0, 20.0)
     assert window == (slice(*rows), slice(*columns))

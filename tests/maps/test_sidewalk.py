@@ -141,7 +141,9 @@ def test_measures_of_a_corridor_with_two_pieces_of_furniture() -> None:
     ("sizes", "pieces", "share"), [((), 0, 0.0), ((("plant", 1.0, 1.0),), 1, 1.0)]
 )
 def test_a_single_piece_has_no_spacing(
-    sizes: tuple[tuple[str, float, float]], pieces: int, share: float
+    sizes: tuple[tuple[str, float, float]],
+    pieces: int,
+    share: float,
 ) -> None:
     measured = measure(furnished(*sizes))
     assert (measured.pieces, measured.medium_share, measured.spacings) == (pieces, share, ())
@@ -232,7 +234,12 @@ def test_furniture_does_not_overlap(scene: Scene) -> None:
         column, row = ((obstacle.polygon.mean(axis=0) + 100.0) / 0.05).astype(int) - 120
         window = np.zeros((240, 240), dtype=bool)
         fill_convex(
-            window, obstacle.polygon, True, 0.05, -100.0 + column * 0.05, -100.0 + row * 0.05
+            window,
+            obstacle.polygon,
+            True,
+            0.05,
+            -100.0 + column * 0.05,
+            -100.0 + row * 0.05,
         )
         perimeter = np.hypot(*(np.roll(obstacle.polygon, 1, axis=0) - obstacle.polygon).T).sum()
         assert window.sum() * 0.0025 == pytest.approx(

@@ -108,10 +108,17 @@ class Quarter:
         (Rect(1.0, 2.0, 22.75, 23.75), (Rect(1.0, 2.0, 22.75, 23.75),)),
         (Rect(1.0, 2.0, 23.0, 12.0), (Rect(1.0, 2.0, 10.68, 12.0), Rect(10.68, 2.0, 23.0, 12.0))),
         (Rect(1.0, 2.0, 11.0, 24.0), (Rect(1.0, 2.0, 11.0, 11.68), Rect(1.0, 11.68, 11.0, 24.0))),
-        (Rect(0.0, 0.0, 22.0, 22.0), (Rect(0.0, 0.0, 9.68, 9.68), Rect(0.0, 9.68, 9.68, 22.0),
-                                      Rect(9.68, 0.0, 22.0, 9.68), Rect(9.68, 9.68, 22.0, 22.0))),
+        (
+            Rect(0.0, 0.0, 22.0, 22.0),
+            (
+                Rect(0.0, 0.0, 9.68, 9.68),
+                Rect(0.0, 9.68, 9.68, 22.0),
+                Rect(9.68, 0.0, 22.0, 9.68),
+                Rect(9.68, 9.68, 22.0, 22.0),
+            ),
+        ),
     ],
-)  # fmt: skip
+)
 def test_lots_are_halved_across_their_longer_side_until_it_is_below_22_metres(
     area: Rect, lots: tuple[Rect, ...]
 ) -> None:
@@ -139,7 +146,10 @@ def test_slivers_are_not_drawn() -> None:
 )
 @pytest.mark.parametrize(("gap", "lights"), [(0.01, 2), (-0.01, 1)])
 def test_a_traffic_light_keeps_its_own_length_from_other_things(
-    blocks: tuple[Rect, ...], ends: tuple[tuple[float, float], ...], gap: float, lights: int
+    blocks: tuple[Rect, ...],
+    ends: tuple[tuple[float, float], ...],
+    gap: float,
+    lights: int,
 ) -> None:
     """It stands aside of both ends of a crosswalk; a bin is before the first place."""
     streets = Streets(

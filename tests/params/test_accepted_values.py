@@ -81,11 +81,17 @@ def test_a_smoother_without_limits_passes_commands_on(inspect, scale):
 def test_a_source_without_range_marks_what_the_scan_shows(prefer_fast):
     def shown(reach):
         source = ObservationSourceParams(
-            clearing=True, obstacle_max_range=reach, raytrace_max_range=reach
+            clearing=True,
+            obstacle_max_range=reach,
+            raytrace_max_range=reach,
         )
         layer = ObstacleLayerParams(observation_sources=("scan",), sources={"scan": source})
         params = CostmapParams(
-            width=8.0, height=8.0, rolling_window=True, plugins=("it",), layers={"it": layer}
+            width=8.0,
+            height=8.0,
+            rolling_window=True,
+            plugins=("it",),
+            layers={"it": layer},
         )
         costmap = LayeredCostmap(params, prefer_fast=prefer_fast)
         ranges = np.linspace(1.0, 3.0, 90)

@@ -134,7 +134,9 @@ def test_a_factory_that_fails_is_named_in_one_line(install: Install) -> None:
 
 @pytest.mark.parametrize("text", [DWB.replace("limit", "limt"), OWN.replace("limit", "limt")])
 def test_a_misspelt_parameter_of_it_is_an_error_with_a_hint(
-    install: Install, tmp_path: Path, text: str
+    install: Install,
+    tmp_path: Path,
+    text: str,
 ) -> None:
     install("mine", "CRITIC", "CONTROLLER")
     path = tmp_path / "robot.yaml"
@@ -164,7 +166,10 @@ def test_without_the_package_its_types_are_unknown(load: Any) -> None:
     ],
 )
 def test_a_package_that_cannot_be_used_is_one_line(
-    install: Install, load: Any, module: str, complaint: str
+    install: Install,
+    load: Any,
+    module: str,
+    complaint: str,
 ) -> None:
     install("mine", "CRITIC", module=module)
     with pytest.raises(ParameterError, match=complaint) as raised:

@@ -52,7 +52,12 @@ def test_extreme_values_are_refused_by_lint_and_run_alike_or_set_up_quickly(tmp_
     program = [sys.executable, Path(__file__).with_name("extremes.py"), "8", str(count), *files]
     try:
         done = subprocess.run(
-            program, capture_output=True, text=True, timeout=seconds, check=False, cwd=ROOT
+            program,
+            capture_output=True,
+            text=True,
+            timeout=seconds,
+            check=False,
+            cwd=ROOT,
         )
     except subprocess.TimeoutExpired as stopped:
         pytest.fail(f"does not end: {stopped.stdout.splitlines()[-1]!r}")

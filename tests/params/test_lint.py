@@ -231,7 +231,10 @@ def test_crossed_particles_are_a_warning_as_nav2_goes_on(robot_with, values, sai
     ],
 )
 def test_numbers_that_are_not_read_here_have_the_form_that_nav2_wants(
-    robot_with, name, value, kind
+    robot_with,
+    name,
+    value,
+    kind,
 ):
     notice = found(robot_with({name: value}))[kind]
     assert not notice.is_error
@@ -338,7 +341,9 @@ CONTROLLERS = [{}] + [
 
 
 @settings(
-    max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=50,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 @given(
     st.sampled_from(CONTROLLERS),

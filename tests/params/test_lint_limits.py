@@ -23,7 +23,13 @@ from navstack.params.mppi import MppiParams
 from navstack.params.safety import VelocitySmootherParams
 
 BODY = RobotLimits(
-    "testbot", np.array([[0.2, 0.1], [0.2, -0.1], [-0.2, 0.0]]), 1.0, 2.0, 3.0, 2.5, 4.0
+    "testbot",
+    np.array([[0.2, 0.1], [0.2, -0.1], [-0.2, 0.0]]),
+    1.0,
+    2.0,
+    3.0,
+    2.5,
+    4.0,
 )
 DRIVE = DrivingPlugin("DWB", "FollowPath")
 AT_THE_LIMIT = DwbParams(
@@ -158,7 +164,12 @@ def test_samples_are_as_many_as_fit_into_memory(axis):
     ],
 )
 def test_obstacles_are_seen_from_where_the_robot_can_still_brake(
-    reach, window, rolling, marking, speed, told
+    reach,
+    window,
+    rolling,
+    marking,
+    speed,
+    told,
 ):
     source = ObservationSourceParams(marking=marking, obstacle_max_range=reach)
     local = SimpleNamespace(
@@ -224,7 +235,11 @@ def test_layers_are_put_in_order_with_the_last_inflation_behind_all_others():
 )
 def test_noise_is_biased_where_unequal_limits_are_met(ax_max, ax_min, fires):
     mppi = MppiParams(
-        ax_max=ax_max, ax_min=ax_min, model_dt=0.0625, vx_std=0.25, critics=("PathFollowCritic",)
+        ax_max=ax_max,
+        ax_min=ax_min,
+        model_dt=0.0625,
+        vx_std=0.25,
+        critics=("PathFollowCritic",),
     )
     expected = [
         (
@@ -244,7 +259,11 @@ def test_noise_is_biased_where_unequal_limits_are_met(ax_max, ax_min, fires):
 def test_a_speed_is_capped_where_following_gains_less_than_control_costs(vx_max, advice):
     """5 / m x 0.0625 s x (0.25 m/s)^2 / 0.015 = 1.302 m/s, of which a hundredth may be missing."""
     mppi = MppiParams(
-        vx_max=vx_max, model_dt=0.0625, vx_std=0.25, gamma=0.015, critics=("PathFollowCritic",)
+        vx_max=vx_max,
+        model_dt=0.0625,
+        vx_std=0.25,
+        gamma=0.015,
+        critics=("PathFollowCritic",),
     )
     assert [each.advice for each in mppi_capped_speed.check(mppi, DRIVE)] == advice
 

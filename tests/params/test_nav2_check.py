@@ -125,11 +125,14 @@ def test_a_value_where_a_section_belongs_is_told_as_such(inspect, node, line, sa
 
 def test_real_plugins_that_are_not_available_are_named_when_used(inspect):
     text = (
-        DWB
-        + "    goal_checker_plugins: [near]\n    near: {plugin: nav2_controller/AdaptiveToleranceGoalChecker}\n"
+        DWB + "    goal_checker_plugins: [near]\n"
+        "    near: {plugin: nav2_controller/AdaptiveToleranceGoalChecker}\n"
     )
     file = inspect(text)
-    expected = "nav2_controller::AdaptiveToleranceGoalChecker is a Nav2 plugin that is not available here; available: "
+    expected = (
+        "nav2_controller::AdaptiveToleranceGoalChecker is a Nav2 plugin that is not available "
+        "here; available: "
+    )
     assert not file.errors
     assert any(expected in warning for warning in file.warnings)
     with pytest.raises(ParameterError, match="is a Nav2 plugin that is not available here"):
@@ -195,10 +198,13 @@ def test_plugins_as_eloquent_lists_them(inspect):
 
 
 def test_both_spellings_and_older_packages_of_plugins(inspect):
-    text = "recoveries_server: {ros__parameters: {recovery_plugins: [spin], spin: {plugin: nav2_recoveries/Spin}}}\n"
+    text = (
+        "recoveries_server: {ros__parameters: {recovery_plugins: [spin], spin: {plugin: "
+        "nav2_recoveries/Spin}}}\n"
+    )
     file = inspect(
-        text
-        + "planner_server: {ros__parameters: {GridBased: {plugin: nav2_navfn_planner/NavfnPlanner}}}"
+        text + "planner_server: {ros__parameters: {GridBased: {plugin: "
+        "nav2_navfn_planner/NavfnPlanner}}}"
     )
     assert not file.errors
     assert (
@@ -242,7 +248,8 @@ def test_sections_that_no_list_names_are_ignored(inspect):
         "    Stop: {type: circle, action_type: stop, radius: 0.3}\n"
         "    Limit: {type: polygon, linear_limit: 0.4}\n"
         + costmap(
-            "      plugins: [inflation_layer]\n      static_layer: {map_subscribe_transient_local: true}\n"
+            "      plugins: [inflation_layer]\n"
+            "      static_layer: {map_subscribe_transient_local: true}\n"
         )
     )
     assert not file.errors
@@ -251,8 +258,8 @@ def test_sections_that_no_list_names_are_ignored(inspect):
 
 def test_what_has_no_effect_is_listed_once(inspect):
     file = inspect(
-        DWB
-        + "    use_sim_time: true\n    odom_topic: odom\namcl: {ros__parameters: {use_sim_time: true}}\n"
+        DWB + "    use_sim_time: true\n    odom_topic: odom\n"
+        "amcl: {ros__parameters: {use_sim_time: true}}\n"
     )
     assert file.ignored.count("use_sim_time") == 1
     assert "controller_server: odom_topic" in file.ignored
@@ -331,13 +338,19 @@ def test_decimals_where_nav2_insists_on_whole_numbers_are_warned_of(inspect):
 
 
 def test_another_behavior_tree_is_warned_of(inspect):
-    text = 'bt_navigator: {ros__parameters: {default_nav_to_pose_bt_xml: "$(find-pkg-share x)/trees/mine.xml"}}'
+    text = (
+        'bt_navigator: {ros__parameters: {default_nav_to_pose_bt_xml: "$(find-pkg-share '
+        'x)/trees/mine.xml"}}'
+    )
     assert any("'mine.xml' is not read" in warning for warning in inspect(text).warnings)
     assert not inspect(text.replace("mine", "navigate_to_pose_w_replanning_and_recovery")).warnings
 
 
 def test_own_planner_keys_are_known(inspect):
-    text = "planner_server: {ros__parameters: {GridBased: {plugin: navstack::OmplPlanner, algorithm: RRTstar}}}"
+    text = (
+        "planner_server: {ros__parameters: {GridBased: {plugin: navstack::OmplPlanner, "
+        "algorithm: RRTstar}}}"
+    )
     assert not inspect(text).errors
     assert "did you mean 'algorithm'" in only_error(inspect(text.replace("algorithm", "algoritm")))
     assert "unknown OMPL algorithm 'RRTsta'" in only_error(

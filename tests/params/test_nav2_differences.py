@@ -112,7 +112,10 @@ def test_a_tree_of_the_files_own_may_ask_for_any_plugin(inspect):
 @pytest.mark.parametrize("kind", ["goal", "progress"])
 def test_several_checkers_are_told_and_the_first_is_read(inspect, kind):
     types = f"plugin: nav2_controller::Simple{kind.title()}Checker"
-    text = f"controller_server: {{ros__parameters: {{{kind}_checker_plugins: [a, b], a: {{{types}}}, b: {{{types}}}}}}}"
+    text = (
+        f"controller_server: {{ros__parameters: {{{kind}_checker_plugins: [a, b], a: "
+        f"{{{types}}}, b: {{{types}}}}}}}"
+    )
     notices = told(inspect(text), "ambiguous-checker")
     assert notices[f"controller_server: {kind}_checker_plugins"].message.startswith("a, b, but ")
     assert not told(inspect(text.replace("[a, b]", "[a]")), "ambiguous-checker")

@@ -59,7 +59,10 @@ def test_added_lines_end_as_the_others(tmp_path):
 
 
 def test_comments_between_entries_of_a_list_stay():
-    text = "n:\n  ros__parameters:\n    v:  # all\n      - 2.0  # forward\n      - 0\n    # turning\n      - 1.5\n"
+    text = (
+        "n:\n  ros__parameters:\n    v:  # all\n      - 2.0  # forward\n      - 0\n"
+        "    # turning\n      - 1.5\n"
+    )
     after = set_value(text, ("n",), "v", [2.0, 0, 1], "here")
     assert after == text.replace("1.5", "1.0")
     assert "[1.0]" in set_value(text, ("n",), "v", [1.0], "here")
@@ -87,8 +90,8 @@ def test_absent_parameters_are_added_in_their_namespace(inspect):
         }
     )
     assert (
-        "      max_vel_x: 1.0  # [m/s]\n      PathAlign.scale: 2.0\n    controller_frequency: 30.0\n"
-        in after.document.text
+        "      max_vel_x: 1.0  # [m/s]\n      PathAlign.scale: 2.0\n"
+        "    controller_frequency: 30.0\n" in after.document.text
     )
     assert read_dwb(after).PathAlign.scale == 2.0
     assert after.value("controller_server", "controller_frequency") == 30.0
@@ -129,14 +132,20 @@ def test_lines_added_at_one_place_go_to_their_sections_in_the_order_given():
     after = set_values(
         text, [*((("n",), name, 2) for name in names), (("m",), "x", 2), (("m",), "d", 3)], "f"
     )
-    nested = "      b:\n        c: 1\n        x: 2\n        y: 2\n      x: 2\n      y: 2\n    x: 2\n    y: 2\n"
+    nested = (
+        "      b:\n        c: 1\n        x: 2\n        y: 2\n      x: 2\n      y: 2\n    x: 2\n"
+        "    y: 2\n"
+    )
     assert (
         after == f"n:\n  ros__parameters:\n    a:\n{nested}m:\n  ros__parameters: {{x: 2, d: 3}}\n"
     )
 
 
 def test_a_line_added_behind_a_block_list_stays_in_its_section():
-    head = "controller_server:\n  ros__parameters:\n    FollowPath:\n      critics:\n      - PathDist\n      - GoalDist"
+    head = (
+        "controller_server:\n  ros__parameters:\n    FollowPath:\n      critics:\n"
+        "      - PathDist\n      - GoalDist"
+    )
     tail = "\n\n    # at the goal\n    goal_checker:\n      stateful: true\n"
     after = set_value(head + tail, ("controller_server",), "FollowPath.max_vel_x", 0.5, "f")
     assert after == f"{head}\n      max_vel_x: 0.5{tail}"

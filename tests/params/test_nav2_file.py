@@ -101,7 +101,10 @@ def test_namespaces_and_single_nesting(inspect):
 
 
 def test_wildcards_apply_in_the_order_of_the_file(inspect):
-    star = '"/**": {ros__parameters: {use_sim_time: true, update_frequency: 7.0, controller_frequency: 15.0}}\n'
+    star = (
+        '"/**": {ros__parameters: {use_sim_time: true, update_frequency: 7.0, '
+        "controller_frequency: 15.0}}\n"
+    )
     own = "controller_server: {ros__parameters: {controller_frequency: 25.0}}\n"
     nav2 = inspect(star + own)
     assert not nav2.errors

@@ -44,19 +44,25 @@ def lines(*given):
 @pytest.mark.parametrize(
     ("given", "model", "radius"),
     [
-        (["motion_model: diff_drive", "diff_drive: {plugin: mppi::DiffDriveMotionModel}"],
-         "DiffDrive", 0.2),
+        (
+            ["motion_model: diff_drive", "diff_drive: {plugin: mppi::DiffDriveMotionModel}"],
+            "DiffDrive",
+            0.2,
+        ),
         (["motion_model: truck", f"truck: {CAR}"], "Ackermann", 0.7),
         (["motion_model: DiffDrive", f"DiffDrive: {CAR}"], "Ackermann", 0.7),
         (["motion_model: swerve", "swerve: {plugin: mppi/OmniMotionModel}"], "Omni", 0.2),
         (["diff_drive: {plugin: mppi::OmniMotionModel}"], "Omni", 0.2),
-        (["motion_model: one", "one: {plugin: mppi::OmniMotionModel}", f"other: {CAR}"],
-         "Omni", 0.2),
+        (
+            ["motion_model: one", "one: {plugin: mppi::OmniMotionModel}", f"other: {CAR}"],
+            "Omni",
+            0.2,
+        ),
         (["motion_model: Ackermann"], "Ackermann", 0.2),
         ([], "DiffDrive", 0.2),
     ],
     ids=["default", "named", "jazzy-name", "omni", "unnamed", "two-groups", "jazzy", "none"],
-)  # fmt: skip
+)
 def test_the_plugin_of_the_named_group_is_the_motion_model(inspect, given, model, radius):
     nav2 = inspect(lines(*given))
     assert not nav2.notices

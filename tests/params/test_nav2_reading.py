@@ -63,10 +63,14 @@ def test_critics_of_other_packages_are_not_taken_for_nav2s(inspect):
 
 
 def test_primary_controller_as_in_jazzy_and_as_in_main(inspect):
-    jazzy = f"{HEAD}      plugin: {SHIM}\n      primary_controller: dwb_core/DWBLocalPlanner\n      max_vel_x: 0.7\n"
+    jazzy = (
+        f"{HEAD}      plugin: {SHIM}\n      primary_controller: dwb_core/DWBLocalPlanner\n"
+        f"      max_vel_x: 0.7\n"
+    )
     main = (
         f"{HEAD}      plugin: {SHIM}\n      simulate_ahead_time: 2.0\n"
-        "      primary_controller: {plugin: 'dwb_core::DWBLocalPlanner', max_vel_x: 0.7, critics: [PathDist]}\n"
+        "      primary_controller: {plugin: 'dwb_core::DWBLocalPlanner', max_vel_x: 0.7, "
+        "critics: [PathDist]}\n"
     )
     for text, name in ((jazzy, "FollowPath"), (main, "FollowPath.primary_controller")):
         nav2 = inspect(text)
@@ -142,9 +146,12 @@ def test_nodes_of_other_packages_are_left_alone(inspect):
 
 def test_plugins_of_other_packages_do_not_keep_a_file_from_loading(inspect):
     nav2 = inspect(
-        f"{HEAD}      plugin: teb_local_planner::TebLocalPlannerROS\n      max_vel_x_backwards: 0.2\n"
-        "planner_server: {ros__parameters: {planner_plugins: [A], A: {plugin: mine/Planner, x: {y: 1}}}}\n"
-        "local_costmap: {local_costmap: {ros__parameters: {plugins: [g], g: {plugin: mine/GradientLayer, z: 1}}}}\n"
+        f"{HEAD}      plugin: teb_local_planner::TebLocalPlannerROS\n"
+        f"      max_vel_x_backwards: 0.2\n"
+        "planner_server: {ros__parameters: {planner_plugins: [A], A: {plugin: "
+        "mine/Planner, x: {y: 1}}}}\n"
+        "local_costmap: {local_costmap: {ros__parameters: {plugins: [g], g: {plugin: "
+        "mine/GradientLayer, z: 1}}}}\n"
     )
     assert not nav2.errors
     unknown = [notice.path for notice in nav2.notices if notice.id == "unknown-plugin"]
@@ -209,7 +216,8 @@ def test_names_of_the_last_duplicate_count(inspect):
 
 def test_values_are_coerced_as_ros_does(inspect):
     nav2 = inspect(
-        f"{HEAD}      max_vel_x: 1\n      prune_plan: off\n      vx_samples: 0x10\n      sim_time: 1e0\n"
+        f"{HEAD}      max_vel_x: 1\n      prune_plan: off\n      vx_samples: 0x10\n"
+        f"      sim_time: 1e0\n"
     )
     dwb = read_dwb(nav2)
     assert (dwb.max_vel_x, dwb.prune_plan, dwb.vx_samples, dwb.sim_time) == (1.0, False, 16, 1.0)
@@ -229,7 +237,8 @@ def test_one_whole_number_in_a_list_of_decimals_is_told(inspect, given, is_told)
 
 def test_merge_keys_between_nodes(inspect):
     nav2 = inspect(
-        "local_costmap: {local_costmap: {ros__parameters: &body {robot_radius: 0.4, resolution: 0.1}}}\n"
+        "local_costmap: {local_costmap: {ros__parameters: &body {robot_radius: 0.4, "
+        "resolution: 0.1}}}\n"
         "global_costmap: {global_costmap: {ros__parameters: {<<: *body, resolution: 0.2}}}\n"
     )
     world = read_costmap(nav2, "global_costmap")

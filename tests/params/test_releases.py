@@ -64,7 +64,10 @@ def read_by() -> Iterator[tuple[str, type[Any], Mapping[str, Any]]]:
 
 
 def namespaces(
-    place: str, params: type[Any], declared: Mapping[str, Any], prefix: str
+    place: str,
+    params: type[Any],
+    declared: Mapping[str, Any],
+    prefix: str,
 ) -> Iterator[tuple[str, type[Any], Mapping[str, Any]]]:
     below = {
         name[len(prefix) :]: each for name, each in declared.items() if name.startswith(prefix)
@@ -195,7 +198,12 @@ DWB = {"controller": "dwb_core::DWBLocalPlanner", "critic": "PathDist"}
     ],
 )
 def test_what_a_file_leaves_out_has_the_default_of_its_distribution(
-    inspect: Any, monkeypatch: Any, release: str, controller: Any, name: str, default: float | None
+    inspect: Any,
+    monkeypatch: Any,
+    release: str,
+    controller: Any,
+    name: str,
+    default: float | None,
 ) -> None:
     monkeypatch.setattr("navstack.params.nav2_file.file.release_of", lambda names: release)
     text = PLUGINS.format(**controller)

@@ -198,10 +198,20 @@ CONSTANTS = (
     Constant(KLD, "BIN_LENGTH = {} ", 0.5, "amcl_clusters", "cluster", jit=False),
     Constant(KLD, "math.radians({})", 10.0, "amcl_clusters", "cluster", jit=False),
     Constant(
-        KLD, "b = {} / (9.0 * (bins - 1))", 2.0, "amcl_limits", "kld_limit_raw_err01_z3", jit=False
+        KLD,
+        "b = {} / (9.0 * (bins - 1))",
+        2.0,
+        "amcl_limits",
+        "kld_limit_raw_err01_z3",
+        jit=False,
     ),
     Constant(
-        KLD, "(bins - 1) / ({} * error)", 2.0, "amcl_limits", "kld_limit_raw_err01_z3", jit=False
+        KLD,
+        "(bins - 1) / ({} * error)",
+        2.0,
+        "amcl_limits",
+        "kld_limit_raw_err01_z3",
+        jit=False,
     ),
 )
 CHANGES = [(constant, factor) for constant in CONSTANTS for factor in constant.factors]
@@ -293,7 +303,9 @@ def test_every_constant_stands_once_in_the_sources(constant: Constant) -> None:
     ("constant", "factor"), CHANGES, ids=[label(*change) for change in CHANGES]
 )
 def test_a_changed_constant_is_noticed(
-    constant: Constant, factor: float, wrong: dict[str, list[str]]
+    constant: Constant,
+    factor: float,
+    wrong: dict[str, list[str]],
 ) -> None:
     found = wrong[label(constant, factor)]
     assert found != []

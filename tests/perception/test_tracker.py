@@ -33,7 +33,10 @@ def empty_map(*walls: tuple[slice, slice]) -> OccupancyGrid:
 
 
 def scan_of(
-    stamp: float, base: Pose2D, circles: list[tuple[float, float]], wall_x: float = math.inf
+    stamp: float,
+    base: Pose2D,
+    circles: list[tuple[float, float]],
+    wall_x: float = math.inf,
 ) -> LaserScan:
     """What a lidar sees of circles of 0.3 m and of a wall along the y axis, from its true pose."""
     sensor = compose(base, MOUNT)
@@ -52,7 +55,11 @@ def scan_of(
 
 
 def follow(
-    tracker: Tracker, seconds: float, place_of, base_of=lambda t: Pose2D(), **scene
+    tracker: Tracker,
+    seconds: float,
+    place_of,
+    base_of=lambda t: Pose2D(),
+    **scene,
 ) -> list[Track]:
     """Let the tracker watch bodies; ``place_of`` gives their centres at a time."""
     tracks: list[Track] = []
@@ -227,7 +234,9 @@ def test_parameters_that_cannot_be_are_refused() -> None:
     [(0, False, 1.0), (44, False, 1.0), (20, False, 0.0), (0, True, 0.0), (44, True, 0.0)],
 )
 def test_a_body_at_the_end_of_an_open_scan_may_not_be_wholly_seen(
-    first: int, is_closed: bool, hidden: float
+    first: int,
+    is_closed: bool,
+    hidden: float,
 ) -> None:
     ranges = np.full(50, np.inf)
     foreground = np.zeros(50, dtype=np.bool_)
@@ -241,7 +250,9 @@ def test_a_body_at_the_end_of_an_open_scan_may_not_be_wholly_seen(
 @pytest.mark.parametrize("increment", [0.02, -0.02])
 @pytest.mark.parametrize(("beams", "found"), [(16, 1), (18, 0)])
 def test_what_is_wider_than_a_body_is_none_whichever_way_the_beams_turn(
-    increment: float, beams: int, found: int
+    increment: float,
+    beams: int,
+    found: int,
 ) -> None:
     ranges = np.full(50, np.inf)
     foreground = np.zeros(50, dtype=np.bool_)

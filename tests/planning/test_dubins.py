@@ -98,5 +98,10 @@ def test_a_footprint_stands_free_where_no_lethal_square_touches_it():
         found.add(bool(free))
     assert found == {True, False}
     assert not is_curve_free(
-        costs, blocked, BODY, REACH, True, np.array(((1.0, 1.0, 0.0), (-5.0, 1.0, 0.0)))
+        costs,
+        blocked,
+        BODY,
+        REACH,
+        True,
+        np.array(((1.0, 1.0, 0.0), (-5.0, 1.0, 0.0))),
     )

@@ -252,7 +252,10 @@ def test_the_field_answers_for_cells_beside_the_border(monkeypatch, column, row)
     ],
 )
 def test_a_field_is_spread_anew_as_far_as_ways_over_its_gaps_may_matter(
-    sound, gap_limit, spread, calls
+    sound,
+    gap_limit,
+    spread,
+    calls,
 ):
     """``spread``: the robot's potential and the limit afterwards, each time.
 
@@ -391,7 +394,13 @@ def test_changes_in_a_window_are_taken_in(columns):
                 expected[n] = costs[n]
                 level = min(level, *potential[[n, n - 1, n + 1, n - width, n + width]])
         found = take_in_changes(
-            potential, costs, known, crossing, width, (*columns, 2, 28), only_cheaper
+            potential,
+            costs,
+            known,
+            crossing,
+            width,
+            (*columns, 2, 28),
+            only_cheaper,
         )
         assert found == level
         assert_array_equal(known, expected)

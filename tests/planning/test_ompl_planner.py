@@ -111,16 +111,22 @@ def test_same_seed_same_path_whatever_came_before(algorithm):
 
 def test_same_seed_same_path_in_another_process():
     code = (
-        "import numpy as np; from navstack.costmap.costmap import Costmap; from navstack.types import Pose2D\n"
-        "from navstack.params.planners import OmplParams; from navstack.planning.ompl_planner import OmplPlanner\n"
+        "import numpy as np; from navstack.costmap.costmap import Costmap; from "
+        "navstack.types import Pose2D\n"
+        "from navstack.params.planners import OmplParams; from "
+        "navstack.planning.ompl_planner import OmplPlanner\n"
         "costs = np.zeros((60, 80), dtype=np.uint8); costs[:50, 40] = 254\n"
         "params = OmplParams(algorithm='InformedRRTstar', max_iterations=500, smooth=False)\n"
         "planner = OmplPlanner(params); planner.reset(np.random.default_rng(1))\n"
-        "path = planner.plan(Pose2D(-1.0, 2.0, 0.3), Pose2D(5.0, 2.5, 1.1), Costmap(costs, 0.1, -2.0, 1.0))\n"
+        "path = planner.plan(Pose2D(-1.0, 2.0, 0.3), Pose2D(5.0, 2.5, 1.1), Costmap(costs, "
+        "0.1, -2.0, 1.0))\n"
         "print(path.poses.tobytes().hex())"
     )
     answer = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
     )
     here = make("InformedRRTstar", iterations=500).plan(START, GOAL, room())
     assert answer.stdout.strip() == here.poses.tobytes().hex()
@@ -522,7 +528,10 @@ def test_places_along_a_polyline():
     ],
 )
 def test_a_search_ends_after_its_checks_or_without_an_improvement_worth_it(
-    patience, costs, asked, lowest
+    patience,
+    costs,
+    asked,
+    lowest,
 ):
     budget = Budget(250, 0.0, patience)
     count = 0

@@ -130,7 +130,12 @@ def test_the_heuristic_is_the_cheapest_way_wherever_it_is_asked(coarse):
     expected = ways_from(low, square, 2.0, True).reshape(low.shape)
     blocked = blocked_table(252, True)
     ground = SearchGround(
-        costs, blocked, np.zeros((3, 2)), 0.0, True, np.zeros(costs.shape, dtype=np.uint8)
+        costs,
+        blocked,
+        np.zeros((3, 2)),
+        0.0,
+        True,
+        np.zeros(costs.shape, dtype=np.uint8),
     )
     places = default_rng(0).uniform((0.0, 0.0), costs.shape[::-1], (60, 2))
     right = [coarse * expected[int(y) // coarse, int(x) // coarse] for x, y in places]
@@ -150,7 +155,12 @@ def test_the_heuristic_knows_no_way_round_the_maps_edge(axis, coarse):
     costs = low.repeat(coarse, axis=0).repeat(coarse, axis=1)
     goal = Goal(np.array((1.5 * coarse, 1.5 * coarse, 0.0)), 0, 0.0, 10**6, 10, coarse, 0.0, 1.0)
     ground = SearchGround(
-        costs, blocked_table(252, True), np.zeros((3, 2)), 0.0, True, np.zeros_like(costs)
+        costs,
+        blocked_table(252, True),
+        np.zeros((3, 2)),
+        0.0,
+        True,
+        np.zeros_like(costs),
     )
     field, waiting = make_field.py_func(ground, np.array((0.5, 0.5, 0.0)), goal)
     for place in np.ndindex(7, 7):
@@ -259,7 +269,9 @@ def placed(pose):
         SmacHybrid(SmacHybridParams(minimum_turning_radius=0.6), BOX),
         SmacHybrid(
             SmacHybridParams(
-                minimum_turning_radius=0.6, motion_model_for_search=REEDS_SHEPP, **RAW
+                minimum_turning_radius=0.6,
+                motion_model_for_search=REEDS_SHEPP,
+                **RAW,
             ),
             BOX,
         ),

@@ -114,7 +114,13 @@ def test_a_cell_is_roomy_where_no_obstacle_is_within_the_bodys_reach():
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("backwards", [False, True])
 def test_a_curve_to_the_goal_is_short_cheap_and_free(
-    cost, row, most, longest, count, axis, backwards
+    cost,
+    row,
+    most,
+    longest,
+    count,
+    axis,
+    backwards,
 ):
     costs = np.zeros((20, 30), dtype=np.uint8)
     yaw = 0.5 * math.pi * axis
@@ -137,7 +143,10 @@ def test_a_curve_to_the_goal_is_short_cheap_and_free(
     [(3.5, 10.0, 18, True), (3.5, 15.0, 13, True), (3.5, 14.9, 18, True), (10.0, 15.0, 20, False)],
 )
 def test_curves_are_tried_the_more_often_the_nearer_the_goal_is(
-    ratio, longest, iterations, by_curve
+    ratio,
+    longest,
+    iterations,
+    by_curve,
 ):
     """The first time at once, then after 40 / 3.5 steps of 2.09 cells, after 15 / 3.5, and each fourth one.
 
@@ -147,7 +156,13 @@ def test_curves_are_tried_the_more_often_the_nearer_the_goal_is(
     ground = ground_of(np.zeros((20, 60), dtype=np.uint8))
     way = Expansion(ratio, longest, 200, 8.0, False)
     found = search_poses(
-        ground, arcs(72, 8.0, False), np.array((5.5, 10.5, 0.0)), 0, goal, PENALTIES, way
+        ground,
+        arcs(72, 8.0, False),
+        np.array((5.5, 10.5, 0.0)),
+        0,
+        goal,
+        PENALTIES,
+        way,
     )
     assert found.iterations == iterations
     assert (len(found.curve) > 0) == by_curve
@@ -162,7 +177,9 @@ def test_a_point_finds_its_way_along_the_maps_edge(side):
     yaw = 0.0 if side in ("below", "above") else 0.5 * math.pi
     start, goal = (Pose2D(columns[n] + 0.4, rows[n] + 0.4, yaw) for n in (2, 37))
     params = SmacHybridParams(
-        minimum_turning_radius=8.0, analytic_expansion_max_length=0.0, smooth_path=False
+        minimum_turning_radius=8.0,
+        analytic_expansion_max_length=0.0,
+        smooth_path=False,
     )
     path = SmacHybrid(params).plan(start, goal, Costmap(costs, 1.0, 0.0, 0.0))
     assert_allclose(path.poses[[0, -1]], (start.as_array(), goal.as_array()), atol=1e-9)
@@ -197,7 +214,14 @@ def test_a_search_on_the_grid_leads_from_any_corner_to_any_other(start, goal):
     came_by = np.zeros(80, dtype=np.uint8)
     limits = SearchLimits(0.0, 1000, 10)
     reached = search_grid(
-        costs, blocked_table(252, True), start, goal, 2.0, limits, travelled, came_by
+        costs,
+        blocked_table(252, True),
+        start,
+        goal,
+        2.0,
+        limits,
+        travelled,
+        came_by,
     )
     assert reached == goal[1] * 4 + goal[0]
     assert travelled[reached] == approx(16.0 + 3.0 * math.sqrt(2.0))

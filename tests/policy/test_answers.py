@@ -29,7 +29,15 @@ EMPTY = np.empty(0)
 LIMIT = 3.0  # [s] of an answer
 HEADER = 5  # [bytes]
 SEEN = PolicyObservation(
-    0.0, np.zeros(3), np.zeros((10, 2)), np.zeros(3), np.zeros(2), EMPTY, EMPTY, EMPTY, EMPTY
+    0.0,
+    np.zeros(3),
+    np.zeros((10, 2)),
+    np.zeros(3),
+    np.zeros(2),
+    EMPTY,
+    EMPTY,
+    EMPTY,
+    EMPTY,
 )
 SENDER = '''
 import os
@@ -171,7 +179,10 @@ def test_other_bytes_are_no_answer(sent: bytes) -> None:
     ],
 )
 def test_nothing_that_a_policy_sends_is_executed(
-    process: Callable[..., PolicyProcess], tmp_path: Path, content: str, told: str
+    process: Callable[..., PolicyProcess],
+    tmp_path: Path,
+    content: str,
+    told: str,
 ) -> None:
     with pytest.raises(PolicyError, match=told) as caught:
         process("Raw", content).act(SEEN)

@@ -67,12 +67,21 @@ def test_a_policy_repeats(stack: Write, task_of: Task) -> None:
 
 @pytest.mark.slow
 def test_one_that_fails_has_failed_its_deliveries_and_nothing_else_is_lost(
-    stack: Write, hall: Path, in_process: None, tmp_path: Path
+    stack: Write,
+    hall: Path,
+    in_process: None,
+    tmp_path: Path,
 ) -> None:
     stacks = [str(stack(name, limit=2.0)) for name in (*ENDS, "Steer")]
     rules = str(tmp_path / "rules.yaml")
     run = navbench.run(
-        stacks, 2, map=str(hall), pedestrians=0, rules=rules, workers=1, out=tmp_path / "run"
+        stacks,
+        2,
+        map=str(hall),
+        pedestrians=0,
+        rules=rules,
+        workers=1,
+        out=tmp_path / "run",
     )
     rows = run.table().to_pylist()
     assert len(rows) == 2 * len(stacks)
@@ -145,7 +154,10 @@ def test_a_stack_that_names_no_policy(change: tuple[str, str], told: str, stack:
 
 
 def test_collected_data_are_paid_for(
-    stack: Write, hall: Path, in_process: None, tmp_path: Path
+    stack: Write,
+    hall: Path,
+    in_process: None,
+    tmp_path: Path,
 ) -> None:
     path = stack("Along", more=", data_collection: true")
     run = navbench.run(
@@ -163,7 +175,10 @@ def test_collected_data_are_paid_for(
 
 
 def test_a_changed_policy_is_noted_when_a_run_goes_on(
-    stack: Write, hall: Path, in_process: None, tmp_path: Path
+    stack: Write,
+    hall: Path,
+    in_process: None,
+    tmp_path: Path,
 ) -> None:
     path = stack("Along")
     navbench.run(

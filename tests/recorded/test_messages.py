@@ -165,7 +165,13 @@ def test_odometry_of_tf_is_taken_to_the_base_frame():
     mountings = Mountings()
     mountings.give(f"base_footprint base_link 0.5 0.2 {math.pi / 2}")
     receiver = Receiver(
-        mountings, "base_link", "base_footprint", None, 0.0, said.append, ("odom", "base_footprint")
+        mountings,
+        "base_link",
+        "base_footprint",
+        None,
+        0.0,
+        said.append,
+        ("odom", "base_footprint"),
     )
     # The footprint turns on the spot by 0.4 rad/s.
     assert in_tf(receiver, 0.0, Pose2D(1.0, 2.0, -0.001)) is None
@@ -201,9 +207,14 @@ def test_the_first_fix_stands_where_the_robot_starts():
 
 
 @pytest.mark.parametrize(
-    "changes", [{"status": {"status": -1}}, {"latitude": math.nan}, {"latitude": 0.0, "longitude": 0.0},
-                {"latitude": 91.0}]
-)  # fmt: skip
+    "changes",
+    [
+        {"status": {"status": -1}},
+        {"latitude": math.nan},
+        {"latitude": 0.0, "longitude": 0.0},
+        {"latitude": 91.0},
+    ],
+)
 def test_no_fix_is_left_out(changes):
     entry = writing.fix(0.0, 1.0, 2.0)
     entry.fields |= changes

@@ -79,9 +79,19 @@ def test_the_short_form_is_planar():
 
 
 @pytest.mark.parametrize(
-    "text", ["", "base_link", "base_link laser 1 2", "base_link base_link 0 0 0", "a b nan 0 0", "a b 1 2 3 4 5",
-             "a b 0 0 0 0 0 0 0", "a b x y yaw", "a b 1e9 0 0"]
-)  # fmt: skip
+    "text",
+    [
+        "",
+        "base_link",
+        "base_link laser 1 2",
+        "base_link base_link 0 0 0",
+        "a b nan 0 0",
+        "a b 1 2 3 4 5",
+        "a b 0 0 0 0 0 0 0",
+        "a b x y yaw",
+        "a b 1e9 0 0",
+    ],
+)
 def test_another_form_is_an_error_in_one_line(text):
     with pytest.raises(InputError, match="--static-tf .* is none of 'PARENT CHILD x y yaw'"):
         Mountings().give(text)

@@ -164,7 +164,11 @@ def pose(at: Pose2D) -> dict[str, Any]:
 
 
 def odometry(
-    stamp: float, at: Pose2D, speed: float, turn: float, child: str = "base_link"
+    stamp: float,
+    at: Pose2D,
+    speed: float,
+    turn: float,
+    child: str = "base_link",
 ) -> Entry:
     """A nav_msgs/Odometry."""
     twist = {
@@ -208,14 +212,20 @@ def scan(stamp: float, ranges: Iterable[float], start: float, step: float, **mor
     """A sensor_msgs/LaserScan."""
     ranges = list(ranges)
     fields = {
-        "angle_min": start, "angle_max": start + step * (len(ranges) - 1), "angle_increment": step,
-        "range_min": 0.1, "range_max": 30.0, "ranges": ranges,
-    }  # fmt: skip
+        "angle_min": start,
+        "angle_max": start + step * (len(ranges) - 1),
+        "angle_increment": step,
+        "range_min": 0.1,
+        "range_max": 30.0,
+        "ranges": ranges,
+    }
     return Entry("/scan", SCAN, stamp, {**fields, **more}, "laser")
 
 
 def transforms(
-    stamp: float, *mountings: tuple[str, str, tuple[float, ...]], topic: str = "/tf_static"
+    stamp: float,
+    *mountings: tuple[str, str, tuple[float, ...]],
+    topic: str = "/tf_static",
 ) -> Entry:
     """A tf2_msgs/TFMessage: parent, child, (x, y, z, qx, qy, qz, qw) of each."""
     fields = [

@@ -29,7 +29,9 @@ SCAN = {"scan": MonitorSourceParams()}
 
 
 def scan_of(
-    *points: tuple[float, float], stamp: float = 0.0, mount: Pose2D | None = None
+    *points: tuple[float, float],
+    stamp: float = 0.0,
+    mount: Pose2D | None = None,
 ) -> LaserScan:
     """Four beams at right angles; each point must lie on one of them."""
     ranges = np.full(4, math.inf)
@@ -47,13 +49,18 @@ def monitor(
     sources: dict[str, MonitorSourceParams] = SCAN, **zones: PolygonParams
 ) -> CollisionMonitor:
     params = CollisionMonitorParams(
-        polygons=tuple(zones), observation_sources=tuple(sources), zones=zones, sources=sources
+        polygons=tuple(zones),
+        observation_sources=tuple(sources),
+        zones=zones,
+        sources=sources,
     )
     return CollisionMonitor(params, FOOTPRINT)
 
 
 def process(
-    made: CollisionMonitor, *points: tuple[float, float], command: Twist2D = FORWARD
+    made: CollisionMonitor,
+    *points: tuple[float, float],
+    command: Twist2D = FORWARD,
 ) -> Twist2D:
     made.receive(scan_of(*points))
     return made.process(command, 0.0)
@@ -195,7 +202,10 @@ def test_velocity_polygons_follow_the_command_and_the_last_one_stays() -> None:
     ],
 )
 def test_holonomic_robots_are_asked_for_their_direction(
-    start: float, end: float, y: float, covered: bool
+    start: float,
+    end: float,
+    y: float,
+    covered: bool,
 ) -> None:
     params = VelocityPolygonParams(BOX, 0.0, 1.0, -1.0, 1.0, start, end)
     assert params.covers(0.5, y, 0.0, is_holonomic=True) is covered
@@ -257,7 +267,13 @@ def test_points_stand_in_the_base_frame_and_move_with_the_odometry() -> None:
     assert made.process(FORWARD, 0.0, before) == FORWARD
     assert made.process(FORWARD, 0.1, after) == STANDSTILL
     params = CollisionMonitorParams(
-        False, 2.0, False, ("zone",), ("scan",), {"zone": zone("stop")}, SCAN
+        False,
+        2.0,
+        False,
+        ("zone",),
+        ("scan",),
+        {"zone": zone("stop")},
+        SCAN,
     )
     unmoved = CollisionMonitor(replace(params, enabled=True), FOOTPRINT)
     unmoved.receive(scan, before)
@@ -397,7 +413,10 @@ def test_a_file_without_a_monitor_has_no_zones(tmp_path: Path) -> None:
     ],
 )
 def test_mistakes_in_a_file_are_refused(
-    tmp_path: Path, wrong: str, right: str, message: str
+    tmp_path: Path,
+    wrong: str,
+    right: str,
+    message: str,
 ) -> None:
     assert FILE.count(wrong) == 1
     with pytest.raises(ParameterError, match=message):

@@ -12,7 +12,9 @@ STANDING = Twist2D()
 
 def test_scaling_keeps_the_direction_of_the_change() -> None:
     params = VelocitySmootherParams(
-        scale_velocities=True, max_velocity=(3.0, 0.0, 2.0), max_accel=(1.0, 0.0, 100.0)
+        scale_velocities=True,
+        max_velocity=(3.0, 0.0, 2.0),
+        max_accel=(1.0, 0.0, 100.0),
     )
     sent = VelocitySmoother(params).smooth(Twist2D(1.6, 0.0, 1.2), STANDING, 0.0)
     assert sent.linear_x == pytest.approx(1.0 / 20.0)
@@ -22,7 +24,9 @@ def test_scaling_keeps_the_direction_of_the_change() -> None:
 def test_scaling_asks_no_more_of_an_axis_that_cannot_follow_at_all() -> None:
     """As Nav2, whose share of 0 counts as none."""
     params = VelocitySmootherParams(
-        scale_velocities=True, max_velocity=(3.0, 1.0, 2.0), max_accel=(1.0, 0.0, 100.0)
+        scale_velocities=True,
+        max_velocity=(3.0, 1.0, 2.0),
+        max_accel=(1.0, 0.0, 100.0),
     )
     sent = VelocitySmoother(params).smooth(Twist2D(1.6, 0.5, 1.2), STANDING, 0.0)
     assert (sent.linear_x, sent.linear_y) == pytest.approx((1.0 / 20.0, 0.0))

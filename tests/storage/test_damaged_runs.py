@@ -78,7 +78,9 @@ def with_value(part: str, key: str, value: object) -> Record:
     ],
 )
 def test_a_line_with_wrong_values_is_passed_over_wherever_it_stands(
-    tmp_path: Path, first: Record, says: str
+    tmp_path: Path,
+    first: Record,
+    says: str,
 ) -> None:
     for name, lines in (("first", (first, record(1))), ("last", (record(1), first))):
         with RunFolder(begun(tmp_path / name, *lines), TABLES, TOTAL) as folder:
@@ -100,7 +102,9 @@ ODD_TEXTS = {
 
 @pytest.mark.parametrize(("text", "kept"), ODD_TEXTS.values(), ids=ODD_TEXTS)
 def test_a_text_that_no_table_takes_is_cleaned_when_the_journal_is_read(
-    tmp_path: Path, text: str, kept: str
+    tmp_path: Path,
+    text: str,
+    kept: str,
 ) -> None:
     lost = {"stack": text, "stack_number": 0, "seed": 0, "episode": 1, "error": text}
     failed = {"row": lost, "events": [], "timing": {"stack": text, "episode": 1}}
@@ -126,7 +130,9 @@ def test_a_text_that_no_table_takes_is_cleaned_when_the_journal_is_read(
     ],
 )
 def test_a_column_takes_values_of_its_kind_only(
-    kind: str, right: tuple[object, ...], wrong: tuple[object, ...]
+    kind: str,
+    right: tuple[object, ...],
+    wrong: tuple[object, ...],
 ) -> None:
     assert all(is_of_kind(value, kind) for value in right)
     assert not any(is_of_kind(value, kind) for value in wrong)
@@ -199,7 +205,10 @@ def replace(path: Path, column: str, value: object) -> None:
     ],
 )
 def test_tables_that_lack_a_value_are_refused(
-    finished: Path, table: str, column: str, value: object
+    finished: Path,
+    table: str,
+    column: str,
+    value: object,
 ) -> None:
     replace(finished / f"{table}.parquet", column, value)
     line = complaint(finished, 2)
@@ -255,7 +264,9 @@ def test_a_run_may_be_given_by_a_link_and_have_folders_of_its_own(tmp_path: Path
 )
 @pytest.mark.parametrize("name", [CELL, "figures"])
 def test_a_folder_of_a_suite_that_is_a_link_is_refused(
-    tmp_path: Path, write: Callable[[Path], object], name: str
+    tmp_path: Path,
+    write: Callable[[Path], object],
+    name: str,
 ) -> None:
     suite, target = tmp_path / "suite", begun(tmp_path / "elsewhere", record(0))
     suite.mkdir()

@@ -90,7 +90,10 @@ def contents(path: Path) -> dict[Path, bytes]:
 @pytest.mark.parametrize("moment", MOMENTS)
 @pytest.mark.parametrize("way", WAYS, ids=lambda way: way.__name__)
 def test_what_is_finished_is_kept_and_what_others_put_there_stays(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: Callable[[Path], None], moment: str
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    way: Callable[[Path], None],
+    moment: str,
 ) -> None:
     path = tmp_path / "runs" / "same"
     count = random.Random(f"{way.__name__} {moment}").randint(1, len(ORDER))

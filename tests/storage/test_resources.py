@@ -41,7 +41,9 @@ def test_a_folder_for_all_users_has_one_for_each_that_only_he_can_write(tmp_path
 
 @pytest.mark.parametrize("prepared", ["everybody's", "another user's"])
 def test_code_that_others_may_have_put_there_is_never_loaded(
-    prepared: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    prepared: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     folder = tmp_path / f"navbench-{os.getuid()}"
     folder.mkdir()

@@ -109,7 +109,9 @@ def test_an_interrupt_while_the_disk_works_loses_and_forgets_nothing(
 @pytest.mark.parametrize("cut", range(5))
 @pytest.mark.parametrize("tail", [b"", b'{"row": {"stack_num', b'{"row": {}}\n', b"\x00" * 64])
 def test_a_run_cut_off_anywhere_goes_on_to_the_same_tables(
-    tmp_path: Path, cut: int, tail: bytes
+    tmp_path: Path,
+    cut: int,
+    tail: bytes,
 ) -> None:
     write_run(tmp_path / "whole", ORDER)
     create_run(tmp_path / "cut", {"command": ["x"]}, {"a.yaml": "x: 1\n"})
@@ -275,7 +277,9 @@ def test_latest_is_there_from_the_beginning(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("killed_at", ["a.yaml", "b.yaml", MANIFEST])
 def test_a_program_that_is_killed_while_it_makes_a_folder_leaves_one_to_use(
-    killed_at: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    killed_at: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def killed(path: Path, text: str) -> None:
         if path.name == killed_at:

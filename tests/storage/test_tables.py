@@ -14,7 +14,10 @@ from navstack.errors import InputError
     ("most", "rows"), [(40, 10_000), (4, 10_000), (0.4, 1000), (4e-3, 10), (4e-6, 1)]
 )
 def test_long_texts_are_unpacked_in_few_rows_at_once(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, most: float, rows: int
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    most: float,
+    rows: int,
 ) -> None:
     pq.write_table(
         pa.table({"error": ["a" * 900, "b"], "episode": [1, 2]}),
@@ -29,7 +32,10 @@ def test_long_texts_are_unpacked_in_few_rows_at_once(
 
 @pytest.mark.parametrize(("spare", "is_read"), [(0, True), (-1, False)])
 def test_a_table_may_unpack_to_as_many_bytes_as_are_allowed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, spare: int, is_read: bool
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    spare: int,
+    is_read: bool,
 ) -> None:
     """Twenty thousand numbers that are all alike are a small file, and unpacked in two batches."""
     path, columns = tmp_path / "a.parquet", {"episode": "int64"}

@@ -44,7 +44,9 @@ def drive(tmp_path: Path, name: str, *options: str) -> list[dict[str, object]]:
 
 
 def test_a_delivery_by_its_number_is_the_one_of_the_whole_run(
-    study: Study, in_process: None, tmp_path: Path
+    study: Study,
+    in_process: None,
+    tmp_path: Path,
 ) -> None:
     whole = drive(tmp_path, "whole", "--episodes", "5")
     some = drive(tmp_path, "some", "--only", "4", "--only", "1", "--only", "4")
@@ -57,7 +59,9 @@ def test_a_delivery_by_its_number_is_the_one_of_the_whole_run(
 
 
 def test_a_manifest_that_contradicts_itself_is_refused(
-    study: Study, in_process: None, tmp_path: Path
+    study: Study,
+    in_process: None,
+    tmp_path: Path,
 ) -> None:
     from harness.storage.checksums import write_checksums
     from harness.study.manifest import load_study
@@ -81,7 +85,9 @@ def test_numbers_out_of_range_are_refused() -> None:
 
 
 def test_what_is_recorded_again_is_the_same_and_is_driven_once(
-    study: Study, in_process: None, tmp_path: Path
+    study: Study,
+    in_process: None,
+    tmp_path: Path,
 ) -> None:
     whole = drive(tmp_path, "whole", "--episodes", "5")
     parent = tmp_path / PARTINGS
@@ -107,7 +113,12 @@ def test_other_parameters_are_driven_anew(study: Study, in_process: None, tmp_pa
     fewer = dataclasses.replace(study.template, pedestrians=0)
     with Workers(1) as workers:
         first = record_again(
-            tmp_path / PARTINGS, "these", study.stacks, study.template, (1,), workers
+            tmp_path / PARTINGS,
+            "these",
+            study.stacks,
+            study.template,
+            (1,),
+            workers,
         )
         crowd = np.load(first / "recordings" / "parked-1.npz")["crowd"]
         other = record_again(tmp_path / PARTINGS, "these", study.stacks, fewer, (1,), workers)

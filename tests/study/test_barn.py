@@ -201,7 +201,11 @@ def snapshot(folder: Path) -> set[Path]:
 )
 @pytest.mark.parametrize("out", ["new", "made"])
 def test_a_refused_world_leaves_no_maps_behind(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], file: str, content: bytes, out: str
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    file: str,
+    content: bytes,
+    out: str,
 ) -> None:
     worlds = tmp_path / "worlds"
     worlds.mkdir()
@@ -211,7 +215,13 @@ def test_a_refused_world_leaves_no_maps_behind(
     (worlds / file).write_bytes(content)
     before = snapshot(tmp_path)
     status, _, error = navbench(
-        capsys, "--worlds", str(worlds), "--stack", "jackal-dwb", "--out", str(tmp_path / out)
+        capsys,
+        "--worlds",
+        str(worlds),
+        "--stack",
+        "jackal-dwb",
+        "--out",
+        str(tmp_path / out),
     )
     assert status == 1 and file in error and error.count("\n") == 1
     assert snapshot(tmp_path) - before == set()
@@ -243,7 +253,8 @@ def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, 
 def test_worlds_are_needed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert (
         navbench(capsys)[2]
-        == "navbench: the suite barn needs --worlds DIR, the folder with the challenge's world_<i>.world files\n"
+        == "navbench: the suite barn needs --worlds DIR, the folder with the challenge's "
+        "world_<i>.world files\n"
     )
     status, _, error = navbench(capsys, "--worlds", str(tmp_path))
     assert status == 1 and "has no world_<number>.world" in error
@@ -253,7 +264,14 @@ def test_a_stack_drives_the_worlds(tmp_path: Path, capsys: pytest.CaptureFixture
     write_world(tmp_path, 0, [(-3.0, 6.0), (-1.0, 7.0)])
     out = tmp_path / "out"
     status, printed, _ = navbench(
-        capsys, "--worlds", str(tmp_path), "--stack", "jackal-dwb", "--json", "--out", str(out)
+        capsys,
+        "--worlds",
+        str(tmp_path),
+        "--stack",
+        "jackal-dwb",
+        "--json",
+        "--out",
+        str(out),
     )
     found = json.loads(printed)["barn"]
     assert status == 0 and list(found) == ["jackal-dwb"]

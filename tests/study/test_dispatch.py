@@ -69,7 +69,11 @@ def drive(asked: Mapping[str, str], folder: Path) -> Path:
     words += ["--rules", str(rules), "--workers", "1", "--out", str(folder / "run")]
     command = [sys.executable, "-m", "navbench", "run", *words]
     done = subprocess.run(
-        command, env=environment(asked), capture_output=True, text=True, check=False
+        command,
+        env=environment(asked),
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     return folder / "run"
@@ -131,7 +135,11 @@ def test_other_loops_have_another_digest() -> None:
     for title, asked in ENVIRONMENTS.items():
         command = [sys.executable, "-c", f"import numpy; {ARITHMETIC}"]
         told = subprocess.run(
-            command, env=environment(asked), capture_output=True, text=True, check=True
+            command,
+            env=environment(asked),
+            capture_output=True,
+            text=True,
+            check=True,
         )
         digests[title] = json.loads(told.stdout)
     for name in ("c_library", "blas"):
@@ -148,12 +156,18 @@ def test_other_loops_have_another_digest() -> None:
     ],
 )
 def test_who_imports_into_other_loops_gets_one_line(
-    first: str, asked: Mapping[str, str], says: str
+    first: str,
+    asked: Mapping[str, str],
+    says: str,
 ) -> None:
     code = f"import {first}, navbench; navbench.run; navbench.load"
     command = [sys.executable, "-W", "default", "-c", code]
     done = subprocess.run(
-        command, env=environment(asked), capture_output=True, text=True, check=True
+        command,
+        env=environment(asked),
+        capture_output=True,
+        text=True,
+        check=True,
     )
     told = [line for line in done.stderr.splitlines() if "NavstackWarning" in line]
     assert len(told) == bool(says)

@@ -221,7 +221,10 @@ def test_it_is_sound_before_and_its_digest_is_told(
 
 @pytest.mark.parametrize("title", [*PLAIN, *FOLLOWED, *UNNOTICED])
 def test_an_edit_is_noticed(
-    driven: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], title: str
+    driven: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    title: str,
 ) -> None:
     edit = (PLAIN | FOLLOWED | UNNOTICED)[title]
     status, told = verdict(edited(driven, tmp_path, edit, title), capsys)
@@ -230,7 +233,10 @@ def test_an_edit_is_noticed(
 
 @pytest.mark.parametrize("title", FOLLOWED)
 def test_an_edit_with_new_checksums_contradicts_the_rest(
-    driven: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], title: str
+    driven: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    title: str,
 ) -> None:
     run = edited(driven, tmp_path, FOLLOWED[title], title)
     write_checksums(run)
@@ -240,7 +246,10 @@ def test_an_edit_with_new_checksums_contradicts_the_rest(
 
 @pytest.mark.parametrize("title", UNNOTICED)
 def test_what_docs_name_goes_unnoticed_where_it_is_not_driven_again(
-    driven: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], title: str
+    driven: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    title: str,
 ) -> None:
     run = edited(driven, tmp_path, UNNOTICED[title], title)
     write_checksums(run)

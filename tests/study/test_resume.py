@@ -38,7 +38,10 @@ class Shuffled(Workers):
     """Takes the tasks in another order."""
 
     def run(
-        self, function: Callable[[Any], Any], tasks: Iterable[Any], *more: Any
+        self,
+        function: Callable[[Any], Any],
+        tasks: Iterable[Any],
+        *more: Any,
     ) -> Generator[Finished[Any, Any], None, None]:
         """Shuffle first."""
         shuffled = list(tasks)
@@ -103,7 +106,9 @@ def whole(study: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_interrupted_twice_it_ends_as_uninterrupted(
-    study: Study, whole: Path, tmp_path: Path
+    study: Study,
+    whole: Path,
+    tmp_path: Path,
 ) -> None:
     path = begin(tmp_path / "run", study)
     for stop_after in (2, 5, EPISODES):
@@ -178,7 +183,10 @@ class Listening(Workers):
     heard: list[tuple[int, int]]
 
     def run(
-        self, function: Callable[[Any], Any], tasks: Iterable[Any], *more: Any
+        self,
+        function: Callable[[Any], Any],
+        tasks: Iterable[Any],
+        *more: Any,
     ) -> Generator[Finished[Any, Any], None, None]:
         """Remember stack and mission of each."""
         self.heard = [(task.stack_number, task.episode) for task in tasks]
@@ -215,7 +223,9 @@ def test_a_finished_run_says_so_and_prints_its_tables(
     "others", [["--seed", "4"], ["--stack", "parked"], ["--out", "x"], ["--strict"]]
 )
 def test_a_resumed_run_takes_no_other_study(
-    whole: Path, capsys: pytest.CaptureFixture[str], others: list[str]
+    whole: Path,
+    capsys: pytest.CaptureFixture[str],
+    others: list[str],
 ) -> None:
     line = complain(capsys, "--resume", str(whole), "--workers", "1", *others)
     assert f"leave out {others[0]}" in line
@@ -246,7 +256,11 @@ def test_a_folder_without_a_run_is_refused(
     ],
 )
 def test_a_manifest_that_does_not_fit_is_refused(
-    study: Study, tmp_path: Path, key: str, value: object, words: str
+    study: Study,
+    tmp_path: Path,
+    key: str,
+    value: object,
+    words: str,
 ) -> None:
     path = begin(tmp_path / "run", study)
     content = json.loads((path / MANIFEST).read_text()) | {key: value}
@@ -273,7 +287,11 @@ def test_a_stack_cannot_lead_out_of_the_folder(study: Study, tmp_path: Path) -> 
 def test_stored_parameters_are_those_that_were_given(stack: str, tmp_path: Path) -> None:
     """Written, read back and written again, the parameters of a run are the same."""
     given = make_study(
-        stacks=[stack], episodes=1, pedestrians=7, people="social_force", start=(1.0, 2.0, 0.5)
+        stacks=[stack],
+        episodes=1,
+        pedestrians=7,
+        people="social_force",
+        start=(1.0, 2.0, 0.5),
     )
     path = begin(tmp_path / "run", given)
     stored = load_study(path)

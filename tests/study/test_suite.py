@@ -67,8 +67,20 @@ def driven(tmp_path_factory: pytest.TempPathFactory, driven_in_process: Here) ->
     """A suite of which one of two cells is driven, in one call."""
     folder = tmp_path_factory.mktemp("driven")
     with pytest.raises(SystemExit), driven_in_process():
-        main(["suite", str(suite_file(folder, TWO_STACKS)), "--out", str(folder / "out"), "--stack", "parked",
-              "--episodes", "1", "--workers", "1"])  # fmt: skip
+        main(
+            [
+                "suite",
+                str(suite_file(folder, TWO_STACKS)),
+                "--out",
+                str(folder / "out"),
+                "--stack",
+                "parked",
+                "--episodes",
+                "1",
+                "--workers",
+                "1",
+            ]
+        )
     return folder / "out"
 
 
@@ -114,7 +126,13 @@ def test_a_suite_is_driven_cut_off_and_driven_on(
 ) -> None:
     out = tmp_path / "out"
     status, document, _ = navbench(
-        capsys, str(suite_file(tmp_path)), "--out", str(out), "--workers", "1", "--json"
+        capsys,
+        str(suite_file(tmp_path)),
+        "--out",
+        str(out),
+        "--workers",
+        "1",
+        "--json",
     )
     assert status == 0
     rows = json.loads(document)["rows"]
@@ -156,11 +174,25 @@ def test_a_piece_of_cells_that_were_begun_whole_is_a_piece(
     for cell in cells(suite):
         begin(out, suite, cell, suite.episodes, ["navbench"])
     _, _, said = navbench(
-        capsys, "--resume", str(out), "--episodes", "1", "--workers", "1", "--json"
+        capsys,
+        "--resume",
+        str(out),
+        "--episodes",
+        "1",
+        "--workers",
+        "1",
+        "--json",
     )
     assert [count_finished(out / cell.name) for cell in cells(suite)] == [1, 1]
     _, _, said = navbench(
-        capsys, "--resume", str(out), "--episodes", "2", "--workers", "1", "--json"
+        capsys,
+        "--resume",
+        str(out),
+        "--episodes",
+        "2",
+        "--workers",
+        "1",
+        "--json",
     )
     assert "going on after 2 of 4 deliveries" in said
     assert [count_finished(out / cell.name) for cell in cells(suite)] == [2, 2]
@@ -173,7 +205,15 @@ def test_a_suite_in_pieces_has_the_rows_of_one_driven_at_once(
     at_once = ("--workers", "1", "--json")
     assert navbench(capsys, str(file), "--out", str(whole), *at_once)[0] == 0
     _, document, _ = navbench(
-        capsys, str(file), "--out", str(out), "--stack", "parked", "--episodes", "1", *at_once
+        capsys,
+        str(file),
+        "--out",
+        str(out),
+        "--stack",
+        "parked",
+        "--episodes",
+        "1",
+        *at_once,
     )
     assert [
         (row["stack"], row["episodes"], row["declared"]) for row in json.loads(document)["rows"]
@@ -283,7 +323,10 @@ def test_a_folder_keeps_its_suite(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 @pytest.mark.parametrize("line", ['{"date": "2026-01', "[]", '{"date": 5}', "[" * 100_000])
 def test_a_damaged_log_of_pieces_is_told(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], driven: Path, line: str
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    driven: Path,
+    line: str,
 ) -> None:
     out = Path(shutil.copytree(driven, tmp_path / "out"))
     with (out / "pieces.jsonl").open("a", encoding="utf-8") as log:
@@ -295,7 +338,10 @@ def test_a_damaged_log_of_pieces_is_told(
 
 @pytest.mark.parametrize("name", ["figures", f"hall-{DEFAULT_WORLD}-seed0-standing"])
 def test_a_suite_is_not_written_through_a_link(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], driven: Path, name: str
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    driven: Path,
+    name: str,
 ) -> None:
     out, target = Path(shutil.copytree(driven, tmp_path / "out")), tmp_path / "elsewhere"
     shutil.rmtree(out / name, ignore_errors=True)
@@ -352,7 +398,10 @@ def test_what_is_no_suite_is_refused(tmp_path: Path, text: str, words: tuple[str
     ],
 )
 def test_a_cell_that_cannot_be_run_is_refused_before_anything_starts(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, words: tuple[str, ...]
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    text: str,
+    words: tuple[str, ...],
 ) -> None:
     status, out, line = navbench(
         capsys, str(suite_file(tmp_path, text)), "--out", str(tmp_path / "out")

@@ -93,7 +93,9 @@ def test_a_delivery_that_comes_out_otherwise_is_told(
 
 @pytest.mark.parametrize("number", range(EDITS))
 def test_a_random_edit_is_noticed(
-    run: Path, capsys: pytest.CaptureFixture[str], number: int
+    run: Path,
+    capsys: pytest.CaptureFixture[str],
+    number: int,
 ) -> None:
     rng = np.random.default_rng(number)
     files = sorted(file for file in run.rglob("*") if file.is_file())
@@ -145,7 +147,11 @@ def test_force_alone_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     ],
 )
 def test_impossible_rows_are_refused_with_file_row_and_value(
-    run: Path, capsys: pytest.CaptureFixture[str], column: str, values: list[object], says: str
+    run: Path,
+    capsys: pytest.CaptureFixture[str],
+    column: str,
+    values: list[object],
+    says: str,
 ) -> None:
     table = pq.read_table(run / "episodes.parquet")
     place = table.schema.get_field_index(column)

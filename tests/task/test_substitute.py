@@ -20,7 +20,10 @@ def foreign(tmp_path: Path) -> Path:
     text = (shipped("params") / "nav2" / "stock.yaml").read_text(encoding="utf-8")
     head, rest = text.split("    FollowPath:\n", 1)
     after = rest[rest.index("\nlocal_costmap:") :]
-    section = f'    FollowPath:\n      plugin: "{FOREIGN}"\n      max_vel_x: 0.61\n      jump_threshold: 1.0\n'
+    section = (
+        f'    FollowPath:\n      plugin: "{FOREIGN}"\n      max_vel_x: 0.61\n'
+        f"      jump_threshold: 1.0\n"
+    )
     path = tmp_path / "foreign.yaml"
     path.write_text(head + section + after, encoding="utf-8")
     return path

@@ -112,8 +112,23 @@ def test_names_are_chosen_whole_by_group_or_by_part() -> None:
 def test_the_document_keeps_its_contract(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     out, table = tmp_path / "bench.json", tmp_path / "history.md"
     with pytest.raises(SystemExit) as status:
-        main(["--only", "DWB cycle", "--only", "collision", "--quick", "--runs", "2", "--json",
-              "--out", str(out), "--history", str(table)], program=bench)  # fmt: skip
+        main(
+            [
+                "--only",
+                "DWB cycle",
+                "--only",
+                "collision",
+                "--quick",
+                "--runs",
+                "2",
+                "--json",
+                "--out",
+                str(out),
+                "--history",
+                str(table),
+            ],
+            program=bench,
+        )
     assert status.value.code == 0
     text = capfd.readouterr().out
     rows = json.loads(text)
@@ -162,7 +177,9 @@ def test_tables_and_bad_names_on_the_command_line(
 
 
 def test_without_golden_vectors_their_components_are_left_out(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv("NAVSTACK_GOLDEN", str(tmp_path))
     with pytest.raises(SystemExit) as status:

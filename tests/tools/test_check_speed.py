@@ -41,7 +41,9 @@ class Imagined:
     ("factor", "is_slower"), [(1.0, False), (1.1, False), (1.5, True), (0.7, False)]
 )
 def test_noise_does_not_fail_the_check_and_a_slowdown_does(
-    check_speed: ModuleType, factor: float, is_slower: bool
+    check_speed: ModuleType,
+    factor: float,
+    is_slower: bool,
 ) -> None:
     Imagined.asked.clear()
     speed = check_speed.compare_speed(

@@ -51,7 +51,8 @@ def test_what_run_refuses_is_an_error_of_lint(tmp_path, text):
 def test_of_the_offers_for_a_plugin_the_first_is_taken_once():
     message = (
         "drive with another one by --substitute scan=a::Obstacle, or without it by --substitute "
-        "scan=none; also drive with another one by --substitute FollowPath=dwb_core::DWBLocalPlanner"
+        "scan=none; also drive with another one by --substitute "
+        "FollowPath=dwb_core::DWBLocalPlanner"
     )
     follow = "FollowPath=dwb_core::DWBLocalPlanner"
     assert new_offers(message, []) == ["scan=a::Obstacle", follow]

@@ -149,7 +149,10 @@ def collide(
 
 
 def greatest_tilt(
-    robot: RobotParams, params: WorldParams, speed: float, obstacle: Obstacle
+    robot: RobotParams,
+    params: WorldParams,
+    speed: float,
+    obstacle: Obstacle,
 ) -> float:
     """How far [rad] the coasting robot leans when it hits something within 1 m ahead with ``speed`` [m/s]."""
     greatest = 0.0
@@ -164,7 +167,10 @@ def greatest_tilt(
 
 
 def tipping_speed(
-    robot: RobotParams, params: WorldParams, obstacle: Obstacle, tilt: float = 0.5
+    robot: RobotParams,
+    params: WorldParams,
+    obstacle: Obstacle,
+    tilt: float = 0.5,
 ) -> float:
     """Speed [m/s] from which hitting something tips the coasting robot by more than ``tilt`` [rad].
 
@@ -185,7 +191,10 @@ def tipping_speed(
 
 
 def drive(
-    world: PyBulletWorld, steps: int, speed: float = 0.0, yaw_rate: float = 0.0
+    world: PyBulletWorld,
+    steps: int,
+    speed: float = 0.0,
+    yaw_rate: float = 0.0,
 ) -> list[Truth]:
     """Command a speed [m/s] and a yaw rate [rad/s]; returns the truth after each tick."""
     truths: list[Truth] = []

@@ -43,8 +43,8 @@ def check_field(case: Case, comparison: Comparison) -> None:
     comparison.require(found <= limit + SINGLE, f"a recorded distance is {found:.3f} m too far")
     if (too_far > SINGLE).any():
         comparison.allow(
-            f"{int((too_far > SINGLE).sum())} of {too_far.size} cells: Nav2's brush fire misses the "
-            "nearest obstacle, by what its own algorithm gives; ours are exact"
+            f"{int((too_far > SINGLE).sum())} of {too_far.size} cells: Nav2's brush fire "
+            "misses the nearest obstacle, by what its own algorithm gives; ours are exact"
         )
 
 

@@ -169,7 +169,8 @@ def one_recorded(run: StoredRun, episode: int, path: Path) -> Recorded:
         if row["episode"] == episode:
             return Recorded(0, entry, index, path)
     raise InputError(
-        f"{run.folder}: {stack} finished no episode {episode}; it has {len(entry.stack.rows)} others"
+        f"{run.folder}: {stack} finished no episode {episode}; "
+        f"it has {len(entry.stack.rows)} others"
     )
 
 

@@ -89,7 +89,10 @@ def _unchanged(study: StudyResult, explanation: Explanation) -> Advice:
     count = len(study.train_missions)
     if len(study.trials) > 1:
         return Advice(KEEP, "no trial earned more.")
-    why = f"on its {count} training missions no file can earn {LEAST_GAIN:.2f} USD more; none was tried."
+    why = (
+        f"on its {count} training missions no file can earn {LEAST_GAIN:.2f} USD more; "
+        "none was tried."
+    )
     room = explanation.room_usd_per_run
     if room is None or not study.is_tested:
         return Advice(KEEP, why)

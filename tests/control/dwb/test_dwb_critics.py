@@ -267,7 +267,9 @@ def test_rotate_to_goal_slows_down_then_only_turns():
     speeds = np.abs(rollouts.commands[:, 0])
 
     stopped = make_scene(
-        pose=Pose2D(1.7, 0.0, 0.0), goal=Pose2D(2.0, 0.0, 1.0), velocity=Twist2D(0.1, 0.0, 0.0)
+        pose=Pose2D(1.7, 0.0, 0.0),
+        goal=Pose2D(2.0, 0.0, 1.0),
+        velocity=Twist2D(0.1, 0.0, 0.0),
     )
     critic.prepare(stopped)
     critic.prepare(moving)  # remembered, although the robot moves again
@@ -282,7 +284,9 @@ def test_rotate_to_goal_looks_ahead_in_time():
         RotateToGoal=RotateToGoalParams(lookahead_time=0.5),
     )
     scene = make_scene(
-        pose=Pose2D(1.7, 0.0, 0.0), goal=Pose2D(2.0, 0.0, 1.0), velocity=Twist2D(0.0, 0.0, 1.2)
+        pose=Pose2D(1.7, 0.0, 0.0),
+        goal=Pose2D(2.0, 0.0, 1.0),
+        velocity=Twist2D(0.0, 0.0, 1.2),
     )
     rollouts = roll_out(params, scene)
     critic = make_critic("RotateToGoal", params)
@@ -294,7 +298,9 @@ def test_rotate_to_goal_looks_ahead_in_time():
 
 def test_rotate_to_goal_may_look_at_the_heading_of_now():
     scene = make_scene(
-        pose=Pose2D(1.7, 0.0, 0.2), goal=Pose2D(2.0, 0.0, 1.0), velocity=Twist2D(0.5)
+        pose=Pose2D(1.7, 0.0, 0.2),
+        goal=Pose2D(2.0, 0.0, 1.0),
+        velocity=Twist2D(0.5),
     )
     for time, is_alike in ((0.0, True), (-1.0, False)):  # a negative time: the last pose
         params = make_params(

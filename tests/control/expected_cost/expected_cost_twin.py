@@ -43,7 +43,12 @@ def terms(motions, scene):
     squeeze = np.zeros(len(motions))
     for h, weight in enumerate(people.weight):
         price, pressed, depth = touch(
-            states, people.motion[h], people.std[h], people.radius[h], room, scene
+            states,
+            people.motion[h],
+            people.std[h],
+            people.radius[h],
+            room,
+            scene,
         )
         price = care * weight * price
         pressed = care * weight * pressed

@@ -45,7 +45,13 @@ from .expected_cost_twin import FOOTPRINT, GOAL, PARAMS, prediction, scene_of, s
 
 def make(params=PARAMS, world=None, prices=None):
     controller = ExpectedCostController(
-        params, FOOTPRINT, 15.0, 0.5, world or street(), cost_to_go, prices
+        params,
+        FOOTPRINT,
+        15.0,
+        0.5,
+        world or street(),
+        cost_to_go,
+        prices,
     )
     controller.seed(default_rng(1))
     return controller

@@ -69,8 +69,10 @@ def test_a_corner_is_the_first_place_nearer_to_an_edge_than_both_neighbours(step
         expected = (-1, 0.0)
         if lows:
             x, y = ways[lows[0]]
-            uphill = [clearance_at(clearance, x + a, y + b) - clearance_at(clearance, x - a, y - b)
-                      for a, b in ((0.3, 0.0), (0.0, 0.3))]  # fmt: skip
+            uphill = [
+                clearance_at(clearance, x + a, y + b) - clearance_at(clearance, x - a, y - b)
+                for a, b in ((0.3, 0.0), (0.0, 0.3))
+            ]
             is_left = np.dot(uphill, (-velocity[1], velocity[0])) < 0.0
             expected = lows[0], 1.0 if is_left else -1.0
         walker = np.array((*place, *velocity, 0.3, 0.0, 0.0))

@@ -97,12 +97,23 @@ def test_rest_to_rest_takes_the_least_time():
 def check_limits(v, omega):
     """Commands (n,) from standstill on, by their differences."""
     for rate, low, high, slower, faster, jerk in (
-        (v, 0.0, PARAMS.max_speed, PARAMS.max_deceleration, PARAMS.max_acceleration, PARAMS.max_jerk),
         (
-            omega, -PARAMS.max_yaw_rate, PARAMS.max_yaw_rate, PARAMS.max_yaw_acceleration,
-            PARAMS.max_yaw_acceleration, PARAMS.max_yaw_jerk,
+            v,
+            0.0,
+            PARAMS.max_speed,
+            PARAMS.max_deceleration,
+            PARAMS.max_acceleration,
+            PARAMS.max_jerk,
         ),
-    ):  # fmt: skip
+        (
+            omega,
+            -PARAMS.max_yaw_rate,
+            PARAMS.max_yaw_rate,
+            PARAMS.max_yaw_acceleration,
+            PARAMS.max_yaw_acceleration,
+            PARAMS.max_yaw_jerk,
+        ),
+    ):
         rate = np.concatenate(((0.0, 0.0), rate))
         first = np.diff(rate) / PERIOD
         second = np.diff(rate, 2) / PERIOD**2
@@ -135,8 +146,10 @@ def test_no_limit_is_exceeded_whatever_happens():
         people = rng.uniform((-6.0, -6.0, -1.5, -1.5), (6.0, 6.0, 1.5, 1.5), size=(4, 4))
 
         def around(time, _, field=field, people=people):
-            tracks = (Track(i, time, x + time * vx, y + time * vy, vx, vy, 0.3, SURE)
-                      for i, (x, y, vx, vy) in enumerate(people.tolist()))  # fmt: skip
+            tracks = (
+                Track(i, time, x + time * vx, y + time * vy, vx, vy, 0.3, SURE)
+                for i, (x, y, vx, vy) in enumerate(people.tolist())
+            )
             return Surroundings(field, tuple(tracks))
 
         driven = drive(controller, random_plan(rng), around, 3.0)

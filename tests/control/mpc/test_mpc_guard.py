@@ -189,7 +189,9 @@ def test_the_least_share_of_the_stop_is_mixed_in_from_which_a_stop_is_safe():
 
 @pytest.mark.parametrize(("v", "omega"), [(1.7, 0.0), (0.0, 1.2)])
 def test_between_looks_no_point_moves_more_than_a_cell_and_none_is_looked_at_needlessly(
-    monkeypatch, v, omega
+    monkeypatch,
+    v,
+    omega,
 ):
     looks = []
     monkeypatch.setattr(command_guard, "_touches", lambda *place: looks.append(place[:3]))

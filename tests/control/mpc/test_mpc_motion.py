@@ -401,7 +401,14 @@ def test_stages_want_the_fastest_progress_that_can_stop_at_the_lines_end():
         wanted = np.array((0.2, 0.0, 0.0, 1.0, 0.0, 0.5, 0.0))  # along the line
         for stage, state, dt in zip(stages, states[1:], times, strict=True):
             jerk = progress_jerk(
-                wanted[3], wanted[5], 3.0 - wanted[0], 1.4, 1.5, DECELERATION, JERK, dt
+                wanted[3],
+                wanted[5],
+                3.0 - wanted[0],
+                1.4,
+                1.5,
+                DECELERATION,
+                JERK,
+                dt,
             )
             after = np.empty(7)
             advance(wanted, jerk, 0.0, dt, after)

@@ -112,8 +112,12 @@ def test_the_quadratic_program_is_solved_as_by_another_solver():
         rules.append(a @ before + b @ u - x)
         z += [u, x]
         before = x
-    solver = ca.qpsol("other", "qrqp", {"x": ca.vertcat(*z), "f": cost, "g": ca.vertcat(*rules)},
-                      {"print_iter": False, "print_header": False, "print_info": False})  # fmt: skip
+    solver = ca.qpsol(
+        "other",
+        "qrqp",
+        {"x": ca.vertcat(*z), "f": cost, "g": ca.vertcat(*rules)},
+        {"print_iter": False, "print_header": False, "print_info": False},
+    )
     at_states = np.hstack((jerks, states[1:]))
     low = (bounds[0] - at_states).ravel()
     high = (bounds[1] - at_states).ravel()
@@ -235,7 +239,9 @@ def test_a_damaged_library_is_compiled_anew(tmp_path, monkeypatch):
 @needs_compiler
 @pytest.mark.parametrize("open_to_others", ["folder", "library"])
 def test_a_library_that_others_may_have_put_there_is_not_loaded(
-    tmp_path, monkeypatch, open_to_others
+    tmp_path,
+    monkeypatch,
+    open_to_others,
 ):
     monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path))
     x = ca.SX.sym("x")

@@ -450,12 +450,17 @@ def test_one_line_says_what_is_wrong(tmp_path, line, said):
         *({"time_steps": 2, "iteration_count": count} for count in (1, 1000)),
         {
             "CostCritic": CostParams(
-                cost_power=10, cost_weight=1e6, collision_cost=1e9, trajectory_point_step=10_000
+                cost_power=10,
+                cost_weight=1e6,
+                collision_cost=1e9,
+                trajectory_point_step=10_000,
             )
         },
         {
             "PathAlignCritic": PathAlignParams(
-                cost_power=10, cost_weight=1e6, offset_from_furthest=10_000
+                cost_power=10,
+                cost_weight=1e6,
+                offset_from_furthest=10_000,
             )
         },
         {"PathAlignCritic": PathAlignParams(offset_from_furthest=0, trajectory_point_step=10_000)},

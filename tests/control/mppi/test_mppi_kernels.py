@@ -124,7 +124,10 @@ def both(params, grid, place, seed=0):
 @pytest.mark.parametrize("az_max", [3.5, 400.0], ids=["small turns", "large turns"])
 def test_trajectories_are_the_twins(az_max, motion_model):
     params = replace(
-        ALL, az_max=az_max, model_dt=0.05 if az_max < 10.0 else 0.5, motion_model=motion_model
+        ALL,
+        az_max=az_max,
+        model_dt=0.05 if az_max < 10.0 else 0.5,
+        motion_model=motion_model,
     )
     rollouts, _, _, twin, _ = both(params, "free", "on the path")
     pose = POSES["on the path"][0]
@@ -184,18 +187,24 @@ def test_the_scenes_try_all_critics():
         {"PathAngleCritic": PathAngleParams(mode=1, max_angle_to_furthest=0.0), "vx_min": 0.0},
         {
             "PathAlignCritic": PathAlignParams(
-                offset_from_furthest=0, use_path_orientations=True, cost_power=3
+                offset_from_furthest=0,
+                use_path_orientations=True,
+                cost_power=3,
             )
         },
         {
             "CostCritic": CostParams(
-                consider_footprint=False, trajectory_point_step=3, near_collision_cost=200
+                consider_footprint=False,
+                trajectory_point_step=3,
+                near_collision_cost=200,
             )
         },
         {"CostCritic": CostParams(consider_footprint=True), "local_costs": LocalCosts()},
         {
             "ObstaclesCritic": ObstaclesParams(
-                consider_footprint=True, collision_margin_distance=0.6, cost_power=2
+                consider_footprint=True,
+                collision_margin_distance=0.6,
+                cost_power=2,
             )
         },
         {"local_costs": replace(COSTS, tracks_unknown=True)},

@@ -78,7 +78,9 @@ def test_small_turns_have_the_sine_and_cosine_of_single_precision(share):
 )
 def test_only_who_reverses_may_look_away(least, mode, expected):
     params = MppiParams(
-        critics=("PathAngleCritic",), vx_min=least, PathAngleCritic=PathAngleParams(mode=mode)
+        critics=("PathAngleCritic",),
+        vx_min=least,
+        PathAngleCritic=PathAngleParams(mode=mode),
     )
     assert MppiPathAngleCritic("PathAngleCritic", params)._mode == expected
 
@@ -113,7 +115,9 @@ def test_all_points_but_the_last_are_free_where_a_robots_centre_may_be(tracks_un
 )
 def test_how_far_the_robot_looks_away_depends_on_the_mode(mode, bearing, path_yaw, error):
     params = MppiParams(
-        critics=("PathAngleCritic",), vx_min=-0.3, PathAngleCritic=PathAngleParams(mode=mode)
+        critics=("PathAngleCritic",),
+        vx_min=-0.3,
+        PathAngleCritic=PathAngleParams(mode=mode),
     )
     assert MppiPathAngleCritic("PathAngleCritic", params)._error_now(
         0.5, bearing, path_yaw

@@ -38,11 +38,21 @@ class Sure(Pairs):
     p: float = 0.0
 
     def compare(
-        self, what: str, unit: str, original: Any, incumbent: Any, clusters: object = None
+        self,
+        what: str,
+        unit: str,
+        original: Any,
+        incumbent: Any,
+        clusters: object = None,
     ) -> AuditEvidence:
         before, after = float(original.mean()), float(incumbent.mean())
         return AuditEvidence(
-            what, unit, before, after, Interval(after - before, None, None, len(original)), self.p
+            what,
+            unit,
+            before,
+            after,
+            Interval(after - before, None, None, len(original)),
+            self.p,
         )
 
 

@@ -73,7 +73,9 @@ def test_more_close_touches_are_pushing_where_half_of_the_gain_rests_on_them(
     ],
 )
 def test_touches_that_are_close_rather_than_counted_are_pushing(
-    closer: tuple[int, int], counted: tuple[int, int], is_flagged: bool
+    closer: tuple[int, int],
+    counted: tuple[int, int],
+    is_flagged: bool,
 ) -> None:
     before, after = ({0: {"pedestrian_contacts": number}} for number in counted)
     held = pairs(100, before, after, (CLOSE[: closer[0]], CLOSE[: closer[1]]), p=1.0)
@@ -139,7 +141,10 @@ def test_without_single_contacts_each_soft_one_costs_the_softest_touch() -> None
     ],
 )
 def test_a_gain_that_turns_into_a_loss_is_one_of_the_accounting(
-    published: float, free: float, shared: float, is_flagged: bool
+    published: float,
+    free: float,
+    shared: float,
+    is_flagged: bool,
 ) -> None:
     told = scores(published, free, 0.0, shared)
     check = another_accounting(told)
@@ -173,7 +178,10 @@ def test_without_other_accountings_there_is_nothing_to_hold_against(
     ],
 )
 def test_one_timeout_in_twenty_is_standing(
-    late: int, way: float, gains: tuple[float, ...], is_flagged: bool
+    late: int,
+    way: float,
+    gains: tuple[float, ...],
+    is_flagged: bool,
 ) -> None:
     ended = {"outcome": "timeout", "goal_distance_m": 200.0 * (1.0 - way)}
     check = timeouts(pairs(20, after=same(late, **ended)), scores(*gains))
@@ -204,7 +212,10 @@ def test_how_far_those_came_that_ran_out_of_time() -> None:
     ],
 )
 def test_one_early_end_in_twenty_is_one_too_many(
-    after: Changes, lost: int, told: dict[str, AuditEvidence], is_flagged: bool
+    after: Changes,
+    lost: int,
+    told: dict[str, AuditEvidence],
+    is_flagged: bool,
 ) -> None:
     check = early_ends(pairs(20, after=after, lost=lost), told)
     assert check.is_flagged is is_flagged
@@ -229,7 +240,9 @@ HALF, LESS, STOOD = ({"average_speed_mps": speed} for speed in (1.0, 0.9, 0.0))
     ],
 )
 def test_a_low_pace_and_long_stands_are_freezing(
-    after: Changes, told: dict[str, AuditEvidence], is_flagged: bool
+    after: Changes,
+    told: dict[str, AuditEvidence],
+    is_flagged: bool,
 ) -> None:
     assert freezing(pairs(20, after=after), told).is_flagged is is_flagged
 

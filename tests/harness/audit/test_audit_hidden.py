@@ -30,7 +30,9 @@ ROBOTS, OTHERS = "robot_into_person", "person_into_robot"
     ],
 )
 def test_more_impulse_at_less_than_half_of_the_price_is_harm(
-    exchanged: tuple[float, float], paid: tuple[float, float], is_flagged: bool
+    exchanged: tuple[float, float],
+    paid: tuple[float, float],
+    is_flagged: bool,
 ) -> None:
     before, after = ({0: {"pedestrian_injury_usd": usd}} for usd in paid)
     held = pairs(1, before, after, ((touch(exchanged[0]),), (touch(exchanged[1]),)))
@@ -50,7 +52,9 @@ def test_more_impulse_at_less_than_half_of_the_price_is_harm(
     ],
 )
 def test_one_touch_in_fifty_or_harder_ones_that_cost_nothing_are_a_gap(
-    impulses: tuple[tuple[float, ...], tuple[float, ...]], more: int, is_flagged: bool
+    impulses: tuple[tuple[float, ...], tuple[float, ...]],
+    more: int,
+    is_flagged: bool,
 ) -> None:
     before, after = (tuple(touch(impulse, kind="fence") for impulse in each) for each in impulses)
     held = pairs(50, after={0: {"bollard_contacts": more}}, touches=(before, (*after, touch(70.0))))
@@ -148,7 +152,10 @@ def contacts(robots: int, others: int, impulse: float) -> tuple[Row, ...]:
     ],
 )
 def test_as_many_contacts_of_which_fewer_are_the_robots_fault(
-    gain: float, published: float, impulse: float, is_flagged: bool
+    gain: float,
+    published: float,
+    impulse: float,
+    is_flagged: bool,
 ) -> None:
     """Ten of ten before and none of ten after: Fisher's exact test gives 1 / C(20, 10)."""
     held = pairs(1, touches=(contacts(10, 0, 10.0), contacts(0, 10, impulse)))

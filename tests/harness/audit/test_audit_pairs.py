@@ -31,7 +31,11 @@ def pairs(before: PairedSide, after: PairedSide) -> Pairs:
 
 
 def touch(
-    number: int, impulse: float, step: float | None, kind: str = PERSON, **more: str
+    number: int,
+    impulse: float,
+    step: float | None,
+    kind: str = PERSON,
+    **more: str,
 ) -> dict[str, Any]:
     event = {
         "type": EVENT,
@@ -107,7 +111,10 @@ def test_touches_are_events_of_people_or_of_anything_else() -> None:
     ],
 )
 def test_a_touch_is_close_from_seven_tenths_of_the_threshold(
-    impulse: float, step: float | None, kind: str, is_close: int
+    impulse: float,
+    step: float | None,
+    kind: str,
+    is_close: int,
 ) -> None:
     own = side({}, {}, events=(touch(1, impulse, step, kind),))
     assert own.close_touches(50.0).tolist() == [0, is_close]
@@ -143,7 +150,9 @@ def test_property_is_paid_for_at_its_price() -> None:
     ("before", "after", "is_known"), [((), (), True), ((), None, False), (None, (), False)]
 )
 def test_single_contacts_are_known_where_both_kept_them(
-    before: tuple[()] | None, after: tuple[()] | None, is_known: bool
+    before: tuple[()] | None,
+    after: tuple[()] | None,
+    is_known: bool,
 ) -> None:
     assert pairs(side(events=before), side(events=after)).has_events is is_known
 
@@ -152,7 +161,9 @@ def test_single_contacts_are_known_where_both_kept_them(
     ("before", "after", "lacks"), [((1.0, 2.0), (1.0, 0.0), False), ((1.0, None), (1.0, 2.0), True)]
 )
 def test_people_are_lacking_where_one_delivery_met_nobody(
-    before: tuple[float | None, ...], after: tuple[float | None, ...], lacks: bool
+    before: tuple[float | None, ...],
+    after: tuple[float | None, ...],
+    lacks: bool,
 ) -> None:
     sides = (side(*({NEAR: share} for share in each)) for each in (before, after))
     assert pairs(*sides).lacks_people is lacks
@@ -269,7 +280,10 @@ def evidence(value: float | None, p: float | None = 0.0) -> AuditEvidence:
     ],
 )
 def test_a_rise_is_large_and_sure(
-    value: float | None, p: float | None, least: float, is_more: bool
+    value: float | None,
+    p: float | None,
+    least: float,
+    is_more: bool,
 ) -> None:
     found, mirrored = evidence(value, p), evidence(None if value is None else -value, p)
     assert found.rises(least) is mirrored.falls(least) is is_more

@@ -77,7 +77,9 @@ def test_columns_that_an_older_program_did_not_write_are_not_recorded(write_run:
     ],
 )
 def test_a_run_with_an_impossible_row_is_refused(
-    write_run: WriteRun, changes: Row, said: str
+    write_run: WriteRun,
+    changes: Row,
+    said: str,
 ) -> None:
     def change(row: Row) -> None:
         if row["episode"] == 3:

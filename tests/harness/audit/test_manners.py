@@ -59,7 +59,10 @@ def held(key: str, before: Any, after: Any, share: float = 1.0) -> Any:
     ],
 )
 def test_what_others_bear_is_flagged_from_a_limit_on(
-    key: str, before: Any, after: Any, is_flagged: bool
+    key: str,
+    before: Any,
+    after: Any,
+    is_flagged: bool,
 ) -> None:
     every = held(key, before, after)
     check = CHECKS[key](every, {})
@@ -85,7 +88,9 @@ def test_every_third_delivery_more_is_a_rise_of_near_misses(share: float, is_fla
     ],
 )
 def test_the_ground_truth_is_known_by_its_name(
-    names: tuple[str, str], is_exact: bool, state: str
+    names: tuple[str, str],
+    is_exact: bool,
+    state: str,
 ) -> None:
     conditions = Conditions(localizers=names, has_exact_gps=is_exact)
     assert knowing(pairs(N), {}, conditions).state == state

@@ -118,7 +118,11 @@ def folder(write_run, record):
         row |= {"duration_s": 20.0, "distance_m": 40.0, "average_speed_mps": 2.0, "outcome": "sla"}
 
     made = write_run(
-        "one", episodes=4, crowd=3.0, change=short, map_sha256=map_digest(load_scene("sidewalk"))
+        "one",
+        episodes=4,
+        crowd=3.0,
+        change=short,
+        map_sha256=map_digest(load_scene("sidewalk")),
     )
     record(made, "mine", range(1, 2))
     return made

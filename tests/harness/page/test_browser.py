@@ -138,7 +138,10 @@ def _check_replay(browser):
     wait(browser, "Number(document.querySelector('#player').dataset.time) > 6.5")
     browser.execute_script("document.querySelector('#player .play').click()")
     browser.execute_script(move, 0.0)
-    jumps = "[...document.querySelectorAll('#player .transport button')].find(b => b.textContent.startsWith('Next'))"
+    jumps = (
+        "[...document.querySelectorAll('#player .transport button')].find(b => "
+        "b.textContent.startsWith('Next'))"
+    )
     if not browser.execute_script(f"return {jumps}.disabled"):
         browser.execute_script(f"{jumps}.click()")
         facts = replay_facts(browser, number)
@@ -216,7 +219,11 @@ def test_a_large_report_is_quick(write_run, record, navbench, browse, tmp_path):
 
     digest = map_digest(load_scene("sidewalk"))
     folder = write_run(
-        "large", stacks=("a", "b", "c"), episodes=100, change=long, map_sha256=digest
+        "large",
+        stacks=("a", "b", "c"),
+        episodes=100,
+        change=long,
+        map_sha256=digest,
     )
     for stack, count in (("a", 7), ("b", 7), ("c", 6)):
         record(folder, stack, range(count), beams=360, people=20)
@@ -327,7 +334,10 @@ def test_a_replay_opened_from_the_list_takes_the_keys_and_follows(page, browse):
 
     browser = browse(page, 1440)
     wait(browser, "document.querySelector('#player').dataset.ready")
-    follow = "return document.querySelector('#player [aria-label=\"Follow the robot\"]').getAttribute('aria-pressed')"
+    follow = (
+        "return document.querySelector('#player [aria-label=\"Follow the "
+        "robot\"]').getAttribute('aria-pressed')"
+    )
     browser.execute_script("document.querySelector('#player [aria-label=\"Show all\"]').click()")
     wait(browser, f"{follow.removeprefix('return ')} === 'false'")
     number = browser.execute_script(

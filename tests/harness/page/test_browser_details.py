@@ -28,7 +28,10 @@ FACTS = (
     ".map(dt => [dt.textContent, dt.nextSibling.textContent]))"
 )
 TEXTS = "return [...document.querySelectorAll(arguments[0])].map(each => each.textContent)"
-MOVE = "const s = document.querySelector('#player .seek'); s.value = arguments[0]; s.dispatchEvent(new Event('input'))"
+MOVE = (
+    "const s = document.querySelector('#player .seek'); s.value = arguments[0]; "
+    "s.dispatchEvent(new Event('input'))"
+)
 
 
 def opened(browse, path, folders, change=None):
@@ -131,7 +134,10 @@ def test_what_a_tip_tells_needs_no_mouse(write_run, browse, tmp_path):
     assert browser.execute_script(f"return {head}.getAttribute('aria-description')") == told
     browser.execute_script(f"{head}.blur()")
     assert browser.execute_script("return document.querySelector('#tip').style.display") == "none"
-    tap = "document.querySelector('#waterfall rect').dispatchEvent(new PointerEvent('pointerdown', {bubbles: true}))"
+    tap = (
+        "document.querySelector('#waterfall rect').dispatchEvent(new "
+        "PointerEvent('pointerdown', {bubbles: true}))"
+    )
     wait(browser, "document.querySelector('#waterfall rect')")
     browser.execute_script(tap)
     assert "per delivery" in browser.execute_script(
@@ -148,7 +154,11 @@ def test_what_a_tip_tells_needs_no_mouse(write_run, browse, tmp_path):
 
 
 def test_the_nearest_person_is_as_far_as_the_bodies_are_apart(
-    write_run, record, make_arrays, browse, tmp_path
+    write_run,
+    record,
+    make_arrays,
+    browse,
+    tmp_path,
 ):
     folder = write_run("one", episodes=1)
     record(folder, "mine", range(1))
@@ -167,7 +177,10 @@ def test_the_nearest_person_is_as_far_as_the_bodies_are_apart(
 
 
 def test_of_two_quick_choices_the_last_is_shown_and_no_listeners_pile_up(
-    write_run, record, browse, tmp_path
+    write_run,
+    record,
+    browse,
+    tmp_path,
 ):
     folder = write_run("one", episodes=4)
     record(folder, "mine", range(3))
@@ -209,7 +222,12 @@ def test_of_two_quick_choices_the_last_is_shown_and_no_listeners_pile_up(
     ],
 )
 def test_a_delivery_without_a_loss_is_not_called_the_dearest(
-    outcome, title, write_run, record, browse, tmp_path
+    outcome,
+    title,
+    write_run,
+    record,
+    browse,
+    tmp_path,
 ):
     folder = write_run("one", episodes=1, crowd=0.0, change=lambda row: row.update(outcome="sla"))
     record(folder, "mine", range(1))

@@ -35,7 +35,10 @@ def data_of(page):
 
 def test_a_report_holds_the_figures_of_its_runs(write_run, record):
     folder = write_run(
-        "one", stacks=("mine", "other"), episodes=30, map_sha256=map_digest(load_scene("sidewalk"))
+        "one",
+        stacks=("mine", "other"),
+        episodes=30,
+        map_sha256=map_digest(load_scene("sidewalk")),
     )
     record(folder, "mine", range(3))
     run = load_run(str(folder))

@@ -61,7 +61,11 @@ def test_markdown_becomes_plain_values(tmp_path):
 
 @pytest.mark.parametrize("width", [1440, 390])
 def test_it_shows_everything_and_plays_two_beside_each_other(
-    write_run, record, browse, tmp_path, width
+    write_run,
+    record,
+    browse,
+    tmp_path,
+    width,
 ):
     folder = write_run("partings", stacks=("original", "tuned"), episodes=3)
     record(folder, "original", range(2))

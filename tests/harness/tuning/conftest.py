@@ -98,7 +98,12 @@ class MadeUpEvaluator:
         seed, episode = seed_and_episode(SEED, mission)
         rng = np.random.default_rng((seed, episode))
         row = self._module._drawn_row(
-            rng, episode, float(rng.uniform(20.0, 190.0)), float(point["speed"]), 0.0, 1.0
+            rng,
+            episode,
+            float(rng.uniform(20.0, 190.0)),
+            float(point["speed"]),
+            0.0,
+            1.0,
         )
         lot, strength = rng.random(), float(rng.uniform(60.0, 120.0))
         if lot < touch_rate(point):
@@ -119,7 +124,10 @@ def make_study(evaluator: MadeUpEvaluator) -> Callable[..., StudyResult]:
     """Make a finished study: random trials, and a tuned point that is good."""
 
     def make(
-        trials: int = 60, train: int = 40, test: int = 200, tuned: Mapping[str, Value] = TUNED
+        trials: int = 60,
+        train: int = 40,
+        test: int = 200,
+        tuned: Mapping[str, Value] = TUNED,
     ) -> StudyResult:
         rng = np.random.default_rng(SEED)
         train_missions, test_missions = tuple(range(train)), unseen_missions(test)
@@ -138,7 +146,15 @@ def make_study(evaluator: MadeUpEvaluator) -> Callable[..., StudyResult]:
             state = COMPLETE if count == train else PRUNED
             found.append(
                 Trial(
-                    number, candidate, point, state, train_missions[:count], value, value, None, ""
+                    number,
+                    candidate,
+                    point,
+                    state,
+                    train_missions[:count],
+                    value,
+                    value,
+                    None,
+                    "",
                 )
             )
         original, incumbent = (

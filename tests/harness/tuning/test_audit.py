@@ -163,7 +163,9 @@ def test_the_tests_share_the_level_of_the_family() -> None:
     [(("margin",), False), (("shared_margin",), True), (("-duration_s", "shared_margin"), True)],
 )
 def test_the_auditor_knows_what_was_tuned_for(
-    monkeypatch: pytest.MonkeyPatch, objectives: tuple[str, ...], by_fault: bool
+    monkeypatch: pytest.MonkeyPatch,
+    objectives: tuple[str, ...],
+    by_fault: bool,
 ) -> None:
     asked: list[Any] = []
     real = study_audit.audit

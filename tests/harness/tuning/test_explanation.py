@@ -159,7 +159,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def explained(
-    make_study: MakeStudy, evaluator: object, folder: Path
+    make_study: MakeStudy,
+    evaluator: object,
+    folder: Path,
 ) -> tuple[StudyResult, Explanation]:
     study = make_study()
     return study, explain(study, Counting(evaluator), folder, PRICES, Conditions(), MISSIONS)
@@ -266,7 +268,10 @@ def test_a_front_is_shown(make_study: MakeStudy, evaluator: object, tmp_path: Pa
         dataclasses.replace(each, values=(each.values[0], -each.values[0])) for each in study.trials
     )
     both = dataclasses.replace(
-        study, objectives=("margin", "-duration_s"), trials=trials, front=(0, 3)
+        study,
+        objectives=("margin", "-duration_s"),
+        trials=trials,
+        front=(0, 3),
     )
     found = explain(both, Counting(evaluator), tmp_path, PRICES, Conditions(), 0)
     (tmp_path / TUNED).write_text("old: 1\n", encoding="utf-8")
@@ -279,7 +284,9 @@ def test_a_front_is_shown(make_study: MakeStudy, evaluator: object, tmp_path: Pa
 
 
 def test_a_study_without_improvement_is_told_of(
-    make_study: MakeStudy, evaluator: object, tmp_path: Path
+    make_study: MakeStudy,
+    evaluator: object,
+    tmp_path: Path,
 ) -> None:
     study = make_study(trials=10, test=0, tuned={})
     found = explain(study, Counting(evaluator), tmp_path, PRICES, Conditions())
@@ -288,7 +295,14 @@ def test_a_study_without_improvement_is_told_of(
     (tmp_path / TUNED).write_text("old: 1\n", encoding="utf-8")
     (tmp_path / DIFF).write_text("", encoding="utf-8")
     report = write_tuning(
-        study, scores_document(study), found, ABOUT, COMMAND, tmp_path, "again", LINT
+        study,
+        scores_document(study),
+        found,
+        ABOUT,
+        COMMAND,
+        tmp_path,
+        "again",
+        LINT,
     ).read_text("utf-8")
     assert "**Keep your file: no trial earned more.**" in report
     assert "What differs" not in report and "tuned file" not in report
@@ -314,7 +328,10 @@ def test_what_is_undefined_on_the_test_is_left_out_of_the_scores(make_study: Mak
 def test_a_gain_is_proved_by_about_so_many_missions() -> None:
     gains = np.random.default_rng(1).normal(4.0, 12.0, 30)
     pairs: Any = SimpleNamespace(
-        margins=lambda _: (np.zeros(30), gains), prices=PRICES, seed=0, n=30
+        margins=lambda _: (np.zeros(30), gains),
+        prices=PRICES,
+        seed=0,
+        n=30,
     )
     enough = _proven_by(pairs, 300.0)
     assert enough is not None and enough > 30

@@ -38,7 +38,10 @@ class Noisy:
 
 
 def trial(
-    number: int, value: float, state: str = COMPLETE, values: dict[str, float] | None = None
+    number: int,
+    value: float,
+    state: str = COMPLETE,
+    values: dict[str, float] | None = None,
 ) -> Trial:
     changed = {"node.x": float(number)} if values is None else values
     candidate = Candidate(f"trial-{number}" if number else "original", changed if number else {})

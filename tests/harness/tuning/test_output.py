@@ -167,13 +167,18 @@ def test_the_table_of_the_trials(folder: Path) -> None:
 def test_the_document(stock: Nav2File) -> None:
     folder = Path("there")
     found = study_document(
-        result("margin", "-duration_s"), stock, DECLARATION, {"train": 1}, {"errors": 0}, folder
+        result("margin", "-duration_s"),
+        stock,
+        DECLARATION,
+        {"train": 1},
+        {"errors": 0},
+        folder,
     )
     scale = {"low": 1.0, "high": 64.0, "log": True, "step": None}
     command = command_of_the_test(DECLARATION, 3, folder)
     assert (
-        command
-        == f"navbench run --stack there/tuned.yaml --strict --map hall --seed {unseen_seed(3)} --episodes 4"
+        command == f"navbench run --stack there/tuned.yaml --strict --map hall --seed "
+        f"{unseen_seed(3)} --episodes 4"
     )
     untested = dataclasses.replace(DECLARATION, test_episodes=0)
     assert command_of_the_test(untested, 3, folder).endswith(" --seed 3 --episodes 8")

@@ -47,7 +47,10 @@ def planned(objectives: str, trials: int) -> Plan:
 
 
 def begun(
-    objectives: str = "margin", trials: int = 4, budget: float | None = None, later: int = 10
+    objectives: str = "margin",
+    trials: int = 4,
+    budget: float | None = None,
+    later: int = 10,
 ) -> tuple[StudyProgress, Clock]:
     clock = Clock()
     return StudyProgress(planned(objectives, trials), cast(Any, clock), budget, later), clock
@@ -64,7 +67,15 @@ def trial(number: int, missions: int, value: float, *more: float, p: float | Non
     state, values = (COMPLETE if missions == 8 else PRUNED), (value, *more)
     name = f"trial-{number}" if number else "original"
     return Trial(
-        number, Candidate(name, {}), {}, state, tuple(range(missions)), values, values, p, ""
+        number,
+        Candidate(name, {}),
+        {},
+        state,
+        tuple(range(missions)),
+        values,
+        values,
+        p,
+        "",
     )
 
 

@@ -27,7 +27,10 @@ def space(*parameters: Parameter, constraint: str = "") -> Space:
 
 
 def points(
-    trials: int, *parameters: Parameter, constraint: str = "", seed: int = 0
+    trials: int,
+    *parameters: Parameter,
+    constraint: str = "",
+    seed: int = 0,
 ) -> list[tuple[Any, ...]]:
     sampler = make_sampler("grid", space(*parameters, constraint=constraint), seed, trials, 1)
     return [tuple(point.values()) for point in iter(sampler.ask, None) if point is not None]

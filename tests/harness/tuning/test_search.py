@@ -247,8 +247,11 @@ def test_live_table_tells_the_best_what_was_saved_and_what_may_come(tmp_path: Pa
         progress = StudyProgress(plan, journal, None)
         assert progress.text == "original: 0 of 32 episodes driven"
         found = Search(
-            plan, make_sampler("tpe", SPACE, 5, 30, 1), world, lambda a, b: progress.trial(a, b, world)
-        )  # fmt: skip
+            plan,
+            make_sampler("tpe", SPACE, 5, 30, 1),
+            world,
+            lambda a, b: progress.trial(a, b, world),
+        )
         found.run(lambda candidate, missions: candidate.name != "trial-21")
         console = Console(file=StringIO(), width=200)
         console.print(progress)
@@ -282,7 +285,15 @@ def test_time_left_is_counted_in_episodes_of_search_and_what_comes_after(tmp_pat
 
         def trial(number: int, candidate: Candidate, count: int) -> Trial:
             return Trial(
-                number, candidate, {}, "complete", tuple(range(count)), (1.0,), (1.0,), None, ""
+                number,
+                candidate,
+                {},
+                "complete",
+                tuple(range(count)),
+                (1.0,),
+                (1.0,),
+                None,
+                "",
             )
 
         assert progress.when == "while the original was driven"

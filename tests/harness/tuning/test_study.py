@@ -66,14 +66,22 @@ def task(tmp_path: Path, hall: Path) -> EpisodeTask:
     """A short delivery in a hall."""
     (tmp_path / "short.yaml").write_text(RULES)
     study = make_study(
-        stacks=["nav2-stock"], localizer="ground_truth", episodes=4, seed=3, pedestrians=4, map_name=str(hall),
+        stacks=["nav2-stock"],
+        localizer="ground_truth",
+        episodes=4,
+        seed=3,
+        pedestrians=4,
+        map_name=str(hall),
         rules=str(tmp_path / "short.yaml"),
-    )  # fmt: skip
+    )
     return study.template
 
 
 def rows(
-    folder: Path, task: EpisodeTask, asked: list[tuple[Candidate, list[int]]], most: int = 99
+    folder: Path,
+    task: EpisodeTask,
+    asked: list[tuple[Candidate, list[int]]],
+    most: int = 99,
 ) -> list[Any]:
     """The rows of candidates, and how many episodes were driven for them.
 
@@ -200,7 +208,10 @@ def test_budget_leaves_time_for_the_test_and_lets_what_was_begun_go_on(tmp_path:
     ],
 )
 def test_bad_input_is_one_line(
-    arguments: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    arguments: list[str],
+    said: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     out = [] if "--resume" in arguments else ["--out", str(tmp_path / "out")]
     with pytest.raises(SystemExit) as leaving:
@@ -252,7 +263,10 @@ def told(text: str, folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]
 
 @pytest.mark.slow
 def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(
-    tmp_path: Path, task: EpisodeTask, in_process: None, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    task: EpisodeTask,
+    in_process: None,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     tune_here(task, whole)
@@ -273,7 +287,10 @@ def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(
 
 @pytest.mark.slow
 def test_a_study_with_a_lost_delivery_says_so_and_ends_with_3(
-    tmp_path: Path, task: EpisodeTask, in_process: None, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    task: EpisodeTask,
+    in_process: None,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     folder = tmp_path / "study"
     tune_here(task, folder, "--trials", "2", "--test-episodes", "0", "--finalists", "0")
@@ -423,14 +440,20 @@ def test_notes_tell_what_one_might_not_expect() -> None:
     ],
 )
 def test_notes_after_the_search(
-    driven: int, is_exhausted: bool, budget: float | None, elapsed: float, told: list[str]
+    driven: int,
+    is_exhausted: bool,
+    budget: float | None,
+    elapsed: float,
+    told: list[str],
 ) -> None:
     """Twenty deliveries of 3 s follow."""
     study: Any = SimpleNamespace(
         declaration=SimpleNamespace(trials=9, budget=budget), episodes_after_search=20
     )
     search: Any = SimpleNamespace(
-        trials=[None] * (driven + 1), is_exhausted=is_exhausted, is_futile=False
+        trials=[None] * (driven + 1),
+        is_exhausted=is_exhausted,
+        is_futile=False,
     )
     journal: Any = SimpleNamespace(pace=3.0, elapsed=elapsed)
     notes = notes_after_search(study, search, journal)
@@ -459,7 +482,11 @@ class Earning(MadeUp):
     ],
 )
 def test_a_search_that_can_gain_nothing_or_is_over_drives_no_further_trial(
-    tmp_path: Path, usd: float, begun: int, is_over: bool, driven: int
+    tmp_path: Path,
+    usd: float,
+    begun: int,
+    is_over: bool,
+    driven: int,
 ) -> None:
     plan = Plan(SPACE, parse_objectives("margin"), tuple(range(4)), 5, fee=3.49)
     study: Any = SimpleNamespace(

@@ -86,7 +86,9 @@ def test_edges(parameter: Parameter, value: Any, slope: float, is_flagged: bool)
     ],
 )
 def test_how_likely_an_arbitrary_value_is_so_near_to_an_end(
-    parameter: Parameter, distance: float, p: float
+    parameter: Parameter,
+    distance: float,
+    p: float,
 ) -> None:
     study = searched(parameter, parameter.original, 0.0)
     assert _p_near(trial_table(study.space, study.trials), 0, distance) == pytest.approx(p)
@@ -171,7 +173,12 @@ def test_what_an_edge_rests_on() -> None:
     p = Edge(NUMBER, 0.95, 0.05, True, 0.1, _p_of_trend(table, 0, True)).p
     (told,) = edges(study).evidence
     assert told == AuditEvidence.unsampled(
-        "gain", "", 0.5, 0.95, 1, told.p
+        "gain",
+        "",
+        0.5,
+        0.95,
+        1,
+        told.p,
     ) and told.p == pytest.approx(p, rel=1e-9)
 
 
@@ -238,7 +245,9 @@ def made(parameter: Parameter, places: Any, objective: Any = None) -> TrialTable
     ],
 )
 def test_levels_of_a_grid_are_those_that_were_tried_twice(
-    parameter: Parameter, levels: int, p: float
+    parameter: Parameter,
+    levels: int,
+    p: float,
 ) -> None:
     places = np.linspace(0.0, 1.0, levels)[np.arange(60) % levels]
     assert _p_near(made(parameter, places), 0, 0.0) == pytest.approx(p)

@@ -99,7 +99,10 @@ def draw(seed: int) -> tuple[RobotParams, SensorParams]:
     )
     mount = Pose2D(rng.uniform(-0.3, 0.2), rng.uniform(-0.1, 0.1), rng.uniform(-0.3, 0.3))
     lidar = dataclasses.replace(
-        sensors.lidar, noise_std=rng.uniform(0.008, 0.03), mount=mount, latency=rng.uniform(0, 0.08)
+        sensors.lidar,
+        noise_std=rng.uniform(0.008, 0.03),
+        mount=mount,
+        latency=rng.uniform(0, 0.08),
     )
     wheels = dataclasses.replace(
         sensors.odometry,
@@ -132,7 +135,11 @@ def draw(seed: int) -> tuple[RobotParams, SensorParams]:
 
 
 def record(
-    seed: int, duration: float = 300.0, people: int = 0, reach: float = 7.0, **changes: float
+    seed: int,
+    duration: float = 300.0,
+    people: int = 0,
+    reach: float = 7.0,
+    **changes: float,
 ) -> Recorded:
     """Drive a drawn robot about the yard.
 

@@ -32,7 +32,11 @@ def write_yard(folder: Path) -> Path:
 
 
 def record_mission(
-    path: Path, nav2: Path, robot: Path | str, sensors: Path | str, yard: Path
+    path: Path,
+    nav2: Path,
+    robot: Path | str,
+    sensors: Path | str,
+    yard: Path,
 ) -> FloatArray:
     """Drive the mission and write its log; returns its trace, rows of :data:`TRACE_COLUMNS`."""
     study = make_study(

@@ -129,7 +129,9 @@ def _check_page(page: Path, document: dict[str, Any]) -> None:
 
 
 def test_a_log_without_poses_has_no_page(
-    drive: drives.Recorded, map_file: Path, tmp_path: Path
+    drive: drives.Recorded,
+    map_file: Path,
+    tmp_path: Path,
 ) -> None:
     entries = [entry for entry in drive.entries if entry.topic != "/amcl_pose"]
     bag, page = drives.write_mcap(tmp_path / "blind.mcap", entries), tmp_path / "page.html"
@@ -139,7 +141,10 @@ def test_a_log_without_poses_has_no_page(
 
 
 def test_a_takeover_is_an_intervention(
-    drive: drives.Recorded, tmp_path: Path, map_file: Path, capsys: pytest.CaptureFixture[str]
+    drive: drives.Recorded,
+    tmp_path: Path,
+    map_file: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     stamps = (drives.START + 10.0, drives.START + 10.1, drives.START + 20.0)
     pressed = [

@@ -50,7 +50,9 @@ def robot(bag: Path) -> IdentifiedRobot:
 
 @pytest.mark.parametrize("key", SHARE)
 def test_a_value_is_found_within_its_share(
-    key: str, robot: IdentifiedRobot, recorded: drives.Recorded
+    key: str,
+    robot: IdentifiedRobot,
+    recorded: drives.Recorded,
 ) -> None:
     estimate = robot.found.estimates[key]
     assert estimate.value == pytest.approx(recorded.truth[key], rel=SHARE[key])
@@ -59,7 +61,9 @@ def test_a_value_is_found_within_its_share(
 
 @pytest.mark.parametrize("key", OFF)
 def test_a_value_is_found_within_its_distance(
-    key: str, robot: IdentifiedRobot, recorded: drives.Recorded
+    key: str,
+    robot: IdentifiedRobot,
+    recorded: drives.Recorded,
 ) -> None:
     estimate = robot.found.estimates[key]
     assert estimate.value == pytest.approx(recorded.truth[key], abs=OFF[key])
@@ -110,7 +114,9 @@ def test_the_files_are_those_of_a_robot(robot: IdentifiedRobot, recorded: drives
 
 
 def test_the_command_prints_one_document(
-    recorded: drives.Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    recorded: drives.Recorded,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     out = tmp_path / "my_robot.yaml"
     end = drives.START + 40.0

@@ -63,7 +63,9 @@ def test_the_robots_own_file_drives_as_it_did(
 
 
 def test_another_robot_does_not(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr("navbench.api.cost_log.DRIVES", 2)
     with pytest.raises(SystemExit) as leaving:

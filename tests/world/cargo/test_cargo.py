@@ -121,7 +121,9 @@ def test_normal_and_emergency_braking_spill_nothing_at_this_fill(cargo):
 
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -2.0])
 def test_pieces_are_pulled_by_their_weight_and_against_the_buckets_acceleration(
-    cargo, monkeypatch, yaw
+    cargo,
+    monkeypatch,
+    yaw,
 ):
     """In the frame that turns with the bucket's heading where it woke: R(-yaw) (g - a).
 

@@ -179,7 +179,11 @@ def test_it_falls_where_the_way_that_a_shock_gives_it_exceeds_that_to_the_edge(r
 def test_it_falls_freely_to_the_ground_and_stays_behind(robot, height):
     """After sqrt(2 h / g) it is down; a robot that drives on has left it behind."""
     params = dataclasses.replace(
-        FREE, place=(0.0, 0.0, height), bucket_friction=0.0, piece_mass=1e-9, settle_time=9.0
+        FREE,
+        place=(0.0, 0.0, height),
+        bucket_friction=0.0,
+        piece_mass=1e-9,
+        settle_time=9.0,
     )
     cargo = make(params, robot)
     accelerate(cargo, (0.0, -20.0, 0.0), 0.25)

@@ -34,7 +34,12 @@ def world_of(robot, params):
         settings = dataclasses.replace(params, people=who, pedestrian_bodies=kind)
         scene = Scene("test", (), (), WALKABLE, WALKABLE)
         world = PyBulletWorld(
-            scene, robot, settings, make_pedestrians(who, WALKABLE, robot), NoSensors(), 2
+            scene,
+            robot,
+            settings,
+            make_pedestrians(who, WALKABLE, robot),
+            NoSensors(),
+            2,
         )
         made.append(world)
         restart(world)
@@ -71,7 +76,9 @@ def test_a_model_that_takes_pushes_goes_on_from_where_its_body_is(world_of):
     world = world_of(model="social_force", count=1)
     model = world._pedestrians
     model._forces = model._forces._replace(
-        person_strength=0.0, body_stiffness=0.0, wall_strength=0.0
+        person_strength=0.0,
+        body_stiffness=0.0,
+        wall_strength=0.0,
     )
     stand(world, 6.0, 4.0)
     truths = drive(world, 3.0, speed=1.0)
@@ -156,7 +163,13 @@ def test_a_body_off_its_way_is_pushed_back(world_of, monkeypatch, behind, push_f
     ],
 )
 def test_obstacles_in_reach_of_a_level_robot_are_near_where_its_outline_can_touch_them(
-    world_of, monkeypatch, ahead, is_tilted, is_waiting, can_touch, expected
+    world_of,
+    monkeypatch,
+    ahead,
+    is_tilted,
+    is_waiting,
+    can_touch,
+    expected,
 ):
     world = world_of(count=0)
     monkeypatch.setattr(world._obstacles, "follow", lambda *given: ahead)
@@ -203,7 +216,13 @@ def test_a_body_five_centimetres_off_its_way_is_not_yet_back(world_of, off, may_
 @pytest.mark.parametrize(("frame_steps", "more"), [(1, 0.0), (4, 1.0)])  # [m] of the way in a frame
 @pytest.mark.parametrize(("excess", "is_near"), [(-1e-6, True), (1e-6, False)])
 def test_somebody_is_near_within_what_is_closed_in_a_step(
-    lab, robot, params, frame_steps, more, excess, is_near
+    lab,
+    robot,
+    params,
+    frame_steps,
+    more,
+    excess,
+    is_near,
 ):
     bodies = dataclasses.replace(params.pedestrian_bodies, frame_steps=frame_steps)
     distance = robot.reach + params.people.radius + 0.1 + more + excess

@@ -84,7 +84,12 @@ def test_who_goes_a_metre_in_a_frame_appears_there(robot, params, way, shown, sp
     [(0.01, 1.0, 1.2), (-0.002, 1.0, -0.192), (-0.02, 1.0, -1.0), (0.01, 0.0, 1.2)],
 )
 def test_who_may_be_reached_is_put_in_touch_and_comes_no_nearer(
-    robot, params, gap, parting, closing, yaw
+    robot,
+    params,
+    gap,
+    parting,
+    closing,
+    yaw,
 ):
     """The gap over the step comes off the way in.
 
@@ -157,7 +162,11 @@ def test_an_impact_brings_the_bodies_to_touch_at_the_steps_end(lab, robot, param
     people = [ahead(gap + WALK * FRAME, yaw)]  # the first frame leaves the gap, the second strikes
     ice = lab.without_drive(robot)
     with lab.world(
-        ice, framed(params, per="partner"), people=people, steps_per_tick=1, start=Pose2D(yaw=yaw)
+        ice,
+        framed(params, per="partner"),
+        people=people,
+        steps_per_tick=1,
+        start=Pose2D(yaw=yaw),
     ) as world:
         for _ in range(9):
             world.step(Twist2D())
@@ -171,7 +180,9 @@ def test_an_impact_brings_the_bodies_to_touch_at_the_steps_end(lab, robot, param
 
 
 def test_driving_into_somebody_who_stands_gives_the_same_momentum_as_without_frames(
-    lab, robot, params
+    lab,
+    robot,
+    params,
 ):
     ice = lab.without_drive(robot)
     impulses = []
@@ -188,7 +199,9 @@ def test_driving_into_somebody_who_stands_gives_the_same_momentum_as_without_fra
 
 
 def test_no_point_gives_more_than_the_limit_and_the_robot_gets_what_the_points_give(
-    lab, robot, params
+    lab,
+    robot,
+    params,
 ):
     ice = lab.without_drive(robot)
     free, capped = (framed(params, most=most, per="point") for most in (0.0, 100.0))
@@ -226,7 +239,11 @@ def test_the_limit_takes_back_the_way_made_in_the_step_too(lab, robot, params):
     ("overlap", "speed"), [(0.002, 0.192), (0.005, 0.48), (0.05, 1.0), (0.15, 1.0)]
 )
 def test_bodies_that_overlap_part_by_physx_share_and_no_faster_than_allowed(
-    lab, robot, params, overlap, speed
+    lab,
+    robot,
+    params,
+    overlap,
+    speed,
 ):
     """0.8 of the overlap per step, at most 1 m/s (DyContactPrep, maxDepenetrationVelocity)."""
     ice = lab.without_drive(robot)

@@ -40,9 +40,15 @@ def test_a_grid_may_be_turned(yaw):
 
 @pytest.mark.parametrize(
     ("x", "y", "cell"),
-    [(-5.9, -5.9, (0, 0)), (5.9, -5.7, (1, 59)), (99.0, 0.1, (30, 59)), (-99.0, 0.1, (30, 0)), (0.1, 99.0, (59, 30)),
-     (0.1, -99.0, (0, 30))],
-)  # fmt: skip
+    [
+        (-5.9, -5.9, (0, 0)),
+        (5.9, -5.7, (1, 59)),
+        (99.0, 0.1, (30, 59)),
+        (-99.0, 0.1, (30, 0)),
+        (0.1, 99.0, (59, 30)),
+        (0.1, -99.0, (0, 30)),
+    ],
+)
 def test_a_point_off_the_grid_is_in_the_nearest_cell(x, y, cell):
     assert cell_of(x, y, Edges(np.ones((60, 60)), EVERYWHERE, FRAME)) == cell
 

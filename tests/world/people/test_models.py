@@ -150,7 +150,8 @@ def test_a_recording_is_found_beside_its_world_file(tmp_path, monkeypatch):
     (tmp_path / "people.csv").write_text(PARALLEL)
     world = tmp_path / "mine.yaml"
     world.write_text(
-        "people: {model: replay, replay: {file: people.csv, placement: {x: 1.0, y: 2.0, yaw: 0.0}}}\n"
+        "people: {model: replay, replay: {file: people.csv, placement: {x: 1.0, y: 2.0, "
+        "yaw: 0.0}}}\n"
     )
     replayed = chosen(world=str(world))
     assert Path(replayed.replay.file) == tmp_path / "people.csv"

@@ -63,7 +63,11 @@ class Walkers:
     def __init__(self, robot, states, goals, free=None, **changes):
         """``states`` (n, 4) and ``goals`` (n, 2) [m]; everybody likes to walk at 1.34 m/s."""
         people = dataclasses.replace(
-            SOCIAL, count=len(states), speed_std=0.0, start_clearance=0.0, **changes
+            SOCIAL,
+            count=len(states),
+            speed_std=0.0,
+            start_clearance=0.0,
+            **changes,
         )
         self.model = SocialForcePedestrians(
             people, grid_of(strip() if free is None else free), robot
@@ -197,7 +201,15 @@ def test_from_every_side_it_is_noticed_at_the_same_distance(turn):
     for c, s in ((1.0, 0.0), (cos, sin)):
         coming = np.array((-4.0 * c, -4.0 * s, c, s, 1.5 * c, 1.5 * s))
         fx, fy = from_robot(
-            FORCES._replace(robot_range=0.2), 0.0, 0.0, 0.0, 0.0, -c, -s, coming, True
+            FORCES._replace(robot_range=0.2),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -c,
+            -s,
+            coming,
+            True,
         )
         forces.append((c * fx + s * fy, c * fy - s * fx))
     assert math.hypot(*forces[0]) > 0.0

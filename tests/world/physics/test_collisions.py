@@ -85,7 +85,10 @@ def partners(params, kind):
     if kind in ("kinematic", "dynamic"):
         # A dynamic person's steering is all but off: what acts is the impact.
         bodies = dataclasses.replace(
-            params.pedestrian_bodies, kind=kind, push_force=1e-6, friction=0.0
+            params.pedestrian_bodies,
+            kind=kind,
+            push_force=1e-6,
+            friction=0.0,
         )
         mass = bodies.mass if kind == "dynamic" else math.inf
         return (
@@ -156,7 +159,10 @@ def test_an_oblique_wall_takes_the_momentum_along_its_normal(lab, robot, params)
 def test_momentum_is_conserved_with_a_dynamic_person(lab, robot, params):
     # The person's steering is all but off: what acts is the impact.
     bodies = dataclasses.replace(
-        params.pedestrian_bodies, kind="dynamic", push_force=1e-6, friction=0.0
+        params.pedestrian_bodies,
+        kind="dynamic",
+        push_force=1e-6,
+        friction=0.0,
     )
     speed = 1.2
     with lab.world(
@@ -227,7 +233,11 @@ def test_a_hard_hit_counts_once_until_the_cool_down_is_over(lab, robot, params):
 
 @pytest.mark.parametrize(("speed", "contacts"), [(0.9, 0), (1.1, 1)])
 def test_somebody_walking_into_the_standing_robot_counts_from_1_mps(
-    lab, robot, params, speed, contacts
+    lab,
+    robot,
+    params,
+    speed,
+    contacts,
 ):
     """50 kg x 1 m/s is the least that counts (published)."""
     start_x = FRONT + PERSON_RADIUS + 0.3

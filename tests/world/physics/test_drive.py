@@ -45,7 +45,12 @@ def matrix(q):
 
 
 def wrench(
-    robot, v=(0.0, 0.0), w=0.0, command=(0.0, 0.0), q=(0.0, 0.0, 0.0, 1.0), loads=(LEVEL, LEVEL)
+    robot,
+    v=(0.0, 0.0),
+    w=0.0,
+    command=(0.0, 0.0),
+    q=(0.0, 0.0, 0.0, 1.0),
+    loads=(LEVEL, LEVEL),
 ):
     """Force, torque and power."""
     constants = drive_constants(robot, GRAVITY, DT)
@@ -65,7 +70,11 @@ def test_a_robot_is_a_box_on_four_feet(robot):
     """
     footprint = ((0.5, 0.2), (0.5, -0.3), (-0.7, -0.3), (-0.7, 0.2))
     made = dataclasses.replace(
-        robot, footprint=footprint, mass=24.0, height=2.0, center_of_mass_x=-0.22
+        robot,
+        footprint=footprint,
+        mass=24.0,
+        height=2.0,
+        center_of_mass_x=-0.22,
     )
     assert made.half_size == pytest.approx((0.6, 0.25))
     assert made.center == pytest.approx((-0.1, -0.05))
@@ -89,7 +98,9 @@ def test_a_robot_is_a_box_on_four_feet(robot):
     ],
 )
 def test_a_robot_whose_weight_lies_on_the_edge_of_its_feet_or_body_is_refused(
-    robot, change, message
+    robot,
+    change,
+    message,
 ):
     with pytest.raises(ParameterError, match=message):
         dataclasses.replace(robot, **change)
@@ -242,7 +253,10 @@ def test_power_is_force_times_speed_and_rolling_resistance_and_braking_gives_not
     ],
 )
 def test_each_wheel_takes_its_force_and_half_of_the_rolling_resistance(
-    forces, motion, along, power
+    forces,
+    motion,
+    along,
+    power,
 ):
     """By hand: 2 kg, steps of 0.5 s, wheels 1 m apart, 5 N of resistance each.
 

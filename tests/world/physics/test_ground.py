@@ -74,7 +74,9 @@ def test_the_pieces_around_a_place_are_convex_and_fill_the_window():
 def test_far_from_steps_the_ground_is_a_plane_and_says_how_far_it_will_do(moved, reach, free):
     """The next step is 2 m away, and is looked up anew after 1 m."""
     made = SimpleNamespace(
-        clearance=lambda x, y: 2.0, level=lambda x, y: 0.5, around=lambda *window: {0.5: []}
+        clearance=lambda x, y: 2.0,
+        level=lambda x, y: 0.5,
+        around=lambda *window: {0.5: []},
     )
     server = Server()
     ground = Ground(server.client, made, 3.0, 4.0)

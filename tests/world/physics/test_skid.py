@@ -33,7 +33,11 @@ def balanced(robot: RobotParams) -> RobotParams:
 
 
 def drive(
-    robot: RobotParams, speed: float, yaw_rate: float, seconds: float, start: float = 0.0
+    robot: RobotParams,
+    speed: float,
+    yaw_rate: float,
+    seconds: float,
+    start: float = 0.0,
 ) -> np.ndarray:
     """Motions (n, 6) on level ground: x, y, yaw of the centre of mass, and their rates."""
     constants = skid_constants(robot, GRAVITY, DT)
@@ -43,7 +47,14 @@ def drive(
     for _ in range(round(seconds / DT)):
         orientation = (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
         (fx, fy, _), (_, _, tz), power = skid_forces(
-            orientation, (vx, vy, 0.0), (0.0, 0.0, turn), LEVEL, LEVEL, speed, yaw_rate, constants
+            orientation,
+            (vx, vy, 0.0),
+            (0.0, 0.0, turn),
+            LEVEL,
+            LEVEL,
+            speed,
+            yaw_rate,
+            constants,
         )
         assert power >= 0.0
         vx, vy = vx + fx * DT / robot.mass, vy + fy * DT / robot.mass
@@ -56,7 +67,9 @@ def drive(
 @pytest.mark.parametrize("rate", [0.3, 1.2, -2.0])
 @pytest.mark.parametrize("multiplier", [1.0, 1.5, 2.0])
 def test_it_turns_by_the_share_that_sliding_leaves(
-    jackal: RobotParams, rate: float, multiplier: float
+    jackal: RobotParams,
+    rate: float,
+    multiplier: float,
 ) -> None:
     robot = dataclasses.replace(balanced(jackal), track_multiplier=multiplier)
     motion = drive(robot, 0.0, rate, 3.0)
@@ -110,7 +123,9 @@ def test_a_skid_steer_stands_on_its_four_wheels(jackal: RobotParams) -> None:
 
 
 def test_in_the_world_it_turns_about_the_middle_of_its_wheels(
-    lab: Any, jackal: RobotParams, params: Any
+    lab: Any,
+    jackal: RobotParams,
+    params: Any,
 ) -> None:
     with lab.world(jackal, params, start=Pose2D(1.0, 1.0, 0.0)) as world:
         truths = lab.drive(world, 300, w=1.0)
@@ -121,7 +136,9 @@ def test_in_the_world_it_turns_about_the_middle_of_its_wheels(
 
 
 def test_in_the_world_a_wall_stops_it_and_it_backs_away(
-    lab: Any, jackal: RobotParams, params: Any
+    lab: Any,
+    jackal: RobotParams,
+    params: Any,
 ) -> None:
     wall = Obstacle("building_glass", box(2.0, 0.0, 0.0, 1.0, 4.0), 1.5)
     with lab.world(jackal, params, [wall]) as world:

@@ -49,7 +49,15 @@ def asked(polygons, x, y, yaw):
     first = np.cumsum([0, *(len(each) for each in corners)])
     flat = np.concatenate(corners) if corners else np.empty((0, 2))
     return may_touch(
-        x, y, math.cos(yaw), math.sin(yaw), HALF_LENGTH, HALF_WIDTH, MARGIN, flat, first
+        x,
+        y,
+        math.cos(yaw),
+        math.sin(yaw),
+        HALF_LENGTH,
+        HALF_WIDTH,
+        MARGIN,
+        flat,
+        first,
     )
 
 
@@ -191,7 +199,10 @@ def test_bodies_stand_for_the_obstacles_within_three_and_a_half_metres(robot):
 @pytest.mark.parametrize(("gap", "can_touch"), [(0.15 - 1e-6, True), (0.15 + 1e-6, False)])
 @pytest.mark.parametrize("side", [(1, 0), (-1, 0), (0, 1), (0, -1)])
 def test_what_is_nearer_than_the_margin_to_the_robots_box_may_be_touched(
-    robot, side, gap, can_touch
+    robot,
+    side,
+    gap,
+    can_touch,
 ):
     """Its centre of mass is 0.1 m ahead of its middle.
 

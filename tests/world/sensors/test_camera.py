@@ -53,8 +53,10 @@ def test_a_box_is_where_the_pinhole_puts_it():
 def test_it_turns_and_moves_with_the_robot():
     box = Obstacle("plant", square(0.0, 5.0, 0.5), 2.0)
     camera = Camera(scene(box), PARAMS, 0.3, 1.7)
-    seen = [has_hue(camera.picture(pose, NOBODY), COLORS["plant"]).sum() for pose in
-            (Pose2D(), Pose2D(yaw=math.pi / 2), Pose2D(0.0, 2.0, math.pi / 2))]  # fmt: skip
+    seen = [
+        has_hue(camera.picture(pose, NOBODY), COLORS["plant"]).sum()
+        for pose in (Pose2D(), Pose2D(yaw=math.pi / 2), Pose2D(0.0, 2.0, math.pi / 2))
+    ]
     assert seen[0] == 0 < seen[1] < seen[2]
 
 

@@ -138,7 +138,14 @@ def test_odometry_is_what_its_formulas_say():
     distance, turn = 0.2, 0.1
     chord = 2.0 * distance / turn * math.sin(0.5 * turn)
     moved = BodyState(
-        chord * math.cos(0.05), chord * math.sin(0.05), turn, 1.5, 0.0, 0.8, 2.0, -1.2
+        chord * math.cos(0.05),
+        chord * math.sin(0.05),
+        turn,
+        1.5,
+        0.0,
+        0.8,
+        2.0,
+        -1.2,
     )
     first, odometry = measure(WheelOdometry(params), [BodyState(), moved], seed=6)
     assert first.pose == Pose2D()
@@ -247,7 +254,12 @@ def test_messages_state_their_white_deviations():
 @pytest.mark.parametrize("share", [0.0, 0.25, 0.8])
 def test_multipath_grows_with_the_hidden_sky_and_is_correlated_in_time(share):
     params = GpsParams(
-        10.0, 0.1, drift_std=0.5, drift_time=100.0, multipath_std=2.0, multipath_time=3.0
+        10.0,
+        0.1,
+        drift_std=0.5,
+        drift_time=100.0,
+        multipath_std=2.0,
+        multipath_time=3.0,
     )
     receiver = GpsReceiver(params, Hidden(lambda x: share))
     rows = [measure(receiver, [BodyState(4.0, -2.0)] * 51, seed) for seed in range(1000)]
@@ -330,7 +342,10 @@ def test_an_error_that_is_switched_on_adds_to_the_others_without_changing_them()
     assert np.ptp(slow_error) > 0.1
     np.testing.assert_allclose(values[0.5, 2.0] - values[0.5, 0.0], slow_error, atol=1e-12)
     with_walk = dataclasses.replace(
-        EXACT_UNIT, yaw_rate_std=0.01, yaw_rate_bias_walk=0.01, yaw_wander_std=0.1
+        EXACT_UNIT,
+        yaw_rate_std=0.01,
+        yaw_rate_bias_walk=0.01,
+        yaw_wander_std=0.1,
     )
     without = dataclasses.replace(with_walk, yaw_rate_bias_walk=0.0, yaw_wander_std=0.0)
     walk_only = dataclasses.replace(with_walk, yaw_rate_std=0.0)
