@@ -219,7 +219,10 @@ def resampled(
 
 
 def made_study(
-    rows: tuple[list[Row], list[Row]], seed: int, at_edge: bool = False, computes: float = 1.0
+    rows: tuple[list[Row], list[Row]],
+    seed: int,
+    at_edge: bool = False,
+    computes: float = 1.0,
 ) -> StudyResult:
     """A study whose test brought these rows.
 
@@ -253,7 +256,11 @@ def made_study(
 
 
 def honest_study(
-    stacks: dict[str, list[Row]], number: int, missions: int, prices: Prices, seed: int
+    stacks: dict[str, list[Row]],
+    number: int,
+    missions: int,
+    prices: Prices,
+    seed: int,
 ) -> tuple[str, StudyResult]:
     """One of the honest studies, and what it is."""
     rng = np.random.default_rng((seed, number, 2))
@@ -267,7 +274,12 @@ def honest_study(
     elif kind == 1:
         title = f"{first}, {second} exchanged at random"
         rows = resampled(
-            (stacks[first], stacks[second]), unchanged, missions, prices, rng, exchanged=0.5
+            (stacks[first], stacks[second]),
+            unchanged,
+            missions,
+            prices,
+            rng,
+            exchanged=0.5,
         )
     else:
         change = IMPROVEMENTS[number % len(IMPROVEMENTS)]
@@ -277,7 +289,11 @@ def honest_study(
 
 
 def exploiting_study(
-    stacks: dict[str, list[Row]], key: str, missions: int, prices: Prices, seed: int
+    stacks: dict[str, list[Row]],
+    key: str,
+    missions: int,
+    prices: Prices,
+    seed: int,
 ) -> tuple[str, StudyResult]:
     """A study into which one exploit is planted, and what it is."""
     rng = np.random.default_rng((seed, list(EXPLOITS).index(key), 3))

@@ -44,7 +44,10 @@ def main() -> None:
     for stack in given.stack:
         tasks = list(
             make_study(
-                stacks=[stack], episodes=given.episodes, world=given.world, seed=given.seed
+                stacks=[stack],
+                episodes=given.episodes,
+                world=given.world,
+                seed=given.seed,
             ).tasks()
         )
         run_episode(tasks[0])  # compiles, and fills caches

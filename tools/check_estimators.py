@@ -137,7 +137,9 @@ def make_fresh(number: int) -> None:
 
 
 def continued(
-    task: EpisodeTask, reach: float, copies: int
+    task: EpisodeTask,
+    reach: float,
+    copies: int,
 ) -> tuple[list[dict[str, Any]], list[float]]:
     """How the copies of a delivery end, and their processor time.
 
@@ -205,7 +207,13 @@ def split(folder: Path, missions: int, reach: float, copies: int) -> None:
 def main() -> None:
     """Print the tables."""
     given = parsed(
-        __doc__, runs=RUNS, first="nav2-gps-ekf", second="mpc-gps-ekf", split=0, reach=8.0, times=4
+        __doc__,
+        runs=RUNS,
+        first="nav2-gps-ekf",
+        second="mpc-gps-ekf",
+        split=0,
+        reach=8.0,
+        times=4,
     )
     for run in given.runs:
         table(Path(run), given.first, given.second)

@@ -118,7 +118,9 @@ def _with_unseen(sample: FloatArray, rng: np.random.Generator, reach: Reach) -> 
 
 
 def resampled(
-    folders: list[Path], replications: int, rng: np.random.Generator
+    folders: list[Path],
+    replications: int,
+    rng: np.random.Generator,
 ) -> tuple[Table, Table]:
     """Share of intervals that hold the mean margin of real deliveries, of each run and in short."""
     table = Table(

@@ -139,7 +139,13 @@ def measure_rows(arguments: argparse.Namespace, folder: Path) -> None:
 
 def main() -> None:
     arguments = parsed(
-        __doc__, episodes=500, stack="nav2-gps", workers=2, map="sidewalk", timeout=3.0, rows=0
+        __doc__,
+        episodes=500,
+        stack="nav2-gps",
+        workers=2,
+        map="sidewalk",
+        timeout=3.0,
+        rows=0,
     )
     with tempfile.TemporaryDirectory() as name:
         if arguments.rows:

@@ -60,7 +60,9 @@ def drive(delivery: RunningDelivery) -> tuple[list[Look], FloatArray, float]:
 
 
 def errors(
-    looks: list[Look], people: FloatArray, period: float
+    looks: list[Look],
+    people: FloatArray,
+    period: float,
 ) -> Iterator[tuple[float, float, float, float]]:
     """Seconds ahead, speed [m/s], error to the side [m] and stated standard deviation [m]."""
     for look in looks:

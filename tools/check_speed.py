@@ -121,7 +121,11 @@ class Speed:
 
 
 def compare_speed(
-    before: Driver, after: Driver, loop: str, deliveries: int, seconds: float
+    before: Driver,
+    after: Driver,
+    loop: str,
+    deliveries: int,
+    seconds: float,
 ) -> Speed:
     """Drive the beginnings of some deliveries twice with each version, in the order ABBA."""
     for driver in (before, after):
@@ -243,7 +247,10 @@ def main() -> int:
     )
     parser.add_argument("--against", required=True, metavar="COMMIT")
     parser.add_argument(
-        "--tree", type=Path, default=ROOT, help="default: the checkout of this script"
+        "--tree",
+        type=Path,
+        default=ROOT,
+        help="default: the checkout of this script",
     )
     parser.add_argument(
         "--tolerance",
@@ -252,14 +259,24 @@ def main() -> int:
         help="share by which it may be slower; default: 0.15",
     )
     parser.add_argument(
-        "--loop", action="append", choices=LOOPS, help="repeatable; default: all, with --quick one"
+        "--loop",
+        action="append",
+        choices=LOOPS,
+        help="repeatable; default: all, with --quick one",
     )
     parser.add_argument("--deliveries", type=int, help=f"timed of each loop; default: {DELIVERIES}")
     parser.add_argument(
-        "--seconds", type=float, default=SECONDS, help="simulated, of each; default: 20"
+        "--seconds",
+        type=float,
+        default=SECONDS,
+        help="simulated, of each; default: 20",
     )
     parser.add_argument(
-        "--rows", type=int, default=0, metavar="N", help="whole deliveries of each loop to compare"
+        "--rows",
+        type=int,
+        default=0,
+        metavar="N",
+        help="whole deliveries of each loop to compare",
     )
     parser.add_argument(
         "--quick", action="store_true", help=f"{QUICK_DELIVERIES} deliveries of one loop"

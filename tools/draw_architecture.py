@@ -89,7 +89,12 @@ def rooms(contract: str, package: str, left: int) -> list[Room]:
 def picture() -> str:
     """The whole picture."""
     front = Room(
-        LEFT, 40, WIDTH - 2 * LEFT, "navbench", "what users touch: api, commands, gym", "harness"
+        LEFT,
+        40,
+        WIDTH - 2 * LEFT,
+        "navbench",
+        "what users touch: api, commands, gym",
+        "harness",
     )
     boxes = [front.drawn()]
     lowest = 0

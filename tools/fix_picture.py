@@ -41,7 +41,11 @@ _LAYOUT: dict[str, Any] = {"width_ratios": (1.0, 1.7), "height_ratios": (3.0, 1.
 
 
 def draw_fixes(
-    run: Path, stack: str, episode: int, picture: Path, presets: tuple[str, ...] = PRESETS
+    run: Path,
+    stack: str,
+    episode: int,
+    picture: Path,
+    presets: tuple[str, ...] = PRESETS,
 ) -> None:
     """Draw the fixes that receivers would have had along a delivery of a run folder into a PNG.
 
@@ -101,7 +105,10 @@ def fixes_along(way: FloatArray, scene: Scene, preset: str, seed: int, episode: 
 
 
 def _draw_places(
-    axes: "Axes", scene: Scene, way: FloatArray, measured: dict[str, FloatArray]
+    axes: "Axes",
+    scene: Scene,
+    way: FloatArray,
+    measured: dict[str, FloatArray],
 ) -> None:
     low, high = way[:, 1:3].min(axis=0) - MARGIN, way[:, 1:3].max(axis=0) + MARGIN
     draw_scene(axes, scene, Rect(*low.tolist(), *high.tolist()))
@@ -137,7 +144,11 @@ def _draw_errors(axes: "Axes", measured: dict[str, FloatArray]) -> None:
 def _draw_sky(axes: "Axes", way: FloatArray, scene: Scene) -> None:
     sky = sky_of(scene)
     axes.fill_between(
-        way[:, 0], [sky.hidden(x, y) for x, y in way[:, 1:3]], color=HIDDEN, alpha=0.4, lw=0
+        way[:, 0],
+        [sky.hidden(x, y) for x, y in way[:, 1:3]],
+        color=HIDDEN,
+        alpha=0.4,
+        lw=0,
     )
     axes.set(xlabel="time [s]", ylabel="hidden sky [-]", ylim=(0.0, 1.0))
 

@@ -4,7 +4,9 @@ import argparse
 
 
 def parsed(
-    usage: str | None, parser: argparse.ArgumentParser | None = None, **defaults: object
+    usage: str | None,
+    parser: argparse.ArgumentParser | None = None,
+    **defaults: object,
 ) -> argparse.Namespace:
     """What a user gave.
 

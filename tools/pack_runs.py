@@ -114,7 +114,9 @@ def _own(run: Path, manifest: dict[str, Any]) -> dict[str, Any]:
 
 
 def _together(
-    runs: Sequence[Path], manifests: Sequence[dict[str, Any]], machine: str
+    runs: Sequence[Path],
+    manifests: Sequence[dict[str, Any]],
+    machine: str,
 ) -> dict[str, Any]:
     """One manifest; what each of the runs says of itself stands there by stack."""
     own: dict[str, Any] = {}

@@ -123,7 +123,9 @@ def _refined(times: FloatArray, positions: FloatArray) -> tuple[FloatArray, Floa
 
 
 def prediction_errors(
-    recording: Recording, observed: int = 8, predicted: int = 12
+    recording: Recording,
+    observed: int = 8,
+    predicted: int = 12,
 ) -> tuple[float, float, int]:
     """Errors of "goes on as in the last step", over all windows of samples.
 

@@ -40,10 +40,16 @@ def main() -> None:
         "--episodes", type=int, help="of each cell; default: all that the suite declares"
     )
     parser.add_argument(
-        "--stack", action="append", default=[], help="of the suite, repeatable; default: all"
+        "--stack",
+        action="append",
+        default=[],
+        help="of the suite, repeatable; default: all",
     )
     parser.add_argument(
-        "--map", action="append", default=[], help="of the suite, repeatable; default: all"
+        "--map",
+        action="append",
+        default=[],
+        help="of the suite, repeatable; default: all",
     )
     parser.add_argument(
         "--world", help="a name of params/worlds or a file; default: the suite's own"

@@ -164,7 +164,10 @@ def tune(arguments: Sequence[str]) -> None:
 
 
 def test_rows(
-    folder: Path, rival: str, rival_folder: Path, workers: int | None
+    folder: Path,
+    rival: str,
+    rival_folder: Path,
+    workers: int | None,
 ) -> dict[str, Sequence[Row]]:
     """Rows of original, tuned file and rival (a stack file, or empty) on the test missions.
 
@@ -276,7 +279,10 @@ def keep(driven: Path, folder: Path, text: str) -> None:
 
 
 def arguments_of(
-    given: Sequence[str], question: Question, original: Path, study: Path
+    given: Sequence[str],
+    question: Question,
+    original: Path,
+    study: Path,
 ) -> list[str]:
     """Of ``navbench tune``: the question's, then those that are given, which win."""
     if (study / "run.json").exists():

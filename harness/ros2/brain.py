@@ -31,7 +31,10 @@ class Ros2Brain(Brain):
     """Publishes what the sensors deliver, and drives by the commands that come."""
 
     def __init__(
-        self, make_robot: Callable[[], RobotNode], params: Ros2Params, what_is: WhatIs
+        self,
+        make_robot: Callable[[], RobotNode],
+        params: Ros2Params,
+        what_is: WhatIs,
     ) -> None:
         """Wait for nobody yet.
 

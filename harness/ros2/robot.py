@@ -30,7 +30,9 @@ from navstack.types import FloatArray, Observation, Pose2D, Twist2D
 
 NODE = "navbench_robot"
 LATCHED = QoSProfile(
-    depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.RELIABLE
+    depth=1,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    reliability=ReliabilityPolicy.RELIABLE,
 )
 # takes commands of reliable and of best-effort publishers
 _COMMANDS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)

@@ -40,7 +40,10 @@ Row = dict[str, Any]
     help="Few readings and the first 15 s of few deliveries: a look, no figures.",
 )
 @click.option(
-    "--history", type=click.Path(path_type=Path), metavar="FILE.md", help="Add a row to this table."
+    "--history",
+    type=click.Path(path_type=Path),
+    metavar="FILE.md",
+    help="Add a row to this table.",
 )
 @click.option(
     "--out",

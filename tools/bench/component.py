@@ -53,7 +53,10 @@ class Component:
 
 
 def require_agreement(
-    name: str, ours: npt.ArrayLike, twin: npt.ArrayLike, tolerance: float = 0.0
+    name: str,
+    ours: npt.ArrayLike,
+    twin: npt.ArrayLike,
+    tolerance: float = 0.0,
 ) -> None:
     """Check that two results are alike.
 

@@ -184,7 +184,11 @@ def update(with_map: bool) -> Prepared:
 
 
 def inflation_of(
-    name: str, window: tuple[slice, slice], radius: float, scaling: float, inscribed: float
+    name: str,
+    window: tuple[slice, slice],
+    radius: float,
+    scaling: float,
+    inscribed: float,
 ) -> Prepared:
     """The inflation of a window of a shipped map of 0.05 m, which is set back before each."""
     costs = np.ascontiguousarray(_lethal(name)[window])

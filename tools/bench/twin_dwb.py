@@ -14,7 +14,11 @@ from tools.bench.twins import INSCRIBED, manhattan
 
 
 def axis_samples(
-    current: float, least: float, most: float, reach: tuple[float, float], count: int
+    current: float,
+    least: float,
+    most: float,
+    reach: tuple[float, float],
+    count: int,
 ) -> list[float]:
     """Velocities of an axis by repeated addition, and 0 where they pass it.
 
@@ -79,7 +83,10 @@ def roll_out(p: DwbParams, state: RobotState, commands: FloatArray) -> tuple[Flo
 
 
 def towards(
-    now: FloatArray, wanted: FloatArray, faster: FloatArray, slower: FloatArray
+    now: FloatArray,
+    wanted: FloatArray,
+    faster: FloatArray,
+    slower: FloatArray,
 ) -> FloatArray:
     """Velocities (K,) after a step; ``slower`` is negative."""
     return np.where(
@@ -100,7 +107,11 @@ def on_plan(plan: FloatArray, costmap: Costmap) -> IntArray:
 
 
 def best_command(
-    p: DwbParams, state: RobotState, near: FloatArray, goal: FloatArray, costmap: Costmap
+    p: DwbParams,
+    state: RobotState,
+    near: FloatArray,
+    goal: FloatArray,
+    costmap: Costmap,
 ) -> FloatArray:
     """The velocity (3,) with the least weighted sum; see :func:`totals`."""
     best: FloatArray = commands_of(p, state)[totals(p, state, near, goal, costmap).argmin()]
@@ -108,7 +119,11 @@ def best_command(
 
 
 def totals(
-    p: DwbParams, state: RobotState, near: FloatArray, goal: FloatArray, costmap: Costmap
+    p: DwbParams,
+    state: RobotState,
+    near: FloatArray,
+    goal: FloatArray,
+    costmap: Costmap,
 ) -> FloatArray:
     """Weighted sums (K,) of BaseObstacle, PathDist, GoalDist, PathAlign and GoalAlign.
 

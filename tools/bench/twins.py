@@ -24,7 +24,11 @@ def unit(angles: npt.NDArray[np.floating]) -> FloatArray:
 
 
 def inflate(
-    costs: ByteArray, resolution: float, inscribed: float, radius: float, scaling: float
+    costs: ByteArray,
+    resolution: float,
+    inscribed: float,
+    radius: float,
+    scaling: float,
 ) -> ByteArray:
     """Costs (H, W) without unknown cells, raised around lethal ones by Jazzy's rule."""
     distance = ndimage.distance_transform_edt(costs != LETHAL)
@@ -77,7 +81,10 @@ def clear_and_mark(
 
 
 def _drawn_in(
-    points: FloatArray, sensor: FloatArray, low: FloatArray, high: FloatArray
+    points: FloatArray,
+    sensor: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
 ) -> FloatArray:
     """Points (n, 2) beyond a box, drawn onto its edge towards the sensor."""
     drawn = points.copy()
@@ -173,7 +180,10 @@ def likelihoods(
 
 
 def move_differential(
-    poses: FloatArray, motion: Sequence[float], alphas: Sequence[float], draws: FloatArray
+    poses: FloatArray,
+    motion: Sequence[float],
+    alphas: Sequence[float],
+    draws: FloatArray,
 ) -> None:
     """Move particles (N, 3) in place by turn, way [m] and turn (Thrun et al. 2005).
 
@@ -196,7 +206,11 @@ def move_differential(
 
 
 def relax(
-    given: FloatArray, w_data: float, w_smooth: float, tolerance: float, max_its: int
+    given: FloatArray,
+    w_data: float,
+    w_smooth: float,
+    tolerance: float,
+    max_its: int,
 ) -> FloatArray:
     """Gauss-Seidel relaxation of positions (N, 2) in free space.
 
@@ -259,7 +273,11 @@ def _inside(points: FloatArray, polygon: FloatArray) -> BoolArray:
 
 
 def cast(
-    occupied: BoolArray, x: float, y: float, directions: FloatArray, reach: float
+    occupied: BoolArray,
+    x: float,
+    y: float,
+    directions: FloatArray,
+    reach: float,
 ) -> FloatArray:
     """How far (n,) rays from (x, y) along unit vectors (n, 2) go until an occupied cell.
 

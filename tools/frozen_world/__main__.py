@@ -55,7 +55,11 @@ def main() -> None:
     parser.add_argument("--workers", type=int)
     parser.add_argument("--stack", action="append", default=[], help="repeatable; default: all")
     parser.add_argument(
-        "--place", action="append", default=[], choices=PLACES, help="repeatable; default: all"
+        "--place",
+        action="append",
+        default=[],
+        choices=PLACES,
+        help="repeatable; default: all",
     )
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--episodes", type=int, default=EPISODES)

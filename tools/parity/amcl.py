@@ -95,7 +95,13 @@ def scan_of(case: Case) -> LaserScan:
     increment = float(bearings[-1] - bearings[0]) / (len(bearings) - 1)
     sensor = Pose2D(*case.file.meta.get("laser_pose_in_base", (0.0, 0.0, 0.0)))
     return LaserScan(
-        0.0, case["ranges"], float(bearings[0]), increment, 0.0, case.facts["range_max"], sensor
+        0.0,
+        case["ranges"],
+        float(bearings[0]),
+        increment,
+        0.0,
+        case.facts["range_max"],
+        sensor,
     )
 
 

@@ -168,7 +168,9 @@ def check_resampling(case: Case, comparison: Comparison) -> None:
 
 
 def _check_sweep(
-    sweep: Mapping[str, Any], facts: Mapping[str, Any], comparison: Comparison
+    sweep: Mapping[str, Any],
+    facts: Mapping[str, Any],
+    comparison: Comparison,
 ) -> None:
     what, limit = f"spread {sweep['spread']}", _limit(sweep["leaf_out"], facts)
     comparison.equal(f"{what}: limit", limit, sweep["limit_of_leaf_out"])

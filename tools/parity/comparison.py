@@ -35,7 +35,12 @@ class Comparison:
             self._count(what, differs, a, b)
 
     def near(
-        self, what: str, ours: Any, theirs: Any, tolerance: float, relative: bool = False
+        self,
+        what: str,
+        ours: Any,
+        theirs: Any,
+        tolerance: float,
+        relative: bool = False,
     ) -> None:
         """Both must agree within an absolute tolerance, or one ``relative`` to the recording."""
         a, b = np.asarray(ours, dtype=np.float64), np.asarray(theirs, dtype=np.float64)
@@ -74,7 +79,11 @@ class Comparison:
         return a.shape == b.shape
 
     def _count(
-        self, what: str, differs: BoolArray, a: npt.NDArray[Any], b: npt.NDArray[Any]
+        self,
+        what: str,
+        differs: BoolArray,
+        a: npt.NDArray[Any],
+        b: npt.NDArray[Any],
     ) -> None:
         first = tuple(int(i) for i in np.argwhere(differs)[0])
         at = ""

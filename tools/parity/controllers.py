@@ -90,7 +90,10 @@ class _Primary(Controller):
         """Nothing to forget."""
 
     def compute_velocity(
-        self, state: RobotState, plan: Path, surroundings: Surroundings
+        self,
+        state: RobotState,
+        plan: Path,
+        surroundings: Surroundings,
     ) -> Twist2D:
         """The mark that the shim has handed over."""
         return PASSED_THROUGH
@@ -115,7 +118,10 @@ def check_shim_of_main(case: Case, comparison: Comparison) -> None:
 
 
 def _rollout(
-    case: Case, poses: np.ndarray, twists: np.ndarray, is_replanned: np.ndarray
+    case: Case,
+    poses: np.ndarray,
+    twists: np.ndarray,
+    is_replanned: np.ndarray,
 ) -> np.ndarray:
     """The shim's command (N, 3) for each pose and twist (N, 3), maybe with a new plan (N,)."""
     shim, surroundings, plan = _shim(case.facts["params"]), _surroundings(case), Path(case["path"])

@@ -114,7 +114,10 @@ def check_grid(case: Case, comparison: Comparison) -> None:
 
 
 def _check_smaller_radius(
-    case: Case, comparison: Comparison, params: InflationLayerParams, whole_grid: ByteArray
+    case: Case,
+    comparison: Comparison,
+    params: InflationLayerParams,
+    whole_grid: ByteArray,
 ) -> None:
     """Half the radius and a fifth of a cell: a part of a cell counts as one.
 
@@ -167,7 +170,11 @@ def check_main_grid(case: Case, comparison: Comparison) -> None:
 
 
 def compare_but_at_radius(
-    comparison: Comparison, what: str, ours: ByteArray, target: ByteArray, at_the_radius: BoolArray
+    comparison: Comparison,
+    what: str,
+    ours: ByteArray,
+    target: ByteArray,
+    at_the_radius: BoolArray,
 ) -> None:
     """Costs by Nav2 main's rule must be equal, but for cells at the radius.
 
@@ -186,7 +193,10 @@ def at_radius(grid: ByteArray, radius: int, params: InflationLayerParams) -> Boo
 
 
 def _on_an_integer(
-    distances: FloatArray, params: InflationLayerParams, case: Case, inscribed: float
+    distances: FloatArray,
+    params: InflationLayerParams,
+    case: Case,
+    inscribed: float,
 ) -> BoolArray:
     """Where the cost at a distance [cells] is an integer, but for rounding."""
     beyond = distances * case.facts["resolution"] - inscribed
@@ -196,7 +206,10 @@ def _on_an_integer(
 
 
 def _costs_of_sources(
-    grid: ByteArray, cells: BoolArray, params: InflationLayerParams, case: Case
+    grid: ByteArray,
+    cells: BoolArray,
+    params: InflationLayerParams,
+    case: Case,
 ) -> list[set[int]]:
     """What each of the cells would cost if this or that source were its nearest one."""
     resolution, inscribed = case.facts["resolution"], case.facts["inscribed_circumscribed"][0]
@@ -234,7 +247,10 @@ def _params(case: Case, steps: int) -> InflationLayerParams:
 
 
 def _inflated(
-    grid: ByteArray, params: InflationLayerParams, case: Case, inscribed: float
+    grid: ByteArray,
+    params: InflationLayerParams,
+    case: Case,
+    inscribed: float,
 ) -> ByteArray:
     """The grid inflated within the ``window`` x0, y0, xn, yn (ends exclusive) of the case.
 

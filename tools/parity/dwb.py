@@ -141,7 +141,11 @@ def _state(step: Mapping[str, Any]) -> RobotState:
 
 
 def _scene(
-    step: Mapping[str, Any], plan: FloatArray, goal: Pose2D, costmap: Costmap, file: GoldenFile
+    step: Mapping[str, Any],
+    plan: FloatArray,
+    goal: Pose2D,
+    costmap: Costmap,
+    file: GoldenFile,
 ) -> DwbScene:
     """What the critics saw in a recorded cycle."""
     state = _state(step)
@@ -149,7 +153,11 @@ def _scene(
 
 
 def _check_decision(
-    case: Case, prefix: str, comparison: Comparison, decision: Decision, undefined: bool
+    case: Case,
+    prefix: str,
+    comparison: Comparison,
+    decision: Decision,
+    undefined: bool,
 ) -> None:
     """Samples, trajectories and scores of a cycle whose arrays are ``<case>_<prefix><suffix>``.
 
@@ -180,7 +188,10 @@ def _check_decision(
 
 
 def _check_trajectories(
-    case: Case, prefix: str, comparison: Comparison, rollouts: Rollouts
+    case: Case,
+    prefix: str,
+    comparison: Comparison,
+    rollouts: Rollouts,
 ) -> None:
     at = prefix and f"{prefix.rstrip('_')}: "
     if not np.array_equal(rollouts.lengths, case[f"{prefix}npose"]):
@@ -210,7 +221,11 @@ def _check_trajectories(
 
 
 def _check_grids(
-    case: Case, prefix: str, comparison: Comparison, critics: Mapping[str, Critic], scene: DwbScene
+    case: Case,
+    prefix: str,
+    comparison: Comparison,
+    critics: Mapping[str, Critic],
+    scene: DwbScene,
 ) -> None:
     """What a critic shows of itself, cell by cell.
 
@@ -231,7 +246,10 @@ def _check_grids(
 
 
 def _check_choice(
-    comparison: Comparison, step: Mapping[str, Any], decision: Decision, at: str = ""
+    comparison: Comparison,
+    step: Mapping[str, Any],
+    decision: Decision,
+    at: str = "",
 ) -> None:
     """The chosen command, exactly, also with Nav2's short circuit, and what was rejected."""
     chosen = NO_COMMAND

@@ -70,7 +70,9 @@ def check_navfn(case: Case, comparison: Comparison) -> None:
     start, goal = Pose2D(*facts["start_xyyaw"]), Pose2D(*facts["goal_xyyaw"])
     recorded = {ours: facts[theirs] for theirs, ours in PARAMETERS.items() if theirs in facts}
     params = NavfnParams(
-        use_astar=algorithm == "astar", max_cycles_factor=MAX_CYCLES_FACTOR, **recorded
+        use_astar=algorithm == "astar",
+        max_cycles_factor=MAX_CYCLES_FACTOR,
+        **recorded,
     )
     planner = NavfnPlanner(params)
     result = _plan(planner, start, goal, costmap)
@@ -95,7 +97,10 @@ def check_navfn(case: Case, comparison: Comparison) -> None:
 
 
 def _plan(
-    planner: NavfnPlanner, start: Pose2D, goal: Pose2D, costmap: Costmap
+    planner: NavfnPlanner,
+    start: Pose2D,
+    goal: Pose2D,
+    costmap: Costmap,
 ) -> Path | PlanningError:
     try:
         return planner.plan(start, goal, costmap)
