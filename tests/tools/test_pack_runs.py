@@ -1,12 +1,17 @@
-"""Packed tables: each column in its smallest encoding, every value as it was."""
+"""Stored studies: each column in its smallest encoding, every value as it was, and all few files."""
 
+import subprocess
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+import pytest
 
 from tools.pack_runs import write_small
+
+ROOT = Path(__file__).parents[2]
+MOST_FILES, MOST_BYTES = 100, 12_000_000
 
 
 def test_a_packed_table_is_smaller_and_holds_the_same_bits(tmp_path: Path) -> None:
@@ -34,3 +39,13 @@ def test_a_packed_table_is_smaller_and_holds_the_same_bits(tmp_path: Path) -> No
     columns = pq.ParquetFile(tmp_path / "packed").metadata.row_group(0)
     split = {i for i in range(4) if "BYTE_STREAM_SPLIT" in columns.column(i).encodings}
     assert split == {2}, "only measured values"
+
+
+def test_the_stored_studies_fit() -> None:
+    if not (ROOT / ".git").exists():
+        pytest.skip("no checkout: nothing says which results are stored")
+    command = ["git", "ls-files", "-z", "results"]
+    listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    files = [ROOT / name for name in listed.stdout.split("\0") if name]
+    assert 0 < len(files) <= MOST_FILES
+    assert sum(file.stat().st_size for file in files if file.exists()) <= MOST_BYTES
