@@ -151,12 +151,7 @@ def localize(request: Request, show: Show) -> Localized:
                 f"{choice.topics[ODOMETRY]}"
             )
         receiver = Receiver(
-            mountings,
-            request.base_frame,
-            odometry_frame(bag, choice),
-            *frame,
-            _warn,
-            choice.edge,
+            mountings, request.base_frame, odometry_frame(bag, choice), *frame, _warn, choice.edge
         )
         localizer = _localizer(request, _with_defaults(nav2))
         _doubt_start(request, start, FIX in choice.topics and request.datum is None)
@@ -234,11 +229,7 @@ def _doubt_start(request: Request, start: Belief | None, is_anchor: bool) -> Non
 
 
 def _run(
-    replay: Replay,
-    request: Request,
-    localizer: Localizer,
-    start: Belief,
-    show: Show,
+    replay: Replay, request: Request, localizer: Localizer, start: Belief, show: Show
 ) -> tuple[str, bool]:
     """Replay to the end, the first damage or an interrupt.
 
@@ -292,9 +283,7 @@ def _finish(
 
 
 def _compare(
-    trajectory: Trajectory,
-    reference: Trajectory | None,
-    request: Request,
+    trajectory: Trajectory, reference: Trajectory | None, request: Request
 ) -> Comparison | None:
     """APE and RPE against a reference; None: there is no reference."""
     if reference is None:

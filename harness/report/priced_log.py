@@ -19,11 +19,7 @@ _MOST_EVENTS = 6
 
 
 def priced_log_blocks(
-    log: DriveLog,
-    cost: DriveCost,
-    twin: Twin | None,
-    prices: str,
-    is_full: bool,
+    log: DriveLog, cost: DriveCost, twin: Twin | None, prices: str, is_full: bool
 ) -> list[Block]:
     """The screen of ``navbench cost-log``.
 
@@ -65,10 +61,7 @@ def priced_log_blocks(
 
 
 def difference_blocks(
-    log: DriveLog,
-    cost: DriveCost,
-    other_log: DriveLog,
-    other: DriveCost,
+    log: DriveLog, cost: DriveCost, other_log: DriveLog, other: DriveCost
 ) -> list[Block]:
     """The screen of ``navbench cost-log --against``: a drive, another, and their difference."""
     found = differences(cost, other)

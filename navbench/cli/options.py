@@ -127,8 +127,8 @@ TERMS = click.option(
     multiple=True,
     metavar="TERM[,TERM]",
     callback=lambda _, __, texts: names_of(texts),
-    help="Costs that the paper leaves out: mapping_survey, operator, operator_shift, "
-    "remote_assistance, on_site_assistance, battery_wear, distance_fee.",
+    help="Costs that the paper leaves out: mapping_survey, operator, operator_shift, remote_assistance, "
+    "on_site_assistance, battery_wear, distance_fee.",
 )
 LOCALIZER = click.option(
     "--localizer",
@@ -227,8 +227,8 @@ _CONDITIONS = (
         "--missions",
         default="published",
         show_default=True,
-        help="How they are drawn: published (nearer goals more often) or uniform; on a district "
-        "osm, from shops to homes.",
+        help="How they are drawn: published (nearer goals more often) or uniform; on a district osm, "
+        "from shops to homes.",
     ),
     click.option(
         "--robot",

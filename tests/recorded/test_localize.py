@@ -96,16 +96,8 @@ def test_amcl_finds_a_drive_through_the_sidewalk(tmp_path, capsys, form):
     bag = write(tmp_path / "drive", sidewalk_drive().entries, form)
     out = tmp_path / "out.tum"
     status = localize(
-        "--bag",
-        bag,
-        *ON_SIDEWALK,
-        *AT_THE_START,
-        "--out",
-        out,
-        "--reference",
-        "/truth",
-        "--json",
-    )
+        "--bag", bag, *ON_SIDEWALK, *AT_THE_START, "--out", out, "--reference", "/truth", "--json"
+    )  # fmt: skip
     captured = capsys.readouterr()
     assert status == 0 and captured.err == ""
     document = json.loads(captured.out)
@@ -166,14 +158,7 @@ def test_a_seed_gives_the_same_bytes(tmp_path):
     texts = []
     for seed in (3, 3, 4):
         localize(
-            "--bag",
-            bag,
-            *ON_SIDEWALK,
-            *AT_THE_START,
-            "--out",
-            tmp_path / "out.tum",
-            "--seed",
-            seed,
+            "--bag", bag, *ON_SIDEWALK, *AT_THE_START, "--out", tmp_path / "out.tum", "--seed", seed
         )
         texts.append((tmp_path / "out.tum").read_bytes())
     assert texts[0] == texts[1] != texts[2]
@@ -272,19 +257,13 @@ def test_unset_stamps_of_a_busy_topic_spoil_no_other(tmp_path, capsys, stuck):
     entries = sorted(
         entries, key=lambda entry: (entry.arrival or entry.stamp, entry.topic != "/imu/data")
     )
-    more = [
-        Entry(e.topic, e.type, stuck, e.fields, e.frame, e.arrival + 0.005 * k)
-        for e in entries
-        if e.topic == "/imu/data"
-        for k in (1, 2, 3)
-    ]
+    more = [Entry(e.topic, e.type, stuck, e.fields, e.frame, e.arrival + 0.005 * k)
+            for e in entries if e.topic == "/imu/data" for k in (1, 2, 3)]  # fmt: skip
     bag = write(tmp_path / "straight", entries + more, "ros1")
     replay(bag, "odom_imu")
     said = [line for line in capsys.readouterr().err.splitlines() if "another time" in line]
-    assert said == [
-        "warning: 1200 messages of /imu/data have stamps that are unset or of another time; "
-        "taken as measured when they arrived"
-    ]
+    assert said == ["warning: 1200 messages of /imu/data have stamps that are unset or of another time; "
+                    "taken as measured when they arrived"]  # fmt: skip
     written = read_tum(tmp_path / "out.tum")
     assert written.stamps[0] == pytest.approx(START) and written.stamps[-1] == pytest.approx(
         START + 5.995, abs=0.01
@@ -317,8 +296,8 @@ def test_global_localization_with_fixes_needs_a_datum(tmp_path, capsys):
     )
     line = complaint(capsys, *base, "--global")
     assert (
-        "--global without --datum: localizer amcl-gps would place the first fix at a start "
-        "that nobody knows" in line
+        "--global without --datum: localizer amcl-gps would place the first fix at a start that nobody knows"
+        in line
     )
     assert "give --datum LAT,LON[,HEADING], or --initial-pose in place of --global" in line
     assert localize(*base, "--global", "--datum", "37.4,-122.1") == 0
@@ -408,15 +387,7 @@ def test_a_damaged_bag_keeps_what_was_computed(tmp_path, capsys):
     bag.write_bytes(content[: len(content) // 2])
     out = tmp_path / "out.tum"
     line = complaint(
-        capsys,
-        "--bag",
-        bag,
-        "--params",
-        "stock",
-        "--localizer",
-        "gps-ekf",
-        "--out",
-        out,
+        capsys, "--bag", bag, "--params", "stock", "--localizer", "gps-ekf", "--out", out
     )
     kept = len(read_tum(out))
     assert (
@@ -432,15 +403,7 @@ def test_a_message_of_garbage_ends_the_replay_there(tmp_path, capsys):
         database.execute("UPDATE messages SET data = x'0001' WHERE id IN (150, 151)")
     out = tmp_path / "out.tum"
     line = complaint(
-        capsys,
-        "--bag",
-        folder,
-        "--params",
-        "stock",
-        "--localizer",
-        "odom_imu",
-        "--out",
-        out,
+        capsys, "--bag", folder, "--params", "stock", "--localizer", "odom_imu", "--out", out
     )
     assert "a message of /" in line and " is no " in line and "poses until then are kept" in line
     assert 60 < len(read_tum(out)) < 80
