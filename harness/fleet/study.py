@@ -22,6 +22,7 @@ CURVE_DAYS = 20
 SIZES = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0)  # times the fleet's own, on curves
 MOST_LEGS = 1000  # of a way
 TAILS = (0.025, 0.975)  # of single days
+Tell = Callable[[], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,15 +152,18 @@ def require_moving(library: Library, settings: FleetSettings, when: str = "") ->
 class Fleet:
     """A fleet and its prices: simulates days."""
 
-    def __init__(self, settings: FleetSettings, at: FleetPrices, seed: int) -> None:
+    def __init__(
+        self, settings: FleetSettings, at: FleetPrices, seed: int, tell: Tell = lambda: None
+    ) -> None:
         """Nothing is simulated yet.
 
         Args:
             settings: of the fleet.
             at: prices.
             seed: of all chance; the same for every library and size.
+            tell: is called after each simulated day.
         """
-        self._settings, self._at, self._seed = settings, at, seed
+        self._settings, self._at, self._seed, self._tell = settings, at, seed, tell
 
     def day(self, library: Library, number: int) -> tuple[Day, list[FleetRobot]]:
         """One day by its number; and the robots at its end."""
@@ -171,6 +175,7 @@ class Fleet:
         fleet_day.run()
         robots = fleet_day.robots
         day = settle(fleet_day.log, robots, orders, library, self._settings, self._at)
+        self._tell()
         return day, robots
 
     def days(self, library: Library, numbers: Sequence[int]) -> tuple[Day, ...]:
@@ -221,7 +226,8 @@ class Fleet:
         return tuple(self._point(library, *size, days) for size in sizes)
 
     def _point(self, library: Library, robots: int, operators: int, days: int) -> CurvePoint:
-        fleet = Fleet(of_size(self._settings, robots, operators), self._at, self._seed)
+        settings = of_size(self._settings, robots, operators)
+        fleet = Fleet(settings, self._at, self._seed, self._tell)
         found = fleet.days(library, range(days))
         own = {key: _values(metric, found) for key, metric in DAY_METRICS.items()}
         profits = own[PROFIT]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from harness.fleet.orders import draw_orders, order_times
+from harness.fleet.result import simulate, simulated_days
 from harness.fleet.settings import HourlyCurve, checked, load_settings
 from harness.fleet.study import PROFIT, Fleet, differences, paying_size
 from navstack.errors import ParameterError, UnknownNameError
@@ -143,3 +144,10 @@ def test_a_curve_needs_every_hour():
     settings = dataclasses.replace(load_settings(), demand_by_hour=curve)
     with pytest.raises(ParameterError, match="has 2 hours; give 24"):
         checked(settings, "test")
+
+
+def test_each_simulated_day_is_told_for_progress():
+    heard, settings = [], make_settings(robots=2, orders_per_day=5)
+    library = make_library(mixed(), mixed(seed=1, people=40.0))
+    found = simulate([library], ["x"], settings, make_prices(), 0, 4, 3, lambda: heard.append(1))
+    assert len(heard) == simulated_days(settings, 4, 3) and len(found.libraries) == 1
