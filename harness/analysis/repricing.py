@@ -28,8 +28,8 @@ from harness.economics.valuation import (
     CENT,
     Valuation,
     all_optional_costs,
+    beside_the_paper,
     deliveries,
-    further_ways,
     has_too_few,
     margins,
     missions,
@@ -286,7 +286,7 @@ def evaluator(run: StoredRun, stack: StoredStack, choices: Choices) -> Evaluate:
     Quick enough to be asked thousands of times.
     """
     base = summarize(stack.rows, choices.prices.rolling_resistance_force)
-    base["further_km"] = float(further_ways(stack.rows).mean())
+    base |= beside_the_paper(stack.rows)
     contacts = contacts_of(stack.rows, run.events, COUNTED)
     impulses = contacts.impulses[contacts.with_people]
     own, terms = set(price_keys(choices.prices)), choices.optional.names

@@ -27,6 +27,7 @@ from harness.storage.texts import clean_text
 from harness.task.brain import Brain, Parked
 from harness.task.mission import Mission
 from harness.task.study import EpisodeTask, brain_rngs
+from harness.world.legacy import Legacy
 from harness.world.outcome import ARRIVALS, Outcome, Verdict
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.truth import CountedContact, Partner, Truth
@@ -58,8 +59,9 @@ class Carried:
 
     pose: Pose2D  # true
     belief: Belief
-    seconds: float  # [s] since the mission began
+    seconds: float  # [s] since its way there or back began
     impulse: float  # [N s] of counted contacts
+    legacy: Legacy | None = None  # of the leg before; None: it is the first
 
 
 class RunningDelivery:
@@ -97,7 +99,8 @@ class RunningDelivery:
         self.brain = make_brain(self.parts, self.world)
         self._ready, self._ready_cpu = time.perf_counter(), time.process_time()
         self._setup = self._ready - began  # [s]
-        self.observation = self.world.reset(self.mission, generators)
+        legacy = carried and carried.legacy
+        self.observation = self.world.reset(self.mission, generators, legacy)
         self._failure: str | None = None  # of the stack
         try:
             self.brain.reset(self.mission.goal, believed, brain_rngs(generators))
@@ -268,6 +271,7 @@ def _row(
         "shortest_path_m": mission.shortest_path,
         "outcome": verdict.outcome.value,
         "reason": verdict.reason,
+        "way_back": None,
         "navigator_status": brain.status.value,
         "gave_up": brain.trouble.gave_up,
         "navigator_history": brain.trouble.history,

@@ -21,6 +21,7 @@ DAYS, RESAMPLES, DAYS_EACH = 100, 40, 5
 CURVE_DAYS = 20
 SIZES = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0)  # times the fleet's own, on curves
 MOST_LEGS = 1000  # of a way
+MOST_LEGS_A_DAY = 2_000_000  # some 300 MB
 TAILS = (0.025, 0.975)  # of single days
 Tell = Callable[[], None]
 
@@ -138,7 +139,8 @@ def require_moving(library: Library, settings: FleetSettings, when: str = "") ->
     """Check that ways can be made of a library's legs.
 
     Raises:
-        InputError: a way would take more than :data:`MOST_LEGS` of them.
+        InputError: a way would take more than :data:`MOST_LEGS` of them, or those of a day more
+            than :data:`MOST_LEGS_A_DAY`.
     """
     progress = min(group.mean_progress for group in library.groups)
     if not progress > settings.way.value / MOST_LEGS:
@@ -146,6 +148,14 @@ def require_moving(library: Library, settings: FleetSettings, when: str = "") ->
             f"the robots of {library.name} hardly move{when}: {1000.0 * progress:.1f} m closer to "
             f"the goal with a leg; a way of {settings.way.value:g} km may take {MOST_LEGS} legs: "
             "give a run of more deliveries that arrive"
+        )
+    orders = settings.orders_per_day.value
+    legs = 2.0 * orders * settings.way.value / progress  # there and back
+    if legs > MOST_LEGS_A_DAY:
+        raise InputError(
+            f"{orders:g} orders of {settings.way.value:g} km there and back take {legs:.0f} legs of "
+            f"{library.name}; at most {MOST_LEGS_A_DAY} a day can be simulated: give fewer "
+            "orders_per_day, or longer legs"
         )
 
 

@@ -21,10 +21,10 @@ def in_formulas(rows: Iterable[Row], prices: Prices) -> Iterator[tuple[Row, str]
     force = prices.rolling_resistance_force
     for row in rows:
         distance, has_arrived = row["distance_m"], Outcome(row["outcome"]) in ARRIVALS
-        told = {
-            "published_energy_kwh": force * distance / JOULES_PER_KWH,
-            "spl": success_weighted_path_length(has_arrived, row["shortest_path_m"], distance),
-        }
+        told = {"published_energy_kwh": force * distance / JOULES_PER_KWH}
+        if row["way_back"] is None:  # else the distance has a part that SPL has not
+            shortest = row["shortest_path_m"]
+            told["spl"] = success_weighted_path_length(has_arrived, shortest, distance)
         for name, known in told.items():
             if row[name] is not None and not is_near(row[name], known):
                 yield row, f"{name} {row[name]:.4g}, which is {known:.4g}"

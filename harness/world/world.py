@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from harness.task.mission import Mission
+from harness.world.legacy import Legacy
 from harness.world.truth import Truth
 from navstack.types import Observation, Twist2D
 
@@ -14,13 +15,19 @@ class World(ABC):
     """A simulated world that holds one robot."""
 
     @abstractmethod
-    def reset(self, mission: Mission, generators: Mapping[str, np.random.Generator]) -> Observation:
+    def reset(
+        self,
+        mission: Mission,
+        generators: Mapping[str, np.random.Generator],
+        legacy: Legacy | None = None,
+    ) -> Observation:
         """Put the robot at the start of a mission at time 0 and return the first observation.
 
         Args:
             mission: where it starts.
             generators: one each under ``pedestrians``, ``lidar``, ``odometry``, ``imu``, ``gps``
                 and ``cargo``.
+            legacy: of the robot's episode before; None: there was none.
         """
 
     @abstractmethod

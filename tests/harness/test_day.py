@@ -129,3 +129,16 @@ def test_what_cannot_be_simulated_is_told_in_one_line(navbench, write_run, words
 
 def test_legs_must_be_given(navbench):
     assert navbench("day")[0] == 2
+
+
+@pytest.mark.parametrize("of_stacks", [None, [], {"one": 5}])
+def test_a_manifest_with_a_stack_twice_or_other_notes_of_stacks_is_damaged(write_run, of_stacks):
+    run = write_run("twice", stacks=("one", "two"))
+    about = json.loads((run / "run.json").read_text())
+    if of_stacks is None:
+        about["stacks"].append(about["stacks"][0])
+    else:
+        about["of_stacks"] = of_stacks
+    (run / "run.json").write_text(json.dumps(about))
+    with pytest.raises(InputError, match=r"run\.json: is damaged"):
+        load_run(str(run))
