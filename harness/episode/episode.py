@@ -27,11 +27,10 @@ from harness.storage.texts import clean_text
 from harness.task.brain import Brain, Parked
 from harness.task.mission import Mission
 from harness.task.study import EpisodeTask, brain_rngs
-from harness.world.legacy import Legacy
 from harness.world.outcome import ARRIVALS, Outcome, Verdict
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.truth import CountedContact, Partner, Truth
-from harness.world.world import World
+from harness.world.world import Legacy, World
 from navstack.stopwatch import Latencies
 from navstack.types import Belief, Observation, Pose2D, Twist2D
 

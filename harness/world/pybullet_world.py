@@ -8,7 +8,6 @@ import numpy as np
 from harness.task.mission import Mission
 from harness.world.cargo.bucket_motion import BucketMotion
 from harness.world.cargo.loose_cargo import make_cargo
-from harness.world.legacy import Legacy
 from harness.world.map.scene import Scene
 from harness.world.people.crowd import Crowd
 from harness.world.people.pedestrians import PedestrianModel
@@ -27,7 +26,7 @@ from harness.world.physics.robot import SKID, RobotParams
 from harness.world.physics.skid_kernels import skid_constants, skid_forces
 from harness.world.sensors.suite import SensorSuite
 from harness.world.truth import Truth
-from harness.world.world import World
+from harness.world.world import Legacy, World
 from harness.world.world_params import WorldParams
 from navstack.types import Observation, Pose2D, Twist2D
 

@@ -2,13 +2,23 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from harness.task.mission import Mission
-from harness.world.legacy import Legacy
+from harness.world.sensors.sensor import Errors
 from harness.world.truth import Truth
 from navstack.types import Observation, Twist2D
+
+
+@dataclass(frozen=True, slots=True)
+class Legacy:
+    """What an episode leaves to the next one of the same robot."""
+
+    errors: Mapping[str, Errors]  # of each sensor, by its name
+    pieces: int | None  # of the cargo in the bucket on the robot; None: it is filled anew
+    age: float = 0.0  # [s] between the end of the one and the begin of the other
 
 
 class World(ABC):

@@ -28,11 +28,11 @@ from harness.street.routes import draw_mission, find_route
 from harness.street.saving import save_maps
 from harness.study.stored_run import load_run
 from harness.task.study import make_study
-from harness.world.legacy import Legacy
 from harness.world.map.shapes import Rect
 from harness.world.map.tiles import load_part
 from harness.world.outcome import Rules
 from harness.world.pybullet_world import PyBulletWorld
+from harness.world.world import Legacy
 from navbench.cli.app import main
 from navstack.errors import InputError, MapError
 from navstack.navigator import Navigator
