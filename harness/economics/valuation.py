@@ -208,7 +208,8 @@ def beside_the_paper(rows: Sequence[Row]) -> dict[str, float]:
 
 def back_assistance(rows: Sequence[Row]) -> FloatArray:
     """A 1 for each delivery whose way back ended in physical assistance, shape (n,)."""
-    return (np.array(values(rows, "way_back")) == PHYSICAL_ASSISTANCE).astype(np.float64)
+    ends = [end == PHYSICAL_ASSISTANCE for end in values(rows, "way_back")]
+    return np.array(ends, dtype=np.float64)
 
 
 def further_ways(rows: Sequence[Row]) -> FloatArray:

@@ -89,8 +89,9 @@ class RunningDelivery:
         self.task, self.parts = task, Parts(task)
         generators = task.generators()
         self.mission = self.parts.mission(generators["mission"])
-        believed = Belief(self.mission.start)
+        believed, legacy = Belief(self.mission.start), None
         if carried is not None:
+            legacy = carried.legacy
             self.mission = dataclasses.replace(self.mission, start=carried.pose)
             believed = Belief(carried.belief.pose, carried.belief.covariance)
             self.parts.rules = self.parts.rules.after(carried.seconds, carried.impulse)
@@ -98,7 +99,6 @@ class RunningDelivery:
         self.brain = make_brain(self.parts, self.world)
         self._ready, self._ready_cpu = time.perf_counter(), time.process_time()
         self._setup = self._ready - began  # [s]
-        legacy = carried and carried.legacy
         self.observation = self.world.reset(self.mission, generators, legacy)
         self._failure: str | None = None  # of the stack
         try:

@@ -35,10 +35,7 @@ def legs_of(task: EpisodeTask) -> "tuple[Leg, ...]":
     from harness.episode.factory import rules_of
 
     drawn = _street_missions(task.map_name, task.seed, task.missions == BY_PLACES)
-    legs = drawn.legs(task.episode)
-    if rules_of(task.rules).way_back:
-        return legs
-    return way_there(legs)
+    return drawn.legs(task.episode, rules_of(task.rules).way_back)
 
 
 def place_of(task: EpisodeTask) -> "str | Leg":

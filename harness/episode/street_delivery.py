@@ -171,10 +171,10 @@ def _joined(done: Sequence[DrivenLeg], there: Sequence[DrivenLeg], mission: Miss
 
 def _pieces_lost(legs: Sequence[DrivenLeg]) -> int | None:
     """On all of them; None: cargo is not modelled."""
-    known = [leg.row["pieces_lost"] for leg in legs if leg.row["pieces_lost"] is not None]
-    if not known:
+    known: list[int | None] = [leg.row["pieces_lost"] for leg in legs]
+    if None in known:
         return None
-    return sum(known)
+    return sum(filter(None, known))
 
 
 def _of_legs(key: str, known: Sequence[tuple[float, float]]) -> float:

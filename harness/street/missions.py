@@ -73,10 +73,10 @@ class StreetMissions:
         diagonal = float(np.hypot(*np.ptp(self._graph.points, axis=0)))
         self._distances = min(DISTANCES[0], LEAST_SHARE * diagonal), DISTANCES[1]
 
-    def legs(self, number: int) -> tuple[Leg, ...]:
-        """The legs of a mission by its number, in order.
+    def legs(self, number: int, is_round_trip: bool = False) -> tuple[Leg, ...]:
+        """The legs of a mission by its number, in order; together they are its route.
 
-        Together they are its route there, then the same way back.
+        Of a round trip also those of the same way back.
 
         Raises:
             MapError: no mission has a route.
@@ -98,7 +98,8 @@ class StreetMissions:
             if legs:
                 self._missions.append(legs)
                 fruitless = 0
-        return self._missions[number]
+        legs = self._missions[number]
+        return tuple(leg for leg in legs if is_round_trip or not leg.is_back)
 
     def _legs_of(self, route: StreetRoute, is_back: bool = False) -> tuple[Leg, ...]:
         where = str(self._folder), self._name, route.length

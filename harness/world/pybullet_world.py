@@ -110,7 +110,9 @@ class PyBulletWorld(World):
         )
         self._book = ContactBook(params.contacts, self._dt, robot.mass)
         if self._cargo:
-            pieces = legacy and legacy.pieces
+            pieces = None
+            if legacy is not None:
+                pieces = legacy.pieces
             self._cargo.reset(generators["cargo"], mission.start.yaw, pieces)
         put_robot(client, self._body, robot, mission.start, self._ground.level)
         self._steps = 0
@@ -179,7 +181,9 @@ class PyBulletWorld(World):
     @property
     def legacy(self) -> Legacy:
         """What the robot's next episode takes over."""
-        pieces = self._cargo and self._cargo.pieces_on_robot
+        pieces = None
+        if self._cargo is not None:
+            pieces = self._cargo.pieces_on_robot
         return Legacy(self._sensors.lasting(self.stamp), pieces)
 
     def close_episode(self) -> Truth:

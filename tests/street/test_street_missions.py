@@ -244,7 +244,7 @@ def test_the_way_back_adds_to_a_row_and_leaves_its_outcome(
         pedestrians=0, rules="there_and_back", world="easy",
     )  # fmt: skip
     missions = StreetMissions(streets, 2)
-    number = min(range(9), key=lambda mission: len(missions.legs(mission)))
+    number = min(range(9), key=lambda mission: len(missions.legs(mission, True)))
     legs = legs_of(study.task(0, number))
     turn = len(way_there(legs))
     assert legs[turn].is_back and legs[turn].start.x == legs[turn - 1].goal.x
