@@ -27,8 +27,8 @@ from harness.economics.prices import Prices, checked, load_prices
 from harness.economics.valuation import (
     CENT,
     Valuation,
+    beside_the_paper,
     deliveries,
-    further_ways,
     has_too_few,
     margins,
     missions,
@@ -296,7 +296,7 @@ def evaluator(run: StoredRun, stack: StoredStack, choices: Choices) -> Evaluate:
     Quick enough to be asked thousands of times.
     """
     base = summarize(stack.rows, choices.prices.rolling_resistance_force)
-    base["further_km"] = float(further_ways(stack.rows).mean())
+    base |= beside_the_paper(stack.rows)
     contacts = contacts_of(stack.rows, run.events, COUNTED)
     impulses = contacts.impulses[contacts.with_people]
     own, terms = set(price_keys(choices.prices)), choices.optional.names

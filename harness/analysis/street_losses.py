@@ -48,7 +48,7 @@ def lose(
     """Put the losses of a stack's missions where they arose.
 
     Contacts count where they happened, by their shares in the delivery's contact costs. The fee
-    that was missed, refunds and repair count where the mission ended.
+    that was missed and refunds count where the way there ended, repair where the robot did.
 
     Args:
         rows: of missions whose cargo was simulated.
@@ -64,14 +64,19 @@ def lose(
     of_contacts = of_contacts + _each(costs.terms["property_damage"], rows)
     missed = prices.delivery_fee.value - _each(costs.revenue, rows)
     of_end = missed + _each(costs.terms["service_compensation"], rows)
-    of_end = of_end + _each(costs.terms["repair"], rows)
+    repairs = _each(costs.terms["repair"], rows)
     for number, (row, own) in enumerate(zip(rows, legs, strict=True)):
         paid = [each for each in events if each["episode"] == row["episode"] and each["cost_usd"]]
         total = sum(each["cost_usd"] for each in paid)
         for each in paid:
             share = each["cost_usd"] / total
             usd[square_of(each["x_m"], each["y_m"])] += share * float(of_contacts[number])
-        usd[square_of(own[-1]["end_x_m"], own[-1]["end_y_m"])] += float(of_end[number])
+        last = own[-1]["end_x_m"], own[-1]["end_y_m"]
+        usd[square_of(*last)] += float(repairs[number])
+        turn = last
+        if row["way_back"] is not None:
+            turn = row["goal_x_m"], row["goal_y_m"]
+        usd[square_of(*turn)] += float(of_end[number])
         for leg in own:
             for square, length in _squares_of(leg, graph):
                 driven[square] += length

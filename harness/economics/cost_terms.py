@@ -15,6 +15,8 @@ from harness.economics.prices import Prices
 from harness.metrics.contacts import PRICED_PROPERTY
 from navstack.params.extensions import uses_map
 
+WATTS_PER_KILOWATT = 1000.0
+
 
 @dataclass(frozen=True, slots=True)
 class CostInputs:
@@ -86,8 +88,13 @@ def _property_damage(given: CostInputs) -> Quantity:
 
 
 def _repair(given: CostInputs) -> Quantity:
-    """The fleet's repairs, charged to deliveries that end in physical assistance."""
-    return given.prices.repair_per_physical_assistance * given.measured.physical_assistance
+    """The fleet's repairs, charged to ways that end in physical assistance."""
+    return given.prices.repair_per_physical_assistance * _assisted(given.measured)
+
+
+def _assisted(measured: Measured) -> Quantity:
+    """[1/run] ways there and back to which somebody has to come."""
+    return measured.physical_assistance + measured.back_assistance
 
 
 def _nothing(given: CostInputs) -> Quantity:
@@ -129,7 +136,7 @@ def _remote_assistance(given: CostInputs) -> Quantity:
 def _on_site_assistance(given: CostInputs) -> Quantity:
     """Wage of whoever comes to a robot that needs physical assistance."""
     wage = given.optional.operator_wage.value * given.optional.on_site_time.value
-    return wage * given.measured.physical_assistance
+    return wage * _assisted(given.measured)
 
 
 def _battery_wear(given: CostInputs) -> Quantity:
@@ -144,6 +151,14 @@ def _battery_wear(given: CostInputs) -> Quantity:
 def _distance_fee(given: CostInputs) -> Quantity:
     """What is earned for the way beyond the flat fee's: a negative cost."""
     return -given.optional.distance_fee.value * given.measured.further_km
+
+
+def _idle_power(given: CostInputs) -> Quantity:
+    """Electricity of what always runs, driving or waiting at signals: computer, sensors, radio."""
+    prices = given.prices
+    efficiency = prices.charge_efficiency.value * prices.battery_roundtrip_efficiency.value
+    kilowatts = given.optional.idle_power.value / WATTS_PER_KILOWATT / efficiency
+    return prices.electricity.value * kilowatts * given.measured.avg_runtime_h
 
 
 # By key, in the order of the paper's table; the key names the term in JSON documents.
@@ -226,6 +241,13 @@ COST_TERMS = {
         formula=_distance_fee,
         is_optional=True,
         prices=("distance_fee",),
+    ),
+    "idle_power": CostTerm(
+        title="Idle Power",
+        formula=_idle_power,
+        is_optional=True,
+        decimals=5,
+        prices=("idle_power",),
     ),
 }
 COUNTED_TERMS = {key: term for key, term in COST_TERMS.items() if not term.is_optional}

@@ -36,3 +36,4 @@ class Measured:
     other_property_usd: float = 0.0
     # [km/run] of the shortest way beyond FLAT_WAY, of deliveries in time and intact
     further_km: float = 0.0
+    back_assistance: float = 0.0  # [1/run] ways back that end in physical assistance

@@ -27,6 +27,7 @@ class OptionalPrices:
     battery_price: Price = _price("USD/kWh")
     battery_cycles: Price = _price("1", positive=True)
     distance_fee: Price = _price("USD/km")
+    idle_power: Price = _price("W")
 
 
 def load_optional_prices(prices: Prices | None = None) -> OptionalPrices:

@@ -55,8 +55,9 @@ def injuries(rows: Sequence[Row], prices: Prices) -> FloatArray:
 
 
 def interventions(rows: Sequence[Row], prices: Prices) -> FloatArray:
-    """A 1 for each delivery that a person must help: timeouts and physical assistance."""
-    return np.ones(sum(outcome in NEEDS_PEOPLE for outcome in values(rows, "outcome")))
+    """A 1 for each way, there or back, that a person must help: timeouts, physical assistance."""
+    ends = [*values(rows, "outcome"), *values(rows, "way_back")]
+    return np.ones(sum(end in NEEDS_PEOPLE for end in ends))
 
 
 @dataclass(frozen=True, slots=True)

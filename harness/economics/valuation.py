@@ -37,7 +37,8 @@ from harness.statistics.mean_intervals import mean_intervals
 from harness.storage.rows import values
 from navstack.types import FloatArray
 
-OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
+PHYSICAL_ASSISTANCE = "physical_assistance"
+OUTCOMES = ("sla", "spoiled", "timeout", PHYSICAL_ASSISTANCE)
 ARRIVED = "arrived"  # outcome of an arrival whose cargo nobody modelled
 MOST_LEFT_OUT = 0.01  # share of deliveries without a result beyond which no margin is told
 CENT = 0.01  # [USD] deliveries whose costs differ by less are alike
@@ -121,7 +122,7 @@ def value(
     """
     force = prices.rolling_resistance_force
     summary, each = summarize(rows, force), deliveries(rows, force)
-    means = Measured(**summary, further_km=float(further_ways(rows).mean()))
+    means = Measured(**summary, **beside_the_paper(rows))
     terms = optional_costs(means, stack.localizer, prices, optional)
     each_running = running(
         each, prices, all_optional_costs(each, stack.localizer, prices, optional)
@@ -198,7 +199,20 @@ def deliveries(rows: Sequence[Row], rolling_resistance_force: float) -> Measured
         key: None if np.isnan(found).any() else found for key, found in known.items()
     }
     fields["further_km"] = further_ways(rows)
+    fields["back_assistance"] = back_assistance(rows)
     return Measured(**fields)
+
+
+def beside_the_paper(rows: Sequence[Row]) -> dict[str, float]:
+    """Means of what the paper's table does not have, by field of :class:`Measured`."""
+    each = {"further_km": further_ways(rows), "back_assistance": back_assistance(rows)}
+    return {name: float(found.mean()) for name, found in each.items()}
+
+
+def back_assistance(rows: Sequence[Row]) -> FloatArray:
+    """A 1 for each delivery whose way back ended in physical assistance, shape (n,)."""
+    ends = [end == PHYSICAL_ASSISTANCE for end in values(rows, "way_back")]
+    return np.array(ends, dtype=np.float64)
 
 
 def further_ways(rows: Sequence[Row]) -> FloatArray:

@@ -30,7 +30,7 @@ from harness.task.study import EpisodeTask, brain_rngs
 from harness.world.outcome import ARRIVALS, Outcome, Verdict
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.truth import CountedContact, Partner, Truth
-from harness.world.world import World
+from harness.world.world import Legacy, World
 from navstack.stopwatch import Latencies
 from navstack.types import Belief, Observation, Pose2D, Twist2D
 
@@ -58,8 +58,9 @@ class Carried:
 
     pose: Pose2D  # true
     belief: Belief
-    seconds: float  # [s] since the mission began
+    seconds: float  # [s] since its way there or back began
     impulse: float  # [N s] of counted contacts
+    legacy: Legacy | None = None  # of the leg before; None: it is the first
 
 
 class RunningDelivery:
@@ -88,8 +89,9 @@ class RunningDelivery:
         self.task, self.parts = task, Parts(task)
         generators = task.generators()
         self.mission = self.parts.mission(generators["mission"])
-        believed = Belief(self.mission.start)
+        believed, legacy = Belief(self.mission.start), None
         if carried is not None:
+            legacy = carried.legacy
             self.mission = dataclasses.replace(self.mission, start=carried.pose)
             believed = Belief(carried.belief.pose, carried.belief.covariance)
             self.parts.rules = self.parts.rules.after(carried.seconds, carried.impulse)
@@ -97,7 +99,7 @@ class RunningDelivery:
         self.brain = make_brain(self.parts, self.world)
         self._ready, self._ready_cpu = time.perf_counter(), time.process_time()
         self._setup = self._ready - began  # [s]
-        self.observation = self.world.reset(self.mission, generators)
+        self.observation = self.world.reset(self.mission, generators, legacy)
         self._failure: str | None = None  # of the stack
         try:
             self.brain.reset(self.mission.goal, believed, brain_rngs(generators))
@@ -268,6 +270,7 @@ def _row(
         "shortest_path_m": mission.shortest_path,
         "outcome": verdict.outcome.value,
         "reason": verdict.reason,
+        "way_back": None,
         "navigator_status": brain.status.value,
         "gave_up": brain.trouble.gave_up,
         "navigator_history": brain.trouble.history,

@@ -21,7 +21,7 @@ def _street_missions(folder: str, seed: int, is_by_places: bool) -> "StreetMissi
 
 
 def legs_of(task: EpisodeTask) -> "tuple[Leg, ...]":
-    """The legs of a mission on a district.
+    """The legs of a mission on a district; those of the way back where its rules want it.
 
     Raises:
         InputError: a pose is given on a district, whose missions are drawn.
@@ -32,8 +32,10 @@ def legs_of(task: EpisodeTask) -> "tuple[Leg, ...]":
             f"--start and --goal are for one map; missions on the district '{task.map_name}' are "
             "drawn: leave them out, or give one of its maps"
         )
+    from harness.episode.factory import rules_of
+
     drawn = _street_missions(task.map_name, task.seed, task.missions == BY_PLACES)
-    return drawn.legs(task.episode)
+    return drawn.legs(task.episode, rules_of(task.rules).way_back)
 
 
 def place_of(task: EpisodeTask) -> "str | Leg":
@@ -44,5 +46,10 @@ def place_of(task: EpisodeTask) -> "str | Leg":
 
 
 def street_mission(legs: "tuple[Leg, ...]") -> Mission:
-    """The whole mission of these legs; its shortest path is the route."""
-    return Mission(legs[0].start, legs[-1].goal, legs[0].way)
+    """The whole mission of these legs; its shortest path is the route there."""
+    return Mission(legs[0].start, way_there(legs)[-1].goal, legs[0].way)
+
+
+def way_there(legs: "tuple[Leg, ...]") -> "tuple[Leg, ...]":
+    """Those that lead to the goal."""
+    return tuple(leg for leg in legs if not leg.is_back)

@@ -2,14 +2,14 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from harness.episode.episode import Carried, Delivery, MakeBrain, RunningDelivery, latency_columns
 from harness.episode.factory import rules_of
-from harness.episode.places import legs_of, street_mission
+from harness.episode.places import legs_of, street_mission, way_there
 from harness.metrics.catalog import EPISODE_METRICS
 from harness.metrics.columns import Row
 from harness.metrics.motion import success_weighted_path_length
@@ -46,44 +46,79 @@ class DrivenLeg:
 
 
 def drive_mission(task: EpisodeTask, make_brain: MakeBrain) -> Delivery:
-    """Drive the legs of a mission until one fails.
+    """Drive the legs of a mission until one fails; after an arrival, the way back where rules say so.
 
-    A leg begins where the robot truly ended the one before, at rest, with the belief that it had
-    there. Time and impulse that were used up are missing from its limits. Lost cargo adds up,
-    though each leg is simulated with a full bucket. People and errors of sensors are drawn anew.
+    A leg begins where the robot truly ended the one before, at rest, with its belief, what is left
+    of its cargo, and the errors of its sensors that last. Time and impulse that were used up are
+    missing from its limits. People are drawn anew.
+
+    The way back has the time of the way there. It adds time, distance, energy and contacts to the
+    row, not to its outcome and cargo; its legs are driven with a full bucket.
 
     Raises:
         NavstackError: the task cannot be set up.
     """
     legs = legs_of(task)
-    mission = street_mission(legs)
-    done: list[DrivenLeg] = []
+    mission, turn = street_mission(legs), len(way_there(legs))
     carried = Carried(mission.start, Belief(mission.start), 0.0, 0.0)
+    there, carried = _drive_legs(task, make_brain, range(turn), carried, 0.0)
+    has_arrived = len(there) == turn and there[-1].has_arrived
+    back: list[DrivenLeg] = []
+    if has_arrived and carried.legacy:
+        arrived = carried.seconds  # [s]
+        refilled = dataclasses.replace(carried.legacy, pieces=None)
+        carried = dataclasses.replace(carried, seconds=0.0, legacy=refilled)
+        back, _ = _drive_legs(task, make_brain, range(turn, len(legs)), carried, arrived)
+    row = _joined([*there, *back], there, mission)
+    if has_arrived:
+        row |= _arrival(row, rules_of(task.rules))
+    if back:
+        row["way_back"] = _end_of_way_back(back, len(legs) - turn).value
+    driven = sum(leg.row["distance_m"] for leg in there)
+    row["spl"] = success_weighted_path_length(has_arrived, mission.shortest_path, driven)
+    done = [*there, *back]
+    return Delivery(row, _events(done), _timing(done), None, None, _leg_rows(done))
+
+
+def _drive_legs(
+    task: EpisodeTask,
+    make_brain: MakeBrain,
+    numbers: Iterable[int],
+    carried: Carried,
+    before: float,
+) -> tuple[list[DrivenLeg], Carried]:
+    """Drive legs until one fails, and what is carried on; ``before``: [s] of the mission by then."""
+    done: list[DrivenLeg] = []
     rules = rules_of(task.rules)
-    for number, leg in enumerate(legs):
+    for number in numbers:
         own = dataclasses.replace(task, leg=number)
+        leg = legs_of(task)[number]
         wait = signal_wait(leg.signals, rules, own.generators()["signals"])
         begin = carried.seconds + wait
-        carried = dataclasses.replace(carried, seconds=begin)
+        legacy = carried.legacy and dataclasses.replace(carried.legacy, age=wait)
+        carried = dataclasses.replace(carried, seconds=begin, legacy=legacy)
         running = RunningDelivery(own, make_brain, carried=carried)
         while running.verdict is None:
             running.drive_tick()
-        done.append(_driven(running, begin))
-        if not done[-1].has_arrived:
-            break
+        done.append(_driven(running, before + begin))
         pose, row = done[-1].pose, done[-1].row
         carried = Carried(
             pose,
             running.brain.belief or Belief(pose),
             begin + row["duration_s"],
             carried.impulse + row["collision_impulse_ns"],
+            running.world.legacy,
         )
-    has_arrived = len(done) == len(legs) and done[-1].has_arrived
-    row = _joined(done, mission)
-    if has_arrived:
-        row |= _arrival(row, rules)
-    row["spl"] = success_weighted_path_length(has_arrived, mission.shortest_path, row["distance_m"])
-    return Delivery(row, _events(done), _timing(done), None, None, _leg_rows(done))
+        if not done[-1].has_arrived:
+            break
+    return done, carried
+
+
+def _end_of_way_back(back: Sequence[DrivenLeg], legs: int) -> Outcome:
+    """How it ended; a robot without cargo arrives."""
+    if len(back) == legs and back[-1].has_arrived:
+        return Outcome.ARRIVED
+    return Outcome(back[-1].row["outcome"])
 
 
 def signal_wait(signals: int, rules: Rules, rng: np.random.Generator) -> float:
@@ -101,10 +136,13 @@ def _driven(running: RunningDelivery, begin: float) -> DrivenLeg:
     return DrivenLeg(delivery, series, latencies, begin, Pose2D(x, y, yaw))
 
 
-def _joined(done: Sequence[DrivenLeg], mission: Mission) -> Row:
-    """The row of a mission: sums, and statistics over all of its legs' ticks."""
-    first, last = done[0].row, done[-1].row
-    goal, end = mission.goal, done[-1].pose
+def _joined(done: Sequence[DrivenLeg], there: Sequence[DrivenLeg], mission: Mission) -> Row:
+    """The row of a mission: sums, and statistics over all of its legs' ticks.
+
+    How it ended, and what became of the cargo, is of the legs there.
+    """
+    first, last = done[0].row, there[-1].row
+    goal, end = mission.goal, there[-1].pose
     series = {
         name: np.concatenate([_shifted(leg, name) for leg in done]) for name in done[0].series
     }
@@ -116,7 +154,7 @@ def _joined(done: Sequence[DrivenLeg], mission: Mission) -> Row:
             row[metric.key] = metric.measured(series)
         elif known:
             row[metric.key] = _of_legs(metric.key, known)
-    duration = done[-1].begin + last["duration_s"]
+    duration = done[-1].begin + done[-1].row["duration_s"]
     return row | {
         **{key: first[key] for key in ("start_x_m", "start_y_m", "start_yaw_rad")},
         "goal_x_m": goal.x,
@@ -127,7 +165,16 @@ def _joined(done: Sequence[DrivenLeg], mission: Mission) -> Row:
         "average_speed_mps": row["distance_m"] / duration,
         "collision_delta_v_mps": _mean_delta_v([leg.row for leg in done]),
         "pieces_at_start": first["pieces_at_start"],
+        "pieces_lost": _pieces_lost(there),
     }
+
+
+def _pieces_lost(legs: Sequence[DrivenLeg]) -> int | None:
+    """On all of them; None: cargo is not modelled."""
+    known: list[int | None] = [leg.row["pieces_lost"] for leg in legs]
+    if None in known:
+        return None
+    return sum(filter(None, known))
 
 
 def _of_legs(key: str, known: Sequence[tuple[float, float]]) -> float:

@@ -8,11 +8,13 @@ from harness.fleet.ledger import FleetPrices
 from harness.fleet.legs import Library
 from harness.fleet.settings import FleetSettings
 from harness.fleet.study import (
+    CURVE_DAYS,
     DAYS_EACH,
     CurvePoint,
     Estimate,
     Fleet,
     FleetStudy,
+    Tell,
     differences,
     paying_size,
     require_moving,
@@ -95,6 +97,7 @@ def simulate(
     seed: int,
     days: int,
     resamples: int,
+    tell: Tell = lambda: None,
 ) -> FleetResult:
     """Simulate a fleet with each library; the same days and chance for all.
 
@@ -106,14 +109,15 @@ def simulate(
         seed: of all chance.
         days: with the legs as they were driven.
         resamples: of the legs, each with :data:`DAYS_EACH` days.
+        tell: is called after each of the :func:`simulated_days`.
 
     Raises:
         InputError: a way would take more than :data:`harness.fleet.study.MOST_LEGS` legs.
     """
     for library in libraries:
         require_moving(library, settings)
-    fleet = Fleet(settings, at, seed)
-    size = int(settings.robots.value), int(settings.operators.value)
+    fleet = Fleet(settings, at, seed, tell)
+    size = _size(settings)
     found = [
         LibraryResult(
             fleet.study(library, days, resamples),
@@ -127,6 +131,19 @@ def simulate(
         first, second = found
         difference = differences(first.study, second.study)
     return FleetResult(settings, at, seed, tuple(sources), tuple(found), difference)
+
+
+def simulated_days(settings: FleetSettings, days: int, resamples: int) -> int:
+    """How many days :func:`simulate` simulates with each library."""
+    size = _size(settings)
+    points = len(sizes_of_robots(*size)) + len(sizes_of_staff(*size))
+    first_again = 1  # for its robots
+    return days + resamples * DAYS_EACH + points * CURVE_DAYS + first_again
+
+
+def _size(settings: FleetSettings) -> tuple[int, int]:
+    """Robots and operators."""
+    return int(settings.robots.value), int(settings.operators.value)
 
 
 def _library_json(found: LibraryResult, source: str) -> Row:

@@ -21,7 +21,9 @@ DAYS, RESAMPLES, DAYS_EACH = 100, 40, 5
 CURVE_DAYS = 20
 SIZES = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0)  # times the fleet's own, on curves
 MOST_LEGS = 1000  # of a way
+MOST_LEGS_A_DAY = 2_000_000  # some 300 MB
 TAILS = (0.025, 0.975)  # of single days
+Tell = Callable[[], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +139,8 @@ def require_moving(library: Library, settings: FleetSettings, when: str = "") ->
     """Check that ways can be made of a library's legs.
 
     Raises:
-        InputError: a way would take more than :data:`MOST_LEGS` of them.
+        InputError: a way would take more than :data:`MOST_LEGS` of them, or those of a day more
+            than :data:`MOST_LEGS_A_DAY`.
     """
     progress = min(group.mean_progress for group in library.groups)
     if not progress > settings.way.value / MOST_LEGS:
@@ -146,20 +149,31 @@ def require_moving(library: Library, settings: FleetSettings, when: str = "") ->
             f"the goal with a leg; a way of {settings.way.value:g} km may take {MOST_LEGS} legs: "
             "give a run of more deliveries that arrive"
         )
+    orders = settings.orders_per_day.value
+    legs = 2.0 * orders * settings.way.value / progress  # there and back
+    if legs > MOST_LEGS_A_DAY:
+        raise InputError(
+            f"{orders:g} orders of {settings.way.value:g} km there and back take {legs:.0f} legs of "
+            f"{library.name}; at most {MOST_LEGS_A_DAY} a day can be simulated: give fewer "
+            "orders_per_day, or longer legs"
+        )
 
 
 class Fleet:
     """A fleet and its prices: simulates days."""
 
-    def __init__(self, settings: FleetSettings, at: FleetPrices, seed: int) -> None:
+    def __init__(
+        self, settings: FleetSettings, at: FleetPrices, seed: int, tell: Tell = lambda: None
+    ) -> None:
         """Nothing is simulated yet.
 
         Args:
             settings: of the fleet.
             at: prices.
             seed: of all chance; the same for every library and size.
+            tell: is called after each simulated day.
         """
-        self._settings, self._at, self._seed = settings, at, seed
+        self._settings, self._at, self._seed, self._tell = settings, at, seed, tell
 
     def day(self, library: Library, number: int) -> tuple[Day, list[FleetRobot]]:
         """One day by its number; and the robots at its end."""
@@ -171,6 +185,7 @@ class Fleet:
         fleet_day.run()
         robots = fleet_day.robots
         day = settle(fleet_day.log, robots, orders, library, self._settings, self._at)
+        self._tell()
         return day, robots
 
     def days(self, library: Library, numbers: Sequence[int]) -> tuple[Day, ...]:
@@ -221,7 +236,8 @@ class Fleet:
         return tuple(self._point(library, *size, days) for size in sizes)
 
     def _point(self, library: Library, robots: int, operators: int, days: int) -> CurvePoint:
-        fleet = Fleet(of_size(self._settings, robots, operators), self._at, self._seed)
+        settings = of_size(self._settings, robots, operators)
+        fleet = Fleet(settings, self._at, self._seed, self._tell)
         found = fleet.days(library, range(days))
         own = {key: _values(metric, found) for key, metric in DAY_METRICS.items()}
         profits = own[PROFIT]

@@ -61,9 +61,16 @@ def priced_log_blocks(
 
 
 def difference_blocks(
-    log: DriveLog, cost: DriveCost, other_log: DriveLog, other: DriveCost
+    log: DriveLog,
+    cost: DriveCost,
+    other_log: DriveLog,
+    other: DriveCost,
+    twin: Twin | None = None,
 ) -> list[Block]:
-    """The screen of ``navbench cost-log --against``: a drive, another, and their difference."""
+    """The screen of ``navbench cost-log --against``: a drive, another, and their difference.
+
+    Below it ``twin``: the drive's mission in the world.
+    """
     found = differences(cost, other)
     rows = []
     for kind, title in _TITLES.items():
@@ -77,7 +84,10 @@ def difference_blocks(
     )
     dollars = "dollars, energy and speed of one drive each have no interval"
     table = Table("", ("", "events", "difference"), rows)
-    return [Text(first, "whole"), table, Text(dollars, "whole")]
+    blocks: list[Block] = [Text(first, "whole"), table, Text(dollars, "whole")]
+    if twin is not None:
+        blocks.append(_beside_the_world(twin))
+    return blocks
 
 
 def _beside_the_world(twin: Twin) -> Table:

@@ -38,7 +38,7 @@ def shipped(kind: str) -> Path:
 def is_file(name_or_file: str) -> bool:
     """Whether what a user gives is a file, by its suffix or a separator in it, and not a name."""
     given = Path(name_or_file)
-    return given.suffix in (".yaml", ".yml") or len(given.parts) > 1
+    return given.suffix.lower() in (".yaml", ".yml") or len(given.parts) > 1
 
 
 def is_district(folder: str) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from harness.storage.shipped import ROUTE_GRAPH
 from harness.street.graph_file import load_graph
 from harness.street.route_graph import RouteGraph
-from harness.street.routes import StreetRoute, draw_mission
+from harness.street.routes import StreetRoute, draw_mission, reverse
 from harness.world.map.scene import Scene
 from harness.world.map.shapes import Rect
 from harness.world.map.tiles import load_part
@@ -37,6 +37,7 @@ class Leg:
     goal: Pose2D
     window: Rect  # [m]
     signals: int = 0  # of crossings on it
+    is_back: bool = False  # from the goal to the start of its mission
 
     def scene(self) -> Scene:
         """The part of the district around it.
@@ -72,8 +73,10 @@ class StreetMissions:
         diagonal = float(np.hypot(*np.ptp(self._graph.points, axis=0)))
         self._distances = min(DISTANCES[0], LEAST_SHARE * diagonal), DISTANCES[1]
 
-    def legs(self, number: int) -> tuple[Leg, ...]:
+    def legs(self, number: int, is_round_trip: bool = False) -> tuple[Leg, ...]:
         """The legs of a mission by its number, in order; together they are its route.
+
+        Of a round trip also those of the same way back.
 
         Raises:
             MapError: no mission has a route.
@@ -90,15 +93,18 @@ class StreetMissions:
             legs: tuple[Leg, ...] = ()
             if drawn.route is not None:
                 legs = self._legs_of(drawn.route)
+            if drawn.route is not None and legs:
+                legs += self._legs_of(reverse(drawn.route), is_back=True)
             if legs:
                 self._missions.append(legs)
                 fruitless = 0
-        return self._missions[number]
+        legs = self._missions[number]
+        return tuple(leg for leg in legs if is_round_trip or not leg.is_back)
 
-    def _legs_of(self, route: StreetRoute) -> tuple[Leg, ...]:
+    def _legs_of(self, route: StreetRoute, is_back: bool = False) -> tuple[Leg, ...]:
         where = str(self._folder), self._name, route.length
         return tuple(
-            Leg(*where, part.start, part.goal, part.box.grown(_AROUND), part.signals)
+            Leg(*where, part.start, part.goal, part.box.grown(_AROUND), part.signals, is_back)
             for part in parts_of(route, self._graph)
         )
 

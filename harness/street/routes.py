@@ -1,6 +1,6 @@
 """Routes over a graph of ways, and missions to drive along them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse.csgraph import dijkstra
@@ -49,6 +49,11 @@ def find_route(graph: RouteGraph, start: int, goal: int) -> StreetRoute | None:
     return StreetRoute(
         graph.points[nodes], length, tuple(edges), len(crossed), sum(crossed.values())
     )
+
+
+def reverse(route: StreetRoute) -> StreetRoute:
+    """The same way from its end to its begin."""
+    return replace(route, points=route.points[::-1], edges=route.edges[::-1])
 
 
 def nearest_point(graph: RouteGraph, x: float, y: float) -> int:

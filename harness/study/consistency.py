@@ -2,10 +2,9 @@
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -24,6 +23,7 @@ from harness.storage.rows import Rows
 from harness.storage.run_folder import JOURNAL, MOST_LINE
 from harness.storage.shipped import is_district
 from harness.storage.tables import read_rows
+from harness.study.derived import in_economics, in_formulas, is_like, is_near
 from harness.study.drive import TABLES, run_document, summarize_study
 from harness.study.manifest import is_same_program
 from harness.study.stored_run import StoredRun, leg_file
@@ -33,7 +33,6 @@ from navstack.errors import InputError
 from navstack.params.strict import read_text
 
 MOST_TOLD = 3  # of each kind
-NEAR = 1e-9  # share by which sums may differ, which were added up in another order
 SETTLED = 0.5  # [m] of the start, where a recording begins
 ASTRAY = 30.0  # [m] of the start, where the robot can believe to be at the beginning
 
@@ -53,9 +52,12 @@ def contradictions(folder: Path, study: Study, run: StoredRun, is_exact: bool) -
         _in_rows(folder, study, rows),
         _in_events(run, finished),
         _in_recordings(folder, study, finished),
+        (f"{_name(row)} has {what}" for row, what in in_formulas(finished, run.prices())),
     ]
     is_packed = not (folder / FOLDER).is_dir()
-    if not is_packed:
+    if is_packed:
+        kinds.append(in_economics(run))
+    else:
         kinds.append(_in_timings(folder, rows))
     if not is_packed and not (folder / JOURNAL).exists():
         kinds.append(_in_summary(folder, study, rows))
@@ -120,7 +122,7 @@ def _in_events(run: StoredRun, rows: Iterable[Row]) -> Iterator[str]:
             if each["type"] == COUNTED and not any(_covers(event, each) for event in whole):
                 yield f"{_name(row)} has a counted contact of no contact event"
         for name, value in _contacts(own, prices).items():
-            if row[name] is not None and not _is_near(row[name], value):
+            if row[name] is not None and not is_near(row[name], value):
                 yield f"{_name(row)} has {name} {row[name]:g}, and its events {value:g}"
     for stack, episode in events:
         yield f"there are events of delivery {episode} of {stack}, which did not end with a result"
@@ -164,7 +166,7 @@ def _in_timings(folder: Path, rows: Rows) -> Iterator[str]:
             yield f"the times of {_name(row)} are of another delivery"
         elif row["error"] is None:
             factor = row["duration_s"] / timing["wall_s"]
-            if not _is_near(factor, timing["real_time_factor"]):
+            if not is_near(factor, timing["real_time_factor"]):
                 yield f"the times of {_name(row)} do not give its real-time factor"
 
 
@@ -183,7 +185,7 @@ def _in_summary(folder: Path, study: Study, rows: Rows) -> Iterator[str]:
         stored = json.loads(read_text(file))
     except (InputError, ValueError, RecursionError):
         stored = None
-    if is_same_program(folder) and not _is_like(stored, ours):
+    if is_same_program(folder) and not is_like(stored, ours):
         yield f"{file.name} does not follow from the deliveries"
 
 
@@ -258,26 +260,3 @@ def _mission_of(task: EpisodeTask) -> Mission:
     if is_district(task.map_name):
         return street_mission(legs_of(task))
     return Parts(task).mission(task.generators()["mission"])
-
-
-def _is_near(one: float, other: float) -> bool:
-    return math.isclose(one, other, rel_tol=NEAR, abs_tol=NEAR)
-
-
-def _is_like(stored: Any, ours: Any) -> bool:
-    """Whether two JSON documents say the same, numbers to the last digits but a few."""
-    if isinstance(ours, Mapping):
-        return (
-            isinstance(stored, Mapping)
-            and stored.keys() == ours.keys()
-            and all(_is_like(stored[key], ours[key]) for key in ours)
-        )
-    if isinstance(ours, list):
-        return (
-            isinstance(stored, list)
-            and len(stored) == len(ours)
-            and all(map(_is_like, stored, ours))
-        )
-    if isinstance(ours, float) and isinstance(stored, int | float):
-        return _is_near(stored, ours)
-    return bool(stored == ours)

@@ -21,7 +21,7 @@ from harness.execution.arithmetic import machine, other_arithmetic
 from harness.execution.process_cache import kept
 from harness.execution.worker_check import project_digest
 from harness.storage.manifest_file import read_manifest, require_unchanged
-from harness.storage.new_run import MANIFEST
+from harness.storage.new_run import MANIFEST, OF_STACKS
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Row
 from harness.storage.shipped import district_files, is_district
@@ -185,9 +185,16 @@ def code_notes(folder: Path) -> list[str]:
 
 
 def is_same_program(folder: Path) -> bool:
-    """Whether a run began with the code, parameters and maps that are here."""
+    """Whether a run, and each stack of a packed one, began with this code, parameters and maps."""
+    content = _whole_manifest(folder)
+    told = (content, *content.get(OF_STACKS, {}).values())
+    return all(is_this_program(each) for each in told)
+
+
+def is_this_program(said: Mapping[str, Any]) -> bool:
+    """Whether deliveries of which this is said were driven by the code that is here."""
     here = project_digest()
-    return bool(_whole_manifest(folder).get("program_sha256", here) == here)
+    return bool(said.get("program_sha256", here) == here)
 
 
 def differences(folder: Path) -> list[str]:

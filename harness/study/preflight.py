@@ -3,7 +3,7 @@
 import dataclasses
 from pathlib import Path
 
-from harness.episode.factory import Parts
+from harness.episode.factory import Parts, rules_of
 from harness.episode.places import legs_of
 from harness.storage.shipped import is_district, is_file, shipped
 from harness.study.compile_ahead import compile_ahead
@@ -101,10 +101,15 @@ def leg_notes(study: Study) -> list[str]:
     """A note of what a delivery is on a district.
 
     Raises:
-        InputError: it is to be recorded.
+        InputError: it is to be recorded; or a map has no way back.
     """
     template = study.template
     if not is_district(template.map_name):
+        if rules_of(template.rules).way_back:
+            raise InputError(
+                f"rules '{template.rules}' have a way_back, which a map has not; give other --rules, "
+                "or a folder of navbench map osm"
+            )
         return []
     if template.keep_trace or template.keep_decisions:
         raise InputError(

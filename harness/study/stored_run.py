@@ -253,6 +253,9 @@ def _described(folder: Path) -> dict[str, Any]:
         ]
         sound = isinstance(about["seed"], int) and isinstance(about["map_name"], str)
         sound = sound and about["seed"] >= 0 and isinstance(about.get("versions", {}), dict)
+        own = about.get(OF_STACKS, {})
+        sound = sound and len({name for name, *_ in stacks}) == len(stacks)
+        sound = sound and all(isinstance(said, dict) for said in (own, *own.values()))
         sound = sound and all(
             isinstance(text, str)
             for name, sensors, key, _ in stacks

@@ -9,16 +9,20 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from harness.episode.episode import Delivery, run_episode
-from harness.metrics.columns import Row
+from harness.metrics.columns import EPISODE_COLUMNS, Row
 from harness.storage.checksums import CHECKSUMS, changed_files, root_digest
 from harness.storage.files import BROKEN
 from harness.storage.manifest_file import mixed_files
+from harness.storage.rows import values
 from harness.storage.run_folder import JOURNAL
 from harness.study.consistency import contradictions, recording_files
-from harness.study.manifest import code_notes, differences, load_study
+from harness.study.manifest import code_notes, differences, is_this_program, load_study
 from harness.study.stored_run import StoredRun, load_run
+from harness.task.stack import ROS2
 from harness.task.study import Study
 from navstack.errors import MapError
+
+ELSEWHERE = "commands came over ROS 2, from a program that is not here"
 
 
 @dataclass(slots=True)
@@ -94,17 +98,41 @@ def verify_run(folder: Path, sample: int, seed: int) -> Verification:
 
 def _drive_again(found: Verification, study: Study, run: StoredRun, drawn: Sequence[Row]) -> None:
     tasks = {(task.stack_number, task.episode): task for task in study.tasks()}
+    newer = {name: _newer_columns(run.only(name)) for name in {row["stack"] for row in drawn}}
+    said: dict[str, set[str]] = {}
     for row in drawn:
         task, name = tasks.get((row["stack_number"], row["episode"])), _name(row)
         if task is None:
             continue  # a contradiction by then
-        columns = _differing(found.folder, run, row, run_episode(task))
+        if task.stack.navigator == ROS2:
+            found.not_comparable.append(name)
+            found.reasons = [*dict.fromkeys((*found.reasons, ELSEWHERE))]
+            continue
+        driven = _differing(found.folder, run, row, run_episode(task))
+        columns = [column for column in driven if column not in newer[row["stack"]]]
+        said.setdefault(row["stack"], set()).update(set(driven) - set(columns))
         if not columns:
             found.repeated.append(name)
         elif found.reasons:
             found.not_comparable.append(name)
         else:
             found.other[name] = columns
+    found.notes += (
+        f"{stack}: {', '.join(sorted(columns))} not stored by the program of that time, and not "
+        "compared"
+        for stack, columns in sorted(said.items())
+        if columns
+    )
+
+
+def _newer_columns(run: StoredRun) -> set[str]:
+    """Columns of a run of one stack that another program than this has in none of its rows."""
+    if is_this_program(run.about):
+        return set()
+    (stack,) = run.stacks
+    return {
+        name for name in EPISODE_COLUMNS if all(each is None for each in values(stack.rows, name))
+    }
 
 
 def _name(row: Row) -> str:

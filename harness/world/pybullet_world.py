@@ -26,7 +26,7 @@ from harness.world.physics.robot import SKID, RobotParams
 from harness.world.physics.skid_kernels import skid_constants, skid_forces
 from harness.world.sensors.suite import SensorSuite
 from harness.world.truth import Truth
-from harness.world.world import World
+from harness.world.world import Legacy, World
 from harness.world.world_params import WorldParams
 from navstack.types import Observation, Pose2D, Twist2D
 
@@ -88,10 +88,15 @@ class PyBulletWorld(World):
         self._cargo = make_cargo(params.cargo, robot, params.physics)
         self._bucket = BucketMotion(params.cargo, robot, params.physics)
 
-    def reset(self, mission: Mission, generators: Mapping[str, np.random.Generator]) -> Observation:
+    def reset(
+        self,
+        mission: Mission,
+        generators: Mapping[str, np.random.Generator],
+        legacy: Legacy | None = None,
+    ) -> Observation:
         """See :class:`World`; generators are those of people, sensors and cargo.
 
-        Earlier episodes leave no trace.
+        Earlier episodes leave no trace but their legacy.
         """
         client, robot, params = self._client, self._robot, self._params
         physics = params.physics
@@ -110,7 +115,10 @@ class PyBulletWorld(World):
         )
         self._book = ContactBook(params.contacts, self._dt, robot.mass)
         if self._cargo:
-            self._cargo.reset(generators["cargo"], mission.start.yaw)
+            pieces = None
+            if legacy is not None:
+                pieces = legacy.pieces
+            self._cargo.reset(generators["cargo"], mission.start.yaw, pieces)
         put_robot(client, self._body, robot, mission.start, self._ground.level)
         self._steps = 0
         self._constants = self._constants_of(robot, physics.gravity, self._dt)
@@ -124,6 +132,8 @@ class PyBulletWorld(World):
         self._state = self._base_state(BodyState())._replace(ax=0.0, ay=0.0)
         self._truth = self._make_truth()
         self._sensors.reset(self._state, generators)
+        if legacy:
+            self._sensors.take_over(legacy.errors, legacy.age)
         return self._sensors.measure(self._state, self._crowd.states, 0.0)
 
     def step(self, command: Twist2D) -> Observation:
@@ -172,6 +182,14 @@ class PyBulletWorld(World):
         The acceleration is the mean over the last tick.
         """
         return self._state
+
+    @property
+    def legacy(self) -> Legacy:
+        """What the robot's next episode takes over."""
+        pieces = None
+        if self._cargo is not None:
+            pieces = self._cargo.pieces_on_robot
+        return Legacy(self._sensors.lasting(self.stamp), pieces)
 
     def close_episode(self) -> Truth:
         """Finish the open contact events; returns the final truth."""

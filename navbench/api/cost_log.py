@@ -1,5 +1,6 @@
 """What a recorded drive cost."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from harness.world.outcome import ARRIVALS, Rules
 from harness.world.physics.robot import RobotParams
 from harness.world.sensors.suite import SensorParams
 from harness.world.world_params import WorldParams
-from navbench.api.progress import say
+from navbench.api.progress import count_shown, say
 from navbench.api.report import PAGES, today
 from navstack.errors import InputError
 from navstack.params.extensions import uses_map
@@ -164,18 +165,25 @@ def _twin(
     )
     for note in check(study):
         say(f"note: {note}")
-    say(f"driving the log's mission {DRIVES} times in the world")
+    way = math.hypot(goal[0] - start[0], goal[1] - start[1])
+    say(
+        f"driving the log's mission, {way:.0f} m in {log.duration:.0f} s, {DRIVES} times in the "
+        f"world by '{nav2}'"
+    )
     rules = load_dataclass(Rules, Path(study.template.rules))
     stack, noise = study.template.stack, None
     if uses_map(stack.localizer):
         noise = load_dataclass(SensorParams, Path(stack.sensors)).gps.position_std
     real = real_drive(log, goal, rules.arrival_radius, noise)
     drives, arrived = [], 0
-    for task in study.tasks():
-        delivery = run_episode(task)
-        if delivery.row["stack_error"] is not None:
-            raise InputError(f"the Nav2 file '{nav2}' fails: {delivery.row['stack_error']}")
-        assert delivery.recording is not None  # the study asks for it
-        drives.append(simulated_drive(np.asarray(delivery.recording["trace"], dtype=np.float64)))
-        arrived += delivery.row["outcome"] in {outcome.value for outcome in ARRIVALS}
+    with count_shown("drives", DRIVES) as tell:
+        for task in study.tasks():
+            delivery = run_episode(task)
+            if delivery.row["stack_error"] is not None:
+                raise InputError(f"the Nav2 file '{nav2}' fails: {delivery.row['stack_error']}")
+            assert delivery.recording is not None  # the study asks for it
+            trace = np.asarray(delivery.recording["trace"], dtype=np.float64)
+            drives.append(simulated_drive(trace))
+            arrived += delivery.row["outcome"] in {outcome.value for outcome in ARRIVALS}
+            tell()
     return Twin(start, goal, real, tuple(drives), arrived)

@@ -10,12 +10,13 @@ from harness.economics.price import check_prices, names_of, with_values
 from harness.economics.prices import Prices, checked, load_prices
 from harness.fleet.ledger import FleetPrices
 from harness.fleet.legs import library_of
-from harness.fleet.result import FleetResult, simulate
+from harness.fleet.result import FleetResult, simulate, simulated_days
 from harness.fleet.settings import FleetSettings, is_setting, load_settings
 from harness.fleet.study import DAYS, RESAMPLES
 from harness.report.fleet.page import write_fleet_page
 from harness.storage.documents import write_document
 from harness.storage.new_run import default_folder, require_usable
+from navbench.api.progress import count_shown
 from navbench.api.report import today
 from navbench.api.runs import Run
 from navstack.errors import InputError, UnknownNameError
@@ -75,7 +76,9 @@ def day(
     runs = [each for each in (legs, legs_b) if each]
     libraries = [library_of([run.stored for run in own], at.prices) for own in runs]
     sources = [", ".join(str(run.folder) for run in own) for own in runs]
-    result = simulate(libraries, sources, fleet, at, seed, days, resamples)
+    total = len(runs) * simulated_days(fleet, days, resamples)
+    with count_shown("days", total) as tell:
+        result = simulate(libraries, sources, fleet, at, seed, days, resamples, tell)
     page = write_fleet_page(result, folder, today())
     run = FleetRun(folder, page, result)
     write_document(folder / DOCUMENT, run.as_json())

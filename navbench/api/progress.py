@@ -86,6 +86,10 @@ class Bar:
         """Take in how much is done."""
         self.done = done
 
+    def step(self) -> None:
+        """Take in that one more is done."""
+        self.done += 1
+
 
 @contextlib.contextmanager
 def shown(progress: Progress, tells_end: bool = True) -> Iterator[None]:
@@ -125,6 +129,14 @@ def share_shown(what: str) -> Iterator[Callable[[float], None]]:
     bar = Bar(f"{{done:.0%}} of the {what}", 1.0)
     with shown(bar, tells_end=False):
         yield bar.move
+
+
+@contextlib.contextmanager
+def count_shown(what: str, total: int) -> Iterator[Callable[[], None]]:
+    """Show meanwhile how many of something are done; yields what has to hear of each."""
+    bar = Bar(f"{{done}} of {{total}} {what}", total)
+    with shown(bar, tells_end=False):
+        yield bar.step
 
 
 def say(line: str) -> None:

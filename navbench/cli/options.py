@@ -128,7 +128,7 @@ TERMS = click.option(
     metavar="TERM[,TERM]",
     callback=lambda _, __, texts: names_of(texts),
     help="Costs that the paper leaves out: mapping_survey, operator, operator_shift, remote_assistance, "
-    "on_site_assistance, battery_wear, distance_fee.",
+    "on_site_assistance, battery_wear, distance_fee, idle_power.",
 )
 LOCALIZER = click.option(
     "--localizer",

@@ -42,3 +42,15 @@ def test_nothing_is_said_of_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     with progress.share_shown("messages"):
         pass
     assert capsys.readouterr().err == ""
+
+
+def test_days_tell_how_many_are_simulated(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(progress, "LINE_PERIOD", 0.01)
+    with progress.count_shown("days", 8) as tell:
+        for _ in range(2):
+            tell()
+            time.sleep(0.1)
+    amounts = [line.split(",")[0] for line in capsys.readouterr().err.splitlines()]
+    assert list(dict.fromkeys(amounts)) == ["1 of 8 days", "2 of 8 days"]

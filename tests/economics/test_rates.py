@@ -10,6 +10,7 @@ from harness.economics.optional_prices import load_optional_prices
 from harness.economics.prices import load_prices
 from harness.economics.rates import PER_1000_KM, event_rates, margin_per_km
 from harness.economics.valuation import further_ways
+from harness.fleet.settings import load_settings
 from harness.statistics.rates import poisson_rate
 
 PRICES = load_prices()
@@ -98,3 +99,13 @@ def test_ways_beyond_the_first_kilometre_earn_a_fee_where_they_succeed() -> None
     measured = Measured(1.0, 0.0, *[0.0] * 9, further_km=further)
     given = CostInputs(measured, load_prices(), load_optional_prices())
     assert OPTIONAL_TERMS["distance_fee"].formula(given)[0] == pytest.approx(-1.2)
+
+
+def test_what_always_runs_draws_power_while_waiting_too() -> None:
+    prices, optional = load_prices(), load_optional_prices()
+    measured = Measured(1.0, 0.0, *[0.0] * 7, avg_runtime_h=0.5, avg_distance_km=0.0)
+    found = OPTIONAL_TERMS["idle_power"].formula(CostInputs(measured, prices, optional))
+    drawn = 0.5 * optional.idle_power.value / 1000.0  # [kWh]
+    grid = drawn / prices.charge_efficiency.value / prices.battery_roundtrip_efficiency.value
+    assert found == pytest.approx(prices.electricity.value * grid)
+    assert optional.idle_power.value == load_settings().idle_power.value, "day has the same"

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from harness.fleet.orders import draw_orders, order_times
+from harness.fleet.result import simulate, simulated_days
 from harness.fleet.settings import HourlyCurve, checked, load_settings
-from harness.fleet.study import PROFIT, Fleet, differences, paying_size
-from navstack.errors import ParameterError, UnknownNameError
+from harness.fleet.study import PROFIT, Fleet, differences, paying_size, require_moving
+from navstack.errors import InputError, ParameterError, UnknownNameError
 
 from .given import make_legs, make_library, make_prices, make_settings
 
@@ -143,3 +144,16 @@ def test_a_curve_needs_every_hour():
     settings = dataclasses.replace(load_settings(), demand_by_hour=curve)
     with pytest.raises(ParameterError, match="has 2 hours; give 24"):
         checked(settings, "test")
+
+
+def test_each_simulated_day_is_told_for_progress():
+    heard, settings = [], make_settings(robots=2, orders_per_day=5)
+    library = make_library(mixed(), mixed(seed=1, people=40.0))
+    found = simulate([library], ["x"], settings, make_prices(), 0, 4, 3, lambda: heard.append(1))
+    assert len(heard) == simulated_days(settings, 4, 3) and len(found.libraries) == 1
+
+
+def test_more_legs_a_day_than_memory_holds_are_refused():
+    settings = make_settings(orders_per_day=1e6, way=50.0)
+    with pytest.raises(InputError, match="at most 2000000 a day can be simulated"):
+        require_moving(make_library(), settings)

@@ -149,6 +149,11 @@ def short(tmp_path: Path, hall: Path, in_process: None) -> list[str]:
     return [*conditions, "--pedestrians", "2", "--workers", "1"]
 
 
+def in_folder(text: str, folder: Path, other: Path) -> object:
+    """A document as it would be of another run folder."""
+    return json.loads(text.replace(str(folder), str(other)))
+
+
 def test_an_interrupt_prints_the_bound_so_far_and_the_check_goes_on(
     tmp_path: Path,
     navbench,
@@ -165,7 +170,8 @@ def test_an_interrupt_prints_the_bound_so_far_and_the_check_goes_on(
     original = api.Looks.add
     monkeypatch.setattr(api.Looks, "add", interrupted)
     out, files = tmp_path / "out", [tmp_path / "old.yaml", tmp_path / "new.yaml"]
-    status, text, said = navbench("check", *files, *short, "--out", out, "--fail-if", "worse")
+    words = ["check", *files, *short, "--within", "80"]  # [USD]: 4 missions that hardly differ
+    status, text, said = navbench(*words, "--out", out, "--fail-if", "worse")
     assert status == 130 and "interrupted after 2 missions" in said
     assert text.splitlines()[0].startswith(f"NEW {files[1]} against OLD {files[0]}, robot ")
     assert "over 2 missions; fewer than 6 missions decide nothing" in text
@@ -179,6 +185,16 @@ def test_an_interrupt_prints_the_bound_so_far_and_the_check_goes_on(
     assert document["old"]["given"] == str(files[0]) and document["new"]["stack"] == "new"
     status, _, said = navbench("run", "--resume", out)
     assert status == 1 and f"go on with navbench check --resume {out}" in said
+    status, _, said = navbench(*words, "--out", out)
+    assert status == 1 and f"--resume {out}" in said
+
+    monkeypatch.setattr(api.Looks, "add", original)
+    status, text, said = navbench("check", "--resume", out, "--workers", "1", "--json")
+    assert status == 0 and "going on after 3 missions" in said
+    assert navbench("verify", out, "--sample", "0")[0] == 0
+    whole = navbench(*words, "--out", tmp_path / "whole", "--json")
+    assert (whole[0], json.loads(whole[1])) == (0, in_folder(text, out, tmp_path / "whole"))
+    assert json.loads(text)["verdict"] == "alike"
 
 
 def test_the_budget_ends_a_check_with_what_is_finished(

@@ -6,7 +6,9 @@ import pytest
 
 from harness.economics.prices import load_prices
 from harness.fleet.legs import library_of
-from harness.study.stored_run import load_run
+from harness.metrics.columns import LEG_COLUMNS
+from harness.storage.tables import write_table
+from harness.study.stored_run import leg_file, load_run
 from navstack.errors import InputError
 
 
@@ -129,3 +131,38 @@ def test_what_cannot_be_simulated_is_told_in_one_line(navbench, write_run, words
 
 def test_legs_must_be_given(navbench):
     assert navbench("day")[0] == 2
+
+
+@pytest.mark.parametrize("of_stacks", [None, [], {"one": 5}])
+def test_a_manifest_with_a_stack_twice_or_other_notes_of_stacks_is_damaged(write_run, of_stacks):
+    run = write_run("twice", stacks=("one", "two"))
+    about = json.loads((run / "run.json").read_text())
+    if of_stacks is None:
+        about["stacks"].append(about["stacks"][0])
+    else:
+        about["of_stacks"] = of_stacks
+    (run / "run.json").write_text(json.dumps(about))
+    with pytest.raises(InputError, match=r"run\.json: is damaged"):
+        load_run(str(run))
+
+
+def test_legs_of_the_way_back_are_legs_once(write_run):
+    """The rows of missions hold the same ways; days are made of the legs alone."""
+    run = load_run(str(write_run("streets", episodes=4)))
+    parts = (0.3, 0.2, 0.5)  # there, there, back
+    for row in run.stacks[0].rows:
+        shares = {
+            name: row[name] for name in ("distance_m", "motion_energy_kwh", "shortest_path_m")
+        }
+        legs = [{**row, **{name: part * shares[name] for name in shares}} for part in parts]
+        for number, leg in enumerate(legs):
+            leg["begin_s"] = 1000.0 * number  # all contacts are of the first
+            if number:
+                leg["pedestrian_contacts"] = 0
+        file = leg_file(run.folder, row)
+        file.parent.mkdir(exist_ok=True)
+        write_table(file, LEG_COLUMNS, legs)
+    (legs,) = library_of([run], load_prices()).groups
+    assert len(legs.seconds) == 3 * 4 and legs.clusters.tolist() == sorted([0, 1, 2, 3] * 3)
+    driven = sum(row["distance_m"] for row in run.stacks[0].rows)
+    assert 1000.0 * legs.distance.sum() == pytest.approx(driven)

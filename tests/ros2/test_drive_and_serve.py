@@ -13,6 +13,7 @@ import pytest
 
 import navbench
 from harness.metrics.columns import Row
+from harness.study.verification import ELSEWHERE, verify_run
 from navbench.api.ros2 import serve
 from navstack.errors import InputError
 
@@ -131,6 +132,8 @@ def test_a_law_over_ros_2_drives_as_in_the_own_process(
         )
     assert driven(rows_of(tmp_path / "second")) == in_own_process["law"]
     assert in_own_process["law"][0]["distance_m"] > 1.0
+    found = verify_run(tmp_path / "second", 1, 0)
+    assert found.reasons == [ELSEWHERE] and found.is_sound is None and not found.other
 
 
 def test_what_cannot_be_served_is_one_line(tmp_path: Path) -> None:

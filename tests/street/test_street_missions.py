@@ -4,14 +4,17 @@ import dataclasses
 import json
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from harness.analysis.street_losses import lose, square_of
 from harness.economics.prices import load_prices
-from harness.economics.rates import EVENT_RATES
+from harness.economics.rates import EVENT_RATES, interventions
+from harness.economics.valuation import margins, value
 from harness.episode.episode import run_episode
+from harness.episode.places import legs_of, way_there
 from harness.episode.street_delivery import signal_wait
 from harness.metrics.columns import EPISODE_COLUMNS
 from harness.report.short.run import summary_blocks
@@ -28,6 +31,8 @@ from harness.task.study import make_study
 from harness.world.map.shapes import Rect
 from harness.world.map.tiles import load_part
 from harness.world.outcome import Rules
+from harness.world.pybullet_world import PyBulletWorld
+from harness.world.world import Legacy
 from navbench.cli.app import main
 from navstack.errors import InputError, MapError
 from navstack.navigator import Navigator
@@ -223,6 +228,73 @@ def test_a_leg_begins_with_what_the_one_before_left(streets: Path) -> None:
     assert run_episode(task).row == row  # whatever was driven before
 
 
+def test_the_way_back_adds_to_a_row_and_leaves_its_outcome(
+    streets: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken_over: list[Legacy | None] = []
+    reset = PyBulletWorld.reset
+
+    def watched(world: PyBulletWorld, *given: Any) -> Observation:
+        taken_over.append(given[2])
+        return reset(world, *given)
+
+    monkeypatch.setattr(PyBulletWorld, "reset", watched)
+    study = make_study(
+        stacks=["nav2-gps-ekf"], episodes=9, seed=2, map_name=str(streets), workers=1,
+        pedestrians=0, rules="there_and_back", world="easy",
+    )  # fmt: skip
+    missions = StreetMissions(streets, 2)
+    number = min(range(9), key=lambda mission: len(missions.legs(mission, True)))
+    legs = legs_of(study.task(0, number))
+    turn = len(way_there(legs))
+    assert legs[turn].is_back and legs[turn].start.x == legs[turn - 1].goal.x
+    assert (legs[-1].goal.x, legs[-1].goal.y) == (legs[0].start.x, legs[0].start.y)
+    delivery = run_episode(study.task(0, number))
+    row, driven = delivery.row, list(delivery.legs)
+    there = sum(leg["distance_m"] for leg in driven[:turn])
+    assert (row["outcome"], row["way_back"], len(driven)) == ("sla", "arrived", len(legs))
+    for name in ("distance_m", "motion_energy_kwh", "plans"):
+        assert row[name] == pytest.approx(sum(leg[name] for leg in driven))
+    assert row["duration_s"] == driven[-1]["begin_s"] + driven[-1]["duration_s"]
+    assert row["goal_distance_m"] == pytest.approx(driven[turn - 1]["goal_distance_m"])
+    assert row["spl"] == pytest.approx(min(1.0, row["shortest_path_m"] / there))
+    assert row["pieces_lost"] == sum(leg["pieces_lost"] for leg in driven[:turn])
+    home = driven[-1]["end_x_m"] - row["start_x_m"], driven[-1]["end_y_m"] - row["start_y_m"]
+    assert np.hypot(*home) < 3.0
+
+    assert taken_over[0] is None
+    later = [each for each in taken_over if each]
+    assert len(later) == len(legs) - 1
+    assert len({each.errors["odometry"] for each in later}) == 1  # its scale errors
+    assert [each.pieces for each in later[turn - 1 :]] == [None] + [50] * (len(legs) - turn - 1)
+
+
+class Bare:
+    """What of a stack decides its costs."""
+
+    carries, localizer, data_collection = ("lidar",), "gps", False
+
+
+def test_a_way_back_that_fails_costs_its_repair_and_counts_as_an_intervention() -> None:
+    prices = load_prices()
+    row = dict.fromkeys(EPISODE_COLUMNS, 0.0) | {"episode": 4, "outcome": "sla"}
+    home, failed = {**row, "way_back": "arrived"}, {**row, "way_back": "physical_assistance"}
+    found = [margins([each], prices) for each in ({**row, "way_back": None}, home, failed)]
+    assert found[0] == found[1]
+    assert found[1] - found[2] == pytest.approx(prices.repair_per_physical_assistance)
+    assert [len(interventions([each], prices)) for each in (home, failed)] == [0, 1]
+    means = value([home, failed], Bare(), prices, 0).economics.running.amounts["repair"]
+    assert means == pytest.approx(0.5 * prices.repair_per_physical_assistance)
+
+
+def test_a_map_has_no_way_back(
+    hall: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["run", "--map", str(hall), "--stack", "parked", "--rules", "there_and_back"]
+    assert status(*words, "--episodes", "1", "--out", str(tmp_path / "run")) == 1
+    assert "which a map has not" in capsys.readouterr().err
+
+
 def test_limits_of_a_mission_grow_with_its_way_and_are_used_up() -> None:
     rules = load_dataclass(Rules, shipped("params") / "rules" / "costnav.yaml")
     assert rules.on_way(80.0) == rules
@@ -248,7 +320,8 @@ def test_losses_stand_where_they_arose_and_add_up(streets: Path) -> None:
     start, end = graph.points[0], graph.points[1]
     leg = dict(zip(("start_x_m", "start_y_m"), start, strict=True))
     leg |= dict(zip(("end_x_m", "end_y_m"), end, strict=True))
-    row = dict.fromkeys(EPISODE_COLUMNS, 0.0) | {"episode": 4, "outcome": "timeout"}
+    row = dict.fromkeys(EPISODE_COLUMNS, 0.0)
+    row |= {"episode": 4, "outcome": "timeout", "way_back": None}
     row |= {"mailbox_contacts": 1, "pedestrian_injury_usd": 7.0}
     place = {"x_m": 301.0, "y_m": 1.0}
     events = [{"episode": 4, "cost_usd": 5.0, **place}, {"episode": 9, "cost_usd": 3.0, **place}]

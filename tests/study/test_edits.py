@@ -14,8 +14,11 @@ import pyarrow.parquet as pq
 import pytest
 
 from harness.storage.checksums import CHECKSUMS, write_checksums
+from harness.storage.new_run import OF_STACKS
 from harness.storage.shipped import shipped
+from harness.study.verification import verify_run
 from navbench.cli.app import main
+from tools.pack_runs import pack
 
 DELIVERIES = 4
 Edit = Callable[[Path, random.Random], None]
@@ -182,6 +185,31 @@ UNNOTICED: dict[str, Edit] = {  # unless the delivery is among those that are dr
     "a moment of a recording": recorded("crowd"),
     "a moment of a plan": recorded("plan_xy"),
 }
+
+
+def whole_column(name: str, value: Any) -> Edit:
+    """A value in all rows."""
+
+    def edit(run: Path, rng: random.Random) -> None:
+        table = pq.read_table(run / "episodes.parquet")
+        place = table.schema.get_field_index(name)
+        array = pa.array([value] * len(table), table.schema.field(name).type)
+        changed = table.set_column(place, table.schema.field(name), array)
+        pq.write_table(changed, run / "episodes.parquet")
+
+    return edit
+
+
+def dearer(manifest: Any) -> None:
+    manifest[OF_STACKS]["nav2-gps-ekf"]["economics"]["revenue"] += 1.0
+
+
+PACKED: dict[str, Edit] = {  # edits of a packed run, which has no summary
+    "a published energy": cell("episodes.parquet", "published_energy_kwh", more),
+    "a share of the way": cell("episodes.parquet", "spl", more),
+    "a margin": document("run.json", dearer),
+    "prices": text("parameters.json", "value: 8000", "value: 4000"),
+}
 PLAIN: dict[str, Edit] = {  # that a checksum tells
     "a bit of a table": bit("*.parquet"),
     "a bit of a recording": bit("recordings/*"),
@@ -258,3 +286,33 @@ def test_what_docs_name_goes_unnoticed_where_it_is_not_driven_again(
         main(["verify", str(run), "--sample", str(DELIVERIES)])
     never = "what was typed", "a time of setting up", "the name of the processor"
     assert (leaving.value.code == 0) == (title in never)
+
+
+@pytest.fixture
+def packed(driven: Path, tmp_path: Path) -> Path:
+    """The same run without its recordings, packed."""
+    without = document("run.json", lambda it: it.update(keep_trace=False, keep_decisions=False))
+    pack([edited(driven, tmp_path, without, "")], tmp_path / "packed", "this")
+    return tmp_path / "packed"
+
+
+@pytest.mark.parametrize("title", PACKED)
+def test_an_edit_of_a_packed_run_contradicts_the_rest(packed: Path, title: str) -> None:
+    assert not verify_run(packed, 0, 0).wrong
+    PACKED[title](packed, random.Random(title))
+    write_checksums(packed)
+    assert len(verify_run(packed, 0, 0).wrong) == 1
+
+
+@pytest.mark.parametrize("is_older", [True, False])
+def test_a_column_that_no_program_of_that_time_stored_is_no_fault(
+    driven: Path, tmp_path: Path, is_older: bool
+) -> None:
+    run = edited(driven, tmp_path, whole_column("jerk_p95_mps3", None), "")
+    if is_older:
+        document("run.json", lambda it: it.update(program_sha256="0" * 64))(run, random.Random(0))
+    write_checksums(run)
+    found = verify_run(run, 1, 0)
+    told = [note for note in found.notes if "jerk_p95_mps3 not stored by the program" in note]
+    assert bool(found.is_sound) == bool(told) == is_older
+    assert bool(found.other) != is_older

@@ -63,16 +63,17 @@ class Cargo:
         self._standing = dataclasses.replace(params, bucket="fixed", place=None, drop=0.0)
         self._server: Server | None = None  # 28 MB, of use only once the bucket is shaken
 
-    def reset(self, rng: np.random.Generator, yaw: float = 0.0) -> None:
+    def reset(self, rng: np.random.Generator, yaw: float = 0.0, pieces: int | None = None) -> None:
         """Fill the bucket.
 
         Args:
             rng: chooses among settled heaps and the eight ways to turn and mirror one.
             yaw: [rad] of the robot at the start; matters to a bucket that stands loose.
+            pieces: how many are left of a heap, the lowest; None: all.
         """
         pour, image = int(rng.integers(POURS)), int(rng.integers(8))
         heap = turned(self._settled(pour), image)
-        self._heap = heap[is_inside(heap, self.params)]
+        self._heap = lowest(heap[is_inside(heap, self.params)], pieces)
         self._is_built = False  # in the server; many a delivery never shakes its cargo
         self._orientation: Quaternion = _LEVEL
         self._lost = 0
@@ -95,6 +96,11 @@ class Cargo:
         self._calm_steps = 0
         self._steps = 0
         self._bucket_yaw = 0.0  # [rad] in the server's frame
+
+    @property
+    def pieces_on_robot(self) -> int:
+        """In the bucket, if it stands on the robot."""
+        return self.state.pieces_at_start - self.state.pieces_outside
 
     @property
     def is_awake(self) -> bool:
@@ -221,6 +227,13 @@ class Cargo:
     def _are_inside(self, places: FloatArray) -> BoolArray:
         """Which pieces (n, 3) [m], bucket's frame, count as being in the bucket."""
         return is_inside(places, self.params)
+
+
+def lowest(heap: FloatArray, pieces: int | None) -> FloatArray:
+    """The lowest of the pieces (n, 3) of a heap, in their order; None: all."""
+    if pieces is None:
+        return heap
+    return heap[np.sort(np.argsort(heap[:, 2], kind="stable")[:pieces])]
 
 
 def harmless_jolt(heap: FloatArray, params: CargoParams, gravity: float) -> float:

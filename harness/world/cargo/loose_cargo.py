@@ -71,10 +71,17 @@ class LooseCargo(Cargo):
         self._thickness = max(self._height - _FLOOR - robot.ground_clearance, _DECK)  # [m]
         self._away = math.hypot(half_length, half_width) + _AWAY  # [m] of the deck's centre
 
-    def reset(self, rng: np.random.Generator, yaw: float = 0.0) -> None:
+    def reset(self, rng: np.random.Generator, yaw: float = 0.0, pieces: int | None = None) -> None:
         """See :meth:`Cargo.reset`."""
         self._yaw = -yaw  # [rad] of the bucket on the robot at the start
-        super().reset(rng, yaw)
+        super().reset(rng, yaw, pieces)
+
+    @property
+    def pieces_on_robot(self) -> int:
+        """See :meth:`Cargo.pieces_on_robot`."""
+        if self._left_deck is not None:
+            return 0
+        return super().pieces_on_robot
 
     def _begin(self) -> None:
         super()._begin()

@@ -8,7 +8,7 @@ import numpy as np
 from harness.world.physics.body_state import BodyState
 from harness.world.ranges import Latency, Rate
 from harness.world.sensors.noise import GaussMarkov, NoiseStore
-from harness.world.sensors.sensor import Sensor
+from harness.world.sensors.sensor import Errors, Sensor
 from harness.world.sensors.sky import Sky
 from navstack.errors import ParameterError
 from navstack.ranges import NotNegative, Parameters, Positive, Share
@@ -83,6 +83,17 @@ class GpsReceiver(Sensor[GpsFix]):
         self._drift = GaussMarkov(drift_rng, 2, self._params.drift_time)
         self._multipath = GaussMarkov(multipath_rng, 2, self._params.multipath_time)
         self._silent_until = 0.0  # [s]; inf: too much of the sky is hidden
+
+    def lasting(self, stamp: float) -> Errors:
+        """Drift and multipath, and how long [s] it stays without a fix."""
+        return *self._drift.values, *self._multipath.values, self._silent_until - stamp
+
+    def take_over(self, errors: Errors, age: float) -> None:
+        """See :meth:`Sensor.take_over`."""
+        *slow, silent = errors
+        self._drift.go_on(slow[:2], age)
+        self._multipath.go_on(slow[2:], age)
+        self._silent_until = silent - age
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> GpsFix | None:
         """The position now; None: there is no fix."""

@@ -8,7 +8,7 @@ import numpy as np
 from harness.world.physics.body_state import BodyState
 from harness.world.ranges import Latency, Rate
 from harness.world.sensors.noise import GaussMarkov, NoiseStore, RandomWalk
-from harness.world.sensors.sensor import Sensor
+from harness.world.sensors.sensor import Errors, Sensor
 from navstack.geometry import normalize_angle
 from navstack.ranges import NotNegative, Parameters, Positive
 from navstack.types import FloatArray, Imu
@@ -58,6 +58,17 @@ class InertialUnit(Sensor[Imu]):
         self._noise = NoiseStore(rng, 4)
         self._walk = RandomWalk(bias_rng)
         self._wander = GaussMarkov(wander_rng, 1, self._params.yaw_wander_time)
+
+    def lasting(self, stamp: float) -> Errors:
+        """The gyro's bias [rad/s] and the heading's wander."""
+        bias = self._bias + self._params.yaw_rate_bias_walk * self._walk.value
+        return bias, *self._wander.values
+
+    def take_over(self, errors: Errors, age: float) -> None:
+        """See :meth:`Sensor.take_over`."""
+        self._bias, *wander = errors
+        self._walk.begin_before(age)
+        self._wander.go_on(wander, age)
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Imu:
         """Heading, yaw rate and accelerations now."""

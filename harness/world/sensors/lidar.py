@@ -67,6 +67,12 @@ class LidarParams(Parameters, whose="lidar"):
                 f"lidar: range_min {self.range_min} m, range_max {self.range_max} m; "
                 "allowed is 0 <= range_min < range_max"
             )
+        box = self.self_filter
+        if box.x_min > box.x_max or box.y_min > box.y_max:
+            raise ParameterError(
+                f"lidar: self_filter x {box.x_min} to {box.x_max} m, y {box.y_min} to {box.y_max} m "
+                "holds nothing; allowed is min <= max"
+            )
 
 
 class Lidar(Sensor[LaserScan]):

@@ -56,18 +56,31 @@ class GaussMarkov:
         self._stamp = stamp
         return self._values
 
+    @property
+    def values(self) -> list[float]:
+        """As last asked for."""
+        return self._values
+
+    def go_on(self, values: list[float], age: float) -> None:
+        """Before the first call: take values that were those ``age`` [s] before time 0."""
+        self._values, self._stamp = values, -age
+
 
 class RandomWalk:
     """A Wiener process that starts at 0: its variance after t seconds is t."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._noise = NoiseStore(rng, 1)
-        self._value = 0.0
+        self.value = 0.0  # as last asked for
         self._stamp: float | None = None
+
+    def begin_before(self, age: float) -> None:
+        """Before the first call: let it have started ``age`` [s] before time 0."""
+        self._stamp = -age
 
     def at(self, stamp: float) -> float:
         """The value at ``stamp`` [s], which never goes back; the first call is the start."""
         if self._stamp is not None:
-            self._value += math.sqrt(stamp - self._stamp) * self._noise.row()[0]
+            self.value += math.sqrt(stamp - self._stamp) * self._noise.row()[0]
         self._stamp = stamp
-        return self._value
+        return self.value

@@ -9,6 +9,7 @@ from harness.world.physics.body_state import BodyState
 from navstack.types import FloatArray
 
 Message = TypeVar("Message", covariant=True)
+Errors = tuple[float, ...]  # of a sensor, in an order of its own
 
 
 class Sensor(ABC, Generic[Message]):
@@ -21,6 +22,13 @@ class Sensor(ABC, Generic[Message]):
         Each error draws from a generator of its own, the white noise from ``rng``, the others from
         its children: an error that is switched off leaves the others as they were.
         """
+
+    def lasting(self, stamp: float) -> Errors:
+        """Its errors at ``stamp`` [s] that last beyond an episode; empty: it has none."""
+        return ()
+
+    def take_over(self, errors: Errors, age: float) -> None:
+        """After a reset: go on with errors as they were ``age`` [s] before."""
 
     @abstractmethod
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Message | None:

@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Generic
+from typing import Any, Generic
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from harness.world.sensors.gps_receiver import GpsParams, GpsReceiver
 from harness.world.sensors.inertial_unit import ImuParams, InertialUnit
 from harness.world.sensors.lidar import Lidar, LidarParams
 from harness.world.sensors.message_precision import as_messages
-from harness.world.sensors.sensor import Message, Sensor
+from harness.world.sensors.sensor import Errors, Message, Sensor
 from harness.world.sensors.sky import Sky
 from harness.world.sensors.wheel_odometry import OdometryParams, WheelOdometry
 from navstack.clock import Clock
@@ -67,6 +67,11 @@ class Channel(Generic[Message]):
         self._under_way.clear()
         self._sensor.reset(body, rng)
 
+    @property
+    def sensor(self) -> Sensor[Message]:
+        """What measures."""
+        return self._sensor
+
     def deliver(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Message | None:
         """Measure if it is time to; returns the newest message that arrived since the last call."""
         measured = None
@@ -111,6 +116,13 @@ class SensorSuite:
         self._gps = Channel("gps", receiver, gps.rate, gps.latency)
         self._lidar = Channel("lidar", caster, lidar.rate, lidar.latency)
 
+        self._channels: tuple[Channel[Any], ...] = (
+            self._odometry,
+            self._imu,
+            self._gps,
+            self._lidar,
+        )
+
     def reset(self, body: BodyState, generators: Mapping[str, np.random.Generator]) -> None:
         """Start an episode at time 0, at which every sensor is due.
 
@@ -118,8 +130,17 @@ class SensorSuite:
             body: true motion of the robot at the start.
             generators: one per sensor, by its name.
         """
-        for channel in (self._odometry, self._imu, self._gps, self._lidar):
+        for channel in self._channels:
             channel.reset(body, generators[channel.generator])
+
+    def lasting(self, stamp: float) -> dict[str, Errors]:
+        """By sensor: its errors at ``stamp`` [s] that last beyond an episode."""
+        return {each.generator: each.sensor.lasting(stamp) for each in self._channels}
+
+    def take_over(self, errors: Mapping[str, Errors], age: float) -> None:
+        """After a reset: go on with errors as they were ``age`` [s] before."""
+        for channel in self._channels:
+            channel.sensor.take_over(errors[channel.generator], age)
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Observation:
         """What has arrived by ``stamp`` [s] since the last call; see :meth:`Sensor.measure`."""

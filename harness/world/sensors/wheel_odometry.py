@@ -8,7 +8,7 @@ import numpy as np
 from harness.world.physics.body_state import BodyState
 from harness.world.ranges import Latency, Rate
 from harness.world.sensors.noise import NoiseStore
-from harness.world.sensors.sensor import Sensor
+from harness.world.sensors.sensor import Errors, Sensor
 from navstack.geometry import compose, normalize_angle
 from navstack.ranges import NotNegative, Parameters
 from navstack.types import FloatArray, Odometry, Pose2D, Twist2D
@@ -62,6 +62,14 @@ class WheelOdometry(Sensor[Odometry]):
         self._slip = self._params.slip * abs(slip_rng.standard_normal())
         self._body = body
         self._pose = Pose2D()
+
+    def lasting(self, stamp: float) -> Errors:
+        """Scale errors and slip."""
+        return self._linear_scale, self._angular_scale, self._slip
+
+    def take_over(self, errors: Errors, age: float) -> None:
+        """See :meth:`Sensor.take_over`."""
+        self._linear_scale, self._angular_scale, self._slip = errors
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Odometry:
         """The integrated pose and the velocity now."""

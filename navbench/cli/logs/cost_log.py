@@ -109,9 +109,8 @@ def cost_log(
         print_json(comparison_json(found, other) if other else found.as_json())
         return
     if other:
-        print_blocks(
-            difference_blocks(found.log, found.cost, other.log, other.cost), report_console()
-        )
+        blocks = difference_blocks(found.log, found.cost, other.log, other.cost, found.twin)
+        print_blocks(blocks, report_console())
         return
     blocks = priced_log_blocks(found.log, found.cost, found.twin, prices, is_full)
     print_blocks(blocks, report_console())

@@ -68,10 +68,13 @@ def test_another_robot_does_not(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr("navbench.api.cost_log.DRIVES", 2)
+    monkeypatch.setattr("navbench.api.progress.LINE_PERIOD", 0.01)
     with pytest.raises(SystemExit) as leaving:
-        main(words(folder, DEFAULT))
+        main([*words(folder, DEFAULT), "--against", str(folder / "drive.mcap")])
     assert leaving.value.code == 0
-    screen = capsys.readouterr().out
+    screen, progress = capsys.readouterr()
+    assert f"2 times in the world by '{NAV2}'" in progress and "1 of 2 drives" in progress
+    assert len(screen.splitlines()) <= 25 and "contacts per km" in screen
     assert "2 of 2 drives arrived" in screen
     difference = float(screen.split("parts [m/s]")[1].split()[0])
     assert difference > 0.1

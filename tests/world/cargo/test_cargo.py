@@ -30,6 +30,10 @@ def cargo():
 def shake(cargo, accelerations, seed=0, calm=1.2):
     """The final state after accelerations (n, 3) [m/s2], one per physics step, and a calm time in [s]."""
     cargo.reset(np.random.default_rng(seed))
+    return shake_on(cargo, accelerations, calm)
+
+
+def shake_on(cargo, accelerations, calm=1.2):
     for acceleration in accelerations:
         cargo.step(BucketStep(tuple(acceleration), STILL, LEVEL, STILL))
     for _ in range(round(calm / DT)):
@@ -389,3 +393,16 @@ def test_nothing_is_simulated_while_nothing_can_be_spilled(monkeypatch):
     shake(bucket, np.concatenate((braking(5.0, 0.2), shock(3.0))), calm=0.0)
     assert len(steps) == 25
     bucket.close()
+
+
+def test_what_is_left_in_the_bucket_is_what_the_next_episode_begins_with(fuller):
+    left = shake(fuller, shock(2.0))
+    pieces = fuller.pieces_on_robot
+    assert pieces == left.pieces_at_start - left.pieces_outside < left.pieces_at_start
+    fuller.reset(np.random.default_rng(1))
+    whole = fuller.positions
+    fuller.reset(np.random.default_rng(1), 0.0, 30)
+    assert fuller.state.pieces_at_start == len(fuller.positions) == 30
+    assert fuller.positions[:, 2].max() <= np.sort(whole[:, 2])[29]
+    fuller.reset(np.random.default_rng(1), 0.0, 0)
+    assert shake_on(fuller, shock(2.0)).lost_fraction == 0.0

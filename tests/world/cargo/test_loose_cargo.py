@@ -17,6 +17,7 @@ from harness.world.cargo.loose_cargo import (
 )
 from harness.world.cargo.params import CargoParams
 from harness.world.physics.engine import Server, bullet
+from harness.world.truth import CargoState
 from navstack.errors import ParameterError, UnknownNameError
 
 DT, GRAVITY = 1.0 / 120.0, 9.81
@@ -172,6 +173,8 @@ def test_it_falls_where_the_way_that_a_shock_gives_it_exceeds_that_to_the_edge(r
     fallen = place(cargo)[2] < -0.3
     assert fallen == (share > 1.0)
     assert (cargo._left_deck is not None) == fallen
+    cargo.state = CargoState(1, 0)  # it lies in its bucket, wherever that is
+    assert cargo.pieces_on_robot == int(not fallen)
     cargo.close()
 
 

@@ -11,6 +11,7 @@ from harness.world.map.scene import Obstacle, Scene
 from harness.world.map.shapes import Rect
 from harness.world.physics.body_state import BodyState
 from harness.world.sensors.ground_truth import GroundTruthLocalizer
+from harness.world.sensors.lidar import SelfFilter
 from harness.world.sensors.suite import SensorParams, SensorSuite
 from harness.world.sensors.wheel_odometry import along_arc, wheel_motion
 from navstack.clock import Clock
@@ -323,3 +324,52 @@ def test_the_published_rows_come_with_and_without_people_in_the_scan(localizer):
     )
     same = [dataclasses.replace(stack, title="", name="", sensors="") for stack in stacks]
     assert same[0] == same[1]
+
+
+def test_a_filter_that_holds_nothing_is_refused():
+    lidar = preset("rtk_good").lidar
+    with pytest.raises(ParameterError, match="holds nothing"):
+        dataclasses.replace(lidar, self_filter=SelfFilter(1.0, -1.0, 0.0, 1.0))
+
+
+def lasting_errors():
+    """Errors that last, and no others."""
+    params = preset("rtk_good")
+    odometry = dataclasses.replace(params.odometry, linear_scale_std=0.1, velocity_std=0.0)
+    imu = dataclasses.replace(params.imu, yaw_rate_bias_std=0.1, yaw_rate_std=0.0)
+    imu = dataclasses.replace(imu, yaw_std=0.0, yaw_wander_std=0.2, yaw_wander_time=1e6)
+    gps = dataclasses.replace(
+        params.gps, position_std=0.0, drift_std=2.0, drift_time=100.0, reacquisition_time=1e6
+    )
+    return dataclasses.replace(params, odometry=odometry, imu=imu, gps=gps)
+
+
+def errors_seen(suite):
+    moving = BodyState(0.0, 0.0, 0.0, 1.0, 0.0, 0.5)
+    seen = suite.measure(moving, NOBODY, 0.0)
+    imu, fix = seen.imu, seen.gps
+    return [seen.odometry.twist.linear_x, imu.angular_velocity_z, imu.yaw, fix.x, fix.y]
+
+
+def test_lasting_errors_go_on_in_the_next_episode_and_fade_with_time():
+    params = lasting_errors()
+    before = make_suite(params, 0)
+    seen, left = errors_seen(before), before.lasting(0.0)
+    fresh = errors_seen(make_suite(params, 1))
+    after = make_suite(params, 1)
+    after.take_over(left, 0.0)
+    assert errors_seen(after) == pytest.approx(seen)
+    assert np.abs(np.subtract(fresh, seen)).min() > 1e-3
+    later = make_suite(params, 1)
+    later.take_over(left, 1e5)  # [s] a thousand times the drift's time
+    found = errors_seen(later)
+    assert found[:2] == pytest.approx(seen[:2]) and abs(found[3] - seen[3]) > 1e-3
+
+
+def test_a_receiver_without_a_fix_has_none_in_the_next_episode_either():
+    params = lasting_errors()
+    for silent, age, has_fix in ((math.inf, 50.0, False), (8.0, 5.0, False), (8.0, 9.0, True)):
+        suite = make_suite(params)
+        left = suite.lasting(0.0)
+        suite.take_over({**left, "gps": (*left["gps"][:4], silent)}, age)
+        assert (suite.measure(AT_REST, NOBODY, 0.0).gps is not None) == has_fix
