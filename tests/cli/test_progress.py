@@ -4,6 +4,7 @@ import time
 
 import pytest
 
+from harness.storage.texts import time_text
 from navbench.api import progress
 
 
@@ -42,3 +43,10 @@ def test_nothing_is_said_of_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     with progress.share_shown("messages"):
         pass
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("seconds", "told"), [(99.4, "99 s"), (100.0, "2 min"), (5990.0, "100 min"), (6000.0, "1.7 h")]
+)
+def test_a_time_is_told_in_the_unit_in_which_one_speaks_of_it(seconds: float, told: str) -> None:
+    assert time_text(seconds) == told
