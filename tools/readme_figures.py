@@ -134,8 +134,8 @@ def figures() -> str:
         word = "map"
     intro = wrapped(
         f"**World `{world_name(world)}`{default}, {word} {where}, {n} deliveries of "
-        f"each stack on the same missions.** In [brackets]: 95 %; those of the margin admit an "
-        "[unseen loss](docs/money.md#intervals), those of contacts are exact (Poisson)."
+        f"each stack on the same missions.** In brackets: [95 % "
+        "intervals](docs/tables.md#how-to-read-an-interval)."
     )
     verdict = wrapped(
         f"`{STACKS[0]}` earns {interval_text(difference)} USD a delivery more than "

@@ -80,6 +80,7 @@ class ArmDifference:
     against: str
     metric: str
     paired: PairedDifference  # adjusted for all comparisons of this metric
+    unseen: Interval | None = None  # of the margin, admitting an unseen loss
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,12 +190,15 @@ def _differences(
     for name, other in pairs:
         metrics = [key for key in COMPARED if key in measured[name] and key in measured[other]]
         if metrics and have_common_missions(sides[other], sides[name]):
-            known[name, other] = compare(sides[other], sides[name], metrics).differences
+            known[name, other] = compare(sides[other], sides[name], metrics)
     for metric in COMPARED:
-        family = {pair: found[metric] for pair, found in known.items() if metric in found}
-        adjusted = together([compared.paired for compared in family.values()])
-        for pair, paired in zip(family, adjusted, strict=True):
-            yield ArmDifference(*pair, metric, paired)
+        family = {pair: each for pair, each in known.items() if metric in each.differences}
+        adjusted = together([each.differences[metric].paired for each in family.values()])
+        for (pair, each), paired in zip(family.items(), adjusted, strict=True):
+            unseen = None
+            if metric == MARGIN:
+                unseen = each.unseen
+            yield ArmDifference(*pair, metric, paired, unseen)
 
 
 def _audits(

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from harness.economics.prices import Prices
 from harness.economics.unseen import (
     difference_admitting_unseen,
     margin_admitting_unseen,
@@ -20,8 +21,8 @@ from navstack.types import FloatArray
 FIRST_GUESS, GUESSES = 100, 3  # values of an interval, and steps of the search for their number
 
 
-def reach_of(run: StoredRun) -> Reach:
-    """What a delivery of a run could lose, at its prices and in its world."""
+def reach_of(run: StoredRun, prices: Prices | None = None) -> Reach:
+    """What a delivery of a run could lose, at its prices or others, and in its world."""
     world = run.condition("world")
     bodies = None
     if isinstance(world, Mapping):
@@ -30,7 +31,8 @@ def reach_of(run: StoredRun) -> Reach:
     if isinstance(bodies, Mapping):
         most = bodies.get("max_contact_impulse")
     return reach_of_loss(
-        run.prices(), float(most) if isinstance(most, int | float) and most > 0.0 else math.inf
+        prices or run.prices(),
+        float(most) if isinstance(most, int | float) and most > 0.0 else math.inf,
     )
 
 

@@ -70,6 +70,7 @@ class Accounting:
 
     intervals: dict[str, Interval]  # of :data:`VARIED`
     break_even_runs: float | None
+    margins: FloatArray | None  # (n,) [USD] of the deliveries; None: undefined
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +172,8 @@ def _accounting(
         del terms[MARGIN]
     intervals = mean_intervals(terms, missions(stack.rows), run.seed, CENT)
     margin = intervals.get(MARGIN, NO_INTERVAL).value
-    return Accounting(intervals, break_even_runs(valuation.economics.capex_usd, margin))
+    runs = break_even_runs(valuation.economics.capex_usd, margin)
+    return Accounting(intervals, runs, terms.get(MARGIN))
 
 
 def _running_costs(

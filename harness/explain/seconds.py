@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harness.explain.activities import STANDING
 from harness.explain.brains import Weighed
 from harness.explain.evidence import Evidence
 from harness.explain.moments import Moment
@@ -16,6 +17,8 @@ from navstack.errors import InputError
 from navstack.types import FloatArray, IntArray
 
 STEP = 0.5  # [s] between the instants that are told
+LEAST, MOST = 5.0, 20.0  # [s] that are told where nobody says how many
+ON_ITS_WAY = 1.0  # [s] that are told of how it drove before it was held up
 SAME_BODY = 0.75  # [m] between a track and a person's centre, up to which the track is the person's
 ABSENT, FARTHEST = 1e9, 1e6  # [m] where who is absent stands, and beyond which nobody is
 NEAR = 10.0  # [m] beyond which nobody matters
@@ -88,12 +91,32 @@ class Seconds:
         return float(-self.at[first])
 
 
-def seconds_before(evidence: Evidence, moment: Moment, before: float) -> Seconds:
+def since_cause(evidence: Evidence, moment: Moment) -> float:
+    """Seconds before a moment from which on they are told: :data:`LEAST` to :data:`MOST`.
+
+    They begin before the robot was held up: since then it has stood or reversed, with less than
+    :data:`LEAST` seconds of driving in between.
+    """
+    stamps, speed = evidence.stamps, evidence.trace[:, 4]
+    held = stamps[(speed <= STANDING) & (stamps <= moment.stamp)]
+    known = np.append(held, moment.stamp)
+    drives = np.flatnonzero(np.diff(known) > LEAST)
+    first = 0
+    if len(drives):
+        first = int(drives[-1]) + 1
+    return float(np.clip(moment.stamp - known[first] + ON_ITS_WAY, LEAST, MOST))
+
+
+def seconds_before(evidence: Evidence, moment: Moment, before: float | None = None) -> Seconds:
     """The record of the ``before`` seconds that led to a moment; fewer where it came earlier.
+
+    None: those of :func:`since_cause`.
 
     Raises:
         InputError: the delivery was over at once.
     """
+    if before is None:
+        before = since_cause(evidence, moment)
     since = max(moment.stamp - before, 0.0)
     stamps = evidence.stamps
     if len(stamps) < 2:

@@ -24,6 +24,7 @@ REASONS = {
 }
 CHANGED = 0.2  # [m/s] of speed within the last second that is called braking or speeding up
 STANDS = 0.05  # [m/s] below which the robot stands
+LONG = 1.0  # [s] from which on its standing is told
 TOUCHING = 0.05  # [m]
 SAME_TIME = 0.1  # [s]
 
@@ -114,8 +115,12 @@ def _motion(seconds: Seconds) -> str:
     when = ""
     if -seconds.at[0] >= 1.0:
         when = "in the last second "
+    stood = float(np.diff(seconds.at)[np.abs(speed[:-1]) < STANDS].sum())
+    moving, drove = speed[np.abs(speed) >= STANDS], f"drove {_span(speed)} m/s"
+    if stood >= LONG and len(moving):
+        drove = f"stood for {stood:.1f} s, else drove {_span(moving)} m/s"
     return (
-        f"In the {-seconds.at[0]:.1f} s before, it drove {_span(speed)} m/s and {when}{braked} "
+        f"In the {-seconds.at[0]:.1f} s before, it {drove} and {when}{braked} "
         f"(commanded {commanded[early]:z.2f}, then {commanded[-1]:z.2f} m/s)."
     )
 

@@ -146,12 +146,12 @@ def localize(request: Request, show: Show) -> Localized:
         read_transforms(bag, topics, mountings)
         if choice.edge is not None:
             frames = " -> ".join(map(frame_name, choice.edge))
-            _warn(
+            _note(
                 f"there is no topic of odometry: it is taken from {frames} in "
                 f"{choice.topics[ODOMETRY]}"
             )
         receiver = Receiver(
-            mountings, request.base_frame, odometry_frame(bag, choice), *frame, _warn, choice.edge
+            mountings, request.base_frame, odometry_frame(bag, choice), *frame, _note, choice.edge
         )
         localizer = _localizer(request, _with_defaults(nav2))
         _doubt_start(request, start, FIX in choice.topics and request.datum is None)
@@ -222,7 +222,7 @@ def _doubt_start(request: Request, start: Belief | None, is_anchor: bool) -> Non
         fixes, instead = "", " or --global"
         if is_anchor:
             fixes, instead = ", and fixes are placed from there", ""
-        _warn(
+        _note(
             f"nobody says where the robot starts: taken to be at 0,0,0{fixes}; give "
             f"--initial-pose{instead}"
         )
@@ -244,7 +244,7 @@ def _run(
     share = 0.0
     try:
         with show() as update:
-            for share in replay.run(start, begin, _warn):
+            for share in replay.run(start, begin, _note):
                 update(share)
     except KeyboardInterrupt:
         return f"interrupted after {share:.0%} of the messages", True
@@ -295,6 +295,6 @@ def _compare(
     return absolute_errors(aligned, matched), relative_errors(estimate, matched, request.interval)
 
 
-def _warn(text: str) -> None:
-    line = f"warning: {text}"
+def _note(text: str) -> None:
+    line = f"note: {text}"
     Console(stderr=True, highlight=False).print(line, markup=False, soft_wrap=True)

@@ -122,7 +122,7 @@ def read_log(request: LogRequest, say: Say) -> DriveLog:
 
     Args:
         request: files and frames.
-        say: takes warnings.
+        say: takes notes.
 
     Raises:
         InputError: the log cannot be used, or has no odometry.

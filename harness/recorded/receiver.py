@@ -47,7 +47,7 @@ class Receiver:
             frame: for fixes; None: such that the first fix stands where the robot is believed to
                 be.
             heading: [rad] of the map's x axis, counter-clockwise from east.
-            say: takes warnings.
+            say: takes notes.
             edge: frames between which transforms tell odometry.
         """
         self._mountings, self._say = mountings, say

@@ -71,7 +71,7 @@ class Replay:
         Args:
             start: where the robot is believed to be; its stamp becomes that of the first message.
             begin: resets the localizer.
-            say: takes warnings.
+            say: takes notes.
 
         Raises:
             DamageError: a message cannot be read.

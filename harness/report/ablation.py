@@ -31,9 +31,10 @@ from harness.report.numbers import (
     number_text,
     p_text,
 )
+from harness.report.short.setup import robot_price_line
 from harness.report.texts import OUTCOMES, notes
-from harness.report.verdict import repeated, undecided
-from harness.statistics.interval import Interval
+from harness.report.verdict import DOUBT, repeated, undecided
+from harness.statistics.interval import Interval, wider
 from navstack.types import FloatArray
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ def ablation_blocks(ablation: Ablation, figures: Sequence[Path], folder: Path) -
     sentences = [sentence(difference) for difference in ablation.differences]
     more = [*_wrong_maps(ablation), *map(price_sentence, ablation.prices)]
     more += [f"{arm}: {audit_sentence(audit)}" for arm, audit in ablation.audits.items()]
+    priced = [robot_price_line(ablation.run, ablation.run.prices())]
     return [
         _outcomes(ablation),
         _money(ablation),
@@ -72,7 +74,7 @@ def ablation_blocks(ablation: Ablation, figures: Sequence[Path], folder: Path) -
         *notes_of(notes("ablation")),
         *map(Chart, figures),
         Text(f"run folder: {folder}", "whole"),
-        *(Text(line, "whole") for line in deciding(ablation)),
+        *(Text(line, "whole") for line in [*deciding(ablation), *priced] if line),
     ]
 
 
@@ -146,7 +148,10 @@ def sentence(difference: ArmDifference) -> str:
         return f"{subject} on all {n} missions, which says nothing of what is rare."
     told = f"{n} missions, adjusted p {p_text(paired.p_holm)}"
     if paired.is_significant:
-        return f"{subject}: significant ({told})."
+        doubt = ""
+        if (difference.unseen or paired.difference).sign == 0:
+            doubt = DOUBT
+        return f"{subject}: significant ({told}){doubt}."
     text = f"{subject}: not significant ({told})"
     text += undecided(paired)
     if paired.detectable is not None:
@@ -156,7 +161,7 @@ def sentence(difference: ArmDifference) -> str:
 
 def _subject(difference: ArmDifference) -> str:
     """Who has more of what than whom, by how much."""
-    gap, whose = difference.paired.difference, difference.against
+    gap, whose = wider(difference.paired.difference, difference.unseen), difference.against
     is_money = difference.metric == MARGIN
     if not difference.paired.differs:
         verb = "earned the same as" if is_money else f"has the same {METRICS[difference.metric]} as"

@@ -1,6 +1,6 @@
 """What ``navbench explain`` found."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from harness.economics.cost_terms import COST_LABELS, MARGIN
@@ -65,10 +65,12 @@ def activities_table(activities: Sequence[Activity]) -> Table:
     return declared("activities", rows)
 
 
-def instants_table(seconds: Seconds) -> Table:
-    """The seconds before an event, an instant in each row."""
+def instants_table(seconds: Seconds, shown: Collection[str] = ()) -> Table:
+    """The seconds before an event, an instant in each row; ``shown``: in these columns only."""
     known = [instant(seconds, place) for place in seconds.instants()]
-    columns = TEXTS.instants
+    columns = {
+        key: each for key, each in TEXTS.instants.items() if key in (shown or TEXTS.instants)
+    }
     rows = [
         [_text(values[key], column.decimals) for key, column in columns.items()] for values in known
     ]

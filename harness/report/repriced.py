@@ -28,6 +28,9 @@ VARIED_TITLES = {"opex": "OPEX", MARGIN: "Margin"}
 
 def repriced_blocks(run: StoredRun, results: Sequence[Repriced], choices: Choices) -> list[Block]:
     """The tables, the accountings, the risk and what was changed."""
+    # which reads worlds, and so the simulator's parameters
+    from harness.report.short.setup import robot_price_line
+
     columns = [
         own_column(each.stack.name, each.valuation, len(each.stack.rows)) for each in results
     ]
@@ -39,7 +42,8 @@ def repriced_blocks(run: StoredRun, results: Sequence[Repriced], choices: Choice
     for each in results:
         blocks += [Text(f"{each.stack.name}: {line}") for line in _lines(each)]
     blocks += [Text(f"set: {key} = {number:g}") for key, number in choices.settings.items()]
-    return [*blocks, Text(f"run folder: {run.folder}", "whole")]
+    lines = [robot_price_line(run, choices.prices), f"run folder: {run.folder}"]
+    return [*blocks, *(Text(line, "whole") for line in lines if line)]
 
 
 def _lines(result: Repriced) -> Iterator[str]:

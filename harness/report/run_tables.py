@@ -15,7 +15,7 @@ from harness.report.paper_tables import layout_table, own_column, paper_blocks
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import NO_MARGIN, risk_text
 from harness.report.short.run import PUBLISHED_BESIDE
-from harness.report.short.setup import unlike_line, unlike_published
+from harness.report.short.setup import robot_price_line, unlike_line, unlike_published
 from harness.report.table_rows import RATE_LAYOUT, further_metrics
 from harness.report.verdict import earnings, rankings
 from harness.storage.checksums import root_digest
@@ -49,7 +49,7 @@ def run_blocks(
         *rankings(parties),
         f"run folder: {folder}",
         f"checksum of the run (SHA-256 of its checksums.json): {root_digest(folder)}",
-        *filter(None, [unlike_line(unlike_published(run))]),
+        *filter(None, [unlike_line(unlike_published(run)), robot_price_line(run, prices)]),
     ]
     return [
         *paper_blocks([*columns, *beside]),
@@ -67,7 +67,7 @@ def speed_text(result: StackResult, workers: int) -> str:
     if result.real_time_factor_per_core is None:
         return wall
     return (
-        f"{result.real_time_factor_per_core:.1f} x real time of processor time "
+        f"{result.real_time_factor_per_core:.1f} x real time on a core "
         f"({result.km_per_core_hour:.1f} km per core hour), {wall}"
     )
 

@@ -20,6 +20,7 @@ WIDEST = 1000  # [characters] that any table may have
 PARAGRAPH = 100  # [characters] of a line of a paragraph
 SENTENCE = 80  # [characters] at which sentences in a table are broken
 GAP = 2  # [characters] between columns
+COMMAND = "navbench "  # how a command in a line begins, which a terminal must not break
 STYLES = {"note": "dim", "heading": "bold"}
 
 
@@ -63,7 +64,14 @@ def print_blocks(blocks: Iterable[Block], console: Console) -> None:
 def _print_text(block: Text, console: Console) -> None:
     text = block.text
     if block.kind == "paragraph":
-        text = textwrap.fill(text, PARAGRAPH, break_long_words=False, break_on_hyphens=False)
+        width = min(PARAGRAPH, console.width)
+        text = textwrap.fill(text, width, break_long_words=False, break_on_hyphens=False)
+    if block.kind == "whole" and console.is_terminal and len(text) > console.width:
+        text, command, rest = text.partition(COMMAND)
+        console.print(RichText(text.rstrip()))  # broken between words
+        text = command + rest  # can be copied as it is
+        if not text:
+            return
     is_whole = block.kind in ("whole", "paragraph")
     console.print(RichText(text, style=STYLES.get(block.kind, "")), soft_wrap=is_whole)
 

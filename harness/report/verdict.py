@@ -11,8 +11,8 @@ from harness.analysis.rare import (
 )
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import CENT
-from harness.report.numbers import bounds_text, interval_text, number_text, p_text
-from harness.statistics.interval import Interval, fewest_missions
+from harness.report.numbers import interval_text, number_text, p_text
+from harness.statistics.interval import Interval, fewest_missions, wider
 from harness.statistics.paired import PairedDifference, needed_for, together
 from harness.study.stored_run import StoredRun
 
@@ -22,6 +22,7 @@ Party = tuple[str, Side, Interval | None]
 PROGRAM, MODULE = ["navbench"], ["python", "navbench/__main__.py"]  # as run.json has them
 REPEATABLE = ("run", "ablate", "tune")  # commands
 NOT_REPEATED = ("--episodes", "--only", "--out")  # options with a value
+DOUBT = "; an unseen loss could undo that"
 WORTH_FINDING = 1.0  # [USD/delivery] of a difference: what is smaller counts as none
 
 
@@ -60,12 +61,16 @@ def rankings(parties: Sequence[Party], family: Sequence[str] = (MARGIN,)) -> lis
         if not pair.differs:
             lines.append(_alike(f"{best} and {name}", margin, each))
             continue
-        span = interval_text(pair.difference)
-        told = f"{span} USD a delivery over {pair.difference.n} missions, p {p_text(pair.p_holm)}"
+        span = wider(pair.difference, each.unseen)
+        told = (
+            f"{interval_text(span)} USD a delivery over {span.n} missions, p {p_text(pair.p_holm)}"
+        )
         if pair.tests > 1:
             told += adjusted
-        if pair.is_significant:
-            line = f"{best} earns more than {name}: {told}{_doubt(each.unseen)}"
+        if pair.is_significant and span.low is not None and span.low <= 0.0:
+            line = f"{best} earned more than {name} on these missions: {told}{DOUBT}"
+        elif pair.is_significant:
+            line = f"{best} earns more than {name}: {told}"
         else:
             more = undecided(pair, each.first.run, each.second.run)
             line = f"These deliveries cannot rank {best} and {name}: {told}{more}"
@@ -118,8 +123,10 @@ def _more(text: str, needed: int, *runs: StoredRun) -> str:
 def repeated(run: StoredRun, episodes: int) -> str:
     """The command that drives a run again with so many deliveries.
 
-    Empty: it has not been driven by a command that could.
+    Empty: it is not finished, or has not been driven by a command that could.
     """
+    if not run.is_whole:
+        return ""
     return again(run.about.get("command", ()), episodes)
 
 
@@ -149,31 +156,24 @@ def _known(parties: Sequence[Party]) -> list[tuple[str, Side, Interval]]:
 
 
 def _earning(side: Side, margin: Interval, unseen: Interval | None) -> str:
-    run, fewest = side.run, fewest_missions()
-    text = f"{interval_text(margin, 2)} USD a delivery (n = {margin.n})"
+    run, fewest, span = side.run, fewest_missions(), unseen or margin
+    text = f"{interval_text(span, 2)} USD a delivery (n = {margin.n})"
     if margin.n < fewest:
         return _more(f"{text}: fewer than {fewest} deliveries decide nothing", fewest, run)
+    if span.sign:
+        return f"{text}: it {'earns' if span.sign > 0 else 'loses'} money"
     if margin.low is None or margin.high is None:
-        doubt = _doubt(unseen)
-        needed = deliveries_that_prove(margin, run) if doubt else None
+        text += f": all earned {number_text(margin.value)}"
+        needed = deliveries_that_prove(margin, run)
         if needed is None:
-            return f"{text}, all alike{doubt}"
-        more = f"; about {needed:,d} deliveries without a loss would show that it earns"
-        return _more(f"{text}, all alike{doubt}{more}", needed, run)
+            return text
+        more = f"{DOUBT}; about {needed:,d} deliveries without a loss would show that it earns"
+        return _more(text + more, needed, run)
     if margin.sign > 0:
-        return f"{text}: it earns money{_doubt(unseen)}"
-    if margin.sign < 0 and (unseen is None or unseen.high is None or unseen.high < 0.0):
-        return f"{text}: it loses money"
+        return f"{text}: it earned money on these missions{DOUBT}"
     text += ": these deliveries do not tell whether it earns"
     needed = needed_for(margin)
     if needed is None or needed <= margin.n:
         return text
     more = f"; about {needed:,d} would decide, {needed - margin.n:,d} more"
     return _more(text + more, needed, run)
-
-
-def _doubt(unseen: Interval | None) -> str:
-    """What an unseen loss makes of a gain; empty: it stays one."""
-    if unseen is None or unseen.low is None or unseen.low > 0.0:
-        return ""
-    return f"; an unseen loss could undo that: {bounds_text(unseen)}"

@@ -1,5 +1,6 @@
 """A value with its interval, Wilson's interval for shares, and when either is significant."""
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from statistics import NormalDist
@@ -49,6 +50,16 @@ def fewest_missions(tests: int = 1) -> int:
 
 
 NO_INTERVAL = Interval(None, None, None, 0)
+
+
+def wider(found: Interval, other: Interval | None) -> Interval:
+    """What was found, between the outer bounds of both; without bounds where it has none."""
+    if other is None or found.low is None or found.high is None:
+        return found
+    if other.low is None or other.high is None:
+        return found
+    low, high = min(found.low, other.low), max(found.high, other.high)
+    return dataclasses.replace(found, low=low, high=high)
 
 
 def interval_json(interval: Interval | None) -> dict[str, float | int | None] | None:

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 LONGEST_TEXT = 1000  # [characters] of a text in a row
+FEW = 100  # seconds or minutes, below which they are told as such
 
 
 def clean_text(text: str) -> str:
@@ -32,3 +33,12 @@ def clean_texts(value: Any) -> Any:
     if isinstance(value, list):
         return [clean_texts(each) for each in value]
     return value
+
+
+def time_text(seconds: float) -> str:
+    """A time in the unit in which one speaks of it."""
+    if seconds < FEW:
+        return f"{seconds:.0f} s"
+    if seconds < 60.0 * FEW:
+        return f"{seconds / 60.0:.0f} min"
+    return f"{seconds / 3600.0:.1f} h"

@@ -24,6 +24,7 @@ from harness.task.study import EpisodeTask, Study
 from navstack.errors import InputError
 from navstack.types import FloatArray
 
+TURN = 5  # deliveries of a worker, in which the time to make a brain anew is small
 TABLES = {"episodes": EPISODE_COLUMNS, "events": EVENT_COLUMNS, "timings": TIMING_COLUMNS}
 
 
@@ -76,12 +77,14 @@ def require_own(study: Study, folder: RunFolder) -> None:
 def drive_missing(study: Study, folder: RunFolder, workers: Workers, on_finished: Progress) -> None:
     """Drive every task that the folder lacks.
 
-    Each finished episode is on disk before ``on_finished`` hears of it. Two stacks take turns, so
-    that the pace of the first half holds for the second, and what an interrupt leaves are pairs.
+    Each finished episode is on disk before ``on_finished`` hears of it. The stacks take turns, so
+    that the pace of the first half holds for the second, and what an interrupt leaves are the same
+    missions of each. More brains than a process keeps drive several missions in a turn.
     """
-    tasks = study.tasks()
-    if len(study.stacks) <= BRAINS_KEPT:
-        tasks = study.tasks_by_mission()
+    block = 1
+    if len(study.stacks) > BRAINS_KEPT:
+        block = TURN * study.workers
+    tasks = study.tasks_in_turns(block)
     with contextlib.closing(driven(tasks, folder, workers)) as runs:
         for finished, record in runs:
             on_finished(finished, record)

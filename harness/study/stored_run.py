@@ -81,6 +81,12 @@ class StoredRun:
         """Name of its map."""
         return Path(self.about["map_name"]).stem
 
+    @property
+    def is_whole(self) -> bool:
+        """Whether each stack has driven all deliveries that were asked for."""
+        asked = int(self.about.get("episodes", 0))
+        return all(len(stack.rows) + stack.errors >= asked for stack in self.stacks)
+
     def prices(self) -> Prices:
         """The prices at which it was run."""
         return self._parameters("prices", load_prices)

@@ -126,11 +126,18 @@ class Study:
             for episode in self.numbers:
                 yield self.task(number, episode)
 
-    def tasks_by_mission(self) -> Iterator[EpisodeTask]:
-        """The same, each mission by all stacks before the next one."""
-        for episode in self.numbers:
-            for number in range(len(self.stacks)):
-                yield self.task(number, episode)
+    def tasks_in_turns(self, block: int = 1) -> Iterator[EpisodeTask]:
+        """The same, so many missions by all stacks before the next ones.
+
+        The stacks drive to and fro, so that the last one of a block, which is still in memory,
+        begins the next one.
+        """
+        order = list(range(len(self.stacks)))
+        for first in range(0, self.episodes, block):
+            for number in order:
+                for episode in self.numbers[first : first + block]:
+                    yield self.task(number, episode)
+            order.reverse()
 
     def task(self, number: int, episode: int) -> EpisodeTask:
         """One delivery of the stack with this number."""

@@ -135,7 +135,7 @@ class Journal:
             raise InputError(
                 f"study folder '{self.path.parent}' cannot be written ({error.strerror}); "
                 f"{len(self)} finished "
-                f"episodes are kept; make room and go on with --resume {self.path.parent}"
+                f"deliveries are kept; make room and go on with --resume {self.path.parent}"
             ) from None
         self._keep(json.loads(line))
         self.timed += self._ended is None

@@ -10,6 +10,7 @@ from scipy.stats import norm
 
 from harness.metrics.columns import Row
 from harness.statistics.interval import Interval
+from harness.storage.texts import time_text
 from harness.tuning.evaluation import Candidate, Evaluator
 from harness.tuning.history import score_interval
 from harness.tuning.journal import Journal
@@ -120,19 +121,19 @@ class StudyProgress:
     def text(self) -> str:
         """Everything in a line."""
         if self.best is None and self.phase != "search":
-            return f"{self.phase}: {self._driven} episodes driven"
+            return f"{self.phase}: {self._driven} deliveries driven"
         if self.best is None:
             driven, all_missions = self._journal.timed, len(self._plan.missions)
-            return f"original: {driven} of {all_missions} episodes driven{self._over_budget}"
+            return f"original: {driven} of {all_missions} deliveries driven{self._over_budget}"
         if self.phase != "search":
             left = ""
             if self.remaining is not None:
-                left = f", at most about {self.remaining:.0f} s left"
-            return f"{self.phase}: {self._since} of at most {self._later} episodes driven{left}"
+                left = f", at most about {time_text(self.remaining)} left"
+            return f"{self.phase}: {self._since} of at most {self._later} deliveries driven{left}"
         low, high = self.interval.low, self.interval.high
         bounds = ""
         if not (low is None or high is None):
-            bounds = f" ({self.text_of(low)} .. {self.text_of(high)})"
+            bounds = f" [{self.text_of(low)}, {self.text_of(high)}]"
         best = f"best {self.text_of(self.best.values[0])}{bounds} of {self.best.candidate.name}"
         parts = [f"trial {len(self.trials) - 1}/{self._plan.trials}", best]
         driven = sum(len(trial.missions) for trial in self.trials)
@@ -141,9 +142,9 @@ class StudyProgress:
             for trial in self.trials
             if trial.state == PRUNED
         )
-        parts.append(f"{driven} episodes, {saved} saved by racing")
+        parts.append(f"{driven} deliveries, {saved} saved by racing")
         if self.remaining is not None:
-            parts.append(f"about {self.remaining:.0f} s left")
+            parts.append(f"about {time_text(self.remaining)} left")
         if self.gain is not None:
             parts.append(f"expected further gain {self.text_of(self.gain)}")
         return ", ".join(parts)

@@ -154,7 +154,7 @@ def of_runs(old: str, new: str, within: float) -> Checked:
     """
     first, second = side_of(load_run(old)), side_of(load_run(new))
     for warning in compare(first, second, [MARGIN]).warnings:
-        say(f"warning: not comparable: {warning}")
+        say(f"note: not comparable: {warning}")
     return evaluate(first, second, within)
 
 
@@ -209,6 +209,8 @@ class Watch(Bar):
     def note(self) -> str:
         """Missions and bound."""
         self.done = time.monotonic() - self._start
+        if not self._looks.missions:
+            return "no mission is finished yet"
         return f"{self._looks.missions} missions, NEW less OLD [USD]: {self._looks.bound}"
 
 
@@ -233,7 +235,7 @@ def _drive(path: Path, declaration: CheckDeclaration, where: Where, budget: floa
     first, second = (Side(run.only(name), run.only(name).stacks[0]) for name in SIDES)
     checked = evaluate(first, second, declaration.within, looks.missions)
     if is_stopped:
-        say(f"interrupted after {looks.missions} missions; next: navbench check --resume {path}")
+        say(f"interrupted after {looks.missions} missions, which are kept in {path}")
     return CheckResult(declaration, checked, is_stopped)
 
 
@@ -250,7 +252,7 @@ def _drive_missions(
     with (
         open_workers(where, study.workers, path, {path: study}) as workers,
         shown(watch),
-        contextlib.closing(driven(study.tasks_by_mission(), folder, workers, watch.until)) as runs,
+        contextlib.closing(driven(study.tasks_in_turns(), folder, workers, watch.until)) as runs,
     ):
         for _ in runs:
             differences.tell(looks)

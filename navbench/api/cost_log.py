@@ -117,7 +117,7 @@ def cost_log(
     rules = load_dataclass(WorldParams, resolve(world, params / "worlds", "world"))
     paid_by = load_prices(prices)
     scene = load_scene(map)
-    log = read_log(request, lambda text: say(f"warning: {text}"))
+    log = read_log(request, lambda text: say(f"note: {text}"))
     if html is not None:
         require_shown(log)
     mission = nav2 and mission_of(log)  # refused before the fit of events, which takes longer

@@ -1,6 +1,5 @@
 """What the functions that drive have in common: progress while they do, and what is said of it."""
 
-import statistics
 import sys
 from collections import Counter
 from collections.abc import Iterable
@@ -37,12 +36,11 @@ class Driven:
 
 
 class Tally(Bar):
-    """Finished episodes, their outcomes and their speed."""
+    """Finished episodes and their outcomes."""
 
     def __init__(self, total: int, done: int) -> None:
         super().__init__("{done} of {total} deliveries", total, done)
         self._outcomes: Counter[str] = Counter()
-        self._factors: list[float] = []  # simulated over processor time of each delivery
 
     def add(self, finished: Finished[EpisodeTask, Delivery], record: Row) -> None:
         """Take in one finished episode."""
@@ -51,8 +49,6 @@ class Tally(Bar):
             self._outcomes["error"] += 1
         else:
             self._outcomes[OUTCOMES.get(row["outcome"], row["outcome"])] += 1
-            if cpu := record["timing"]["cpu_s"]:  # 0: shorter than this machine's clock tells
-                self._factors.append(row["duration_s"] / cpu)
         self.done += 1
         if finished.lost and finished.error is None:
             task = finished.task
@@ -60,11 +56,9 @@ class Tally(Bar):
 
     @property
     def note(self) -> str:
-        """Outcomes so far and the median of simulated over processor time."""
-        outcomes = "  ".join(f"{name} {count}" for name, count in sorted(self._outcomes.items()))
-        if not self._factors:
-            return outcomes or "starting; the first delivery ever also compiles"
-        return f"{outcomes}  {statistics.median(self._factors):.0f} x real time of processor time"
+        """Outcomes so far, the most frequent first."""
+        outcomes = "; ".join(f"{count} {name}" for name, count in self._outcomes.most_common())
+        return outcomes or "starting; the first delivery ever also compiles"
 
 
 def begin(study: Study, out: Path | None, where: Where) -> Driven:
@@ -147,9 +141,9 @@ def any_text(*texts: str | None) -> bool:
     return any(texts)
 
 
-def say_interrupted(tally: Tally, path: Path, options: str = "") -> None:
-    """Tell what an interrupt leaves; ``options`` go with the one that goes on."""
+def say_interrupted(tally: Tally, path: Path) -> None:
+    """Tell what an interrupt leaves; the command tells how to go on."""
     kept = "none was finished"
     if tally.done:
-        kept = f"the finished ones are kept in {path}; go on with --resume {path}{options}"
+        kept = f"the finished ones are kept in {path}"
     say(f"interrupted after {tally.done} of {tally.total} deliveries; {kept}")

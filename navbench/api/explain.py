@@ -28,7 +28,7 @@ from harness.explain.moments import (
     moments_of,
 )
 from harness.explain.rewind import rewind as drive_rewound
-from harness.explain.seconds import seconds_before
+from harness.explain.seconds import seconds_before, since_cause
 from harness.report.explain import explanation_blocks
 from harness.report.explain_figure import FORMATS, draw_seconds
 from harness.report.page.recording_code import load_recording
@@ -65,7 +65,7 @@ def explain(
     episode: int,
     *,
     event: int | None = None,
-    before: float = 5.0,
+    before: float | None = None,
     again: bool = False,
     rewind: Sequence[str] = (),
     plot: Path | None = None,
@@ -77,7 +77,8 @@ def explain(
         run: with one stack.
         episode: number of the delivery.
         event: number of the event; None: all, and the costliest for ``plot`` and ``rewind``.
-        before: [s] that are shown before the event, and rewound.
+        before: [s] that are shown before the event, and rewound; None: since the robot was held
+            up, 5 to 20.
         again: whether it is driven again even if it was recorded.
         rewind: ``PATH=VALUE`` of parameters, of which is worked out what they would have saved.
         plot: figure to draw; None: none.
@@ -155,10 +156,12 @@ def _saving(
     evidence: Evidence,
     moments: list[Moment],
     settings: Sequence[str],
-    before: float,
+    before: float | None,
 ) -> Saving:
     """What the costliest moment would have cost with other parameters from before it on."""
     moment, prices = costliest(moments), run.prices()
+    if before is None:
+        before = since_cause(evidence, moment)
     rewound = drive_rewound(run, evidence, settings, max(moment.stamp - before, 0.0))
     costs, new_costs = costs_of(evidence.row, prices), costs_of(rewound.delivery.row, prices)
     return Saving(rewound, moment, before, evidence.row, costs, new_costs)

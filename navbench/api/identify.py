@@ -64,7 +64,7 @@ def identify(
     if urdf is not None:
         body = read_urdf(urdf)
         request = replace(request, static_tf=(*body.frames, *request.static_tf))
-    log = read_log(request, lambda text: say(f"warning: {text}"))
+    log = read_log(request, lambda text: say(f"note: {text}"))
     default = load_dataclass(RobotParams, shipped("params") / "robots" / f"{DEFAULT_ROBOT}.yaml")
     found = identify_log(log, default)
     return IdentifiedRobot(found, log, write_files(out, found, log, body, nav2))

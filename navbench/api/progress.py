@@ -12,7 +12,10 @@ from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 
+from harness.storage.texts import time_text
+
 LINE_PERIOD = 10.0  # [s] between lines where there is no terminal
+BAR_WIDTH = 16  # [characters], so that the words beside it fit into 80
 
 
 class Progress(Protocol):
@@ -69,7 +72,7 @@ class Bar:
         amount = self._form.format(done=self.done, total=self.total)
         if self.left < 0.5:
             return amount
-        return f"{amount}, about {self.left:.0f} s left"
+        return f"{amount}, about {time_text(self.left)} left"
 
     @property
     def text(self) -> str:
@@ -79,7 +82,7 @@ class Bar:
     def __rich__(self) -> Table:
         """A bar before the same words."""
         row = Table.grid(padding=(0, 1))
-        row.add_row(ProgressBar(self.total, self.done, width=40), self._amount, self.note)
+        row.add_row(ProgressBar(self.total, self.done, width=BAR_WIDTH), self._amount, self.note)
         return row
 
     def move(self, done: float) -> None:

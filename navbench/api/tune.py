@@ -195,7 +195,7 @@ def _drive(
             f"then up to {later:,d} to choose, test and explain"
         )
         if len(journal):
-            say(f"going on after {len(journal)} episodes")
+            say(f"going on after {len(journal)} deliveries")
         shared = None if where.is_local else path
         with TemporaryDirectory(prefix="navbench-tune-", dir=shared) as files:
             evaluator = StackEvaluator(study.template, pool, journal, progress.episode, Path(files))
@@ -205,7 +205,7 @@ def _drive(
                     journal.stop_clock()
                     return written(study, base, result, evaluator, progress, journal.errors, path)
             except KeyboardInterrupt:
-                kept = f"{len(journal)} finished episodes are kept in {path}"
+                kept = f"{len(journal)} finished deliveries are kept in {path}"
                 say(f"interrupted {progress.when}; {kept}; next: navbench tune --resume {path}")
                 return None
 

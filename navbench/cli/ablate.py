@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from navbench.cli.driving import exit_status
+from navbench.cli.driving import exit_status, say_how_to_go_on
 from navbench.cli.options import FULL, names_of, path_option, refuse_others, study_options
 from navbench.cli.streams import print_json
 from navstack.errors import InputError
@@ -116,9 +116,10 @@ def ablate(
         blocks = short_ablation(ablation, folder)
         if is_full:
             blocks = [*blocks[:1], *ablation_blocks(ablation, found.figures, folder)]
-        following = f"explain {folder}"
-        if found.driven.is_interrupted:
-            following = f"ablate --resume {folder}"
-        last = f"page: {found.page}; next: navbench {following}"
+        last = f"page: {found.page}"
+        if not found.driven.is_interrupted:
+            last += f"; next: navbench explain {folder}"
         print_with_notes([*blocks, Text(last, "whole")], found.notes)
+    if found.driven.is_interrupted:
+        say_how_to_go_on("ablate", found.driven.folder)
     sys.exit(exit_status(found.driven.is_interrupted, found.driven.has_errors))

@@ -44,7 +44,7 @@ def compare(
     """
     comparison = money.compare(load(first), load(second), metrics)
     for warning in comparison.warnings:
-        say(f"warning: not comparable: {warning}")
+        say(f"note: not comparable: {warning}")
     if as_json:
         print_json(comparison_document(comparison))
     else:

@@ -48,10 +48,27 @@ def print_driven(
     else:
         run = load_run(str(driven.folder))
         _print_answer(run, driven, is_full)
+    if driven.is_interrupted:
+        say_how_to_go_on("run", driven.folder, " --page" if has_page else "")
+        return status
     page = write_page(driven) if has_page else None
     if not as_json:
         _print_next(run, driven, page)
     return status
+
+
+def say_how_to_go_on(command: str, folder: Path, options: str = "") -> None:
+    """After an interrupt: the one command that comes next, on standard error.
+
+    Args:
+        command: of navbench, that drove.
+        folder: in which is what was finished.
+        options: of the command that goes on, with a blank before each.
+    """
+    from navbench.api.progress import say
+
+    sys.stdout.flush()
+    say(f"next: navbench {command} --resume {folder}{options}")
 
 
 def write_page(driven: "Driven") -> Path | None:
@@ -90,9 +107,7 @@ def _print_next(run: "StoredRun", driven: "Driven", page: Path | None) -> None:
 
     folder = driven.folder
     where, following = f"run folder: {folder}", f"report {folder}"
-    if driven.is_interrupted:
-        following = f"run --resume {folder}"
-    elif page is not None:
+    if page is not None:
         where, following = f"page: {page}", f"replay {folder}"
         if any(costly_episodes(run.only(stack.name)) for stack in run.stacks):
             following = f"explain {folder}"

@@ -25,9 +25,8 @@ if TYPE_CHECKING:
 @click.option(
     "--before",
     type=Finite(min=0.2, max=60.0),
-    default=5.0,
-    show_default=True,
-    help="Seconds shown before the event, and rewound.",
+    help="Seconds shown before the event, and rewound; default: since the robot was held up, 5 to "
+    "20.",
 )
 @click.option(
     "--again",

@@ -17,7 +17,7 @@ from harness.study.places import Where
 from harness.study.suite import Portion
 from navbench.api import suite as api
 from navbench.api.suite import SuiteRun
-from navbench.cli.driving import exit_status
+from navbench.cli.driving import exit_status, say_how_to_go_on
 from navbench.cli.options import JSON, path_option, refuse_others, where_options
 from navbench.cli.streams import print_json
 from navstack.errors import InputError
@@ -106,6 +106,8 @@ def suite(
         print_json(found.as_json())
     else:
         _print(found)
+    if found.is_interrupted:
+        say_how_to_go_on("suite", found.folder, portion.options)
     sys.exit(exit_status(found.is_interrupted, found.has_errors))
 
 

@@ -6,11 +6,15 @@ import shlex
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, NoReturn
 
 import pytest
 
+from harness.execution.workers import Workers
 from harness.report.blocks import Text
+from harness.report.tables import print_blocks, report_console
 from harness.storage.shipped import shipped
+from navbench.api.driving import Tally
 from navbench.cli.app import COMMANDS, main
 from navbench.cli.common.ending import print_with_notes
 from tests.rules import short_rules
@@ -45,6 +49,10 @@ def run_words(place: Path, hall: Path) -> list[str]:
     stacks = [word for stack in STACKS for word in ("--stack", stack)]
     where = ["--map", str(hall), "--rules", "short.yaml", "--pedestrians", "3"]
     return ["run", *stacks, *where, "--episodes", "2", "--workers", "1"]
+
+
+def interrupt(*_: Any) -> NoReturn:
+    raise KeyboardInterrupt
 
 
 def follow(
@@ -120,7 +128,7 @@ def test_rules_that_are_not_the_papers_are_named_beside_its_column(
     lines = printed(capsys, *run_words, "--out", "one")
     (unlike,) = (line for line in lines if line.startswith("not as in the paper: "))
     assert "rules costnav with timeout 4.0 (241.0)" in unlike
-    assert "paper: Nav2 w/ GPS" in "".join(lines)
+    assert "paper w/ GPS" in "".join(lines)
     full = printed(capsys, "run", "--resume", "one", "--full")
     assert any(line.startswith(unlike) for line in full) and len(full) > MOST_LINES
     printed(capsys, "report", "one", "--again", "0")
@@ -226,12 +234,64 @@ def test_notes_stand_after_the_answer_and_before_the_next_command(
     assert both.getvalue().splitlines() == ["answer", "note: first", "note: second", "next"]
 
 
-def test_an_ablation_leads_on_to_commands_that_work(
-    capsys: pytest.CaptureFixture[str], place: Path, hall: Path
+class Terminal(io.StringIO):
+    """One that is 80 characters wide."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_terminal_breaks_lines_between_words_and_no_command(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TERM", "dumb")
+    told, command = " ".join(["deliveries"] * 12), f"navbench run {'--stack a ' * 12}--episodes 9"
+    for terminal, lines in (
+        (Terminal(), [" ".join(["deliveries"] * 7), f"{' '.join(['deliveries'] * 5)}:", command]),
+        (io.StringIO(), [f"{told}: {command}"]),
+    ):
+        print_blocks([Text(f"{told}: {command}", "whole")], report_console(terminal))
+        assert [line.rstrip() for line in terminal.getvalue().splitlines()] == lines
+
+
+@pytest.mark.parametrize(
+    ("words", "finished"),
+    [
+        (["run", "--stack", STACKS[0], "--stack", "parked", "--episodes", "2"], 3),
+        (["run", "--stack", "parked", "--episodes", "2", "--page"], 0),
+        (["ablate", "--localizers", "ground_truth,gps", "--episodes", "2"], 2),
+    ],
+)
+def test_an_interrupt_leads_on_by_one_command_that_works(
+    capsys: pytest.CaptureFixture[str],
+    place: Path,
+    hall: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    words: list[str],
+    finished: int,
+) -> None:
+    def interrupted(tally: Tally, *more: Any) -> None:
+        if tally.done == finished - 1:
+            raise KeyboardInterrupt
+        add(tally, *more)
+
+    add = Tally.add
     where = ["--map", str(hall), "--rules", "short.yaml", "--pedestrians", "3", "--workers", "1"]
-    heads = follow(
-        capsys,
-        ["ablate", "--localizers", "ground_truth,gps", *where, "--episodes", "2", "--out", "one"],
-    )
-    assert "with ground_truth, gps" in heads[0] and len(heads) > 1
+    both = io.StringIO()
+    with monkeypatch.context() as joined:
+        joined.setattr(Tally, "add", interrupted)
+        if not finished:
+            joined.setattr(Workers, "run", interrupt)
+        joined.setattr(sys, "stdout", both)
+        joined.setattr(sys, "stderr", both)
+        with pytest.raises(SystemExit) as leaving:
+            main([*words, *where, "--out", "part"])
+    lines = both.getvalue().splitlines()
+    assert leaving.value.code == 130 and len(lines) <= MOST_LINES
+    assert any(line.startswith(f"interrupted after {finished} of ") for line in lines)
+    assert [line for line in lines if "navbench " in line] == lines[-1:], "one command, the last"
+    more = " --page" if "--page" in words else ""
+    assert re.sub(r"/\S*/", "", lines[-1]) == f"next: navbench {words[0]} --resume part{more}"
+    heads = follow(capsys, shlex.split(NEXT.search(lines[-1])[1]))  # type: ignore[index]
+    assert "n = 2" in heads[0] and len(heads) > 1

@@ -4,6 +4,7 @@ import time
 
 import pytest
 
+from harness.storage.texts import time_text
 from navbench.api import progress
 
 
@@ -54,3 +55,10 @@ def test_days_tell_how_many_are_simulated(
             time.sleep(0.1)
     amounts = [line.split(",")[0] for line in capsys.readouterr().err.splitlines()]
     assert list(dict.fromkeys(amounts)) == ["1 of 8 days", "2 of 8 days"]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "told"), [(99.4, "99 s"), (100.0, "2 min"), (5990.0, "100 min"), (6000.0, "1.7 h")]
+)
+def test_a_time_is_told_in_the_unit_in_which_one_speaks_of_it(seconds: float, told: str) -> None:
+    assert time_text(seconds) == told

@@ -177,7 +177,7 @@ def test_tables_and_warnings(write_run, capsys):
     first, second = write_run("a", change=slower), write_run("b", change=faster, pedestrians=40)
     command.compare.callback(str(first), str(second), (), is_full=True, as_json=False)
     printed = capsys.readouterr()
-    assert "warning: not comparable: other world: people.count 20 and 40" in printed.err
+    assert "note: not comparable: other world: people.count 20 and 40" in printed.err
     assert "B minus A over 40 common missions" in printed.out
     better = {
         line.split()[0]: line.split()[-1]

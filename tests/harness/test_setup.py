@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from harness.economics.price import with_values
 from harness.report.short import setup
 from harness.report.short.run import summary_blocks
 from harness.report.short.setup import (
@@ -83,7 +84,7 @@ def test_a_run_of_any_number_of_stacks_fits_in_25_lines(write_run, count):
     blocks = summary_blocks(load_run(str(write_run("many", stacks, episodes=4))))
     assert len(blocks) < 25
     text = "\n".join(getattr(block, "text", "") for block in blocks)
-    assert "paper: Nav2 w/ GPS" in text and "Contacts per 1000 km" in text
+    assert "paper w/ GPS" in text and "Contacts per 1000 km" in text
     assert all(stack in text for stack in stacks[:15])
 
 
@@ -95,3 +96,19 @@ def test_a_robot_like_none_that_is_shipped_is_told_by_size_and_mass(tmp_path: Pa
     length, width = (2.0 * half for half in other.half_size)
     said = f"of {length:.2f} m x {width:.2f} m and 30.0 kg"
     assert setup._robot(tmp_path / "robot.yaml") == said
+
+
+def test_a_run_says_whose_price_break_even_pays(write_run):
+    run = load_run(str(write_run("one")))
+    prices = run.prices()
+    own = run.folder / "params" / f"{run.stacks[0].name}-robot.yaml"
+    for name in ("segway_e1", "jackal"):
+        assert setup.robot_price_line(run, prices) == "", "unknown, then the paper's"
+        file = resolve(name, shipped("params") / "robots", "robots")
+        own.write_text(dump_dataclass(load_dataclass(RobotParams, file)), encoding="utf-8")
+        setup._content.cache_clear()
+    told = "8,000 USD (P_Robot: retail price of the Segway E1 sidewalk delivery robot), whichever"
+    text = "\n".join(getattr(block, "text", "") for block in summary_blocks(run))
+    assert f"break-even pays for a robot of {told} robot drives" in text
+    own_price = with_values(prices, {"robot_cost": 21_000.0})
+    assert "a robot of 21,000 USD (set by the user" in setup.robot_price_line(run, own_price)

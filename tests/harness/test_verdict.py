@@ -12,6 +12,7 @@ from harness.economics.cost_terms import MARGIN
 from harness.economics.unseen import margin_admitting_unseen
 from harness.report.ablation import sentence
 from harness.report.comparison import comparison_blocks, winner
+from harness.report.numbers import number_text
 from harness.report.short.findings import short_comparison
 from harness.report.tuning.summary import _verdict
 from harness.report.verdict import earnings, rankings, repeated
@@ -32,18 +33,23 @@ def party(run, margin):
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "said"),
+    ("bounds", "admitting", "said"),
     [
-        (0.1, 2.0, "it earns money; an unseen loss"),
-        (-2.0, -0.1, "it loses money"),
-        (-1.0, 1.0, "these deliveries do not tell"),
+        ((0.1, 2.0), (0.05, 2.0), "it earns money"),
+        ((0.1, 2.0), (-0.1, 2.0), "it earned money on these missions; an unseen loss could undo"),
+        ((-2.0, -0.1), (-3.0, -0.1), "it loses money"),
+        ((-2.0, -0.1), (-3.0, 0.1), "these deliveries do not tell"),
+        ((-1.0, 1.0), (-2.0, 1.0), "these deliveries do not tell"),
     ],
 )
-def test_what_a_stack_earns_is_said_by_its_interval(write_run, low, high, said):
+def test_what_a_stack_earns_is_said_by_the_interval_that_is_shown(
+    write_run, monkeypatch, bounds, admitting, said
+):
     side = side_of(load_run(str(write_run("one"))))
-    (line,) = earnings(
-        [("mine", side, Interval(0.5, low, high, 20)), ("without cargo", side, None)]
-    )
+    unseen = Interval(0.5, *admitting, 20)
+    monkeypatch.setattr("harness.report.verdict.margin_with_unseen", lambda *_: unseen)
+    (line,) = earnings([("mine", side, Interval(0.5, *bounds, 20)), ("without cargo", side, None)])
+    low, high = admitting
     assert line.startswith(f"mine: 0.50 [{low:.2f}, {high:.2f}] USD a delivery (n = 20): {said}")
 
 
@@ -64,9 +70,13 @@ def test_a_gain_is_doubted_until_a_loss_that_has_not_happened_could_not_undo_it(
 
     run = load_run(str(write_run("one", episodes=episodes, change=alike, crowd=0.0)))
     (line,) = earnings([("mine", side_of(run), Interval(3.49, None, None, episodes))])
-    start = f"mine: 3.49 USD a delivery (n = {episodes}), all alike"
-    assert line.startswith(start)
-    assert (line != start) == doubts and ("; an unseen loss could undo that: [-" in line) == doubts
+    told = (
+        ": all earned 3.49; an unseen loss could undo that; about "
+        if doubts
+        else ": it earns money"
+    )
+    assert f"] USD a delivery (n = {episodes}){told}" in line
+    assert line.startswith("mine: 3.49 [-" if doubts else "mine: 3.49 [")
 
 
 def lossless(row):
@@ -125,7 +135,8 @@ def test_the_verdict_of_a_comparison_has_the_numbers_of_its_row(write_run):
     paired = margin_of(comparison).paired
     assert f"p {paired.p_holm:.3f} adjusted for 2 metrics" in verdict
     assert f"about {paired.needed} missions would decide" in verdict
-    assert row[-1] == str(paired.needed)
+    value = paired.difference.value
+    assert number_text(value) in row and f"A and B: {number_text(abs(value))} [" in verdict
 
 
 def test_the_best_is_ranked_where_the_missions_tell(write_run):
@@ -137,11 +148,9 @@ def test_the_best_is_ranked_where_the_missions_tell(write_run):
     parties = [party(bad, -1.0), party(good, 3.0), party(near, 2.9), party(other, 0.0)]
     first, second = rankings(parties)
     assert first.startswith("These deliveries cannot rank good and near: ")
-    assert second.startswith("good earns more than bad: ")
-    assert (
-        "over 40 missions, p <.001 adjusted for 2 comparisons; an unseen loss could undo that: [-"
-        in second
-    )
+    assert second.startswith("good earned more than bad on these missions: ")
+    doubt = "over 40 missions, p <.001 adjusted for 2 comparisons; an unseen loss could undo that"
+    assert second.endswith(doubt) and " [-" in second
     assert rankings(parties[:1]) == []
 
 
@@ -181,7 +190,7 @@ def test_every_screen_flips_with_the_test(write_run, count, is_significant):
     margin = Interval(0.0, None, None, 9)
     (ranking,) = rankings([("good", good, margin), ("bad", bad, Interval(-1.0, None, None, 9))])
     assert ranking.startswith(
-        "good earns more than" if is_significant else "These deliveries cannot"
+        "good earned more than" if is_significant else "These deliveries cannot"
     )
     assert winner(margin_of(comparison), "A", "B") == ("A" if is_significant else "")
     notes = " ".join(str(block) for block in comparison_blocks(comparison))

@@ -51,7 +51,7 @@ def complaint(capsys, *arguments: object) -> str:
     assert localize(*arguments) == 1
     said = capsys.readouterr().err.splitlines()
     assert said[-1].startswith("navbench: ") and all(
-        line.startswith("warning: ") for line in said[:-1]
+        line.startswith("note: ") for line in said[:-1]
     )
     return said[-1]
 
@@ -148,7 +148,7 @@ def test_odometry_may_stand_in_tf_alone(tmp_path, capsys):
     )
     captured = capsys.readouterr()
     assert captured.err.splitlines() == [
-        "warning: there is no topic of odometry: it is taken from odom -> base_link in /tf"
+        "note: there is no topic of odometry: it is taken from odom -> base_link in /tf"
     ]
     assert json.loads(captured.out)["ape"]["median_m"] < 0.1
 
@@ -262,7 +262,7 @@ def test_unset_stamps_of_a_busy_topic_spoil_no_other(tmp_path, capsys, stuck):
     bag = write(tmp_path / "straight", entries + more, "ros1")
     replay(bag, "odom_imu")
     said = [line for line in capsys.readouterr().err.splitlines() if "another time" in line]
-    assert said == ["warning: 1200 messages of /imu/data have stamps that are unset or of another time; "
+    assert said == ["note: 1200 messages of /imu/data have stamps that are unset or of another time; "
                     "taken as measured when they arrived"]  # fmt: skip
     written = read_tum(tmp_path / "out.tum")
     assert written.stamps[0] == pytest.approx(START) and written.stamps[-1] == pytest.approx(

@@ -51,7 +51,7 @@ def test_a_clock_that_was_set(tmp_path, capsys, localizer, step, recorder):
         assert found["degraded_s"] + found["lost_s"] > SECONDS - AT - 0.1
         return
     assert found["final"][:2] == pytest.approx((SECONDS, 0.0), abs=0.5)
-    is_said = "warning: stamps of" in said or "stamps that are unset or of another time" in said
+    is_said = "note: stamps of" in said or "stamps that are unset or of another time" in said
     assert is_said != is_pause
 
 

@@ -194,16 +194,23 @@ class Listening(Workers):
 
 
 @pytest.mark.parametrize(
-    ("stacks", "first"), [(2, [(0, 0), (1, 0), (0, 1)]), (3, [(0, 0), (0, 1), (0, 2)])]
+    ("stacks", "turn", "told"),
+    [
+        (2, 1, [(0, 0), (1, 0), (1, 1), (0, 1), (0, 2), (1, 2)]),
+        (3, 2, [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2)]),
+    ],
 )
-def test_two_stacks_take_turns_and_more_do_not(stacks: int, first: list[tuple[int, int]]) -> None:
-    """The pace of the first half holds for the second; three brains do not fit into a process."""
-    known = make_study(stacks=["parked", "nav2-gps"], episodes=3)
+def test_stacks_take_turns_of_a_mission_or_where_there_are_many_of_several(
+    stacks: int, turn: int, told: list[tuple[int, int]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Stack and mission of each delivery: what an interrupt leaves are the same missions."""
+    monkeypatch.setattr("harness.study.drive.TURN", turn)
+    known = make_study(stacks=["parked", "nav2-gps"], episodes=3, workers=1)
     study = dataclasses.replace(known, stacks=(known.stacks * 2)[:stacks])
     workers = Listening(1, InProcess)
     folder = SimpleNamespace(finished=frozenset())
     drive_missing(study, folder, workers, lambda *_: None)  # type: ignore[arg-type]
-    assert workers.heard[:3] == first and len(workers.heard) == study.total
+    assert workers.heard == told and len(set(told)) == study.total
 
 
 def test_a_finished_run_says_so_and_prints_its_tables(

@@ -24,8 +24,6 @@ from navstack.params.strict import load_dataclass
 
 Json = dict[str, Any]
 
-BEFORE = 5.0  # [s] of which the reason of an event tells
-
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Recorded:
@@ -147,7 +145,7 @@ def _reasons(delivery: Recorded, arrays: Mapping[str, Any]) -> list[Json]:
             load_dataclass(Rules, parameter_folder(run.folder) / "rules.yaml"),
             entry.prices,
         )
-        told = explained(evidence, [seconds_before(evidence, moment, BEFORE) for moment in moments])
+        told = explained(evidence, [seconds_before(evidence, moment) for moment in moments])
     # a damaged table of decisions, or a delivery that was over at once: the replay stands without
     except InputError:
         return []

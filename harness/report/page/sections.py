@@ -19,7 +19,12 @@ from harness.report.paper_tables import Column, number_text, span_text, table_no
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import SHOWN, TITLES, forgiven
 from harness.report.short.run import PUBLISHED_BESIDE
-from harness.report.short.setup import setup_line, unlike_line, unlike_published
+from harness.report.short.setup import (
+    robot_price_line,
+    setup_line,
+    unlike_line,
+    unlike_published,
+)
 from harness.report.table_rows import LAYOUTS, RATE_LAYOUT, TableRow
 from harness.report.texts import notes
 from harness.report.verdict import earnings, rankings
@@ -77,9 +82,11 @@ def headline(entries: Sequence[PageEntry], known: Accounted) -> Json:
 
 
 def _setup(entries: Sequence[PageEntry]) -> list[str]:
-    """What drove where, and what of that is not as in the paper: two lines for each run."""
-    runs = {entry.run.folder: entry.run for entry in entries}.values()
-    lines = [line for run in runs for line in (setup_line(run), unlike_line(unlike_published(run)))]
+    """What drove where, and what of that is not as in the paper: up to three lines for each run."""
+    lines: list[str] = []
+    for run in {entry.run.folder: entry.run for entry in entries}.values():
+        lines += [setup_line(run), unlike_line(unlike_published(run))]
+        lines.append(robot_price_line(run, run.prices()))
     return list(dict.fromkeys(filter(None, lines)))
 
 

@@ -6,18 +6,23 @@ from pathlib import Path
 
 from harness.explain.activities import Activity
 from harness.explain.document import Explained, Saving
-from harness.explain.evidence import Evidence
+from harness.explain.evidence import RECORDING, Evidence
 from harness.explain.moments import TIMEOUT, costliest
-from harness.report.blocks import Block, Chart, Text
+from harness.report.blocks import Block, Chart, Text, declared
 from harness.report.explain import (
     activities_table,
-    explanation_blocks,
+    ending,
     instants_table,
     saving_blocks,
 )
 
 MOST_EVENTS = 4  # others that are named
 MOST_INSTANTS = 6  # rows of the table
+SPENT = (0, 1, 3, 4, 7)  # columns of the activities, which fit into 80 characters
+INSTANT = (  # columns of the table, likewise
+    *("time_to_event_s", "speed_mps", "command_linear_x_mps", "command_angular_z_radps"),
+    *("decided_by", "distance_m", "position_error_m"),
+)
 
 
 def short_explanation(
@@ -38,18 +43,25 @@ def short_explanation(
         figures: files that were drawn.
         activities: where the time went.
     """
-    head = explanation_blocks(evidence, (), None, ())[0]
+    row, source = evidence.row, "driven again as it was"
+    if evidence.source == RECORDING:
+        source = "from its recording"
+    head = Text(f"{ending(row)} after {row['duration_s']:.1f} s; {source}", "heading")
     dear = costliest([each.seconds.moment for each in moments])
     (told,) = (each for each in moments if each.seconds.moment is dear)
     others = [each for each in moments if each is not told]
-    blocks = [head, Text(told.words, "paragraph")]
-    blocks += [Text(f"Also {each.words.split('. ')[0]}.", "whole") for each in others[:MOST_EVENTS]]
+    blocks: list[Block] = [head, Text(told.words, "paragraph")]
+    for each in others[:MOST_EVENTS]:
+        what = each.words.split(". ")[0].replace("Event", "event", 1)
+        blocks.append(Text(f"Also {what}.", "whole"))
     if len(others) > MOST_EVENTS:
         blocks.append(Text(f"and {len(others) - MOST_EVENTS} more events: --full"))
-    table = instants_table(told.seconds)
+    table = instants_table(told.seconds, INSTANT)
     step = -(-len(table.rows) // MOST_INSTANTS)
     if dear.kind == TIMEOUT and activities:
-        blocks.append(activities_table(activities))
+        full = activities_table(activities)
+        rows = [[row[place] for place in SPENT] for row in full.rows]
+        blocks.append(declared("time_spent", rows))
     else:
         blocks.append(dataclasses.replace(table, rows=table.rows[::-1][::step][::-1]))
     if saving is not None:

@@ -1,25 +1,30 @@
 """What the commands that compare and price found, each in at most 25 lines."""
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from harness.ablation.analysis import Ablation
 from harness.analysis.compare import Comparison, Side
+from harness.analysis.rare import margin_with_unseen, reach_of
 from harness.analysis.repricing import Choices, Repriced
 from harness.analysis.sensitivity import Sensitivity
 from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_terms import MARGIN
+from harness.economics.prices import Prices
 from harness.economics.rates import RATE_TITLES
+from harness.economics.unseen import margin_admitting_unseen
+from harness.economics.valuation import missions
 from harness.report.ablation import deciding, price_sentence, sentence
 from harness.report.audit import audit_sentence
 from harness.report.blocks import Block, Text
-from harness.report.comparison import comparison_cells
 from harness.report.numbers import count_text, interval_text, number_text
 from harness.report.page.comparisons import FOREMOST, metric_titles
 from harness.report.repriced import SHOWN
-from harness.report.short.run import CONTACT_RATE, aligned, errors_of
+from harness.report.short.run import BRACKETS, CONTACT_RATE, MANY, aligned, errors_of
 from harness.report.short.setup import (
     drivers_of,
+    robot_price_line,
     setup_line,
     unlike_line,
     unlike_published,
@@ -27,7 +32,7 @@ from harness.report.short.setup import (
 )
 from harness.report.texts import TEXTS
 from harness.report.verdict import rankings
-from harness.statistics.interval import Interval
+from harness.statistics.interval import Interval, wider
 from harness.study.stored_run import StoredRun, load_run
 
 MOST_PRICES = 5  # on which the money depends most
@@ -42,7 +47,7 @@ def lines_of(lines: Sequence[str]) -> list[Block]:
 def short_comparison(comparison: Comparison) -> list[Block]:
     """Who was compared, the verdict, and the foremost metrics in which the two differ."""
     sides = {"A": comparison.first, "B": comparison.second}
-    lines = [f"{letter}: {side_line(side)}" for letter, side in sides.items()]
+    lines = compared_lines(sides)
     known = comparison.differences
     if MARGIN in known:
         means = known[MARGIN].first, known[MARGIN].second
@@ -53,23 +58,9 @@ def short_comparison(comparison: Comparison) -> list[Block]:
         lines += rankings(parties, comparison.family)
     shown = [key for key in FOREMOST if key in known] if MARGIN in known else list(known)
     titles = metric_titles()
-    rows = [
-        (titles.get(key, key), *comparison_cells(known[key])) for key in shown if known[key].differs
-    ]
+    rows = [(titles.get(key, key), *_cells(comparison, key)) for key in shown if known[key].differs]
     if rows:
-        head = [
-            "B minus A",
-            "A",
-            "B",
-            "B - A",
-            "95 % interval",
-            "p",
-            "p adjusted",
-            "n",
-            "needed",
-            "better",
-        ]
-        lines += aligned([head, *rows])
+        lines += aligned([[BRACKETS, "A", "B", "B - A"], *rows])
     else:
         lines.append(f"alike on all {comparison.pairs} common missions")
     lines.append(_rates_line(comparison))
@@ -79,6 +70,26 @@ def short_comparison(comparison: Comparison) -> list[Block]:
     if any(left):
         lines.append(f"left out, without a partner: {left[0]} deliveries of A, {left[1]} of B")
     return lines_of(lines)
+
+
+def compared_lines(sides: Mapping[str, Side]) -> list[str]:
+    """Who is compared: one line where both drove in one run, else a line for each."""
+    first, second = sides.values()
+    if first.run.folder != second.run.folder:
+        return [f"{letter}: {side_line(side)}" for letter, side in sides.items()]
+    both = dataclasses.replace(first.run, stacks=(first.stack, second.stack))
+    told = ", ".join(f"{letter} {side.stack.name}" for letter, side in sides.items())
+    return [f"{told} of {first.run.folder}: {setup_line(both)}"]
+
+
+def _cells(comparison: Comparison, key: str) -> list[str]:
+    """Both means and their difference, of a metric."""
+    entry = comparison.differences[key]
+    difference, decimals = entry.paired.difference, None
+    if key == MARGIN:
+        difference, decimals = wider(difference, comparison.unseen), 2
+    means = (number_text(mean, decimals) for mean in (entry.first, entry.second))
+    return [*means, interval_text(difference, decimals)]
 
 
 def _rates_line(comparison: Comparison) -> str:
@@ -109,22 +120,35 @@ def short_repricing(
     sets = [f"{key} = {number:g}" for key, number in choices.settings.items()]
     sets += [f"with {name}" for name in choices.optional.names]
     lines = [setup_line(run), unlike_line(unlike_published(run)), ", ".join(sets)]
-    head = ["Margin ($/delivery)", *(TEXTS.accountings[name] for name in SHOWN), "Break-even"]
+    titles = (TEXTS.accountings[name] for name in SHOWN)
+    head = ["Margin ($/delivery)", *titles, "Break-even (runs)"]
     rows = []
     for each in results[:MOST_STACKS]:
         margins = [
-            interval_text(each.accountings[name].intervals.get(MARGIN), absent="undefined")
+            interval_text(_margin(run, each, name, choices.prices), absent="undefined")
             for name in SHOWN
         ]
         runs = count_text(each.accountings[PUBLISHED].break_even_runs)
         rows.append([each.stack.name, *margins, runs])
-    lines += aligned([head, *rows])
+    table = [head, *rows]
+    if len(rows) < MANY:  # which fit beside each other
+        table = [list(column) for column in zip(*table, strict=True)]
+    lines += aligned(table)
     if len(results) > MOST_STACKS:
         lines.append(f"and {len(results) - MOST_STACKS} more stacks: --full")
-    lines += errors_of(run)
+    lines += [robot_price_line(run, choices.prices), *errors_of(run)]
     if len(results) == len(sensitive) <= 2:
         lines += [line for each in sensitive for line in dependence(each)]
     return lines_of(lines)
+
+
+def _margin(run: StoredRun, priced: Repriced, accounting: str, prices: Prices) -> Interval | None:
+    """The margin under an accounting, admitting an unseen loss; None: it is undefined."""
+    found = priced.accountings[accounting].margins
+    if found is None:
+        return None
+    clusters = missions(priced.stack.rows)
+    return margin_admitting_unseen(found, reach_of(run, prices), clusters, run.seed)
 
 
 def dependence(result: Sensitivity) -> list[str]:
@@ -157,13 +181,15 @@ def short_ablation(ablation: Ablation, folder: Path) -> list[Block]:
         folder: of its run.
     """
     lines = [ablation_setup(ablation, folder), *ablation_answer(ablation)]
-    head = ["Localizer", "error, median [m]", "95 % [m]", "Margin ($/delivery)", "Sensors"]
+    head = [BRACKETS, "Error [m]", "95th pct.", "Margin ($/delivery)", "n", "Sensors"]
+    margins = {stack.name: margin_with_unseen(ablation.run, stack) for stack in ablation.run.stacks}
     rows = [
         (
             arm.name,
-            interval_text(arm.errors["localization_error_median_m"], 3),
+            number_text(arm.errors["localization_error_median_m"].value, 3),
             number_text(arm.errors["localization_error_p95_m"].value),
-            interval_text(arm.margin, absent="undefined"),
+            interval_text(margins[arm.name], absent="undefined"),
+            str(arm.result.episodes),
             " + ".join(arm.stack.carries) or "none",
         )
         for arm in ablation.arms

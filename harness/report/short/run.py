@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from harness.analysis.compare import Side
+from harness.analysis.rare import margin_with_unseen
 from harness.economics.cost_terms import MARGIN
 from harness.economics.rates import MARGIN_PER_KM, RATE_TITLES
 from harness.economics.valuation import has_too_few, value
@@ -11,7 +12,13 @@ from harness.report.blocks import Block, Text
 from harness.report.paper_tables import Column, cells_of, own_column
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import NO_MARGIN
-from harness.report.short.setup import USUAL_SENSORS, setup_line, unlike_line, unlike_published
+from harness.report.short.setup import (
+    USUAL_SENSORS,
+    robot_price_line,
+    setup_line,
+    unlike_line,
+    unlike_published,
+)
 from harness.report.table_rows import RATES, TableRow
 from harness.report.verdict import earnings, rankings
 from harness.storage.rows import values
@@ -19,7 +26,9 @@ from harness.storage.shipped import is_district
 from harness.study.stored_run import StoredRun, StoredStack
 
 PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the stacks here
+PAPER = "paper w/ GPS"  # above it, short enough for a terminal of 80 characters
 CONTACT_RATE = "contacts_per_1000_km"
+BRACKETS = "[95 % interval]"  # above tables; docs/tables.md says of which kind
 ROWS = (
     TableRow("Margin ($/delivery)", MARGIN, 2, absent="undefined"),
     TableRow("In time, intact", "sla", 3, absent="not modelled"),
@@ -28,7 +37,7 @@ ROWS = (
     TableRow("Assistance", "physical_assistance", 3),
     TableRow("Injuries ($/delivery)", "pedestrian_safety", 2),
     TableRow(RATE_TITLES[CONTACT_RATE], CONTACT_RATE, 0),
-    TableRow("Break-even (deliveries)", "break_even_runs", 0),
+    TableRow("Break-even (runs)", "break_even_runs", 0),
 )
 ON_STREETS = (
     TableRow(RATES[MARGIN_PER_KM], MARGIN_PER_KM, 2, absent="undefined"),
@@ -53,19 +62,24 @@ def summary_blocks(run: StoredRun) -> list[Block]:
         return [Text(f"no delivery finished; run folder: {run.folder}", "whole")]
     columns = [_column(run, stack) for stack in driven]
     lines = [setup_line(run), *verdicts(run, driven, columns)]
+    columns = [
+        _admitting_unseen(run, stack, column) for stack, column in zip(driven, columns, strict=True)
+    ]
     if len(columns) < MANY:
         rows = list(ROWS)
         if is_district(str(run.about["map_name"])):
             rows += ON_STREETS
         lines += aligned(_beside([*columns, _paper(run)], rows))
+        priced = robot_price_line(run, run.prices())
     else:
-        lines += aligned(_below([*columns, _paper(run)]))
+        lines += aligned(_below([*columns, _paper(run)]))  # without the break-even point
+        priced = ""
         if len(columns) > MOST_LINES:
             lines.append(f"and {len(columns) - MOST_LINES} more stacks: --full")
     unlike = unlike_published(run)
     if unlike.get("sensors") == USUAL_SENSORS:  # the first line says so
         del unlike["sensors"]
-    lines += filter(None, [unlike_line(unlike)])
+    lines += filter(None, [unlike_line(unlike), priced])
     return [Text(line, "whole") for line in (*lines, *errors_of(run))]
 
 
@@ -101,17 +115,25 @@ def _column(run: StoredRun, stack: StoredStack) -> Column:
     return own_column(stack.name, valuation, len(stack.rows))
 
 
+def _admitting_unseen(run: StoredRun, stack: StoredStack, column: Column) -> Column:
+    """The same with the margin's interval that admits an unseen loss."""
+    unseen = margin_with_unseen(run, stack)
+    if unseen is None or MARGIN not in column.intervals:
+        return column
+    return dataclasses.replace(column, intervals={**column.intervals, MARGIN: unseen})
+
+
 def _paper(run: StoredRun) -> Column:
     columns = published_columns(load_published(), run.prices())
     (paper,) = (column for column in columns if column.title == PUBLISHED_BESIDE)
-    return dataclasses.replace(paper, title=f"paper: {paper.title}")
+    return dataclasses.replace(paper, title=PAPER)
 
 
 def _beside(columns: Sequence[Column], shown: Sequence[TableRow]) -> list[list[str]]:
     """A row for each quantity, a column for each stack."""
     cells = [cells_of(shown, column) for column in columns]
     rows = [[row.label, *(own[row.key] for own in cells)] for row in shown]
-    return [["", *(column.title for column in columns)], *rows]
+    return [[BRACKETS, *(column.title for column in columns)], *rows]
 
 
 def _below(columns: Sequence[Column]) -> list[list[str]]:
@@ -122,7 +144,7 @@ def _below(columns: Sequence[Column]) -> list[list[str]]:
         [column.title, *(cells_of([row], column)[row.key] for row in shown)]
         for column in (*own[:MOST_LINES], paper)
     ]
-    return [["", *(row.label for row in shown)], *lines]
+    return [[BRACKETS, *(row.label for row in shown)], *lines]
 
 
 def aligned(rows: Sequence[Sequence[str]], gap: int = 2) -> list[str]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.analysis.unlike import different_values
-from harness.economics.prices import load_prices
+from harness.economics.prices import Prices, load_prices
 from harness.storage.manifest_file import read_manifest
 from harness.storage.parameters import parameter_folder
 from harness.storage.shipped import DEFAULT_WORLD, names, resolve, shipped
@@ -211,7 +211,10 @@ def delivery_line(run: StoredRun, episode: int) -> str:
 
 def where_line(run: StoredRun) -> str:
     """World, map and people of a run, and how many deliveries each stack drove."""
-    count = max((len(stack.rows) for stack in run.stacks), default=0)
+    counts = sorted({len(stack.rows) for stack in run.stacks}) or [0]
+    count = str(counts[-1])
+    if len(counts) > 1:
+        count = f"{counts[0]} to {count}"
     world = f"world {condition(run, 'worlds')}, map {run.map_name}, people {people_of(run)}"
     return f"{world}; n = {count}, seed {run.seed}"
 
@@ -250,3 +253,12 @@ def unlike_line(unlike: Mapping[str, str]) -> str:
         return ""
     differences = "; ".join(f"{what} {value}" for what, value in unlike.items())
     return f"not as in the paper: {differences}"
+
+
+def robot_price_line(run: StoredRun, prices: Prices) -> str:
+    """What break-even pays for, where another robot than the paper's drives; empty: none does."""
+    if {driver.robot for driver in drivers_of(run)} <= {PUBLISHED["robots"], UNKNOWN}:
+        return ""
+    cost = prices.robot_cost
+    told = f"a robot of {cost.value:,.0f} USD ({cost.source})"
+    return f"break-even pays for {told}, whichever robot drives"

@@ -12,6 +12,7 @@ from harness.report.short.setup import nearest
 from harness.report.verdict import again
 from harness.statistics.interval import Interval, fewest_missions
 from harness.storage.manifest_file import read_manifest
+from harness.storage.texts import name_of
 from harness.task.study import EpisodeTask
 from harness.tuning.declaration import MOST_EPISODES, StudyDeclaration, sizes
 from harness.tuning.explanation import Explanation
@@ -50,7 +51,7 @@ def setup_of(declaration: StudyDeclaration, task: EpisodeTask) -> str:
     world = nearest("worlds", Path(task.world))
     return (
         f"{Path(declaration.stack).name}, robot {robot}, localizer {stack.localizer}; "
-        f"world {world}, map {task.map_name}; {declaration.episodes} training missions, "
+        f"world {world}, map {name_of(task.map_name)}; {declaration.episodes} training missions, "
         f"{declaration.test_episodes} for the test, seed {task.seed}; "
         f"search space {declaration.space}."
     )

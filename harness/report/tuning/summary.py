@@ -11,8 +11,8 @@ from harness.economics.prices import Prices
 from harness.economics.valuation import CENT, deliveries
 from harness.metrics.columns import Row
 from harness.report.audit import audit_sentence
-from harness.report.numbers import bounds_text, interval_text
-from harness.statistics.interval import Interval, fewest_missions
+from harness.report.numbers import interval_text
+from harness.statistics.interval import Interval, fewest_missions, wider
 from harness.tuning.explanation import Explanation
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
 
@@ -79,12 +79,9 @@ def _proof(study: StudyResult, explanation: Explanation) -> str:
     where = "training missions that chose it (no evidence)"
     if study.is_tested:
         where = "unseen test missions"
-    means = f"{margin.original:.2f} -> {margin.incumbent:.2f} USD/run"
+    means = f"{margin.original:.2f} -> {margin.incumbent:.2f} USD a delivery"
     text = f"margin {means} on {explanation.audit.missions} {where}: "
-    text += f"difference {interval_text(margin.difference)}"
-    if explanation.unseen is not None:
-        bounds = bounds_text(explanation.unseen)
-        text += f" ({bounds} admitting an unseen loss)"
+    text += f"difference {interval_text(wider(margin.difference, explanation.unseen))}"
     return f"{text}, {_verdict(margin.difference, explanation.unseen)}."
 
 
@@ -92,7 +89,7 @@ def _room(study: StudyResult, explanation: Explanation) -> list[str]:
     room = explanation.room_usd_per_run
     if room is None or not study.is_tested:
         return []
-    left = f"{interval_text(room)} USD/run to gain, admitting an unseen loss"
+    left = f"{interval_text(room)} USD a delivery to gain"
     return [f"Nothing earns more than the fee, which leaves a better file at most {left}."]
 
 

@@ -22,7 +22,7 @@ def test_the_command_tells_and_draws_a_recorded_delivery(folder, tmp_path, capsy
     assert "from its recording" in printed
     assert "it hit person 1 with 80 N s" in " ".join(printed.split())
     head = next(line for line in printed.splitlines() if "v [m/s]" in line)
-    assert "position error [m]" in head and "rejected" in head
+    assert "pose off [m]" in head and "rejected" in head
     assert (
         len(
             [

@@ -7,7 +7,7 @@ import pytest
 
 from harness.economics.prices import load_prices
 from harness.explain.moments import costliest, costs_of, moments_of
-from harness.explain.seconds import seconds_before
+from harness.explain.seconds import seconds_before, since_cause
 from harness.explain.words import paragraph
 from harness.report.explain_figure import draw_seconds
 from navstack.errors import InputError
@@ -124,3 +124,35 @@ def test_who_is_absent_at_first_is_met_all_the_same(tmp_path):
     assert "was 2.7 m away at first and 0.00 m at the least" in paragraph(told, seconds)
     draw_seconds(told, seconds, None, [tmp_path / "a.png"])
     assert (tmp_path / "a.png").stat().st_size > 10_000
+
+
+def held_up(*spans):
+    """A robot that is under way at 1 m/s but for spans [s] in which it stands."""
+    given = evidence()
+    trace = given.trace.copy()
+    trace[:, 4] = 1.0
+    for begin, end in spans:
+        trace[(trace[:, 0] >= begin - 1e-6) & (trace[:, 0] < end - 1e-6), 4] = 0.0
+    return dataclasses.replace(given, trace=trace)
+
+
+@pytest.mark.parametrize(
+    ("spans", "before"),
+    [
+        ([], 5.0),
+        ([(HIT - 2.0, HIT)], 5.0),
+        ([(HIT - 8.0, HIT)], 9.0),
+        ([(HIT - 7.5, HIT - 7.0), (HIT - 3.0, HIT - 1.0)], 8.5),  # it got away for four seconds
+        ([(0.0, HIT - 7.0), (HIT - 1.0, HIT)], 5.0),  # for six
+        ([(0.0, HIT)], min(HIT + 1.0, 20.0)),
+        ([(0.0, 1.0)], 5.0),  # at the start
+    ],
+)
+def test_the_seconds_begin_before_the_robot_was_held_up(spans, before):
+    given = held_up(*spans)
+    assert since_cause(given, moment_at()) == pytest.approx(before, abs=0.11)
+    told = seconds_before(given, moment_at())
+    assert told.at[0] == pytest.approx(-min(before, HIT), abs=0.11)
+    stood = sum(min(end, HIT) - begin for begin, end in spans if begin >= HIT - before)
+    if 1.0 <= stood < before - 1.0:
+        assert f"it stood for {stood:.1f} s, else drove 1.00 m/s" in paragraph(given, told)

@@ -128,7 +128,7 @@ def test_time_left_after_the_search() -> None:
     drive(progress, clock, 4)
     progress.begin("test")
     assert progress.remaining == pytest.approx(12.0)
-    assert progress.text == "test: 4 of at most 10 episodes driven, at most about 12 s left"
+    assert progress.text == "test: 4 of at most 10 deliveries driven, at most about 12 s left"
     assert progress.when == "during the test"
     drive(progress, clock, 7)
     assert progress.remaining == 0.0
@@ -155,13 +155,13 @@ def test_a_budget_that_original_and_test_exceed_is_told_while_the_original_drive
 def test_what_is_told_before_the_original_has_been_driven() -> None:
     progress, clock = begun()
     assert (progress.text, progress.when) == (
-        "original: 0 of 8 episodes driven",
+        "original: 0 of 8 deliveries driven",
         "while the original was driven",
     )
     drive(progress, clock, 3)
-    assert (progress.text, progress.gain) == ("original: 3 of 8 episodes driven", None)
+    assert (progress.text, progress.gain) == ("original: 3 of 8 deliveries driven", None)
     progress.begin("test")
-    assert progress.text == "test: 3 episodes driven"
+    assert progress.text == "test: 3 deliveries driven"
 
 
 @pytest.mark.parametrize("objectives", ["margin", "margin,-duration_s"])
@@ -172,8 +172,8 @@ def test_the_best_is_told_with_its_interval(objectives: str) -> None:
     expected = score_interval(parse_objectives("margin")[0], 1.5, ROWS, 0)
     assert progress.interval == expected and expected.low is not None
     assert progress.text == (
-        f"trial 0/2, best 1.50 ({expected.low:.2f} .. {expected.high:.2f}) of original, 8 "
-        "episodes, 0 saved by racing"
+        f"trial 0/2, best 1.50 [{expected.low:.2f}, {expected.high:.2f}] of original, 8 "
+        "deliveries, 0 saved by racing"
     )
     for low, high in ((None, 2.0), (1.0, None)):
         progress.interval = Interval(1.5, low, high, 8)
@@ -221,7 +221,7 @@ def test_the_live_table_has_the_last_eight_trials() -> None:
     assert columns[2] == ["4", "8", "4", "8", "4", "8", "4", "8"]
     assert columns[3] == ["0.75", "1.00", "1.25", "1.50", "1.75", "2.00", "2.25", ""]
     assert columns[4] == ["", "", "", "", "", "", "0.125", ""]
-    assert "68 episodes, 20 saved by racing" in progress.text
+    assert "68 deliveries, 20 saved by racing" in progress.text
 
 
 VALUES = (5.0, 9.0, -3.0, 4.0, 7.0, 1.0, 2.5, 1.5, 3.0, 0.5, 2.0)  # of which the last six count

@@ -245,7 +245,7 @@ def test_live_table_tells_the_best_what_was_saved_and_what_may_come(tmp_path: Pa
     plan = Plan(SPACE, objectives, tuple(range(32)), 30)
     with Journal(tmp_path) as journal:
         progress = StudyProgress(plan, journal, None)
-        assert progress.text == "original: 0 of 32 episodes driven"
+        assert progress.text == "original: 0 of 32 deliveries driven"
         found = Search(
             plan,
             make_sampler("tpe", SPACE, 5, 30, 1),
@@ -259,7 +259,7 @@ def test_live_table_tells_the_best_what_was_saved_and_what_may_come(tmp_path: Pa
         shown = console.file.getvalue()
     driven = sum(len(trial.missions) for trial in found.trials)
     assert len(found.trials) == 21 and f"trial 20/30, best {found.incumbent.values[0]:.2f}" in shown
-    assert f"{driven} episodes, {32 * 21 - driven} saved by racing" in shown
+    assert f"{driven} deliveries, {32 * 21 - driven} saved by racing" in shown
     assert "expected further gain" in shown and "s left" in shown and "pruned" in shown
     assert progress.gain is not None and 0.0 <= progress.gain < 40.0
     error = (progress.interval.high - progress.interval.low) / 3.92
@@ -317,7 +317,7 @@ def test_time_left_is_counted_in_episodes_of_search_and_what_comes_after(tmp_pat
         assert progress.remaining == pytest.approx(2.0 * (10 - 4))
         assert (
             progress.text
-            == "final choice and test: 4 of at most 10 episodes driven, at most about 12 s left"
+            == "final choice and test: 4 of at most 10 deliveries driven, at most about 12 s left"
         )
 
 

@@ -571,7 +571,7 @@ def test_a_full_disk_is_told_of_and_loses_nothing(tmp_path: Path) -> None:
         journal._file = open("/dev/full", "ab")
         journal._open.callback(journal._file.close)
         with pytest.raises(
-            InputError, match="1 finished episodes are kept; make room and go on with --resume"
+            InputError, match="1 finished deliveries are kept; make room and go on with --resume"
         ):
             journal.add(ORIGINAL, 1, row)
     with Journal(tmp_path) as journal:
