@@ -29,7 +29,8 @@ def standing(log: DriveLog) -> BoolArray:
     before, after = stamps - _WINDOW, stamps + _WINDOW
 
     def change(values: FloatArray) -> FloatArray:
-        return np.interp(after, stamps, values) - np.interp(before, stamps, values)
+        found: FloatArray = np.interp(after, stamps, values) - np.interp(before, stamps, values)
+        return found
 
     moved = np.hypot(change(x), change(y))
     chosen: BoolArray = (moved < _STILL) & (np.abs(change(log.yaws)) < _STILL_TURN)
