@@ -4,7 +4,8 @@ Usage: python -m tools.readme_figures [--check]
 
 They are of results/baseline/WORLD, where WORLD is the default world, or the newest stored version
 of the paper's world as long as the default has none: 400 deliveries of each stack on each map that
-all of them have driven, and on the paper's own map. --check writes nothing, and fails where README has other figures.
+all of them have driven, and on the paper's own map. --check writes nothing, and fails where README
+has other figures.
 """
 
 import argparse
@@ -31,7 +32,7 @@ README = ROOT / "README.md"
 BASELINE = ROOT / "results" / "baseline"
 MAPS = ("sidewalk", "sidewalk_1", "sidewalk_2")
 PAPERS_MAP = "costnav"  # the paper's own, imported; it is not shipped
-STACKS = ("evasive-gps-ekf", "mpc-gps-ekf", "nav2-gps-ekf")
+STACKS = ("evasive-gps-ekf", "mpc-gps-ekf", "mppi-contact-gps-ekf", "nav2-gps-ekf")
 GPS, AMCL = "paper-gps", "paper-amcl"  # the paper's stacks, as this program drives them
 BEGIN = "<!-- tools/readme_figures.py writes what follows -->"
 END = "<!-- figures end -->"

@@ -20,6 +20,7 @@ FAMILIES = (  # of shares that are tested together: a stack for each published r
     ("paper-gps", "paper-amcl"),
     ("paper-gps", GEOMETRY),
     ("paper-gps-seen", "paper-amcl-seen"),
+    ("paper-gps",),  # where nothing else was driven
 )
 LEVEL = 0.05  # p below which equality is rejected
 PREDICTED = (  # key, decimals, allowed ours / published; None: reported
