@@ -67,7 +67,7 @@ def speed_text(result: StackResult, workers: int) -> str:
     if result.real_time_factor_per_core is None:
         return wall
     return (
-        f"{result.real_time_factor_per_core:.1f} x real time on a core "
+        f"{result.real_time_factor_per_core:.1f} x real time of processor time "
         f"({result.km_per_core_hour:.1f} km per core hour), {wall}"
     )
 

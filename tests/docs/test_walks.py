@@ -177,7 +177,10 @@ def test_a_sensor_is_its_file_its_message_and_its_mount(walk: Walk) -> None:
             '        self._pressure = Channel("barometer", Barometer(), 10.0, 0.0)\n'
             "        self._lidar = ",
         ),
-        ("(self._odometry, self._imu,", "(self._pressure, self._odometry, self._imu,"),
+        (
+            "            self._odometry,\n",
+            "            self._pressure,\n            self._odometry,\n",
+        ),
         (
             "            scan=self._lidar",
             "            pressure=self._pressure.deliver(body, pedestrians, stamp),\n"

@@ -256,7 +256,7 @@ def test_live_table_tells_the_best_what_was_saved_and_what_may_come(tmp_path: Pa
         console = Console(file=StringIO(), width=200)
         console.print(progress)
         assert isinstance(console.file, StringIO)
-        shown = console.file.getvalue()
+        shown = " ".join(console.file.getvalue().split())
     driven = sum(len(trial.missions) for trial in found.trials)
     assert len(found.trials) == 21 and f"trial 20/30, best {found.incumbent.values[0]:.2f}" in shown
     assert f"{driven} deliveries, {32 * 21 - driven} saved by racing" in shown
