@@ -99,8 +99,12 @@ def _unchanged(study: StudyResult, explanation: Explanation) -> Advice:
         return Advice(KEEP, why)
     if (room.value or 0.0) < LEAST_GAIN:
         return Advice(KEEP, why)
-    more = f"On {room.n} unseen ones {room.value:.2f} USD can be gained: search on more missions."
-    return Advice(KEEP, f"{why} {more}", episodes=max(2 * count, USUAL_EPISODES))
+    why = (
+        f"no other file was tried, as its {count} training missions leave less than "
+        f"{LEAST_GAIN:.2f} USD to gain. {room.n} unseen ones leave {room.value:.2f}: search on more "
+        "missions."
+    )
+    return Advice(OPEN, why, episodes=max(2 * count, USUAL_EPISODES))
 
 
 def _other_aim(study: StudyResult) -> str:

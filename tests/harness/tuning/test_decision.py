@@ -85,7 +85,7 @@ NOBODY = SimpleNamespace(values={})
         ),
         (
             {"incumbent": NOBODY, "trials": (None,), "room": Interval(0.6, 0.1, 9.0, 40)},
-            "On 40 unseen ones 0.60 USD can be gained: search on more missions.",
+            "Not decided: no other file was tried, as its 2 training missions leave less than 0.50",
         ),
         ({"is_tested": False}, "Not decided: the tuned file drove no unseen mission; 20 would"),
         (
