@@ -3,6 +3,7 @@
 What each arm knew of its position and what it earned.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -20,6 +21,7 @@ from harness.ablation.analysis import (
 )
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
 from harness.economics.cost_terms import MARGIN
+from harness.economics.valuation import margins
 from harness.report.audit import audit_sentence
 from harness.report.blocks import Block, Chart, Table, Text, declared, notes_of
 from harness.report.figures import error_bars, save_figure
@@ -33,8 +35,9 @@ from harness.report.numbers import (
 )
 from harness.report.short.setup import robot_price_line
 from harness.report.texts import OUTCOMES, notes
-from harness.report.verdict import DOUBT, repeated, undecided
+from harness.report.verdict import DOUBT, again, repeated, undecided
 from harness.statistics.interval import Interval, wider
+from harness.storage.manifest_file import read_manifest
 from navstack.types import FloatArray
 
 if TYPE_CHECKING:
@@ -57,6 +60,7 @@ FREE = 0.1  # share of the height that is free above and below
 LEAST_RANGE = 0.2  # [USD/run] that the height shows
 WIDE = 20.0  # ratio of errors from which the axis is logarithmic
 DODGE = 4.0  # [pt] between arms without any error of position, which would hide each other
+MORE = 4  # times as many missions, where those driven tell nothing
 Point = tuple[Arm, Interval, Interval]  # with its error [m] and margin [USD/run]
 
 
@@ -138,6 +142,19 @@ def _differences(ablation: Ablation) -> Table:
         )
         rows.append((difference.arm, difference.against, METRICS[difference.metric], *cells))
     return declared("ablation_differences", rows)
+
+
+def next_command(ablation: Ablation, folder: Path) -> str:
+    """More missions where every delivery earned the same; else the dearest one explained."""
+    earned: set[float] = set()  # to the cent
+    for stack in ablation.run.stacks:
+        margin = margins(stack.rows, ablation.run.prices())
+        earned.update([math.nan] if margin is None else np.round(margin, 2).tolist())
+    more = ""
+    if len(earned) == 1 and min(earned) > 0.0:
+        driven = max(arm.result.episodes for arm in ablation.arms)
+        more = again(read_manifest(folder).get("command", ()), MORE * driven)
+    return more or f"navbench explain {folder}"
 
 
 def sentence(difference: ArmDifference) -> str:

@@ -89,7 +89,7 @@ def ablate(
       navbench ablate --localizers gps,gps-ekf --sensors rtk_urban --json
       navbench ablate --resume results/latest
     """
-    from harness.report.ablation import ablation_blocks
+    from harness.report.ablation import ablation_blocks, next_command
     from harness.report.blocks import Text
     from harness.report.short.findings import short_ablation
     from navbench.api import ablate as api
@@ -118,7 +118,7 @@ def ablate(
             blocks = [*blocks[:1], *ablation_blocks(ablation, found.figures, folder)]
         last = f"page: {found.page}"
         if not found.driven.is_interrupted:
-            last += f"; next: navbench explain {folder}"
+            last += f"; next: {next_command(ablation, folder)}"
         print_with_notes([*blocks, Text(last, "whole")], found.notes)
     if found.driven.is_interrupted:
         say_how_to_go_on("ablate", found.driven.folder)

@@ -18,7 +18,13 @@ from harness.ablation.arms import arms_of, drives_by_scan
 from harness.economics.prices import load_prices
 from harness.economics.valuation import value
 from harness.episode.factory import nav2_parameters
-from harness.report.ablation import ablation_blocks, deciding, price_sentence, sentence
+from harness.report.ablation import (
+    ablation_blocks,
+    deciding,
+    next_command,
+    price_sentence,
+    sentence,
+)
 from harness.report.audit import audit_sentence
 from harness.report.blocks import Text
 from harness.statistics.interval import Interval
@@ -274,6 +280,22 @@ def test_a_constant_difference_is_significant(write_run: WriteRun) -> None:
         write_run("run", tuple(LEVELS), change=dear), arms(errors=("position=0.5,2",))
     )
     assert all(each.paired.is_significant for each in ablation.of("contribution_margin"))
+
+
+@pytest.mark.parametrize(
+    ("injury", "comes_next"),
+    [(0.0, "navbench run --episodes 24"), (1.0, "navbench explain ")],
+)
+def test_where_nothing_was_lost_more_missions_come_next(
+    write_run: WriteRun, injury: float, comes_next: str
+) -> None:
+    def once(row: dict[str, Any]) -> None:
+        costly(row)
+        row["pedestrian_injury_usd"] = injury * (row["episode"] == 2)
+
+    folder = write_run("run", tuple(LEVELS), episodes=6, change=once)
+    ablation = analysed(folder, arms(errors=("position=0.5,2",)))
+    assert next_command(ablation, folder).startswith(comes_next)
 
 
 def test_before_the_first_delivery_there_is_nothing_to_tell(write_run: WriteRun) -> None:
