@@ -133,7 +133,7 @@ class Study:
         begins the next one.
         """
         order = list(range(len(self.stacks)))
-        for first in range(0, self.episodes, block):
+        for first in range(0, len(self.numbers), block):
             for number in order:
                 for episode in self.numbers[first : first + block]:
                     yield self.task(number, episode)

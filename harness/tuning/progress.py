@@ -159,7 +159,7 @@ class StudyProgress:
             return ""
         return (
             f"; original and test alone may take {least / 60.0:.0f} min here, longer than the "
-            "budget: fewer --test-episodes and --final-episodes take less"
+            "budget: fewer --test-episodes take less"
         )
 
     def __rich__(self) -> Table:
