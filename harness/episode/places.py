@@ -14,10 +14,12 @@ if TYPE_CHECKING:
 
 
 @kept(2)
-def _street_missions(folder: str, seed: int, is_by_places: bool) -> "StreetMissions":
+def _street_missions(
+    folder: str, seed: int, is_by_places: bool, distance: tuple[float, float] | None
+) -> "StreetMissions":
     from harness.street.missions import StreetMissions
 
-    return StreetMissions(Path(folder), seed, is_by_places)
+    return StreetMissions(Path(folder), seed, is_by_places, distance)
 
 
 def legs_of(task: EpisodeTask) -> "tuple[Leg, ...]":
@@ -34,7 +36,7 @@ def legs_of(task: EpisodeTask) -> "tuple[Leg, ...]":
         )
     from harness.episode.factory import rules_of
 
-    drawn = _street_missions(task.map_name, task.seed, task.missions == BY_PLACES)
+    drawn = _street_missions(task.map_name, task.seed, task.missions == BY_PLACES, task.distance)
     return drawn.legs(task.episode, rules_of(task.rules).way_back)
 
 

@@ -17,6 +17,7 @@ from harness.task.mission import Mission
 from harness.task.study import EpisodeTask
 from harness.world.outcome import ARRIVALS, Outcome, Rules
 from harness.world.truth import CargoState
+from navstack.costmap.field_cache import passing_map
 from navstack.stopwatch import Latencies
 from navstack.types import Belief, FloatArray, Pose2D
 
@@ -58,6 +59,11 @@ def drive_mission(task: EpisodeTask, make_brain: MakeBrain) -> Delivery:
     Raises:
         NavstackError: the task cannot be set up.
     """
+    with passing_map():
+        return _drive_mission(task, make_brain)
+
+
+def _drive_mission(task: EpisodeTask, make_brain: MakeBrain) -> Delivery:
     legs = legs_of(task)
     mission, turn = street_mission(legs), len(way_there(legs))
     carried = Carried(mission.start, Belief(mission.start), 0.0, 0.0)

@@ -52,10 +52,21 @@ class Leg:
 class StreetMissions:
     """Draws missions on a district; the same seed gives the same ones."""
 
-    def __init__(self, folder: Path, seed: int, is_by_places: bool = False) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        seed: int,
+        is_by_places: bool = False,
+        distance: tuple[float, float] | None = None,
+    ) -> None:
         """Read the route graph of a folder that ``navbench map osm`` wrote.
 
-        Missions lead from shops to homes where ``is_by_places``, else from anywhere to anywhere.
+        Args:
+            folder: of the district.
+            seed: of the missions.
+            is_by_places: they lead from shops to homes, else from anywhere to anywhere.
+            distance: [km] between start and goal at least, of a route at most; None:
+                :data:`DISTANCES`, less in a small district.
 
         Raises:
             MapError: there is none, or several are.
@@ -72,6 +83,8 @@ class StreetMissions:
         self._missions: list[tuple[Leg, ...]] = []
         diagonal = float(np.hypot(*np.ptp(self._graph.points, axis=0)))
         self._distances = min(DISTANCES[0], LEAST_SHARE * diagonal), DISTANCES[1]
+        if distance is not None:
+            self._distances = 1000.0 * distance[0], 1000.0 * distance[1]
 
     def legs(self, number: int, is_round_trip: bool = False) -> tuple[Leg, ...]:
         """The legs of a mission by its number, in order; together they are its route.

@@ -8,12 +8,12 @@ import numpy.typing as npt
 import shapely
 from scipy import ndimage
 
+from harness.task.clearance import coarse_clearance
 from harness.task.shortest_paths import descend, distance_field, path_length, string_pull
-from navstack.costmap.field_cache import cached_array, content_key
 from navstack.costmap.occupancy_grid import FREE, SOLID_FROM, OccupancyGrid
 from navstack.errors import InputError, MapError, UnknownNameError
 from navstack.geometry import transform_points
-from navstack.types import BoolArray, Float32Array, FloatArray, IntArray, Pose2D
+from navstack.types import BoolArray, FloatArray, IntArray, Pose2D
 
 SAMPLINGS = ("published", "uniform")
 BY_PLACES = "osm"  # on a district: from shops to homes
@@ -78,7 +78,7 @@ class MissionSampler:
         self._mesh, self._ground, self._sampling = mesh, ground or mesh, sampling
         self._factor = max(round(_COARSE / mesh.resolution), 1)
         self._cell_size = self._factor * mesh.resolution  # [m]
-        clearance = _clearance(mesh, self._factor)
+        clearance = coarse_clearance(mesh, self._factor)
         self._passable = clearance >= ROBOT_RADIUS
         # 4-connected, as corners are not cut
         self._labels: npt.NDArray[np.int32] = ndimage.label(self._passable)[0]
@@ -266,26 +266,3 @@ def check_footprint_free(geometry: OccupancyGrid, start: Pose2D, footprint: Floa
             "reaches into an obstacle "
             "there; give a start farther from it or another yaw"
         )
-
-
-def _clearance(mesh: OccupancyGrid, factor: int) -> Float32Array:
-    """Distance [m] of every ``factor`` x ``factor`` cells to the nearest cell that is not free.
-
-    It is measured from the centre of the middle cell, and the map's edge counts too. The distance
-    to that cell's centre less half a cell: the distance to its border, up to 0.2 cells more on
-    diagonals.
-    """
-    free: BoolArray = mesh.data == FREE
-
-    def compute() -> Float32Array:
-        distance = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1]
-        coarse = distance[factor // 2 :: factor, factor // 2 :: factor]
-        clearance: Float32Array = (np.maximum(coarse - 0.5, 0.0) * mesh.resolution).astype(
-            np.float32
-        )
-        return clearance
-
-    return cached_array(
-        content_key("mission clearance 3", np.packbits(free), mesh.width, mesh.resolution, factor),
-        compute,
-    )

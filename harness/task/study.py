@@ -19,6 +19,7 @@ from navstack.types import Generators, Pose2D
 RECORDINGS = (".csv", ".txt")  # suffixes of recorded people
 RECORDS = ("events", "decisions", "full")
 FARTHEST = 1e6  # [m] or [rad] of a pose that a user gives
+MOST_KILOMETRES = 100.0  # of a mission's route
 MAX_PEDESTRIANS = 2000  # beyond this a 200 m x 200 m world holds nobody else
 MAX_EPISODES = 1_000_000  # of a stack
 MAX_SEED = 2**63 - 1  # what a table can hold
@@ -83,16 +84,20 @@ class EpisodeTask:
     keep_decisions: bool
     allow_unknown: bool
     leg: int = 0  # of a mission on a district
+    # [km] of missions on a district: least as the crow flies, most of a route; None: the usual
+    distance: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
 
         Raises:
-            InputError: a seed out of range, or an unknown way to draw missions.
+            InputError: a seed or distance out of range, or an unknown way to draw missions.
         """
         _at_least("--seed", self.seed, 0, MAX_SEED)
         if self.missions not in (*SAMPLINGS, BY_PLACES):
             raise UnknownNameError("--missions", self.missions, (*SAMPLINGS, BY_PLACES))
+        if self.distance is not None:
+            check_distance(self.distance, self.map_name)
 
     def generators(self) -> RandomStreams:
         """The delivery's random generators, the same for every stack."""
@@ -155,6 +160,7 @@ def make_study(
     people: str | None = None,
     world: str = DEFAULT_WORLD,
     missions: str = "published",
+    distance: Sequence[float] | None = None,
     localizer: str | None = None,
     robot: str | None = None,
     sensors: str | None = None,
@@ -203,6 +209,7 @@ def make_study(
         missions=missions,
         start=_pose("--start", start),
         goal=_pose("--goal", goal),
+        distance=None if distance is None else (distance[0], distance[1]),
         keep_trace=record == "full",
         keep_decisions=record in ("decisions", "full"),
         allow_unknown=allow_unknown,
@@ -221,6 +228,24 @@ def usable_workers(asked: int | None, deliveries: int) -> int:
     if asked is not None:
         _at_least("--workers", asked, 1)
     return min(asked or available_cores(), deliveries)
+
+
+def check_distance(distance: tuple[float, float], map_name: str) -> None:
+    """Check the distance [km] of missions.
+
+    Raises:
+        InputError: it is out of range, or the map is no district.
+    """
+    least, most = distance
+    if not 0.0 < least < most <= MOST_KILOMETRES:
+        raise InputError(
+            f"--distance {least:g},{most:g}: give 0 < least < most, at most {MOST_KILOMETRES:g} km"
+        )
+    if not is_district(map_name):
+        raise InputError(
+            f"--distance {least:g},{most:g} is for a folder of navbench map osm; leave it out on "
+            f"the map '{map_name}'"
+        )
 
 
 def _absolute(map_name: str) -> str:

@@ -47,7 +47,8 @@ from navstack.params.strict import dump_dataclass, read_text
 DEFAULT_STACK = "nav2-stock"
 FILES = ("map", "world", "rules", "prices")  # options that may be files
 RUN_OPTIONS = (
-    *("map", "pedestrians", "people", "world", "rules", "missions", "start", "goal", "prices"),
+    *("map", "pedestrians", "people", "world", "rules", "missions", "distance", "start", "goal"),
+    "prices",
 )
 
 
@@ -239,7 +240,7 @@ def _run_options(choices: Mapping[str, Any]) -> tuple[str, ...]:
         default = usual["map_name" if name == "map" else name].default
         if value is None or value == default:
             continue
-        if name in ("start", "goal"):
+        if name in ("distance", "start", "goal"):
             text = ",".join(f"{number:.15g}" for number in value)
         elif (name in FILES and Path(value).is_file()) or (
             name == "people" and is_recording(value)

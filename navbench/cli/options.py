@@ -42,6 +42,23 @@ class Pose(click.ParamType[tuple[float, ...] | None]):
         return parse_pose(param.opts[0], value)
 
 
+class Numbers(click.ParamType[tuple[float, ...]]):
+    """Numbers between commas, as many as the option's metavar has."""
+
+    name = "numbers"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The numbers; raises :class:`click.BadParameter` for anything else."""
+        assert param is not None and param.metavar is not None
+        try:
+            numbers = tuple(float(part) for part in value.split(","))
+        except ValueError:
+            numbers = ()
+        if len(numbers) != len(param.metavar.split(",")):
+            raise click.BadParameter(f"{param.opts[0]} '{value}' is not {param.metavar}")
+        return numbers
+
+
 def settings_of(texts: Iterable[str]) -> dict[str, float]:
     """Values by key, of ``KEY=VALUE`` each.
 
@@ -229,6 +246,13 @@ _CONDITIONS = (
         show_default=True,
         help="How they are drawn: published (nearer goals more often) or uniform; on a district osm, "
         "from shops to homes.",
+    ),
+    click.option(
+        "--distance",
+        type=Numbers(),
+        metavar="LEAST,MOST",
+        help="On a district: least distance of start and goal, most length of the route [km].  "
+        "[default: 0.3,2.5]",
     ),
     click.option(
         "--robot",

@@ -6,6 +6,9 @@ folder or a file in it, the array is computed anew and the caller never notices.
 
 A file is an ordinary ``.npy`` file with a CRC-32 of all before it at its end. It is mapped into
 memory, not read: processes that use the same array hold it once.
+
+Fields of a part of a city that a robot crosses once are no use to anybody later:
+:func:`passing_map` keeps them out of the folder.
 """
 
 import contextlib
@@ -16,7 +19,8 @@ import re
 import sys
 import tempfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +35,17 @@ SHARED_FROM = 1_000_000
 _CHECK_BYTES = 4  # of the CRC-32, little endian
 # arrays, and what is left of processes that were killed
 _OURS = re.compile(r"[0-9a-f]{40}(\.np[yz]|-\w+\.partial)")
+_is_passing: ContextVar[bool] = ContextVar("is_passing", default=False)
+
+
+@contextlib.contextmanager
+def passing_map() -> Iterator[None]:
+    """Within it fields of maps are computed, not kept: the map is left soon."""
+    before = _is_passing.set(True)
+    try:
+        yield
+    finally:
+        _is_passing.reset(before)
 
 
 def cache_folder() -> Path:
@@ -72,17 +87,22 @@ def shared_array(cells: int, compute: Callable[[], Array], name: str, *parts: An
     return cached_array(content_key(name, *parts), compute)
 
 
-def cached_array(key: bytes | str, compute: Callable[[], Array]) -> Array:
+def cached_array(
+    key: bytes | str, compute: Callable[[], Array], *, is_of_map: bool = True
+) -> Array:
     """The array that belongs to ``key``: from disk, or computed and then put there.
 
     Args:
         key: identifies the content completely (see :func:`content_key`); hashed to a file name.
         compute: makes the array; what it raises is passed on.
+        is_of_map: whether it belongs to the map that is driven on, see :func:`passing_map`.
 
     Returns:
         A C-contiguous, writable array. Who writes to it gets pages of his own; the file stays as it
         is.
     """
+    if is_of_map and _is_passing.get():
+        return np.ascontiguousarray(compute())
     raw = key
     if isinstance(raw, str):
         raw = raw.encode()

@@ -244,6 +244,9 @@ def unlike_published(run: StoredRun) -> dict[str, str]:
     missions = run.about.get("missions", "published")
     if missions != "published":
         unlike["missions"] = str(missions)
+    if run.about.get("distance") is not None:
+        least, most = run.about["distance"]
+        unlike["distance"] = f"{least:g} to {most:g} km"
     return unlike
 
 

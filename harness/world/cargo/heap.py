@@ -22,7 +22,7 @@ def settled_heap(params: CargoParams, gravity: float, dt: float, pour: int = 0) 
     Kept on disk between runs.
     """
     key = content_key("settled heap 1", repr(params), gravity, dt, pour, bullet.getAPIVersion())
-    heap = cached_array(key, lambda: _settle(params, gravity, dt, pour))
+    heap = cached_array(key, lambda: _settle(params, gravity, dt, pour), is_of_map=False)
     heap.setflags(write=False)
     return heap
 

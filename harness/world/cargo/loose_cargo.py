@@ -93,7 +93,7 @@ class LooseCargo(Cargo):
             return heap
         given = (self._standing, self._gravity, self._dt, self.params.drop, self._deck)
         key = content_key("heap after a drop 2", repr(given), pour, bullet.getAPIVersion())
-        return cached_array(key, lambda: self._dropped(heap))
+        return cached_array(key, lambda: self._dropped(heap), is_of_map=False)
 
     def _dropped(self, heap: FloatArray) -> FloatArray:
         """The heap (n, 3) [m] after the fall of the bucket onto the deck, in the bucket's frame."""

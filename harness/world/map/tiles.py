@@ -1,13 +1,13 @@
 """A part of a district that is kept in tiles: maps of one resolution side by side in one frame."""
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
+from harness.execution.process_cache import kept
 from harness.world.map.scene import Scene
 from harness.world.map.scene_io import load_scene, made_of
 from harness.world.map.shapes import Rect
@@ -16,7 +16,7 @@ from navstack.costmap.map_image import MAX_PIXELS, image_size
 from navstack.costmap.map_io import load_metadata
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.errors import MapError
-from navstack.types import BoolArray, Pose2D
+from navstack.types import BoolArray, FloatArray, Pose2D
 
 Cells = npt.NDArray[np.int8]
 
@@ -33,7 +33,8 @@ def load_part(folder: Path, name: str, window: Rect, at: tuple[float, float]) ->
     Raises:
         MapError: no tile is there, or the window is larger than a map may be.
     """
-    scenes = [load_scene(tile) for tile in _tiles_in(folder, name, window)]
+    tiles = _tiles_of(folder, name)
+    scenes = [_tile(path) for path, box in tiles if window.overlaps(box)]
     if not scenes:
         raise MapError(
             f"{folder}: no map of {name} is at ({at[0]:.0f}, {at[1]:.0f}) m, where its "
@@ -56,12 +57,16 @@ def load_part(folder: Path, name: str, window: Rect, at: tuple[float, float]) ->
     )
     corner = Pose2D(column * r, row * r, 0.0)
     obstacles = {
-        (each.kind, each.polygon.tobytes()): each for scene in scenes for each in scene.obstacles
+        (each.kind, each.polygon.tobytes()): each
+        for scene in scenes
+        for each in scene.obstacles
+        if window.overlaps(_box_of(each.polygon))
     }
+    zones = [zone for scene in scenes for zone in scene.zones]
     return Scene(
         name,
         tuple(obstacles.values()),
-        tuple(zone for scene in scenes for zone in scene.zones),
+        tuple(zone for zone in zones if window.overlaps(_box_of(zone.polygon))),
         OccupancyGrid(solid, r, corner),
         OccupancyGrid(closed, r, corner),
         OccupancyGrid(np.where(mesh, np.int8(FREE), np.int8(OCCUPIED)), r, corner),
@@ -69,16 +74,30 @@ def load_part(folder: Path, name: str, window: Rect, at: tuple[float, float]) ->
     )
 
 
-def _tiles_in(folder: Path, name: str, window: Rect) -> Iterator[Path]:
-    parts = made_of("")[1:]
+@kept(4)
+def _tile(path: Path) -> Scene:
+    """A tile's scene: the next leg needs most of the tiles that this one needs."""
+    return load_scene(path)
+
+
+@kept(2)
+def _tiles_of(folder: Path, name: str) -> list[tuple[Path, Rect]]:
+    """The tiles of a district, and where they lie [m]."""
+    parts, found = made_of("")[1:], []
     for path in sorted([*folder.glob(f"{name}.yaml"), *folder.glob(f"{name}_*_*.yaml")]):
         if path.stem.endswith(parts):
             continue
         about = load_metadata(path)
         width, height = image_size(about.image)
         x, y, r = about.origin.x, about.origin.y, about.resolution
-        if window.overlaps(Rect(x, y, x + width * r, y + height * r)):
-            yield path
+        found.append((path, Rect(x, y, x + width * r, y + height * r)))
+    return found
+
+
+def _box_of(polygon: FloatArray) -> Rect:
+    """The box [m] around a polygon (N, 2)."""
+    low, high = polygon.min(axis=0).tolist(), polygon.max(axis=0).tolist()
+    return Rect(*low, *high)
 
 
 def _paste(target: Cells, grid: OccupancyGrid, column: int, row: int) -> None:

@@ -8,25 +8,10 @@ from harness.report.street.screen import routes_blocks, street_blocks
 from harness.report.tables import print_blocks, report_console
 from navbench.api import street
 from navbench.api.runs import load
-from navbench.cli.options import JSON
+from navbench.cli.options import JSON, Numbers
 from navbench.cli.streams import print_json
 
 MOST_SQUARES = 10  # on a screen
-
-
-def numbers_of(text: str, option: str, form: str) -> tuple[float, ...]:
-    """Numbers between commas.
-
-    Raises:
-        click.BadParameter: they are no numbers, or not as many as ``form`` has.
-    """
-    try:
-        numbers = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        numbers = ()
-    if len(numbers) != len(form.split(",")):
-        raise click.BadParameter(f"{option} '{text}' is not {form}")
-    return numbers
 
 
 @click.command(
@@ -34,7 +19,10 @@ def numbers_of(text: str, option: str, form: str) -> tuple[float, ...]:
 )
 @click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
 @click.option(
-    "--bbox", metavar="W,S,E,N", help="Part to read, in degrees; default: the file's own box."
+    "--bbox",
+    type=Numbers(),
+    metavar="W,S,E,N",
+    help="Part to read, in degrees; default: the file's own box.",
 )
 @click.option("--name", help="The maps' name; default: the file's.")
 @click.option(
@@ -52,14 +40,15 @@ def numbers_of(text: str, option: str, form: str) -> tuple[float, ...]:
 )
 @JSON
 def osm(
-    file: Path, bbox: str | None, name: str | None, out: Path, seed: int, as_json: bool
+    file: Path,
+    bbox: tuple[float, float, float, float] | None,
+    name: str | None,
+    out: Path,
+    seed: int,
+    as_json: bool,
 ) -> None:
     """Import streets and say what was found."""
-    box = None
-    if bbox is not None:
-        west, south, east, north = numbers_of(bbox, "--bbox", "W,S,E,N")
-        box = west, south, east, north
-    found = street.import_osm(file, name, out, bbox=box, seed=seed)
+    found = street.import_osm(file, name, out, bbox=bbox, seed=seed)
     if as_json:
         print_json(found)
         return
@@ -75,6 +64,7 @@ def osm(
 @click.option("--missions", type=int, default=1000, show_default=True, help="How many are drawn.")
 @click.option(
     "--distance",
+    type=Numbers(),
     default="0.3,2.5",
     show_default=True,
     metavar="LEAST,MOST",
@@ -82,10 +72,11 @@ def osm(
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the missions.")
 @JSON
-def routes(graph: Path, missions: int, distance: str, seed: int, as_json: bool) -> None:
+def routes(
+    graph: Path, missions: int, distance: tuple[float, float], seed: int, as_json: bool
+) -> None:
     """Find routes for drawn missions and say how many there are."""
-    low, high = numbers_of(distance, "--distance", "LEAST,MOST")
-    found = street.route_missions(graph, missions=missions, distance=(low, high), seed=seed)
+    found = street.route_missions(graph, missions=missions, distance=distance, seed=seed)
     if as_json:
         print_json(found)
         return
