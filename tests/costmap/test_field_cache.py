@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 
 from navstack.costmap import field_cache
-from navstack.costmap.field_cache import cache_folder, cached_array, content_key, give_back
+from navstack.costmap.field_cache import (
+    cache_folder,
+    cached_array,
+    content_key,
+    give_back,
+    passing_map,
+)
 
 
 @pytest.fixture
@@ -39,6 +45,18 @@ def test_the_second_time_comes_from_disk(folder, dtype):
         assert array.dtype == dtype and array.flags.c_contiguous and array.flags.writeable
         assert np.array_equal(array, source.array)
     assert len(list(folder.iterdir())) == 1  # nothing half-written stays behind
+
+
+def test_fields_of_a_map_that_is_left_soon_are_not_kept(folder):
+    source, lasting = Source(np.arange(3)), Source(np.arange(4))
+    with passing_map():
+        assert cached_array("key", source).tolist() == [0, 1, 2]
+        assert not folder.exists()
+        cached_array("heap", lasting, is_of_map=False)
+        cached_array("heap", lasting, is_of_map=False)
+    cached_array("key", source)
+    assert (source.calls, lasting.calls) == (2, 1)
+    assert len(list(folder.iterdir())) == 2
 
 
 def test_other_keys_are_other_arrays(folder):

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import shapely
 
 from harness.analysis.street_losses import lose, square_of
 from harness.economics.prices import load_prices
@@ -89,6 +90,15 @@ def test_the_missions_of_a_seed_are_the_same_in_any_order(streets: Path) -> None
     assert max(lengths) <= 5.0 / 3.0 * LEG
 
 
+def test_missions_are_as_long_as_they_are_asked_for(streets: Path) -> None:
+    missions = StreetMissions(streets, 3, distance=(0.1, 0.15))
+    for number in range(6):
+        legs = missions.legs(number)
+        start, goal = legs[0].start, legs[-1].goal
+        assert np.hypot(goal.x - start.x, goal.y - start.y) >= 100.0
+        assert legs[0].way <= 150.0
+
+
 def test_missions_of_osm_lead_from_shops_to_homes(streets: Path) -> None:
     missions = StreetMissions(streets, 3, is_by_places=True)
     for legs in (missions.legs(0), missions.legs(1)):
@@ -118,7 +128,14 @@ def test_a_part_across_tiles_is_what_the_whole_map_has_there(
         assert found.origin == expected.origin
         assert (found.data != expected.data).mean() < 1e-5  # cells on a tile's edge
     kinds = sorted(each.kind for each in part.obstacles)
-    assert kinds == sorted(each.kind for each in district.obstacles)  # none twice
+    within = shapely.box(window.x0, window.y0, window.x1, window.y1)
+    near = [
+        each
+        for each in district.obstacles
+        if shapely.intersects(shapely.envelope(shapely.Polygon(each.polygon)), within)
+    ]
+    assert kinds == sorted(each.kind for each in near)  # none twice
+    assert 0 < len(near) < len(district.obstacles)
     with pytest.raises(MapError, match="no map of town is at"):
         load_part(tmp_path, "town", Rect(900.0, 0.0, 950.0, 50.0), (920.0, 20.0))
 
@@ -129,6 +146,7 @@ def test_from_an_extract_to_profit_per_day(
     assert status("map", "routes", str(streets / "map_graph.geojson"), "--distance", "0.1,1") == 0
     out = str(tmp_path / "legs")
     words = ["--map", str(streets), "--stack", "nav2-gps-ekf", "--episodes", "2", "--workers", "1"]
+    words += ["--distance", "0.04,1"]
     capsys.readouterr()
     assert status("run", *words, "--out", out, "--json") == 0
     told = capsys.readouterr()
@@ -172,6 +190,11 @@ def test_what_a_district_cannot_do_is_one_line(
         (tmp_path / f"{name}_graph.geojson").touch()
     assert status("run", *words, "--record", "full", "--out", str(tmp_path / "run")) == 1
     assert "--record decisions and full are for one map" in capsys.readouterr().err
+    for asked, why in (("1", "is not LEAST,MOST"), ("2,1", "give 0 < least < most")):
+        assert status("run", *words, "--distance", asked) in (1, 2)
+        assert why in capsys.readouterr().err
+    assert status("run", "--map", "sidewalk", "--distance", "1,2") == 1
+    assert "is for a folder of navbench map osm" in capsys.readouterr().err
     words[1] = str(tmp_path)
     assert status("run", *words, "--out", str(tmp_path / "run")) == 1
     assert "has 2 files NAME_graph.geojson" in capsys.readouterr().err
