@@ -37,7 +37,8 @@ class GpsParams(Parameters, whose="gps"):
     found_below: Share = 1.0  # [-] hidden share below which satellites are acquired again
     # [s] from then to the next fix, mean of an exponential distribution
     reacquisition_time: NotNegative = 0.0
-    outages: tuple[tuple[float, float], ...] = ()  # [s] from, to: no fix is measured
+    # [s] from, to since a mission began: no fix is measured
+    outages: tuple[tuple[float, float], ...] = ()
     latency: Latency = 0.0  # [s] from measurement to delivery
 
     def _check_together(self) -> None:
@@ -83,17 +84,20 @@ class GpsReceiver(Sensor[GpsFix]):
         self._drift = GaussMarkov(drift_rng, 2, self._params.drift_time)
         self._multipath = GaussMarkov(multipath_rng, 2, self._params.multipath_time)
         self._silent_until = 0.0  # [s]; inf: too much of the sky is hidden
+        self._before = 0.0  # [s] that it has worked before this episode, for the script of outages
 
     def lasting(self, stamp: float) -> Errors:
-        """Drift and multipath, and how long [s] it stays without a fix."""
-        return *self._drift.values, *self._multipath.values, self._silent_until - stamp
+        """Drift and multipath, how long [s] it stays without a fix, and has worked [s]."""
+        slow = *self._drift.values, *self._multipath.values
+        return *slow, self._silent_until - stamp, self._before + stamp
 
     def take_over(self, errors: Errors, age: float) -> None:
         """See :meth:`Sensor.take_over`."""
-        *slow, silent = errors
+        *slow, silent, worked = errors
         self._drift.go_on(slow[:2], age)
         self._multipath.go_on(slow[2:], age)
         self._silent_until = silent - age
+        self._before = worked + age
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> GpsFix | None:
         """The position now; None: there is no fix."""
@@ -123,6 +127,7 @@ class GpsReceiver(Sensor[GpsFix]):
         elif self._silent_until == math.inf and hidden <= params.found_below:
             delay = params.reacquisition_time * self._outage_rng.standard_exponential()
             self._silent_until = stamp + delay
+        worked = self._before + stamp
         return stamp < self._silent_until or any(
-            start <= stamp < end for start, end in params.outages
+            start <= worked < end for start, end in params.outages
         )

@@ -366,10 +366,25 @@ def test_lasting_errors_go_on_in_the_next_episode_and_fade_with_time():
     assert found[:2] == pytest.approx(seen[:2]) and abs(found[3] - seen[3]) > 1e-3
 
 
+def test_the_script_of_outages_goes_on_in_the_next_episode():
+    params = lasting_errors()
+    params = dataclasses.replace(
+        params, gps=dataclasses.replace(params.gps, outages=((20.0, 30.0),))
+    )
+    for worked, age, has_fix in ((15.0, 4.0, True), (15.0, 6.0, False), (29.0, 2.0, True)):
+        before, suite = make_suite(params), make_suite(params)
+        suite.take_over(before.lasting(worked), age)
+        assert (suite.measure(AT_REST, NOBODY, 0.0).gps is not None) == has_fix
+        again = make_suite(params)
+        again.take_over(suite.lasting(0.5), 0.0)
+        is_over = worked + age + 0.5 >= 30.0 or worked + age + 0.5 < 20.0
+        assert (again.measure(AT_REST, NOBODY, 0.0).gps is not None) == is_over
+
+
 def test_a_receiver_without_a_fix_has_none_in_the_next_episode_either():
     params = lasting_errors()
     for silent, age, has_fix in ((math.inf, 50.0, False), (8.0, 5.0, False), (8.0, 9.0, True)):
         suite = make_suite(params)
         left = suite.lasting(0.0)
-        suite.take_over({**left, "gps": (*left["gps"][:4], silent)}, age)
+        suite.take_over({**left, "gps": (*left["gps"][:4], silent, 0.0)}, age)
         assert (suite.measure(AT_REST, NOBODY, 0.0).gps is not None) == has_fix
