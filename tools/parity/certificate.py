@@ -17,6 +17,7 @@ from tools.parity import (
     controllers,
     costmaps,
     dwb,
+    inflation,
     planning,
     safety,
 )
@@ -26,9 +27,9 @@ from tools.parity.part import Case, Part
 
 _LARGEST = float(np.finfo(np.float32).max)
 PARTS = (
-    Part("inflation_curves", costmaps.find_curves, costmaps.check_curve),
-    Part("inflation", costmaps.GRIDS, costmaps.check_grid),
-    Part("inflation_main", costmaps.find_main_grids, costmaps.check_main_grid),
+    Part("inflation_curves", inflation.find_curves, inflation.check_curve),
+    Part("inflation", inflation.GRIDS, inflation.check_grid),
+    Part("inflation_main", inflation.find_main_grids, inflation.check_main_grid),
     Part("obstacle_layer", costmaps.find_layers, costmaps.check_layers),
     Part("navfn", planning.find_navfn, planning.check_navfn),
     Part("simple_smoother", planning.SMOOTHED, planning.check_smoother),
