@@ -22,7 +22,6 @@ import tempfile
 from pathlib import Path
 
 from harness.analysis.compare import Comparison, Side, compare
-from harness.economics.valuation import OUTCOMES
 from harness.report.markdown import table
 from harness.report.numbers import interval_text
 from harness.statistics.interval import wilson_interval
@@ -30,6 +29,7 @@ from harness.storage.shipped import shipped
 from harness.study.places import Where
 from harness.study.stored_run import load_run
 from harness.task.study import make_study
+from harness.world.outcome import OUTCOMES
 from navbench.api.driving import begin
 from navbench.api.run import drive_rest
 from navbench.cli.driving import print_driven

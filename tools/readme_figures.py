@@ -16,7 +16,7 @@ from pathlib import Path
 from harness.analysis.rare import difference_with_unseen, reach_of
 from harness.economics.rates import event_rates
 from harness.economics.unseen import margin_admitting_unseen
-from harness.economics.valuation import OUTCOMES, margins, missions
+from harness.economics.valuation import margins, missions
 from harness.report.markdown import table, wrapped
 from harness.report.numbers import interval_text, number_text
 from harness.report.published import PublishedMethod, load_published
@@ -25,6 +25,7 @@ from harness.storage.manifest_file import read_manifest
 from harness.storage.rows import values
 from harness.storage.shipped import DEFAULT_WORLD, shipped, synonyms
 from harness.study.stored_run import StoredRun, load_run
+from harness.world.outcome import OUTCOMES
 from navstack.types import FloatArray
 
 ROOT = Path(__file__).resolve().parents[1]

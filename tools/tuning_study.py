@@ -36,7 +36,6 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from harness.economics.valuation import OUTCOMES
 from harness.execution.workers import Workers
 from harness.metrics.columns import Row
 from harness.report.markdown import table
@@ -52,6 +51,7 @@ from harness.tuning.journal import Journal
 from harness.tuning.output import DIFF, DOCUMENT, STACK, TRIALS, TUNED
 from harness.tuning.stack_evaluator import StackEvaluator
 from harness.tuning.study import finish, load_tuning, run_search
+from harness.world.outcome import OUTCOMES
 from navbench.cli.app import main as navbench
 from navstack.errors import NavstackError
 from navstack.params.strict import dump_dataclass, read_text

@@ -6,10 +6,10 @@ from harness.ablation.analysis import Ablation, Arm, ArmDifference, ErrorPrice
 from harness.ablation.arms import KINDS, is_buildable
 from harness.economics.break_even import break_even_days
 from harness.economics.prices import Prices
-from harness.economics.valuation import OUTCOMES
 from harness.metrics.columns import Row
 from harness.statistics.interval import Interval, interval_json
 from harness.task.study import Study
+from harness.world.outcome import OUTCOMES
 
 
 def ablation_document(ablation: Ablation, study: Study, prices: Prices) -> Row:

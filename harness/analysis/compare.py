@@ -22,7 +22,6 @@ from harness.economics.rates import event_rates
 from harness.economics.valuation import (
     CENT,
     MISSION,
-    OUTCOMES,
     deliveries,
     has_too_few,
     margins,
@@ -37,6 +36,7 @@ from harness.statistics.interval import Interval, interval_json
 from harness.statistics.paired import PairedDifference, compare_pairs, together
 from harness.storage.rows import take, values
 from harness.study.stored_run import StoredRun, StoredStack
+from harness.world.outcome import OUTCOMES
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
 

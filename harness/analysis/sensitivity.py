@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from harness.analysis.repricing import Choices, Evaluate, evaluator, profits
-from harness.economics.break_even import break_even_probability
+from harness.economics.break_even import break_even_probability, profit_draws
 from harness.economics.cost_model import Economics
 from harness.economics.cost_terms import OPTIONAL_TERMS
 from harness.economics.price import limits_of, price_keys
 from harness.economics.prices import Prices
-from harness.economics.valuation import missions, profit_draws, tells_of_rare
+from harness.economics.valuation import missions, tells_of_rare
 from harness.metrics.columns import Row
 from harness.storage.documents import as_json
 from harness.study.stored_run import StoredRun, StoredStack

@@ -5,12 +5,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from harness.economics.valuation import ARRIVED
-from harness.world.outcome import Outcome
+from harness.world.outcome import ARRIVALS, Outcome
 
 SLACK = 0.1  # [m], [s] of poses and times that are taken a tick apart
 FASTER = 1.1  # times the robot's greatest speed: downhill, or pushed
-ARRIVALS = (Outcome.SLA.value, Outcome.SPOILED.value, ARRIVED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +58,7 @@ def _pace(row: Mapping[str, Any], limits: Limits) -> Iterator[str]:
 def _end(row: Mapping[str, Any], limits: Limits) -> Iterator[str]:
     """Arrived far from the goal, or out of time before the timeout."""
     left, outcome, duration = row.get("goal_distance_m"), row["outcome"], row["duration_s"]
-    if outcome in ARRIVALS and left is not None and left > limits.arrival_radius + SLACK:
+    if Outcome(outcome) in ARRIVALS and left is not None and left > limits.arrival_radius + SLACK:
         yield f"arrived {left:.2f} m from the goal; it counts within {limits.arrival_radius:g} m"
     if outcome == Outcome.TIMEOUT.value and duration < limits.least_timeout - SLACK:
         yield f"out of time after {duration:.2f} s; it has {limits.least_timeout:g} s"

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import erfcx, ndtr
 
 from harness.economics.prices import Prices
+from harness.statistics.bootstrap import IntArray, resampled_means
 from navstack.types import FloatArray
 
 
@@ -75,6 +76,20 @@ def break_even_probability(
     earlier = np.exp(0.5 * np.minimum(below, 0.0) ** 2 - 0.5 * above**2) * _scaled_tail(below)
     certain = means * runs >= capex_usd  # without any spread
     return float(np.where(deviations > 0.0, np.minimum(by_then + earlier, 1.0), certain).mean())
+
+
+def profit_draws(
+    margin: FloatArray,
+    clusters: IntArray,
+    seed: int,
+) -> tuple[FloatArray, FloatArray]:
+    """Mean and standard deviation of a delivery's profit [USD/run] per resample, (draws,)."""
+    centre = float(margin.mean())  # taken off, so that squares keep their digits
+    profits = margin - centre
+    rng = np.random.default_rng(seed)
+    moments = resampled_means(np.column_stack((profits, profits**2)), rng, clusters=clusters)
+    means, squares = moments.T
+    return means + centre, np.sqrt(np.maximum(squares - means**2, 0.0))
 
 
 def _scaled_tail(z: FloatArray) -> FloatArray:

@@ -13,11 +13,13 @@ from harness.statistics.bootstrap import IntArray, percentile_interval, resample
 from harness.statistics.interval import Interval
 from harness.statistics.rates import poisson_rate
 from harness.storage.rows import values
+from harness.world.outcome import Outcome
 from navstack.types import FloatArray
 
 THOUSAND = 1000.0
 SECONDS_PER_HOUR = 3600.0
-NEEDS_PEOPLE = ("timeout", "physical_assistance")  # outcomes after which a person must help
+# outcomes after which a person must help
+NEEDS_PEOPLE = (Outcome.TIMEOUT.value, Outcome.PHYSICAL_ASSISTANCE.value)
 MARGIN_PER_KM = "contribution_margin_usd_per_km"
 
 

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from harness.economics.accountings import PUBLISHED, accounted
-from harness.economics.break_even import break_even_probability
+from harness.economics.break_even import break_even_probability, profit_draws
 from harness.economics.cost_model import Economics, price, running
 from harness.economics.cost_terms import DOLLARS, MARGIN
 from harness.economics.measured import FLAT_WAY, Measured
@@ -20,7 +20,7 @@ from harness.economics.optional_terms import (
     together,
 )
 from harness.economics.prices import Prices
-from harness.economics.rates import MARGIN_PER_KM, event_rates, margin_per_km
+from harness.economics.rates import MARGIN_PER_KM, NEEDS_PEOPLE, event_rates, margin_per_km
 from harness.metrics.catalog import EPISODE_METRICS
 from harness.metrics.columns import Row
 from harness.metrics.metric import Metric
@@ -30,16 +30,13 @@ from harness.statistics.bootstrap import (
     bootstrap_cvar,
     cvar,
     number_clusters,
-    resampled_means,
 )
 from harness.statistics.interval import Interval, interval_json, wilson_interval
 from harness.statistics.mean_intervals import mean_intervals
 from harness.storage.rows import values
+from harness.world.outcome import OUTCOMES, Outcome
 from navstack.types import FloatArray
 
-PHYSICAL_ASSISTANCE = "physical_assistance"
-OUTCOMES = ("sla", "spoiled", "timeout", PHYSICAL_ASSISTANCE)
-ARRIVED = "arrived"  # outcome of an arrival whose cargo nobody modelled
 MOST_LEFT_OUT = 0.01  # share of deliveries without a result beyond which no margin is told
 CENT = 0.01  # [USD] deliveries whose costs differ by less are alike
 # columns that tell missions apart
@@ -191,7 +188,7 @@ def deliveries(rows: Sequence[Row], rolling_resistance_force: float) -> Measured
     columns = mean_columns(rows, [metric for metric in EPISODE_METRICS if metric.is_published])
     outcomes = np.array(values(rows, "outcome"))
     shares = {outcome: (outcomes == outcome).astype(np.float64) for outcome in OUTCOMES}
-    if (outcomes == ARRIVED).any():
+    if (outcomes == Outcome.ARRIVED.value).any():
         shares |= {"sla": np.array([np.nan]), "spoiled": np.array([np.nan])}
     power = rolling_resistance_force * columns["avg_velocity_mps"] / 1000.0
     known: dict[Any, FloatArray] = {**shares, **columns, "avg_mechanical_power_kw": power}
@@ -211,14 +208,14 @@ def beside_the_paper(rows: Sequence[Row]) -> dict[str, float]:
 
 def back_assistance(rows: Sequence[Row]) -> FloatArray:
     """A 1 for each delivery whose way back ended in physical assistance, shape (n,)."""
-    ends = [end == PHYSICAL_ASSISTANCE for end in values(rows, "way_back")]
+    ends = [end == Outcome.PHYSICAL_ASSISTANCE.value for end in values(rows, "way_back")]
     return np.array(ends, dtype=np.float64)
 
 
 def further_ways(rows: Sequence[Row]) -> FloatArray:
     """Shortest way [km] of each delivery beyond ``FLAT_WAY``, shape (n,); 0 without success."""
     ways = np.maximum(np.nan_to_num(column(rows, "shortest_path_m")) / 1000.0 - FLAT_WAY, 0.0)
-    succeeded: FloatArray = np.array(values(rows, "outcome")) == OUTCOMES[0]
+    succeeded: FloatArray = np.array(values(rows, "outcome")) == Outcome.SLA.value
     return ways * succeeded
 
 
@@ -290,8 +287,8 @@ def _per_km(
 def _rates(rows: Sequence[Row]) -> dict[str, Interval]:
     outcomes = values(rows, "outcome")
     names: Sequence[str] = OUTCOMES
-    if ARRIVED in outcomes:
-        names = ("timeout", "physical_assistance")
+    if Outcome.ARRIVED.value in outcomes:
+        names = NEEDS_PEOPLE
     return {name: wilson_interval(outcomes.count(name), len(rows)) for name in names}
 
 
@@ -309,7 +306,7 @@ def _risk(
     alike = Interval(cvar(opex), None, None, len(opex))  # nothing is known of what is rare
     worst = alike
     if not (float(np.ptp(opex)) <= CENT):
-        worst = bootstrap_cvar(opex, _rng(seed), clusters=clusters)
+        worst = bootstrap_cvar(opex, np.random.default_rng(seed), clusters=clusters)
     if not tells_of_rare(margin, clusters):
         return Risk(worst, life, None)
     means, deviations = profit_draws(margin, clusters, seed)
@@ -322,23 +319,6 @@ def tells_of_rare(margin: FloatArray, clusters: IntArray) -> bool:
     Of one mission, or alike to a cent, they do not.
     """
     return bool(clusters.max() > 0 and np.ptp(margin) > CENT)
-
-
-def profit_draws(
-    margin: FloatArray,
-    clusters: IntArray,
-    seed: int,
-) -> tuple[FloatArray, FloatArray]:
-    """Mean and standard deviation of a delivery's profit [USD/run] per resample, (draws,)."""
-    centre = float(margin.mean())  # taken off, so that squares keep their digits
-    moments = resampled_means(
-        np.column_stack((margin - centre, (margin - centre) ** 2)), _rng(seed), clusters=clusters
-    )
-    return moments[:, 0] + centre, np.sqrt(np.maximum(moments[:, 1] - moments[:, 0] ** 2, 0.0))
-
-
-def _rng(seed: int) -> np.random.Generator:
-    return np.random.default_rng(seed)
 
 
 def valuation_document(valuation: Valuation | None) -> Row:

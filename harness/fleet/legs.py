@@ -12,6 +12,7 @@ from harness.economics.accountings import PUBLISHED, accounted
 from harness.economics.cost_model import price
 from harness.economics.measured import Measured
 from harness.economics.prices import Prices
+from harness.economics.rates import NEEDS_PEOPLE
 from harness.economics.valuation import column, deliveries, missions
 from harness.metrics.columns import LEG_COLUMNS, Row
 from harness.metrics.contacts import PRICED_PROPERTY
@@ -19,6 +20,7 @@ from harness.statistics.bootstrap import IntArray
 from harness.storage.rows import Rows, values
 from harness.storage.tables import read_rows
 from harness.study.stored_run import StoredRun, leg_file, repriced
+from harness.world.outcome import Outcome
 from navstack.errors import InputError
 from navstack.types import FloatArray
 
@@ -183,9 +185,9 @@ def _legs(run: StoredRun, prices: Prices) -> Legs:
         progress=_progress(rows, outcomes) / M_PER_KM,
         distance=column(rows, "distance_m") / M_PER_KM,
         contacts=_contacts(each, len(rows)),
-        is_spoiled=outcomes == "spoiled",
-        is_late=outcomes == "timeout",
-        is_failed=outcomes == "physical_assistance",
+        is_spoiled=outcomes == Outcome.SPOILED.value,
+        is_late=outcomes == Outcome.TIMEOUT.value,
+        is_failed=outcomes == Outcome.PHYSICAL_ASSISTANCE.value,
         clusters=clusters,
     )
 
@@ -193,7 +195,7 @@ def _legs(run: StoredRun, prices: Prices) -> Legs:
 def _progress(rows: Sequence[Row], outcomes: npt.NDArray[np.str_]) -> FloatArray:
     """How much closer each robot came to its goal [m]; all of the way where it arrived."""
     whole, left = column(rows, "shortest_path_m"), column(rows, "goal_distance_m")
-    is_short = np.isin(outcomes, ("timeout", "physical_assistance"))
+    is_short = np.isin(outcomes, NEEDS_PEOPLE)
     progress: FloatArray = np.maximum(whole - np.where(is_short, left, 0.0), 0.0)
     return progress
 

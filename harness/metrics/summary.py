@@ -9,6 +9,7 @@ from harness.metrics.catalog import EPISODE_METRICS
 from harness.metrics.columns import Row
 from harness.metrics.metric import Metric
 from harness.storage.rows import values
+from harness.world.outcome import OUTCOMES, Outcome
 
 
 def summarize(rows: Sequence[Mapping[str, Any]], rolling_resistance_force: float) -> Row:
@@ -28,11 +29,8 @@ def summarize(rows: Sequence[Mapping[str, Any]], rolling_resistance_force: float
             means[metric.mean_key] = None
             if None not in values(rows, metric.key):
                 means[metric.mean_key] = _mean_of_defined(rows, metric)
-    summary: Row = {
-        outcome: outcomes.count(outcome) / len(rows)
-        for outcome in ("sla", "spoiled", "timeout", "physical_assistance")
-    }
-    if "arrived" in outcomes:
+    summary: Row = {outcome: outcomes.count(outcome) / len(rows) for outcome in OUTCOMES}
+    if Outcome.ARRIVED.value in outcomes:
         summary["sla"] = summary["spoiled"] = None
     speed, power = means["avg_velocity_mps"], None
     if speed is not None:

@@ -6,12 +6,13 @@ from dataclasses import asdict, dataclass, field
 
 from harness.economics.cost_model import Economics
 from harness.economics.measured import Measured
-from harness.economics.valuation import OUTCOMES, Valuation
+from harness.economics.valuation import Valuation
 from harness.metrics.contacts import PRICED_PROPERTY
 from harness.report.blocks import Block, Table, notes_of
 from harness.report.table_rows import LAYOUTS, RATES, TableLayout, TableRow
 from harness.report.texts import TEXTS
 from harness.statistics.interval import Interval, wilson_interval
+from harness.world.outcome import OUTCOMES
 
 INDENT = "  "  # of a row under its section
 # [characters] at which a column's title is broken; eight columns then fit into the plain width

@@ -15,7 +15,6 @@ from harness.audit.plausible import Limits, implausible
 from harness.economics.accountings import COUNTED, PERSON
 from harness.economics.contact_costs import injury_measures
 from harness.economics.prices import Prices, load_prices
-from harness.economics.valuation import ARRIVED, OUTCOMES
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.checksums import changed_files
@@ -27,11 +26,12 @@ from harness.storage.rows import Rows, values
 from harness.storage.run_folder import JOURNAL, count_finished
 from harness.storage.tables import read_rows
 from harness.storage.texts import clean_text
+from harness.world.outcome import Outcome
 from navstack.errors import InputError, UnknownNameError
 from navstack.files import check_regular
 from navstack.params.strict import load_yaml
 
-ENDS = (*OUTCOMES, ARRIVED)
+ENDS = tuple(each.value for each in Outcome)
 NOT_NEGATIVE = (
     "distance_m",
     "duration_s",

@@ -19,13 +19,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t as student
 
-from harness.economics.valuation import ARRIVED, CENT, OUTCOMES, column
+from harness.economics.valuation import CENT, column
 from harness.metrics.catalog import EPISODE_METRICS
 from harness.metrics.columns import Row
 from harness.metrics.metric import Better
 from harness.statistics.bootstrap import cvar
 from harness.statistics.interval import wilson_interval
 from harness.tuning.evaluation import MARGIN, SHARED_MARGIN
+from harness.world.outcome import OUTCOMES, Outcome
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
 
@@ -81,7 +82,9 @@ class Objective:
         if self.column == MARGIN:
             return self.sign * margins(rows, self.name)
         if self.column in OUTCOMES:
-            if self.column in NEED_CARGO and any(row["outcome"] == ARRIVED for row in rows):
+            if self.column in NEED_CARGO and any(
+                row["outcome"] == Outcome.ARRIVED.value for row in rows
+            ):
                 raise UndefinedError(
                     f"objective '{self.name}' is undefined: the cargo was not simulated"
                 )

@@ -21,6 +21,8 @@ class Outcome(Enum):
 
 
 _NOTHING = 1e-9  # [s] or [N s], where nothing is left
+# the published ones, in the order of tables
+OUTCOMES = tuple(each.value for each in Outcome if each is not Outcome.ARRIVED)
 ARRIVALS = (Outcome.SLA, Outcome.SPOILED, Outcome.ARRIVED)
 
 

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from harness.analysis.street_losses import SQUARE, lose
-from harness.economics.valuation import ARRIVED
 from harness.metrics.columns import LEG_COLUMNS
 from harness.report.markdown import markdown_text
 from harness.report.street.losses import draw_losses
@@ -27,6 +26,7 @@ from harness.street.saving import save_maps
 from harness.street.statistics import measure_district
 from harness.study.stored_run import leg_file, repriced
 from harness.world.map.scene_io import check_map_name
+from harness.world.outcome import Outcome
 from navbench.api.runs import Run
 from navstack.errors import InputError
 
@@ -173,7 +173,7 @@ def street_losses(run: Run, picture: Path) -> Row:
         raise InputError(f"{run.folder} was not driven on a folder of navbench map osm")
     prices = stored.prices()
     stack = repriced(stored.stacks[0], stored.events, prices)
-    if not stack.rows or ARRIVED in values(stack.rows, "outcome"):
+    if not stack.rows or Outcome.ARRIVED.value in values(stack.rows, "outcome"):
         raise InputError(f"{run.folder}: no mission finished with its cargo simulated")
     graph = load_graph(next(folder.glob(f"*{ROUTE_GRAPH}")))
     legs = [read_rows(leg_file(run.folder, row), LEG_COLUMNS) for row in stack.rows]

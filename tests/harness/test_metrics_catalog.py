@@ -3,11 +3,11 @@
 import pytest
 
 from harness.economics.measured import Measured
-from harness.economics.valuation import OUTCOMES
 from harness.metrics.catalog import EPISODE_METRICS, FACTS, RUN_METRICS
 from harness.metrics.columns import EPISODE_COLUMNS
 from harness.metrics.summary import summarize
 from harness.report.table_rows import LAYOUTS, further_metrics
+from harness.world.outcome import OUTCOMES
 
 
 def test_no_column_and_no_mean_is_declared_twice():

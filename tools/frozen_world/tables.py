@@ -7,13 +7,14 @@ from scipy.stats import fisher_exact
 from harness.analysis.compare import compare, side_of
 from harness.analysis.rare import reach_of
 from harness.economics.unseen import margin_admitting_unseen
-from harness.economics.valuation import OUTCOMES, Valuation, margins, missions, value
+from harness.economics.valuation import Valuation, margins, missions, value
 from harness.report.markdown import table
 from harness.report.numbers import interval_text
 from harness.report.published import load_published
 from harness.statistics.interval import Interval, wilson_interval
 from harness.statistics.paired import holm
 from harness.study.stored_run import StoredRun, load_run
+from harness.world.outcome import OUTCOMES
 from tools.frozen_world.cells import EARNING, GEOMETRY, METHODS, PLACES, Cell
 
 FAMILIES = (  # of shares that are tested together: a stack for each published row

@@ -4,16 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from harness.analysis.compare import Side
+from harness.economics.break_even import profit_draws
 from harness.economics.cost_model import RunningCosts, running
 from harness.economics.prices import Prices
-from harness.economics.valuation import (
-    Valuation,
-    deliveries,
-    missions,
-    profit_draws,
-    tells_of_rare,
-    value,
-)
+from harness.economics.valuation import Valuation, deliveries, missions, tells_of_rare, value
 from harness.metrics.columns import Row
 from harness.report.paper_tables import Column, own_column
 from harness.study.stored_run import StoredRun, StoredStack

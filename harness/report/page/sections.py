@@ -12,7 +12,7 @@ from harness.analysis.rare import margin_with_unseen
 from harness.analysis.repricing import FORGIVEN, accounted_margins
 from harness.economics.accountings import AT_FAULT, PUBLISHED
 from harness.economics.cost_terms import COST_LABELS, MARGIN
-from harness.economics.valuation import ARRIVED, CENT, OUTCOMES, missions
+from harness.economics.valuation import CENT, missions
 from harness.report.page.comparisons import comparisons, interval_ends
 from harness.report.page.entries import PageEntry
 from harness.report.paper_tables import Column, number_text, span_text, table_notes
@@ -29,6 +29,7 @@ from harness.report.table_rows import LAYOUTS, RATE_LAYOUT, TableRow
 from harness.report.texts import notes
 from harness.report.verdict import earnings, rankings
 from harness.statistics.interval import Interval
+from harness.world.outcome import OUTCOMES, Outcome
 from navstack.types import FloatArray
 
 Json = dict[str, Any]
@@ -195,7 +196,9 @@ def outcomes(entries: Sequence[PageEntry]) -> list[Json]:
     own = []
     for entry in entries:
         found = [row["outcome"] for row in entry.stack.rows]
-        counts = {name: found.count(name) / len(found) for name in (*OUTCOMES, ARRIVED)}
+        counts = {
+            name: found.count(name) / len(found) for name in (*OUTCOMES, Outcome.ARRIVED.value)
+        }
         own.append(
             {"label": entry.label, "n": len(found), "shares": counts, "errors": entry.stack.errors}
         )
