@@ -7,41 +7,25 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from harness.analysis.price_ranges import PriceAxis, Range, axes, price_ranges, ranges
 from harness.analysis.repricing import Choices, Evaluate, evaluator, profits
 from harness.economics.break_even import break_even_probability, profit_draws
 from harness.economics.cost_model import Economics
 from harness.economics.cost_terms import OPTIONAL_TERMS
-from harness.economics.price import limits_of, price_keys
 from harness.economics.prices import Prices
 from harness.economics.valuation import missions, tells_of_rare
 from harness.metrics.columns import Row
 from harness.storage.documents import as_json
 from harness.study.stored_run import StoredRun, StoredStack
-from navstack.errors import InputError, UnknownNameError
+from navstack.errors import InputError
 from navstack.types import FloatArray
 
 MAPS = (("delivery_fee", "injury.costs"), ("robot_cost", "deliveries_per_day"))
 QUANTILES = (0.025, 0.5, 0.975)
-SPREAD = 0.2  # up and down, where the source of a price gives no range
-STATED, ASSUMED = "source", "20 %"  # where a range comes from
-MAP_FACTORS = np.linspace(0.0, 3.0, 31)  # of the values of today
-LEAST_FACTOR = 0.3  # of what formulas divide by
 CURVE_RUNS = np.geomspace(100.0, 1e6, 61)  # [run] at which the probability of break-even is told
-
-
-@dataclass(frozen=True, slots=True)
-class Range:
-    """Between what values a price is varied."""
-
-    unit: str
-    low: float
-    value: float
-    high: float
-    range: str  # where it comes from: STATED or ASSUMED
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,28 +41,6 @@ class TornadoBar(Range):
         """Difference in profit between the ends of the range [USD/run]."""
         low, high = self.profit_usd_per_run
         return abs(high - low)
-
-
-@dataclass(frozen=True, slots=True)
-class PriceAxis:
-    """One price, or a group of prices that go up and down together."""
-
-    key: str
-    base: Mapping[str, float]  # values of today
-    unit: str  # empty: a factor on all of the group
-    factors: FloatArray
-
-    @property
-    def today(self) -> float:
-        """Where the axis is today: the price, or the factor 1."""
-        if self.unit:
-            return next(iter(self.base.values()))
-        return 1.0
-
-    @property
-    def values(self) -> FloatArray:
-        """What stands on the axis: the price, or the factor."""
-        return self.factors * self.today
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -174,20 +136,10 @@ def _of_stack(
         economics=economics,
         profit=profit_per_run(economics, prices),
         bars=tornado(evaluate, price_ranges(prices) | ranges(choices.optional.prices, optional)),
-        maps=[two_way(evaluate, *_axes(prices, *pair)) for pair in pairs],
+        maps=[two_way(evaluate, *axes(prices, *pair)) for pair in pairs],
         spread=spread,
         life_runs=prices.robot_life_runs,
     )
-
-
-def _axes(prices: Prices, x: str, y: str) -> tuple[PriceAxis, PriceAxis]:
-    """Of a map; each price is on one of them at most."""
-    axes = axis(prices, x), axis(prices, y)
-    if common := sorted(axes[0].base.keys() & axes[1].base.keys()):
-        raise InputError(
-            f"--map '{x},{y}' has {common[0]} on both axes; give two that have no price in common"
-        )
-    return axes
 
 
 def _document(result: Sensitivity) -> Row:
@@ -257,78 +209,21 @@ def _margin(economics: Economics) -> float:
     return economics.contribution_margin
 
 
-def ranges(group: Any, keys: Sequence[str] | None = None) -> dict[str, Range]:
-    """The range of each price of a group.
-
-    Its source's, else 20 % up and down, within what is allowed.
-    """
-    found = {}
-    for key, price in price_keys(group).items():
-        if keys is not None and key not in keys:
-            continue
-        least, most = limits_of(group, key)
-        low, high = price.value * (1.0 - SPREAD), price.value * (1.0 + SPREAD)
-        origin = ASSUMED
-        if price.low is not None:
-            low, origin = price.low, STATED
-        if price.high is not None:
-            high, origin = price.high, STATED
-        found[key] = Range(price.unit, max(low, least), price.value, min(high, most), origin)
-    return found
-
-
-def price_ranges(prices: Prices) -> dict[str, Range]:
-    """The range of each price with all others as they are.
-
-    A refund is never less than the fee that it contains.
-    """
-    found = ranges(prices)
-    fee, refund = found["delivery_fee"], found["refund"]
-    found["delivery_fee"] = dataclasses.replace(fee, high=min(fee.high, refund.value))
-    found["refund"] = dataclasses.replace(refund, low=max(refund.low, fee.value))
-    return found
-
-
 def tornado(evaluate: Evaluate, varied: Mapping[str, Range]) -> list[TornadoBar]:
     """One bar per price, the widest swing of profit first."""
     bars = []
     for key, span in varied.items():
-        low, high = evaluate({key: span.low}), evaluate({key: span.high})
-        margins, gains = (
-            (_margin(low[0]), _margin(high[0])),
-            (profit_per_run(*low), profit_per_run(*high)),
-        )
+        low = evaluate({key: span.low})
+        high = evaluate({key: span.high})
         bars.append(
             TornadoBar(
                 **dataclasses.asdict(span),
                 price=key,
-                contribution_margin=margins,
-                profit_usd_per_run=gains,
+                contribution_margin=(_margin(low[0]), _margin(high[0])),
+                profit_usd_per_run=(profit_per_run(*low), profit_per_run(*high)),
             )
         )
     return sorted(bars, key=lambda bar: (-bar.swing, bar.price))
-
-
-def axis(prices: Prices, key: str) -> PriceAxis:
-    """The axis of a price or a group such as ``injury.costs``, up to three times today's values.
-
-    Raises:
-        UnknownNameError: neither a price nor a group of prices.
-    """
-    known = price_keys(prices)
-    base = {
-        name: price.value
-        for name, price in known.items()
-        if name == key or name.startswith(f"{key}.")
-    }
-    if not base:
-        groups = {name.rpartition(".")[0] for name in known} - {""}
-        raise UnknownNameError("price", key, sorted({*known, *groups}))
-    inside = np.ones(MAP_FACTORS.size, dtype=np.bool_)
-    for name, value in base.items():  # of a group the factors that suit every price
-        least, most = limits_of(prices, name)
-        inside &= (value * MAP_FACTORS <= most) & (MAP_FACTORS >= (LEAST_FACTOR if least else 0.0))
-    return PriceAxis(key, base, known[key].unit if key in known else "", MAP_FACTORS[inside])
 
 
 def two_way(evaluate: Evaluate, x: PriceAxis, y: PriceAxis) -> TwoWay:

@@ -10,14 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harness.analysis.sensitivity import (
-    STATED,
-    BreakEvenSpread,
-    PriceAxis,
-    Sensitivity,
-    TwoWay,
-    quantiles,
-)
+from harness.analysis.price_ranges import STATED, PriceAxis
+from harness.analysis.sensitivity import BreakEvenSpread, Sensitivity, TwoWay, quantiles
 from harness.report.blocks import Block, Chart, Table, Text, declared, notes_of
 from harness.report.figures import save_figure
 from harness.report.numbers import count_text
