@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from harness.audit.plausible import Limits, implausible
 from harness.economics.accountings import COUNTED, PERSON
 from harness.economics.contact_costs import injury_measures
 from harness.economics.prices import Prices, load_prices
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.checksums import changed_files
-from harness.storage.journal import LARGEST, NEEDED
 from harness.storage.manifest_file import mixed_files, no_run, read_manifest
 from harness.storage.new_run import MANIFEST, OF_STACKS
 from harness.storage.parameters import parameter_folder
@@ -26,23 +24,11 @@ from harness.storage.rows import Rows, values
 from harness.storage.run_folder import JOURNAL, count_finished
 from harness.storage.tables import read_rows
 from harness.storage.texts import clean_text
-from harness.world.outcome import Outcome
+from harness.study.stored_checks import check_events, check_plausible, check_whole
 from navstack.errors import InputError, UnknownNameError
 from navstack.files import check_regular
 from navstack.params.strict import load_yaml
 
-ENDS = tuple(each.value for each in Outcome)
-NOT_NEGATIVE = (
-    "distance_m",
-    "duration_s",
-    "pedestrian_injury_usd",
-    "collision_impulse_ns",
-    "pieces_lost",
-)
-NEEDED_OF_EVENTS = (
-    *("stack", "episode", "type", "partner", "kind", "fault"),
-    *("impulse_ns", "robot_speed_mps", "partner_speed_mps"),
-)
 # files of params/ that two comparable runs have in common
 CONDITIONS = ("world", "rules", "prices")
 MOST_PEOPLE = 20_000_000  # [bytes] of a recording of people
@@ -110,12 +96,9 @@ class StoredRun:
             spent = read_rows(
                 self.folder / "timings.parquet", {"stack": "string", "wall_s": "double"}
             )
-            times = [
-                time
-                for name, time in zip(*map(spent.values, ("stack", "wall_s")), strict=True)
-                if name == stack
-            ]
-            return sum(times) / len(times) if times and None not in times else None
+            times = spent.where(stack.__eq__, "stack").values("wall_s")
+            if times and None not in times:
+                return sum(times) / len(times)
         return None
 
     def recorded_people(self) -> str:
@@ -124,14 +107,14 @@ class StoredRun:
         Raises:
             InputError: it is no regular file, or too large.
         """
-        files = sorted((parameter_folder(self.folder)).glob("people.*"))
+        files = sorted(parameter_folder(self.folder).glob("people.*"))
+        if not files:
+            return ""
+        digest = hashlib.sha256()
         for file in files:
             check_regular(file, MOST_PEOPLE)
-        return (
-            hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
-            if files
-            else ""
-        )
+            digest.update(file.read_bytes())
+        return digest.hexdigest()
 
     def only(self, stack: str) -> "StoredRun":
         """The same run with one stack.
@@ -190,9 +173,8 @@ def repriced(stack: StoredStack, events: Sequence[Row], prices: Prices) -> Store
         if told is not None and told != there:
             raise InputError(
                 f"episode {episode} of {stack.name} has {told} contacts with people in "
-                "episodes.parquet and "
-                f"{there} in events.parquet: they are of different states of the run; take a whole "
-                "copy"
+                f"episodes.parquet and {there} in events.parquet: they are of different states of "
+                "the run; take a whole copy"
             )
     force = prices.rolling_resistance_force
     rows = Rows(EPISODE_COLUMNS)
@@ -215,12 +197,11 @@ def _load(folder: Path) -> StoredRun:
     if (waiting := count_finished(folder) - len(rows)) > 0:
         sys.stderr.write(
             f"note: {folder} has {waiting} more finished deliveries than its tables tell of: it is "
-            "being driven, or "
-            "was cut off; --resume it to have them all\n"
+            "being driven, or was cut off; --resume it to have them all\n"
         )
-    _check_whole(rows, folder / "episodes.parquet")
+    check_whole(rows, folder / "episodes.parquet")
     finished = rows.where(lambda error: error is None, "error")
-    _check_plausible(finished, folder)
+    check_plausible(finished, folder)
     if mixed := mixed_files(folder):
         sys.stderr.write(
             f"note: {folder} is mixed: {', '.join(mixed)} were changed after it had begun\n"
@@ -239,8 +220,7 @@ def _load(folder: Path) -> StoredRun:
         for name, carries, localizer, is_trained in about["stacks"]
     )
     events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
-    for event in events:
-        _check(event, NEEDED_OF_EVENTS, folder / "events.parquet")
+    check_events(events, folder / "events.parquet")
     return StoredRun(folder, about, stacks, events)
 
 
@@ -275,83 +255,3 @@ def _described(folder: Path) -> dict[str, Any]:
             "a run"
         )
     return {**about, "stacks": stacks}
-
-
-def _check_whole(rows: Sequence[Row], where: Path) -> None:
-    """Check that deliveries can have gone so, and that none is there twice."""
-    seen: set[tuple[Any, ...]] = set()
-    for number, row in enumerate(rows, start=1):
-        key = (row["stack"], row["stack_number"], row["seed"], row["episode"])
-        below = next(
-            (name for name in NOT_NEGATIVE if row[name] is not None and row[name] < 0.0), None
-        )
-        if key in seen:
-            raise InputError(
-                f"{where}: row {number}: delivery {row['episode']} of '{row['stack']}' is there "
-                "twice"
-            )
-        if row["error"] is None and row["outcome"] not in ENDS:
-            raise InputError(
-                f"{where}: row {number}: outcome '{row['outcome']}'; known are {', '.join(ENDS)}"
-            )
-        if below:
-            raise InputError(
-                f"{where}: row {number}: {below} {row[below]:g} is no measurement; it cannot be "
-                "negative"
-            )
-        seen.add(key)
-
-
-def _check_plausible(finished: Rows, folder: Path) -> None:
-    """Check that each delivery has what it needs and can have gone so."""
-    where = folder / "episodes.parquet"
-    limits = {name: _limits(folder, name) for name in set(finished.values("stack"))}
-    for row in finished:
-        _check(row, NEEDED, where)
-        if why := implausible(row, limits[row["stack"]]):
-            raise InputError(
-                f"{where}: delivery {row['episode']} of '{row['stack']}' cannot have gone so: "
-                f"{why}; take the table as it was written"
-            )
-
-
-def _limits(folder: Path, stack: str) -> Limits:
-    """What bounds a stack's deliveries, as far as the run's parameters tell.
-
-    Files that were changed after it had begun tell nothing of the deliveries before.
-    """
-    mixed = mixed_files(folder)
-    robot, rules = (
-        {} if f"params/{name}.yaml" in mixed else _numbers(folder, name)
-        for name in (f"{stack}-robot", "rules")
-    )
-    usual = Limits()
-    return Limits(
-        robot.get("max_speed", usual.max_speed),
-        rules.get("arrival_radius", usual.arrival_radius),
-        rules.get("timeout", usual.least_timeout) * rules.get("real_time_factor", 1.0),
-        rules.get("spoiled_fraction", usual.spoiled_fraction),
-    )
-
-
-def _numbers(folder: Path, name: str) -> dict[str, float]:
-    """The numbers of a file of params/; none where it cannot be read."""
-    with contextlib.suppress(InputError, AttributeError):
-        content = load_yaml(parameter_folder(folder) / f"{name}.yaml")
-        return {key: value for key, value in content.items() if isinstance(value, int | float)}
-    return {}
-
-
-def _check(row: Row, needed: tuple[str, ...], where: Path) -> None:
-    """Check that a row has what it needs, and that its numbers can be measurements."""
-    missing = next((key for key in needed if row[key] is None), None)
-    odd = next(
-        (
-            key
-            for key, value in row.items()
-            if isinstance(value, float) and not abs(value) <= LARGEST
-        ),
-        None,
-    )
-    if missing or odd:
-        raise InputError(f"{where}: episode {row['episode']} has no sound '{missing or odd}'")
