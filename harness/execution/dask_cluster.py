@@ -18,7 +18,7 @@ from distributed.client import FutureCancelledError
 from distributed.scheduler import KilledWorker
 from distributed.versions import VersionMismatchWarning
 
-from harness.execution.dask_calls import Outcome, Worker, WorkerLostError, guarded
+from harness.execution.dask_calls import Heartbeats, Outcome, Worker, WorkerLostError, guarded
 from harness.execution.executors import Place
 from harness.execution.worker_check import Look, look, trouble
 from harness.execution.workers import LOOK, NoExecutorError
@@ -26,8 +26,7 @@ from harness.execution.workers import LOOK, NoExecutorError
 CONNECT = 15.0  # [s] within which a scheduler answers
 PATIENCE = 180.0  # [s] without any worker
 SILENCE = 120.0  # [s] within which a busy scheduler answers
-# [s] without a heartbeat, which workers send every few seconds whatever they compute
-UNHEARD = 50.0
+UNHEARD = 50.0  # [s] without a heartbeat
 GATHER = 0.1  # [s] to collect workers that are to be restarted together
 RESTART = 20.0  # [s] for a worker to come back
 # that must be the same on both sides, beside those of the caller
@@ -71,8 +70,7 @@ class DaskCluster:
         self._workers: dict[str, Worker] = {}  # by address
         # addresses; those that left meanwhile are skipped
         self._free: asyncio.Queue[str] = asyncio.Queue()
-        # by address: the last heartbeat, and when we noticed it
-        self._heard: dict[str, tuple[float, float]] = {}
+        self._heartbeats = Heartbeats()
         # addresses that do not fit, or are at work on what nobody waits for
         self._avoided: set[str] = set()
         self._calls: set[asyncio.Task[Any]] = set()
@@ -177,11 +175,10 @@ class DaskCluster:
 
     @property
     def _without_workers(self) -> str:
-        what = (
-            f"the Dask cluster at '{self._scheduler}' "
-            f"has had no worker that fits for {PATIENCE:g} s"
+        return (
+            f"the Dask cluster at '{self._scheduler}' has had no worker that fits for "
+            f"{PATIENCE:g} s; start some with 'dask worker {self._scheduler} --nthreads 1'"
         )
-        return f"{what}; start some with 'dask worker {self._scheduler} --nthreads 1'"
 
     def _fail(self, reason: str) -> None:
         self._gone = self._gone or reason
@@ -204,17 +201,12 @@ class DaskCluster:
             self._admit(address, looks.get(address), complain)
 
     async def _listen(self) -> None:
-        """Give up workers that have been silent for long.
-
-        Stopped, or cut off while their connection stays open.
-        """
-        known, now = (await self._client.scheduler.identity())["workers"], time.monotonic()
+        """Give up workers that have been silent for long."""
+        known = (await self._client.scheduler.identity())["workers"]
         for address, worker in list(self._workers.items()):
             beat = known.get(address, {}).get("last_seen", 0.0)
-            last, noticed = self._heard.get(address, (None, now))
-            self._heard[address] = (beat, now if beat != last else noticed)
-            if now - self._heard[address][1] > UNHEARD:
-                del self._heard[address]
+            if self._heartbeats.is_silent(address, beat, UNHEARD):
+                self._heartbeats.forget(address)
                 worker.lost.set_result(None)
                 self._abandon(address, worker)
 
@@ -226,20 +218,19 @@ class DaskCluster:
     ) -> None:
         if seen is None or isinstance(seen, OSError):
             return  # it left meanwhile
-        if isinstance(seen, Look):
-            line, where = trouble(self._here, seen), f"{address} on {seen.host}"
-        else:
+        if isinstance(seen, Exception):
+            where = address
             why = f"{type(seen).__name__}: {seen}"
-            line, where = (
-                f"cannot run this program ({why}): install the same there and restart it",
-                address,
-            )
-        if line:
-            self._avoided.add(address)
-            complain(f"Dask worker {where} {' '.join(line.split())}")
-        elif isinstance(seen, Look):
-            self._workers[address] = Worker(self._loop.create_future(), seen.is_guarded)
-            self._free.put_nowait(address)
+            line = f"cannot run this program ({why}): install the same there and restart it"
+        else:
+            where = f"{address} on {seen.host}"
+            line = trouble(self._here, seen)
+            if not line:
+                self._workers[address] = Worker(self._loop.create_future(), seen.is_guarded)
+                self._free.put_nowait(address)
+                return
+        self._avoided.add(address)
+        complain(f"Dask worker {where} {' '.join(line.split())}")
 
     async def _call(self, function: Callable[..., Any], arguments: Sequence[Any]) -> Any:
         """Make a call on a free worker.
@@ -346,7 +337,6 @@ async def _outcome_of(future: Any) -> Any:
 def _silence() -> None:
     """Leave it to this program's own lines to say what becomes of the cluster."""
     warnings.simplefilter("ignore", VersionMismatchWarning)  # versions are compared in worker_check
-    for name in [
-        name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"
-    ]:
-        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    for name in list(logging.root.manager.loggerDict):
+        if name.split(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
