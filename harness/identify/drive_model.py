@@ -134,12 +134,35 @@ def fit_drive(
         found: FloatArray = values[4] * _simulated(stamps, commands, drive) - speeds
         return found
 
+    starts = _starts(stamps, speeds, residuals)
+    values, half = _solution(residuals, starts, stamps, is_symmetric)
+    time_floor = _TIME_FLOOR * period
+    lag_floor = time_floor / float(np.exp(values[1]))
+    half = np.hypot(half, (time_floor, lag_floor, _LIMIT_FLOOR, _LIMIT_FLOOR, 0.0))
+    seconds = float(np.sum(moving) * period)
+    limited = _limited(stamps, commands, values)
+    estimates = _estimates(prefix, unit, values, half, seconds, limited, is_symmetric)
+    lag, up, down = np.exp(values[1:4]).tolist()
+    return DriveFit(float(values[0]), lag, up, down, float(values[4]), estimates)
+
+
+def _solution(
+    residuals: Callable[[FloatArray], FloatArray],
+    starts: list[FloatArray],
+    stamps: FloatArray,
+    is_symmetric: bool,
+) -> tuple[FloatArray, FloatArray]:
+    """The best values (5,) that least squares find from some starts, and half their intervals.
+
+    Dead time [s], logarithms of lag and accelerations, gain; the second acceleration is the first
+    one if ``is_symmetric``.
+    """
+
     def expand(free: FloatArray) -> FloatArray:
         if not is_symmetric:
             return free
         return np.insert(free, 3, free[2])
 
-    starts = _starts(stamps, speeds, residuals)
     if is_symmetric:
         starts = [np.delete(start, 3) for start in starts]
     size = len(starts[0])
@@ -160,17 +183,7 @@ def fit_drive(
     ]
     solution = min(solutions, key=lambda each: float(each.cost))
     half = half_widths(solution.jac, _weighted(solution.fun, scale), stamps)
-    values = expand(solution.x)
-    if is_symmetric:
-        half = np.insert(half, 3, half[2])
-    time_floor = _TIME_FLOOR * period
-    lag_floor = time_floor / float(np.exp(values[1]))
-    half = np.hypot(half, (time_floor, lag_floor, _LIMIT_FLOOR, _LIMIT_FLOOR, 0.0))
-    seconds = float(np.sum(moving) * period)
-    limited = _limited(stamps, commands, values)
-    estimates = _estimates(prefix, unit, values, half, seconds, limited, is_symmetric)
-    lag, up, down = np.exp(values[1:4]).tolist()
-    return DriveFit(float(values[0]), lag, up, down, float(values[4]), estimates)
+    return expand(solution.x), expand(half)
 
 
 def _starts(

@@ -134,6 +134,7 @@ class DriveNode:
             self._needed.append("/clock")
         self._told = GoalStatus.STATUS_UNKNOWN  # of the goal, to whoever listens
         self._is_stopped, self._why = True, ""  # and what the user was told of it last
+        self._ticks: list[float] = []  # [s] of the clock that are to be driven
         self._node = rclpy.create_node(NODE)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)
@@ -142,20 +143,21 @@ class DriveNode:
         self._statuses = self._node.create_publisher(
             GoalStatusArray, "navigate_to_pose/_action/status", LATCHED
         )
-        for message, topic, take in (
+        self._subscribe()
+
+    def _subscribe(self) -> None:
+        kinds = [
             (PoseWithCovarianceStamped, "initialpose", self._take_start),
             (PoseStamped, "goal_pose", self._take_goal),
             (OdometryMessage, "odom", self._take_odometry),
             (ImuMessage, "imu", self._take_imu),
             (NavSatFix, "gps/fix", self._take_fix),
             (ScanMessage, "scan", self._take_scan),
-        ):
+        ]
+        if self._is_simulated:
+            kinds.append((ClockMessage, "/clock", self._take_clock))
+        for message, topic, take in kinds:
             self._node.create_subscription(message, topic, take, qos_profile_sensor_data)
-        if is_simulated:
-            self._node.create_subscription(
-                ClockMessage, "/clock", self._take_clock, qos_profile_sensor_data
-            )
-        self._ticks: list[float] = []  # [s] of the clock that are to be driven
 
     def spin(self, deadline: float = math.inf) -> None:
         """Drive until ``deadline`` [s] of the monotonic clock, or until it is interrupted.

@@ -98,7 +98,7 @@ class StoredRun:
             )
             times = spent.where(stack.__eq__, "stack").values("wall_s")
             if times and None not in times:
-                return sum(times) / len(times)
+                return float(sum(times) / len(times))
         return None
 
     def recorded_people(self) -> str:

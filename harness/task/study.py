@@ -180,9 +180,7 @@ def make_study(
         InputError: a count out of range, an unknown name, a pose that is not three numbers.
     """
     _at_least("--episodes", episodes, 1, MAX_EPISODES)
-    numbers = tuple(sorted(set(only)))
-    for number in numbers:
-        _at_least("--only", number, 0, MAX_EPISODES - 1)
+    numbers = _numbers(only)
     episodes = len(numbers) or episodes
     if pedestrians is not None:
         _at_least("--pedestrians", pedestrians, 0, MAX_PEDESTRIANS)
@@ -192,9 +190,8 @@ def make_study(
         people = str(Path(people).resolve())
     params = shipped("params")
     asked = (load_stack(name, localizer, robot, sensors) for name in stacks)
-    loaded = _unique_names(
-        tuple(with_substitutes(stack, substitutes, allow_unknown) for stack in asked)
-    )
+    loaded = tuple(with_substitutes(stack, substitutes, allow_unknown) for stack in asked)
+    _check_unique(loaded)
     template = EpisodeTask(
         stack=loaded[0],
         stack_number=0,
@@ -214,9 +211,8 @@ def make_study(
         keep_decisions=record in ("decisions", "full"),
         allow_unknown=allow_unknown,
     )
-    return Study(
-        loaded, episodes, usable_workers(workers, episodes * len(loaded)), template, numbers
-    )
+    workers = usable_workers(workers, episodes * len(loaded))
+    return Study(loaded, episodes, workers, template, numbers)
 
 
 def usable_workers(asked: int | None, deliveries: int) -> int:
@@ -246,6 +242,14 @@ def check_distance(distance: tuple[float, float], map_name: str) -> None:
             f"--distance {least:g},{most:g} is for a folder of navbench map osm; leave it out on "
             f"the map '{map_name}'"
         )
+
+
+def _numbers(only: Sequence[int]) -> tuple[int, ...]:
+    """Numbers of the missions that are driven, ascending; none: all."""
+    numbers = tuple(sorted(set(only)))
+    for number in numbers:
+        _at_least("--only", number, 0, MAX_EPISODES - 1)
+    return numbers
 
 
 def _absolute(map_name: str) -> str:
@@ -297,11 +301,10 @@ def _at_least(option: str, value: int, least: int, most: int | None = None) -> N
         raise InputError(f"{option} {value} is out of range; give {limit}")
 
 
-def _unique_names(stacks: tuple[Stack, ...]) -> tuple[Stack, ...]:
+def _check_unique(stacks: tuple[Stack, ...]) -> None:
     names = [stack.name for stack in stacks]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise InputError(
-            f"stack '{twice}' is given more than once; give each stack once, or rename its file"
-        )
-    return stacks
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(
+                f"stack '{name}' is given more than once; give each stack once, or rename its file"
+            )

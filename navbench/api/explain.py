@@ -116,8 +116,7 @@ def explain(
     told = explained(evidence, [seconds_before(evidence, moment, before) for moment in chosen])
     saving = _saving(stored, evidence, chosen, rewind, before) if rewind else None
     figures = _draw(evidence, told, plot, out)
-    where = activities(evidence, scene)
-    explanation = Explanation(evidence, told, saving, figures, where)
+    explanation = Explanation(evidence, told, saving, figures, activities(evidence, scene))
     if out is not None:
         _write(explanation, out)
     return explanation
@@ -130,9 +129,13 @@ def document_text(explanation: Explanation) -> str:
 
 def _write(explanation: Explanation, out: Path) -> None:
     plain = StringIO()
-    each = explanation
-    given = (each.evidence, each.told, each.saving, each.figures)
-    blocks = explanation_blocks(*given, each.activities)
+    blocks = explanation_blocks(
+        explanation.evidence,
+        explanation.told,
+        explanation.saving,
+        explanation.figures,
+        explanation.activities,
+    )
     print_blocks(blocks, report_console(plain))
     with writing(out):
         write_text(out / "explanation.json", document_text(explanation))
@@ -141,13 +144,13 @@ def _write(explanation: Explanation, out: Path) -> None:
 
 def _evidence(run: StoredRun, episode: int, again: bool) -> Evidence | None:
     """What there is to tell; None: nothing cost anything."""
-    row, stack = delivery_row(run, episode), run.stacks[0].name
+    row = delivery_row(run, episode)
     if not is_costly(row, events_of(run, episode)):
         return None
     file = recording_file(run, episode)
     if not again and file.is_file() and decisions_beside(file).is_file():
         return recorded(run, episode, load_recording(file), file)
-    say(f"episode {episode} of {stack} is driven again")
+    say(f"episode {episode} of {run.stacks[0].name} is driven again")
     return drive_again(run, episode)
 
 
@@ -159,11 +162,13 @@ def _saving(
     before: float | None,
 ) -> Saving:
     """What the costliest moment would have cost with other parameters from before it on."""
-    moment, prices = costliest(moments), run.prices()
+    moment = costliest(moments)
+    prices = run.prices()
     if before is None:
         before = since_cause(evidence, moment)
     rewound = drive_rewound(run, evidence, settings, max(moment.stamp - before, 0.0))
-    costs, new_costs = costs_of(evidence.row, prices), costs_of(rewound.delivery.row, prices)
+    costs = costs_of(evidence.row, prices)
+    new_costs = costs_of(rewound.delivery.row, prices)
     return Saving(rewound, moment, before, evidence.row, costs, new_costs)
 
 

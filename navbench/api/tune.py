@@ -25,7 +25,7 @@ from harness.tuning.output import DOCUMENT
 from harness.tuning.progress import StudyProgress
 from harness.tuning.result import COMPLETE, StudyResult, Trial
 from harness.tuning.sampler import make_sampler
-from harness.tuning.space.file import read_spaces
+from harness.tuning.space.file import SpaceFile, read_spaces
 from harness.tuning.space.paths import with_absolute_files
 from harness.tuning.space.space import fit_space
 from harness.tuning.stack_evaluator import StackEvaluator
@@ -100,13 +100,12 @@ def tune(
             fit the file.
     """
     where = where or Where()
-    usual = sizes(trials, episodes)
     given = {
         "test_episodes": test_episodes,
         "final_episodes": final_episodes,
         "waterfall_missions": waterfall_missions,
     }
-    usual |= {name: size for name, size in given.items() if size is not None}
+    chosen_sizes = {name: size for name, size in given.items() if size is not None}
     space_files = [
         resolve(space, shipped("params") / "search_spaces", "search space") for space in spaces
     ]
@@ -124,7 +123,7 @@ def tune(
         sensors="",
         robot="",
         options=_run_options({"map": map, **options}),
-        **usual,
+        **(sizes(trials, episodes) | chosen_sizes),
     )
     objectives = parse_objectives(objective)
     study = make_study(
@@ -135,11 +134,7 @@ def tune(
         **options,
     )
     original, allow_unknown = study.stacks[0], study.template.allow_unknown
-    if not original.is_nav2:
-        raise InputError(
-            f"stack '{original.name}' does not drive by a Nav2 file that could be tuned; "
-            "give another"
-        )
+    _require_nav2(original)
     declaration = dataclasses.replace(
         declaration,
         sensors=_short(original.sensors, original, "sensors"),
@@ -152,17 +147,29 @@ def tune(
     path = out or default_folder(f"tune-{original.name}")
     require_usable(path)
     notes = (*check(study), *fitted.notes, *notes_before(declaration, options))
-    space_text = dump_dataclass(content)
-    if len(space_files) == 1:
-        space_text = read_text(space_files[0])
     texts = {
         TUNING: dump_dataclass(declaration),
-        SPACE: space_text,
+        SPACE: _space_text(content, space_files),
         ORIGINAL: with_absolute_files(nav2, allow_unknown).document.text,
     }
     create_run(path, about(study, sys.argv), {**parameters(study), **texts})
     found = _drive(path, where, budget)
     return found and dataclasses.replace(found, notes=notes)
+
+
+def _require_nav2(original: Stack) -> None:
+    if not original.is_nav2:
+        raise InputError(
+            f"stack '{original.name}' does not drive by a Nav2 file that could be tuned; "
+            "give another"
+        )
+
+
+def _space_text(content: SpaceFile, files: Sequence[Path]) -> str:
+    """The search space as it is kept: the file that was given, or what several come to."""
+    if len(files) == 1:
+        return read_text(files[0])
+    return dump_dataclass(content)
 
 
 def resume_tuning(

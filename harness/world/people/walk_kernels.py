@@ -144,11 +144,6 @@ class Walks(NamedTuple):
     speeds: FloatVector  # (n,) [m/s] at which each likes to walk
 
 
-_WALKS = (
-    "NamedTuple((float64[:, :, ::1], int64[::1], int64[::1], float64[::1], float64[::1]), Walks)"
-)
-
-
 @njit(ahead=True)
 def walk(
     dt: float,
