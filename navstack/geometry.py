@@ -36,11 +36,21 @@ def relative_to(frame: Pose2D, pose: Pose2D) -> Pose2D:
     return Pose2D(cos * dx + sin * dy, -sin * dx + cos * dy, normalize_angle(pose.yaw - frame.yaw))
 
 
+def rotation(angle: float) -> FloatArray:
+    """The matrix (2, 2) that turns a column vector by ``angle`` [rad]."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    return np.array(((cos, -sin), (sin, cos)))
+
+
 def transform_points(frame: Pose2D, points: FloatArray) -> FloatArray:
     """Points (N, 2) given in ``frame``, expressed in the parent of ``frame``."""
-    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
-    rotation = np.array(((cos, -sin), (sin, cos)))
-    moved: FloatArray = points @ rotation.T + (frame.x, frame.y)
+    moved: FloatArray = points @ rotation(frame.yaw).T + (frame.x, frame.y)
+    return moved
+
+
+def points_relative_to(frame: Pose2D, points: FloatArray) -> FloatArray:
+    """Points (N, 2) of the parent frame, expressed in ``frame``."""
+    moved: FloatArray = (points - (frame.x, frame.y)) @ rotation(frame.yaw)
     return moved
 
 

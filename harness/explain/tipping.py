@@ -13,7 +13,8 @@ from harness.explain.seconds import Seconds
 from harness.metrics.columns import Row
 from harness.world.map.scene import Scene
 from harness.world.physics.elevation import elevation_of
-from navstack.types import FloatArray
+from navstack.geometry import transform_points
+from navstack.types import FloatArray, Pose2D
 
 TIPPED = "orientation"  # reason of an outcome, as harness.world.outcome has it
 LASTING = 1.0  # [s] from which a contact is told by how long it lasted
@@ -102,9 +103,7 @@ def _ground(evidence: Evidence, seconds: Seconds) -> str:
 
 def _corners(footprint: FloatArray, pose: FloatArray) -> FloatArray:
     """Corners (V, 2) [m] in the map frame of a footprint at a pose x, y [m], yaw [rad]."""
-    cos, sin = np.cos(pose[2]), np.sin(pose[2])
-    turned: FloatArray = footprint @ np.array(((cos, sin), (-sin, cos))) + pose[:2]
-    return turned
+    return transform_points(Pose2D(*pose.tolist()), footprint)
 
 
 def kind_at(scene: Scene, point: FloatArray) -> str:

@@ -9,8 +9,9 @@ import numpy as np
 from harness.identify.drive_model import DriveFit, used
 from harness.identify.estimate import BLOCK, half_widths
 from harness.identify.turning import Turning
-from harness.identify.wheel_path import WheelPath, motions_between, path_of, turn_onto
+from harness.identify.wheel_path import WheelPath, path_of, turn_onto
 from harness.recorded.log import DriveLog, period_of
+from harness.recorded.trajectory import motions_between
 from harness.world.physics.robot import RobotParams
 from navstack.types import FloatArray
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from navstack.geometry import rotation
 from navstack.types import FloatArray, LaserScan
 
 FARTHEST = 25.0  # [m] of returns that are used
@@ -69,9 +70,7 @@ def match(before: Surfaces, after: Surfaces, guess: FloatArray) -> FloatArray | 
         return None
     for number in range(_ROUNDS):
         reach = _NEAREST[min(number, len(_NEAREST) - 1)]
-        cos, sin = np.cos(motion[2]), np.sin(motion[2])
-        turn = np.array(((cos, -sin), (sin, cos)))
-        turned = after.points @ turn.T
+        turned = after.points @ rotation(motion[2]).T
         moved = turned + motion[:2]
         distances, nearest = before.tree.query(moved, distance_upper_bound=reach)
         kept = np.flatnonzero(np.isfinite(distances))

@@ -21,8 +21,9 @@ from harness.identify.estimate import (
 )
 from harness.identify.fix_filter import fit_filter, track_of
 from harness.identify.scan_match import Surfaces, match
-from harness.identify.wheel_path import WheelPath, motions_between, turn_onto
+from harness.identify.wheel_path import WheelPath, apart_when_laid
 from harness.recorded.log import DriveLog
+from harness.recorded.trajectory import motions_between
 from navstack.types import FloatArray
 
 _PAIR = 0.7  # [s] between the scans of a pair
@@ -235,11 +236,7 @@ def _windows(log: DriveLog, path: WheelPath) -> list[FloatArray]:
 
 def _laid(fixes: FloatArray, path: WheelPath, share: float, delay: float) -> FloatArray:
     """Errors (n, 2) [m] of the path that is moved and turned onto the fixes (Umeyama 1991)."""
-    places = share * path.at(fixes[:, 0] - delay)[:, :2]
-    ours = places - places.mean(axis=0)
-    theirs = fixes[:, 1:3] - fixes[:, 1:3].mean(axis=0)
-    found: FloatArray = ours @ turn_onto(places, fixes[:, 1:3]).T - theirs
-    return found
+    return apart_when_laid(share * path.at(fixes[:, 0] - delay)[:, :2], fixes[:, 1:3])
 
 
 def _white(

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import t
 
 from harness.identify.estimate import LEVEL
-from harness.identify.wheel_path import turn_onto
+from harness.identify.wheel_path import apart_when_laid
 from harness.metrics.replay_log import TRACE_COLUMNS
 from harness.recorded.log import DriveLog
 from harness.statistics.interval import Interval
@@ -133,7 +133,10 @@ def real_drive(log: DriveLog, goal: Place, radius: float, fix_noise: float | Non
     """
     apart = np.hypot(log.poses[:, 1] - goal[0], log.poses[:, 2] - goal[1])
     far = np.flatnonzero(apart > radius)
-    end = float(log.poses[min(int(far[-1]) + 1, len(apart) - 1), 0]) if len(far) else math.inf
+    end = math.inf
+    if len(far):
+        arrival = min(int(far[-1]) + 1, len(apart) - 1)
+        end = log.poses[arrival, 0]
     rows = log.odometry[log.stamps <= end]
     return _drive("log", rows[:, 0], rows[:, 4], _believed_error(log, fix_noise))
 
@@ -172,13 +175,11 @@ def _drive(
 
 def _believed_error(log: DriveLog, fix_noise: float | None) -> float | None:
     """[m] by which the localizer's poses differ from the fixes, less the fixes' own noise."""
-    fixes = log.fixes[(log.fixes[:, 0] > log.poses[0, 0]) & (log.fixes[:, 0] < log.poses[-1, 0])]
+    stamps = log.poses[:, 0]
+    fixes = log.fixes[(log.fixes[:, 0] > stamps[0]) & (log.fixes[:, 0] < stamps[-1])]
     if fix_noise is None or len(fixes) < _LEAST_FIXES:
         return None
-    believed = np.column_stack(
-        [np.interp(fixes[:, 0], log.poses[:, 0], log.poses[:, n]) for n in (1, 2)]
-    )
-    ours, theirs = believed - believed.mean(axis=0), fixes[:, 1:3] - fixes[:, 1:3].mean(axis=0)
-    errors = ours @ turn_onto(believed, fixes[:, 1:3]).T - theirs
+    believed = np.column_stack([np.interp(fixes[:, 0], stamps, log.poses[:, n]) for n in (1, 2)])
+    errors = apart_when_laid(believed, fixes[:, 1:3])
     squared = float(np.mean(np.sum(errors**2, axis=1))) - 2.0 * fix_noise**2
     return math.sqrt(max(squared, 0.0))

@@ -6,6 +6,7 @@ import numpy as np
 
 from harness.identify.turning import Turning
 from harness.recorded.log import DriveLog
+from navstack.geometry import rotation
 from navstack.types import FloatArray
 
 
@@ -51,14 +52,14 @@ def path_of(log: DriveLog, turning: Turning, with_gyro: bool = True) -> WheelPat
 
 def turn_onto(ours: FloatArray, theirs: FloatArray) -> FloatArray:
     """Rotation (2, 2) of points (n, 2) onto others (Umeyama 1991, no scale)."""
-    a, b = ours - ours.mean(axis=0), theirs - theirs.mean(axis=0)
+    a = ours - ours.mean(axis=0)
+    b = theirs - theirs.mean(axis=0)
     angle = np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b))
-    cos, sin = np.cos(angle), np.sin(angle)
-    return np.array(((cos, -sin), (sin, cos)))
+    return rotation(angle)
 
 
-def motions_between(before: FloatArray, after: FloatArray) -> FloatArray:
-    """Poses (n, 3) as seen from others."""
-    dx, dy, turn = (after - before).T
-    cos, sin = np.cos(before[:, 2]), np.sin(before[:, 2])
-    return np.column_stack((cos * dx + sin * dy, cos * dy - sin * dx, turn))
+def apart_when_laid(ours: FloatArray, theirs: FloatArray) -> FloatArray:
+    """Errors (n, 2) of points (n, 2) that are moved and turned onto others (:func:`turn_onto`)."""
+    turned = (ours - ours.mean(axis=0)) @ turn_onto(ours, theirs).T
+    errors: FloatArray = turned - (theirs - theirs.mean(axis=0))
+    return errors

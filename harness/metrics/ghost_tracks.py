@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harness.world.truth import Truth
+from navstack.geometry import rotation
 from navstack.types import BoolArray, FloatArray
 
 if TYPE_CHECKING:
@@ -48,9 +49,8 @@ def in_true_frame(places: FloatArray, believed: FloatArray, true: FloatArray) ->
 
     ``believed`` and ``true`` are the robot's pose (3,) in each.
     """
-    turn = true[2] - believed[2]
-    cos, sin = np.cos(turn), np.sin(turn)
-    moved: FloatArray = (places - believed[:2]) @ np.array(((cos, sin), (-sin, cos))) + true[:2]
+    turn = rotation(believed[2] - true[2])
+    moved: FloatArray = (places - believed[:2]) @ turn + true[:2]
     return moved
 
 

@@ -1,12 +1,11 @@
 """From what the sensors deliver to what a policy sees."""
 
-import math
 from collections.abc import Callable
 
 import numpy as np
 
 from harness.policy.interface import ROUTE_POINTS, ROUTE_SPACING, Image, PolicyObservation
-from navstack.geometry import relative_to
+from navstack.geometry import points_relative_to, relative_to, rotation
 from navstack.localization.localizer import Localizer
 from navstack.types import (
     Belief,
@@ -55,9 +54,7 @@ class Route:
         points = np.column_stack(
             [np.interp(wanted, self._along, self._points[:, k]) for k in (0, 1)]
         )
-        cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
-        seen: FloatArray = (points - (pose.x, pose.y)) @ np.array(((cos, -sin), (sin, cos)))
-        return seen
+        return points_relative_to(pose, points)
 
     def _squared(self, pose: Pose2D, begin: int, end: int) -> FloatArray:
         offset = self._points[begin:end] - (pose.x, pose.y)
@@ -127,8 +124,7 @@ class Senses:
 def _in_frame(frame: Pose2D, people: FloatArray) -> FloatArray:
     """People who are there (m, 4), nearest first, in a frame of the map."""
     there = people[np.isfinite(people[:, 0])]
-    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
-    turn = np.array(((cos, -sin), (sin, cos)))
-    seen = np.column_stack(((there[:, :2] - (frame.x, frame.y)) @ turn, there[:, 2:] @ turn))
-    ordered: FloatArray = seen[np.argsort((seen[:, :2] ** 2).sum(axis=1), kind="stable")]
-    return ordered
+    places = points_relative_to(frame, there[:, :2])
+    velocities = there[:, 2:] @ rotation(frame.yaw)
+    nearest_first = np.argsort((places**2).sum(axis=1), kind="stable")
+    return np.column_stack((places, velocities))[nearest_first]

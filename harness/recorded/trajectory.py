@@ -11,6 +11,7 @@ import numpy as np
 from harness.storage.files import replacing
 from navstack.errors import InputError
 from navstack.files import check_regular
+from navstack.geometry import rotation
 from navstack.types import FloatArray, IntArray
 
 MATCHED_WITHIN = 0.02  # [s] between two poses of one time; the TUM tools' default
@@ -141,8 +142,7 @@ def align(estimate: Trajectory, reference: Trajectory, how: str) -> Trajectory:
         centre, target = moving[:, :2].mean(axis=0), fixed[:, :2].mean(axis=0)
         a, b = moving[:, :2] - centre, fixed[:, :2] - target
         turn = math.atan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
-    cos, sin = math.cos(turn), math.sin(turn)
-    places = (moving[:, :2] - centre) @ np.array(((cos, sin), (-sin, cos))) + target
+    places = (moving[:, :2] - centre) @ rotation(-turn) + target
     return Trajectory(estimate.stamps, np.column_stack((places, moving[:, 2] + turn)))
 
 
@@ -174,17 +174,17 @@ def relative_errors(estimate: Trajectory, reference: Trajectory, interval: float
     starts, ends = np.flatnonzero(has_end), ends[has_end]
     if len(starts) == 0:
         return None
-    ours = _motions(estimate.poses, starts, ends)
-    theirs = _motions(reference.poses, starts, ends)
+    ours = motions_between(estimate.poses[starts], estimate.poses[ends])
+    theirs = motions_between(reference.poses[starts], reference.poses[ends])
     difference = ours - theirs
     return Errors(np.hypot(difference[:, 0], difference[:, 1]), np.abs(_wrapped(difference[:, 2])))
 
 
-def _motions(poses: FloatArray, starts: IntArray, ends: IntArray) -> FloatArray:
-    """Poses (n, 3) at ``ends`` as seen from those at ``starts``."""
-    dx, dy, turn = (poses[ends] - poses[starts]).T
-    cos, sin = np.cos(poses[starts, 2]), np.sin(poses[starts, 2])
-    return np.column_stack((cos * dx + sin * dy, -sin * dx + cos * dy, turn))
+def motions_between(before: FloatArray, after: FloatArray) -> FloatArray:
+    """Poses (n, 3) as seen from others (n, 3)."""
+    dx, dy, turn = (after - before).T
+    cos, sin = np.cos(before[:, 2]), np.sin(before[:, 2])
+    return np.column_stack((cos * dx + sin * dy, cos * dy - sin * dx, turn))
 
 
 def _nearest(among: FloatArray, stamps: FloatArray) -> IntArray:

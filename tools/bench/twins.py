@@ -13,7 +13,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from navstack.types import BoolArray, ByteArray, FloatArray, IntArray
+from navstack.geometry import points_relative_to
+from navstack.types import BoolArray, ByteArray, FloatArray, IntArray, Pose2D
 
 LETHAL, INSCRIBED = 254, 253
 
@@ -248,11 +249,8 @@ def time_to_collision(
         x += (vx * math.cos(yaw) - vy * math.sin(yaw)) * step
         y += (vx * math.sin(yaw) + vy * math.cos(yaw)) * step
         yaw += yaw_rate * step
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        if (
-            _inside((points - (x, y)) @ np.array(((cos, -sin), (sin, cos))), polygon).sum()
-            >= enough
-        ):
+        seen = points_relative_to(Pose2D(x, y, yaw), points)
+        if _inside(seen, polygon).sum() >= enough:
             return time
         time += step
     return -1.0

@@ -26,6 +26,7 @@ from navstack.costmap.map_io import load_map, load_metadata, save_map
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, SOLID_FROM, UNKNOWN, OccupancyGrid
 from navstack.errors import InputError, MapError, UnknownNameError
 from navstack.files import check_regular
+from navstack.geometry import rotation
 from navstack.types import Pose2D
 
 FREE_BELOW = 20  # [%] occupancy below which it is walkable (map_server's free_thresh)
@@ -135,9 +136,8 @@ def align(grid: OccupancyGrid) -> OccupancyGrid:
     yaw, r = grid.origin.yaw, grid.resolution
     if yaw == 0.0:
         return grid
-    cos, sin = math.cos(yaw), math.sin(yaw)
     corners = np.array(((0, 0), (grid.width, 0), (grid.width, grid.height), (0, grid.height))) * r
-    turned = corners @ np.array(((cos, sin), (-sin, cos)))
+    turned = corners @ rotation(-yaw)
     low, high = turned.min(axis=0), turned.max(axis=0)
     width, height = (max(math.ceil(extent / r - 1e-9), 1) for extent in high - low)
     if width * height > MAX_PIXELS:
@@ -145,6 +145,7 @@ def align(grid: OccupancyGrid) -> OccupancyGrid:
             f"map turned by {yaw:g} rad has {width} x {height} cells; allowed: {MAX_PIXELS}; give "
             "an origin without yaw"
         )
+    cos, sin = math.cos(yaw), math.sin(yaw)
     x = low[0] + (np.arange(width) + 0.5) * r
     y = (low[1] + (np.arange(height) + 0.5) * r)[:, None]
     columns = np.floor((cos * x + sin * y) / r).astype(np.int64)

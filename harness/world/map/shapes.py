@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from navstack.geometry import rotation
 from navstack.types import BoolArray, FloatArray
 
 
@@ -63,9 +64,8 @@ class Rect:
 
 def box(x: float, y: float, yaw: float, length: float, width: float) -> FloatArray:
     """A rectangle (4, 2) centred at (x, y), ``length`` along ``yaw``; counter-clockwise."""
-    cos, sin = math.cos(yaw), math.sin(yaw)
     local = 0.5 * np.array(((-length, -width), (length, -width), (length, width), (-length, width)))
-    corners: FloatArray = local @ np.array(((cos, sin), (-sin, cos))) + (x, y)
+    corners: FloatArray = local @ rotation(-yaw) + (x, y)
     return corners
 
 
