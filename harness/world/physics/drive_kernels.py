@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from harness.world.physics.motion_kernels import Quaternion, Vector, rotate
+from harness.world.physics.motion_kernels import Quaternion, Vector, heading, rotate
 from harness.world.physics.robot import RobotParams
 from navstack.jit import njit
 from navstack.types import FloatArray, FloatVector
@@ -139,6 +139,70 @@ def mechanical_power(
     return float(left_power + max(right * right_speed + resistance * abs(right_speed), 0.0))
 
 
+@njit()
+def tread_velocity(
+    yaw: float, velocity: Vector, spin: Vector, height: float, is_level: bool
+) -> tuple[float, float]:
+    """Velocity [m/s] of the treads below the centre of mass, forward and to the left.
+
+    Args:
+        yaw: [rad] of the body.
+        velocity: [m/s] of the centre of mass, map frame.
+        spin: [rad/s], map frame.
+        height: [m] of the centre of mass.
+        is_level: whether pitching and rolling, which move the treads as well, do not count.
+    """
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    forward = cos * velocity[0] + sin * velocity[1]
+    left = -sin * velocity[0] + cos * velocity[1]
+    if not is_level:
+        forward -= (cos * spin[1] - sin * spin[0]) * height
+        left += (cos * spin[0] + sin * spin[1]) * height
+    return forward, left
+
+
+@njit()
+def asked_forces(
+    forward: float,
+    left: float,
+    yaw_rate: float,
+    speed: float,
+    turn: float,
+    held: float,
+    constants: FloatArray,
+) -> tuple[float, float, float]:
+    """Forces [N] of the left and the right motor, and sideways at the axle, for the next step.
+
+    Args:
+        forward: [m/s] of the centre of mass.
+        left: [m/s].
+        yaw_rate: [rad/s].
+        speed: [m/s] forward that is wanted.
+        turn: [rad/s] that is wanted.
+        held: [kg] that holding the axle sideways must stop.
+        constants: (15,) of :func:`drive_constants`.
+    """
+    dt, mass, inertia = constants[DT], constants[MASS], constants[INERTIA]
+    lever, half_track, limit = constants[LEVER], constants[HALF_TRACK], constants[MOTOR_LIMIT]
+    # The centre of mass lies `lever` behind the axle: its velocity next step, seen from the heading
+    # now.
+    ahead, aside = math.cos(turn * dt), math.sin(turn * dt)
+    along = mass * (speed * ahead + turn * lever * aside - forward) / dt
+    sideways = held * (speed * aside - turn * lever * ahead - left) / dt
+    couple = inertia * (turn - yaw_rate) / dt - sideways * lever
+    left_motor, right_motor = motor_forces(along, couple, half_track, limit)
+    if max(abs(left_motor), abs(right_motor)) >= limit:
+        # Motors at their limit turn it otherwise; the ground still holds the axle sideways.
+        couple = (right_motor - left_motor) * half_track
+        ahead, aside = math.cos(yaw_rate * dt), math.sin(yaw_rate * dt)
+        speed = forward + dt * (left_motor + right_motor) / mass
+        turn = (couple * dt + inertia * yaw_rate + lever * held * (speed * aside - left)) / (
+            inertia + held * lever * lever * ahead
+        )
+        sideways = held * (speed * aside - turn * lever * ahead - left) / dt
+    return left_motor, right_motor, sideways
+
+
 @njit(ahead=True)
 def drive_forces(
     orientation: Quaternion,
@@ -150,63 +214,46 @@ def drive_forces(
     yaw_rate_command: float,
     constants: FloatVector,
 ) -> tuple[Vector, Vector, float]:
-    """Force [N] and torque [N m] about the centre of mass, map frame, of drive and weight.
-
-    Power [W] of the motors.
+    """Force [N], torque [N m] about the centre of mass and motors' power [W] of drive and weight.
 
     The wheels follow the command as a first-order servo with limited acceleration and hold the axle
     sideways (no slip). Their forces attack where they stand, so that braking pitches the body.
     Simplification: on level ground, touched by nothing, the driven wheels grip with the whole
     weight, as if the casters held sideways what they carry.
 
-    Takes orientation, velocity of the centre of mass [m/s] and spin [rad/s] in the map frame, the
-    loads [N] of the wheels (or ``LEVEL``), the command (forward [m/s], yaw rate [rad/s]) and the
-    constants (15,) of
-    :func:`drive_constants`.
+    Args:
+        orientation: of the body; all in the map frame, as force and torque are.
+        velocity: [m/s] of the centre of mass.
+        spin: [rad/s].
+        left_load: [N] of the left wheel, or ``LEVEL``.
+        right_load: [N] of the right wheel.
+        speed_command: [m/s] forward.
+        yaw_rate_command: [rad/s].
+        constants: (15,) of :func:`drive_constants`.
     """
-    (qx, qy, qz, qw), (vx, vy, _), (wx, wy, yaw_rate) = orientation, velocity, spin
-    dt, mass, inertia = constants[DT], constants[MASS], constants[INERTIA]
+    dt, time_constant = constants[DT], constants[TIME_CONSTANT]
+    up, down, yaw_up = constants[ACCELERATION], constants[DECELERATION], constants[YAW_ACCELERATION]
     lever, height, half_track = constants[LEVER], constants[HEIGHT], constants[HALF_TRACK]
-    motor_limit, time_constant = constants[MOTOR_LIMIT], constants[TIME_CONSTANT]
-    yaw_up = constants[YAW_ACCELERATION]
-    held = mass  # [kg] that holding the axle sideways must stop
-    yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    # [m/s] of the centre of mass, heading frame
-    forward, left = cos * vx + sin * vy, -sin * vx + cos * vy
-    if left_load != LEVEL:  # pitching and rolling move the treads as well
-        forward -= (cos * wy - sin * wx) * height
-        left += (cos * wx + sin * wy) * height
-        held = constants[ROLLING_MASS]
-
-    up, down = constants[ACCELERATION], constants[DECELERATION]
+    is_level = left_load == LEVEL
+    yaw = heading(orientation)
+    yaw_rate = spin[2]
+    forward, left = tread_velocity(yaw, velocity, spin, height, is_level)
     speed = step_towards(forward, speed_command, dt, time_constant, up, down)
     turn = step_towards(yaw_rate, yaw_rate_command, dt, time_constant, yaw_up, yaw_up)
 
-    # The centre of mass lies `lever` behind the axle: its velocity next step, seen from the heading
-    # now.
-    ahead, aside = math.cos(turn * dt), math.sin(turn * dt)
-    along = mass * (speed * ahead + turn * lever * aside - forward) / dt
-    sideways = held * (speed * aside - turn * lever * ahead - left) / dt
-    couple = inertia * (turn - yaw_rate) / dt - sideways * lever
-    left_along, right_along = motor_forces(along, couple, half_track, motor_limit)
-    if max(abs(left_along), abs(right_along)) >= motor_limit:
-        # Motors at their limit turn it otherwise; the ground still holds the axle sideways.
-        couple = (right_along - left_along) * half_track
-        ahead, aside = math.cos(yaw_rate * dt), math.sin(yaw_rate * dt)
-        speed = forward + dt * (left_along + right_along) / mass
-        turn = (couple * dt + inertia * yaw_rate + lever * held * (speed * aside - left)) / (
-            inertia + held * lever * lever * ahead
-        )
-        sideways = held * (speed * aside - turn * lever * ahead - left) / dt
+    held = constants[MASS] if is_level else constants[ROLLING_MASS]
+    left_motor, right_motor, sideways = asked_forces(
+        forward, left, yaw_rate, speed, turn, held, constants
+    )
     left_along, left_side, right_along, right_side = grip(
-        left_along, right_along, sideways, left_load, right_load, constants
+        left_motor, right_motor, sideways, left_load, right_load, constants
     )
     power = mechanical_power(
         left_along, right_along, forward, yaw_rate, left_along + right_along, constants
     )
 
     # the wheels' treads from the centre of mass
+    cos, sin = math.cos(yaw), math.sin(yaw)
     lx, ly, lz = rotate(orientation, lever, half_track, -height)
     rx, ry, rz = rotate(orientation, lever, -half_track, -height)
     lfx, lfy = cos * left_along - sin * left_side, sin * left_along + cos * left_side

@@ -24,6 +24,13 @@ def rotate(orientation: Quaternion, x: float, y: float, z: float) -> Vector:
     )
 
 
+@njit()
+def heading(orientation: Quaternion) -> float:
+    """The yaw [rad] of a unit quaternion (textbook)."""
+    qx, qy, qz, qw = orientation
+    return math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+
+
 @njit(ahead=True)
 def point_velocity(
     orientation: Quaternion, velocity: Vector, spin: Vector, x: float, y: float, z: float
@@ -93,10 +100,10 @@ def base_state(
         vy_before: [m/s] to the left.
         tick: [s] that time.
     """
-    qx, qy, qz, qw = orientation
+    qx, qy, _, _ = orientation
     rx, ry, _ = rotate(orientation, offset[0], offset[1], offset[2])
     ux, uy, _ = point_velocity(orientation, velocity, spin, offset[0], offset[1], offset[2])
-    yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+    yaw = heading(orientation)
     cos, sin = math.cos(yaw), math.sin(yaw)
     vx, vy = cos * ux + sin * uy, -sin * ux + cos * uy
     tilt = math.acos(min(max(1.0 - 2.0 * (qx * qx + qy * qy), -1.0), 1.0))

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from harness.world.physics.drive_kernels import LEVEL, step_towards
-from harness.world.physics.motion_kernels import Quaternion, Vector, rotate
+from harness.world.physics.drive_kernels import LEVEL, step_towards, tread_velocity
+from harness.world.physics.motion_kernels import Quaternion, Vector, heading, rotate
 from harness.world.physics.robot import RobotParams
 from navstack.jit import njit
 from navstack.types import FloatArray, FloatVector
@@ -87,17 +87,14 @@ def skid_forces(
     treads' difference over ``track * (1 + (wheelbase / track)**2)`` (from Coulomb's law, with equal
     loads): the wider track that a controller's multiplier stands for.
     """
-    (qx, qy, qz, qw), (vx, vy, _), (wx, wy, yaw_rate) = orientation, velocity, spin
     dt, height, half_track = constants[DT], constants[HEIGHT], constants[HALF_TRACK]
-    yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    # [m/s] of the centre of mass, heading frame
-    forward, left = cos * vx + sin * vy, -sin * vx + cos * vy
-    if left_load == LEVEL:
+    is_level = left_load == LEVEL
+    if is_level:
         left_load = right_load = 0.5 * constants[WEIGHT]
-    else:  # pitching and rolling move the treads as well
-        forward -= (cos * wy - sin * wx) * height
-        left += (cos * wx + sin * wy) * height
+    yaw = heading(orientation)
+    yaw_rate = spin[2]
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    forward, left = tread_velocity(yaw, velocity, spin, height, is_level)
 
     up, down, constant = constants[ACCELERATION], constants[DECELERATION], constants[TIME_CONSTANT]
     yaw_up = constants[YAW_ACCELERATION]
