@@ -188,11 +188,8 @@ def search_lines(
             if not (0 <= u < width and 0 <= v < height) or not is_open[costs[v, u]]:
                 continue
             m = v * width + u
-            total = (
-                travelled[n]
-                + weights[0] * math.hypot(STEPS[k, 0], STEPS[k, 1])
-                + crossing[costs[v, u]]
-            )
+            step = weights[0] * math.hypot(STEPS[k, 0], STEPS[k, 1])
+            total = travelled[n] + step + crossing[costs[v, u]]
             if not is_done[m] and total < travelled[m]:
                 travelled[m] = total
                 parents[m] = n

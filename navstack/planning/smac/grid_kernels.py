@@ -32,6 +32,14 @@ def octile(dx: float, dy: float) -> float:
     return long + (math.sqrt(2.0) - 1.0) * short
 
 
+@njit(inline="always")
+def step_cost(cost: int, is_diagonal: bool, multiplier: float) -> float:
+    """A step's length [cells] times 1 + ``multiplier`` * cost / 252 of the cell it leads to."""
+    length = math.sqrt(2.0) if is_diagonal else 1.0
+    share = min(float(cost), FULL_COST) / FULL_COST
+    return length * (1.0 + multiplier * share)
+
+
 @njit()
 def search_grid(
     costs: ByteArray,
@@ -43,9 +51,7 @@ def search_grid(
     travelled: Float32Array,
     came_by: ByteArray,
 ) -> int:
-    """A* from cell to cell (column, row) over eight neighbours.
-
-    A step costs its length times 1 + ``multiplier`` * cost / 252 of the cell it leads to.
+    """A* from cell to cell (column, row) over eight neighbours; :func:`step_cost` adds up.
 
     Args:
         costs: (height, width).
@@ -92,10 +98,8 @@ def search_grid(
             y = row + NEIGHBOURS[k, 1]
             if not (0 <= x < width and 0 <= y < height) or blocked[costs[y, x]]:
                 continue
-            share = min(float(costs[y, x]), FULL_COST) / FULL_COST
-            way = (math.sqrt(2.0) if k >= 4 else 1.0) * (1.0 + multiplier * share)
             m = y * width + x
-            total = np.float32(travelled[n] + way)
+            total = np.float32(travelled[n] + step_cost(costs[y, x], k >= 4, multiplier))
             if total < travelled[m]:
                 travelled[m] = total
                 came_by[m] = k
