@@ -87,12 +87,11 @@ def footprint_radii(footprint: FloatArray) -> tuple[float, float]:
     The inscribed radius is the least distance from the origin to an edge (nav2_costmap_2d's
     ``calculateMinAndMaxDistances``).
     """
-    start, end = footprint, np.roll(footprint, -1, axis=0)
-    edge = end - start
-    length_squared = np.maximum((edge**2).sum(axis=1), 1e-300)
-    t = np.clip(-(start * edge).sum(axis=1) / length_squared, 0.0, 1.0)
-    nearest = start + t[:, None] * edge
-    return float(np.hypot(*nearest.T).min()), float(np.hypot(*start.T).max())
+    edges = np.roll(footprint, -1, axis=0) - footprint
+    length_squared = np.maximum((edges**2).sum(axis=1), 1e-300)
+    t = np.clip(-(footprint * edges).sum(axis=1) / length_squared, 0.0, 1.0)
+    nearest = footprint + t[:, None] * edges
+    return float(np.hypot(*nearest.T).min()), float(np.hypot(*footprint.T).max())
 
 
 def cover(footprint: FloatArray, count: int) -> tuple[FloatArray, float]:

@@ -13,6 +13,7 @@ from harness.audit.pairs import EVENTS
 from harness.economics.accountings import COUNTED, EVENT, PERSON
 from harness.economics.contact_costs import injury_measures
 from harness.economics.prices import Prices
+from harness.metrics.contacts import PRICED_PROPERTY
 from harness.study.stored_run import load_run
 from harness.tuning.evaluation import Candidate, unseen_missions
 from harness.tuning.result import COMPLETE, StudyResult, Trial
@@ -85,42 +86,30 @@ def _drawn_row(
         fault = rng.choice(["robot_into_person", "person_into_robot", "person_into_standing_robot"])
         events.append(new_event(PERSON, strength, 0.85 * strength, str(fault), number))
     row = {
-        **{
-            "stack": "drawn",
-            "map": "sidewalk",
-            "seed": 0,
-            "episode": episode,
-            "error": None,
-            "gave_up": "",
-        },
-        **{
-            "start_x_m": float(episode),
-            "start_y_m": 0.0,
-            "start_yaw_rad": 0.0,
-            "goal_x_m": shortest,
-            "goal_y_m": 0.0,
-        },
-        **{
-            "shortest_path_m": shortest,
-            "distance_m": distance,
-            "duration_s": distance / mean_speed,
-        },
-        **{
-            "average_speed_mps": mean_speed,
-            "goal_distance_m": 1.98,
-            "outcome": "sla",
-            "reason": "arrived",
-        },
-        **{
-            f"{kind}_contacts": 0
-            for kind in ("mailbox", "trash_bin", "building_glass", "bollard", "plant", "fence")
-        },
-        **{
-            "personal_intrusion_percent": float(rng.uniform(0.0, 3.0)),
-            "recoveries": 0,
-            "pieces_lost": 0,
-        },
-        **{"min_pedestrian_distance_m": float(rng.uniform(0.0, 2.0)), EVENTS: events},
+        "stack": "drawn",
+        "map": "sidewalk",
+        "seed": 0,
+        "episode": episode,
+        "error": None,
+        "gave_up": "",
+        "start_x_m": float(episode),
+        "start_y_m": 0.0,
+        "start_yaw_rad": 0.0,
+        "goal_x_m": shortest,
+        "goal_y_m": 0.0,
+        "shortest_path_m": shortest,
+        "distance_m": distance,
+        "duration_s": distance / mean_speed,
+        "average_speed_mps": mean_speed,
+        "goal_distance_m": 1.98,
+        "outcome": "sla",
+        "reason": "arrived",
+        **{f"{kind}_contacts": 0 for kind in PRICED_PROPERTY},
+        "personal_intrusion_percent": float(rng.uniform(0.0, 3.0)),
+        "recoveries": 0,
+        "pieces_lost": 0,
+        "min_pedestrian_distance_m": float(rng.uniform(0.0, 2.0)),
+        EVENTS: events,
     }
     if helped and rng.random() < helped:
         row |= {"outcome": "physical_assistance", "reason": "orientation"}

@@ -89,12 +89,12 @@ def fixes_along(way: FloatArray, scene: Scene, preset: str, seed: int, episode: 
         seed: of the run; the draws are those that the delivery would have had.
         episode: of the run.
     """
-    params = load_dataclass(
-        SensorParams, resolve(preset, shipped("params") / "sensors", "sensor preset")
-    ).gps
+    file = resolve(preset, shipped("params") / "sensors", "sensor preset")
+    params = load_dataclass(SensorParams, file).gps
     receiver = GpsReceiver(params, sky_of(scene))
     stamps = np.arange(way[0, 0], way[-1, 0], 1.0 / params.rate)
-    xs, ys = np.interp(stamps, way[:, 0], way[:, 1]), np.interp(stamps, way[:, 0], way[:, 2])
+    xs = np.interp(stamps, way[:, 0], way[:, 1])
+    ys = np.interp(stamps, way[:, 0], way[:, 2])
     receiver.reset(BodyState(xs[0], ys[0]), RandomStreams(seed, episode)["gps"])
     rows = []
     for stamp, x, y in zip(stamps, xs, ys, strict=True):

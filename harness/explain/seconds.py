@@ -199,11 +199,14 @@ def _errors(evidence: Evidence) -> tuple[FloatArray, FloatArray]:
         return np.full(1, np.nan), np.full((1, 2), np.nan)
     keys = ("stamp_s", "believed_x_m", "believed_y_m", "believed_yaw_rad")
     believed = np.array([[row[key] for key in keys] for row in rows])
+    times = believed[:, 0]
     trace = evidence.trace
-    yaw = np.interp(believed[:, 0], trace[:, 0], np.unwrap(trace[:, 3]))
-    x, y = (np.interp(believed[:, 0], trace[:, 0], trace[:, column]) for column in (1, 2))
+    x = np.interp(times, trace[:, 0], trace[:, 1])
+    y = np.interp(times, trace[:, 0], trace[:, 2])
+    yaw = np.interp(times, trace[:, 0], np.unwrap(trace[:, 3]))
     off = np.hypot(believed[:, 1] - x, believed[:, 2] - y)
-    return believed[:, 0], np.column_stack((off, np.abs(wrapped(believed[:, 3] - yaw))))
+    turned = np.abs(wrapped(believed[:, 3] - yaw))
+    return times, np.column_stack((off, turned))
 
 
 def _true_tracks(evidence: Evidence, inside: IntArray) -> tuple[FloatArray, ...]:

@@ -95,9 +95,10 @@ def _by_imu(log: DriveLog, robot: RobotParams) -> tuple[FloatArray, FloatArray, 
     stamps, rates = log.imu_stamps, log.gyro_rates
     period = period_of(stamps)
     count = max(math.ceil(_WINDOW / period - 1e-6), 1)
-    gained = np.diff(stamps, prepend=stamps[0] - period)[:, None] * log.imu[:, 3:5]
+    steps = np.diff(stamps, prepend=stamps[0] - period)
     lateral = np.interp(stamps, log.stamps, log.speeds) * rates
-    gained[:, 1] -= np.diff(stamps, prepend=stamps[0] - period) * lateral
+    gained = steps[:, None] * log.imu[:, 3:5]
+    gained[:, 1] -= steps * lateral
     sums = np.vstack((np.zeros(2), np.cumsum(gained, axis=0)))
     ends = np.arange(count, len(stamps))
     changes = sums[ends + 1] - sums[ends + 1 - count]

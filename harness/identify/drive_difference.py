@@ -22,7 +22,8 @@ def rate_difference(first: tuple[int, float], second: tuple[int, float]) -> Inte
     The interval is recovered from those of both rates (MOVER: Zou & Donner 2008, Statistics in
     Medicine 27, 1693-1702).
     """
-    one, other = (poisson_rate(np.ones(count), exposure) for count, exposure in (first, second))
+    one = poisson_rate(np.ones(first[0]), first[1])
+    other = poisson_rate(np.ones(second[0]), second[1])
     below = math.hypot(_gap(one.value, one.low), _gap(other.high, other.value))
     above = math.hypot(_gap(one.high, one.value), _gap(other.value, other.low))
     value = _gap(one.value, other.value)

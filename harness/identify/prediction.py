@@ -13,6 +13,7 @@ from harness.identify.wheel_path import WheelPath, path_of, turn_onto
 from harness.recorded.log import DriveLog, period_of
 from harness.recorded.trajectory import motions_between
 from harness.world.physics.robot import RobotParams
+from navstack.geometry import rotation
 from navstack.types import FloatArray
 
 LONG = 10.0  # [s]
@@ -232,13 +233,11 @@ def _displacements(
         if np.ptp(places, axis=0).max() < _LEAST_DRIVEN:
             return None
         turns.append(turn_onto(places, past[:, 1:3]))
-        begin, there = share * way.at(np.array((t0, t1)))[:, :2]
-        results.append(float(np.hypot(*(turns[-1] @ (there - begin) - moved))))
+        here, there = share * way.at(np.array((t0, t1)))[:, :2]
+        results.append(float(np.hypot(*(turns[-1] @ (there - here) - moved))))
     begin = np.array((t0,))
     dx, dy = _arcs(_twists(log, begin), t1 - t0)[0]
-    yaw = float(path.at(begin)[0, 2])
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    ahead = np.array((cos * dx - sin * dy, sin * dx + cos * dy))
+    ahead = rotation(path.at(begin)[0, 2]) @ (dx, dy)
     results.append(float(np.hypot(*(turns[0] @ ahead - moved))))
     return results[0], results[1], results[2]
 

@@ -141,12 +141,17 @@ def _area(seconds: Seconds) -> Rect:
     """What is shown around robot and person."""
     points = [seconds.robot[:, :2]]
     if seconds.person is not None:
-        near = seconds.people[:, seconds.person]
-        points.append(near[np.isfinite(near).all(axis=1)][-max(2, len(near) // 2) :])
-    low, high = np.vstack(points).min(axis=0) - MARGIN, np.vstack(points).max(axis=0) + MARGIN
-    width = max(LEAST, float(high[0] - low[0]), float(high[1] - low[1]) / SHAPE)
+        person = seconds.people[:, seconds.person]
+        there = person[np.isfinite(person).all(axis=1)]
+        latest = max(2, len(person) // 2)
+        points.append(there[-latest:])
+    together = np.vstack(points)
+    low = together.min(axis=0) - MARGIN
+    high = together.max(axis=0) + MARGIN
+    width, height = (high - low).tolist()
+    half = 0.5 * max(LEAST, width, height / SHAPE)
     x, y = ((low + high) / 2.0).tolist()
-    return Rect(x - width / 2.0, y - SHAPE * width / 2.0, x + width / 2.0, y + SHAPE * width / 2.0)
+    return Rect(x - half, y - SHAPE * half, x + half, y + SHAPE * half)
 
 
 def _draw_strips(strips: Sequence["Axes"], seconds: Seconds) -> None:

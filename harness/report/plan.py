@@ -194,9 +194,11 @@ def _bounds(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _draw_costmap(axes: "Axes", costmap: Costmap, low: FloatArray, high: FloatArray) -> None:
     from matplotlib.colors import to_rgb
 
-    first, last = (_cell(costmap, corner) for corner in (low, high))
+    first = _cell(costmap, low)
+    last = _cell(costmap, high)
     costs = costmap.data[first[1] : last[1] + 1, first[0] : last[0] + 1]
-    shades = (1.0 - 0.22 * np.clip(costs, 0, 252) / 252.0)[..., None] * np.ones(3)
+    grey = 1.0 - 0.22 * np.clip(costs, 0, 252) / 252.0
+    shades = np.repeat(grey[..., None], 3, axis=2)
     shades[costs == INSCRIBED_INFLATED_OBSTACLE] = to_rgb(GROUND["contact"])
     shades[costs == LETHAL_OBSTACLE] = to_rgb(GROUND["lethal"])
     shades[costs == NO_INFORMATION] = to_rgb(GROUND["unknown"])

@@ -36,10 +36,12 @@ def grid_around(grid: OccupancyGrid, trace: FloatArray) -> OccupancyGrid | None:
         MapError: the map is rotated.
     """
     grid.require_unrotated("map")
-    low, high = trace[:, 1:3].min(axis=0) - MAP_MARGIN, trace[:, 1:3].max(axis=0) + MAP_MARGIN
-    corner, size = np.array((grid.origin.x, grid.origin.y)), (grid.width, grid.height)
-    x0, y0 = np.clip(np.floor((low - corner) / grid.resolution).astype(int), 0, size).tolist()
-    x1, y1 = np.clip(np.ceil((high - corner) / grid.resolution).astype(int), 0, size).tolist()
+    corner = np.array((grid.origin.x, grid.origin.y))
+    size = (grid.width, grid.height)
+    low = trace[:, 1:3].min(axis=0) - MAP_MARGIN - corner
+    high = trace[:, 1:3].max(axis=0) + MAP_MARGIN - corner
+    x0, y0 = np.floor(low / grid.resolution).clip(0, size).astype(int).tolist()
+    x1, y1 = np.ceil(high / grid.resolution).clip(0, size).astype(int).tolist()
     if x0 >= x1 or y0 >= y1:
         return None
     origin = Pose2D(grid.origin.x + x0 * grid.resolution, grid.origin.y + y0 * grid.resolution)

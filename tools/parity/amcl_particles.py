@@ -235,10 +235,7 @@ def _moments(poses: FloatArray) -> FloatArray:
 
 
 def _check_clusters(ours: list[Cluster], recorded: Any, comparison: Comparison) -> None:
-    """Weights, means, covariances.
-
-    In the order of the weights, equal ones in that of their places.
-    """
+    """Weights, means and covariances, by weight; equal weights by place."""
     comparison.require(
         len(ours) == len(recorded), f"{len(ours)} clusters, recorded {len(recorded)}"
     )
@@ -246,8 +243,9 @@ def _check_clusters(ours: list[Cluster], recorded: Any, comparison: Comparison) 
         return
     ours = sorted(ours, key=lambda cluster: _rank(cluster.weight, cluster.pose.x, cluster.pose.y))
     recorded = sorted(recorded, key=lambda cluster: _rank(cluster["weight"], *cluster["mean"][:2]))
-    comparison.near("weights", [c.weight for c in ours], [c["weight"] for c in recorded], EXACT)
+    weights = [c["weight"] for c in recorded]
     means = np.array([c["mean"] for c in recorded])
+    comparison.near("weights", [c.weight for c in ours], weights, EXACT)
     comparison.near("means", [(c.pose.x, c.pose.y) for c in ours], means[:, :2], EXACT)
     comparison.angles("yaws", [c.pose.yaw for c in ours], means[:, 2], EXACT)
     covariances = np.array([c["cov"] for c in recorded]).reshape(-1, 3, 3)

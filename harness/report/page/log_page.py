@@ -183,9 +183,11 @@ def _between(stamps: FloatArray, rows: FloatArray, columns: Sequence[int]) -> Fl
 def _tracks(people: People, stamps: FloatArray) -> tuple[IntArray, FloatArray]:
     """How many tracks each moment has, and all of them: id, x, y [m], vx, vy [m/s], radius [m]."""
     times = np.array([stamp for stamp, _, _ in people])
-    latest = np.searchsorted(times, stamps, side="right") - 1
-    parts = [people[at][2] if at >= 0 else np.empty((0, 5)) for at in latest.tolist()]
-    joined = np.concatenate([np.empty((0, 5)), *parts])
+    nobody = np.empty((0, 5))
+    parts = []
+    for looks in np.searchsorted(times, stamps, side="right").tolist():  # so many so far
+        parts.append(people[looks - 1][2] if looks else nobody)
+    joined = np.concatenate([nobody, *parts])
     counts = np.array([len(part) for part in parts], dtype=np.int64)
     return counts, np.column_stack((joined, np.zeros(len(joined))))
 

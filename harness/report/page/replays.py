@@ -1,6 +1,7 @@
 """The recorded deliveries of a page: which ones it carries, and what belongs to each."""
 
 import dataclasses
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -72,13 +73,14 @@ def chosen(recorded: Sequence[Recorded], most: int) -> list[Recorded]:
 
     Then in the page's order.
     """
-    queues: dict[int, list[Recorded]] = {}
+    turns: Counter[int] = Counter()  # of each stack so far
+    queue: list[tuple[int, int, Recorded]] = []
     for each in sorted(recorded, key=lambda each: (-each.loss, each.row["episode"])):
-        queues.setdefault(each.number, []).append(each)
-    taken: list[Recorded] = []
-    for turn in range(max(map(len, queues.values()), default=0)):
-        taken += [queue[turn] for _, queue in sorted(queues.items()) if turn < len(queue)]
-    return sorted(taken[:most], key=lambda each: (each.number, each.index))
+        queue.append((turns[each.number], each.number, each))
+        turns[each.number] += 1
+    queue.sort(key=lambda waiting: waiting[:2])
+    taken = [each for _, _, each in queue[:most]]
+    return sorted(taken, key=lambda each: (each.number, each.index))
 
 
 def replay(recorded: Recorded, fineness: Fineness = COARSE) -> Json:

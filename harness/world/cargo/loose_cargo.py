@@ -119,8 +119,10 @@ class LooseCargo(Cargo):
         return local
 
     def _fill(self) -> None:
-        given = (self._client, self.params, self._heap @ about_vertical(self._yaw).T, self._dt)
-        self._held, self._pieces = build(*given, self._make_deck_and_bucket)
+        heap = self._heap @ about_vertical(self._yaw).T
+        self._held, self._pieces = build(
+            self._client, self.params, heap, self._dt, self._make_deck_and_bucket
+        )
         half = (SCALE * _GROUND, SCALE * _GROUND, SCALE * _DECK)
         self._ground = hold(self._client, [(half, _AT_REST)], self._factor, self.params.restitution)
         turned = (0.0, 0.0, math.sin(0.5 * self._yaw), math.cos(0.5 * self._yaw))

@@ -96,10 +96,11 @@ def resampled(grid: OccupancyGrid, like: OccupancyGrid) -> OccupancyGrid:
     """
     columns = _indices(like.origin.x - grid.origin.x, like.width, like.resolution, grid.resolution)
     rows = _indices(like.origin.y - grid.origin.y, like.height, like.resolution, grid.resolution)
-    in_columns = (columns >= 0) & (columns < grid.width)
-    in_rows = (rows >= 0) & (rows < grid.height)
+    known_columns = np.flatnonzero((columns >= 0) & (columns < grid.width))
+    known_rows = np.flatnonzero((rows >= 0) & (rows < grid.height))
+    source = np.ix_(rows[known_rows], columns[known_columns])
     data = np.full((like.height, like.width), UNKNOWN, dtype=np.int8)
-    data[np.ix_(in_rows, in_columns)] = grid.data[np.ix_(rows[in_rows], columns[in_columns])]
+    data[np.ix_(known_rows, known_columns)] = grid.data[source]
     return OccupancyGrid(data, like.resolution, like.origin)
 
 

@@ -135,12 +135,16 @@ class Furnisher:
 
     def _furnish_plaza(self, area: Rect) -> None:
         """Planters on a loose grid, and a row of bollards along the open sides."""
-        columns, rows = (max(int(extent / 9.0), 1) for extent in (area.width, area.depth))
+        columns = max(int(area.width / 9.0), 1)
+        rows = max(int(area.depth / 9.0), 1)
         for k in range(columns * rows):
-            x = area.x0 + (k % columns + 0.5 + self._rng.uniform(-0.2, 0.2)) * area.width / columns
-            y = area.y0 + (k // columns + 0.5 + self._rng.uniform(-0.2, 0.2)) * area.depth / rows
+            column = k % columns + 0.5 + self._rng.uniform(-0.2, 0.2)
+            row = k // columns + 0.5 + self._rng.uniform(-0.2, 0.2)
+            x = area.x0 + column * area.width / columns
+            y = area.y0 + row * area.depth / rows
             name, size = self._draw({"tree_pit": 3, "plant": 2, "lamp": 1, "trash_bin": 1})
-            self._place(name, size, x, y, float(self._rng.uniform(0.0, math.pi / 2.0)), margin=0.8)
+            yaw = float(self._rng.uniform(0.0, math.pi / 2.0))
+            self._place(name, size, x, y, yaw, margin=0.8)
         for x in np.arange(area.x0 + 0.8, area.x1, 1.7):
             if self._rng.random() < 0.8:
                 name, size = self._draw({"bollard": 1})
@@ -202,8 +206,10 @@ class Furnisher:
 
     def _draw(self, mix: dict[str, int]) -> tuple[str, FloatArray]:
         """A kind, and its length, depth and height in [m]."""
+        names = list(mix)
         weights = np.array(list(mix.values()), dtype=np.float64)
-        name = list(mix)[int(self._rng.choice(len(mix), p=weights / weights.sum()))]
+        drawn = self._rng.choice(len(names), p=weights / weights.sum())
+        name = names[int(drawn)]
         entry = CATALOGUE[name]
         low, high = np.array((entry.length, entry.depth, entry.height)).T
         return name, np.round(self._rng.uniform(low, high), 2)

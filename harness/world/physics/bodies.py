@@ -175,9 +175,10 @@ def put_robot(client: int, body: int, robot: RobotParams, pose: Pose2D, level: f
     """Set the robot's body with its base frame at ``pose`` on ground at ``level`` [m]."""
     cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
     cx, cy, cz = robot.center_of_mass
-    position = pose.x + cos * cx - sin * cy, pose.y + sin * cx + cos * cy, cz + level
+    x = pose.x + cos * cx - sin * cy
+    y = pose.y + sin * cx + cos * cy
     orientation = (0.0, 0.0, math.sin(0.5 * pose.yaw), math.cos(0.5 * pose.yaw))
-    bullet.resetBasePositionAndOrientation(body, position, orientation, client)
+    bullet.resetBasePositionAndOrientation(body, (x, y, cz + level), orientation, client)
 
 
 @dataclass(frozen=True, slots=True)
