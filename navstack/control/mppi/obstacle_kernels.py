@@ -62,6 +62,42 @@ def is_collision(cost: int, uses_outline: bool, tracks_unknown: bool) -> bool:
 
 
 @njit()
+def _in_reach(
+    t: int,
+    rollouts: MppiRollouts,
+    found: ByteArray,
+    check_from: int,
+    hits: BoolArray,
+    room: Float32Array,
+    seen: IntArray,
+    scale: float,
+    radius: float,
+    asked: CellArray,
+) -> int:
+    """Put the trajectories that may touch something at their poses ``t`` into ``asked``.
+
+    Returns how many there are. The others are free in the middle, have collided, or have not left
+    their ``room`` [cells] since they were looked at. ``scale``: cells per [m]; ``radius``: [cells].
+    """
+    x = rollouts.x
+    y = rollouts.y
+    yaw = rollouts.yaw
+    count = 0
+    for b in range(len(found)):
+        asked[count] = b
+        count += (found[b] >= check_from) & (not hits[b])
+    left = 0
+    for i in range(count):
+        b = asked[i]
+        dx = x[t, b] - x[seen[b], b]
+        dy = y[t, b] - y[seen[b], b]
+        turned = yaw[t, b] - yaw[seen[b], b]
+        asked[left] = b
+        left += not math.sqrt(dx * dx + dy * dy) * scale + abs(turned) * radius <= room[b]
+    return left
+
+
+@njit()
 def touch_outlines(
     t: int,
     rollouts: MppiRollouts,
@@ -84,7 +120,6 @@ def touch_outlines(
     """
     x = rollouts.x
     y = rollouts.y
-    yaw = rollouts.yaw
     cosine = rollouts.cosine
     sine = rollouts.sine
     corners = body.corners
@@ -94,19 +129,7 @@ def touch_outlines(
     height, width = costs.shape
     scale = 1.0 / grid[2]
     asked = np.empty(len(found) + 1, dtype=np.int32)
-    count = 0
-    for b in range(len(found)):
-        asked[count] = b
-        count += (found[b] >= check_from) & (not hits[b])
-    left = 0
-    for i in range(count):
-        b = asked[i]
-        dx = x[t, b] - x[seen[b], b]
-        dy = y[t, b] - y[seen[b], b]
-        turned = yaw[t, b] - yaw[seen[b], b]
-        asked[left] = b
-        left += not math.sqrt(dx * dx + dy * dy) * scale + abs(turned) * radius <= room[b]
-    count = left
+    count = _in_reach(t, rollouts, found, check_from, hits, room, seen, scale, radius, asked)
     left = 0
     for i in range(count):
         b = asked[i]
