@@ -216,28 +216,41 @@ class FleetDay:
 
     def _help(self, robot: FleetRobot) -> Steps[None]:
         """An operator helps from afar."""
-        env = self._env
-        with self._operators.request() as request:
-            yield request
-            self.log.waits.append(env.now - robot.since)
-            robot.enter(State.WAITING, env.now)
-            seconds = self._draw(self._remote_time)
-            yield env.timeout(seconds)
+        seconds = yield from self._attend(
+            robot, self._operators, self._remote_time, self.log.waits, State.WAITING
+        )
         self.log.helped += seconds
         self._note_driving()
-        robot.enter(State.HELPED, env.now)
+        robot.enter(State.HELPED, self._env.now)
 
     def _fetch(self, robot: FleetRobot) -> Steps[None]:
         """A field worker brings the robot to the hub."""
-        env = self._env
-        with self._field.request() as request:
-            yield request
-            self.log.field_waits.append(env.now - robot.since)
-            robot.enter(State.STRANDED, env.now)
-            seconds = self._draw(self._field_time)
-            yield env.timeout(seconds)
+        seconds = yield from self._attend(
+            robot, self._field, self._field_time, self.log.field_waits, State.STRANDED
+        )
         self.log.fetched += seconds
-        robot.enter(State.FETCHED, env.now)
+        robot.enter(State.FETCHED, self._env.now)
+
+    def _attend(
+        self,
+        robot: FleetRobot,
+        staff: simpy.Resource,
+        mean: float,
+        waits: list[float],
+        waiting: State,
+    ) -> Steps[float]:
+        """One of the staff attends to a robot that has been ``waiting``; returns for how long.
+
+        It takes ``mean`` on average; how long it waited is added to ``waits``.
+        """
+        env = self._env
+        with staff.request() as request:
+            yield request
+            waits.append(env.now - robot.since)
+            robot.enter(waiting, env.now)
+            seconds = self._draw(mean)
+            yield env.timeout(seconds)
+        return seconds
 
     def _note_driving(self) -> None:
         self.log.driven_until = max(self.log.driven_until, self._env.now)

@@ -226,24 +226,17 @@ def draw_scale_bar(axes: "Axes", area: Rect) -> None:
     length = max((step for step in _STEPS if step <= 0.25 * area.width), default=_STEPS[0])
     x, y = area.x0 + 0.03 * area.width, area.y0 + 0.02 * area.width
     box = {"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
-    axes.plot(
-        (x, x + length),
-        (y, y),
-        color="white",
-        linewidth=5.0,
-        solid_capstyle="butt",
-        zorder=9.0,
-    )
-    axes.plot(
-        (x, x + length),
-        (y, y),
-        color="black",
-        linewidth=2.2,
-        solid_capstyle="butt",
-        zorder=9.1,
-    )
+    for colour, width in (("white", 5.0), ("black", 2.2)):
+        axes.plot(
+            (x, x + length),
+            (y, y),
+            color=colour,
+            linewidth=width,
+            solid_capstyle="butt",
+            zorder=9.0,
+        )
     text_x = x + length + 0.01 * area.width
-    axes.text(text_x, y, f"{length} m", fontsize=7.0, ha="left", va="center", bbox=box, zorder=9.1)
+    axes.text(text_x, y, f"{length} m", fontsize=7.0, ha="left", va="center", bbox=box, zorder=9.0)
 
 
 def _extent(scene: Scene) -> Rect:

@@ -73,7 +73,7 @@ class Rows(Sequence[Row]):
         """The rows of these numbers, in their order."""
         import pyarrow as pa
 
-        table = pa.Table.from_batches(self._batches(), _schema(self._columns))
+        table = pa.Table.from_batches(self._batches(), schema_of(self._columns))
         return Rows(self._columns, table.take(pa.array(numbers, pa.int64())).to_batches())
 
     def where(self, is_wanted: Callable[..., bool], *names: str) -> "Rows":
@@ -94,7 +94,7 @@ class Rows(Sequence[Row]):
         if not last:
             return batches
         columns = {name: [row.get(name) for row in last] for name in self._columns}
-        return [*batches, pa.record_batch(columns, schema=_schema(self._columns))]
+        return [*batches, pa.record_batch(columns, schema=schema_of(self._columns))]
 
 
 def values(rows: Sequence[Mapping[str, Any]], name: str) -> list[Any]:
@@ -111,7 +111,8 @@ def take(rows: Sequence[Row], numbers: Sequence[int]) -> Sequence[Row]:
     return [rows[number] for number in numbers]
 
 
-def _schema(columns: Columns) -> "pa.Schema":
+def schema_of(columns: Columns) -> "pa.Schema":
+    """The schema of a table with these columns."""
     import pyarrow as pa
 
     return pa.schema([(name, pa.type_for_alias(kind)) for name, kind in columns.items()])

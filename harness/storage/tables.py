@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.storage.files import replacing
-from harness.storage.rows import Columns, Row, Rows
+from harness.storage.rows import Columns, Row, Rows, schema_of
 from navstack.errors import InputError
 from navstack.files import check_regular
 
@@ -34,7 +34,7 @@ def read_rows(path: Path, columns: Columns) -> Rows:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    wanted = pa.schema([(name, pa.type_for_alias(kind)) for name, kind in columns.items()])
+    wanted = schema_of(columns)
     batches: list[pa.RecordBatch] = []
     left = MOST_BYTES
     try:
@@ -125,7 +125,7 @@ def write_table(path: Path, columns: Columns, rows: Iterable[Row]) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    schema = pa.schema([(name, pa.type_for_alias(kind)) for name, kind in columns.items()])
+    schema = schema_of(columns)
     rows = iter(rows)
     with replacing(path) as stream, pq.ParquetWriter(stream, schema) as writer:
         while batch := list(islice(rows, ROWS_AT_ONCE)):

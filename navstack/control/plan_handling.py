@@ -12,6 +12,16 @@ from navstack.types import ByteArray, FloatArray, FloatMatrix, IntArray, Path, P
 LONGEST_GAP = 2.0  # [cells] between points that is not filled up
 
 
+def require_poses(plan: Path) -> None:
+    """Refuse a plan that says nothing.
+
+    Raises:
+        InvalidPathError: the plan is empty.
+    """
+    if len(plan) == 0:
+        raise InvalidPathError("the plan has no poses; ask the planner for another one")
+
+
 class PlanWindow:
     """Cuts the plan to the robot's vicinity, after ``transformGlobalPlan`` of Nav2 Jazzy.
 
@@ -45,9 +55,8 @@ class PlanWindow:
         Raises:
             InvalidPathError: the plan is empty, or none of it is near the robot.
         """
+        require_poses(plan)
         poses = plan.poses
-        if len(poses) == 0:
-            raise InvalidPathError("the plan has no poses; ask the planner for another one")
         behind = ahead = max(costmap.data.shape) * costmap.resolution / 2.0
         if self._prune_plan:
             behind = min(behind, self._prune_distance)

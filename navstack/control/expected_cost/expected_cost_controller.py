@@ -22,8 +22,8 @@ from navstack.control.expected_cost.motion_search import MotionSearch
 from navstack.control.expected_cost.motions import later
 from navstack.control.expected_cost.people import Spread, predict
 from navstack.control.expected_cost.rollout import MotionLimits
+from navstack.control.plan_handling import require_poses
 from navstack.costmap.costmap import Costmap
-from navstack.errors import InvalidPathError
 from navstack.geometry import cover
 from navstack.jit import tuple_of
 from navstack.params.expected_cost import DeliveryPrices, ExpectedCostParams
@@ -152,8 +152,7 @@ class ExpectedCostController(Controller):
 
     def _take(self, plan: Path, state: RobotState) -> None:
         """Begin with a new plan: make the field of its goal, or of a world that has changed."""
-        if len(plan) == 0:
-            raise InvalidPathError("the plan has no poses; ask the planner for another one")
+        require_poses(plan)
         self._plan = plan
         goal = Pose2D(*plan.poses[-1].tolist())
         is_new = (

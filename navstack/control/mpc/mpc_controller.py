@@ -23,7 +23,7 @@ from navstack.control.mpc.stages import (
     fill_people,
     fill_stages,
 )
-from navstack.errors import InvalidPathError
+from navstack.control.plan_handling import require_poses
 from navstack.geometry import cover, footprint_radii, shortest_angular_distance
 from navstack.jit import tuple_of
 from navstack.params.mpc import MpcParams
@@ -202,8 +202,7 @@ class JerkLimitedMpcController(Controller):
 
     def _take(self, plan: Path, state: RobotState) -> None:
         """Begin with a new plan."""
-        if len(plan) == 0:
-            raise InvalidPathError("the plan has no poses; ask the planner for another one")
+        require_poses(plan)
         self._plan = plan
         self._line = make_line(plan.poses, limits_of(self._params))
         self._segment = project(self._line, state.pose.x, state.pose.y, 0, len(self._line.x))[0]

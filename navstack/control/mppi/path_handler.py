@@ -3,6 +3,7 @@
 import math
 
 from navstack.control.path_window import nearest_pose
+from navstack.control.plan_handling import require_poses
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError
 from navstack.geometry import shortest_angular_distance
@@ -35,8 +36,7 @@ class PathHandler:
         Raises:
             InvalidPathError: the plan is empty, or leaves the costmap at once.
         """
-        if len(plan) == 0:
-            raise InvalidPathError("the plan has no poses; ask the planner for another one")
+        require_poses(plan)
         params = self._params
         if self._end is None:
             self._end = self._next_end(plan)
