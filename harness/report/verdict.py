@@ -130,21 +130,42 @@ def repeated(run: StoredRun, episodes: int) -> str:
     return again(run.about.get("command", ()), episodes)
 
 
-def again(command: Sequence[str], episodes: int) -> str:
-    """A command as ``run.json`` has it with so many deliveries; empty: it drives none."""
+def again(command: Sequence[str], episodes: int, budget: str = "") -> str:
+    """A command as ``run.json`` has it with so many deliveries; empty: it drives none.
+
+    Args:
+        command: its words.
+        episodes: in place of those that it had.
+        budget: likewise; empty: its own.
+    """
     words = list(command)
     if words[:2] == MODULE:
         words = [*PROGRAM, *words[2:]]
     if len(words) < 2 or words[:1] != PROGRAM or words[1] not in REPEATABLE:
         return ""
     kept, left = words[:2], words[2:]
+    replaced: tuple[str, ...] = NOT_REPEATED
+    added = ["--episodes", str(episodes)]
+    if budget:
+        replaced = (*NOT_REPEATED, "--budget")
+        added += ["--budget", budget]
     while left:
         word = left.pop(0)
-        if word in NOT_REPEATED:
+        if word in replaced:
             left = left[1:]
-        elif word.partition("=")[0] not in NOT_REPEATED:
+        elif word.partition("=")[0] not in replaced:
             kept.append(word)
-    return shlex.join([*kept, "--episodes", str(episodes)])
+    return shlex.join([*kept, *added])
+
+
+def value_of(command: Sequence[str], option: str) -> str:
+    """What a command's words give for an option; empty: it is not among them."""
+    for word, following in zip(command, [*command[1:], ""], strict=True):
+        if word == option:
+            return following
+        if word.startswith(f"{option}="):
+            return word.partition("=")[2]
+    return ""
 
 
 def _known(parties: Sequence[Party]) -> list[tuple[str, Side, Interval]]:

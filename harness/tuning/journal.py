@@ -57,6 +57,7 @@ class Journal:
         self._searched = searched
         self.timed = 0  # episodes that :attr:`elapsed` is the time of
         self._clock, self._before = clock, 0.0
+        self._latest = 0.0  # :attr:`elapsed` when the last episode ended
         self._began = clock()
         self._ended: float | None = None
         with writing(path), contextlib.ExitStack() as opening:
@@ -94,7 +95,7 @@ class Journal:
     @property
     def pace(self) -> float:
         """Wall time [s] that an episode has taken so far."""
-        return self.elapsed / max(self.timed, 1)
+        return self._latest / max(self.timed, 1)
 
     def stop_clock(self) -> None:
         """What is driven from now on, for the explanation, takes none of the study's time."""
@@ -107,10 +108,10 @@ class Journal:
             return None
         return {**row, "stack": candidate.name}
 
-    def tested(self, candidates: Sequence[Candidate]) -> int:
-        """How many test missions, from the first on, all candidates have driven."""
+    def driven(self, candidates: Sequence[Candidate], first: int = FIRST_TEST) -> int:
+        """How many missions, from the first on, all candidates have driven."""
         count = 0
-        while all((each.key, FIRST_TEST + count) in self._rows for each in candidates):
+        while all((each.key, first + count) in self._rows for each in candidates):
             count += 1
         return count
 
@@ -139,6 +140,7 @@ class Journal:
             ) from None
         self._keep(json.loads(line))
         self.timed += self._ended is None
+        self._latest = record["elapsed_s"]
 
     def _keep(self, record: Any) -> tuple[tuple[str, Value], ...]:
         candidate = Candidate("", dict(record["values"])).key
@@ -184,7 +186,7 @@ class Journal:
             self._last = self._keep(record)
             elapsed = float(record["elapsed_s"])
             self.timed += elapsed > self._before
-            self._before = elapsed
+            self._before = self._latest = elapsed
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             return f"{type(error).__name__}"
         return ""

@@ -39,7 +39,6 @@ class StudyProgress:
         self._plan, self._journal, self._budget, self._later = plan, journal, budget, later
         # episodes of this session, and of those the unfinished trial's or the later
         self._driven, self._since = 0, 0
-        self._last = journal.elapsed  # [s] when the last episode ended
         self.trials: list[Trial] = []
         self.best: Trial | None = None
         self.interval = Interval(None, None, None, 0)
@@ -49,7 +48,6 @@ class StudyProgress:
         """One more episode was driven."""
         self._driven += 1
         self._since += 1
-        self._last = self._journal.elapsed
 
     def trial(self, trial: Trial, incumbent: Trial, evaluator: Evaluator) -> None:
         """One more trial is over."""
@@ -68,30 +66,26 @@ class StudyProgress:
         self.phase = phase
 
     @property
-    def _each_takes(self) -> float:
-        """Wall time [s] of an episode so far."""
-        return self._last / max(self._journal.timed, 1)
-
-    @property
     def remaining(self) -> float | None:
         """Wall time [s] that everything is likely to take yet; None: too early to say.
 
         Counted in episodes, of which a trial takes as many as those before it did on average, and
         what comes after the search as many as it can at most: it falls while a trial or an episode
-        is being driven, too.
+        is being driven, too. What the budget leaves is the most.
         """
-        done, elapsed = len(self.trials) - 1, self._journal.elapsed
-        if done < 1:
-            return None
+        done, elapsed, pace = len(self.trials) - 1, self._journal.elapsed, self._journal.pace
         if self.phase != "search":
-            return self._each_takes * max(self._later - self._since, 0)
-        each = sum(len(trial.missions) for trial in self.trials[1:]) / done
-        search = max(
-            self._each_takes * max(each * (self._plan.trials - done) - self._since, 0.0), 0.0
-        )
+            episodes = float(max(self._later - self._since, 0))
+        elif done < 1:
+            return None
+        else:
+            each = sum(len(trial.missions) for trial in self.trials[1:]) / done
+            episodes = max(each * (self._plan.trials - done) - self._since, 0.0) + self._later
+        # the episode that is being driven began when the last one ended
+        left = pace * episodes - (elapsed - pace * self._journal.timed)
         if self._budget is not None:
-            search = max(min(search, self._budget - elapsed), 0.0)
-        return max(search + self._each_takes * self._later - (elapsed - self._last), 0.0)
+            left = min(left, self._budget - elapsed)
+        return max(left, 0.0)
 
     @property
     def gain(self) -> float | None:
@@ -151,16 +145,13 @@ class StudyProgress:
 
     @property
     def _over_budget(self) -> str:
-        """Whether the original and the test alone take longer than the budget; empty: no."""
+        """Whether the original's missions alone take longer than the budget; empty: no."""
         if self._budget is None or self._driven < PACED:
             return ""
-        least = self._each_takes * (len(self._plan.missions) + self._later)
+        least = self._journal.pace * len(self._plan.missions)
         if least <= self._budget:
             return ""
-        return (
-            f"; original and test alone may take {least / 60.0:.0f} min here, longer than the "
-            "budget: fewer --test-episodes take less"
-        )
+        return f"; all of them take about {time_text(least)}, longer than the budget"
 
     def __rich__(self) -> Table:
         """The last trials, below everything in a line."""
