@@ -34,14 +34,10 @@ def earnings(parties: Sequence[Party]) -> list[str]:
     ]
 
 
-def rankings(parties: Sequence[Party], family: Sequence[str] = (MARGIN,)) -> list[str]:
+def rankings(parties: Sequence[Party]) -> list[str]:
     """A sentence for the best stack against each that drove missions of it.
 
-    Differences are paired by mission and tested together (Holm).
-
-    Args:
-        parties: the stacks.
-        family: metrics whose p values are adjusted with the margin's; several for two stacks only.
+    The margin alone decides: differences are paired by mission and tested together (Holm).
     """
     known = sorted(_known(parties), key=lambda each: -each[2].value)  # type: ignore[operator]
     others = [
@@ -49,12 +45,8 @@ def rankings(parties: Sequence[Party], family: Sequence[str] = (MARGIN,)) -> lis
     ]
     if not others:
         return []
-    found = [compare(side, known[0][1], family) for _, side in others]
-    pairs = [each.differences[MARGIN].paired for each in found]
-    adjusted = f" adjusted for {len(family)} metrics"
-    if len(family) == 1:
-        pairs = together(pairs)
-        adjusted = f" adjusted for {len(pairs)} comparisons"
+    found = [compare(side, known[0][1], [MARGIN]) for _, side in others]
+    pairs = together([each.differences[MARGIN].paired for each in found])
     best, _, margin = known[0]
     lines = []
     for (name, _), each, pair in zip(others, found, pairs, strict=True):
@@ -66,7 +58,7 @@ def rankings(parties: Sequence[Party], family: Sequence[str] = (MARGIN,)) -> lis
             f"{interval_text(span)} USD a delivery over {span.n} missions, p {p_text(pair.p_holm)}"
         )
         if pair.tests > 1:
-            told += adjusted
+            told += f" adjusted for {len(pairs)} comparisons"
         if pair.is_significant and span.low is not None and span.low <= 0.0:
             line = f"{best} earned more than {name} on these missions: {told}{DOUBT}"
         elif pair.is_significant:

@@ -28,7 +28,7 @@ from harness.report.short.setup import (
 from harness.report.table_rows import LAYOUTS, RATE_LAYOUT, TableRow
 from harness.report.texts import notes
 from harness.report.verdict import earnings, rankings
-from harness.statistics.interval import Interval
+from harness.statistics.interval import Interval, wider
 from navstack.types import FloatArray
 
 Json = dict[str, Any]
@@ -69,9 +69,6 @@ def headline(entries: Sequence[PageEntry], known: Accounted) -> Json:
             {
                 **_headline(entry.column, entry),
                 "atFault": interval_ends(each[AT_FAULT]) if AT_FAULT in each else None,
-                "unseen": interval_ends(unseen)
-                if (unseen := margin_with_unseen(entry.run, entry.stack))
-                else None,
             }
             for entry, each in zip(entries, known, strict=True)
         ],
@@ -91,13 +88,18 @@ def _setup(entries: Sequence[PageEntry]) -> list[str]:
 
 
 def _headline(column: Column, entry: PageEntry | None = None) -> Json:
-    margin, risk = column.interval("contribution_margin"), None
+    margin, risk, unseen = column.interval("contribution_margin"), None, None
     if entry:
         risk = entry.valuation.risk
+        unseen = margin_with_unseen(entry.run, entry.stack)
+    shown = _quantity(column, "contribution_margin")
+    if margin is not None:
+        margin = wider(margin, unseen)
+        shown = interval_ends(margin)
     return {
         "label": column.title,
         "n": column.n,
-        "margin": _quantity(column, "contribution_margin"),
+        "margin": shown,
         "loses": margin is not None and margin.sign < 0,
         "sla": _quantity(column, "sla"),
         "opex": _quantity(column, "opex"),
