@@ -135,6 +135,9 @@ def test_the_verdict_of_a_comparison_has_the_numbers_of_its_row(write_run):
     paired = margin_of(comparison).paired
     assert f"missions, p {paired.p:.3f}; about" in verdict, "the margin alone decides"
     assert f"about {paired.needed} missions would decide" in verdict
+    means = Interval(2.0, None, None, 9), Interval(1.0, None, None, 9)
+    (of_run,) = rankings([("good", good, means[0]), ("bad", bad, means[1])])
+    assert of_run.split(": ")[1] == verdict.split(": ")[1], "run and compare have one rule"
     value = paired.difference.value
     assert number_text(value) in row and f"A and B: {number_text(abs(value))} [" in verdict
 
