@@ -22,6 +22,7 @@ class Budget:
             journal: which keeps the time.
         """
         self.seconds, self._journal = seconds, journal
+        self.ending = ENDING  # deliveries; 0: there will be nothing to record
 
     @property
     def end(self) -> float:
@@ -36,7 +37,7 @@ class Budget:
         if self.seconds is None:
             return math.inf
         journal = self._journal
-        return max(self.seconds - journal.elapsed - ENDING * journal.pace, 0.0)
+        return max(self.seconds - journal.elapsed - self.ending * journal.pace, 0.0)
 
     @property
     def until(self) -> float:

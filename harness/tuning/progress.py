@@ -82,7 +82,7 @@ class StudyProgress:
             each = sum(len(trial.missions) for trial in self.trials[1:]) / done
             episodes = max(each * (self._plan.trials - done) - self._since, 0.0) + self._later
         # the episode that is being driven began when the last one ended
-        left = pace * episodes - (elapsed - pace * self._journal.timed)
+        left = pace * episodes - self._journal.idle
         if self._budget is not None:
             left = min(left, self._budget - elapsed)
         return max(left, 0.0)

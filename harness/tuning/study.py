@@ -222,12 +222,16 @@ def finish(
     Both take as many missions as there is time for, and no fewer than in an earlier session.
     """
     plan, trials = study.plan, tuple(search.trials)
+    evaluator.until = budget.until
     finals, met = _choice(study, trials, evaluator, journal, budget)
     if finals:
         best = finals[0].candidate
     else:
         best = search.incumbent.candidate
     original, incumbent = trials[0].candidate, Candidate("incumbent", best.values)
+    if not best.values:
+        budget.ending = 0
+    evaluator.until = budget.until
     test = _tested(study, (original, incumbent), evaluator, journal)
     return StudyResult(
         original=original,

@@ -238,7 +238,6 @@ def _search_and_test(
     for note in notes_after_search(study, search, journal, budget):
         say(note)
     progress.begin("final choice and test" if study.plan.final_episodes else "test")
-    evaluator.until = budget.until
     return finish(study, search, evaluator, journal, budget)
 
 

@@ -104,7 +104,8 @@ def written(
     scores = scores_document(result)
     document = study_document(result, study.nav2, declaration, scores, lint, path)
     write_document(path / DOCUMENT, document)
-    progress.begin("explanation")
+    if declaration.waterfall_missions and result.incumbent.values:
+        progress.begin("explanation")
     evaluator.until = budget.until
     template = base.template
     world = world_params(template.world, template.pedestrians, template.people)
@@ -120,7 +121,8 @@ def written(
     command, again = run_command(declaration, path), test_command(declaration, result.seed, path)
     about = setup_of(declaration, template)
     markdown = write_tuning(result, scores, explanation, about, command, path, again, lint)
-    progress.begin("replays")
+    if explanation.partings:
+        progress.begin("replays")
     folders = _record_partings(explanation.partings, base, evaluator, path)
     write_study_page(markdown, [load_run(str(each)) for each in folders], today())
     return Tuned(

@@ -96,6 +96,9 @@ def _unchanged(study: StudyResult, explanation: Explanation) -> Advice:
         f"on its {count} training missions no file can earn {LEAST_GAIN:.2f} USD more; "
         "none was tried."
     )
+    if not study.is_tested and count < USUAL_EPISODES:
+        why = f"{why.removesuffix('.')}, and no unseen mission was driven: search on more."
+        return Advice(OPEN, why, episodes=USUAL_EPISODES)
     room = explanation.room_usd_per_run
     if room is None or not study.is_tested:
         return Advice(KEEP, why)

@@ -49,6 +49,14 @@ class Timed:
         self._journal, self._clock, self._world = journal, clock, MadeUp()
         self.end = math.inf  # [s] of the clock
 
+    @property
+    def until(self) -> float:
+        return self.end - self._clock.now + time.monotonic()
+
+    @until.setter
+    def until(self, seconds: float) -> None:
+        self.end = seconds - time.monotonic() + self._clock.now
+
     def drive(self, candidates: Sequence[Candidate], missions: Sequence[int]) -> None:
         for mission in missions:
             for candidate in candidates:
@@ -60,7 +68,7 @@ class Timed:
         return [{**ROW, **(self._journal.get(candidate, mission) or {})} for mission in missions]
 
     def _drive(self, candidate: Candidate, mission: int) -> None:
-        if self._clock.now + EACH > self.end:
+        if self._clock.now + EACH > self.end + 0.1:
             raise OutOfTimeError
         self._clock.now += EACH
         (row,) = self._world.rows(candidate, [mission])
@@ -94,10 +102,9 @@ def tuned(
     clock, asked = Clock(), study(**given)
     with Journal(folder, TRAINING, clock) as journal:
         evaluator, budget = Timed(journal, clock), Budget(seconds, journal)
-        evaluator.end = budget.seconds or math.inf
+        evaluator.until = budget.end
         search = run_search(asked, evaluator, journal, lambda *_: None, budget)
         notes = notes_after_search(asked, search, journal, budget)
-        evaluator.end = clock.now + budget.left
         driving: Any = evaluator
         found = finish(asked, search, driving, journal, budget)
         return found, notes, journal.elapsed
@@ -118,6 +125,8 @@ def test_a_budget_is_told_by_the_time_per_delivery(tmp_path: Path) -> None:
         assert budget.end == pytest.approx(time.monotonic() + 96.0, abs=1.0)
         clock.now = 99.0
         assert budget.left == 0.0
+        budget.ending, clock.now = 0, 90.0
+        assert budget.left == 10.0, "nothing is left to record"
         assert (none.left, none.share_of(10**6), none.end) == (math.inf, 1.0, math.inf)
 
 
@@ -150,7 +159,8 @@ def test_a_study_ends_within_its_budget_and_tests_as_much_as_it_allows(
     tmp_path: Path, seconds: float
 ) -> None:
     found, notes, took = tuned(tmp_path, seconds)
-    assert took <= seconds - ENDING * EACH
+    assert found.incumbent.values
+    assert took <= seconds - ENDING * EACH + 0.1
     assert took > seconds - ENDING * EACH - 2.0 * EACH, "all of the time is used"
     assert 5 <= len(found.test_missions) < TEST and found.is_tested
     assert all(len(rows) == len(found.test_missions) for rows in found.test_rows)

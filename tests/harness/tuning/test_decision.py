@@ -84,6 +84,11 @@ NOBODY = SimpleNamespace(values={})
             "Keep your file: on its 2 training missions no file can earn 0.50 USD more; none was",
         ),
         (
+            {"incumbent": NOBODY, "trials": (None,), "is_tested": False},
+            "Not decided: on its 2 training missions no file can earn 0.50 USD more; none was "
+            "tried, and no unseen mission was driven: search on more.",
+        ),
+        (
             {"incumbent": NOBODY, "trials": (None,), "room": Interval(0.6, 0.1, 9.0, 40)},
             "Not decided: no other file was tried, as its 2 training missions leave less than 0.50",
         ),

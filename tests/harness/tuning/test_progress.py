@@ -39,6 +39,10 @@ class Clock:
     def pace(self) -> float:
         return self.latest / max(self.timed, 1)
 
+    @property
+    def idle(self) -> float:
+        return self.elapsed - self.latest
+
 
 class Known:
     """An evaluator of which every candidate drives alike."""
