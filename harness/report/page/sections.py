@@ -28,7 +28,7 @@ from harness.report.short.setup import (
 from harness.report.table_rows import LAYOUTS, RATE_LAYOUT, TableRow
 from harness.report.texts import notes
 from harness.report.verdict import earnings, rankings
-from harness.statistics.interval import Interval, wider
+from harness.statistics.interval import Interval
 from navstack.types import FloatArray
 
 Json = dict[str, Any]
@@ -88,14 +88,13 @@ def _setup(entries: Sequence[PageEntry]) -> list[str]:
 
 
 def _headline(column: Column, entry: PageEntry | None = None) -> Json:
-    margin, risk, unseen = column.interval("contribution_margin"), None, None
+    margin, risk = column.interval("contribution_margin"), None
+    shown = _quantity(column, "contribution_margin")
     if entry:
         risk = entry.valuation.risk
         unseen = margin_with_unseen(entry.run, entry.stack)
-    shown = _quantity(column, "contribution_margin")
-    if margin is not None:
-        margin = wider(margin, unseen)
-        shown = interval_ends(margin)
+        if margin is not None and unseen is not None:
+            margin, shown = unseen, interval_ends(unseen)
     return {
         "label": column.title,
         "n": column.n,
