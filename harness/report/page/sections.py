@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from harness.analysis.rare import margin_with_unseen
 from harness.analysis.repricing import FORGIVEN, accounted_margins
 from harness.economics.accountings import AT_FAULT, PUBLISHED
 from harness.economics.cost_terms import COST_LABELS, MARGIN
@@ -89,16 +88,12 @@ def _setup(entries: Sequence[PageEntry]) -> list[str]:
 
 def _headline(column: Column, entry: PageEntry | None = None) -> Json:
     margin, risk = column.interval("contribution_margin"), None
-    shown = _quantity(column, "contribution_margin")
     if entry:
         risk = entry.valuation.risk
-        unseen = margin_with_unseen(entry.run, entry.stack)
-        if margin is not None and unseen is not None:
-            margin, shown = unseen, interval_ends(unseen)
     return {
         "label": column.title,
         "n": column.n,
-        "margin": shown,
+        "margin": _quantity(column, "contribution_margin"),
         "loses": margin is not None and margin.sign < 0,
         "sla": _quantity(column, "sla"),
         "opex": _quantity(column, "opex"),
