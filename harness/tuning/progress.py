@@ -59,11 +59,18 @@ class StudyProgress:
             rows = evaluator.rows(incumbent.candidate, incumbent.missions)
             self.interval = score_interval(self._plan.objectives[0], incumbent.values[0], rows, 0)
 
-    def begin(self, phase: str) -> None:
-        """Go on with what comes after the search."""
+    def begin(self, phase: str, later: int | None = None) -> None:
+        """Go on with what comes after the search.
+
+        Args:
+            phase: what it is called.
+            later: episodes of all that comes, at most; None: as was said before.
+        """
         if self.phase == "search":
             self._since = 0
         self.phase = phase
+        if later is not None:
+            self._later = later
 
     @property
     def remaining(self) -> float | None:
@@ -121,7 +128,7 @@ class StudyProgress:
             return f"original: {driven} of {all_missions} deliveries driven{self._over_budget}"
         if self.phase != "search":
             left = ""
-            if self.remaining is not None:
+            if self.remaining is not None and self._driven:
                 left = f", at most about {time_text(self.remaining)} left"
             return f"{self.phase}: {self._since} of at most {self._later} deliveries driven{left}"
         low, high = self.interval.low, self.interval.high

@@ -237,7 +237,12 @@ def _search_and_test(
     search = run_search(study, evaluator, journal, on_trial, budget)
     for note in notes_after_search(study, search, journal, budget):
         say(note)
-    progress.begin("final choice and test" if study.plan.final_episodes else "test")
+    if len(search.trials) == 1:  # nothing to choose among, and no change to explain
+        progress.begin("test", study.declaration.test_episodes)
+    elif study.plan.final_episodes:
+        progress.begin("final choice and test")
+    else:
+        progress.begin("test")
     return finish(study, search, evaluator, journal, budget)
 
 

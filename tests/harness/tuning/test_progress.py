@@ -144,6 +144,17 @@ def test_time_left_after_the_search() -> None:
     assert progress.remaining == 0.0
 
 
+def test_where_nothing_was_chosen_the_test_alone_is_left() -> None:
+    progress, clock = searched()
+    progress.begin("test", later=3)
+    drive(progress, clock, 1)
+    assert progress.text == "test: 1 of at most 3 deliveries driven, at most about 4 s left"
+    again = StudyProgress(planned("margin", 4), cast(Any, clock), None, later=10)
+    again.trials, again.best = progress.trials, progress.best
+    again.begin("test")
+    assert again.text == "test: 0 of at most 10 deliveries driven", "they may all be known"
+
+
 def test_nothing_comes_later_unless_said() -> None:
     known, clock = searched()
     clock.timed = 1  # a journal that was read again may hold no more
