@@ -76,6 +76,31 @@ def make_footprint(vertices: Sequence[Sequence[float]]) -> FloatArray:
     return polygon
 
 
+def crosses_itself(polygon: FloatArray) -> bool:
+    """Whether two edges of a polygon (N, 2) cross, so that its corners are in no order around it.
+
+    Edges that only touch do not cross.
+    """
+    starts, ends = polygon, np.roll(polygon, -1, axis=0)
+    for start, end in zip(starts, ends, strict=True):
+        first, last = _sides(start, end, starts), _sides(start, end, ends)
+        apart = first * last < 0.0
+        crossed = [
+            _sides(starts[k], ends[k], np.stack((start, end))).prod() < 0.0
+            for k in np.flatnonzero(apart)
+        ]
+        if any(crossed):
+            return True
+    return False
+
+
+def _sides(start: FloatArray, end: FloatArray, points: FloatArray) -> FloatArray:
+    """Of points (N, 2) the side of the line from start to end that they lie on: its sign; (N,)."""
+    along, off = end - start, points - start
+    sides: FloatArray = along[0] * off[:, 1] - along[1] * off[:, 0]
+    return sides
+
+
 def pad_footprint(footprint: FloatArray, padding: float) -> FloatArray:
     """Move each vertex outwards by ``sign(coordinate) * padding``, as nav2_costmap_2d does."""
     return footprint + np.sign(footprint) * padding

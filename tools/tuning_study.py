@@ -46,6 +46,7 @@ from harness.statistics.paired import compare_pairs
 from harness.storage.run_folder import JOURNAL
 from harness.study.manifest import load_study
 from harness.task.stack import load_stack
+from harness.tuning.budget import Budget
 from harness.tuning.evaluation import MARGIN, Candidate
 from harness.tuning.journal import Journal
 from harness.tuning.output import DIFF, DOCUMENT, STACK, TRIALS, TUNED
@@ -175,14 +176,15 @@ def test_rows(
     its folder has.
     """
     base = load_study(folder, workers)
-    study = load_tuning(folder, base, None)
+    study = load_tuning(folder, base)
     with Workers(base.workers) as pool, TemporaryDirectory() as files:
         with Journal(folder) as journal:
             evaluator = StackEvaluator(
                 study.template, pool, journal, lambda candidate, row: None, Path(files)
             )
-            search = run_search(study, evaluator, journal, lambda trial, best: None)
-            result = finish(study, search, evaluator, journal)
+            budget = Budget(None, journal)
+            search = run_search(study, evaluator, journal, lambda trial, best: None, budget)
+            result = finish(study, search, evaluator, journal, budget)
         sides = dict(zip(("original", "tuned"), result.test_rows, strict=True))
         if rival:
             rival_folder.mkdir(exist_ok=True)

@@ -42,7 +42,7 @@ from navstack.types import FloatArray
 
 PAIR = ("seed", "episode", *MISSION)  # columns in which two deliveries of one mission agree
 EARNED = ("revenue", MARGIN)
-FAMILY = (MARGIN, "sla")  # whose p values are adjusted together, unless metrics are named
+FAMILY = (MARGIN,)  # what decides, unless metrics are named; their p values are adjusted together
 SHORT = {"margin": MARGIN}  # as elsewhere on the command line
 # metric -> accounting
 ACCOUNTED = {f"contribution_margin_{name}": name for name in ACCOUNTINGS if name != PUBLISHED}

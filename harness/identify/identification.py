@@ -1,5 +1,6 @@
 """All of a robot that its log tells: each value with its interval, and how well it predicts."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +25,7 @@ from harness.world.physics.robot import RobotParams
 from navstack.types import FloatArray
 
 STEPS = "record /cmd_vel, and drive in steps of the command: straight on, and turns on the spot"
+PARTS = 5  # that progress counts
 _NOISE = 0.02  # [m/sqrt(m)] of the wheels where it is not known
 UPDATE_DISTANCE, UPDATE_ANGLE = 0.25, 0.2  # [m], [rad] defaults of AMCL's update_min_d, _a
 
@@ -41,20 +43,27 @@ class Identified:
         return self.estimates[key].value
 
 
-def identify(log: DriveLog, default: RobotParams) -> Identified:
+def identify(
+    log: DriveLog, default: RobotParams, tell: Callable[[], None] = lambda: None
+) -> Identified:
     """Identify everything that a log tells.
 
     Args:
         log: the drive.
         default: the robot that predictions are compared with.
+        tell: hears of each of its :data:`PARTS` that is done.
     """
     linear, angular = _drive(log)
+    tell()
     found = [*_drive_estimates(linear, angular)]
     turning = fit_turning(log)
     path = path_of(log, turning)
+    tell()
     by_scans = fit_scans(log, path)
+    tell()
     noise = next((each for each in by_scans.estimates if each.key == "odometry_linear_noise"), None)
     by_fixes = fit_fixes(log, path, (noise and noise.value) or _NOISE)
+    tell()
     # both share the noise of the wheels
     scales = by_scans.scale, by_fixes.scale
     found.append(widened(combined(scales), scales))
@@ -64,6 +73,7 @@ def identify(log: DriveLog, default: RobotParams) -> Identified:
     found += [*by_fixes.estimates, *lidar_noise(log), *by_scans.estimates[1:]]
     found += [*_latencies(log), *delays(log)]
     predictions, predicts = _predictions(log, default)
+    tell()
     return Identified({each.key: each for each in found}, tuple(predictions), predicts)
 
 

@@ -6,7 +6,7 @@ The costmap of a stack on a map, a mission, and what each planner answers.
 import dataclasses
 import statistics
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -272,6 +272,7 @@ def ask_all(
     names: Sequence[str],
     smoother: str | None = None,
     seconds: float = 0.0,
+    tell: Callable[[], None] = lambda: None,
 ) -> tuple[tuple[Pose2D, Pose2D], PlanningMap, list[Answer]]:
     """Ask planners for the path of a task, one after the other.
 
@@ -282,6 +283,7 @@ def ask_all(
         names: see :func:`make_planner`.
         smoother: of every path; None: none.
         seconds: see :func:`make_planner`.
+        tell: hears of each planner that has answered.
 
     Raises:
         InputError: an unknown name, or a pose that cannot be used.
@@ -294,10 +296,10 @@ def ask_all(
     ground = make_ground(task, ends[0])
     planners = [make_planner(name, nav2, ground.shape, seconds) for name in names]
     compile_first(ground.shape)
-    answers = [
-        ask(name, planner, smooth, ground, ends, task.seed)
-        for name, planner in zip(names, planners, strict=True)
-    ]
+    answers = []
+    for name, planner in zip(names, planners, strict=True):
+        answers.append(ask(name, planner, smooth, ground, ends, task.seed))
+        tell()
     return ends, ground, answers
 
 

@@ -117,12 +117,15 @@ def period_of(stamps: FloatArray) -> float:
     return float(np.median(np.diff(stamps)))
 
 
-def read_log(request: LogRequest, say: Say) -> DriveLog:
+def read_log(
+    request: LogRequest, say: Say, update: Callable[[float], None] = lambda share: None
+) -> DriveLog:
     """Read a log.
 
     Args:
         request: files and frames.
         say: takes notes.
+        update: hears of the share of its messages that is read.
 
     Raises:
         InputError: the log cannot be used, or has no odometry.
@@ -136,7 +139,7 @@ def read_log(request: LogRequest, say: Say) -> DriveLog:
         read_transforms(bag, topics, mountings)
         frame = _one_frame(bag, chosen[ODOMETRY])
         receiver = Receiver(mountings, request.base_frame, frame, None, 0.0, say)
-        rows = _read(bag, chosen, receiver, say)
+        rows = _read(bag, chosen, receiver, say, update)
         bases = [frame_name(each) for each in (request.base_frame, frame, *BASE_FRAMES) if each]
         has_mounting = SCAN in chosen and _is_mounted(bag, chosen[SCAN], mountings, bases)
         damage = bag.damage
@@ -189,15 +192,24 @@ def _is_mounted(bag: Bag, topic: str, mountings: Mountings, bases: Sequence[str]
     return False
 
 
-def _read(bag: Bag, chosen: dict[str, str], receiver: Receiver, say: Say) -> LogRows:
+def _read(
+    bag: Bag,
+    chosen: dict[str, str],
+    receiver: Receiver,
+    say: Say,
+    update: Callable[[float], None],
+) -> LogRows:
     """All messages of the chosen topics, up to the first that cannot be read."""
     rows = LogRows()
     offset = _offset(bag, chosen, receiver)
     clock = Clock(offset)
     kinds = {name: kind for kind, name in chosen.items()}
     kinds |= _switches(bag)
+    counts = bag.counts()
+    total = sum(counts[name] for name in kinds)
     try:
-        for place in bag.places(set(kinds)):
+        for number, place in enumerate(bag.places(set(kinds))):
+            update(number / max(total, number + 1))
             message = bag.read(place)
             take(rows, kinds[message.topic.name], message, receiver, clock, offset)
     except DamageError as error:

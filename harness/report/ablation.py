@@ -103,7 +103,7 @@ def _outcomes(ablation: Ablation) -> Table:
 def _money(ablation: Ablation) -> Table:
     rows = []
     for arm in ablation.arms:
-        sensors, *investment = _investment(arm)
+        sensors, *investment = investment_of(arm)
         position = interval_text(arm.errors["localization_error_median_m"], 3)
         tail = number_text(arm.errors["localization_error_p95_m"].value)
         heading = number_text(arm.errors["heading_error_median_deg"].value)
@@ -112,7 +112,7 @@ def _money(ablation: Ablation) -> Table:
     return declared("ablation_money", rows)
 
 
-def _investment(arm: Arm) -> tuple[str, str, str]:
+def investment_of(arm: Arm) -> tuple[str, str, str]:
     """Sensors, capital expenditure and break-even point in words."""
     if not is_buildable(arm.stack):
         return "none exists", NOT_BUILDABLE, UNDEFINED

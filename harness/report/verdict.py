@@ -34,14 +34,10 @@ def earnings(parties: Sequence[Party]) -> list[str]:
     ]
 
 
-def rankings(parties: Sequence[Party], family: Sequence[str] = (MARGIN,)) -> list[str]:
+def rankings(parties: Sequence[Party]) -> list[str]:
     """A sentence for the best stack against each that drove missions of it.
 
-    Differences are paired by mission and tested together (Holm).
-
-    Args:
-        parties: the stacks.
-        family: metrics whose p values are adjusted with the margin's; several for two stacks only.
+    The margin alone decides: differences are paired by mission and tested together (Holm).
     """
     known = sorted(_known(parties), key=lambda each: -each[2].value)  # type: ignore[operator]
     others = [
@@ -49,12 +45,8 @@ def rankings(parties: Sequence[Party], family: Sequence[str] = (MARGIN,)) -> lis
     ]
     if not others:
         return []
-    found = [compare(side, known[0][1], family) for _, side in others]
-    pairs = [each.differences[MARGIN].paired for each in found]
-    adjusted = f" adjusted for {len(family)} metrics"
-    if len(family) == 1:
-        pairs = together(pairs)
-        adjusted = f" adjusted for {len(pairs)} comparisons"
+    found = [compare(side, known[0][1], [MARGIN]) for _, side in others]
+    pairs = together([each.differences[MARGIN].paired for each in found])
     best, _, margin = known[0]
     lines = []
     for (name, _), each, pair in zip(others, found, pairs, strict=True):
@@ -66,7 +58,7 @@ def rankings(parties: Sequence[Party], family: Sequence[str] = (MARGIN,)) -> lis
             f"{interval_text(span)} USD a delivery over {span.n} missions, p {p_text(pair.p_holm)}"
         )
         if pair.tests > 1:
-            told += adjusted
+            told += f" adjusted for {len(pairs)} comparisons"
         if pair.is_significant and span.low is not None and span.low <= 0.0:
             line = f"{best} earned more than {name} on these missions: {told}{DOUBT}"
         elif pair.is_significant:
@@ -130,21 +122,42 @@ def repeated(run: StoredRun, episodes: int) -> str:
     return again(run.about.get("command", ()), episodes)
 
 
-def again(command: Sequence[str], episodes: int) -> str:
-    """A command as ``run.json`` has it with so many deliveries; empty: it drives none."""
+def again(command: Sequence[str], episodes: int, budget: str = "") -> str:
+    """A command as ``run.json`` has it with so many deliveries; empty: it drives none.
+
+    Args:
+        command: its words.
+        episodes: in place of those that it had.
+        budget: likewise; empty: its own.
+    """
     words = list(command)
     if words[:2] == MODULE:
         words = [*PROGRAM, *words[2:]]
     if len(words) < 2 or words[:1] != PROGRAM or words[1] not in REPEATABLE:
         return ""
     kept, left = words[:2], words[2:]
+    replaced: tuple[str, ...] = NOT_REPEATED
+    added = ["--episodes", str(episodes)]
+    if budget:
+        replaced = (*NOT_REPEATED, "--budget")
+        added += ["--budget", budget]
     while left:
         word = left.pop(0)
-        if word in NOT_REPEATED:
+        if word in replaced:
             left = left[1:]
-        elif word.partition("=")[0] not in NOT_REPEATED:
+        elif word.partition("=")[0] not in replaced:
             kept.append(word)
-    return shlex.join([*kept, "--episodes", str(episodes)])
+    return shlex.join([*kept, *added])
+
+
+def value_of(command: Sequence[str], option: str) -> str:
+    """What a command's words give for an option; empty: it is not among them."""
+    for word, following in zip(command, [*command[1:], ""], strict=True):
+        if word == option:
+            return following
+        if word.startswith(f"{option}="):
+            return word.partition("=")[2]
+    return ""
 
 
 def _known(parties: Sequence[Party]) -> list[tuple[str, Side, Interval]]:

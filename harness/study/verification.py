@@ -1,6 +1,6 @@
 """Whether a run folder is as it was written, and whether its deliveries come out as they are stored."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -57,13 +57,16 @@ class Verification:
         return self.is_sound is not False and len(self.repeated) >= self.wanted
 
 
-def verify_run(folder: Path, sample: int, seed: int) -> Verification:
+def verify_run(
+    folder: Path, sample: int, seed: int, tell: Callable[[], None] = lambda: None
+) -> Verification:
     """Check the files of a run, and drive some of its deliveries again.
 
     Args:
         folder: of the run.
         sample: deliveries driven again.
         seed: by which they are drawn.
+        tell: hears of each that was driven.
 
     Raises:
         InputError: the folder holds no run that can be read.
@@ -92,11 +95,17 @@ def verify_run(folder: Path, sample: int, seed: int) -> Verification:
         return found
     found.notes += code_notes(folder)
     found.wrong += contradictions(folder, study, run, is_exact=not found.reasons)
-    _drive_again(found, study, run, drawn)
+    _drive_again(found, study, run, drawn, tell)
     return found
 
 
-def _drive_again(found: Verification, study: Study, run: StoredRun, drawn: Sequence[Row]) -> None:
+def _drive_again(
+    found: Verification,
+    study: Study,
+    run: StoredRun,
+    drawn: Sequence[Row],
+    tell: Callable[[], None],
+) -> None:
     tasks = {(task.stack_number, task.episode): task for task in study.tasks()}
     newer = {name: _newer_columns(run.only(name)) for name in {row["stack"] for row in drawn}}
     said: dict[str, set[str]] = {}
@@ -109,6 +118,7 @@ def _drive_again(found: Verification, study: Study, run: StoredRun, drawn: Seque
             found.reasons = [*dict.fromkeys((*found.reasons, ELSEWHERE))]
             continue
         driven = _differing(found.folder, run, row, run_episode(task))
+        tell()
         columns = [column for column in driven if column not in newer[row["stack"]]]
         said.setdefault(row["stack"], set()).update(set(driven) - set(columns))
         if not columns:

@@ -13,6 +13,8 @@ ORIGINAL = "original.nav2.yaml"  # the user's file, comments and all
 MOST_TRIALS = 10_000
 MOST_FINALISTS = 100
 MOST_EPISODES = 10_000  # training missions, or test missions
+# numbers of missions that another session may change
+SIZES = ("test_episodes", "final_episodes", "waterfall_missions")
 # deliveries of a search from which on its test and final choice have their full size
 _FULL_SEARCH = 3200
 _DURATION = re.compile(r"(?:(\d+(?:\.\d+)?)h)?(?:(\d+(?:\.\d+)?)m)?(?:(\d+(?:\.\d+)?)s)?")

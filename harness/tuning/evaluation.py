@@ -27,6 +27,10 @@ SHARED_MARGIN = "shared_margin_usd"
 Value = float | int | str | bool
 
 
+class OutOfTimeError(Exception):
+    """The budget ended before everything was driven; what was driven is kept."""
+
+
 @dataclass(frozen=True, slots=True)
 class Candidate:
     """A Nav2 file as changed by the tuner."""
@@ -50,6 +54,10 @@ class Evaluator(Protocol):
         The columns are those of ``episodes.parquet``, :data:`MARGIN` and :data:`SHARED_MARGIN`
         (None where the cargo is not modelled) and :data:`harness.audit.pairs.EVENTS`; an episode that could not be run
         has its ``error``, as in a run, and nothing measured.
+
+        Raises:
+            InputError: the candidate's values cannot be had.
+            OutOfTimeError: there was no time for all of them.
         """
 
 

@@ -28,7 +28,7 @@ from harness.statistics.bootstrap import percentile_interval, resampled_means
 from harness.statistics.interval import Interval, fewest_missions
 from harness.storage.documents import as_json, write_document
 from harness.tuning.declaration import MOST_EPISODES
-from harness.tuning.evaluation import Evaluator
+from harness.tuning.evaluation import Evaluator, OutOfTimeError
 from harness.tuning.history import Best, history
 from harness.tuning.importance import importances
 from harness.tuning.mission_differences import MissionDifference, mission_differences
@@ -112,6 +112,10 @@ def explain(
         steps = waterfall(study, evaluator, missions, who)
     except ParameterError as error:
         note = f"no waterfall: a mixture of old and new values cannot be driven: {error}"
+    except OutOfTimeError:
+        note = (
+            "no waterfall: the budget ended before all mixtures of old and new values were driven"
+        )
     pairs = pair_up(*rows, prices, study.seed)
     found = Explanation(
         history=history(study, evaluator, prices),

@@ -57,6 +57,9 @@ class Journal:
         self._searched = searched
         self.timed = 0  # episodes that :attr:`elapsed` is the time of
         self._clock, self._before = clock, 0.0
+        # :attr:`elapsed` when the first and the last episode ended
+        self._first: float | None = None
+        self._latest = 0.0
         self._began = clock()
         self._ended: float | None = None
         with writing(path), contextlib.ExitStack() as opening:
@@ -93,8 +96,18 @@ class Journal:
 
     @property
     def pace(self) -> float:
-        """Wall time [s] that an episode has taken so far."""
-        return self.elapsed / max(self.timed, 1)
+        """Wall time [s] that an episode has taken so far, without what preceded the first.
+
+        That compiles.
+        """
+        if self._first is None or self.timed < 2:
+            return self._latest
+        return (self._latest - self._first) / (self.timed - 1)
+
+    @property
+    def idle(self) -> float:
+        """Wall time [s] since the last episode."""
+        return self.elapsed - self._latest
 
     def stop_clock(self) -> None:
         """What is driven from now on, for the explanation, takes none of the study's time."""
@@ -107,10 +120,10 @@ class Journal:
             return None
         return {**row, "stack": candidate.name}
 
-    def tested(self, candidates: Sequence[Candidate]) -> int:
-        """How many test missions, from the first on, all candidates have driven."""
+    def driven(self, candidates: Sequence[Candidate], first: int = FIRST_TEST) -> int:
+        """How many missions, from the first on, all candidates have driven."""
         count = 0
-        while all((each.key, FIRST_TEST + count) in self._rows for each in candidates):
+        while all((each.key, first + count) in self._rows for each in candidates):
             count += 1
         return count
 
@@ -138,7 +151,8 @@ class Journal:
                 f"deliveries are kept; make room and go on with --resume {self.path.parent}"
             ) from None
         self._keep(json.loads(line))
-        self.timed += self._ended is None
+        if self._ended is None:
+            self._count(record["elapsed_s"])
 
     def _keep(self, record: Any) -> tuple[tuple[str, Value], ...]:
         candidate = Candidate("", dict(record["values"])).key
@@ -147,6 +161,13 @@ class Journal:
             EVENTS: list(record[EVENTS]),
         }
         return candidate
+
+    def _count(self, elapsed: float) -> None:
+        """One more episode ended, after so long [s]."""
+        if self._first is None:
+            self._first = elapsed
+        self._latest = elapsed
+        self.timed += 1
 
     def _read(self) -> None:
         """Take in the finished episodes; a last line that was cut off goes away."""
@@ -183,7 +204,8 @@ class Journal:
                 return trouble
             self._last = self._keep(record)
             elapsed = float(record["elapsed_s"])
-            self.timed += elapsed > self._before
+            if elapsed > self._before:
+                self._count(elapsed)
             self._before = elapsed
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             return f"{type(error).__name__}"

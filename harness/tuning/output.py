@@ -5,6 +5,7 @@ The tuned file, how it differs, a stack that drives it, the trials.
 
 import dataclasses
 import difflib
+import json
 import shlex
 from collections import Counter
 from pathlib import Path
@@ -14,14 +15,15 @@ from harness.storage.files import write_text, writing
 from harness.storage.new_run import TUNED_STACK, TUNING_DOCUMENT
 from harness.storage.tables import write_table
 from harness.task.stack import Stack
-from harness.tuning.declaration import StudyDeclaration
+from harness.tuning.declaration import SIZES, StudyDeclaration
 from harness.tuning.evaluation import Value, unseen_seed
 from harness.tuning.result import FAILED, StudyResult, Trial
 from harness.tuning.space.file import OF_TRIAL
 from harness.tuning.space.paths import AbsentError, locate, with_values
 from harness.tuning.space.space import Parameter
+from navstack.errors import InputError
 from navstack.params.nav2_file.file import Nav2File
-from navstack.params.strict import dump_dataclass
+from navstack.params.strict import dump_dataclass, read_text
 
 TUNED, STACK, DIFF = "tuned.nav2.yaml", TUNED_STACK, "tuned.diff"
 FRONT = "front"  # folder with the file of every trial of a Pareto front
@@ -113,7 +115,7 @@ def study_document(
     Args:
         result: of the study.
         nav2: the user's file.
-        declaration: what was asked for.
+        declaration: what was asked for, its numbers of missions those that were driven.
         scores: of :func:`harness.tuning.scores.scores_document`.
         lint: what the tuned file's check found.
         folder: of the study.
@@ -150,9 +152,36 @@ def study_document(
         **scores,
         "lint": lint,
         "files": {"tuned": TUNED, "stack": STACK, "diff": DIFF, "trials": TRIALS},
+        "sizes": {name: getattr(declaration, name) for name in SIZES},
         "command": test_command(declaration, result.seed, folder),
         "folder": str(folder),
     }
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Ended:
+    """How far a finished study went."""
+
+    trials: int  # that were driven beside the original
+    sizes: dict[str, int]  # of SIZES; empty where an older document does not tell them
+
+
+def ended(folder: Path) -> Ended | None:
+    """How far the study of a folder went; None: it is not finished.
+
+    Raises:
+        InputError: its document is damaged.
+    """
+    file = folder / DOCUMENT
+    if not file.is_file():
+        return None
+    try:
+        document = json.loads(read_text(file))
+        trials = sum(document["trials"].values()) - 1
+        sizes = {name: int(count) for name, count in document.get("sizes", {}).items()}
+        return Ended(trials, {name: sizes[name] for name in SIZES if name in sizes})
+    except (ValueError, KeyError, AttributeError, TypeError, RecursionError):
+        raise InputError(f"'{file}' is damaged; remove it, and the study goes on") from None
 
 
 def _columns(result: StudyResult) -> dict[str, str]:

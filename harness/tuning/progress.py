@@ -39,7 +39,6 @@ class StudyProgress:
         self._plan, self._journal, self._budget, self._later = plan, journal, budget, later
         # episodes of this session, and of those the unfinished trial's or the later
         self._driven, self._since = 0, 0
-        self._last = journal.elapsed  # [s] when the last episode ended
         self.trials: list[Trial] = []
         self.best: Trial | None = None
         self.interval = Interval(None, None, None, 0)
@@ -49,7 +48,6 @@ class StudyProgress:
         """One more episode was driven."""
         self._driven += 1
         self._since += 1
-        self._last = self._journal.elapsed
 
     def trial(self, trial: Trial, incumbent: Trial, evaluator: Evaluator) -> None:
         """One more trial is over."""
@@ -61,16 +59,18 @@ class StudyProgress:
             rows = evaluator.rows(incumbent.candidate, incumbent.missions)
             self.interval = score_interval(self._plan.objectives[0], incumbent.values[0], rows, 0)
 
-    def begin(self, phase: str) -> None:
-        """Go on with what comes after the search."""
+    def begin(self, phase: str, later: int | None = None) -> None:
+        """Go on with what comes after the search.
+
+        Args:
+            phase: what it is called.
+            later: episodes of all that comes, at most; None: as was said before.
+        """
         if self.phase == "search":
             self._since = 0
         self.phase = phase
-
-    @property
-    def _each_takes(self) -> float:
-        """Wall time [s] of an episode so far."""
-        return self._last / max(self._journal.timed, 1)
+        if later is not None:
+            self._later = later
 
     @property
     def remaining(self) -> float | None:
@@ -78,20 +78,21 @@ class StudyProgress:
 
         Counted in episodes, of which a trial takes as many as those before it did on average, and
         what comes after the search as many as it can at most: it falls while a trial or an episode
-        is being driven, too.
+        is being driven, too. What the budget leaves is the most.
         """
-        done, elapsed = len(self.trials) - 1, self._journal.elapsed
-        if done < 1:
-            return None
+        done, elapsed, pace = len(self.trials) - 1, self._journal.elapsed, self._journal.pace
         if self.phase != "search":
-            return self._each_takes * max(self._later - self._since, 0)
-        each = sum(len(trial.missions) for trial in self.trials[1:]) / done
-        search = max(
-            self._each_takes * max(each * (self._plan.trials - done) - self._since, 0.0), 0.0
-        )
+            episodes = float(max(self._later - self._since, 0))
+        elif done < 1:
+            return None
+        else:
+            each = sum(len(trial.missions) for trial in self.trials[1:]) / done
+            episodes = max(each * (self._plan.trials - done) - self._since, 0.0) + self._later
+        # the episode that is being driven began when the last one ended
+        left = pace * episodes - self._journal.idle
         if self._budget is not None:
-            search = max(min(search, self._budget - elapsed), 0.0)
-        return max(search + self._each_takes * self._later - (elapsed - self._last), 0.0)
+            left = min(left, self._budget - elapsed)
+        return max(left, 0.0)
 
     @property
     def gain(self) -> float | None:
@@ -127,7 +128,7 @@ class StudyProgress:
             return f"original: {driven} of {all_missions} deliveries driven{self._over_budget}"
         if self.phase != "search":
             left = ""
-            if self.remaining is not None:
+            if self.remaining is not None and self._driven:
                 left = f", at most about {time_text(self.remaining)} left"
             return f"{self.phase}: {self._since} of at most {self._later} deliveries driven{left}"
         low, high = self.interval.low, self.interval.high
@@ -151,16 +152,13 @@ class StudyProgress:
 
     @property
     def _over_budget(self) -> str:
-        """Whether the original and the test alone take longer than the budget; empty: no."""
+        """Whether the original's missions alone take longer than the budget; empty: no."""
         if self._budget is None or self._driven < PACED:
             return ""
-        least = self._each_takes * (len(self._plan.missions) + self._later)
+        least = self._journal.pace * len(self._plan.missions)
         if least <= self._budget:
             return ""
-        return (
-            f"; original and test alone may take {least / 60.0:.0f} min here, longer than the "
-            "budget: fewer --test-episodes take less"
-        )
+        return f"; all of them take about {time_text(least)}, longer than the budget"
 
     def __rich__(self) -> Table:
         """The last trials, below everything in a line."""

@@ -115,6 +115,7 @@ class StudyResult:
     test_rows: tuple[Sequence[Row], ...]
     # who took part in the final choice, the best first; empty: there was none
     finals: tuple[Finalist, ...] = ()
+    final_missions: tuple[int, ...] = ()  # on which the last of them met
 
     @property
     def is_tested(self) -> bool:

@@ -4,6 +4,7 @@ import contextlib
 import dataclasses
 import hashlib
 import json
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -19,7 +20,13 @@ from harness.storage.texts import clean_text
 from harness.study.drive import record_of
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask
-from harness.tuning.evaluation import MARGIN, SHARED_MARGIN, Candidate, seed_and_episode
+from harness.tuning.evaluation import (
+    MARGIN,
+    SHARED_MARGIN,
+    Candidate,
+    OutOfTimeError,
+    seed_and_episode,
+)
 from harness.tuning.journal import REFUSED, Journal, Key
 from harness.tuning.space.paths import with_values
 from navstack.errors import ParameterError
@@ -60,21 +67,32 @@ class StackEvaluator:
         self._prices = prices_of(template.prices)
         self._shared: dict[Key, float | None] = {}
         self._files = files
+        # [s] of the monotonic clock at which driving ends
+        self.until = math.inf
 
     def rows(self, candidate: Candidate, missions: Sequence[int]) -> list[Row]:
-        """As :class:`harness.tuning.evaluation.Evaluator` has it.
+        """As :class:`harness.tuning.evaluation.Evaluator` has it."""
+        self.drive((candidate,), missions)
+        return [self._row(candidate, mission) for mission in missions]
+
+    def drive(self, candidates: Sequence[Candidate], missions: Sequence[int]) -> None:
+        """Drive what the journal lacks, one mission after the other by all candidates.
+
+        Where the time ends early, all have finished much the same missions.
 
         Raises:
-            InputError: the candidate's values cannot be had.
+            InputError: a candidate's values cannot be had.
+            OutOfTimeError: :attr:`until` came first; what was finished is kept.
         """
+        different = {each.key: each for each in candidates}.values()
         missing = [
-            mission
+            (mission, candidate)
             for mission in dict.fromkeys(missions)
+            for candidate in different
             if self._journal.get(candidate, mission) is None
         ]
         if missing:
-            self._drive(candidate, missing)
-        return [self._row(candidate, mission) for mission in missions]
+            self._drive(missing)
 
     def _row(self, candidate: Candidate, mission: int) -> Row:
         """A row that the journal has, with what is worked out from it: once."""
@@ -85,10 +103,40 @@ class StackEvaluator:
             self._shared[key] = margin_of(row, self._prices, SHARED_FAULT)
         return {**row, SHARED_MARGIN: self._shared[key]}
 
-    def _drive(self, candidate: Candidate, missions: Sequence[int]) -> None:
+    def _drive(self, missing: Sequence[tuple[int, Candidate]]) -> None:
+        stacks: dict[str, Stack] = {}
+        asked: dict[tuple[str, int, int], tuple[int, Candidate]] = {}
+        for mission, candidate in missing:
+            if candidate.name not in stacks:
+                stacks[candidate.name] = self._stack_or_refusal(candidate, missing)
+            delivery = seed_and_episode(self._template.seed, mission)
+            asked[candidate.name, *delivery] = mission, candidate
+        tasks = (
+            dataclasses.replace(self._template, stack=stacks[name], seed=seed, episode=episode)
+            for name, seed, episode in asked
+        )
+        left = len(asked)
+        with contextlib.closing(self.workers.run(run_episode, tasks, self.until)) as runs:
+            for finished in runs:
+                task = finished.task
+                mission, candidate = asked[task.stack.name, task.seed, task.episode]
+                row = _row(finished, self._prices)
+                self._journal.add(candidate, mission, row)
+                self._on_episode(candidate, row)
+                left -= 1
+        if left:
+            raise OutOfTimeError(f"{left} of {len(asked)} deliveries are left")
+
+    def _stack_or_refusal(
+        self, candidate: Candidate, missing: Sequence[tuple[int, Candidate]]
+    ) -> Stack:
+        """What drives a candidate.
+
+        Raises:
+            ParameterError: its values cannot be had; rows say so for whoever goes on.
+        """
         try:
-            stack = self._stack(candidate)
-        # rows say that it was tried, for whoever goes on with the study
+            return self._stack(candidate)
         except ParameterError as error:
             row: Row = {
                 "stack": "",
@@ -97,22 +145,10 @@ class StackEvaluator:
                 MARGIN: None,
                 EVENTS: [],
             }
-            for mission in missions:
-                self._journal.add(candidate, mission, row)
+            for mission, other in missing:
+                if other.key == candidate.key:
+                    self._journal.add(candidate, mission, row)
             raise ParameterError(row["error"]) from None
-        by_delivery = {
-            seed_and_episode(self._template.seed, mission): mission for mission in missions
-        }
-        whole = dataclasses.replace(self._template, stack=stack)
-        tasks = (
-            dataclasses.replace(whole, seed=seed, episode=episode) for seed, episode in by_delivery
-        )
-        with contextlib.closing(self.workers.run(run_episode, tasks)) as runs:
-            for finished in runs:
-                mission = by_delivery[finished.task.seed, finished.task.episode]
-                row = _row(finished, self._prices)
-                self._journal.add(candidate, mission, row)
-                self._on_episode(candidate, row)
 
     def _stack(self, candidate: Candidate) -> Stack:
         """The original for no values; else with a file of its own, whose name tells its content."""

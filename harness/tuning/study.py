@@ -2,31 +2,34 @@
 
 import contextlib
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from harness.episode.factory import Parts, nav2_parameters, prices_of
 from harness.storage.new_run import TUNING
 from harness.task.study import EpisodeTask, Study
+from harness.tuning.budget import Budget, enough_for
 from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration
-from harness.tuning.evaluation import Candidate, Evaluator, unseen_missions
+from harness.tuning.evaluation import Candidate, Evaluator, OutOfTimeError, unseen_missions
 from harness.tuning.finals import decide
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
+from harness.tuning.output import ended
 from harness.tuning.racing import rungs, stratified
-from harness.tuning.result import Finalist, StudyResult
+from harness.tuning.result import Finalist, StudyResult, Trial
 from harness.tuning.sampler import Sampler, make_sampler
 from harness.tuning.search import LEAST_GAIN, OnTrial, Plan, Search, front_of
 from harness.tuning.space.file import read_space
 from harness.tuning.space.paths import AbsentError, locate, with_values
 from harness.tuning.space.space import Space, fit_space
+from harness.tuning.stack_evaluator import StackEvaluator
 from harness.tuning.waterfall import MOST_PLAYERS
 from navstack.errors import InputError
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.strict import load_dataclass
 
-MOST_RESERVED = 0.5  # of the budget, for final choice and test
+FEWEST_FINAL = 4  # missions of a final choice that the budget shortens
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -37,6 +40,8 @@ class TuningStudy:
     template: EpisodeTask  # its stack is the original, its seed that of the training missions
     plan: Plan
     nav2: Nav2File  # the user's file
+    # trials after which an earlier session ended the search; None: it goes on
+    ended_after: int | None = None
 
     @property
     def episodes_after_search(self) -> int:
@@ -60,10 +65,9 @@ class TuningStudy:
 
     @property
     def episodes_of_explanation(self) -> int:
-        """Of the waterfall at most: every mixture of its players, and each parameter set back."""
-        changed = len(self.plan.space.parameters)
-        mixtures = int(2 ** min(changed, MOST_PLAYERS)) - 2 + changed
-        return mixtures * self.declaration.waterfall_missions
+        """Of the waterfall at most: every mixture of its players but both files themselves."""
+        players = min(len(self.plan.space.parameters), MOST_PLAYERS)
+        return int(2**players - 2) * self.declaration.waterfall_missions
 
 
 def check_space(
@@ -92,16 +96,18 @@ def check_space(
 def load_tuning(
     folder: Path,
     study: Study,
-    budget: float | None,
-    test_episodes: int | None = None,
+    budget: float | None = None,
+    more: Mapping[str, int | None] | None = None,
 ) -> TuningStudy:
     """The study of a folder.
+
+    A finished one has no budget and the sizes that it came to, but for what is asked for now.
 
     Args:
         folder: of the study.
         study: as its ``run.json`` has it.
         budget: [s] in place of the declared one; None: the declared one.
-        test_episodes: likewise.
+        more: numbers of missions in place of the declared ones, by their names.
 
     Raises:
         InputError: the folder holds no such study, or a file of it cannot be used.
@@ -113,8 +119,14 @@ def load_tuning(
     declaration = load_dataclass(StudyDeclaration, folder / "params" / TUNING)
     if budget is not None:
         declaration = dataclasses.replace(declaration, budget=budget)
-    if test_episodes is not None:
-        declaration = dataclasses.replace(declaration, test_episodes=test_episodes)
+    sizes: dict[str, Any] = {}
+    ended_after = None
+    if budget is None and (before := ended(folder)) is not None:
+        ended_after = before.trials
+        declaration = dataclasses.replace(declaration, budget=None)
+        sizes |= before.sizes
+    sizes |= {name: count for name, count in (more or {}).items() if count is not None}
+    declaration = dataclasses.replace(declaration, **sizes)
     original = folder.absolute() / "params" / ORIGINAL
     stack = dataclasses.replace(study.template.stack, nav2_file=str(original))
     template = dataclasses.replace(study.template, stack=stack)
@@ -135,7 +147,7 @@ def load_tuning(
         tuple(range(declaration.episodes, declaration.episodes + declaration.final_episodes)),
         prices_of(template.prices).delivery_fee.value,
     )
-    found = TuningStudy(declaration, template, plan, nav2)
+    found = TuningStudy(declaration, template, plan, nav2, ended_after)
     found.make_sampler()
     return found
 
@@ -145,7 +157,7 @@ def run_search(
     evaluator: Evaluator,
     journal: Journal,
     on_trial: OnTrial,
-    is_over: bool = False,
+    budget: Budget,
 ) -> Search:
     """Drive every trial that the budget allows; none where the original leaves nothing to gain.
 
@@ -156,43 +168,71 @@ def run_search(
         evaluator: that drives.
         journal: what has been driven.
         on_trial: hears of each trial.
-        is_over: the search has ended before, and nothing shall be added to it.
+        budget: of wall time.
+
+    Raises:
+        InputError: the original cannot be driven, or not within the budget.
     """
     search = Search(study.plan, study.make_sampler(), evaluator, on_trial)
-    in_time = within_budget(study.declaration.budget, study.episodes_after_search, journal)
-    has_begun = within_budget(0.0, 0, journal)
+    began: list[float] = []  # [s] when the first trial could begin
 
     def may_begin(candidate: Candidate, missions: tuple[int, ...]) -> bool:
-        if is_over or search.is_futile:
-            return has_begun(candidate, missions)
-        return in_time(candidate, missions)
+        began.append(journal.elapsed)
+        if study.ended_after is not None:
+            return len(search.trials) <= study.ended_after
+        if has_begun(journal, candidate, missions):
+            return True
+        if search.is_futile:
+            return False
+        return budget.allows(len(missions), study.episodes_after_search, began[0])
 
-    search.run(may_begin)
+    try:
+        search.run(may_begin)
+    except OutOfTimeError:
+        if not search.trials:
+            raise _too_short(study, journal, budget) from None
     return search
+
+
+def has_begun(journal: Journal, candidate: Candidate, missions: Sequence[int]) -> bool:
+    """Whether a trial has driven one of the missions before."""
+    return any(journal.get(candidate, mission) is not None for mission in missions)
+
+
+def _too_short(study: TuningStudy, journal: Journal, budget: Budget) -> InputError:
+    """What to do where the budget ends before the original has driven its missions."""
+    count, folder = len(study.plan.missions), journal.path.parent
+    enough = enough_for(count, journal.pace, budget.seconds or 0.0)
+    return InputError(
+        f"the budget of {budget.seconds:g} s ended after {len(journal)} of the {count} training "
+        f"missions of your file, before the first trial; next: navbench tune --resume {folder} "
+        f"--budget {enough}"
+    )
 
 
 def finish(
     study: TuningStudy,
     search: Search,
-    evaluator: Evaluator,
+    evaluator: StackEvaluator,
     journal: Journal,
+    budget: Budget,
 ) -> StudyResult:
     """Choose among the best, and drive the test with original and incumbent.
 
-    A test that was longer in an earlier session stays so long.
+    Both take as many missions as there is time for, and no fewer than in an earlier session.
     """
     plan, trials = study.plan, tuple(search.trials)
-    finals: tuple[Finalist, ...] = ()
-    if plan.final_episodes:
-        finals = decide(trials, plan.finalists, plan.final_missions, plan.objectives[0], evaluator)
+    evaluator.until = budget.until
+    finals, met = _choice(study, trials, evaluator, journal, budget)
     if finals:
         best = finals[0].candidate
     else:
         best = search.incumbent.candidate
     original, incumbent = trials[0].candidate, Candidate("incumbent", best.values)
-    test = unseen_missions(
-        max(study.declaration.test_episodes, journal.tested((original, incumbent)))
-    )
+    if not best.values:
+        budget.ending = 0
+    evaluator.until = budget.until
+    test = _tested(study, (original, incumbent), evaluator, journal)
     return StudyResult(
         original=original,
         incumbent=incumbent,
@@ -209,37 +249,54 @@ def finish(
         ),
         test_rows=(evaluator.rows(original, test), evaluator.rows(incumbent, test)) if test else (),
         finals=finals,
+        final_missions=met,
     )
+
+
+def _choice(
+    study: TuningStudy,
+    trials: Sequence[Trial],
+    evaluator: Evaluator,
+    journal: Journal,
+    budget: Budget,
+) -> tuple[tuple[Finalist, ...], tuple[int, ...]]:
+    """The finalists, the best first, and the missions on which they met."""
+    plan = study.plan
+    if not plan.final_episodes:
+        return (), ()
+    wanted, share = len(plan.final_missions), budget.share_of(study.episodes_after_search)
+    count = wanted
+    if share < 1.0:
+        known = journal.driven([trials[0].candidate], plan.final_missions[0])
+        count = min(max(int(share * wanted), known), wanted)
+        if count < FEWEST_FINAL:
+            return (), ()
+    met = plan.final_missions[:count]
+    try:
+        return decide(trials, plan.finalists, met, plan.objectives[0], evaluator), met
+    except OutOfTimeError:
+        return (), ()
+
+
+def _tested(
+    study: TuningStudy,
+    both: tuple[Candidate, Candidate],
+    evaluator: StackEvaluator,
+    journal: Journal,
+) -> tuple[int, ...]:
+    """The test missions that both have driven."""
+    missions = unseen_missions(max(study.declaration.test_episodes, journal.driven(both)))
+    try:
+        evaluator.drive(both, missions)
+    except OutOfTimeError:
+        return unseen_missions(journal.driven(both))
+    return missions
 
 
 def _length(template: EpisodeTask, number: int) -> float:
     """Shortest path [m] of a training mission."""
     task = dataclasses.replace(template, episode=number)
     return Parts(task).mission(task.generators()["mission"]).shortest_path
-
-
-def within_budget(
-    budget: float | None,
-    later: int,
-    journal: Journal,
-) -> Callable[[Candidate, tuple[int, ...]], bool]:
-    """Whether a trial may begin: it has begun before, or the budget has time for it.
-
-    Args:
-        budget: [s] of wall time for search, final choice and test; None: any.
-        later: episodes of the final choice and the test.
-        journal: which keeps the time.
-    """
-
-    def may_begin(candidate: Candidate, missions: tuple[int, ...]) -> bool:
-        if budget is None or any(
-            journal.get(candidate, mission) is not None for mission in missions
-        ):
-            return True
-        reserve = min(later * journal.pace, MOST_RESERVED * budget)
-        return journal.elapsed + reserve < budget
-
-    return may_begin
 
 
 def notes_before(declaration: StudyDeclaration, options: Mapping[str, Any]) -> list[str]:
@@ -265,13 +322,11 @@ def notes_before(declaration: StudyDeclaration, options: Mapping[str, Any]) -> l
     return found
 
 
-def notes_after_search(study: TuningStudy, search: Search, journal: Journal) -> list[str]:
-    """What the search left out, and whether what follows will take longer than was meant."""
-    driven, asked, budget = (
-        len(search.trials) - 1,
-        study.declaration.trials,
-        study.declaration.budget,
-    )
+def notes_after_search(
+    study: TuningStudy, search: Search, journal: Journal, budget: Budget
+) -> list[str]:
+    """What the search left out, and how much of what follows the budget leaves time for."""
+    driven, asked = len(search.trials) - 1, study.declaration.trials
     found = []
     if search.is_futile and not driven:
         found.append(
@@ -282,20 +337,16 @@ def notes_after_search(study: TuningStudy, search: Search, journal: Journal) -> 
         found.append(
             f"after {driven} of {asked} trials there is no further point that keeps the constraints"
         )
-    elif driven < asked and budget is not None:
+    elif driven < asked and budget.seconds is not None:
         found.append(
-            f"the budget of {budget:g} s cut off {asked - driven} of {asked} trials; --resume with "
-            "a longer --budget "
-            "drives the rest"
+            f"the budget of {budget.seconds:g} s cut off {asked - driven} of {asked} trials; "
+            "--resume with a longer --budget drives the rest"
         )
-    missing = 0.0
-    if budget is not None:
-        missing = study.episodes_after_search * journal.pace + journal.elapsed - budget
-    if missing > 0.0:
+    following = study.episodes_after_search
+    share = budget.share_of(following)
+    if share < 1.0:
         found.append(
-            f"note: the {study.episodes_after_search} deliveries of final choice and test may take "
-            f"{missing:.0f} s "
-            "longer than the budget; fewer --test-episodes and --final-episodes leave more of it "
-            "for the search"
+            f"note: the budget lasts for about {share * following:.0f} of the {following} "
+            "deliveries of final choice and test; --resume with --test-episodes drives more"
         )
     return found

@@ -38,9 +38,17 @@ class Driven:
 class Tally(Bar):
     """Finished episodes and their outcomes."""
 
-    def __init__(self, total: int, done: int) -> None:
+    def __init__(self, total: int, done: int, has_several: bool = False) -> None:
+        """Nothing is finished yet.
+
+        Args:
+            total: deliveries.
+            done: of them before.
+            has_several: whether several stacks drive, so that each is named.
+        """
         super().__init__("{done} of {total} deliveries", total, done)
         self._outcomes: Counter[str] = Counter()
+        self._has_several, self._latest = has_several, ""
 
     def add(self, finished: Finished[EpisodeTask, Delivery], record: Row) -> None:
         """Take in one finished episode."""
@@ -50,15 +58,20 @@ class Tally(Bar):
         else:
             self._outcomes[OUTCOMES.get(row["outcome"], row["outcome"])] += 1
         self.done += 1
+        self._latest = finished.task.stack.name
         if finished.lost and finished.error is None:
             task = finished.task
             say(f"repeated {task.stack.name} episode {task.episode}: {finished.lost[0]}")
 
     @property
     def note(self) -> str:
-        """Outcomes so far, the most frequent first."""
+        """Outcomes so far, the most frequent first, and who drove last."""
+        if not self._outcomes:
+            return "starting; the first delivery ever also compiles"
         outcomes = "; ".join(f"{count} {name}" for name, count in self._outcomes.most_common())
-        return outcomes or "starting; the first delivery ever also compiles"
+        if self._has_several:
+            outcomes += f"; last by {self._latest}"
+        return outcomes
 
 
 def begin(study: Study, out: Path | None, where: Where) -> Driven:
@@ -92,7 +105,7 @@ def drive_folder(study: Study, path: Path, where: Where) -> Driven:
         say_notes(folder.notes)
         require_own(study, folder)
         say_what_is_done(folder, study)
-        tally = Tally(study.total, len(folder.rows))
+        tally = Tally(study.total, len(folder.rows), len(study.stacks) > 1)
         if not folder.is_closed:
             with open_workers(where, study.workers, path, {path: study}) as workers, shown(tally):
                 is_stopped = is_interrupted(study, folder, workers, tally)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from harness.identify.identification import Identified, amcl_alphas
+from harness.identify.identification import PARTS, Identified, amcl_alphas
 from harness.identify.identification import identify as identify_log
 from harness.identify.robot_file import DEFAULT_ROBOT, Written, write_files
 from harness.identify.urdf import read_urdf
@@ -12,7 +12,7 @@ from harness.recorded.log import DriveLog, LogRequest, read_log
 from harness.storage.files import require_writable
 from harness.storage.shipped import shipped
 from harness.world.physics.robot import RobotParams
-from navbench.api.progress import say
+from navbench.api.progress import count_shown, say, share_shown
 from navstack.params.strict import load_dataclass
 
 
@@ -64,7 +64,9 @@ def identify(
     if urdf is not None:
         body = read_urdf(urdf)
         request = replace(request, static_tf=(*body.frames, *request.static_tf))
-    log = read_log(request, lambda text: say(f"note: {text}"))
+    with share_shown("messages") as update:
+        log = read_log(request, lambda text: say(f"note: {text}"), update)
     default = load_dataclass(RobotParams, shipped("params") / "robots" / f"{DEFAULT_ROBOT}.yaml")
-    found = identify_log(log, default)
+    with count_shown("parts identified", PARTS) as tell:
+        found = identify_log(log, default, tell)
     return IdentifiedRobot(found, log, write_files(out, found, log, body, nav2))

@@ -9,6 +9,7 @@ from harness.plan.question import Answer, PlanningMap, ask_all, task_of
 from harness.report.plan import draw_plan, plan_document
 from harness.storage.files import require_writable
 from harness.task.study import EpisodeTask
+from navbench.api.progress import count_shown
 from navstack.types import Pose2D
 
 PICTURES = (".png", ".pdf", ".svg")  # suffixes
@@ -66,7 +67,8 @@ def plan(
     if picture is not None:
         require_writable("--picture", picture, PICTURES)
     task = task_of(map, start, goal, seed, params, allow_unknown)
-    ends, ground, answers = ask_all(task, planners, smoother, seconds)
+    with count_shown("planners", len(planners)) as tell:
+        ends, ground, answers = ask_all(task, planners, smoother, seconds, tell)
     if picture is not None:
         draw_plan(ground.costmap, ends, answers, ground.footprint, picture)
     return Answers(task, ends, ground, answers)

@@ -1,5 +1,6 @@
 """Streets of OpenStreetMap: imported as maps, and routes along them."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,21 +17,23 @@ from harness.storage.files import require_folder, write_text
 from harness.storage.rows import values
 from harness.storage.shipped import ROUTE_GRAPH, is_district
 from harness.storage.tables import read_rows
-from harness.street.district import build_district
+from harness.street.district import District, build_district
 from harness.street.graph_file import load_graph, save_graph
 from harness.street.osm_file import GeoBox, read_extract
 from harness.street.places import with_places
-from harness.street.route_graph import build_graph
+from harness.street.route_graph import RouteGraph, build_graph
 from harness.street.routes import draw_mission
 from harness.street.saving import save_maps
 from harness.street.statistics import measure_district
 from harness.study.stored_run import leg_file, repriced
 from harness.world.map.scene_io import check_map_name
 from harness.world.outcome import Outcome
+from navbench.api.progress import count_shown
 from navbench.api.runs import Run
 from navstack.errors import InputError
 
 LENGTH_PERCENTILES = (5, 50, 95)
+STEPS = 6  # of an import, that progress counts
 _WRITTEN = (".yaml", ".geojson", ".png", ".md")
 Row = dict[str, Any]
 
@@ -71,23 +74,37 @@ def import_osm(
     if written := _written(out, name):
         raise InputError(f"{written[0]} exists already; give another --name or --out")
     require_folder(out)
-    extract = read_extract(file, geo)
-    district = build_district(extract, seed)
-    graph = with_places(build_graph(district), extract)
     told: Row = {"schema": 1, "file": file.name, "seed": seed}
-    try:
-        maps = save_maps(district, out, name)
-        told["maps"] = [str(each) for each in maps]
-        save_graph(graph, out / f"{name}{ROUTE_GRAPH}")
-        picture = out / f"{name}_picture.png"
-        draw_district(district, graph, picture)
-        told |= measure_district(district, graph)
-        page = markdown_text(street_page(told, picture.name))
-        write_text(out / f"{name}_statistics.md", f"# {name}\n\n{page}")
-    except BaseException:  # a full disk or an interrupt: half a district is none
-        for each in _written(out, name):
-            each.unlink()
-        raise
+    with count_shown("steps", STEPS) as tell:
+        extract = read_extract(file, geo)
+        tell()
+        district = build_district(extract, seed)
+        tell()
+        graph = with_places(build_graph(district), extract)
+        tell()
+        try:
+            told |= _write_district(district, graph, out, name, tell)
+        except BaseException:  # a full disk or an interrupt: half a district is none
+            for each in _written(out, name):
+                each.unlink()
+            raise
+    return told
+
+
+def _write_district(
+    district: District, graph: RouteGraph, out: Path, name: str, tell: Callable[[], None]
+) -> Row:
+    """Write maps, route graph, picture and statistics; ``tell`` hears of each step."""
+    told: Row = {"maps": [str(each) for each in save_maps(district, out, name)]}
+    tell()
+    save_graph(graph, out / f"{name}{ROUTE_GRAPH}")
+    picture = out / f"{name}_picture.png"
+    draw_district(district, graph, picture)
+    tell()
+    told |= measure_district(district, graph)
+    page = markdown_text(street_page(told, picture.name))
+    write_text(out / f"{name}_statistics.md", f"# {name}\n\n{page}")
+    tell()
     return told
 
 

@@ -12,16 +12,17 @@ from harness.episode.factory import nav2_parameters, prices_of
 from harness.report.tuning.summary import starting_point
 from harness.storage.new_run import TUNING, create_run, default_folder, require_usable
 from harness.storage.shipped import resolve, shipped
+from harness.storage.texts import time_text
 from harness.study.manifest import about, load_study, parameters, version_notes
 from harness.study.places import Where, open_workers
 from harness.study.preflight import check
 from harness.task.own_body import is_own
 from harness.task.stack import Stack
 from harness.task.study import is_recording, make_study
+from harness.tuning.budget import Budget
 from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration, sizes
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
-from harness.tuning.output import DOCUMENT
 from harness.tuning.progress import StudyProgress
 from harness.tuning.result import COMPLETE, StudyResult, Trial
 from harness.tuning.sampler import make_sampler
@@ -80,7 +81,7 @@ def tune(
             metric such as -duration_s; several, separated by commas, for a Pareto front.
         sampler: tpe, cmaes, random or grid.
         trials: files to try, beside the original.
-        budget: [s] of wall time; None: as long as it takes.
+        budget: [s] of wall time for everything; None: as long as it takes.
         episodes: training missions, the same for every trial.
         test_episodes: unseen missions of the test; None: as the size of the search wants it.
         finalists: trials that meet the original on further training missions; 0: none.
@@ -176,42 +177,50 @@ def resume_tuning(
     folder: Path,
     budget: float | None = None,
     where: Where | None = None,
-    test_episodes: int | None = None,
+    **more: int | None,
 ) -> Tuned | None:
     """Go on with the study of a folder; otherwise as :func:`tune`.
 
-    A finished study searches on only with another ``budget``.
+    A finished study searches on only with another ``budget``. ``more`` are numbers of missions in
+    place of those of before: ``test_episodes``, ``final_episodes``, ``waterfall_missions``.
     """
     # a link may point elsewhere before the study ends
-    return _drive(folder.resolve(), where or Where(), budget, test_episodes)
+    return _drive(folder.resolve(), where or Where(), budget, more)
 
 
 def _drive(
-    path: Path, where: Where, budget: float | None, test_episodes: int | None = None
+    path: Path,
+    where: Where,
+    seconds: float | None,
+    more: Mapping[str, int | None] | None = None,
 ) -> Tuned | None:
     base = load_study(path, where.workers)
-    study = load_tuning(path, base, budget, test_episodes)
-    is_over = budget is None and (path / DOCUMENT).is_file()
+    study = load_tuning(path, base, seconds, more)
     say_notes(version_notes(path))
     searched, runs = study.declaration.episodes, {path: base}
     with Journal(path, searched) as journal, open_workers(where, base.workers, path, runs) as pool:
         later = study.episodes_after_search + study.episodes_of_explanation
         progress = StudyProgress(study.plan, journal, study.declaration.budget, later)
         searching = study.declaration.trials * searched
-        say(
+        limit = study.declaration.budget
+        most = (
             f"up to {searching:,d} deliveries of the search, "
             f"then up to {later:,d} to choose, test and explain"
         )
+        if limit is not None:
+            most += f", as many as {time_text(limit)} leave time for"
+        say(most)
         if len(journal):
             say(f"going on after {len(journal)} deliveries")
         shared = None if where.is_local else path
         with TemporaryDirectory(prefix="navbench-tune-", dir=shared) as files:
             evaluator = StackEvaluator(study.template, pool, journal, progress.episode, Path(files))
+            budget = Budget(limit, journal)
             try:
                 with shown(progress):
-                    result = _search_and_test(study, evaluator, journal, progress, is_over)
+                    result = _search_and_test(study, evaluator, journal, progress, budget)
                     journal.stop_clock()
-                    return written(study, base, result, evaluator, progress, journal.errors, path)
+                    return written(study, base, result, evaluator, progress, journal, budget)
             except KeyboardInterrupt:
                 kept = f"{len(journal)} finished deliveries are kept in {path}"
                 say(f"interrupted {progress.when}; {kept}; next: navbench tune --resume {path}")
@@ -223,7 +232,7 @@ def _search_and_test(
     evaluator: StackEvaluator,
     journal: Journal,
     progress: StudyProgress,
-    is_over: bool,
+    budget: Budget,
 ) -> StudyResult:
     def on_trial(trial: Trial, best: Trial) -> None:
         progress.trial(trial, best, evaluator)
@@ -231,11 +240,17 @@ def _search_and_test(
             rows = evaluator.rows(trial.candidate, trial.missions)
             say(starting_point(rows, prices_of(study.template.prices)))
 
-    search = run_search(study, evaluator, journal, on_trial, is_over)
-    for note in notes_after_search(study, search, journal):
+    evaluator.until = budget.end
+    search = run_search(study, evaluator, journal, on_trial, budget)
+    for note in notes_after_search(study, search, journal, budget):
         say(note)
-    progress.begin("final choice and test" if study.plan.final_episodes else "test")
-    return finish(study, search, evaluator, journal)
+    if len(search.trials) == 1:  # nothing to choose among, and no change to explain
+        progress.begin("test", study.declaration.test_episodes)
+    elif study.plan.final_episodes:
+        progress.begin("final choice and test")
+    else:
+        progress.begin("test")
+    return finish(study, search, evaluator, journal, budget)
 
 
 def _run_options(choices: Mapping[str, Any]) -> tuple[str, ...]:

@@ -16,9 +16,11 @@ from harness.storage.documents import write_document
 from harness.study.again import PARTINGS, record_again
 from harness.study.stored_run import load_run
 from harness.task.study import Study
+from harness.tuning.budget import Budget
 from harness.tuning.dashboard import write_dashboard
 from harness.tuning.declaration import ORIGINAL
 from harness.tuning.explanation import Explanation, explain
+from harness.tuning.journal import Journal
 from harness.tuning.mission_differences import MissionDifference
 from harness.tuning.output import (
     DOCUMENT,
@@ -34,9 +36,12 @@ from harness.tuning.scores import scores_document
 from harness.tuning.stack_evaluator import StackEvaluator
 from harness.tuning.study import TuningStudy
 from navbench.api.lint import robot_limits
+from navbench.api.progress import say
 from navbench.api.report import today
 from navstack.lint import lint
 from navstack.params.nav2_file.file import inspect_nav2
+
+FEWEST_OF_WATERFALL = 5  # missions of one that the budget shortens
 
 
 @dataclass(frozen=True)
@@ -53,6 +58,7 @@ class Tuned:
     test_command: str  # drives its test again
     document: Row
     errors: Sequence[str]  # of episodes that ended in one
+    pace: float  # wall time [s] of a delivery
     notes: Sequence[str] = ()  # on the file, the robot and the search
 
     @property
@@ -63,7 +69,7 @@ class Tuned:
     @property
     def next_command(self) -> str:
         """What to do next."""
-        return next_command(self.advice, self.folder, self.test_command)
+        return next_command(self.advice, self.folder, self.test_command, self.pace)
 
     def as_json(self) -> Row:
         """As ``navbench tune --json`` prints it."""
@@ -81,19 +87,26 @@ def written(
     result: StudyResult,
     evaluator: StackEvaluator,
     progress: StudyProgress,
-    errors: Sequence[str],
-    path: Path,
+    journal: Journal,
+    budget: Budget,
 ) -> Tuned:
     """Work out the explanation, and write everything."""
-    count = len(result.test_missions)
-    declaration = dataclasses.replace(study.declaration, test_episodes=count)
+    path = journal.path.parent
+    declaration = dataclasses.replace(
+        study.declaration,
+        test_episodes=len(result.test_missions),
+        final_episodes=len(result.final_missions),
+        waterfall_missions=_waterfall_missions(study, result, budget, path),
+    )
     write_files(result, study.nav2, base.stacks[0], declaration, path)
     write_dashboard(result, path)
     lint = lint_of(path, base.stacks[0].robot, study.template.allow_unknown)
     scores = scores_document(result)
     document = study_document(result, study.nav2, declaration, scores, lint, path)
     write_document(path / DOCUMENT, document)
-    progress.begin("explanation")
+    if declaration.waterfall_missions and result.incumbent.values:
+        progress.begin("explanation")
+    evaluator.until = budget.until
     template = base.template
     world = world_params(template.world, template.pedestrians, template.people)
     explanation = explain(
@@ -108,7 +121,8 @@ def written(
     command, again = run_command(declaration, path), test_command(declaration, result.seed, path)
     about = setup_of(declaration, template)
     markdown = write_tuning(result, scores, explanation, about, command, path, again, lint)
-    progress.begin("replays")
+    if explanation.partings:
+        progress.begin("replays")
     folders = _record_partings(explanation.partings, base, evaluator, path)
     write_study_page(markdown, [load_run(str(each)) for each in folders], today())
     return Tuned(
@@ -121,8 +135,22 @@ def written(
         run_command=command,
         test_command=again,
         document=document,
-        errors=errors,
+        errors=journal.errors,
+        pace=journal.pace,
     )
+
+
+def _waterfall_missions(study: TuningStudy, result: StudyResult, budget: Budget, path: Path) -> int:
+    """On how many missions there is time to drive all mixtures of old and new values."""
+    wanted = study.declaration.waterfall_missions
+    if not wanted or not result.incumbent.values:
+        return wanted
+    count = int(budget.share_of(study.episodes_of_explanation) * wanted)
+    if count >= min(wanted, FEWEST_OF_WATERFALL):
+        return count
+    command = f"navbench tune --resume {path} --waterfall {wanted}"
+    say(f"note: the budget leaves no time for the waterfall; {command} drives it")
+    return 0
 
 
 def _record_partings(

@@ -6,6 +6,7 @@ from pathlib import Path
 from harness.scenarios.runner import Result, run_scenario
 from harness.storage.new_run import MANIFEST
 from harness.study.verification import Verification, verify_run
+from navbench.api.progress import count_shown
 from navstack.errors import InputError
 
 
@@ -25,7 +26,8 @@ def verify(folder: Path, sample: int = 3, seed: int = 0) -> list[Verification]:
         runs = [folder]
     if not runs:
         raise InputError(f"'{folder}' holds no run; give the folder that a run or a suite wrote")
-    return [verify_run(run, sample, seed) for run in runs]
+    with count_shown("deliveries driven again", sample * len(runs)) as tell:
+        return [verify_run(run, sample, seed, tell) for run in runs]
 
 
 def scenario(files: Iterable[Path]) -> list[Result]:

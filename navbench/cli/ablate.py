@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from navbench.cli.driving import exit_status, say_how_to_go_on
+from navbench.cli.driving import exit_status, refuse_more_deliveries, say_how_to_go_on
 from navbench.cli.options import FULL, names_of, path_option, refuse_others, study_options
 from navbench.cli.streams import print_json
 from navstack.errors import InputError
@@ -97,6 +97,7 @@ def ablate(
     from navbench.cli.common.ending import print_with_notes
 
     if resume is not None:
+        refuse_more_deliveries(context, resume)
         refuse_others(context, "is_full")
         found = api.resume_ablation(resume, against, where)
     else:

@@ -8,7 +8,13 @@ import click
 
 from navbench.cli.common.brief import Brief
 from navbench.cli.driving import exit_status
-from navbench.cli.options import Finite, condition_options, path_option, refuse_others
+from navbench.cli.options import (
+    LOCALIZER,
+    Finite,
+    condition_options,
+    path_option,
+    refuse_others,
+)
 from navbench.cli.streams import print_json
 
 if TYPE_CHECKING:
@@ -16,7 +22,7 @@ if TYPE_CHECKING:
 
 FAILED = 4  # exit status where --fail-if holds
 SHOWN = (  # in the help
-    *("budget", "fail_if", "markdown", "within", "seed", "map", "world"),
+    *("budget", "fail_if", "markdown", "within", "localizer", "seed", "map", "world"),
     *("workers", "out", "resume", "as_json"),
 )
 
@@ -43,6 +49,7 @@ SHOWN = (  # in the help
     show_default=True,
     help="USD a delivery; a difference that is surely no larger makes them alike.",
 )
+@LOCALIZER
 @condition_options
 @click.option(
     "--out",

@@ -5,8 +5,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from navbench.cli.streams import print_json
+from navstack.errors import InputError
 
 if TYPE_CHECKING:
+    import click
+
     from harness.study.stored_run import StoredRun
     from navbench.api.driving import Driven
 
@@ -22,6 +25,27 @@ def exit_status(is_interrupted: bool, has_errors: bool) -> int:
     if has_errors:
         return SOME_ERRORS
     return 0
+
+
+def refuse_more_deliveries(context: "click.Context", folder: Path) -> None:
+    """Check that --resume shall not add deliveries: a run's checksum is of all that it was to have.
+
+    Raises:
+        InputError: it shall; with the command that drives as many.
+    """
+    from click.core import ParameterSource
+
+    from harness.report.verdict import again
+    from harness.storage.manifest_file import read_manifest
+
+    if context.get_parameter_source("episodes") is ParameterSource.DEFAULT:
+        return
+    command = again(read_manifest(folder).get("command", ()), context.params["episodes"])
+    if command:
+        raise InputError(
+            "a run has one checksum for all of its deliveries, so that --resume adds none; more, "
+            f"of the same missions: {command}"
+        )
 
 
 def print_driven(

@@ -8,7 +8,7 @@ import click
 
 from harness.study.places import Where
 from navbench.cli.common.brief import Brief
-from navbench.cli.driving import print_driven
+from navbench.cli.driving import print_driven, refuse_more_deliveries
 from navbench.cli.options import (
     FULL,
     LOCALIZER,
@@ -81,6 +81,7 @@ def run(
     from navbench.api.run import drive, drive_rest
 
     if resume is not None:
+        refuse_more_deliveries(context, resume)
         refuse_others(context, "is_forced", "is_full", "has_page")
         driven = drive_rest(resume, where, is_forced)
     elif is_forced:

@@ -63,7 +63,7 @@ SHOWN = (  # in the help
 @click.option(
     "--budget",
     help=(
-        "Wall time of search, final choice and test, e.g. 30m; trials for which there is no "
+        "Wall time of everything, e.g. 30m; trials and test missions for which there is no "
         "time are left out."
     ),
 )
@@ -148,15 +148,16 @@ def tune(
     Exit status: 0 finished; 1 bad input; 3 finished, but some deliveries ended in an error; 130
     interrupted.
     """
-    from harness.tuning.declaration import parse_duration
+    from harness.tuning.declaration import SIZES, parse_duration
     from navbench.api import tune as api
     from navbench.api.driving import say_notes
     from navbench.api.progress import say
 
     seconds = None if budget is None else parse_duration(budget)
     if resume is not None:
-        refuse_others(context, "is_full", "test_episodes")
-        found = api.resume_tuning(resume, seconds, where, choices["test_episodes"])
+        refuse_others(context, "is_full", *SIZES)
+        more = {name: choices[name] for name in SIZES}
+        found = api.resume_tuning(resume, seconds, where, **more)
     else:
         found = api.tune(budget=seconds, out=out, where=where, **choices)
     if found is None:

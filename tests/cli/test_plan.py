@@ -1,7 +1,9 @@
 """``navbench plan`` on a small map, and the independent check of paths."""
 
+import contextlib
 import json
 import math
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -93,8 +95,19 @@ def test_every_planner_answers_with_a_path_that_touches_nothing(
 
 
 def test_table_picture_and_smoother(
-    capsys: pytest.CaptureFixture[str], room: Path, tmp_path: Path
+    capsys: pytest.CaptureFixture[str],
+    room: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    told: list[str] = []
+
+    @contextlib.contextmanager
+    def counted(what: str, total: int) -> Iterator[Callable[[], None]]:
+        told.append(f"{total} {what}")
+        yield lambda: told.append("one more")
+
+    monkeypatch.setattr("navbench.api.plan.count_shown", counted)
     picture = tmp_path / "plan.png"
     arguments = (
         "--map",
@@ -110,6 +123,7 @@ def test_table_picture_and_smoother(
     )
     assert plan(*arguments, "--smoother", "SimpleSmoother", "--picture", str(picture)) == 0
     shown = capsys.readouterr().out
+    assert told == ["2 planners", "one more", "one more"]
     assert "smoothed by" in shown
     assert all(word in shown for word in ("NavFn", "RRTConnect", "Clearance [m]", str(picture)))
     assert picture.read_bytes().startswith(b"\x89PNG")

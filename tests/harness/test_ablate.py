@@ -124,11 +124,16 @@ def test_an_ablation_is_driven_cut_off_and_driven_on(
     lines = short.splitlines()
     assert status == 0 and len(lines) <= 25
     assert "robot segway_e1" in lines[0] and "map hall" in lines[0]
+    assert "sensors rtk_good" in lines[0]
+    (head,) = (line for line in lines if "Sensors" in line)
+    (gps,) = (line for line in lines if line.startswith("gps "))
+    assert head.endswith("CAPEX ($)") and gps.endswith("13,000") and "lidar + gps" in gps
     assert "parameters from amcl.yaml: gps_ekf" not in short, "no arm has the filter"
     assert lines[-1] == f"page: {out / 'ablation.html'}; next: navbench explain {out}"
     page = (out / "ablation.md").read_text()
     title, answer = page.split("\n\n")[:2]
-    assert title.startswith("# Localizers: nav2-amcl, robot segway_e1, with ground_truth, gps")
+    who = "nav2-amcl, robot segway_e1, sensors rtk_good, with ground_truth, gps"
+    assert title.startswith(f"# Localizers: {who}")
     assert answer.startswith("**ground_truth earned the same as gps on all 2 missions")
     assert "(ablation.png)" in page and "## " in page
     assert (out / "ablation.html").stat().st_size > 50_000
@@ -230,6 +235,16 @@ def test_run_does_not_take_an_ablation_on(
         main(["run", "--resume", str(tmp_path)])
     assert leaving.value.code == 1
     assert "navbench ablate --resume" in capsys.readouterr().err
+
+
+def test_a_run_takes_no_further_deliveries_and_says_which_command_drives_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["navbench", "ablate", "--localizers", "gps,amcl", "--episodes", "2"]
+    (tmp_path / "run.json").write_text(json.dumps({"command": words}))
+    status, out, line = navbench(capsys, "--resume", str(tmp_path), "--episodes", "9")
+    assert (status, out) == (1, "") and "one checksum for all of its deliveries" in line
+    assert line.endswith(": navbench ablate --localizers gps,amcl --episodes 9\n")
 
 
 def test_tables_are_printed_whole() -> None:

@@ -12,6 +12,7 @@ from harness.statistics.betting import bound_at_every_look
 from harness.statistics.interval import Interval
 from harness.storage.run_folder import JOURNAL
 from harness.storage.shipped import shipped
+from harness.study.places import Where
 from navbench.api import check as api
 from tests.rules import short_rules
 
@@ -81,6 +82,11 @@ def test_finished_runs_get_a_verdict_a_document_and_three_replays(write_run, nav
     assert "in time, intact after" in text and "sla" not in text
 
 
+def test_the_localizer_is_that_of_both_sides() -> None:
+    both = api.study_of("nav2-stock", "nav2-gps", Where(workers=1), localizer="gps-ekf")
+    assert [stack.localizer for stack in both.stacks] == ["gps-ekf", "gps-ekf"]
+
+
 def test_a_worse_one_fails_where_asked_to_and_leaves_a_comment(
     write_run,
     navbench,
@@ -111,6 +117,7 @@ def test_runs_that_say_little_are_not_decided_and_say_how_many_more_would(
         (("nav2-stock", "nav2-gsp"), 1, "did you mean 'nav2-gps'"),
         (("nav2-stock", "no/such.yaml"), 1, "no/such.yaml"),
         (("nav2-stock", "nav2-gps", "--within", "-1"), 1, "--within"),
+        (("nav2-stock", "nav2-gps", "--localizer", "gsp"), 1, "did you mean 'gps'"),
         (("nav2-stock", "nav2-gps", "--budget", "soon"), 1, "--budget 'soon' is no duration"),
         (("nav2-stock", "nav2-gps", "--markdown", "comment.txt"), 1, ".md"),
         (("nav2-stock",), 2, "Missing argument"),

@@ -49,11 +49,9 @@ def test_a_difference_is_found_with_sign_interval_and_p(write_run):
     sla = result["differences"]["sla"]
     assert (sla["a"], sla["b"]) == (pytest.approx(26 / 40), 1.0)
     assert sla["p"] == pytest.approx(2 / 2**14, abs=1e-4)  # 14 pairs disagree, all one way
-    small, large = sorted(
-        (sla, result["differences"]["contribution_margin"]), key=lambda each: each["p"]
-    )
-    assert small["p_holm"] == pytest.approx(2 * small["p"])
-    assert large["p_holm"] == pytest.approx(max(2 * small["p"], large["p"]))
+    margin = result["differences"]["contribution_margin"]
+    assert margin["p_holm"] == margin["p"], "it alone decides"
+    assert sla["p_holm"] is None
     assert result["differences"]["revenue"]["value"] == pytest.approx(3.49 * 14 / 40)
 
 
@@ -182,11 +180,10 @@ def test_tables_and_warnings(write_run, capsys):
     better = {
         line.split()[0]: line.split()[-1]
         for line in printed.out.splitlines()
-        if line.startswith(("sla ", "avg_")) and "[" in line
+        if line.startswith(("contribution_margin ", "sla ", "avg_")) and "[" in line
     }
-    assert better["sla"] == "B" and better["avg_runtime_h"] != "B", (
-        "only the family's p is adjusted"
-    )
+    assert better["contribution_margin"] == "B"
+    assert better["sla"] != "B" and better["avg_runtime_h"] != "B", "the margin alone decides"
     table = [line for line in printed.out.splitlines() if line.startswith(("avg", "sla", "opex"))]
     assert table and max(map(len, table)) <= 120
     command.compare.callback(str(first), str(second), (), is_full=True, as_json=True)

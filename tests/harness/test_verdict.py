@@ -133,8 +133,11 @@ def test_the_verdict_of_a_comparison_has_the_numbers_of_its_row(write_run):
     (verdict,) = (line for line in lines if "cannot rank" in line)
     (row,) = (line.split() for line in lines if line.startswith("Contribution margin"))
     paired = margin_of(comparison).paired
-    assert f"p {paired.p_holm:.3f} adjusted for 2 metrics" in verdict
+    assert f"missions, p {paired.p:.3f}; about" in verdict, "the margin alone decides"
     assert f"about {paired.needed} missions would decide" in verdict
+    means = Interval(2.0, None, None, 9), Interval(1.0, None, None, 9)
+    (of_run,) = rankings([("good", good, means[0]), ("bad", bad, means[1])])
+    assert of_run.split(": ")[1] == verdict.split(": ")[1], "run and compare have one rule"
     value = paired.difference.value
     assert number_text(value) in row and f"A and B: {number_text(abs(value))} [" in verdict
 
@@ -202,10 +205,10 @@ def test_every_screen_flips_with_the_test(write_run, count, is_significant):
 
 @pytest.mark.parametrize(("count", "better"), [(6, ""), (7, "A")])
 def test_among_two_metrics_a_difference_takes_a_mission_more(write_run, count, better):
-    """Of margin and SLA the better p counts twice (Holm)."""
+    """Of margin and SLA, both asked for, the better p counts twice (Holm)."""
     change = worse_in(count, "physical_assistance")
     good, bad = good_and_bad(write_run("run", ("good", "bad"), 9, change=change, crowd=0.0))
-    comparison = compare(good, bad)
+    comparison = compare(good, bad, [MARGIN, "sla"])
     for key in comparison.family:
         entry = comparison.differences[key]
         assert winner(entry, "A", "B") == better

@@ -195,6 +195,26 @@ def test_in_place_of_a_footprint_that_nav2_cannot_read_the_radius_counts(inspect
     assert radii == pytest.approx((0.4, 0.4), rel=0.02)
 
 
+@pytest.mark.parametrize(
+    ("corners", "is_crossed"),
+    [
+        ("[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]", True),
+        ("[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]", False),
+        ("[0.3, 0.2], [0.3, -0.2], [0.1, 0.0], [-0.3, -0.2], [-0.3, 0.2]", False),
+        ("[0.3, 0.0], [-0.3, 0.2], [-0.3, -0.2]", False),
+    ],
+)
+def test_a_footprint_that_crosses_itself_is_noted_as_nav2_takes_it(inspect, corners, is_crossed):
+    values = f'footprint: "[{corners}]"'
+    nav2 = inspect(f"local_costmap: {{local_costmap: {{ros__parameters: {{{values}}}}}}}")
+    told = [str(each) for each in nav2.notices if each.id == "crossed-footprint"]
+    assert not refusals(nav2)
+    assert told == is_crossed * [
+        f"line 1: local_costmap: footprint: '[{corners}]' crosses itself; Nav2 takes it, and tests "
+        "edges inside the robot; give the corners in order around the robot"
+    ]
+
+
 def test_a_bad_value_names_file_node_and_parameter(inspect):
     nav2 = inspect("controller_server: {ros__parameters: {FollowPath: {max_vel_x: fast}}}")
     with pytest.raises(ParameterError) as error:

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 from typing import Any
 
 from harness.analysis.compare import compare, have_common_missions
-from harness.economics.cost_terms import DOLLARS
+from harness.economics.cost_terms import DOLLARS, MARGIN
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.metric import Metric
 from harness.report.comparison import winner
 from harness.report.page.entries import PageEntry
 from harness.report.texts import OUTCOMES
-from harness.statistics.interval import Interval
+from harness.statistics.interval import Interval, wider
 
 Json = dict[str, Any]
 
@@ -67,6 +67,8 @@ def _comparison(first: PageEntry, second: PageEntry) -> Json:
     for key in order:
         entry = result.differences[key]
         span = entry.paired.difference
+        if key == MARGIN:
+            span = wider(span, result.unseen)
         rows.append(
             {
                 "metric": titles.get(key, key),
@@ -74,7 +76,6 @@ def _comparison(first: PageEntry, second: PageEntry) -> Json:
                 "b": entry.second,
                 "difference": interval_ends(span),
                 "p": entry.paired.p,
-                "pHolm": entry.p_holm,
                 "needed": entry.paired.needed,
                 "better": winner(entry, first.label, second.label),
                 "first": key in FOREMOST,
@@ -86,7 +87,6 @@ def _comparison(first: PageEntry, second: PageEntry) -> Json:
         "pairs": result.pairs,
         "leftOut": list(result.left_out),
         "warnings": result.warnings,
-        "unseen": None if result.unseen is None else interval_ends(result.unseen),
         "rows": rows,
         "alike": len(result.differences) - len(known),
     }

@@ -10,6 +10,7 @@ from harness.economics.prices import Prices
 from harness.economics.valuation import Valuation, deliveries, missions, tells_of_rare, value
 from harness.metrics.columns import Row
 from harness.report.paper_tables import Column, own_column
+from harness.report.short.run import admitting_unseen
 from harness.study.stored_run import StoredRun, StoredStack
 from navstack.errors import InputError
 from navstack.types import FloatArray
@@ -45,8 +46,9 @@ class PageEntry:
 
     @property
     def column(self) -> Column:
-        """Its column of the tables."""
-        return own_column(self.label, self.valuation, len(self.stack.rows))
+        """Its column of the tables, with the margin's interval that screens show."""
+        column = own_column(self.label, self.valuation, len(self.stack.rows))
+        return admitting_unseen(self.run, self.stack, column)
 
     def mean_draws(self) -> FloatArray | None:
         """Bootstrap draws of the mean margin [USD/run].

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from harness.analysis.rare import margin_with_unseen
 from harness.analysis.repricing import FORGIVEN, accounted_margins
 from harness.economics.accountings import AT_FAULT, PUBLISHED
 from harness.economics.cost_terms import COST_LABELS, MARGIN
@@ -70,9 +69,6 @@ def headline(entries: Sequence[PageEntry], known: Accounted) -> Json:
             {
                 **_headline(entry.column, entry),
                 "atFault": interval_ends(each[AT_FAULT]) if AT_FAULT in each else None,
-                "unseen": interval_ends(unseen)
-                if (unseen := margin_with_unseen(entry.run, entry.stack))
-                else None,
             }
             for entry, each in zip(entries, known, strict=True)
         ],

@@ -15,7 +15,7 @@ from harness.economics.prices import Prices
 from harness.economics.rates import RATE_TITLES
 from harness.economics.unseen import margin_admitting_unseen
 from harness.economics.valuation import missions
-from harness.report.ablation import deciding, price_sentence, sentence
+from harness.report.ablation import deciding, investment_of, price_sentence, sentence
 from harness.report.audit import audit_sentence
 from harness.report.blocks import Block, Text
 from harness.report.numbers import count_text, interval_text, number_text
@@ -55,7 +55,7 @@ def short_comparison(comparison: Comparison) -> list[Block]:
             (letter, side, Interval(mean, None, None, comparison.pairs))
             for (letter, side), mean in zip(sides.items(), means, strict=True)
         ]
-        lines += rankings(parties, comparison.family)
+        lines += rankings(parties)
     shown = [key for key in FOREMOST if key in known] if MARGIN in known else list(known)
     titles = metric_titles()
     rows = [(titles.get(key, key), *_cells(comparison, key)) for key in shown if known[key].differs]
@@ -164,8 +164,9 @@ def ablation_setup(ablation: Ablation, folder: Path) -> str:
     """What drove with which localizers, where and among whom: one line."""
     run = load_run(str(folder))
     arms = ", ".join(arm.name for arm in ablation.arms)
-    robot = drivers_of(run)[0].robot
-    return f"{ablation.declaration.stack}, robot {robot}, with {arms}; {where_line(run)}"
+    first = drivers_of(run)[0]
+    who = f"{ablation.declaration.stack}, robot {first.robot}, sensors {first.sensors}"
+    return f"{who}, with {arms}; {where_line(run)}"
 
 
 def ablation_answer(ablation: Ablation) -> list[str]:
@@ -181,7 +182,7 @@ def short_ablation(ablation: Ablation, folder: Path) -> list[Block]:
         folder: of its run.
     """
     lines = [ablation_setup(ablation, folder), *ablation_answer(ablation)]
-    head = [BRACKETS, "Error [m]", "95th pct.", "Margin ($/delivery)", "n", "Sensors"]
+    head = [BRACKETS, "Error [m]", "95th pct.", "Margin ($/delivery)", "n", "Sensors", "CAPEX ($)"]
     margins = {stack.name: margin_with_unseen(ablation.run, stack) for stack in ablation.run.stacks}
     rows = [
         (
@@ -190,7 +191,7 @@ def short_ablation(ablation: Ablation, folder: Path) -> list[Block]:
             number_text(arm.errors["localization_error_p95_m"].value),
             interval_text(margins[arm.name], absent="undefined"),
             str(arm.result.episodes),
-            " + ".join(arm.stack.carries) or "none",
+            *investment_of(arm)[:2],
         )
         for arm in ablation.arms
     ]

@@ -63,7 +63,7 @@ def summary_blocks(run: StoredRun) -> list[Block]:
     columns = [_column(run, stack) for stack in driven]
     lines = [setup_line(run), *verdicts(run, driven, columns)]
     columns = [
-        _admitting_unseen(run, stack, column) for stack, column in zip(driven, columns, strict=True)
+        admitting_unseen(run, stack, column) for stack, column in zip(driven, columns, strict=True)
     ]
     if len(columns) < MANY:
         rows = list(ROWS)
@@ -115,7 +115,7 @@ def _column(run: StoredRun, stack: StoredStack) -> Column:
     return own_column(stack.name, valuation, len(stack.rows))
 
 
-def _admitting_unseen(run: StoredRun, stack: StoredStack, column: Column) -> Column:
+def admitting_unseen(run: StoredRun, stack: StoredStack, column: Column) -> Column:
     """The same with the margin's interval that admits an unseen loss."""
     unseen = margin_with_unseen(run, stack)
     if unseen is None or MARGIN not in column.intervals:

@@ -2,6 +2,7 @@
 
 import re
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,12 +10,13 @@ from harness.economics.cost_terms import MARGIN
 from harness.metrics.columns import Row
 from harness.report.numbers import interval_text
 from harness.report.short.setup import nearest
-from harness.report.verdict import again
+from harness.report.verdict import again, value_of
 from harness.statistics.interval import Interval, fewest_missions
 from harness.storage.manifest_file import read_manifest
 from harness.storage.texts import name_of
 from harness.task.study import EpisodeTask
-from harness.tuning.declaration import MOST_EPISODES, StudyDeclaration, sizes
+from harness.tuning.budget import enough_for
+from harness.tuning.declaration import MOST_EPISODES, StudyDeclaration, parse_duration, sizes
 from harness.tuning.explanation import Explanation
 from harness.tuning.result import StudyResult
 from harness.tuning.search import LEAST_GAIN
@@ -94,6 +96,9 @@ def _unchanged(study: StudyResult, explanation: Explanation) -> Advice:
         f"on its {count} training missions no file can earn {LEAST_GAIN:.2f} USD more; "
         "none was tried."
     )
+    if not study.is_tested and count < USUAL_EPISODES:
+        why = f"{why.removesuffix('.')}, and no unseen mission was driven: search on more."
+        return Advice(OPEN, why, episodes=USUAL_EPISODES)
     room = explanation.room_usd_per_run
     if room is None or not study.is_tested:
         return Advice(KEEP, why)
@@ -134,13 +139,14 @@ def _more(scores: Row, explanation: Explanation, difference: Interval) -> Advice
     return Advice(OPEN, f"{why}; about {more:,d} more test missions would decide.", total)
 
 
-def next_command(advice: Advice, folder: Path, test: str) -> str:
+def next_command(advice: Advice, folder: Path, test: str, pace: float) -> str:
     """The command that comes next: what decides, or else what shows that the decision holds.
 
     Args:
         advice: on the file.
         folder: of the study.
         test: the command that drives the tuned file's test again.
+        pace: wall time [s] that a delivery took.
     """
     if advice.test_episodes is not None:
         words = ["navbench", "tune", "--resume", str(folder)]
@@ -149,8 +155,17 @@ def next_command(advice: Advice, folder: Path, test: str) -> str:
         return test
     repeated = ""
     if advice.episodes is not None:
-        repeated = again(read_manifest(folder).get("command", ()), advice.episodes)
+        command = read_manifest(folder).get("command", ())
+        repeated = again(command, advice.episodes, _budget(command, advice.episodes, pace))
     return repeated or OTHER_SPACES
+
+
+def _budget(command: Sequence[str], episodes: int, pace: float) -> str:
+    """A budget in which a search on so many missions can be driven; empty: it had none."""
+    declared = value_of(command, "--budget")
+    if not declared:
+        return ""
+    return enough_for(episodes, pace, parse_duration(declared))
 
 
 def as_nav2(tuned: str) -> str:

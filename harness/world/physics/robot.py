@@ -6,11 +6,12 @@ from functools import cached_property
 from typing import Annotated
 
 from navstack.errors import ParameterError
-from navstack.geometry import make_footprint
+from navstack.geometry import crosses_itself, make_footprint
 from navstack.ranges import Known, NotNegative, Parameters, up_to, within
 from navstack.types import FloatArray
 
 MAX_CORNERS, MAX_SIZE = 1000, 10.0  # of the footprint, [m] of the body
+MOST_SHOWN = 8  # corners in a complaint
 DIFFERENTIAL, SKID = "differential", "skid"
 # a mass, length, speed, ...; what is larger is no robot
 Size = Annotated[float, up_to(1e5)]
@@ -58,6 +59,11 @@ class RobotParams(Parameters, whose="robot"):
             raise ParameterError(
                 f"robot: footprint has {len(self.footprint)} corners; "
                 f"at most {MAX_CORNERS} are read"
+            )
+        if crosses_itself(self.polygon):
+            raise ParameterError(
+                f"robot: footprint {[list(each) for each in self.footprint[:MOST_SHOWN]]} crosses "
+                "itself; give its corners in order around the robot"
             )
         half_length, half_width = self.half_size
         if not 0.01 <= min(half_length, half_width) <= max(half_length, half_width) <= MAX_SIZE:

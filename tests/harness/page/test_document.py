@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from harness.analysis.compare import Side, compare
+from harness.analysis.rare import margin_with_unseen
 from harness.analysis.repricing import choose, reprice
 from harness.metrics.columns import EVENT_COLUMNS
 from harness.report.page.document import embedded, report_page
@@ -51,6 +53,14 @@ def test_a_report_holds_the_figures_of_its_runs(write_run, record):
     ]
     margin = data["headline"]["stacks"][0]["margin"]
     assert margin["lo"] < margin["v"] < margin["hi"]
+    unseen = margin_with_unseen(run, run.stacks[0])
+    assert (margin["lo"], margin["hi"]) == (unseen.low, unseen.high), "as on a screen"
+    assert "unseen" not in data["headline"]["stacks"][0]
+    first, second = (Side(run, stack) for stack in run.stacks)
+    gap = data["comparisons"][0]["rows"][0]
+    assert gap["metric"].startswith("Contribution margin")
+    admitted = compare(first, second).unseen
+    assert gap["difference"]["lo"] <= admitted.low and gap["difference"]["hi"] >= admitted.high
     assert np.mean(profits) == pytest.approx(margin["v"], abs=1e-3)
     assert data["profit"][0]["sum"][-1] == pytest.approx(sum(profits), abs=0.01)
     steps = data["waterfall"][0]

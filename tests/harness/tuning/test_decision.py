@@ -84,6 +84,11 @@ NOBODY = SimpleNamespace(values={})
             "Keep your file: on its 2 training missions no file can earn 0.50 USD more; none was",
         ),
         (
+            {"incumbent": NOBODY, "trials": (None,), "is_tested": False},
+            "Not decided: on its 2 training missions no file can earn 0.50 USD more; none was "
+            "tried, and no unseen mission was driven: search on more.",
+        ),
+        (
             {"incumbent": NOBODY, "trials": (None,), "room": Interval(0.6, 0.1, 9.0, 40)},
             "Not decided: no other file was tried, as its 2 training missions leave less than 0.50",
         ),
@@ -112,21 +117,41 @@ def test_the_next_command_drives_the_missions_that_would_decide(
     found = advice(**given)
     (more,) = re.findall(r"about (\d+) more", str(found))
     total = int(more) + given.get("difference", GAIN).n
-    following = next_command(found, tmp_path, "again")
+    following = next_command(found, tmp_path, "again", 1.0)
     assert following == f"navbench tune --resume {tmp_path} --test-episodes {total}"
 
 
 def test_a_decided_study_leads_to_its_test_to_other_spaces_or_to_a_larger_search(
     tmp_path: Path,
 ) -> None:
-    assert next_command(advice(), tmp_path, "again") == "again"
+    assert next_command(advice(), tmp_path, "again", 1.0) == "again"
     kept = advice(difference=LOSS, unseen=LOSS)
-    assert next_command(kept, tmp_path, "again") == "navbench list spaces"
+    assert next_command(kept, tmp_path, "again", 1.0) == "navbench list spaces"
     words = ["navbench", "tune", "--stack", "a.yaml", "--episodes", "2", "--out", "there"]
     (tmp_path / "run.json").write_text(json.dumps({"command": words}), encoding="utf-8")
     room = Interval(0.6, 0.1, 9.0, 40)
     futile = advice(incumbent=NOBODY, trials=(None,), room=room)
-    assert next_command(futile, tmp_path, "again") == "navbench tune --stack a.yaml --episodes 32"
+    once_more = "navbench tune --stack a.yaml --episodes 32"
+    assert next_command(futile, tmp_path, "again", 1.0) == once_more
+
+
+@pytest.mark.parametrize(
+    ("given", "pace", "budget"),
+    [
+        (["--budget", "4m"], 3.0, "16m"),  # ten times 32 missions of 3 s
+        (["--budget=4m"], 3.0, "16m"),
+        (["--budget", "1h"], 3.0, "60m"),
+        (["--budget", "4m"], 0.5, "4m"),
+    ],
+)
+def test_the_next_search_has_a_budget_in_which_it_can_be_driven(
+    given: list[str], pace: float, budget: str, tmp_path: Path
+) -> None:
+    words = ["navbench", "tune", "--stack", "a.yaml", *given, "--episodes", "8"]
+    (tmp_path / "run.json").write_text(json.dumps({"command": words}), encoding="utf-8")
+    futile = advice(incumbent=NOBODY, trials=(None,), room=Interval(0.6, 0.1, 9.0, 40))
+    once_more = f"navbench tune --stack a.yaml --episodes 32 --budget {budget}"
+    assert next_command(futile, tmp_path, "again", pace) == once_more
 
 
 def test_a_file_with_a_class_of_this_program_does_not_run_on_nav2_as_it_is() -> None:

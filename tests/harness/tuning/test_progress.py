@@ -33,6 +33,15 @@ class Clock:
 
     elapsed: float = 0.0
     timed: int = 0
+    latest: float = 0.0  # when the last episode ended
+
+    @property
+    def pace(self) -> float:
+        return self.latest / max(self.timed, 1)
+
+    @property
+    def idle(self) -> float:
+        return self.elapsed - self.latest
 
 
 class Known:
@@ -60,6 +69,7 @@ def drive(progress: StudyProgress, clock: Clock, episodes: int) -> None:
     for _ in range(episodes):
         clock.elapsed += 2.0
         clock.timed += 1
+        clock.latest = clock.elapsed
         progress.episode(Candidate("", {}), {})
 
 
@@ -102,10 +112,10 @@ def searched(budget: float | None = None, extra: int = 0) -> tuple[StudyProgress
         (None, 15, 0.0, 2.0 * 10),
         (None, 0, 1.5, 2.0 * (3 * 4 + 10) - 1.5),
         (None, 0, 100.0, 0.0),
-        (30.0, 0, 0.0, 30.0 - 24.0 + 2.0 * 10),
-        (30.0, 0, 1.0, 30.0 - 25.0 + 2.0 * 10 - 1.0),
+        (30.0, 0, 0.0, 30.0 - 24.0),  # the budget ends all of it
+        (30.0, 0, 1.0, 30.0 - 25.0),
         (90.0, 0, 0.0, 2.0 * (3 * 4 + 10)),
-        (20.0, 0, 0.0, 2.0 * 10),
+        (20.0, 0, 0.0, 0.0),
     ],
 )
 def test_time_left(budget: float | None, extra: int, idle: float, left: float) -> None:
@@ -134,17 +144,29 @@ def test_time_left_after_the_search() -> None:
     assert progress.remaining == 0.0
 
 
+def test_where_nothing_was_chosen_the_test_alone_is_left() -> None:
+    progress, clock = searched()
+    progress.begin("test", later=3)
+    drive(progress, clock, 1)
+    assert progress.text == "test: 1 of at most 3 deliveries driven, at most about 4 s left"
+    again = StudyProgress(planned("margin", 4), cast(Any, clock), None, later=10)
+    again.trials, again.best = progress.trials, progress.best
+    again.begin("test")
+    assert again.text == "test: 0 of at most 10 deliveries driven", "they may all be known"
+
+
 def test_nothing_comes_later_unless_said() -> None:
     known, clock = searched()
     clock.timed = 1  # a journal that was read again may hold no more
+    clock.latest = clock.elapsed = 24.0
     assert known.remaining == pytest.approx(24.0 * 22)
     plain = StudyProgress(planned("margin", 4), cast(Any, clock), None)
     plain.trials = known.trials
     assert plain.remaining == pytest.approx(24.0 * 12)
 
 
-def test_a_budget_that_original_and_test_exceed_is_told_while_the_original_drives() -> None:
-    for budget, is_told in ((35.9, True), (36.1, False)):  # 8 and 10 episodes of 2 s
+def test_a_budget_that_the_original_exceeds_is_told_while_it_drives() -> None:
+    for budget, is_told in ((15.9, True), (16.1, False)):  # 8 episodes of 2 s
         progress, clock = begun(budget=budget)
         drive(progress, clock, 3)
         assert "budget" not in progress.text, "the pace is not known yet"

@@ -25,6 +25,7 @@ from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows
 from harness.study.stored_run import load_run
 from harness.task.study import EpisodeTask, RandomStreams, make_study
+from harness.tuning.budget import Budget
 from harness.tuning.declaration import StudyDeclaration, parse_duration, sizes
 from harness.tuning.evaluation import (
     FIRST_TEST,
@@ -42,11 +43,11 @@ from harness.tuning.search import Plan, Search
 from harness.tuning.space.file import OF_TRIAL
 from harness.tuning.stack_evaluator import StackEvaluator, margin_of
 from harness.tuning.study import (
+    has_begun,
     load_tuning,
     notes_after_search,
     notes_before,
     run_search,
-    within_budget,
 )
 from navbench.cli.app import main
 from navstack.errors import InputError, ParameterError
@@ -175,19 +176,6 @@ def test_budgets() -> None:
     for text in ("", "0s", "30", "half an hour", "-5m"):
         with pytest.raises(InputError, match="--budget"):
             parse_duration(text)
-
-
-def test_budget_leaves_time_for_the_test_and_lets_what_was_begun_go_on(tmp_path: Path) -> None:
-    now = [0.0]
-    row = {"stack": "a", "outcome": "sla", EVENTS: []}
-    with Journal(tmp_path, clock=lambda: now[0]) as journal:
-        journal.add(ORIGINAL, 0, row)
-        now[0] = 10.0  # [s] for one episode
-        may_begin = within_budget(100.0, 4, journal)  # two episodes of each file: 40 s
-        assert may_begin(OTHER, (0,))
-        now[0] = 55.0  # reserve: 220 s, but half of the budget at most
-        assert not may_begin(OTHER, (0,)) and may_begin(ORIGINAL, (0, 1))
-        assert within_budget(None, 4, journal)(OTHER, (0,))
 
 
 @pytest.mark.parametrize(
@@ -356,7 +344,7 @@ def test_a_lost_delivery_of_a_trial_that_others_followed_stays_lost(tmp_path: Pa
         assert journal.get(OTHER, FIRST_TEST) is None and journal.get(last, 1) is None, (
             "these are driven again"
         )
-        assert within_budget(0.0, 0, journal)(OTHER, (0,)), "it has begun before"
+        assert has_begun(journal, OTHER, (0,)), "it has begun before"
 
 
 def test_a_text_that_is_not_utf_8_does_not_lock_a_study(tmp_path: Path) -> None:
@@ -381,7 +369,7 @@ def test_a_trial_that_no_file_can_have_is_gone_through_again(
         rows(tmp_path, task, [(bad, [2, 0])])
     rows(tmp_path, task, [(OTHER, [0])])
     with Journal(tmp_path, searched=4) as journal:
-        assert within_budget(0.0, 0, journal)(bad, (2, 0)) and journal.errors == []
+        assert has_begun(journal, bad, (2, 0)) and journal.errors == []
         known = [journal.get(bad, mission) or {} for mission in (2, 0)]
         assert all("at most 100,000 are allowed" in row["error"] for row in known), (
             "nothing is added the next time"
@@ -420,22 +408,25 @@ def test_notes_tell_what_one_might_not_expect() -> None:
     ("driven", "is_exhausted", "budget", "elapsed", "told"),
     [
         (9, False, None, 50.0, []),
-        (9, False, 100.0, 40.0, []),
+        (9, False, 100.0, 10.0, []),
         (
             9,
             False,
             100.0,
             50.0,
-            ["note: the 20 deliveries of final choice and test may take 10 s longer"],
+            ["note: the budget lasts for about 9 of the 20 deliveries of final choice and test;"],
         ),
-        (7, False, 100.0, 40.0, ["the budget of 100 s cut off 2 of 9 trials; --resume"]),
-        (7, True, 100.0, 40.0, ["after 7 of 9 trials there is no further point"]),
+        (7, False, 100.0, 10.0, ["the budget of 100 s cut off 2 of 9 trials; --resume"]),
+        (7, True, 100.0, 10.0, ["after 7 of 9 trials there is no further point"]),
         (
             9,
             True,
             100.0,
             70.0,
-            ["after 9 of 9 trials there is no further point", "note: the 20 deliveries"],
+            [
+                "after 9 of 9 trials there is no further point",
+                "note: the budget lasts for about 2 ",
+            ],
         ),
     ],
 )
@@ -447,16 +438,14 @@ def test_notes_after_the_search(
     told: list[str],
 ) -> None:
     """Twenty deliveries of 3 s follow."""
-    study: Any = SimpleNamespace(
-        declaration=SimpleNamespace(trials=9, budget=budget), episodes_after_search=20
-    )
+    study: Any = SimpleNamespace(declaration=SimpleNamespace(trials=9), episodes_after_search=20)
     search: Any = SimpleNamespace(
         trials=[None] * (driven + 1),
         is_exhausted=is_exhausted,
         is_futile=False,
     )
     journal: Any = SimpleNamespace(pace=3.0, elapsed=elapsed)
-    notes = notes_after_search(study, search, journal)
+    notes = notes_after_search(study, search, journal, Budget(budget, journal))
     assert [note.startswith(begin) for note, begin in zip(notes, told, strict=True)] == [
         True
     ] * len(told)
@@ -492,8 +481,9 @@ def test_a_search_that_can_gain_nothing_or_is_over_drives_no_further_trial(
     study: Any = SimpleNamespace(
         plan=plan,
         make_sampler=lambda: make_sampler("random", SPACE, 5, 5, 1),
-        declaration=SimpleNamespace(budget=None, trials=5),
+        declaration=SimpleNamespace(trials=5),
         episodes_after_search=0,
+        ended_after=begun if is_over else None,
     )
     world = Earning()
     world.usd = usd
@@ -507,8 +497,9 @@ def test_a_search_that_can_gain_nothing_or_is_over_drives_no_further_trial(
         whole.run()
         for trial in whole.trials[1 : 1 + begun]:
             journal.add(trial.candidate, 0, {"stack": "a", "outcome": "sla", EVENTS: []})
-        found = run_search(study, world, journal, on_trial, is_over)
-        notes = notes_after_search(study, found, journal)
+        budget = Budget(None, journal)
+        found = run_search(study, world, journal, on_trial, budget)
+        notes = notes_after_search(study, found, journal, budget)
     assert told == ["original", *(f"trial-{number}" for number in range(1, driven + 1))]
     stops = "the search stops: on its 4 training missions no file can earn 0.50 USD more than yours"
     assert notes == ([stops] if not driven else [])
@@ -520,8 +511,9 @@ def test_a_test_stays_as_long_as_it_was_driven(tmp_path: Path) -> None:
         for candidate, count in ((ORIGINAL, 9), (OTHER, 7)):
             for number in range(count):
                 journal.add(candidate, FIRST_TEST + number, row)
-        assert journal.tested((ORIGINAL, OTHER)) == 7
-        assert journal.tested((ORIGINAL, Candidate("new", {"a": 1.0}))) == 0
+        assert journal.driven((ORIGINAL, OTHER)) == 7
+        assert journal.driven((ORIGINAL, Candidate("new", {"a": 1.0}))) == 0
+        assert journal.driven([ORIGINAL], FIRST_TEST + 2) == 7
 
 
 def test_a_folder_without_a_declaration_is_no_tuning_study(tmp_path: Path) -> None:
@@ -529,11 +521,11 @@ def test_a_folder_without_a_declaration_is_no_tuning_study(tmp_path: Path) -> No
     with pytest.raises(
         InputError, match=r"is no tuning study: params/tuning\.yaml is missing; use navbench run"
     ):
-        load_tuning(tmp_path, nothing, None)
+        load_tuning(tmp_path, nothing)
     (tmp_path / "params").mkdir()
     (tmp_path / "params" / TUNING).write_text("speed: 3\n")
     with pytest.raises(InputError, match="unknown key 'speed'"):
-        load_tuning(tmp_path, nothing, None)
+        load_tuning(tmp_path, nothing)
 
 
 def test_a_tuning_study_is_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -108,7 +108,9 @@ def test_a_truncated_file_is_used_as_far_as_it_goes(tmp_path: Path) -> None:
 def test_repeated_stamps_and_gaps_leave_rows_in_order(tmp_path: Path) -> None:
     entries = [entry for entry in straight() if not 3.0 < entry.stamp - START < 4.0]
     bag = drives.write_mcap(tmp_path / "drive.mcap", sorted(entries * 2, key=lambda e: e.stamp))
-    log = read_log(LogRequest((bag,)), lambda _: None)
+    shares: list[float] = []
+    log = read_log(LogRequest((bag,)), lambda _: None, shares.append)
+    assert shares == sorted(shares) and 0.9 < shares[-1] <= 1.0, "progress hears of each message"
     assert len(log.odometry) == len(entries)
     assert (np.diff(log.odometry[:, 0]) > 0.0).all()
 

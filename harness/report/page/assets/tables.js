@@ -44,12 +44,11 @@ function comparisonTable(pair) {
     h('td', { class: 'n' }, figures(each.difference.v), isNumber(each.difference.lo) &&
       h('span', { class: 'span' }, `${figures(each.difference.lo)} to ${figures(each.difference.hi)}`)),
     h('td', {}, forest(each.difference)), h('td', { class: 'n' }, each.p < .001 ? '< 0.001' : num(each.p, 3)),
-    h('td', { class: 'n' }, each.pHolm === null ? '--' : each.pHolm < .001 ? '< 0.001' : num(each.pHolm, 3)),
     h('td', {}, each.better && h('strong', {}, each.better)), h('td', { class: 'n' }, num(each.needed)));
   const table = rows => scroller(`${pair.b} against ${pair.a}`, h('table', { class: 'wide' }, h('thead', {}, h('tr', {},
     h('th', { scope: 'col' }, `${num(pair.pairs)} common missions`),
     [pair.a, pair.b, 'difference'].map(name => h('th', { scope: 'col', class: 'n' }, name)),
-    h('th', { scope: 'col' }, '95 % interval'), ['p', 'p (Holm)'].map(name => h('th', { scope: 'col', class: 'n' }, name)), h('th', { scope: 'col' }, 'better'),
+    h('th', { scope: 'col' }, '95 % interval'), h('th', { scope: 'col', class: 'n' }, 'p'), h('th', { scope: 'col' }, 'better'),
     h('th', { scope: 'col', class: 'n' }, 'needed'))),
   h('tbody', {}, rows.map(row))));
   const first = pair.rows.filter(each => each.first), more = pair.rows.filter(each => !each.first);
@@ -57,10 +56,9 @@ function comparisonTable(pair) {
   return [
     pair.warnings.map(text => h('p', { class: 'note loss' }, `Not comparable: ${text}`)),
     first.length ? table(first) : h('p', { class: 'note' }, 'Alike on every mission in the foremost metrics.'),
-    pair.unseen && h('p', { class: 'note' }, `Contribution margin, if an unseen loss is admitted: ${usd(pair.unseen.v)}, ${span(pair.unseen, usd)}.`),
     more.length > 0 && h('details', {}, h('summary', {}, `${more.length} further metrics that differ`), table(more)),
     h('p', { class: 'note' }, `Differences mission by mission (${pair.b} minus ${pair.a}); intervals: the means that the test of p does not reject; `
-      + `p by sign flips, and adjusted (Holm) for margin and deliveries in time; ${pair.alike} metrics are alike on every mission. `
+      + `of the margin they admit an unseen loss; p by sign flips: the margin's decides, the others are for looking only; ${pair.alike} metrics are alike on every mission. `
       + 'Needed: missions that resolve a difference as large as the one observed (power 0.8).'
       + (left ? ` ${left} deliveries have no partner and are left out.` : '')),
   ].flat().filter(Boolean);
