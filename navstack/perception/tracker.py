@@ -74,10 +74,13 @@ class Tracker:
         if self._stamp is not None:
             if scan.stamp <= self._stamp:
                 return
-            self._filter.predict(scan.stamp - self._stamp)
+            if len(self._ids):
+                self._filter.predict(scan.stamp - self._stamp)
         self._stamp = scan.stamp
         self._map_to_odom = compose(in_map, relative_to(in_odom, Pose2D()))
         places, variances = self._measure(scan, in_map, in_odom, covariance)
+        if not len(places) and not len(self._ids):  # three of four scans
+            return
         bodies, groups = self._assign(places, variances)
         self._filter.update(bodies, places[groups], variances[groups])
         self._hits[bodies] += 1
