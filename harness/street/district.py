@@ -106,7 +106,7 @@ def _cells(length: float) -> int:
 
 def has_room(district: District, window: Rect) -> bool:
     """Whether enough of a window is walkable for a map."""
-    return bool(_clipped(district.ground.walkable, window).area >= _LEAST_WALKABLE)
+    return bool(clipped(district.ground.walkable, window).area >= _LEAST_WALKABLE)
 
 
 def scene_of(district: District, window: Rect, name: str) -> Scene:
@@ -165,12 +165,17 @@ def _zones(district: District, window: Rect) -> list[Zone]:
     return [
         Zone(kind, corners, height)
         for kind, shape, height in district.uses
-        for corners in _simple_parts(_clipped(shape, window))
+        for corners in _simple_parts(clipped(shape, window))
     ]
 
 
-def _clipped(shape: shapely.Geometry, window: Rect) -> shapely.Geometry:
-    return shapely.clip_by_rect(shape, window.x0, window.y0, window.x1, window.y1)
+def clipped(shape: shapely.Geometry, window: Rect) -> shapely.Geometry:
+    """The part of an area in a window [m]."""
+    try:
+        return shapely.clip_by_rect(shape, window.x0, window.y0, window.x1, window.y1)
+    except shapely.GEOSException:  # it fails where only a sliver would be left, but is far quicker
+        box = shapely.box(window.x0, window.y0, window.x1, window.y1)
+        return shapely.intersection(shape, box)
 
 
 def _simple_parts(shape: shapely.Geometry) -> list[FloatArray]:
@@ -179,7 +184,7 @@ def _simple_parts(shape: shapely.Geometry) -> list[FloatArray]:
     waiting = shapely.get_parts(shape).tolist()
     while waiting:
         part = shapely.set_precision(waiting.pop(), _GRID)  # valid when it is written
-        if part.geom_type == "MultiPolygon":
+        if part.geom_type in ("MultiPolygon", "GeometryCollection"):
             waiting += shapely.get_parts(part).tolist()
         elif part.geom_type != "Polygon":
             continue

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
+from harness.street.crossings import more_crossings
 from harness.street.links import links_between, without_medians
 from harness.street.osm_file import Extract, MappedThing
 from harness.street.rules import RULES, carriageway_width, tagged_length, walk_kind, walk_width
@@ -14,7 +15,6 @@ from harness.street.walks import (
     Walk,
     drawn_walks,
     is_open,
-    more_crossings,
     side_walks,
     streets_of,
 )

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 _LENGTH = re.compile(r"\s*(\d+(?:\.\d+)?)\s*m?\s*")
+_FEET = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(?:ft|'(?:\s*(\d+(?:\.\d+)?)\")?)\s*")
+_FOOT, _INCH = 0.3048, 0.0254  # [m]
 LEAST_WIDTH, MOST_WIDTH = 0.3, 60.0  # [m] of a way's tag that is believed
 
 
@@ -34,10 +36,14 @@ RULES = _load()
 
 def tagged_length(tags: dict[str, str], key: str) -> float | None:
     """A length in [m] that a tag gives; None: there is none, or none that is believed."""
-    found = _LENGTH.fullmatch(tags.get(key, ""))
-    if found is None:
+    text = tags.get(key, "")
+    metres, feet = _LENGTH.fullmatch(text), _FEET.fullmatch(text)
+    if metres is not None:
+        length = float(metres[1])
+    elif feet is not None:
+        length = _FOOT * float(feet[1]) + _INCH * float(feet[2] or 0.0)
+    else:
         return None
-    length = float(found[1])
     if not LEAST_WIDTH <= length <= MOST_WIDTH:
         return None
     return length

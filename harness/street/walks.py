@@ -1,6 +1,5 @@
-"""Lines along which people walk: drawn ways, sides of streets, and crossings between them."""
+"""Lines along which people walk: drawn ways and sides of streets."""
 
-from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -20,7 +19,7 @@ from harness.street.rules import (
 
 # [m] of a side of a street that is filled in, or is not, as a whole
 _CHUNK = 20.0
-_BESIDE = 6.0  # [m] a drawn way as near as this to a side of a street is its sidewalk
+BESIDE = 6.0  # [m] a drawn way as near as this to a side of a street is its sidewalk
 _LEAST_CHUNK = 3.0  # [m]
 _SAMPLES = 5  # points of a chunk that are looked at
 _RAISED = ("raised", "regular")  # kerb= of a step
@@ -81,7 +80,7 @@ def drawn_walks(extract: Extract) -> list[Walk]:
         width, has_width = walk_width(thing.tags, kind)
         signals, step = False, False
         if kind == "crossing":
-            signals, step = _crossing_tags(thing, at_node)
+            signals, step = crossing_tags(thing, at_node)
         walk = Walk(kind, thing.geometry, width, "drawn", has_width, signals, step)
         found.append(walk)
     return found
@@ -94,7 +93,7 @@ def is_open(tags: dict[str, str]) -> bool:
     return tags.get("access") not in ("private", "no") and tags.get("foot") not in ("no", "private")
 
 
-def _crossing_tags(thing: MappedThing, at_node: dict[int, dict[str, str]]) -> tuple[bool, bool]:
+def crossing_tags(thing: MappedThing, at_node: dict[int, dict[str, str]]) -> tuple[bool, bool]:
     """Whether a crossing has signals, and whether its kerbs are steps."""
     tags = [thing.tags, *(at_node[node] for node in thing.nodes if node in at_node)]
     has_signals = any(each.get("crossing") == "traffic_signals" for each in tags)
@@ -137,7 +136,7 @@ def _is_drawn(chunk: shapely.Geometry, tree: shapely.STRtree) -> bool:
     """Whether most of a part of a street's side has a drawn way beside it."""
     along = np.linspace(0.1, 0.9, _SAMPLES)
     points = shapely.line_interpolate_point(chunk, along, normalized=True)
-    near, _ = tree.query(points, predicate="dwithin", distance=_BESIDE)
+    near, _ = tree.query(points, predicate="dwithin", distance=BESIDE)
     return bool(len(np.unique(near)) > _SAMPLES // 2)
 
 
@@ -155,96 +154,3 @@ def _chunks(line: shapely.Geometry) -> Iterator[shapely.Geometry]:
         step = part.length / count
         for number in range(count):
             yield substring(part, number * step, (number + 1) * step)
-
-
-def more_crossings(
-    extract: Extract, streets: list[Street], walks: list[Walk], sides: list[Walk]
-) -> list[Walk]:
-    """Crossings that are drawn as a node of a street only, and those that the rules fill in.
-
-    A filled one lies at each arm of a junction that has filled sidewalks and no crossing near.
-    """
-    on_walks = [walk.line for walk in walks if walk.kind == "crossing"]
-    marked = [
-        point
-        for point in extract.points
-        if point.tags.get("highway") == "crossing" and point.tags.get("crossing") != "no"
-    ]
-    lines = shapely.union_all([walk.line for walk in walks])
-    by_node: dict[int, list[Street]] = defaultdict(list)
-    for street in streets:
-        for node in set(street.nodes):
-            by_node[node].append(street)
-    found = []
-    for point in marked:
-        across = by_node.get(point.nodes[0], [])
-        if across and not shapely.dwithin(lines, point.geometry, 1.0):
-            signals, step = _crossing_tags(point, {})
-            line = _across(across[0], across[0].line.project(point.geometry))
-            found.append(_crossing(line, "drawn", signals, step))
-    known = shapely.union_all([*on_walks, *(walk.line for walk in found)])
-    return found + _filled_crossings(streets, sides, known)
-
-
-def _filled_crossings(
-    streets: list[Street], sides: list[Walk], known: shapely.Geometry
-) -> list[Walk]:
-    filled = shapely.union_all([walk.line for walk in sides])
-    arms = Counter(node for street in streets for node in _arms(street.nodes))
-    widest: dict[int, float] = defaultdict(float)
-    for street in streets:
-        for node in street.nodes:
-            widest[node] = max(widest[node], street.width)
-    found: list[Walk] = []
-    for street in streets:
-        for node, start, direction in _directions(street):
-            if arms[node] < 3:
-                continue
-            away = 0.5 * widest[node] + RULES.street["crossing_setback"]
-            along = start + direction * away
-            if not 1.0 <= along <= street.line.length - 1.0:
-                continue
-            place = street.line.interpolate(along)
-            reach = RULES.street["crossing_reach"]
-            if shapely.dwithin(known, place, reach) or not shapely.dwithin(filled, place, 10.0):
-                continue
-            if any(shapely.dwithin(walk.line, place, 0.5 * away) for walk in found):
-                continue
-            line = _across(street, along)
-            found.append(_crossing(line, "rule", False, False))
-    return found
-
-
-def _arms(nodes: tuple[int, ...]) -> Iterator[int]:
-    """Each node of a way, twice where the way goes on."""
-    yield from nodes
-    yield from nodes[1:-1]
-
-
-def _directions(street: Street) -> Iterator[tuple[int, float, float]]:
-    """Each node of a way: its number, its place along the way [m], and where the way leads on.
-
-    That is 1 towards the way's end, -1 towards its begin.
-    """
-    corners = shapely.get_coordinates(street.line)
-    steps = np.hypot(*np.diff(corners, axis=0).T)
-    along = np.concatenate(((0.0,), np.cumsum(steps)))
-    for node, place in zip(street.nodes, along.tolist(), strict=True):
-        yield node, place, 1.0
-        yield node, place, -1.0
-
-
-def _across(street: Street, along: float) -> shapely.Geometry:
-    """A line over a street, from the middle of one sidewalk to that of the other [m]."""
-    half = 0.5 * street.width + 0.5 * RULES.walk_widths["sidewalk"]
-    before = shapely.get_coordinates(street.line.interpolate(max(along - 1.0, 0.0)))[0]
-    after = shapely.get_coordinates(street.line.interpolate(along + 1.0))[0]
-    middle = shapely.get_coordinates(street.line.interpolate(along))[0]
-    direction = (after - before) / max(float(np.hypot(*(after - before))), 1e-9)
-    normal = np.array((-direction[1], direction[0]))
-    return shapely.LineString((middle - half * normal, middle + half * normal))
-
-
-def _crossing(line: shapely.Geometry, source: str, signals: bool, step: bool) -> Walk:
-    width = RULES.walk_widths["crossing"]
-    return Walk("crossing", line, width, source, False, signals, step)

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 import shapely
 
-from harness.street.district import District, build_district, scene_of, windows_of
+from harness.street.district import District, build_district, clipped, scene_of, windows_of
 from harness.street.ground import lay_ground
 from harness.street.osm_file import CREDIT, GeoBox, read_extract
 from harness.street.raster import cells_of
+from harness.street.rules import tagged_length
 from harness.world.map.scene_io import load_scene
 from harness.world.map.shapes import Rect
 from navbench.cli.app import main
@@ -64,6 +65,66 @@ def test_a_width_that_is_tagged_counts(tmp_path: Path) -> None:
     town.way((0, 50), (200, 50), highway="footway", width="3.2 m")
     ground = district_of(town, tmp_path).ground
     assert shapely.clip_by_rect(ground.walkable, 99, 0, 101, 200).area == pytest.approx(6.4, 0.02)
+
+
+@pytest.mark.parametrize(
+    ("text", "metres"),
+    [("3", 3.0), ("3.5 m", 3.5), ("8'", 2.4384), ("7'6\"", 2.286), ("10 ft", 3.048)],
+)
+def test_a_length_may_be_in_metres_or_feet(text: str, metres: float) -> None:
+    assert tagged_length({"width": text}, "width") == pytest.approx(metres)
+
+
+@pytest.mark.parametrize("text", ["", "wide", "7'6", "2;3", "-2", "0.1", "1e3"])
+def test_a_length_that_is_none_is_not_believed(text: str) -> None:
+    assert tagged_length({"width": text}, "width") is None
+
+
+@pytest.mark.parametrize("has_signals", [False, True])
+def test_sidewalks_drawn_beside_streets_are_joined_at_junctions(
+    tmp_path: Path, has_signals: bool
+) -> None:
+    town = Town()
+    town.way((0, 100), (100, 100), (200, 100), highway="residential", sidewalk="separate")
+    town.way((100, 0), (100, 100), (100, 200), highway="residential", sidewalk="separate")
+    if has_signals:
+        town.node((100, 100), highway="traffic_signals")
+    for x in (-1, 1):
+        for y in (-1, 1):
+            corner = (100 + 7 * x, 100 + 7 * y)
+            ends = (100 + 95 * x, corner[1]), corner, (corner[0], 100 + 95 * y)
+            town.way(*ends, highway="footway", footway="sidewalk")
+    ground = district_of(town, tmp_path).ground
+    crossings = [walk for walk in ground.walks if walk.kind == "crossing"]
+    assert len(crossings) == 4  # one for each arm
+    assert all(walk.has_signals is has_signals for walk in crossings)
+    assert shapely.get_num_geometries(ground.walkable) == 1
+
+
+def test_a_crossing_mapped_in_the_middle_of_a_junction_is_one_for_each_arm(tmp_path: Path) -> None:
+    town = Town()
+    town.way((0, 100), (100, 100), (200, 100), highway="residential", sidewalk="both")
+    town.way((100, 0), (100, 100), (100, 200), highway="residential", sidewalk="both")
+    town.node((100, 100), highway="crossing", crossing="traffic_signals")
+    walks = district_of(town, tmp_path).ground.walks
+    crossings = [walk for walk in walks if walk.kind == "crossing"]
+    assert len(crossings) == 4
+    assert all(walk.has_signals for walk in crossings)
+    assert all(shapely.distance(walk.line, shapely.Point(100.0, 100.0)) > 4.0 for walk in crossings)
+
+
+def test_a_window_that_cuts_off_the_tip_of_a_spike_has_its_part() -> None:
+    window = Rect(200.0, 200.0, 400.0, 360.0)
+    spike = (
+        (402.9406306506378, 308.6216015314235),
+        (399.42240952796857, 308.62121621825787),
+        (402.94065968548745, 308.62160153460337),
+    )
+    outline = ((402.935, 360.013), (405.745, 360.013), (405.766, 168.287), (402.956, 168.287))
+    road = shapely.Polygon((*outline, *spike))
+    with pytest.raises(shapely.GEOSException):  # or the case is no longer worth a test
+        shapely.clip_by_rect(road, 200.0, 200.0, 400.0, 360.0)
+    assert clipped(road, window).area < 1e-3
 
 
 def test_what_a_street_does_not_say_is_filled_in_from_the_seed(tmp_path: Path) -> None:
