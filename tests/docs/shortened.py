@@ -13,7 +13,7 @@ AT_MOST = {
         "--final-episodes": 1,
         "--finalists": 1,
     },
-    **{"--waterfall": 0, "--time": 0.2, "--samples": 10, "--event": 1, "--nworkers": 1},
+    **{"--waterfall": 0, "--time": 0.2, "--samples": 10, "--event": 1},
 }
 DELIVERIES_OF = {"tune": {"--episodes": 2}}  # a search needs two missions
 
@@ -119,6 +119,10 @@ NOT_EXECUTED = {
     r"navbench (tune --stack my_robot_nav2.yaml .*|ablate --(sensors \w+|inject \S+) --episodes 200)": Reason(
         "the like is executed on a page of its own",
         "tests/docs/test_commands.py::test_commands_of_a_page_work_one_after_the_other",
+    ),
+    r"dask (scheduler|worker) .*|navbench run .* --executor dask .*": Reason(
+        "a cluster is other processes",
+        "tests/execution/test_dask_execution.py::test_studies_of_every_kind_have_the_rows_of_local_ones",
     ),
     r"navbench suite barn .*": Reason(
         "needs the challenge's worlds", "tests/study/test_barn.py::test_a_stack_drives_the_worlds"
