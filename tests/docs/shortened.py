@@ -13,7 +13,7 @@ AT_MOST = {
         "--final-episodes": 1,
         "--finalists": 1,
     },
-    **{"--waterfall": 0, "--time": 0.2, "--samples": 10, "--event": 1, "--nworkers": 1},
+    **{"--waterfall": 0, "--time": 0.2, "--samples": 10, "--event": 1},
 }
 DELIVERIES_OF = {"tune": {"--episodes": 2}}  # a search needs two missions
 
@@ -119,6 +119,22 @@ NOT_EXECUTED = {
     r"navbench (tune --stack my_robot_nav2.yaml .*|ablate --(sensors \w+|inject \S+) --episodes 200)": Reason(
         "the like is executed on a page of its own",
         "tests/docs/test_commands.py::test_commands_of_a_page_work_one_after_the_other",
+    ),
+    r"navbench ablate --localizers \S+ --inject .*": Reason(
+        "each half is executed on the same page",
+        "tests/harness/test_ablate.py::test_an_ablation_is_driven_cut_off_and_driven_on",
+    ),
+    r"navbench map new .*|navbench run --map my_maps/my_town.yaml .*": Reason(
+        "a town takes ten seconds to make",
+        "tests/maps/test_cli_map.py::test_the_shipped_world_is_the_one_that_the_command_makes",
+    ),
+    r"navbench map import .*|navbench run --map my_maps/imported.yaml .*": Reason(
+        "it imports that town",
+        "tests/maps/test_map_import.py::test_the_command_makes_a_map_that_can_be_driven_on",
+    ),
+    r"dask (scheduler|worker) .*|navbench run .* --executor dask .*": Reason(
+        "a cluster is other processes",
+        "tests/execution/test_dask_execution.py::test_studies_of_every_kind_have_the_rows_of_local_ones",
     ),
     r"navbench suite barn .*": Reason(
         "needs the challenge's worlds", "tests/study/test_barn.py::test_a_stack_drives_the_worlds"

@@ -23,7 +23,6 @@ from navbench.cli.app import app, main
 from tools.parity.__main__ import parity
 
 from .blocks import LANGUAGES, PAGES, ROOT, Block, Command, blocks_of, commands_of, inline_commands
-from .cluster import Cluster
 from .given import (
     GIVEN,
     drive_runs,
@@ -46,6 +45,7 @@ COMMANDS = {
 INLINE = {page: inline_commands(page) for page in PAGES}
 # page -> file of which its yaml without a name is a part
 SNIPPETS = {"add_a_critic.md": "comfort.yaml"}
+NO_DASK = "the package distributed (extra 'dask') is not installed"
 PLACEHOLDER = re.compile(r"\[|\.\.\.|…|^[A-Z_]{2,}(:\w+)?$")
 
 
@@ -70,13 +70,6 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.setenv("NAVSTACK_GOLDEN", str(tmp_path / "my_vectors"))
     yield tmp_path
     forget_installed(tmp_path)
-
-
-@pytest.fixture
-def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    """What a page starts in the background."""
-    with Cluster(tmp_path_factory.mktemp("cluster")) as cluster:
-        yield cluster
 
 
 @pytest.mark.parametrize("page", PAGES, ids=names(PAGES))
@@ -104,9 +97,7 @@ DRIVEN = [page for page in PAGES if runnable(page)]
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", DRIVEN, ids=names(DRIVEN))
-def test_commands_of_a_page_work_one_after_the_other(
-    page: Path, runs: Path, place: Path, cluster: Cluster
-) -> None:
+def test_commands_of_a_page_work_one_after_the_other(page: Path, runs: Path, place: Path) -> None:
     forget()
     executed = 0
     furnish(place, runs, GIVEN.get(page.name, ()))
@@ -116,14 +107,14 @@ def test_commands_of_a_page_work_one_after_the_other(
     for block in BLOCKS[page]:
         if block.language == "sh":
             for command in commands_of(block):
-                executed += execute(command, place, cluster)
+                executed += execute(command, place)
         elif block.language == "yaml" and not block.file and page.name in SNIPPETS:
             merge(block, place / SNIPPETS[page.name])
             forget()
     assert executed == len(runnable(page))
 
 
-def execute(command: Command, place: Path, cluster: Cluster) -> bool:
+def execute(command: Command, place: Path) -> bool:
     """Execute a command, unless shortened.py says why not.
 
     Returns whether it was executed, and ended well.
@@ -135,14 +126,12 @@ def execute(command: Command, place: Path, cluster: Cluster) -> bool:
     match command.words:
         case ("navbench", *_):
             wait_for_a_new_second(place / "results")
-            words = cluster.here(tuple(shortened(command.words)))
+            words = shortened(command.words)
             assert status_of(words) == 0, f"{command.block.where}: {command} (as {' '.join(words)})"
         case ("cp", source, target):
             shutil.copy(place / source, place / target)
         case ("pip", "install", package) if package.startswith("./"):
             install(place / package)
-        case ("dask", "scheduler" | "worker", *_):
-            cluster.start(command.words)
         case ("python", "-m", "tools.parity", *words):
             with pytest.raises(SystemExit) as ended:
                 main(words, program=parity)
@@ -177,6 +166,9 @@ def test_the_program_knows_every_option(
         match command.words:
             case ("navbench", *words):
                 parse(words, command.block.where)
+            case ("dask", name, *words):
+                dask = pytest.importorskip(f"distributed.cli.dask_{name}", reason=NO_DASK)
+                dask.main.make_context(name, list(words))
             case ("python", "-m", module, *words):
                 known_to(module, words, command.block.where)
             case ("python", script, *_):
@@ -294,7 +286,7 @@ def test_what_the_program_does_not_know_fails(line: str) -> None:
         parse(line.split()[1:], line)
 
 
-def test_a_new_command_that_is_in_no_list_fails(tmp_path: Path, cluster: Cluster) -> None:
+def test_a_new_command_that_is_in_no_list_fails(tmp_path: Path) -> None:
     block = Block(ROOT / "README.md", 1, "sh", "rm -r results\n", "")
     with pytest.raises(pytest.fail.Exception, match="neither executed nor listed"):
-        execute(commands_of(block)[0], tmp_path, cluster)
+        execute(commands_of(block)[0], tmp_path)

@@ -1,15 +1,14 @@
 """A stranger's walk: add a cost term, in a copy of the tree, and find it wherever money is shown."""
 
 import json
-import os
 import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
+from navbench.cli.app import main
+
 from .blocks import ROOT
+from .test_walks import Walk
 
 RUN = f"{ROOT / 'results' / 'baseline' / 'controllers'}:nav2-gps-ekf"
 MOST_FILES = 3  # of the product that a new term may touch
@@ -47,50 +46,43 @@ EDITS = {
 }
 
 
+PRICED = ("price", RUN, "--prices", "costnav")
+
+
 @pytest.fixture(scope="module")
-def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the harness and the parameters in which the term was added."""
-    copy = tmp_path_factory.mktemp("tree")
-    for folder in ("harness", "params"):
-        ignored = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / folder, copy / folder, ignore=ignored)
-    (copy / "maps").symlink_to(ROOT / "maps")
+def printed(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """What commands print on a copy of the product in which the term was added."""
+    walk = Walk(tmp_path_factory.mktemp("tree"))
+    shutil.copytree(ROOT / "params", walk.folder / "params")
+    (walk.folder / "maps").symlink_to(ROOT / "maps")
     for name, edits in EDITS.items():
-        text = (copy / name).read_text(encoding="utf-8")
-        for before, after in edits:
-            assert text.count(before) == 1, before
-            text = text.replace(before, after)
-        (copy / name).write_text(text, encoding="utf-8")
-    return copy
-
-
-def navbench(tree: Path, *words: str) -> str:
-    """What a command of the copy prints."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join((str(tree), str(ROOT)))}
-    command = [sys.executable, "-m", "navbench", *words]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=tree)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+        walk.edit(name, *edits)
+    commands = ((*PRICED, "--full"), (*PRICED, "--json"), ("paper",), ("paper", "--json"))
+    done = walk.navbench(*commands)
+    assert [status for status, _ in done] == [0, 0, 0, 0]
+    return [text for _, text in done]
 
 
 def test_a_cost_term_touches_at_most_three_files() -> None:
     assert len(EDITS) <= MOST_FILES
 
 
-def test_the_term_stands_in_the_table_and_the_document_of_a_stored_run(tree: Path) -> None:
-    printed = navbench(tree, "price", RUN, "--prices", "costnav", "--full")
-    assert "\n  Insurance Fee " in printed
-    (run,) = json.loads(navbench(tree, "price", RUN, "--prices", "costnav", "--json"))["runs"]
+def test_the_term_stands_in_the_table_and_the_document_of_a_stored_run(
+    printed: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "\n  Insurance Fee " in printed[0]
+    (run,) = json.loads(printed[1])["runs"]
     economics, measured = run["economics"], run["measured"]
     assert economics["insurance"] == pytest.approx(FEE * measured["avg_distance_km"])
     assert run["intervals"]["insurance"]["value"] == pytest.approx(economics["insurance"])
-    repeated = json.loads(navbench(ROOT, "price", RUN, "--prices", "costnav", "--json"))
-    (before,) = repeated["runs"]
+    with pytest.raises(SystemExit):
+        main([*PRICED, "--json"])
+    (before,) = json.loads(capsys.readouterr().out)["runs"]
     more = economics["opex"] - before["economics"]["opex"]
     assert more == pytest.approx(economics["insurance"])
 
 
-def test_the_term_stands_in_the_papers_table(tree: Path) -> None:
-    assert "\n  Insurance Fee " in navbench(tree, "paper")
-    methods = json.loads(navbench(tree, "paper", "--json"))["methods"]
+def test_the_term_stands_in_the_papers_table(printed: list[str]) -> None:
+    assert "\n  Insurance Fee " in printed[2]
+    methods = json.loads(printed[3])["methods"]
     assert all(method["economics"]["insurance"] >= 0.0 for method in methods.values())

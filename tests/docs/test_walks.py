@@ -1,10 +1,12 @@
 """A stranger's walk: an extension is written into a copy of the product, and the files that it touches are counted."""
 
 import filecmp
+import json
 import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -13,6 +15,18 @@ from .blocks import ROOT
 
 PACKAGES = ("harness", "navstack")
 SKIPPED = shutil.ignore_patterns("__pycache__", "_shipped")
+COMMANDS = """
+import contextlib, io, json, sys
+from navbench.cli.app import main
+
+for words in json.loads(sys.argv[1]):
+    printed = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(printed):
+            main(words)
+    except SystemExit as ended:
+        print(json.dumps((ended.code or 0, printed.getvalue())))
+"""
 
 
 class Walk:
@@ -39,9 +53,16 @@ class Walk:
 
     def printed(self, program: str) -> list[str]:
         """The words that a program prints which imports the copy."""
-        environment = os.environ | {"PYTHONPATH": str(self.folder)}
-        done = subprocess.run(
-            [sys.executable, "-c", program],
+        done = self.python("-c", program)
+        assert done.returncode == 0, done.stderr
+        return done.stdout.split()
+
+    def python(self, *words: str) -> subprocess.CompletedProcess[str]:
+        """A run of Python on the copy, and on what is not copied; without compiling."""
+        paths = os.pathsep.join((str(self.folder), str(ROOT)))
+        environment = os.environ | {"PYTHONPATH": paths, "NUMBA_DISABLE_JIT": "1"}
+        return subprocess.run(
+            [sys.executable, *words],
             cwd=self.folder,
             env=environment,
             capture_output=True,
@@ -49,8 +70,12 @@ class Walk:
             timeout=120,
             check=False,
         )
+
+    def navbench(self, *commands: Sequence[str]) -> list[tuple[int, str]]:
+        """Exit status and what is printed of each of several commands of the copy, in one process."""
+        done = self.python("-c", COMMANDS, json.dumps(commands))
         assert done.returncode == 0, done.stderr
-        return done.stdout.split()
+        return [tuple(json.loads(line)) for line in done.stdout.splitlines()]
 
     @property
     def touched(self) -> set[str]:

@@ -19,15 +19,12 @@ from navstack.dispatch import PINS, TUNABLES
 STACKS = (
     "dwb-contact-gps-ekf",
     "evasive-amcl-gps",
-    "evasive-gps-ekf",
     "graceful-gps-ekf",
     "mpc-gps-ekf",
     "mppi-contact-gps-ekf",
     "nav2-amcl",
-    "nav2-gps",
     "nav2-stock",
     "ompl-gps-ekf",
-    "paper-amcl",
     "paper-gps",
     "rpp-gps-ekf",
 )
