@@ -16,13 +16,14 @@ from harness.tuning.finals import decide
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
 from harness.tuning.output import ended
-from harness.tuning.racing import rungs, stratified
+from harness.tuning.racing import stratified
 from harness.tuning.result import Finalist, StudyResult, Trial
 from harness.tuning.sampler import Sampler, make_sampler
-from harness.tuning.search import LEAST_GAIN, OnTrial, Plan, Search, front_of
+from harness.tuning.search import OnTrial, Plan, Search, front_of
 from harness.tuning.space.file import read_space
+from harness.tuning.space.fitting import fit_space
 from harness.tuning.space.paths import AbsentError, locate, with_values
-from harness.tuning.space.space import Space, fit_space
+from harness.tuning.space.space import Space
 from harness.tuning.stack_evaluator import StackEvaluator
 from harness.tuning.waterfall import MOST_PLAYERS
 from navstack.errors import InputError
@@ -297,56 +298,3 @@ def _length(template: EpisodeTask, number: int) -> float:
     """Shortest path [m] of a training mission."""
     task = dataclasses.replace(template, episode=number)
     return Parts(task).mission(task.generators()["mission"]).shortest_path
-
-
-def notes_before(declaration: StudyDeclaration, options: Mapping[str, Any]) -> list[str]:
-    """What is to be said before anything is driven.
-
-    Args:
-        declaration: of the study.
-        options: of ``navbench run``, by name; those that were not given are None.
-    """
-    found = []
-    if options.get("start") is not None and options.get("goal") is not None:
-        found.append(
-            "--start and --goal are given: training and test have other people and other noise, "
-            "but the same way; the "
-            "test says nothing of other ways"
-        )
-    if declaration.is_raced and len(rungs(declaration.episodes)) == 1:
-        found.append(
-            f"no trial is dropped early: {declaration.episodes} --episodes cannot be halved into "
-            "parts of 5 or more; "
-            "give 32, 64 or the like"
-        )
-    return found
-
-
-def notes_after_search(
-    study: TuningStudy, search: Search, journal: Journal, budget: Budget
-) -> list[str]:
-    """What the search left out, and how much of what follows the budget leaves time for."""
-    driven, asked = len(search.trials) - 1, study.declaration.trials
-    found = []
-    if search.is_futile and not driven:
-        found.append(
-            f"the search stops: on its {len(study.plan.missions)} training missions no file can "
-            f"earn {LEAST_GAIN:.2f} USD more than yours"
-        )
-    elif search.is_exhausted:
-        found.append(
-            f"after {driven} of {asked} trials there is no further point that keeps the constraints"
-        )
-    elif driven < asked and budget.seconds is not None:
-        found.append(
-            f"the budget of {budget.seconds:g} s cut off {asked - driven} of {asked} trials; "
-            "--resume with a longer --budget drives the rest"
-        )
-    following = study.episodes_after_search
-    share = budget.share_of(following)
-    if share < 1.0:
-        found.append(
-            f"note: the budget lasts for about {share * following:.0f} of the {following} "
-            "deliveries of final choice and test; --resume with --test-episodes drives more"
-        )
-    return found

@@ -22,23 +22,16 @@ from harness.task.study import is_recording, make_study
 from harness.tuning.budget import Budget
 from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration, sizes
 from harness.tuning.journal import Journal
+from harness.tuning.notes import notes_after_search, notes_before
 from harness.tuning.objective import parse_objectives
 from harness.tuning.progress import StudyProgress
 from harness.tuning.result import COMPLETE, StudyResult, Trial
 from harness.tuning.sampler import make_sampler
 from harness.tuning.space.file import SpaceFile, read_spaces
+from harness.tuning.space.fitting import fit_space
 from harness.tuning.space.paths import with_absolute_files
-from harness.tuning.space.space import fit_space
 from harness.tuning.stack_evaluator import StackEvaluator
-from harness.tuning.study import (
-    TuningStudy,
-    check_space,
-    finish,
-    load_tuning,
-    notes_after_search,
-    notes_before,
-    run_search,
-)
+from harness.tuning.study import TuningStudy, check_space, finish, load_tuning, run_search
 from navbench.api.driving import say_notes
 from navbench.api.progress import say, shown
 from navbench.api.tuned import Tuned, written

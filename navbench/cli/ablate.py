@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from navbench.cli.driving import exit_status, refuse_more_deliveries, say_how_to_go_on
-from navbench.cli.options import FULL, names_of, path_option, refuse_others, study_options
+from navbench.cli.options import FULL, path_option, refuse_others, study_options
 from navbench.cli.streams import print_json
+from navbench.cli.values import names_of
 from navstack.errors import InputError
 
 if TYPE_CHECKING:

@@ -8,14 +8,9 @@ import click
 
 from navbench.cli.common.brief import Brief
 from navbench.cli.driving import exit_status
-from navbench.cli.options import (
-    LOCALIZER,
-    Finite,
-    condition_options,
-    path_option,
-    refuse_others,
-)
+from navbench.cli.options import LOCALIZER, condition_options, path_option, refuse_others
 from navbench.cli.streams import print_json
+from navbench.cli.values import Finite
 
 if TYPE_CHECKING:
     from harness.study.places import Where

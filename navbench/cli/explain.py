@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from navbench.cli.common.dearest import chosen
-from navbench.cli.options import FULL, JSON, Finite, path_option
+from navbench.cli.options import FULL, JSON, path_option
+from navbench.cli.values import Finite
 
 if TYPE_CHECKING:
     from navbench.api.runs import Run

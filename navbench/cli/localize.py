@@ -10,8 +10,9 @@ import click
 
 from harness.storage.shipped import is_file
 from navbench.cli.driving import INTERRUPTED
-from navbench.cli.options import JSON, STRICT, Finite
+from navbench.cli.options import JSON, STRICT
 from navbench.cli.streams import print_json
+from navbench.cli.values import Finite
 
 if TYPE_CHECKING:
     from harness.recorded.command import Localized

@@ -8,7 +8,8 @@ from typing import Any
 
 import click
 
-from navbench.cli.options import JSON, STRICT, Finite, Pose, path_option
+from navbench.cli.options import JSON, STRICT, path_option
+from navbench.cli.values import Finite, Pose
 from navstack.errors import InputError
 
 AUTO = "auto"

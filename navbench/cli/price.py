@@ -10,8 +10,9 @@ from harness.report.sensitivity import sensitivity_blocks, short_sensitivity
 from harness.report.tables import print_blocks, report_console
 from navbench.api import money
 from navbench.api.runs import Run, load
-from navbench.cli.options import FULL, JSON, OTHER_PRICES, SETTINGS, TERMS, pairs_of
+from navbench.cli.options import FULL, JSON, OTHER_PRICES, SETTINGS, TERMS
 from navbench.cli.streams import print_json
+from navbench.cli.values import pairs_of
 from navstack.errors import InputError
 
 ALL = "all"  # in place of a name of prices

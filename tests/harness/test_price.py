@@ -27,8 +27,8 @@ from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows, write_table
 from harness.study.stored_run import load_run, repriced
 from navbench.cli.app import main
-from navbench.cli.options import names_of, settings_of
 from navbench.cli.price import price
+from navbench.cli.values import names_of, settings_of
 from navstack.errors import InputError
 from navstack.params.nav2_file.yaml_text import load_text
 from navstack.params.strict import dump_dataclass, load_yaml

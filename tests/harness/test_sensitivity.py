@@ -10,8 +10,8 @@ from harness.analysis.repricing import choose, reprice, repricing_document
 from harness.analysis.sensitivity import break_even_spread
 from harness.economics.price import price_keys
 from harness.study.stored_run import load_run
-from navbench.cli.options import names_of, pairs_of, settings_of
 from navbench.cli.price import price
+from navbench.cli.values import names_of, pairs_of, settings_of
 from navstack.errors import InputError
 
 

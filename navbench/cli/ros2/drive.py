@@ -2,7 +2,7 @@
 
 import click
 
-from navbench.cli.options import Finite
+from navbench.cli.values import Finite
 from navstack.types import Pose2D
 
 

@@ -8,8 +8,9 @@ from harness.report.street.screen import routes_blocks, street_blocks
 from harness.report.tables import print_blocks, report_console
 from navbench.api import street
 from navbench.api.runs import load
-from navbench.cli.options import JSON, Numbers
+from navbench.cli.options import JSON
 from navbench.cli.streams import print_json
+from navbench.cli.values import Numbers
 
 MOST_SQUARES = 10  # on a screen
 

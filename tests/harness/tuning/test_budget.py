@@ -16,12 +16,13 @@ from harness.metrics.columns import Row
 from harness.tuning.budget import ENDING, Budget, enough_for
 from harness.tuning.evaluation import Candidate, OutOfTimeError
 from harness.tuning.journal import Journal
+from harness.tuning.notes import notes_after_search
 from harness.tuning.objective import parse_objectives
 from harness.tuning.output import DOCUMENT, Ended, ended
 from harness.tuning.result import StudyResult
 from harness.tuning.sampler import make_sampler
 from harness.tuning.search import Plan
-from harness.tuning.study import finish, notes_after_search, run_search
+from harness.tuning.study import finish, run_search
 from navstack.errors import InputError
 
 from .made_up import SPACE, MadeUp

@@ -12,6 +12,7 @@ from harness.storage.shipped import shipped
 from harness.tuning.sampler import make_sampler
 from harness.tuning.space.constraint import parse_constraint
 from harness.tuning.space.file import ListEdit, SpaceFile, read_spaces
+from harness.tuning.space.fitting import fit_space
 from harness.tuning.space.paths import (
     COMMA,
     AbsentError,
@@ -22,7 +23,7 @@ from harness.tuning.space.paths import (
     with_absolute_files,
     with_values,
 )
-from harness.tuning.space.space import Space, fit_space
+from harness.tuning.space.space import Space
 from harness.tuning.study import check_space
 from navstack.errors import InputError, ParameterError
 from navstack.params.nav2_file.file import Nav2File, load_nav2

@@ -35,6 +35,7 @@ from harness.tuning.evaluation import (
     unseen_seed,
 )
 from harness.tuning.journal import Journal
+from harness.tuning.notes import notes_after_search, notes_before
 from harness.tuning.objective import parse_objectives
 from harness.tuning.output import DOCUMENT, TRIALS, TUNED, _difference
 from harness.tuning.result import Trial
@@ -42,13 +43,7 @@ from harness.tuning.sampler import make_sampler
 from harness.tuning.search import Plan, Search
 from harness.tuning.space.file import OF_TRIAL
 from harness.tuning.stack_evaluator import StackEvaluator, margin_of
-from harness.tuning.study import (
-    has_begun,
-    load_tuning,
-    notes_after_search,
-    notes_before,
-    run_search,
-)
+from harness.tuning.study import has_begun, load_tuning, run_search
 from navbench.cli.app import main
 from navstack.errors import InputError, ParameterError
 from tests.rules import short_rules
