@@ -25,7 +25,7 @@ COMPILE = (
 
 
 class CompiledKernels(BuildHookInterface[Any]):
-    """Compiles the kernels of a copy of the packages and puts numba's cache beside the wheel's sources."""
+    """Compiles the kernels of copied packages and puts numba's cache beside the wheel's sources."""
 
     PLUGIN_NAME = "custom"
 

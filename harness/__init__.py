@@ -1,4 +1,4 @@
-"""Everything around the brain: the simulated world, the episodes, the money, the statistics, the reports."""
+"""Around the brain: the simulated world, the episodes, the money, the statistics, the reports."""
 
 from navstack.dispatch import pin
 

@@ -64,7 +64,7 @@ def is_pinnable() -> bool:
 
 
 def pin() -> None:
-    """Set :data:`PINS`: for this process where numpy is not loaded yet, and for those that it starts."""
+    """Set :data:`PINS`: for this process where numpy is not loaded yet, and for those it starts."""
     if is_pinnable():
         os.environ.pop(_ASKS_FOR_MORE, None)  # numpy refuses to load where both are set
         os.environ.update(PINS)

@@ -1,11 +1,15 @@
-"""A study on a SLURM cluster: dask-jobqueue submits jobs whose processes are the workers of ``--executor dask``.
+"""A study on a SLURM cluster, with dask-jobqueue.
 
-Usage: python docs/examples/slurm_study.py [--jobs N] [--per-job N] [--queue Q] [--account A] [--walltime H:MM:SS]
-           [--script] -- run --stack nav2-gps --episodes 100000 --out /shared/study
+It submits jobs whose processes are the workers of ``--executor dask``.
 
-Run it where the program may stay for the whole study: it holds the scheduler and starts ``navbench``. What follows
-``--`` is a command of navbench, which begins with the first job that starts; workers of later jobs join it. A job that
-ends takes its deliveries with it, and they are driven again elsewhere. ``--script`` only prints what is submitted.
+Usage: python docs/examples/slurm_study.py [--jobs N] [--per-job N] [--queue Q] [--account A]
+           [--walltime H:MM:SS] [--script]
+           -- run --stack nav2-gps --episodes 100000 --out /shared/study
+
+Run it where the program may stay for the whole study: it holds the scheduler and starts
+``navbench``. What follows ``--`` is a command of navbench, which begins with the first job that
+starts; workers of later jobs join it. A job that ends takes its deliveries with it, and they are
+driven again elsewhere. ``--script`` only prints what is submitted.
 """
 
 import argparse

@@ -1,10 +1,10 @@
-"""A policy of 15 numbers: speed and yaw rate are weighted sums of what it sees, squeezed into the robot's limits.
+"""A policy of 15 numbers: speed and yaw rate are weighted sums of what it sees.
 
-What is mirrored is answered mirrored: the speed is a sum of what left and right have in common, the yaw rate of what
-they differ in.
+They are squeezed into the robot's limits. What is mirrored is answered mirrored: the speed is a
+sum of what left and right have in common, the yaw rate of what they differ in.
 
-Made for docs/python.md: it shows how a policy is trained in ``navbench.gym`` (train_policy.py) and driven by
-``navbench run`` (tiny_policy.yaml).
+Made for docs/python.md: it shows how a policy is trained in ``navbench.gym`` (train_policy.py) and
+driven by ``navbench run`` (tiny_policy.yaml).
 """
 
 import json
@@ -26,7 +26,10 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def features(seen: PolicyObservation) -> tuple[FloatArray, FloatArray]:
-    """What the sums are over: route, own speed and how near things are, as common to both sides and as they differ."""
+    """What the sums are over: route, own speed and how near things are.
+
+    First as both sides have them in common, then as they differ.
+    """
     near, far = (np.arctan2(y, x) for x, y in (seen.route[1], seen.route[4]))
     nearness = np.zeros(SECTORS)
     sector = np.floor((seen.angles + SIDE) / (2.0 * SIDE) * SECTORS)

@@ -47,7 +47,7 @@ class DrivenLeg:
 
 
 def drive_mission(task: EpisodeTask, make_brain: MakeBrain) -> Delivery:
-    """Drive the legs of a mission until one fails; after an arrival, the way back where rules say so.
+    """Drive the legs of a mission until one fails; after an arrival, the way back if rules say so.
 
     A leg begins where the robot truly ended the one before, at rest, with its belief, what is left
     of its cargo, and the errors of its sensors that last. Time and impulse that were used up are
@@ -93,7 +93,7 @@ def _drive_legs(
     carried: Carried,
     before: float,
 ) -> tuple[list[DrivenLeg], Carried]:
-    """Drive legs until one fails, and what is carried on; ``before``: [s] of the mission by then."""
+    """Drive legs until one fails, and what is carried on; ``before``: [s] of the mission so far."""
     done: list[DrivenLeg] = []
     rules = rules_of(task.rules)
     for number in numbers:

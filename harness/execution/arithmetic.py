@@ -1,7 +1,8 @@
-"""How this process rounds: equal rows need equal results of the C library, numpy and OpenBLAS, to the last bit.
+"""How this process rounds: equal rows need results that are equal to the last bit.
 
-Versions alone do not say that: each of the three picks its loops by the processor. So each is tried on fixed numbers,
-and a digest of the results stands in a run's manifest. Runs are comparable where the digests agree.
+They come from the C library, numpy and OpenBLAS. Versions alone do not say how those round: each
+of the three picks its loops by the processor. So each is tried on fixed numbers, and a digest of
+the results stands in a run's manifest. Runs are comparable where the digests agree.
 """
 
 import ctypes
@@ -97,7 +98,7 @@ def _minor(python: str) -> list[str]:
 
 @cache
 def warn_of_other_arithmetic() -> None:
-    """Warn, once a process, where it does not compute as the program does: what follows, what to do.
+    """Warn, once a process, where it computes otherwise than the program: what follows, what to do.
 
     The program sets up its own process and its workers; a process that imports it may have loaded
     numpy before.

@@ -63,7 +63,10 @@ class WorkerProcess(ProcessPoolExecutor):
 
 @contextlib.contextmanager
 def _main_left_out() -> Iterator[None]:
-    """Let processes that start meanwhile not run the program's script again, which need not be guarded against it."""
+    """Let processes that start meanwhile not run the program's script again.
+
+    So the script need not be guarded against that.
+    """
     main = sys.modules["__main__"]
     sys.modules["__main__"] = ModuleType("__main__")
     try:
@@ -125,7 +128,10 @@ def _begin_worker() -> None:
 
 
 def give_memory_back() -> None:
-    """Let large arrays live outside the C library's heap, where small ones that outlive them would keep their pages."""
+    """Let large arrays live outside the C library's heap.
+
+    There, small ones that outlive them would keep their pages.
+    """
     with contextlib.suppress(OSError, AttributeError):  # another C library than GNU's
         ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, _LARGE)
 

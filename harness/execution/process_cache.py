@@ -56,7 +56,7 @@ class Kept(Generic[Given, Made]):
 
 
 def kept(most: int, is_heavy: bool = False) -> Callable[[Callable[Given, Made]], Kept[Given, Made]]:
-    """Keep the last results of a function that reads files, or takes what another one made of them."""
+    """Keep the last results of a function that reads files, or takes what another made of them."""
 
     def keep(make: Callable[Given, Made]) -> Kept[Given, Made]:
         _ALL.append(Kept(make, most, is_heavy))

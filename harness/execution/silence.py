@@ -1,4 +1,4 @@
-"""Whether a process still works: one that was stopped, or waits for what never comes, takes no processor time."""
+"""Whether a process still works: one that was stopped or waits in vain takes no processor time."""
 
 import time
 from pathlib import Path

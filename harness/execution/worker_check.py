@@ -112,7 +112,7 @@ def trouble(here: Look, there: Look) -> str:
 
 @lru_cache(maxsize=1)
 def project_digest() -> str:
-    """SHA-256 of the code, parameters and maps that come with the program, as they were when first asked for."""
+    """SHA-256 of the program's code, parameters and maps, as they were when first asked for."""
     return _digest_of(_project())
 
 

@@ -1,4 +1,4 @@
-"""Where episodes run: on any executor of ``concurrent.futures``, by default one process per worker."""
+"""Where episodes run: any executor of ``concurrent.futures``, by default one process per worker."""
 
 import math
 import os

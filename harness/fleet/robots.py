@@ -81,7 +81,7 @@ class FleetRobot:
         self._note(state, now)
 
     def finish(self, closes: float) -> None:
-        """It stands at the hub until the fleet closes [s]; then it is off, and charges overnight."""
+        """Stand at the hub until the fleet closes [s]; then it is off, and charges overnight."""
         if closes > self.since:
             self.charge(closes)
         self.charged += self.capacity - self.level

@@ -153,8 +153,8 @@ def require_moving(library: Library, settings: FleetSettings, when: str = "") ->
     legs = 2.0 * orders * settings.way.value / progress  # there and back
     if legs > MOST_LEGS_A_DAY:
         raise InputError(
-            f"{orders:g} orders of {settings.way.value:g} km there and back take {legs:.0f} legs of "
-            f"{library.name}; at most {MOST_LEGS_A_DAY} a day can be simulated: give fewer "
+            f"{orders:g} orders of {settings.way.value:g} km there and back take {legs:.0f} legs "
+            f"of {library.name}; at most {MOST_LEGS_A_DAY} a day can be simulated: give fewer "
             "orders_per_day, or longer legs"
         )
 

@@ -15,7 +15,7 @@ def json_text(document: Mapping[str, Any]) -> str:
 
 
 def as_json(value: Any) -> Any:
-    """A value as JSON has it: a dataclass is an object of its fields, unless its own ``as_json`` says otherwise."""
+    """A value as JSON has it: a dataclass is an object of its fields, or its own ``as_json``."""
     if hasattr(value, "as_json"):
         return value.as_json()
     if dataclasses.is_dataclass(value):

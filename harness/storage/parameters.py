@@ -35,7 +35,7 @@ def parameter_folder(run: Path) -> Path:
 
 
 def pack_parameters(runs: Sequence[Path], out: Path) -> None:
-    """Write the parameter files of runs, which are equal where they have the same name, as one file.
+    """Write the parameter files of runs, equal where they have the same name, as one file.
 
     Raises:
         InputError: two runs have different files of one name.

@@ -20,7 +20,7 @@ def is_in_place(*streams: IO[Any]) -> bool:
 
 @contextlib.contextmanager
 def opened_folder(path: Path) -> Iterator[Path]:
-    """A path that leads into a folder, whatever it is called later, where the system has such paths."""
+    """A path into a folder, whatever it is called later, where the system has such paths."""
     descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
     inside = Path(f"/proc/self/fd/{descriptor}")
     if not inside.exists():

@@ -1,4 +1,7 @@
-"""Run folders: finished episodes are on disk before the next one begins, and a run goes on where it was cut off."""
+"""Run folders: finished episodes are on disk before the next one begins.
+
+So a run goes on where it was cut off.
+"""
 
 import contextlib
 import os
@@ -147,7 +150,7 @@ class RunFolder:
         self._write(lambda: write_text(self._inside / "summary.json", json_text(summary)))
 
     def close(self) -> None:
-        """Turn the journal into the three tables, ordered by stack and episode whatever the order of work.
+        """Turn the journal into the three tables, by stack and episode whatever the order of work.
 
         Raises:
             InputError: it cannot be written, or the folder was not there any more.
@@ -198,7 +201,7 @@ class RunFolder:
         return self._journal is None or is_in_place(self._lock, self._journal)
 
     def _stay(self) -> None:
-        """Go on in a new folder with all that is finished where this one is not at its path any more.
+        """Go on in a new folder with all that is finished where this one is no longer at its path.
 
         What another program may have put there stays as it is.
         """
@@ -236,7 +239,10 @@ class RunFolder:
         return list(zip(self.rows.values("stack_number"), self.rows.values("episode"), strict=True))
 
     def _keep(self, record: Row, place: int) -> None:
-        """Take in an episode: wholly once its row is there, whatever an interrupt or a full disk left before."""
+        """Take in an episode: wholly once its row is there.
+
+        That holds whatever an interrupt or a full disk left before.
+        """
         while len(self.timings) > len(self.rows):
             self.timings.drop_last()
         del self._places[len(self.rows) :]

@@ -106,7 +106,7 @@ def names(folder: Path) -> list[str]:
 
 
 def keep_compiled_code() -> None:
-    """Let numba keep compiled code in a folder of its own where the program's own folder cannot be written."""
+    """Let numba keep compiled code in another folder where the program's own cannot be written."""
     if "NUMBA_CACHE_DIR" in os.environ or os.access(_PACKAGE, os.W_OK):
         return
     # it takes numpy, which is a third of the time of --help
@@ -134,5 +134,5 @@ def _is_ours(folder: Path) -> bool:
 
 
 def compiled_code() -> Path:
-    """The folder of compiled code, or one of those beside the sources, where numba keeps it by itself."""
+    """The folder of compiled code, or one of those beside the sources, where numba keeps it."""
     return Path(os.environ.get("NUMBA_CACHE_DIR") or _PACKAGE / "__pycache__")

@@ -10,7 +10,8 @@ FEW = 100  # seconds or minutes, below which they are told as such
 def clean_text(text: str) -> str:
     r"""A text without what UTF-8 cannot hold, of at most :data:`LONGEST_TEXT` characters.
 
-    Names of files that are not UTF-8 have lone surrogates in Python: ``\udcff`` becomes ``\\udcff``.
+    Names of files that are not UTF-8 have lone surrogates in Python: ``\udcff`` becomes
+    ``\\udcff``.
     """
     if len(text) > LONGEST_TEXT:
         text = text[:LONGEST_TEXT]

@@ -74,8 +74,8 @@ class StreetMissions:
         graphs = sorted(folder.glob(f"*{ROUTE_GRAPH}"))
         if len(graphs) != 1:
             raise MapError(
-                f"{folder}: has {len(graphs)} files NAME{ROUTE_GRAPH}; give a folder with one district "
-                "of navbench map osm"
+                f"{folder}: has {len(graphs)} files NAME{ROUTE_GRAPH}; give a folder with one "
+                "district of navbench map osm"
             )
         self._folder, self._name = folder, graphs[0].name.removesuffix(ROUTE_GRAPH)
         self._graph = load_graph(graphs[0])

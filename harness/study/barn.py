@@ -131,7 +131,7 @@ def _files_of(folder: Path) -> set[Path]:
 
 
 def make_maps(worlds: Path, folder: Path) -> None:
-    """Write a map of every world into a study's folder, those that are missing, and the optimal times.
+    """Write a map of each world into a study's folder, where it is missing, and the optimal times.
 
     All worlds are read before the first map is written: one that is refused leaves nothing behind.
 

@@ -171,7 +171,7 @@ def _in_timings(folder: Path, rows: Rows) -> Iterator[str]:
 
 
 def _in_summary(folder: Path, study: Study, rows: Rows) -> Iterator[str]:
-    """A summary that is missing, or does not follow from the rows, where the same program made it."""
+    """A summary that is missing, or is not what the rows give, where the same program made it."""
     file = folder / "summary.json"
     if not file.is_file():
         yield f"{file.name} is missing"

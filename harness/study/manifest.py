@@ -51,7 +51,7 @@ OF_ONE_EPISODE = ("stack", "stack_number", "episode")  # fields of a task that a
 
 
 def about(study: Study, command: Sequence[str]) -> Row:
-    """Content of ``run.json``: all that is needed to run it again, with the files in ``params/`` by name."""
+    """Content of ``run.json``: all that running again takes, the files in ``params/`` by name."""
     task = dataclasses.asdict(study.template)
     for key in OF_ONE_EPISODE:
         del task[key]
@@ -74,7 +74,10 @@ def about(study: Study, command: Sequence[str]) -> Row:
 
 
 def _typed(command: Sequence[str]) -> list[str]:
-    """What was typed, without the folders of this machine before a program or a script (``sys.argv`` has them)."""
+    """What was typed, without the folders of this machine before a program or a script.
+
+    ``sys.argv`` has them.
+    """
     script = Path(command[0]) if command else Path()
     program = ["python", str(Path(*script.parts[-2:]))] if script.suffix == ".py" else [PROGRAM]
     return [*program, *command[1:]]
@@ -104,14 +107,15 @@ def parameters(study: Study) -> dict[str, str]:
 
 
 def load_study(folder: Path, workers: int | None = None) -> Study:
-    """The study of a run folder, with the folder's own parameters in place of the files that they came from.
+    """The study of a run folder, with its own parameters instead of the files that they came from.
 
     Args:
         folder: of a run.
         workers: as in :func:`harness.task.study.make_study`.
 
     Raises:
-        InputError: the folder holds no run, one of another version of this program, or one on a map that has changed.
+        InputError: the folder holds no run, one of another version of this program, or one on a
+            map that has changed.
     """
     require_unchanged(folder)
     content = _whole_manifest(folder)
@@ -198,7 +202,7 @@ def is_this_program(said: Mapping[str, Any]) -> bool:
 
 
 def differences(folder: Path) -> list[str]:
-    """Why rows of a run need not come out here as they are stored; none: they must, to the last bit.
+    """Why rows of a run need not come out here as stored; none: they must, to the last bit.
 
     Other libraries or another Python than when the run began, or a machine that computes otherwise.
     """

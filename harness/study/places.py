@@ -31,7 +31,7 @@ class Where:
     time_limit: float = TIME_LIMIT  # [s] of wall time per delivery
 
     def __post_init__(self) -> None:
-        """Check that the options fit together, and what can be known of a cluster without asking it.
+        """Check that the options fit, and what can be known of a cluster without asking it.
 
         Raises:
             InputError: they do not, or the scheduler cannot be reached.

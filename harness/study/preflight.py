@@ -77,7 +77,7 @@ def _first_delivery(study: Study, number: int) -> Parts:
 
 
 def crowd_notes(study: Study, parts: Parts) -> list[str]:
-    """A note where the world's own number of people, meant for a part of a town, crowds a small map."""
+    """A note where the world's number of people, meant for part of a town, crowds a small map."""
     people, mesh = parts.params.people, parts.scene.navigation_mesh
     area = float((mesh.data == FREE).sum()) * mesh.resolution**2
     if (
@@ -107,8 +107,8 @@ def leg_notes(study: Study) -> list[str]:
     if not is_district(template.map_name):
         if rules_of(template.rules).way_back:
             raise InputError(
-                f"rules '{template.rules}' have a way_back, which a map has not; give other --rules, "
-                "or a folder of navbench map osm"
+                f"rules '{template.rules}' have a way_back, which a map has not; give other "
+                "--rules, or a folder of navbench map osm"
             )
         return []
     if template.keep_trace or template.keep_decisions:
@@ -163,7 +163,8 @@ def footprint_notes(nav2: Nav2File, robot: RobotParams, stack: str) -> list[str]
         return []
     return [
         f"{stack}: the file's robot reaches {known[0]:.2f} to {known[1]:.2f} m from its "
-        f"centre, the one that drives here {real[0]:.2f} to {real[1]:.2f} m: it may touch what its costmap shows free"
+        f"centre, the one that drives here {real[0]:.2f} to {real[1]:.2f} m: it may touch what "
+        "its costmap shows free"
     ]
 
 
@@ -206,7 +207,7 @@ def default_notes(nav2: Nav2File, stack: str) -> list[str]:
 
 
 def ignored_keys(nav2: Nav2File) -> str:
-    """What of a Nav2 file is not modelled here: whole nodes by name, single keys by their number."""
+    """What of a Nav2 file is not modelled: whole nodes by name, single keys by their number."""
     names = [key for key in nav2.ignored if ": " not in key]
     keys = len(nav2.ignored) - len(names)
     if keys:

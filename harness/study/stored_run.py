@@ -225,7 +225,7 @@ def _load(folder: Path) -> StoredRun:
 
 
 def _described(folder: Path) -> dict[str, Any]:
-    """Content of ``run.json``, its stacks as name, sensors, localizer and whether data was collected."""
+    """Content of ``run.json``, its stacks as name, sensors, localizer and if data was collected."""
     about = read_manifest(folder)
     try:
         stacks = [

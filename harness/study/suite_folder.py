@@ -33,11 +33,14 @@ def declare(path: Path, suite: Suite) -> None:
 
 
 def begin(path: Path, suite: Suite, cell: Cell, episodes: int, command: Sequence[str]) -> None:
-    """Make the run folder of a cell, or let one that has fewer episodes have more, driven as those that it has.
+    """Make the run folder of a cell, or let one that has fewer episodes have more.
+
+    Those are driven as the ones that it has.
 
     Raises:
-        InputError: the folder cannot be written, or is in use; a value that ``navbench run`` would refuse too; cells
-            that were begun before have another world, other rules or other prices than today's.
+        InputError: the folder cannot be written, or is in use; a value that ``navbench run`` would
+            refuse too; cells that were begun before have another world, other rules or other
+            prices than today's.
     """
     folder = path / cell.name
     if not is_begun(path, cell):
@@ -75,7 +78,7 @@ def _world_of(cell: Cell) -> tuple[str, int | None]:
 
 
 def _require_common(path: Path, begun: Cell, cell: Cell, texts: Mapping[str, str]) -> None:
-    """Check that a cell to begin has the rules, the prices and, where that is the same, the world of another."""
+    """Check that a cell to begin has another's rules, prices and, where that is the same, world."""
     folder, names = path / begun.name, ["rules.yaml", "prices.yaml"]
     if _world_of(begun) == _world_of(cell):
         names += ["world.yaml", RECORDING]

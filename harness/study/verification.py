@@ -1,4 +1,4 @@
-"""Whether a run folder is as it was written, and whether its deliveries come out as they are stored."""
+"""Whether a run folder is as it was written, and its deliveries come out as they are stored."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field

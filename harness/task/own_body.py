@@ -200,8 +200,9 @@ def _note(costmap: CostmapParams, box: FloatArray, body: dict[str, Any], limits:
         shape = f"a radius of {costmap.robot_radius:.2f} m, as a square within"
     note = (
         f"drives the robot that the file describes: {shape}, up to {limits.speed:g} m/s and "
-        f"{body['max_yaw_rate']:.3g} rad/s; by its area it weighs {body['mass']:.1f} kg and brakes with "
-        f"{body['max_deceleration']:.1f} m/s2 before it tips; --robot NAME drives another one"
+        f"{body['max_yaw_rate']:.3g} rad/s; by its area it weighs {body['mass']:.1f} kg and "
+        f"brakes with {body['max_deceleration']:.1f} m/s2 before it tips; --robot NAME drives "
+        "another one"
     )
     if limits.sideways > 0.0:
         note += f"; it has two driven wheels and does not drive sideways ({limits.sideways:g} m/s)"

@@ -52,8 +52,8 @@ class Evaluator(Protocol):
         """One episode row per mission number, in the order given.
 
         The columns are those of ``episodes.parquet``, :data:`MARGIN` and :data:`SHARED_MARGIN`
-        (None where the cargo is not modelled) and :data:`harness.audit.pairs.EVENTS`; an episode that could not be run
-        has its ``error``, as in a run, and nothing measured.
+        (None where the cargo is not modelled) and :data:`harness.audit.pairs.EVENTS`; an episode
+        that could not be run has its ``error``, as in a run, and nothing measured.
 
         Raises:
             InputError: the candidate's values cannot be had.

@@ -20,9 +20,9 @@ def scores_document(result: StudyResult) -> Row:
     None was driven) and, per quantity, the ``optimism`` of training.
 
     Differences are of the quantity's mean, incumbent less original, paired mission by mission, with
-    the sign-flip test and the 95 % interval that inverts it; ``shortfall`` says by how much original and incumbent
-    miss the objective's side condition. Optimism is the training difference less the test
-    difference: what choosing the best of many on the same missions has added.
+    the sign-flip test and the 95 % interval that inverts it; ``shortfall`` says by how much
+    original and incumbent miss the objective's side condition. Optimism is the training difference
+    less the test difference: what choosing the best of many on the same missions has added.
     """
     objectives = parse_objectives(",".join(dict.fromkeys((*result.objectives, *ALWAYS))))
     train = _scores(objectives, *result.train_rows, result.seed)

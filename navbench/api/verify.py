@@ -1,4 +1,4 @@
-"""Whether runs are as they were written and repeat, and whether situations come out as they should."""
+"""Whether runs are as they were written and repeat, and situations come out as they should."""
 
 from collections.abc import Iterable
 from pathlib import Path

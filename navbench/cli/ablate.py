@@ -38,9 +38,8 @@ DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows th
     "errors",
     multiple=True,
     metavar="KIND=SIZE[,SIZE]",
-    help="Errors on top of ground_truth, compared like localizers: position [m, RMS] or heading [deg, "
-    "RMS]; repeatable, "
-    "and more may follow.",
+    help="Errors on top of ground_truth, compared like localizers: position [m, RMS] or "
+    "heading [deg, RMS]; repeatable, and more may follow.",
 )
 @click.option(
     "--correlation-time", type=float, help="[s] over which an injected error changes; default: 10."

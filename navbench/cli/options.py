@@ -59,8 +59,8 @@ TERMS = click.option(
     multiple=True,
     metavar="TERM[,TERM]",
     callback=lambda _, __, texts: names_of(texts),
-    help="Costs that the paper leaves out: mapping_survey, operator, operator_shift, remote_assistance, "
-    "on_site_assistance, battery_wear, distance_fee, idle_power.",
+    help="Costs that the paper leaves out: mapping_survey, operator, operator_shift, "
+    "remote_assistance, on_site_assistance, battery_wear, distance_fee, idle_power.",
 )
 LOCALIZER = click.option(
     "--localizer",
@@ -159,8 +159,8 @@ _CONDITIONS = (
         "--missions",
         default="published",
         show_default=True,
-        help="How they are drawn: published (nearer goals more often) or uniform; on a district osm, "
-        "from shops to homes.",
+        help="How they are drawn: published (nearer goals more often) or uniform; on a district "
+        "osm, from shops to homes.",
     ),
     click.option(
         "--distance",

@@ -37,8 +37,8 @@ def verify(folder: Path, sample: int, seed: int, as_json: bool) -> None:
     A delivery repeats if every column of its row comes out as it is stored, to the last bit. Where
     a run comes from other libraries, or from a machine that computes otherwise, a delivery that
     differs is not comparable here: it is counted, and the run is neither called sound nor changed.
-    The checksum stands for the whole run. It guards against accidents: who edits a run can write its
-    checksums, too. So rows, events, recordings and summary are held against each other.
+    The checksum stands for the whole run. It guards against accidents: who edits a run can write
+    its checksums, too. So rows, events, recordings and summary are held against each other.
 
     \b
     Examples:

@@ -238,7 +238,7 @@ def _outline(
 
 @njit(ahead=True)
 def transform(points: FloatMatrix, x: float, y: float, yaw: float, moved: FloatMatrix) -> None:
-    """Express points (N, 2), given in the frame that stands at (x, y) [m], ``yaw`` [rad], in its parent."""
+    """Express points (N, 2), given in the frame at (x, y) [m], ``yaw`` [rad], in its parent."""
     cos, sin = math.cos(yaw), math.sin(yaw)
     for i in range(points.shape[0]):
         moved[i, 0] = points[i, 0] * cos - points[i, 1] * sin + x

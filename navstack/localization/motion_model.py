@@ -79,7 +79,7 @@ def move_omni(
     alphas: Alphas,
     draws: FloatArray,
 ) -> None:
-    """Move particles (N, 3) by noisy translation and rotation, in place (``omni_motion_model.cpp``).
+    """Move particles (N, 3) by noisy translation and rotation in place (``omni_motion_model.cpp``).
 
     Args:
         poses: x, y [m], yaw [rad] in the map frame.

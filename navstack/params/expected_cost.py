@@ -81,7 +81,8 @@ class ExpectedCostParams(Parameters, whose="expected-cost controller"):
     # [-] and by this share of what people and walls cost on the current one
     switch_share: NotNegative = 0.3
 
-    # Of people's predicted places, fitted to where tracked people were later (docs/expected_cost.md)
+    # Of people's predicted places, fitted to where tracked people were later
+    # (docs/expected_cost.md)
     position_std: NotNegative = 0.05  # [m] of who walks on straight, beside the track's covariance
     drift_std: NotNegative = 0.06  # [m/s] by which that grows
     deviating_weight: Annotated[float, within(0.0, 1.0)] = 0.35  # [-] of who deviates; 0: nobody

@@ -25,9 +25,10 @@ class Tracker:
     """Groups the returns that no map explains, and follows each group with a Kalman filter.
 
     Groups are assigned to bodies so that the sum of squared Mahalanobis distances is least, within
-    a gate. A body is reported after ``min_hits`` groups and forgotten after ``max_coasting`` without
-    one. It is followed in the odom frame, where the robot's own motion is smooth, and reported in
-    the map frame: a jump of the belief moves all bodies, but gives none of them a speed.
+    a gate. A body is reported after ``min_hits`` groups and forgotten after ``max_coasting``
+    without one. It is followed in the odom frame, where the robot's own motion is smooth, and
+    reported in the map frame: a jump of the belief moves all bodies, but gives none of them a
+    speed.
     """
 
     def __init__(self, params: TrackerParams, static_map: OccupancyGrid) -> None:

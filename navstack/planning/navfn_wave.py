@@ -1,4 +1,4 @@
-"""NavFn's wave: the potential spread cell by cell (updateCell, propNavFnDijkstra and propNavFnAstar).
+"""NavFn's wave spreads the potential cell by cell (updateCell, propNavFnDijkstra, propNavFnAstar).
 
 Conventions as in :mod:`.navfn_kernels`.
 """

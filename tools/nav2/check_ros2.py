@@ -1,8 +1,8 @@
 """Whether our brain behind ROS 2 drives the rows that it drives in one process.
 
-``navbench run``, then ``navbench serve`` in lockstep with ``navbench drive`` in a process of its own,
-on the same deliveries, with sensors as messages carry them. Printed is how many rows are equal, and
-in what the others differ.
+``navbench run``, then ``navbench serve`` in lockstep with ``navbench drive`` in a process of its
+own, on the same deliveries, with sensors as messages carry them. Printed is how many rows are
+equal, and in what the others differ.
 
 Usage: python -m tools.nav2.check_ros2 [--episodes N] [--seed N] [--out FOLDER]
 """

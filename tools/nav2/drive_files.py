@@ -3,9 +3,9 @@
     python -m tools.nav2.drive_files FOLDER_OR_FILE ... [--seed 7] [--number 52]
 
 Without a folder those of NAVSTACK_DATA are driven: nav2_defaults, nav2_params, nav2_params_wild.
-A file that is refused with an offered ``--substitute`` is driven with it. Printed is a Markdown table
-with one row a file, then the shares with their Wilson intervals. ``lint`` must call an error what is
-refused; the exit status is 1 where it does not, or where a file ends in a traceback.
+A file that is refused with an offered ``--substitute`` is driven with it. Printed is a Markdown
+table with one row a file, then the shares with their Wilson intervals. ``lint`` must call an error
+what is refused; the exit status is 1 where it does not, or where a file ends in a traceback.
 """
 
 import argparse

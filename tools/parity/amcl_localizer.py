@@ -1,4 +1,4 @@
-"""AMCL end to end: from a map, odometry and scans to the weights of particles, as Nav2 computes them.
+"""AMCL end to end: from map, odometry and scans to the weights of particles, as Nav2 computes them.
 
 The localizer that drives is run, on the distances of Nav2's brush fire in place of the exact ones.
 """

@@ -40,8 +40,8 @@ def main(deliveries: int = 8) -> None:
         run_episode(dataclasses.replace(task, episode=episode))
     found = np.array(apart)
     print(  # noqa: T201
-        f"{(found > SAME).sum()} of {len(found)} plans lead elsewhere, {(found > 0.0).sum()} differ; "
-        f"largest distance {found.max():.2f} m"
+        f"{(found > SAME).sum()} of {len(found)} plans lead elsewhere, "
+        f"{(found > 0.0).sum()} differ; largest distance {found.max():.2f} m"
     )
 
 

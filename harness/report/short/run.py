@@ -1,4 +1,4 @@
-"""A finished run in at most 25 lines: what drove, the verdict, eight quantities; more of streets."""
+"""A finished run in at most 25 lines: what drove, verdict, eight quantities; more of streets."""
 
 import dataclasses
 from collections.abc import Sequence

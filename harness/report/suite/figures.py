@@ -79,8 +79,8 @@ def _panels(
         for each in standings:
             place = names.index(each.stack)
             if each.valuation is None:
-                axes.text(0.02, place, "not driven", transform=axes.get_yaxis_transform(), va="center",
-                          fontsize=SMALL, color=OPEN, style="italic")  # fmt: skip
+                axes.text(0.02, place, "not driven", transform=axes.get_yaxis_transform(),
+                          va="center", fontsize=SMALL, color=OPEN, style="italic")  # fmt: skip
                 continue
             line(axes, place, each)
             if len(numbers) == 1:

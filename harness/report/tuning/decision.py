@@ -106,8 +106,8 @@ def _unchanged(study: StudyResult, explanation: Explanation) -> Advice:
         return Advice(KEEP, why)
     why = (
         f"no other file was tried, as its {count} training missions leave less than "
-        f"{LEAST_GAIN:.2f} USD to gain. {room.n} unseen ones leave {room.value:.2f}: search on more "
-        "missions."
+        f"{LEAST_GAIN:.2f} USD to gain. {room.n} unseen ones leave {room.value:.2f}: search on "
+        "more missions."
     )
     return Advice(OPEN, why, episodes=max(2 * count, USUAL_EPISODES))
 

@@ -60,7 +60,10 @@ def sheets(
 
 
 def _scores(scores: Row, explanation: Explanation) -> Table:
-    """Every objective, the margin and the share in time and intact, on training missions and on unseen ones."""
+    """Every objective, the margin and the share in time and intact.
+
+    Each is told on training missions and on unseen ones.
+    """
     rows, missed = [], []
     for part, title in (("train", "training"), ("test", "unseen test")):
         for name, score in (scores[part] or {}).items():

@@ -70,8 +70,8 @@ class LidarParams(Parameters, whose="lidar"):
         box = self.self_filter
         if box.x_min > box.x_max or box.y_min > box.y_max:
             raise ParameterError(
-                f"lidar: self_filter x {box.x_min} to {box.x_max} m, y {box.y_min} to {box.y_max} m "
-                "holds nothing; allowed is min <= max"
+                f"lidar: self_filter x {box.x_min} to {box.x_max} m, y {box.y_min} to "
+                f"{box.y_max} m holds nothing; allowed is min <= max"
             )
 
 

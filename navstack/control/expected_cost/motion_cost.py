@@ -110,7 +110,8 @@ def risk_of(
 ) -> float:
     """Add to ``total`` what people and obstacles may cost in ``states`` (N, 7) [USD].
 
-    Infinite where that reaches ``bound``. The terms CONTACT to INSIDE of ``terms`` (6,) are written.
+    Infinite where that reaches ``bound``. The terms CONTACT to INSIDE of ``terms`` (6,) are
+    written.
     """
     body = scene.body
     rates = scene.rates

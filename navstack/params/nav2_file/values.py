@@ -72,7 +72,8 @@ def read_values(
 
 def _made(cls: type[T], values: Mapping[str, Any], prefix: str) -> T:
     """The dataclass with these values, by parameter."""
-    fields = {parameter_of(field.name): field.name for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
+    declared = dataclasses.fields(cls)  # type: ignore[arg-type]
+    fields = {parameter_of(field.name): field.name for field in declared}
     try:
         made = cls(**{fields[name]: value for name, value in values.items()})
     except InputError as error:
@@ -128,7 +129,10 @@ def _warnings_of(name: str, kind: Any, path: str, entry: ParameterEntry) -> Iter
     for rule in getattr(kind, "__metadata__", ()):
         is_replaced = isinstance(rule, Replaced) and entry.value not in rule.known
         if is_replaced and type(entry.value) is int:
-            message = f"{_shown(entry.value)} is none of {_told(rule.known)}; Nav2 warns and takes {rule.usual}"
+            message = (
+                f"{_shown(entry.value)} is none of {_told(rule.known)}; "
+                f"Nav2 warns and takes {rule.usual}"
+            )
             yield Notice("replaced-value", path, message, f"{name}: {rule.usual}", entry.line)
     if _is_left_open(kind, entry):
         message = f"{_shown(entry.value)} is left to a launch file; Nav2's default is read"

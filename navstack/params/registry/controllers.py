@@ -105,9 +105,9 @@ CONTROLLERS = family(
         "navstack::ExpectedCostController": _controller(
             "expected_cost.expected_cost_controller:ExpectedCostController",
             ExpectedCostParams,
-            """control.expected_cost.motion_cost control.expected_cost.people control.expected_cost.clearance
-            control.expected_cost.field perception.scan_clusters scan_matching.kernels
-            scan_matching.surface_field costmap.distances""",
+            """control.expected_cost.motion_cost control.expected_cost.people
+            control.expected_cost.clearance control.expected_cost.field perception.scan_clusters
+            scan_matching.kernels scan_matching.surface_field costmap.distances""",
             (*_CONTROL, "global_costmap", "cost_to_go", "prices"),
         ),
         "nav2_graceful_controller::GracefulController": _controller(

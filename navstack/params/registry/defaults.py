@@ -1,4 +1,4 @@
-"""Defaults in which a distribution of Nav2 differs from Jazzy, whose defaults the dataclasses have."""
+"""Defaults in which a distribution of Nav2 differs from Jazzy's, which the dataclasses have."""
 
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
