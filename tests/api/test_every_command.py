@@ -1,4 +1,4 @@
-"""Everything that a command does can be done by an import: each calls a function of ``navbench``."""
+"""All that a command does can be done by an import: each calls a function of ``navbench``."""
 
 import ast
 from pathlib import Path

@@ -38,7 +38,8 @@ recoveries_server:
     cycle_frequency: 20.0
     recovery_plugins: ["spin", "backup"]
     spin: {plugin: nav2_recoveries/Spin}
-    backup: {plugin: nav2_recoveries/BackUp, acceleration_limit: 2.5, deceleration_limit: -2.0, minimum_speed: 0.1}
+    backup: {plugin: nav2_recoveries/BackUp, acceleration_limit: 2.5, deceleration_limit: -2.0,
+      minimum_speed: 0.1}
     max_rotational_vel: 1.5
 """
     )

@@ -1,4 +1,4 @@
-"""Behaviors on an ideal robot, held against hand-computed speeds and Nav2's numbers of what went wrong."""
+"""Behaviors on an ideal robot, against hand-computed speeds and Nav2's numbers of what failed."""
 
 import math
 

@@ -12,7 +12,10 @@ TURN = Twist2D(angular_z=1.0)
 
 
 class Act:
-    """Does what its script says: "now" succeeds at once, "later" after one cycle, "no" cannot begin, "fails" later."""
+    """Does what its script says.
+
+    "now" succeeds at once, "later" after one cycle, "no" cannot begin, "fails" later.
+    """
 
     def __init__(self, name: str, script: str, log: list[str]) -> None:
         self.name = name

@@ -1,4 +1,7 @@
-"""Dynamic Window Pure Pursuit: the chosen velocity against a fine search, and what the wheels are asked for."""
+"""Dynamic Window Pure Pursuit.
+
+The chosen velocity against a fine search, and what the wheels are asked for.
+"""
 
 import itertools
 import math
@@ -80,7 +83,7 @@ def test_straight_on_the_yaw_rate_is_the_least_that_can_be():
 
 
 def drive(**given):
-    """The commands of 60 cycles on a path that bends sharply, by a robot that does as it is told."""
+    """The commands of 60 cycles on a path that bends sharply, by a robot that does as told."""
     params = RppParams(
         desired_linear_vel=0.8,
         use_rotate_to_heading=False,

@@ -2,6 +2,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pytest
@@ -202,9 +203,9 @@ def test_the_fast_way_equals_the_full_way(
 ) -> None:
     rng = np.random.default_rng(7)
     static, mask = make_map(rng), make_mask(rng, resolution, Pose2D(-3.3, -2.41, 0.0), size)
-    given = {"masks": {"keepout_filter": mask}, "rolling_window": rolling}
-    fast = make_costmap(static, plugins, filters, **given)  # type: ignore[arg-type]
-    full = make_costmap(static, plugins, filters, prefer_fast=False, **given)  # type: ignore[arg-type]
+    given: dict[str, Any] = {"masks": {"keepout_filter": mask}, "rolling_window": rolling}
+    fast = make_costmap(static, plugins, filters, **given)
+    full = make_costmap(static, plugins, filters, prefer_fast=False, **given)
     without = make_costmap(
         static, tuple(name for name in plugins if name != "keepout_filter"), rolling_window=rolling
     )

@@ -63,9 +63,10 @@ def walk_by(
     speed: float,
     **source: object,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Centres (n, 2) [m] of cells on the walk that are marked while somebody passes, and when nobody is there any more.
+    """Centres (n, 2) [m] of cells on the walk that are marked.
 
-    The robot looks on, at ``speed`` [m/s] along the walk. On the map there is nothing.
+    First while somebody passes, then when nobody is there any more. The robot looks on, at
+    ``speed`` [m/s] along the walk. On the map there is nothing.
     """
     given = {
         "clearing": True,
@@ -158,7 +159,10 @@ def test_at_the_edge_of_a_shadow_a_single_cell_may_stay(
     rolling: bool,
     prefer_fast: bool,
 ) -> None:
-    """The beam along the edge marked it, and its line of cells to the wall behind rounds past it (as in Nav2)."""
+    """The beam along the edge marked it.
+
+    Its line of cells to the wall behind rounds past it (as in Nav2).
+    """
     during, after = walk_by(PASSAGE, rolling, prefer_fast, speed, inf_is_valid=True)
     assert len(during) > 100
     assert len(after) <= 1
@@ -186,7 +190,7 @@ def test_beams_without_return_clear_nothing_by_nav2s_default(
 @ways
 @windows
 def test_what_was_marked_beyond_the_raytrace_range_stays(rolling: bool, prefer_fast: bool) -> None:
-    """With obstacle_max_range > raytrace_max_range there is a ring that beams mark and never clear."""
+    """With obstacle_max_range > raytrace_max_range, beams mark a ring and never clear it."""
     during, after = walk_by(
         BEHIND,
         rolling,

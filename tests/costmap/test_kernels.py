@@ -10,7 +10,10 @@ from navstack.params.costmap import InflationLayerParams
 
 
 def slow_line(x0: int, y0: int, x1: int, y1: int, longest: float) -> set[tuple[int, int]]:
-    """A line in exact arithmetic: halves round up along the shorter axis, odd lengths excepted as integers do."""
+    """A line in exact arithmetic: halves round up along the shorter axis.
+
+    Odd lengths are excepted, as integers do.
+    """
     dx, dy = x1 - x0, y1 - y0
     longer = max(abs(dx), abs(dy))
     if longer == 0:
@@ -180,7 +183,10 @@ def test_a_polygon_fills_its_cells_and_one_off_the_grid_none() -> None:
 def test_returns_within_the_obstacle_ranges_mark_on_the_grid_and_in_the_list(
     limits: tuple[float, float],
 ) -> None:
-    """Nav2's rule: least <= metres < most, and ceil(least) <= whole cells between both cells <= ceil(most)."""
+    """Nav2's rule: least <= metres < most.
+
+    And: ceil(least) <= whole cells between both cells <= ceil(most).
+    """
     rng = np.random.default_rng(7)
     resolution, window, origin = 0.05, np.array((300, -200, 60, 50)), np.array((-0.4, 0.7))
     ox, oy = 1.03, 1.92

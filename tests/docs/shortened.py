@@ -97,7 +97,8 @@ NOT_EXECUTED = {
         "a node of another program takes part",
         "tests/ros2/test_drive_and_serve.py::test_our_brain_in_another_process_drives_the_same",
     ),
-    r"ros2 launch .*|export ROS_DOMAIN_ID=.*|navbench compare results/latest results/of-another-run": Reason(
+    r"ros2 launch .*|export ROS_DOMAIN_ID=.*|"
+    r"navbench compare results/latest results/of-another-run": Reason(
         "a ROS 2 installation is not here",
         "tests/ros2/test_drive_and_serve.py::test_a_law_over_ros_2_drives_as_in_the_own_process",
     ),
@@ -112,11 +113,14 @@ NOT_EXECUTED = {
         "minutes to hours of processor time; its --help is executed",
         "tests/docs/test_commands.py::test_the_program_knows_every_option",
     ),
-    r"navbench tune --stack (nav2-stock .* (dwb_sampling|local_layers)|(mpc|evasive|nav2)-gps-ekf|nav2-gps) .*": Reason(
+    r"navbench tune --stack "
+    r"(nav2-stock .* (dwb_sampling|local_layers)|(mpc|evasive|nav2)-gps-ekf|nav2-gps) .*": Reason(
         "the like is executed on the same page",
-        "tests/harness/tuning/test_study.py::test_a_killed_study_goes_on_with_two_workers_to_what_one_makes",
+        "tests/harness/tuning/test_study.py::"
+        "test_a_killed_study_goes_on_with_two_workers_to_what_one_makes",
     ),
-    r"navbench (tune --stack my_robot_nav2.yaml .*|ablate --(sensors \w+|inject \S+) --episodes 200)": Reason(
+    r"navbench (tune --stack my_robot_nav2.yaml .*|"
+    r"ablate --(sensors \w+|inject \S+) --episodes 200)": Reason(
         "the like is executed on a page of its own",
         "tests/docs/test_commands.py::test_commands_of_a_page_work_one_after_the_other",
     ),
@@ -134,7 +138,8 @@ NOT_EXECUTED = {
     ),
     r"dask (scheduler|worker) .*|navbench run .* --executor dask .*": Reason(
         "a cluster is other processes",
-        "tests/execution/test_dask_execution.py::test_studies_of_every_kind_have_the_rows_of_local_ones",
+        "tests/execution/test_dask_execution.py::"
+        "test_studies_of_every_kind_have_the_rows_of_local_ones",
     ),
     r"navbench suite barn .*": Reason(
         "needs the challenge's worlds", "tests/study/test_barn.py::test_a_stack_drives_the_worlds"
@@ -147,7 +152,8 @@ NOT_EXECUTED = {
         "tests/execution/test_cluster_examples.py::test_slurm_jobs_have_workers_of_one_thread",
     ),
     r"make \w+": Reason("installs into .venv, or runs this very test; looked up in the Makefile"),
-    r"(python docs/examples/train_policy.py .*|navbench run --stack docs/examples/tiny_policy.yaml .*)": Reason(
+    r"(python docs/examples/train_policy.py .*|"
+    r"navbench run --stack docs/examples/tiny_policy.yaml .*)": Reason(
         "minutes of processor time",
         "tests/api/test_examples.py::test_a_policy_is_trained_and_driven",
     ),

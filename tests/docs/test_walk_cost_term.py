@@ -1,4 +1,4 @@
-"""A stranger's walk: add a cost term, in a copy of the tree, and find it wherever money is shown."""
+"""A stranger's walk: add a cost term, in a copy of the tree, and find it wherever money shows."""
 
 import json
 import shutil

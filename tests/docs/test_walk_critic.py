@@ -1,4 +1,4 @@
-"""A stranger's walk: add a critic to DWB, in a copy of the product, and find it where critics show."""
+"""A stranger's walk: add a critic to DWB in a copy of the product; find it where critics show."""
 
 import json
 from pathlib import Path

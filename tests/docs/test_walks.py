@@ -1,4 +1,7 @@
-"""A stranger's walk: an extension is written into a copy of the product, and the files that it touches are counted."""
+"""A stranger's walk: an extension is written into a copy of the product.
+
+The files that it touches are counted.
+"""
 
 import filecmp
 import json
@@ -72,7 +75,10 @@ class Walk:
         )
 
     def navbench(self, *commands: Sequence[str]) -> list[tuple[int, str]]:
-        """Exit status and what is printed of each of several commands of the copy, in one process."""
+        """Exit status and what is printed of each of several commands of the copy.
+
+        All run in one process.
+        """
         done = self.python("-c", COMMANDS, json.dumps(commands))
         assert done.returncode == 0, done.stderr
         return [tuple(json.loads(line)) for line in done.stdout.splitlines()]
@@ -248,7 +254,9 @@ def truth(tick):
     return Truth(0.1 * tick, Pose2D(), 0.0, Twist2D(0.1 * tick), people, (), (), None)
 
 ground = OccupancyGrid(np.zeros((1, 1), np.int8), 100.0, Pose2D())
-log = DeliveryLog(truth(0), Scene("flat", (), (), ground, ground), Body((0.0, 0.0), (0.5, 0.25), 0.3))
+log = DeliveryLog(
+    truth(0), Scene("flat", (), (), ground, ground), Body((0.0, 0.0), (0.5, 0.25), 0.3)
+)
 for tick in range(1, 101):
     log.record(truth(tick), None)
 row = dict.fromkeys(EPISODE_COLUMNS) | log.measurements(truth(100))

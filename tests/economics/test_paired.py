@@ -27,7 +27,10 @@ def compared(differences, clusters=None):
 
 
 def test_darwins_maize():
-    """Fisher 1935, The Design of Experiments, section 21: 863 of the 32768 sign patterns are as far on one side."""
+    """Fisher 1935, The Design of Experiments, section 21.
+
+    863 of the 32768 sign patterns are as far on one side.
+    """
     eighths_of_an_inch = np.array(
         [49, -67, 8, 16, 6, 23, 28, 41, 14, 29, 56, 24, 75, 60, -48], dtype=float
     )
@@ -47,7 +50,7 @@ def test_few_missions_try_every_pattern(n):
 
 @pytest.mark.parametrize("n", [4, 40])
 def test_losses_are_as_sure_as_gains(n):
-    """A difference that all missions share is as far out as two of the patterns, or as no random one."""
+    """A difference that all missions share is as far out as two patterns, or as no random one."""
     alike = np.full(n, 0.1)
     assert (
         sign_flip_p(alike, rng())

@@ -1,4 +1,4 @@
-"""The delay of people: against sums by hand, and against a crowd that walks alone from the start."""
+"""The delay of people: against sums by hand, and a crowd that walks alone from the start."""
 
 import math
 from pathlib import Path

@@ -144,7 +144,9 @@ from types import SimpleNamespace
 sys.path.insert(0, {examples!r})
 import dask_jobqueue, slurm_study
 slurm_study.NAVBENCH = [sys.executable, "-c", {navbench!r}]
-cluster = SimpleNamespace(scale=lambda jobs: None, wait_for_workers=lambda n: None, scheduler_address="tcp://here:1")
+cluster = SimpleNamespace(
+    scale=lambda jobs: None, wait_for_workers=lambda n: None, scheduler_address="tcp://here:1"
+)
 sys.exit(slurm_study.run(cluster, 1, ["run"]))
 """
 KEEPS_WHAT_IS_FINISHED = """

@@ -121,7 +121,7 @@ def _priced(row, events, prices):
 
 @pytest.fixture
 def navbench(capsys):
-    """Call the program in this process; gives its exit status and what it printed on both streams."""
+    """Call the program in this process; gives its exit status and what both streams show."""
 
     def call(*words):
         with pytest.raises(SystemExit) as ended:

@@ -70,7 +70,10 @@ def analysed(folder: Path, stacks: tuple[Stack, ...], against: str | None = None
 
 
 def costly(row: dict[str, Any]) -> None:
-    """Every delivery earns its fee and costs an amount of its own, and 0.7 USD per metre of injected error."""
+    """Every delivery earns its fee and costs an amount of its own.
+
+    Each metre of injected error costs 0.7 USD more.
+    """
     row["outcome"] = "sla"
     own = np.random.default_rng(row["episode"]).uniform(0.0, 2.0)
     row["pedestrian_injury_usd"] = own + PRICE * LEVELS[row["stack"]]

@@ -56,7 +56,10 @@ def test_a_difference_is_found_with_sign_interval_and_p(write_run):
 
 
 def test_a_dollar_takes_as_many_pairs_as_a_test_needs_for_it(write_run):
-    """A paired t-test of power 0.8 at 5 % on each side needs (1.96 + 0.84)^2 variances (Chow et al. 2008)."""
+    """A paired t-test of power 0.8 at 5 % on each side.
+
+    It needs (1.96 + 0.84)^2 variances (Chow et al. 2008).
+    """
     a, b = write_run("a"), write_run("b", change=faster)
     told = compared(a, b, "contribution_margin")["of_a_dollar"]
     runs = [load_run(str(run)) for run in (a, b)]

@@ -155,7 +155,10 @@ def test_discs_lie_along_the_longer_side():
 
 
 def test_encounters_of_a_pass():
-    """Somebody passes a standing robot that looks north: 40 ticks of 0.1 s, from y = -2 m at 1 m/s, at x = 1 m."""
+    """Somebody passes a standing robot that looks north.
+
+    That takes 40 ticks of 0.1 s, from y = -2 m at 1 m/s, at x = 1 m.
+    """
     met = Encounters(BODY)
     for k in range(40):
         person = (1.0, -2.0 + 0.1 * (k + 0.5), 0.0, 1.0)

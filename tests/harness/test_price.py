@@ -215,7 +215,10 @@ def test_accounting_by_hand(write_run):
 
 
 def test_monotone_by_hand(write_run):
-    """Counted contacts with people at a price that never falls, and every touch of a mailbox by its impulse."""
+    """Counted contacts with people at a price that never falls.
+
+    And every touch of a mailbox by its impulse.
+    """
     run = write_run("run", crowd=4.0)
     stored, prices = load_run(str(run)), load_prices()
     rows, found = stored.stacks[0].rows, priced(run)[0]["accountings"]
@@ -523,7 +526,10 @@ def test_pricing_loads_nothing_that_simulates(write_run):
 
 
 def test_deliveries_of_one_mission_are_one_cluster(write_run):
-    """Half as many missions, each driven twice alike, give wider intervals than as many missions driven once."""
+    """Half as many missions, each driven twice alike, give wider intervals.
+
+    They are wider than those of as many missions driven once.
+    """
 
     def twice(row):
         own = np.random.default_rng(row["episode"] // 2)
@@ -620,7 +626,10 @@ def test_contacts_beyond_the_peak_and_beyond_the_limit_are_counted(write_run):
 
 
 def test_a_set_has_terms_and_prices_of_its_own_and_is_kept_whole(tmp_path):
-    """A stored study goes on only with the price file that it holds, so published prices are dumped as ever."""
+    """A stored study goes on only with the price file that it holds.
+
+    So published prices are dumped as ever.
+    """
     study = Path(__file__).parents[2] / "results" / "baseline" / "controllers"
     stored = load_yaml(parameter_folder(study) / "prices.yaml")
     assert load_text(dump_dataclass(load_prices()), "dump") == stored

@@ -1,4 +1,4 @@
-"""What drove, where and among whom is named by content, and what is unlike the paper's setting is."""
+"""What drove, where and among whom is named by content; what is unlike the paper's setting is."""
 
 import dataclasses
 from collections.abc import Callable

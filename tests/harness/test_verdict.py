@@ -158,7 +158,10 @@ def test_the_best_is_ranked_where_the_missions_tell(write_run):
 
 
 def worse_in(count, outcome="sla"):
-    """The stack ``bad`` pays some dollars more than ``good`` in so many missions, and ends there with an outcome."""
+    """The stack ``bad`` pays some dollars more than ``good`` in so many missions.
+
+    It ends there with an outcome.
+    """
 
     def change(row):
         row.update({key: 0 for key in row if key.endswith("_contacts")})
@@ -183,7 +186,10 @@ def margin_of(comparison):
 
 @pytest.mark.parametrize(("count", "is_significant"), [(5, False), (6, True)])
 def test_every_screen_flips_with_the_test(write_run, count, is_significant):
-    """Five missions of one sign have p 0.0625, and six 0.03125: all screens turn there, and the interval, too."""
+    """Five missions of one sign have p 0.0625, and six 0.03125.
+
+    All screens turn there, and the interval, too.
+    """
     run = write_run("run", ("good", "bad"), episodes=9, change=worse_in(count), crowd=0.0)
     good, bad = good_and_bad(run)
     comparison = compare(good, bad, [MARGIN])

@@ -1,4 +1,4 @@
-"""Recorded logs: bags of ROS 1, SQLite and MCAP files, metadata of ROS 2, and reference trajectories."""
+"""Recorded logs: bags of ROS 1, SQLite and MCAP, metadata of ROS 2, and reference trajectories."""
 
 import sqlite3
 import struct
@@ -12,8 +12,8 @@ from .case import Case, Make, pipe, put
 from .yaml_attacks import ATTACKS
 
 _FIX, _ODOMETRY = b"sensor_msgs/NavSatFix", b"nav_msgs/Odometry"
-_SCHEMA = """CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT,
-    offered_qos_profiles TEXT);
+_SCHEMA = """CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT,
+    serialization_format TEXT, offered_qos_profiles TEXT);
 INSERT INTO topics VALUES (1, '/fix', 'sensor_msgs/msg/NavSatFix', 'cdr', '');"""
 _MESSAGES = (
     "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);"

@@ -1,4 +1,4 @@
-"""Run folders: the manifest, parameters, journal and tables of a run that somebody else made, or damaged."""
+"""Run folders: manifest, parameters, journal and tables of a run that others made, or damaged."""
 
 import contextlib
 import functools
@@ -30,7 +30,7 @@ _HUGE = "9" * 400
 
 @functools.cache
 def valid_run(episodes: int) -> Path:
-    """A run of two deliveries with the first ``episodes`` of them finished, made once per process."""
+    """A run of two deliveries, the first ``episodes`` of them finished, made once per process."""
     root = Path(tempfile.mkdtemp(dir=Path.cwd().parent))  # beside the folders of the cases
     rules, world = put(root / "rules.yaml", RULES), write_map(root)
     study = make_study(

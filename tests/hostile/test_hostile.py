@@ -1,4 +1,7 @@
-"""Nothing received can harm: every malformed input ends in one clear line, in time, within memory, changing nothing."""
+"""Nothing received can harm.
+
+Every malformed input ends in one clear line, in time, within memory, changing nothing.
+"""
 
 from pathlib import Path
 

@@ -67,7 +67,10 @@ class Demo:
         )
 
     def map(self) -> OccupancyGrid:
-        """Occupied where beams ended, free where they passed, unknown elsewhere and where the robot does not start."""
+        """Occupied where beams ended, free where they passed, unknown elsewhere.
+
+        Where the robot does not start is unknown, too.
+        """
         scans = []
         for pose, ranges in zip(self._data["map_pose"], self._data["map_ranges"], strict=True):
             sensor, returned = compose(Pose2D(*pose), self._sensor), ranges < NO_RETURN

@@ -1,4 +1,7 @@
-"""AMCL with GPS: fixes hold it where scans do not, bring it back from a wrong start, and cannot carry it away."""
+"""AMCL with GPS: fixes hold it where scans do not, and bring it back from a wrong start.
+
+They cannot carry it away.
+"""
 
 import math
 from dataclasses import replace

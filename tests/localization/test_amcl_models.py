@@ -145,7 +145,10 @@ def test_beams_off_the_map_that_most_particles_see_are_skipped(grid):
     ],
 )
 def test_beams_agree_with_the_map_nearer_than_a_distance(distance, end, counts):
-    """One of three beams ends in the cell before the wall, farther before it, or off the map, where none agrees."""
+    """One of three beams ends in the cell before the wall, farther before it, or off the map.
+
+    Off the map, none agrees.
+    """
     cells = np.full((9, 20), FREE, dtype=np.int8)
     cells[:, 16] = OCCUPIED
     given = AmclParams(do_beamskip=True, max_beams=3, beam_skip_distance=distance)

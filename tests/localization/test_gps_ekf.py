@@ -211,7 +211,10 @@ def test_health_falls_with_the_age_of_the_last_fix_that_was_let_in(age, health):
 
 
 def test_a_slipping_wheel_counts_less():
-    """One wheel spins for 2 s: the wheels say 1 m/s more and a turn, the gyro and the accelerometer do not."""
+    """One wheel spins for 2 s: the wheels say 1 m/s more and a turn.
+
+    The gyro and the accelerometer do not.
+    """
 
     def observation(i):
         stamp, spins = i / RATE, 300 <= i < 360
@@ -264,7 +267,7 @@ def test_what_is_not_a_number_is_passed_over(drive):
 
 
 def test_stamps_that_cannot_be(drive):
-    """A message from next year does not make all others late, and one from 1970 does not take for ever."""
+    """A message from next year makes no others late, and one from 1970 does not take for ever."""
     observations, truth = drive(9, 10.0)
     shift = 1.7e9
     localizer = started()

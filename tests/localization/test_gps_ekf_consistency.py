@@ -1,4 +1,7 @@
-"""Does the filter know how well it knows? Normalized errors against chi-square (Bar-Shalom et al. 2001, sec. 5.4.2)."""
+"""Does the filter know how well it knows?
+
+Normalized errors against chi-square (Bar-Shalom et al. 2001, sec. 5.4.2).
+"""
 
 import dataclasses
 import math

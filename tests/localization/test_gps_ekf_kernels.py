@@ -1,4 +1,7 @@
-"""The filter's formulas: derivatives against finite differences, kernels against plain NumPy and filterpy."""
+"""The filter's formulas.
+
+Derivatives against finite differences, kernels against plain NumPy and filterpy.
+"""
 
 import dataclasses
 import math
@@ -95,7 +98,7 @@ def test_prediction_and_correction_against_the_textbook(seed):
 
 
 def test_the_noise_of_one_step_is_that_of_many():
-    """Noise that is integrated in closed form is that of a hundred small steps, and positive semidefinite."""
+    """Noise integrated in closed form is that of 100 small steps, and positive semidefinite."""
     mean = np.array((0.0, 0.0, 0.7, 1.3, 0.0, 0.0, 0.0, 0.0, 0.0))
     one = gps_ekf_kernels.process_noise(mean, 0.1, 0.0, 1.0, DENSITIES)
     many, state = np.zeros((SIZE, SIZE)), mean.copy()
@@ -229,7 +232,10 @@ def test_wheels_that_turn_otherwise_than_the_gyro_slip_or_show_its_bias(
     slip,
     learns,
 ):
-    """One wheel is wrong by the difference times the track width of 0.6 m, the mean of both by half of that."""
+    """One wheel is wrong by the difference times the track width of 0.6 m.
+
+    The mean of both is wrong by half of that.
+    """
     params = dataclasses.replace(
         GpsEkfParams(),
         imu0_yaw_rate_std=0.04,

@@ -45,7 +45,7 @@ def found(alignment: HeadingAlignment) -> Alignment:
 
 @pytest.mark.parametrize("rest", [0, 30])
 def test_its_errors_are_as_large_as_it_says(rest: int) -> None:
-    """Turn, mean position, the error that the next fixes share, and how they go together: 500 draws."""
+    """Turn, mean position, the next fixes' shared error, and how they go together: 500 draws."""
     rng, errors = np.random.default_rng(3), []
     for _ in range(500):
         alignment, turn, shared = fixes(rng, 0.5, rest, 12)

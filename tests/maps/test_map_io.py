@@ -1,4 +1,7 @@
-"""Maps as nav2_map_server reads and map_saver writes them, against cases worked out by hand from map_io.cpp."""
+"""Maps as nav2_map_server reads and map_saver writes them.
+
+The cases are worked out by hand from map_io.cpp.
+"""
 
 import math
 import os

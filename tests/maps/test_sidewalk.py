@@ -1,4 +1,4 @@
-"""The sidewalk worlds: the same for the same seed, and as large, wide and furnished as the paper's."""
+"""The sidewalk worlds: the same for one seed, and as large, wide and furnished as the paper's."""
 
 import hashlib
 import math

@@ -92,7 +92,7 @@ def test_a_blocks_sidewalks_lie_along_its_sides_and_around_what_they_enclose() -
 
 
 class Quarter:
-    """A generator that draws a quarter of the way from low to high, and knows what it was asked for."""
+    """A generator that draws a quarter of the way from low to high; it knows what it was asked."""
 
     def __init__(self) -> None:
         self.asked: list[tuple[float, float]] = []
@@ -156,7 +156,8 @@ def test_a_traffic_light_keeps_its_own_length_from_other_things(
         [Block(area, (1.0,) * 4, "buildings") for area in blocks], [Rect(0.0, 0.0, 7.0, 3.0)]
     )
     furnisher = Furnisher(streets, np.random.default_rng(0))
-    furnisher._draw = lambda mix: ("traffic_light", np.array((0.3, 0.9, 4.0)))  # type: ignore[method-assign]
+    piece = ("traffic_light", np.array((0.3, 0.9, 4.0)))
+    furnisher._draw = lambda mix: piece  # type: ignore[method-assign]
     (x, y), beside = ends[0], 0.3 + gap
     furnisher.pieces.append(
         Obstacle("trash_bin", Rect(x + beside, y, x + beside + 0.1, y + 0.1).polygon, 1.0)

@@ -1,4 +1,4 @@
-"""A flat world for the navigator: an ideal robot, a laser scanner, and walls that need not be on its map."""
+"""A flat world for the navigator: an ideal robot, a laser scanner, walls that its map may lack."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The rules of Nav2's default tree, one by one, with planners and controllers that fail as they are told."""
+"""The rules of Nav2's default tree, one by one, with planners and controllers that fail as told."""
 
 from types import SimpleNamespace
 
@@ -134,9 +134,7 @@ def test_the_path_is_computed_anew_every_second_while_it_is_followed() -> None:
     assert rig.controller.begun == 1
 
 
-def test_a_failed_plan_clears_the_global_costmap_and_is_tried_again_while_the_old_path_is_followed() -> (
-    None
-):
+def test_a_failed_plan_clears_the_global_costmap_and_is_tried_again_along_the_old_path() -> None:
     rig = Rig()
     rig.tick(10)
     rig.plan_fails("NO_VALID_PATH", times=1)

@@ -1,4 +1,7 @@
-"""Costmap filters whose info and mask servers stand in the Nav2 file, from the mask's image to the robot's motion."""
+"""Costmap filters whose info and mask servers stand in the Nav2 file.
+
+From the mask's image to the robot's motion.
+"""
 
 import math
 

@@ -1,4 +1,4 @@
-"""A controller that acts at rest: asked on after arrival and where no plan is found, as Nav2's are not."""
+"""A controller that acts at rest: asked on after arrival and without a plan, as Nav2's are not."""
 
 import math
 
@@ -14,7 +14,7 @@ GOAL = Pose2D(7.0, 4.0)
 
 
 def walker(grid: OccupancyGrid, begins: float):
-    """The cells of a room with a person in it who walks along the x axis at 1.2 m/s, over whatever is there."""
+    """The cells of a room with a person who walks along x at 1.2 m/s, over whatever is there."""
     rows, columns = np.indices(grid.data.shape)
     x = 0.05 * (columns + 0.5)
     y = 0.05 * (rows + 0.5)

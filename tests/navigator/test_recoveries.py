@@ -109,7 +109,7 @@ def test_a_robot_with_its_nose_in_the_inflation_backs_out_of_it(
 def test_a_boxed_in_robot_breaks_off_its_spin_before_the_tail_meets_the_box(
     room, make, drive
 ) -> None:
-    """The box is just wider than the footprint, with whose global padding the costmap is cleared."""
+    """The box is just wider than the footprint, with whose global padding the map is cleared."""
     grid = room()
     navigator, localizer = make(grid)
     sides = [(4.35, 6.05, 3.35, 3.4), (4.35, 6.05, 4.6, 4.65)]

@@ -1,6 +1,6 @@
-"""Sets up drives with extreme values of a file's numbers, one after the other, and says what came of each.
+"""Sets up drives with extreme values of a file's numbers, one after the other.
 
-A program of its own, so that whoever starts it may stop it:
+It says what came of each. A program of its own, so that whoever starts it may stop it:
 python extremes.py SEED COUNT FILE..., where a count of 0 means all.
 """
 

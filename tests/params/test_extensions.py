@@ -35,7 +35,9 @@ class Params:
 
 CRITIC = Extension("dwb_critics", "mine::Calm", Params, TwirlingCritic)
 CONTROLLER = Extension("controllers", "mine::Slow", Params, lambda *given: given)
-LOCALIZER = Extension("localizers", "mine::Still", Params, lambda *given: given, inputs=("odometry", "scan"))
+LOCALIZER = Extension(
+    "localizers", "mine::Still", Params, lambda *given: given, inputs=("odometry", "scan")
+)
 """
 DWB = """
 controller_server:
@@ -156,7 +158,8 @@ def test_without_the_package_its_types_are_unknown(load: Any) -> None:
     [
         (
             "import nowhere",
-            r"'critic = mine:CRITIC' of package mine cannot be loaded \(ModuleNotFoundError.*uninstall",
+            r"'critic = mine:CRITIC' of package mine cannot be loaded "
+            r"\(ModuleNotFoundError.*uninstall",
         ),
         ("CRITIC = 3", "of package mine is int; it has to be an Extension"),
         (

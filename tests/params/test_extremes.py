@@ -1,4 +1,4 @@
-"""Every number of a file has a range, and none, however extreme, makes ``lint`` and ``run`` differ."""
+"""Every number of a file has a range, and no extreme makes ``lint`` and ``run`` differ."""
 
 import dataclasses
 import json

@@ -1,4 +1,4 @@
-"""What two of the rules claim, measured with the planner and the controller that the file configures."""
+"""What two rules claim, measured with the planner and the controller that the file configures."""
 
 from dataclasses import replace
 from pathlib import Path as FilePath
@@ -22,7 +22,10 @@ CELL = 0.05  # [m]
 
 
 def cruising_speed(name, half_window, **changes):
-    """The speed in [m/s] that DWB settles at on an endless straight plan, with a drive that does as it is told."""
+    """The speed in [m/s] that DWB settles at on an endless straight plan.
+
+    Its drive does as it is told.
+    """
     nav2 = load_nav2(SHIPPED / f"{name}.yaml")
     params, frequency = (
         replace(read_dwb(nav2), **changes),
@@ -52,7 +55,7 @@ def test_beyond_the_plan_caps_the_speed_and_the_advice_frees_it():
 
 
 def corner_clearance(cost_scaling_factor, inflation_radius=1.0, inscribed=0.39, width=1.6):
-    """The least distance in [m] from a wall of NavFn's path around the corner of an L-shaped corridor."""
+    """Least distance [m] from a wall of NavFn's path around the corner of an L-shaped corridor."""
     free, cells = np.zeros((280, 280), dtype=bool), int(width / CELL)
     free[20 : 20 + cells, 20:260] = free[20:260, 260 - cells : 260] = True
     distance = distance_transform_edt(free) * CELL

@@ -215,7 +215,10 @@ SPACINGS = st.sampled_from(["", "\n", "    # what follows is tuned\n", "\n  # of
 
 @st.composite
 def files(draw):
-    """A file of one node: nested, dotted and flow namespaces, comments and blank lines, and the names in it."""
+    """A file of one node, and the names in it.
+
+    It has nested, dotted and flow namespaces, comments and blank lines.
+    """
     text, names = "amcl:  # the node\n  ros__parameters:\n", []
     for name in draw(NAMES):
         text += draw(SPACINGS)

@@ -11,13 +11,16 @@ global_costmap:
     ros__parameters:
       plugins: [static_layer, keepout, denoise_layer, inflation_layer]
       filters: [speed]
-      keepout: {plugin: nav2_costmap_2d::KeepoutFilter, filter_info_topic: /keepout_info, override_lethal_cost: true}
-      speed: {plugin: "nav2_costmap_2d::SpeedFilter", filter_info_topic: speed_info, speed_limit_topic: /speed_limit}
+      keepout: {plugin: nav2_costmap_2d::KeepoutFilter, filter_info_topic: /keepout_info,
+        override_lethal_cost: true}
+      speed: {plugin: "nav2_costmap_2d::SpeedFilter", filter_info_topic: speed_info,
+        speed_limit_topic: /speed_limit}
       denoise_layer: {plugin: "nav2_costmap_2d::DenoiseLayer", minimal_group_size: 5}
 """
 SPEED = """
 speed_filter_info_server:
-  ros__parameters: {type: 1, filter_info_topic: /speed_info, mask_topic: /masks/speed, base: 100.0, multiplier: -1.0}
+  ros__parameters: {type: 1, filter_info_topic: /speed_info, mask_topic: /masks/speed,
+    base: 100.0, multiplier: -1.0}
 speed_mask_server:
   ros__parameters: {yaml_filename: masks/speed.yaml, topic_name: masks/speed}
 """

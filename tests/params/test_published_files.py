@@ -37,16 +37,19 @@ NOT_HERE = (  # nodes that no delivery needs
 )
 WIRING = (  # names of topics, nodes and plugins
     r".*\.(odom_topic|scan_topic|map_topic|topic|(local_|global_)?(costmap|footprint)_topic)|"
-    r".*\.(plugins|observation_sources|map_subscribe_transient_local)|controller_server\.goal_checker_plugins|"
+    r".*\.(plugins|observation_sources|map_subscribe_transient_local)|"
+    r"controller_server\.goal_checker_plugins|"
     r"bt_navigator\.error_code_names|.*\.use_realtime_priority|"
-    r".*\.(publish_frequency|always_send_full_costmap|publish_voxel_map|debug_trajectory_details|save_pose_rate)"
+    r".*\.(publish_frequency|always_send_full_costmap|publish_voxel_map|debug_trajectory_details|"
+    r"save_pose_rate)"
 )
 WAITING = (  # for other processes, which answer at once here
-    r".*\.(transform_tolerance|costmap_update_timeout|wait_for_service_timeout|action_server_result_timeout|"
-    r"stop_pub_timeout|odom_duration)"
+    r".*\.(transform_tolerance|costmap_update_timeout|wait_for_service_timeout|"
+    r"action_server_result_timeout|stop_pub_timeout|odom_duration)"
 )
 IGNORED = (  # by Nav2 itself: names that the plugin does not have
-    r"local_costmap\.mark_threshold|controller_server\.FollowPath\.stateful|collision_monitor\.scan\.m(in|ax)_height|"
+    r"local_costmap\.mark_threshold|controller_server\.FollowPath\.stateful|"
+    r"collision_monitor\.scan\.m(in|ax)_height|"
     r"local_costmap\.front_3d_lidar_layer\.(decay_model|voxel_decay|voxel_size|track_unknown_space|"
     r"update_footprint_enabled)|.*\.hesai_mark\.(clear_after_reading|filter)"
 )

@@ -1,8 +1,9 @@
-"""Runs cases of the parity check on a copy of the sources in which one constant at a time reads otherwise.
+"""Runs cases of the parity check on a copy of the sources.
 
-A program of its own: standard input says what to do (JSON), standard output which cases went wrong. Each run happens
-in a fresh child process, because modules are imported and kernels compiled with the constants of that moment; the
-heavy libraries are imported once for all.
+In it one constant at a time reads otherwise. A program of its own: standard input says what to do
+(JSON), standard output which cases went wrong. Each run happens in a fresh child process, because
+modules are imported and kernels compiled with the constants of that moment; the heavy libraries are
+imported once for all.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Every recorded case of Nav2's C++ that is found in the folder of golden vectors, one test each."""
+"""Every recorded case of Nav2's C++ found in the folder of golden vectors, one test each."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,7 @@
-"""The certificate: nothing is skipped silently, what it compares it does compare, and bad folders are refused."""
+"""The certificate: nothing is skipped silently, and what it compares it does compare.
+
+Bad folders are refused.
+"""
 
 import dataclasses
 import json
@@ -40,8 +43,8 @@ OUTPUTS = {
     "simple_smoother": ("sm_short5", "sm_short5_out"),
     "dwb": (
         "goal_slowing",
-        "goal_slowing_{vel,raw,total,illegal_critic,npose,last_pose,poses,times,grid_GoalAlign,grid_PathAlign,"
-        "grid_PathDist,grid_GoalDist}",
+        "goal_slowing_{vel,raw,total,illegal_critic,npose,last_pose,poses,times,grid_GoalAlign,"
+        "grid_PathAlign,grid_PathDist,grid_GoalDist}",
     ),
     "dwb_jazzy": (
         "corridor",

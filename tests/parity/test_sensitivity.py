@@ -223,7 +223,7 @@ def label(constant: Constant, factor: float) -> str:
 
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The sources with what is compiled of them, which stays valid because the files keep their times."""
+    """The sources with what is compiled of them, still valid because files keep their times."""
     folder = tmp_path_factory.mktemp("sources")
     for package in PACKAGES:
         shutil.copytree(ROOT / package, folder / package, ignore=HALF_WRITTEN)

@@ -201,7 +201,10 @@ def test_the_filter_equals_filterpys() -> None:
 
 
 def test_the_filter_is_consistent() -> None:
-    """NEES of 200 bodies disturbed as the filter thinks, against the chi-squared distribution's 99 % interval."""
+    """NEES of 200 bodies, against the chi-squared distribution's 99 % interval.
+
+    The bodies are disturbed as the filter thinks.
+    """
     rng = default_rng(5)
     count = 200
     std = 0.05

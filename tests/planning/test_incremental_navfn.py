@@ -1,4 +1,7 @@
-"""The kept field gives paths as good as a fresh NavFn's (which, ending its wave early, is up to 2 % from the best)."""
+"""The kept field gives paths as good as a fresh NavFn's.
+
+A fresh one, ending its wave early, is up to 2 % from the best.
+"""
 
 from types import SimpleNamespace
 
@@ -37,7 +40,7 @@ def streets(seed=0):
 
 
 def path_cost(path, costmap):
-    """NavFn's cost of a path: crossing costs along it, by the trapezium rule at a tenth of a cell."""
+    """NavFn's cost of a path: crossing costs along it, by the trapezium rule at 0.1 cells."""
     crossing, _ = cost_tables(allow_unknown=True)
     points = path.poses[:, :2] / RESOLUTION
     along = np.concatenate(([0.0], np.cumsum(step_lengths(points))))

@@ -122,7 +122,10 @@ def test_a_cell_without_a_potential_has_no_lower_neighbour():
 
 
 def test_the_lowest_neighbour_is_compared_with_whole_numbers():
-    """The loop of calcPath: ``int minp = potarr[stc]``, then ``if (potarr[st] < minp) minp = potarr[st]``."""
+    """The loop of calcPath.
+
+    ``int minp = potarr[stc]``, then ``if (potarr[st] < minp) minp = potarr[st]``.
+    """
     rng = default_rng(0)
     for _ in range(500):
         potential = rng.uniform(98.0, 103.0, 25).astype(np.float32)

@@ -185,7 +185,10 @@ def test_why_there_is_no_path():
 
 
 def clear_by(path, costmap, footprint, start=START):
-    """Of a body from the map's squares, by the harness's own check, which shares no code with the planner."""
+    """Of a body from the map's squares, by the harness's own check.
+
+    That shares no code with the planner.
+    """
     squares = Obstacles(costmap.data == 254, costmap.resolution, costmap.origin_x, costmap.origin_y)
     return squares.clearance(path.poses, start, GOAL, footprint)
 
@@ -493,7 +496,7 @@ def test_a_strip_needs_no_room_where_costs_keep_the_centre_off_by_its_half_and_a
 @pytest.mark.parametrize("step", [-0.7, 0.7])
 @pytest.mark.parametrize("across", [False, True])
 def test_a_line_keeps_to_the_cells_that_it_crosses(step, across):
-    """It goes over from one column to the next beside it, and the columns on both sides are closed."""
+    """It goes over from one column to the next beside it; the columns on both sides are closed."""
     costs = np.zeros((10, 10), dtype=np.uint8)
     costs[:, [3, 6]] = 254
     for way in (1.0, -1.0):

@@ -1,4 +1,4 @@
-"""A potential that is forgotten leaves nothing behind, on small maps and on those that processes share."""
+"""A potential that is forgotten leaves nothing behind, on small maps and those processes share."""
 
 import numpy as np
 import pytest

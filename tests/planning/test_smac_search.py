@@ -148,9 +148,10 @@ def test_curves_are_tried_the_more_often_the_nearer_the_goal_is(
     iterations,
     by_curve,
 ):
-    """The first time at once, then after 40 / 3.5 steps of 2.09 cells, after 15 / 3.5, and each fourth one.
+    """At once, then after 40 / 3.5 steps of 2.09 cells, after 15 / 3.5, and each fourth one.
 
-    With a ratio of 10 each tenth step: the goal, 20 steps off, is nearer than that when a curve is too long last.
+    With a ratio of 10 each tenth step: the goal, 20 steps off, is nearer than that when a curve is
+    too long last.
     """
     goal = Goal(np.array((45.5, 10.5, 0.0)), 0, 0.0, 2000, 10, 1, 0.0, 8.0)
     ground = ground_of(np.zeros((20, 60), dtype=np.uint8))

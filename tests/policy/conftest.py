@@ -82,7 +82,8 @@ class Looks(Steer):
     """Drives where the picture of its camera is bright enough, and shows that it came over."""
 
     def act(self, seen):
-        assert seen.image.shape == (30, 40, 3) and seen.image.dtype == np.uint8 and seen.image.max() > 0
+        assert seen.image.shape == (30, 40, 3) and seen.image.dtype == np.uint8
+        assert seen.image.max() > 0
         return super().act(seen) * (seen.image[20:].mean() > 1.0)
 
 

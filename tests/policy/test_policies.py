@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pyarrow.parquet as pq
 import pytest
@@ -40,8 +41,8 @@ def task_of(hall: Path) -> Task:
 
     def make(stack: Path, **options: object) -> EpisodeTask:
         files = {"map_name": str(hall), "rules": str(stack.parent / "rules.yaml")}
-        choices: dict[str, object] = {"pedestrians": 0, **files, **options}
-        return make_study(stacks=[str(stack)], episodes=1, workers=1, **choices).template  # type: ignore[arg-type]
+        choices: dict[str, Any] = {"pedestrians": 0, **files, **options}
+        return make_study(stacks=[str(stack)], episodes=1, workers=1, **choices).template
 
     return make
 
@@ -202,12 +203,12 @@ def test_a_changed_policy_is_noted_when_a_run_goes_on(
 
 
 def test_a_policy_takes_another_planner_and_no_controller(stack: Write) -> None:
-    given = {"stacks": [str(stack("Steer"))], "episodes": 1}
+    given: dict[str, Any] = {"stacks": [str(stack("Steer"))], "episodes": 1}
     with pytest.raises(
         InputError, match="a policy drives stack 'steer', and the controller_server"
     ):
-        make_study(**given, substitutes=["FollowPath=dwb_core::DWBLocalPlanner"])  # type: ignore[arg-type]
-    make_study(**given, substitutes=["GridBased=navstack::IncrementalNavfn"])  # type: ignore[arg-type]
+        make_study(**given, substitutes=["FollowPath=dwb_core::DWBLocalPlanner"])
+    make_study(**given, substitutes=["GridBased=navstack::IncrementalNavfn"])
 
 
 ODD = os.fsdecode(b"odd-\xff")  # a name of a file that is not UTF-8

@@ -1,4 +1,4 @@
-"""A drive over a hill: what wheels and inertial unit measure there, and where the robot exactly is."""
+"""A drive over a hill: what wheels and inertial unit measure, and where the robot exactly is."""
 
 import math
 
@@ -31,7 +31,7 @@ def _yaw(t: float) -> float:
 
 
 def drive(slope: float, seed: int = 0) -> tuple[list[Entry], tuple[float, float, float]]:
-    """Odometry and inertial unit at 50 Hz, fixes at 1 Hz, and x, y [m] and the way [m] at the end."""
+    """Odometry and inertial unit at 50 Hz, fixes at 1 Hz, x, y [m] and the way [m] at the end."""
     rng = np.random.default_rng(seed)
     x, y, t = 0.0, 0.0, 0.0
     poses = []

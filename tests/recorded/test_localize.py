@@ -79,7 +79,7 @@ def replay(bag: Path, localizer: str, *more: object) -> dict:
 
 
 def straight(count: int = 500, **of_imu: str) -> list[Entry]:
-    """1 m/s to the east with odometry that is 10 % short, exact headings and fixes with 0.2 m of noise."""
+    """1 m/s to the east: odometry 10 % short, exact headings and fixes with 0.2 m of noise."""
     rng = np.random.default_rng(0)
     entries = []
     for i in range(count):
@@ -262,8 +262,8 @@ def test_unset_stamps_of_a_busy_topic_spoil_no_other(tmp_path, capsys, stuck):
     bag = write(tmp_path / "straight", entries + more, "ros1")
     replay(bag, "odom_imu")
     said = [line for line in capsys.readouterr().err.splitlines() if "another time" in line]
-    assert said == ["note: 1200 messages of /imu/data have stamps that are unset or of another time; "
-                    "taken as measured when they arrived"]  # fmt: skip
+    assert said == ["note: 1200 messages of /imu/data have stamps that are unset or of another "
+                    "time; taken as measured when they arrived"]  # fmt: skip
     written = read_tum(tmp_path / "out.tum")
     assert written.stamps[0] == pytest.approx(START) and written.stamps[-1] == pytest.approx(
         START + 5.995, abs=0.01
@@ -272,7 +272,7 @@ def test_unset_stamps_of_a_busy_topic_spoil_no_other(tmp_path, capsys, stuck):
 
 
 def test_amcl_tells_poses_of_the_odometrys_times_alone(tmp_path):
-    """Scans come between messages of odometry, at which the belief is still that of the last one."""
+    """Scans come between messages of odometry, where the belief is still that of the last one."""
     entries = sidewalk_drive().entries
     bag, out = write(tmp_path / "drive", entries, "mcap"), tmp_path / "out.tum"
     assert localize("--bag", bag, *ON_SIDEWALK, *AT_THE_START, "--out", out) == 0
@@ -296,8 +296,8 @@ def test_global_localization_with_fixes_needs_a_datum(tmp_path, capsys):
     )
     line = complaint(capsys, *base, "--global")
     assert (
-        "--global without --datum: localizer amcl-gps would place the first fix at a start that nobody knows"
-        in line
+        "--global without --datum: localizer amcl-gps would place the first fix at a start "
+        "that nobody knows" in line
     )
     assert "give --datum LAT,LON[,HEADING], or --initial-pose in place of --global" in line
     assert localize(*base, "--global", "--datum", "37.4,-122.1") == 0
@@ -498,7 +498,10 @@ class TestTheHusky:
     bag = Path(str(DATA)) / "robot_localization" / "test1.bag"
 
     def test_it_ends_where_robot_localization_says(self, tmp_path):
-        """Final position and tolerance: test_ekf_localization_node_bag1.test of robot_localization."""
+        """Final position and tolerance as in robot_localization.
+
+        Its file is test_ekf_localization_node_bag1.test.
+        """
         began = time.process_time()
         x, y, _ = self._replay(tmp_path, "odom_imu")["final"]
         assert math.hypot(x + 40.0454, y + 76.9988) < 1.0452

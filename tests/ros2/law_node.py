@@ -1,4 +1,7 @@
-"""A node that drives by a fixed law at each time of the clock: ``python law_node.py TYPE QUALITY``."""
+"""A node that drives by a fixed law at each time of the clock.
+
+Usage: python law_node.py TYPE QUALITY
+"""
 
 import sys
 

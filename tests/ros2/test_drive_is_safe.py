@@ -1,4 +1,4 @@
-"""Whatever happens around the robot, it stands within 0.2 s, and nothing unusable reaches the brain."""
+"""Whatever happens around the robot, it stands within 0.2 s; nothing unusable reaches the brain."""
 
 import math
 import random

@@ -1,4 +1,4 @@
-"""A run folder that somebody else made or damaged ends in one clear line, and nothing is written out of it."""
+"""A run folder that others made or damaged ends in one clear line, and writes nothing elsewhere."""
 
 import copy
 import json

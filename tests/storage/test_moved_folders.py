@@ -1,4 +1,4 @@
-"""A run whose folder is removed, moved or replaced while it is driven loses nothing that was finished."""
+"""A run whose folder is removed, moved or replaced while driven loses nothing that was finished."""
 
 import os
 import random
@@ -116,7 +116,7 @@ def test_what_is_finished_is_kept_and_what_others_put_there_stays(
         written(file, columns, rows)  # type: ignore[arg-type]
 
     monkeypatch.setattr(run_folder, "write_table", write_table)
-    with pytest.raises(InputError) as stopped, RunFolder(path, TABLES, count) as folder:  # noqa: PT012
+    with pytest.raises(InputError) as stopped, RunFolder(path, TABLES, count) as folder:
         for key in ORDER[: count - 1]:
             folder.add(record(*key))
         now("recording")

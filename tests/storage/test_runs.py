@@ -194,7 +194,7 @@ def test_a_full_disk_ends_in_one_clear_line(
         raise OSError(errno.ENOSPC, "No space left on device")
 
     create_run(tmp_path / "run", {}, {})
-    with monkeypatch.context() as patch, pytest.raises(InputError) as complaint:  # noqa: SIM117, PT012
+    with monkeypatch.context() as patch, pytest.raises(InputError) as complaint:
         with RunFolder(tmp_path / "run", TABLES, 4) as folder:
             folder.add(record(0, 0))
             patch.setattr(os, "fsync", full)

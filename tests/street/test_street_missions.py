@@ -1,4 +1,4 @@
-"""Missions on an imported district: legs, the part of the district around each, and a day of them."""
+"""Missions on an imported district: legs, the part of the district around each, a day of them."""
 
 import dataclasses
 import json

@@ -27,8 +27,10 @@ from navstack.costmap.occupancy_grid import OCCUPIED
 from navstack.errors import InputError
 
 DATA = os.environ.get("NAVSTACK_DATA")
-MODEL = """<model name='unit_cylinder_{n}'><pose frame=''>{x} {y} 0 0 0 0</pose><link name='link'><collision name='c'>
-<geometry><cylinder><radius>0.075</radius><length>1</length></cylinder></geometry></collision></link></model>"""
+MODEL = """<model name='unit_cylinder_{n}'><pose frame=''>{x} {y} 0 0 0 0</pose>
+<link name='link'><collision name='c'>
+<geometry><cylinder><radius>0.075</radius><length>1</length></cylinder></geometry>
+</collision></link></model>"""
 WORLD = (
     "<sdf version='1.6'><world name='default'><model name='ground_plane'/>{models}</world></sdf>"
 )

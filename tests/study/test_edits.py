@@ -1,4 +1,4 @@
-"""Edits of a run folder that ``navbench verify`` notices, and those that it does not, as docs say."""
+"""Edits of a run folder that ``navbench verify`` notices and those it does not, as docs say."""
 
 import json
 import random

@@ -2,6 +2,7 @@
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -55,8 +56,8 @@ def test_a_crowded_map_is_told(tmp_path: Path) -> None:
     hall = OccupancyGrid(np.zeros((200, 600), dtype=np.int8), 0.05, Pose2D())  # 30 m by 10 m
     save_map(hall, tmp_path / "hall.yaml")
 
-    def notes(**choice: object) -> list[str]:
-        study = make_study(stacks=["parked"], episodes=1, workers=1, **choice)  # type: ignore[arg-type]
+    def notes(**choice: Any) -> list[str]:
+        study = make_study(stacks=["parked"], episodes=1, workers=1, **choice)
         return crowd_notes(study, Parts(study.template))
 
     (note,) = notes(map_name=str(tmp_path / "hall.yaml"))

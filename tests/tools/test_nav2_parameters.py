@@ -23,7 +23,8 @@ from tools.nav2.parameters import Sources, read_distribution
         ('declare_parameter("f", rclcpp::PARAMETER_STRING_ARRAY);', "f", {"type": "string_array"}),
         ('get("g", static_cast<double>(K)); declare_parameter("h", static_cast<double>(K));', "h",
          {"type": "double"}),
-        ('declare_parameter("i", std::vector<double>{0.5, -M_PI});', "i", [0.5, -3.141592653589793]),
+        ('declare_parameter("i", std::vector<double>{0.5, -M_PI});', "i",
+         [0.5, -3.141592653589793]),
         ('declare_parameter("j", names_);', "j", None),
         ('declare_parameter("k", 3.0f);', "k", 3.0),
         ('auto getParam = handler->getParamGetter(name_ + ".Group");\ngetParam(x, "l", 2);',
@@ -48,7 +49,9 @@ def test_a_declaration_in_python() -> None:
 
 
 FILES = {
-    "nav2_controller/src/parameter_handler.cpp": 'node->declare_parameter("controller_frequency", 20.0);',
+    "nav2_controller/src/parameter_handler.cpp": (
+        'node->declare_parameter("controller_frequency", 20.0);'
+    ),
     "nav2_controller/plugins.xml": """<class_libraries><library path="x">
       <class type="nav2_controller::SimpleGoalChecker" base_class_type="nav2_core::GoalChecker"/>
       <class type="nav2_controller::StoppedGoalChecker" base_class_type="nav2_core::GoalChecker"/>

@@ -1,4 +1,4 @@
-"""Stored studies: each column in its smallest encoding, every value as it was, and all few files."""
+"""Stored studies: each column in its smallest encoding, every value as it was, all few files."""
 
 import subprocess
 from pathlib import Path

@@ -1,4 +1,7 @@
-"""Experiments in an empty place: the physical world without a city, sensors, popcorn or people with plans."""
+"""Experiments in an empty place.
+
+The physical world without a city, sensors, popcorn or people with plans.
+"""
 
 import dataclasses
 import math
@@ -139,7 +142,10 @@ def collide(
     obstacles: Iterable[Obstacle],
     people: Iterable[Person],
 ) -> Contact:
-    """Let the coasting robot, thrown forward with ``speed`` [m/s], hit the one thing within 1.5 m ahead of it."""
+    """Let the coasting robot, thrown forward with ``speed`` [m/s], hit the one thing ahead.
+
+    The thing is within 1.5 m.
+    """
     with laboratory(coasting(robot), params, obstacles, people) as world:
         fling(world, speed)
         for _ in range(round((2.0 / speed + 0.3) * params.physics.rate)):
@@ -154,7 +160,10 @@ def greatest_tilt(
     speed: float,
     obstacle: Obstacle,
 ) -> float:
-    """How far [rad] the coasting robot leans when it hits something within 1 m ahead with ``speed`` [m/s]."""
+    """How far [rad] the coasting robot leans when it hits something with ``speed`` [m/s].
+
+    That is within 1 m ahead of it.
+    """
     greatest = 0.0
     with laboratory(coasting(robot), params, [obstacle]) as world:
         fling(world, speed)

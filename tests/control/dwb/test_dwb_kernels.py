@@ -49,7 +49,7 @@ def make_scene(costmap, footprint=NOTHING, plan=NOTHING):
 
 
 def roll_out_twin(start, velocity, command, limits, steps, sim_time):
-    """StandardTrajectoryGenerator::generateTrajectory with a fresh sine and cosine in every step."""
+    """StandardTrajectoryGenerator::generateTrajectory with a new sine and cosine in every step."""
     x, y, yaw = start
     v = list(velocity)
     dt = sim_time / steps

@@ -149,7 +149,10 @@ def touch(
     room,
     scene,
 ):
-    """Of one hypothesis (N, 4): price and squeeze (M, N) [USD], each times its chance, and how deep (M, N) [m]."""
+    """Of one hypothesis (N, 4): price and squeeze (M, N) [USD], and how deep (M, N) [m].
+
+    Price and squeeze are each times its chance.
+    """
     x, y, yaw, v, w = np.moveaxis(states, -1, 0)
     body = scene.body
     rates = scene.rates

@@ -114,7 +114,10 @@ def test_giving_motions_up_early_does_not_change_which_is_best(seed):
 
 
 def test_the_price_of_a_contact_is_that_of_the_price_file():
-    """A person runs into a robot that stands, with certainty, far from any wall: 15 + 37.0 USD at 2 m/s."""
+    """A person runs into a robot that stands, with certainty, far from any wall.
+
+    That costs 15 + 37.0 USD at 2 m/s.
+    """
     rng = default_rng(0)
     scene = scene_of(rng, 1)
     start = np.array((15.0, 12.0, 0.0, 0.0, 0.0))
@@ -298,7 +301,7 @@ def test_who_turns_walks_on_from_there_at_the_same_pace():
 
 
 def drive(controller, begin, people, seconds, goal=GOAL, world=None):
-    """Poses (n, 5) of a robot that does as it is told among people (n, 4) who walk on whatever they meet."""
+    """Poses (n, 5) of an obedient robot among people (n, 4) who walk on whatever they meet."""
     pose = begin.pose
     twist = begin.twist
     poses = []
@@ -482,7 +485,10 @@ def test_a_decision_tells_its_dollars_and_what_was_dearer():
 
 @pytest.mark.parametrize(("v", "kinds"), [(0.7, [RUNNER_UP, SLOWER]), (1.0, [RUNNER_UP])])
 def test_the_slower_alternative_is_half_as_fast_after_the_first_step(v, kinds):
-    """It may gain 0.22 m/s until then, or lose 0.3: 0.4 m/s is less than half of 0.92, but 0.7 not of 1.22."""
+    """It may gain 0.22 m/s until then, or lose 0.3.
+
+    0.4 m/s is less than half of 0.92, but 0.7 not of 1.22.
+    """
     controller = make()
     ask(controller, state(v=v))
     assert [other.kind for other in controller.alternatives] == kinds

@@ -54,7 +54,10 @@ def drive(
     seconds,
     *pose,
 ):
-    """Rows (time, x, y, yaw, v, omega, a, alpha) of a robot that does what it is told, until it stands at the end."""
+    """Rows (time, x, y, yaw, v, omega, a, alpha) of a robot that does what it is told.
+
+    They go on until it stands at the end.
+    """
     state = np.zeros(7)
     state[:3] = pose or (0.0, 0.0, 0.0)
     rows = []

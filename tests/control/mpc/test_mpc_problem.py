@@ -1,4 +1,4 @@
-"""The quadratic program of the jerk-limited MPC against another solver, and compiled code against none."""
+"""The jerk-limited MPC's quadratic program against another solver, compiled code against none."""
 
 import math
 
@@ -25,7 +25,10 @@ needs_compiler = pytest.mark.skipif(
 
 
 def problem(rng, sizes):
-    """A start, jerks, stages, times, shared numbers and bounds of a drive past three people at a wall."""
+    """A start, jerks, stages, times, shared numbers and bounds.
+
+    The drive is past three people at a wall.
+    """
     times = horizon_times(sizes.steps)
     start = np.array((0.0, 0.0, rng.uniform(-0.3, 0.3), rng.uniform(0.5, 1.8), 0.0, 0.0, 0.0))
     jerks = np.zeros((sizes.steps, 2))
@@ -64,7 +67,10 @@ def symbols_of(sizes):
 
 
 def test_the_cost_of_a_trajectory_is_that_of_the_program():
-    """The compiled terms against the symbolic residuals, and the lateral one against its formula, in both turns."""
+    """The compiled terms against the symbolic residuals.
+
+    The lateral one is held against its formula, in both turns.
+    """
     rng = default_rng(19)
     sizes = Sizes(6, 3, 2)
     symbols = symbols_of(sizes)

@@ -38,7 +38,10 @@ class Twin:
         )
 
     def roll_out(self, noise, sequences, pose, twist):
-        """Noise (A, B, T) and sequences (A, T), of v, w and perhaps vy, to controls and trajectories (B, T)."""
+        """Noise (A, B, T) and sequences (A, T) to controls and trajectories (B, T).
+
+        They are of v, w and perhaps vy.
+        """
         dt = self.params.model_dt
         self.controls = sequences[:, None, :] + noise.astype(float)
         driven = np.zeros((3, *noise.shape[1:]))
@@ -87,7 +90,10 @@ class Twin:
         return np.where(self.off_map(x, y), 255, c.data[my, mx]).astype(int)
 
     def under_robot(self, costs, step, critic):
-        """Greatest cost under the outline (B, S) where the critic looks at it, else that of the centre."""
+        """Greatest cost under the outline (B, S) where the critic looks at it.
+
+        Else it is that of the centre.
+        """
         layer = self.params.local_costs.inflation(critic.inflation_layer_name)
         if not critic.consider_footprint:
             return costs, np.zeros(costs.shape, dtype=bool)

@@ -1,4 +1,4 @@
-"""MPPI as a controller: what it drives, what it keeps to, what it tells, and its place in a Nav2 file."""
+"""MPPI as a controller: what it drives, keeps to and tells, and its place in a Nav2 file."""
 
 import math
 from dataclasses import replace

@@ -14,7 +14,10 @@ from .made_up import CRITICS, END, HIT, arrays, contact, decision
 
 @pytest.fixture
 def folder(write_run):
-    """A run of two deliveries: the first recorded and with a contact that cost something, the second without cost."""
+    """A run of two deliveries.
+
+    The first is recorded, with a contact that cost something; the second is without cost.
+    """
 
     def change(row):
         row |= {

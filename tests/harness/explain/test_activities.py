@@ -12,7 +12,8 @@ from navstack.types import Pose2D
 
 from .made_up import evidence
 
-# [s] from when on, and [m/s]: it drives, stands, reverses, creeps on, drives away, drives to the goal
+# [s] from when on, and [m/s]: it drives, stands, reverses, creeps on, drives away,
+# drives to the goal
 PHASES = ((0.0, 2.0), (5.0, 0.0), (10.0, -1.0), (12.0, 0.5), (20.0, 2.0), (24.0, 2.0), (32.0, 0.0))
 AWAY = (20.0, 24.0)
 LENGTH, WIDTH, CELL = 60.0, 6.0, 0.1  # [m] of the street, and of its cells

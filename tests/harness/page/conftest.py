@@ -18,7 +18,7 @@ HITS = (4.0, 9.0)  # [s] of two contacts that cost something
 
 
 def arrays_of(row, seed=0, beams=36, people=5):
-    """A recording of a drive along a bent line from start to goal, with everything that a replay shows."""
+    """A recording of a drive along a bent line from start to goal, with all that a replay shows."""
     rng = np.random.default_rng(seed)
     stamps = np.arange(0.1, row["duration_s"], 0.1)
     share = stamps / row["duration_s"]

@@ -1,4 +1,7 @@
-"""The page in a real Chromium: it opens from a file, filters, plays and scrubs, and asks nobody for anything."""
+"""The page in a real Chromium.
+
+It opens from a file, filters, plays and scrubs, and asks nobody for anything.
+"""
 
 import json
 import time

@@ -67,7 +67,10 @@ def auditor_studies() -> ModuleType:
 
 
 def touch_rate(point: Mapping[str, Value]) -> float:
-    """Hard touches per delivery: more clearance and a longer horizon help, both together more than each alone."""
+    """Hard touches per delivery: more clearance and a longer horizon help.
+
+    Both together help more than each alone.
+    """
     clear, far = math.log(float(point["clearance"]) / 0.2), float(point["horizon"]) - 1.0
     rate = 0.35 - 0.16 * clear + 0.05 * (clear - 0.9) ** 2 - 0.06 * far - 0.05 * far * clear
     return min(max(rate + 0.05 * (point["stop"] == "off"), 0.01), 0.9)

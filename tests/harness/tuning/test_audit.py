@@ -66,7 +66,7 @@ def test_who_pays_for_it_exploits_nothing() -> None:
 
 
 def test_hard_missions_are_hard_for_both() -> None:
-    """Who fails where the other hurts somebody, and as often the other way round, dodges nothing."""
+    """Who fails where the other hurts somebody, and as often the other way, dodges nothing."""
     study = exploiting("timed_out")
     assert states(study)["dodging"] == "flagged"
     pairs = enumerate(zip(*study.test_rows, strict=True))

@@ -254,7 +254,7 @@ VALUES = (5.0, 9.0, -3.0, 4.0, 7.0, 1.0, 2.5, 1.5, 3.0, 0.5, 2.0)  # of which th
 def test_one_more_trial_gains_what_a_normal_number_is_above_the_best(
     best: float, error: float
 ) -> None:
-    """The expected excess of a normal number over a level z is its density less z times its tail there."""
+    """The expected excess of a normal number over z is its density less z times its tail there."""
     later = np.array(VALUES[5:])
     deviation = math.sqrt(((later - 1.75) ** 2).sum() / 5.0 - error**2)
     z = (best - 1.75) / deviation

@@ -1,4 +1,4 @@
-"""A study on disk: nothing is driven twice, and nothing that happens on the way changes its trials."""
+"""A study on disk: nothing is driven twice, and nothing on the way changes its trials."""
 
 import dataclasses
 import json

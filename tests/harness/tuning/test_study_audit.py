@@ -20,7 +20,10 @@ from harness.tuning.study_audit import Edge, _p_near, _p_of_trend, computing, ed
 
 
 def searched(parameter: Parameter, value: Any, slope: float, trials: int = 60) -> StudyResult:
-    """A random search of one parameter, of which the objective is a multiple, and of one without effect."""
+    """A random search of two parameters.
+
+    The objective is a multiple of one, and the other is without effect.
+    """
     rng = np.random.default_rng(5)
     other = Parameter("other", ("node.other",), 0.5, 0.0, 1.0)
     found = []

@@ -1,4 +1,4 @@
-"""Popcorn in its bucket: conserved, at rest when calm, and lost the more, the harder it is shaken."""
+"""Popcorn in its bucket: conserved, at rest when calm, lost the more, the harder it is shaken."""
 
 import dataclasses
 import math
@@ -28,7 +28,7 @@ def cargo():
 
 
 def shake(cargo, accelerations, seed=0, calm=1.2):
-    """The final state after accelerations (n, 3) [m/s2], one per physics step, and a calm time in [s]."""
+    """Final state after accelerations (n, 3) [m/s2], one per physics step, and a calm time [s]."""
     cargo.reset(np.random.default_rng(seed))
     return shake_on(cargo, accelerations, calm)
 
@@ -164,7 +164,7 @@ def fuller():
 
 
 def losses(cargo, dose, seeds=20):
-    """Share of the pieces that is lost (seeds,), every seed with a heap and a direction of its own."""
+    """Share of the pieces that is lost (seeds,); every seed has a heap and direction of its own."""
     lost = []
     for seed in range(seeds):
         direction = np.random.default_rng((7, seed)).uniform(-math.pi, math.pi)

@@ -1,4 +1,4 @@
-"""People shown in frames, met ahead of touching, and limited: PhysX's rules, against their closed forms."""
+"""People shown in frames, met ahead of touching, limited: PhysX's rules against closed forms."""
 
 import dataclasses
 import math
@@ -42,7 +42,10 @@ def ahead(gap, yaw=0.0, speed=WALK):
 
 
 def pair(server, robot, params, yaw=0.0):
-    """Frames, a robot's body whose middle stands in the origin, a person's body, and how far apart they touch [m]."""
+    """Frames, a robot's and a person's body, and how far apart they touch [m].
+
+    The middle of the robot's body stands in the origin.
+    """
     client = server.client
     body = add_robot(client, robot)
     ahead, height = robot.center[0] - robot.center_of_mass_x, robot.center_of_mass_height

@@ -49,7 +49,10 @@ def test_social_force_people_keep_about_the_distance_of_real_ones(real, social, 
 
 
 def test_social_force_is_nearer_to_real_people_than_the_random_walk(real, social, random_walk):
-    """Largest difference of the distributions (Kolmogorov-Smirnov) of speeds, and of how many come too near."""
+    """Largest difference (Kolmogorov-Smirnov) of the distributions of speeds.
+
+    Also of those of how many come too near.
+    """
 
     def difference(values, name):
         points = np.linspace(0.0, 2.0, 200)

@@ -195,7 +195,7 @@ def test_what_counts_of_the_robot_is_its_relative_motion():
 
 @pytest.mark.parametrize("turn", [0.5, 1.0, 1.5])
 def test_from_every_side_it_is_noticed_at_the_same_distance(turn):
-    """A robot that comes at 1.5 m/s, turned about the person, pushes with the same force, turned alike."""
+    """A robot at 1.5 m/s, turned about the person, pushes with the same force, turned alike."""
     cos, sin = math.cos(turn * math.pi), math.sin(turn * math.pi)
     forces = []
     for c, s in ((1.0, 0.0), (cos, sin)):
@@ -217,7 +217,7 @@ def test_from_every_side_it_is_noticed_at_the_same_distance(turn):
 
 
 def test_the_robots_middle_and_velocity_are_seen_in_the_map(robot):
-    """Complex numbers: turned by the yaw, its middle is 0.1 m behind its base and 0.05 m to the right."""
+    """Complex numbers: turned by the yaw, its middle is 0.1 m behind its base and 0.05 m right."""
     aside = dataclasses.replace(
         robot, footprint=((0.5, 0.2), (0.5, -0.3), (-0.7, -0.3), (-0.7, 0.2))
     )
@@ -235,7 +235,10 @@ def measured():
 
 
 def test_the_measured_forces_are_those_of_the_fit():
-    """A exp((d - r) / B) (lambda + (1 - lambda) (1 + cos phi) / 2), Agrawal et al. 2024: 2, 0.89, 0.4; 7.93, 0.99."""
+    """A exp((d - r) / B) (lambda + (1 - lambda) (1 + cos phi) / 2), Agrawal et al. 2024.
+
+    A, B and lambda are 2, 0.89 and 0.4 of people; A and B of the robot are 7.93 and 0.99.
+    """
     people, forces = measured()
     assert people.radius == 0.3
     for r in ((1.1, 0.4), (-0.7, 1.6), (2.0, -2.5)):

@@ -1,4 +1,7 @@
-"""The drive's forces and the kinematics of points on the robot, against slow twins and textbook cases."""
+"""The drive's forces and the kinematics of points on the robot.
+
+Both against slow twins and textbook cases.
+"""
 
 import dataclasses
 import math
@@ -158,7 +161,10 @@ def test_what_friction_lets_through(asked, loads, friction, given):
 
 
 def test_off_level_ground_the_treads_are_held_though_the_body_rolls(robot):
-    """One explicit step: the force at the ground moves the body and rolls it, and stops the treads' way sideways."""
+    """One explicit step: the force at the ground moves the body and rolls it.
+
+    It stops the treads' way sideways.
+    """
     half = 0.5 * robot.mass * GRAVITY
     force, torque, _ = wrench(sticky(robot), v=(1.0, 0.3), command=(1.0, 0.0), loads=(half, half))
     rolling = DT * torque[0] / robot.inertia[0]  # [rad/s]

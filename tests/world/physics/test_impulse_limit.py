@@ -58,7 +58,7 @@ def test_what_is_cut_off_is_taken_from_the_robots_momentum_and_spin():
 
 @pytest.mark.parametrize("turn", [(3.0, -2.0, 5.0), (0.0, 0.0, 0.0)])
 def test_a_shove_acts_as_if_from_the_steps_beginning(turn):
-    """The way and the turn of a step of 0.02 s with the changes of velocity and spin are made up for."""
+    """Way and turn of a step of 0.02 s with the changes of velocity and spin are made up for."""
     server = Server()
     shape = bullet.createCollisionShape(
         bullet.GEOM_SPHERE, radius=0.5, physicsClientId=server.client

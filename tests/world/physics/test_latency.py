@@ -15,7 +15,7 @@ def slow(robot, latency):
 
 
 def paths(lab, robot, params, ticks=60):
-    """Where the robot is after each tick of two physics steps, driving ahead from the first command on."""
+    """Where the robot is after each tick of two physics steps, driving ahead all the time."""
     with lab.world(robot, params) as world:
         return [truth.pose.x for truth in lab.drive(world, ticks, v=1.0)]
 

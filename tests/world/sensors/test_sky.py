@@ -16,9 +16,9 @@ def wall(x0, y0, x1, y1, height):
 
 
 def hidden_by_walls(walls):
-    """The hidden share between endless walls along y, each (signed distance along x, height), by quadrature.
+    """The hidden share between endless walls along y, by quadrature.
 
-    The antenna is 1 m above the ground.
+    Each wall is (signed distance along x, height). The antenna is 1 m above the ground.
     """
     azimuths = 2.0 * np.pi * (np.arange(20_000) + 0.5) / 20_000
     floor = math.sin(MASK)

@@ -270,7 +270,7 @@ def test_yaw_stays_normalized():
 
 
 def test_sensors_do_not_share_their_chance():
-    """More lidar noise, other beams and another IMU rate leave the fixes and the odometry as they were."""
+    """More lidar noise, other beams and another IMU rate leave fixes and odometry as they were."""
     base = preset("rtk_good")
     other = dataclasses.replace(
         base,
