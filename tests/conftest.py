@@ -140,8 +140,11 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 
 @pytest.fixture
-def browse(browser: Any) -> Callable[[Path | str, int], Any]:
-    """Open a file or an address in the browser at a width, with nothing of the pages before it."""
+def browse(browser: Any) -> Iterator[Callable[[Path | str, int], Any]]:
+    """Open a file or an address in the browser at a width, with nothing of the pages before it.
+
+    A page that plays deliveries takes a third of a core, so none is left open.
+    """
 
     def show(page: Path | str, width: int) -> Any:
         browser.get("about:blank")
@@ -155,4 +158,5 @@ def browse(browser: Any) -> Callable[[Path | str, int], Any]:
         browser.get(page.as_uri() if isinstance(page, Path) else page)
         return browser
 
-    return show
+    yield show
+    browser.get("about:blank")
