@@ -5,7 +5,6 @@ import gc
 import os
 import resource
 import shutil
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -33,9 +32,6 @@ LEAST_ROOM, MOST_ROOM = 0.8e9, 1.6e9
 # [bytes] since it forgot last: a world and a brain, which take two seconds to make anew
 GROWTH = 300e6
 left: list[float] = []  # [bytes] what was still there after it forgot
-# modules, after whose import a process looks for garbage among fewer objects
-MANY_MODULES = 50
-known_modules = [0]
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
@@ -48,14 +44,9 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def pytest_collection_finish() -> None:
-    keep_out_of_garbage()
-
-
-def keep_out_of_garbage() -> None:
-    """No later look for garbage goes through what is there now, above all the modules."""
+    """All modules are imported, and stay: no later look for garbage goes through them."""
     gc.collect()
     gc.freeze()
-    known_modules.append(len(sys.modules))
 
 
 def resident() -> float:
@@ -72,11 +63,8 @@ def room() -> float:
 def pytest_runtest_logfinish() -> None:
     if resident() > (left[-1] + GROWTH if left else room()):
         forget()
-        gc.unfreeze()
-        keep_out_of_garbage()
+        gc.collect()
         left.append(resident())
-    elif len(sys.modules) > known_modules[-1] + MANY_MODULES:
-        keep_out_of_garbage()
 
 
 @contextlib.contextmanager

@@ -34,7 +34,6 @@ def robots_leave(domain: int) -> Iterator[None]:
     from harness.execution.process_cache import forget
     from harness.ros2.robot import RobotNode
 
-    gc.unfreeze()  # else some are not among the objects
     for each in gc.get_objects():
         # isinstance() would ask a dead weak proxy of somebody else for its class, which raises
         if type(each) is RobotNode:
