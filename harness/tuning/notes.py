@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from harness.tuning.budget import Budget
+from harness.tuning.budget import LEAST_STUDY, Budget, enough_for
 from harness.tuning.declaration import StudyDeclaration
 from harness.tuning.journal import Journal
 from harness.tuning.racing import rungs
@@ -52,7 +52,7 @@ def notes_after_search(
     elif driven < asked and budget.seconds is not None:
         found.append(
             f"the budget of {budget.seconds:g} s cut off {asked - driven} of {asked} trials; "
-            "--resume with a longer --budget drives the rest"
+            f"--resume with --budget {_enough(study, journal, budget)} or more tries further files"
         )
     following = study.episodes_after_search
     share = budget.share_of(following)
@@ -62,3 +62,9 @@ def notes_after_search(
             "deliveries of final choice and test; --resume with --test-episodes drives more"
         )
     return found
+
+
+def _enough(study: TuningStudy, journal: Journal, budget: Budget) -> str:
+    """A budget for what was driven, a few trials more, and the test."""
+    count, pace = len(study.plan.missions), journal.pace
+    return enough_for(count, pace, (budget.seconds or 0.0) + LEAST_STUDY * count * pace)

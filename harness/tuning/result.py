@@ -116,6 +116,9 @@ class StudyResult:
     # who took part in the final choice, the best first; empty: there was none
     finals: tuple[Finalist, ...] = ()
     final_missions: tuple[int, ...] = ()  # on which the last of them met
+    # whether the original leaves something to gain on its training missions; then no trial means
+    # that there was no time for one
+    has_room: bool = False
 
     @property
     def is_tested(self) -> bool:

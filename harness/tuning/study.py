@@ -251,6 +251,7 @@ def finish(
         test_rows=(evaluator.rows(original, test), evaluator.rows(incumbent, test)) if test else (),
         finals=finals,
         final_missions=met,
+        has_room=not search.is_futile,
     )
 
 

@@ -34,6 +34,7 @@ from navstack.errors import InputError
 
 LENGTH_PERCENTILES = (5, 50, 95)
 STEPS = 6  # of an import, that progress counts
+_PICTURE = "_picture.png"
 _WRITTEN = (".yaml", ".geojson", ".png", ".md")
 Row = dict[str, Any]
 
@@ -83,7 +84,12 @@ def import_osm(
         graph = with_places(build_graph(district), extract)
         tell()
         try:
-            told |= _write_district(district, graph, out, name, tell)
+            told["maps"] = [str(each) for each in save_maps(district, out, name)]
+            tell()
+            told |= _drawn_and_measured(district, graph, out, name, tell)
+            page = markdown_text(street_page(told, f"{name}{_PICTURE}"))
+            write_text(out / f"{name}_statistics.md", f"# {name}\n\n{page}")
+            tell()
         except BaseException:  # a full disk or an interrupt: half a district is none
             for each in _written(out, name):
                 each.unlink()
@@ -91,21 +97,14 @@ def import_osm(
     return told
 
 
-def _write_district(
+def _drawn_and_measured(
     district: District, graph: RouteGraph, out: Path, name: str, tell: Callable[[], None]
 ) -> Row:
-    """Write maps, route graph, picture and statistics; ``tell`` hears of each step."""
-    told: Row = {"maps": [str(each) for each in save_maps(district, out, name)]}
-    tell()
+    """Write route graph and picture, and return the statistics; ``tell`` hears of each step."""
     save_graph(graph, out / f"{name}{ROUTE_GRAPH}")
-    picture = out / f"{name}_picture.png"
-    draw_district(district, graph, picture)
+    draw_district(district, graph, out / f"{name}{_PICTURE}")
     tell()
-    told |= measure_district(district, graph)
-    page = markdown_text(street_page(told, picture.name))
-    write_text(out / f"{name}_statistics.md", f"# {name}\n\n{page}")
-    tell()
-    return told
+    return measure_district(district, graph)
 
 
 def _written(out: Path, name: str) -> list[Path]:

@@ -71,6 +71,10 @@ def lint(file: str, robot: str | None, strict: bool, is_full: bool, as_json: boo
     else:
         for line in _short(found):
             click.echo(line)
+        again = ["navbench", "lint", file]
+        if robot is not None:
+            again += ["--robot", robot]
+        click.echo(f"next: {shlex.join([*again, '--full'])}")
     if found.errors:
         first, *others = found.errors
         more = f" and {len(others)} more" if others else ""
@@ -91,7 +95,7 @@ def _short(found: Linted) -> list[str]:
         lines.append(f"{kind}, line {notice.line}: {notice.path}: {why}{advice} [{notice.id}]")
     if len(notices) > MOST_FINDINGS:
         lines.append(f"and {len(notices) - MOST_FINDINGS} more")
-    return [*lines, f"next: navbench lint {shlex.quote(str(found.path))} --full"]
+    return lines
 
 
 def _print(found: Linted, console: Console) -> None:

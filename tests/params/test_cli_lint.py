@@ -40,6 +40,8 @@ def test_a_good_file(run):
     first, last = out.splitlines()
     assert "robot.yaml: 0 errors, 0 warnings, " in first
     assert last.startswith("next: navbench lint ") and last.endswith(" --full")
+    _, out, _ = run(ROBOT, "--robot", "jackal")
+    assert out.splitlines()[-1].endswith(" --robot jackal --full")
 
 
 def test_errors_and_warnings_as_text(run):

@@ -92,6 +92,9 @@ def _unchanged(study: StudyResult, explanation: Explanation) -> Advice:
     count = len(study.train_missions)
     if len(study.trials) > 1:
         return Advice(KEEP, "no trial earned more.")
+    if study.has_room:
+        why = "the budget ended before another file was tried."
+        return Advice(OPEN, why, episodes=count)
     why = (
         f"on its {count} training missions no file can earn {LEAST_GAIN:.2f} USD more; "
         "none was tried."

@@ -37,6 +37,7 @@ def advice(
         "objectives": ("margin",),
         "trials": (None, None),
         "train_missions": (0, 1),
+        "has_room": False,
     }
     explanation = SimpleNamespace(
         components={MARGIN: SimpleNamespace(difference=difference)},
@@ -87,6 +88,10 @@ NOBODY = SimpleNamespace(values={})
             {"incumbent": NOBODY, "trials": (None,), "is_tested": False},
             "Not decided: on its 2 training missions no file can earn 0.50 USD more; none was "
             "tried, and no unseen mission was driven: search on more.",
+        ),
+        (
+            {"incumbent": NOBODY, "trials": (None,), "has_room": True},
+            "Not decided: the budget ended before another file was tried.",
         ),
         (
             {"incumbent": NOBODY, "trials": (None,), "room": Interval(0.6, 0.1, 9.0, 40)},

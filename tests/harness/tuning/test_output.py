@@ -198,6 +198,7 @@ def test_the_document(stock: Nav2File) -> None:
             ],
         },
         **{"seed": 3, "test_seed": unseen_seed(3), "trials_asked": 2},
+        "sizes": {"test_episodes": 4, "final_episodes": 0, "waterfall_missions": 0},
         "trials": {"complete": 2, "failed": 1, "pruned": 1},
         "training_episodes": {"missions": 8, "driven": 22, "without_racing": 24},
         "incumbent": {"trial": 2, "changes": [{"path": SCALE, "from": 32.0, "to": 7.5}]},
