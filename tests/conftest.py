@@ -138,6 +138,8 @@ def browse(browser: Any) -> Iterator[Callable[[Path | str, int], Any]]:
         browser.get("about:blank")
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
         browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        # else a page of a window in the background hears of no focus
+        browser.execute_cdp_cmd("Emulation.setFocusEmulationEnabled", {"enabled": True})
         browser.execute_cdp_cmd(
             "Storage.clearDataForOrigin", {"origin": "*", "storageTypes": "all"}
         )
