@@ -80,7 +80,7 @@ class Tracker:
         self._stamp = scan.stamp
         self._map_to_odom = compose(in_map, relative_to(in_odom, Pose2D()))
         places, variances = self._measure(scan, in_map, in_odom, covariance)
-        if not len(places) and not len(self._ids):  # three of four scans
+        if not len(places) and not len(self._ids):  # most scans, where few people are
             return
         bodies, groups = self._assign(places, variances)
         self._filter.update(bodies, places[groups], variances[groups])
