@@ -77,28 +77,10 @@ def make_footprint(vertices: Sequence[Sequence[float]]) -> FloatArray:
 
 
 def crosses_itself(polygon: FloatArray) -> bool:
-    """Whether two edges of a polygon (N, 2) cross, so that its corners are in no order around it.
+    """Whether edges of a polygon (N, 2) cross or touch, so that its corners are in no order."""
+    import shapely  # here alone, and seldom: it takes longer to load than the rest
 
-    Edges that only touch do not cross.
-    """
-    starts, ends = polygon, np.roll(polygon, -1, axis=0)
-    for start, end in zip(starts, ends, strict=True):
-        first, last = _sides(start, end, starts), _sides(start, end, ends)
-        apart = first * last < 0.0
-        crossed = [
-            _sides(starts[k], ends[k], np.stack((start, end))).prod() < 0.0
-            for k in np.flatnonzero(apart)
-        ]
-        if any(crossed):
-            return True
-    return False
-
-
-def _sides(start: FloatArray, end: FloatArray, points: FloatArray) -> FloatArray:
-    """Of points (N, 2) the side of the line from start to end that they lie on: its sign; (N,)."""
-    along, off = end - start, points - start
-    sides: FloatArray = along[0] * off[:, 1] - along[1] * off[:, 0]
-    return sides
+    return not shapely.LinearRing(polygon).is_simple
 
 
 def pad_footprint(footprint: FloatArray, padding: float) -> FloatArray:
