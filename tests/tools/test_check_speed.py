@@ -95,7 +95,7 @@ def test_check_speed_finds_a_busy_loop_that_was_planted(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "harness", tmp_path / "harness")  # its compiled code, too
     world = tmp_path / "harness" / "world" / "pybullet_world.py"
     tick = "        self._pedestrians.see_robot(self._state)\n"
-    waste = "        for _ in range(60_000):\n            pass\n"
+    waste = "        for _ in range(400_000):\n            pass\n"
     assert tick in world.read_text()
     world.write_text(world.read_text().replace(tick, waste + tick))
     command = [sys.executable, "-m", "tools.check_speed", "--against", str(ROOT)]

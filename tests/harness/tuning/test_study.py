@@ -433,7 +433,11 @@ def test_notes_after_the_search(
     told: list[str],
 ) -> None:
     """Twenty deliveries of 3 s follow."""
-    study: Any = SimpleNamespace(declaration=SimpleNamespace(trials=9), episodes_after_search=20)
+    study: Any = SimpleNamespace(
+        declaration=SimpleNamespace(trials=9),
+        plan=SimpleNamespace(missions=range(8)),
+        episodes_after_search=20,
+    )
     search: Any = SimpleNamespace(
         trials=[None] * (driven + 1),
         is_exhausted=is_exhausted,
