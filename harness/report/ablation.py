@@ -35,9 +35,8 @@ from harness.report.numbers import (
 )
 from harness.report.short.setup import robot_price_line
 from harness.report.texts import OUTCOMES, notes
-from harness.report.verdict import DOUBT, again, repeated, undecided
+from harness.report.verdict import DOUBT, going_on, repeated, undecided
 from harness.statistics.interval import Interval, wider
-from harness.storage.manifest_file import read_manifest
 from navstack.types import FloatArray
 
 if TYPE_CHECKING:
@@ -153,7 +152,7 @@ def next_command(ablation: Ablation, folder: Path) -> str:
     more = ""
     if len(earned) == 1 and min(earned) > 0.0:
         driven = max(arm.result.episodes for arm in ablation.arms)
-        more = again(read_manifest(folder).get("command", ()), MORE * driven)
+        more = going_on("ablate", folder, MORE * driven)
     return more or f"navbench explain {folder}"
 
 

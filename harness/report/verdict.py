@@ -2,6 +2,7 @@
 
 import shlex
 from collections.abc import Sequence
+from pathlib import Path
 
 from harness.analysis.compare import Comparison, Side, compare, have_common_missions
 from harness.analysis.rare import (
@@ -21,6 +22,7 @@ Party = tuple[str, Side, Interval | None]
 
 PROGRAM, MODULE = ["navbench"], ["python", "navbench/__main__.py"]  # as run.json has them
 REPEATABLE = ("run", "ablate", "tune")  # commands
+LENGTHENED = ("run", "ablate")  # whose --resume takes more --episodes
 NOT_REPEATED = ("--episodes", "--only", "--out")  # options with a value
 DOUBT = "; an unseen loss could undo that"
 WORTH_FINDING = 1.0  # [USD/delivery] of a difference: what is smaller counts as none
@@ -83,8 +85,8 @@ def _alike(both: str, margin: Interval, comparison: Comparison) -> str:
     text += f". Unseen losses leave a difference of up to {unseen.high:.2f} USD possible (95 %)"
     needed = missions_that_exclude(WORTH_FINDING, first, second)
     return text + _more(
-        f"; about {needed:,d} missions would decide, {needed - comparison.pairs:,d} more: without "
-        f"a loss they leave less than {WORTH_FINDING:g} USD, with losses they may rank",
+        f"; about {needed:,d} missions would decide, {needed - comparison.pairs:,d} more "
+        f"(if none brings a loss: less than {WORTH_FINDING:g} USD)",
         needed,
         first,
         second,
@@ -109,17 +111,32 @@ def _more(text: str, needed: int, *runs: StoredRun) -> str:
     commands = list(dict.fromkeys(repeated(run, needed) for run in runs))
     if not commands or "" in commands:
         return text
-    return f"{text}: {' && '.join(commands)}"
+    return "\n  ".join([f"{text}:", *commands])
 
 
 def repeated(run: StoredRun, episodes: int) -> str:
-    """The command that drives a run again with so many deliveries.
+    """The command that drives a run with so many deliveries.
 
-    Empty: it is not finished, or has not been driven by a command that could.
+    In its own folder, whose deliveries stay, where the folder can go on. Empty: it is not
+    finished, or has not been driven by a command that could.
     """
     if not run.is_whole:
         return ""
-    return again(run.about.get("command", ()), episodes)
+    command = again(run.about.get("command", ()), episodes)
+    word = "".join(command.split()[1:2])
+    if word in LENGTHENED and can_go_on(run):
+        return going_on(word, run.folder, episodes)
+    return command
+
+
+def can_go_on(run: StoredRun) -> bool:
+    """Whether a run's folder can take further deliveries: it is neither packed nor a selection."""
+    return (run.folder / "params").is_dir() and not run.about.get("only")
+
+
+def going_on(command: str, folder: Path, episodes: int) -> str:
+    """The command that drives what a folder lacks of so many deliveries a stack."""
+    return shlex.join([*PROGRAM, command, "--resume", str(folder), "--episodes", str(episodes)])
 
 
 def again(command: Sequence[str], episodes: int, budget: str = "") -> str:

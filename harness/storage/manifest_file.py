@@ -21,6 +21,7 @@ from harness.storage.run_folder import JOURNAL
 from navstack.errors import InputError
 from navstack.params.strict import read_text
 
+EXTENDED = "extended_from"  # entry of a manifest: deliveries a stack before each extension
 OTHER_STUDIES = {
     ABLATION: ("an ablation", "ablate"),
     CHECK: ("a check", "check"),
@@ -79,19 +80,31 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     return content
 
 
-def extend_run(path: Path, episodes: int) -> None:
+def extend_run(path: Path, episodes: int, seen: int | None = None) -> None:
     """Let a run have more episodes than it was made for; those that it has stay as they are.
 
     Args:
         path: of a run that :func:`create_run` made.
         episodes: of each stack, from now on.
+        seen: of each stack, at which somebody has looked before deciding on more; None: nobody.
 
     Raises:
         InputError: the folder is in use, cannot be written, or holds no run.
     """
     require_real_folders(path)
+    changes: Row = {"episodes": episodes}
+    if seen is not None:
+        changes[EXTENDED] = [*extended_from(path), seen]
     with writing(path), locked(path):
-        _rewrite(path, {"episodes": episodes})
+        _rewrite(path, changes)
+
+
+def extended_from(path: Path) -> list[int]:
+    """With how many deliveries a stack a run was looked at before it got more; by its manifest."""
+    noted = read_manifest(path).get(EXTENDED, [])
+    if not isinstance(noted, list):
+        return []
+    return [count for count in noted if isinstance(count, int)]
 
 
 def require_unchanged(path: Path) -> None:

@@ -23,7 +23,7 @@ from harness.study.places import Where
 from harness.study.preflight import check
 from harness.study.stored_run import load_run
 from harness.task.study import make_study
-from navbench.api.driving import Driven, drive_folder, say_notes
+from navbench.api.driving import Driven, drive_folder, extend, say_notes
 from navbench.api.report import today
 from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass, load_dataclass
@@ -102,7 +102,10 @@ def ablate(
 
 
 def resume_ablation(
-    folder: Path, against: str | None = None, where: Where | None = None
+    folder: Path,
+    against: str | None = None,
+    where: Where | None = None,
+    episodes: int | None = None,
 ) -> Ablated:
     """Go on with the ablation of a run folder.
 
@@ -110,9 +113,10 @@ def resume_ablation(
         folder: of the run.
         against: arm to which the others are compared; None: the one of before.
         where: deliveries are driven; None: on this machine.
+        episodes: deliveries of each arm from now on; None: as many as it was made for.
 
     Raises:
-        InputError: the folder holds none, or has no such arm.
+        InputError: the folder holds none, has no such arm, or has more deliveries.
     """
     where = where or Where()
     path = folder.resolve()  # a link may point elsewhere before the run ends
@@ -126,6 +130,8 @@ def resume_ablation(
     declaration = dataclasses.replace(declaration, against=against or declaration.against)
     declaration.check(study.stacks)
     say_notes(version_notes(path))
+    if episodes is not None:
+        extend(path, episodes)
     return _drive(path, declaration, where)
 
 

@@ -9,15 +9,17 @@ from pathlib import Path
 from harness.episode.episode import Delivery
 from harness.execution.workers import Finished, Workers
 from harness.report.texts import OUTCOMES
+from harness.storage.manifest_file import extend_run, read_manifest
 from harness.storage.new_run import create_run, default_folder, require_usable
 from harness.storage.rows import Row
-from harness.storage.run_folder import RunFolder
+from harness.storage.run_folder import RunFolder, count_finished
 from harness.study.drive import TABLES, StackResult, drive_missing, finish, require_own
 from harness.study.manifest import about, load_study, parameters
 from harness.study.places import Where, open_workers
 from harness.study.preflight import check
-from harness.task.study import EpisodeTask, Study
+from harness.task.study import MAX_EPISODES, EpisodeTask, Study
 from navbench.api.progress import Bar, say, shown
+from navstack.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,32 @@ def begin(study: Study, out: Path | None, where: Where) -> Driven:
     say_notes(check(study))
     create_run(path, about(study, sys.argv), parameters(study))
     return drive_folder(load_study(path, study.workers), path, where)
+
+
+def extend(path: Path, episodes: int) -> None:
+    """Let a run have more deliveries per stack; what it has stays, and it says what was looked at.
+
+    Args:
+        path: of its folder.
+        episodes: per stack, from now on.
+
+    Raises:
+        InputError: it has more, or only chosen ones; or its folder cannot be written.
+    """
+    content = read_manifest(path)
+    before = int(content["episodes"])
+    if episodes == before:
+        return
+    if content.get("only"):
+        raise InputError(f"'{path}' has deliveries that --only chose: --resume adds none")
+    if episodes < before:
+        raise InputError(
+            f"--episodes {episodes}: '{path}' was made for {before} deliveries a stack; "
+            f"give {before} or more"
+        )
+    if episodes > MAX_EPISODES:
+        raise InputError(f"--episodes {episodes}: at most {MAX_EPISODES}")
+    extend_run(path, episodes, seen=count_finished(path) // len(content["stacks"]))
 
 
 def drive_folder(study: Study, path: Path, where: Where) -> Driven:

@@ -13,7 +13,7 @@ from harness.study.manifest import load_study, version_notes
 from harness.study.places import Where
 from harness.study.preflight import check
 from harness.task.study import make_study
-from navbench.api.driving import Driven, begin, drive_folder, say_notes
+from navbench.api.driving import Driven, begin, drive_folder, extend, say_notes
 from navbench.api.runs import Run, load
 from navstack.errors import InputError
 
@@ -55,20 +55,27 @@ def run(
     return _finished(drive(stacks, path, Where(workers=workers), **choices))
 
 
-def resume(folder: str | Path, *, workers: int | None = None, force: bool = False) -> Run:
+def resume(
+    folder: str | Path,
+    *,
+    workers: int | None = None,
+    force: bool = False,
+    episodes: int | None = None,
+) -> Run:
     """Go on with an interrupted run, as ``navbench run --resume`` does.
 
     Args:
         folder: of the run.
         workers: processes; None: one per core.
         force: also where files of the folder were changed.
+        episodes: deliveries per stack from now on, no fewer than it was made for; None: as many.
 
     Raises:
         InputError: the folder cannot be used.
         KeyboardInterrupt: interrupted; what is finished is kept in the folder.
     """
     keep_compiled_code()
-    return _finished(drive_rest(Path(folder), Where(workers=workers), force))
+    return _finished(drive_rest(Path(folder), Where(workers=workers), force, episodes))
 
 
 def drive(
@@ -87,7 +94,9 @@ def drive(
     return begin(study, out, where)
 
 
-def drive_rest(folder: Path, where: Where, is_forced: bool = False) -> Driven:
+def drive_rest(
+    folder: Path, where: Where, is_forced: bool = False, episodes: int | None = None
+) -> Driven:
     """What :func:`resume` does; an interrupt ends it early.
 
     Raises:
@@ -102,6 +111,9 @@ def drive_rest(folder: Path, where: Where, is_forced: bool = False) -> Driven:
     study = load_study(path, where.workers)
     check(study)
     say_notes(version_notes(path))
+    if episodes is not None:
+        extend(path, episodes)
+        study = load_study(path, where.workers)
     return drive_folder(study, path, where)
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from navbench.cli.driving import exit_status, refuse_more_deliveries, say_how_to_go_on
+from navbench.cli.driving import asked_deliveries, exit_status, say_how_to_go_on
 from navbench.cli.options import FULL, path_option, refuse_others, study_options
 from navbench.cli.streams import print_json
 from navbench.cli.values import names_of
@@ -88,6 +88,7 @@ def ablate(
       navbench ablate --inject position=0.1,0.3,1.0 heading=2,5 --episodes 100
       navbench ablate --localizers gps,gps-ekf --sensors rtk_urban --json
       navbench ablate --resume results/latest
+      navbench ablate --resume results/latest --episodes 400
     """
     from harness.report.ablation import ablation_blocks, next_command
     from harness.report.blocks import Text
@@ -97,9 +98,8 @@ def ablate(
     from navbench.cli.common.ending import print_with_notes
 
     if resume is not None:
-        refuse_more_deliveries(context, resume)
-        refuse_others(context, "is_full")
-        found = api.resume_ablation(resume, against, where)
+        refuse_others(context, "is_full", "episodes")
+        found = api.resume_ablation(resume, against, where, asked_deliveries(context))
     else:
         if more_errors and not errors:
             first = more_errors[0]

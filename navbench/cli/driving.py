@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from navbench.cli.streams import print_json
-from navstack.errors import InputError
 
 if TYPE_CHECKING:
     import click
@@ -27,25 +26,14 @@ def exit_status(is_interrupted: bool, has_errors: bool) -> int:
     return 0
 
 
-def refuse_more_deliveries(context: "click.Context", folder: Path) -> None:
-    """Check that --resume shall not add deliveries: a run's checksum is of all that it was to have.
-
-    Raises:
-        InputError: it shall; with the command that drives as many.
-    """
+def asked_deliveries(context: "click.Context") -> int | None:
+    """How many deliveries a stack were asked for; None: --episodes was not given."""
     from click.core import ParameterSource
 
-    from harness.report.verdict import again
-    from harness.storage.manifest_file import read_manifest
-
     if context.get_parameter_source("episodes") is ParameterSource.DEFAULT:
-        return
-    command = again(read_manifest(folder).get("command", ()), context.params["episodes"])
-    if command:
-        raise InputError(
-            "a run has one checksum for all of its deliveries, so that --resume adds none; more, "
-            f"of the same missions: {command}"
-        )
+        return None
+    episodes: int = context.params["episodes"]
+    return episodes
 
 
 def print_driven(

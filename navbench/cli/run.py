@@ -8,7 +8,7 @@ import click
 
 from harness.study.places import Where
 from navbench.cli.common.brief import Brief
-from navbench.cli.driving import print_driven, refuse_more_deliveries
+from navbench.cli.driving import asked_deliveries, print_driven
 from navbench.cli.options import (
     FULL,
     LOCALIZER,
@@ -77,13 +77,13 @@ def run(
       navbench run --people recorded.csv --episodes 5
       navbench run --start -67.9,-71.9,0 --goal -89.7,-63.5,0 --episodes 3
       navbench run --resume results/latest
+      navbench run --resume results/latest --episodes 100
     """
     from navbench.api.run import drive, drive_rest
 
     if resume is not None:
-        refuse_more_deliveries(context, resume)
-        refuse_others(context, "is_forced", "is_full", "has_page")
-        driven = drive_rest(resume, where, is_forced)
+        refuse_others(context, "is_forced", "is_full", "has_page", "episodes")
+        driven = drive_rest(resume, where, is_forced, asked_deliveries(context))
     elif is_forced:
         raise InputError("--force goes with --resume DIR, whose files were changed")
     else:

@@ -108,11 +108,11 @@ def test_a_run_that_lost_nothing_has_an_answer_and_a_command_that_works(
     assert len(lines) <= MOST_OF_RUN + 1
     (verdict,) = (line for line in lines if " earn the same on all 2 missions: 3.49 USD" in line)
     assert "the whole fee. Unseen losses leave a difference of up to " in verdict
-    told = shlex.split(verdict.rpartition(": navbench ")[2])
-    *command, number = told
-    assert f"; about {int(number):,d} missions would decide, {int(number) - 2:,d} more: " in verdict
-    assert command[-2:] == ["--page", "--episodes"]
-    assert " earn the same on all 1 missions" in "".join(printed(capsys, *command, "1"))
+    program, *command, number = shlex.split(lines[lines.index(verdict) + 1])
+    assert f"; about {int(number):,d} missions would decide, {int(number) - 2:,d} more " in verdict
+    assert [program, *command[:2], command[-1]] == ["navbench", "run", "--resume", "--episodes"]
+    three = "".join(printed(capsys, *command, "3"))
+    assert " earn the same on all 3 missions" in three and "(first looked at with 2)" in three
     found = NEXT.search(lines[-1])
     assert found is not None and found[1] == "replay few"
     follow(capsys, ["replay", "few"])

@@ -143,6 +143,9 @@ def test_an_ablation_is_driven_cut_off_and_driven_on(
     assert status == 0 and "not buildable" in report and "Error [m]" in report
     assert "ground_truth less gps, localization error [m]: -" in report
     assert "price of position error" in report and "ablation.png" in report
+    status, short, _ = navbench(capsys, "--resume", str(out), "--episodes", "3")
+    assert status == 0 and "n = 3 (first looked at with 2), seed 5" in short.splitlines()[0]
+    assert pq.read_table(out / "episodes.parquet").num_rows == 3 * len(ARMS)
 
 
 @pytest.mark.parametrize(
@@ -237,16 +240,6 @@ def test_run_does_not_take_an_ablation_on(
         main(["run", "--resume", str(tmp_path)])
     assert leaving.value.code == 1
     assert "navbench ablate --resume" in capsys.readouterr().err
-
-
-def test_a_run_takes_no_further_deliveries_and_says_which_command_drives_them(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    words = ["navbench", "ablate", "--localizers", "gps,amcl", "--episodes", "2"]
-    (tmp_path / "run.json").write_text(json.dumps({"command": words}))
-    status, out, line = navbench(capsys, "--resume", str(tmp_path), "--episodes", "9")
-    assert (status, out) == (1, "") and "one checksum for all of its deliveries" in line
-    assert line.endswith(": navbench ablate --localizers gps,amcl --episodes 9\n")
 
 
 def test_tables_are_printed_whole() -> None:

@@ -253,7 +253,7 @@ def test_p_values_are_adjusted_for_all_comparisons_of_a_metric(write_run: WriteR
         assert words in sentence(each)
         assert each.paired.is_significant or "missions would decide" in sentence(each)
     open_ones = [each.paired.needed for each in found if not each.paired.is_significant]
-    command = f"navbench run --episodes {max(open_ones)}"
+    command = f"navbench run --resume {ablation.run.folder} --episodes {max(open_ones)}"
     assert deciding(ablation) == [f"to decide every margin: {command}"]
 
 
@@ -287,7 +287,7 @@ def test_a_constant_difference_is_significant(write_run: WriteRun) -> None:
 
 @pytest.mark.parametrize(
     ("injury", "comes_next"),
-    [(0.0, "navbench run --episodes 24"), (1.0, "navbench explain ")],
+    [(0.0, "navbench ablate --resume "), (1.0, "navbench explain ")],
 )
 def test_where_nothing_was_lost_more_missions_come_next(
     write_run: WriteRun, injury: float, comes_next: str

@@ -95,8 +95,8 @@ def test_stacks_that_lost_nothing_get_an_answer_and_the_command_that_decides(wri
     far = compare(first, second, [MARGIN]).unseen.high
     assert f"a difference of up to {far:.2f} USD possible" in told and far > 1.0
     needed = int(told.rpartition("--episodes ")[2])
-    assert f"; about {needed:,d} missions would decide, {needed - 20:,d} more: " in told
-    assert told.endswith(f": navbench run --episodes {needed}")
+    assert f"; about {needed:,d} missions would decide, {needed - 20:,d} more (if none " in told
+    assert told.endswith(f":\n  navbench run --resume {run} --episodes {needed}")
 
     def open_after(n):
         return difference_with_unseen(first.run, second.run, np.zeros(n), np.arange(n)).high
@@ -117,12 +117,13 @@ def test_a_stack_alone_is_told_how_many_deliveries_would_tell(write_run):
     side = side_of(run)
     (line,) = earnings([("mine", side, Interval(3.49, None, None, 20))])
     needed = int(line.rpartition("--episodes ")[2])
-    assert f"about {needed} deliveries without a loss would show that it earns: " in line
+    assert f"about {needed} deliveries without a loss would show that it earns:\n" in line
     reach, all_alike = reach_of(run), np.full(needed, 3.49)
     low = margin_admitting_unseen(all_alike, reach, np.arange(needed), run.seed).low
     assert low == pytest.approx(0.0, abs=0.2)
     (line,) = earnings([("mine", side, Interval(1.0, -1.0, 3.0, 20))])
-    assert line.endswith("about 164 would decide, 144 more: navbench run --episodes 164")
+    command = f"navbench run --resume {run.folder} --episodes 164"
+    assert line.endswith(f"about 164 would decide, 144 more:\n  {command}")
 
 
 def test_the_verdict_of_a_comparison_has_the_numbers_of_its_row(write_run):
@@ -226,8 +227,9 @@ def test_fewer_than_six_missions_decide_nothing_and_the_command_that_would_is_to
     good, bad = good_and_bad(run)
     margins = [Interval(value, value - 0.5, value + 0.5, 5) for value in (2.0, -2.0)]
     parties = [("good", good, margins[0]), ("bad", bad, margins[1])]
-    told = "fewer than 6 missions decide nothing; about 6 missions would decide, 1 more: "
-    assert rankings(parties)[0].endswith(f"{told}navbench run --episodes 6")
+    told = "fewer than 6 missions decide nothing; about 6 missions would decide, 1 more:"
+    command = f"navbench run --resume {run} --episodes 6"
+    assert rankings(parties)[0].endswith(f"{told}\n  {command}")
     assert all("fewer than 6 deliveries decide nothing" in line for line in earnings(parties))
 
 
@@ -242,6 +244,10 @@ def test_fewer_than_six_missions_decide_nothing_and_the_command_that_would_is_to
     ],
 )
 def test_a_run_is_repeated_with_more_deliveries(write_run, typed, again):
-    run = load_run(str(write_run("run", episodes=2)))
+    folder = write_run("run", episodes=2)
+    run = load_run(str(folder))
     run = dataclasses.replace(run, about={**run.about, "command": typed.split()})
-    assert repeated(run, 9) == again
+    longer = f"navbench {typed.split()[1]} --resume {folder} --episodes 9"
+    assert repeated(run, 9) == (longer if again else "")
+    chosen = dataclasses.replace(run, about={**run.about, "only": [3, 4]})
+    assert repeated(chosen, 9) == again, "it goes on with no other deliveries"

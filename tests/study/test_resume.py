@@ -18,6 +18,7 @@ import pytest
 from harness.execution.executors import InProcess
 from harness.execution.workers import Finished, Workers
 from harness.storage.checksums import CHECKSUMS
+from harness.storage.manifest_file import extended_from
 from harness.storage.new_run import MANIFEST, create_run
 from harness.storage.run_folder import JOURNAL, RunFolder
 from harness.storage.shipped import shipped
@@ -236,6 +237,47 @@ def test_a_resumed_run_takes_no_other_study(
 ) -> None:
     line = complain(capsys, "--resume", str(whole), "--workers", "1", *others)
     assert f"leave out {others[0]}" in line
+
+
+def lengthened(path: Path, episodes: int) -> None:
+    with pytest.raises(SystemExit) as leaving:
+        main(["run", "--resume", str(path), "--episodes", str(episodes), "--workers", "1"])
+    assert leaving.value.code == 0
+
+
+def test_a_run_that_gets_more_deliveries_is_as_one_that_had_them_at_once(
+    study: Study, whole: Path, tmp_path: Path, in_process: None
+) -> None:
+    """Its rows; the manifest tells how many somebody had seen when he asked for more."""
+    few = go_on(begin(tmp_path / "run", dataclasses.replace(study, episodes=2)), stop_after=2)
+    assert extended_from(few) == []
+    for episodes in (4, 4, EPISODES):
+        lengthened(few, episodes)
+    assert same(few) == same(whole) and extended_from(few) == [2, 4]
+    assert json.loads((few / MANIFEST).read_text())["episodes"] == EPISODES
+
+
+@pytest.mark.parametrize(
+    ("only", "episodes", "words"),
+    [
+        ((), EPISODES - 1, f"made for {EPISODES} deliveries a stack; give {EPISODES} or more"),
+        ((), 10_000_000, "at most 1000000"),
+        (tuple(range(1, 1 + EPISODES)), EPISODES + 1, "that --only chose"),
+    ],
+)
+def test_a_run_gets_no_fewer_and_no_others(
+    study: Study,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    only: tuple[int, ...],
+    episodes: int,
+    words: str,
+) -> None:
+    path = begin(tmp_path / "run", dataclasses.replace(study, only=only))
+    before = (path / MANIFEST).read_bytes()
+    asked = ["--resume", str(path), "--episodes", str(episodes)]
+    assert words in complain(capsys, *asked, "--workers", "1")
+    assert (path / MANIFEST).read_bytes() == before
 
 
 def test_a_resumed_run_needs_a_worker(whole: Path, capsys: pytest.CaptureFixture[str]) -> None:

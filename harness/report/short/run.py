@@ -77,8 +77,8 @@ def summary_blocks(run: StoredRun) -> list[Block]:
         if len(columns) > MOST_LINES:
             lines.append(f"and {len(columns) - MOST_LINES} more stacks: --full")
     unlike = unlike_published(run)
-    if unlike.get("sensors") == USUAL_SENSORS:  # the first line says so
-        del unlike["sensors"]
+    if unlike == {"sensors": USUAL_SENSORS}:  # the first line says so
+        unlike = {}
     lines += filter(None, [unlike_line(unlike), priced])
     return [Text(line, "whole") for line in (*lines, *errors_of(run))]
 

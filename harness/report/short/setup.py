@@ -12,7 +12,7 @@ from typing import Any
 
 from harness.analysis.unlike import different_values
 from harness.economics.prices import Prices, load_prices
-from harness.storage.manifest_file import read_manifest
+from harness.storage.manifest_file import extended_from, read_manifest
 from harness.storage.parameters import parameter_folder
 from harness.storage.shipped import DEFAULT_WORLD, names, resolve, shipped
 from harness.study.stored_run import StoredRun
@@ -215,6 +215,8 @@ def where_line(run: StoredRun) -> str:
     count = str(counts[-1])
     if len(counts) > 1:
         count = f"{counts[0]} to {count}"
+    if seen := extended_from(run.folder):
+        count += f" (first looked at with {', '.join(map(str, seen))})"
     world = f"world {condition(run, 'worlds')}, map {run.map_name}, people {people_of(run)}"
     return f"{world}; n = {count}, seed {run.seed}"
 
