@@ -11,6 +11,7 @@ from navstack.control.decision import RUNNER_UP, SLOWER, Alternative
 
 SLOW = 0.1  # [m/s] of a command that nobody wants slower
 TELL_ALTERNATIVES = ("DWBLocalPlanner", "ExpectedCostController")  # the controllers that do
+ALTERED = 0.1  # [m/s] or [rad/s] between choice and command from which on it is told
 SHARES = 3  # of a score that are named
 
 
@@ -60,6 +61,7 @@ def against(seconds: Seconds) -> str:
     text += (
         f" chose {row['wanted_linear_x_mps']:z.2f} m/s, {row['wanted_angular_z_radps']:+.2f} rad/s"
     )
+    text += _passed_on(row)
     if rejections and samples > 1:
         text += f"; {row['rejected']} of {samples} were rejected ({_counts(rejections)})"
     if shares:
@@ -68,6 +70,19 @@ def against(seconds: Seconds) -> str:
         )
         text += f"; its score of {row['total_score']:.3g} came from {named}"
     return f"{text}. {_preferred(seconds, row)}".strip()
+
+
+def _passed_on(row: Row) -> str:
+    """What was made of a choice before it reached the wheels; empty: hardly anything."""
+    speed, turn = row["command_linear_x_mps"], row["command_angular_z_radps"]
+    slowed = abs(speed - row["wanted_linear_x_mps"])
+    turned = abs(turn - row["wanted_angular_z_radps"])
+    if slowed < ALTERED and turned < ALTERED:
+        return ""
+    who = "the velocity smoother"
+    if row["monitor_action"] not in ("none", None):
+        who += " and the collision monitor"
+    return f", of which {who} let {speed:z.2f} m/s, {turn:+.2f} rad/s reach the wheels"
 
 
 def _preferred(seconds: Seconds, row: Row) -> str:

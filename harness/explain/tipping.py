@@ -127,7 +127,7 @@ def _stood(evidence: Evidence) -> str:
     if found := GAVE_UP.search(evidence.row.get("navigator_history") or ""):
         stamp, why = found.groups()
         error = evidence.row["navigator_error"]
-        return f"It stood since {stamp} s, when the navigator gave up: {why} ({error})."
+        return f"At {stamp} s the navigator gave up and let it stand: {why} ({error})."
     moves = np.flatnonzero(np.abs(evidence.trace[:, 9:11]).max(axis=1) > AT_REST)
     last = int(moves[-1]) if len(moves) else 0
     stood = float(evidence.stamps[-1] - evidence.stamps[last])

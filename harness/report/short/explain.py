@@ -8,6 +8,7 @@ from harness.explain.activities import Activity
 from harness.explain.document import Explained, Saving
 from harness.explain.evidence import RECORDING, Evidence
 from harness.explain.moments import TIMEOUT, costliest
+from harness.explain.seconds import A_SECOND, STEP
 from harness.report.blocks import Block, Chart, Text, declared
 from harness.report.explain import (
     activities_table,
@@ -57,13 +58,25 @@ def short_explanation(
     if len(others) > MOST_EVENTS:
         blocks.append(Text(f"and {len(others) - MOST_EVENTS} more events: --full"))
     table = instants_table(told.seconds, INSTANT)
-    step = -(-len(table.rows) // MOST_INSTANTS)
     if dear.kind == TIMEOUT and activities:
         full = activities_table(activities)
         rows = [[row[place] for place in SPENT] for row in full.rows]
         blocks.append(declared("time_spent", rows))
     else:
-        blocks.append(dataclasses.replace(table, rows=table.rows[::-1][::step][::-1]))
+        blocks.append(dataclasses.replace(table, rows=_few(table.rows)))
     if saving is not None:
         blocks += saving_blocks(saving)
     return [*blocks, *map(Chart, figures)]
+
+
+def _few(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:
+    """Rows at equal distances that end with the event, and that of a second before it.
+
+    The words tell how the command changed within this second.
+    """
+    last = len(rows) - 1
+    step = -(-len(rows) // MOST_INSTANTS)
+    kept = set(range(last, -1, -step))
+    if len(rows) > A_SECOND / STEP:
+        kept.add(last - round(A_SECOND / STEP))
+    return [rows[place] for place in sorted(kept)]

@@ -73,7 +73,7 @@ def test_why_it_stood_is_told():
     gave_up = {"gave_up": "all retries", "navigator_error": "NO_VALID_PATH"}
     history = {"navigator_history": "3.0 s no plan (NO_VALID_PATH); 9.0 s gave up: all retries"}
     assert (
-        "It stood since 9.0 s, when the navigator gave up: all retries (NO_VALID_PATH)."
+        "At 9.0 s the navigator gave up and let it stand: all retries (NO_VALID_PATH)."
         in words_of(row=gave_up | history)
     )
     standing = evidence().trace.copy()

@@ -96,6 +96,22 @@ def test_what_decided_are_the_critics_that_speak_against_slower_most_first():
     )
 
 
+@pytest.mark.parametrize(
+    ("monitor", "speed", "turn", "said"),
+    [
+        ("none", 0.95, 0.05, "chose 1.00 m/s, +0.00 rad/s; 7 of 100"),
+        ("none", 0.5, 0.0, ", of which the velocity smoother let 0.50 m/s, +0.00 rad/s reach"),
+        ("none", 1.0, -0.2, ", of which the velocity smoother let 1.00 m/s, -0.20 rad/s reach"),
+        ("slowdown", 0.5, 0.0, "the velocity smoother and the collision monitor let 0.50 m/s"),
+    ],
+)
+def test_what_did_not_reach_the_wheels_is_told(monitor, speed, turn, said):
+    made = {"command_linear_x_mps": speed, "command_angular_z_radps": turn}
+    rows = (decision(t, monitor_action=monitor, **made) for t in np.arange(0.0, END, 0.05))
+    told = evidence(decisions=tuple(rows))
+    assert said in paragraph(told, seconds_before(told, moment_at(), 5.0))
+
+
 def test_shares_and_rejections_come_largest_first():
     row = decision(0.0, PathDist_weighted=-3.0, BaseObstacle_weighted=1.0, PathDist_rejected=9)
     assert shares_of(row) == {"PathDist": 0.75, "BaseObstacle": 0.25}
