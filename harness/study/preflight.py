@@ -172,12 +172,17 @@ def notes_on_file(nav2: Nav2File, stack: str) -> list[str]:
     """At most one line on a user's file; nobody can change those that come with the program."""
     if nav2.path.is_relative_to(shipped("params")):
         return []
-    notes = [f"{stack}: {line}" for line in file_notes(nav2)]
-    notes += [f"{stack}: {ignored_keys(nav2)}"] if nav2.ignored else []
-    notes += default_notes(nav2, stack)
+    otherwise = [f"{stack}: {line}" for line in file_notes(nav2)] + default_notes(nav2, stack)
+    notes = otherwise + ([f"{stack}: {ignored_keys(nav2)}"] if nav2.ignored else [])
     if len(notes) < 2:
         return notes
-    return [f"{stack}: {len(notes)} notes on the file: navbench lint {nav2.path} --full lists them"]
+    told = []
+    if otherwise:
+        told.append(f"is read in a way of its own ({len(otherwise)})")
+    if nav2.ignored:
+        told.append(f"has no effect here ({len(nav2.ignored)})")
+    command = f"navbench lint {nav2.path} --full"
+    return [f"{stack}: {command} lists what of the file {' and what '.join(told)}"]
 
 
 def file_notes(nav2: Nav2File) -> list[str]:

@@ -101,4 +101,5 @@ def test_a_file_has_one_line_of_notes_and_a_shipped_one_none(tmp_path: Path) -> 
     file.write_text(misspelt, encoding="utf-8")
     nav2 = inspect_nav2(file, allow_unknown=True)
     (note,) = notes_on_file(nav2, "mine")
-    assert note == f"mine: 2 notes on the file: navbench lint {file} --full lists them"
+    told = f"mine: navbench lint {file} --full lists what of the file is read in a way of its own "
+    assert note == f"{told}(1) and what has no effect here ({len(nav2.ignored)})"

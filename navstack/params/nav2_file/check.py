@@ -5,6 +5,7 @@ from dataclasses import replace
 from navstack.params.nav2_file.catalog import Catalog, nearly_equal, plugin_type
 from navstack.params.nav2_file.findings import (
     MISSPELT,
+    RENAMED,
     UNKNOWN_KEY,
     Findings,
     Known,
@@ -240,7 +241,7 @@ class Checker:
                 known = place.block.keys.get(other, Declared()).releases
                 when = f" ({span(known)})" if known else ""
                 message = f"is another name{when}; read as '{name}'"
-                self._warn("renamed", path, message, values[other].line)
+                self._warn(RENAMED, path, message, values[other].line)
 
     def _unknown_value(self, place: Namespace, key: str, entry: ParameterEntry) -> None:
         """A key that Nav2 does not have here, or the name of a section with a value of its own."""

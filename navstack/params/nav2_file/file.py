@@ -37,7 +37,7 @@ from navstack.params.nav2_file.nodes import (
     tree_notices,
 )
 from navstack.params.nav2_file.older_forms import convert_older_forms
-from navstack.params.nav2_file.release import other_defaults, release_of
+from navstack.params.nav2_file.release import other_defaults, release_of, without_own_names
 from navstack.params.nav2_file.ros_yaml import (
     Document,
     ParameterEntry,
@@ -228,6 +228,7 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
     names = tuple(name for findings in found.values() for name in findings.names if name.line)
     notices = _notices(path, document, parameters, found, allow_unknown)
     release = release_of(names)
+    notices = without_own_names(notices, names, release)
     added = {
         node: other_defaults(release, entries, found[node].visits)
         for node, entries in parameters.items()

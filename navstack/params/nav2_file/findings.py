@@ -11,6 +11,7 @@ Parameters = Mapping[str, Mapping[str, ParameterEntry]]  # node -> dotted name -
 
 UNKNOWN = "unknown-plugin"  # ids of notices
 UNKNOWN_KEY, MISSPELT = "unknown-key", "misspelt-key"
+RENAMED = "renamed"
 # Nav2 does not look at what they name, and does not complain
 IGNORED_BY_NAV2 = (MISSPELT, UNKNOWN_KEY, "unknown-node")
 

@@ -8,6 +8,7 @@ from navstack.errors import did_you_mean
 from navstack.params.nav2_file.catalog import nearly_equal, node_block, node_names
 from navstack.params.nav2_file.findings import (
     MISSPELT,
+    RENAMED,
     UNKNOWN_KEY,
     Findings,
     Notice,
@@ -99,7 +100,7 @@ def node_notices(document: Document) -> list[Notice]:
             continue
         if name != text.path[-1]:
             notices.append(
-                Notice("renamed", path, f"is an older name; read as '{name}'", line=text.line)
+                Notice(RENAMED, path, f"is an older name; read as '{name}'", line=text.line)
             )
         if name in COSTMAPS and len(text.path) == 1:
             message = f"Nav2 reads this node at {name}: {name}: ros__parameters"

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
-from navstack.params.nav2_file.findings import Known, Notice, Visit
+from navstack.params.nav2_file.findings import RENAMED, Known, Notice, Visit
 from navstack.params.nav2_file.ros_yaml import ParameterEntry
 from navstack.params.registry.defaults import MODELLED, differing
 from navstack.params.registry.releases import RELEASES, span
@@ -22,6 +22,14 @@ def release_of(names: Iterable[Known]) -> str:
     """The distribution of a file: of those that it reads like, the one next to Jazzy."""
     here = RELEASES.index(MODELLED)
     return min(looks_like(names), key=lambda release: abs(RELEASES.index(release) - here))
+
+
+def without_own_names(
+    notices: Iterable[Notice], names: Iterable[Known], release: str
+) -> tuple[Notice, ...]:
+    """The findings less those that a name is another release's where that is the file's own."""
+    own = {name.path for name in names if release in name.releases}
+    return tuple(each for each in notices if each.id != RENAMED or each.path not in own)
 
 
 def other_defaults(
