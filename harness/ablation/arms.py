@@ -118,7 +118,8 @@ def sources_of(nav2: Nav2File, names: Sequence[str]) -> list[str]:
     if own := [node for node in named if given.get(node)]:
         sources.append(f"parameters from {file}: {', '.join(own)}")
     if missing := [node for node in named if not given.get(node)]:
-        sources.append(f"parameters by default, as {file} has no such node: {', '.join(missing)}")
+        nodes = ", ".join(missing)
+        sources.append(f"{file} has no parameters for {nodes}: those are the program's defaults")
     return sources
 
 

@@ -203,11 +203,11 @@ def _worth_lines(value: "Worth | None") -> list[str]:
     if value is None:
         return []
     usd = f"{value.usd_per_run:.2f} [{value.low_usd:.2f}, {value.high_usd:.2f}] USD a delivery"
-    text = f"worth: such an error (RMSE {value.rmse_m:.2f} m) costs about {usd} ({value.study})"
+    text = f"an error of {value.rmse_m:.2f} m (RMSE) costs about {usd} ({value.study})"
     if value.is_beyond:
         text = (
-            f"worth: such an error (RMSE {value.rmse_m:.2f} m) costs more than one of "
-            f"{value.largest_m:g} m, the largest measured: {usd} ({value.study})"
+            f"an error of {value.rmse_m:.2f} m (RMSE) has no measured price; one of "
+            f"{value.largest_m:g} m, the largest that has, costs {usd} ({value.study})"
         )
     lines = [text]
     if value.goal_tolerance_m is not None and value.share_within is not None:

@@ -154,7 +154,7 @@ def test_an_ablation_is_driven_cut_off_and_driven_on(
         (
             "nav2-amcl",
             ("amcl", "amcl-gps"),
-            ["from amcl.yaml: amcl;", "by default", "such node: amcl_gps"],
+            ["from amcl.yaml: amcl;", "no parameters for amcl_gps", "program's defaults"],
         ),
         ("nav2-gps-ekf", ("gps-ekf",), ["parameters from gps_ekf.yaml: gps_ekf"]),
         ("evasive-gps-ekf", ("gps-ekf", "amcl"), ["from expected_cost.yaml: amcl, gps_ekf"]),

@@ -328,9 +328,11 @@ def test_a_reference_from_a_file(tmp_path, capsys):
     said = capsys.readouterr().out
     assert "APE against" in said and "n 40" in said and "RPE over 1 s: median 0.00" in said
     first, worth, arrives, *_ = lines = said.splitlines()
-    told = f"odom_imu over {bag}; parameters by default, as stock.yaml has no such node: gps_ekf; "
-    assert first.startswith(told) and len(lines) <= 25
-    assert worth.startswith("worth: such an error (RMSE ") and " USD a delivery (" in worth
+    told = "stock.yaml has no parameters for gps_ekf: those are the program's defaults; "
+    assert first.startswith(f"odom_imu over {bag}; {told}") and len(lines) <= 25
+    assert (
+        worth.startswith("an error of ") and " m (RMSE) " in worth and " USD a delivery (" in worth
+    )
     assert arrives.startswith("good enough to arrive: 100 % of the poses")
     line = complaint(capsys, *base, "--reference", "/nowhere")
     assert "reference '/nowhere' is no file, and topic '/nowhere' is not in the bag" in line
