@@ -48,15 +48,28 @@ def no_run(folder: Path) -> str | None:
         return None
     kind, command = known
     if not (folder / TUNING_DOCUMENT).is_file():
-        return (
+        text = (
             f"'{folder}' is {kind}, not a run with its table; navbench {command} --resume "
             f"{folder} finishes it"
         )
+        if beside := newest_run(folder.resolve().parent):
+            text += f"; the newest run beside it is {folder.parent / beside}"
+        return text
     runs = sorted(manifest.parent for manifest in folder.glob(f"*/*/*/{MANIFEST}"))
     advice = f"navbench run --stack {folder / TUNED_STACK} makes a run of its file"
     if runs:
         advice = f"give {runs[0]}, the deliveries on which its two files differ most"
     return f"'{folder}' is {kind} that is finished, and no run; {advice}"
+
+
+def newest_run(parent: Path) -> str:
+    """Name of the run whose table was written last in a folder; empty: there is none."""
+    tables = [
+        table for table in parent.glob("*/episodes.parquet") if not table.parent.is_symlink()
+    ]
+    if not tables:
+        return ""
+    return str(max(tables, key=lambda table: table.stat().st_mtime).parent.name)
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:

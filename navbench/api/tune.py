@@ -196,12 +196,9 @@ def _drive(
         progress = StudyProgress(study.plan, journal, study.declaration.budget, later)
         searching = study.declaration.trials * searched
         limit = study.declaration.budget
-        most = (
-            f"up to {searching:,d} deliveries of the search, "
-            f"then up to {later:,d} to choose, test and explain"
-        )
+        most = f"up to {searching:,d} deliveries to search and {later:,d} to choose, test, explain"
         if limit is not None:
-            most += f", as many as {time_text(limit)} leave time for"
+            most = f"as many deliveries as {time_text(limit)} leave time for; {most}"
         say(most)
         if len(journal):
             say(f"going on after {len(journal)} deliveries")

@@ -538,6 +538,21 @@ def test_a_tuning_study_is_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[
     )
 
 
+def test_a_study_that_is_driven_names_the_newest_run_beside_it(tmp_path: Path) -> None:
+    study = tmp_path / "study"
+    (study / "params").mkdir(parents=True)
+    for name in (f"params/{TUNING}", "run.json"):
+        (study / name).write_text('{"seed": 0, "map_name": "a", "stacks": []}')
+    (tmp_path / "latest").symlink_to(study)
+    for age, name in enumerate(("new", "old", "older")):
+        (tmp_path / name).mkdir()
+        table = tmp_path / name / "episodes.parquet"
+        table.touch()
+        os.utime(table, (9.0 - age, 9.0 - age))
+    with pytest.raises(InputError, match=f"newest run beside it is {tmp_path}/new$"):
+        load_run(str(tmp_path / "latest"))
+
+
 def test_a_finished_tuning_study_is_not_called_unfinished(tmp_path: Path) -> None:
     for name in (f"params/{TUNING}", "run.json"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
