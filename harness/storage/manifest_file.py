@@ -64,9 +64,7 @@ def no_run(folder: Path) -> str | None:
 
 def newest_run(parent: Path) -> str:
     """Name of the run whose table was written last in a folder; empty: there is none."""
-    tables = [
-        table for table in parent.glob("*/episodes.parquet") if not table.parent.is_symlink()
-    ]
+    tables = [table for table in parent.glob("*/episodes.parquet") if not table.parent.is_symlink()]
     if not tables:
         return ""
     return str(max(tables, key=lambda table: table.stat().st_mtime).parent.name)

@@ -44,6 +44,12 @@ class District:
         return [*self.ground.solid, *self.furniture.pieces]
 
     @cached_property
+    def bounds(self) -> FloatArray:
+        """Of the obstacles (n, 4): least x, y and most x, y [m]."""
+        found = [(*each.polygon.min(axis=0), *each.polygon.max(axis=0)) for each in self.obstacles]
+        return np.array(found, dtype=float).reshape(-1, 4)
+
+    @cached_property
     def crossings(self) -> list[tuple[Walk, shapely.Geometry]]:
         """The crossings, each with the part of the carriageways [m] that it leads over."""
         carriageways = shapely.union_all([street.polygon for street in self.ground.streets])
@@ -115,7 +121,9 @@ def scene_of(district: District, window: Rect, name: str) -> Scene:
     Walkable is what people may walk on and nothing stands on; the mesh is its largest connected
     part without slivers.
     """
-    obstacles = [each for each in district.obstacles if _overlaps(each.polygon, window)]
+    obstacles = [
+        district.obstacles[place] for place in np.flatnonzero(_overlap(district.bounds, window))
+    ]
     seen = np.zeros((round(window.depth / RESOLUTION), round(window.width / RESOLUTION)), bool)
     blocked = np.zeros_like(seen)
     for each in obstacles:
@@ -150,10 +158,12 @@ def overview(district: District) -> Scene:
     return Scene("overview", obstacles, zones, empty, empty, credit=CREDIT)
 
 
-def _overlaps(polygon: FloatArray, window: Rect) -> bool:
-    low, high = polygon.min(axis=0), polygon.max(axis=0)
-    is_beside = high[0] <= window.x0 or low[0] >= window.x1
-    return not (is_beside or high[1] <= window.y0 or low[1] >= window.y1)
+def _overlap(bounds: FloatArray, window: Rect) -> BoolArray:
+    """Which of some bounds (n, 4), least x, y and most x, y [m], reach into a window."""
+    least_x, least_y, most_x, most_y = bounds.T
+    across = (most_x > window.x0) & (least_x < window.x1)
+    overlap: BoolArray = across & (most_y > window.y0) & (least_y < window.y1)
+    return overlap
 
 
 def _grid(occupied: BoolArray, window: Rect) -> OccupancyGrid:

@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -117,7 +118,7 @@ def save_map(grid: OccupancyGrid, yaml_path: Path | str) -> None:
     _check(metadata, path)
     try:
         Image.fromarray(_paint(grid.data[::-1], metadata)).save(
-            metadata.image, format="PNG", optimize=True
+            metadata.image, format="PNG", compress_type=zlib.Z_RLE
         )
         with path.open("w", encoding="utf-8") as file:
             _writer().dump(_as_yaml(metadata), file)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy import ndimage
 
+from harness.world.map.opening import opened
 from harness.world.map.scene import Obstacle, Scene, Zone
 from harness.world.map.scene_io import save_scene
 from harness.world.map.shapes import bounds, fill_convex, grow
@@ -132,7 +133,7 @@ def largest_part(mask: BoolArray) -> BoolArray:
     labels, count = ndimage.label(mask)
     if count == 0:
         return mask
-    largest: BoolArray = labels == 1 + int(np.argmax(np.bincount(labels.ravel())[1:]))
+    largest: BoolArray = labels == int(np.argmax(np.bincount(labels[mask])))
     return largest
 
 
@@ -178,13 +179,7 @@ def drawn_outlines(
 
 def without_slivers(mesh: BoolArray, resolution: float) -> BoolArray:
     """The opening of a mesh (H, W): what an axis-parallel square of ``LEAST_WIDTH`` can cover."""
-    size = round(LEAST_WIDTH / resolution)
-    cells = np.pad(mesh.astype(np.uint8), size)
-    for axis in (0, 1):
-        cells = ndimage.minimum_filter1d(cells, size, axis=axis)
-    for axis in (0, 1):
-        cells = ndimage.maximum_filter1d(cells, size, axis=axis, origin=-1 if size % 2 == 0 else 0)
-    return cells[size:-size, size:-size].astype(bool)
+    return opened(mesh, round(LEAST_WIDTH / resolution))
 
 
 def _shuffled(rng: np.random.Generator, count: int) -> FloatArray:
