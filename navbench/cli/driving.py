@@ -45,7 +45,7 @@ def print_driven(
         driven: the run.
         as_json: one JSON document instead of text.
         is_full: whether all tables are printed.
-        has_page: whether a page is written into the run folder.
+        has_page: whether a page is written into the run folder; one that is there is in any case.
 
     Returns:
         The exit status.
@@ -63,7 +63,9 @@ def print_driven(
     if driven.is_interrupted:
         say_how_to_go_on("run", driven.folder, " --page" if has_page else "")
         return status
-    page = write_page(driven) if has_page else None
+    page = None
+    if has_page or (driven.folder / PAGE).is_file():  # one that is there has fewer deliveries
+        page = write_page(driven)
     if not as_json:
         _print_next(run, driven, page)
     return status

@@ -113,6 +113,8 @@ def test_a_run_that_lost_nothing_has_an_answer_and_a_command_that_works(
     assert [program, *command[:2], command[-1]] == ["navbench", "run", "--resume", "--episodes"]
     three = "".join(printed(capsys, *command, "3"))
     assert " earn the same on all 3 missions" in three and "(first looked at with 2)" in three
+    page = (place / "few" / "report.html").read_text(encoding="utf-8")
+    assert "(first looked at with 2)" in page, "the page is written anew"
     found = NEXT.search(lines[-1])
     assert found is not None and found[1] == "replay few"
     follow(capsys, ["replay", "few"])
