@@ -102,18 +102,23 @@ def save_as(
     with rc_context(FONT | {"font.size": font_size}):
         figure = Figure(figsize=size, dpi=DPI, layout="constrained")
         draw(figure)
-        figure.draw_without_rendering()
-        # it is laid out now; saving would do it again for each file
-        figure.set_layout_engine("none")
-        for path in paths:
-            # what draws makes no sense of a full disk
-            content, suffix = BytesIO(), path.suffix.lower()
-            figure.savefig(
-                content,
-                format=suffix[1:],
-                dpi=DPI,
-                metadata=UNDATED[suffix],
-                facecolor="white",
-            )
-            with writing(path), replacing(path) as stream:
-                stream.write(content.getvalue())
+        contents = rendered(figure, [path.suffix.lower() for path in paths])
+    for path, content in zip(paths, contents, strict=True):
+        with writing(path), replacing(path) as stream:
+            stream.write(content)
+
+
+def rendered(figure: "Figure", suffixes: Sequence[str]) -> list[bytes]:
+    """The content of a figure's file in each format, e.g. ``.png``."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+    figure.set_layout_engine(None)  # saving would lay it out again for each file
+    contents = []
+    for suffix in suffixes:
+        stream = BytesIO()
+        figure.savefig(
+            stream, format=suffix[1:], dpi=DPI, metadata=UNDATED[suffix], facecolor="white"
+        )
+        contents.append(stream.getvalue())
+    return contents
