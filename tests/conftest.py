@@ -1,20 +1,24 @@
 """A real browser for whatever writes pages, and the memory of the processes that run tests."""
 
+import compileall
 import contextlib
 import gc
 import os
 import resource
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from harness.execution.executors import InProcess, give_memory_back
 from harness.execution.process_cache import forget
 from harness.execution.workers import Workers
+from harness.report import figures
 from harness.study.compile_ahead import compile_new, every_module
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
@@ -25,12 +29,15 @@ SWITCHES = (
     *("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("navstack", "harness", "navbench", "tools")
 MEMORY = Path("/proc/self/statm")  # pages of this process; the second number: resident ones
 SHARE = 0.4  # of the machine's memory for the processes that run tests, one per core
 # [bytes] of one; beyond it a process forgets the worlds of earlier tests
-LEAST_ROOM, MOST_ROOM = 0.8e9, 1.6e9
+LEAST_ROOM, MOST_ROOM = 0.8e9, 1.1e9
 # [bytes] since it forgot last: a world and a brain, which take two seconds to make anew
 GROWTH = 300e6
+RENDERED = figures.rendered
 left: list[float] = []  # [bytes] what was still there after it forgot
 
 
@@ -39,8 +46,10 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     if getattr(session.config.option, "numprocesses", None) and not hasattr(
         session.config, "workerinput"
     ):
-        # once, and by all cores, what each process of tests would compile for itself
+        # once, what each process of tests, and each that they start, would compile for itself
         compile_new(every_module())
+        for package in PACKAGES:
+            compileall.compile_dir(ROOT / package, quiet=1)
 
 
 def pytest_collection_finish() -> None:
@@ -65,6 +74,30 @@ def pytest_runtest_logfinish() -> None:
         forget()
         gc.collect()
         left.append(resident())
+
+
+def sketched(figure: Any, suffixes: Sequence[str]) -> list[bytes]:
+    """What :func:`figures.rendered` gives, of a figure of one white dot."""
+    dot = BytesIO()
+    Image.new("RGB", (1, 1), "white").save(dot, "png")
+    contents = {".png": dot.getvalue(), ".pdf": b"%PDF-1.4\n", ".svg": b"<svg/>"}
+    return [contents[suffix] for suffix in suffixes]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def sketches() -> Iterator[None]:
+    """Figures are drawn, but their files are not rendered, which takes two seconds each."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "rendered", sketched)
+        yield
+
+
+@pytest.fixture
+def rendering() -> Iterator[None]:
+    """Figures are rendered, as the program does."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "rendered", RENDERED)
+        yield
 
 
 @contextlib.contextmanager

@@ -74,6 +74,7 @@ def test_an_ablation_is_driven_cut_off_and_driven_on(
     given: list[str],
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
+    rendering: None,
 ) -> None:
     out = tmp_path / "out"
     status, text, _ = navbench(capsys, *given, "--out", str(out), "--json")

@@ -20,7 +20,7 @@ def with_a_way(row):
 SMALL = ("--robots", 3, "--operators", 1, "--set", "orders_per_day=30", "--days", 3)
 
 
-def test_a_day_is_told_in_25_lines_with_a_page(navbench, write_run, tmp_path):
+def test_a_day_is_told_in_25_lines_with_a_page(navbench, write_run, tmp_path, rendering):
     run = write_run("mine", change=with_a_way)
     status, out, _ = navbench("day", "--legs", run, *SMALL, "--out", tmp_path / "day")
     lines = out.splitlines()

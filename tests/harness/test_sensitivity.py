@@ -193,7 +193,7 @@ def test_cargo_not_modelled_has_no_profit_to_vary(write_run):
         print_sensitivity(run, as_json=True)
 
 
-def test_figures_and_tables(write_run, tmp_path, capsys):
+def test_figures_and_tables(write_run, tmp_path, capsys, rendering):
     run = write_run("run", episodes=6)
     print_sensitivity(run, maps=[("delivery_fee", "refund")], out=tmp_path / "figures")
     text = capsys.readouterr().out

@@ -108,7 +108,7 @@ def test_the_figures_are_those_of_the_runs(study):
     ]
 
 
-def test_the_table_has_every_quantity_and_figures_are_the_same_every_time(study):
+def test_the_table_has_every_quantity_and_figures_are_the_same_every_time(study, rendering):
     results = read_results(study)
     written = write_results(results, study)
     rows = read_rows(study / "table.parquet", COLUMNS)

@@ -114,7 +114,7 @@ def test_needing_help_costs_the_fee_and_the_repair():
     assert "needed help" in paragraph(hit, seconds_before(hit, both[1], 5.0))
 
 
-def test_who_is_absent_at_first_is_met_all_the_same(tmp_path):
+def test_who_is_absent_at_first_is_met_all_the_same(tmp_path, rendering):
     crowd = arrays()["crowd"]
     crowd[STAMPS < 6.05, 1] = np.inf
     crowd[:, 0] = np.nan

@@ -193,7 +193,7 @@ def test_history_rises_from_the_original(explained: tuple[StudyResult, Explanati
 
 
 def test_the_report_tells_everything(
-    explained: tuple[StudyResult, Explanation], folder: Path
+    explained: tuple[StudyResult, Explanation], folder: Path, rendering: None
 ) -> None:
     study, found = explained
     scores = scores_document(study)
@@ -359,7 +359,7 @@ def test_a_flag_stands_in_the_report(
 
 
 def test_a_full_disk_is_one_line_for_figures(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rendering: None
 ) -> None:
     monkeypatch.setattr(
         "harness.report.figures.replacing", lambda path: open("/dev/full", "wb", buffering=0)
