@@ -133,7 +133,18 @@ def navbench(capsys):
 
 @pytest.fixture
 def write_run(tmp_path):
-    """Write a run folder of random deliveries.
+    """Write a run folder of random deliveries."""
+    return writer_to(tmp_path)
+
+
+@pytest.fixture(scope="session")
+def write_run_to():
+    """See :func:`writer_to`: for what several tests look at."""
+    return writer_to
+
+
+def writer_to(parent):
+    """A function that writes a run folder of random deliveries into another one.
 
     The same seed gives the same missions and, per stack, the same rows.
     """
@@ -172,8 +183,8 @@ def write_run(tmp_path):
                 encoding="utf-8"
             ),
         }
-        create_run(tmp_path / name, about, parameters)
-        with RunFolder(tmp_path / name, TABLES, episodes * len(stacks)) as folder:
+        create_run(parent / name, about, parameters)
+        with RunFolder(parent / name, TABLES, episodes * len(stacks)) as folder:
             for number, stack in enumerate(stacks):
                 for episode in range(episodes):
                     rng = np.random.default_rng((seed, episode, *stack.encode()))
@@ -192,6 +203,6 @@ def write_run(tmp_path):
                     folder.add(
                         {"row": row, "events": [] if row["error"] else events, "timing": timing}
                     )
-        return tmp_path / name
+        return parent / name
 
     return write

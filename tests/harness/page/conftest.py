@@ -85,7 +85,7 @@ def make_arrays():
     return arrays_of
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def record():
     """Give deliveries of a run folder recordings, and its costed contacts places and times."""
 

@@ -11,6 +11,8 @@ import pytest
 from harness.report.repriced import SHOWN, TITLES
 from harness.study.manifest import map_digest
 from harness.world.map.scene_io import load_scene
+from navbench.api.report import report
+from navbench.api.runs import load
 
 from .in_browser import choose, picture, shown, wait
 
@@ -39,10 +41,10 @@ def requested(browser):
     return {url.split(":", 1)[0] for url in own}
 
 
-@pytest.fixture
-def page(write_run, record, navbench, tmp_path):
+@pytest.fixture(scope="module")
+def folder(write_run_to, record, tmp_path_factory):
     """Two stacks of 30 deliveries, three of them recorded."""
-    folder = write_run(
+    folder = write_run_to(tmp_path_factory.mktemp("runs"))(
         "one",
         stacks=("mine", EVIL),
         episodes=30,
@@ -51,8 +53,14 @@ def page(write_run, record, navbench, tmp_path):
     )
     record(folder, "mine", range(2), beams=360, people=20)
     record(folder, EVIL, range(1))
-    assert navbench("report", folder, "--out", tmp_path / "report.html")[0] == 0
-    return tmp_path / "report.html"
+    return folder
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    """Its report."""
+    report([load(folder)], folder.parent / "report.html")
+    return folder.parent / "report.html"
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -277,9 +285,9 @@ def test_keys_play_and_the_theme_can_be_chosen(page, browse):
     assert [entry["message"] for entry in browser.get_log("browser")] == []
 
 
-def test_a_replay_alone_works_from_a_file(page, navbench, browse, tmp_path):
+def test_a_replay_alone_works_from_a_file(folder, navbench, browse, tmp_path):
     file = tmp_path / "replay.html"
-    assert navbench("replay", f"{tmp_path / 'one'}:mine", 1, "--html", file)[0] == 0
+    assert navbench("replay", f"{folder}:mine", 1, "--html", file)[0] == 0
     browser = browse(file, 390)
     wait(browser, "document.querySelector('#player').dataset.ready")
     assert (
