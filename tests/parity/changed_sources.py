@@ -2,10 +2,11 @@
 
 In it one constant at a time reads otherwise. A program of its own: standard input says what to do
 (JSON), standard output which cases went wrong. Each run happens in a fresh child process, because
-modules are imported and kernels compiled with the constants of that moment; the heavy libraries are
-imported once for all.
+modules are imported and kernels compiled with the constants of that moment; the heavy libraries,
+and the parameters, are imported once for all.
 """
 
+import importlib
 import json
 import multiprocessing
 import os
@@ -21,6 +22,7 @@ import scipy.signal  # noqa: F401 - for the children
 
 numba.njit(lambda: 0)()  # noqa: TID251 - numba makes itself ready, for the children
 sys.dont_write_bytecode = True  # two changes of equal length within a second would look alike
+PARAMETERS = "navstack.params"  # has no kernels, and imports none
 
 
 def run(job: dict[str, Any]) -> list[str]:
@@ -40,7 +42,9 @@ def run(job: dict[str, Any]) -> list[str]:
 
 
 def _wrong(job: dict[str, Any]) -> list[str]:
-    sys.path.insert(0, job["copy"])
+    if job["file"].startswith(PARAMETERS.replace(".", "/")):
+        for name in [name for name in sys.modules if name.startswith(PARAMETERS)]:
+            del sys.modules[name]
     numba.config.DISABLE_JIT = not job["jit"]
     import navstack
     from navstack import jit
@@ -63,5 +67,8 @@ def _wrong(job: dict[str, Any]) -> list[str]:
 
 
 if __name__ == "__main__":
+    jobs = json.load(sys.stdin)
+    sys.path.insert(0, jobs[0]["copy"])  # which all have in common
+    importlib.import_module(f"{PARAMETERS}.registry.nodes")
     with multiprocessing.get_context("fork").Pool(1, maxtasksperchild=1) as pool:
-        json.dump(pool.map(run, json.load(sys.stdin), chunksize=1), sys.stdout)
+        json.dump(pool.map(run, jobs, chunksize=1), sys.stdout)
