@@ -12,6 +12,7 @@ import pytest
 from harness.economics.prices import load_prices
 from harness.economics.valuation import margins
 from navstack.errors import InputError
+from tests.rules import short_rules
 
 gymnasium = pytest.importorskip("gymnasium", reason="gymnasium is not installed")
 DeliveryEnv = pytest.importorskip("navbench.gym").DeliveryEnv
@@ -36,7 +37,9 @@ def test_gymnasium_finds_nothing_to_complain_about() -> None:
     env.close()
 
 
-def test_the_reward_is_the_contribution_margin(env: Any) -> None:
+def test_the_reward_is_the_contribution_margin(tmp_path: Path) -> None:
+    (tmp_path / "short.yaml").write_text(short_rules(20.0))
+    env = DeliveryEnv("nav2-gps-ekf", pedestrians=4, rules=str(tmp_path / "short.yaml"))
     env.reset(seed=3)
     total, by_term, is_over = 0.0, {}, False
     rng = np.random.default_rng(0)
@@ -54,6 +57,7 @@ def test_the_reward_is_the_contribution_margin(env: Any) -> None:
     assert by_term["electricity"] < 0.0
     with pytest.raises(InputError, match=r"call reset\(\)"):
         env.step(np.zeros(2))
+    env.close()
 
 
 def test_seeds_and_numbers_of_deliveries(env: Any) -> None:
