@@ -37,7 +37,7 @@ run: $(READY)
 	@$(BIN)/navbench run --stack nav2-gps-ekf --stack evasive-gps-ekf --episodes 20 --page
 
 test: $(TOOLS)
-	$(DATA) $(BIN)/pytest -n auto --dist loadscope
+	$(DATA) $(BIN)/pytest -n auto --dist loadscope --no-loadscope-reorder
 
 check: $(TOOLS)
 	$(BIN)/ruff check .
