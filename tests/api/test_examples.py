@@ -22,8 +22,9 @@ def test_the_notebook_runs_from_the_first_cell_to_the_last(
     names: dict[str, object] = {"__name__": "__main__"}
     for cell in notebook["cells"]:
         if cell["cell_type"] == "code":
-            exec("".join(cell["source"]), names)
+            exec("".join(cell["source"]).replace("episodes=4", "episodes=2"), names)
             assert cell["outputs"] == [], "clear the outputs of the notebook before it is committed"
+    assert names["run"].table().num_rows == 4  # type: ignore[attr-defined]
     assert len(names["way"]) > 100  # type: ignore[arg-type]
 
 

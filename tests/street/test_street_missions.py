@@ -141,12 +141,12 @@ def test_a_part_across_tiles_is_what_the_whole_map_has_there(
 
 
 def test_from_an_extract_to_profit_per_day(
-    streets: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    streets: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], in_process: None
 ) -> None:
     assert status("map", "routes", str(streets / "map_graph.geojson"), "--distance", "0.1,1") == 0
     out = str(tmp_path / "legs")
     words = ["--map", str(streets), "--stack", "nav2-gps-ekf", "--episodes", "2", "--workers", "1"]
-    words += ["--distance", "0.04,1"]
+    words += ["--distance", "0.04,0.25"]
     capsys.readouterr()
     assert status("run", *words, "--out", out, "--json") == 0
     told = capsys.readouterr()
@@ -204,7 +204,10 @@ def test_a_leg_begins_with_what_the_one_before_left(streets: Path) -> None:
     study = make_study(
         stacks=["nav2-gps-ekf"], episodes=2, seed=2, map_name=str(streets), workers=1, pedestrians=0
     )
-    number = next(n for n in range(9) if len(StreetMissions(streets, 2).legs(n)) > 1)
+    missions = StreetMissions(streets, 2)
+    short = sorted(range(9), key=lambda mission: sum(leg.way for leg in missions.legs(mission)))
+    number = next(mission for mission in short if len(missions.legs(mission)) > 1)
+    other = next(mission for mission in short if mission != number)
     task = study.task(0, number)
     starts: list[Belief] = []
     ends: list[Belief] = []
@@ -247,7 +250,7 @@ def test_a_leg_begins_with_what_the_one_before_left(streets: Path) -> None:
     assert row["duration_s"] == legs[-1]["begin_s"] + legs[-1]["duration_s"]
     assert row["outcome"] == "sla"
     assert row["pieces_lost"] == sum(leg["pieces_lost"] for leg in legs)
-    run_episode(dataclasses.replace(task, episode=number + 1))
+    run_episode(dataclasses.replace(task, episode=other))
     assert run_episode(task).row == row  # whatever was driven before
 
 
