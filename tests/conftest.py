@@ -1,4 +1,4 @@
-"""A real browser for whatever writes pages, and the memory of the processes that run tests."""
+"""A real browser, figures without their files, and the memory of the processes that run tests."""
 
 import compileall
 import contextlib
@@ -84,7 +84,7 @@ def pytest_runtest_logfinish() -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def quick_disk() -> Iterator[None]:
-    """Nobody waits until files are on the disk, which no test looks at."""
+    """No test waits until files are on the disk: none takes the power away."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, "fsync", lambda descriptor: None)
         yield

@@ -70,9 +70,11 @@ def connect(cluster: Any, *files: Path) -> DaskCluster:
     return DaskCluster(cluster.scheduler_address, ("numpy",), [str(file) for file in files], print)
 
 
-def drive_on(cluster: Any, function: Callable[[Any], Any], tasks: list[Any]) -> dict[int, Any]:
-    """What became of each task, by its number."""
-    with connect(cluster) as dask, Workers(9, dask.place, TIME_LIMIT, dask.room) as workers:
+def drive_on(
+    cluster: Any, function: Callable[[Any], Any], tasks: list[Any], limit: float = 120.0
+) -> dict[int, Any]:
+    """What became of each task, by its number; the limit of each is in [s]."""
+    with connect(cluster) as dask, Workers(9, dask.place, limit, dask.room) as workers:
         return {item.task[1]: item for item in workers.run(function, tasks)}
 
 
@@ -103,9 +105,8 @@ def make_attempt() -> Callable[[tuple[Path, int, str]], int]:
 
 def test_tasks_that_raise_die_and_hang_harm_no_other(two: Any, tmp_path: Path) -> None:
     ways = {1: "die once", 3: "raise", 4: "die always", 6: "hang once"}
-    finished = drive_on(
-        two, make_attempt(), [(tmp_path, number, ways.get(number, "")) for number in range(8)]
-    )
+    tasks = [(tmp_path, number, ways.get(number, "")) for number in range(8)]
+    finished = drive_on(two, make_attempt(), tasks, TIME_LIMIT)
     assert sorted(finished) == list(range(8))
     attempts = [len(list(tmp_path.glob(f"{number}-*"))) for number in range(8)]
     assert attempts == [1, 2, 1, 1, 2, 1, 2, 1]  # each in another process
