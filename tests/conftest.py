@@ -75,6 +75,13 @@ def room() -> float:
     return min(max(SHARE * memory / (os.cpu_count() or 1), LEAST_ROOM), MOST_ROOM)
 
 
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Slow tests have the most room: some make worlds of their own beside those of the process."""
+    if item.get_closest_marker("slow") and resident() > LEAST_ROOM:
+        forget()
+        gc.collect()
+
+
 def pytest_runtest_logfinish() -> None:
     if resident() > (left[-1] + GROWTH if left else room()):
         forget()
