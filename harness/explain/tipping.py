@@ -91,13 +91,13 @@ def _ground(evidence: Evidence, seconds: Seconds) -> str:
     low = kinds[int(np.flatnonzero(is_low)[0])]
     high = kinds[int(np.flatnonzero(~is_low)[0])]
     level = np.flatnonzero(np.ptp(levels, axis=1) == 0.0)
-    since = float(seconds.at[0])
+    since = f"for all of the {-seconds.at[0]:.1f} s"
     if len(level):
-        since = float(seconds.at[int(level[-1]) + 1])
+        since = f"from {-seconds.at[int(level[-1]) + 1]:z.1f} s before"
     side = _side(evidence.footprint, is_low)
     return (
-        f"It was over a step of {step:.2f} m from {-since:z.1f} s before: {side} over the {low}, "
-        f"the rest over the {high}."
+        f"It was over a step of {step:.2f} m {since}: {side} over the {low}, the rest over the "
+        f"{high}."
     )
 
 

@@ -188,8 +188,8 @@ def _subject(difference: ArmDifference) -> str:
     bounds = bounds_text(gap, None, True)
     signed = f"{number_text(value, None, True)} {bounds}".rstrip()
     if is_money:
-        amount = number_text(abs(value), None)
-        return f"{difference.arm} earned {amount} USD a delivery {side} than {whose} ({signed})"
+        earned = f"{number_text(abs(value), None)} USD a delivery {side} than {whose}"
+        return f"{difference.arm} earned {earned} {bounds}".rstrip()
     return f"{difference.arm} less {whose}, {METRICS[difference.metric]}: {signed}"
 
 

@@ -56,9 +56,8 @@ def rankings(parties: Sequence[Party]) -> list[str]:
             lines.append(_alike(f"{best} and {name}", margin, each))
             continue
         span = wider(pair.difference, each.unseen)
-        told = (
-            f"{interval_text(span)} USD a delivery over {span.n} missions, p {p_text(pair.p_holm)}"
-        )
+        told = f"{interval_text(span)} USD a delivery more over {span.n} missions, p "
+        told += p_text(pair.p_holm)
         if pair.tests > 1:
             told += f" adjusted for {len(pairs)} comparisons"
         if pair.is_significant and span.low is not None and span.low <= 0.0:
@@ -67,7 +66,7 @@ def rankings(parties: Sequence[Party]) -> list[str]:
             line = f"{best} earns more than {name}: {told}"
         else:
             more = undecided(pair, each.first.run, each.second.run)
-            line = f"These deliveries cannot rank {best} and {name}: {told}{more}"
+            line = f"These deliveries cannot rank {best} and {name}: {best} earned {told}{more}"
         lines.append(line)
     return lines
 
@@ -85,8 +84,8 @@ def _alike(both: str, margin: Interval, comparison: Comparison) -> str:
     text += f". Unseen losses leave a difference of up to {unseen.high:.2f} USD possible (95 %)"
     needed = missions_that_exclude(WORTH_FINDING, first, second)
     return text + _more(
-        f"; about {needed:,d} missions would decide, {needed - comparison.pairs:,d} more "
-        f"(if none brings a loss: less than {WORTH_FINDING:g} USD)",
+        f"; about {needed:,d} missions without a loss would leave less than {WORTH_FINDING:g} USD, "
+        f"{needed - comparison.pairs:,d} more",
         needed,
         first,
         second,

@@ -36,6 +36,14 @@ def write_text(path: Path, text: str) -> None:
         stream.write(text.encode())
 
 
+def nearby(path: Path) -> Path:
+    """An absolute path as seen from the current folder, where it is inside of it."""
+    here = Path.cwd()
+    if path.is_relative_to(here):
+        return path.relative_to(here)
+    return path
+
+
 def require_writable(what: str, file: Path, suffixes: Sequence[str] = ()) -> None:
     """Check, before the work, that its result can be written to the file that a user names.
 

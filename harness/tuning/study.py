@@ -206,7 +206,8 @@ def _too_short(study: TuningStudy, journal: Journal, budget: Budget) -> InputErr
     enough = enough_for(count, journal.pace, budget.seconds or 0.0)
     return InputError(
         f"the budget of {budget.seconds:g} s ended after {len(journal)} of the {count} training "
-        f"missions of your file, before the first trial; next: navbench tune --resume {folder} "
+        f"missions of your file, before the first trial; a study on {count} takes {enough}: your "
+        f"file, a few trials, a test. Fewer: --episodes 8. next: navbench tune --resume {folder} "
         f"--budget {enough}"
     )
 

@@ -16,6 +16,7 @@ from harness.report.ablation import draw_ablation
 from harness.report.page.ablation import write_ablation
 from harness.report.page.document import write_study_page
 from harness.storage.documents import write_document
+from harness.storage.files import nearby
 from harness.storage.new_run import ABLATION, create_run, default_folder, require_usable
 from harness.storage.texts import name_of
 from harness.study.manifest import about, load_study, parameters, version_notes
@@ -119,7 +120,7 @@ def resume_ablation(
         InputError: the folder holds none, has no such arm, or has more deliveries.
     """
     where = where or Where()
-    path = folder.resolve()  # a link may point elsewhere before the run ends
+    path = nearby(folder.resolve())  # a link may point elsewhere before the run ends
     study = load_study(path, where.workers)
     stored = path / "params" / ABLATION
     if not stored.is_file():

@@ -7,6 +7,7 @@ from typing import Any
 
 from harness.episode.episode import RunningDelivery
 from harness.episode.factory import Parts
+from harness.storage.files import nearby
 from harness.storage.manifest_file import accept_changes, other_study
 from harness.storage.shipped import DEFAULT_WORLD, keep_compiled_code
 from harness.study.manifest import load_study, version_notes
@@ -102,7 +103,7 @@ def drive_rest(
     Raises:
         InputError: the folder cannot be used.
     """
-    path = folder.resolve()  # a link may point elsewhere before the run ends
+    path = nearby(folder.resolve())  # a link may point elsewhere before the run ends
     if known := other_study(path):
         kind, command = known
         raise InputError(f"'{path}' is {kind}; go on with navbench {command} --resume {path}")

@@ -86,7 +86,14 @@ def explain(
         told = found.evidence, found.told, found.saving, found.figures, found.activities
         click.echo(delivery_line(loaded.stored, episode))
         print_blocks(blocks(*told), report_console())
-        click.echo(f"next: navbench replay {loaded.folder}:{loaded.stacks[0]} {episode}")
+        click.echo(f"next: navbench replay {_place(loaded)} {episode}")
+
+
+def _place(run: "Run") -> str:
+    """A run and its stack by the folder's own name: a link may point elsewhere soon."""
+    from harness.storage.files import nearby
+
+    return f"{nearby(run.folder.resolve())}:{run.stacks[0]}"
 
 
 def _say_nothing_to_tell(run: "Run", episode: int, as_json: bool) -> None:
@@ -104,4 +111,4 @@ def _say_nothing_to_tell(run: "Run", episode: int, as_json: bool) -> None:
         some = f"episodes that have some: {', '.join(map(str, others))}"
     click.echo(delivery_line(run.stored, episode))
     click.echo(f"episode {episode} of {run.stacks[0]} has no event that cost anything; {some}")
-    click.echo(f"next: navbench replay {run.folder}:{run.stacks[0]} {episode}")
+    click.echo(f"next: navbench replay {_place(run)} {episode}")

@@ -212,8 +212,8 @@ def _worth_lines(value: "Worth | None") -> list[str]:
     lines = [text]
     if value.goal_tolerance_m is not None and value.share_within is not None:
         lines.append(
-            f"good enough to arrive: {100.0 * value.share_within:.0f} % of the poses are within "
-            f"the file's goal tolerance of {value.goal_tolerance_m:g} m"
+            f"{100.0 * value.share_within:.0f} % of the poses are near enough to the reference to "
+            f"arrive: within the file's goal tolerance of {value.goal_tolerance_m:g} m"
         )
     return lines
 

@@ -109,7 +109,8 @@ def test_a_run_that_lost_nothing_has_an_answer_and_a_command_that_works(
     (verdict,) = (line for line in lines if " earn the same on all 2 missions: 3.49 USD" in line)
     assert "the whole fee. Unseen losses leave a difference of up to " in verdict
     program, *command, number = shlex.split(lines[lines.index(verdict) + 1])
-    assert f"; about {int(number):,d} missions would decide, {int(number) - 2:,d} more " in verdict
+    assert f"; about {int(number):,d} missions without a loss would leave less than " in verdict
+    assert f" USD, {int(number) - 2:,d} more:" in verdict
     assert [program, *command[:2], command[-1]] == ["navbench", "run", "--resume", "--episodes"]
     three = "".join(printed(capsys, *command, "3"))
     assert " earn the same on all 3 missions" in three and "(first looked at with 2)" in three

@@ -95,7 +95,8 @@ def test_stacks_that_lost_nothing_get_an_answer_and_the_command_that_decides(wri
     far = compare(first, second, [MARGIN]).unseen.high
     assert f"a difference of up to {far:.2f} USD possible" in told and far > 1.0
     needed = int(told.rpartition("--episodes ")[2])
-    assert f"; about {needed:,d} missions would decide, {needed - 20:,d} more (if none " in told
+    wanted = f"; about {needed:,d} missions without a loss would leave less than 1 USD, "
+    assert f"{wanted}{needed - 20:,d} more:" in told
     assert told.endswith(f":\n  navbench run --resume {run} --episodes {needed}")
 
     def open_after(n):
@@ -138,7 +139,8 @@ def test_the_verdict_of_a_comparison_has_the_numbers_of_its_row(write_run):
     assert f"about {paired.needed} missions would decide" in verdict
     means = Interval(2.0, None, None, 9), Interval(1.0, None, None, 9)
     (of_run,) = rankings([("good", good, means[0]), ("bad", bad, means[1])])
-    assert of_run.split(": ")[1] == verdict.split(": ")[1], "run and compare have one rule"
+    of_runs, of_compares = (line.split(" earned ")[1] for line in (of_run, verdict))
+    assert of_runs == of_compares, "run and compare have one rule"
     value = paired.difference.value
     assert number_text(value) in row and f"A and B: {number_text(abs(value))} [" in verdict
 

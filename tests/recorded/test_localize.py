@@ -333,7 +333,7 @@ def test_a_reference_from_a_file(tmp_path, capsys):
     assert (
         worth.startswith("an error of ") and " m (RMSE) " in worth and " USD a delivery (" in worth
     )
-    assert arrives.startswith("good enough to arrive: 100 % of the poses")
+    assert arrives.startswith("100 % of the poses are near enough to the reference to arrive")
     line = complaint(capsys, *base, "--reference", "/nowhere")
     assert "reference '/nowhere' is no file, and topic '/nowhere' is not in the bag" in line
 

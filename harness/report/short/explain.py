@@ -7,7 +7,7 @@ from pathlib import Path
 from harness.explain.activities import Activity
 from harness.explain.document import Explained, Saving
 from harness.explain.evidence import RECORDING, Evidence
-from harness.explain.moments import TIMEOUT, costliest
+from harness.explain.moments import ASSISTANCE, TIMEOUT, costliest
 from harness.explain.seconds import A_SECOND, STEP
 from harness.report.blocks import Block, Chart, Text, declared
 from harness.report.explain import (
@@ -17,6 +17,7 @@ from harness.report.explain import (
     saving_blocks,
 )
 
+HELD_UP = (ASSISTANCE, TIMEOUT)  # what comes of standing: the navigator tells why it stood
 MOST_EVENTS = 4  # others that are named
 MOST_INSTANTS = 6  # rows of the table
 SPENT = (0, 1, 3, 4, 7)  # columns of the activities, which fit into 80 characters
@@ -52,6 +53,8 @@ def short_explanation(
     (told,) = (each for each in moments if each.seconds.moment is dear)
     others = [each for each in moments if each is not told]
     blocks: list[Block] = [head, Text(told.words, "paragraph")]
+    if row.get("navigator_history") and dear.kind in HELD_UP:
+        blocks.append(Text(f"The navigator before: {row['navigator_history']}.", "paragraph"))
     for each in others[:MOST_EVENTS]:
         what = each.words.split(". ")[0].replace("Event", "event", 1)
         blocks.append(Text(f"Also {what}.", "whole"))

@@ -82,6 +82,10 @@ def decision(study: StudyResult, scores: Row, explanation: Explanation) -> Advic
     if bounds.sign > 0:
         return Advice(TAKE, "it earns more on missions that it never saw.")
     if (margin.difference.value or 0.0) <= 0.0:
+        if margin.difference.n < fewest_missions():
+            count = sizes(len(study.trials), len(study.train_missions))["test_episodes"]
+            why = f"{margin.difference.n} test missions are too few; {count} would tell more."
+            return Advice(OPEN, why, count)
         why = "the tuned one does not earn more on missions that the search never saw."
         return Advice(KEEP, f"{why}{_other_aim(study)}")
     return _more(scores, explanation, margin.difference)

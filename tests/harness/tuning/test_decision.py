@@ -58,6 +58,10 @@ NOBODY = SimpleNamespace(values={})
 @pytest.mark.parametrize(
     ("given", "text"),
     [
+        (
+            {"difference": Interval(0.0, None, None, 3), "unseen": ALIKE},
+            "Not decided: 3 test missions are too few; 20 would tell more.",
+        ),
         ({}, "Take the tuned file: it earns more on missions that it never saw."),
         ({"unseen": None}, "Take the tuned file: it earns more on missions that it never saw."),
         (
