@@ -12,7 +12,7 @@ import numpy as np
 
 from navstack.jit import njit, tuple_of
 from navstack.params.expected_contact import ContactPrices
-from navstack.types import FloatArray, FloatMatrix, FloatVector, IntVector, Pose2D, Track
+from navstack.types import FloatArray, FloatMatrix, FloatVector, IntArray, IntVector, Pose2D, Track
 
 # x, y [m], vx, vy [m/s], radius [m], variances of place [m2] and velocity [m2/s2] per axis
 FIELDS = 7
@@ -65,6 +65,13 @@ def nearest(
     reach: float,
 ) -> FloatArray:
     """The nearest tracks within ``reach`` [m] at ``stamp`` [s] as rows (n <= most, FIELDS)."""
+    rows = rows_of(tracks, stamp)
+    near: FloatArray = rows[nearest_of(rows, pose, most, reach)]
+    return near
+
+
+def rows_of(tracks: Sequence[Track], stamp: float) -> FloatArray:
+    """Where all tracks are at ``stamp`` [s], in their order: rows (n, FIELDS)."""
     rows = np.empty((len(tracks), FIELDS))
     for row, track in zip(rows, tracks, strict=True):
         late = stamp - track.stamp
@@ -77,9 +84,14 @@ def nearest(
             track.radius,
         )
         row[5:] = 0.5 * (p[0, 0] + p[1, 1]), 0.5 * (p[2, 2] + p[3, 3])
+    return rows
+
+
+def nearest_of(rows: FloatArray, pose: Pose2D, most: int, reach: float) -> IntArray:
+    """Numbers (k <= most,) of the rows within ``reach`` [m] of the robot, the nearest first."""
     distances = np.hypot(rows[:, 0] - pose.x, rows[:, 1] - pose.y)
     order = np.argsort(distances, kind="stable")[:most]
-    near: FloatArray = rows[order[distances[order] <= reach]]
+    near: IntArray = order[distances[order] <= reach]
     return near
 
 

@@ -2,16 +2,18 @@
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from navstack.control.contact_risk import ContactRates, body_of, nearest
+from navstack.control.contact_risk import ContactRates, body_of, nearest_of, rows_of
 from navstack.control.controller import Controller, Surroundings, finite, limited_speed
 from navstack.control.decision import Alternative, DecisionRecord, Option
 from navstack.control.expected_cost import decision_report
 from navstack.control.expected_cost.clearance import Clearance, map_clearance, with_obstacles
 from navstack.control.expected_cost.decision_report import Cycle
 from navstack.control.expected_cost.field import CostToGo, CostToGoField, cost_at, make_field
+from navstack.control.expected_cost.making_way import MakingWay
 from navstack.control.expected_cost.motion_cost import (
     TERMS,
     MotionScene,
@@ -27,7 +29,7 @@ from navstack.costmap.costmap import Costmap
 from navstack.geometry import cover
 from navstack.jit import tuple_of
 from navstack.params.expected_cost import DeliveryPrices, ExpectedCostParams
-from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
+from navstack.types import FloatArray, Path, Pose2D, RobotState, Track, Twist2D
 
 _CIRCLES = 4  # that cover the robot
 _GOAL_MOVED = 0.3  # [m] from which on a plan's end is another goal
@@ -87,6 +89,7 @@ class ExpectedCostController(Controller):
         self._touch: ContactRates = tuple_of(ContactRates, given)
         self._contact_usd = np.array(given.contact_usd)
         self._care = np.exp(-given.step * np.arange(1, given.steps + 1) / given.caution_time)
+        self._making_way = MakingWay(self._body, given.yielding_prior)
         self._search = MotionSearch(given, self._limits)
         self.seed(np.random.default_rng(0))
         self.reset()
@@ -101,6 +104,8 @@ class ExpectedCostController(Controller):
         self._field: CostToGoField | None = None
         self._goal = Pose2D()
         self._field_stamp = -math.inf  # [s] when the field was made
+        self._detour_since: float | None = None  # [s] since when the plan is much longer
+        self._making_way.reset()
         self._clearance: Clearance | None = None
         self._seen = -math.inf  # [s] when the local costmap was looked at
 
@@ -175,19 +180,33 @@ class ExpectedCostController(Controller):
                 self._nearest = math.inf
 
     def _is_out_of_date(self, plan: Path, state: RobotState) -> bool:
-        """Whether the planner goes a much longer way: something blocks the field's."""
+        """Whether the planner goes a much longer way: something blocks the field's.
+
+        That may pass. A robot with a ``detour_patience`` of 1 waits for as long as the detour takes
+        longer: it never loses more than twice what the better choice would (rent or buy, Karlin et
+        al. 1988, Algorithmica 3). It also comes back where the planner's way is much shorter again.
+        """
         assert self._field is not None
         if state.stamp - self._field_stamp < _PATIENCE:
             return False
+        given = self._params
+        ratio = given.replan_length_ratio
         # dearer metres: never less than the way
         ahead = cost_at(self._field, state.pose.x, state.pose.y)
-        return plan.length > self._params.replan_length_ratio * ahead + _SLACK
+        if plan.length <= ratio * ahead + _SLACK:
+            self._detour_since = None
+            return given.detour_patience > 0.0 and ahead > ratio * plan.length + _SLACK
+        if self._detour_since is None:
+            self._detour_since = state.stamp
+        longer = (plan.length - ahead) / given.max_speed  # [s] that the detour takes
+        return state.stamp - self._detour_since >= given.detour_patience * longer
 
     def _scene(self, state: RobotState, surroundings: Surroundings) -> MotionScene:
         given = self._params
         pose = state.pose
         tracks = surroundings.tracks
-        people = nearest(tracks, pose, state.stamp, given.max_tracks, given.range)
+        rows = rows_of(tracks, state.stamp)
+        near = nearest_of(rows, pose, given.max_tracks, given.range)
         if (
             self._clearance is None
             or state.stamp - self._seen >= given.clearance_period - _ROUNDING
@@ -200,7 +219,14 @@ class ExpectedCostController(Controller):
             self._seen = state.stamp
         assert self._field is not None
         predicted = predict(
-            people, pose.x, pose.y, given.steps, given.step, self._spread, self._clearance
+            rows[near],
+            self._yielding(tracks, state)[near],
+            pose.x,
+            pose.y,
+            given.steps,
+            given.step,
+            self._spread,
+            self._clearance,
         )
         return MotionScene(
             start=self._start(state),
@@ -217,6 +243,13 @@ class ExpectedCostController(Controller):
             care=self._care,
             step=given.step,
         )
+
+    def _yielding(self, tracks: Sequence[Track], state: RobotState) -> FloatArray:
+        """By how much (n,) each of the tracks counts less, for it may make way."""
+        if self._params.yielding_prior == 0.0:
+            return np.zeros(len(tracks))
+        self._making_way.observe(tracks, state.pose, state.stamp)
+        return self._params.yielding_share * self._making_way.chances(tracks)
 
     def _start(self, state: RobotState) -> FloatArray:
         """The state (5,) from which to decide: the believed pose and the commanded motion.

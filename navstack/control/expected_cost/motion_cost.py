@@ -151,7 +151,7 @@ def risk_of(
             closing = closing_speed(state, motion[h, k, 2], motion[h, k, 3], rx, ry, nx, ny, body)
             price = touch_price(closing, scene.touch, contact_usd)
             wall = rates.squeeze_usd * max(0.0, 1.0 - max(room, 0.0) / rates.squeeze_width)
-            counted = care[k] * weight[h]
+            counted = care[k] * weight[h, k]
             likely = counted * overlap_chance(rx, ry, radius[h], std[h, k], body)
             usd = likely * (price + wall)
             squeeze = likely * wall

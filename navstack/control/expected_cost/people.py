@@ -37,6 +37,7 @@ class Spread(NamedTuple):
     corner_weight: float
     deviating_weight: float
     deviating_std: float
+    yielding_time: float
 
 
 class People(NamedTuple):
@@ -44,13 +45,14 @@ class People(NamedTuple):
 
     motion: FloatCube  # (H, N, 4) x, y [m], vx, vy [m/s] after each step
     std: FloatMatrix  # (H, N) [m] of the place, along any direction
-    weight: FloatVector  # (H,) how much the hypothesis counts
+    weight: FloatMatrix  # (H, N) how much the hypothesis counts
     radius: FloatVector  # (H,) [m]
 
 
 @njit(ahead=True)
 def predict(
     people: FloatMatrix,
+    yielding: FloatVector,
     x: float,
     y: float,
     steps: int,
@@ -63,24 +65,27 @@ def predict(
     Everybody goes on straight up to the edge of the walkable ground, where only the spread grows
     on. Some of those who walk deviate: the same way, with a spread that grows faster. Whoever
     passes a corner may turn round it by either of two angles.
+
+    ``yielding`` (n,) is how likely each makes way. By that much all hypotheses of a person weigh
+    less from ``yielding_time`` on, and before that in proportion to the time.
     """
     most = 4 * len(people)
     motion = np.zeros((most, steps, 4))
     std = np.empty((most, steps))
-    weight = np.empty(most)
+    weight = np.empty((most, steps))
     radius = np.empty(most)
     count = len(people)
     for i in range(len(people)):
         go_on(people[i], step, spread, clearance, motion[i], std[i])
-        weight[i] = 1.0
+        weigh(1.0, yielding[i], step, spread, weight[i])
         radius[i] = people[i, 4]
         if spread.deviating_weight == 0.0 or stands(people[i], spread):
             continue
-        weight[i] = 1.0 - spread.deviating_weight
+        weigh(1.0 - spread.deviating_weight, yielding[i], step, spread, weight[i])
         motion[count] = motion[i]
         for n in range(steps):
             std[count, n] = std[i, n] + spread.deviating_std * step * (n + 1)
-        weight[count] = spread.deviating_weight
+        weigh(spread.deviating_weight, yielding[i], step, spread, weight[count])
         radius[count] = people[i, 4]
         count += 1
     for i in range(min(len(people), _CORNER_PEOPLE)):
@@ -96,7 +101,7 @@ def predict(
             turn(people[i], k, side * angle, step, motion[count])
             for n in range(steps):
                 std[count, n] = spread.position_std + _TURNED_DRIFT * step * (n + 1)
-            weight[count] = spread.corner_weight
+            weigh(spread.corner_weight, yielding[i], step, spread, weight[count])
             radius[count] = people[i, 4]
             count += 1
     return People(motion[:count], std[:count], weight[:count], radius[:count])
@@ -106,6 +111,14 @@ def predict(
 def stands(person: FloatArray, spread: Spread) -> bool:
     """Whether a person (FIELDS,) stands."""
     return math.hypot(person[2], person[3]) < spread.standing_speed
+
+
+@njit()
+def weigh(share: float, yielding: float, step: float, spread: Spread, weight: FloatArray) -> None:
+    """Write the ``weight`` (N,) of a hypothesis that has a ``share`` of its person."""
+    for n in range(len(weight)):
+        gone = min(step * (n + 1) / spread.yielding_time, 1.0)
+        weight[n] = share * (1.0 - yielding * gone)
 
 
 @njit(inline="always")

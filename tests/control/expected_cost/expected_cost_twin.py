@@ -259,7 +259,16 @@ def scene_of(rng, count):
         ),
         make_field(world, GOAL, 0.2, cost_to_go),
         clearance,
-        predict(people, place.x, place.y, PARAMS.steps, PARAMS.step, spread, clearance),
+        predict(
+            people,
+            rng.uniform(0.0, 1.0, len(people)),
+            place.x,
+            place.y,
+            PARAMS.steps,
+            PARAMS.step,
+            spread,
+            clearance,
+        ),
         body_of(FOOTPRINT),
         *cover(FOOTPRINT, 4),
         MotionLimits(
@@ -287,8 +296,17 @@ def crowd(rng, count, place, away):
     )
 
 
-def prediction(one, world=None):
+def prediction(one, world=None, yielding=0.0):
     """The hypotheses of one person in the street, seen from (15, 10) m."""
     clearance = map_clearance(world or street())
     spread = Spread(*(getattr(PARAMS, name) for name in Spread._fields))
-    return predict(np.array([one]), 15.0, 10.0, PARAMS.steps, PARAMS.step, spread, clearance)
+    return predict(
+        np.array([one]),
+        np.array([yielding]),
+        15.0,
+        10.0,
+        PARAMS.steps,
+        PARAMS.step,
+        spread,
+        clearance,
+    )

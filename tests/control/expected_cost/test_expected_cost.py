@@ -128,7 +128,7 @@ def test_the_price_of_a_contact_is_that_of_the_price_file():
     people = scene.people._replace(
         motion=motion,
         std=np.full((1, PARAMS.steps), 0.01),
-        weight=np.ones(1),
+        weight=np.ones((1, PARAMS.steps)),
         radius=np.full(1, 0.3),
     )
     scene = scene._replace(start=start, people=people, care=np.ones(PARAMS.steps))
@@ -262,14 +262,14 @@ def test_people_go_on_straight_and_get_less_sure():
     assert found.std[0] == approx(straight)
     assert_allclose(found.motion[1], walked)
     assert found.std[1] == approx(straight + 0.4 * t)
-    assert found.weight.tolist() == [0.65, 0.35]
+    assert found.weight[:, -1].tolist() == [0.65, 0.35]
 
 
 def test_who_stands_may_set_out():
     t = PARAMS.step * np.arange(1, PARAMS.steps + 1)
     stands = prediction((15.0, 12.0, 0.1, 0.0, 0.3, 0.01, 0.04))
     assert stands.std[0] == approx(0.05 + 0.3 * t)
-    assert stands.weight.tolist() == [1.0]
+    assert stands.weight[:, -1].tolist() == [1.0]
     assert (stands.motion[0, :, 0] == 15.0).all()
 
 
@@ -279,7 +279,7 @@ def test_who_passes_a_corner_may_turn_round_it():
     world.data[300:, :300] = 0  # and opens again at y = 15 m
     world.floor = world.data.copy()
     found = prediction((15.6, 12.0, 0.0, 1.2, 0.3, 0.01, 0.01), world)
-    assert found.weight.tolist() == [0.65, 0.35, 0.3, 0.3]
+    assert found.weight[:, -1].tolist() == [0.65, 0.35, 0.3, 0.3]
     assert found.motion[2, -1, 0] < found.motion[0, -1, 0] - 0.5  # to the left, round the corner
     assert found.motion[3, -1, 0] < found.motion[2, -1, 0]
     speeds = np.hypot(*np.diff(found.motion[3, :, :2], axis=0).T) / PARAMS.step
