@@ -182,14 +182,14 @@ def _subject(difference: ArmDifference) -> str:
     if not difference.paired.differs:
         verb = "earned the same as" if is_money else f"has the same {METRICS[difference.metric]} as"
         return f"{difference.arm} {verb} {whose}"
-    value, side = gap.value or 0.0, "more"
-    if value < 0.0:
-        side = "less"
-    bounds = bounds_text(gap, None, True)
-    signed = f"{number_text(value, None, True)} {bounds}".rstrip()
+    value = gap.value or 0.0
+    if is_money and value < 0.0:
+        earned = f"{interval_text(gap.negated, None)} USD a delivery less"
+        return f"{difference.arm} earned {earned} than {whose}"
     if is_money:
-        earned = f"{number_text(abs(value), None)} USD a delivery {side} than {whose}"
-        return f"{difference.arm} earned {earned} {bounds}".rstrip()
+        earned = f"{interval_text(gap, None)} USD a delivery more"
+        return f"{difference.arm} earned {earned} than {whose}"
+    signed = f"{number_text(value, None, True)} {bounds_text(gap, None, True)}".rstrip()
     return f"{difference.arm} less {whose}, {METRICS[difference.metric]}: {signed}"
 
 

@@ -35,6 +35,14 @@ class Interval:
             return 0
         return int(self.low > 0.0) - int(self.high < 0.0)
 
+    @property
+    def negated(self) -> "Interval":
+        """Of the same difference taken the other way round."""
+        value, low, high = (
+            None if end is None else -end for end in (self.value, self.high, self.low)
+        )
+        return Interval(value, low, high, self.n)
+
     def as_json(self) -> dict[str, float | int | None]:
         """The quantity as one JSON object."""
         return {"value": self.value, "low": self.low, "high": self.high, "n": self.n}

@@ -20,6 +20,7 @@ from navbench.cli.common.ending import print_with_notes
 from tests.rules import short_rules
 
 MOST_LINES = 25
+MOST_OF_ALL = 40  # where somebody asks for all there is
 MOST_OF_RUN = 12
 RULES = short_rules(4.0)
 STACKS = ("nav2-gps-ekf", "evasive-gps-ekf")
@@ -70,6 +71,8 @@ def follow(
             return heads
         seen.add(found[1])
         words, most = shlex.split(found[1]), MOST_LINES
+        if "--all" in words:
+            most = MOST_OF_ALL
 
 
 def test_each_next_command_works_as_printed(
@@ -191,7 +194,8 @@ def test_a_shell_completes_commands(monkeypatch: pytest.MonkeyPatch) -> None:
     options = {each.value for each in complete.get_completions(["run"], "--st")}
     assert {"--stack", "--start"} <= options
     stacks = {each.value for each in complete.get_completions(["run", "--stack"], "evasive")}
-    assert stacks == {"evasive-gps-ekf", "evasive-amcl", "evasive-amcl-gps"}
+    yielding = "evasive-yielding-gps-ekf"
+    assert stacks == {"evasive-gps-ekf", "evasive-amcl", "evasive-amcl-gps", yielding}
 
 
 def test_what_a_tuning_leaves_open_its_next_command_decides(

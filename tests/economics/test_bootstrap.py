@@ -12,6 +12,7 @@ from harness.statistics.bootstrap import (
     number_clusters,
     resampled_means,
 )
+from harness.statistics.interval import Interval
 
 
 def rng(seed=0):
@@ -132,3 +133,8 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
         narrow += plain.low <= 3.0 <= plain.high
     assert 0.93 <= held / 1000 <= 0.97
     assert narrow / 1000 < 0.90  # deliveries taken for missions claim to know more than they do
+
+
+def test_a_difference_taken_the_other_way_round_has_its_bounds_swapped():
+    assert Interval(2.0, -1.0, 5.0, 9).negated == Interval(-2.0, -5.0, 1.0, 9)
+    assert Interval(2.0, None, None, 9).negated == Interval(-2.0, None, None, 9)

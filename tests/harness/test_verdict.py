@@ -142,7 +142,7 @@ def test_the_verdict_of_a_comparison_has_the_numbers_of_its_row(write_run):
     of_runs, of_compares = (line.split(" earned ")[1] for line in (of_run, verdict))
     assert of_runs == of_compares, "run and compare have one rule"
     value = paired.difference.value
-    assert number_text(value) in row and f"A and B: {number_text(abs(value))} [" in verdict
+    assert number_text(value) in row and f"A earned {number_text(abs(value))} [" in verdict
 
 
 def test_the_best_is_ranked_where_the_missions_tell(write_run):

@@ -188,8 +188,8 @@ def test_a_budget_that_the_original_exceeds_ends_with_the_command_that_goes_on(
         tuned(tmp_path, 20.0)
     assert str(refused.value) == (
         "the budget of 20 s ended after 10 of the 16 training missions of your file, before the "
-        "first trial; a study on 16 takes 6m: your file, a few trials, a test. Fewer: --episodes 8. "
-        f"next: navbench tune --resume {tmp_path} --budget 6m"
+        "first trial; a study on 16 takes 6m: your file, a few trials, a test. Fewer: --episodes "
+        f"8. next: navbench tune --resume {tmp_path} --budget 6m"
     )
     found, _, took = tuned(tmp_path, 360.0)
     assert found.is_tested and took <= 360.0
