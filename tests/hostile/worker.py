@@ -27,7 +27,7 @@ from .mutations import mutants
 
 EVERY = 100  # inputs, after which what is imported by then is left out of the search for garbage
 MEMORY = 1 << 30  # [bytes]
-TIME = 10.0  # [s] of one input; beyond it this process ends
+TIME = 60.0  # [s] of one input, with what is compiled; beyond it this process ends
 
 
 def attempt(arguments: list[str]) -> tuple[int | None, str, str]:
