@@ -122,10 +122,12 @@ def repeated(run: StoredRun, episodes: int) -> str:
     if not run.is_whole:
         return ""
     command = again(run.about.get("command", ()), episodes)
-    word = "".join(command.split()[1:2])
-    if word in LENGTHENED and can_go_on(run):
-        return going_on(word, run.folder, episodes)
-    return command
+    if not command or not can_go_on(run):
+        return command
+    _, word, *_ = shlex.split(command)
+    if word not in LENGTHENED:
+        return command
+    return going_on(word, run.folder, episodes)
 
 
 def can_go_on(run: StoredRun) -> bool:

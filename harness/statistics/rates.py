@@ -33,8 +33,5 @@ def poisson_rate(weights: FloatArray, exposure: float) -> Interval:
 
 
 def _chi_squared(probability: float, freedom: float) -> float:
-    """Quantile of the chi-squared distribution, as ``scipy.stats`` computes it.
-
-    Importing that takes half a second of every command that drives.
-    """
+    """Quantile of the chi-squared distribution, without importing all of ``scipy.stats``."""
     return 2.0 * float(gammaincinv(freedom / 2.0, probability))

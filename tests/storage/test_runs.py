@@ -14,6 +14,7 @@ from harness.storage.documents import write_document, write_file
 from harness.storage.files import (
     LOCK,
     locked,
+    nearby,
     replacing,
     require_folder,
     require_writable,
@@ -321,3 +322,12 @@ def test_a_document_makes_the_folders_that_it_lies_in(tmp_path: Path) -> None:
     assert path.read_text() == '{\n  "a": [\n    null\n  ],\n  "b": 1\n}\n'
     write_file(path, "again")
     assert path.read_text() == "again"
+
+
+def test_a_path_is_told_as_from_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    assert nearby(tmp_path / "here" / "results" / "one") == Path("results/one")
+    assert nearby(tmp_path / "there") == tmp_path / "there"

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from harness.economics.prices import load_prices
+from harness.explain.document import Explained
 from harness.explain.moments import costliest, costs_of, moments_of
 from harness.explain.seconds import seconds_before, since_cause
 from harness.explain.words import paragraph
 from harness.report.explain_figure import draw_seconds
+from harness.report.short.explain import MOST_INSTANTS, short_explanation
 from navstack.errors import InputError
 
 from .made_up import END, HIT, RULES, STAMPS, arrays, contact, evidence, moment_at
@@ -156,3 +158,17 @@ def test_the_seconds_begin_before_the_robot_was_held_up(spans, before):
     stood = sum(min(end, HIT) - begin for begin, end in spans if begin >= HIT - before)
     if 1.0 <= stood < before - 1.0:
         assert f"it stood for {stood:.1f} s, else drove 1.00 m/s" in paragraph(given, told)
+
+
+def test_the_short_table_has_the_event_and_the_second_before_it():
+    given, moment = evidence(), moment_at()
+    seconds = seconds_before(given, moment, 5.0)
+    told = Explained(seconds, "It drove.", None)
+    (table,) = (each for each in short_explanation(given, [told], None, ()) if has_rows(each))
+    times = [row[0] for row in table.rows]
+    assert times[-1] == "0.0" and "-1.0" in times and len(times) <= MOST_INSTANTS + 1
+    assert times == sorted(times, key=float)
+
+
+def has_rows(block):
+    return bool(getattr(block, "rows", ()))
