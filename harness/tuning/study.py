@@ -31,6 +31,7 @@ from navstack.params.nav2_file.file import Nav2File
 from navstack.params.strict import load_dataclass
 
 FEWEST_FINAL = 4  # missions of a final choice that the budget shortens
+FEW_MISSIONS = 8  # for training, that are proposed where a budget is too short for more
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -204,10 +205,13 @@ def _too_short(study: TuningStudy, journal: Journal, budget: Budget) -> InputErr
     """What to do where the budget ends before the original has driven its missions."""
     count, folder = len(study.plan.missions), journal.path.parent
     enough = enough_for(count, journal.pace, budget.seconds or 0.0)
+    fewer = ""
+    if count > FEW_MISSIONS:
+        fewer = f" Fewer: --episodes {FEW_MISSIONS}."
     return InputError(
         f"the budget of {budget.seconds:g} s ended after {len(journal)} of the {count} training "
         f"missions of your file, before the first trial; a study on {count} takes {enough}: your "
-        f"file, a few trials, a test. Fewer: --episodes 8. next: navbench tune --resume {folder} "
+        f"file, a few trials, a test.{fewer} next: navbench tune --resume {folder} "
         f"--budget {enough}"
     )
 
