@@ -6,7 +6,7 @@ import time
 from harness.tuning.journal import Journal
 
 ENDING = 8  # deliveries that are as long as recording three missions and writing the pages
-MOST_RESERVED = 0.5  # of the time after the original, for final choice and test
+MOST_RESERVED = 0.5  # of the time between the original and the ending, for choice and test
 # times its training missions that a study takes at least: your file, a few trials, a test
 LEAST_STUDY = 10
 
@@ -62,7 +62,8 @@ class Budget:
         if self.seconds is None:
             return True
         pace = self._journal.pace
-        reserve = min(later * pace, MOST_RESERVED * (self.seconds - began))
+        between = self.seconds - began - self.ending * pace
+        reserve = min(later * pace, MOST_RESERVED * between)
         return trial * pace + reserve < self.left
 
 

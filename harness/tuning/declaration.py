@@ -40,6 +40,7 @@ class StudyDeclaration:
     options: tuple[str, ...]
     finalists: int = 0  # trials of the final choice, beside the original
     final_episodes: int = 0  # training missions that it alone drives
+    is_fitted: bool = False  # whether fewer training missions are driven where the budget is short
 
     def __post_init__(self) -> None:
         """Check what the types cannot.

@@ -55,11 +55,8 @@ class Journal:
         self.path = path / JOURNAL
         self._rows: dict[Key, Row] = {}
         self._searched = searched
-        self.timed = 0  # episodes that :attr:`elapsed` is the time of
         self._clock, self._before = clock, 0.0
-        # :attr:`elapsed` when the first and the last episode ended
-        self._first: float | None = None
-        self._latest = 0.0
+        self._ends: list[float] = []  # :attr:`elapsed` when each episode of the study ended
         self._began = clock()
         self._ended: float | None = None
         with writing(path), contextlib.ExitStack() as opening:
@@ -95,19 +92,33 @@ class Journal:
         return self._before + (self._clock() if self._ended is None else self._ended) - self._began
 
     @property
+    def timed(self) -> int:
+        """Episodes that :attr:`elapsed` is the time of."""
+        return len(self._ends)
+
+    @property
     def pace(self) -> float:
         """Wall time [s] that an episode has taken so far, without what preceded the first.
 
         That compiles.
         """
-        if self._first is None or self.timed < 2:
-            return self._latest
-        return (self._latest - self._first) / (self.timed - 1)
+        return self.pace_of(self.timed)
+
+    def pace_of(self, count: int) -> float:
+        """The same of the first ``count`` episodes, or of all where there are fewer."""
+        ends = self._ends[:count]
+        if not ends:
+            return 0.0
+        if len(ends) == 1:
+            return ends[0]
+        return (ends[-1] - ends[0]) / (len(ends) - 1)
 
     @property
     def idle(self) -> float:
         """Wall time [s] since the last episode."""
-        return self.elapsed - self._latest
+        if not self._ends:
+            return self.elapsed
+        return self.elapsed - self._ends[-1]
 
     def stop_clock(self) -> None:
         """What is driven from now on, for the explanation, takes none of the study's time."""
@@ -152,7 +163,7 @@ class Journal:
             ) from None
         self._keep(json.loads(line))
         if self._ended is None:
-            self._count(record["elapsed_s"])
+            self._ends.append(record["elapsed_s"])
 
     def _keep(self, record: Any) -> tuple[tuple[str, Value], ...]:
         candidate = Candidate("", dict(record["values"])).key
@@ -161,13 +172,6 @@ class Journal:
             EVENTS: list(record[EVENTS]),
         }
         return candidate
-
-    def _count(self, elapsed: float) -> None:
-        """One more episode ended, after so long [s]."""
-        if self._first is None:
-            self._first = elapsed
-        self._latest = elapsed
-        self.timed += 1
 
     def _read(self) -> None:
         """Take in the finished episodes; a last line that was cut off goes away."""
@@ -205,7 +209,7 @@ class Journal:
             self._last = self._keep(record)
             elapsed = float(record["elapsed_s"])
             if elapsed > self._before:
-                self._count(elapsed)
+                self._ends.append(elapsed)
             self._before = elapsed
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             return f"{type(error).__name__}"

@@ -36,7 +36,7 @@ class StudyProgress:
             budget: [s] of wall time; None: any.
             later: episodes that are driven after the search, at most.
         """
-        self._plan, self._journal, self._budget, self._later = plan, journal, budget, later
+        self.plan, self._journal, self._budget, self._later = plan, journal, budget, later
         # episodes of this session, and of those the unfinished trial's or the later
         self._driven, self._since = 0, 0
         self.trials: list[Trial] = []
@@ -57,7 +57,7 @@ class StudyProgress:
             self.best = incumbent
             # of the best of many, hence too high
             rows = evaluator.rows(incumbent.candidate, incumbent.missions)
-            self.interval = score_interval(self._plan.objectives[0], incumbent.values[0], rows, 0)
+            self.interval = score_interval(self.plan.objectives[0], incumbent.values[0], rows, 0)
 
     def begin(self, phase: str, later: int | None = None) -> None:
         """Go on with what comes after the search.
@@ -87,7 +87,7 @@ class StudyProgress:
             return None
         else:
             each = sum(len(trial.missions) for trial in self.trials[1:]) / done
-            episodes = max(each * (self._plan.trials - done) - self._since, 0.0) + self._later
+            episodes = max(each * (self.plan.trials - done) - self._since, 0.0) + self._later
         # the episode that is being driven began when the last one ended
         left = pace * episodes - self._journal.idle
         if self._budget is not None:
@@ -97,7 +97,7 @@ class StudyProgress:
     @property
     def gain(self) -> float | None:
         """What the trials that are left are expected to add, see :func:`expected_gain`."""
-        if self.best is None or len(self._plan.objectives) > 1:
+        if self.best is None or len(self.plan.objectives) > 1:
             return None
         told = [trial.told[0] for trial in self.trials[1:] if trial.told]
         low, high = self.interval.low, self.interval.high
@@ -105,7 +105,7 @@ class StudyProgress:
         if not (low is None or high is None):
             error = (high - low) / (2.0 * 1.96)
         return expected_gain(
-            told, self.best.values[0], error, self._plan.trials - (len(self.trials) - 1)
+            told, self.best.values[0], error, self.plan.trials - (len(self.trials) - 1)
         )
 
     @property
@@ -115,7 +115,7 @@ class StudyProgress:
             return "while the original was driven"
         done = len(self.trials) - 1
         if self.phase == "search":
-            return f"after {done} of {self._plan.trials} trials"
+            return f"after {done} of {self.plan.trials} trials"
         return f"during the {self.phase}"
 
     @property
@@ -124,7 +124,7 @@ class StudyProgress:
         if self.best is None and self.phase != "search":
             return f"{self.phase}: {self._driven} deliveries driven"
         if self.best is None:
-            driven, all_missions = self._journal.timed, len(self._plan.missions)
+            driven, all_missions = self._journal.timed, len(self.plan.missions)
             return f"original: {driven} of {all_missions} deliveries driven{self._over_budget}"
         if self.phase != "search":
             left = ""
@@ -136,10 +136,10 @@ class StudyProgress:
         if not (low is None or high is None):
             bounds = f" [{self.text_of(low)}, {self.text_of(high)}]"
         best = f"best {self.text_of(self.best.values[0])}{bounds} of {self.best.candidate.name}"
-        parts = [f"trial {len(self.trials) - 1}/{self._plan.trials}", best]
+        parts = [f"trial {len(self.trials) - 1}/{self.plan.trials}", best]
         driven = sum(len(trial.missions) for trial in self.trials)
         saved = sum(
-            len(self._plan.missions) - len(trial.missions)
+            len(self.plan.missions) - len(trial.missions)
             for trial in self.trials
             if trial.state == PRUNED
         )
@@ -155,7 +155,7 @@ class StudyProgress:
         """Whether the original's missions alone take longer than the budget; empty: no."""
         if self._budget is None or self._driven < PACED:
             return ""
-        least = self._journal.pace * len(self._plan.missions)
+        least = self._journal.pace * len(self.plan.missions)
         if least <= self._budget:
             return ""
         return f"; all of them take about {time_text(least)}, longer than the budget"
@@ -180,7 +180,7 @@ class StudyProgress:
 
     def text_of(self, value: float) -> str:
         """A value of the first objective."""
-        return score_text(self._plan.objectives[0].name, value)
+        return score_text(self.plan.objectives[0].name, value)
 
 
 def expected_gain(

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from harness.episode.factory import Parts, nav2_parameters, prices_of
+from harness.episode.factory import nav2_parameters, prices_of
 from harness.storage.new_run import TUNING
 from harness.task.study import EpisodeTask, Study
 from harness.tuning.budget import Budget, enough_for
@@ -16,7 +16,6 @@ from harness.tuning.finals import decide
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
 from harness.tuning.output import ended
-from harness.tuning.racing import stratified
 from harness.tuning.result import Finalist, StudyResult, Trial
 from harness.tuning.sampler import Sampler, make_sampler
 from harness.tuning.search import OnTrial, Plan, Search, front_of
@@ -25,13 +24,13 @@ from harness.tuning.space.fitting import fit_space
 from harness.tuning.space.paths import AbsentError, locate, with_values
 from harness.tuning.space.space import Space
 from harness.tuning.stack_evaluator import StackEvaluator
+from harness.tuning.training import FEWER_MISSIONS, PILOT, missions_within, training_missions
 from harness.tuning.waterfall import MOST_PLAYERS
 from navstack.errors import InputError
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.strict import load_dataclass
 
 FEWEST_FINAL = 4  # missions of a final choice that the budget shortens
-FEW_MISSIONS = 8  # for training, that are proposed where a budget is too short for more
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -44,6 +43,8 @@ class TuningStudy:
     nav2: Nav2File  # the user's file
     # trials after which an earlier session ended the search; None: it goes on
     ended_after: int | None = None
+    # [s] of wall time to which the number of training missions is fitted; None: it is not
+    fits: float | None = None
 
     @property
     def episodes_after_search(self) -> int:
@@ -119,6 +120,9 @@ def load_tuning(
             f"'{folder}' is no tuning study: params/{TUNING} is missing; use navbench run --resume"
         )
     declaration = load_dataclass(StudyDeclaration, folder / "params" / TUNING)
+    fits = None
+    if declaration.is_fitted:
+        fits = declaration.budget
     if budget is not None:
         declaration = dataclasses.replace(declaration, budget=budget)
     sizes: dict[str, Any] = {}
@@ -139,19 +143,40 @@ def load_tuning(
     plan = Plan(
         space,
         parse_objectives(declaration.objective),
-        stratified(
-            {number: _length(template, number) for number in range(declaration.episodes)},
-            template.seed,
-        ),
+        training_missions(template, declaration.episodes),
         declaration.trials,
         declaration.is_raced,
         declaration.finalists,
         tuple(range(declaration.episodes, declaration.episodes + declaration.final_episodes)),
         prices_of(template.prices).delivery_fee.value,
     )
-    found = TuningStudy(declaration, template, plan, nav2, ended_after)
+    found = TuningStudy(declaration, template, plan, nav2, ended_after, fits)
     found.make_sampler()
     return found
+
+
+def fitted(
+    study: TuningStudy, evaluator: Evaluator, journal: Journal, budget: Budget
+) -> TuningStudy:
+    """The study with as many training missions as its budget lasts for, where that is wanted.
+
+    The original drives the first few of them. The journal keeps how long they took, so that a
+    later session comes to the same number.
+
+    Raises:
+        InputError: the budget ends before.
+    """
+    if study.fits is None:
+        return study
+    try:
+        evaluator.rows(Candidate("original", {}), range(PILOT))
+    except OutOfTimeError:
+        raise _too_short(study, journal, budget) from None
+    count = missions_within(study.fits, journal.pace_of(PILOT))
+    if count >= len(study.plan.missions):
+        return study
+    plan = dataclasses.replace(study.plan, missions=training_missions(study.template, count))
+    return dataclasses.replace(study, plan=plan)
 
 
 def run_search(
@@ -204,10 +229,13 @@ def has_begun(journal: Journal, candidate: Candidate, missions: Sequence[int]) -
 def _too_short(study: TuningStudy, journal: Journal, budget: Budget) -> InputError:
     """What to do where the budget ends before the original has driven its missions."""
     count, folder = len(study.plan.missions), journal.path.parent
-    enough = enough_for(count, journal.pace, budget.seconds or 0.0)
+    least = FEWER_MISSIONS[-1]
     fewer = ""
-    if count > FEW_MISSIONS:
-        fewer = f" Fewer: --episodes {FEW_MISSIONS}."
+    if study.fits is not None:
+        count = min(count, least)
+    elif count > least:
+        fewer = f" Fewer: --episodes {least}."
+    enough = enough_for(count, journal.pace, budget.seconds or 0.0)
     return InputError(
         f"the budget of {budget.seconds:g} s ended after {len(journal)} of the {count} training "
         f"missions of your file, before the first trial; a study on {count} takes {enough}: your "
@@ -298,9 +326,3 @@ def _tested(
     except OutOfTimeError:
         return unseen_missions(journal.driven(both))
     return missions
-
-
-def _length(template: EpisodeTask, number: int) -> float:
-    """Shortest path [m] of a training mission."""
-    task = dataclasses.replace(template, episode=number)
-    return Parts(task).mission(task.generators()["mission"]).shortest_path

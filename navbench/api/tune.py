@@ -31,7 +31,15 @@ from harness.tuning.space.file import SpaceFile, read_spaces
 from harness.tuning.space.fitting import fit_space
 from harness.tuning.space.paths import with_absolute_files
 from harness.tuning.stack_evaluator import StackEvaluator
-from harness.tuning.study import TuningStudy, check_space, finish, load_tuning, run_search
+from harness.tuning.study import (
+    TuningStudy,
+    check_space,
+    finish,
+    fitted,
+    load_tuning,
+    run_search,
+)
+from harness.tuning.training import USUAL_MISSIONS
 from navbench.api.driving import say_notes
 from navbench.api.progress import say, shown
 from navbench.api.tuned import Tuned, written
@@ -54,7 +62,7 @@ def tune(
     sampler: str = "tpe",
     trials: int = 100,
     budget: float | None = None,
-    episodes: int = 32,
+    episodes: int | None = None,
     test_episodes: int | None = None,
     finalists: int = 4,
     final_episodes: int | None = None,
@@ -75,7 +83,8 @@ def tune(
         sampler: tpe, cmaes, random or grid.
         trials: files to try, beside the original.
         budget: [s] of wall time for everything; None: as long as it takes.
-        episodes: training missions, the same for every trial.
+        episodes: training missions, the same for every trial; None: 32, or fewer where the budget
+            is short.
         test_episodes: unseen missions of the test; None: as the size of the search wants it.
         finalists: trials that meet the original on further training missions; 0: none.
         final_episodes: such missions; None: as the size of the search wants it.
@@ -94,6 +103,9 @@ def tune(
             fit the file.
     """
     where = where or Where()
+    is_fitted = budget is not None and episodes is None
+    if episodes is None:
+        episodes = USUAL_MISSIONS
     given = {
         "test_episodes": test_episodes,
         "final_episodes": final_episodes,
@@ -114,6 +126,7 @@ def tune(
         is_raced=is_raced,
         finalists=finalists,
         budget=budget,
+        is_fitted=is_fitted,
         sensors="",
         robot="",
         options=_run_options({"map": map, **options}),
@@ -208,6 +221,7 @@ def _drive(
             budget = Budget(limit, journal)
             try:
                 with shown(progress):
+                    study = _fitted(study, evaluator, journal, progress, budget)
                     result = _search_and_test(study, evaluator, journal, progress, budget)
                     journal.stop_clock()
                     return written(study, base, result, evaluator, progress, journal, budget)
@@ -215,6 +229,26 @@ def _drive(
                 kept = f"{len(journal)} finished deliveries are kept in {path}"
                 say(f"interrupted {progress.when}; {kept}; next: navbench tune --resume {path}")
                 return None
+
+
+def _fitted(
+    study: TuningStudy,
+    evaluator: StackEvaluator,
+    journal: Journal,
+    progress: StudyProgress,
+    budget: Budget,
+) -> TuningStudy:
+    """The study with as many training missions as the budget lasts for."""
+    evaluator.until = budget.end
+    found = fitted(study, evaluator, journal, budget)
+    progress.plan = found.plan
+    count, most = len(found.plan.missions), len(study.plan.missions)
+    if count < most:
+        say(
+            f"{count} instead of {most} training missions: at {journal.pace:.1f} s a delivery the "
+            "budget lasts for no more; --episodes sets their number"
+        )
+    return found
 
 
 def _search_and_test(

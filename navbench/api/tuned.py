@@ -94,6 +94,7 @@ def written(
     path = journal.path.parent
     declaration = dataclasses.replace(
         study.declaration,
+        episodes=len(result.train_missions),
         test_episodes=len(result.test_missions),
         final_episodes=len(result.final_missions),
         waterfall_missions=_waterfall_missions(study, result, budget, path),

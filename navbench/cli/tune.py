@@ -70,8 +70,7 @@ SHOWN = (  # in the help
 @click.option(
     "--episodes",
     type=int,
-    default=32,
-    show_default=True,
+    show_default="32, fewer for a short --budget",
     help="Training missions, the same for every trial; racing likes 32, 64 and the like.",
 )
 @click.option(

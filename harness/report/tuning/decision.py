@@ -20,10 +20,10 @@ from harness.tuning.declaration import MOST_EPISODES, StudyDeclaration, parse_du
 from harness.tuning.explanation import Explanation
 from harness.tuning.result import StudyResult
 from harness.tuning.search import LEAST_GAIN
+from harness.tuning.training import USUAL_MISSIONS
 
 TAKE, KEEP, OPEN = "Take the tuned file", "Keep your file", "Not decided"
 OTHER_SPACES = "navbench list spaces"
-USUAL_EPISODES = 32  # training missions
 # classes that a robot's own Nav2 does not have
 _OWN_CLASS = re.compile(r"\bnavstack::\w+")
 
@@ -103,9 +103,9 @@ def _unchanged(study: StudyResult, explanation: Explanation) -> Advice:
         f"on its {count} training missions no file can earn {LEAST_GAIN:.2f} USD more; "
         "none was tried."
     )
-    if not study.is_tested and count < USUAL_EPISODES:
+    if not study.is_tested and count < USUAL_MISSIONS:
         why = f"{why.removesuffix('.')}, and no unseen mission was driven: search on more."
-        return Advice(OPEN, why, episodes=USUAL_EPISODES)
+        return Advice(OPEN, why, episodes=USUAL_MISSIONS)
     room = explanation.room_usd_per_run
     if room is None or not study.is_tested:
         return Advice(KEEP, why)
@@ -116,7 +116,7 @@ def _unchanged(study: StudyResult, explanation: Explanation) -> Advice:
         f"{LEAST_GAIN:.2f} USD to gain. {room.n} unseen ones leave {room.value:.2f}: search on "
         "more missions."
     )
-    return Advice(OPEN, why, episodes=max(2 * count, USUAL_EPISODES))
+    return Advice(OPEN, why, episodes=max(2 * count, USUAL_MISSIONS))
 
 
 def _other_aim(study: StudyResult) -> str:

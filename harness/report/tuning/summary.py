@@ -14,6 +14,7 @@ from harness.report.audit import audit_sentence
 from harness.report.numbers import interval_text
 from harness.statistics.interval import Interval, fewest_missions, wider
 from harness.tuning.explanation import Explanation
+from harness.tuning.objective import score_text
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
 
 
@@ -30,6 +31,7 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
     if not study.incumbent.values:
         return [*lines, *_room(study, explanation)]
     lines += [
+        _chosen_by(study),
         _proof(study, explanation),
         *_room(study, explanation),
         *explanation.notes,
@@ -70,6 +72,14 @@ def _audit_text(audit: Audit) -> str:
     if looks := "; ".join(check.look for check in audit.checks if check.look):
         text += f" Look at values at an end of their range: {looks}."
     return text
+
+
+def _chosen_by(study: StudyResult) -> str:
+    """What the best trial gained on the missions that chose it."""
+    best = next(trial for trial in study.trials if trial.candidate.key == study.incumbent.key)
+    name = study.objectives[0]
+    before, after = (score_text(name, trial.values[0]) for trial in (study.trials[0], best))
+    return f"best: trial {best.number}, {name} {before} -> {after} on them, which chose it."
 
 
 def _proof(study: StudyResult, explanation: Explanation) -> str:

@@ -20,9 +20,9 @@ from harness.tuning.notes import notes_after_search
 from harness.tuning.objective import parse_objectives
 from harness.tuning.output import DOCUMENT, Ended, ended
 from harness.tuning.result import StudyResult
-from harness.tuning.sampler import make_sampler
 from harness.tuning.search import Plan
-from harness.tuning.study import finish, run_search
+from harness.tuning.study import TuningStudy, finish, fitted, run_search
+from harness.tuning.training import missions_within
 from navstack.errors import InputError
 
 from .made_up import SPACE, MadeUp
@@ -76,7 +76,9 @@ class Timed:
         self._journal.add(candidate, mission, {**ROW, **row})
 
 
-def study(test_episodes: int = TEST, ended_after: int | None = None) -> Any:
+def study(
+    test_episodes: int = TEST, ended_after: int | None = None, fits: float | None = None
+) -> TuningStudy:
     plan = Plan(
         SPACE,
         parse_objectives("margin"),
@@ -86,14 +88,10 @@ def study(test_episodes: int = TEST, ended_after: int | None = None) -> Any:
         final_missions=tuple(range(TRAINING, TRAINING + FINAL)),
         fee=3.49,
     )
-    return SimpleNamespace(
-        plan=plan,
-        make_sampler=lambda: make_sampler("tpe", SPACE, 5, TRIALS, 1),
-        declaration=SimpleNamespace(trials=TRIALS, test_episodes=test_episodes),
-        episodes_after_search=plan.final_episodes + 2 * test_episodes,
-        template=SimpleNamespace(seed=5),
-        ended_after=ended_after,
-    )
+    declaration: Any = SimpleNamespace(trials=TRIALS, test_episodes=test_episodes, sampler="tpe")
+    template: Any = SimpleNamespace(seed=5)
+    nav2: Any = None  # no file
+    return TuningStudy(declaration, template, plan, nav2, ended_after, fits)
 
 
 def tuned(
@@ -104,6 +102,7 @@ def tuned(
     with Journal(folder, TRAINING, clock) as journal:
         evaluator, budget = Timed(journal, clock), Budget(seconds, journal)
         evaluator.until = budget.end
+        asked = fitted(asked, evaluator, journal, budget)
         search = run_search(asked, evaluator, journal, lambda *_: None, budget)
         notes = notes_after_search(asked, search, journal, budget)
         driving: Any = evaluator
@@ -137,8 +136,9 @@ def test_a_budget_is_told_by_the_time_per_delivery(tmp_path: Path) -> None:
         (20.0, 10, True),
         (46.0, 10, True),  # 16 s of the ending, 20 s of what follows, 10 s of its first look
         (60.0, 10, False),
-        (33.0, 400, True),  # what follows takes half of the time after the original, no more
-        (35.0, 400, False),
+        # what follows takes half of the 64 s between the original and the ending, no more
+        (41.0, 400, True),
+        (43.0, 400, False),
     ],
 )
 def test_a_trial_begins_where_it_leaves_time_for_what_follows(
@@ -189,10 +189,49 @@ def test_a_budget_that_the_original_exceeds_ends_with_the_command_that_goes_on(
     assert str(refused.value) == (
         "the budget of 20 s ended after 10 of the 16 training missions of your file, before the "
         "first trial; a study on 16 takes 6m: your file, a few trials, a test. Fewer: --episodes "
-        f"8. next: navbench tune --resume {tmp_path} --budget 6m"
+        f"10. next: navbench tune --resume {tmp_path} --budget 6m"
     )
     found, _, took = tuned(tmp_path, 360.0)
     assert found.is_tested and took <= 360.0
+
+
+@pytest.mark.parametrize(
+    ("budget", "pace", "missions"),
+    [(320.0, 1.0, 32), (319.0, 1.0, 20), (199.0, 1.0, 10), (9.0, 1.0, 10), (1e9, 3.0, 32)],
+)
+def test_a_budget_is_for_ten_deliveries_a_training_mission(
+    budget: float, pace: float, missions: int
+) -> None:
+    assert missions_within(budget, pace) == missions
+
+
+@pytest.fixture
+def _in_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Missions of no length, which stay in their order."""
+    monkeypatch.setattr(
+        "harness.tuning.study.training_missions", lambda template, count: tuple(range(count))
+    )
+
+
+@pytest.mark.usefixtures("_in_order")
+def test_a_short_budget_has_fewer_training_missions_also_where_the_study_goes_on(
+    tmp_path: Path,
+) -> None:
+    first, _, took = tuned(tmp_path, 120.0, fits=120.0)
+    assert len(first.train_missions) == 10 and len(first.trials) > 1
+    assert first.is_tested and took <= 120.0
+    again, _, _ = tuned(tmp_path, 1200.0, fits=120.0)
+    assert again.train_missions == first.train_missions, "the budget of before decides"
+    assert again.trials[: len(first.trials)] == first.trials
+
+
+@pytest.mark.usefixtures("_in_order")
+def test_a_budget_for_not_even_the_fewest_says_what_they_take(tmp_path: Path) -> None:
+    for seconds, driven in ((8.0, 4), (16.0, 8)):
+        folder = tmp_path / str(driven)
+        folder.mkdir()
+        with pytest.raises(InputError, match=f"ended after {driven} of the 10 .* takes 4m"):
+            tuned(folder, seconds, fits=seconds)
 
 
 def test_enough_is_ten_times_the_training_missions_in_whole_minutes() -> None:
