@@ -20,6 +20,7 @@ from harness.ablation.analysis import (
     wrong_maps,
 )
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
+from harness.analysis.rare import margin_with_unseen
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import margins
 from harness.report.audit import audit_sentence
@@ -101,14 +102,21 @@ def _outcomes(ablation: Ablation) -> Table:
 
 def _money(ablation: Ablation) -> Table:
     rows = []
+    admitting = margins_with_unseen(ablation)
     for arm in ablation.arms:
         sensors, *investment = investment_of(arm)
         position = interval_text(arm.errors["localization_error_median_m"], 3)
         tail = number_text(arm.errors["localization_error_p95_m"].value)
         heading = number_text(arm.errors["heading_error_median_deg"].value)
-        margin = interval_text(arm.margin, absent="undefined")
+        margin = interval_text(admitting[arm.name], absent="undefined")
         rows.append((arm.name, sensors, position, tail, heading, margin, *investment))
     return declared("ablation_money", rows)
+
+
+def margins_with_unseen(ablation: Ablation) -> dict[str, Interval | None]:
+    """The margin of each arm [USD/run], admitting an unseen loss; None: it is undefined."""
+    run = ablation.run
+    return {stack.name: margin_with_unseen(run, stack) for stack in run.stacks}
 
 
 def investment_of(arm: Arm) -> tuple[str, str, str]:
@@ -133,7 +141,7 @@ def _differences(ablation: Ablation) -> Table:
     for difference in ablation.differences:
         paired = difference.paired
         cells = (
-            interval_text(paired.difference, None),
+            interval_text(wider(paired.difference, difference.unseen), None),
             p_text(paired.p_holm),
             str(paired.difference.n),
             number_text(paired.detectable, None),

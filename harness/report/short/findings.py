@@ -6,7 +6,7 @@ from pathlib import Path
 
 from harness.ablation.analysis import Ablation
 from harness.analysis.compare import Comparison, Side
-from harness.analysis.rare import margin_with_unseen, reach_of
+from harness.analysis.rare import reach_of
 from harness.analysis.repricing import Choices, Repriced
 from harness.analysis.sensitivity import Sensitivity
 from harness.economics.accountings import PUBLISHED
@@ -15,7 +15,13 @@ from harness.economics.prices import Prices
 from harness.economics.rates import RATE_TITLES
 from harness.economics.unseen import margin_admitting_unseen
 from harness.economics.valuation import missions
-from harness.report.ablation import deciding, investment_of, price_sentence, sentence
+from harness.report.ablation import (
+    deciding,
+    investment_of,
+    margins_with_unseen,
+    price_sentence,
+    sentence,
+)
 from harness.report.audit import audit_sentence
 from harness.report.blocks import Block, Text
 from harness.report.numbers import count_text, interval_text, number_text
@@ -183,7 +189,7 @@ def short_ablation(ablation: Ablation, folder: Path) -> list[Block]:
     """
     lines = [ablation_setup(ablation, folder), *ablation_answer(ablation)]
     head = [BRACKETS, "Error [m]", "95th pct.", "Margin ($/delivery)", "n", "Sensors", "CAPEX ($)"]
-    margins = {stack.name: margin_with_unseen(ablation.run, stack) for stack in ablation.run.stacks}
+    margins = margins_with_unseen(ablation)
     rows = [
         (
             arm.name,
