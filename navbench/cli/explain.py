@@ -13,6 +13,8 @@ from navbench.cli.values import Finite
 if TYPE_CHECKING:
     from navbench.api.runs import Run
 
+MOST_OTHERS = 8  # episodes that are named beside the one that is explained
+
 
 @click.command()
 @click.argument("run", metavar="RUN")
@@ -86,7 +88,24 @@ def explain(
         told = found.evidence, found.told, found.saving, found.figures, found.activities
         click.echo(delivery_line(loaded.stored, episode))
         print_blocks(blocks(*told), report_console())
+        if others := _others(loaded, episode):
+            click.echo(f"other episodes that lost something, the dearest first: {others}")
         click.echo(f"next: navbench replay {_place(loaded)} {episode}")
+
+
+def _others(run: "Run", episode: int) -> str:
+    """The other deliveries of the stack that have something to tell, the dearest first."""
+    from harness.analysis.dearest import dearest
+    from harness.explain.moments import costly_episodes
+
+    costly = costly_episodes(run.stored)
+    ordered = dearest([run.stored], len(run.stored.stacks[0].rows))
+    found = [each.episode for each in ordered if each.episode in costly]
+    others = [str(each) for each in found if each != episode]
+    shown = ", ".join(others[:MOST_OTHERS])
+    if len(others) > MOST_OTHERS:
+        return f"{shown} and {len(others) - MOST_OTHERS} more"
+    return shown
 
 
 def _place(run: "Run") -> str:
@@ -101,14 +120,14 @@ def _say_nothing_to_tell(run: "Run", episode: int, as_json: bool) -> None:
     from harness.explain.moments import costly_episodes
     from harness.report.short.setup import delivery_line
 
-    others = costly_episodes(run.stored)
     if as_json:
-        nothing = {"schema": 1, "episode": episode, "events": [], "costly_episodes": others}
+        costly = costly_episodes(run.stored)
+        nothing = {"schema": 1, "episode": episode, "events": [], "costly_episodes": costly}
         sys.stdout.write(json.dumps(nothing) + "\n")
         return
     some = "nor in any other episode"
-    if others:
-        some = f"episodes that have some: {', '.join(map(str, others))}"
+    if others := _others(run, episode):
+        some = f"episodes that have some: {others}"
     click.echo(delivery_line(run.stored, episode))
     click.echo(f"episode {episode} of {run.stacks[0]} has no event that cost anything; {some}")
     click.echo(f"next: navbench replay {_place(run)} {episode}")

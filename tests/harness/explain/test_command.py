@@ -4,9 +4,14 @@ import json
 
 import pytest
 
+from harness.metrics.columns import EVENT_COLUMNS
+from harness.storage.checksums import write_checksums
+from harness.storage.tables import write_table
 from harness.study.manifest import map_digest
 from harness.world.map.scene_io import load_scene
 from navbench.cli.app import main
+
+from .made_up import contact
 
 
 def explain(*arguments):
@@ -83,6 +88,19 @@ def test_a_delivery_that_cost_nothing_points_to_others(folder, capsys):
     assert following == f"next: navbench replay {folder}:mine 1"
     assert explain(str(folder), "1", "--json") == 0
     assert json.loads(capsys.readouterr().out)["costly_episodes"] == [0]
+
+
+def test_other_costly_episodes_are_named_the_dearest_first(write_run, capsys):
+    def change(row):
+        row |= {"outcome": "sla", "pedestrian_injury_usd": float(row["episode"])}
+
+    run = write_run("many", episodes=12, change=change)
+    paid = [contact(1.0, float(number), number) | {"episode": number} for number in range(1, 12)]
+    write_table(run / "events.parquet", EVENT_COLUMNS, paid)
+    write_checksums(run)
+    assert explain(str(run), "0") == 0
+    _, said, _ = capsys.readouterr().out.splitlines()
+    assert said.endswith("episodes that have some: 11, 10, 9, 8, 7, 6, 5, 4 and 3 more")
 
 
 def test_what_cannot_be_explained_is_said_in_one_line(folder, tmp_path, capsys, write_run):
