@@ -18,7 +18,7 @@ from harness.study.places import Where, open_workers
 from harness.study.preflight import check
 from harness.task.own_body import is_own
 from harness.task.stack import Stack
-from harness.task.study import is_recording, make_study
+from harness.task.study import Study, is_recording, make_study
 from harness.tuning.budget import Budget
 from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration, sizes
 from harness.tuning.journal import Journal
@@ -132,7 +132,6 @@ def tune(
         options=_run_options({"map": map, **options}),
         **(sizes(trials, episodes) | chosen_sizes),
     )
-    objectives = parse_objectives(objective)
     study = make_study(
         stacks=[stack],
         episodes=max(declaration.test_episodes, episodes),
@@ -140,28 +139,51 @@ def tune(
         workers=where.workers,
         **options,
     )
-    original, allow_unknown = study.stacks[0], study.template.allow_unknown
+    path, notes = _created(declaration, study, content, space_files, out)
+    found = _drive(path, where, budget)
+    return found and dataclasses.replace(found, notes=(*notes, *notes_before(declaration, options)))
+
+
+def _created(
+    declaration: StudyDeclaration,
+    study: Study,
+    content: SpaceFile,
+    space_files: Sequence[Path],
+    out: Path | None,
+) -> tuple[Path, tuple[str, ...]]:
+    """Check that all of it fits together, and create the folder; returns it, and notes.
+
+    Args:
+        declaration: what was asked for; robot and sensors are added.
+        study: with the original.
+        content: of the search space.
+        space_files: from which it was read.
+        out: the folder; None: a new one.
+    """
+    original, template = study.stacks[0], study.template
     _require_nav2(original)
     declaration = dataclasses.replace(
         declaration,
         sensors=_short(original.sensors, original, "sensors"),
         robot=_short(original.robot, original, "robot"),
     )
-    nav2 = nav2_parameters(original.nav2_file, allow_unknown)
-    fitted = fit_space(space, content, nav2, allow_unknown)
-    drawing = make_sampler(sampler, fitted, study.template.seed, trials, len(objectives))
-    check_space(fitted, nav2, drawing, allow_unknown)
+    nav2 = nav2_parameters(original.nav2_file, template.allow_unknown)
+    space = fit_space(declaration.space, content, nav2, template.allow_unknown)
+    objectives = parse_objectives(declaration.objective)
+    drawing = make_sampler(
+        declaration.sampler, space, template.seed, declaration.trials, len(objectives)
+    )
+    check_space(space, nav2, drawing, template.allow_unknown)
     path = out or default_folder(f"tune-{original.name}")
     require_usable(path)
-    notes = (*check(study), *fitted.notes, *notes_before(declaration, options))
+    notes = (*check(study), *space.notes)
     texts = {
         TUNING: dump_dataclass(declaration),
         SPACE: _space_text(content, space_files),
-        ORIGINAL: with_absolute_files(nav2, allow_unknown).document.text,
+        ORIGINAL: with_absolute_files(nav2, template.allow_unknown).document.text,
     }
     create_run(path, about(study, sys.argv), {**parameters(study), **texts})
-    found = _drive(path, where, budget)
-    return found and dataclasses.replace(found, notes=notes)
+    return path, notes
 
 
 def _require_nav2(original: Stack) -> None:
