@@ -1,11 +1,12 @@
 """The studies that this project publishes, of params/suites.
 
-Every stack, the best on fresh missions, measured people.
+Every stack, the best on fresh missions, measured people, bad fixes, many people.
 
-Usage: python -m tools.published_study [--suite published|evasive|measured] [--episodes N]
-           [--stack NAME] [--map NAME] [--world NAME] [--workers N] [--out FOLDER] [--render]
+Usage: python -m tools.published_study [--suite published|evasive|measured|urban|crowds]
+           [--episodes N] [--stack NAME] [--map NAME] [--world NAME] [--workers N] [--out FOLDER]
+           [--render]
 
-What FOLDER (results/baseline/study, evasive_study or measured) holds is kept and added to, so a
+What FOLDER (of results/baseline) holds is kept and added to, so a
 study can be driven in pieces, on one checkout after the other: --episodes 100 drives the first
 hundred deliveries of every cell, --stack and --map some cells only; without them the rest is
 driven. Deliveries are independent of what was driven before them. --render drives nothing.
@@ -28,7 +29,13 @@ from navstack.errors import NavstackError
 
 ROOT = Path(__file__).resolve().parents[1]
 # suite -> folder in results/baseline
-FOLDERS = {"published": "study", "evasive": "evasive_study", "measured": "measured"}
+FOLDERS = {
+    "published": "study",
+    "evasive": "evasive_study",
+    "measured": "measured",
+    "urban": "urban",
+    "crowds": "crowds",
+}
 BASELINE = ROOT / "results" / "baseline"
 
 

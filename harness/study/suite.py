@@ -1,4 +1,4 @@
-"""A declared study: every stack in every map, world, density of people and seed.
+"""A declared study: every stack in every map, world, density of people, sensors and seed.
 
 It may be driven in pieces: some stacks first, or the first deliveries of all.
 """
@@ -19,7 +19,7 @@ from navstack.params.strict import load_dataclass
 
 MOST_CELLS = 2000
 # that may be given as files
-_FILES = ("stacks", "maps", "worlds", "rules", "prices", "people", "robot")
+_FILES = ("stacks", "maps", "worlds", "sensors", "rules", "prices", "people", "robot")
 _OF_ALL_CELLS = (
     "people",
     "missions",
@@ -44,6 +44,7 @@ class Suite:
     maps: tuple[str, ...] = ("sidewalk",)
     worlds: tuple[str, ...] = (DEFAULT_WORLD,)
     pedestrians: tuple[int, ...] = ()  # empty: the worlds' own number
+    sensors: tuple[str, ...] = ()  # empty: the stacks' own
     people: str | None = None  # None: the worlds' own
     missions: str = "published"
     rules: str = "costnav"
@@ -62,6 +63,7 @@ class Condition:
     map_name: str
     world: str
     pedestrians: int | None
+    sensors: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,8 +88,12 @@ class Cell:
     def group(self) -> str:
         """Name of the run folder that a stored suite has for all stacks on the same missions."""
         where = self.condition
-        people = "" if where.pedestrians is None else f"-people{where.pedestrians}"
-        return f"{name_of(where.map_name)}-{name_of(where.world)}{people}-seed{self.seed}"
+        parts = [name_of(where.map_name), name_of(where.world)]
+        if where.pedestrians is not None:
+            parts.append(f"people{where.pedestrians}")
+        if where.sensors is not None:
+            parts.append(name_of(where.sensors))
+        return "-".join([*parts, f"seed{self.seed}"])
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,13 +153,7 @@ def load_suite(path: Path, maps: Sequence[str] = ()) -> Suite:
     for key in ("stacks", "seeds", "maps", "worlds"):
         if not getattr(suite, key):
             raise ParameterError(f"{path}: {key}: is empty; give at least one")
-    number = (
-        len(suite.stacks)
-        * len(suite.maps)
-        * len(suite.worlds)
-        * max(len(suite.pedestrians), 1)
-        * len(suite.seeds)
-    )
+    number = len(suite.stacks) * len(conditions(suite)) * len(suite.seeds)
     if number > MOST_CELLS:
         raise ParameterError(f"{path}: {number} cells; at most {MOST_CELLS} are run")
     files: dict[str, Any] = {key: _beside(path, getattr(suite, key)) for key in _FILES}
@@ -180,9 +180,11 @@ def _beside(path: Path, name: Any) -> Any:
 
 
 def conditions(suite: Suite) -> list[Condition]:
-    """Every map, world and number of people of a suite."""
+    """Every map, world, number of people and sensors of a suite."""
     densities: Sequence[int | None] = suite.pedestrians or (None,)
-    return [Condition(*values) for values in itertools.product(suite.maps, suite.worlds, densities)]
+    sensors: Sequence[str | None] = suite.sensors or (None,)
+    crossed = itertools.product(suite.maps, suite.worlds, densities, sensors)
+    return [Condition(*values) for values in crossed]
 
 
 def cells(suite: Suite) -> list[Cell]:

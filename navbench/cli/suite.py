@@ -12,6 +12,7 @@ from harness.report.suite.document import PAGE
 from harness.report.suite.results import Results
 from harness.report.tables import print_blocks, report_console
 from harness.statistics.interval import wilson_interval
+from harness.storage.texts import name_of
 from harness.study.barn import BARN, Score
 from harness.study.places import Where
 from harness.study.suite import Portion
@@ -76,10 +77,10 @@ def suite(
 ) -> None:
     """Drive a declared study, every stack in every condition, and print the overview.
 
-    FILE names stacks, maps, worlds, pedestrians, seeds and episodes, as params/suites/example.yaml
-    does; it may be a name of params/suites. --out may name a folder that holds part of the suite:
-    what is there is kept and added to. The folder's index.html shows what there is, with tables,
-    figures and replays.
+    FILE names stacks, maps, worlds, people, sensors, seeds and episodes, as
+    params/suites/example.yaml does; it may be a name of params/suites. --out may name a folder that
+    holds part of the suite: what is there is kept and added to. The folder's index.html shows what
+    there is, with tables, figures and replays.
 
     \b
     Examples:
@@ -138,9 +139,10 @@ def _sheet(results: Results) -> Table:
         condition = each.condition
         where = Path(condition.map_name).stem, Path(condition.world).stem
         people = "own" if condition.pedestrians is None else str(condition.pedestrians)
+        sensors = name_of(condition.sensors or "own")
         sla = interval_text(each.interval("sla"), 3)
         margin = interval_text(each.interval(MARGIN), 2)
         rate = interval_text(each.interval("contacts_per_1000_km"), 0)
         counts = str(each.n), str(each.errors)
-        rows.append((*where, each.stack, people, *counts, sla, margin, rate))
+        rows.append((*where, each.stack, people, sensors, *counts, sla, margin, rate))
     return declared("suite", rows, title=results.suite.title)

@@ -121,6 +121,32 @@ def test_a_portion_takes_some_stacks_on_some_maps() -> None:
     assert portion.options == " --stack parked --stack paper-gps --map sidewalk_2"
 
 
+def test_sensors_are_crossed_with_the_rest(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = SUITE.replace("seeds: [0, 1]", "sensors: [rtk_urban, own.yaml]\nseeds: [0]")
+    file = suite_file(tmp_path, text.replace("episodes: 2", "episodes: 1"))
+    own = (shipped("params") / "sensors" / "rtk_good.yaml").read_text(encoding="utf-8")
+    (tmp_path / "own.yaml").write_text(own, encoding="utf-8")
+    out = tmp_path / "out"
+    status, document, _ = navbench(capsys, str(file), "--out", str(out), "--workers", "1", "--json")
+    rows = json.loads(document)["rows"]
+    assert status == 0
+    assert [(row["pedestrians"], row["sensors"]) for row in rows] == [
+        (0, "rtk_urban"),
+        (0, "own"),
+        (3, "rtk_urban"),
+        (3, "own"),
+    ]
+    run = out / f"hall-{DEFAULT_WORLD}-people3-own-seed0-parked"
+    assert (run / "params" / "parked-sensors.yaml").is_file()
+    page = (out / "index.md").read_text(encoding="utf-8")
+    assert "### hall, 3 people, own\n" in page and "sensors: rtk_urban, own;" in page
+    text = text.replace("rtk_urban", "rtk_subs")
+    status, _, said = navbench(capsys, str(suite_file(tmp_path, text)), "--out", str(out / "other"))
+    assert status == 1 and said.startswith("navbench: unknown sensor") and said.count("\n") == 1
+
+
 def test_a_suite_is_driven_cut_off_and_driven_on(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

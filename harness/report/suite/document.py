@@ -160,9 +160,12 @@ def _basis(results: Results) -> list[str]:
     people = ", ".join(
         "the world's own number" if n is None else str(n) for n in suite.pedestrians or (None,)
     )
+    sensors = ""
+    if suite.sensors:
+        sensors = f"sensors: {', '.join(map(name_of, suite.sensors))}; "
     lines = [
         f"- worlds {', '.join(Path(world).stem for world in suite.worlds)}; people: {people}; "
-        "missions: "
+        f"{sensors}missions: "
         f"{suite.missions}; rules {Path(suite.rules).stem}; prices {Path(suite.prices).stem}",
         f"- seeds {', '.join(map(str, suite.seeds))}: the same missions, people and noise for "
         "every stack" + _but(results.sessions),

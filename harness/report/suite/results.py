@@ -94,7 +94,7 @@ class Results:
 
     @property
     def conditions(self) -> list[Condition]:
-        """Every map, world and number of people."""
+        """Every map, world, number of people and sensors."""
         return conditions(self.suite)
 
     @property
@@ -115,6 +115,8 @@ class Results:
             parts.append(
                 "own people" if condition.pedestrians is None else f"{condition.pedestrians} people"
             )
+        if len({each.sensors for each in self.conditions}) > 1:
+            parts.append(name_of(condition.sensors or "own sensors"))
         return ", ".join(parts)
 
     @property
@@ -200,6 +202,7 @@ def _row(standing: Standing, suite: Suite) -> Row:
         "map": Path(where.map_name).stem,
         "world": Path(where.world).stem,
         "pedestrians": where.pedestrians,
+        "sensors": where.sensors and name_of(where.sensors),
         "seeds": list(suite.seeds),
         "episodes": standing.n,
         "errors": standing.errors,

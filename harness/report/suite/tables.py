@@ -23,6 +23,7 @@ COLUMNS = {
     "map": "string",
     "world": "string",
     "pedestrians": "int64",
+    "sensors": "string",
     "stack": "string",
     "quantity": "string",
     "value": "double",
@@ -157,6 +158,7 @@ def _quantities(results: Results, standing: Standing) -> Sequence[Row]:
         "map": Path(standing.condition.map_name).stem,
         "world": Path(standing.condition.world).stem,
         "pedestrians": standing.condition.pedestrians,
+        "sensors": standing.condition.sensors and name_of(standing.condition.sensors),
         "stack": standing.stack,
     }
     risk, accounted = (
