@@ -176,6 +176,7 @@ class ExpectedCostController(Controller):
             )
             self._goal = goal
             self._field_stamp = state.stamp
+            self._detour_since = None
             if is_new or corridor == 0.0:
                 self._nearest = math.inf
 
