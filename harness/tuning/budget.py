@@ -67,6 +67,11 @@ class Budget:
         return trial * pace + reserve < self.left
 
 
+def further(missions: int, pace: float, seconds: float) -> str:
+    """A budget that leaves as much again as a study takes, beyond the ``seconds`` of before."""
+    return enough_for(missions, pace, seconds + LEAST_STUDY * missions * pace)
+
+
 def enough_for(missions: int, pace: float, least: float = 0.0) -> str:
     """A budget for a study with so many training missions, as ``--budget`` takes it.
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from harness.tuning.budget import LEAST_STUDY, Budget, enough_for
+from harness.tuning.budget import Budget, further
 from harness.tuning.declaration import StudyDeclaration
 from harness.tuning.journal import Journal
 from harness.tuning.racing import rungs
@@ -50,21 +50,16 @@ def notes_after_search(
             f"after {driven} of {asked} trials there is no further point that keeps the constraints"
         )
     elif driven < asked and budget.seconds is not None:
+        enough = further(len(study.plan.missions), journal.pace, budget.seconds)
         found.append(
             f"the budget of {budget.seconds:g} s cut off {asked - driven} of {asked} trials; "
-            f"--resume with --budget {_enough(study, journal, budget)} or more tries further files"
+            f"--resume with --budget {enough} or more tries further files"
         )
     following = study.episodes_after_search
     share = budget.share_of(following)
-    if share < 1.0:
+    if share < 1.0 and driven:
         found.append(
             f"note: the budget lasts for about {share * following:.0f} of the {following} "
             "deliveries of final choice and test; --resume with --test-episodes drives more"
         )
     return found
-
-
-def _enough(study: TuningStudy, journal: Journal, budget: Budget) -> str:
-    """A budget for what was driven, a few trials more, and the test."""
-    count, pace = len(study.plan.missions), journal.pace
-    return enough_for(count, pace, (budget.seconds or 0.0) + LEAST_STUDY * count * pace)

@@ -253,7 +253,8 @@ def finish(
 ) -> StudyResult:
     """Choose among the best, and drive the test with original and incumbent.
 
-    Both take as many missions as there is time for, and no fewer than in an earlier session.
+    Both take as many missions as there is time for, and no fewer than in an earlier session; none
+    where the budget ended before a trial.
     """
     plan, trials = study.plan, tuple(search.trials)
     evaluator.until = budget.until
@@ -266,7 +267,9 @@ def finish(
     if not best.values:
         budget.ending = 0
     evaluator.until = budget.until
-    test = _tested(study, (original, incumbent), evaluator, journal)
+    test: tuple[int, ...] = ()
+    if len(trials) > 1 or search.is_futile or budget.seconds is None:
+        test = _tested(study, (original, incumbent), evaluator, journal)
     return StudyResult(
         original=original,
         incumbent=incumbent,

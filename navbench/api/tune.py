@@ -19,7 +19,7 @@ from harness.study.preflight import check
 from harness.task.own_body import is_own
 from harness.task.stack import Stack
 from harness.task.study import Study, is_recording, make_study
-from harness.tuning.budget import Budget
+from harness.tuning.budget import LEAST_STUDY, Budget, enough_for
 from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration, sizes
 from harness.tuning.journal import Journal
 from harness.tuning.notes import notes_after_search, notes_before
@@ -265,11 +265,12 @@ def _fitted(
     found = fitted(study, evaluator, journal, budget)
     progress.plan = found.plan
     count, most = len(found.plan.missions), len(study.plan.missions)
-    if count < most:
-        say(
-            f"{count} instead of {most} training missions: at {journal.pace:.1f} s a delivery the "
-            "budget lasts for no more; --episodes sets their number"
-        )
+    if count < most and found.fits is not None:
+        text = f"{count} instead of {most} training missions: at {journal.pace:.1f} s a delivery "
+        text += "the budget lasts for no more; --episodes sets their number"
+        if count * journal.pace * LEAST_STUDY > found.fits:
+            text += f"; a study on {count} takes {enough_for(count, journal.pace)}"
+        say(text)
     return found
 
 

@@ -15,7 +15,7 @@ from harness.statistics.interval import Interval, fewest_missions
 from harness.storage.manifest_file import read_manifest
 from harness.storage.texts import name_of
 from harness.task.study import EpisodeTask
-from harness.tuning.budget import enough_for
+from harness.tuning.budget import enough_for, further
 from harness.tuning.declaration import MOST_EPISODES, StudyDeclaration, parse_duration, sizes
 from harness.tuning.explanation import Explanation
 from harness.tuning.result import StudyResult
@@ -36,6 +36,7 @@ class Advice:
     why: str  # a sentence
     test_episodes: int | None = None  # of a test that would decide; None: it is decided
     episodes: int | None = None  # training missions of a search that might find something
+    is_cut: bool = False  # whether the budget ended before a file was tried
 
     def __str__(self) -> str:
         return f"{self.verdict}: {self.why}"
@@ -98,7 +99,7 @@ def _unchanged(study: StudyResult, explanation: Explanation) -> Advice:
         return Advice(KEEP, "no trial earned more.")
     if study.has_room:
         why = "the budget ended before another file was tried."
-        return Advice(OPEN, why, episodes=count)
+        return Advice(OPEN, why, episodes=count, is_cut=True)
     why = (
         f"on its {count} training missions no file can earn {LEAST_GAIN:.2f} USD more; "
         "none was tried."
@@ -160,10 +161,17 @@ def next_command(advice: Advice, folder: Path, test: str, pace: float) -> str:
         return shlex.join([*words, "--test-episodes", str(advice.test_episodes)])
     if advice.verdict == TAKE:
         return test
-    repeated = ""
-    if advice.episodes is not None:
-        command = read_manifest(folder).get("command", ())
-        repeated = again(command, advice.episodes, _budget(command, advice.episodes, pace))
+    if advice.episodes is None:
+        return OTHER_SPACES
+    command = read_manifest(folder).get("command", ())
+    if advice.is_cut:
+        declared = value_of(command, "--budget")
+        seconds = 0.0
+        if declared:
+            seconds = parse_duration(declared)
+        budget = further(advice.episodes, pace, seconds)
+        return shlex.join(["navbench", "tune", "--resume", str(folder), "--budget", budget])
+    repeated = again(command, advice.episodes, _budget(command, advice.episodes, pace))
     return repeated or OTHER_SPACES
 
 

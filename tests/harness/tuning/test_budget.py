@@ -225,6 +225,14 @@ def test_a_short_budget_has_fewer_training_missions_also_where_the_study_goes_on
     assert again.trials[: len(first.trials)] == first.trials
 
 
+def test_without_time_for_a_trial_nothing_is_tested(tmp_path: Path) -> None:
+    found, notes, took = tuned(tmp_path, 60.0)
+    assert (len(found.trials), found.is_tested, took) == (1, False, 2.0 * TRAINING)
+    assert len(notes) == 1 and "cut off 40 of 40 trials; --resume with --budget 7m" in notes[0]
+    found, _, _ = tuned(tmp_path, 420.0)
+    assert len(found.trials) > 1 and found.is_tested
+
+
 @pytest.mark.usefixtures("_in_order")
 def test_a_budget_for_not_even_the_fewest_says_what_they_take(tmp_path: Path) -> None:
     for seconds, driven in ((8.0, 4), (16.0, 8)):

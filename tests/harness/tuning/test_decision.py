@@ -144,6 +144,16 @@ def test_a_decided_study_leads_to_its_test_to_other_spaces_or_to_a_larger_search
     assert next_command(futile, tmp_path, "again", 1.0) == once_more
 
 
+def test_a_study_whose_budget_ended_before_a_trial_goes_on_with_more(tmp_path: Path) -> None:
+    words = ["navbench", "tune", "--stack", "a.yaml", "--budget", "5m"]
+    (tmp_path / "run.json").write_text(json.dumps({"command": words}), encoding="utf-8")
+    cut = Advice(
+        "Not decided", "the budget ended before another file was tried.", episodes=10, is_cut=True
+    )
+    going_on = f"navbench tune --resume {tmp_path} --budget 9m"  # ten times 10 missions of 2 s more
+    assert next_command(cut, tmp_path, "again", 2.0) == going_on
+
+
 @pytest.mark.parametrize(
     ("given", "pace", "budget"),
     [
