@@ -54,16 +54,20 @@ class Tally(Bar):
 
     def add(self, finished: Finished[EpisodeTask, Delivery], record: Row) -> None:
         """Take in one finished episode."""
-        row = record["row"]
-        if row.get("error"):
-            self._outcomes["error"] += 1
-        else:
-            self._outcomes[OUTCOMES.get(row["outcome"], row["outcome"])] += 1
+        self.count(record["row"])
         self.done += 1
         self._latest = finished.task.stack.name
         if finished.lost and finished.error is None:
             task = finished.task
             say(f"repeated {task.stack.name} episode {task.episode}: {finished.lost[0]}")
+
+    def count(self, row: Row) -> None:
+        """Take in the outcome of one, also of those from before."""
+        if row.get("error"):
+            self._outcomes["error"] += 1
+        else:
+            outcome = str(row["outcome"])
+            self._outcomes[OUTCOMES.get(outcome, outcome)] += 1
 
     @property
     def note(self) -> str:
@@ -71,7 +75,7 @@ class Tally(Bar):
         if not self._outcomes:
             return "starting; the first delivery ever also compiles"
         outcomes = "; ".join(f"{count} {name}" for name, count in self._outcomes.most_common())
-        if self._has_several:
+        if self._has_several and self._latest:
             outcomes += f"; last by {self._latest}"
         return outcomes
 
@@ -134,6 +138,8 @@ def drive_folder(study: Study, path: Path, where: Where) -> Driven:
         require_own(study, folder)
         say_what_is_done(folder, study)
         tally = Tally(study.total, len(folder.rows), len(study.stacks) > 1)
+        for row in folder.rows:
+            tally.count(row)
         if not folder.is_closed:
             with open_workers(where, study.workers, path, {path: study}) as workers, shown(tally):
                 is_stopped = is_interrupted(study, folder, workers, tally)

@@ -16,7 +16,7 @@ from harness.storage.files import require_writable, write_text, writing
 from harness.study.stored_run import StoredRun
 from harness.world.map.scene import Scene
 from navbench.api.driving import say_notes
-from navbench.api.progress import say
+from navbench.api.progress import count_shown, say
 from navbench.api.runs import Run
 from navstack.errors import InputError, NavstackError
 
@@ -65,18 +65,24 @@ def _drive_again(
     from harness.explain.moments import costly_episodes
 
     recordings: dict[tuple[Path, str, int], Path] = {}
-    for number, each in enumerate(dearest(runs, most)):
-        if recording_file(each.run, each.episode).is_file():
-            continue
-        own = folder / str(number)
-        own.mkdir()
-        try:
-            # why it was costly is told of those that were
-            is_costly = each.episode in costly_episodes(each.run)
-            path = record_again(each.run, each.episode, own, is_costly)
-        except NavstackError as error:
-            return recordings, [f"the dearest deliveries cannot be driven again: {error}"]
-        recordings[each.run.folder, each.stack, each.episode] = path
+    missing = [
+        each for each in dearest(runs, most) if not recording_file(each.run, each.episode).is_file()
+    ]
+    if not missing:
+        return recordings, []
+    say(f"for the page the {len(missing)} dearest deliveries are driven again, recorded")
+    with count_shown("of them", len(missing)) as has_driven:
+        for number, each in enumerate(missing):
+            own = folder / str(number)
+            own.mkdir()
+            try:
+                # why it was costly is told of those that were
+                is_costly = each.episode in costly_episodes(each.run)
+                path = record_again(each.run, each.episode, own, is_costly)
+            except NavstackError as error:
+                return recordings, [f"the dearest deliveries cannot be driven again: {error}"]
+            recordings[each.run.folder, each.stack, each.episode] = path
+            has_driven()
     return recordings, []
 
 

@@ -175,6 +175,8 @@ def test_killed_with_its_workers_it_goes_on_with_a_cold_cache(whole: Path, tmp_p
     )
     assert resumed.returncode == 0, resumed.stderr
     assert "going on after" in resumed.stderr
+    counted = f"{EPISODES} of {EPISODES} deliveries: {EPISODES} timeout\n"
+    assert resumed.stderr.endswith(counted), "those of before as well"
     assert same(path) == same(whole)
 
 
