@@ -19,6 +19,7 @@ from harness.report.short.setup import (
     unlike_line,
     unlike_published,
 )
+from harness.report.short.touches import touches_line
 from harness.report.table_rows import RATES, TableRow
 from harness.report.verdict import earnings, rankings
 from harness.storage.rows import values
@@ -71,15 +72,16 @@ def summary_blocks(run: StoredRun) -> list[Block]:
             rows += ON_STREETS
         lines += aligned(_beside([*columns, _paper(run)], rows))
         priced = robot_price_line(run, run.prices())
+        touched = touches_line(run)
     else:
         lines += aligned(_below([*columns, _paper(run)]))  # without the break-even point
-        priced = ""
+        priced = touched = ""
         if len(columns) > MOST_LINES:
             lines.append(f"and {len(columns) - MOST_LINES} more stacks: --full")
     unlike = unlike_published(run)
     if unlike == {"sensors": USUAL_SENSORS}:  # the first line says so
         unlike = {}
-    lines += filter(None, [unlike_line(unlike), priced])
+    lines += filter(None, [touched, unlike_line(unlike), priced])
     return [Text(line, "whole") for line in (*lines, *errors_of(run))]
 
 
