@@ -1,7 +1,7 @@
 """What decided in the seconds before a moment, in plain words."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from harness.explain.evidence import WEIGHTED
 from harness.explain.seconds import Seconds
@@ -23,7 +23,7 @@ def decided(seconds: Seconds) -> str:
     count = Counter(row["decided_by"] for row in rows)
     who = ", ".join(f"{name} {number}" for name, number in count.most_common())
     text = f"Cycles decided: {who}."
-    nothing = sum(bool(row["samples"]) and row["rejected"] >= row["samples"] > 1 for row in rows)
+    nothing = sum(row["rejected"] >= row["samples"] > 1 for row in rows)
     if nothing:
         text += f" In {nothing} of them every trajectory was rejected."
     statuses = Counter(row["status"] for row in rows if row["status"] not in ("", "solved", None))
@@ -43,6 +43,17 @@ def decided(seconds: Seconds) -> str:
             + "."
         )
     return text
+
+
+def all_rejected(rows: Sequence[Row]) -> str:
+    """Who rejected every command in which of these decisions, and by what; empty: nobody."""
+    refused = [row for row in rows if row["rejected"] >= row["samples"] > 1]
+    if not refused:
+        return ""
+    first, last = refused[0], refused[-1]
+    when = f"from {first['stamp_s']:.1f} to {last['stamp_s']:.1f} s"
+    why = _counts(rejected_by(last))
+    return f"{last['decided_by']} rejected every command {when} ({why})"
 
 
 def against(seconds: Seconds) -> str:

@@ -1,4 +1,4 @@
-"""What made a robot tip over: who pushed it, what it stood on, and why it stood."""
+"""What made a robot tip over or get stuck: who pushed it, what it stood on, and why it stood."""
 
 import re
 from collections.abc import Sequence
@@ -36,9 +36,40 @@ def tipping(evidence: Evidence, seconds: Seconds) -> list[str]:
     return [_touched(evidence.events, seconds), _ground(evidence, seconds), _stood(evidence)]
 
 
+def held_up(evidence: Evidence, seconds: Seconds) -> list[str]:
+    """Sentences on what a robot that did not get on had met, and on the step that it stood on."""
+    touches = _touches(evidence.events, seconds)
+    sentences = []
+    if touches:
+        sentences.append(f"Before that, {' and '.join(touches)}.")
+    ground = _ground(evidence, seconds)
+    if "step" in ground:
+        sentences.append(ground)
+    away = evidence.row["off_walkable_time_s"] or 0.0
+    if away >= LASTING:
+        sentences.append(f"It spent {away:.0f} s off the walkable ground.")
+    return sentences
+
+
 def _touched(events: Sequence[Row], seconds: Seconds) -> str:
     """Whom and what it touched in the seconds before, the last one last."""
-    known = [event for event in events if event["type"] in (COUNTED, EVENT)]
+    touches = _touches(events, seconds)
+    if touches:
+        return f"Before it tipped over, {' and '.join(touches)}."
+    known = _contacts(events)
+    if not known:
+        return "It had touched nobody and nothing on its way."
+    last = max(event["stamp_s"] for event in known)
+    return f"It touched nobody and nothing in the last {seconds.moment.stamp - last:.0f} s."
+
+
+def _contacts(events: Sequence[Row]) -> list[Row]:
+    return [event for event in events if event["type"] in (COUNTED, EVENT)]
+
+
+def _touches(events: Sequence[Row], seconds: Seconds) -> list[str]:
+    """Whom and what it touched in the seconds before, the last one last."""
+    known = [each for each in _contacts(events) if each["stamp_s"] <= seconds.moment.stamp]
     partners: dict[tuple[str, int], list[Row]] = {}
     for event in known:
         partners.setdefault((event["kind"], event["partner_id"]), []).append(event)
@@ -47,12 +78,7 @@ def _touched(events: Sequence[Row], seconds: Seconds) -> str:
         until = max(event["stamp_s"] + (event["duration_s"] or 0.0) for event in own)
         if until >= seconds.since:
             touches.append((until, _touch(own, until, seconds.moment.stamp)))
-    if touches:
-        return f"Before it tipped over, {' and '.join(text for _, text in sorted(touches))}."
-    if not known:
-        return "It had touched nobody and nothing on its way."
-    last = max(event["stamp_s"] for event in known)
-    return f"It touched nobody and nothing in the last {seconds.moment.stamp - last:.0f} s."
+    return [text for _, text in sorted(touches)]
 
 
 def _touch(events: Sequence[Row], until: float, stamp: float) -> str:

@@ -3,11 +3,11 @@
 import numpy as np
 
 from harness.economics.accountings import PERSON
-from harness.explain.decision_words import against, decided
+from harness.explain.decision_words import against, all_rejected, decided
 from harness.explain.evidence import Evidence
 from harness.explain.moments import ASSISTANCE, SPOILED, STUCK_PLACE, TIMEOUT, Moment
 from harness.explain.seconds import NEAR, Seconds
-from harness.explain.tipping import TIPPED, has_tipped, tipping
+from harness.explain.tipping import TIPPED, has_tipped, held_up, tipping
 from harness.metrics.columns import Row
 from navstack.types import FloatArray
 
@@ -39,7 +39,9 @@ def paragraph(evidence: Evidence, seconds: Seconds, before: Moment | None = None
     sentences = [what(evidence, seconds)]
     if has_tipped(evidence, seconds.moment):
         sentences += tipping(evidence, seconds)
-    sentences += [_motion(seconds), _person(seconds)]
+    if seconds.moment.kind == TIMEOUT:
+        sentences += held_up(evidence, seconds)
+    sentences += [_motion(seconds), _stood_since(evidence, seconds), _person(seconds)]
     if not evidence.row["gave_up"]:  # else it was not the controller's choice
         sentences += [decided(seconds), against(seconds)]
     sentences += [_believed(seconds), _tracked(evidence, seconds), _cargo(evidence, seconds)]
@@ -103,7 +105,7 @@ def _motion(seconds: Seconds) -> str:
     """How it drove, and whether it braked."""
     speed, commanded = seconds.speed, seconds.command[:, 0]
     early = int(np.abs(seconds.at + 1.0).argmin())
-    if np.abs(speed).max() < STANDS and np.abs(commanded).max() < STANDS:
+    if _stands(seconds):
         return f"It stood still for the whole {-seconds.at[0]:.1f} s."
     change = float(commanded[-1] - commanded[early])
     if change < -CHANGED:
@@ -123,6 +125,27 @@ def _motion(seconds: Seconds) -> str:
         f"In the {-seconds.at[0]:.1f} s before, it {drove} and {when}{braked} "
         f"(commanded {commanded[early]:z.2f}, then {commanded[-1]:z.2f} m/s)."
     )
+
+
+def _stands(seconds: Seconds) -> bool:
+    """Whether it stood all the while, as it was commanded."""
+    return bool(max(np.abs(seconds.speed).max(), np.abs(seconds.command[:, 0]).max()) < STANDS)
+
+
+def _stood_since(evidence: Evidence, seconds: Seconds) -> str:
+    """Since when, and what was rejected from then on; empty: it did not stand all the while."""
+    if not _stands(seconds):
+        return ""
+    stamps, until = evidence.stamps, seconds.moment.stamp
+    moves = (np.abs(evidence.trace[:, 4]) >= STANDS) & (stamps <= until)
+    if not moves.any():
+        return "It never moved."
+    since = float(stamps[moves][-1])
+    text = f"It had stood since {since:.1f} s"
+    rows = [row for row in evidence.decisions if since <= row["stamp_s"] <= until]
+    if refused := all_rejected(rows):
+        text += f"; {refused}"
+    return f"{text}."
 
 
 def _person(seconds: Seconds) -> str:

@@ -18,6 +18,7 @@ from harness.report.explain import (
 )
 
 HELD_UP = (ASSISTANCE, TIMEOUT)  # what comes of standing: the navigator tells why it stood
+FIRST_STEPS, LAST_STEPS = 6, 2  # of the navigator's history that are told
 MOST_EVENTS = 4  # others that are named
 MOST_INSTANTS = 6  # rows of the table
 SPENT = (0, 1, 3, 4, 7)  # columns of the activities, which fit into 80 characters
@@ -54,7 +55,8 @@ def short_explanation(
     others = [each for each in moments if each is not told]
     blocks: list[Block] = [head, Text(told.words, "paragraph")]
     if row.get("navigator_history") and dear.kind in HELD_UP:
-        blocks.append(Text(f"The navigator before: {row['navigator_history']}.", "paragraph"))
+        history = _cut(row["navigator_history"])
+        blocks.append(Text(f"The navigator before: {history}.", "paragraph"))
     for each in others[:MOST_EVENTS]:
         what = each.words.split(". ")[0].replace("Event", "event", 1)
         blocks.append(Text(f"Also {what}.", "whole"))
@@ -70,6 +72,16 @@ def short_explanation(
     if saving is not None:
         blocks += saving_blocks(saving)
     return [*blocks, *map(Chart, figures)]
+
+
+def _cut(history: str) -> str:
+    """The navigator's history without its middle, which repeats what its beginning says."""
+    steps = history.split("; ")
+    left_out = len(steps) - FIRST_STEPS - LAST_STEPS
+    if left_out < 2:
+        return history
+    kept = [*steps[:FIRST_STEPS], f"{left_out} more of the kind", *steps[-LAST_STEPS:]]
+    return "; ".join(kept)
 
 
 def _few(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:
