@@ -14,7 +14,7 @@ from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TRANSFORM_TY
 from navstack.errors import InputError
 from navstack.geometry import transform_points
 from navstack.localization.geodesy import LocalFrame
-from navstack.types import GpsFix, Imu, LaserScan, Odometry, Pose2D
+from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry, Pose2D
 
 # of a laser's plane, beyond which it is worth a word that it is taken as level
 _SLANTED = math.radians(10.0)
@@ -173,11 +173,23 @@ class Receiver:
         self._forces.append(mounting.rotation @ (force.x, force.y, force.z))
         if len(self._forces) < _WEIGHED:
             return
-        mean = np.mean(self._forces, axis=0)
+        mean: FloatArray = np.mean(self._forces, axis=0)
         norm = float(np.linalg.norm(mean))
         if _GRAVITY[0] < norm < _GRAVITY[1] and (angle := math.acos(mean[2] / norm)) > _UPRIGHT:
             self.doubt = (
                 f"gravity is {math.degrees(angle):.0f} degrees off the vertical in frame "
-                f"'{message.header.frame_id}': its mounting is wrong or missing"
+                f"'{message.header.frame_id}': its mounting is wrong or missing; "
+                f"{_upright(mounting.rotation.T @ mean)}"
             )
             self._say(f"{self.doubt}, and so will the headings be; see --static-tf")
+
+
+def _upright(force: FloatArray) -> str:
+    """Which turn of a unit sets it upright, by the force (3,) that it feels at rest."""
+    x, y, z = force.tolist()
+    roll = math.atan2(y, z)
+    pitch = math.atan2(-x, math.hypot(y, z))
+    return (
+        f"roll {roll:z.2f} and pitch {pitch:z.2f} rad would set it upright, of its yaw gravity says "
+        "nothing"
+    )

@@ -41,7 +41,8 @@ class Worth:
     largest_m: float  # [m] of those
     study: str
     goal_tolerance_m: float | None  # [m] of the file's goal checker; None: it has none
-    share_within: float | None  # of the poses whose error is within this tolerance
+    # of the poses whose error is within this tolerance; None: there is none, or no sound reference
+    share_within: float | None
 
     def as_json(self) -> dict[str, Any]:
         """As ``navbench localize --json`` has it."""
@@ -80,7 +81,7 @@ def worth(found: Localized) -> Worth | None:
     priced = min(rmse, price.largest)
     tolerance = _goal_tolerance(found.request)
     within = None
-    if tolerance is not None:
+    if tolerance is not None and not found.request.is_held_out:  # its noise is the reference's
         within = float(np.mean(errors <= tolerance))
     return Worth(
         rmse,

@@ -154,7 +154,7 @@ def _reference_lines(found: "Localized") -> list[str]:
     """What speaks against the figures, as that they compare with the localizer's own input."""
     request = found.request
     if found.doubt:
-        return [f"{found.doubt}: no figure below is of use before --static-tf gives it"]
+        return [f"{found.doubt}: errors are left out before --static-tf gives it"]
     if request.reference is None:
         return ["without a reference nobody knows what the error costs: --reference TOPIC or FILE"]
     if not found.is_reference_input:
@@ -190,7 +190,7 @@ def _lines(found: "Localized") -> list[str]:
     ]
     if found.degraded or found.lost:
         lines.append(f"health: DEGRADED for {found.degraded:.1f} s, LOST for {found.lost:.1f} s")
-    if found.ape is not None:
+    if found.ape is not None and not found.doubt:
         reference = f"{request.reference}, alignment {request.alignment}"
         lines.append(f"APE against {reference}: {_text(found.ape)}")
         rpe = NO_RPE if found.rpe is None else _text(found.rpe)

@@ -12,7 +12,7 @@ from navbench.api.localize import worth
 
 def found(*errors: float, params: str = "stock") -> Any:
     ape = Errors(np.array(errors), None) if errors else None
-    request = SimpleNamespace(params=params, allow_unknown=True)
+    request = SimpleNamespace(params=params, allow_unknown=True, is_held_out=False)
     return SimpleNamespace(ape=ape, request=request, is_reference_input=False, doubt="")
 
 
@@ -34,6 +34,14 @@ def test_an_error_costs_its_share_and_arrives_within_the_tolerance(
     assert value.low_usd <= value.usd_per_run <= value.high_usd
     assert (value.share_within, value.is_beyond) == (within, is_beyond)
     assert value.goal_tolerance_m == 0.25
+
+
+def test_of_a_held_out_reference_no_share_is_near_enough() -> None:
+    held_out = found(0.1, 0.7)
+    held_out.is_reference_input = held_out.request.is_held_out = True
+    value = worth(held_out)
+    assert value is not None
+    assert (value.usd_per_run, value.share_within) == (pytest.approx(6.0), None)
 
 
 def test_without_a_reference_nothing_is_said() -> None:

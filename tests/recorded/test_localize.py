@@ -362,7 +362,9 @@ def test_a_wrong_mounting_is_said_first_and_nothing_is_priced(tmp_path, capsys):
     assert localize("--bag", bag, *own, "--reference", "/fix", "--hold-out") == 0
     _, second, *rest = capsys.readouterr().out.splitlines()
     assert second.startswith("gravity is 90 degrees off the vertical in frame 'imu_link'")
-    assert "USD" not in "".join(rest) and not rest[-1].startswith("next:")
+    assert "roll 1.57 and pitch 0.00 rad would set it upright" in second
+    assert "USD" not in "".join(rest) and "APE" not in "".join(rest)
+    assert not rest[-1].startswith("next:")
 
 
 def test_a_reference_that_is_held_out_is_priced_by_what_the_localizer_never_had(tmp_path, capsys):

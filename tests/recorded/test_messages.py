@@ -1,6 +1,7 @@
 """ROS messages as the robot's own."""
 
 import math
+import re
 from types import SimpleNamespace as Plain
 
 import numpy as np
@@ -11,7 +12,7 @@ from harness.recorded.bag import Message
 from harness.recorded.bag_file import DamageError, Topic
 from harness.recorded.clock import Clock
 from harness.recorded.mountings import IDENTITY, Mountings, Transform, from_angles
-from harness.recorded.receiver import Receiver
+from harness.recorded.receiver import Receiver, _upright
 from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TRANSFORMS, decode
 from navstack.localization.geodesy import LocalFrame
 from navstack.types import Pose2D
@@ -318,3 +319,12 @@ def test_an_unset_stamp_is_replaced_even_where_it_could_be_one():
     assert clock.take("/b", 6.0, 3.0) == pytest.approx(5.95)  # stands still
     assert clock.take("/b", 6.1, 6.0) == 6.0
     assert clock.replaced == {"/a": 1, "/b": 1}
+
+
+def test_the_turn_that_sets_a_unit_upright_is_told_of_any_mounting():
+    rng = np.random.default_rng(5)
+    for angles in rng.uniform(-3.0, 3.0, (50, 3)):
+        felt = from_angles(*angles).T @ (0.0, 0.0, 9.8)
+        roll, pitch = map(float, re.findall(r"-?\d+\.\d\d", _upright(felt)))
+        upright = from_angles(roll, pitch, 0.7) @ felt
+        assert upright[2] == pytest.approx(9.8, abs=0.01)
