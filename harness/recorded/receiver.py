@@ -189,7 +189,5 @@ def _upright(force: FloatArray) -> str:
     x, y, z = force.tolist()
     roll = math.atan2(y, z)
     pitch = math.atan2(-x, math.hypot(y, z))
-    return (
-        f"roll {roll:z.2f} and pitch {pitch:z.2f} rad would set it upright, of its yaw gravity says "
-        "nothing"
-    )
+    turn = f"roll {roll:z.2f} and pitch {pitch:z.2f} rad would set it upright"
+    return f"{turn}, of its yaw gravity says nothing"

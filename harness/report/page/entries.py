@@ -3,11 +3,20 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from harness.analysis.compare import Side
 from harness.economics.break_even import profit_draws
 from harness.economics.cost_model import RunningCosts, running
 from harness.economics.prices import Prices
-from harness.economics.valuation import Valuation, deliveries, missions, tells_of_rare, value
+from harness.economics.valuation import (
+    CENT,
+    Valuation,
+    deliveries,
+    missions,
+    tells_of_rare,
+    value,
+)
 from harness.metrics.columns import Row
 from harness.report.paper_tables import Column, own_column
 from harness.report.short.run import admitting_unseen
@@ -50,15 +59,25 @@ class PageEntry:
         column = own_column(self.label, self.valuation, len(self.stack.rows))
         return admitting_unseen(self.run, self.stack, column)
 
+    @property
+    def no_draws(self) -> str:
+        """Why the mean margin has no bootstrap; empty: it has one."""
+        if self.margin is None:
+            return "the cargo was not simulated"
+        if tells_of_rare(self.margin, missions(self.stack.rows)):
+            return ""
+        if np.ptp(self.margin) <= CENT:
+            return "all deliveries earned the same"
+        return "too few deliveries"
+
     def mean_draws(self) -> FloatArray | None:
         """Bootstrap draws of the mean margin [USD/run].
 
         None: undefined, or too few or too much alike to tell.
         """
-        clusters = missions(self.stack.rows)
-        if self.margin is None or not tells_of_rare(self.margin, clusters):
+        if self.margin is None or self.no_draws:
             return None
-        return profit_draws(self.margin, clusters, self.run.seed)[0]
+        return profit_draws(self.margin, missions(self.stack.rows), self.run.seed)[0]
 
 
 def entries_of(runs: Sequence[StoredRun]) -> list[PageEntry]:

@@ -57,6 +57,9 @@ def figures(entries: Sequence[PageEntry]) -> Json:
         "outcomes": outcomes(entries),
         "profit": profit(entries),
         "breakEven": break_even(entries),
+        "noBreakEven": [
+            {"label": entry.label, "why": entry.no_draws} for entry in entries if entry.no_draws
+        ],
         "comparisons": comparisons(entries),
     }
 

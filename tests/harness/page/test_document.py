@@ -282,6 +282,7 @@ def test_without_cargo_the_money_is_undefined_and_the_page_says_so(write_run):
     data = shown(write_run("bare", episodes=5, change=arrive))
     assert data["headline"]["stacks"][0]["margin"]["v"] is None
     assert (data["profit"], data["breakEven"]) == ([], [])
+    assert {each["why"] for each in data["noBreakEven"]} == {"the cargo was not simulated"}
     assert data["outcomes"][0]["shares"]["arrived"] == 1.0
     assert data["deliveries"]["profit"] == [None] * 5
 

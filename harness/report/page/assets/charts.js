@@ -10,11 +10,15 @@ const outcomeName = key => (OUTCOMES[key] || [key.replaceAll('_', ' ')])[0];
 function headlineCards(dearest) {
   const { stacks, paper, verdicts, setup } = DATA.headline;
   return [
-    h('ul', { class: 'verdicts' }, verdicts.map(line => h('li', {}, line))),
+    h('ul', { class: 'verdicts' }, verdicts.map(verdict)),
     setup.map(line => h('p', { class: 'note' }, line)),
     dearest,
     h('div', { class: 'cards' }, stacks.map((each, number) => card(each, tint(number))), card(paper, null)),
   ];
+}
+function verdict(text) {  // the commands that would decide stand on lines of their own
+  const [line, ...commands] = text.split('\n');
+  return h('li', {}, line, commands.map(command => h('pre', { class: 'broken' }, h('code', {}, command.trim()))));
 }
 function card(each, colour) {
   const facts = [

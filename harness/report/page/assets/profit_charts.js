@@ -37,9 +37,8 @@ function profitCurves() {
 }
 
 function breakEvenRidges() {
-  const known = DATA.breakEven, why = 'too few deliveries, all of them alike, or the cargo was not simulated.';
-  const missing = DATA.entries.filter(entry => !known.some(each => each.label === entry.label)).map(each => each.label);
-  const note = missing.length > 0 && h('p', { class: 'note' }, `Nothing can be told of ${missing.join(', ')}: ${why}`);
+  const known = DATA.breakEven;
+  const note = DATA.noBreakEven.map(each => h('p', { class: 'note' }, `${each.label}: no spread, ${each.why}.`));
   if (!known.length) return note;
   const colour = each => tint(DATA.entries.findIndex(entry => entry.label === each.label));
   const told = each => `${each.label}: ${isNumber(each.runs) ? `${num(each.runs)} deliveries` : 'never at the mean margin'}, `
@@ -77,5 +76,5 @@ function breakEvenRidges() {
       width < 640 ? 'deliveries to break even (log); dashed: robot’s life'
         : 'deliveries to break even (log scale); a hill is as high as resamples are many that pay back; dashed: robot’s life'));
     return picture;
-  }), note];
+  }), ...note];
 }
