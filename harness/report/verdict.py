@@ -24,6 +24,7 @@ PROGRAM, MODULE = ["navbench"], ["python", "navbench/__main__.py"]  # as run.jso
 REPEATABLE = ("run", "ablate", "tune")  # commands
 LENGTHENED = ("run", "ablate")  # whose --resume takes more --episodes
 NOT_REPEATED = ("--episodes", "--only", "--out")  # options with a value
+FEW = 20  # missions below which it is hardly known how many would decide
 DOUBT = "; an unseen loss could undo that"
 WORTH_FINDING = 1.0  # [USD/delivery] of a difference: what is smaller counts as none
 
@@ -101,7 +102,10 @@ def undecided(pair: PairedDifference, *runs: StoredRun) -> str:
         needed = needed or pair.fewest
     if needed is None:
         return text
-    text += f"; about {needed:,d} missions would decide, {needed - n:,d} more"
+    guess = ""
+    if pair.fewest <= pair.missions < FEW:
+        guess = ", a guess by so few"
+    text += f"; about {needed:,d} missions would decide{guess}, {needed - n:,d} more"
     return _more(text, needed, *runs)
 
 

@@ -178,11 +178,10 @@ def notes_on_file(nav2: Nav2File, stack: str) -> list[str]:
         return notes
     told = []
     if otherwise:
-        told.append(f"is read in a way of its own ({len(otherwise)})")
+        told.append(f"what is read otherwise than by Nav2 ({len(otherwise)})")
     if nav2.ignored:
-        told.append(f"has no effect here ({len(nav2.ignored)})")
-    command = f"navbench lint {nav2.path} --full"
-    return [f"{stack}: {command} lists what of the file {' and what '.join(told)}"]
+        told.append(f"what has no effect here ({len(nav2.ignored)})")
+    return [f"{stack}: navbench lint {nav2.path} --full lists {' and '.join(told)}"]
 
 
 def file_notes(nav2: Nav2File) -> list[str]:

@@ -136,7 +136,7 @@ def test_the_verdict_of_a_comparison_has_the_numbers_of_its_row(write_run):
     (row,) = (line.split() for line in lines if line.startswith("Contribution margin"))
     paired = margin_of(comparison).paired
     assert f"missions, p {paired.p:.3f}; about" in verdict, "the margin alone decides"
-    assert f"about {paired.needed} missions would decide" in verdict
+    assert f"about {paired.needed} missions would decide, a guess by so few, " in verdict
     means = Interval(2.0, None, None, 9), Interval(1.0, None, None, 9)
     (of_run,) = rankings([("good", good, means[0]), ("bad", bad, means[1])])
     of_runs, of_compares = (line.split(" earned ")[1] for line in (of_run, verdict))

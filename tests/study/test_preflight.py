@@ -101,5 +101,5 @@ def test_a_file_has_one_line_of_notes_and_a_shipped_one_none(tmp_path: Path) -> 
     file.write_text(misspelt, encoding="utf-8")
     nav2 = inspect_nav2(file, allow_unknown=True)
     (note,) = notes_on_file(nav2, "mine")
-    told = f"mine: navbench lint {file} --full lists what of the file is read in a way of its own "
+    told = f"mine: navbench lint {file} --full lists what is read otherwise than by Nav2 "
     assert note == f"{told}(1) and what has no effect here ({len(nav2.ignored)})"

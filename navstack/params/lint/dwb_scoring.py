@@ -147,8 +147,8 @@ def centre_only(dwb: DwbParams, local: CostmapView, drive: DrivingPlugin) -> Ite
     if circumscribed > max(LONG_RATIO * inscribed, inscribed + LONG_MARGIN):
         yield Finding(
             f"{drive.name}.critics",
-            "only BaseObstacle guards a footprint that reaches "
-            f"{circumscribed:.2f} m from the base, of which {inscribed:.2f} m are seen",
+            f"only BaseObstacle guards the footprint: it sees the inscribed {inscribed:.2f} m "
+            f"about the base, corners reach {circumscribed:.2f} m",
             "use ObstacleFootprint instead of BaseObstacle "
             "(critics: [..., ObstacleFootprint, ...])",
         )
