@@ -251,6 +251,8 @@ def _drive_cell(
     with RunFolder(path, TABLES, study.total) as folder:
         say_notes(folder.notes)
         require_own(study, folder)
+        for row in folder.rows:
+            tally.count(row)
         interrupted = is_interrupted(now, folder, workers, tally)
         finish(study, folder)
         return folder.rows, interrupted

@@ -221,6 +221,7 @@ def test_a_piece_of_cells_that_were_begun_whole_is_a_piece(
         "--json",
     )
     assert "going on after 2 of 4 deliveries" in said
+    assert said.endswith("4 of 4 deliveries: 4 timeout\n"), "those of before as well"
     assert [count_finished(out / cell.name) for cell in cells(suite)] == [2, 2]
 
 
