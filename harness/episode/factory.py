@@ -38,6 +38,7 @@ from harness.world.map.scene_io import load_scene
 from harness.world.outcome import Rules
 from harness.world.people.models import make_pedestrians
 from harness.world.people.params import PedestrianParams, people_on
+from harness.world.people.pedestrians import PedestrianModel
 from harness.world.people.replay_file import recording_text
 from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
@@ -170,9 +171,17 @@ class Parts:
         """The world, to be reset; the process has one for all tasks that are alike."""
         return _world(*self._world_key())
 
-    def new_world(self) -> PyBulletWorld:
-        """A world of its own, to be reset, and to be closed by the caller."""
-        return _make_world(*self._world_key())
+    def new_world(self, people: PedestrianModel | None = None) -> PyBulletWorld:
+        """A world of its own, to be reset, and to be closed by the caller.
+
+        Args:
+            people: who walks about in it; None: those of the task's world.
+        """
+        return _make_world(*self._world_key(), people)
+
+    def people(self) -> PedestrianModel:
+        """The people of the task's world once more, to be reset; no world has them."""
+        return make_pedestrians(self.params.people, self.scene.navigation_mesh, self.robot)
 
     def _world_key(self) -> "tuple[str | Leg, str, str, str, int | None, str | None, int]":
         """The arguments of :func:`_make_world`."""
@@ -218,13 +227,16 @@ def _make_world(
     pedestrians: int | None,
     people: str | None,
     steps_per_tick: int,
+    walking: PedestrianModel | None = None,
 ) -> PyBulletWorld:
     scene, params = scene_of(place), world_params(world, pedestrians, people)
+    if walking is None:
+        walking = make_pedestrians(params.people, scene.navigation_mesh, robot_of(robot))
     return PyBulletWorld(
         scene,
         robot_of(robot),
         params,
-        make_pedestrians(params.people, scene.navigation_mesh, robot_of(robot)),
+        walking,
         SensorSuite(load_dataclass(SensorParams, Path(sensors)), scene, params.people.radius),
         steps_per_tick,
     )

@@ -1,0 +1,1 @@
+"""Margins from meetings with people, not whole deliveries."""

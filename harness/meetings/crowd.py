@@ -1,0 +1,96 @@
+"""A crowd without a robot, recorded, and people who do again what they did in the record."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.world.people.pedestrians import ABSENT, PedestrianModel
+from navstack.types import BoolArray, FloatArray, Pose2D
+
+STEP = 0.1  # [s] of a record
+LONG = 600.0  # [s]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Record:
+    """What a crowd did, every :data:`STEP`."""
+
+    states: FloatArray  # (moments, people, 4): x, y [m], vx, vy [m/s], map frame
+
+    @property
+    def people(self) -> int:
+        """How many there are."""
+        return int(self.states.shape[1])
+
+
+def recorded(people: PedestrianModel, rng: np.random.Generator, robot: Pose2D) -> Record:
+    """What people do in :data:`LONG`.
+
+    Args:
+        people: who see no robot; they begin anew.
+        rng: of all their chance.
+        robot: where they do not begin.
+    """
+    people.reset(rng, robot)
+    moments = []
+    for _ in range(round(LONG / STEP)):
+        moments.append(people.states)
+        people.step(STEP)
+    return Record(np.array(moments))
+
+
+class StagedPeople(PedestrianModel):
+    """Nobody is there, until a moment of a record begins."""
+
+    def __init__(self, count: int) -> None:
+        """Stage so many people."""
+        self._count = count
+        self._clear()
+
+    def _clear(self) -> None:
+        self._record: Record | None = None
+        self._moment = 0.0  # of the record
+        self._is_shown: BoolArray = np.zeros(self._count, dtype=np.bool_)
+        self._states = np.array([ABSENT] * self._count).reshape(-1, 4)
+
+    @property
+    def states(self) -> FloatArray:
+        """See :class:`PedestrianModel`."""
+        return self._states
+
+    def reset(self, rng: np.random.Generator, robot: Pose2D) -> None:
+        """See :class:`PedestrianModel`; nobody is there."""
+        self._clear()
+
+    def show(self, record: Record, moment: float, hidden: BoolArray) -> None:
+        """Let people appear and walk on as recorded; when the record ends, they are gone.
+
+        Args:
+            record: of as many people.
+            moment: of it that is now, in steps from its beginning.
+            hidden: who stays away, shape (people,).
+        """
+        self._record, self._moment, self._is_shown = record, moment, ~hidden
+        self._put()
+
+    def step(self, dt: float) -> None:
+        """See :class:`PedestrianModel`."""
+        self.steps(dt, 1)
+
+    def steps(self, dt: float, times: int) -> None:
+        """See :class:`PedestrianModel`."""
+        if self._record is not None:
+            self._moment += dt * times / STEP
+            self._put()
+
+    def _put(self) -> None:
+        record, shown = self._record, self._is_shown
+        if record is None:
+            return
+        self._states = np.array([ABSENT] * self._count)
+        before = int(self._moment)
+        if before + 1 < len(record.states):
+            now, then = record.states[before][shown], record.states[before + 1][shown]
+            part = self._moment - before
+            now[:, :2] += part * (then[:, :2] - now[:, :2])
+            self._states[shown] = now

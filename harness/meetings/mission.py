@@ -1,0 +1,76 @@
+"""A mission by both arms: what each earns among people, by the same meetings."""
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.episode.factory import BRAINS_KEPT, Parts
+from harness.execution.process_cache import kept
+from harness.meetings.crowd import recorded
+from harness.meetings.draw import drawn, pool_of
+from harness.meetings.drive import ArmDrive, drive_arm
+from harness.meetings.meet import stage_of
+from harness.meetings.way import way_of
+from harness.task.study import EpisodeTask
+
+STREAM = "meetings"  # the random generator of crowd and draws
+
+
+@dataclass(frozen=True, slots=True)
+class MissionTask:
+    """What is to be driven of a mission."""
+
+    arms: tuple[EpisodeTask, ...]  # old and new, of one mission
+    spreads: tuple[float, ...]  # [USD] of what a meeting costs, by stratum
+    per_meeting: float | None  # [USD] that each stands for; None: such that it is ``number``
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class MissionDrive:
+    """What came of a mission."""
+
+    episode: int
+    usual: tuple[float, ...]  # meetings a delivery at a usual speed, by stratum
+    strata: tuple[int, ...]  # of the meetings driven
+    arms: tuple[ArmDrive, ...]  # old and new
+
+    @property
+    def difference(self) -> float:
+        """Of the margins [USD a delivery], new less old."""
+        return self.arms[1].expected_margin - self.arms[0].expected_margin
+
+
+def drive_mission(task: MissionTask) -> MissionDrive:
+    """Plan, draw and drive a mission.
+
+    Raises:
+        NavstackError: it cannot be set up.
+        CopyError: a meeting failed.
+    """
+    old = task.arms[0]
+    parts, generator = Parts(old), old.generators()[STREAM]
+    way = way_of(old)
+    start = parts.mission(old.generators()["mission"]).start
+    record = recorded(parts.people(), generator, start)
+    pool = pool_of(record, way, parts.rules.arrival_radius)
+    spreads, usual = np.array(task.spreads), pool.usual_by_stratum
+    step = task.per_meeting
+    if step is None:
+        step = max(float(usual @ spreads), 1e-9) / task.number
+    meetings = drawn(pool, spreads, step, generator)
+    arms = tuple(
+        drive_arm(arm, _stage_of(_alike(arm)), way, record, meetings)
+        for arm in task.arms
+    )
+    strata = tuple(each.stratum for each in meetings)
+    return MissionDrive(old.episode, tuple(usual.tolist()), strata, arms)
+
+
+_stage_of = kept(BRAINS_KEPT, is_heavy=True)(stage_of)
+
+
+def _alike(task: EpisodeTask) -> EpisodeTask:
+    """The same for all missions of an arm."""
+    return dataclasses.replace(task, seed=0, episode=0)
