@@ -5,7 +5,7 @@ import pickle
 import traceback
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -32,7 +32,8 @@ def in_a_copy(work: Callable[[], Result]) -> Result:
         os.close(reading)
         _answer(writing, work)
     os.close(writing)
-    return _result(reading, pid)
+    found: Result = _result(reading, pid)
+    return found
 
 
 class PausedCopy(Generic[Job, Result]):
@@ -109,7 +110,12 @@ def _answer(pipe: int, work: Callable[[], Result]) -> None:
         os._exit(0)  # whatever came of it, a copy goes no further
 
 
-def _result(pipe: int, pid: int) -> Result:
+def _result(pipe: int, pid: int) -> Any:
+    """What a copy wrote to a pipe, when it has ended.
+
+    Raises:
+        CopyError: it failed or died.
+    """
     with open(pipe, "rb") as file:
         text = file.read()
     os.waitpid(pid, 0)
@@ -118,5 +124,4 @@ def _result(pipe: int, pid: int) -> Result:
     result, failure = pickle.loads(text)
     if failure is not None:
         raise CopyError(failure)
-    found: Result = result
-    return found
+    return result

@@ -75,6 +75,15 @@ def _main_left_out() -> Iterator[None]:
         sys.modules["__main__"] = main
 
 
+class ParentProcess(WorkerProcess):
+    """A process whose tasks are done by copies of it: that it rests itself says nothing."""
+
+    @property
+    def pid(self) -> int | None:
+        """None, so that nobody watches its processor time."""
+        return None
+
+
 class InProcess(Executor):
     """An executor that runs each call at once in this process: for debugging and profiling.
 

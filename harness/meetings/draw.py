@@ -41,8 +41,7 @@ class Pool:
     @property
     def usual_by_stratum(self) -> FloatArray:
         """Their sums, shape (strata,)."""
-        found: FloatArray = np.bincount(self.strata, self.usual, len(STRATA))
-        return found
+        return np.bincount(self.strata, self.usual, len(STRATA)).astype(np.float64)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,16 +14,18 @@ from harness.execution.copies import PausedCopy
 from harness.meetings.crowd import STEP, Record
 from harness.meetings.draw import Meeting
 from harness.meetings.meet import Job, Met, Stage, margin_of, meet
-from harness.meetings.passing import Passings
+from harness.meetings.passing import Passings, passings_of
 from harness.meetings.way import SPACING, Progress, Way
 from harness.metrics.columns import Row
 from harness.task.study import EpisodeTask
-from navstack.types import FloatArray
 
 LEAD = 6.0  # [s] before a meeting, at least, at which people appear
 APART = 6.0  # [m] from the robot, at least, at which the person of the meeting appears
 COPY_EVERY = 2.0  # [s] between copies
-LOOK_AHEAD = 20.0  # [m] of the way; a copy is made only where somebody is met
+AHEAD = (
+    10.0,
+    15.0,
+)  # [m] along the way; a copy is made at the start, and where somebody is met there
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,14 +98,14 @@ def drive_arm(
     with _still_memory(), contextlib.ExitStack() as copies:
         marks: list[_Mark] = []
         work = partial(meet, delivery, stage, record)
-        for mark in _drive_alone(delivery, progress, meetings):
+        for place in _drive_alone(delivery, progress, meetings):
             copy = PausedCopy(work, [each.copy for each in marks])
             copies.callback(copy.close)
-            marks.append(_Mark(*mark, copy))
+            marks.append(_Mark(*place, copy))
         series = delivery.log.series()
         row = delivery.finish().row
         margin = margin_of(row, delivery.parts)
-        passings = _passings_of(series["stamp"], series["x"], series["y"], way)
+        passings = passings_of(series["stamp"], np.column_stack((series["x"], series["y"])), way)
         weights = _hand_out(meetings, passings, record, marks)
         met = [NOT_MET] * len(meetings)
         for mark in marks:
@@ -120,23 +122,16 @@ def _drive_alone(
 ) -> Iterator[tuple[float, float, float]]:
     """Drive to the end; yields the stamp [s] and the robot's place [m] where to copy it."""
     points = np.array([each.point for each in meetings])
-    reach = round(LOOK_AHEAD / SPACING)
+    nearest, farthest = (round(each / SPACING) for each in AHEAD)
     due, copied_at = 0.0, -1  # [s], point of the way
     while delivery.verdict is None:
         truth = delivery.truth
         point = progress.advance(truth.pose.x, truth.pose.y)
-        is_wanted = ((points >= point) & (points <= point + reach)).any()
-        if is_wanted and truth.stamp >= due and point > copied_at:
+        is_wanted = ((points >= point + nearest) & (points <= point + farthest)).any()
+        if copied_at < 0 or (is_wanted and truth.stamp >= due and point > copied_at):
             yield truth.stamp, truth.pose.x, truth.pose.y
             due, copied_at = truth.stamp + COPY_EVERY, point
         delivery.drive_tick()
-
-
-def _passings_of(stamps: FloatArray, x: FloatArray, y: FloatArray, way: Way) -> Passings:
-    """The drive along the way, of series (n,) in [s] and [m]."""
-    progress = Progress(way)
-    points = [progress.advance(*place) for place in zip(x.tolist(), y.tolist(), strict=True)]
-    return Passings(stamps, np.array(points))
 
 
 def _hand_out(

@@ -86,7 +86,10 @@ def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> M
     person = job.meeting.person
     moment = job.meeting.moment + (delivery.truth.stamp - job.stamp) / STEP
     distances = _distances(delivery.truth, record.states[int(moment)])
-    if delivery.truth.stamp == 0.0 and distances[person] < delivery.parts.params.people.start_clearance:
+    if (
+        delivery.truth.stamp == 0.0
+        and distances[person] < delivery.parts.params.people.start_clearance
+    ):
         return NOTHING  # nobody begins there
     hidden = distances < NOT_AT_ONCE
     hidden[person] = False
@@ -109,9 +112,7 @@ def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> M
         if late > -SOONEST and distance > PAST and distance > past:
             return NOTHING
     row = delivery.finish().row
-    hits = [
-        each for each in delivery.truth.counted_contacts if each.partner is Partner.PEDESTRIAN
-    ]
+    hits = [each for each in delivery.truth.counted_contacts if each.partner is Partner.PEDESTRIAN]
     is_hit = any(each.partner_id == person for each in hits)
     return Met(margin_of(row, delivery.parts), is_hit, len(hits))
 

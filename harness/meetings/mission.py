@@ -13,6 +13,7 @@ from harness.meetings.drive import ArmDrive, drive_arm
 from harness.meetings.meet import stage_of
 from harness.meetings.way import way_of
 from harness.task.study import EpisodeTask
+from navstack.types import FloatArray, IntArray
 
 STREAM = "meetings"  # the random generator of crowd and draws
 
@@ -27,19 +28,27 @@ class MissionTask:
     number: int
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class MissionDrive:
     """What came of a mission."""
 
     episode: int
-    usual: tuple[float, ...]  # meetings a delivery at a usual speed, by stratum
-    strata: tuple[int, ...]  # of the meetings driven
+    usual: FloatArray  # meetings a delivery at a usual speed, shape (strata,)
+    strata: IntArray  # of the meetings driven, shape (n,)
+    stands_for: FloatArray  # meetings a delivery at a usual speed, of each driven, shape (n,)
     arms: tuple[ArmDrive, ...]  # old and new
 
     @property
     def difference(self) -> float:
         """Of the margins [USD a delivery], new less old."""
         return self.arms[1].expected_margin - self.arms[0].expected_margin
+
+    @property
+    def differences(self) -> FloatArray:
+        """Of the margins by each meeting [USD a meeting], new less old, shape (n,)."""
+        old, new = (np.array([each.weight * each.loss for each in arm.met]) for arm in self.arms)
+        found: FloatArray = (old - new) / self.stands_for
+        return found
 
 
 def drive_mission(task: MissionTask) -> MissionDrive:
@@ -60,12 +69,9 @@ def drive_mission(task: MissionTask) -> MissionDrive:
     if step is None:
         step = max(float(usual @ spreads), 1e-9) / task.number
     meetings = drawn(pool, spreads, step, generator)
-    arms = tuple(
-        drive_arm(arm, _stage_of(_alike(arm)), way, record, meetings)
-        for arm in task.arms
-    )
-    strata = tuple(each.stratum for each in meetings)
-    return MissionDrive(old.episode, tuple(usual.tolist()), strata, arms)
+    arms = tuple(drive_arm(arm, _stage_of(_alike(arm)), way, record, meetings) for arm in task.arms)
+    strata: IntArray = np.array([each.stratum for each in meetings], dtype=np.int64)
+    return MissionDrive(old.episode, usual, strata, step / spreads[strata], arms)
 
 
 _stage_of = kept(BRAINS_KEPT, is_heavy=True)(stage_of)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.meetings.way import SPACING
+from harness.meetings.way import SPACING, Progress, Way
 from navstack.types import FloatArray, IntArray
 
 CELL = 10  # points of the way that are one place: 1 m
@@ -16,6 +16,7 @@ class Passings:
 
     stamps: FloatArray  # (n,) [s] at the start and after each tick
     points: IntArray  # (n,) farthest of the way by then, ascending
+    speeds: FloatArray  # (n - 1,) [m/s] along the way in each tick, not below 0
 
     def at(self, point: int, along: float) -> tuple[float, float] | None:
         """How often a metre this robot passes somebody there, and when.
@@ -37,18 +38,25 @@ class Passings:
         if not len(ticks):
             return None
         spans = self.stamps[ticks] - self.stamps[ticks - 1]
-        ways = SPACING * (self.points[ticks] - self.points[ticks - 1])
-        rates = np.abs(_speeds(ways, spans) - along) * spans
-        total = float(rates.sum())
+        passings = np.abs(self.speeds[ticks - 1] - along) * spans
+        total = float(passings.sum())
         if total <= 0.0:
             return None
         part = (point % CELL + 0.5) / CELL
-        number = int(np.searchsorted(np.cumsum(rates), part * total))
-        return total / (CELL * SPACING), float(self.stamps[ticks[min(number, len(ticks) - 1)]])
+        number = int(np.searchsorted(np.cumsum(passings), part * total))
+        stamp = float(self.stamps[ticks[min(number, len(ticks) - 1)]])
+        return total / (CELL * SPACING), stamp
 
 
-def _speeds(ways: FloatArray, spans: FloatArray) -> FloatArray:
-    """Speeds [m/s] of ticks, each the mean over five, as their ways are whole points."""
-    window = np.ones(min(5, len(ways)))
-    found: FloatArray = np.convolve(ways, window, "same") / np.convolve(spans, window, "same")
-    return found
+def passings_of(stamps: FloatArray, places: FloatArray, way: Way) -> Passings:
+    """A drive along a way.
+
+    Args:
+        stamps: [s] at the start and after each tick, shape (n,).
+        places: [m] of the robot then, map frame, shape (n, 2).
+        way: as planned.
+    """
+    progress = Progress(way)
+    points = np.array([progress.advance(x, y) for x, y in places.tolist()])
+    steps = (np.diff(places, axis=0) * way.directions[points[1:]]).sum(axis=1)
+    return Passings(stamps, points, np.maximum(steps / np.diff(stamps), 0.0))

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from harness.episode.factory import Parts
 from harness.meetings.strata import MISSES
 from harness.plan.question import ends_of, make_ground, make_planner
-from harness.episode.factory import Parts
 from harness.task.study import EpisodeTask
 from navstack.types import FloatArray, IntArray
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 FAILED = 4  # exit status where --fail-if holds
 SHOWN = (  # in the help
-    *("budget", "fail_if", "markdown", "within", "localizer", "seed", "map", "world"),
+    *("budget", "fail_if", "markdown", "within", "estimator", "localizer", "seed", "map", "world"),
     *("workers", "out", "resume", "as_json"),
 )
 
@@ -44,6 +44,13 @@ SHOWN = (  # in the help
     show_default=True,
     help="USD a delivery; a difference that is surely no larger makes them alike.",
 )
+@click.option(
+    "--estimator",
+    type=click.Choice(["deliveries", "meetings"]),
+    default="deliveries",
+    show_default=True,
+    help="deliveries: whole ones; meetings: less of them, and meetings with people.",
+)
 @LOCALIZER
 @condition_options
 @click.option(
@@ -60,6 +67,7 @@ def check(
     new: str | None,
     budget: str,
     fail_if: str | None,
+    estimator: str,
     markdown: Path | None,
     resume: Path | None,
     where: "Where",
@@ -79,20 +87,33 @@ def check(
       navbench check nav2.yaml nav2_new.yaml
       navbench check nav2.yaml nav2_new.yaml --budget 10m --fail-if worse --markdown comment.md
       navbench check results/before results/after --json
+      navbench check nav2.yaml nav2_new.yaml --estimator meetings
       navbench check --resume results/latest --budget 30m
     """
+    from harness.analysis.meetings_check import MeetingsChecked
     from harness.report.short.check import short_check
+    from harness.report.short.meetings import short_meetings
     from harness.tuning.declaration import parse_duration
     from navbench.api import check as api
+    from navbench.api.check_meetings import check_by_meetings
     from navbench.api.driving import say_notes
     from navbench.cli.common.ending import print_with_notes
 
     seconds = parse_duration(budget)
+    found: api.CheckResult | MeetingsChecked
     if resume is not None:
         refuse_others(context, "fail_if", "markdown")
         found = api.resume_check(resume, seconds, markdown, where)
     elif old is None or new is None:
         raise click.UsageError("Missing argument 'OLD' or 'NEW'.", context)
+    elif estimator == "meetings":
+        if markdown is not None or choices.pop("out") is not None:
+            raise click.UsageError(
+                "--estimator meetings keeps no run folder and writes no comment; leave out --out "
+                "and --markdown",
+                context,
+            )
+        found = check_by_meetings(old, new, budget=seconds, where=where, **choices)
     else:
         if api.is_run(old) and api.is_run(new):
             kept = ("old", "new", "fail_if", "markdown", "within")
@@ -101,6 +122,8 @@ def check(
     if as_json:
         print_json(found.as_json())
         say_notes(found.notes)
+    elif isinstance(found, MeetingsChecked):
+        print_with_notes(short_meetings(found), found.notes)
     else:
         print_with_notes(short_check(found.checked, found.declaration), found.notes)
     if found.verdict == fail_if and not found.is_interrupted:

@@ -1,0 +1,104 @@
+"""The verdict on a changed stack from meetings with people."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.analysis.check import (
+    REACH,
+    SIDES,
+    CheckDeclaration,
+    Verdict,
+    missions_that_decide,
+    verdict_of,
+)
+from harness.economics.valuation import CENT
+from harness.meetings.estimate import ArmResult, MeetingsResult
+from harness.meetings.strata import MISSES
+from harness.metrics.columns import Row
+from harness.statistics.interval import Interval, interval_json
+
+NOT_SEEN = (
+    f"who stays {MISSES[-1]:g} m from the planned way",
+    "somebody who is met because of somebody else",
+    "time lost to people who are not touched",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class MeetingsChecked:
+    """What the meetings of two stacks say of their difference."""
+
+    declaration: CheckDeclaration
+    where: str  # world, map and people, in words
+    bound: Interval  # [USD] of the mean difference, new less old, at 95 % at every look
+    result: MeetingsResult | None  # None: no mission is finished
+    errors: int = 0  # missions that ended in one, which are left out
+    notes: tuple[str, ...] = ()  # on the file, the robot and the map
+    is_interrupted: bool = False
+
+    @property
+    def verdict(self) -> Verdict:
+        """Of NEW against OLD."""
+        return verdict_of(self.bound, self.declaration.within)
+
+    @property
+    def has_errors(self) -> bool:
+        """Whether missions ended in an error of the machine."""
+        return self.errors > 0
+
+    @property
+    def more_needed(self) -> int | None:
+        """Missions that would decide; None: decided, or nobody knows."""
+        if self.result is None or self.verdict != "undecided":
+            return None
+        return missions_that_decide(self.result.differences, self.declaration.within)
+
+    def as_json(self) -> Row:
+        """As ``navbench check --estimator meetings --json`` prints it."""
+        declaration, result = self.declaration, self.result
+        document: Row = {
+            "schema": 1,
+            "estimator": "meetings",
+            "verdict": self.verdict,
+            "margin_difference": interval_json(self.bound),
+            "more_needed": self.more_needed,
+            "within_usd": declaration.within,
+            "reach_usd": REACH,
+            "not_seen": list(NOT_SEEN),
+            "errors": self.errors,
+            "meetings": 0,
+            **{
+                side: {"given": given}
+                for side, given in zip(SIDES, (declaration.old, declaration.new), strict=True)
+            },
+        }
+        if result is None:
+            return document
+        sizes = np.abs(result.differences)
+        document["missions_beyond_reach"] = int((sizes > REACH).sum())
+        document["missions_alike"] = int((sizes < CENT).sum())
+        document["meetings"] = result.meetings
+        document["farthest_off_planned_way_m"] = result.farthest_off
+        document["strata"] = [
+            {
+                "miss_below_m": each.miss,
+                "direction": each.direction,
+                "per_delivery": each.per_delivery,
+                "driven": each.driven,
+                "hits": dict(zip(SIDES, each.hits, strict=True)),
+            }
+            for each in result.strata
+        ]
+        for side, arm in zip(SIDES, result.arms, strict=True):
+            document[side] |= _arm_document(arm)
+        return document
+
+
+def _arm_document(arm: ArmResult) -> Row:
+    return {
+        "margin_usd": arm.margin,
+        "margin_alone_usd": arm.margin_alone,
+        "people_hit_per_delivery": arm.hits.as_json(),
+        "contacts_per_1000_km": arm.contacts.as_json(),
+    }

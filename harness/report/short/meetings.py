@@ -1,0 +1,86 @@
+"""The verdict on a changed stack from meetings, as a screen."""
+
+from collections.abc import Callable
+
+from harness.analysis.check import REACH
+from harness.analysis.meetings_check import NOT_SEEN, MeetingsChecked
+from harness.meetings.estimate import ArmResult, MeetingsResult
+from harness.report.blocks import Block
+from harness.report.numbers import bounds_text, count_text, counted, number_text
+from harness.report.short.findings import lines_of
+from harness.report.short.run import aligned
+from harness.statistics.interval import Interval
+
+METHOD = (
+    "estimator meetings: a delivery among nobody, less what meetings cost that are drawn from the "
+    "crowd alone"
+)
+LIMIT = (
+    "The bound (95 %) holds at every look and assumes that missions are independent; a mission's "
+    f"difference beyond {REACH:g} USD counts as {REACH:g}."
+)
+# quantity -> of an arm, decimals
+QUANTITIES: dict[str, tuple[Callable[[ArmResult], float | Interval], int]] = {
+    "Margin ($/delivery)": (lambda arm: arm.margin, 2),
+    "Among nobody ($/delivery)": (lambda arm: arm.margin_alone, 2),
+    "People hit (1/delivery)": (lambda arm: arm.hits, 3),
+    "Contacts (1/1000 km)": (lambda arm: arm.contacts, 0),
+}
+
+
+def short_meetings(checked: MeetingsChecked) -> list[Block]:
+    """Who was checked, the verdict, what both come to, the method and what it cannot see."""
+    declaration = checked.declaration
+    lines = [
+        f"NEW {declaration.new} against OLD {declaration.old}; {checked.where}",
+        sentence(checked),
+    ]
+    result = checked.result
+    if result is not None:
+        lines += aligned([("", "OLD", "NEW"), *_quantities(result)])
+        lines.append(f"{METHOD}; {_driven(result)}")
+    if checked.errors:
+        lines.append(f"{counted(checked.errors, 'mission')} left out, which ended in an error")
+    lines += [f"not seen: {'; '.join(NOT_SEEN)}", LIMIT]
+    return lines_of(lines)
+
+
+def sentence(checked: MeetingsChecked) -> str:
+    """The verdict with its bound, and what would decide."""
+    bound, verdict, within = checked.bound, checked.verdict, checked.declaration.within
+    if bound.value is None:
+        return "not decided: no mission is finished"
+    span = f"{number_text(bound.value, 2, True)} {bounds_text(bound, 2, True)} USD a delivery"
+    told = f"NEW less OLD is {span} over {counted(bound.n, 'mission')}"
+    if verdict == "alike":
+        return f"alike within {within:g} USD a delivery: {told}"
+    if verdict != "undecided":
+        return f"{verdict}: {told}"
+    more = checked.more_needed
+    if more is None:
+        return f"not decided: {told}"
+    return f"not decided: {told}; about {count_text(more)} missions more would decide"
+
+
+def _quantities(result: MeetingsResult) -> list[tuple[str, ...]]:
+    rows = []
+    for title, (of_arm, decimals) in QUANTITIES.items():
+        texts = [_text(of_arm(arm), decimals) for arm in result.arms]
+        rows.append((title, *texts))
+    return rows
+
+
+def _text(value: float | Interval, decimals: int) -> str:
+    if not isinstance(value, Interval):
+        return number_text(value, decimals)
+    if value.value is None:
+        return ""
+    return f"{number_text(value.value, decimals)} {bounds_text(value, decimals)}"
+
+
+def _driven(result: MeetingsResult) -> str:
+    per_delivery = sum(each.per_delivery for each in result.strata)
+    return (
+        f"{counted(result.meetings, 'meeting')} of each side, of {per_delivery:.2f} a delivery "
+        "within 4 m of the way"
+    )
