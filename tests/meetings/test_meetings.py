@@ -1,0 +1,88 @@
+"""Meetings are driven from copies of a delivery among nobody, the same for both sides."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.episode.episode import RunningDelivery
+from harness.execution.copies import PausedCopy
+from harness.meetings import crowd, estimate
+from harness.meetings.drive import NOT_MET
+from harness.meetings.meet import stage_of
+from harness.meetings.mission import MissionDrive, MissionTask, drive_mission
+from harness.meetings.strata import PRIOR
+from harness.task.study import EpisodeTask, make_study
+from tests.rules import short_rules
+
+
+@pytest.fixture(scope="module")
+def task(tmp_path_factory: pytest.TempPathFactory, hall: Path) -> EpisodeTask:
+    rules = tmp_path_factory.mktemp("rules") / "rules.yaml"
+    rules.write_text(short_rules(12.0))
+    study = make_study(
+        stacks=["nav2-gps-ekf"], episodes=1, map_name=str(hall), rules=str(rules), workers=1
+    )
+    return study.template
+
+
+def driven(task: EpisodeTask) -> MissionDrive:
+    """A mission of two alike arms, with few meetings from a short record."""
+    other = dataclasses.replace(task, stack_number=1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(crowd, "LONG", 130.0)
+        return drive_mission(MissionTask((task, other), tuple(PRIOR.tolist()), None, 4))
+
+
+@pytest.fixture(scope="module")
+def mission(task: EpisodeTask) -> MissionDrive:
+    return driven(task)
+
+
+def test_a_copy_ends_as_the_delivery_does(task: EpisodeTask) -> None:
+    stage = stage_of(task)
+    delivery = RunningDelivery(task, world=stage.world)
+
+    def finish(_: None) -> dict[str, object]:
+        while delivery.verdict is None:
+            delivery.drive_tick()
+        return dict(delivery.finish().row)
+
+    for _ in range(60):
+        delivery.drive_tick()
+    copy = PausedCopy(finish)
+    assert copy.ask([None]) == [finish(None)]
+    stage.world.close()
+
+
+def test_arms_that_drive_alike_come_to_the_same_each_time(
+    task: EpisodeTask, mission: MissionDrive
+) -> None:
+    old, new = mission.arms
+    assert (old.met, old.margin) == (new.met, new.margin) and mission.difference == 0.0
+    assert 2 <= len(mission.strata) <= 6
+    met = [each for each in old.met if each != NOT_MET]
+    assert met and all(each.weight > 0.0 for each in met)
+    again = driven(task)
+    assert again.arms == mission.arms
+    assert np.array_equal(again.strata, mission.strata)
+
+
+def test_spreads_are_learned_from_what_meetings_cost(mission: MissionDrive) -> None:
+    old, new = mission.arms
+    dear = dataclasses.replace(old.met[0], weight=float(mission.stands_for[0]), loss=1000.0)
+    hit = dataclasses.replace(new, met=(dear, *new.met[1:]))
+    changed = dataclasses.replace(mission, arms=(old, hit))
+    spreads = estimate.learned_spreads([changed])
+    stratum = int(mission.strata[0])
+    assert spreads[stratum] > 10.0 * PRIOR[stratum]
+    others = np.delete(np.arange(len(PRIOR)), stratum)
+    assert (spreads[others] <= PRIOR[others]).all()
+
+
+def test_a_ratio_has_the_interval_of_its_missions() -> None:
+    found = estimate.ratio_interval(np.array([1.0, 3.0]), np.array([1.0, 1.0]))
+    assert found.value == 2.0 and found.n == 2
+    assert found.high == pytest.approx(2.0 + 1.96, abs=0.01)
+    assert estimate.ratio_interval(np.ones(1), np.ones(1)).low is None
