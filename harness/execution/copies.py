@@ -1,7 +1,10 @@
 """Copies of this process, which go on from where it is: everything in it is copied by fork."""
 
+import contextlib
+import ctypes
 import os
 import pickle
+import signal
 import traceback
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -9,6 +12,9 @@ from typing import Any, Generic, TypeVar
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
+
+
+_PR_SET_PDEATHSIG = 1  # of prctl(2)
 
 
 class CopyError(RuntimeError):
@@ -99,6 +105,7 @@ def _work_off(pipe: int, work: Callable[[Job], Result]) -> list[Result]:
 
 def _answer(pipe: int, work: Callable[[], Result]) -> None:
     """Write what a function returns, or its traceback, to a pipe, and end this process."""
+    _end_with_parent()
     try:
         answer = pickle.dumps((work(), None))
     except BaseException:
@@ -108,6 +115,15 @@ def _answer(pipe: int, work: Callable[[], Result]) -> None:
             file.write(answer)
     finally:
         os._exit(0)  # whatever came of it, a copy goes no further
+
+
+def _end_with_parent() -> None:
+    """Let the system kill this copy when the process that made it is killed.
+
+    Where it cannot (not Linux), the copy ends after its job.
+    """
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def _result(pipe: int, pid: int) -> Any:

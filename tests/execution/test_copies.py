@@ -1,6 +1,11 @@
 """Copies of a process go on from where it is, and leave it as it is."""
 
 import os
+import signal
+import sys
+import threading
+import time
+from functools import partial
 
 import pytest
 
@@ -26,6 +31,23 @@ def test_what_a_copy_raises_is_told() -> None:
 def test_a_copy_that_dies_is_told() -> None:
     with pytest.raises(CopyError, match="died"):
         in_a_copy(lambda: os._exit(1))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a copy ends after its job")
+def test_a_copy_ends_with_the_process_that_made_it() -> None:
+    reading, writing = os.pipe()  # the copies keep it open
+
+    def die_while_the_copy_works() -> None:
+        threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGKILL)).start()
+        in_a_copy(partial(time.sleep, 60.0))
+
+    began = time.monotonic()
+    with pytest.raises(CopyError, match="died"):
+        in_a_copy(die_while_the_copy_works)
+    os.close(writing)
+    with open(reading, "rb") as file:
+        assert file.read() == b""
+    assert time.monotonic() - began < 50.0
 
 
 def test_paused_copies_know_what_was_when_they_were_made() -> None:
