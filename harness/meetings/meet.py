@@ -1,7 +1,7 @@
 """A meeting: people appear around a delivery that was alone, and it drives on."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from harness.meetings.draw import Meeting
 from harness.metrics.columns import Row
 from harness.task.study import EpisodeTask
 from harness.world.pybullet_world import PyBulletWorld
-from harness.world.truth import CountedContact, Partner, Truth
+from harness.world.truth import Contact, CountedContact, Partner, Truth
 from navstack.errors import InputError
 from navstack.types import FloatArray
 
@@ -21,6 +21,8 @@ NOT_AT_ONCE = 2.0  # [m] from the robot within which nobody but the person appea
 PAST = 2.5  # [m] from the robot, and more every tick: a meeting is over
 SOONEST = 1.0  # [s] before the moment of the meeting, from which on it can be over
 PATIENCE = 20.0  # [s] after it, when what is not over is driven to the delivery's end
+# who has not come so far [m] in so long [s] is taken to stand there until the timeout
+HELD_WAY, HELD_TIME = 1.0, 60.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +77,7 @@ def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> M
     """Let people appear, and drive until the person is past.
 
     Who is hit, touched, or has cost cargo is followed to the end of the delivery: what that costs
-    is then in its margin. A delivery that hits somebody else first counts in that one's meeting.
+    is then in its margin. Who touches somebody else first counts in that one's meeting.
 
     Args:
         delivery: under way, among nobody.
@@ -94,15 +96,16 @@ def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> M
     hidden = distances < NOT_AT_ONCE
     hidden[person] = False
     stage.people.show(record, moment, hidden)
-    before = _Before(delivery.truth)
+    before, held = _Before(delivery.truth), _Held(delivery.truth)
     distance = math.inf
     while delivery.verdict is None:
         delivery.drive_tick()
         truth = delivery.truth
-        first = before.first_hit(truth)
-        if first is not None and first.partner is Partner.PEDESTRIAN:
-            if first.partner_id != person:
-                return NOTHING
+        if before.first_person(truth) not in (None, person):
+            return NOTHING
+        held.look(truth)
+        if held.is_for_good:
+            delivery.parts.rules = replace(delivery.parts.rules, timeout=HELD_TIME)
         if before.has_consequences(truth):
             continue
         past, distance = distance, float(_distances(truth, truth.pedestrians)[person])
@@ -124,19 +127,44 @@ class _Before:
         self._counted, self._contacts = len(truth.counted_contacts), len(truth.contacts)
         self._lost = _lost(truth)
 
-    def first_hit(self, truth: Truth) -> CountedContact | None:
-        """The first counted contact since."""
-        if len(truth.counted_contacts) == self._counted:
+    def first_person(self, truth: Truth) -> int | None:
+        """The number of the person who was touched first since; None: nobody was."""
+        contacts: list[Contact | CountedContact] = [
+            *truth.counted_contacts[self._counted :],
+            *truth.contacts[self._contacts :],
+        ]
+        touched = [
+            (each.stamp, each.partner_id) for each in contacts if each.partner is Partner.PEDESTRIAN
+        ]
+        if not touched:
             return None
-        return truth.counted_contacts[self._counted]
+        return min(touched)[1]
 
     def has_consequences(self, truth: Truth) -> bool:
         """Whether something was touched or lost since, so that the end may be another one."""
         return (
-            self.first_hit(truth) is not None
+            len(truth.counted_contacts) > self._counted
             or len(truth.contacts) > self._contacts
             or _lost(truth) > self._lost
         )
+
+
+class _Held:
+    """Where a robot stands, and since when."""
+
+    def __init__(self, truth: Truth) -> None:
+        self._pose, self._since, self._now = truth.pose, truth.stamp, truth.stamp
+
+    def look(self, truth: Truth) -> None:
+        """Look at the robot after a tick."""
+        self._now = truth.stamp
+        if math.hypot(truth.pose.x - self._pose.x, truth.pose.y - self._pose.y) > HELD_WAY:
+            self._pose, self._since = truth.pose, truth.stamp
+
+    @property
+    def is_for_good(self) -> bool:
+        """Whether it has stood there for so long that it hardly comes away."""
+        return self._now - self._since > HELD_TIME
 
 
 def _lost(truth: Truth) -> int:
