@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.analysis.check import (
-    REACH,
     SIDES,
     CheckDeclaration,
     Verdict,
@@ -18,6 +17,7 @@ from harness.meetings.strata import MISSES
 from harness.metrics.columns import Row
 from harness.statistics.interval import Interval, interval_json
 
+REACH = 25.0  # [USD] of a mission's difference that count; it spreads much less than a delivery's
 NOT_SEEN = (
     f"who stays {MISSES[-1]:g} m from the planned way",
     "somebody who is met because of somebody else",
@@ -52,7 +52,7 @@ class MeetingsChecked:
         """Missions that would decide; None: decided, or nobody knows."""
         if self.result is None or self.verdict != "undecided":
             return None
-        return missions_that_decide(self.result.differences, self.declaration.within)
+        return missions_that_decide(self.result.differences, self.declaration.within, REACH)
 
     def as_json(self) -> Row:
         """As ``navbench check --estimator meetings --json`` prints it."""

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.analysis.check import ALIKE, SIDES, CheckDeclaration, Looks
-from harness.analysis.meetings_check import MeetingsChecked
+from harness.analysis.meetings_check import REACH, MeetingsChecked
 from harness.episode.factory import Parts
 from harness.execution.executors import ParentProcess
 from harness.execution.workers import Workers
@@ -52,6 +52,11 @@ def check_by_meetings(
     for given in (old, new):
         if is_run(given):
             raise InputError(f"'{given}' is a finished run, which holds no meetings; {INSTEAD}")
+    if within >= REACH:
+        raise InputError(
+            f"--within {within:g} is no question for meetings, where a mission's difference counts "
+            f"up to {REACH:g} USD; give less"
+        )
     if not where.is_local:
         raise InputError(
             f"meetings are driven on this machine only; leave out --executor, or {INSTEAD}"
@@ -72,7 +77,7 @@ def _drive(
     notes: tuple[str, ...],
 ) -> MeetingsChecked:
     """Drive mission after mission until a look decides or the time is over."""
-    looks, known = Looks(declaration.within), list[MissionDrive]()
+    looks, known = Looks(declaration.within, REACH), list[MissionDrive]()
     watch, errors, is_stopped = Watch(looks, budget), 0, False
     try:
         with (

@@ -36,7 +36,7 @@ def test_the_method_and_what_it_cannot_see_are_told(short: list[str]) -> None:
     checked = check_by_meetings(
         old,
         new,
-        within=80.0,
+        within=20.0,
         rules=options["--rules"],
         map=options["--map"],
         where=Where(workers=1),
@@ -49,7 +49,7 @@ def test_the_method_and_what_it_cannot_see_are_told(short: list[str]) -> None:
     assert document["old"]["contacts_per_1000_km"]["n"] == 4
     lines = [block.text for block in short_meetings(checked)]
     assert len(lines) <= 25
-    assert lines[1].startswith("alike within 80 USD a delivery: NEW less OLD is")
+    assert lines[1].startswith("alike within 20 USD a delivery: NEW less OLD is")
     assert any(line.startswith("estimator meetings: ") for line in lines)
 
 
@@ -64,6 +64,7 @@ def test_the_budget_ends_it(navbench, short: list[str]) -> None:
         (("--world", "social_force"), 1, "react to the robot"),
         (("--world", "easy"), 1, "stationary"),
         (("--pedestrians", "0"), 1, "nobody to meet"),
+        (("--within", "80"), 1, "--within 80"),
         (("--out", "somewhere"), 2, "leave out --out"),
     ],
 )

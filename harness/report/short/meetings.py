@@ -2,8 +2,7 @@
 
 from collections.abc import Callable
 
-from harness.analysis.check import REACH
-from harness.analysis.meetings_check import NOT_SEEN, MeetingsChecked
+from harness.analysis.meetings_check import NOT_SEEN, REACH, MeetingsChecked
 from harness.meetings.estimate import ArmResult, MeetingsResult
 from harness.report.blocks import Block
 from harness.report.numbers import bounds_text, count_text, counted, number_text
