@@ -20,10 +20,7 @@ first path.
 """
 
 import gc
-import os
-import pickle
 import time
-import traceback
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -35,6 +32,7 @@ from harness.analysis.repricing import choose, profits
 from harness.economics.valuation import margins
 from harness.episode.episode import RunningDelivery, run_episode
 from harness.episode.factory import Parts
+from harness.execution.copies import in_a_copy
 from harness.plan.question import ends_of, make_ground, make_planner
 from harness.statistics.paired import z_of_power
 from harness.study.manifest import load_study
@@ -102,23 +100,6 @@ def table(folder: Path, first: str, second: str) -> None:
     )
     for name, variance in left.items():
         print(f"  {name:10} {variance / plain:.2f}, {z_of_power() ** 2 * variance:.0f} missions")
-
-
-def in_a_copy(work: Callable[[], Any]) -> Any:
-    """What a function returns in a copy of this process; here nothing changes."""
-    reading, writing = os.pipe()
-    if not os.fork():
-        try:
-            with open(writing, "wb") as file:
-                pickle.dump(work(), file)
-        except BaseException:
-            traceback.print_exc()
-        os._exit(0)  # whatever came of it, a copy goes no further
-    os.close(writing)
-    with open(reading, "rb") as file:
-        result = pickle.load(file)
-    os.wait()
-    return result
 
 
 def make_fresh(number: int) -> None:

@@ -12,8 +12,6 @@ from typing import Any, Generic, TypeVar
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
-
-
 _PR_SET_PDEATHSIG = 1  # of prctl(2)
 
 
