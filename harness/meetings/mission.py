@@ -16,6 +16,7 @@ from harness.task.study import EpisodeTask
 from navstack.types import FloatArray, IntArray
 
 STREAM = "meetings"  # the random generator of crowd and draws
+MOST = 24  # meetings of a mission; a crowded one would take minutes
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +66,10 @@ def drive_mission(task: MissionTask) -> MissionDrive:
     record = recorded(parts.people(), generator, start)
     pool = pool_of(record, way, parts.rules.arrival_radius)
     spreads, usual = np.array(task.spreads), pool.usual_by_stratum
-    step = task.per_meeting
-    if step is None:
-        step = max(float(usual @ spreads), 1e-9) / task.number
+    all_of_it = max(float(usual @ spreads), 1e-9)
+    step = all_of_it / task.number
+    if task.per_meeting is not None:
+        step = max(task.per_meeting, all_of_it / MOST)
     meetings = drawn(pool, spreads, step, generator)
     arms = tuple(drive_arm(arm, _stage_of(_alike(arm)), way, record, meetings) for arm in task.arms)
     strata: IntArray = np.array([each.stratum for each in meetings], dtype=np.int64)
