@@ -65,5 +65,5 @@ def test_paused_copies_know_what_was_when_they_were_made() -> None:
     assert copies[0].ask([7]) == [[7]]
     copies[1].close()
     with pytest.raises(ChildProcessError):
-        os.waitpid(-1, os.WNOHANG)
+        os.waitpid(copies[1]._pid, os.WNOHANG)
     assert numbers == [0, 1, 2]
