@@ -33,7 +33,8 @@ def has_tipped(evidence: Evidence, moment: Moment) -> bool:
 
 def tipping(evidence: Evidence, seconds: Seconds) -> list[str]:
     """Sentences on what made it tip over; an empty one where nothing is known."""
-    return [_touched(evidence.events, seconds), _ground(evidence, seconds), _stood(evidence)]
+    ground = _step(evidence, seconds) or _level(evidence, seconds)
+    return [_touched(evidence.events, seconds), ground, _stood(evidence)]
 
 
 def held_up(evidence: Evidence, seconds: Seconds) -> list[str]:
@@ -42,9 +43,7 @@ def held_up(evidence: Evidence, seconds: Seconds) -> list[str]:
     sentences = []
     if touches:
         sentences.append(f"Before that, {' and '.join(touches)}.")
-    ground = _ground(evidence, seconds)
-    if "step" in ground:
-        sentences.append(ground)
+    sentences.append(_step(evidence, seconds))
     away = evidence.row["off_walkable_time_s"] or 0.0
     if away >= LASTING:
         sentences.append(f"It spent {away:.0f} s off the walkable ground.")
@@ -98,8 +97,17 @@ def _touch(events: Sequence[Row], until: float, stamp: float) -> str:
     return f"{text} ({strongest:.0f} N s, {when})"
 
 
-def _ground(evidence: Evidence, seconds: Seconds) -> str:
-    """What lay below the corners of its footprint; empty: the map is not known."""
+def _level(evidence: Evidence, seconds: Seconds) -> str:
+    """On what level ground the corners of its footprint were; empty: the map is not known."""
+    if evidence.scene is None:
+        return ""
+    corners = _corners(evidence.footprint, seconds.robot[-1])
+    kinds = [kind_at(evidence.scene, corner) for corner in corners]
+    return f"It was on level ground ({' and '.join(dict.fromkeys(kinds))})."
+
+
+def _step(evidence: Evidence, seconds: Seconds) -> str:
+    """The step below the corners of its footprint; empty: there is none, or no map."""
     if evidence.scene is None:
         return ""
     elevation = elevation_of(evidence.scene)
@@ -112,7 +120,7 @@ def _ground(evidence: Evidence, seconds: Seconds) -> str:
     kinds = [kind_at(evidence.scene, corner) for corner in corners]
     step = float(np.ptp(levels[-1]))
     if step == 0.0:
-        return f"It was on level ground ({' and '.join(dict.fromkeys(kinds))})."
+        return ""
     is_low = levels[-1] == levels[-1].min()
     low = kinds[int(np.flatnonzero(is_low)[0])]
     high = kinds[int(np.flatnonzero(~is_low)[0])]

@@ -80,3 +80,38 @@ def test_why_it_stood_is_told():
     standing[STAMPS > END - 3.05, 9:11] = 0.0
     assert "It was commanded to stand for the last 3.1 s." in words_of(trace=standing)
     assert "commanded to stand" not in words_of()
+
+
+LATE = {"outcome": "timeout", "gave_up": "", "off_walkable_time_s": 31.0, "goal_distance_m": 9.0}
+
+
+def late(**more):
+    given = evidence(row=LATE, **more)
+    return paragraph(given, seconds_before(given, moment_at(END, "timeout"), 5.0))
+
+
+def test_what_held_a_late_robot_up_is_told():
+    push = event("pedestrian", 12, END - 1.1, 45.0, "person_into_standing_robot", 0.04)
+    after = event("pedestrian", 13, END + 1.0, 45.0, "person_into_standing_robot", 0.04)
+    words = late(events=(push, after), scene=street(turn=-0.05))
+    assert "Before that, person 12 walked into it as it stood (45 N s, 1.1 s before)." in words
+    assert "It was over a step of 0.12 m" in words and "person 13" not in words
+    assert "It spent 31 s off the walkable ground." in words
+    plain = late(events=(), scene=street(turn=-5.0))
+    assert "Before that" not in plain and "level ground" not in plain
+
+
+def test_a_robot_that_stands_all_the_while_says_since_when_and_what_refused():
+    trace = evidence().trace.copy()
+    trace[STAMPS > END - 8.05, 4] = 0.0
+    trace[STAMPS > END - 8.05, 9:11] = 0.0
+    rows = tuple(
+        row | {"rejected": row["samples"], "total_score": None, "BaseObstacle_rejected": 7}
+        for row in evidence().decisions
+        if row["stamp_s"] < END - 6.0
+    )
+    words = late(events=(), trace=trace, decisions=rows)
+    assert "It stood still for the whole 5.0 s. It had stood since 11.9 s; " in words
+    assert "DWBLocalPlanner rejected every command from 11.9 to 14.0 s (BaseObstacle 7)" in words
+    trace[:, 4] = 0.0
+    assert "It never moved." in late(events=(), trace=trace)
