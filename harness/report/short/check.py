@@ -20,7 +20,7 @@ from harness.report.short.findings import lines_of
 from harness.report.short.run import aligned
 from harness.report.short.setup import drivers_of, where_line
 from harness.report.texts import OUTCOMES
-from harness.statistics.interval import fewest_missions
+from harness.statistics.interval import Interval, fewest_missions
 from harness.storage.manifest_file import other_study
 from harness.storage.rows import values
 
@@ -68,20 +68,25 @@ def short_check(checked: Checked | None, declaration: CheckDeclaration) -> list[
 
 def sentence(checked: Checked) -> str:
     """The verdict with its bound, and what would decide."""
-    bound, verdict = checked.bound, checked.verdict
-    if bound.value is None:
-        return "not decided: no mission is finished"
-    span = f"{number_text(bound.value, 2, True)} {bounds_text(bound, 2, True)} USD a delivery"
-    told = f"NEW less OLD is {span} over {counted(bound.n, 'mission')}"
-    if verdict == "alike":
-        return f"alike within {checked.within:g} USD a delivery: {told}"
-    if verdict != "undecided":
-        return f"{verdict}: {told}"
+    bound = checked.bound
     more = "; more than 1000 times as many would be needed"
     if bound.n < fewest_missions():
         more = f"; fewer than {fewest_missions()} missions decide nothing"
     elif checked.more_needed is not None:
         more = f"; about {count_text(checked.more_needed)} missions more would decide"
+    return told_verdict(bound, checked.verdict, checked.within, more)
+
+
+def told_verdict(bound: Interval, verdict: str, within: float, more: str) -> str:
+    """A verdict with its bound; ``more`` is added where it is not decided."""
+    if bound.value is None:
+        return "not decided: no mission is finished"
+    span = f"{number_text(bound.value, 2, True)} {bounds_text(bound, 2, True)} USD a delivery"
+    told = f"NEW less OLD is {span} over {counted(bound.n, 'mission')}"
+    if verdict == "alike":
+        return f"alike within {within:g} USD a delivery: {told}"
+    if verdict != "undecided":
+        return f"{verdict}: {told}"
     return f"not decided: {told}{more}"
 
 

@@ -6,6 +6,7 @@ from harness.analysis.meetings_check import NOT_SEEN, REACH, MeetingsChecked
 from harness.meetings.estimate import ArmResult, MeetingsResult
 from harness.report.blocks import Block
 from harness.report.numbers import bounds_text, count_text, counted, number_text
+from harness.report.short.check import told_verdict
 from harness.report.short.findings import lines_of
 from harness.report.short.run import aligned
 from harness.statistics.interval import Interval
@@ -46,19 +47,10 @@ def short_meetings(checked: MeetingsChecked) -> list[Block]:
 
 def sentence(checked: MeetingsChecked) -> str:
     """The verdict with its bound, and what would decide."""
-    bound, verdict, within = checked.bound, checked.verdict, checked.declaration.within
-    if bound.value is None:
-        return "not decided: no mission is finished"
-    span = f"{number_text(bound.value, 2, True)} {bounds_text(bound, 2, True)} USD a delivery"
-    told = f"NEW less OLD is {span} over {counted(bound.n, 'mission')}"
-    if verdict == "alike":
-        return f"alike within {within:g} USD a delivery: {told}"
-    if verdict != "undecided":
-        return f"{verdict}: {told}"
-    more = checked.more_needed
-    if more is None:
-        return f"not decided: {told}"
-    return f"not decided: {told}; about {count_text(more)} missions more would decide"
+    more = ""
+    if checked.more_needed is not None:
+        more = f"; about {count_text(checked.more_needed)} missions more would decide"
+    return told_verdict(checked.bound, checked.verdict, checked.declaration.within, more)
 
 
 def _quantities(result: MeetingsResult) -> list[tuple[str, ...]]:
