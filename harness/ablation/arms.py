@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from harness.episode.factory import nav2_parameters
+from harness.episode.files import nav2_parameters
 from harness.task.stack import (
     LOCALIZATION_MAPS,
     NO_ERROR,

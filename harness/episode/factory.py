@@ -1,19 +1,24 @@
 """From a task to a world and a brain; what belongs to a map is made once per process."""
 
 import contextlib
-import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harness.economics.prices import Prices, load_prices
 from harness.episode.brains import (
     delivery_prices,
     navigator_on,
     planning_map,
     senses_on,
     steps_per_tick,
+)
+from harness.episode.files import (
+    nav2_parameters,
+    prices_of,
+    robot_of,
+    rules_of,
+    world_params,
 )
 from harness.episode.places import place_of
 from harness.episode.wall_time import on_wall_time
@@ -32,23 +37,19 @@ from harness.task.mission import (
     check_pose_free,
 )
 from harness.task.stack import ROS2, Stack
-from harness.task.study import EpisodeTask, is_recording
+from harness.task.study import EpisodeTask
 from harness.world.map.scene import Scene
 from harness.world.map.scene_io import load_scene
-from harness.world.outcome import Rules
 from harness.world.people.models import make_pedestrians
 from harness.world.people.params import PedestrianParams, people_on
 from harness.world.people.pedestrians import PedestrianModel
-from harness.world.people.replay_file import recording_text
-from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.sensors.suite import SensorParams, SensorSuite
 from harness.world.world import World
-from harness.world.world_params import WorldParams
 from navstack.errors import InputError
 from navstack.navigator import Navigator
 from navstack.params.expected_cost import DeliveryPrices
-from navstack.params.nav2_file.file import Nav2File, load_nav2
+from navstack.params.nav2_file.file import Nav2File
 from navstack.params.strict import load_dataclass
 from navstack.types import FloatArray, Pose2D
 
@@ -75,24 +76,6 @@ def _missions_on(place: "str | Leg", sampling: str) -> MissionSampler:
     if not isinstance(place, str):
         sampling = SAMPLINGS[0]  # a leg's ends are given
     return MissionSampler(scene.navigation_mesh, sampling, scene.walkable)
-
-
-@kept(8)
-def nav2_parameters(path: str, allow_unknown: bool) -> Nav2File:
-    """A Nav2 parameter file, read and checked."""
-    return load_nav2(Path(path), allow_unknown)
-
-
-@kept(2)
-def prices_of(path: str) -> Prices:
-    """The prices of a study."""
-    return load_prices(path)
-
-
-@kept(2)
-def rules_of(path: str) -> Rules:
-    """The rules by which deliveries end."""
-    return load_dataclass(Rules, Path(path))
 
 
 class Parts:
@@ -243,61 +226,6 @@ def _make_world(
 
 
 _world = kept(BRAINS_KEPT, is_heavy=True)(_make_world)
-
-
-@kept(2)
-def world_params(path: str, pedestrians: int | None, people: str | None = None) -> WorldParams:
-    """A world's parameters, with the people that the user asked for.
-
-    Args:
-        path: file of ``params/worlds``.
-        pedestrians: how many people; None: the world's own number.
-        people: their model, or a recording of them; None: the world's own.
-
-    Raises:
-        InputError: an unknown model, or a number for a recording.
-    """
-    params = load_dataclass(WorldParams, Path(path))
-    who = params.people
-    if who.replay.file:
-        recording = str((Path(path).parent / who.replay.file).resolve())
-        who = dataclasses.replace(who, replay=dataclasses.replace(who.replay, file=recording))
-    if people is not None and is_recording(people):
-        who = dataclasses.replace(
-            who, model="replay", replay=dataclasses.replace(who.replay, file=people)
-        )
-    elif people is not None:
-        # in turn is for who avoids nobody
-        choice = "random" if people == "social_force" else who.goal_choice
-        who = dataclasses.replace(who, model=people, goal_choice=choice)
-    if pedestrians is not None and who.model == "replay":
-        raise InputError(
-            f"--pedestrians {pedestrians} cannot be had from a recording, which has people of its "
-            "own; leave it out, "
-            "or choose --people random_walk or social_force"
-        )
-    if pedestrians is not None:
-        who = dataclasses.replace(who, count=pedestrians)
-    return dataclasses.replace(params, people=who)
-
-
-def with_recording(params: WorldParams) -> tuple[WorldParams, dict[str, str]]:
-    """The same world with its recording of people, if it replays one, beside its file.
-
-    And that recording by name.
-    """
-    if params.people.model != "replay":
-        return params, {}
-    source = Path(params.people.replay.file)
-    replay = dataclasses.replace(params.people.replay, file=f"people{source.suffix}")
-    beside = dataclasses.replace(params, people=dataclasses.replace(params.people, replay=replay))
-    return beside, {replay.file: recording_text(source)}
-
-
-@kept(2)
-def robot_of(path: str) -> RobotParams:
-    """The robot of a stack."""
-    return load_dataclass(RobotParams, Path(path))
 
 
 @kept(8)

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from harness.episode.files import rules_of
 from harness.execution.process_cache import kept
 from harness.storage.shipped import is_district
 from harness.task.mission import BY_PLACES, Mission
@@ -34,8 +35,6 @@ def legs_of(task: EpisodeTask) -> "tuple[Leg, ...]":
             f"--start and --goal are for one map; missions on the district '{task.map_name}' are "
             "drawn: leave them out, or give one of its maps"
         )
-    from harness.episode.factory import rules_of
-
     drawn = _street_missions(task.map_name, task.seed, task.missions == BY_PLACES, task.distance)
     return drawn.legs(task.episode, rules_of(task.rules).way_back)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.episode.episode import Carried, Delivery, MakeBrain, RunningDelivery, latency_columns
-from harness.episode.factory import rules_of
+from harness.episode.files import rules_of
 from harness.episode.places import legs_of, street_mission, way_there
 from harness.metrics.catalog import EPISODE_METRICS
 from harness.metrics.columns import Row

@@ -19,7 +19,7 @@ def decided(seconds: Seconds) -> str:
     """Who decided, and what was rejected."""
     rows = seconds.decisions
     if not rows:
-        return "Nothing in this stack decides."
+        return "Nothing decided in these seconds."
     count = Counter(row["decided_by"] for row in rows)
     who = ", ".join(f"{name} {number}" for name, number in count.most_common())
     text = f"Cycles decided: {who}."

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from harness.episode.brains import navigator_on, steps_per_tick
-from harness.episode.factory import nav2_parameters, robot_of, world_params
+from harness.episode.files import nav2_parameters, robot_of, world_params
 from harness.metrics.encounters import Body, in_base_frame, surface_distances
 from harness.scenarios.actors import ScriptedPedestrians
 from harness.scenarios.checks import CheckResult, ScenarioDrive, judge

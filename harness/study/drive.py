@@ -11,7 +11,8 @@ import numpy as np
 from harness.economics.prices import Prices
 from harness.economics.valuation import Valuation, valuation_document, value
 from harness.episode.episode import Delivery, run_episode
-from harness.episode.factory import BRAINS_KEPT, prices_of
+from harness.episode.factory import BRAINS_KEPT
+from harness.episode.files import prices_of
 from harness.execution.workers import Finished, Workers
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, LEG_COLUMNS, TIMING_COLUMNS, Row
 from harness.statistics.interval import Interval

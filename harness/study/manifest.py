@@ -9,14 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from harness.episode.factory import (
-    nav2_parameters,
-    prices_of,
-    rules_of,
-    scene_of,
-    with_recording,
-    world_params,
-)
+from harness.episode.factory import scene_of
+from harness.episode.files import nav2_parameters, prices_of, rules_of, with_recording, world_params
 from harness.execution.arithmetic import machine, other_arithmetic
 from harness.execution.process_cache import kept
 from harness.execution.worker_check import project_digest

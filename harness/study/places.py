@@ -125,7 +125,7 @@ def files_of(folder: Path, study: "Study") -> Iterator[Path]:
         folder: of the run.
         study: as the folder tells it.
     """
-    from harness.episode.factory import nav2_parameters
+    from harness.episode.files import nav2_parameters
     from harness.storage.new_run import MANIFEST
     from harness.storage.parameters import parameter_folder
     from harness.storage.shipped import district_files

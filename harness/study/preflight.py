@@ -3,7 +3,8 @@
 import dataclasses
 from pathlib import Path
 
-from harness.episode.factory import Parts, rules_of
+from harness.episode.factory import Parts
+from harness.episode.files import rules_of
 from harness.episode.places import legs_of
 from harness.storage.shipped import is_district, is_file, shipped
 from harness.study.compile_ahead import compile_ahead

@@ -13,7 +13,7 @@ from harness.economics.accountings import PUBLISHED
 from harness.economics.prices import Prices
 from harness.economics.valuation import margins
 from harness.episode.episode import Delivery, run_episode
-from harness.episode.factory import nav2_parameters, prices_of
+from harness.episode.files import nav2_parameters, prices_of
 from harness.execution.workers import Finished, Workers
 from harness.metrics.columns import Row
 from harness.storage.texts import clean_text

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from harness.episode.factory import nav2_parameters, prices_of
+from harness.episode.files import nav2_parameters, prices_of
 from harness.storage.new_run import TUNING
 from harness.task.study import EpisodeTask, Study
 from harness.tuning.budget import Budget, enough_for

@@ -10,7 +10,7 @@ from typing import Any
 from harness.ablation.analysis import Ablation, AblationDeclaration, analyse
 from harness.ablation.arms import arms_of, parameter_sources, with_arms
 from harness.ablation.document import ablation_document
-from harness.episode.factory import prices_of
+from harness.episode.files import prices_of
 from harness.metrics.columns import Row
 from harness.report.ablation import draw_ablation
 from harness.report.page.ablation import write_ablation

@@ -22,7 +22,7 @@ from harness.analysis.compare import Side, compare, side_of
 from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.valuation import margins
-from harness.episode.factory import prices_of
+from harness.episode.files import prices_of
 from harness.metrics.columns import Row
 from harness.report.short.check import MARKDOWN, check_markdown
 from harness.storage.documents import write_file

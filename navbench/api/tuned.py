@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harness.audit.pairs import Conditions
-from harness.episode.factory import prices_of, rules_of, world_params
+from harness.episode.files import prices_of, rules_of, world_params
 from harness.metrics.columns import Row
 from harness.report.page.document import write_study_page
 from harness.report.tuning.decision import Advice, decision, next_command, setup_of

@@ -98,7 +98,7 @@ def write_page(driven: "Driven") -> Path | None:
 
 
 def _print_answer(run: "StoredRun", driven: "Driven", is_full: bool) -> None:
-    from harness.episode.factory import prices_of
+    from harness.episode.files import prices_of
     from harness.report.blocks import Block
     from harness.report.run_tables import run_blocks
     from harness.report.short.run import summary_blocks

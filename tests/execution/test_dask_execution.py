@@ -168,7 +168,7 @@ def test_workers_that_live_on_read_files_that_changed_between_studies(
     two: Any, tmp_path: Path
 ) -> None:
     def limit(task: tuple[str, int]) -> float:
-        from harness.episode.factory import rules_of
+        from harness.episode.files import rules_of
 
         return rules_of(task[0]).timeout
 

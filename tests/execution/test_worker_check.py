@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from harness.episode import factory as setup
+from harness.episode import files
 from harness.execution import worker_check
 from harness.execution.executors import Place
 from harness.execution.process_cache import Kept, forget, kept
@@ -119,8 +120,8 @@ def test_a_worker_that_lives_on_drives_what_it_is_seen_with(
             )
         )
         assert setup.scene_of(str(hall)).geometry.width == round(length / 0.1)
-        assert setup.rules_of(task.rules).timeout == timeout
-        assert setup.world_params(task.world, None, None).people.count == count
+        assert files.rules_of(task.rules).timeout == timeout
+        assert files.world_params(task.world, None, None).people.count == count
         assert setup.Parts(task).world() is built and setup.Parts(task).brain(built) is made[-1][2]
     assert all(before is not after for before, after in zip(*made, strict=True))
     assert made[0][0].start != made[1][0].start
@@ -131,11 +132,11 @@ def test_looking_without_driving_for_others_forgets_nothing(
     tmp_path: Path, worker: SimpleNamespace
 ) -> None:
     (tmp_path / "rules.yaml").write_text(RULES)
-    rules = setup.rules_of(str(tmp_path / "rules.yaml"))
+    rules = files.rules_of(str(tmp_path / "rules.yaml"))
     look((), [])
-    assert setup.rules_of(str(tmp_path / "rules.yaml")) is rules
+    assert files.rules_of(str(tmp_path / "rules.yaml")) is rules
     look((), [], worker)
-    assert setup.rules_of(str(tmp_path / "rules.yaml")) is not rules
+    assert files.rules_of(str(tmp_path / "rules.yaml")) is not rules
 
 
 def test_everything_that_deliveries_keep_of_files_can_be_forgotten() -> None:

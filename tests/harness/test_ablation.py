@@ -17,7 +17,7 @@ from harness.ablation.analysis import (
 from harness.ablation.arms import arms_of, drives_by_scan
 from harness.economics.prices import load_prices
 from harness.economics.valuation import value
-from harness.episode.factory import nav2_parameters
+from harness.episode.files import nav2_parameters
 from harness.report.ablation import (
     ablation_blocks,
     deciding,

@@ -38,7 +38,7 @@ from PIL import Image
 
 from harness.economics.prices import load_prices
 from harness.economics.valuation import value
-from harness.episode.factory import rules_of, world_params
+from harness.episode.files import rules_of, world_params
 from harness.identify.urdf import read_urdf
 from harness.policy.answers import AnswerError, packed, packed_error, received
 from harness.recorded.bag import Bag

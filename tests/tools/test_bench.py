@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.episode.factory import nav2_parameters, world_params
+from harness.episode.files import nav2_parameters, world_params
 from harness.report.tables import report_console
 from harness.storage.shipped import DEFAULT_WORLD, resolve, shipped
 from navbench.cli.app import main

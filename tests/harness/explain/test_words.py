@@ -56,7 +56,7 @@ def test_the_words_follow_other_records():
     nobody = dataclasses.replace(told, crowd=np.empty((len(STAMPS), 0, 2)), decisions=())
     words = paragraph(nobody, seconds_before(nobody, moment_at(12.0, "spoiled"), 5.0))
     assert "Nobody was within 10 m" in words
-    assert "Nothing in this stack decides" in words
+    assert "Nothing decided in these seconds" in words
 
 
 @pytest.mark.parametrize(("stamp", "before"), [(8.0, 0.6), (0.8, 5.0)])

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.episode.factory import with_recording, world_params
+from harness.episode.files import with_recording, world_params
 from harness.storage.shipped import shipped
 from harness.task.study import make_study
 from harness.world.people.models import PEDESTRIAN_MODELS, make_pedestrians

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.episode.factory import with_recording
+from harness.episode.files import with_recording
 from harness.world.people.params import PedestrianParams, ReplayParams
 from harness.world.people.replay import ReplayPedestrians
 from harness.world.people.replay_file import MAX_BYTES, Recording, _arrange, load_recording
