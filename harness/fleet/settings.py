@@ -74,7 +74,10 @@ def load_settings(
     """
     path = resolve(name_or_file, shipped("params") / "fleet", "fleet settings")
     loaded = load_dataclass(FleetSettings, path)
-    return checked(with_values(loaded, values or {}), str(path))
+    where, given = path.name, values or {}
+    if given:
+        where += " with " + ", ".join(f"{name}={value:g}" for name, value in given.items())
+    return checked(with_values(loaded, given), where)
 
 
 def is_setting(settings: FleetSettings, name: str) -> bool:
@@ -93,11 +96,13 @@ def checked(settings: FleetSettings, where: str) -> FleetSettings:
     Raises:
         ParameterError: they cannot; names ``where``.
     """
-    check_prices(settings, where)
     for name in ("robots", "operators", "field_workers"):
         value = getattr(settings, name).value
-        if value < 1.0 or value != int(value):
-            raise ParameterError(f"{where}: {name} {value:g} must be a whole number, at least 1")
+        if not 1.0 <= value <= MOST_ROBOTS or value != int(value):
+            raise ParameterError(
+                f"{where}: {name} {value:g} must be a whole number, 1 to {MOST_ROBOTS:g}"
+            )
+    check_prices(settings, where)
     for name in ("demand_by_hour", "people_by_hour"):
         _check_curve(getattr(settings, name), f"{where}: {name}")
     if settings.open_hours <= 0.0:
