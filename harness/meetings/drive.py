@@ -13,14 +13,13 @@ from harness.episode.episode import RunningDelivery
 from harness.execution.copies import PausedCopy
 from harness.meetings.crowd import STEP, Record
 from harness.meetings.draw import Meeting
-from harness.meetings.meet import Job, Met, Stage, margin_of, meet
+from harness.meetings.meet import APART, Job, Met, Stage, margin_of, meet
 from harness.meetings.passing import Passings, passings_of
 from harness.meetings.way import SPACING, Progress, Way
 from harness.metrics.columns import Row
 from harness.task.study import EpisodeTask
 
 LEAD = 6.0  # [s] before a meeting, at least, at which people appear
-APART = 6.0  # [m] from the robot, at least, at which the person of the meeting appears
 COPY_EVERY = 2.0  # [s] between copies
 AHEAD = (
     10.0,
@@ -34,11 +33,11 @@ class Weighed:
 
     weight: float  # meetings a delivery; 0: this arm is not met there
     loss: float  # [USD] by which the delivery earns less than among nobody
-    is_hit: bool  # whether the person was hit
+    people_hit: int  # until the delivery's end
     contacts: int  # counted ones with people, until the delivery's end
 
 
-NOT_MET = Weighed(0.0, 0.0, False, 0)
+NOT_MET = Weighed(0.0, 0.0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +48,7 @@ class ArmDrive:
     margin: float  # [USD] of it
     farthest_off: float  # [m] from the planned way
     met: tuple[Weighed, ...]  # in the order of the meetings
+    passings: Passings = field(compare=False)  # among nobody
 
     @property
     def expected_margin(self) -> float:
@@ -58,7 +58,7 @@ class ArmDrive:
     @property
     def expected_hits(self) -> float:
         """People who are hit by a delivery."""
-        return sum(each.weight * each.is_hit for each in self.met)
+        return sum(each.weight * each.people_hit for each in self.met)
 
     @property
     def expected_contacts(self) -> float:
@@ -113,8 +113,10 @@ def drive_arm(
                 loss = 0.0
                 if found.margin is not None:
                     loss = margin - found.margin
-                met[job.number] = Weighed(weights[job.number], loss, found.is_hit, found.contacts)
-    return ArmDrive(row, margin, progress.farthest_off, tuple(met))
+                met[job.number] = Weighed(
+                    weights[job.number], loss, found.people_hit, found.contacts
+                )
+    return ArmDrive(row, margin, progress.farthest_off, tuple(met), passings)
 
 
 def _drive_alone(

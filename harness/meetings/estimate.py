@@ -30,7 +30,7 @@ class StratumResult:
     direction: str
     per_delivery: float  # meetings at a usual speed
     driven: int
-    hits: tuple[int, int]  # old and new
+    hits: tuple[int, int]  # people, of old and new
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +165,7 @@ def _stratum_result(known: Sequence[MissionDrive], number: int) -> StratumResult
             if stratum == number:
                 driven += 1
                 for side, arm in enumerate(mission.arms):
-                    hits[side] += arm.met[meeting].is_hit
+                    hits[side] += arm.met[meeting].people_hit
     miss, direction = STRATA[number]
     return StratumResult(
         miss=miss,

@@ -17,7 +17,7 @@ from harness.world.truth import Contact, CountedContact, Partner, Truth
 from navstack.errors import InputError
 from navstack.types import FloatArray
 
-NOT_AT_ONCE = 2.0  # [m] from the robot within which nobody but the person appears
+APART = 6.0  # [m] from the robot, at least, at which people appear: it has to see them come
 PAST = 2.5  # [m] from the robot, and more every tick: a meeting is over
 SOONEST = 1.0  # [s] before the moment of the meeting, from which on it can be over
 PATIENCE = 20.0  # [s] after it, when what is not over is driven to the delivery's end
@@ -47,11 +47,11 @@ class Met:
     """What came of a meeting."""
 
     margin: float | None  # [USD] of the delivery; None: as it is among nobody
-    is_hit: bool  # whether the person was hit
+    people_hit: int  # until the delivery's end
     contacts: int  # counted ones with people, until the delivery's end
 
 
-NOTHING = Met(None, False, 0)
+NOTHING = Met(None, 0, 0)
 
 
 def stage_of(task: EpisodeTask) -> Stage:
@@ -76,8 +76,11 @@ def margin_of(row: Row, parts: Parts) -> float:
 def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> Met:
     """Let people appear, and drive until the person is past.
 
-    Who is hit, touched, or has cost cargo is followed to the end of the delivery: what that costs
-    is then in its margin. Who touches somebody else first counts in that one's meeting.
+    Others who would appear nearer than :data:`APART` stay away: a robot cannot avoid who is there
+    all at once, and would hit them instead. Who is hit, touched, or has cost cargo is followed to
+    the end of the delivery: what that costs is then in its margin. Who touches somebody else first
+    counts in that one's meeting; but where the person holds the robot up for :data:`PATIENCE`,
+    others come whom it would not have met.
 
     Args:
         delivery: under way, among nobody.
@@ -88,12 +91,12 @@ def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> M
     person = job.meeting.person
     moment = job.meeting.moment + (delivery.truth.stamp - job.stamp) / STEP
     distances = _distances(delivery.truth, record.states[int(moment)])
-    if (
-        delivery.truth.stamp == 0.0
-        and distances[person] < delivery.parts.params.people.start_clearance
-    ):
-        return NOTHING  # nobody begins there
-    hidden = distances < NOT_AT_ONCE
+    apart = APART
+    if delivery.truth.stamp == 0.0:
+        apart = delivery.parts.params.people.start_clearance  # as every delivery begins
+        if distances[person] < apart:
+            return NOTHING  # nobody begins there
+    hidden = distances < apart
     hidden[person] = False
     stage.people.show(record, moment, hidden)
     before, held = _Before(delivery.truth), _Held(delivery.truth)
@@ -101,7 +104,8 @@ def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> M
     while delivery.verdict is None:
         delivery.drive_tick()
         truth = delivery.truth
-        if before.first_person(truth) not in (None, person):
+        late = truth.stamp - job.stamp
+        if late <= PATIENCE and before.first_person(truth) not in (None, person):
             return NOTHING
         held.look(truth)
         if held.is_for_good:
@@ -109,15 +113,14 @@ def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> M
         if before.has_consequences(truth):
             continue
         past, distance = distance, float(_distances(truth, truth.pedestrians)[person])
-        late = truth.stamp - job.stamp
         if late > PATIENCE:
             continue
         if late > -SOONEST and distance > PAST and distance > past:
             return NOTHING
     row = delivery.finish().row
     hits = [each for each in delivery.truth.counted_contacts if each.partner is Partner.PEDESTRIAN]
-    is_hit = any(each.partner_id == person for each in hits)
-    return Met(margin_of(row, delivery.parts), is_hit, len(hits))
+    people_hit = len({each.partner_id for each in hits})
+    return Met(margin_of(row, delivery.parts), people_hit, len(hits))
 
 
 class _Before:
@@ -126,9 +129,18 @@ class _Before:
     def __init__(self, truth: Truth) -> None:
         self._counted, self._contacts = len(truth.counted_contacts), len(truth.contacts)
         self._lost = _lost(truth)
+        self._first: int | None = None
 
     def first_person(self, truth: Truth) -> int | None:
-        """The number of the person who was touched first since; None: nobody was."""
+        """The number of the person of whom a touch was known first since; None: nobody was touched.
+
+        A soft touch is known when it is over, and must not make another one the first afterwards.
+        """
+        if self._first is None:
+            self._first = self._touched_first(truth)
+        return self._first
+
+    def _touched_first(self, truth: Truth) -> int | None:
         contacts: list[Contact | CountedContact] = [
             *truth.counted_contacts[self._counted :],
             *truth.contacts[self._contacts :],

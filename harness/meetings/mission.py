@@ -10,7 +10,7 @@ from harness.execution.process_cache import kept
 from harness.meetings.crowd import recorded
 from harness.meetings.draw import drawn, pool_of
 from harness.meetings.drive import ArmDrive, drive_arm
-from harness.meetings.meet import stage_of
+from harness.meetings.meet import Stage, stage_of
 from harness.meetings.way import way_of
 from harness.task.study import EpisodeTask
 from navstack.types import FloatArray, IntArray
@@ -71,7 +71,7 @@ def drive_mission(task: MissionTask) -> MissionDrive:
     if task.per_meeting is not None:
         step = max(task.per_meeting, all_of_it / MOST)
     meetings = drawn(pool, spreads, step, generator)
-    arms = tuple(drive_arm(arm, _stage_of(_alike(arm)), way, record, meetings) for arm in task.arms)
+    arms = tuple(drive_arm(arm, kept_stage(arm), way, record, meetings) for arm in task.arms)
     strata: IntArray = np.array([each.stratum for each in meetings], dtype=np.int64)
     return MissionDrive(old.episode, usual, strata, step / spreads[strata], arms)
 
@@ -79,6 +79,6 @@ def drive_mission(task: MissionTask) -> MissionDrive:
 _stage_of = kept(BRAINS_KEPT, is_heavy=True)(stage_of)
 
 
-def _alike(task: EpisodeTask) -> EpisodeTask:
-    """The same for all missions of an arm."""
-    return dataclasses.replace(task, seed=0, episode=0)
+def kept_stage(task: EpisodeTask) -> Stage:
+    """The stage of a task's stack, the same for all its missions."""
+    return _stage_of(dataclasses.replace(task, seed=0, episode=0))

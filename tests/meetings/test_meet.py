@@ -1,0 +1,127 @@
+"""What a meeting counts: scripted deliveries whose answers are known by hand."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from harness.meetings import meet as module
+from harness.meetings.crowd import Record
+from harness.meetings.draw import Meeting
+from harness.meetings.meet import NOTHING, PATIENCE, Job, Met, meet
+from harness.world.truth import Partner
+from navstack.types import BoolArray, Pose2D
+
+BEGIN, PASSING = 10.0, 16.0  # [s] of the copy and the meeting
+CLEARANCE = 1.0  # [m] in which nobody begins
+# [m] ahead of the robot when people appear; the first is the person of the meeting
+PLACES = (8.0, 1.5, 4.0, 9.0)
+
+
+def touch(stamp: float, person: int) -> SimpleNamespace:
+    return SimpleNamespace(stamp=stamp, partner=Partner.PEDESTRIAN, partner_id=person)
+
+
+class Scripted:
+    """A robot that stands, and is touched as written down: soft touches with their end [s]."""
+
+    def __init__(
+        self,
+        soft: tuple[tuple[float, float, int], ...] = (),
+        hits: tuple[tuple[float, int], ...] = (),
+        begin: float = BEGIN,
+        leave: float = 19.0,
+    ) -> None:
+        self._soft, self._hits, self._now = soft, hits, begin
+        self._leave = leave  # [s] until which people stand there
+        self._end = leave + 3.0  # [s] of the delivery
+        self.parts: Any = SimpleNamespace(
+            params=SimpleNamespace(people=SimpleNamespace(start_clearance=CLEARANCE))
+        )
+
+    @property
+    def truth(self) -> Any:
+        states = np.zeros((len(PLACES), 4))
+        states[:, 0] = np.array(PLACES) + max(self._now - self._leave, 0.0)
+        return SimpleNamespace(
+            stamp=self._now,
+            pose=Pose2D(),
+            pedestrians=states,
+            contacts=tuple(touch(at, who) for at, end, who in self._soft if end <= self._now),
+            counted_contacts=tuple(touch(at, who) for at, who in self._hits if at <= self._now),
+            cargo=None,
+        )
+
+    @property
+    def verdict(self) -> str | None:
+        return "arrived" if self._now >= self._end else None
+
+    def drive_tick(self) -> None:
+        self._now += 0.5
+
+    def finish(self) -> Any:
+        return SimpleNamespace(row={})
+
+
+class Stage:
+    """Notes who stays away."""
+
+    def __init__(self) -> None:
+        self.people = self
+        self.hidden: list[bool] = []
+
+    def show(self, record: Record, moment: float, hidden: BoolArray) -> None:
+        self.hidden = hidden.tolist()
+
+
+def met(delivery: Scripted, person: int = 0, stage: Stage | None = None) -> Met:
+    states = np.zeros((400, len(PLACES), 4))
+    states[:, :, 0] = PLACES
+    job = Job(0, Meeting(200, person, 50, -1.0, 0, 1.0), PASSING)
+    given: Any = (delivery, stage or Stage(), Record(states), job)
+    return meet(*given)
+
+
+@pytest.fixture(autouse=True)
+def no_prices(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "margin_of", lambda row, parts: -60.0)
+
+
+def test_nobody_is_hit_twice_in_two_meetings_or_in_none() -> None:
+    """One touches softly and another is hit then: it counts in one of their meetings."""
+    script = dict(soft=((15.0, 15.5, 0),), hits=((17.0, 3), (18.0, 3), (19.0, 0)))
+    assert met(Scripted(**script), 0) == Met(-60.0, 2, 3)
+    assert met(Scripted(**script), 3) == NOTHING
+
+
+def test_a_touch_that_ends_after_a_hit_takes_it_from_nobody() -> None:
+    script = dict(soft=((15.0, 18.0, 0),), hits=((17.0, 3),))
+    assert met(Scripted(**script), 3) == Met(-60.0, 1, 1)
+    assert met(Scripted(**script), 0) == NOTHING
+
+
+def test_who_hits_a_robot_that_somebody_holds_up_counts_there() -> None:
+    late = PASSING + PATIENCE
+    held = Scripted(hits=((late + 1.0, 3),), leave=late + 5.0)
+    assert met(held, 0) == Met(-60.0, 1, 1)
+    early = Scripted(hits=((late - 1.0, 3),), leave=late + 5.0)
+    assert met(early, 0) == NOTHING
+
+
+def test_who_is_not_touched_costs_nothing() -> None:
+    assert met(Scripted()) == NOTHING
+
+
+def test_others_do_not_appear_right_before_the_robot() -> None:
+    stage = Stage()
+    met(Scripted(), 0, stage)
+    assert stage.hidden == [False, True, True, False]
+    met(Scripted(), 1, stage)
+    assert stage.hidden == [False, False, True, False]
+
+
+def test_at_the_start_of_a_delivery_all_are_there_who_can_be() -> None:
+    stage = Stage()
+    met(Scripted(begin=0.0), 0, stage)
+    assert stage.hidden == [False] * 4
